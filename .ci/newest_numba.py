@@ -28,7 +28,7 @@ OWN += "tests/test_forks.py", "tests/test_interrupts.py", "tests/integrators"
 PLAIN = "tests/engine/test_routes.py", "tests/integrators/test_whitted.py"
 """For Numba's `njit`: answers on all routes, and a picture. Each process compiles all anew."""
 ASKS_FOR_A_TESTED_ONE = "tests/test_jit.py::test_the_installed_numba_is_one_of_these"
-JIT, REQUIREMENTS = "conicoid/compiler/dispatch.py", "pyproject.toml"
+JIT, REQUIREMENTS = "conicoid/_jit/dispatch.py", "pyproject.toml"
 
 
 class NotTriedError(Exception):

@@ -84,7 +84,7 @@ def installed(wheel: Path, folder: Path, *more: str) -> Path:
 
 def levels(python: Path, folder: Path) -> list[str]:
     """The levels of machine code that this processor can run."""
-    program = "from conicoid.compiler.machine_code import levels; print(*levels())"
+    program = "from conicoid._jit.machine_code import levels; print(*levels())"
     command = [python, "-c", program]
     return subprocess.run(command, cwd=folder, env=users(), check=True, capture_output=True, text=True).stdout.split()
 

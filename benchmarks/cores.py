@@ -56,8 +56,8 @@ def trace(across: list[int], width: int = 1000) -> None:
     import numpy as np
 
     import conicoid as co
-    from conicoid.bench.core import PINS, VIEWS, rays_of_view, write_core
-    from conicoid.bench.report import machine
+    from conicoid.bench.harness import machine
+    from conicoid.bench.scenes import PINS, VIEWS, rays_of_view, write_core
 
     scenes = []
     with tempfile.TemporaryDirectory() as folder:
@@ -104,8 +104,8 @@ def main() -> None:
     if asked.once:
         once(asked.once[0], asked.once[1] == "1")
         return
-    from conicoid.bench.core import PINS, pitch_of_assemblies, write_core
-    from conicoid.bench.report import machine
+    from conicoid.bench.harness import machine
+    from conicoid.bench.scenes import PINS, pitch_of_assemblies, write_core
 
     print("| assemblies, pins | void | bodies | read | ready | largest memory | tables and tree | one body moved |")
     print("|---|---|---|---|---|---|---|---|")

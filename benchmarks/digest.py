@@ -91,7 +91,7 @@ def rays(numbers: Numbers) -> Iterator[tuple[Any, Any, dict[str, float]]]:
 
 def answers() -> Iterator[tuple[str, Any]]:
     """(kind, an array of answers of that kind)."""
-    from conicoid.integrators import INTEGRATORS
+    from conicoid.render.integrators import INTEGRATORS
 
     for n, scene in enumerate(scenes()):
         numbers = Numbers(n + 1)

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 import conicoid as co
-from conicoid.bench.report import machine
+from conicoid.bench.harness import machine
 
 
 def arc(radius: float, first: float, last: float, steps: int, height: float = 0.0) -> Any:

@@ -15,7 +15,7 @@ from collections.abc import Callable
 from functools import partial
 
 import conicoid as co
-from conicoid.bench.report import machine
+from conicoid.bench.harness import machine
 from conicoid.bench.scenes import camera_rays, growing_balls, random_rays
 
 
@@ -31,7 +31,8 @@ def median(run: Callable[[], object]) -> float:
 
 def with_peers(most: int) -> None:
     """The same camera's rays in Embree and in Mitsuba, in turn."""
-    from conicoid.bench import embree, mitsuba
+    from conicoid.bench import peers as embree
+    from conicoid.bench import peers as mitsuba
 
     origins, directions = camera_rays(1024)
     rays, flat = co.Rays(origins, directions), (origins.reshape(-1, 3), directions.reshape(-1, 3))
@@ -51,7 +52,7 @@ def with_peers(most: int) -> None:
         least = (f"{min(column) / (1 << 20) * 1e9:.1f}" for column in zip(*turns, strict=True))
         print(f"| {count:,} | {' | '.join(least)} |", flush=True)
         count *= 10
-    print("\n".join(machine([embree.PEER, mitsuba.PEER])))
+    print("\n".join(machine([embree.EMBREE, mitsuba.MITSUBA])))
 
 
 def main() -> None:

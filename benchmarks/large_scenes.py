@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 
 import conicoid as co
-from conicoid.engine.threads import set_threads
+from conicoid.kernels.threads import set_threads
 
 WIDTH = 1024
 

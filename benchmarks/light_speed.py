@@ -63,7 +63,7 @@ def main() -> None:
     options = parser.parse_args()
     sys.path.insert(0, str(ROOT))
     import conicoid as co
-    from conicoid.engine.threads import thread_count
+    from conicoid.kernels.threads import thread_count
 
     if options.threads:
         co.set_threads(options.threads)

@@ -10,7 +10,7 @@ import llvmlite.binding as llvm
 import numpy as np
 from numba import njit
 
-from conicoid.engine.threads import run_chunks, thread_count
+from conicoid.kernels.threads import run_chunks, thread_count
 
 _CHAINS, _ROUNDS = 16, 20_000_000
 

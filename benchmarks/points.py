@@ -17,8 +17,8 @@ from typing import Any
 import numpy as np
 
 import conicoid as co
-from conicoid.bench.report import machine
-from conicoid.engine.threads import thread_count
+from conicoid.bench.harness import machine
+from conicoid.kernels.threads import thread_count
 
 QUERIES = ("body_at", "contains", "bodies_at")
 AIM = 30.0

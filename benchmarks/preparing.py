@@ -72,9 +72,9 @@ def drilled(rng: Any) -> Any:
 
 def bored(rng: Any) -> Any:
     """What is left of a ball in a box after three bores, scaled and moved, as in `conicoid bench`: five leaves."""
-    from conicoid.bench.scenes import Balls, bored_blocks
+    from conicoid.bench.scenes import BallRows, bored_blocks
 
-    each = Balls(rng.uniform(-5, 5, (1, 3)), rng.uniform(0.1, 1, 1))
+    each = BallRows(rng.uniform(-5, 5, (1, 3)), rng.uniform(0.1, 1, 1))
     return bored_blocks(each)[0]
 
 
@@ -201,12 +201,12 @@ def whole_processes(folder: Path) -> None:
     """Scene files to pictures, beside POV-Ray."""
     import conicoid as co
     from conicoid.bench import scenes
-    from conicoid.bench.peer import Absent
-    from conicoid.bench.povray import PEER, write_scene
+    from conicoid.bench.harness import Absent
+    from conicoid.bench.peers import POVRAY_TRACE, write_povray
 
     shapes = {"spheres": scenes.spheres, "quadrics": scenes.cut_balls, "csg": scenes.bored_blocks}
     try:
-        version, there = PEER.find(), True
+        version, there = POVRAY_TRACE.find(), True
     except Absent as absent:
         version, there = f"POV-Ray: {absent}", False
     print(
@@ -218,7 +218,7 @@ def whole_processes(folder: Path) -> None:
             camera = co.Camera((0, 0, -3), (0, 0, 0), field_of_view=53.13010235415598)
             scene, pov = folder / f"{kind}{count}.yaml", folder / f"{kind}{count}.pov"
             co.save(co.Scene(make(balls), co.PointLight((3, 4, -5)), camera), scene)
-            write_scene(pov, kind, balls)
+            write_povray(pov, kind, balls)
             size_ = ["--width", "1000", "--height", "1000", "--samples", "1"]
             ours = [sys.executable, "-m", "conicoid", "render", str(scene), "-o", str(folder / "a.png"), *size_]
             theirs = ["povray", f"+I{pov}", "+W1000", "+H1000", "-A", "-D", f"+O{folder / 'b.png'}"]
@@ -233,7 +233,7 @@ def whole_processes(folder: Path) -> None:
 def edits(count: int = 10_000, turns: int = 24) -> None:
     """One body of many moved, up to the next first hit: what is held of the scenes before says whose memory is free."""
     import conicoid as co
-    from conicoid.bench.preparing import _MOVED
+    from conicoid.bench.preparation import _MOVED
 
     ways = {
         "each from the last": lambda first, held, last, k: last.moved(k, (0, 0, -0.01)),

@@ -22,7 +22,7 @@ import numpy as np
 from machine import copy_bandwidth, fused_peak, latency, least
 
 import conicoid as co
-from conicoid.bench.report import machine
+from conicoid.bench.harness import machine
 from conicoid.bench.scenes import balls, camera_rays, random_rays
 
 NODE, LEAF, BALL, GROUP, LANES, STREAM_NODE, STREAM_LEAF, STREAM_BALL, SINGLE = range(9)
@@ -60,9 +60,9 @@ def adder(counts: np.ndarray) -> Any:
 
 def count_tiles(add: Any) -> None:
     """Put counters in front of what tiles ask, and what packets ask of what their tile sees."""
-    from conicoid.compiler.jit import inline
-    from conicoid.engine.packets import first as packet_first
-    from conicoid.engine.packets import frontier
+    from conicoid._jit.decorators import inline
+    from conicoid.kernels.packet import frontier
+    from conicoid.kernels.packet import traversal as packet_first
 
     items_met, put_groups, group_in_ball = packet_first.items_met, packet_first.put_groups, packet_first.group_in_ball
     put_children, put_balls = frontier.put_children, frontier.put_balls
@@ -99,9 +99,9 @@ def count_tiles(add: Any) -> None:
 
 def count_packets(add: Any) -> None:
     """Put counters in front of what packets ask on their way down the tree, and of their lanes."""
-    from conicoid.compiler.jit import inline
-    from conicoid.engine.packets import first as packet_first
-    from conicoid.engine.packets import packet
+    from conicoid._jit.decorators import inline
+    from conicoid.kernels.packet import packet
+    from conicoid.kernels.packet import traversal as packet_first
 
     boxes_met, balls_in_beam = packet_first.boxes_met, packet_first.balls_in_beam
     lanes_in_ball, ball_lanes = packet.lanes_in_ball_from_one, packet.ball_lanes  # camera rays share their origin
@@ -132,13 +132,13 @@ def count_packets(add: Any) -> None:
 
 def count_streams(add: Any) -> None:
     """Put counters in front of what streams and single rays ask."""
-    from conicoid.compiler.jit import inline
-    from conicoid.engine.single import first as kernels
-    from conicoid.engine.streams import stream
-    from conicoid.engine.tree import walk
+    from conicoid._jit.decorators import inline
+    from conicoid.kernels.bvh import walk
+    from conicoid.kernels.entry import first_hits as kernels
+    from conicoid.kernels.stream import stream
 
     put_on_lists, rays_in_balls, balls_met = stream.put_on_lists, stream.rays_in_balls, stream.balls_met
-    meet, put_pair, boxes_met = stream.meet, stream.put_pair, walk.boxes_met
+    meet, put_pair, boxes_met = stream.intersect_item, stream.put_pair, walk.boxes_met
 
     @inline
     def counted_box_of_one(floats, at, beam, start, near):
@@ -173,7 +173,7 @@ def count_streams(add: Any) -> None:
     walk.boxes_met = counted_box_of_one
     stream.put_on_lists, stream.rays_in_balls = counted_list, counted_eight
     stream.balls_met = kernels.balls_met = counted_balls
-    stream.meet = kernels.meet = counted_meet
+    stream.intersect_item = kernels.intersect_item = counted_meet
     stream.put_pair = counted_pair
 
 
@@ -210,11 +210,11 @@ def costs() -> dict[int, float]:
     """Operations of each question, out of the code made for this machine."""
     from numba import njit
 
-    from conicoid.engine.packets import first as packet_first
-    from conicoid.engine.packets import packet
-    from conicoid.engine.ray import Ray
-    from conicoid.engine.streams import stream
-    from conicoid.engine.surface.quadric import Sphere
+    from conicoid.kernels.packet import packet
+    from conicoid.kernels.packet import traversal as packet_first
+    from conicoid.kernels.ray import Ray
+    from conicoid.kernels.stream import stream
+    from conicoid.kernels.surface.quadric import SphereRecord
 
     boxes_met, balls_in_beam = packet_first.boxes_met, packet_first.balls_in_beam
     lanes_in_ball, group_in_ball = packet.lanes_in_ball_from_one, packet_first.group_in_ball
@@ -225,7 +225,7 @@ def costs() -> dict[int, float]:
         BALL: (lambda f, r, n, c, k: lanes_in_ball(r, f[0], f[1], f[2], f[3]), 1),
         GROUP: (lambda f, r, n, c, k: group_in_ball(r, 0, f[0], f[1], f[2], f[3]), 1),
         # Written twice: for lanes with one origin, and for others
-        LANES: (lambda f, r, n, c, k: ball_lanes(r, Sphere(f[0], f[1], f[2], f[3]), 0, 0, 0, 0, 8), 2),
+        LANES: (lambda f, r, n, c, k: ball_lanes(r, SphereRecord(f[0], f[1], f[2], f[3]), 0, 0, 0, 0, 8), 2),
         STREAM_NODE: (lambda f, r, n, c, k: put_on_lists(f, 0, k, r, n, 0, 8, 64, c), 8),
         STREAM_LEAF: (
             lambda f, r, n, c, k: balls_met(

@@ -4,7 +4,7 @@
 
 SCALE 1, if not given, is 10⁸ camera rays (a picture, and shadows) and 10⁷ rays whose spans are summed; 0.01 tries it
 out. Each question is asked in turn of both, three times, and the fastest counts, by the clock: nothing else should
-run. With --dask the workers are those of a scheduler of Dask, else `co.cluster.Processes`. Two minutes on two cores.
+run. With --dask the workers are those of a scheduler of Dask, else `co.parallel.Processes`. Two minutes on two cores.
 
 Then: bytes sent for each ray and brought back; tasks a second that a driver gets through, of those that do nothing;
 bytes a second that it takes in; and what a scene is in bytes. docs/cluster.md puts these together.
@@ -25,10 +25,9 @@ from typing import Any
 import numpy as np
 
 import conicoid as co
-from conicoid.cluster import processes
-from conicoid.cluster.course import Course, Piece
-from conicoid.cluster.edition import edition
-from conicoid.cluster.recipe import recipe_of
+from conicoid.parallel import processes
+from conicoid.parallel.scheduler import ScheduledTask, Scheduler
+from conicoid.parallel.shared_state import shared_scene, source_version
 
 TWO, TIMES = 2, 3
 SAMPLES = 8
@@ -49,7 +48,7 @@ def nested() -> Any:
     return co.Scene(list(turned))
 
 
-class Counted(co.cluster.Processes):
+class Counted(co.parallel.Processes):
     """Processes that count what is sent to them."""
 
     sent = 0
@@ -136,10 +135,10 @@ def bytes_of_rays(scale: float) -> dict[str, Any]:
 
 def taken_in(pool: Any, count: int, size: int) -> float:
     """Seconds in which a driver gets through so many tasks that do nothing, with answers of so many bytes."""
-    workers = co.cluster.Workers(pool, window=WINDOW if size < 1000 else None)
-    pieces = (Piece(k, k + 1, (size,)) for k in range(count))
+    workers = co.parallel.Workers(pool, window=WINDOW if size < 1000 else None)
+    pieces = (ScheduledTask(k, k + 1, (size,)) for k in range(count))
     begin = time.perf_counter()
-    for _ in Course("benchmark", workers, bytes, ()).results(pieces, lambda *_: None, count):
+    for _ in Scheduler("benchmark", workers, bytes, ()).results(pieces, lambda *_: None, count):
         pass
     return time.perf_counter() - begin
 
@@ -160,9 +159,9 @@ def scene_in_bytes(count: int = 100_000) -> dict[str, float]:
     """What a scene of so many bodies is, as it travels and as tables."""
     rng = np.random.default_rng(2)
     scene = co.Scene([co.Sphere(0.3, place) for place in rng.uniform(-50, 50, (count, 3))])
-    recipe = recipe_of(scene)
+    recipe = shared_scene(scene)
     begin = time.process_time()
-    recipe.share_tables(edition(), None)
+    recipe.share_tables(source_version(), None)
     path, _ = recipe.reference().tables or ("", b"")
     found = dict(bodies=count, recipe=len(recipe.data), tables=os.path.getsize(path), made=time.process_time() - begin)
     print(
@@ -188,7 +187,7 @@ def model(told: dict[str, Any], task: float = 1.0) -> dict[str, float]:
 @contextlib.contextmanager
 def two_workers(dask: bool) -> Iterator[Any]:
     if not dask:
-        with co.cluster.Processes(TWO) as pool:
+        with co.parallel.Processes(TWO) as pool:
             yield pool
         return
     from distributed import Client, LocalCluster

@@ -13,217 +13,223 @@ from typing import TYPE_CHECKING, Any
 
 __version__ = "0.1.0"
 
-# Public name -> module that defines it. Loaded on first use, so that importing the package is quick.
-_SHAPES = {
-    "Box": "box", "Cone": "cone", "Cylinder": "cylinder", "CylinderPatch": "cylinder_patch", "Disc": "disc",
-    "DoubleCone": "double_cone", "Ellipsoid": "ellipsoid", "EllipticCone": "elliptic_cone",
-    "EllipticCylinder": "elliptic_cylinder", "EllipticParaboloid": "elliptic_paraboloid", "HalfSpace": "half_space",
-    "HyperbolicCylinder": "hyperbolic_cylinder", "HyperbolicParaboloid": "hyperbolic_paraboloid",
-    "OneSheetHyperboloid": "one_sheet_hyperboloid", "ParabolicCylinder": "parabolic_cylinder", "Plane": "plane",
-    "Polygon": "polygon", "Polyhedron": "polyhedron", "Quadric": "quadric", "Sphere": "sphere", "Spheres": "spheres",
-    "Boxes": "bulk_solids", "Capsules": "bulk_solids", "Cones": "bulk_solids", "Cylinders": "bulk_solids",
-    "Ellipsoids": "bulk_solids", "Discs": "bulk_sheets", "Triangles": "bulk_sheets",
-    "Mesh": "mesh", "Extrusion": "mesh", "Revolution": "revolution",
-    "Tube": "tube", "Polycone": "polycone", "SphereSection": "sphere_section", "Trapezoid": "trapezoid",
-    "Wedge": "trapezoid", "RegularPrism": "regular_prism", "Pyramid": "regular_prism",
-    "Parallelepiped": "parallelepiped",
-    "Triangle": "triangle", "TwoSheetHyperboloid": "two_sheet_hyperboloid",
-    "Union": "region", "Intersection": "region", "Difference": "region", "Complement": "region",
-    "Painted": "region",
-    "Conic": "conic", "ConicSheet": "conic", "Lens": "lens", "Mirror": "lens", "Stop": "stop", "Wall": "wall",
-    "Prism": "prism", "PentaPrism": "prism", "CornerCube": "prism",
-    "LensGroup": "lens_group", "Doublet": "lens_group",
-    "Shape": "base", "Solid": "base", "Sheet": "base", "Body": "body",
-    "Material": "material", "matte": "looks", "phong": "looks", "blinn_phong": "looks", "lacquer": "looks",
-    "mirror": "looks", "glass": "looks", "metal": "looks", "glow": "looks", "plastic": "looks",
-    "conductor": "metals", "gold": "metals", "silver": "metals", "copper": "metals", "aluminium": "metals",
-    "iron": "metals", "fog": "looks",
-    "AIR": "material", "WATER": "material", "GLASS": "material", "VACUUM": "material", "Checker": "checker",
-    "ImageTexture": "texture", "Gradient": "texture", "Noise": "texture", "Wood": "texture", "Brick": "texture",
-    "AmbientLight": "light", "DirectionalLight": "light", "PointLight": "light", "SpotLight": "light",
-    "Environment": "background", "Sky": "background", "clear_sky": "clear_sky",
-    "BodyTrack": "animation", "CameraTrack": "animation", "LightTrack": "animation",
-}  # fmt: skip
-_HOMES = {name: f".shapes.{module}" for name, module in _SHAPES.items()} | {
-    "Scene": ".scene", "Image": ".image", "Camera": ".render.camera", "OrthographicCamera": ".render.camera",
-    "EquirectangularCamera": ".render.wide_cameras", "FisheyeCamera": ".render.wide_cameras",
-    "Rays": ".engine.answers.rays", "Hits": ".engine.answers.hits", "Spans": ".engine.answers.spans",
-    "Crossings": ".engine.answers.spans", "Distances": ".engine.answers.distances",
-    "BodiesAt": ".engine.answers.bodies_at", "Slice": ".slices.slice", "Outline": ".slices.outline",
-    "Voxels": ".slices.voxels",
-    "fresnel": ".shapes.fresnel", "trace_paths": ".optics.tracing",
-    "reflect": ".shading.optics", "refract": ".shading.optics", "set_threads": ".engine.threads",
-    "load": ".files", "save": ".files", "load_openmc": ".files", "SceneFileError": ".formats.errors",
-    "Explanation": ".explain.explanation", "SceneSurface": ".explain.surfaces",
-    "check": ".checks.check", "Finding": ".checks.finding",
-    "Findings": ".checks.finding",
-    "measure": ".measures.measure", "Measures": ".measures.measure",
-    "SceneMeasures": ".measures.scene_measures",
-    "molecule": ".molecules", "Molecule": ".molecules",
-    "turntable": ".turntables.turntable", "animate": ".turntables.animation",
-    "export": ".viewer.html", "warmup": ".warmup", "parameters": ".derivatives.parameters",
-}  # fmt: skip
+_MODULES = {
+    "._util.file_errors": "SceneFileError",
+    ".apps.checks.check": "check",
+    ".apps.checks.findings": "Finding Findings",
+    ".apps.derivatives.parameters": "parameters",
+    ".apps.explain.explanation": "Explanation",
+    ".apps.explain.scene_surface": "SceneSurface",
+    ".apps.measures.measure": "Measures SceneMeasures measure",
+    ".apps.optics.light_paths": "trace_paths",
+    ".apps.optics.refraction": "reflect refract",
+    ".apps.section.outline": "Outline",
+    ".apps.section.slice": "Slice",
+    ".apps.section.voxels": "Voxels",
+    ".geometry.body": "Body",
+    ".geometry.bulk": "Spheres",
+    ".geometry.bulk_shapes": "Boxes Capsules Cones Cylinders Discs Ellipsoids Triangles",
+    ".geometry.conic": "Conic ConicSheet Stop",
+    ".geometry.csg": "Complement Difference Intersection Painted Union",
+    ".geometry.general_quadric": "Quadric",
+    ".geometry.lens": "Doublet Lens LensGroup Mirror",
+    ".geometry.mesh": "Extrusion Mesh",
+    ".geometry.optical_prisms": "CornerCube PentaPrism Prism",
+    ".geometry.polyhedron": "Polyhedron",
+    ".geometry.primitives": "Box Cone Cylinder HalfSpace Sphere Tube",
+    ".geometry.prismatoids": "Parallelepiped Pyramid RegularPrism Trapezoid Wedge",
+    ".geometry.quadrics": "DoubleCone Ellipsoid EllipticCone EllipticCylinder EllipticParaboloid "
+    "HyperbolicCylinder HyperbolicParaboloid OneSheetHyperboloid ParabolicCylinder TwoSheetHyperboloid",
+    ".geometry.revolution": "Polycone Revolution SphereSection",
+    ".geometry.shape": "Shape Sheet Solid",
+    ".geometry.sheets": "CylinderPatch Disc Plane Polygon Triangle Wall",
+    ".geometry.tracks": "BodyTrack CameraTrack LightTrack",
+    ".io.images.image": "Image",
+    ".kernels.threads": "set_threads",
+    ".materials.background": "Environment Sky",
+    ".materials.clear_sky": "clear_sky",
+    ".materials.fresnel": "fresnel",
+    ".materials.light": "AmbientLight DirectionalLight PointLight SpotLight",
+    ".materials.material": "AIR GLASS Material VACUUM WATER",
+    ".materials.presets": "aluminium blinn_phong conductor copper fog glass glow gold iron "
+    "lacquer matte metal mirror phong plastic silver",
+    ".materials.texture": "Brick Checker Gradient ImageTexture Noise Wood",
+    ".queries.distances": "Distances",
+    ".queries.hits": "Hits",
+    ".queries.points": "BodiesAt",
+    ".queries.rays": "Rays",
+    ".queries.spans": "Crossings Spans",
+    ".render.camera": "Camera EquirectangularCamera FisheyeCamera OrthographicCamera",
+    ".scene.files": "load load_openmc save",
+    ".scene.molecules": "Molecule molecule",
+    ".scene.movies": "animate turntable",
+    ".scene.scene": "Scene",
+    ".scene.warmup": "warmup",
+    ".viewer.html": "export",
+}
+"""Module -> the public names that it defines. Loaded on first use, so that importing the package is quick."""
+_HOMES = {name: module for module, names in _MODULES.items() for name in names.split()}
 
-_PACKAGES = ("cluster", "ct", "derivatives", "optics")
-"""Public names that are packages themselves."""
+_PACKAGES = {"ct": ".apps.ct", "derivatives": ".apps.derivatives", "optics": ".apps.optics", "parallel": ".parallel"}
+"""Public packages -> where they are."""
 
 __all__ = ["__version__", *sorted(_HOMES)]  # pyright: ignore[reportUnsupportedDunderAll]
 
 if TYPE_CHECKING:
-    from . import cluster as cluster
-    from . import ct as ct
-    from . import derivatives as derivatives
-    from . import optics as optics
-    from .checks.check import check as check
-    from .checks.finding import Finding as Finding
-    from .checks.finding import Findings as Findings
-    from .derivatives.parameters import parameters as parameters
-    from .engine.answers.bodies_at import BodiesAt as BodiesAt
-    from .engine.answers.distances import Distances as Distances
-    from .engine.answers.hits import Hits as Hits
-    from .engine.answers.rays import Rays as Rays
-    from .engine.answers.spans import Crossings as Crossings
-    from .engine.answers.spans import Spans as Spans
-    from .engine.threads import set_threads as set_threads
-    from .explain.explanation import Explanation as Explanation
-    from .explain.surfaces import SceneSurface as SceneSurface
-    from .files import load as load
-    from .files import load_openmc as load_openmc
-    from .files import save as save
-    from .formats.errors import SceneFileError as SceneFileError
-    from .image import Image as Image
-    from .measures.measure import Measures as Measures
-    from .measures.measure import measure as measure
-    from .measures.scene_measures import SceneMeasures as SceneMeasures
-    from .molecules import Molecule as Molecule
-    from .molecules import molecule as molecule
-    from .optics.tracing import trace_paths as trace_paths
+    from . import parallel as parallel
+    from ._util.file_errors import SceneFileError as SceneFileError
+    from .apps import ct as ct
+    from .apps import derivatives as derivatives
+    from .apps import optics as optics
+    from .apps.checks.check import check as check
+    from .apps.checks.findings import Finding as Finding
+    from .apps.checks.findings import Findings as Findings
+    from .apps.derivatives.parameters import parameters as parameters
+    from .apps.explain.explanation import Explanation as Explanation
+    from .apps.explain.scene_surface import SceneSurface as SceneSurface
+    from .apps.measures.measure import Measures as Measures
+    from .apps.measures.measure import SceneMeasures as SceneMeasures
+    from .apps.measures.measure import measure as measure
+    from .apps.optics.light_paths import trace_paths as trace_paths
+    from .apps.optics.refraction import reflect as reflect
+    from .apps.optics.refraction import refract as refract
+    from .apps.section.outline import Outline as Outline
+    from .apps.section.slice import Slice as Slice
+    from .apps.section.voxels import Voxels as Voxels
+    from .geometry.body import Body as Body
+    from .geometry.bulk import Spheres as Spheres
+    from .geometry.bulk_shapes import Boxes as Boxes
+    from .geometry.bulk_shapes import Capsules as Capsules
+    from .geometry.bulk_shapes import Cones as Cones
+    from .geometry.bulk_shapes import Cylinders as Cylinders
+    from .geometry.bulk_shapes import Discs as Discs
+    from .geometry.bulk_shapes import Ellipsoids as Ellipsoids
+    from .geometry.bulk_shapes import Triangles as Triangles
+    from .geometry.conic import Conic as Conic
+    from .geometry.conic import ConicSheet as ConicSheet
+    from .geometry.conic import Stop as Stop
+    from .geometry.csg import Complement as Complement
+    from .geometry.csg import Difference as Difference
+    from .geometry.csg import Intersection as Intersection
+    from .geometry.csg import Painted as Painted
+    from .geometry.csg import Union as Union
+    from .geometry.general_quadric import Quadric as Quadric
+    from .geometry.lens import Doublet as Doublet
+    from .geometry.lens import Lens as Lens
+    from .geometry.lens import LensGroup as LensGroup
+    from .geometry.lens import Mirror as Mirror
+    from .geometry.mesh import Extrusion as Extrusion
+    from .geometry.mesh import Mesh as Mesh
+    from .geometry.optical_prisms import CornerCube as CornerCube
+    from .geometry.optical_prisms import PentaPrism as PentaPrism
+    from .geometry.optical_prisms import Prism as Prism
+    from .geometry.polyhedron import Polyhedron as Polyhedron
+    from .geometry.primitives import Box as Box
+    from .geometry.primitives import Cone as Cone
+    from .geometry.primitives import Cylinder as Cylinder
+    from .geometry.primitives import HalfSpace as HalfSpace
+    from .geometry.primitives import Sphere as Sphere
+    from .geometry.primitives import Tube as Tube
+    from .geometry.prismatoids import Parallelepiped as Parallelepiped
+    from .geometry.prismatoids import Pyramid as Pyramid
+    from .geometry.prismatoids import RegularPrism as RegularPrism
+    from .geometry.prismatoids import Trapezoid as Trapezoid
+    from .geometry.prismatoids import Wedge as Wedge
+    from .geometry.quadrics import DoubleCone as DoubleCone
+    from .geometry.quadrics import Ellipsoid as Ellipsoid
+    from .geometry.quadrics import EllipticCone as EllipticCone
+    from .geometry.quadrics import EllipticCylinder as EllipticCylinder
+    from .geometry.quadrics import EllipticParaboloid as EllipticParaboloid
+    from .geometry.quadrics import HyperbolicCylinder as HyperbolicCylinder
+    from .geometry.quadrics import HyperbolicParaboloid as HyperbolicParaboloid
+    from .geometry.quadrics import OneSheetHyperboloid as OneSheetHyperboloid
+    from .geometry.quadrics import ParabolicCylinder as ParabolicCylinder
+    from .geometry.quadrics import TwoSheetHyperboloid as TwoSheetHyperboloid
+    from .geometry.revolution import Polycone as Polycone
+    from .geometry.revolution import Revolution as Revolution
+    from .geometry.revolution import SphereSection as SphereSection
+    from .geometry.shape import Shape as Shape
+    from .geometry.shape import Sheet as Sheet
+    from .geometry.shape import Solid as Solid
+    from .geometry.sheets import CylinderPatch as CylinderPatch
+    from .geometry.sheets import Disc as Disc
+    from .geometry.sheets import Plane as Plane
+    from .geometry.sheets import Polygon as Polygon
+    from .geometry.sheets import Triangle as Triangle
+    from .geometry.sheets import Wall as Wall
+    from .geometry.tracks import BodyTrack as BodyTrack
+    from .geometry.tracks import CameraTrack as CameraTrack
+    from .geometry.tracks import LightTrack as LightTrack
+    from .io.images.image import Image as Image
+    from .kernels.threads import set_threads as set_threads
+    from .materials.background import Environment as Environment
+    from .materials.background import Sky as Sky
+    from .materials.clear_sky import clear_sky as clear_sky
+    from .materials.fresnel import fresnel as fresnel
+    from .materials.light import AmbientLight as AmbientLight
+    from .materials.light import DirectionalLight as DirectionalLight
+    from .materials.light import PointLight as PointLight
+    from .materials.light import SpotLight as SpotLight
+    from .materials.material import AIR as AIR
+    from .materials.material import GLASS as GLASS
+    from .materials.material import VACUUM as VACUUM
+    from .materials.material import WATER as WATER
+    from .materials.material import Material as Material
+    from .materials.presets import aluminium as aluminium
+    from .materials.presets import blinn_phong as blinn_phong
+    from .materials.presets import conductor as conductor
+    from .materials.presets import copper as copper
+    from .materials.presets import fog as fog
+    from .materials.presets import glass as glass
+    from .materials.presets import glow as glow
+    from .materials.presets import gold as gold
+    from .materials.presets import iron as iron
+    from .materials.presets import lacquer as lacquer
+    from .materials.presets import matte as matte
+    from .materials.presets import metal as metal
+    from .materials.presets import mirror as mirror
+    from .materials.presets import phong as phong
+    from .materials.presets import plastic as plastic
+    from .materials.presets import silver as silver
+    from .materials.texture import Brick as Brick
+    from .materials.texture import Checker as Checker
+    from .materials.texture import Gradient as Gradient
+    from .materials.texture import ImageTexture as ImageTexture
+    from .materials.texture import Noise as Noise
+    from .materials.texture import Wood as Wood
+    from .queries.distances import Distances as Distances
+    from .queries.hits import Hits as Hits
+    from .queries.points import BodiesAt as BodiesAt
+    from .queries.rays import Rays as Rays
+    from .queries.spans import Crossings as Crossings
+    from .queries.spans import Spans as Spans
     from .render.camera import Camera as Camera
+    from .render.camera import EquirectangularCamera as EquirectangularCamera
+    from .render.camera import FisheyeCamera as FisheyeCamera
     from .render.camera import OrthographicCamera as OrthographicCamera
-    from .render.wide_cameras import EquirectangularCamera as EquirectangularCamera
-    from .render.wide_cameras import FisheyeCamera as FisheyeCamera
-    from .scene import Scene as Scene
-    from .shading.optics import reflect as reflect
-    from .shading.optics import refract as refract
-    from .shapes.animation import BodyTrack as BodyTrack
-    from .shapes.animation import CameraTrack as CameraTrack
-    from .shapes.animation import LightTrack as LightTrack
-    from .shapes.background import Environment as Environment
-    from .shapes.background import Sky as Sky
-    from .shapes.base import Shape as Shape
-    from .shapes.base import Sheet as Sheet
-    from .shapes.base import Solid as Solid
-    from .shapes.body import Body as Body
-    from .shapes.box import Box as Box
-    from .shapes.bulk_sheets import Discs as Discs
-    from .shapes.bulk_sheets import Triangles as Triangles
-    from .shapes.bulk_solids import Boxes as Boxes
-    from .shapes.bulk_solids import Capsules as Capsules
-    from .shapes.bulk_solids import Cones as Cones
-    from .shapes.bulk_solids import Cylinders as Cylinders
-    from .shapes.bulk_solids import Ellipsoids as Ellipsoids
-    from .shapes.checker import Checker as Checker
-    from .shapes.clear_sky import clear_sky as clear_sky
-    from .shapes.cone import Cone as Cone
-    from .shapes.conic import Conic as Conic
-    from .shapes.conic import ConicSheet as ConicSheet
-    from .shapes.cylinder import Cylinder as Cylinder
-    from .shapes.cylinder_patch import CylinderPatch as CylinderPatch
-    from .shapes.disc import Disc as Disc
-    from .shapes.double_cone import DoubleCone as DoubleCone
-    from .shapes.ellipsoid import Ellipsoid as Ellipsoid
-    from .shapes.elliptic_cone import EllipticCone as EllipticCone
-    from .shapes.elliptic_cylinder import EllipticCylinder as EllipticCylinder
-    from .shapes.elliptic_paraboloid import EllipticParaboloid as EllipticParaboloid
-    from .shapes.fresnel import fresnel as fresnel
-    from .shapes.half_space import HalfSpace as HalfSpace
-    from .shapes.hyperbolic_cylinder import HyperbolicCylinder as HyperbolicCylinder
-    from .shapes.hyperbolic_paraboloid import HyperbolicParaboloid as HyperbolicParaboloid
-    from .shapes.lens import Lens as Lens
-    from .shapes.lens import Mirror as Mirror
-    from .shapes.lens_group import Doublet as Doublet
-    from .shapes.lens_group import LensGroup as LensGroup
-    from .shapes.light import AmbientLight as AmbientLight
-    from .shapes.light import DirectionalLight as DirectionalLight
-    from .shapes.light import PointLight as PointLight
-    from .shapes.light import SpotLight as SpotLight
-    from .shapes.looks import blinn_phong as blinn_phong
-    from .shapes.looks import fog as fog
-    from .shapes.looks import glass as glass
-    from .shapes.looks import glow as glow
-    from .shapes.looks import lacquer as lacquer
-    from .shapes.looks import matte as matte
-    from .shapes.looks import metal as metal
-    from .shapes.looks import mirror as mirror
-    from .shapes.looks import phong as phong
-    from .shapes.looks import plastic as plastic
-    from .shapes.material import AIR as AIR
-    from .shapes.material import GLASS as GLASS
-    from .shapes.material import VACUUM as VACUUM
-    from .shapes.material import WATER as WATER
-    from .shapes.material import Material as Material
-    from .shapes.mesh import Extrusion as Extrusion
-    from .shapes.mesh import Mesh as Mesh
-    from .shapes.metals import aluminium as aluminium
-    from .shapes.metals import conductor as conductor
-    from .shapes.metals import copper as copper
-    from .shapes.metals import gold as gold
-    from .shapes.metals import iron as iron
-    from .shapes.metals import silver as silver
-    from .shapes.one_sheet_hyperboloid import OneSheetHyperboloid as OneSheetHyperboloid
-    from .shapes.parabolic_cylinder import ParabolicCylinder as ParabolicCylinder
-    from .shapes.parallelepiped import Parallelepiped as Parallelepiped
-    from .shapes.plane import Plane as Plane
-    from .shapes.polycone import Polycone as Polycone
-    from .shapes.polygon import Polygon as Polygon
-    from .shapes.polyhedron import Polyhedron as Polyhedron
-    from .shapes.prism import CornerCube as CornerCube
-    from .shapes.prism import PentaPrism as PentaPrism
-    from .shapes.prism import Prism as Prism
-    from .shapes.quadric import Quadric as Quadric
-    from .shapes.region import Complement as Complement
-    from .shapes.region import Difference as Difference
-    from .shapes.region import Intersection as Intersection
-    from .shapes.region import Painted as Painted
-    from .shapes.region import Union as Union
-    from .shapes.regular_prism import Pyramid as Pyramid
-    from .shapes.regular_prism import RegularPrism as RegularPrism
-    from .shapes.revolution import Revolution as Revolution
-    from .shapes.sphere import Sphere as Sphere
-    from .shapes.sphere_section import SphereSection as SphereSection
-    from .shapes.spheres import Spheres as Spheres
-    from .shapes.stop import Stop as Stop
-    from .shapes.texture import Brick as Brick
-    from .shapes.texture import Gradient as Gradient
-    from .shapes.texture import ImageTexture as ImageTexture
-    from .shapes.texture import Noise as Noise
-    from .shapes.texture import Wood as Wood
-    from .shapes.trapezoid import Trapezoid as Trapezoid
-    from .shapes.trapezoid import Wedge as Wedge
-    from .shapes.triangle import Triangle as Triangle
-    from .shapes.tube import Tube as Tube
-    from .shapes.two_sheet_hyperboloid import TwoSheetHyperboloid as TwoSheetHyperboloid
-    from .shapes.wall import Wall as Wall
-    from .slices.outline import Outline as Outline
-    from .slices.slice import Slice as Slice
-    from .slices.voxels import Voxels as Voxels
-    from .turntables.animation import animate as animate
-    from .turntables.turntable import turntable as turntable
+    from .scene.files import load as load
+    from .scene.files import load_openmc as load_openmc
+    from .scene.files import save as save
+    from .scene.molecules import Molecule as Molecule
+    from .scene.molecules import molecule as molecule
+    from .scene.movies import animate as animate
+    from .scene.movies import turntable as turntable
+    from .scene.scene import Scene as Scene
+    from .scene.warmup import warmup as warmup
     from .viewer.html import export as export
-    from .warmup import warmup as warmup
 
 
 def __getattr__(name: str) -> Any:
     home = _HOMES.get(name)
     if name in _PACKAGES:
-        return importlib.import_module(f".{name}", __name__)
+        return importlib.import_module(_PACKAGES[name], __name__)
     if home is None:
         raise AttributeError(f"module 'conicoid' has no attribute {name[:80]!r}{_meant(name)}")
     value = getattr(importlib.import_module(home, __name__), name)
     if isinstance(value, type):
-        from .shapes.calls import explain
+        from ._util.hints import add_call_hints
 
-        explain(value)
+        add_call_hints(value)
     globals()[name] = value
     return value
 
@@ -232,11 +238,11 @@ def _meant(name: str) -> str:
     """What to tell of a name that there is not."""
     if name.startswith("_"):
         return ""
-    from .shapes.elsewhere import no_attribute_of_package
-    from .shapes.suggestion import close_to
+    from ._util.foreign_names import package_name_hint
+    from ._util.hints import closest_name
 
-    close = close_to(name, __all__, 0.7)
-    return no_attribute_of_package(name) or (f" (did you mean {close}?)" if close else "")
+    close = closest_name(name, __all__, 0.7)
+    return package_name_hint(name) or (f" (did you mean {close}?)" if close else "")
 
 
 def __dir__() -> list[str]:

@@ -12,8 +12,7 @@ import threading
 from collections.abc import Callable
 from typing import Any, NoReturn
 
-from .command_line.exit_codes import DONE, FAILED, INTERRUPTED
-from .command_line.streams import open_streams
+from .cli.terminal import EXIT_FAILURE, EXIT_INTERRUPT, EXIT_OK, open_streams
 
 _YOUNG, _MIDDLE, _OLD = 100_000, 50, 100
 """Thresholds of Python's collector. What is imported and read are tens of thousands of objects that stay, and with the
@@ -57,31 +56,31 @@ def main() -> NoReturn:
     if hears:
         signal.signal(signal.SIGINT, signal.SIG_IGN)
     code = _last_words(code)
-    if code == INTERRUPTED:
+    if code == EXIT_INTERRUPT:
         os._exit(code)  # what was begun in compiled code would go on until it is done, or be cut off
     sys.exit(code)
 
 
 def _command(hears: bool) -> Any:
     try:
-        from .command_line.plain import understood
+        from .cli.drawing import parse_plain_render
 
-        command: Callable[[], Any] | None = understood(sys.argv[1:])
+        command: Callable[[], Any] | None = parse_plain_render(sys.argv[1:])
         if command is None:
-            from .command_line import cli
+            from .cli import app
 
-            command = cli.main
+            command = app.main
         if hears:
             signal.signal(signal.SIGINT, _interrupt)
         command()
     except SystemExit as end:
         return end.code
     except KeyboardInterrupt:
-        return INTERRUPTED
+        return EXIT_INTERRUPT
     except (ImportError, MemoryError) as error:
         sys.stderr.write(f"error: {str(error) or 'not enough memory for this'}\n")
-        return FAILED
-    return DONE
+        return EXIT_FAILURE
+    return EXIT_OK
 
 
 def _last_words(code: Any) -> Any:
@@ -92,7 +91,7 @@ def _last_words(code: Any) -> Any:
         return code or end.code
     except OSError as error:
         sys.stderr.write(f"error: {error.filename}: {(error.strerror or str(error)).lower()}\n")
-        return code or FAILED
+        return code or EXIT_FAILURE
     return code
 
 
@@ -104,7 +103,7 @@ def _interrupt(*_: object) -> None:
 
 def _end_now(*_: object) -> None:
     """Nothing is done yet, or enough has been waited."""
-    os._exit(INTERRUPTED)
+    os._exit(EXIT_INTERRUPT)
 
 
 if __name__ == "__main__":

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import conicoid as co
-from conicoid.formats import openmc
+from conicoid.io import openmc
 from studio import Progress
 
 ASSEMBLY = Path(__file__).with_name("openmc") / "assembly" / "geometry.xml"

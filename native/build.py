@@ -120,7 +120,7 @@ def main() -> None:
         folder.mkdir(parents=True, exist_ok=True)
         sources = ""
         if wanted.in_place:
-            from conicoid.compiler.sources import hash_of_sources
+            from conicoid._jit.sources import hash_of_sources
 
             sources, target = hash_of_sources(), target.only(host_level(target))
             if _is_there(sources):

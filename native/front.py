@@ -20,7 +20,8 @@ import numba
 from numba import types
 from numba.core import codegen
 
-from conicoid.compiler import dispatch, functions
+from conicoid._jit import compiler as functions
+from conicoid._jit import dispatch
 
 dispatch.Kernel = functions.Inner  # type: ignore[misc, assignment]
 
@@ -35,8 +36,8 @@ def _keep_as_it_is(library: Any, module: Any) -> None:
 def bend() -> None:
     """Let nothing be made for this processor."""
     functions.bits = lambda codegen: 0  # type: ignore[assignment]
-    functions._Library._optimize_functions = _keep_as_it_is  # type: ignore[attr-defined]
-    codegen.JITCPUCodegen._library_class = functions._Library
+    functions._InnerLibrary._optimize_functions = _keep_as_it_is  # type: ignore[attr-defined]
+    codegen.JITCPUCodegen._library_class = functions._InnerLibrary
 
 
 def _scalar(leaf: Leaf) -> Any:

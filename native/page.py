@@ -61,9 +61,9 @@ def build(folder: Path, sources: str = "") -> Path:
     exports = [f"--export={LEVEL.prefix}{name}" for name in KERNELS]
     subprocess.run([*zig, "wasm-ld", *LINK, *exports, *map(str, parts), "-o", str(out)], check=True)
     if sources:
-        from conicoid.viewer.engine import marked
+        from conicoid.viewer.html import stamp_sources
 
-        out.write_bytes(marked(out.read_bytes(), sources))
+        out.write_bytes(stamp_sources(out.read_bytes(), sources))
     return out
 
 
@@ -81,7 +81,7 @@ def main() -> None:
     if wanted.object:
         emit(*wanted.object)
         return
-    from conicoid.compiler.sources import hash_of_sources
+    from conicoid._jit.sources import hash_of_sources
 
     with tempfile.TemporaryDirectory() as temporary:
         folder = wanted.folder or Path(temporary)

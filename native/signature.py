@@ -1,4 +1,4 @@
-"""What a kernel takes and returns, from its annotations and its shapes (`conicoid.compiler.shapes`).
+"""What a kernel takes and returns, from its annotations and its shapes (`conicoid._jit.decorators`).
 
 An argument is a leaf, or a record (a tuple) of them; a signature lists leaves and brackets in the order in which both
 Numba and the door flatten them.
@@ -15,7 +15,7 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from conicoid.engine.tables import Geometry, Tables
+from conicoid.kernels.tables import Geometry, Tables
 
 MOST_ARRAYS, MOST_SLOTS, MOST_NAMES = 64, 512, 16
 """Of one kernel: the door (native/door.c) has room for so many."""
@@ -210,7 +210,7 @@ def modules_with_kernels() -> list[str]:
     found = []
     for path in sorted(package.rglob("*.py")):
         text = path.read_text(encoding="utf-8")
-        if "compiler.jit import" in text and re.search(r"\bkernel\(", text):
+        if "_jit.decorators import" in text and re.search(r"\bkernel\(", text):
             found.append(".".join(path.relative_to(package.parent).with_suffix("").parts).removesuffix(".__init__"))
     return found
 
@@ -219,8 +219,8 @@ def declared() -> list[Signature]:
     """The signatures of all kernels, in order of their names."""
     import importlib
 
-    from conicoid.compiler.jit import DECLARED
-    from conicoid.integrators import INTEGRATORS
+    from conicoid._jit.decorators import DECLARED
+    from conicoid.render.integrators import INTEGRATORS
     from conicoid.render.tiles import tile_kernel
 
     for name in modules_with_kernels():

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from conicoid.engine.tables import SPARE, Tables
+from conicoid.kernels.tables import SPARE, Tables
 
 from .signature import (
     MOST_ARRAYS,

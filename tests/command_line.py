@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from typer.testing import CliRunner
 
-from conicoid.command_line.cli import app
+from conicoid.cli.app import app
 
 from . import messages
 

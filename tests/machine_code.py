@@ -8,7 +8,7 @@ from importlib.util import find_spec
 
 import pytest
 
-from conicoid.compiler.machine_code import SHIPPED
+from conicoid._jit.machine_code import SHIPPED
 
 needs_compiler = pytest.mark.skipif(find_spec("numba") is None, reason="needs the compiler (the extra jit)")
 needs_machine_code = pytest.mark.skipif(SHIPPED is None, reason="no machine code for these sources has been built")

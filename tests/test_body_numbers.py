@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.command_line.report import listing, totals
+from conicoid.cli.report import list_bodies, totals
 
 RED, GREEN = co.matte("red"), co.matte("green")
 CENTERS = [(0.0, 0.0, 0.0), (3.0, 0.0, 0.0), (6.0, 0.0, 0.0)]
@@ -100,7 +100,7 @@ def test_all_count_alike():
     assert repr(SCENE) == "Scene(5 bodies in 4 entries, 0 lights)"
     assert repr(co.Scene([co.Sphere()])) == "Scene(1 body, 0 lights)"
     assert totals(SCENE)[0] == "bodies    5"
-    assert [line.split()[0] for line in listing(SCENE)[1:]] == ["none", "0", "1-3", "4"]
+    assert [line.split()[0] for line in list_bodies(SCENE)[1:]] == ["none", "0", "1-3", "4"]
     with pytest.raises(ValueError, match=r"\(5,\)"):
         SCENE.spans((-9, 0, 0), (1, 0, 0)).line_integral([1, 2, 3, 4])
 

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 import conicoid as co
-from conicoid.integrators import INTEGRATORS
+from conicoid.render.integrators import INTEGRATORS
 
 from .command_line import refused, run, written
 from .formats.broken import CASES
@@ -62,7 +62,7 @@ def test_help_and_mistakes_come_without_the_compiler(tmp_path):
     """Where there is no machine code too."""
     (tmp_path / "bad.yaml").write_text("bodies: [{shape: {Spere: {}}}]\n")
     code = (
-        "import sys\nfrom conicoid.command_line.cli import main\n"
+        "import sys\nfrom conicoid.cli.app import main\n"
         "for arguments in (['--help'], ['info', 'bad.yaml'], ['schema']):\n"
         "    sys.argv = ['conicoid', *arguments]\n"
         "    try:\n        main()\n    except SystemExit as stop:\n        print('code', stop.code)\n"
@@ -179,7 +179,7 @@ def test_other_exit_codes(scene, monkeypatch, error, code, said):
     def fail(path: object, **_: object) -> None:
         raise error
 
-    monkeypatch.setattr("conicoid.files.load", fail)
+    monkeypatch.setattr("conicoid.scene.files.load", fail)
     result = run("info", scene)
     assert result.exit_code == code
     assert said in result.stderr
@@ -189,7 +189,7 @@ def test_bugs_are_not_hidden(scene, monkeypatch):
     def fail(path: object, **_: object) -> None:
         raise RuntimeError("a bug")
 
-    monkeypatch.setattr("conicoid.files.load", fail)
+    monkeypatch.setattr("conicoid.scene.files.load", fail)
     result = run("info", scene)
     assert result.exit_code == 1
     assert isinstance(result.exception, RuntimeError)

@@ -14,11 +14,11 @@ from types import ModuleType
 import pytest
 
 import conicoid as co
-from conicoid import scene_queries
-from conicoid.engine import queries
-from conicoid.integrators import INTEGRATORS, Integrator
-from conicoid.shapes import REGISTRY
-from conicoid.shapes.base import REGISTERED
+from conicoid import queries
+from conicoid.geometry.registry import REGISTRY
+from conicoid.geometry.shape import REGISTERED
+from conicoid.render.integrators import INTEGRATORS, Integrator
+from conicoid.scene import scene as scene_queries
 
 from .machine_code import needs_compiler
 
@@ -40,7 +40,7 @@ def name_of(page: Path) -> str:
     return page.relative_to(ROOT).as_posix()
 
 
-WITH_CODE = [page for page in PAGES if page.name != "CONTRIBUTING.md" and code_blocks(page)]
+WITH_CODE = [page for page in PAGES if page.parent.name != "dev" and code_blocks(page)]
 
 
 @pytest.mark.parametrize("page", WITH_CODE, ids=name_of)
@@ -71,7 +71,7 @@ def anchors(page: Path) -> set[str]:
 
 @pytest.mark.parametrize(
     "told",
-    [page.read_text(encoding="utf-8") for page in PAGES if page.name not in ("CONTRIBUTING.md", "CHANGELOG.md")]
+    [page.read_text(encoding="utf-8") for page in PAGES if page.name not in ("CONTRIBUTING.md", "CHANGELOG.md") and page.parent.name != "dev"]
     + [getattr(co, name).__doc__ or "" for name in co.__all__],
 )
 def test_words_of_the_workshop_stay_there(told: str) -> None:
@@ -95,13 +95,9 @@ def test_every_integrator_is_in_the_table(each: Integrator) -> None:
     assert row in (ROOT / "docs" / "pictures.md").read_text(encoding="utf-8").splitlines()
 
 
-def section(title: str) -> list[str]:
-    """The Python blocks of a section of CONTRIBUTING.md, each on the page's line numbers."""
-    page = ROOT / "CONTRIBUTING.md"
-    text = page.read_text(encoding="utf-8")
-    begin = text.index(f"## {title}\n")
-    lines = text.count("\n", 0, begin), text.count("\n", 0, text.index("\n## ", begin))
-    return [block for block in code_blocks(page) if lines[0] < len(block) - len(block.lstrip("\n")) < lines[1]]
+def recipe(name: str) -> list[str]:
+    """The Python blocks of a recipe in docs/dev, each on the page's line numbers."""
+    return list(code_blocks(ROOT / "docs" / "dev" / f"{name}.md"))
 
 
 def loaded(monkeypatch: pytest.MonkeyPatch, name: str, code: str) -> ModuleType:
@@ -111,14 +107,14 @@ def loaded(monkeypatch: pytest.MonkeyPatch, name: str, code: str) -> ModuleType:
     module = importlib.util.module_from_spec(spec)
     module.__package__ = name.rpartition(".")[0]
     monkeypatch.setitem(sys.modules, name, module)
-    exec(compile(code, "CONTRIBUTING.md", "exec"), module.__dict__)
+    exec(compile(code, "docs/dev", "exec"), module.__dict__)
     return module
 
 
 def run_tests(code: str) -> None:
     """Run the tests of an example."""
     namespace: dict[str, object] = {"__name__": "test_of_contributing"}
-    exec(compile(code, "CONTRIBUTING.md", "exec"), namespace)
+    exec(compile(code, "docs/dev", "exec"), namespace)
     tests = [value for key, value in namespace.items() if key.startswith("test_")]
     assert tests
     for run in tests:
@@ -127,8 +123,8 @@ def run_tests(code: str) -> None:
 
 
 def test_the_primitive_of_contributing_works(monkeypatch: pytest.MonkeyPatch) -> None:
-    code, test = section("Add a primitive in 30 lines")
-    module = loaded(monkeypatch, "conicoid.shapes.cooling_tower", code)
+    code, test = recipe("add-a-primitive")
+    module = loaded(monkeypatch, "conicoid.geometry.cooling_tower", code)
     try:
         assert module.CoolingTower is REGISTRY["CoolingTower"]
         run_tests(test)
@@ -138,8 +134,8 @@ def test_the_primitive_of_contributing_works(monkeypatch: pytest.MonkeyPatch) ->
 
 @needs_compiler
 def test_the_integrator_of_contributing_works(monkeypatch: pytest.MonkeyPatch) -> None:
-    code, line, test = section("Add an integrator")
-    loaded(monkeypatch, "conicoid.integrators.curvature", code)
+    code, line, test = recipe("add-an-integrator")
+    loaded(monkeypatch, "conicoid.render.integrators.curvature", code)
     (added,) = eval(line.strip())
     monkeypatch.setitem(INTEGRATORS, added.name, added)
     with pytest.raises(ValueError, match="render: integrator must be one of .*, curvature, got 'photons'"):
@@ -149,12 +145,12 @@ def test_the_integrator_of_contributing_works(monkeypatch: pytest.MonkeyPatch) -
 
 @needs_compiler
 def test_the_query_of_contributing_works(monkeypatch: pytest.MonkeyPatch) -> None:
-    code, method, test = section("Add a query")
-    module = loaded(monkeypatch, "conicoid.engine.queries.thickness", code)
+    code, method, test = recipe("add-a-query")
+    module = loaded(monkeypatch, "conicoid.queries.thickness", code)
     monkeypatch.setattr(queries, "thickness", module, raising=False)
     namespace = dict(vars(scene_queries))
-    exec(compile(method, "CONTRIBUTING.md", "exec"), namespace)
-    monkeypatch.setattr(scene_queries.Queries, "thickness", namespace["thickness"], raising=False)
+    exec(compile(method, "docs/dev", "exec"), namespace)
+    monkeypatch.setattr(scene_queries.SceneQueries, "thickness", namespace["thickness"], raising=False)
     run_tests(test)
 
 
@@ -165,20 +161,20 @@ def test_the_examples_of_contributing_join_the_tree(tmp_path: Path) -> None:
         shutil.copytree(ROOT / folder, tmp_path / folder, ignore=shutil.ignore_patterns("__pycache__"))
     for name in ("pyproject.toml", *LETTERS):
         shutil.copy(ROOT / name, tmp_path)
-    primitive, primitive_test = section("Add a primitive in 30 lines")
-    integrator, line, integrator_test = section("Add an integrator")
-    query, method, query_test = section("Add a query")
+    primitive, primitive_test = recipe("add-a-primitive")
+    integrator, line, integrator_test = recipe("add-an-integrator")
+    query, method, query_test = recipe("add-a-query")
     for file, code in (
-        ("conicoid/shapes/cooling_tower.py", primitive),
-        ("conicoid/integrators/curvature.py", integrator),
-        ("conicoid/engine/queries/thickness.py", query),
+        ("conicoid/geometry/cooling_tower.py", primitive),
+        ("conicoid/render/integrators/curvature.py", integrator),
+        ("conicoid/queries/thickness.py", query),
         ("tests/shapes/test_cooling_tower.py", primitive_test),
         ("tests/integrators/test_curvature.py", integrator_test),
         ("tests/engine/test_thickness.py", query_test),
     ):
         assert not (tmp_path / file).exists()
         (tmp_path / file).write_text(code.lstrip(), encoding="utf-8")
-    insert(tmp_path / "conicoid" / "integrators" / "__init__.py", line, before="    )\n}\n")
+    insert(tmp_path / "conicoid" / "render" / "integrators" / "__init__.py", line, before="    )\n}\n")
     insert(tmp_path / "conicoid" / "scene_queries.py", method, before="\nQUERIES:")
     environment = {**os.environ, "PYTHONPATH": str(tmp_path), "CONICOID_CACHE_DIR": str(tmp_path / "cache")}
     chosen = "CoolingTower or cooling_tower or curvature or thickness or nothing_is_left"
@@ -198,3 +194,10 @@ def insert(file: Path, code: str, before: str) -> None:
     depth = "    " if code.lstrip().startswith("@") else 8 * " "
     lines = "".join(f"{depth}{each}".rstrip() + "\n" for each in code.strip().splitlines())
     file.write_text(text.replace(before, lines + before), encoding="utf-8")
+
+
+@needs_compiler
+def test_the_material_of_contributing_works(monkeypatch: pytest.MonkeyPatch) -> None:
+    code, test = recipe("add-a-material")
+    loaded(monkeypatch, "conicoid.materials.pearl", code)
+    run_tests(test)

@@ -6,10 +6,13 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.engine import lowering, prepared
-from conicoid.engine.lowering import layout, parts, recordings
-from conicoid.engine.lowering.edited import edit as edited
-from conicoid.engine.prepared import Prepared
+from conicoid.prepare import lower_shape as parts
+from conicoid.prepare import lowering
+from conicoid.prepare import prepared_scene as prepared
+from conicoid.prepare import tables_builder as layout
+from conicoid.prepare.edits import scene_edit as edited
+from conicoid.prepare.prepared_scene import PreparedScene
+from conicoid.prepare.tape import recording_cache as recordings
 
 RAYS = (np.random.default_rng(3).normal(size=(400, 3)) * 4, np.random.default_rng(4).normal(size=(400, 3)))
 
@@ -44,15 +47,15 @@ def _same(a: co.Scene, b: co.Scene) -> None:
 @pytest.fixture
 def worked_out(monkeypatch):
     """The shapes that are lowered, one after the other: nothing has been recorded, of which others could be lowered."""
-    monkeypatch.setattr(recordings, "RECORDINGS", recordings.Recordings())
+    monkeypatch.setattr(recordings, "RECORDINGS", recordings.RecordingCache())
     seen: list[co.Shape] = []
-    work = parts.worked_out
+    work = parts.compute_shape
 
     def noted(shape):
         seen.append(shape)
         return work(shape)
 
-    monkeypatch.setattr(parts, "worked_out", noted)
+    monkeypatch.setattr(parts, "compute_shape", noted)
     return seen
 
 
@@ -85,7 +88,7 @@ def test_a_changed_scene_is_the_scene_made_anew():
 def test_other_lights_and_cameras_prepare_nothing(monkeypatch):
     scene = co.Scene(_things())
     scene.prepare()
-    for name, module in (("lower", lowering), ("of", Prepared)):
+    for name, module in (("lower", lowering), ("of", PreparedScene)):
         monkeypatch.setattr(module, name, None)
     light, camera = co.AmbientLight(1), co.Camera((0, -9, 0), (0, 0, 0))
     lit = scene.replace(lights=light, camera=camera, background="red")
@@ -197,7 +200,7 @@ def test_a_scene_takes_what_is_equal_in_one_that_is_prepared(monkeypatch):
 
 
 def test_a_slider_changes_one_body_as_the_whole_file_would():
-    from conicoid.viewer import numbers
+    from conicoid.viewer import session as numbers
 
     scene = co.Scene(_things())
     scene.prepare()
@@ -235,8 +238,8 @@ def test_preparing_many_tells_of_every_stage(monkeypatch):
 
         return noted
 
-    monkeypatch.setattr(layout, "finished", noting("merging", layout.finished))
-    monkeypatch.setattr(prepared, "with_trees", noting("planting", prepared.with_trees))
+    monkeypatch.setattr(layout, "merge_surfaces", noting("merging", layout.merge_surfaces))
+    monkeypatch.setattr(prepared, "build_scene_trees", noting("planting", prepared.build_scene_trees))
     balls = [co.Sphere(0.1, (float(k), 0, 0)) for k in range(3000)]
     scene = co.Scene([*balls, *(co.Box().rotate("z", k).translate((0, k, 0)) for k in range(20))])
     scene.prepare(lambda done, count: told.append((done, count)))

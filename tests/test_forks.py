@@ -9,7 +9,7 @@ import weakref
 
 import pytest
 
-from conicoid import forks
+from conicoid._util import fork_safe_locks as forks
 
 from .children import child
 from .machine_code import needs_compiler
@@ -19,7 +19,7 @@ pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="there are no fo
 PREPARING = """
 import os, threading
 import conicoid as co
-from conicoid.engine import lowering
+from conicoid.prepare import lowering
 
 begun, go_on, lower = threading.Event(), threading.Event(), lowering.lower
 scene = co.Scene([co.Sphere(1)])
@@ -45,10 +45,10 @@ print(os.waitpid(forked, 0)[1])
 COMPILING = """
 import os, threading, time
 import conicoid as co
-from conicoid.compiler import functions as jit_functions
+from conicoid._jit import compiler as jit_functions
 
 begun, forking = threading.Event(), threading.Event()
-finalize = jit_functions._Program.finalize
+finalize = jit_functions._KernelLibrary.finalize
 parent = os.getpid()
 
 def slow(self):
@@ -58,7 +58,7 @@ def slow(self):
         time.sleep(0.3)
     finalize(self)
 
-jit_functions._Program.finalize = slow
+jit_functions._KernelLibrary.finalize = slow
 rays = lambda: co.Rays([(0.0, 0.0, 5.0)] * 2, (0.0, 0.0, -1.0))
 threading.Thread(target=rays).start()
 begun.wait()
@@ -86,7 +86,7 @@ def test_a_child_of_a_busy_process_works(program, said, tmp_path, monkeypatch):
 
 
 def test_locks_are_open_in_a_child():
-    for made in (forks.lock(), forks.nested_lock()):
+    for made in (forks.fork_safe_lock(), forks.fork_safe_rlock()):
         taken, end = threading.Event(), threading.Event()
 
         def hold(made=made, taken=taken, end=end):
@@ -106,7 +106,7 @@ def test_locks_are_open_in_a_child():
 
 
 def test_locks_are_not_kept():
-    made = forks.lock()
+    made = forks.fork_safe_lock()
     gone = weakref.ref(made)
     del made
     gc.collect()

@@ -106,10 +106,10 @@ COMPILING = """
 import hashlib, threading
 import numpy as np
 import conicoid as co
-from conicoid.compiler import functions as jit_functions
+from conicoid._jit import compiler as jit_functions
 
 go_on = threading.Event()
-finalize = jit_functions._Program.finalize
+finalize = jit_functions._KernelLibrary.finalize
 
 def slow(self):
     print("begun", flush=True)
@@ -117,11 +117,11 @@ def slow(self):
         hashlib.pbkdf2_hmac("sha256", b"", b"", {rounds})
     finalize(self)
 
-jit_functions._Program.finalize = slow
+jit_functions._KernelLibrary.finalize = slow
 """
 UNTIL_TOLD, FOR_EVER = COMPILING.format(rounds=10**5), COMPILING.format(rounds=2**31 - 1)
 RAYS = "co.Rays([(0.0, 0.0, 5.0)] * 2, (0.0, 0.0, -1.0))"
-IN_A_CREW = f"from conicoid.engine.threads import run_chunks; run_chunks(lambda a, b: {RAYS}, 4, 1)"
+IN_A_CREW = f"from conicoid.kernels.threads import run_chunks; run_chunks(lambda a, b: {RAYS}, 4, 1)"
 
 
 @needs_compiler
@@ -151,7 +151,7 @@ def test_what_was_being_compiled_can_be_asked_for_again(tmp_path, monkeypatch):
 
 
 def test_a_second_one_while_the_first_is_seen_to():
-    work = "from conicoid.engine.threads import run_chunks\nimport hashlib, threading\n"
+    work = "from conicoid.kernels.threads import run_chunks\nimport hashlib, threading\n"
     work += "def hang(a, b):\n    print('begun\\n', end='', flush=True)\n    hashlib.pbkdf2_hmac('sha256', b'', b'', 2**31 - 1)\n"
     with child(f"{work}run_chunks(hang, 8, 1)") as running:
         assert running.line() == "begun"
@@ -182,11 +182,11 @@ sys.meta_path.insert(0, Interrupting())
 """
 
 
-EARLY = ["typer", "conicoid.command_line.drawing", "numpy", "conicoid.engine.tables"]
-PROPER = "typer", "conicoid.command_line.cli", "rich"
+EARLY = ["typer", "conicoid.cli.drawing", "numpy", "conicoid.kernels.tables"]
+PROPER = "typer", "conicoid.cli.app", "rich"
 """What plain commands do without: see `command_line/plain.py`."""
 LATE = [
-    "conicoid.command_line.cli", "rich", "conicoid.files", "yaml", "conicoid.scene", "numba", "conicoid.compiler.jit", "llvmlite.binding",
+    "conicoid.cli.app", "rich", "conicoid.scene.files", "yaml", "conicoid.scene.scene", "numba", "conicoid._jit.decorators", "llvmlite.binding",
     "conicoid.render.tiles", "PIL",
 ]  # fmt: skip
 
@@ -219,21 +219,21 @@ setattr(importlib.import_module(module), name, hang)
 PICTURE = ["-o", "x.png", "--width", 8, "--height", 8]
 PLACES = [
     ("os:replace", ["trace", "scene.yaml", "rays.csv", "-o", "x.csv"], 1),
-    ("conicoid.engine.threads:_together", ["render", "scene.yaml", *PICTURE], 4),
+    ("conicoid.kernels.threads:_run_on_threads", ["render", "scene.yaml", *PICTURE], 4),
 ]
 FURTHER = [
-    ("conicoid.engine.lowering:lower", ["info", "scene.yaml"], 1),
-    ("conicoid.engine.lowering:lower", ["render", "scene.yaml", *PICTURE], 1),
-    ("conicoid.engine.threads:_together", ["render", "scene.yaml", *PICTURE], 1),
+    ("conicoid.prepare.lowering:lower", ["info", "scene.yaml"], 1),
+    ("conicoid.prepare.lowering:lower", ["render", "scene.yaml", *PICTURE], 1),
+    ("conicoid.kernels.threads:_run_on_threads", ["render", "scene.yaml", *PICTURE], 1),
     ("os:replace", ["render", "scene.yaml", *PICTURE], 4),
-    ("conicoid.formats.scene_file:read", ["info", "scene.yaml"], 4),
-    ("conicoid.checks.check:check", ["info", "scene.yaml", "--check"], 1),
-    ("conicoid.formats.ray_file:read_rays", ["trace", "scene.yaml", "rays.csv", "-o", "x.csv"], 4),
-    ("conicoid.formats.openmc:read", ["import", "geometry.xml", "-o", "x.yaml"], 1),
+    ("conicoid.io.scene_file.scene_file:read", ["info", "scene.yaml"], 4),
+    ("conicoid.apps.checks.check:check", ["info", "scene.yaml", "--check"], 1),
+    ("conicoid.io.ray_file:read_rays", ["trace", "scene.yaml", "rays.csv", "-o", "x.csv"], 4),
+    ("conicoid.io.openmc:read", ["import", "geometry.xml", "-o", "x.yaml"], 1),
     ("conicoid.viewer.html:page", ["export", "scene.yaml", "x.html"], 1),
-    ("conicoid.formats.schema:scene_schema", ["schema"], 4),
-    ("conicoid.bench.command:measure", ["bench"], 1),
-    ("conicoid.engine.lowering:lower", ["view", "scene.yaml", "--no-browser"], 1),
+    ("conicoid.io.scene_file.schema:scene_schema", ["schema"], 4),
+    ("conicoid.bench.suite:measure", ["bench"], 1),
+    ("conicoid.prepare.lowering:lower", ["view", "scene.yaml", "--no-browser"], 1),
 ]
 
 

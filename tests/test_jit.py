@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 from numba.core.registry import cpu_target
 
-from conicoid.compiler import dispatch, vectors
-from conicoid.compiler.cache import KernelCache
-from conicoid.compiler.jit import helper, inline, kernel
-from conicoid.environment import jit_wanted, vector_bits_wanted
+from conicoid._jit import dispatch
+from conicoid._jit import vector_width as vectors
+from conicoid._jit.decorators import helper, inline, kernel
+from conicoid._jit.numba_cache import KernelCache
+from conicoid._util.environment import read_jit_mode, read_vector_bits
 
 
 @inline
@@ -72,13 +73,13 @@ def test_the_installed_numba_is_one_of_these():
 def test_there_are_two_ways_only(monkeypatch):
     monkeypatch.setenv("CONICOID_JIT", "fast")
     with pytest.raises(ValueError, match="CONICOID_JIT must be 'plain' or 'own', got 'fast'"):
-        jit_wanted()
+        read_jit_mode()
 
 
 def test_a_width_of_vectors_is_one_of_two(monkeypatch):
     monkeypatch.setenv("CONICOID_VECTOR_BITS", "1024")
     with pytest.raises(ValueError, match="CONICOID_VECTOR_BITS must be 256 or 512, got '1024'"):
-        vector_bits_wanted()
+        read_vector_bits()
 
 
 LINUX = "x86_64-unknown-linux-gnu"
@@ -138,7 +139,7 @@ for origins, directions in rays + [([3.0, 4.0, 5.0], [-3.0, -4.0, -4.9])]:
     hits, spans, crossings = (getattr(scene, query)(origins, directions) for query in ("first_hit", "spans", "crossings"))
     for value in (hits.t, hits.t_error, hits.point, hits.normal, hits.uv, hits.doubtful, spans.t_enter, crossings.t, crossings.face):
         print(hashlib.sha256(np.ascontiguousarray(value)).hexdigest())
-print("conicoid.compiler.functions" in sys.modules)
+print("conicoid._jit.compiler" in sys.modules)
 """
 
 
@@ -152,7 +153,7 @@ def said(program: str, way: str, folder: object, bits: str = "") -> list[str]:
 
 
 def test_plain_njit(tmp_path):
-    program = "import sys, conicoid as co; print(len(co.Rays([(0, 0, 5)], (0, 0, -1)).origins)); print('conicoid.compiler.functions' in sys.modules)"
+    program = "import sys, conicoid as co; print(len(co.Rays([(0, 0, 5)], (0, 0, -1)).origins)); print('conicoid._jit.compiler' in sys.modules)"
     assert said(program, "plain", tmp_path) == ["1", "False"]
     assert not list(tmp_path.iterdir())
 

@@ -43,8 +43,8 @@ def test_the_readme_names_every_folder() -> None:
 
 @pytest.mark.parametrize("path", sorted(PACKAGE.rglob("*.py")), ids=lambda path: path.relative_to(PACKAGE).as_posix())
 def test_files_that_comments_name_are_there(path: Path) -> None:
-    """From the root, the package, the engine or the file's own folder."""
-    places = (ROOT, PACKAGE, PACKAGE / "engine", path.parent, path.parent.parent)
+    """From the root, the package or the file's own folder."""
+    places = (ROOT, PACKAGE, path.parent, path.parent.parent)
     words = "\n".join(re.findall(r'""".*?"""|#[^\n]*', path.read_text(encoding="utf-8"), re.S))
     names = {name for name in NAMED.findall(words) if name not in ELSEWHERE}
     assert sorted(name for name in names if not any((place / name).exists() for place in places)) == []

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.command_line import exit_codes
-from conicoid.command_line.cli import app
+from conicoid.cli import terminal as exit_codes
+from conicoid.cli.app import app
 
 from .command_line import arrays, refused, run
 
@@ -142,12 +142,12 @@ def test_long_names_are_not_cut(tmp_path):
 
 
 def test_findings_are_in_the_exit_code(files, tmp_path):
-    assert run("info", files[0], "--check").exit_code == exit_codes.DONE
+    assert run("info", files[0], "--check").exit_code == exit_codes.EXIT_OK
     co.Scene([co.Sphere(), co.Sphere(1, (1, 0, 0))]).save(files[0])
     result = run("info", files[0], "--check")
-    assert result.exit_code == exit_codes.FOUND == 3
+    assert result.exit_code == exit_codes.EXIT_FINDINGS == 3
     assert "overlap: " in result.stdout
-    assert run("info", files[0]).exit_code == exit_codes.DONE
+    assert run("info", files[0]).exit_code == exit_codes.EXIT_OK
 
 
 def _options():
@@ -219,7 +219,7 @@ def test_commands_and_options_as_they_are_called_elsewhere(arguments, told):
 
 
 def test_what_other_commands_are_called_is_no_command():
-    from conicoid.command_line import parts
+    from conicoid.cli import options as parts
 
     commands = [command.name or command.callback.__name__ for command in app.registered_commands]
     assert not set(parts._COMMANDS) & set(commands)

@@ -10,8 +10,10 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.formats.scene_file import parsed
-from conicoid.shapes import elsewhere, other_names, synonyms
+from conicoid._util import foreign_names as elsewhere
+from conicoid._util import foreign_names as other_names
+from conicoid._util import hints as synonyms
+from conicoid.io.scene_file.scene_file import parse_scene
 
 from .command_line import refused, run
 
@@ -23,7 +25,7 @@ HITS, SPANS, CROSSINGS = SCENE.first_hit(RAYS), SCENE.spans(RAYS), SCENE.crossin
 THINGS = {
     "Hits": HITS, "Rays": RAYS, "Spans": SPANS, "Crossings": CROSSINGS, "Material": STEEL, "Measures": co.measure(BALL),
     "SceneMeasures": co.measure(SCENE), "Image": co.Image(np.eye(3)), "Camera": SCENE.camera,
-    "Geometry": co.ct.parallel([0, 90], 4), "ScanRays": co.Rays.from_scan(co.ct.parallel([0, 90], 4)),
+    "ScanGeometry": co.ct.parallel([0, 90], 4), "ScanRays": co.Rays.from_scan(co.ct.parallel([0, 90], 4)),
     "CameraRays": co.Rays.from_camera(co.Camera((0, 0, 1), (0, 0, 0)), 2, 2),
     "Classification": co.Quadric(np.diag([1, 1, 1, -1])).classification,
     "Finding": co.Finding("empty", (0,), "body 0 is empty", 0.0),
@@ -55,15 +57,15 @@ def test_attributes(ask, told):
 
 def test_no_hint_is_for_what_there_is():
     """A name of the tables that a class has would never be asked for."""
-    for kind, names in other_names._NAMES.items():
+    for kind, names in other_names._ATTRIBUTE_HINTS.items():
         for name in names:
             thing = THINGS[kind]
             assert not hasattr(thing, name), (kind, name)
             with pytest.raises(AttributeError, match=f"^'{kind}' object has no attribute '{name}': ") as error:
                 getattr(thing, name)
             assert "{" not in str(error.value).replace("properties={...}", "")
-    assert all(hasattr(co, name) for name in elsewhere.CLASSES.values())
-    assert not any(hasattr(co, name) for name in (*elsewhere.CLASSES, *elsewhere._OTHERWISE))
+    assert all(hasattr(co, name) for name in elsewhere.CLASS_SYNONYMS.values())
+    assert not any(hasattr(co, name) for name in (*elsewhere.CLASS_SYNONYMS, *elsewhere._PACKAGE_NAME_HINTS))
 
 
 @pytest.mark.parametrize("thing", THINGS.values(), ids=THINGS)
@@ -188,7 +190,7 @@ def test_many_rays_are_spawned_on_each_hit(detached):
 ])  # fmt: skip
 def test_scene_files(text, told):
     with pytest.raises(co.SceneFileError, match=told):
-        parsed(f"{text}\nbodies: []", "x.yaml")
+        parse_scene(f"{text}\nbodies: []", "x.yaml")
 
 
 @pytest.mark.parametrize(("body", "told"), [
@@ -202,11 +204,11 @@ def test_scene_files(text, told):
 ])  # fmt: skip
 def test_bodies_in_scene_files(body, told):
     with pytest.raises(co.SceneFileError, match=told):
-        parsed(f"bodies: [{body}]", "x.yaml")
+        parse_scene(f"bodies: [{body}]", "x.yaml")
 
 
 def test_synonyms_name_no_argument_twice():
-    assert all(name == name.casefold() for name in synonyms._MEANT)
+    assert all(name == name.casefold() for name in synonyms._ARGUMENT_SYNONYMS)
 
 
 @pytest.mark.parametrize("load", [co.load, co.load_openmc, co.Scene.load])

@@ -9,9 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from conicoid.command_line.drawing import Wanted
-from conicoid.command_line.pictures import render
-from conicoid.command_line.plain import understood
+from conicoid.cli.drawing import RenderRequest, parse_plain_render
+from conicoid.cli.pictures import render
 
 from .command_line import run, written
 
@@ -30,22 +29,22 @@ NOT_PLAIN = (
 
 @pytest.mark.parametrize("words", PLAIN, ids=" ".join)
 def test_what_is_plain(words):
-    assert understood(["render", *words]) is not None
-    assert understood(["turntable", *words]) is None
+    assert parse_plain_render(["render", *words]) is not None
+    assert parse_plain_render(["turntable", *words]) is None
 
 
 @pytest.mark.parametrize("words", NOT_PLAIN, ids=lambda words: " ".join(words) or "nothing")
 def test_what_is_left_to_the_command_line(words):
-    assert understood(["render", *words]) is None
+    assert parse_plain_render(["render", *words]) is None
 
 
 def test_no_words():
-    assert understood([]) is None
+    assert parse_plain_render([]) is None
 
 
 def test_defaults_are_those_of_the_options():
     options = inspect.signature(render).parameters
-    for name, default in vars(Wanted(Path("p.png"))).items():
+    for name, default in vars(RenderRequest(Path("p.png"))).items():
         if name in options and name not in ("output", "layers"):
             assert options[name].default == default, name
 
@@ -54,8 +53,8 @@ def test_the_same_picture_and_the_same_words(tmp_path: Path):
     scene = written(tmp_path)
     code = (
         "import sys\nfrom conicoid import __main__ as entry\n"
-        "from conicoid.command_line import terminal, working\n"
-        "terminal.PATIENCE = working.PATIENCE = float('inf')\n"  # a slow machine draws bars, by Rich
+        "from conicoid.cli import terminal, resources\n"
+        "terminal.PATIENCE = resources.PATIENCE = float('inf')\n"  # a slow machine draws bars, by Rich
         "code = entry._command(False)\n"
         "print(code, sorted({name.partition('.')[0] for name in sys.modules} & {'typer', 'pydantic', 'rich'}))\n"
     )
@@ -81,7 +80,7 @@ def test_the_same_picture_and_the_same_words(tmp_path: Path):
 def test_mistakes_are_told_alike(words, told, tmp_path, monkeypatch, capsys):
     written(tmp_path)
     monkeypatch.chdir(tmp_path)
-    command = understood(["render", *words])
+    command = parse_plain_render(["render", *words])
     assert command is not None
     with pytest.raises(SystemExit) as end:
         command()

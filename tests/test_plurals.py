@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 
 import conicoid as co
-from conicoid.command_line import ray_tables, report
-from conicoid.formats import openmc
-from conicoid.formats.openmc.imported import LegendEntry
+from conicoid.cli import ray_tables, report
+from conicoid.io import openmc
+from conicoid.io.openmc.importer import LegendEntry
 
 BALL = co.Scene([co.Sphere(1)])
 
@@ -31,7 +31,7 @@ def test_what_info_says():
     lines = report.totals(BALL)
     assert any(" for 1 primitive: " in line for line in lines)
     many = co.Scene([co.Sphere()] * (report.LISTED + 1))
-    assert report.listing(many)[-1].strip() == "and 1 more entry"
+    assert report.list_bodies(many)[-1].strip() == "and 1 more entry"
 
 
 def test_legends_stay_in_columns():

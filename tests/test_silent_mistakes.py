@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.formats.scene_file import parsed
-from conicoid.shapes.degrees import is_of_radians
+from conicoid._util.validation import looks_like_radians
+from conicoid.io.scene_file.scene_file import parse_scene
 
 from .command_line import refused, run
 
@@ -38,7 +38,7 @@ def test_bytes_are_no_linear_light(color, take):
 
 def test_bytes_in_a_file_are_no_linear_light():
     with pytest.raises(co.SceneFileError, match=r"x.yaml:1:13: .*background must be linear light.*'#141e5a' here"):
-        parsed("background: [20, 30, 90]\nbodies: []", "x.yaml")
+        parse_scene("background: [20, 30, 90]\nbodies: []", "x.yaml")
 
 
 def test_light_that_is_brighter_than_white_is_said_so():
@@ -144,7 +144,7 @@ _ANGLES = [
     lambda a: BALL.rotate("z", a), lambda a: co.Body(BALL).rotate((0, 0, 1), a, about=(1, 1, 1)),
     lambda a: co.Camera((0, 0, 5), (0, 0, 0), field_of_view=abs(a)), lambda a: co.SpotLight((0, 0, 1), (0, 0, -1), abs(a), 0),
     lambda a: co.Cylinder((0, 0, 0), (0, 0, 1), 1, -9, a, (1, 0, 0)), lambda a: co.CylinderPatch((0, 0, 0), (0, 0, 1), 1, a, 20, (1, 0, 0)),
-    lambda a: parsed(f"camera: {{position: [0, 0, 5], look_at: [0, 0, 0], field_of_view: {abs(a)!r}}}\nbodies: []".replace("np.float64(", "").replace(")", ""), "x"),
+    lambda a: parse_scene(f"camera: {{position: [0, 0, 5], look_at: [0, 0, 0], field_of_view: {abs(a)!r}}}\nbodies: []".replace("np.float64(", "").replace(")", ""), "x"),
 ])  # fmt: skip
 def test_radians_are_doubted(angle, turn):
     with pytest.warns(
@@ -170,7 +170,7 @@ def test_no_number_of_degrees_is_taken_for_radians():
         0.0,
         1e-9,
     ]:
-        assert not is_of_radians(float(angle))
+        assert not looks_like_radians(float(angle))
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         co.Camera((0, 0, 5), (0, 0, 0), field_of_view=0.7)  # a telescope

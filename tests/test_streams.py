@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from conicoid import __main__ as entry
-from conicoid.command_line import exit_codes
+from conicoid.cli import terminal as exit_codes
 
 from .children import ROOT
 from .command_line import run, written
@@ -126,7 +126,7 @@ def test_outputs_that_cannot_be(folder, monkeypatch, name, place):
     else:
         output.symlink_to(os.devnull)
     result = run(*command.format(output).split())
-    assert result.exit_code == exit_codes.MISTAKE
+    assert result.exit_code == exit_codes.EXIT_USAGE
     assert isinstance(result.exception, SystemExit)
     said = {"missing": "no such folder", "folder": "is a directory", "device": "is not a regular file"}
     assert said[place] in result.stderr
@@ -150,7 +150,7 @@ def test_inputs_that_are_none(folder, monkeypatch, command, kind):
     if result.exit_code == 0:
         assert kind == "empty"  # no rays, or no bodies: legal
         return
-    assert result.exit_code == exit_codes.MISTAKE
+    assert result.exit_code == exit_codes.EXIT_USAGE
     assert isinstance(result.exception, SystemExit)
     assert "error" in result.stderr
     assert not list(folder.glob("x.*"))
@@ -184,7 +184,7 @@ def test_a_disk_that_is_full(folder):
     (folder / "rays.csv").write_text("0,0,5,0,0,-1\n" * 4000)
     (folder / "x.csv").unlink()
     found, _, errors = shell(folder, TRACE, before="ulimit -f 4; ")
-    assert found == exit_codes.FAILED
+    assert found == exit_codes.EXIT_FAILURE
     assert errors == f"error: {os.strerror(errno.EFBIG).lower()}\n"
     assert sorted(path.name for path in folder.iterdir()) == ["geometry.xml", "rays.csv", "scene.yaml"]
 
@@ -214,7 +214,7 @@ def test_too_little_memory_to_begin_with(monkeypatch, capsys, text, said):
     def refuse() -> None:
         raise MemoryError(*filter(None, [text]))
 
-    monkeypatch.setattr("conicoid.command_line.cli.main", refuse)
+    monkeypatch.setattr("conicoid.cli.app.main", refuse)
     assert entry._command(False) == 1
     assert capsys.readouterr().err == f"error: {said}\n"
 
@@ -223,4 +223,4 @@ def test_exit_codes_are_documented():
     text = (ROOT / "docs" / "files.md").read_text(encoding="utf-8")
     table = text[text.index("| exit code |") :].split("\n\n")[0]
     told = {int(line.split("|")[1]) for line in table.splitlines()[2:]}
-    assert told == {value for name, value in vars(exit_codes).items() if name.isupper() and isinstance(value, int)}
+    assert told == {value for name, value in vars(exit_codes).items() if name.startswith("EXIT_")}

@@ -13,8 +13,8 @@ import PIL.Image
 import pytest
 
 import conicoid as co
-from conicoid.formats.openmc import read
-from conicoid.turntables import turntable as turning
+from conicoid.io.openmc import read
+from conicoid.scene import movies as turning
 
 from .command_line import refused, run, written
 
@@ -161,7 +161,7 @@ def test_turntable_without_its_encoder(scene, tmp_path, monkeypatch):
 
 
 def test_preparing_is_told_where_it_takes_long(scene, monkeypatch):
-    from conicoid.command_line import working
+    from conicoid.cli import resources as working
 
     assert "preparing" not in run("info", scene).stderr
     monkeypatch.setattr(working, "PATIENCE", -1.0)
@@ -169,7 +169,7 @@ def test_preparing_is_told_where_it_takes_long(scene, monkeypatch):
 
 
 def test_reading_is_told_where_it_takes_long(scene, monkeypatch):
-    from conicoid.command_line import working
+    from conicoid.cli import resources as working
 
     assert "reading" not in run("info", scene).stderr
     monkeypatch.setattr(working, "PATIENCE", -1.0)

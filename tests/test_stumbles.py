@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid import environment
-from conicoid.formats.ray_file import ray_notes, read_rays
-from conicoid.formats.scene_file import parsed
+from conicoid._util import environment
+from conicoid.io.ray_file import ray_notes, read_rays
+from conicoid.io.scene_file.scene_file import parse_scene
 from conicoid.viewer.html import export
 
 from .command_line import run
@@ -61,7 +61,7 @@ def test_a_misspelt_array_of_rays_is_refused(tmp_path, name, meant):
 @pytest.mark.parametrize(("written", "color"), [("gray", "gray"), ('"#ff0000"', "#ff0000")])
 def test_colours_are_materials_in_scene_files(tmp_path, written, color):
     text = f"bodies: [{{shape: {{Sphere: {{}}}}, material: {written}}}]"
-    scene = co.Scene(parsed(text, "scene.yaml").bodies)
+    scene = co.Scene(parse_scene(text, "scene.yaml").bodies)
     assert scene == co.Scene(co.Body(co.Sphere(), color))
     scene.save(tmp_path / "again.yaml")
     assert co.load(tmp_path / "again.yaml") == scene
@@ -69,13 +69,13 @@ def test_colours_are_materials_in_scene_files(tmp_path, written, color):
 
 def test_a_name_under_materials_comes_before_the_colour():
     text = "materials: {gray: {mirror: {}}}\nbodies: [{shape: {Sphere: {}}, material: gray}]"
-    assert parsed(text, "scene.yaml").bodies[0].material == co.mirror(name="gray")
+    assert parse_scene(text, "scene.yaml").bodies[0].material == co.mirror(name="gray")
 
 
 @pytest.mark.parametrize("written", ["grayy", "'#ff00'"])
 def test_what_is_neither_material_nor_colour_is_told(written):
     with pytest.raises(co.SceneFileError, match="unknown material '{}'".format(written.strip("'"))):
-        parsed(f"bodies: [{{shape: {{Sphere: {{}}}}, material: {written}}}]", "scene.yaml")
+        parse_scene(f"bodies: [{{shape: {{Sphere: {{}}}}, material: {written}}}]", "scene.yaml")
 
 
 def test_export_takes_a_shape_and_knows_suffixes(tmp_path):
@@ -286,7 +286,7 @@ def test_unknown_variables_are_warned_of_once(monkeypatch):
     environment.warn_of_unknown.cache_clear()
     monkeypatch.setenv("CONICOID_TREADS", "2")
     with pytest.warns(UserWarning, match="^CONICOID_TREADS is not a Conicoid variable: did you mean CONICOID_THREADS"):
-        environment.threads_wanted()
-    environment.threads_wanted()  # warnings are errors here
-    environment.jit_wanted()
+        environment.read_threads()
+    environment.read_threads()  # warnings are errors here
+    environment.read_jit_mode()
     environment.warn_of_unknown.cache_clear()

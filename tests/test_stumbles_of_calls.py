@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.scene_queries import QUERIES
-from conicoid.shapes.elsewhere import OF_MEASURES, OF_SCENES
+from conicoid._util.foreign_names import MEASURE_FIELDS, SCENE_METHODS
+from conicoid.scene.scene import QUERIES
 
 BALL = co.Sphere()
 SCENE = co.Scene([co.Body(BALL, co.matte("red", name="steel"), "ball"), co.Box((2, 2, 2), (3, 3, 3))])
@@ -57,12 +57,12 @@ def test_errors_from_within_stay_what_they_are():
 @pytest.mark.parametrize("thing", [BALL, BALL - co.Box(), co.Body(BALL), co.Disc((0, 0, 0), (0, 0, 1), 1)])
 def test_what_a_scene_is_asked_is_not_asked_of_a_shape(thing):
     kind = type(thing).__name__
-    for name in OF_SCENES:
+    for name in SCENE_METHODS:
         with pytest.raises(
             AttributeError, match=rf"^'{kind}' object has no attribute '{name}': a scene has, co\.Scene\("
         ):
             getattr(thing, name)
-    for name in OF_MEASURES:
+    for name in MEASURE_FIELDS:
         with pytest.raises(
             AttributeError, match=rf"has no attribute '{name}': co\.measure\({kind.lower()}\)\.{name} is"
         ):
@@ -73,7 +73,7 @@ def test_what_a_scene_is_asked_is_not_asked_of_a_shape(thing):
 
 
 def test_the_list_of_what_scenes_are_asked_is_whole():
-    assert set(QUERIES) <= set(OF_SCENES) <= {name for name in dir(co.Scene) if not name.startswith("_")}
+    assert set(QUERIES) <= set(SCENE_METHODS) <= {name for name in dir(co.Scene) if not name.startswith("_")}
 
 
 @pytest.mark.parametrize(("call", "told"), [

@@ -7,7 +7,7 @@ import pytest
 from PIL import Image
 
 import conicoid as co
-from conicoid.command_line import working
+from conicoid.cli import resources as working
 
 from .command_line import run
 

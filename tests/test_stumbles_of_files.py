@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.command_line.ray_tables import check
-from conicoid.formats import openmc
-from conicoid.formats.ray_file import read_rays
-from conicoid.formats.scene_file import parsed
+from conicoid.cli.ray_tables import check
+from conicoid.io import openmc
+from conicoid.io.ray_file import read_rays
+from conicoid.io.scene_file.scene_file import parse_scene
 
 from .command_line import run
 
@@ -22,7 +22,7 @@ BALL = "shape: {Sphere: {}}"
 
 def refused(text: str) -> str:
     with pytest.raises(co.SceneFileError) as error:
-        parsed(text, "scene.yaml")
+        parse_scene(text, "scene.yaml")
     return str(error.value)
 
 
@@ -33,7 +33,7 @@ def test_bodies_are_not_left_empty(written):
 
 
 def test_no_bodies_are_written_as_an_empty_list(tmp_path):
-    assert parsed("bodies: []", "scene.yaml").bodies == ()
+    assert parse_scene("bodies: []", "scene.yaml").bodies == ()
     co.save(co.Scene([]), tmp_path / "empty.yaml")
     assert co.load(tmp_path / "empty.yaml") == co.Scene([])
     result = run("render", tmp_path / "empty.yaml", "-o", tmp_path / "empty.png", "--width", 8, "--height", 8)
@@ -51,7 +51,9 @@ def test_what_is_left_empty_is_told(field, phrase):
 
 def test_an_empty_name_is_told():
     assert "bodies[0]: name: must be a text, got nothing" in refused(f"bodies:\n  - name:\n    {BALL}\n")
-    assert parsed(f"bodies: [{{name: null, {BALL}, material: null}}]", "scene.yaml").bodies == (co.Body(co.Sphere()),)
+    assert parse_scene(f"bodies: [{{name: null, {BALL}, material: null}}]", "scene.yaml").bodies == (
+        co.Body(co.Sphere()),
+    )
 
 
 @pytest.mark.parametrize("text", [
@@ -63,7 +65,7 @@ def test_empty_values_of_all_kinds_are_told(text):
 
 
 def test_axes_have_names_in_files_too():
-    scene = parsed("bodies: [{shape: {Box: {}}, move: [{rotate: {axis: -z, degrees: 30}}]}]", "scene.yaml")
+    scene = parse_scene("bodies: [{shape: {Box: {}}, move: [{rotate: {axis: -z, degrees: 30}}]}]", "scene.yaml")
     assert scene.bodies[0].shape == co.Box().rotate("-z", 30)
     text = "bodies: [{shape: {Box: {}}, move: [{rotate: {axis: %s}}]}]"
     assert "rotate: degrees must be given" in refused(text % "z")

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.shapes.asked_of_scenes import ASKED, OF_CLASSES
-from conicoid.shapes.order import misplaced
+from conicoid._util.foreign_names import CLASS_METHOD_HINTS, SCENE_HINTS
+from conicoid._util.hints import has_misplaced_arguments
 
 STEEL = co.matte("red", name="steel", properties={"density": 7.8})
 SCENE = co.Scene(
@@ -38,10 +38,10 @@ def test_scenes_tell_what_they_are_asked(name, told):
 
 
 def test_no_hint_is_for_what_scenes_have():
-    for name, hint in ASKED.items():
+    for name, hint in SCENE_HINTS.items():
         assert not hasattr(SCENE, name), name
         assert hint in refused(lambda name=name: getattr(SCENE, name), AttributeError), name
-    for kind, names in OF_CLASSES.items():
+    for kind, names in CLASS_METHOD_HINTS.items():
         for name, hint in names.items():
             assert refused(lambda kind=kind, name=name: getattr(getattr(co, kind), name), AttributeError).endswith(hint)
 
@@ -51,7 +51,7 @@ def test_no_hint_is_for_what_scenes_have():
     (lambda: co.Subtract, r"did you mean Difference\?"), (lambda: co.Surface, "lenses are solids"), (lambda: co.World, "Scene"),
     (lambda: co.Detector, "shapes that they hit"), (lambda: co.rotate_x, "shape.rotate"), (lambda: co.project, "co.ct.project"),
     (lambda: co.ct.fan, r"did you mean fanflat\?"), (lambda: co.ct.iradon, "not reconstructed"), (lambda: co.ct.cones, r"mean cone\?"),
-    (lambda: co.cluster.Client, "Dask's"), (lambda: co.cluster.Pool, r"mean Processes\?"),
+    (lambda: co.parallel.Client, "Dask's"), (lambda: co.parallel.Pool, r"mean Processes\?"),
     (lambda: co.ct.parallel([0], 3).rays, "co.Rays.from_scan"), (lambda: co.check(SCENE).ok, "`if not findings`"),
     (lambda: HITS.reflect, r"co\.reflect\(hits\.rays\.directions"), (lambda: HITS.bounce, r"hits\.spawn\(co\.reflect\("),
     (lambda: HITS.angle, "cosine"), (lambda: SPANS.by_material, r"lengths\(by='material'\)"),
@@ -72,7 +72,7 @@ def test_names_of_other_packages(ask, told):
     (SCENE.lights[0], "intensity", r"scene\.replace\(lights=\.\.\.\)"), (co.Sky(), "zenith", r"scene\.replace\(background=\.\.\.\)"),
     (co.Camera((0, 0, 1), (0, 0, 0)), "position", r"scene\.replace\(camera=\.\.\.\)"), (co.Checker(), "a", r"dataclasses\.replace\(checker"),
     (co.measure(co.Sphere()), "volume", "^Measures: volume cannot be set: what was found does not change$"),
-    (co.ct.parallel([0], 3), "rows", r"dataclasses\.replace\(geometry, rows=\.\.\.\)"),
+    (co.ct.parallel([0], 3), "rows", r"dataclasses\.replace\(scangeometry, rows=\.\.\.\)"),
 ])  # fmt: skip
 def test_fields_that_are_set(thing, name, told):
     for change in (lambda: setattr(thing, name, 1), lambda: delattr(thing, name)):
@@ -174,8 +174,8 @@ def test_places_of_arguments():
     import inspect
 
     plane = inspect.signature(co.Plane).parameters
-    assert misplaced(plane, [(0, 0, 0), (0, 0, 1)])
-    assert misplaced(plane, [0, (0, 0, 1)])
-    assert not misplaced(plane, [(0, 0, 0), 1])
-    assert not misplaced(plane, [(0, 0), 1])
-    assert not misplaced(plane, ["z", 1])
+    assert has_misplaced_arguments(plane, [(0, 0, 0), (0, 0, 1)])
+    assert has_misplaced_arguments(plane, [0, (0, 0, 1)])
+    assert not has_misplaced_arguments(plane, [(0, 0, 0), 1])
+    assert not has_misplaced_arguments(plane, [(0, 0), 1])
+    assert not has_misplaced_arguments(plane, ["z", 1])

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.formats.scene_file import parsed
-from conicoid.shapes import REGISTRY
+from conicoid.geometry.registry import REGISTRY
+from conicoid.io.scene_file.scene_file import parse_scene
 
 from .contract.examples import examples_of
 
@@ -47,7 +47,7 @@ def test_a_box_by_its_size_is_told_of_corners(call):
 def test_a_box_by_corners_that_are_named_is_one():
     assert co.Box() == co.Box((-1, -1, -1), (1, 1, 1)) == co.Box(low=(-1, -1, -1))
     assert co.Box(high=(3, 3, 3)).high == (3, 3, 3)
-    assert parsed("bodies: [{shape: {Box: {low: [0, 0, 0]}}}]", "x.yaml").bodies[0].shape == co.Box(low=(0, 0, 0))
+    assert parse_scene("bodies: [{shape: {Box: {low: [0, 0, 0]}}}]", "x.yaml").bodies[0].shape == co.Box(low=(0, 0, 0))
 
 
 @pytest.mark.parametrize("name", sorted(REGISTRY))
@@ -173,12 +173,12 @@ def test_attributes(ask, told):
 
 
 def test_hints_name_what_there_is():
-    from conicoid.shapes import elsewhere
+    from conicoid._util import foreign_names as elsewhere
 
-    assert all(hasattr(co, name) for name in elsewhere.FUNCTIONS)
-    assert all(hasattr(co, name) for name in elsewhere.CLASSES.values())
-    assert all(hasattr(BALL, name) for name in elsewhere.ELSEWHERE.values())
-    assert not any(hasattr(co.Sphere, name) or hasattr(co.Body, name) for name in elsewhere.ELSEWHERE)
+    assert all(hasattr(co, name) for name in elsewhere.PACKAGE_FUNCTIONS)
+    assert all(hasattr(co, name) for name in elsewhere.CLASS_SYNONYMS.values())
+    assert all(hasattr(BALL, name) for name in elsewhere.SHAPE_SYNONYMS.values())
+    assert not any(hasattr(co.Sphere, name) or hasattr(co.Body, name) for name in elsewhere.SHAPE_SYNONYMS)
 
 
 def test_every_public_method_tells_calls_that_do_not_fit():
@@ -249,12 +249,12 @@ def test_motions_about_a_point():
 
 def test_a_turn_about_a_point_in_a_scene_file(tmp_path):
     text = "bodies: [{shape: {Box: {low: [2, 2, 2], high: [3, 3, 3]}}, move: [{rotate: {axis: z, degrees: 90, about: %s}}]}]"
-    scene = co.Scene(parsed(text % "[2, 2, 0]", "x.yaml").bodies)
+    scene = co.Scene(parse_scene(text % "[2, 2, 0]", "x.yaml").bodies)
     assert scene.bodies[0].shape == BOX.rotate("z", 90, about=(2, 2, 0))
     scene.save(tmp_path / "scene.yaml")
     assert co.load(tmp_path / "scene.yaml") == scene
     with pytest.raises(co.SceneFileError, match=r"move\[0\]: rotate: about: must be 3 numbers, got 2"):
-        parsed(text % "[2, 2]", "x.yaml")
+        parse_scene(text % "[2, 2]", "x.yaml")
 
 
 @pytest.mark.parametrize(("shape", "told"), [
@@ -264,7 +264,7 @@ def test_a_turn_about_a_point_in_a_scene_file(tmp_path):
 ])  # fmt: skip
 def test_scene_files_tell_what_is_meant(shape, told):
     with pytest.raises(co.SceneFileError, match=told):
-        parsed(f"bodies: [{{shape: {shape}}}]", "x.yaml")
+        parse_scene(f"bodies: [{{shape: {shape}}}]", "x.yaml")
 
 
 @pytest.mark.parametrize(("body", "told"), [
@@ -276,4 +276,4 @@ def test_scene_files_tell_what_is_meant(shape, told):
 ])  # fmt: skip
 def test_keys_of_a_body_have_their_place(body, told):
     with pytest.raises(co.SceneFileError, match=told):
-        parsed(f"bodies: [{body}]", "x.yaml")
+        parse_scene(f"bodies: [{body}]", "x.yaml")

@@ -13,9 +13,9 @@ import pytest
 from PIL import Image as Pillow
 
 import conicoid as co
-from conicoid.checks.gaps import _share_error
-from conicoid.formats.scene_file import parsed
-from conicoid.shapes import REGISTRY
+from conicoid.apps.checks.undefined_regions import _share_error
+from conicoid.geometry.registry import REGISTRY
+from conicoid.io.scene_file.scene_file import parse_scene
 
 from .command_line import refused
 from .contract.examples import examples_of
@@ -279,8 +279,8 @@ IMAGE = SCENE.render(8, 6, samples=1, layers=["depth"])
     (lambda: co.Rays.from_camera(CAMERA, 4, 3).directions, AttributeError, r"rays.made\(\).directions is that"),
     (lambda: co.Rays.from_scan(SCANS["cone"])[0], TypeError, r"rays.made\(\)\[...\]"),
     (lambda: [*co.Rays.from_camera(CAMERA, 4, 3)], TypeError, r"origins, directions = rays.made\(\)"),
-    (lambda: co.cluster.Workers(), TypeError, r"^Workers\(\) missing executor; call it as Workers\(executor, "),
-    (lambda: co.cluster.Workers(4, chunks=3), TypeError, r"has no argument 'chunks' \(did you mean chunk\?\)"),
+    (lambda: co.parallel.Workers(), TypeError, r"^Workers\(\) missing executor; call it as Workers\(executor, "),
+    (lambda: co.parallel.Workers(4, chunks=3), TypeError, r"has no argument 'chunks' \(did you mean chunk\?\)"),
     (lambda: next(SCENE.stream(RAYS, "line_integral", values="mu")), ValueError, "^line_integral: values: no property 'mu'"),
     (lambda: next(SCENE.stream(RAYS, values=[1])), TypeError, r"^Scene.first_hit\(\) has no argument 'values'"),
     (lambda: SCENE.stream(*RAYS), TypeError, "rays are one argument: stream"),
@@ -294,7 +294,7 @@ IMAGE = SCENE.render(8, 6, samples=1, layers=["depth"])
     (lambda: co.measure(BALL - co.Box(), progress=lambda: None), TypeError, r"^measure: progress must be called as"),
     (lambda: SCENE.render(8, 6, camera="front"), TypeError, "camera must be a Camera, OrthographicCamera, EquirectangularCamera, FisheyeCamera or None"),
     (lambda: co.Scene([BALL], background=3), TypeError, "background must be a colour, a Sky, an Environment or None"),
-    (lambda: SCENE.render(8, 6, workers=4), TypeError, r"executor=co.cluster.Processes\(count\)"),
+    (lambda: SCENE.render(8, 6, workers=4), TypeError, r"executor=co.parallel.Processes\(count\)"),
     (lambda: SCENE.render(8, 6, tone="agx"), TypeError, r"has no argument 'tone': .* image.developed\(exposure, tone\)"),
     (lambda: SCENE.render(8, 6, denoise=True), TypeError, r"has no argument 'denoise': .* image.denoised\(\)"),
     (lambda: SCENE.section(axis="z", value=0), TypeError, r"did you mean plane\?.*did you mean at\?"),
@@ -322,7 +322,7 @@ def test_functions_that_python_knows_nothing_of_may_tell_of_progress():
 
 
 def test_packages_are_listed_with_the_public_names():
-    assert {"ct", "cluster", "Scene"} <= set(dir(co))
+    assert {"ct", "parallel", "Scene"} <= set(dir(co))
 
 
 # --- files and the command line ---
@@ -337,7 +337,7 @@ def test_packages_are_listed_with_the_public_names():
 ])  # fmt: skip
 def test_things_in_the_wrong_place_of_a_file_are_told_of_the_right_one(text, words):
     with pytest.raises(co.SceneFileError) as error:
-        parsed(text, "x.yaml")
+        parse_scene(text, "x.yaml")
     assert words in str(error.value)
 
 

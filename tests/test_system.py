@@ -8,8 +8,8 @@ from importlib import metadata
 import pytest
 
 import conicoid as co
-from conicoid.compiler.kernel_cache.place import cache_directory
-from conicoid.compiler.machine_code import SHIPPED, levels
+from conicoid._jit.disk_cache import cache_directory
+from conicoid._jit.machine_code import SHIPPED, levels
 
 from .children import COMMAND, child
 from .command_line import refused, run

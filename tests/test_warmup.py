@@ -6,13 +6,13 @@ import inspect
 
 import pytest
 
-from conicoid.scene_queries import QUERIES, Queries
+from conicoid.scene.scene import QUERIES, SceneQueries
 
 from .children import child
 from .machine_code import needs_compiler, needs_machine_code
 
 CALLED = """
-from conicoid.compiler import jit, machine_code
+from conicoid._jit import decorators, machine_code
 shipped, called = machine_code.entry, set()
 
 def entry(name):
@@ -22,7 +22,7 @@ def entry(name):
         return found(*arguments)
     return found and call
 
-jit.entry = entry
+decorators.entry = entry
 import conicoid as co
 from native.signature import declared
 every = {each.name for each in declared()}
@@ -35,9 +35,9 @@ PROGRAM = """
 import sys
 from pathlib import Path
 import conicoid as co, numpy as np
-from conicoid.integrators import INTEGRATORS
-from conicoid.compiler.jit import on_compile
-from conicoid.compiler.functions import Kernel
+from conicoid.render.integrators import INTEGRATORS
+from conicoid._jit.decorators import on_compile
+from conicoid._jit.compiler import Kernel
 
 co.warmup()
 found = {
@@ -76,7 +76,9 @@ print(late, flush=True)
 
 
 def test_warmup_knows_every_query():
-    methods = {name: query for name, query in vars(Queries).items() if callable(query) and not name.startswith("_")}
+    methods = {
+        name: query for name, query in vars(SceneQueries).items() if callable(query) and not name.startswith("_")
+    }
     assert {"first_hit", "contains"} <= methods.keys()
     assert {name: list(inspect.signature(query).parameters)[1] for name, query in methods.items()} == QUERIES
 

@@ -16,9 +16,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ..scene import Scene
-from .peer import Peer
-from .row import Measured, Row, Size
+from ..scene.scene import Scene
+from .harness import BenchRow, Measured, Peer, Size
 from .scenes import balls
 
 LIMIT = Peer("asked", "at most", lambda: "")
@@ -31,7 +30,7 @@ bodies:
 
 _RENDER = """\
 import sys, time
-from conicoid.command_line.cli import main
+from conicoid.cli.app import main
 sys.argv = ["conicoid", "render", "scene.yaml", "-o", "picture.png", "--width", "64", "--height", "48"]
 try:
     main()
@@ -65,7 +64,7 @@ def _child(program: str, folder: str, kernels: str = "") -> float:
     return float(run.stdout.split()[-1])
 
 
-def within(limit: float, measured: float, unit: str) -> Measured:
+def check_limit(limit: float, measured: float, unit: str) -> Measured:
     """A figure against what is asked for."""
     return Measured(measured, limit, limit / measured, unit)
 
@@ -77,7 +76,7 @@ def one_ray(size: Size) -> Measured:
         begin = time.perf_counter()
         scene.first_hit((0.1, 0.2, -3.0), (0.0, 0.0, 1.0))
         turns.append(time.perf_counter() - begin)
-    return within(50.0, 1e6 * statistics.median(turns), "µs")
+    return check_limit(50.0, 1e6 * statistics.median(turns), "µs")
 
 
 def in_new_process(limit: float, program: str) -> Callable[[Size], Measured]:
@@ -87,7 +86,7 @@ def in_new_process(limit: float, program: str) -> Callable[[Size], Measured]:
         with tempfile.TemporaryDirectory(prefix="conicoid-bench-") as folder:
             Path(folder, "scene.yaml").write_text(_SCENE, encoding="utf-8")
             runs = [_child(program, folder) for _ in range(size.runs + 1)]
-        return within(limit, statistics.median(runs[1:]), "s")
+        return check_limit(limit, statistics.median(runs[1:]), "s")
 
     return measure
 
@@ -96,21 +95,21 @@ def compilation(size: Size) -> Measured:
     """Seconds until a picture and first hits are there where no kernel is, the least of two runs at most."""
     with tempfile.TemporaryDirectory(prefix="conicoid-bench-") as folder:
         runs = [_child(_COLD, folder, str(Path(folder, str(k)))) for k in range(1 if size.runs < 5 else 2)]
-    return within(25.0, min(runs), "s")
+    return check_limit(25.0, min(runs), "s")
 
 
 def bytes_of_a_cell(size: Size) -> Measured:
     """Of 24 GiB for ten million balls, what a ball's tables and its share of the tree take."""
     memory = Scene(balls(size.balls).shapes()).memory
-    return within(np.floor(24 * 2**30 / 1e7), (memory.tables + memory.tree) / memory.primitives, "bytes")
+    return check_limit(np.floor(24 * 2**30 / 1e7), (memory.tables + memory.tree) / memory.primitives, "bytes")
 
 
 ROWS = (
-    Row("latency", "one", "1,000 balls, prepared", LIMIT, 1.0, 0.0, one_ray),
-    Row("import", "none", "`import conicoid`", LIMIT, 1.0, 0.0, in_new_process(0.5, _IMPORT)),
-    Row(
+    BenchRow("latency", "one", "1,000 balls, prepared", LIMIT, 1.0, 0.0, one_ray),
+    BenchRow("import", "none", "`import conicoid`", LIMIT, 1.0, 0.0, in_new_process(0.5, _IMPORT)),
+    BenchRow(
         "command", "picture, 64 × 48", "`conicoid render`, process time", LIMIT, 1.0, 0.0, in_new_process(1.5, _RENDER)
     ),
-    Row("compile", "picture and first hits", "no kernel compiled yet", LIMIT, 1.0, 0.0, compilation),
-    Row("memory", "none", "1,000,000 balls, each", LIMIT, 1.0, 0.0, bytes_of_a_cell),
+    BenchRow("compile", "picture and first hits", "no kernel compiled yet", LIMIT, 1.0, 0.0, compilation),
+    BenchRow("memory", "none", "1,000,000 balls, each", LIMIT, 1.0, 0.0, bytes_of_a_cell),
 )

@@ -6,12 +6,6 @@ import sys
 from types import ModuleType
 from typing import Any, NoReturn
 
-from .camera import Camera, OrthographicCamera
-from .picture import render
-from .wide_cameras import EquirectangularCamera, FisheyeCamera
-
-__all__ = ["Camera", "EquirectangularCamera", "FisheyeCamera", "OrthographicCamera", "render"]
-
 
 class _NoFunction(ModuleType):
     """A module that is named as a function might be, and tells so."""

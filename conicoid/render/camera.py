@@ -11,33 +11,40 @@ opening or another way to lay directions on a picture, is `optics` (see `view`).
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, get_args
 
 import numpy as np
 
-from ..shapes.calls import explained_methods
-from ..shapes.calm import calm
-from ..shapes.degrees import degrees
-from ..shapes.other_names import hinted
-from ..shapes.rounded import tan_degrees
-from ..shapes.row_vectors import dot_rows, lengths, product
-from ..shapes.validate import nonnegative, positive, shown, vector, what, whole
-from ..shapes.vector import FloatArray, Vector, VectorLike
+from .._util.arrays import FloatArray, Vector, VectorLike, dot_rows, matmul_rows, row_lengths
+from .._util.errstate import ignore_fp_errors
+from .._util.foreign_names import with_attribute_hints
+from .._util.hints import check_choice, with_method_hints
+from .._util.validation import (
+    as_integer,
+    check_degrees,
+    check_nonnegative,
+    check_positive,
+    check_vector,
+    describe_kind,
+    format_value,
+)
+from ..numerics.portable_math import sin_cos_degrees, tan_degrees
 
 if TYPE_CHECKING:
-    from ..engine.answers.lazy_rays import LazyRays
-    from ..engine.answers.rays import Rays
+    from ..queries.rays import LazyRays, Rays
+
 
 UP = (0.0, 0.0, 1.0)
 LINEAR, THIN_LENS, EQUIRECTANGULAR, FISHEYE = range(4)
 """Kinds of camera, as kernels know them."""
-NUMBERS = 4
+CAMERA_NUMBERS = 4
 """What a kind has beside its lens."""
 MOST_BLADES = 100
 
 
-@explained_methods
+@with_method_hints
 class AnyCamera:
     """What all cameras have."""
 
@@ -58,7 +65,7 @@ class AnyCamera:
     def pixel(self, width: int, height: int) -> tuple[float, float]:
         """How large a pixel of a picture of `width` x `height` is at the camera, and how much more each unit away."""
         lens = self.lens
-        return 2 * float(lengths(lens[2])) / height, 2 * float(lengths(lens[5])) / height
+        return 2 * float(row_lengths(lens[2])) / height, 2 * float(row_lengths(lens[5])) / height
 
     def rays(self, width: int, height: int) -> Rays:
         """Rays through the pixel centres, of shape (height, width), first row on top, directions of unit length.
@@ -79,19 +86,19 @@ class AnyCamera:
         The centre of the first pixel is (0.5, 0.5); what lies beside the picture has coordinates beyond its edges.
         NaN for points that are not in front of the camera. Nothing is said of what hides them.
         """
-        return projected(self, points, width, height)
+        return project_points(self, points, width, height)
 
     def _film(self, points: FloatArray, width: int, height: int) -> FloatArray:
         """(..., 2): the film coordinates u and v of points, NaN where there are none."""
         lens = self.lens
         from_camera = points - lens[0]
         across, depth = lens[1:3] + lens[4:6], dot_rows(from_camera, lens[3])
-        film = product(from_camera, across.T) / dot_rows(across, across)
+        film = matmul_rows(from_camera, across.T) / dot_rows(across, across)
         return np.where((depth > 0)[..., None], film, np.nan)
 
 
-@hinted
-@explained_methods
+@with_attribute_hints
+@with_method_hints
 @dataclass(frozen=True)
 class Camera(AnyCamera):
     """A pinhole camera at `position` that looks at `look_at`; `field_of_view` is vertical, in degrees.
@@ -116,25 +123,25 @@ class Camera(AnyCamera):
     blades: int = 0
 
     def __post_init__(self) -> None:
-        _check(self)
-        angle = degrees("Camera", "field_of_view", self.field_of_view)
+        _check_camera(self)
+        angle = check_degrees("Camera", "field_of_view", self.field_of_view)
         if not 0 < angle < 180:
             raise ValueError(f"Camera: field_of_view must be in (0, 180) degrees, got {angle}")
         object.__setattr__(self, "field_of_view", angle)
-        object.__setattr__(self, "aperture", nonnegative("Camera", "aperture", self.aperture))
+        object.__setattr__(self, "aperture", check_nonnegative("Camera", "aperture", self.aperture))
         if self.focus_distance is not None:
-            object.__setattr__(self, "focus_distance", positive("Camera", "focus_distance", self.focus_distance))
-        blades = whole(self.blades)
+            object.__setattr__(self, "focus_distance", check_positive("Camera", "focus_distance", self.focus_distance))
+        blades = as_integer(self.blades)
         if blades is None or not (blades == 0 or 3 <= blades <= MOST_BLADES):
             raise ValueError(
-                f"Camera: blades must be 0, or a whole number from 3 to {MOST_BLADES}, got {shown(self.blades)}"
+                f"Camera: blades must be 0, or a whole number from 3 to {MOST_BLADES}, got {format_value(self.blades)}"
             )
         object.__setattr__(self, "blades", blades)
 
     @property
     def lens(self) -> FloatArray:
         """(6, 3): o₀, o₁, o₂, d₀, d₁, d₂."""
-        right, up, forward = basis(self.position, self.look_at, self.up)
+        right, up, forward = camera_basis(self.position, self.look_at, self.up)
         half = tan_degrees(self.field_of_view / 2)
         zero = np.zeros(3)
         return np.array([self.position, zero, zero, forward, right * half, up * half])
@@ -146,7 +153,7 @@ class Camera(AnyCamera):
             return LINEAR, (0.0, 0.0, 0.0, 0.0)
         focus = self.focus_distance
         if focus is None:
-            focus = float(lengths(np.subtract(self.look_at, self.position)))
+            focus = float(row_lengths(np.subtract(self.look_at, self.position)))
         return THIN_LENS, (self.aperture / 2, focus, float(self.blades), 0.0)
 
     def _film(self, points: FloatArray, width: int, height: int) -> FloatArray:
@@ -154,8 +161,8 @@ class Camera(AnyCamera):
         return super()._film(points, width, height) / np.where(depth > 0, depth, np.nan)[..., None]
 
 
-@hinted
-@explained_methods
+@with_attribute_hints
+@with_method_hints
 @dataclass(frozen=True)
 class OrthographicCamera(AnyCamera):
     """Parallel rays from a window `height` high about `position`, along the way to `look_at`.
@@ -169,13 +176,13 @@ class OrthographicCamera(AnyCamera):
     height: float = 2.0
 
     def __post_init__(self) -> None:
-        _check(self)
-        object.__setattr__(self, "height", positive("OrthographicCamera", "height", self.height))
+        _check_camera(self)
+        object.__setattr__(self, "height", check_positive("OrthographicCamera", "height", self.height))
 
     @property
     def lens(self) -> FloatArray:
         """(6, 3): o₀, o₁, o₂, d₀, d₁, d₂."""
-        right, up, forward = basis(self.position, self.look_at, self.up)
+        right, up, forward = camera_basis(self.position, self.look_at, self.up)
         half, zero = self.height / 2, np.zeros(3)
         return np.array([self.position, right * half, up * half, forward, zero, zero])
 
@@ -184,45 +191,45 @@ def as_camera(owner: str, camera: Any) -> AnyCamera | None:
     """A camera, or None for one that fits; a TypeError otherwise."""
     if camera is not None and not isinstance(camera, AnyCamera):
         kinds = "Camera, OrthographicCamera, EquirectangularCamera, FisheyeCamera or None"
-        raise TypeError(f"{owner}: camera must be a {kinds}, got {what(camera)}")
+        raise TypeError(f"{owner}: camera must be a {kinds}, got {describe_kind(camera)}")
     return camera
 
 
-@calm
-def basis(position: Vector, look_at: Vector, up: Vector) -> tuple[FloatArray, FloatArray, FloatArray]:
+@ignore_fp_errors
+def camera_basis(position: Vector, look_at: Vector, up: Vector) -> tuple[FloatArray, FloatArray, FloatArray]:
     """(right, up, forward): unit vectors of the view."""
     forward = _unit(np.subtract(look_at, position))
     right = _unit(np.cross(forward, _unit(np.array(up))))
     return right, np.cross(right, forward), forward
 
 
-@calm
-def projected(camera: AnyCamera, points: Any, width: int, height: int) -> FloatArray:
+@ignore_fp_errors
+def project_points(camera: AnyCamera, points: Any, width: int, height: int) -> FloatArray:
     """The pixel coordinates of points: the film coordinates u and v of the rays through them, turned around."""
-    from ..engine.answers.rays import points_array
+    from ..queries.rays import points_array
 
-    width, height = checked_size(width, height, "project")
+    width, height = check_size(width, height, "project")
     places = points_array("project", "points", points)
     film = camera._film(places, width, height)
     pixels: FloatArray = (film * (height, -height) + (width, height)) / 2
     return pixels
 
 
-def checked_size(width: int, height: int, owner: str = "rays") -> tuple[int, int]:
+def check_size(width: int, height: int, owner: str = "rays") -> tuple[int, int]:
     """Width and height of what asks for them, as positive integers, or an error."""
     for name, value in (("width", width), ("height", height)):
-        pixels = whole(value)
+        pixels = as_integer(value)
         if pixels is None or not 1 <= pixels < 1 << 31:
-            raise ValueError(f"{owner}: {name} must be a whole number of pixels >= 1, got {shown(value)}")
+            raise ValueError(f"{owner}: {name} must be a whole number of pixels >= 1, got {format_value(value)}")
     return int(width), int(height)
 
 
-@calm
-def _check(camera: AnyCamera) -> None:
+@ignore_fp_errors
+def _check_camera(camera: AnyCamera) -> None:
     """Check and normalise the fields that all cameras have."""
     owner: str = type(camera).__name__
-    position, look_at = vector(owner, "position", camera.position), vector(owner, "look_at", camera.look_at)
-    up = vector(owner, "up", camera.up, nonzero=True)
+    position, look_at = check_vector(owner, "position", camera.position), check_vector(owner, "look_at", camera.look_at)
+    up = check_vector(owner, "up", camera.up, nonzero=True)
     if position == look_at:
         raise ValueError(f"{owner}: look_at must differ from position, got {position} for both")
     forward = np.subtract(look_at, position)
@@ -239,4 +246,120 @@ def _are_along(a: FloatArray, b: Vector) -> bool:
 
 def _unit(v: FloatArray) -> FloatArray:
     scaled = v / np.abs(v).max()
-    return np.asarray(scaled / lengths(scaled))
+    return np.asarray(scaled / row_lengths(scaled))
+
+
+# Cameras that see more than a plane film can hold: all around, or a hemisphere and more in a circle.
+
+Projection: TypeAlias = Literal["equidistant", "equisolid", "stereographic"]
+EQUIDISTANT, EQUISOLID, STEREOGRAPHIC = range(3)
+
+
+class _PanoramicCamera(AnyCamera):
+    """A camera whose rays come together in its position, in any direction."""
+
+    @property
+    def lens(self) -> FloatArray:
+        """(6, 3): the position, zeros, and the unit vectors forward, to the right and upwards."""
+        right, up, forward = camera_basis(self.position, self.look_at, self.up)
+        zero = np.zeros(3)
+        return np.array([self.position, zero, zero, forward, right, up])
+
+    def pixel(self, width: int, height: int) -> tuple[float, float]:
+        """How large a pixel of a picture of `width` x `height` is at the camera, and how much more each unit away."""
+        kind, numbers = self.optics
+        return 0.0, (4 * math.pi * numbers[1] if kind == FISHEYE else math.pi) / height
+
+    def _directions(self, points: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """How far points lie to the right, upwards and forward; NaN for the position itself."""
+        lens = self.lens
+        away = points - lens[0]
+        away = np.where((away == 0).all(axis=-1, keepdims=True), np.nan, away)
+        return dot_rows(away, lens[4]), dot_rows(away, lens[5]), dot_rows(away, lens[3])
+
+
+@with_attribute_hints
+@with_method_hints
+@dataclass(frozen=True)
+class EquirectangularCamera(_PanoramicCamera):
+    """All around `position`, as a map: 360 degrees of longitude across the picture, 180 of latitude from top to bottom.
+
+    The middle looks at `look_at`; longitudes grow to the right, about `up` as far as it is across the view. A picture
+    twice as wide as high has square pixels at its equator, and is what programs take for a panorama or environment.
+    """
+
+    position: VectorLike
+    look_at: VectorLike
+    up: VectorLike = UP
+
+    def __post_init__(self) -> None:
+        _check_camera(self)
+
+    @property
+    def optics(self) -> tuple[int, tuple[float, float, float, float]]:
+        """It has no numbers."""
+        return EQUIRECTANGULAR, (0.0, 0.0, 0.0, 0.0)
+
+    def _film(self, points: FloatArray, width: int, height: int) -> FloatArray:
+        right, up, forward = self._directions(points)
+        longitude, latitude = np.arctan2(right, forward), np.arctan2(up, np.hypot(right, forward))
+        return np.stack([longitude * (width / height / math.pi), latitude * (2 / math.pi)], axis=-1)
+
+
+@with_attribute_hints
+@with_method_hints
+@dataclass(frozen=True)
+class FisheyeCamera(_PanoramicCamera):
+    """A circle as high as the picture, of all that is within `field_of_view`, in degrees; around it all is black.
+
+    projection: how the angle θ from the middle grows with the distance r from it, 1 at the rim:
+        "equidistant": θ in proportion to r;
+        "equisolid": sin(θ/2) in proportion to r, equal areas for equal solid angles, as most lenses do;
+        "stereographic": tan(θ/2) in proportion to r: small circles stay circles.
+    position, look_at: where the camera is, and what is in the middle; `up` is upwards in the picture.
+    `field_of_view` is in (0, 360], of a stereographic one below 360.
+    """
+
+    position: VectorLike
+    look_at: VectorLike
+    up: VectorLike = UP
+    field_of_view: float = 180.0
+    projection: Projection = "equidistant"
+
+    def __post_init__(self) -> None:
+        _check_camera(self)
+        angle = check_degrees("FisheyeCamera", "field_of_view", self.field_of_view)
+        check_choice("FisheyeCamera", "projection", self.projection, get_args(Projection))
+        if not 0 < angle <= 360 or (angle == 360 and self.projection == "stereographic"):
+            limits = "(0, 360)" if self.projection == "stereographic" else "(0, 360]"
+            raise ValueError(f"FisheyeCamera: field_of_view must be in {limits} degrees, got {angle}")
+        object.__setattr__(self, "field_of_view", angle)
+
+    @property
+    def optics(self) -> tuple[int, tuple[float, float, float, float]]:
+        """(projection, θ at the rim in turns, sin(θ/2) there, tan(θ/2) there)."""
+        number = get_args(Projection).index(self.projection)
+        quarter = self.field_of_view / 4
+        tangent = tan_degrees(quarter) if number == STEREOGRAPHIC else 0.0
+        return FISHEYE, (float(number), self.field_of_view / 720, sin_cos_degrees(quarter)[0], tangent)
+
+    def _film(self, points: FloatArray, width: int, height: int) -> FloatArray:
+        right, up, forward = self._directions(points)
+        across = np.hypot(right, up)
+        angle = np.arctan2(across, forward)
+        number, rim, sine, tangent = self.optics[1]
+        if number == EQUIDISTANT:
+            r = angle / (2 * math.pi * rim)
+        else:
+            r = np.sin(angle / 2) / sine if number == EQUISOLID else np.tan(angle / 2) / tangent
+        away = np.where(across > 0, across, 1.0)
+        film = np.stack([right, up], axis=-1) * np.where(across > 0, r / away, 0.0)[..., None]
+        return np.where(np.isnan(row_lengths(film))[..., None], np.nan, film)
+
+
+# All cameras by their names in scene files.
+
+CAMERAS: dict[str, type[AnyCamera]] = {
+    each.__name__: each for each in (Camera, OrthographicCamera, EquirectangularCamera, FisheyeCamera)
+}
+"""Scene-file name -> class."""

@@ -1,4 +1,4 @@
-"""One page that holds everything: markup, style, modules, shaders, and the scene. It asks nobody for anything."""
+"""The exact engine in the page: its WebAssembly, and of the scene what it needs beyond the shader's tables."""
 
 from __future__ import annotations
 
@@ -8,25 +8,89 @@ import json
 import logging
 import os
 import re
+import zlib
 from functools import cache
 from importlib import resources
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import numpy.typing as npt
 
-from ..formats.atomic import replacing
-from ..formats.exports import FORMATS, Options, format_for
-from ..scene import Scene, as_scene
-from ..shapes.color import srgb_encode
-from ..shapes.validate import path as checked_path
-from ..shapes.validate import what
-from .engine import engine_data
-from .lowered_data import scene_data
+from .._util.hints import with_call_hints
+from .._util.safe_files import replace_file
+from .._util.validation import check_path as checked_path
+from .._util.validation import describe_kind
+from ..io.export.exporters import EXPORT_FORMATS, ExportOptions, find_export_format
+from ..kernels.tables import Tables
+from ..materials.color import srgb_encode
+from ..scene.scene import Scene, as_scene
+from .picks import name_of
+from .scene_data import expand_tables, pack_scene
 
 if TYPE_CHECKING:
-    from ..shapes.base import Shape
-    from ..shapes.body import Body
-from ..shapes.calls import explained
+    from ..geometry.body import Body
+    from ..geometry.shape import Shape
+    from ..scene.scene import Scene
+
+
+ENGINE_FILE = "engine.wasm"
+"""Made by `native.page`; it comes with wheels, and stands in a checkout where it was built."""
+_SECTION = b"conicoid"
+
+
+def stamp_sources(code: bytes, sources: str) -> bytes:
+    """A module that says what it was made of, in a section of its own; unchanged for ""."""
+    if not sources:
+        return code
+    content = bytes([len(_SECTION)]) + _SECTION + sources.encode()
+    return code + bytes([0, len(content)]) + content
+
+
+@cache
+def read_engine() -> bytes | None:
+    """The module; None where there is none, and where it was made of other sources."""
+    try:
+        code = (resources.files(__package__) / ENGINE_FILE).read_bytes()
+    except FileNotFoundError:
+        return None
+    mark = code.rfind(_SECTION, -128)
+    if mark >= 0:  # it was built in place: the sources may have been edited since
+        from .._jit.sources import hash_of_sources
+
+        if code[mark + len(_SECTION) :].decode() != hash_of_sources():
+            return None
+    return code
+
+
+def engine_data(scene: Scene, shown: Any) -> dict[str, Any] | None:
+    """The engine and its tables that are not `shown` to the shader as they are, compressed; None if there is none."""
+    code = read_engine()
+    if code is None:
+        return None
+    geometry, rest, tables = scene.geometry, scene.prepared.rest, scene.prepared.lowered.tables
+    parts: dict[str, npt.NDArray[Any]] = {"places": geometry.places}
+    others = expand_tables(tables)
+    parts |= {name: getattr(tables, name) for name in Tables._fields if name not in shown or name in others}
+    parts |= {f"rest_{name}": getattr(rest, name) for name in rest._fields}
+    kinds = {name: _KINDS[array.dtype.kind, name == "places"] for name, array in parts.items()}
+    return {
+        "code": _compress(code),
+        "order": Tables._fields,
+        "lengths": [len(geometry.integers), len(geometry.floats)],
+        "parts": [[name, kinds[name], array.size] for name, array in parts.items()],
+        "content": _compress(b"".join(array.astype(f"<{kinds[name]}").tobytes() for name, array in parts.items())),
+        "names": _compress(json.dumps([name_of(scene, item) for item in range(len(scene.bodies))]).encode()),
+    }
+
+
+_KINDS = {("f", False): "f8", ("i", False): "i4", ("i", True): "i8"}
+
+
+def _compress(content: bytes) -> str:
+    return base64.b64encode(zlib.compress(content, 9)).decode()
+
+
+# One page that holds everything: markup, style, modules, shaders, and the scene. It asks nobody for anything.
 
 SHADERS = (
     "vectors", "tables", "quadric", "cell", "polygon", "walk", "program", "events", "traverse", "materials", "lights",
@@ -56,10 +120,10 @@ def asset(name: str) -> str:
 @cache
 def script() -> str:
     """All modules as one."""
-    return joined(MODULES)
+    return join_modules(MODULES)
 
 
-def joined(modules: tuple[str, ...]) -> str:
+def join_modules(modules: tuple[str, ...]) -> str:
     """Modules as one: names at their top level are distinct, so imports between them can be left out."""
     return "\n".join(_EXPORT.sub("", _IMPORT.sub("", asset(f"page/{name}.js"))) for name in modules)
 
@@ -76,7 +140,7 @@ def page(scene: Scene, title: str, preview: str, served: dict[str, Any] | None =
 
     One that cannot ask carries the exact engine, where there is one for pages, unless told not to.
     """
-    shown = scene_data(scene)
+    shown = pack_scene(scene)
     data = {"title": title, "scene": shown, "shaders": shaders(), "served": served}
     engine = engine_data(scene, shown["tables"]) if served is None and carries else None
     if engine is not None:
@@ -87,7 +151,7 @@ def page(scene: Scene, title: str, preview: str, served: dict[str, Any] | None =
         "CONNECT": "'self'" if served else "'none'",
         "STYLE": asset("page/style.css"),
         "MARKUP": markup(preview),
-        "DATA": embedded(data),
+        "DATA": embed_json(data),
         "SCRIPT": script(),
     }
     return re.sub(r"\{\{(\w+)\}\}", lambda match: fields[match[1]], asset("page/page.html"))
@@ -98,7 +162,7 @@ def markup(preview: str) -> str:
     return asset("page/markup.html").replace("{{PREVIEW}}", _text(preview))
 
 
-@explained
+@with_call_hints
 def export(
     scene: Scene | Shape | Body, path: str | os.PathLike[str], title: str | None = None, *, strict: bool = False
 ) -> tuple[str, ...]:
@@ -115,8 +179,8 @@ def export(
     """
     scene, path = as_scene("export", scene), checked_path("export", path)
     if title is not None and not isinstance(title, str):
-        raise TypeError(f"export: title must be a text or None, got {what(title)}")
-    options = Options(strict)
+        raise TypeError(f"export: title must be a text or None, got {describe_kind(title)}")
+    options = ExportOptions(strict)
     suffix = os.path.splitext(path)[1].lower()
     if suffix != ".html":
         return _model(scene, path, title, options)
@@ -127,16 +191,16 @@ def export(
         title or os.path.splitext(os.path.basename(path))[0],
         as_url(preview_of(scene)),
     )
-    with replacing(path) as part:
+    with replace_file(path) as part:
         part.write_text(text, encoding="utf-8")
     return ()
 
 
-def _model(scene: Scene, path: str | os.PathLike[str], title: str | None, options: Options) -> tuple[str, ...]:
+def _model(scene: Scene, path: str | os.PathLike[str], title: str | None, options: ExportOptions) -> tuple[str, ...]:
     """A file of another program."""
-    found = format_for(path)
+    found = find_export_format(path)
     if found is None:
-        known = ", ".join(suffix for each in FORMATS for suffix in each.suffixes)
+        known = ", ".join(suffix for each in EXPORT_FORMATS for suffix in each.suffixes)
         raise ValueError(f"{os.fspath(path)}: scenes are exported as a page, .html, or as models: {known}")
     if title is not None:
         raise ValueError(f"export: title means nothing for {found.name}: pages have one")
@@ -151,7 +215,7 @@ def as_url(preview: bytes) -> str:
     return "data:image/webp;base64," + base64.b64encode(preview).decode()
 
 
-def embedded(data: Any) -> str:
+def embed_json(data: Any) -> str:
     """JSON that may stand in a script element: no `</script>` or `<!--` in it, whatever names say."""
     text = json.dumps(data, allow_nan=False, separators=(",", ":"))
     return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")

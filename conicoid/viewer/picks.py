@@ -8,11 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from ..engine.answers.hits import Hits
-from ..scene import Scene
-from ..shapes.row_vectors import dot_rows, lengths
-from ..shapes.validate import number, vector
-from ..shapes.vector import FloatArray, Vector
+from .._util.arrays import FloatArray, Vector, dot_rows, row_lengths
+from .._util.validation import check_number, check_vector
+from ..queries.hits import Hits
+from ..scene.scene import Scene
 
 Interval = tuple[float, float]
 MISTAKES = (ValueError, TypeError, LookupError, AttributeError, OverflowError, RecursionError)
@@ -39,7 +38,7 @@ def pick(scene: Scene, request: dict[str, Any]) -> dict[str, Any]:
     return {"found": _hit(scene, origin, direction, crossings[0], bool(hidden) or kept != (-math.inf, math.inf)) | rest}
 
 
-def why(scene: Scene, request: dict[str, Any]) -> dict[str, Any]:
+def explain_pick(scene: Scene, request: dict[str, Any]) -> dict[str, Any]:
     """The answer to {origin, direction, body}: {text}, the working of a ray with a body; nothing is passed over."""
     body = request.get("body")
     found = scene.explain(*(_vector(request, name) for name in ("origin", "direction")), body=int(body))  # type: ignore[arg-type]
@@ -53,15 +52,15 @@ def name_of(scene: Scene, item: int) -> str:
 
 
 def _vector(request: dict[str, Any], name: str) -> Vector:
-    return vector("pick", name, request.get(name), nonzero=name == "direction")
+    return check_vector("pick", name, request.get(name), nonzero=name == "direction")
 
 
 def _interval(section: Any, origin: FloatArray, direction: FloatArray) -> Interval:
     """Where a ray is in the half-space that is kept."""
     if section is None:
         return -math.inf, math.inf
-    normal = np.array(vector("section", "normal", section.get("normal"), nonzero=True))
-    height = float(dot_rows(normal, origin)) - number("section", "offset", section.get("offset"))
+    normal = np.array(check_vector("section", "normal", section.get("normal"), nonzero=True))
+    height = float(dot_rows(normal, origin)) - check_number("section", "offset", section.get("offset"))
     rate = float(dot_rows(normal, direction))
     if rate == 0.0:
         return (-math.inf, math.inf) if height <= 0.0 else (math.inf, -math.inf)
@@ -117,7 +116,7 @@ def _cut(cut: dict[str, Any], section: Any, origin: FloatArray, direction: Float
     normal = np.array(section["normal"], dtype=np.float64)
     point = origin + cut["t"] * direction
     return cut | {
-        "face": None, "surface": None, "point": point.tolist(), "normal": (normal / lengths(normal)).tolist(),
+        "face": None, "surface": None, "point": point.tolist(), "normal": (normal / row_lengths(normal)).tolist(),
         "uv": None,
     }  # fmt: skip
 

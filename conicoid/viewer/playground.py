@@ -13,11 +13,13 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from ..scene import Scene
-from .html import MODULES, as_url, asset, embedded, joined, markup, preview_of, shaders
-from .lowered_data import scene_data
+import conicoid as co
+
+from ..scene.scene import Scene
+from .html import MODULES, as_url, asset, embed_json, join_modules, markup, preview_of, shaders
+from .scene_data import pack_scene
 from .session import Session
-from .typed import NOWHERE, TypedScenes, scene_of
+from .text_scenes import NO_FILE, TextScenes, scene_of
 
 TITLE = "Conicoid playground"
 EXAMPLES = "bored", "lens", "quadrics", "grazing", "barrel"
@@ -49,7 +51,7 @@ def page(
     """
     data = {
         "title": TITLE,
-        "scene": scene_data(scene),
+        "scene": pack_scene(scene),
         "shaders": shaders(),
         "served": served,
         "examples": examples(),
@@ -62,8 +64,8 @@ def page(
         "CONNECT": "'self'",
         "STYLE": asset("page/style.css") + asset("page/typing.css"),
         "MARKUP": asset("page/typing.html") + markup("preview.webp" if served else as_url(preview_of(scene))),
-        "DATA": embedded(data),
-        "SCRIPT": joined((*MODULES, "brain", "links", "playground")),
+        "DATA": embed_json(data),
+        "SCRIPT": join_modules((*MODULES, "brain", "links", "playground")),
     }
     made = _MARKUP.sub(lambda match: fields[match[1]], asset("page/page.html"))
     made = made.replace("openPage();", "openPlayground();").replace(
@@ -82,9 +84,9 @@ class Playground(Session):
 
     def __init__(self, path: Path | None = None) -> None:
         self._text = None if path is None else path.read_text(encoding="utf-8")
-        place = NOWHERE if path is None else path
+        place = NO_FILE if path is None else path
         super().__init__(first_scene() if self._text is None else scene_of(self._text, place), TITLE)
-        self._typed = TypedScenes(place)
+        self._typed = TextScenes(place)
 
     @property
     def calls(self) -> dict[str, Callable[[Any], Any]]:
@@ -92,3 +94,37 @@ class Playground(Session):
 
     def page(self) -> str:
         return page(self._scene, self._text, served={"version": 0})
+
+
+# A scene to play with: the nine quadrics, each as its ten coefficients in a box.
+
+ZERO = dict.fromkeys(("xx", "yy", "zz", "xy", "yz", "xz", "x", "y", "z", "constant"), 0.0)
+
+# name, coefficients of f <= 0, colour
+NINE: tuple[tuple[str, dict[str, float], str], ...] = (
+    ("ellipsoid", {"xx": 1.4, "yy": 2.2, "zz": 1.8, "constant": -1}, "#a62b2b"),
+    ("elliptic paraboloid", {"xx": 1.5, "yy": 2.2, "z": -1, "constant": -0.8}, "#c2622d"),
+    ("hyperbolic paraboloid", {"xx": 0.9, "yy": -0.9, "z": 1}, "#d29a35"),
+    ("hyperboloid of one sheet", {"xx": 3.5, "yy": 5, "zz": -2.6, "constant": -1}, "#6b8f3e"),
+    ("hyperboloid of two sheets", {"xx": 9, "yy": 13, "zz": -14, "constant": 1}, "#2f7d5b"),
+    ("elliptic cone", {"xx": 1, "yy": 1.5, "zz": -1}, "#2a7f8c"),
+    ("elliptic cylinder", {"xx": 1.5, "yy": 3, "constant": -1}, "#2b5f93"),
+    ("hyperbolic cylinder", {"xx": 6, "yy": -3, "constant": -1}, "#59468f"),
+    ("parabolic cylinder", {"xx": 1, "y": -0.6, "constant": -0.5}, "#8d3c78"),
+)
+_GAP = 2.6
+
+
+def quadrics_scene() -> Scene:
+    """Nine bodies, three by three, first row in front."""
+    room = co.Box((-1, -1, -1), (1, 1, 1))
+    bodies = []
+    for k, (name, coefficients, color) in enumerate(NINE):
+        solid = co.Quadric(coefficients=ZERO | coefficients) & room
+        place = (_GAP * (k % 3 - 1), _GAP * (k // 3 - 1), 1.0)
+        bodies.append(co.Body(solid.translate(place), material=co.lacquer(color), name=name))
+    squares = co.Checker("#e6e2d9", "#d3cec3", scale=1.3, space=True)
+    floor = co.Body(co.Disc((0, 0, -0.02), (0, 0, 1), 14), material=co.matte(squares), name="floor")
+    lights = [co.AmbientLight(0.28), co.DirectionalLight((-0.5, 0.8, -1.1), 0.75)]
+    camera = co.Camera((0.8, -11, 8.2), (0, -0.2, 0.7), field_of_view=36)
+    return Scene([*bodies, floor], lights, camera, co.Sky((0.35, 0.47, 0.62), (0.82, 0.84, 0.86)))

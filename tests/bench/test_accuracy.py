@@ -9,15 +9,26 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from conicoid.bench.accuracy import report, rows, systems
-from conicoid.bench.accuracy.bodies import Ball, Block, Turned, inside
-from conicoid.bench.accuracy.families import FAMILIES, SHAPES, Trial, trials
-from conicoid.bench.accuracy.frames import along_axis
-from conicoid.bench.accuracy.reference import Exact, first_crossings
-from conicoid.bench.accuracy.subjects import DOUBLE, SINGLE, unit
-from conicoid.bench.accuracy.tally import EDGES, Answer, Tally
-from conicoid.bench.peer import Absent, Peer
-from conicoid.command_line.cli import app
+from conicoid.bench.accuracy import suite as report
+from conicoid.bench.accuracy import suite as rows
+from conicoid.bench.accuracy import systems
+from conicoid.bench.accuracy.bodies import (
+    DOUBLE,
+    FAMILIES,
+    SHAPES,
+    SINGLE,
+    ExactBall,
+    ExactBlock,
+    ExactRevolution,
+    Trial,
+    inside,
+    trials,
+    unit,
+)
+from conicoid.bench.accuracy.reference import EDGES, ExactCrossings, SystemAnswer, Tally, first_crossings
+from conicoid.bench.accuracy.systems import along_axis
+from conicoid.bench.harness import Absent, Peer
+from conicoid.cli.app import app
 
 FAMILY = {family.name: family for family in FAMILIES}
 
@@ -115,7 +126,7 @@ def tally_of(exact, found, low=None, tie=None, bound=None):
     low = np.zeros(len(exact)) if low is None else np.array(low, float)
     tie = np.zeros(len(exact), bool) if tie is None else np.array(tie)
     tally = Tally()
-    tally.add(Exact(exact, low, tie), Answer(found, None if bound is None else np.array(bound, float)))
+    tally.add(ExactCrossings(exact, low, tie), SystemAnswer(found, None if bound is None else np.array(bound, float)))
     return tally
 
 
@@ -157,22 +168,24 @@ def test_bounds_are_held_against_the_errors():
 def test_bounds_of_exact_answers_have_no_ratio_and_stay_json():
     tally = tally_of([1, 1], [1, 1], bound=[2.0**-52, 0])
     assert (tally.spread().bound_ratio, tally.spread().violations) == (None, 0)
-    outcome = rows.Outcome("sphere", "near", "float32", SYSTEM, tally)
+    outcome = rows.CaseOutcome("sphere", "near", "float32", SYSTEM, tally)
     assert report.cells(outcome)[-2:] == ("", "0")
     assert "Infinity" not in report.as_json([outcome], [], [])
 
 
 def test_families_together():
     first, second = tally_of([1, 2], [1, math.inf]), tally_of([math.inf], [3])
-    outcomes = [rows.Outcome("sphere", name, "float32", SYSTEM, t) for name, t in (("near", first), ("far", second))]
-    (whole,) = rows.together(outcomes)
+    outcomes = [
+        rows.CaseOutcome("sphere", name, "float32", SYSTEM, t) for name, t in (("near", first), ("far", second))
+    ]
+    (whole,) = rows.merge_outcomes(outcomes)
     assert (whole.family, whole.tally.rays, whole.tally.wrong_hits, whole.tally.wrong_misses) == ("all", 3, 1, 1)
     assert first.rays == 2
 
 
 def shifted(offset):
     """A system whose t is the exact one and an offset."""
-    return lambda made: [Answer(first_crossings(t.body, t.origins, t.directions).high + offset) for t in made]
+    return lambda made: [SystemAnswer(first_crossings(t.body, t.origins, t.directions).high + offset) for t in made]
 
 
 def _absent():
@@ -238,7 +251,7 @@ def test_its_options_are_refused_alone(option):
 
 
 def test_a_picture_without_its_library_is_refused_before_the_work(monkeypatch, tmp_path):
-    monkeypatch.setattr("conicoid.bench.accuracy.command.module", lambda *names: _absent())
+    monkeypatch.setattr("conicoid.bench.accuracy.suite.module", lambda *names: _absent())
     result = CliRunner().invoke(app, ["bench", "--accuracy", "--picture", str(tmp_path / "errors.png")])
     assert result.exit_code == 2
     assert "a picture needs matplotlib: not installed: pip install somebody" in result.stderr
@@ -248,10 +261,11 @@ def test_the_picture(tmp_path):
     pytest.importorskip("matplotlib", reason="matplotlib comes with the extra `bench`")
     from PIL import Image
 
-    from conicoid.bench.accuracy.picture import draw
+    from conicoid.bench.accuracy.suite import draw
 
     outcomes = [
-        rows.Outcome("sphere", f, "float32", SYSTEM, tally_of([1, 2], [1, 2.5], bound=[1, 1])) for f in ("near", "far")
+        rows.CaseOutcome("sphere", f, "float32", SYSTEM, tally_of([1, 2], [1, 2.5], bound=[1, 1]))
+        for f in ("near", "far")
     ]
     draw(outcomes, tmp_path / "errors.png")
     with Image.open(tmp_path / "errors.png") as picture:
@@ -262,17 +276,17 @@ def test_the_picture(tmp_path):
 
 
 BODIES = {
-    "sphere": Ball((0.5, -1, 2), 1.25),
-    "box": Block((-1, 0.5, 1), (0.5, 2, 1.75)),
-    "cylinder": Turned((0.5, 1, -1), (-1.5, 1, -1), 0.75, 0.75),
-    "cone": Turned((0.5, 1, -1), (0.5, -1.5, -1), 0.75, 0.0),
+    "sphere": ExactBall((0.5, -1, 2), 1.25),
+    "box": ExactBlock((-1, 0.5, 1), (0.5, 2, 1.75)),
+    "cylinder": ExactRevolution((0.5, 1, -1), (-1.5, 1, -1), 0.75, 0.75),
+    "cone": ExactRevolution((0.5, 1, -1), (0.5, -1.5, -1), 0.75, 0.0),
 }
 
 
 def shot_at(body):
     random = np.random.default_rng(2)
     origins = random.uniform(-6, 6, (500, 3))
-    middle = body.center if isinstance(body, Ball) else np.mean([*vars(body).values()][:2], axis=0)
+    middle = body.center if isinstance(body, ExactBall) else np.mean([*vars(body).values()][:2], axis=0)
     directions = middle + random.uniform(-1, 1, (500, 3)) - origins
     return Trial(body, SINGLE.rounded(origins), SINGLE.rounded(directions))
 

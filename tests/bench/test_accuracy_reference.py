@@ -6,17 +6,26 @@ import mpmath
 import numpy as np
 import pytest
 
-from conicoid.bench.accuracy.bodies import Ball, Block, General, Turned, inside
-from conicoid.bench.accuracy.families import FAMILIES, SHAPES, trials
+from conicoid.bench.accuracy.bodies import (
+    DOUBLE,
+    FAMILIES,
+    SHAPES,
+    SINGLE,
+    ExactBall,
+    ExactBlock,
+    ExactQuadric,
+    ExactRevolution,
+    inside,
+    trials,
+)
 from conicoid.bench.accuracy.reference import first_crossings
-from conicoid.bench.accuracy.subjects import DOUBLE, SINGLE
 
-BALL = Ball((0.1, 0.2, 0.3), 1.3)
-BLOCK = Block((-1, -0.5, -0.25), (1, 0.7, 0.3))
-ROD = Turned((-0.5, -0.25, 0.1), (0.3, 0.7, 0.9), 0.7, 0.7)
-CONE = Turned((-0.5, -0.25, 0.1), (0.3, 0.7, 0.9), 0.8, 0.0)
-FRUSTUM = Turned((-0.5, -0.25, 0.1), (0.3, 0.7, 0.9), 0.2, 0.5)
-HYPERBOLOID = General(dict(xx=1.0, yy=2.0, zz=-1.5, xy=0.3, yz=0.2, xz=-0.4, x=0.1, y=0.2, z=0.3, constant=-1.0))
+BALL = ExactBall((0.1, 0.2, 0.3), 1.3)
+BLOCK = ExactBlock((-1, -0.5, -0.25), (1, 0.7, 0.3))
+ROD = ExactRevolution((-0.5, -0.25, 0.1), (0.3, 0.7, 0.9), 0.7, 0.7)
+CONE = ExactRevolution((-0.5, -0.25, 0.1), (0.3, 0.7, 0.9), 0.8, 0.0)
+FRUSTUM = ExactRevolution((-0.5, -0.25, 0.1), (0.3, 0.7, 0.9), 0.2, 0.5)
+HYPERBOLOID = ExactQuadric(dict(xx=1.0, yy=2.0, zz=-1.5, xy=0.3, yz=0.2, xz=-0.4, x=0.1, y=0.2, z=0.3, constant=-1.0))
 BODIES = {"ball": BALL, "block": BLOCK, "rod": ROD, "cone": CONE, "frustum": FRUSTUM, "hyperboloid": HYPERBOLOID}
 
 
@@ -83,10 +92,10 @@ def general_roots(body, o, d):
 
 
 def roots(body, o, d):
-    if isinstance(body, Ball):
+    if isinstance(body, ExactBall):
         p = [x - mpmath.mpf(y) for x, y in zip(o, body.center, strict=True)]
         return quadratic(dot(d, d), dot(p, d), dot(p, p) - mpmath.mpf(body.radius) ** 2)
-    each = {Block: block_roots, Turned: turned_roots, General: general_roots}
+    each = {ExactBlock: block_roots, ExactRevolution: turned_roots, ExactQuadric: general_roots}
     return each[type(body)](body, o, d)
 
 
@@ -129,11 +138,11 @@ def test_the_measured_rays_have_the_answers_of_textbook_formulas(shape, family, 
 @pytest.mark.parametrize(
     ("body", "origin", "direction"),
     [
-        (Ball((0, 0, 0), 5.0), (3, 4, -9), (0, 0, 1)),  # touches: 3² + 4² = 5²
-        (Block((0, 0, 0), (1, 1, 1)), (0.25, 0, -1), (0, 0, 1)),  # runs in a face
-        (Block((0, 0, 0), (1, 1, 1)), (-1, 0.5, 0), (1, 0, 1)),  # passes through an edge only
-        (Turned((0, 0, 0), (0, 0, 2), 5.0, 5.0), (3, 4, -1), (0, 0, 1)),  # runs in the wall
-        (Ball((0, 0, 0), 5.0), (3, 4, 0), (1, 0, 0)),  # starts on it
+        (ExactBall((0, 0, 0), 5.0), (3, 4, -9), (0, 0, 1)),  # touches: 3² + 4² = 5²
+        (ExactBlock((0, 0, 0), (1, 1, 1)), (0.25, 0, -1), (0, 0, 1)),  # runs in a face
+        (ExactBlock((0, 0, 0), (1, 1, 1)), (-1, 0.5, 0), (1, 0, 1)),  # passes through an edge only
+        (ExactRevolution((0, 0, 0), (0, 0, 2), 5.0, 5.0), (3, 4, -1), (0, 0, 1)),  # runs in the wall
+        (ExactBall((0, 0, 0), 5.0), (3, 4, 0), (1, 0, 0)),  # starts on it
     ],
 )
 def test_what_only_touches_has_no_agreed_answer(body, origin, direction):
@@ -142,7 +151,7 @@ def test_what_only_touches_has_no_agreed_answer(body, origin, direction):
 
 
 def test_a_hair_beside_tangency_is_known():
-    ball = Ball((0, 0, 0), 1.0)
+    ball = ExactBall((0, 0, 0), 1.0)
     origins = np.array([(np.nextafter(1, 0), 0, -2), (np.nextafter(1, 2), 0, -2)])
     found = first_crossings(ball, origins, np.array([(0, 0, 1.0)] * 2))
     # z² = 1 - (1 - 2^-53)² = 2^-52 - 2^-106
@@ -151,7 +160,7 @@ def test_a_hair_beside_tangency_is_known():
 
 
 def test_errors_are_exact():
-    ball = Ball((0, 0, 0), 1.0)
+    ball = ExactBall((0, 0, 0), 1.0)
     found = first_crossings(ball, np.array([(0.5, 0, -2.0)]), np.array([(0, 0, 3.0)]))
     with mpmath.workdps(50):
         exact = (2 - mpmath.sqrt(mpmath.mpf(3) / 4)) / 3

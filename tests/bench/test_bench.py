@@ -9,10 +9,14 @@ import pytest
 from typer.testing import CliRunner
 
 import conicoid as co
-from conicoid.bench import core, limits, preparing, processes, report, rows, scenes
-from conicoid.bench.peer import Absent, Peer
-from conicoid.bench.row import QUICK, Measured, Row, Size
-from conicoid.command_line.cli import app
+from conicoid.bench import harness as report
+from conicoid.bench import limits, scenes
+from conicoid.bench import preparation as preparing
+from conicoid.bench import preparation as processes
+from conicoid.bench import scenes as core
+from conicoid.bench import suite as rows
+from conicoid.bench.harness import QUICK, Absent, BenchRow, Measured, Peer, Size
+from conicoid.cli.app import app
 
 HERE = Peer("Somebody", "float32", lambda: "Somebody 1")
 
@@ -22,7 +26,7 @@ def _absent() -> str:
 
 
 def row(name, measure, peer=HERE, floor=0.8, aim=1.2):
-    return Row(name, "camera", "a scene", peer, floor, aim, measure)
+    return BenchRow(name, "camera", "a scene", peer, floor, aim, measure)
 
 
 def brute_force_balls(balls, origins, directions):
@@ -90,21 +94,21 @@ def test_ratios_are_told_with_what_is_asked():
 
 
 def test_there_is_no_ratio_where_the_two_disagree():
-    outcome = report.Outcome(row("a", None), Measured(1, 2, 2, "s", "5 % of the rays hit for one only"))
+    outcome = report.RowOutcome(row("a", None), Measured(1, 2, 2, "s", "5 % of the rays hit for one only"))
     assert outcome.cells()[3:6] == ("", "", "no ratio: 5 % of the rays hit for one only")
 
 
 def test_agreement():
     t = np.array([1.0, 2.0, np.inf] * 1000)
-    assert rows.apart(t, t + 1e-5) == ""
-    assert "hit for one only" in rows.apart(t, np.full(3000, 1.0))
-    assert "distances differ" in rows.apart(t, t * 1.1)
+    assert rows.check_agreement(t, t + 1e-5) == ""
+    assert "hit for one only" in rows.check_agreement(t, np.full(3000, 1.0))
+    assert "distances differ" in rows.check_agreement(t, t * 1.1)
 
 
 def test_each_round_takes_turns(monkeypatch):
     monkeypatch.setattr(rows, "WARM", 0.0)
     order = []
-    a, b = rows.in_turn(lambda: order.append("a") or 3.0, lambda: order.append("b") or 1.0, 3)
+    a, b = rows.time_in_turn(lambda: order.append("a") or 3.0, lambda: order.append("b") or 1.0, 3)
     assert order == ["a", "a", "b", "b"] * 3
     assert (a, b) == (3.0, 1.0)
 
@@ -119,8 +123,8 @@ def test_the_command(tmp_path):
 
 
 def test_limits_stand_in_the_peers_place():
-    found = limits.within(50.0, 20.0, "µs")
-    cells = report.Outcome(Row("latency", "one", "balls", limits.LIMIT, 1.0, 0.0, None), found).cells()
+    found = limits.check_limit(50.0, 20.0, "µs")
+    cells = report.RowOutcome(BenchRow("latency", "one", "balls", limits.LIMIT, 1.0, 0.0, None), found).cells()
     assert cells == ("one", "balls", "asked, at most", "20 µs", "50 µs", "2.50 ×", "1 ×", "")
 
 
@@ -186,7 +190,7 @@ def test_our_programs_tell_seconds_and_the_hit(programs, tmp_path, monkeypatch, 
     centers = each.centers.astype(float)
     if programs is processes.MOVED:
         centers[1:9] += (0, 0, -0.01)
-    moved = scenes.Balls(centers, each.radii)
+    moved = scenes.BallRows(centers, each.radii)
     expected = brute_force_balls(moved, np.array([(0, 0, -3)]), np.array([(0.01, 0.02, 1)]))[0]
     assert seconds > 0
     assert t == pytest.approx(expected, rel=1e-12)

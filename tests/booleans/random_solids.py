@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 import conicoid as co
-from conicoid.shapes import REGISTRY
-from conicoid.shapes.bulk import Bulk
+from conicoid.geometry.bulk import Bulk
+from conicoid.geometry.registry import REGISTRY
 
 from ..contract.examples import examples_of
 from ..shapes.random_pairs import flat, quadric, random_step, something_left

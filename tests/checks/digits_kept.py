@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 import conicoid as co
-from conicoid.checks.conditioning import Conditioning, conditioning, digits
+from conicoid.apps.checks.conditioning import Conditioning, conditioning, digits
 
 U = 2.0**-53
 ALL = 53 * math.log10(2)

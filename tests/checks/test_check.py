@@ -11,7 +11,7 @@ import pytest
 from typer.testing import CliRunner
 
 import conicoid as co
-from conicoid.command_line.cli import app
+from conicoid.cli.app import app
 
 
 def of_kind(findings: list[co.Finding], kind: str) -> list[co.Finding]:

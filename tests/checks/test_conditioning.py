@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 from typer.testing import CliRunner
 
 import conicoid as co
-from conicoid.checks.changes import changes
-from conicoid.checks.conditioning import conditioning, digits
-from conicoid.command_line.cli import app
+from conicoid.apps.checks.conditioning import conditioning, digits
+from conicoid.apps.checks.perturbation import number_changes
+from conicoid.cli.app import app
 
 from ..shapes.catalogue import SAMPLES
 from .digits_kept import ALL, U, kept, only
@@ -152,7 +152,7 @@ def test_endless_bodies_are_measured_by_what_is_there():
 
 def test_every_number_is_changed_and_nothing_else():
     shape = co.Cylinder((0, 2, 3), (4, 5, 6), 0.5, 0, 90, reference=(1, 0, 0))
-    found = list(changes(shape))
+    found = list(number_changes(shape))
     assert [change.number for change in found] == (
         ["start[1]", "start[2]", "end[0]", "end[1]", "end[2]", "radius", "end_angle", "reference[0]"]
     )
@@ -160,20 +160,20 @@ def test_every_number_is_changed_and_nothing_else():
     assert radius.made == co.Cylinder((0, 2, 3), (4, 5, 6), math.nextafter(0.5, 1), 0, 90, reference=(1, 0, 0))
     assert radius.share * (radius.made.radius - 0.5) == 0.5 * U
     moved = co.Sphere().rotate((0, 0, 2), 30).translate((1, 0, 0)).motion
-    assert [change.number for change in changes(moved)] == [
+    assert [change.number for change in number_changes(moved)] == [
         "steps[0].axis[2]",
         "steps[0].degrees",
         "steps[1].offset[0]",
     ]
     quadric = co.Quadric(coefficients=dict(xx=2, z=-1))
-    assert [dict(change.made.coefficients) for change in changes(quadric)] == [
+    assert [dict(change.made.coefficients) for change in number_changes(quadric)] == [
         dict(xx=math.nextafter(2, 3), z=-1), dict(xx=2, z=math.nextafter(-1, -2)),
     ]  # fmt: skip
-    assert [change.number for change in changes(co.Ellipsoid.from_coefficients(1, 2, 3))] == [
+    assert [change.number for change in number_changes(co.Ellipsoid.from_coefficients(1, 2, 3))] == [
         f"coefficients[{k}]" for k in range(3)
     ]
     inner = co.HyperbolicCylinder(1, 2, within=co.Box((0, 0, 0), (1, 1, 1)).translate((0, 0, 5)))
-    assert "within.motion.steps[0].offset[2]" in [change.number for change in changes(inner)]
+    assert "within.motion.steps[0].offset[2]" in [change.number for change in number_changes(inner)]
 
 
 def test_check_and_the_command_line_name_them(tmp_path: Path):

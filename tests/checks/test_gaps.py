@@ -12,9 +12,9 @@ import pytest
 from typer.testing import CliRunner
 
 import conicoid as co
-from conicoid.checks.aim import Targets
-from conicoid.checks.gaps import undefined_regions
-from conicoid.command_line.cli import app
+from conicoid.apps.checks.probe_rays import ProbeTargets
+from conicoid.apps.checks.undefined_regions import undefined_regions
+from conicoid.cli.app import app
 
 from ..formats.openmc.models import EXAMPLE_FILES, loaded
 
@@ -80,7 +80,7 @@ def test_the_examples_are_whole():
     for path in EXAMPLE_FILES.values():
         scene = loaded(path)
         assert scene.domain is not None
-        assert undefined_regions(scene, Targets.of(scene.lowered), 1000, np.random.default_rng(0)) == []
+        assert undefined_regions(scene, ProbeTargets.of(scene.lowered), 1000, np.random.default_rng(0)) == []
 
 
 def test_void_that_is_left_out_is_not_looked_for(tmp_path):

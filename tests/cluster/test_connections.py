@@ -49,7 +49,7 @@ def test_a_connection_that_breaks(wires, broken, times):
             if len(cuts) < times and done >= (len(cuts) + 1) * count // (times + 1):
                 cuts.append(proxy.drop())
 
-        how = co.cluster.Workers(client, chunk=500, retries=20, progress=cut)
+        how = co.parallel.Workers(client, chunk=500, retries=20, progress=cut)
         assert scene.first_hit(rays, executor=how) == wanted
     assert len(cuts) == times
     assert cuts[0] > 0

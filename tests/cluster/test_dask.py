@@ -98,7 +98,7 @@ def test_a_scheduler_and_its_workers():
         large, local = subject.large_scene(), subject.answers(scene, rays)
         assert large.first_hit(rays, executor=client) == large.first_hit(rays)
         for chunk in (7, rays.size):  # of the grid that the deep suite goes through
-            how = co.cluster.Workers(client, chunk=chunk)
+            how = co.parallel.Workers(client, chunk=chunk)
             assert subject.differing(local, subject.answers(scene, rays, executor=how)) == []
         picture = scene.render(70, 70, executor=client)
         executor = client.get_executor()
@@ -116,7 +116,7 @@ def test_any_number_of_workers_and_threads(workers, threads):
         check_arrays(scene, rays)
         for chunk in (1, 7, 4096, rays.size):
             some = rays if chunk > 7 else rays[:2, :50]
-            how = co.cluster.Workers(client, chunk=chunk)
+            how = co.parallel.Workers(client, chunk=chunk)
             assert subject.differing(subject.answers(scene, some), subject.answers(scene, some, executor=how)) == []
             assert np.array_equal(scene.render(130, 70, executor=how).pixels, scene.render(130, 70).pixels)
 
@@ -145,7 +145,7 @@ def test_workers_killed_twenty_times():
         left, done = [20], threading.Event()
         killer = threading.Thread(target=_kill_now_and_then, args=(made, left, done))
         killer.start()
-        how = co.cluster.Workers(client, chunk=2000, retries=20)
+        how = co.parallel.Workers(client, chunk=2000, retries=20)
         while left[0] > 0:
             assert np.array_equal(scene.first_hit(rays, executor=how).t, wanted.t)
         done.set()
@@ -158,7 +158,7 @@ def test_workers_killed_twenty_times():
 def test_a_worker_that_stops_for_a_while():
     scene, rays = subject.scene(), subject.rays(100_000)
     with cluster(2) as made, distributed.Client(made) as client:
-        how = co.cluster.Workers(client, chunk=1000)
+        how = co.parallel.Workers(client, chunk=1000)
         assert scene.first_hit(rays[:10], executor=how) == scene.first_hit(rays[:10])
         pid = pids(made)[0]
         os.kill(pid, signal.SIGSTOP)

@@ -42,8 +42,8 @@ def hunted(pool, times, signals, done):
 def test_nothing_is_lost(times, signals):
     scene, rays = subject.scene(), subject.rays(3000)
     wanted, left, done = scene.first_hit(rays), [times], threading.Event()
-    with co.cluster.Processes(2, retries=20) as pool:
-        how = co.cluster.Workers(pool, chunk=500, retries=20)
+    with co.parallel.Processes(2, retries=20) as pool:
+        how = co.parallel.Workers(pool, chunk=500, retries=20)
         killer = threading.Thread(target=hunted, args=(pool, left, signals, done))
         killer.start()
         while left[0] > 0:

@@ -15,16 +15,17 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.cluster import recipe, task
-from conicoid.cluster.edition import edition
-from conicoid.cluster.pace import Pace
+from conicoid.parallel import scheduler as task
+from conicoid.parallel import shared_state as recipe
+from conicoid.parallel.scheduler import ChunkSize
+from conicoid.parallel.shared_state import source_version
 
 from . import subject
 
 
 @pytest.fixture(scope="module")
 def processes():
-    with co.cluster.Processes(2) as pool:
+    with co.parallel.Processes(2) as pool:
         yield pool
 
 
@@ -32,7 +33,7 @@ def processes():
 def test_processes_answer_to_the_bit(processes, chunk):
     scene, rays = subject.scene(), subject.rays(5, 40)
     local = subject.answers(scene, rays)
-    far = subject.answers(scene, rays, executor=co.cluster.Workers(processes, chunk=chunk))
+    far = subject.answers(scene, rays, executor=co.parallel.Workers(processes, chunk=chunk))
     assert subject.differing(local, far) == []
 
 
@@ -42,7 +43,7 @@ def test_pools_of_the_standard_library():
     local = subject.answers(scene, rays)
     pools = ThreadPoolExecutor(2), ProcessPoolExecutor(2, mp_context=multiprocessing.get_context("fork"))
     for pool in pools:
-        with co.cluster.Workers(pool, chunk=33) as workers:
+        with co.parallel.Workers(pool, chunk=33) as workers:
             assert subject.differing(local, subject.answers(scene, rays, executor=workers)) == []
 
 
@@ -52,11 +53,11 @@ def test_pools_of_the_standard_library():
 def test_any_number_of_workers_threads_and_chunks(workers, threads):
     scene, rays = subject.scene(), subject.rays(25, 400)
     local, picture = subject.answers(scene, rays), scene.render(130, 70)
-    with co.cluster.Processes(workers) as pool:
+    with co.parallel.Processes(workers) as pool:
         for chunk in (1, 7, 4096, rays.size):
             some = rays if chunk > 7 else rays[:2, :50]
             wanted = local if chunk > 7 else subject.answers(scene, some)
-            how = co.cluster.Workers(pool, chunk=chunk, threads=threads)
+            how = co.parallel.Workers(pool, chunk=chunk, threads=threads)
             assert subject.differing(wanted, subject.answers(scene, some, executor=how)) == []
             assert np.array_equal(scene.render(130, 70, executor=how).pixels, picture.pixels)
 
@@ -89,33 +90,33 @@ def test_no_rays_and_one(processes):
 
 def test_large_scenes_travel_once(processes):
     scene, rays = subject.large_scene(), subject.rays(600)
-    made = recipe.recipe_of(scene)
-    assert len(made.data) > recipe.SMALL
+    made = recipe.shared_scene(scene)
+    assert len(made.data) > recipe.INLINE_BYTES
     assert len(pickle.dumps(made.reference())) < 300  # bytes of the scene in each task
-    far = scene.first_hit(rays, executor=co.cluster.Workers(processes, chunk=50))
+    far = scene.first_hit(rays, executor=co.parallel.Workers(processes, chunk=50))
     assert far == scene.first_hit(rays)
 
 
 def test_without_a_shared_disk_a_recipe_is_sent_on_demand(processes, monkeypatch):
     scene, rays = subject.large_scene(), subject.rays(600)
-    monkeypatch.setattr(recipe.Recipe, "_written", lambda self: None)  # as where no disk has room
-    far = scene.first_hit(rays, executor=co.cluster.Workers(processes, chunk=50))
+    monkeypatch.setattr(recipe.SharedObject, "_written", lambda self: None)  # as where no disk has room
+    far = scene.first_hit(rays, executor=co.parallel.Workers(processes, chunk=50))
     assert far == scene.first_hit(rays)
 
 
 def test_damaged_recipes_are_not_unpickled(tmp_path):
     scene = subject.large_scene()
-    reference = recipe.recipe_of(scene).reference()
+    reference = recipe.shared_scene(scene).reference()
     with open(reference.path, "r+b") as file:
         file.write(b"other")
-    other = recipe.Reference(reference.key, None, reference.path)
-    recipe._own.pop(reference.key)
-    assert recipe.found(other) == ()
+    other = recipe.SharedReference(reference.key, None, reference.path)
+    recipe._own_objects.pop(reference.key)
+    assert recipe.find_shared(other) == ()
 
 
 def test_progress_and_window(processes):
     told = []
-    workers = co.cluster.Workers(processes, chunk=10, window=3, progress=lambda *step: told.append(step))
+    workers = co.parallel.Workers(processes, chunk=10, window=3, progress=lambda *step: told.append(step))
     subject.scene().occluded(subject.rays(100), executor=workers)
     assert told[-1] == (100, 100)
     assert [done for done, _ in told] == sorted(done for done, _ in told)
@@ -136,7 +137,7 @@ class Counting(ThreadPoolExecutor):
 
 def test_memory_is_bounded_by_the_window():
     pool = Counting()
-    workers = co.cluster.Workers(pool, chunk=10, window=4)
+    workers = co.parallel.Workers(pool, chunk=10, window=4)
     parts = subject.scene().stream(subject.rays(1000), executor=workers)
     next(parts)
     assert len(pool.futures) <= 1 + 4 + 1  # that which asks for the version, and the window
@@ -163,13 +164,13 @@ def test_what_is_queued_is_cancelled():
         raise KeyboardInterrupt
 
     with Waiting() as pool, pytest.raises(KeyboardInterrupt):
-        workers = co.cluster.Workers(pool, chunk=10, window=5, progress=interrupted)
+        workers = co.parallel.Workers(pool, chunk=10, window=5, progress=interrupted)
         subject.scene().occluded(subject.rays(1000), executor=workers)
     assert [future.cancelled() for future in pool.futures] == [True] * 5
 
 
 def test_closed_executors_are_named(processes):
-    closed = co.cluster.Processes(1)
+    closed = co.parallel.Processes(1)
     closed.shutdown()
     with pytest.raises(ValueError, match=r"first_hit: executor takes no more tasks, it was shut down"):
         subject.scene().first_hit(subject.rays(5), executor=closed)
@@ -191,7 +192,7 @@ def test_what_is_no_executor(wrong):
 )
 def test_senseless_numbers(options, message):
     with pytest.raises(ValueError, match=re.escape(message)), ThreadPoolExecutor(1) as pool:
-        co.cluster.Workers(pool, **options)
+        co.parallel.Workers(pool, **options)
 
 
 class Answering(ThreadPoolExecutor):
@@ -220,9 +221,9 @@ def test_workers_without_conicoid_are_refused():
 
 def test_a_worker_of_other_sources_refuses():
     asked = "0.1.0 (sources 12345678)"
-    told = f"has conicoid {edition()}, and this process has {asked}"
+    told = f"has conicoid {source_version()}, and this process has {asked}"
     with pytest.raises(ValueError, match=re.escape(told)):
-        task.run(asked, (), 1, os.getpid)
+        task.run_task(asked, (), 1, os.getpid)
 
 
 class Breaking(ThreadPoolExecutor):
@@ -248,15 +249,15 @@ def test_a_broken_pool_is_made_again():
         made.append(Breaking() if not made else ThreadPoolExecutor(1))
         return made[-1]
 
-    with co.cluster.Workers(make, chunk=9) as workers:
+    with co.parallel.Workers(make, chunk=9) as workers:
         assert scene.first_hit(rays, executor=workers) == scene.first_hit(rays)
     assert len(made) == 2
-    with Breaking() as pool, pytest.raises(ValueError, match=r"executor is broken.*co.cluster.Processes\(n\)"):
+    with Breaking() as pool, pytest.raises(ValueError, match=r"executor is broken.*co.parallel.Processes\(n\)"):
         scene.first_hit(rays, executor=pool)
 
 
 def test_chunks_follow_the_rate():
-    pace = Pace(None, 4096, 1 << 20, 2)
+    pace = ChunkSize(None, 4096, 1 << 20, 2)
     assert next(pace.pieces(0, 10**9)) == (0, 4096)
     pace.saw(4096, 0.001)  # four million a second
     assert pace.size == 8 * 4096
@@ -265,7 +266,7 @@ def test_chunks_follow_the_rate():
     assert pace.size == 1 << 20
     pace.saw(1 << 20, 4.0)
     assert pace.size == 1 << 18
-    pieces = list(Pace(None, 10, 1000, 2).pieces(0, 35))
+    pieces = list(ChunkSize(None, 10, 1000, 2).pieces(0, 35))
     assert pieces == [(0, 10), (10, 20), (20, 30), (30, 35)]
 
 
@@ -276,11 +277,11 @@ def test_errors_of_tasks_reach_the_asker(processes):
 
 
 def test_threads_of_a_task():
-    from conicoid.engine.threads import limited_to, thread_count
+    from conicoid.kernels.threads import limit_threads, thread_count
 
     co.set_threads(3)
     try:
-        with limited_to(1):
+        with limit_threads(1):
             assert thread_count() == 1
             others = []
             thread = threading.Thread(target=lambda: others.append(thread_count()))
@@ -294,7 +295,7 @@ def test_threads_of_a_task():
 
 def test_tasks_of_processes_that_die(processes):
     first = processes.submit(os.getpid).result()
-    with pytest.raises(co.cluster.processes.WorkerDied), co.cluster.Processes(1, retries=1) as mortal:
+    with pytest.raises(co.parallel.processes.WorkerDied), co.parallel.Processes(1, retries=1) as mortal:
         mortal.submit(os._exit, 1).result()
     assert processes.submit(pow, 2, 5).result() == 32
     assert first in processes.pids
@@ -302,9 +303,9 @@ def test_tasks_of_processes_that_die(processes):
 
 def test_tasks_that_take_too_long_are_ended():
     began = time.monotonic()
-    with co.cluster.Processes(1, retries=0, timeout=1) as pool:
+    with co.parallel.Processes(1, retries=0, timeout=1) as pool:
         slow = pool.submit(time.sleep, 3600)
-        with pytest.raises(co.cluster.processes.WorkerDied):
+        with pytest.raises(co.parallel.processes.WorkerDied):
             slow.result()
         assert pool.submit(abs, -1).result() == 1
     assert time.monotonic() - began < 600

@@ -26,8 +26,8 @@ def test_rays_of_cameras_to_the_bit(camera):
 def test_queries_take_them():
     scene, lazy = subject.scene(), co.Rays.from_camera(CAMERAS[0], 33, 20)
     rays = lazy.made()
-    with co.cluster.Processes(1) as pool:
-        for how in ({}, dict(executor=co.cluster.Workers(pool, chunk=100))):
+    with co.parallel.Processes(1) as pool:
+        for how in ({}, dict(executor=co.parallel.Workers(pool, chunk=100))):
             assert scene.first_hit(lazy, **how) == scene.first_hit(rays)
             assert scene.spans(lazy, **how) == scene.spans(rays)
             assert np.array_equal(
@@ -67,7 +67,7 @@ def test_streams_of_anything(tmp_path):
 
 def test_every_query_streams():
     scene, rays = subject.scene(), subject.rays(100)
-    for executor in (None, co.cluster.Processes(1)):
+    for executor in (None, co.parallel.Processes(1)):
         how = dict(chunk=31, executor=executor)
         assert np.array_equal(np.concatenate(list(scene.stream(rays, "occluded", **how))), scene.occluded(rays))
         assert np.array_equal(np.concatenate(list(scene.stream(rays, "lengths", **how))), scene.lengths(rays))

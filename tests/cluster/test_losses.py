@@ -9,7 +9,7 @@ import time
 import pytest
 
 import conicoid as co
-from conicoid.cluster.course import Course, Piece
+from conicoid.parallel.scheduler import ScheduledTask, Scheduler
 
 from . import subject, tasks
 from .schedulers import cluster, workers
@@ -42,8 +42,8 @@ def done_by(executor, call, *arguments, patience=200, **how):
     def still(*_):
         assert time.monotonic() < until, "nothing comes back"
 
-    course = Course("test", co.cluster.Workers(executor, progress=still, **how), call, ())
-    ((_, value),) = course.results(iter([Piece(0, 1, arguments)]), lambda *_: None, 1)
+    course = Scheduler("test", co.parallel.Workers(executor, progress=still, **how), call, ())
+    ((_, value),) = course.results(iter([ScheduledTask(0, 1, arguments)]), lambda *_: None, 1)
     return value
 
 

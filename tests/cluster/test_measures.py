@@ -15,7 +15,7 @@ from . import subject
 
 def test_measures_of_workers_are_the_same():
     scene, lens = subject.scene(), co.Sphere(1) & co.Sphere(1, (0.5, 0.5, 0)) & co.Sphere(1, (0, 0.4, 0.3))
-    with co.cluster.Processes(1) as pool:
+    with co.parallel.Processes(1) as pool:
         far, one = co.measure(scene, rays=600, executor=pool), co.measure(lens, rays=600, executor=pool)
     near = co.measure(scene, rays=600)
     assert np.array_equal(far.volume, near.volume)
@@ -42,7 +42,7 @@ def test_the_rays_of_one_shape_are_shared_out(count):
     done, near = [], told(co.measure(LENS, rays=200_000, seed=3))
     tasks = []
 
-    class Counting(co.cluster.Processes):
+    class Counting(co.parallel.Processes):
         def submit(self, fn, /, *arguments, **keywords):
             tasks.append(fn)
             return super().submit(fn, *arguments, **keywords)
@@ -58,7 +58,7 @@ def test_the_rays_of_one_shape_are_shared_out(count):
 
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="SIGKILL")
 def test_a_worker_dies_while_it_measures():
-    with co.cluster.Processes(2, retries=3) as pool:
+    with co.parallel.Processes(2, retries=3) as pool:
         killed = []
 
         def kill(*_):

@@ -17,11 +17,11 @@ def logged(caplog):
     return lambda: [r.getMessage() for r in caplog.records if "through two bodies at once" in r.getMessage()]
 
 
-@pytest.mark.parametrize("make", [lambda: co.cluster.Processes(2), lambda: ThreadPoolExecutor(2), lambda: None])
+@pytest.mark.parametrize("make", [lambda: co.parallel.Processes(2), lambda: ThreadPoolExecutor(2), lambda: None])
 def test_overlaps_are_told_once(make, logged):
     scene, rays = subject.scene(), subject.rays(200)  # whose ball and corners overlap
     pool = make()
-    how = None if pool is None else co.cluster.Workers(pool, chunk=20)
+    how = None if pool is None else co.parallel.Workers(pool, chunk=20)
     scene.line_integral(subject.VALUES, rays, executor=how)
     assert len(logged()) == 1
     assert logged()[0].startswith("line_integral: ")

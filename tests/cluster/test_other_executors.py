@@ -21,7 +21,7 @@ if __name__ == "__main__":
     scene, rays = subject.scene(), subject.rays(5, 40)
     with MPIPoolExecutor() as pool:
         assert pool.submit(MPI.COMM_WORLD.Get_rank).result() != 0  # it is done elsewhere
-        how = co.cluster.Workers(pool, chunk=33)
+        how = co.parallel.Workers(pool, chunk=33)
         far = subject.answers(scene, rays, executor=how)
         picture = scene.render(70, 40, executor=pool)
     assert subject.differing(subject.answers(scene, rays), far) == []

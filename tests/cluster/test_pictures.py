@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.cluster.checkpoint import Checkpoint
-from conicoid.cluster.here import here
+from conicoid.parallel.pictures import Checkpoint
+from conicoid.parallel.workers import inline_workers
 
 from . import subject
 
@@ -22,9 +22,9 @@ def test_tiles_of_workers_to_the_bit():
     scene = subject.scene()
     local = scene.render(100, 70, samples=2, axes=True)
     told = []
-    with co.cluster.Processes(1) as pool:
+    with co.parallel.Processes(1) as pool:
         for chunk in (1, 5, None):
-            how = co.cluster.Workers(pool, chunk=chunk)
+            how = co.parallel.Workers(pool, chunk=chunk)
             far = scene.render(100, 70, samples=2, axes=True, executor=how, progress=lambda *step: told.append(step))
             assert np.array_equal(far.pixels, local.pixels)
     assert told[-1] == (4 * 3, 4 * 3)  # tiles of 32 pixels
@@ -40,7 +40,7 @@ def test_a_picture_goes_on(tmp_path):
         if done == 5:
             raise KeyboardInterrupt
 
-    workers = here()
+    workers = inline_workers()
     workers.chunk = 1
     with pytest.raises(KeyboardInterrupt):
         scene.render(100, 70, samples=1, resume=file, executor=workers, progress=stop)
@@ -99,9 +99,9 @@ DRIVER = """
 import sys
 import conicoid as co
 from tests.cluster import subject
-with co.cluster.Processes(2) as pool:
+with co.parallel.Processes(2) as pool:
     image = subject.scene().render(640, 480, samples=4, resume=sys.argv[1],
-                                   executor=co.cluster.Workers(pool, chunk=2))
+                                   executor=co.parallel.Workers(pool, chunk=2))
 image.save(sys.argv[2])
 """
 

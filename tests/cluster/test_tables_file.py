@@ -11,9 +11,8 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.cluster import recipe
-from conicoid.cluster.edition import edition
-from conicoid.cluster.tables_file import LaterBodies, Replaced, TablesFile, opened
+from conicoid.parallel import shared_state as recipe
+from conicoid.parallel.shared_state import LazyBodies, ReplacedFileError, TablesFile, open_scene_tables, source_version
 
 from . import subject
 
@@ -31,15 +30,15 @@ def crowd(count=300):
 def kept(tmp_path):
     """A scene, its file of tables, and the hash of its head."""
     scene = crowd()
-    made = recipe.recipe_of(scene)
-    made.share_tables(edition(), str(tmp_path))
+    made = recipe.shared_scene(scene)
+    made.share_tables(source_version(), str(tmp_path))
     path, digest = made.reference().tables
     return scene, path, digest
 
 
 def test_what_is_opened_answers_the_same(kept):
     scene, path, digest = kept
-    again, rays = opened(path, edition(), digest), subject.rays(5, 40)
+    again, rays = open_scene_tables(path, source_version(), digest), subject.rays(5, 40)
     local, far = (
         {name: getattr(one, name)(rays) for name in ("first_hit", "occluded", "spans", "crossings", "lengths")}
         for one in (scene, again)
@@ -58,14 +57,14 @@ def test_what_is_opened_answers_the_same(kept):
 
 def test_opening_prepares_nothing_and_reads_no_bodies(kept, monkeypatch):
     scene, path, digest = kept
-    monkeypatch.setattr("conicoid.engine.prepared.prepare", None)
-    monkeypatch.setattr("conicoid.engine.lowering.lower", None)
-    again, rays = opened(path, edition(), digest), subject.rays(200)
+    monkeypatch.setattr("conicoid.prepare.prepared_scene.prepare", None)
+    monkeypatch.setattr("conicoid.prepare.lowering.lower", None)
+    again, rays = open_scene_tables(path, source_version(), digest), subject.rays(200)
     hits = again.first_hit(rays)
     assert np.array_equal(hits.t, scene.first_hit(rays).t)
     assert np.array_equal(again.spans(rays).t_exit, scene.spans(rays).t_exit)
     assert again.first_hit(rays).name.tolist() == scene.first_hit(rays).name.tolist()
-    assert isinstance(again.bodies, LaterBodies)
+    assert isinstance(again.bodies, LazyBodies)
     assert not again.bodies.are_read
     assert again.bodies[3].name == "box 3"
     assert again.bodies.are_read
@@ -75,8 +74,8 @@ def test_the_file_is_written_in_no_process_twice(kept, tmp_path):
     scene, path, digest = kept
     before = os.stat(path)
     same = crowd()
-    made = recipe.recipe_of(same)
-    made.share_tables(edition(), str(tmp_path))
+    made = recipe.shared_scene(same)
+    made.share_tables(source_version(), str(tmp_path))
     assert same._prepared is not None  # it came out of the file
     assert made.reference().tables == (path, digest)
     assert os.stat(path).st_mtime_ns == before.st_mtime_ns
@@ -89,10 +88,10 @@ def test_the_file_is_written_in_no_process_twice(kept, tmp_path):
 
 def test_workers_map_it(tmp_path):
     scene, rays = crowd(), subject.rays(300)
-    with co.cluster.Processes(2) as pool:
-        how = co.cluster.Workers(pool, chunk=50, store=tmp_path)
+    with co.parallel.Processes(2) as pool:
+        how = co.parallel.Workers(pool, chunk=50, store=tmp_path)
         assert scene.first_hit(rays, executor=how) == scene.first_hit(rays)
-        reference = recipe.recipe_of(scene).reference()
+        reference = recipe.shared_scene(scene).reference()
         maps = "/proc/self/maps"
         if os.path.exists(maps):
             mapped = pool.submit(_reads, maps).result()
@@ -108,9 +107,9 @@ def _reads(path):
 def test_other_editions_and_damage_are_refused(kept, tmp_path):
     _, path, digest = kept
     with pytest.raises(ValueError, match=r"holds tables of conicoid .*; this process has 0\.0\.9"):
-        opened(path, "0.0.9 (sources 12345678)", digest)
-    with pytest.raises(Replaced, match="is not the file of tables that it was"):
-        opened(path, edition(), b"another hash")
+        open_scene_tables(path, "0.0.9 (sources 12345678)", digest)
+    with pytest.raises(ReplacedFileError, match="is not the file of tables that it was"):
+        open_scene_tables(path, source_version(), b"another hash")
     data = bytearray(Path(path).read_bytes())
     for name, content, message in (
         ("cut", data[:-100], "bytes of"),
@@ -119,33 +118,33 @@ def test_other_editions_and_damage_are_refused(kept, tmp_path):
     ):
         (tmp_path / name).write_bytes(content)
         with pytest.raises(ValueError, match=message):
-            TablesFile(tmp_path / name, edition())
+            TablesFile(tmp_path / name, source_version())
     length = int.from_bytes(data[18:26], "little")
     data[(26 + length + 63) // 64 * 64 + 10] ^= 1  # in the first pickle
     (tmp_path / "damaged").write_bytes(data)
     with pytest.raises(ValueError, match="is damaged"):
-        TablesFile(tmp_path / "damaged", edition()).prepared(())
+        TablesFile(tmp_path / "damaged", source_version()).prepared(())
 
 
 def test_a_process_that_dies_while_it_writes_leaves_no_such_file(tmp_path):
     program = (
         "import os, sys\n"
-        "from conicoid.cluster import recipe, tables_file\n"
-        "from conicoid.cluster.edition import edition\n"
+        "from conicoid.parallel import shared_state\n"
+        "from conicoid.parallel.shared_state import source_version\n"
         "from tests.cluster.test_tables_file import crowd\n"
-        "whole = tables_file._written\n"
+        "whole = shared_state._write_sections\n"
         "def half(file, *more):\n"
         "    whole(file, *more)\n"
         "    file.flush()\n"
         "    os._exit(9)\n"
-        "tables_file._written = half\n"
+        "shared_state._write_sections = half\n"
         "scene = crowd()\n"
-        "recipe.recipe_of(scene).share_tables(edition(), sys.argv[1])\n"
+        "shared_state.shared_scene(scene).share_tables(source_version(), sys.argv[1])\n"
     )
     assert subprocess.run([sys.executable, "-c", program, tmp_path]).returncode == 9
     assert not list(tmp_path.glob("[!.]*"))  # but for a file that has no such name
-    with co.cluster.Processes(1) as pool:
-        how, rays = co.cluster.Workers(pool, chunk=50, store=tmp_path), subject.rays(100)
+    with co.parallel.Processes(1) as pool:
+        how, rays = co.parallel.Workers(pool, chunk=50, store=tmp_path), subject.rays(100)
         assert crowd().first_hit(rays, executor=how) == crowd().first_hit(rays)
     assert len(list(tmp_path.glob("[!.]*.tables"))) == 1
 
@@ -156,25 +155,27 @@ def test_without_room_each_prepares_for_itself(tmp_path, monkeypatch):
 
     monkeypatch.setattr(recipe, "write_tables", full)
     scene, rays = crowd(), subject.rays(100)
-    with co.cluster.Processes(1) as pool:
+    with co.parallel.Processes(1) as pool:
         assert scene.first_hit(rays, executor=pool) == scene.first_hit(rays)
-    assert recipe.recipe_of(scene).reference().tables is None
+    assert recipe.shared_scene(scene).reference().tables is None
     with pytest.raises(FileNotFoundError, match="no such folder"):
-        co.cluster.Workers(co.cluster.Processes(1), store=tmp_path / "nowhere")
+        co.parallel.Workers(co.parallel.Processes(1), store=tmp_path / "nowhere")
 
 
 def test_a_file_that_another_program_replaced_is_not_read(kept):
     scene, path, _ = kept
-    reference = recipe.Reference(recipe.recipe_of(scene).key, recipe.recipe_of(scene).data, None, (path, b"another"))
-    recipe._own.pop(reference.key)
-    (again,) = recipe.found(reference)
-    assert not isinstance(again.bodies, LaterBodies)  # it was made from what was said
+    reference = recipe.SharedReference(
+        recipe.shared_scene(scene).key, recipe.shared_scene(scene).data, None, (path, b"another")
+    )
+    recipe._own_objects.pop(reference.key)
+    (again,) = recipe.find_shared(reference)
+    assert not isinstance(again.bodies, LazyBodies)  # it was made from what was said
     assert again == scene
 
 
 def test_stretched_balls_are_prepared_by_each(tmp_path):
     scene, rays = co.Scene([subject.large_scene().bodies[0].shape.scale((1, 2, 1))]), subject.rays(300)
-    with co.cluster.Processes(1) as pool:
-        how = co.cluster.Workers(pool, store=tmp_path)
+    with co.parallel.Processes(1) as pool:
+        how = co.parallel.Workers(pool, store=tmp_path)
         assert scene.first_hit(rays, executor=how) == scene.first_hit(rays)
     assert list(tmp_path.iterdir()) == []

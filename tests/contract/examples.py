@@ -12,7 +12,8 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 import conicoid as co
-from conicoid.shapes import REGISTRY, Shape
+from conicoid.geometry.registry import REGISTRY
+from conicoid.geometry.shape import Shape
 
 INF = float("inf")
 BOX = ((-2, -1.5, -1), (1, 2, 1.5))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 import conicoid as co
-from conicoid.shapes import REGISTRY
+from conicoid.geometry.registry import REGISTRY
 
 from ..children import child
 from .examples import LISTED, derived, examples_of
@@ -38,7 +38,7 @@ def test_usual_field_names_need_no_entry(name):
 HALF_MADE = """
 import dataclasses, sys, threading
 import conicoid as co
-from conicoid.shapes import REGISTRY
+from conicoid.geometry.registry import REGISTRY
 process, found = dataclasses._process_class, []
 
 def ask():
@@ -74,8 +74,8 @@ def test_what_is_no_name_is_in_no_registry():
 OWN = """
 from dataclasses import dataclass
 import conicoid as co
-from conicoid.shapes import REGISTRY
-from conicoid.shapes.base import PrimitiveSolid
+from conicoid.geometry.registry import REGISTRY
+from conicoid.geometry.shape import PrimitiveSolid
 
 @dataclass(frozen=True)
 class Polycone(PrimitiveSolid):

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.shapes import REGISTRY
+from conicoid.geometry.registry import REGISTRY
 
 from .examples import examples_of
 from .strange import faults, good_arguments

@@ -42,8 +42,8 @@ def test_energies_files_and_lazy_arrays(tmp_path):
     assert local.shape == (*scan.shape, 2)
     assert np.array_equal(local[..., 0], co.ct.project(head(), scan, HEAD[:, 0]))
     told = []
-    with co.cluster.Processes(1) as pool:
-        how = co.cluster.Workers(pool, chunk=77)
+    with co.parallel.Processes(1) as pool:
+        how = co.parallel.Workers(pool, chunk=77)
         kept = co.ct.project(head(), scan, values, executor=how, out=tmp_path / "sinogram.npy",
                              progress=lambda *step: told.append(step))  # fmt: skip
     assert np.array_equal(kept, local)
@@ -81,7 +81,7 @@ def test_rays_end_at_the_detector():
 def test_a_hundred_million_rays_in_two_gigabytes(tmp_path):
     """A tenth of a scan of 720 views of 1,200 x 1,200."""
     scan = co.ct.cone(np.arange(0, 360, 5.0), 1200, 1200, 3, 2, spacing=(0.004, 0.004))
-    with co.cluster.Processes(2) as pool:
+    with co.parallel.Processes(2) as pool:
         found = co.ct.project(head(), scan, HEAD[:, 0], executor=pool, out=tmp_path / "sinogram.npy")
     most = (
         resource.getrusage(resource.RUSAGE_SELF).ru_maxrss + 2 * resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss

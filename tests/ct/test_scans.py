@@ -178,13 +178,16 @@ def test_parallel_rays_and_cylinders_of_rtk():
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: co.ct.cone([0], 0, 3, 1, 1), "Geometry: rows must be an integer >= 1, got 0"),
+        (lambda: co.ct.cone([0], 0, 3, 1, 1), "ScanGeometry: rows must be an integer >= 1, got 0"),
         (lambda: co.ct.cone([0], 3, 3, -1, 1), "cone: source_origin must be > 0, got -1"),
         (lambda: co.ct.parallel([math.nan], 3), "parallel: angles must be finite numbers of shape (views,)"),
         (lambda: co.ct.from_astra({"type": "cone"}), "from_astra: cone must have DetectorRowCount, DetectorColCount"),
         (lambda: co.ct.from_astra({"type": "spiral"}), "from_astra: type must be one of parallel, fanflat"),
         (lambda: co.ct.rtk([0, 1], 3, 3, [1, 2, 3], 4), "rtk: source_to_isocenter must be a number, or for each of 2"),
-        (lambda: co.ct.Geometry(np.zeros((1, 12)), 3, 3, True), "Geometry: u and v of a view must not be parallel"),
+        (
+            lambda: co.ct.ScanGeometry(np.zeros((1, 12)), 3, 3, True),
+            "ScanGeometry: u and v of a view must not be parallel",
+        ),
     ],
 )
 def test_what_makes_no_scan(make, message):

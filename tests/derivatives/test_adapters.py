@@ -16,7 +16,7 @@ BY_RADIUS, BY_HEIGHT = -2 / math.sqrt(3), 1 / math.sqrt(3)
 def test_jax():
     jax = pytest.importorskip("jax", reason="JAX is not installed: pip install conicoid[jax]")
     jax.config.update("jax_enable_x64", True)
-    from conicoid.derivatives.for_jax import first_hit, line_integral
+    from conicoid.apps.derivatives.for_jax import first_hit, line_integral
 
     parameters = co.parameters(SCENE)
     trace, integrate = first_hit(parameters), line_integral(parameters, [3.0])
@@ -35,7 +35,7 @@ def test_jax():
 
 def test_torch():
     torch = pytest.importorskip("torch", reason="PyTorch is not installed: pip install conicoid[torch]")
-    from conicoid.derivatives.for_torch import first_hit, line_integral
+    from conicoid.apps.derivatives.for_torch import first_hit, line_integral
 
     parameters = co.parameters(SCENE)
     vector = torch.tensor(parameters.values, requires_grad=True)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.shapes.bulk import Bulk
+from conicoid.geometry.bulk import Bulk
 
 from ..contract.examples import MOTIONS, every_example
 from . import outlines, plain

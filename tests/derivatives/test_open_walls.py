@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.shapes.base import PrimitiveSolid
+from conicoid.geometry.shape import PrimitiveSolid
 
 from ..contract.examples import MOTIONS, every_example
 from .test_every_shape import rays_at

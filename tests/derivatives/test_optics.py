@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.derivatives import reflect_jvp, reflect_vjp, refract_jvp, refract_vjp
+from conicoid.apps.derivatives import reflect_jvp, reflect_vjp, refract_jvp, refract_vjp
 
 mp = mpmath.MPContext()
 mp.dps = 40

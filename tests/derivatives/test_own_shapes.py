@@ -6,10 +6,10 @@ from fractions import Fraction
 import pytest
 
 import conicoid as co
-from conicoid.shapes import exact as ex
-from conicoid.shapes.base import REGISTERED, PrimitiveSolid
-from conicoid.shapes.cells import Cell, Face, around_z, flat
-from conicoid.shapes.surface import PlaneSurface, QuadricSurface
+from conicoid.geometry.cell import Cell, Face, cartesian_uv, cylindrical_uv
+from conicoid.geometry.shape import REGISTERED, PrimitiveSolid
+from conicoid.geometry.surface import PlaneSurface, QuadricSurface
+from conicoid.numerics import bigfloat_linalg as ex
 
 
 def tower(square):
@@ -26,8 +26,8 @@ def tower(square):
             wall = QuadricSurface((1.0, 1.0, -square(self.slope)), constant=square(self.radius))
             bottom = PlaneSurface((0.0, 0.0, -1.0), -low, anchor=(0.0, 0.0, low))
             top = PlaneSurface((0.0, 0.0, 1.0), high, anchor=(0.0, 0.0, high))
-            ends = flat((self.radius, 0, 0), (0, self.radius, 0))
-            return Cell((Face(wall, 0, around_z(low, high)), Face(bottom, 1, ends), Face(top, 2, ends)))
+            ends = cartesian_uv((self.radius, 0, 0), (0, self.radius, 0))
+            return Cell((Face(wall, 0, cylindrical_uv(low, high)), Face(bottom, 1, ends), Face(top, 2, ends)))
 
         def support(self, direction):
             return 99.0 * sum(map(abs, direction))

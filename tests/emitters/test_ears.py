@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from conicoid.emitters.ears import triangles_of
+from conicoid.render.lights.light_tables import triangulate
 
 ARROW = [(0, 0), (4, -3), (1, 0), (4, 3)]
 COMB = [(0, 0), (6, 0), (6, 3), (5, 3), (5, 1), (4, 1), (4, 3), (3, 3), (3, 1), (2, 1), (2, 3), (0, 3)]
@@ -25,7 +25,7 @@ def area(loop):
 def test_all_of_the_area(loop, axes):
     points = np.zeros((len(loop), 3))
     points[:, axes[0]], points[:, axes[1]], points[:, axes[2]] = *np.array(loop, float).T, 7
-    cut = triangles_of(points)
+    cut = triangulate(points)
     assert cut.shape == (len(loop) - 2, 3)
     a, b, c = (points[cut[:, k]] for k in range(3))
     sizes = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
@@ -33,4 +33,4 @@ def test_all_of_the_area(loop, axes):
 
 
 def test_a_loop_that_crosses_itself_is_left_alone():
-    assert triangles_of(np.array([(0, 0, 0), (1, 1, 0), (1, 0, 0), (0, 2, 0)], float)) is None
+    assert triangulate(np.array([(0, 0, 0), (1, 1, 0), (1, 0, 0), (0, 2, 0)], float)) is None

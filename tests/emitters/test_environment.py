@@ -6,7 +6,7 @@ import numba
 import numpy as np
 import pytest
 
-from conicoid.emitters.environment import (
+from conicoid.render.lights.environment import (
     environment_density,
     environment_direction,
     lower_environment,

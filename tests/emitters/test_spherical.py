@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.emitters.spherical import in_triangle, triangle_angle
+from conicoid.render.lights.light_sampling import sample_triangle, triangle_angle
 
 
 @numba.njit(error_model="numpy")
 def _drawn(f, x, y, z, numbers, out):
     for k in range(len(numbers)):
-        out[k, 0], out[k, 1], out[k, 2] = in_triangle(f, 0, x, y, z, numbers[k, 0], numbers[k, 1])
+        out[k, 0], out[k, 1], out[k, 2] = sample_triangle(f, 0, x, y, z, numbers[k, 0], numbers[k, 1])
 
 
 @numba.njit(error_model="numpy")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 import conicoid as co
-from conicoid.engine.lowering.edited import exchange
+from conicoid.prepare.edits import in_place as exchange
 
 CUBE = co.Box((-1, -1, -1), (1, 1, 1))
 
@@ -100,11 +100,11 @@ def content(scene):
 
 def note_memory_taken(monkeypatch) -> list[bool]:
     """Whether each exchange from now on finds memory that was another scene's, or that of the one it is made from."""
-    found, begin = [], exchange.Exchange.__init__
+    found, begin = [], exchange.InPlaceEdit.__init__
 
     def noted(self, *arguments):
         begin(self, *arguments)
         found.append(self._opened is not None)
 
-    monkeypatch.setattr(exchange.Exchange, "__init__", noted)
+    monkeypatch.setattr(exchange.InPlaceEdit, "__init__", noted)
     return found

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from conicoid.engine.surface.doubt import FAR, KAPPA, KAPPA_OF_BALLS, KAPPA_OF_PLANES, RELATIVE
-from conicoid.engine.tables import CELL, POLYGON, REGION, SHEET, SPHERE, Floats, Tables
+from conicoid.kernels.surface.doubt import FAR, KAPPA, KAPPA_OF_BALLS, KAPPA_OF_PLANES, RELATIVE
+from conicoid.kernels.tables import CELL, POLYGON, REGION, SHEET, SPHERE, Floats, Tables
 
 Whole = npt.NDArray[Any]
 

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from conicoid.engine import tables as table
+from conicoid.kernels import tables as table
 
 
 class Nodes:

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from conicoid.compiler import vectors
+from conicoid._jit import vector_width as vectors
 
 LINUX, MAC = "unknown-linux-gnu", "apple-macosx"
 TRIPLES = {
@@ -40,16 +40,16 @@ import contextlib, sys
 from pathlib import Path
 from numba.core.caching import NullCache
 import conicoid as co
-from conicoid.compiler import functions as jit_functions
-from conicoid.engine.arrays.first import trace_first
+from conicoid._jit import compiler as jit_functions
+from conicoid.kernels.entry.first_hits import trace_first
 
 class Enough(Exception):
     pass
 
 def keep(program):
     whole = program._final_module
-    for library in jit_functions._reached(program._linking_libraries):
-        part = jit_functions._own(library)
+    for library in jit_functions._reachable_libraries(program._linking_libraries):
+        part = jit_functions._own_module(library)
         defined = [function.name for function in part.functions if not function.is_declaration]
         if "NRT_decref" not in defined:  # Numba's counts of references have been made for this processor
             whole.link_in(part, preserve=True)
@@ -59,7 +59,7 @@ def keep(program):
 class Nothing(NullCache):
     @contextlib.contextmanager
     def until_saved(self):
-        jit_functions._Program.finalize = keep
+        jit_functions._KernelLibrary.finalize = keep
         yield
 
 trace_first._cache = Nothing()

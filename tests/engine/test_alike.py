@@ -5,12 +5,19 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.engine.body.hit import no_hit
-from conicoid.engine.body.meet import try_entry
-from conicoid.engine.body.scratch import new_scratch
-from conicoid.engine.packets.alike import body_hit, meet_bodies
-from conicoid.engine.packets.forms import FORMS, form_of, new_bodies, put_body, take_waiting, waiting_body
-from conicoid.engine.ray import Ray
+from conicoid.kernels.body.hit import no_hit, try_entry
+from conicoid.kernels.body.scratch import new_scratch
+from conicoid.kernels.packet.csg_gather import (
+    FORMS,
+    body_hit,
+    empty_queue,
+    form_of,
+    meet_bodies,
+    new_bodies,
+    put_body,
+    queue_body,
+)
+from conicoid.kernels.ray import Ray
 
 MISS = -2.0
 
@@ -47,9 +54,9 @@ def in_lanes(geometry, rays, more, entries, programs, most, hits):
             counts[form] += 1
             if counts[form] < most:
                 continue
-        count = take_waiting(bodies, form)
+        count = empty_queue(bodies, form)
         for k in range(meet_bodies(geometry, bodies, form, rays, more, count) if count > 0 else 0):
-            keep(hits, waiting_body(bodies, form, k)[0], body_hit(geometry, bodies, form, k))
+            keep(hits, queue_body(bodies, form, k)[0], body_hit(geometry, bodies, form, k))
         counts[form] = 0
 
 

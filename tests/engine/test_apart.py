@@ -8,7 +8,7 @@ import sys
 import numpy as np
 import pytest
 
-from conicoid.engine.lowering import apart
+from conicoid.prepare import mmap_arrays as apart
 
 
 def test_a_lack_of_memory_is_called_so(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -19,10 +19,10 @@ def test_a_lack_of_memory_is_called_so(monkeypatch: pytest.MonkeyPatch) -> None:
 
     monkeypatch.setattr(mmap, "mmap", refuse)
     with pytest.raises(MemoryError, match="8,000,000 bytes"):
-        apart.empty(1_000_000, np.float64)
-    assert not apart.empty(10, np.float64).any()
+        apart.mapped_zeros(1_000_000, np.float64)
+    assert not apart.mapped_zeros(10, np.float64).any()
 
 
 def test_a_python_without_foreign_functions_gives_nothing_back(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "ctypes", None)
-    apart.give_back_of(1 << 20)
+    apart.trim_heap(1 << 20)

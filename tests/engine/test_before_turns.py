@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.engine.lowering import contents, lower
-from conicoid.engine.lowering.contents import Exact
-from conicoid.engine.lowering.exact_surfaces import exact_surface
-from conicoid.engine.lowering.parts import part_of
-from conicoid.engine.tables import PLANE
-from conicoid.shapes.base import Solid
+from conicoid.geometry.shape import Solid
+from conicoid.kernels.tables import PLANE
+from conicoid.prepare import body_collector as contents
+from conicoid.prepare.body_collector import ExactBodySurfaces
+from conicoid.prepare.exact_surfaces import exact_surface
+from conicoid.prepare.lower_shape import lower_shape
+from conicoid.prepare.lowering import lower
 
 
 def at_an_angle(shape: Solid) -> Solid:
@@ -42,20 +43,20 @@ def walls() -> list[co.Body]:
 def named(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     """The surfaces whose exact names are asked for."""
     found: list[int] = []
-    name = Exact.name
+    name = ExactBodySurfaces.name
 
-    def watched(self: Exact, index: int) -> object:
+    def watched(self: ExactBodySurfaces, index: int) -> object:
         found.append(index)
         return name(self, index)
 
-    monkeypatch.setattr(Exact, "name", watched)
+    monkeypatch.setattr(ExactBodySurfaces, "name", watched)
     return found
 
 
 def test_tables_are_those_of_exact_names(named: list[int], monkeypatch: pytest.MonkeyPatch) -> None:
     found = lower(walls())
     few = len(named)
-    monkeypatch.setattr(contents, "FEWEST", 10**9)
+    monkeypatch.setattr(contents, "FEWEST_SURFACES", 10**9)
     expected = lower(walls())
     assert 0 < few < (len(named) - few) / 3
     for field, mine, its in zip(found.tables._fields, found.tables, expected.tables, strict=True):
@@ -77,11 +78,11 @@ def test_single_surfaces_are_those_of_the_whole_body() -> None:
     shapes.append(co.Union(tuple(shapes[::5])).translate((0.1, 0.2, 0.3)) - shapes[1])
     shapes.append(co.Box((-9, -9, -9), (9, 9, 9)) - shapes[-1].rotate("y", 3))
     for shape in shapes:
-        count = len(part_of(shape).exact)
+        count = len(lower_shape(shape).exact)
         shape.kept.pop("part")
         alone = [exact_surface(shape, number).key() for number in range(count)]
         assert "part" not in shape.kept
-        assert alone == [surface.key() for surface in part_of(shape).exact]
+        assert alone == [surface.key() for surface in lower_shape(shape).exact]
 
 
 def test_crystals_of_modules_are_prepared_without_a_name_for_each(named: list[int]) -> None:

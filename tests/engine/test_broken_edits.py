@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.engine.lowering.edited.stores import Store, Stores
+from conicoid.prepare.edits.buffer_pool import BufferPool, SceneBuffer
 
 from .exchanges import content
 
@@ -134,8 +134,8 @@ def test_threads_that_trace_see_the_scene_that_they_took():
 
 
 def test_memory_that_is_asked_for_by_name_is_not_taken_for_another():
-    stores = Stores()
-    first, second = (Store(np.zeros(1, np.int32), np.zeros(1)) for _ in range(2))
+    stores = BufferPool()
+    first, second = (SceneBuffer(np.zeros(1, np.int32), np.zeros(1)) for _ in range(2))
     stores.give(first)
     assert stores.take(second) is None
     taken = stores.take(first)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 import conicoid as co
-from conicoid.bench.core import PINS, core_xml
-from conicoid.engine.tree.leaf import ROWS
+from conicoid.bench.scenes import PINS, core_xml
+from conicoid.kernels.bvh.walk import ROWS
 
 REAL, WHOLE = 8, 4
 WALL = 4 * REAL + 2 * WHOLE  # anchor and form; kind and row

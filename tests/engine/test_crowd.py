@@ -10,17 +10,15 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.engine.arrays.first import trace_first_alone
-from conicoid.engine.arrays.found import Found
-from conicoid.engine.body.hit import is_doubtful
-from conicoid.engine.body.scratch import new_scratch
-from conicoid.engine.packets.crowd import is_crowded
-from conicoid.engine.packets.first import trace_packet
-from conicoid.engine.packets.lanes import BEST, BODY, DOUBT
-from conicoid.engine.packets.load import fill_lanes
-from conicoid.engine.packets.packet import new_packet
-from conicoid.engine.packets.tile import new_tile, open_quarter, open_tile, tile_packet
-from conicoid.engine.queries.queries import arrays_of
+from conicoid.kernels.body.hit import is_doubtful
+from conicoid.kernels.body.scratch import new_scratch
+from conicoid.kernels.entry.first_hits import HitBuffers, trace_first_alone
+from conicoid.kernels.packet.crowd import is_crowded
+from conicoid.kernels.packet.frontier import new_tile, open_quarter, open_tile, tile_packet
+from conicoid.kernels.packet.lanes import BEST, BODY, DOUBT, fill_lanes
+from conicoid.kernels.packet.packet import new_packet
+from conicoid.kernels.packet.traversal import trace_packet
+from conicoid.queries.ray_queries import arrays_of
 
 from .test_routes import assert_same, reordered
 
@@ -89,7 +87,7 @@ def traced(view, any_hit=False, without=()):
 def alone(view):
     """The same of single rays: (t, body, doubt)."""
     scene, rays = field().prepared, rays_of(view)
-    arrays, found = arrays_of("first_hit", scene, rays, 0.0, math.inf), Found.new(WIDTH * WIDTH)
+    arrays, found = arrays_of("first_hit", scene, rays, 0.0, math.inf), HitBuffers.new(WIDTH * WIDTH)
     trace_first_alone(scene.geometry, arrays, 0, WIDTH * WIDTH, found)
     return found.t, found.body, is_doubtful(found.turn)
 

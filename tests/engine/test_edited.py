@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.engine.lowering import parts
-from conicoid.engine.lowering.edited import columns
-from conicoid.engine.lowering.edited.pieces import runs
-from conicoid.engine.tables import Tables
+from conicoid.kernels.tables import Tables
+from conicoid.prepare import lower_shape as parts
+from conicoid.prepare.edits import column_splice as columns
+from conicoid.prepare.edits.pieces import find_runs
 from tests.engine.nodes import Nodes
 
 OF_TREES = {"node_boxes", "node_children", "tree_order", "tree_root", "roots", "tree_depth", "leaf_items"}
@@ -125,7 +125,7 @@ def test_long_chains_of_edits(seed):
 
 def test_every_table_has_a_rule():
     rules = [
-        *columns.PLAIN, *columns.COUNTING, *columns.BEGINS, *columns.SURFACE, *columns.SIDES, *columns.OTHERS,
+        *columns.PLAIN, *columns.COUNTS, *columns.BEGINS, *columns.SURFACE, *columns.SIDES, *columns.OTHERS,
         *columns.TREES,
     ]  # fmt: skip
     assert sorted(rules) == sorted(Tables._fields)
@@ -178,13 +178,13 @@ def test_a_tree_is_built_anew_after_many_edits(monkeypatch):
 def test_what_runs_are_kept():
     a, b, c, d, e = (co.Body(co.Sphere(radius)) for radius in (1, 2, 3, 4, 5))
     old, new = 0, 1
-    assert runs([a, b, c], [a, d, c]) == ([(old, 0, 1), (new, 0, 1), (old, 2, 3)], [1])
-    assert runs([a, b, c], [d, a, b, c, e]) == ([(new, 0, 1), (old, 0, 3), (new, 1, 2)], [0, 4])
-    assert runs([a, b, c, d], [a, d]) == ([(old, 0, 1), (old, 3, 4)], [])
-    assert runs([a, b, c, d], [b, e, d]) == ([(old, 1, 2), (new, 0, 1), (old, 3, 4)], [1])
-    assert runs([a, a, a], [a, a]) == ([(old, 0, 2)], [])
-    assert runs([], [a]) == ([(new, 0, 1)], [0])
-    assert runs([a], []) == ([], [])
+    assert find_runs([a, b, c], [a, d, c]) == ([(old, 0, 1), (new, 0, 1), (old, 2, 3)], [1])
+    assert find_runs([a, b, c], [d, a, b, c, e]) == ([(new, 0, 1), (old, 0, 3), (new, 1, 2)], [0, 4])
+    assert find_runs([a, b, c, d], [a, d]) == ([(old, 0, 1), (old, 3, 4)], [])
+    assert find_runs([a, b, c, d], [b, e, d]) == ([(old, 1, 2), (new, 0, 1), (old, 3, 4)], [1])
+    assert find_runs([a, a, a], [a, a]) == ([(old, 0, 2)], [])
+    assert find_runs([], [a]) == ([(new, 0, 1)], [0])
+    assert find_runs([a], []) == ([], [])
 
 
 def test_a_body_under_a_motion_of_its_own_is_lowered_as_those_like_it(monkeypatch):
@@ -194,12 +194,12 @@ def test_a_body_under_a_motion_of_its_own_is_lowered_as_those_like_it(monkeypatc
     scene = co.Scene([drilled.rotate(v, 30).translate(v) for v in rng.normal(size=(20, 3)).tolist()])
     scene.prepare()
     alone = []
-    monkeypatch.setattr(parts, "worked_out", lambda shape: alone.append(shape))
+    monkeypatch.setattr(parts, "compute_shape", lambda shape: alone.append(shape))
     edited = scene.moved(3, (1, 2, 3)).moved(3, lambda s: s.rotate((1, 1, 1), 12).scale(0.5)).moved(3, (0.1, 0, 0))
     edited = edited.moved(4, lambda s: s.scale((-2, 2, 2)).rotate((1, 1, 3), 12).rotate("x", 90))
     edited.prepare()
     assert alone == []
     monkeypatch.undo()
     for body in edited.bodies:
-        parts.part_of(body.shape)  # a scene of these takes what is kept with them
+        parts.lower_shape(body.shape)  # a scene of these takes what is kept with them
     same_tables(edited, co.Scene(edited.bodies))

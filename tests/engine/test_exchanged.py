@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.engine.lowering.edited import exchange
-from conicoid.engine.tree.build.leaf_items import put_items
-from conicoid.engine.tree.leaf import ROWS
+from conicoid.kernels.bvh.walk import ROWS
+from conicoid.prepare.bvh.leaf_items import put_items
+from conicoid.prepare.edits import in_place as exchange
 from tests.engine.exchanges import CUBE, bodies, content, moved, note_memory_taken, slid, standing
 from tests.engine.nodes import Nodes
 from tests.engine.test_edited import same_answers, same_tables

@@ -8,11 +8,18 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.engine.lowering import lower
-from conicoid.engine.lowering.clusters import ACROSS, ALONG, Curved, Flat, coefficients
-from conicoid.engine.lowering.features import put_across_axes, put_first_across_axes
-from conicoid.engine.lowering.quadrics import Quadrics
-from conicoid.engine.tables import PLANE, QUADRIC, SPHERE
+from conicoid.kernels.tables import PLANE, QUADRIC, SPHERE
+from conicoid.prepare.coincidence import (
+    FIRST_DIRECTION,
+    SECOND_DIRECTION,
+    CurvedFeatures,
+    PlaneFeatures,
+    QuadricTable,
+    coefficients,
+    put_across_axes,
+    put_first_across_axes,
+)
+from conicoid.prepare.lowering import lower
 
 from .test_lowered_scenes import solids_of
 
@@ -26,7 +33,7 @@ def planes_of(rng, count):
 
 def place(features, leading, along):
     """The sign is that by which what leads lies before `ALONG`."""
-    sign = np.where(features[:, :leading] @ ALONG[:leading] < 0, -1.0, 1.0)
+    sign = np.where(features[:, :leading] @ FIRST_DIRECTION[:leading] < 0, -1.0, 1.0)
     return sign * (features @ along[: features.shape[1]])
 
 
@@ -42,9 +49,9 @@ def test_places_of_planes():
     offsets = offsets_of(planes)
     normals = planes[:, :3] / np.linalg.norm(planes[:, :3], axis=1)[:, None]
     features = np.column_stack([normals, offsets / np.abs(offsets).max()])
-    flat = Flat.of(np.arange(200, dtype=np.int32), planes)
+    flat = PlaneFeatures.of(np.arange(200, dtype=np.int32), planes)
     assert flat.unit == pytest.approx(np.abs(offsets).max(), rel=1e-13)
-    for along in (ALONG, ACROSS):
+    for along in (FIRST_DIRECTION, SECOND_DIRECTION):
         expected = place(features, 3, along)
         assert flat.places(along, slice(None)) == pytest.approx(expected, abs=1e-13)
         assert flat.places(along, np.array([7, 3])) == pytest.approx(expected[[7, 3]], abs=1e-13)
@@ -74,8 +81,8 @@ def test_a_plane_has_one_place_however_it_is_written():
     others = planes.copy()
     others[:, 4:] += np.cross(planes[:, :3], rng.normal(size=(50, 3)))
     others[:, :3] *= -rng.uniform(0.5, 2, (50, 1))
-    flat = Flat.of(np.arange(100, dtype=np.int32), np.concatenate([planes, others]))
-    places = flat.places(ALONG, slice(None))
+    flat = PlaneFeatures.of(np.arange(100, dtype=np.int32), np.concatenate([planes, others]))
+    places = flat.places(FIRST_DIRECTION, slice(None))
     assert places[:50] == pytest.approx(places[50:], abs=1e-13)
     assert np.diff(np.sort(places[:50])).min() > 1e-6
 
@@ -102,7 +109,7 @@ def test_coefficients_and_places_of_what_is_curved():
     spheres, quadrics = rng.uniform(0.5, 2, (30, 4)), rng.normal(size=(60, 19))
     kinds = np.repeat(np.array([SPHERE, QUADRIC], np.int8), [30, 60])
     rows = np.concatenate([rng.permutation(30), rng.permutation(60)]).astype(np.int32)
-    curved = Curved.of(kinds, rows, spheres, Quadrics.of(quadrics, quadrics[:, 3:]))
+    curved = CurvedFeatures.of(kinds, rows, spheres, QuadricTable.of(quadrics, quadrics[:, 3:]))
     forms = matrices_of(kinds, rows, spheres, quadrics, np.array(curved.middle))
     numbers = forms[:, (0, 1, 2, 0, 0, 1, 0, 1, 2, 3), (0, 1, 2, 1, 2, 2, 3, 3, 3, 3)]
     numbers /= np.abs(numbers[:, :6]).max(axis=1, keepdims=True)
@@ -113,7 +120,7 @@ def test_coefficients_and_places_of_what_is_curved():
     assert curved.unit == pytest.approx(most, rel=1e-12)
     numbers[:, 6:9] /= most
     numbers[:, 9] /= most**2
-    for along in (ALONG, ACROSS):
+    for along in (FIRST_DIRECTION, SECOND_DIRECTION):
         expected = place(numbers, 6, along)
         assert curved.places(along, slice(None)) == pytest.approx(expected, abs=1e-12)
         assert curved.places(along, np.array([40, 3])) == pytest.approx(expected[[40, 3]], abs=1e-12)

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.engine.queries import integrals
-from conicoid.formats.openmc import read
+from conicoid.io.openmc import read
+from conicoid.queries import line_integrals as integrals
 
 
 def kind(name, **properties):

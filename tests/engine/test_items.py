@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.engine.culling import (
+from conicoid.kernels.bvh.culling import (
     BOX_OR_BALL,
     CODE,
     ENTERED,
@@ -25,15 +25,18 @@ from conicoid.engine.culling import (
     put_numbers,
     put_reaches,
 )
-from conicoid.engine.packets.frontier import (
+from conicoid.kernels.bvh.walk import reciprocal, scene_tree
+from conicoid.kernels.packet.frontier import (
     ITEM_COUNT,
     _put_in_buckets,
     find_frontier,
     narrow_frontier,
     new_frontier,
     new_level,
+    new_tile,
+    open_tile,
 )
-from conicoid.engine.packets.lanes import (
+from conicoid.kernels.packet.lanes import (
     BEST,
     EARLIEST,
     GROUPS_AT,
@@ -43,10 +46,8 @@ from conicoid.engine.packets.lanes import (
     put_ray,
     put_slopes,
 )
-from conicoid.engine.packets.tile import new_tile, open_tile
-from conicoid.engine.queries.queries import arrays_of
-from conicoid.engine.ray import Ray
-from conicoid.engine.tree.walk import reciprocal, scene_tree
+from conicoid.kernels.ray import Ray
+from conicoid.queries.ray_queries import arrays_of
 
 from .test_simd_lists import stretch
 

@@ -13,9 +13,9 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.engine import lowering
-from conicoid.engine.lowering import recordings
-from conicoid.engine.lowering import together as together_module
+from conicoid.prepare import batch_lowering as together_module
+from conicoid.prepare import lowering
+from conicoid.prepare.tape import recording_cache as recordings
 
 from .tapes.test_recorded import KINDS, MOTIONS, SOLIDS
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.shapes.base import Shape
+from conicoid.geometry.shape import Shape
 
 ROWS = {
     "box": (co.Box((0, 0, 0), (1, 2, 3)), 3),  # x, y and z, each scaled

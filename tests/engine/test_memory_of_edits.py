@@ -13,12 +13,11 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.cluster.edition import edition
-from conicoid.cluster.tables_file import opened, write_tables
-from conicoid.engine.lowering.edited import stores
-from conicoid.engine.lowering.edited.exchange import Exchange
-from conicoid.engine.lowering.edited.kept import Kept, Known
-from conicoid.engine.tree.leaf import ROWS
+from conicoid.kernels.bvh.walk import ROWS
+from conicoid.parallel.shared_state import open_scene_tables, source_version, write_tables
+from conicoid.prepare.edits import buffer_pool as stores
+from conicoid.prepare.edits.edit_state import EditState, FullEditState
+from conicoid.prepare.edits.in_place import InPlaceEdit
 from tests.engine.exchanges import bodies, content, moved, note_memory_taken
 from tests.engine.test_edited import same_answers, same_tables
 
@@ -185,9 +184,9 @@ def test_pickles_and_files_of_tables(tmp_path):
     sizes = []
     for number, one in enumerate((scene, again)):
         path = tmp_path / f"{number}.tables"
-        digest = write_tables(path, edition(), one.prepared, (co.Scene, one._parts[1:], ()), pickle.dumps(one))
+        digest = write_tables(path, source_version(), one.prepared, (co.Scene, one._parts[1:], ()), pickle.dumps(one))
         sizes.append(path.stat().st_size)
-        read = opened(path, edition(), digest)
+        read = open_scene_tables(path, source_version(), digest)
         assert content(read)[:20] == content(scene)[:20]
     assert sizes[0] < 1.2 * sizes[1]
 
@@ -200,7 +199,7 @@ def test_what_is_pickled_or_copied_has_stamps_of_its_own(monkeypatch):
         scene.prepare()
     for copied in (lambda thing: pickle.loads(pickle.dumps(thing)), copy.deepcopy):
         made = copied(scene.prepared)
-        assert type(made.kept) is Kept
+        assert type(made.kept) is EditState
         assert np.array_equal(made.kept.places.planes, scene.prepared.kept.places.planes)
         made.kept.places.planes[:] = np.nan  # its own numbers
         assert not np.isnan(scene.prepared.kept.places.planes).any()
@@ -219,7 +218,7 @@ def test_what_is_pickled_or_copied_has_stamps_of_its_own(monkeypatch):
 def edited(prepared, name):
     """One body moved, without a scene."""
     made = prepared.edited(co.Scene(list(prepared.entries)).moved(name, (0.2, 0.1, 0)).bodies)
-    assert isinstance(made.kept, Known)
+    assert isinstance(made.kept, FullEditState)
     return made
 
 
@@ -257,7 +256,7 @@ def test_numbers_of_what_was_edited_in_the_same_way_are_equal_in_any_memory(take
 def test_the_collector_of_cycles_does_not_look_into_arrays():
     """What `stores` relies on."""
     assert not gc.is_tracked(np.zeros(3))
-    assert not gc.is_tracked(np.asarray(stores._Part(np.zeros(3), stores._Held())))
+    assert not gc.is_tracked(np.asarray(stores._TokenArray(np.zeros(3), stores._LifetimeToken())))
 
 
 def test_a_scene_that_comes_back_out_of_a_cycle_that_was_gone():
@@ -288,14 +287,14 @@ def test_an_edit_that_is_broken_off_leaves_nothing_behind(monkeypatch, last):
     scene = bodies(30).moved("0", (0, 0, 0.1)).moved("1", (0, 0, 0.1)).moved("2", (0, 0, 0.1))
     scene.prepare()
     before = content(scene)
-    step = getattr(Exchange, last)
+    step = getattr(InPlaceEdit, last)
 
     def broken(self, *arguments):
         step(self, *arguments)
         raise KeyboardInterrupt
 
     edited = scene.moved("3", (1, 0, 0)).moved("4", (1, 0, 0))
-    monkeypatch.setattr(Exchange, last, broken)
+    monkeypatch.setattr(InPlaceEdit, last, broken)
     with pytest.raises(KeyboardInterrupt):
         edited.prepare()
     monkeypatch.undo()
@@ -310,7 +309,7 @@ def test_memory_is_given_up_with_the_last_scene(monkeypatch):
     """Nobody keeps a scene's memory when all scenes that it might be taken for are gone."""
     alive = itertools.count(), []
 
-    class Watched(stores.Store):
+    class Watched(stores.SceneBuffer):
         def __init__(self, *arguments):
             super().__init__(*arguments)
             alive[1].append(next(alive[0]))
@@ -319,7 +318,7 @@ def test_memory_is_given_up_with_the_last_scene(monkeypatch):
         def __del__(self):
             alive[1].remove(self.number)
 
-    monkeypatch.setattr(stores, "Store", Watched)
+    monkeypatch.setattr(stores, "SceneBuffer", Watched)
     first = bodies(30)
     first.prepare()
     scene = first

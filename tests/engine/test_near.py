@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.engine.lowering.edited import exchange
-from conicoid.engine.lowering.edited.near import Frame, near, records_of
+from conicoid.prepare.edits import in_place as exchange
+from conicoid.prepare.edits.neighbour_index import NeighbourFrame, find_neighbours, surface_columns
 from tests.engine.exchanges import CUBE, bodies, moved
 from tests.engine.test_edited import same_tables
 
@@ -23,7 +23,7 @@ def some(reach, count=1_600):
 
 
 def records(shapes):
-    return records_of(co.Scene(shapes).lowered.tables)
+    return surface_columns(co.Scene(shapes).lowered.tables)
 
 
 def lengths(frame, found):
@@ -49,7 +49,7 @@ def test_a_frame_has_room_for_all_and_not_too_much(reach, far):
         shapes[1597] = co.Sphere(reach, (far * reach, 0, 0))
         shapes[1593] = CUBE.scale(reach).rotate((1, 2, 3), 5).translate((0, far * reach, 0))
     found = records(shapes)
-    frame, (places,) = Frame.around(found)
+    frame, (places,) = NeighbourFrame.around(found)
     assert (lengths(frame, found) <= 0.5 * (1 + 1e-12)).all()
     assert (lengths(frame, found) > 0.01).all()
     again = frame.places_within(*found)
@@ -62,17 +62,17 @@ def test_a_frame_has_room_for_all_and_not_too_much(reach, far):
 
 def test_frames_where_there_are_no_surfaces_of_a_kind_or_none_at_all():
     balls, none = records([co.Sphere(1, (5, 0, 0)), co.Sphere(1, (7, 0, 0))]), records([])
-    frame, (places, others) = Frame.around(none, balls)
+    frame, (places, others) = NeighbourFrame.around(none, balls)
     assert (lengths(frame, balls) <= 0.5).all()
     assert (len(places.spheres), len(others.spheres)) == (0, 2)
-    assert Frame.around(none)[0].unit == 1.0
+    assert NeighbourFrame.around(none)[0].unit == 1.0
 
 
 def test_a_frame_of_planes_through_one_point_but_for_one():
     """None of the others has a length, so that there is nothing to guess by."""
     normals = np.random.default_rng(2).normal(size=(600, 3)).tolist()
     found = records([*(co.HalfSpace(normal, 0) for normal in normals[1:]), co.HalfSpace(normals[0], 1e-6)])
-    frame, _ = Frame.around(found)
+    frame, _ = NeighbourFrame.around(found)
     assert 0.01 < lengths(frame, found)[0] <= 0.5
 
 
@@ -85,11 +85,11 @@ def test_equal_surfaces_are_near_and_few_others_are():
         co.Cylinder((2, 4, 4), (3, 6, 6), 0.5),
     ]
     scene, new = records([*mine, *some(3.0)]), records(theirs)
-    _, (places, own) = Frame.around(scene, new)
+    _, (places, own) = NeighbourFrame.around(scene, new)
     curved = np.concatenate([own.spheres, own.quadrics])
     columns = (places.planes, own.planes), (places.spheres, curved), (places.quadrics, curved)
     for (column, others), marks in zip(columns, places.marks, strict=True):
-        rows = near(column, marks, others)
+        rows = find_neighbours(column, marks, others)
         assert rows[0] == 0
         assert len(rows) < 5
 
@@ -113,8 +113,8 @@ def test_a_scene_has_places_from_the_beginning_unless_it_is_large(monkeypatch, p
 def test_places_are_worked_out_once_for_all_edits_of_a_scene(monkeypatch, placed):
     """As a slider does: each from the same scene."""
     monkeypatch.setattr(exchange, "_PLACED", placed)
-    found, begin = [], Frame.around
-    monkeypatch.setattr(Frame, "around", lambda *scenes: found.append(len(scenes)) or begin(*scenes))
+    found, begin = [], NeighbourFrame.around
+    monkeypatch.setattr(NeighbourFrame, "around", lambda *scenes: found.append(len(scenes)) or begin(*scenes))
     first = co.Scene([CUBE.rotate((1, 2, 3), 7 * k).translate((3 * k, 0, 0)) for k in range(9)])
     first.prepare()
     for number in range(4):

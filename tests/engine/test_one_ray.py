@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.shapes.arrays import real_array
+from conicoid._util.validation import real_array
 
 CALLS = 200
 """163 when it was written, and 357 before, when the checks of two tuples and two limits took twice what the rest takes."""

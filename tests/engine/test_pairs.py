@@ -5,12 +5,11 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.engine import tables as table
-from conicoid.engine.body.hit import no_hit
-from conicoid.engine.body.meet import try_ball
-from conicoid.engine.ray import Ray
-from conicoid.engine.streams.pairs import meet_pairs, new_pairs, pair_hit, put_pair
-from conicoid.engine.tree.leaf import ROWS, leaf_ball, leaf_item
+from conicoid.kernels import tables as table
+from conicoid.kernels.body.hit import no_hit, try_ball
+from conicoid.kernels.bvh.walk import ROWS, leaf_ball, leaf_item
+from conicoid.kernels.ray import Ray
+from conicoid.kernels.stream.stream import meet_pairs, new_pairs, pair_hit, put_pair
 
 from .nodes import Nodes
 

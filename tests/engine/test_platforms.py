@@ -19,7 +19,7 @@ PROGRAM = """
 import gc, json, os, re
 os.environ["CONICOID_JIT"] = "own"
 import conicoid as co
-from conicoid.compiler.functions import Kernel
+from conicoid._jit.compiler import Kernel
 from native.arithmetic import reordered
 
 co.warmup()

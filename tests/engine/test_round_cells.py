@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.engine import tables as table
-from conicoid.engine.tables import length
-from conicoid.engine.tree.leaf import ROUND, ROWS
+from conicoid.kernels import tables as table
+from conicoid.kernels.bvh.walk import ROUND, ROWS
+from conicoid.kernels.tables import length
 
 # Shape, and the radius of the least ball around it whose center is halfway along its axis
 CASES = [

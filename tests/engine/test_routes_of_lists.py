@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.engine.arrays.first import coherent_packets
-from conicoid.engine.queries.queries import _packets, arrays_of
+from conicoid.kernels.entry.first_hits import coherent_packets
+from conicoid.queries.ray_queries import _packets, arrays_of
 
 from .test_routes import crowded_scene, reordered
 from .test_routes_of_bodies import KINDS, scene_of

@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.engine import lowering
-from conicoid.engine.lowering.clusters import ALONG, clusters
-from conicoid.engine.lowering.motions import Chains, Motions
-from conicoid.engine.lowering.said import said, said_of_all
-from conicoid.shapes.motion import Rotate, Scale, Translate
+from conicoid.geometry.transform import Rotate, Scale, Translate
+from conicoid.prepare import lowering
+from conicoid.prepare.coincidence import FIRST_DIRECTION, find_clusters
+from conicoid.prepare.motion_batch import MotionBatch, MotionChains
+from conicoid.prepare.pytree import flatten, flatten_all
 
 from .tapes.test_recorded import KINDS
 
@@ -34,12 +34,12 @@ def some(rng: random.Random) -> list[Any]:
 def test_many_are_read_as_each(seed):
     shapes = some(random.Random(seed))
     found: dict[int, Any] = {}
-    for alike in said_of_all(shapes):
+    for alike in flatten_all(shapes):
         for which, numbers in zip(alike.which.tolist(), alike.numbers.tolist(), strict=True):
             assert which not in found
             found[which] = alike.form, numbers
     for which, shape in enumerate(shapes):
-        told = said(shape)
+        told = flatten(shape)
         assert found.get(which) == (None if told is None else (told.form, told.numbers))
 
 
@@ -48,8 +48,8 @@ def test_every_motion_has_one_number():
     few = [
         (Rotate((0.0, 0.0, 1.0), float(k)), Translate((1.0, rng.choice((0.0, -0.0)), 2.0))) for k in range(5)
     ] + [(Scale((2.0, 2.0, 2.0)),), (Translate((1.0, 2.0, 3.0)), Translate((1.0, 2.0, 3.0)))]  # fmt: skip
-    motions, chains = Motions(), [(*rng.choice(few),) for _ in range(200)]
-    rows = motions.rows(Chains(chains), np.arange(200)).tolist()
+    motions, chains = MotionBatch(), [(*rng.choice(few),) for _ in range(200)]
+    rows = motions.rows(MotionChains(chains), np.arange(200)).tolist()
     again = [motions.row(steps) for steps in chains]
     assert rows == again
     assert len(set(zip(rows, chains, strict=True))) == len(set(rows)) == len(set(chains))
@@ -84,11 +84,11 @@ def test_surfaces_that_agree_along_one_direction_by_chance_are_parted():
     """Rows with one place along `ALONG`: equal ones stay together, in whatever order, and others do not."""
     rng = np.random.default_rng(3)
     rows = rng.uniform(-1, 1, (40, 10))
-    rows[:, -1] += (0.5 - rows @ ALONG) / ALONG[-1]
-    assert np.ptp(rows @ ALONG) < 1e-14
+    rows[:, -1] += (0.5 - rows @ FIRST_DIRECTION) / FIRST_DIRECTION[-1]
+    assert np.ptp(rows @ FIRST_DIRECTION) < 1e-14
     which = rng.integers(0, 40, 200)
     noise = 1e-14 * rng.uniform(-1, 1, (200, 10))
-    found = [group.tolist() for group in clusters(np.arange(200), Rows(rows[which] + noise))]
+    found = [group.tolist() for group in find_clusters(np.arange(200), Rows(rows[which] + noise))]
     sizes = Counter(which.tolist())
     assert sorted(len(group) for group in found) == sorted(size for size in sizes.values() if size > 1)
     assert all(len({int(which[member]) for member in group}) == 1 for group in found)

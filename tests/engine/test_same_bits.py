@@ -17,10 +17,10 @@ PROGRAM = """
 import hashlib, json
 import numpy as np
 import conicoid as co
-from conicoid.colormap import mapped
-from conicoid.formats.openmc.palette import color_of
-from conicoid.formats.srgb import srgb_bytes
-from conicoid.render.fit import fitting_camera
+from conicoid.render.film.colormap import apply_colormap
+from conicoid.io.importers import palette_color
+from conicoid.io.images.codecs import srgb_bytes
+from conicoid.render.auto_camera import fit_camera
 
 random = np.random.default_rng(1)
 
@@ -51,12 +51,12 @@ tables = scene.lowered.tables
 print(json.dumps({name: digest(arrays) for name, arrays in {
     "tables": [table for name, table in zip(tables._fields, tables) if name != "leaf_items"],  # has room that nobody reads
     "bounds": [end for shape in shapes for end in shape.bounds],
-    "cameras": [fitting_camera(*scene.extent, 1.3, 7).lens, camera.lens, camera.rays(130, 100).directions, camera.project(hits.point, 130, 100)],
+    "cameras": [fit_camera(*scene.extent, 1.3, 7).lens, camera.lens, camera.rays(130, 100).directions, camera.project(hits.point, 130, 100)],
     "hits": [getattr(answer, name) for answer in (hits, strewn) for name in fields],
     "spans": [scene.spans(hits.rays).lengths()],
     "picture": [image.pixels, srgb_bytes(image.pixels)],
-    "colours": [mapped(random.uniform(-1, 1, 5000), "dusk")],
-    "palette": [np.array([*map(color_of, range(300))])],
+    "colours": [apply_colormap(random.uniform(-1, 1, 5000), "dusk")],
+    "palette": [np.array([*map(palette_color, range(300))])],
 }.items()}), flush=True)
 """
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.engine.queries import queries
-from conicoid.engine.queries.scan_lines import row_length
+from conicoid.queries import ray_queries as queries
+from conicoid.queries.ray_queries import row_length
 
 from .test_routes import assert_same, camera, crowded_scene
 

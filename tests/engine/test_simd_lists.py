@@ -8,8 +8,8 @@ import numba
 import numpy as np
 import pytest
 
-from conicoid.engine.culling import FROM_THE_START, put_on_lists, rays_in_balls, waiting
-from conicoid.engine.tree.walk import reciprocal
+from conicoid.kernels.bvh.culling import FROM_THE_START, put_on_lists, rays_in_balls, waiting_ray
+from conicoid.kernels.bvh.walk import reciprocal
 
 
 @numba.njit
@@ -19,7 +19,7 @@ def put(boxes, octant, rays, lists, begin, count, room, counts):
 
 @numba.njit
 def unpacked(packed):
-    return waiting(packed)
+    return waiting_ray(packed)
 
 
 def case(rays, seed, octant):

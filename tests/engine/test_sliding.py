@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.engine.lowering.edited import edit as edited
-from conicoid.engine.tables import PLANE
+from conicoid.kernels.tables import PLANE
+from conicoid.prepare.edits import scene_edit as edited
 from tests.engine.exchanges import content, note_memory_taken
 from tests.engine.nodes import Nodes
 from tests.engine.test_edited import same_answers
@@ -35,7 +35,7 @@ STEPS = [
 @pytest.fixture
 def exchanged(monkeypatch):
     """One for each exchange; no edit may be merged as a whole."""
-    monkeypatch.setattr(edited, "Edit", None)
+    monkeypatch.setattr(edited, "SpliceEdit", None)
     return note_memory_taken(monkeypatch)
 
 

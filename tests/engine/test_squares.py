@@ -9,13 +9,12 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.engine.body.scratch import new_scratch
-from conicoid.engine.culling import lanes_in_ball, lanes_in_ball_from_one
-from conicoid.engine.packets.first import trace_packet
-from conicoid.engine.packets.lanes import BEST, BODY, SIZE, close_lanes, put_ray
-from conicoid.engine.packets.packet import new_packet
-from conicoid.engine.packets.square import _FOUND, _MOST, new_square, trace_square
-from conicoid.engine.ray import Ray
+from conicoid.kernels.body.scratch import new_scratch
+from conicoid.kernels.bvh.culling import lanes_in_ball, lanes_in_ball_from_one
+from conicoid.kernels.packet.lanes import BEST, BODY, SIZE, close_lanes, put_ray
+from conicoid.kernels.packet.packet import new_packet
+from conicoid.kernels.packet.traversal import _FOUND, _MOST, new_square, trace_packet, trace_square
+from conicoid.kernels.ray import Ray
 
 
 @numba.njit

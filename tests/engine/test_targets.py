@@ -13,17 +13,17 @@ import sys
 from pathlib import Path
 import llvmlite.binding as llvm
 from numba import njit
-from conicoid.engine import culling as simd
-from conicoid.engine.packets.cells import ball_lanes
-from conicoid.engine.ray import Ray
-from conicoid.engine.surface.quadric import Sphere
+from conicoid.kernels.bvh import culling as simd
+from conicoid.kernels.packet.cells import ball_lanes
+from conicoid.kernels.ray import Ray
+from conicoid.kernels.surface.quadric import SphereRecord
 
 @njit("int64(float64[::1], float64[::1], int64[::1], int32[::1], float64[::1], int64)",
       no_cpython_wrapper=True, no_cfunc_wrapper=True, _nrt=False)
 def all_of_them(f, rays, lists, counts, near, n):
     simd.put_on_lists(f, 0, n, rays, lists, 0, n, 64, counts)
     simd.load_eight(f, n, near, 0)
-    ball_lanes(rays, Sphere(f[0], f[1], f[2], f[3]), 0, 0, 0, 0, 64)
+    ball_lanes(rays, SphereRecord(f[0], f[1], f[2], f[3]), 0, 0, 0, 0, 64)
     ray = Ray(f[0], f[1], f[2], f[3], f[4], f[5], 0.0, 1.0, n)
     bits = simd.boxes_met(f, 0, rays, 0, near) | simd.balls_in_beam(f, 0, 8, 8, rays, 0, near)
     bits |= simd.items_met(f, 0, rays, 0) | simd.group_in_ball(rays, n, f[0], f[1], f[2], f[3])

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.compiler import beside
-from conicoid.engine import threads
-from conicoid.engine.body.gates import new_counts
-from conicoid.engine.tables import GATE_START, GATES, HALT, LEAVES, LENGTHS, STEPS
+from conicoid._jit import interruptible as beside
+from conicoid.kernels import threads
+from conicoid.kernels.programs import new_counts
+from conicoid.kernels.tables import GATE_START, GATES, HALT, LEAVES, LENGTHS, STEPS
 
 SCENE = co.Scene([co.Sphere(1) - co.Box((0, 0, 0), (2, 2, 2)), co.Spheres([(3, 0, 0), (5, 0, 0)], 0.5)])
 STEPS_OF_SCENE = 2 * 1 + 3  # a difference of two leaves has one gate; three entries
@@ -62,7 +62,7 @@ def test_an_error_in_the_calling_thread_is_raised(four_threads, monkeypatch):
     with pytest.raises(MemoryError):
         threads.run_chunks(fail, 100, 1)
     with pytest.raises(MemoryError):
-        beside.beside(lambda: fail(0, 1), "x")
+        beside.run_interruptible(lambda: fail(0, 1), "x")
 
 
 def test_an_error_ends_the_others(four_threads):

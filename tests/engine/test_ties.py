@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from conicoid.engine.body.hit import comes_first, too_close
+from conicoid.kernels.body.hit import comes_first, may_tie
 
 
 @pytest.mark.parametrize(
@@ -23,6 +23,6 @@ def test_a_miss_never_comes_first(body):
 
 
 def test_misses_are_never_too_close():
-    assert not too_close(math.inf, 0.0, math.inf, 0.0)
-    assert not too_close(math.inf, 1e-9, 1.0, 1e-9)
-    assert too_close(1.0, 2e-9, 1.0 + 3e-9, 2e-9)
+    assert not may_tie(math.inf, 0.0, math.inf, 0.0)
+    assert not may_tie(math.inf, 1e-9, 1.0, 1e-9)
+    assert may_tie(1.0, 2e-9, 1.0 + 3e-9, 2e-9)

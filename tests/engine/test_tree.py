@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.engine import threads
+from conicoid.kernels import threads
 
 from .nodes import Nodes
 

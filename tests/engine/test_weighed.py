@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.engine.lowering import lower
-from conicoid.engine.lowering.limits import with_limits
+from conicoid.prepare.error_limits import with_limits
+from conicoid.prepare.lowering import lower
 
 from ..shapes.test_bulk import MOTIONS, many
 from . import limits_by_arrays

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.engine.lowering.edited import exchange, stores
+from conicoid.prepare.edits import buffer_pool as stores
+from conicoid.prepare.edits import in_place as exchange
 from tests.engine.exchanges import anywhere, bodies, moved, note_memory_taken, slid, standing
 from tests.engine.nodes import Nodes
 from tests.engine.test_edited import same_answers, same_tables
@@ -49,7 +50,7 @@ def test_trees_that_grow_out_of_the_memory(monkeypatch, holds):
     """There is no room for more of them: all goes into new memory, that of answers that are held and of none."""
     monkeypatch.setattr(stores, "_NODE", 0)
     grown = []
-    begin = exchange.Exchange.geometry
+    begin = exchange.InPlaceEdit.geometry
 
     def noted(self, empty):
         before = self._opened
@@ -57,7 +58,7 @@ def test_trees_that_grow_out_of_the_memory(monkeypatch, holds):
         grown.append(before is not None and before is not self._opened)
         return made
 
-    monkeypatch.setattr(exchange.Exchange, "geometry", noted)
+    monkeypatch.setattr(exchange.InPlaceEdit, "geometry", noted)
     rng = np.random.default_rng(6)
     scene = bodies(300, 6, (co.Plane((0, 0, 1), -3),))
     for number in range(24):

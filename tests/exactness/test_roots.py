@@ -10,14 +10,14 @@ import mpmath
 import numpy as np
 import pytest
 
-from conicoid.exact import order
-from conicoid.exact.roots import Quadratic, Root, compare, number, roots
+from conicoid.geometry import exact_crossings as order
+from conicoid.numerics.quadratic_roots import IntegerQuadratic, Root, compare_roots, exact_real_roots, rational_root
 
 BITS = 3000
 ROOT_2 = isqrt(2 << (2 * BITS))  # times 2^-BITS, less than one unit too small
 
 
-def expected(q: Quadratic) -> list[mpmath.mpf]:
+def expected(q: IntegerQuadratic) -> list[mpmath.mpf]:
     if q.a == 0:
         return [mpmath.mpf(-q.c) / (2 * q.b)] if q.b else []
     d = q.b * q.b - q.a * q.c
@@ -27,79 +27,79 @@ def expected(q: Quadratic) -> list[mpmath.mpf]:
 def test_all_small_quadratics_in_order() -> None:
     """Roots that differ do so by more than 1e-12 here, those that agree to 40 digits are equal."""
     random = np.random.default_rng(1)
-    quadratics = [Quadratic(*map(int, random.integers(-4, 5, 3))) for _ in range(60)]
+    quadratics = [IntegerQuadratic(*map(int, random.integers(-4, 5, 3))) for _ in range(60)]
     with mpmath.workdps(40):
         pairs = []
         for q in quadratics:
-            found, values = roots(q), expected(q)
+            found, values = exact_real_roots(q), expected(q)
             assert len(found) == len(values)
             assert all(abs(float(r) - v) < 1e-15 * (1 + abs(v)) for r, v in zip(found, values, strict=True))
             pairs += zip(found, values, strict=True)
         for (x, a), (y, b) in itertools.product(pairs, repeat=2):
-            assert compare(x, y) == (0 if abs(a - b) < 1e-30 else -1 if a < b else 1)
+            assert compare_roots(x, y) == (0 if abs(a - b) < 1e-30 else -1 if a < b else 1)
 
 
 def line_at(numerator: int, bits: int, off: int) -> Root:
     """numerator 2^-bits, whose numerator may be off by so much."""
-    (root,) = roots(Quadratic(0, 1 << bits, -2 * numerator, (0, 0, 2 * off)))
+    (root,) = exact_real_roots(IntegerQuadratic(0, 1 << bits, -2 * numerator, (0, 0, 2 * off)))
     return root
 
 
 @pytest.mark.parametrize("sense", [1, -1])
 def test_a_rounded_root_is_the_exact_one_that_it_cannot_be_told_from(sense: int) -> None:
-    low, high = roots(Quadratic(1, 0, -2))
+    low, high = exact_real_roots(IntegerQuadratic(1, 0, -2))
     exact = high if sense > 0 else low
-    assert compare(exact, line_at(sense * ROOT_2, BITS, 2)) == 0
-    assert compare(line_at(sense * ROOT_2, BITS, 2), exact) == 0
+    assert compare_roots(exact, line_at(sense * ROOT_2, BITS, 2)) == 0
+    assert compare_roots(line_at(sense * ROOT_2, BITS, 2), exact) == 0
     # 2^-2000 away
     for beside in (1, -1):
         other = line_at(sense * ROOT_2 + (beside << 1000), BITS, 2)
-        assert compare(exact, other) == -beside
-        assert compare(other, exact) == beside
-        assert compare(exact, line_at(sense * ROOT_2 + (beside << 1000), BITS, 1 << 1001)) == 0
+        assert compare_roots(exact, other) == -beside
+        assert compare_roots(other, exact) == beside
+        assert compare_roots(exact, line_at(sense * ROOT_2 + (beside << 1000), BITS, 1 << 1001)) == 0
 
 
 def test_rounded_roots_of_curves() -> None:
     """t² - 2 √2 t + 1, √2 to 3000 bits: √2 - 1, of t² + 2 t - 1 too, and √2 + 1, of t² - 2 t - 1 too."""
     off = (0, 2, 0)
-    rounded = roots(Quadratic(1 << BITS, -ROOT_2, 1 << BITS, off))
-    (_, plus), (_, minus) = roots(Quadratic(1, -1, -1)), roots(Quadratic(1, 1, -1))
-    assert compare(rounded[0], minus) == 0
-    assert compare(rounded[1], plus) == 0
-    assert compare(rounded[0], plus) == -1
+    rounded = exact_real_roots(IntegerQuadratic(1 << BITS, -ROOT_2, 1 << BITS, off))
+    (_, plus), (_, minus) = exact_real_roots(IntegerQuadratic(1, -1, -1)), exact_real_roots(IntegerQuadratic(1, 1, -1))
+    assert compare_roots(rounded[0], minus) == 0
+    assert compare_roots(rounded[1], plus) == 0
+    assert compare_roots(rounded[0], plus) == -1
     assert [float(r) for r in rounded] == [0.41421356237309504880, 2.41421356237309504880]
 
 
 def test_a_rounded_touch_is_a_touch() -> None:
     """t² - 2 √2 t + 2 touches zero; with 2 - 2^-2000 it crosses."""
     off = (0, 2, 0)
-    assert roots(Quadratic(1 << BITS, -ROOT_2, 2 << BITS, off)) == ()
-    assert len(roots(Quadratic(1 << BITS, -ROOT_2, (2 << BITS) - (1 << 1000), off))) == 2
-    assert roots(Quadratic(1 << BITS, -ROOT_2, (2 << BITS) + (1 << 1000), off)) == ()
+    assert exact_real_roots(IntegerQuadratic(1 << BITS, -ROOT_2, 2 << BITS, off)) == ()
+    assert len(exact_real_roots(IntegerQuadratic(1 << BITS, -ROOT_2, (2 << BITS) - (1 << 1000), off))) == 2
+    assert exact_real_roots(IntegerQuadratic(1 << BITS, -ROOT_2, (2 << BITS) + (1 << 1000), off)) == ()
 
 
 def test_a_root_at_the_origin_is_zero_exactly() -> None:
-    zero = number(Fraction(0))
+    zero = rational_root(Fraction(0))
     for q in (
-        Quadratic(3 << BITS, ROOT_2, 0, (0, 2, 0)),
-        Quadratic(3 << BITS, -ROOT_2, 0, (0, 2, 0)),
-        Quadratic(-(3 << BITS), -ROOT_2, 0, (0, 2, 0)),
+        IntegerQuadratic(3 << BITS, ROOT_2, 0, (0, 2, 0)),
+        IntegerQuadratic(3 << BITS, -ROOT_2, 0, (0, 2, 0)),
+        IntegerQuadratic(-(3 << BITS), -ROOT_2, 0, (0, 2, 0)),
     ):
-        low, high = roots(q)
-        assert [compare(low, zero), compare(high, zero)] in ([-1, 0], [0, 1])
+        low, high = exact_real_roots(q)
+        assert [compare_roots(low, zero), compare_roots(high, zero)] in ([-1, 0], [0, 1])
         assert {float(low), float(high)} == {0.0, -2 * q.b / q.a}
-    (line,) = roots(Quadratic(0, ROOT_2, 0, (0, 2, 0)))
-    assert compare(line, zero) == 0
+    (line,) = exact_real_roots(IntegerQuadratic(0, ROOT_2, 0, (0, 2, 0)))
+    assert compare_roots(line, zero) == 0
 
 
 def test_hundreds_of_surfaces_through_one_point_are_one_place(monkeypatch) -> None:
     """(t - 1) (k t - k - 3): all share the root 1, the others, 1 + 3 / k, differ; and ±√2 of every multiple are two."""
     calls: list[int] = []
-    monkeypatch.setattr(order, "compare", lambda x, y: calls.append(1) or compare(x, y))
+    monkeypatch.setattr(order, "compare_roots", lambda x, y: calls.append(1) or compare_roots(x, y))
     places = [order.ZERO]
     for k in range(1, 201):
-        places += roots(Quadratic(2 * k, -(2 * k + 3), 2 * (k + 3)))
-        places += roots(Quadratic(k, 0, -2 * k))
+        places += exact_real_roots(IntegerQuadratic(2 * k, -(2 * k + 3), 2 * (k + 3)))
+        places += exact_real_roots(IntegerQuadratic(k, 0, -2 * k))
     ranks = order.exact_ranks(places)
     # -√2 < 0 < 1 < 1 + 3/200 < ... < 1 + 3/8 < √2 < 1 + 3/7 < ... < 4
     one, others, below, above = ranks[1::4], ranks[2::4], ranks[3::4], ranks[4::4]

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.exact.forms import form_of
+from conicoid.geometry.exact_crossings import surface_form
 
 UP = (0, 0, 1)
 ROUND = {
@@ -29,7 +29,7 @@ ANGLES = [15, 105, 16, 45, 1e-3, 33.3, -75]
 
 def forms(shape):
     scene = co.Scene([shape])
-    return [form_of(surface) for surface in scene.prepared.lowered.exact]
+    return [surface_form(surface) for surface in scene.prepared.lowered.exact]
 
 
 @pytest.mark.parametrize("name", ROUND)
@@ -113,7 +113,7 @@ def test_long_chains_of_motions_are_composed_as_they_grow():
 
 
 def test_motions_in_a_chain_are_multiplied_once(monkeypatch):
-    from conicoid.shapes import motion
+    from conicoid.geometry import transform as motion
 
     calls = []
     affine = motion.Rotate.affine

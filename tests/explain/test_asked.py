@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.explain.steps import OUTCOMES
+from conicoid.apps.explain.steps import OUTCOMES
 
 from ..command_line import refused, run, written
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.bench.core import write_core
+from conicoid.bench.scenes import write_core
 
 from ..booleans.random_solids import EXAMPLES
 

@@ -89,7 +89,7 @@ def test_a_preview_in_the_terminal(scene, tmp_path, monkeypatch):
     """Above the line of progress, which is made to be a terminal's and to appear at once."""
     from rich.console import Console
 
-    from conicoid.command_line import terminal
+    from conicoid.cli import terminal
 
     shown = io.StringIO()
     made = Console(file=shown, force_terminal=True, color_system="truecolor", width=40, height=12, legacy_windows=False)

@@ -7,7 +7,7 @@ import OpenEXR
 import pytest
 
 import conicoid as co
-from conicoid.film.names import LAYERS
+from conicoid.render.film.options import LAYERS
 
 SCENE = co.Scene(
     [co.Body(co.Sphere(1, (0, 0, 1)), "tomato"), co.Body(co.Box((-2, -2, -1), (2, 2, 0)), co.matte("teal"))],

@@ -11,9 +11,18 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.film.passes import FEWEST, errors_in_squares, in_squares, is_end, next_end, wanted
-from conicoid.film.sums import COUNT, SQUARES, errors_of
-from conicoid.render import passes
+from conicoid.render import exposure as passes
+from conicoid.render.film.film import (
+    COUNT,
+    LEAST_SAMPLES,
+    SQUARES,
+    is_end,
+    next_end,
+    pixel_errors,
+    select_squares,
+    square_errors,
+    square_means,
+)
 
 NAME = "path"
 
@@ -62,10 +71,10 @@ def test_the_same_bits_for_threads_and_workers(whole, tmp_path):
 
 
 def test_workers_continue_too(whole, tmp_path):
-    from conicoid.cluster.here import here
+    from conicoid.parallel.workers import inline_workers
 
     scene().render(WIDTH, HEIGHT, 11, NAME, resume=tmp_path / "file")
-    workers = here()
+    workers = inline_workers()
     workers.chunk = 1
     far = scene().render(WIDTH, HEIGHT, 40, NAME, resume=tmp_path / "file", executor=workers, layers="error")
     assert (far.pixels == whole.pixels).all()
@@ -101,7 +110,7 @@ def test_a_cut_file_is_gone_on_with(whole, tmp_path):
 
 
 def test_a_file_that_grew_is_written_anew(whole, tmp_path, monkeypatch):
-    from conicoid.cluster import pictures
+    from conicoid.parallel import pictures
 
     monkeypatch.setattr(pictures, "_LARGE", -4 * WIDTH * HEIGHT * 40)
     for samples in (1, 2, 5, 40):
@@ -113,7 +122,7 @@ def test_a_file_that_grew_is_written_anew(whole, tmp_path, monkeypatch):
 
 
 def test_whitted_pictures_keep_their_tiles(tmp_path, monkeypatch):
-    monkeypatch.setattr(passes, "SAVED_EVERY", 0.0)
+    monkeypatch.setattr(passes, "SAVE_INTERVAL", 0.0)
     local = scene().render(WIDTH, HEIGHT, 3)
     calls = []
 
@@ -136,13 +145,13 @@ def test_the_error_of_a_pixel_is_the_standard_error():
     sums = np.zeros((1, 9, 5))
     sums[0, :, :3], sums[0, :, SQUARES], sums[0, :, COUNT] = light.sum(axis=0), (light[..., 0] ** 2).sum(axis=0), 2000
     mean, error = light[..., 0].mean(axis=0), light[..., 0].std(axis=0, ddof=1) / np.sqrt(2000)
-    assert errors_of(sums)[0] == pytest.approx(np.sqrt(mean + error) - np.sqrt(mean), rel=1e-6)
+    assert pixel_errors(sums)[0] == pytest.approx(np.sqrt(mean + error) - np.sqrt(mean), rel=1e-6)
     assert error == pytest.approx(np.full(9, 0.2 / np.sqrt(12 * 2000)), rel=0.1)  # of an even distribution
 
 
 def test_squares_at_the_edges_count_what_there_is():
     values = np.arange(35.0).reshape(5, 7)
-    found = in_squares(values, 4)
+    found = square_means(values, 4)
     assert found == pytest.approx(
         np.array([[values[:4, :4].mean(), values[:4, 4:].mean()], [values[4:, :4].mean(), values[4:, 4:].mean()]])
     )
@@ -162,24 +171,24 @@ def test_passes_end_where_they_are_said_to():
 
 def test_what_is_quiet_is_done():
     sums = np.zeros((8, 16, 5))
-    sums[..., COUNT], sums[..., :3], sums[..., SQUARES] = FEWEST, FEWEST * 0.5, FEWEST * 0.25
-    sums[:, 8:, SQUARES] += FEWEST * 0.04
-    expected = np.sqrt(0.5 + np.sqrt(0.04 / (FEWEST - 1))) - np.sqrt(0.5)
-    assert errors_in_squares(sums, 8)[0] == pytest.approx([0, expected], abs=1e-9)
-    assert wanted(sums, 48, expected * 0.9, 8).tolist() == [[0, 1]]
-    assert wanted(sums, 48, expected * 1.1, 8).tolist() == [[0, 0]]
-    assert wanted(sums, 48, None, 8).tolist() == [[1, 1]]
-    sums[..., COUNT] = FEWEST + 1  # where no pass ends nothing is decided
-    assert wanted(sums, 48, 1.0, 8).tolist() == [[1, 1]]
+    sums[..., COUNT], sums[..., :3], sums[..., SQUARES] = LEAST_SAMPLES, LEAST_SAMPLES * 0.5, LEAST_SAMPLES * 0.25
+    sums[:, 8:, SQUARES] += LEAST_SAMPLES * 0.04
+    expected = np.sqrt(0.5 + np.sqrt(0.04 / (LEAST_SAMPLES - 1))) - np.sqrt(0.5)
+    assert square_errors(sums, 8)[0] == pytest.approx([0, expected], abs=1e-9)
+    assert select_squares(sums, 48, expected * 0.9, 8).tolist() == [[0, 1]]
+    assert select_squares(sums, 48, expected * 1.1, 8).tolist() == [[0, 0]]
+    assert select_squares(sums, 48, None, 8).tolist() == [[1, 1]]
+    sums[..., COUNT] = LEAST_SAMPLES + 1  # where no pass ends nothing is decided
+    assert select_squares(sums, 48, 1.0, 8).tolist() == [[1, 1]]
 
 
 def test_noise_ends_where_it_is_low(tmp_path):
     limit = 0.02
     image = scene().render(WIDTH, HEIGHT, 400, NAME, noise=limit, layers=("samples", "error"))
     samples, error = image.layers["samples"], image.layers["error"]
-    assert samples.min() == FEWEST  # the sky and the ball's middle
-    assert samples.max() > 2 * FEWEST
-    rms = np.sqrt(in_squares(error.astype(float) ** 2, 8))
+    assert samples.min() == LEAST_SAMPLES  # the sky and the ball's middle
+    assert samples.max() > 2 * LEAST_SAMPLES
+    rms = np.sqrt(square_means(error.astype(float) ** 2, 8))
     assert ((rms <= limit * (1 + 1e-6)) | (samples[::8, ::8] == 400)).all()
     converged = scene().render(WIDTH, HEIGHT, 2000, NAME).pixels
     difference = np.sqrt(np.clip(image.pixels, 0, None)) - np.sqrt(np.clip(converged, 0, None))
@@ -218,9 +227,9 @@ def test_previews_become_the_picture(whole):
 DRIVER = """
 import sys
 import conicoid as co
-from conicoid.render import passes
+from conicoid.render import exposure
 from tests.film.test_long_work import scene
-passes.SAVED_EVERY = 0.05
+exposure.SAVE_INTERVAL = 0.05
 image = scene().render(160, 120, int(sys.argv[1]), sys.argv[2], int(sys.argv[3]), resume=sys.argv[4])
 image.save(sys.argv[5])
 """

@@ -9,7 +9,7 @@ import PIL.Image
 import pytest
 
 import conicoid as co
-from conicoid.film.tone import developed
+from conicoid.render.film.tone import apply_tone
 
 LIGHT = [0.0, 1e-4, 0.01, 0.18, 0.5, 1.0, 3.9, 12.3]
 
@@ -20,7 +20,7 @@ def hable(x):
 
 def test_filmic_is_hables():
     for light in LIGHT:
-        found = developed(np.full((1, 1, 3), light), 0, "filmic")
+        found = apply_tone(np.full((1, 1, 3), light), 0, "filmic")
         assert found == pytest.approx(np.full((1, 1, 3), min(1, hable(2 * light) / hable(11.2))), abs=1e-14)
 
 
@@ -53,7 +53,7 @@ def test_agx_is_wrenschs(rgb):
 
 def test_agx_keeps_grey_grey_and_rises():
     grey = np.repeat(np.geomspace(1e-3, 10, 200)[:, None], 3, axis=1)[None]
-    found = developed(grey, 0, "agx")
+    found = apply_tone(grey, 0, "agx")
     assert np.ptp(found, axis=-1).max() < 5e-3
     assert (np.diff(found[0, :, 1]) >= 0).all()
 
@@ -61,7 +61,7 @@ def test_agx_keeps_grey_grey_and_rises():
 @pytest.mark.parametrize("stops", [-2, 0, 1, 2.5])
 def test_a_stop_is_twice_as_bright(stops):
     light = np.array([[[0.02, 0.1, 0.05]]], np.float32)
-    assert developed(light, stops, "srgb") == pytest.approx(light * 2.0**stops, rel=1e-7)
+    assert apply_tone(light, stops, "srgb") == pytest.approx(light * 2.0**stops, rel=1e-7)
     again = co.Image(light * np.float32(2.0**stops))
     assert np.abs(np.asarray(co.Image(light).developed(stops)).astype(int) - np.asarray(again)).max() <= 1
 

@@ -14,13 +14,25 @@ from hypothesis import assume
 from hypothesis import strategies as st
 
 import conicoid as co
-from conicoid.formats.fields import ShapeKind, fields_of
-from conicoid.formats.kinds import Choice, Fixed, Flag, Kind, Maybe, Named, Number, OneOf, Several, Text
-from conicoid.shapes import REGISTRY, Sheet, Solid
-from conicoid.shapes.bulk import Bulk
-from conicoid.shapes.light import LIGHTS
-from conicoid.shapes.makers import CONSTRUCTORS
-from conicoid.shapes.material import Material
+from conicoid.geometry.bulk import Bulk
+from conicoid.geometry.registry import REGISTRY
+from conicoid.geometry.shape import Sheet, Solid
+from conicoid.io.scene_file.fields import ShapeType, argument_fields
+from conicoid.io.scene_file.value_types import (
+    BoolType,
+    ChoiceType,
+    FixedListType,
+    ListType,
+    MappingType,
+    NumberType,
+    OptionalType,
+    TextType,
+    UnionType,
+    ValueType,
+)
+from conicoid.materials.light import LIGHTS
+from conicoid.materials.material import Material
+from conicoid.materials.presets import CONSTRUCTORS
 
 COMBINED = ("Union", "Intersection", "Difference", "Complement", "Painted", "ClippedSheet")
 PRIMITIVES = sorted(set(REGISTRY) - set(COMBINED))
@@ -216,11 +228,11 @@ SPECIAL: dict[str, Any] = {
 }  # fmt: skip
 
 
-def of_kind(kind: Kind, name: str) -> st.SearchStrategy[Any]:
+def of_kind(kind: ValueType, name: str) -> st.SearchStrategy[Any]:
     """Values of a kind; `name` tells lengths and texts with a meaning from plain ones."""
-    if isinstance(kind, Maybe):
+    if isinstance(kind, OptionalType):
         return st.none() | of_kind(kind.item, name)
-    if isinstance(kind, Number):
+    if isinstance(kind, NumberType):
         return (
             positive
             if name in ("radius", "slope", "scale")
@@ -229,21 +241,21 @@ def of_kind(kind: Kind, name: str) -> st.SearchStrategy[Any]:
             or name in ("side", "height", "length")
             else numbers
         )
-    if isinstance(kind, Fixed):
+    if isinstance(kind, FixedListType):
         return ranges if kind.count == 2 else st.tuples(*[of_kind(kind.item, name)] * kind.count)
-    if isinstance(kind, Several):
+    if isinstance(kind, ListType):
         return st.lists(of_kind(kind.item, name), min_size=1, max_size=5)
-    if isinstance(kind, Named):
+    if isinstance(kind, MappingType):
         return st.dictionaries(texts, of_kind(kind.item, name), max_size=3)
-    if isinstance(kind, OneOf):
+    if isinstance(kind, UnionType):
         return st.one_of(*[of_kind(item, name) for item in kind.items])
-    if isinstance(kind, Choice):
+    if isinstance(kind, ChoiceType):
         return st.sampled_from(kind.values)
-    if isinstance(kind, Flag):
+    if isinstance(kind, BoolType):
         return st.booleans()
-    if isinstance(kind, ShapeKind):
+    if isinstance(kind, ShapeType):
         return primitive(kind.base.__name__)
-    assert isinstance(kind, Text), f"no values for {kind} of {name}"
+    assert isinstance(kind, TextType), f"no values for {kind} of {name}"
     return texts
 
 
@@ -251,7 +263,7 @@ def primitive(name: str) -> st.SearchStrategy[Any]:
     """Unmoved shapes of a class."""
     if name in SPECIAL:
         return SPECIAL[name]()
-    fields = fields_of(REGISTRY[name]).items()
+    fields = argument_fields(REGISTRY[name]).items()
     required = {name: of_kind(field.kind, name) for name, field in fields if field.required}
     optional = {name: of_kind(field.kind, name) for name, field in fields if not field.required}
     return built(name, st.fixed_dictionaries(required, optional=optional))

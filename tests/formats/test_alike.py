@@ -14,11 +14,12 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import conicoid as co
-from conicoid.formats import alike, scene_file, yaml_parser
-from conicoid.formats.alike import Alike, Bodies
-from conicoid.formats.errors import SceneFileError
-from conicoid.formats.nodes import Listing, Node, Scalar, Table
-from conicoid.formats.yaml_parser import Unreadable
+from conicoid._util.file_errors import SceneFileError
+from conicoid.io.scene_file import fast_text as alike
+from conicoid.io.scene_file import scene_file, yaml_parser
+from conicoid.io.scene_file.fast_text import PatternDocument, PatternItem
+from conicoid.io.scene_file.nodes import MappingNode, Node, ScalarNode, SequenceNode
+from conicoid.io.scene_file.yaml_parser import YamlError
 
 RELAXED = settings(max_examples=150, deadline=None, suppress_health_check=list(HealthCheck))
 
@@ -28,25 +29,25 @@ def told(node: Node | None) -> Any:
     if node is None:
         return None
     where = node.line, node.column, node.size
-    if isinstance(node, Scalar):
+    if isinstance(node, ScalarNode):
         return (*where, node.text, node.plain)
-    if isinstance(node, Listing):
+    if isinstance(node, SequenceNode):
         return (*where, [told(item) for item in node.items])
     return (*where, {name: told(value) for name, value in node.entries.items()}, [told(key) for key in node.heads])
 
 
 def plain_document(text: str) -> Any:
     try:
-        return yaml_parser.document(text)
-    except Unreadable as error:
+        return yaml_parser.parse_document(text)
+    except YamlError as error:
         return error.problem
 
 
 def check(text: str) -> int:
     """Compare both ways of parsing; how many bodies were cut out."""
     try:
-        found = alike.document(text)
-    except Unreadable as error:
+        found = alike.parse_patterned_document(text)
+    except YamlError as error:
         assert plain_document(text) == error.problem
         return 0
     expected = plain_document(text)
@@ -55,33 +56,33 @@ def check(text: str) -> int:
     if found.bodies is None:
         assert told(found.root) == told(expected.root)
         return 0
-    assert isinstance(found.root, Table)
-    assert isinstance(expected.root, Table)
-    whole = [item.written() if isinstance(item, Alike) else item for item in found.bodies]
+    assert isinstance(found.root, MappingNode)
+    assert isinstance(expected.root, MappingNode)
+    whole = [item.written() if isinstance(item, PatternItem) else item for item in found.bodies]
     assert [told(item) for item in whole] == [told(item) for item in expected.root.entries["bodies"].items]
     for item, node in zip(found.bodies, whole, strict=True):
-        if isinstance(item, Alike):
+        if isinstance(item, PatternItem):
             assert meant(item.read()) == meant(node)
             assert (item.line, item.column) == (node.line, node.column)
     assert [told(key) for key in found.root.heads] == [told(key) for key in expected.root.heads]
     for name, value in expected.root.entries.items():
         if name != "bodies":
             assert told(found.root.entries[name]) == told(value)
-    return sum(isinstance(item, Alike) for item in found.bodies)
+    return sum(isinstance(item, PatternItem) for item in found.bodies)
 
 
 def meant(node: Node) -> Any:
     """What a tree says, wherever it stands."""
-    if isinstance(node, Scalar):
+    if isinstance(node, ScalarNode):
         return node.text, node.plain
-    if isinstance(node, Listing):
+    if isinstance(node, SequenceNode):
         return [meant(item) for item in node.items]
     return {name: meant(value) for name, value in node.entries.items()}
 
 
 def parts(text: str, folder: Any) -> Any:
     try:
-        found = scene_file.parsed(text, folder / "scene.yaml")
+        found = scene_file.parse_scene(text, folder / "scene.yaml")
     except SceneFileError as error:
         return error.problems
     return found, repr(found)
@@ -91,7 +92,11 @@ def both_ways(text: str, folder: Any) -> Any:
     """What a scene file says, after a comparison with what it says without this."""
     found = parts(text, folder)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(scene_file, "document", lambda *given: Bodies(**vars(yaml_parser.document(*given))))
+        patch.setattr(
+            scene_file,
+            "parse_patterned_document",
+            lambda *given: PatternDocument(**vars(yaml_parser.parse_document(*given))),
+        )
         assert parts(text, folder) == found
     return found
 
@@ -238,7 +243,7 @@ def test_anchors_among_bodies():
 def test_keys_that_are_given_twice():
     twice = "  - {{shape: {{Sphere: {{radius: {0}}}}}, material: {4}, material: red}}\n"
     assert check(scene(twice, rows(40))) == 0
-    assert len(alike.document(scene(twice, rows(40))).problems) == 40
+    assert len(alike.parse_patterned_document(scene(twice, rows(40))).problems) == 40
 
 
 def test_items_below_their_dashes():
@@ -286,18 +291,18 @@ def test_scenes_are_read_alike(tmp_path):
 
 def test_limits_hold(monkeypatch):
     text = scene(FLOW, rows(100))
-    nodes = yaml_parser.document(text).distinct
+    nodes = yaml_parser.parse_document(text).distinct
     monkeypatch.setattr(yaml_parser, "MAX_NODES", nodes)
     assert check(text) > 90
     monkeypatch.setattr(yaml_parser, "MAX_NODES", nodes - 1)
-    with pytest.raises(Unreadable, match="more than"):
-        alike.document(text)
+    with pytest.raises(YamlError, match="more than"):
+        alike.parse_patterned_document(text)
     check(text)
 
 
 def test_progress_rises():
     text, seen = scene(FLOW, rows(9000)), []
-    alike.document(text, seen.append)
+    alike.parse_patterned_document(text, seen.append)
     assert seen == sorted(seen)
     assert len(seen) > 2
     assert seen[-1] <= len(text)

@@ -12,10 +12,11 @@ from typing import Any
 
 import pytest
 
-from conicoid.formats import alike_bodies, scene_reader
-from conicoid.formats.errors import SceneFileError
-from conicoid.formats.scene_file import parsed
-from conicoid.shapes.carried import said
+from conicoid._util.file_errors import SceneFileError
+from conicoid._util.pickling import pickle_state
+from conicoid.io.scene_file import fast_bodies as alike_bodies
+from conicoid.io.scene_file import scene_file as scene_reader
+from conicoid.io.scene_file.scene_file import parse_scene
 
 COUNT = 22
 SHAPES = """\
@@ -75,12 +76,14 @@ def outcome(text: str) -> Any:
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         try:
-            parts: Any = parsed(text, Path("scene.yaml"))
+            parts: Any = parse_scene(text, Path("scene.yaml"))
         except SceneFileError as error:
             return error.problems, [str(one.message) for one in caught]
     shapes = [body.shape for body in parts.bodies]
     same = [next(k for k, shape in enumerate(shapes) if shape is one) for one in shapes]
-    fields = [(vars(body), type(body.shape), said(body.shape), body.shape.motion.reach) for body in parts.bodies]
+    fields = [
+        (vars(body), type(body.shape), pickle_state(body.shape), body.shape.motion.reach) for body in parts.bodies
+    ]
     return parts, repr(fields), same, [str(one.message) for one in caught]
 
 
@@ -90,14 +93,14 @@ def check(text: str) -> int:
 
     def counted(*given: Any) -> Any:
         nonlocal together
-        found = alike_bodies.made_together(*given)
+        found = alike_bodies.build_alike_bodies(*given)
         together += len(found)
         return found
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(scene_reader, "made_together", counted)
+        patch.setattr(scene_reader, "build_alike_bodies", counted)
         found = outcome(text)
-        patch.setattr(scene_reader, "made_together", lambda *_: {})
+        patch.setattr(scene_reader, "build_alike_bodies", lambda *_: {})
         assert outcome(text) == found
     return together
 

@@ -6,8 +6,8 @@ import re
 
 import pytest
 
-from conicoid.formats.errors import SceneFileError
-from conicoid.formats.scene_file import read
+from conicoid._util.file_errors import SceneFileError
+from conicoid.io.scene_file.scene_file import read_scene
 
 from .broken import CASES
 
@@ -22,7 +22,7 @@ def test_refused_with_line_and_reason(case, tmp_path):
     path = tmp_path / "scene.yaml"
     path.write_bytes(case.content)
     with pytest.raises(SceneFileError) as caught:
-        read(path)
+        read_scene(path)
     message = str(caught.value)
     for phrase in case.phrases:
         assert phrase in message

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.command_line import ray_tables
+from conicoid.cli import ray_tables
 
 from ..command_line import run
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.formats import exr
+from conicoid.io.images import codecs as exr
 
 ROOT = Path(__file__).resolve().parents[2]
 WRITERS = {
@@ -27,8 +27,8 @@ CODE = """
 import resource, signal, sys
 import numpy as np
 import conicoid as co
-from conicoid.formats.ray_file import write_spans
-from conicoid.command_line.terminal import user_mistakes
+from conicoid.io.ray_file import write_spans
+from conicoid.cli.terminal import user_mistakes
 
 SPANS = dict(offsets=np.arange(5001), body=np.zeros(5000, int))
 SPANS |= {name: np.ones(5000) for name in ("t_enter", "t_exit", "enter_clipped", "exit_clipped")}

@@ -9,11 +9,11 @@ from typing import Any
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from conicoid.formats.errors import SceneFileError
-from conicoid.formats.scene_file import read
-from conicoid.formats.schema import scene_schema
-from conicoid.formats.yaml_writer import dump
-from conicoid.shapes import REGISTRY
+from conicoid._util.file_errors import SceneFileError
+from conicoid.geometry.registry import REGISTRY
+from conicoid.io.scene_file.scene_file import read_scene
+from conicoid.io.scene_file.schema import scene_schema
+from conicoid.io.scene_file.writer import dump_yaml
 
 EXAMPLES = sorted((Path(__file__).resolve().parents[2] / "examples").rglob("*.yaml"))
 TOKENS = ["{", "}", "[", "]", ":", ",", "- ", "\n", "  ", "&a ", "*a", "!x ", "'", '"', "#", "|", ">", "%", "~", ".nan", ".inf",
@@ -26,7 +26,7 @@ def survives(content: bytes) -> None:
         path = Path(folder) / "scene.yaml"
         path.write_bytes(content)
         try:
-            read(path)
+            read_scene(path)
         except SceneFileError as error:
             assert str(error)
             assert all(problem.message for problem in error.problems)
@@ -73,7 +73,7 @@ trees = st.recursive(
 @FUZZ
 @given(st.dictionaries(st.sampled_from(["bodies", "shapes", "materials", "lights", "camera", "background"]), trees))
 def test_any_tree(tree):
-    survives(dump(tree).encode())
+    survives(dump_yaml(tree).encode())
 
 
 @FUZZ
@@ -82,4 +82,4 @@ def test_any_arguments_of_any_shape(name, data):
     fields = scene_schema()["$defs"][name]["properties"][name].get("properties", {"operands": None})
     values = st.one_of(trees, st.lists(st.floats(-2, 2), max_size=4), st.floats(-2, 2))
     arguments: dict[str, Any] = data.draw(st.dictionaries(st.sampled_from(sorted(fields)), values))
-    survives(dump({"bodies": [{"shape": {name: arguments}, "move": data.draw(trees)}]}).encode())
+    survives(dump_yaml({"bodies": [{"shape": {name: arguments}, "move": data.draw(trees)}]}).encode())

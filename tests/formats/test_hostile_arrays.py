@@ -14,9 +14,9 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.formats import npz
-from conicoid.formats.errors import SceneFileError
-from conicoid.formats.ray_file import read_rays
+from conicoid._util.file_errors import SceneFileError
+from conicoid.io import npz
+from conicoid.io.ray_file import read_rays
 
 RAYS = np.arange(30.0).reshape(5, 6) + 1
 MB = 1 << 20
@@ -168,7 +168,7 @@ def test_small_files_do_not_unpack_to_large_ones(tmp_path, monkeypatch):
     (tmp_path / "rays.npz").write_bytes(packed(origins=zeros, directions=zeros))
     assert len(read_rays(tmp_path / "rays.npz").origins) == 100_000
     monkeypatch.setattr(npz, "FREE_BYTES", 3 * MB)
-    monkeypatch.setattr(npz, "TIMES", 10)
+    monkeypatch.setattr(npz, "MAX_COMPRESSION", 10)
     assert "unpacks to" in refusal(tmp_path / "rays.npz", packed(origins=zeros, directions=zeros))
 
 

@@ -9,8 +9,8 @@ import jsonschema
 import pytest
 
 import conicoid as co
-from conicoid.formats.scene_file import parsed
-from conicoid.formats.schema import scene_schema
+from conicoid.io.scene_file.scene_file import parse_scene
+from conicoid.io.scene_file.schema import scene_schema
 
 BY_HAND = """
 materials:
@@ -34,7 +34,7 @@ TEXT = BY_HAND + "".join(
 
 
 def test_the_key_is_the_name_unless_another_is_given():
-    scene = co.Scene(parsed(TEXT, "x.yaml").bodies)
+    scene = co.Scene(parse_scene(TEXT, "x.yaml").bodies)
     assert [body.material.name for body in scene.bodies] == [*KEYS[:-2], "tin plate", None]
     assert scene.bodies[0].material == co.phong((0.8, 0.1, 0.1), name="red")
     assert scene.bodies[1].material == co.metal("gold", reflectivity=0.7, name="brass")
@@ -45,7 +45,7 @@ def test_the_key_is_the_name_unless_another_is_given():
 
 @pytest.mark.parametrize("suffix", [".yaml", ".json"])
 def test_what_is_saved_has_the_names_and_kinds_that_were_loaded(suffix, tmp_path):
-    scene = co.Scene(parsed(TEXT, "x.yaml").bodies)
+    scene = co.Scene(parse_scene(TEXT, "x.yaml").bodies)
     path, again = tmp_path / f"scene{suffix}", tmp_path / f"again{suffix}"
     scene.save(path)
     loaded = co.load(path)
@@ -113,7 +113,7 @@ def test_sheets_are_clipped_by_booleans(written, meant, tmp_path):
         quoted = quoted.replace(word, f'"{word}"')
     jsonschema.validate(json.loads(text % quoted), scene_schema())
     shapes = co.Disc((0, 0, 0), (0, 0, 1), 3), co.Sphere(2), co.Cylinder((1, 0, -1), (1, 0, 1), 0.5)
-    scene = co.Scene(parsed(text % quoted, "x.json").bodies)
+    scene = co.Scene(parse_scene(text % quoted, "x.json").bodies)
     assert scene.bodies[0].shape == meant(*shapes)
     scene.save(tmp_path / "scene.yaml")
     assert co.load(tmp_path / "scene.yaml") == scene
@@ -123,4 +123,4 @@ def test_sheets_are_clipped_by_booleans(written, meant, tmp_path):
     "{Difference: [{Sphere: {}}, {Disc: {center: [0, 0, 0], normal: [0, 0, 1], radius: 3}}]}"])  # fmt: skip
 def test_other_booleans_of_sheets_are_told(written):
     with pytest.raises(co.SceneFileError, match="Disc is a sheet: only `sheet & solid` and `sheet - solid` clip it"):
-        parsed(f"bodies: [{{shape: {written}}}]", "x.yaml")
+        parse_scene(f"bodies: [{{shape: {written}}}]", "x.yaml")

@@ -13,13 +13,13 @@ import yaml
 from hypothesis import HealthCheck, given, settings
 
 import conicoid as co
-from conicoid.formats import scene_reader
-from conicoid.formats.errors import SceneFileError
-from conicoid.formats.nodes import Listing, Node, Scalar, Table
-from conicoid.formats.plain_bodies import PlainBodies
-from conicoid.formats.scene_file import parsed
-from conicoid.formats.yaml_parser import Unreadable, document, parse
-from conicoid.formats.yaml_writer import dump
+from conicoid._util.file_errors import SceneFileError
+from conicoid.io.scene_file import scene_file as scene_reader
+from conicoid.io.scene_file.fast_bodies import PlainBodyReader
+from conicoid.io.scene_file.nodes import MappingNode, Node, ScalarNode, SequenceNode
+from conicoid.io.scene_file.scene_file import parse_scene
+from conicoid.io.scene_file.writer import dump_yaml
+from conicoid.io.scene_file.yaml_parser import YamlError, parse_document, parse_yaml
 
 from .broken import CASES
 from .fuzzing.mutations import text_damaged
@@ -32,7 +32,7 @@ RELAXED = settings(max_examples=40, deadline=None, suppress_health_check=list(He
 def outcome(text: str, folder: Path) -> tuple[Any, ...]:
     """What a scene file says, bodies and shapes that are one and the same among it; or what is wrong with it."""
     try:
-        parts = parsed(text, folder / "scene.yaml")
+        parts = parse_scene(text, folder / "scene.yaml")
     except SceneFileError as error:
         return error.problems
     things = [thing for body in parts.bodies for thing in (body, body.shape)]
@@ -43,8 +43,8 @@ def outcome(text: str, folder: Path) -> tuple[Any, ...]:
 def check_alike(text: str, folder: Path) -> None:
     found = outcome(text, folder)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(PlainBodies, "read", lambda *_: None)
-        patch.setattr(scene_reader, "made_together", lambda *_: {})
+        patch.setattr(PlainBodyReader, "read", lambda *_: None)
+        patch.setattr(scene_reader, "build_alike_bodies", lambda *_: {})
         assert outcome(text, folder) == found
 
 
@@ -97,8 +97,8 @@ BODIES = [
 def test_plain_bodies_are_not_left_to_the_other_reader(monkeypatch, tmp_path):
     text = "materials: {a: {matte: {}}}\nshapes: {wheel: {Sphere: {}}}\nbodies:\n" + "".join(f"- {b}\n" for b in BODIES)
     seen = []
-    read = PlainBodies.read
-    monkeypatch.setattr(PlainBodies, "read", lambda self, node: seen.append(read(self, node)) or seen[-1])
+    read = PlainBodyReader.read
+    monkeypatch.setattr(PlainBodyReader, "read", lambda self, node: seen.append(read(self, node)) or seen[-1])
     outcome(text, tmp_path)
     assert [k for k, body in enumerate(seen) if body is None] == [len(BODIES) - 1]  # null is rare
 
@@ -140,9 +140,9 @@ def same_places(node: Node, other: yaml.Node) -> None:
     while pending:
         mine, its = pending.pop()
         assert (mine.line, mine.column) == (its.start_mark.line + 1, its.start_mark.column + 1)
-        if isinstance(mine, Scalar):
+        if isinstance(mine, ScalarNode):
             assert mine.text == its.value
-        elif isinstance(mine, Listing):
+        elif isinstance(mine, SequenceNode):
             pending.extend(zip(mine.items, its.value, strict=True))
         else:
             assert [key.text for key in mine.heads] == list(mine.entries) == [key.value for key, _ in its.value]
@@ -152,8 +152,8 @@ def same_places(node: Node, other: yaml.Node) -> None:
 
 def test_everything_stands_where_it_stands():
     texts, trees, _ = sources()
-    for text in [*texts, *map(dump, trees)]:
-        root, problems = parse(text)
+    for text in [*texts, *map(dump_yaml, trees)]:
+        root, problems = parse_yaml(text)
         assert problems == []
         same_places(root, yaml.compose(text, Loader=yaml.CSafeLoader))
 
@@ -166,21 +166,21 @@ def values_of(root: Node) -> int:
         node = pending.pop()
         if id(node) not in seen:
             seen[id(node)] = node
-            pending += node.items if isinstance(node, Listing) else []
-            pending += [*node.heads, *node.entries.values()] if isinstance(node, Table) else []
+            pending += node.items if isinstance(node, SequenceNode) else []
+            pending += [*node.heads, *node.entries.values()] if isinstance(node, MappingNode) else []
     return len(seen)
 
 
 def test_values_are_counted_once():
     for text in sources()[0]:
-        found = document(text)
+        found = parse_document(text)
         assert found.distinct == values_of(found.root)
 
 
 def test_repeated_keys_know_the_first_one_of_their_own_mapping():
     """Also where mappings came and went before: those that are values of repeated keys are not kept."""
     gone = "".join(f"a: {{x{k}: 1, x{k}: 2}}\n" for k in range(50))
-    _, problems = parse(f"a: 1\n{gone}b:\n  c: 1\n  d: 2\n  c: 3\n  e: 4\n  e: 5\n")
+    _, problems = parse_yaml(f"a: 1\n{gone}b:\n  c: 1\n  d: 2\n  c: 3\n  e: 4\n  e: 5\n")
     first = [problem.message.rpartition(" ")[2] for problem in problems]
     assert first[-2:] == ["53)", "56)"]
     assert sum(message == "1)" for message in first) == 50
@@ -188,9 +188,9 @@ def test_repeated_keys_know_the_first_one_of_their_own_mapping():
 
 def test_aliases_may_add_less_than_a_file_may_hold():
     text = "a: &a [" + "1, " * 1000 + "]\nb: [" + "*a, " * 999 + "]\n"
-    with pytest.raises(Unreadable, match="more than 1,000,000 values, aliases expanded"):
-        parse(text.replace("*a, ", "*a, " * 2))
-    assert document(text).distinct == 1005
+    with pytest.raises(YamlError, match="more than 1,000,000 values, aliases expanded"):
+        parse_yaml(text.replace("*a, ", "*a, " * 2))
+    assert parse_document(text).distinct == 1005
 
 
 @pytest.mark.deep

@@ -7,8 +7,8 @@ import contextlib
 import numpy as np
 import pytest
 
-from conicoid.formats.atomic import replacing
-from conicoid.formats.ray_file import read_rays, write_hits, write_spans
+from conicoid._util.safe_files import replace_file
+from conicoid.io.ray_file import read_rays, write_hits, write_spans
 
 RNG = np.random.default_rng(3)
 RAYS = RNG.normal(size=(5, 6))
@@ -152,11 +152,11 @@ def test_a_failed_output_leaves_the_old_one(tmp_path):
     path = tmp_path / "out.txt"
     path.write_text("old")
     path.chmod(0o640)
-    with contextlib.suppress(RuntimeError), replacing(path) as partial:
+    with contextlib.suppress(RuntimeError), replace_file(path) as partial:
         partial.write_text("half")
         raise RuntimeError
     assert path.read_text() == "old"
-    with replacing(path) as partial:
+    with replace_file(path) as partial:
         partial.write_text("new")
     assert path.read_text() == "new"
     assert path.stat().st_mode & 0o777 == 0o640
@@ -169,14 +169,14 @@ def test_outputs_that_cannot_be(tmp_path):
         (tmp_path / "no" / "x", FileNotFoundError),
         ("/dev/null", OSError),
     ):
-        with pytest.raises(error), replacing(path):
+        with pytest.raises(error), replace_file(path):
             pass
 
 
 def test_a_link_stays_a_link(tmp_path):
     (tmp_path / "real.txt").write_text("old")
     (tmp_path / "link.txt").symlink_to("real.txt")
-    with replacing(tmp_path / "link.txt") as partial:
+    with replace_file(tmp_path / "link.txt") as partial:
         partial.write_text("new")
     assert (tmp_path / "link.txt").is_symlink()
     assert (tmp_path / "real.txt").read_text() == "new"

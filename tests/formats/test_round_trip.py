@@ -13,9 +13,10 @@ from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
 import conicoid as co
-from conicoid.formats import scene_text, yaml_parser
-from conicoid.formats.scene_file import Parts, read, write
-from conicoid.shapes import Shape
+from conicoid.geometry.shape import Shape
+from conicoid.io.scene_file import yaml_parser
+from conicoid.io.scene_file import yaml_parser as scene_text
+from conicoid.io.scene_file.scene_file import SceneParts, read_scene, write_scene
 
 from .strategies import PRIMITIVES, moved, primitive, scenes, sheets, solids
 
@@ -179,9 +180,9 @@ def test_balls_from_csv(tmp_path):
 
 
 def test_parts_without_a_scene(tmp_path):
-    parts = Parts((co.Body(co.Sphere(2.0)),))
-    write(parts, tmp_path / "scene.yaml")
-    assert read(tmp_path / "scene.yaml") == parts
+    parts = SceneParts((co.Body(co.Sphere(2.0)),))
+    write_scene(parts, tmp_path / "scene.yaml")
+    assert read_scene(tmp_path / "scene.yaml") == parts
 
 
 def test_motions_stay_the_steps_they_were(tmp_path):
@@ -264,7 +265,7 @@ def test_what_could_not_be_loaded_is_not_saved(tmp_path, monkeypatch):
         co.save(large, tmp_path / "large.yaml")
     assert not (tmp_path / "large.yaml").exists()
     monkeypatch.undo()
-    monkeypatch.setattr(scene_text, "MAX_BYTES", 1 << 20)
+    monkeypatch.setattr(scene_text, "MAX_SCENE_BYTES", 1 << 20)
     long = co.Scene([co.Body(co.Sphere(), name="é" * (1 << 19))])
     for name in ("long.yaml", "long.json"):
         with pytest.raises(ValueError, match=r"long\.\w+: a scene file has at most 1 MB, this scene takes \d MB"):

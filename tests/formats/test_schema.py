@@ -13,10 +13,10 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 
 import conicoid as co
-from conicoid.formats.nodes import Listing, Node, Scalar, is_null, is_text, number, truth
-from conicoid.formats.schema import scene_schema
-from conicoid.formats.yaml_parser import parse
-from conicoid.shapes import REGISTRY
+from conicoid.geometry.registry import REGISTRY
+from conicoid.io.scene_file.nodes import Node, ScalarNode, SequenceNode, is_null, is_text, parse_bool, parse_float
+from conicoid.io.scene_file.schema import scene_schema
+from conicoid.io.scene_file.yaml_parser import parse_yaml
 
 from .broken import CASES
 from .strategies import scenes
@@ -38,20 +38,20 @@ TYPES = (
 
 def plain(node: Node) -> Any:
     """What a YAML 1.2 reader makes of a node."""
-    if isinstance(node, Listing):
+    if isinstance(node, SequenceNode):
         return [plain(item) for item in node.items]
-    if not isinstance(node, Scalar):
+    if not isinstance(node, ScalarNode):
         return {key: plain(item) for key, item in node.entries.items()}
     if is_null(node):
         return None
     if is_text(node):
         return node.text
-    flag = truth(node)
-    return number(node) if flag is None else flag
+    flag = parse_bool(node)
+    return parse_float(node) if flag is None else flag
 
 
 def tree(text: str) -> Any:
-    root, problems = parse(text)
+    root, problems = parse_yaml(text)
     assert root is not None
     assert not problems
     return plain(root)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from conicoid.formats.srgb import _table, srgb_bytes
+from conicoid.io.images.codecs import _srgb_table, srgb_bytes
 
 
 def by_formula(linear):
@@ -19,7 +19,7 @@ def test_bytes_are_the_formula_rounded():
 
 
 def test_each_byte_begins_where_the_formula_says():
-    _, thresholds = _table()
+    _, thresholds = _srgb_table()
     wanted = np.arange(256)[1:] - 0.5  # rounding turns up there
     assert np.abs(by_formula(thresholds[:-1]) - wanted).max() < 1e-9
     assert srgb_bytes(thresholds[:-1]).tolist() == list(range(1, 256))
@@ -27,7 +27,7 @@ def test_each_byte_begins_where_the_formula_says():
 
 
 def test_no_beginning_holds_two_thresholds():
-    below, _ = _table()
+    below, _ = _srgb_table()
     assert np.diff(below.astype(int)).max() == 1
     assert below[0] == 0
 

@@ -9,13 +9,22 @@ import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
-from conicoid.formats.nodes import Scalar, Table, integer, is_null, is_text, number, shown, truth
-from conicoid.formats.yaml_parser import Unreadable, parse
-from conicoid.formats.yaml_writer import dump, scalar, word
+from conicoid.io.scene_file.nodes import (
+    MappingNode,
+    ScalarNode,
+    describe_node,
+    is_null,
+    is_text,
+    parse_bool,
+    parse_float,
+    parse_int,
+)
+from conicoid.io.scene_file.writer import dump_yaml, format_scalar, format_text
+from conicoid.io.scene_file.yaml_parser import YamlError, parse_yaml
 
 
-def plain(text: str) -> Scalar:
-    return Scalar(1, 1, text, plain=True)
+def plain(text: str) -> ScalarNode:
+    return ScalarNode(1, 1, text, plain=True)
 
 
 @pytest.mark.parametrize(
@@ -25,7 +34,7 @@ def plain(text: str) -> Scalar:
      ("-.Inf", -math.inf), ("+.INF", math.inf), ("007", 7.0), ("5e-324", 5e-324)],
 )  # fmt: skip
 def test_numbers(text, value):
-    found = number(plain(text))
+    found = parse_float(plain(text))
     assert found == value
     assert math.copysign(1, found) == math.copysign(1, value)
     assert not is_text(plain(text))
@@ -33,7 +42,7 @@ def test_numbers(text, value):
 
 @pytest.mark.parametrize("text", [".nan", ".NaN", ".NAN"])
 def test_nan(text):
-    assert math.isnan(number(plain(text)))
+    assert math.isnan(parse_float(plain(text)))
 
 
 @pytest.mark.parametrize(
@@ -41,38 +50,38 @@ def test_nan(text):
 )  # fmt: skip
 def test_texts(text):
     assert is_text(plain(text))
-    assert number(plain(text)) is None
-    assert truth(plain(text)) is None
+    assert parse_float(plain(text)) is None
+    assert parse_bool(plain(text)) is None
 
 
 @pytest.mark.parametrize("text", ["null", "Null", "NULL", "~", ""])
 def test_null(text):
     assert is_null(plain(text))
-    assert not is_null(Scalar(1, 1, text, plain=False))
+    assert not is_null(ScalarNode(1, 1, text, plain=False))
 
 
 def test_truth():
-    assert [truth(plain(text)) for text in ("true", "True", "TRUE", "false", "False", "FALSE")] == [True] * 3 + [
+    assert [parse_bool(plain(text)) for text in ("true", "True", "TRUE", "false", "False", "FALSE")] == [True] * 3 + [
         False
     ] * 3
-    assert truth(Scalar(1, 1, "true", plain=False)) is None
+    assert parse_bool(ScalarNode(1, 1, "true", plain=False)) is None
 
 
 @pytest.mark.parametrize("text", ["1e400", "-1e400", "1e-400", "9" * 400, "0x" + "f" * 300])
 def test_numbers_beyond_float64_are_not_bent(text):
     with pytest.raises(OverflowError):
-        number(plain(text))
+        parse_float(plain(text))
 
 
 def test_integers():
-    assert [integer(plain(text)) for text in ("5", "+5", "-5", "0x10", "0o10")] == [5, 5, -5, 16, 8]
-    assert [integer(plain(text)) for text in ("5.0", "1e3", "five", "9" * 30)] == [None] * 4
+    assert [parse_int(plain(text)) for text in ("5", "+5", "-5", "0x10", "0o10")] == [5, 5, -5, 16, 8]
+    assert [parse_int(plain(text)) for text in ("5.0", "1e3", "five", "9" * 30)] == [None] * 4
 
 
 @given(st.floats(allow_nan=False))
 def test_written_floats_read_back_to_the_bit(value):
-    text = scalar(value)
-    again = number(plain(text))
+    text = format_scalar(value)
+    again = parse_float(plain(text))
     assert again == value
     assert math.copysign(1, again) == math.copysign(1, value)
 
@@ -80,13 +89,13 @@ def test_written_floats_read_back_to_the_bit(value):
 @given(st.floats(allow_nan=False))
 def test_other_readers_agree_on_floats(value):
     """PyYAML itself reads YAML 1.1."""
-    assert yaml.safe_load(f"a: {scalar(value)}\n")["a"] == value
+    assert yaml.safe_load(f"a: {format_scalar(value)}\n")["a"] == value
 
 
 @given(st.text(st.characters(exclude_categories=("Cs",)), min_size=1, max_size=30))
 def test_written_texts_read_back(text):
-    root, _ = parse(f"a: {word(text)}\n{word(text)}: [{word(text)}]\n")
-    assert isinstance(root, Table)
+    root, _ = parse_yaml(f"a: {format_text(text)}\n{format_text(text)}: [{format_text(text)}]\n")
+    assert isinstance(root, MappingNode)
     if text == "a":
         return
     assert root.entries["a"].text == text
@@ -96,12 +105,12 @@ def test_written_texts_read_back(text):
 
 @given(st.text(st.characters(exclude_categories=("Cs", "Cc")), min_size=1, max_size=30))
 def test_other_readers_agree_on_texts(text):
-    assert yaml.safe_load(f"a: {word(text)}\n") == {"a": text}
+    assert yaml.safe_load(f"a: {format_text(text)}\n") == {"a": text}
 
 
 def test_half_a_surrogate_pair_cannot_be_written():
     with pytest.raises(ValueError, match="not Unicode"):
-        word("\udc00")
+        format_text("\udc00")
 
 
 def test_long_things_take_several_lines():
@@ -109,47 +118,52 @@ def test_long_things_take_several_lines():
         "conicoid": 1,
         "bodies": [{"name": "a", "shape": {"Union": [{"Sphere": {"radius": float(i)}} for i in range(20)]}}],
     }
-    text = dump(data)
+    text = dump_yaml(data)
     assert max(len(line) for line in text.splitlines()) <= 120
     assert yaml.safe_load(text) == data
 
 
 def test_lines_and_columns_count_from_one():
-    root, _ = parse("a: 1\nbcd:\n  - x\n  -   yz\n")
-    assert isinstance(root, Table)
+    root, _ = parse_yaml("a: 1\nbcd:\n  - x\n  -   yz\n")
+    assert isinstance(root, MappingNode)
     item = root.entries["bcd"].items[1]
     assert (item.line, item.column) == (4, 7)
     assert (root.keys["bcd"].line, root.keys["bcd"].column) == (2, 1)
 
 
 def test_aliases_stand_for_their_anchors():
-    root, _ = parse("a: &x [1, 2]\nb: *x\n")
-    assert isinstance(root, Table)
+    root, _ = parse_yaml("a: &x [1, 2]\nb: *x\n")
+    assert isinstance(root, MappingNode)
     assert root.entries["a"] is root.entries["b"]
 
 
 def test_json_is_read():
-    root, _ = parse('{\n\t"a": [1, -2.5e3, true, null, "\\u00e9\\ud83d\\ude00\\/"]\n}')
-    assert isinstance(root, Table)
+    root, _ = parse_yaml('{\n\t"a": [1, -2.5e3, true, null, "\\u00e9\\ud83d\\ude00\\/"]\n}')
+    assert isinstance(root, MappingNode)
     items = root.entries["a"].items
-    assert [number(items[0]), number(items[1]), truth(items[2]), is_null(items[3])] == [1, -2500, True, True]
+    assert [parse_float(items[0]), parse_float(items[1]), parse_bool(items[2]), is_null(items[3])] == [
+        1,
+        -2500,
+        True,
+        True,
+    ]
     assert items[4].text == "é😀/"
 
 
 def test_a_backslash_before_an_escape_stays():
-    root, _ = parse(r'{"a": "\\ud83d\\ude00"}')
-    assert isinstance(root, Table)
+    root, _ = parse_yaml(r'{"a": "\\ud83d\\ude00"}')
+    assert isinstance(root, MappingNode)
     assert root.entries["a"].text == r"\ud83d\ude00"
 
 
 def test_comments_and_directives_before_the_document():
-    root, _ = parse("# hello\n%YAML 1.2\n---\na: |\n  %x\n")
-    assert isinstance(root, Table)
-    with pytest.raises(Unreadable, match="directive"):
-        parse("%FOO bar\n---\na: 1\n")
+    root, _ = parse_yaml("# hello\n%YAML 1.2\n---\na: |\n  %x\n")
+    assert isinstance(root, MappingNode)
+    with pytest.raises(YamlError, match="directive"):
+        parse_yaml("%FOO bar\n---\na: 1\n")
 
 
 def test_values_are_shown_shortened():
-    root, _ = parse("[" + "abcdefghij, " * 200 + "]")
+    root, _ = parse_yaml("[" + "abcdefghij, " * 200 + "]")
     assert root is not None
-    assert len(shown(root)) == 60
+    assert len(describe_node(root)) == 60

@@ -9,7 +9,7 @@ import PIL.Image
 import pytest
 
 import conicoid as co
-from conicoid.engine.threads import thread_count
+from conicoid.kernels.threads import thread_count
 
 from ..command_line import run
 
@@ -174,7 +174,7 @@ def test_a_scene_saves_itself(tmp_path):
 
 def test_dir_is_what_is_public():
     assert dir(co) == sorted(
-        [*co.__all__, "cluster", "ct", "derivatives", "optics"]
+        [*co.__all__, "ct", "derivatives", "optics", "parallel"]
     )  # packages, loaded when they are asked for
 
 

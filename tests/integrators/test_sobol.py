@@ -6,7 +6,7 @@ import numba
 import numpy as np
 import pytest
 
-from conicoid.integrators import sobol
+from conicoid.render import sampling as sobol
 
 from ..compiled import compiled
 

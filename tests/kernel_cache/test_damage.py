@@ -200,10 +200,10 @@ def test_a_full_disk(small_disk, taken):
 
 def unloadable() -> object:
     """A file that is whole and ours, but of no use: as if the compiler had changed under the same version."""
-    from conicoid.compiler.kernel_cache import files
+    from conicoid._jit import disk_cache as files
 
     path = kept(Path(os.environ["CONICOID_CACHE_DIR"]))
-    assert files.write(path.name, pickle.dumps(("no", "kernel")))
+    assert files.write_kernel(path.name, pickle.dumps(("no", "kernel")))
     return used()
 
 

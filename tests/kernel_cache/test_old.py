@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from conicoid.compiler.kernel_cache.old import KEPT, MARK, MARK_TEXT
+from conicoid._jit.disk_cache import MARK, MARK_TEXT, MOST_FOLDERS
 
 from .tiny import COMPILED, apart, kept
 
@@ -32,7 +32,7 @@ def parent(tmp_path):
     """A folder for kernels with as many old ones in it as are kept."""
     folder = tmp_path / "kernels"
     folder.mkdir(mode=0o700)
-    for k in range(KEPT):
+    for k in range(MOST_FOLDERS):
         older(folder, k, 2 * DAY)
     return folder
 
@@ -60,7 +60,7 @@ def test_what_was_used_today_is_kept(parent):
     removed = {path.name for path in before - tree(parent) if path.is_dir()}
     assert removed == set()
     # those of two days ago, which had been the last used, are now the oldest
-    assert {f"kernels-{k:020x}" for k in range(KEPT)} == {
+    assert {f"kernels-{k:020x}" for k in range(MOST_FOLDERS)} == {
         path.name for path in before if path.parent == parent and path not in tree(parent)
     }
 
@@ -140,7 +140,7 @@ def test_a_folder_that_goes_while_it_is_used_is_made_again(tmp_path):
 def use_of_what_goes() -> object:
     import shutil
 
-    from conicoid.compiler.kernel_cache import place
+    from conicoid._jit import disk_cache as place
 
     from . import tiny
 
@@ -149,7 +149,7 @@ def use_of_what_goes() -> object:
     save = type(declared._cache).save_overload
 
     def after_it_has_gone(self, signature, data):
-        shutil.rmtree(place.kernels())
+        shutil.rmtree(place.kernel_directory())
         save(self, signature, data)
 
     type(declared._cache).save_overload = after_it_has_gone

@@ -13,8 +13,8 @@ from pathlib import Path
 
 import pytest
 
-from conicoid.compiler.jit import kernel
-from conicoid.compiler.kernel_cache.place import PACKAGE
+from conicoid._jit.decorators import kernel
+from conicoid._jit.disk_cache import PACKAGE
 
 from .tiny import COMPILED, LOADED, apart, kept, posix_only, used
 
@@ -122,10 +122,10 @@ class Program:
 
 def plant(trace: str) -> None:
     """In place of a kernel, something that looks like one in every way, and runs a program."""
-    from conicoid.compiler.kernel_cache import files
+    from conicoid._jit import disk_cache as files
 
     name = kept(Path(os.environ["CONICOID_CACHE_DIR"])).name
-    assert files.write(name, pickle.dumps(Program(Path(trace))))
+    assert files.write_kernel(name, pickle.dumps(Program(Path(trace))))
 
 
 def as_somebody_else() -> object:
@@ -239,7 +239,7 @@ def test_beside_others_folders_in_one_that_is_everybodys(tmp_path):
 
 def edited_meanwhile() -> object:
     """The sources are no longer those that were read."""
-    from conicoid.compiler import sources
+    from conicoid._jit import sources
 
     sources.source_hash()
     sources.hash_of_sources = lambda: "0" * 20
@@ -255,7 +255,7 @@ def test_what_is_compiled_while_sources_change_is_not_kept(tmp_path):
 
 def without_sources(some: str) -> object:
     """As in an archive, or while the package is being replaced."""
-    from conicoid.compiler import sources
+    from conicoid._jit import sources
 
     sources._files = lambda _: [f"{sources._PACKAGE}/gone.py"] if some else []
     sources.source_hash.cache_clear()
@@ -274,12 +274,12 @@ def test_no_old_code_after_an_edit(tmp_path):
     """Of a function that a kernel calls, in another file; with a folder for kernels and without one."""
     shutil.copytree(PACKAGE, tmp_path / "conicoid", ignore=shutil.ignore_patterns("__pycache__"))
     (tmp_path / "conicoid" / "tiny.py").write_text(
-        "from .compiler.jit import kernel\nfrom .factor import times\n\n@kernel()\ndef tiny(x):\n    return times(x)\n"
+        "from ._jit.decorators import kernel\nfrom .factor import times\n\n@kernel()\ndef tiny(x):\n    return times(x)\n"
     )
     for folder in (tmp_path / "kernels", Path("/dev/null/x")):
         for factor in (2.0, 30.0):  # of another length: Python compares sizes and seconds
             (tmp_path / "conicoid" / "factor.py").write_text(
-                f"from .compiler.jit import inline\n\n@inline\ndef times(x):\n    return {factor} * x\n"
+                f"from ._jit.decorators import inline\n\n@inline\ndef times(x):\n    return {factor} * x\n"
             )
             environment = os.environ | {"CONICOID_CACHE_DIR": str(folder)}
             program = "from conicoid.tiny import tiny; print(tiny(7.0))"

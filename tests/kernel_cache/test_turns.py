@@ -14,10 +14,10 @@ from .tiny import COMPILED, LOADED, Apart, apart, kept, posix_only, used
 
 
 def turn_of(folder: Path):
-    from conicoid.compiler.kernel_cache.turn import Turn
+    from conicoid._jit.compile_lock import CompileLock
 
     path = kept(folder)
-    return Turn(path.with_name(f"{path.name}.lock"))
+    return CompileLock(path.with_name(f"{path.name}.lock"))
 
 
 @pytest.fixture
@@ -29,7 +29,7 @@ def folder(tmp_path):
 
 def watched() -> object:
     """Tell the test when this process hears that the kernel is being compiled, here or elsewhere."""
-    from conicoid.compiler.jit import on_compile
+    from conicoid._jit.decorators import on_compile
 
     from . import tiny
 
@@ -87,7 +87,7 @@ def test_the_turn_of_a_process_that_was_killed_is_over(folder):
 
 
 def impatient() -> object:
-    from conicoid.compiler import cache as jit_cache
+    from conicoid._jit import numba_cache as jit_cache
 
     jit_cache.PATIENCE = 0.2
     return used()
@@ -105,12 +105,12 @@ def test_a_process_that_never_ends_its_turn_is_not_waited_for_forever(folder):
 
 
 def interrupted() -> object:
-    from conicoid.compiler import others
+    from conicoid._jit import compile_lock as others
 
     def keep_stopping() -> None:
         while True:
             time.sleep(0.1)
-            others.stop()
+            others.stop_polling()
 
     threading.Thread(target=keep_stopping, daemon=True).start()
     try:
@@ -146,7 +146,7 @@ def test_a_compilation_that_fails_ends_the_turn(folder):
 
 
 def without_locks() -> object:
-    from conicoid.compiler.kernel_cache import turn
+    from conicoid._jit import compile_lock as turn
 
     def none(descriptor: int) -> None:
         raise OSError(38, "Function not implemented")

@@ -18,7 +18,7 @@ from typing import Any
 import pytest
 
 SOURCE = """
-from conicoid.compiler.jit import kernel
+from conicoid._jit.decorators import kernel
 
 @kernel()
 def doubled(x):
@@ -30,7 +30,7 @@ posix_only = pytest.mark.skipif(sys.platform == "win32", reason="owners, modes, 
 
 
 def declared() -> Any:
-    from conicoid.compiler.kernel_cache.place import PACKAGE
+    from conicoid._jit.disk_cache import PACKAGE
 
     module = sys.modules["conicoid.tiny"] = types.ModuleType("conicoid.tiny")
     exec(compile(SOURCE, str(PACKAGE / "tiny.py"), "exec"), vars(module))
@@ -39,7 +39,7 @@ def declared() -> Any:
 
 def used() -> tuple[float, list[str]]:
     """The kernel's answer, and the kernels that were compiled for it."""
-    from conicoid.compiler.jit import on_compile
+    from conicoid._jit.decorators import on_compile
 
     compiled: list[str] = []
     with on_compile(compiled.append):

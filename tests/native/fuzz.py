@@ -17,8 +17,9 @@ from typing import Any
 
 import numpy as np
 
-from conicoid.compiler import jit, machine_code
-from conicoid.compiler.jit import DECLARED
+from conicoid._jit import decorators as jit
+from conicoid._jit import machine_code
+from conicoid._jit.decorators import DECLARED
 
 _protect = getattr(ctypes.CDLL(None), "mprotect", None) if sys.platform != "win32" else None
 KEPT = 3  # calls of each kernel
@@ -69,12 +70,12 @@ def _recording(name: str) -> Callable[..., Any] | None:
 def work() -> None:
     """Reach every kernel."""
     import conicoid as co
-    from conicoid.engine.tree.build.large import ALONE
+    from conicoid.prepare.bvh.sah_binning import ONE_THREAD
 
     rng = np.random.default_rng(0)
     scene = co.Scene(
         [
-            co.Sphere(1.0) & co.Box((-1, -1, -1), (1, 1, 0.5)), co.Spheres(rng.uniform(2, 9, (ALONE + 9, 3)), 0.01),
+            co.Sphere(1.0) & co.Box((-1, -1, -1), (1, 1, 0.5)), co.Spheres(rng.uniform(2, 9, (ONE_THREAD + 9, 3)), 0.01),
             co.Polygon([(5, 0, 0), (6, 0, 0), (5, 1, 0)]), co.Body(co.Cylinder((0, 3, 0), (0, 4, 1), 0.5), co.glass()),
             co.Sphere(1.0, (0, 0, 1)) - co.Sphere(0.5), co.Plane((0, 0, 1), -9), co.Sphere(1.0, (-3, 0, 0)),
             co.Sphere(1.0, (-4, 0, 0)),
@@ -127,13 +128,12 @@ def _moved(scene: Any, hits: Any) -> None:
 def _as_pages_ask(scene: Any) -> None:
     """Rays one at a time, in memory of its own."""
     import conicoid as co
-    from conicoid.engine.arrays.crossing_arrays import trace_rows_alone
-    from conicoid.engine.arrays.first import trace_first_alone
-    from conicoid.engine.arrays.found import Found
-    from conicoid.engine.queries.queries import arrays_of
+    from conicoid.kernels.entry.crossings import trace_rows_alone
+    from conicoid.kernels.entry.first_hits import HitBuffers, trace_first_alone
+    from conicoid.queries.ray_queries import arrays_of
 
     arrays = arrays_of("fuzz", scene.prepared, co.Rays([(0, 0, 5), (1, 0, 5)], (0, 0, -1)), 0.0, np.inf)
-    trace_first_alone(scene.geometry, arrays, 0, 2, Found.new(2))
+    trace_first_alone(scene.geometry, arrays, 0, 2, HitBuffers.new(2))
     for spans in (True, False):
         trace_rows_alone(scene.geometry, arrays, spans, 0, 2, np.zeros(2, np.int32), np.zeros(2, np.int8))
 

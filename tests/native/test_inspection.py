@@ -156,7 +156,7 @@ def test_a_wheel_holds_the_package_its_extension_and_the_licence(good_wheel):
         names = archive.namelist()
         metadata = archive.read(next(name for name in names if name.endswith("METADATA"))).decode().splitlines()
     assert "conicoid/_kernels.abi3.so" in names
-    assert "conicoid/scene.py" in names
+    assert "conicoid/scene/scene.py" in names
     assert "conicoid/viewer/engine.wasm" in names
     assert [line for line in metadata if "numba" in line and "extra ==" not in line] == []
     assert not [name for name in names if name.startswith(("tests", "native"))]

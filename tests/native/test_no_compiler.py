@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from conicoid.compiler.machine_code import SHIPPED
+from conicoid._jit.machine_code import SHIPPED
 
 from ..children import ROOT, child
 
@@ -18,8 +18,8 @@ import json, sys, threading, urllib.request
 from pathlib import Path
 import numpy as np
 import conicoid as co
-from conicoid.command_line.cli import app
-from conicoid.integrators import INTEGRATORS
+from conicoid.cli.app import app
+from conicoid.render.integrators import INTEGRATORS
 from conicoid.viewer.server import Server
 from conicoid.viewer.session import Session
 

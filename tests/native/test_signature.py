@@ -6,8 +6,8 @@ import re
 
 import pytest
 
-from conicoid.compiler.jit import DECLARED, kernel
-from conicoid.engine.tables import Floats, Geometry, Ints
+from conicoid._jit.decorators import DECLARED, kernel
+from conicoid.kernels.tables import Floats, Geometry, Ints
 from native.signature import declared, signature
 
 

@@ -11,15 +11,15 @@ pytestmark = needs_machine_code
 
 BARREL = ROOT / "examples" / "scenes" / "barrel.yaml"
 
-COMPILING = "numba llvmlite conicoid.compiler.dispatch conicoid.compiler.cache conicoid.compiler.kernel_cache conicoid.compiler.others conicoid.warmup"
+COMPILING = "numba llvmlite conicoid._jit.dispatch conicoid._jit.numba_cache conicoid._jit.disk_cache conicoid._jit.compile_lock conicoid.scene.warmup"
 PROCESSES = "subprocess multiprocessing socket selectors asyncio concurrent.futures"
 TERMINAL = "rich typer click argparse"
-FILES = "yaml PIL OpenEXR defusedxml platformdirs conicoid.formats tempfile pathlib logging"
+FILES = "yaml PIL OpenEXR defusedxml platformdirs conicoid.io.scene_file conicoid.io.npz tempfile pathlib logging"
 NUMBERS = "mpmath numpy.ma numpy.random"
 WORDS = "difflib string secrets"
-OTHER_ANSWERS = "conicoid.engine.answers.spans conicoid.engine.certified.settle conicoid.engine.certified.sides"
-OTHER_FORMATS = "conicoid.formats.molecules.files conicoid.formats.molecules.atoms conicoid.formats.openmc.imported"
-OTHER_SHAPES = "conicoid.shapes.cylinder conicoid.shapes.quadric conicoid.shapes.polygon"
+OTHER_ANSWERS = "conicoid.queries.spans conicoid.queries.exact.doubtful_rays conicoid.queries.exact.hit_sides"
+OTHER_FORMATS = "conicoid.io.molecules.importer conicoid.io.molecules.atoms conicoid.io.openmc.importer"
+OTHER_SHAPES = "conicoid.geometry.mesh conicoid.geometry.general_quadric conicoid.geometry.revolution"
 
 FIRST_HIT = "co.Scene([co.Sphere()]).first_hit((0, 0, -3), (0, 0, 1)).t"
 MOVED = "co.Scene([co.Cylinder((0, 0, 0), (0, 0, 1), 1).rotate((0, 0, 1), 90) - co.Box()]).spans((0, 0, -3), (0, 0, 1)).lengths()"
@@ -29,8 +29,8 @@ EDITED = (
 )
 PICTURE = "co.Scene([co.Sphere()]).render(16, 16).pixels"
 COMMAND = (
-    "from conicoid.command_line import terminal, working; terminal.PATIENCE = working.PATIENCE = float('inf'); "
-    "from conicoid.command_line.cli import app; app(sys.argv[1:], standalone_mode=False)"
+    "from conicoid.cli import terminal, resources; terminal.PATIENCE = resources.PATIENCE = float('inf'); "
+    "from conicoid.cli.app import app; app(sys.argv[1:], standalone_mode=False)"
 )
 """On a slow machine a second is soon over."""
 RENDER = "render", BARREL, "-o", "o.png", "--width", "16", "--height", "16"
@@ -76,16 +76,18 @@ def test_a_command_draws_no_bar_before_a_second_is_over(tmp_path):
 
 def test_an_angle_that_is_no_multiple_of_a_right_one_wants_no_mpmath(tmp_path):
     there = imported(MOVED.replace("90", "10"), tmp_path)
-    assert "conicoid.shapes.sines" in there
+    assert "conicoid.numerics.bigfloat" in there
     assert "mpmath" not in there
 
 
 def test_scene_files_know_all_shapes(tmp_path):
-    assert set(OTHER_SHAPES.split()) <= imported("from conicoid.shapes import REGISTRY; list(REGISTRY)", tmp_path)
+    assert set(OTHER_SHAPES.split()) <= imported(
+        "from conicoid.geometry.registry import REGISTRY; list(REGISTRY)", tmp_path
+    )
 
 
 def test_a_scene_file_imports_the_shapes_that_it_has(tmp_path):
     found = imported("co.load(sys.argv[1])", tmp_path, BARREL)
-    assert "conicoid.shapes.ellipsoid" in found
-    others = {"conicoid.shapes.quadric", "conicoid.shapes.polygon", "conicoid.shapes.mesh"}
+    assert "conicoid.geometry.quadrics" in found
+    others = {"conicoid.geometry.general_quadric", "conicoid.geometry.revolution", "conicoid.geometry.mesh"}
     assert found & {"logging", "secrets", "PIL", *others} == set()

@@ -14,7 +14,13 @@ from fractions import Fraction
 
 import pytest
 
-from conicoid.engine.numbers import angles, bits, doubled, errorfree, exponential, hypot, polynomial
+from conicoid.kernels.numbers import double_double as bits
+from conicoid.kernels.numbers import double_double as doubled
+from conicoid.kernels.numbers import double_double as errorfree
+from conicoid.kernels.numbers import elementary as angles
+from conicoid.kernels.numbers import elementary as exponential
+from conicoid.kernels.numbers import elementary as hypot
+from conicoid.kernels.numbers import elementary as polynomial
 
 MODULES = (angles, bits, doubled, errorfree, exponential, hypot, polynomial)
 
@@ -25,11 +31,11 @@ def fma(a: float, b: float, c: float) -> float:
     return float(exact) if exact else a * b + c
 
 
-def bits_of(x: float) -> int:
+def float_bits(x: float) -> int:
     return struct.unpack("<q", struct.pack("<d", x))[0]
 
 
-def of_bits(number: int) -> float:
+def float_from_bits(number: int) -> float:
     return struct.unpack("<d", struct.pack("<q", number))[0]
 
 
@@ -38,11 +44,11 @@ def interpreted() -> Iterator[None]:
     """Within the block, inner functions that are called from Python work by these."""
     with pytest.MonkeyPatch.context() as patch:
         for module in MODULES:
-            for instruction in (fma, bits_of, of_bits):
+            for instruction in (fma, float_bits, float_from_bits):
                 patch.setattr(module, instruction.__name__, instruction, raising=False)
         yield
 
 
 def same(a: float, b: float) -> bool:
     """Equal to the bit; NaN is NaN."""
-    return bits_of(a) == bits_of(b) or (math.isnan(a) and math.isnan(b))
+    return float_bits(a) == float_bits(b) or (math.isnan(a) and math.isnan(b))

@@ -7,13 +7,13 @@ import math
 import numpy as np
 import pytest
 
-from conicoid.engine.numbers import bits
-from conicoid.engine.ray import Ray, _scale, scaled_ray
+from conicoid.kernels.numbers import double_double as bits
+from conicoid.kernels.ray import Ray, _scale, scale_ray
 
 from ..compiled import compiled
 
-ABOVE, BELOW = compiled(bits.next_above), compiled(bits.next_below)
-EXPONENT, POWER, SCALED = compiled(bits.exponent_of), compiled(bits.power_of_two), compiled(bits.scaled_by_power)
+ABOVE, BELOW = compiled(bits.next_float_up), compiled(bits.next_float_down)
+EXPONENT, POWER, SCALED = compiled(bits.exponent_of), compiled(bits.power_of_two), compiled(bits.scale_by_power)
 
 RANDOM = np.random.default_rng(20261122)
 SOME = [
@@ -47,8 +47,8 @@ def test_powers_of_two():
 def test_the_scale_of_a_ray_is_a_power_of_two_that_brings_it_near_one(exponent):
     x = math.ldexp(1.0, exponent)
     given = Ray(0.0, 0.0, 0.0, x, -0.75 * x, 0.0, 0.0, math.inf, -1)
-    ray, scale = compiled(scaled_ray)(given)
-    assert scaled_ray(given) == (ray, scale)  # without a compiler, as where a ray is decided in exact arithmetic
+    ray, scale = compiled(scale_ray)(given)
+    assert scale_ray(given) == (ray, scale)  # without a compiler, as where a ray is decided in exact arithmetic
     assert math.frexp(scale)[0] == 0.5
     assert ray.dx == x * scale
     assert (scale == 1.0) == (2.0**-100 < x < 2.0**100)

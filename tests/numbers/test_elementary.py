@@ -10,8 +10,9 @@ import mpmath
 import numpy as np
 import pytest
 
-from conicoid.engine.numbers import angles, exponential
-from conicoid.engine.numbers.hypot import hypot
+from conicoid.kernels.numbers import elementary as angles
+from conicoid.kernels.numbers import elementary as exponential
+from conicoid.kernels.numbers.elementary import hypot
 
 from ..compiled import compiled
 from . import coefficients

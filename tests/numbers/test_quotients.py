@@ -6,12 +6,11 @@ import math
 
 import numpy as np
 
-from conicoid.engine.numbers.quotients import quotient, unit_vector
-from conicoid.engine.numbers.vectors import normalized
+from conicoid.kernels.numbers.vectors import normalize, quotient, unit_vector
 
 from ..compiled import compiled
 
-QUOTIENT, UNIT, NORMALIZED = compiled(quotient), compiled(unit_vector), compiled(normalized)
+QUOTIENT, UNIT, NORMALIZED = compiled(quotient), compiled(unit_vector), compiled(normalize)
 RANDOM = np.random.default_rng(1990)
 BELOW_TWO = 2.0 - 2.0**-52
 """All bits of its fraction are set: Markstein's theorem on reciprocals leaves it out, that on quotients does not."""

@@ -195,9 +195,11 @@ def test_no_module_hides_a_function():
     """A module is an attribute of its package once it is imported, and a public name must not be one's."""
     import pkgutil
 
-    import conicoid.optics
+    import conicoid.apps.optics
 
-    assert not {module.name for module in pkgutil.iter_modules(conicoid.optics.__path__)} & set(conicoid.optics.__all__)
+    assert not {module.name for module in pkgutil.iter_modules(conicoid.apps.optics.__path__)} & set(
+        conicoid.apps.optics.__all__
+    )
 
 
 def test_optiland_is_asked_for_by_name():

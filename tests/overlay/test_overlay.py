@@ -6,10 +6,8 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.overlay.axes import _runs
-from conicoid.overlay.labels import _depths, drawable
-from conicoid.overlay.seen import hidden, pixel_sizes
-from conicoid.overlay.sheet import Sheet, in_font, nice
+from conicoid.render.canvas import Canvas, is_in_font, round_down_125
+from conicoid.render.overlay import _depths, _runs, find_hidden, pixel_sizes, printable_label
 
 SCENE = co.Scene(
     [co.Body(co.Sphere(0.5, (-1.5, 0, 0)), name="left"), co.Sphere(0.5, (1.5, 0, 0))],
@@ -77,16 +75,16 @@ def test_what_hides():
     camera = co.Camera((0, -9, 0), (0, 0, 0))
     scene = co.Scene(co.Box((-1, -1, -1), (1, 1, 1)))
     points = np.array([(0, -1, 0), (0, 0, 0), (0, 2, 0), (0, 2, 3), (0, -8, 0), (0, -10, 0)], float)
-    assert hidden(scene, camera, points).tolist() == [False, True, True, False, False, True]
+    assert find_hidden(scene, camera, points).tolist() == [False, True, True, False, False, True]
     parallel = co.OrthographicCamera((0, -9, 0), (0, 0, 0))
-    assert hidden(scene, parallel, points).tolist() == [False, True, True, False, False, True]
+    assert find_hidden(scene, parallel, points).tolist() == [False, True, True, False, False, True]
     assert pixel_sizes(parallel, points, 100).tolist() == [0.02] * 6
     wide = co.Camera((0, -9, 0), (0, 0, 0), field_of_view=90)
     assert pixel_sizes(wide, points[:2], 100) == pytest.approx([0.16, 0.18])
 
 
 def test_sheets():
-    sheet = Sheet(20, 10)
+    sheet = Canvas(20, 10)
     below = np.random.default_rng(0).random((10, 20, 3)).astype(np.float32)
     assert np.array_equal(sheet.over(below), below)
     sheet.line([(-1e9, 5), (1e9, 5)], "red", 2)
@@ -97,7 +95,7 @@ def test_sheets():
 
 
 def test_numbers_along_axes_are_round():
-    assert [nice(x) for x in (1.0, 1.99, 2.0, 4.9, 5.0, 9.9, 0.03)] == [1, 1, 2, 2, 5, 5, 0.02]
+    assert [round_down_125(x) for x in (1.0, 1.99, 2.0, 4.9, 5.0, 9.9, 0.03)] == [1, 1, 2, 2, 5, 5, 0.02]
     assert _runs(np.array([1, 1, 0, 0, 1], bool)) == [(0, 2), (4, 5)]
     assert _runs(np.zeros(3, bool)) == []
 
@@ -125,7 +123,7 @@ def test_refusals():
 
 def test_small_pictures_have_a_number_on_each_axis(monkeypatch):
     told: list[str] = []
-    monkeypatch.setattr(Sheet, "text", lambda self, place, text, color, size: told.append(text))
+    monkeypatch.setattr(Canvas, "text", lambda self, place, text, color, size: told.append(text))
     camera = co.Camera((6, -8, 5), (0, 0, 0))
     co.Scene(co.Sphere(2), camera=camera).render(200, 150, samples=1, axes=True)
     assert [t for t in told if t in "xyz"] == ["x", "y", "z"]
@@ -133,6 +131,6 @@ def test_small_pictures_have_a_number_on_each_axis(monkeypatch):
 
 
 def test_names_are_written_in_letters_that_the_font_has():
-    assert drawable("Öffnung é, 45° ±1 …") == "Offnung e, 45° ±1 …"
-    assert drawable("日") == "\\u65e5"
-    assert all(in_font(letter) for letter in drawable("Ångström ß 日本 α"))
+    assert printable_label("Öffnung é, 45° ±1 …") == "Offnung e, 45° ±1 …"
+    assert printable_label("日") == "\\u65e5"
+    assert all(is_in_font(letter) for letter in printable_label("Ångström ß 日本 α"))

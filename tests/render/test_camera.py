@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.render.camera import basis
-from conicoid.render.fit import extent, fitting_camera
+from conicoid.render.auto_camera import fit_camera, fit_extent
+from conicoid.render.camera import camera_basis
 
 
 def test_the_middle_ray_looks_at_the_target():
@@ -70,8 +70,8 @@ def test_bad_cameras_name_the_field(make, message):
 @pytest.mark.parametrize("aspect", [0.5, 1, 4 / 3, 3])
 def test_the_default_camera_has_all_corners_in_view_and_not_far_off(aspect):
     low, high = np.array([-1.0, 3, 0]), np.array([5.0, 4, 0.5])
-    camera = fitting_camera(low, high, aspect)
-    right, up, forward = basis(camera.position, camera.look_at, camera.up)
+    camera = fit_camera(low, high, aspect)
+    right, up, forward = camera_basis(camera.position, camera.look_at, camera.up)
     half = math.tan(math.radians(camera.field_of_view) / 2)
     reach = 0.0
     for corner in np.array(np.meshgrid(*zip(low, high, strict=True))).reshape(3, -1).T - camera.position:
@@ -85,11 +85,11 @@ def test_the_default_camera_has_all_corners_in_view_and_not_far_off(aspect):
 
 def test_the_extent_of_unbounded_scenes_is_finite():
     inf = math.inf
-    low, high = extent(np.array([[-1.0, -1, 0, 1, 1, 1], [-inf, -inf, -inf, inf, inf, 0.0]]))
+    low, high = fit_extent(np.array([[-1.0, -1, 0, 1, 1, 1], [-inf, -inf, -inf, inf, inf, 0.0]]))
     assert (low == (-1, -1, 0)).all()
     assert (high == (1, 1, 1)).all()
-    low, high = extent(np.array([[-inf] * 3 + [inf] * 3]))
+    low, high = fit_extent(np.array([[-inf] * 3 + [inf] * 3]))
     assert (low == -1).all()
     assert (high == 1).all()
-    low, high = extent(np.zeros((0, 6)))
+    low, high = fit_extent(np.zeros((0, 6)))
     assert (low < high).all()

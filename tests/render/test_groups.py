@@ -90,16 +90,16 @@ def test_previews_in_a_terminal(monkeypatch):
     """Half blocks: the upper pixel is the colour of the character, the lower one what is behind it."""
     from rich.console import Console
 
-    from conicoid.formats.blocks import half_blocks, shrunk
+    from conicoid.io.images.codecs import downsample, render_half_blocks
 
     pixels = np.zeros((3, 2, 3), np.float32)
     pixels[0, 0], pixels[1, 0], pixels[2, 1] = (1, 0, 0), (0, 1, 0), (0, 0, 1)
-    text = half_blocks(pixels, 10, 10)
+    text = render_half_blocks(pixels, 10, 10)
     assert text.plain == "\u2580\u2580\n\u2580\u2580"
     assert [str(span.style) for span in text.spans] == [
         "#ff0000 on #00ff00", "#000000 on #000000", "#000000", "#0000ff",
     ]  # fmt: skip
-    assert shrunk(np.arange(24.0).reshape(4, 2, 3), 1, 2).tolist() == [[[4.5, 5.5, 6.5]], [[16.5, 17.5, 18.5]]]
+    assert downsample(np.arange(24.0).reshape(4, 2, 3), 1, 2).tolist() == [[[4.5, 5.5, 6.5]], [[16.5, 17.5, 18.5]]]
     shown = io.StringIO()
     console = Console(
         file=shown, force_terminal=True, color_system="truecolor", width=20, height=9, legacy_windows=False

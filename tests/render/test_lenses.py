@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.render.view import pixel_lines, view_of
+from conicoid.render.camera_rays import lower_view, pixel_lines
 
 WIDTH, HEIGHT = 81, 61
 
 
 def lens_rays(camera, x, y, count=2000):
     """Rays through the middle of a pixel, (x, y), and many points of the lens: origins and directions."""
-    pixel, view = int(y) * WIDTH + int(x), view_of(camera, "box")
+    pixel, view = int(y) * WIDTH + int(x), lower_view(camera, "box")
     origins, directions = np.empty((2, count, 3))
     for k, (a, b) in enumerate(np.random.default_rng(1).random((count, 2))):
         pixel_lines(view, pixel, a, b, WIDTH, HEIGHT, origins[k : k + 1], directions[k : k + 1])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.integrators import INTEGRATORS
+from conicoid.render.integrators import INTEGRATORS
 from conicoid.render.tiles import SIDE
 
 SCENE = co.Scene(

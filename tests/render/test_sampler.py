@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from conicoid.render import sampler
+from conicoid.render import sampling as sampler
 
 from ..compiled import compiled
 
-reversed_bits, sample_in_pixel = compiled(sampler.reversed_bits), compiled(sampler.sample_in_pixel)
+reversed_bits, sample_in_pixel = compiled(sampler.reverse_bits), compiled(sampler.sample_in_pixel)
 
 
 def samples(count: int, pixel: int = 7, seed: int = 0) -> np.ndarray:

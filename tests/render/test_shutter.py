@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.film.passes import in_squares
-from conicoid.film.sums import SUMS
+from conicoid.render.film.film import SUMS, square_means
 
 WHITE, BLACK = (1.0, 1.0, 1.0), (0.0, 0.0, 0.0)
 RADIUS, WAY = 0.3, 1.4
@@ -188,10 +187,10 @@ def test_a_shutter_that_was_interrupted_goes_on(tmp_path, integrator, at):
 
 @pytest.mark.parametrize("integrator", ["whitted", "path"])
 def test_a_shutter_on_workers(tmp_path, integrator):
-    from conicoid.cluster.here import here
+    from conicoid.parallel.workers import inline_workers
 
     asked = dict(width=70, height=40, samples=12, integrator=integrator, shutter=(0, 1), times=5)
-    workers, told = here(), []
+    workers, told = inline_workers(), []
     workers.chunk = 1
     near = moving_ball().render(**asked).pixels
     far = moving_ball().render(**asked, executor=workers, progress=lambda *step: told.append(step))
@@ -215,7 +214,7 @@ def test_noise_is_judged_when_all_moments_are_seen():
     places = np.abs((np.arange(40) + 0.5) / 20 - 1)
     assert (samples[places > RADIUS + 0.4] == ROUND).all()
     assert samples[18:22].max() == 5 * ROUND + 3
-    rms = np.sqrt(in_squares(error.astype(float) ** 2, 8))
+    rms = np.sqrt(square_means(error.astype(float) ** 2, 8))
     assert ((rms <= 0.02 * (1 + 1e-6)) | (samples[::8, ::8] == samples.max())).all()
 
 
@@ -241,9 +240,9 @@ def test_noise_that_ends_the_work_leaves_the_mean_of_the_moments():
 
 
 def test_less_noise_goes_on_where_more_was_enough(tmp_path):
-    from conicoid.cluster.here import here
+    from conicoid.parallel.workers import inline_workers
 
-    scene, workers = moving_ball(), here()
+    scene, workers = moving_ball(), inline_workers()
     workers.chunk = 1
     asked = UNTIL | dict(samples=3 * ROUND + 10)
     whole = scene.render(**asked).pixels

@@ -9,7 +9,7 @@ import PIL.Image
 import pytest
 
 import conicoid as co
-from conicoid.textures.texels import halved, pyramid
+from conicoid.render.textures.texture_table import build_pyramid, halve_image
 
 RNG = np.random.default_rng(19)
 
@@ -119,10 +119,10 @@ def test_what_is_far_away_is_read_from_smaller_pictures():
 @pytest.mark.parametrize("shape", [(8, 8), (7, 5), (1, 9), (6, 1)])
 def test_smaller_pictures_keep_the_mean(shape):
     picture = RNG.random((*shape, 3))
-    smaller = halved(picture)
+    smaller = halve_image(picture)
     assert smaller.shape == (*((n + 1) // 2 for n in shape), 3)
     assert smaller.mean(axis=(0, 1)) == pytest.approx(picture.mean(axis=(0, 1)), abs=1e-12)
-    texels, levels = pyramid(picture)
+    texels, levels = build_pyramid(picture)
     assert texels[-1] == pytest.approx(picture.mean(axis=(0, 1)), abs=1e-6)
     assert levels == int(np.ceil(np.log2(max(shape)))) + 1
     if shape == (8, 8):

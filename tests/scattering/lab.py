@@ -7,10 +7,10 @@ from typing import Any, NamedTuple
 import numba
 import numpy as np
 
-from conicoid.scattering.albedo import lower_albedos
-from conicoid.scattering.record import Touched
-from conicoid.scattering.surface import draw, evaluate
-from conicoid.shading.materials import lower_materials
+from conicoid.render.bsdf.albedo_tables import lower_albedos
+from conicoid.render.bsdf.bsdf import evaluate_lobes, sample_lobes
+from conicoid.render.bsdf.bsdf_sample import LobeSurface
+from conicoid.render.bsdf.material_table import lower_materials
 
 OUTSIDE, INSIDE = True, False
 
@@ -18,7 +18,7 @@ OUTSIDE, INSIDE = True, False
 @numba.njit(error_model="numpy")
 def _drawn(materials, albedos, at, o, numbers, out):
     for k in range(len(numbers)):
-        found = draw(materials, albedos, at, (o[0], o[1], o[2]), numbers[k, 0], numbers[k, 1], numbers[k, 2])
+        found = sample_lobes(materials, albedos, at, (o[0], o[1], o[2]), numbers[k, 0], numbers[k, 1], numbers[k, 2])
         out[k, 0] = found.how
         out[k, 1], out[k, 2], out[k, 3] = found.i
         out[k, 4], out[k, 5], out[k, 6], out[k, 7] = found.r, found.g, found.b, found.density
@@ -28,7 +28,7 @@ def _drawn(materials, albedos, at, o, numbers, out):
 def _evaluated(materials, albedos, at, o, directions, out):
     for k in range(len(directions)):
         i = (directions[k, 0], directions[k, 1], directions[k, 2])
-        out[k, 0], out[k, 1], out[k, 2], out[k, 3] = evaluate(materials, albedos, at, (o[0], o[1], o[2]), i)
+        out[k, 0], out[k, 1], out[k, 2], out[k, 3] = evaluate_lobes(materials, albedos, at, (o[0], o[1], o[2]), i)
 
 
 class Draws(NamedTuple):
@@ -50,7 +50,7 @@ class Bench:
         refracts = bool(row["transparent"]) and not sheet
         self.eta = 1.0 if not refracts else float(1 / row["index"] if side else row["index"])
         color = [float(min(1.0, c * row["diffuse"])) for c in row["color"]]
-        self.at = Touched(np.int64(0), *color, refracts, side, self.eta)
+        self.at = LobeSurface(np.int64(0), *color, refracts, side, self.eta)
 
     def draw(self, o: Any, count: int, seed: int = 0) -> Draws:
         numbers, out = np.random.default_rng(seed).random((count, 3)), np.empty((count, 8))

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.scattering import fresnel
+from conicoid.render.bsdf import fresnel
 
 from ..compiled import compiled
 from .lab import INSIDE, OUTSIDE, Bench, sphere, towards
@@ -132,7 +132,7 @@ def test_what_is_drawn_is_weighed_by_its_density(name):
 
 # Fresnel
 
-wall, conductor = compiled(fresnel.wall), compiled(fresnel.conductor)
+wall, conductor = compiled(fresnel.dielectric_reflectance), compiled(fresnel.conductor_fresnel)
 
 
 @pytest.mark.parametrize("index", [1.33, 1.5, 2.4])
@@ -158,8 +158,12 @@ def test_beyond_the_critical_angle_all_is_mirrored():
 def test_arrays_have_the_same_formulas():
     cosines = np.linspace(0.01, 1, 30)
     for eta in (1 / 1.5, 1.5):
-        assert fresnel.walls(cosines, eta) == pytest.approx([wall(c, eta) for c in cosines], rel=1e-12)
-    assert fresnel.conductors(cosines, 0.2, 3.0) == pytest.approx([conductor(c, 0.2, 3.0) for c in cosines], rel=1e-12)
+        assert fresnel.dielectric_reflectances(cosines, eta) == pytest.approx(
+            [wall(c, eta) for c in cosines], rel=1e-12
+        )
+    assert fresnel.conductor_reflectances(cosines, 0.2, 3.0) == pytest.approx(
+        [conductor(c, 0.2, 3.0) for c in cosines], rel=1e-12
+    )
 
 
 def test_gold_is_yellow_and_silver_is_not():

@@ -8,15 +8,16 @@ import mpmath
 import numpy as np
 import pytest
 
-from conicoid.shading import checker, fresnel
-from conicoid.shading import phong as highlights
-from conicoid.shading import reflect as mirrors
-from conicoid.shading import refract as lenses
+from conicoid.render.bsdf import fresnel
+from conicoid.render.bsdf import fresnel as lenses
+from conicoid.render.bsdf import fresnel as mirrors
+from conicoid.render.bsdf import material_table as checker
+from conicoid.render.bsdf import phong as highlights
 
 from ..compiled import compiled
 
 is_even = compiled(checker.is_even)
-dielectric, schlick = compiled(fresnel.dielectric), compiled(fresnel.schlick)
+dielectric, schlick = compiled(fresnel.dielectric_fresnel), compiled(fresnel.schlick)
 half_vector, phong = compiled(highlights.half_vector), compiled(highlights.phong)
 reflect, refract = compiled(mirrors.reflect), compiled(lenses.refract)
 

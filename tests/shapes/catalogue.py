@@ -12,24 +12,22 @@ from typing import Any
 
 import numpy as np
 
-from conicoid.shapes.base import PrimitiveSolid
-from conicoid.shapes.box import Box
-from conicoid.shapes.cone import Cone
-from conicoid.shapes.cylinder import Cylinder
-from conicoid.shapes.double_cone import DoubleCone
-from conicoid.shapes.ellipsoid import Ellipsoid
-from conicoid.shapes.elliptic_cone import EllipticCone
-from conicoid.shapes.elliptic_cylinder import EllipticCylinder
-from conicoid.shapes.elliptic_paraboloid import EllipticParaboloid
-from conicoid.shapes.half_space import HalfSpace
-from conicoid.shapes.hyperbolic_cylinder import HyperbolicCylinder
-from conicoid.shapes.hyperbolic_paraboloid import HyperbolicParaboloid
-from conicoid.shapes.one_sheet_hyperboloid import OneSheetHyperboloid
-from conicoid.shapes.parabolic_cylinder import ParabolicCylinder
-from conicoid.shapes.polyhedron import Polyhedron
-from conicoid.shapes.quadric import Quadric
-from conicoid.shapes.sphere import Sphere
-from conicoid.shapes.two_sheet_hyperboloid import TwoSheetHyperboloid
+from conicoid.geometry.general_quadric import Quadric
+from conicoid.geometry.polyhedron import Polyhedron
+from conicoid.geometry.primitives import Box, Cone, Cylinder, HalfSpace, Sphere
+from conicoid.geometry.quadrics import (
+    DoubleCone,
+    Ellipsoid,
+    EllipticCone,
+    EllipticCylinder,
+    EllipticParaboloid,
+    HyperbolicCylinder,
+    HyperbolicParaboloid,
+    OneSheetHyperboloid,
+    ParabolicCylinder,
+    TwoSheetHyperboloid,
+)
+from conicoid.geometry.shape import PrimitiveSolid
 
 Inside = Callable[[Any, Any, Any], Any]
 

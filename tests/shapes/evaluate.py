@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from conicoid.shapes.cells import UV, All, Cell, Face, Not, Tree
-from conicoid.shapes.motion import STILL, Motion
-from conicoid.shapes.surface import PlaneSurface, Surface
+from conicoid.geometry.cell import UV, All, Cell, Face, Not, Tree
+from conicoid.geometry.surface import PlaneSurface, Surface
+from conicoid.geometry.transform import IDENTITY_MOTION, Motion
 
 
 def value(surface: Surface, points: Any) -> Any:
@@ -31,7 +31,7 @@ def gradient(surface: Surface, points: Any) -> Any:
     return 2 * (y * squares + linear) @ rows
 
 
-def contains(tree: Tree, points: Any, motion: Motion = STILL) -> Any:
+def contains(tree: Tree, points: Any, motion: Motion = IDENTITY_MOTION) -> Any:
     """Which points (..., 3) of the world are inside the tree carried by a motion."""
     if isinstance(tree, Cell):
         sides = [face.inside * value(face.surface.moved(motion), points) <= 0 for face in tree.faces]

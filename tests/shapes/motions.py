@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import numpy as np
 
-from conicoid.shapes.motion import STILL, Motion
+from conicoid.geometry.transform import IDENTITY_MOTION, Motion
 
 SHEAR = [[1, 0.7, 0, 0.5], [0, 1, -0.4, -1], [0.2, 0, 1, 2], [0, 0, 0, 1]]
 
 MOTIONS = {
-    "still": STILL,
-    "shifted": STILL.translate((3, -1, 0.5)),
-    "turned": STILL.rotate((1, 2, -1), 47).translate((1, 0, 0)),
-    "quarter": STILL.rotate((0, 1, 0), 90),
-    "mirrored": STILL.scale((1, -1, 1)).rotate((1, 0, 0), 20),
-    "stretched": STILL.scale((3, 0.2, 1)).rotate((0, 0, 1), 33),
-    "sheared": STILL.transform(SHEAR),
+    "still": IDENTITY_MOTION,
+    "shifted": IDENTITY_MOTION.translate((3, -1, 0.5)),
+    "turned": IDENTITY_MOTION.rotate((1, 2, -1), 47).translate((1, 0, 0)),
+    "quarter": IDENTITY_MOTION.rotate((0, 1, 0), 90),
+    "mirrored": IDENTITY_MOTION.scale((1, -1, 1)).rotate((1, 0, 0), 20),
+    "stretched": IDENTITY_MOTION.scale((3, 0.2, 1)).rotate((0, 0, 1), 33),
+    "sheared": IDENTITY_MOTION.transform(SHEAR),
 }
 
 
@@ -24,7 +24,7 @@ def random_motion(rng: np.random.Generator) -> Motion:
     matrix = np.eye(4)
     matrix[:3, :3] = rng.normal(size=(3, 3)) + np.diag(rng.choice([-1.0, 1.0], 3))
     matrix[:3, 3] = rng.normal(size=3) * 3
-    return STILL.transform(matrix)
+    return IDENTITY_MOTION.transform(matrix)
 
 
 def carried(motion: Motion, points: np.ndarray) -> np.ndarray:

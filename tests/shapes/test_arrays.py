@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.shapes.arrays import is_masked
+from conicoid._util.validation import is_masked
 
 MASKED = np.ma.array([1.0, 2.0, 3.0], mask=[0, 1, 0])
 WHOLE = np.ma.array([1.0, 2.0, 3.0])

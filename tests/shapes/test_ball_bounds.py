@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.engine.lowering import lower
+from conicoid.prepare.lowering import lower
 
 
 @pytest.mark.parametrize("reach", [0.25, 1.0, 1.5])

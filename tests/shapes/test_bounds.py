@@ -7,23 +7,22 @@ import math
 import numpy as np
 import pytest
 
-from conicoid.shapes.box import Box
-from conicoid.shapes.cone import Cone
-from conicoid.shapes.cylinder import Cylinder
-from conicoid.shapes.double_cone import DoubleCone
-from conicoid.shapes.ellipsoid import Ellipsoid
-from conicoid.shapes.elliptic_cone import EllipticCone
-from conicoid.shapes.elliptic_cylinder import EllipticCylinder
-from conicoid.shapes.elliptic_paraboloid import EllipticParaboloid
-from conicoid.shapes.half_space import HalfSpace
-from conicoid.shapes.hyperbolic_cylinder import HyperbolicCylinder
-from conicoid.shapes.hyperbolic_paraboloid import HyperbolicParaboloid
-from conicoid.shapes.one_sheet_hyperboloid import OneSheetHyperboloid
-from conicoid.shapes.parabolic_cylinder import ParabolicCylinder
-from conicoid.shapes.polyhedron import Polyhedron
-from conicoid.shapes.quadric import Quadric
-from conicoid.shapes.two_sheet_hyperboloid import TwoSheetHyperboloid
-from conicoid.shapes.within import WithinBox
+from conicoid.geometry.general_quadric import Quadric
+from conicoid.geometry.polyhedron import Polyhedron
+from conicoid.geometry.primitives import Box, Cone, Cylinder, HalfSpace
+from conicoid.geometry.quadrics import (
+    BoxedQuadric,
+    DoubleCone,
+    Ellipsoid,
+    EllipticCone,
+    EllipticCylinder,
+    EllipticParaboloid,
+    HyperbolicCylinder,
+    HyperbolicParaboloid,
+    OneSheetHyperboloid,
+    ParabolicCylinder,
+    TwoSheetHyperboloid,
+)
 
 from .catalogue import SAMPLES, Sample
 from .motions import carried, random_motion
@@ -160,7 +159,7 @@ KNOWN = [
 @pytest.mark.parametrize(("shape", "low", "high"), KNOWN, ids=[repr(shape)[:70] for shape, _, _ in KNOWN])
 def test_bounds_are_the_known_ones(shape, low, high) -> None:
     """Cuts by a box err outward on purpose, by the roundings of 64 terms and what a nearly flat quadric makes of them."""
-    outward = 4e-12 if isinstance(shape, WithinBox) else 1e-13
+    outward = 4e-12 if isinstance(shape, BoxedQuadric) else 1e-13
     for found, known, sign in zip(shape.bounds, (low, high), (-1.0, 1.0), strict=True):
         endless = np.isinf(known)
         assert (found[endless] == np.asarray(known)[endless]).all()

@@ -33,8 +33,8 @@ def test_a_residue_is_no_height() -> None:
 @pytest.mark.parametrize("residue", [5e-324, 1e-300, 1e-100, 1e-17])
 def test_a_plane_beside_the_vertex_costs_no_digits(residue: float) -> None:
     """As a box's side may stand there; the bowl x² + y² <= z, z <= 4 is 2 wide."""
-    from conicoid.shapes.cut_quadric import cut_quadric_bounds
-    from conicoid.shapes.surface import PlaneSurface, QuadricSurface
+    from conicoid.geometry.bounds.quadric_extent import cut_quadric_bounds
+    from conicoid.geometry.surface import PlaneSurface, QuadricSurface
 
     bowl = QuadricSurface((1.0, 1.0, 0.0), (0.0, 0.0, -0.5), 0.0)
     for end in (residue, -residue):

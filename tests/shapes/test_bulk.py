@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.engine.lowering import Lowered, lower
+from conicoid.prepare.lowering import LoweredScene, lower
 
 COUNT = 24
 MOTIONS = {
@@ -57,7 +57,7 @@ def singles(shape: Any) -> list[Any]:
     return [shape.single(index) for index in range(len(shape))]
 
 
-def assert_same(one: Lowered, other: Lowered) -> None:
+def assert_same(one: LoweredScene, other: LoweredScene) -> None:
     for name in one.tables._fields:
         a, b = getattr(one.tables, name), getattr(other.tables, name)
         assert a.dtype == b.dtype, name

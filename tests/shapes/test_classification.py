@@ -11,8 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import conicoid as co
-from conicoid.shapes import rational
-from conicoid.shapes.classification import KINDS
+from conicoid.geometry.quadric_classification import KINDS
+from conicoid.numerics import rational_linalg as rational
 
 # The 17 affine classes of real quadrics (real points or none), and the plane: coefficients, kind, inside
 CLASSES = [

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from conicoid.shapes.color import amount_rgb, checked_amount, checked_color, linear_rgb, srgb_decode, srgb_encode
+from conicoid.materials.color import amount_rgb, check_amount, check_color, linear_rgb, srgb_decode, srgb_encode
 
 
 def encoded(linear: float) -> float:
@@ -42,9 +42,9 @@ def test_texts_are_srgb():
 
 
 def test_colours_stay_as_written():
-    assert checked_color("M", "c", "#ff0080") == "#ff0080"
-    assert checked_color("M", "c", [1, 0, 0.5]) == (1.0, 0.0, 0.5)
-    assert checked_amount("M", "c", np.float32(0.5)) == 0.5
+    assert check_color("M", "c", "#ff0080") == "#ff0080"
+    assert check_color("M", "c", [1, 0, 0.5]) == (1.0, 0.0, 0.5)
+    assert check_amount("M", "c", np.float32(0.5)) == 0.5
     assert amount_rgb(0.25) == (0.25, 0.25, 0.25)
 
 
@@ -53,4 +53,4 @@ def test_colours_stay_as_written():
 )
 def test_what_is_no_colour_is_refused_by_name(bad):
     with pytest.raises(ValueError, match="Material: color"):
-        checked_color("Material", "color", bad)
+        check_color("Material", "color", bad)

@@ -8,24 +8,22 @@ import time
 import numpy as np
 import pytest
 
-from conicoid.shapes.base import Solid
-from conicoid.shapes.box import Box
-from conicoid.shapes.cone import Cone
-from conicoid.shapes.cylinder import Cylinder
-from conicoid.shapes.double_cone import DoubleCone
-from conicoid.shapes.ellipsoid import Ellipsoid
-from conicoid.shapes.elliptic_cylinder import EllipticCylinder
-from conicoid.shapes.elliptic_paraboloid import EllipticParaboloid
-from conicoid.shapes.half_space import HalfSpace
-from conicoid.shapes.hyperbolic_cylinder import HyperbolicCylinder
-from conicoid.shapes.hyperbolic_paraboloid import HyperbolicParaboloid
-from conicoid.shapes.motion import STILL
-from conicoid.shapes.one_sheet_hyperboloid import OneSheetHyperboloid
-from conicoid.shapes.parabolic_cylinder import ParabolicCylinder
-from conicoid.shapes.polyhedron import Polyhedron
-from conicoid.shapes.quadric import Quadric
-from conicoid.shapes.sphere import Sphere
-from conicoid.shapes.two_sheet_hyperboloid import TwoSheetHyperboloid
+from conicoid.geometry.general_quadric import Quadric
+from conicoid.geometry.polyhedron import Polyhedron
+from conicoid.geometry.primitives import Box, Cone, Cylinder, HalfSpace, Sphere
+from conicoid.geometry.quadrics import (
+    DoubleCone,
+    Ellipsoid,
+    EllipticCylinder,
+    EllipticParaboloid,
+    HyperbolicCylinder,
+    HyperbolicParaboloid,
+    OneSheetHyperboloid,
+    ParabolicCylinder,
+    TwoSheetHyperboloid,
+)
+from conicoid.geometry.shape import Solid
+from conicoid.geometry.transform import IDENTITY_MOTION
 
 from .evaluate import contains
 from .motions import random_motion
@@ -134,7 +132,10 @@ def test_bounds_are_the_known_ones(name: str) -> None:
         assert all(sign * (f - e) >= -1e-15 * (1 + abs(e)) for f, e in ends)
 
 
-@pytest.mark.parametrize("motion", [STILL.rotate((0, 0, 1), 90), STILL.translate((5, -7, 1e3)), STILL.scale((2, 1, 3))])
+@pytest.mark.parametrize(
+    "motion",
+    [IDENTITY_MOTION.rotate((0, 0, 1), 90), IDENTITY_MOTION.translate((5, -7, 1e3)), IDENTITY_MOTION.scale((2, 1, 3))],
+)
 @pytest.mark.parametrize("name", ["prism", "cap", "slanted paraboloid", "slanted cone", "saddle", "nested"])
 def test_motions_that_keep_the_axes_carry_bounds(name: str, motion) -> None:
     shape, low, high = KNOWN[name]
@@ -183,7 +184,7 @@ def test_random_cuts_hold_the_solid_and_touch_it(quadric, seed: int) -> None:
     parts = [quadric.tree(), *(plane.tree() for plane in planes)]
 
     def inside(points):
-        return np.all([contains(part, points, STILL) for part in parts], axis=0)
+        return np.all([contains(part, points, IDENTITY_MOTION) for part in parts], axis=0)
 
     points = rng.normal(size=(20000, 3)) * 10 ** rng.uniform(-1, 1, (20000, 1))
     points = points[inside(points)]
@@ -219,7 +220,7 @@ def test_small_whole_coefficients_hold_the_solid(seed: int) -> None:
     normals = rng.integers(-1, 2, (5, 3)).astype(float)
     normals = normals[normals.any(axis=1)]
     offsets = rng.integers(0, 3, len(normals)).astype(float)
-    motion = STILL.rotate((1, 2, -2), 30).translate((1, -2, 3)) if seed % 2 else STILL
+    motion = IDENTITY_MOTION.rotate((1, 2, -2), 30).translate((1, -2, 3)) if seed % 2 else IDENTITY_MOTION
     quadric = Quadric(matrix=tuple(map(tuple, matrix.tolist())))
     planes = [HalfSpace(tuple(n), d) for n, d in zip(normals.tolist(), offsets.tolist(), strict=True)]
     low, high = intersection(quadric, *planes).bounds_under(motion)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from conicoid.shapes.distinct import among, distinct, distinct_places, first_places
+from conicoid._util.arrays import is_member_sorted, unique_first_with_inverse, unique_sorted, unique_with_inverse
 
 RANDOM = np.random.default_rng(7)
 ARRAYS = [
@@ -17,10 +17,10 @@ ARRAYS = [
 @pytest.mark.parametrize("numbers", ARRAYS)
 def test_they_are_those_of_numpy(numbers: np.ndarray) -> None:
     values, first, place = np.unique(numbers, return_index=True, return_inverse=True)
-    assert np.array_equal(distinct(numbers), values)
-    assert np.array_equal(distinct(numbers[:3], numbers, numbers[-2:]), values)
-    found, places = distinct_places(numbers)
+    assert np.array_equal(unique_sorted(numbers), values)
+    assert np.array_equal(unique_sorted(numbers[:3], numbers, numbers[-2:]), values)
+    found, places = unique_with_inverse(numbers)
     assert np.array_equal(found, values)
     assert np.array_equal(places, place)
-    assert all(np.array_equal(*pair) for pair in zip(first_places(numbers), (first, place), strict=True))
-    assert np.array_equal(among(numbers, values[::2]), np.isin(numbers, values[::2]))
+    assert all(np.array_equal(*pair) for pair in zip(unique_first_with_inverse(numbers), (first, place), strict=True))
+    assert np.array_equal(is_member_sorted(numbers, values[::2]), np.isin(numbers, values[::2]))

@@ -7,22 +7,21 @@ import math
 import numpy as np
 import pytest
 
-from conicoid.shapes.box import Box
-from conicoid.shapes.cone import Cone
-from conicoid.shapes.cylinder import Cylinder
-from conicoid.shapes.double_cone import DoubleCone
-from conicoid.shapes.ellipsoid import Ellipsoid
-from conicoid.shapes.elliptic_cone import EllipticCone
-from conicoid.shapes.elliptic_cylinder import EllipticCylinder
-from conicoid.shapes.elliptic_paraboloid import EllipticParaboloid
-from conicoid.shapes.half_space import HalfSpace
-from conicoid.shapes.hyperbolic_cylinder import HyperbolicCylinder
-from conicoid.shapes.hyperbolic_paraboloid import HyperbolicParaboloid
-from conicoid.shapes.one_sheet_hyperboloid import OneSheetHyperboloid
-from conicoid.shapes.parabolic_cylinder import ParabolicCylinder
-from conicoid.shapes.polyhedron import Polyhedron
-from conicoid.shapes.quadric import Quadric
-from conicoid.shapes.two_sheet_hyperboloid import TwoSheetHyperboloid
+from conicoid.geometry.general_quadric import Quadric
+from conicoid.geometry.polyhedron import Polyhedron
+from conicoid.geometry.primitives import Box, Cone, Cylinder, HalfSpace
+from conicoid.geometry.quadrics import (
+    DoubleCone,
+    Ellipsoid,
+    EllipticCone,
+    EllipticCylinder,
+    EllipticParaboloid,
+    HyperbolicCylinder,
+    HyperbolicParaboloid,
+    OneSheetHyperboloid,
+    ParabolicCylinder,
+    TwoSheetHyperboloid,
+)
 
 from .catalogue import SAMPLES, Sample
 from .evaluate import faces, gradient, uv, value

@@ -9,9 +9,9 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from conicoid.shapes.linear_program import half_spaces_support
-from conicoid.shapes.polyhedron import half_spaces_bounds
-from conicoid.shapes.surface import PlaneSurface
+from conicoid.geometry.bounds.linear_program import half_spaces_support
+from conicoid.geometry.polyhedron import half_spaces_bounds
+from conicoid.geometry.surface import PlaneSurface
 
 
 def support(normals, offsets, direction):

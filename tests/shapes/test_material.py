@@ -8,10 +8,10 @@ import math
 import pytest
 
 import conicoid as co
-from conicoid.shapes.background import as_background
-from conicoid.shapes.light import as_lights
-from conicoid.shapes.makers import CONSTRUCTORS
-from conicoid.shapes.material import Material
+from conicoid.materials.background import as_background
+from conicoid.materials.light import as_lights
+from conicoid.materials.material import Material
+from conicoid.materials.presets import CONSTRUCTORS
 
 
 def test_constants_are_those_of_the_source():

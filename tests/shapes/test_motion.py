@@ -13,12 +13,11 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.engine.lowering import lower
-from conicoid.shapes import exact as ex
-from conicoid.shapes.motion import STILL, Motion
-from conicoid.shapes.steps import Frame, Reach, Rotate
-from conicoid.shapes.surface import UPRIGHT, QuadricSurface
-from conicoid.shapes.validate import LARGEST
+from conicoid._util.validation import LARGEST
+from conicoid.geometry.surface import UPRIGHT, QuadricSurface
+from conicoid.geometry.transform import IDENTITY_MOTION, AxisFrame, Motion, Reach, Rotate
+from conicoid.numerics import bigfloat_linalg as ex
+from conicoid.prepare.lowering import lower
 
 FIVE_TIMES = [[3, -4, 0, 1], [4, 3, 0, 0], [0, 0, 5, 2], [0, 0, 0, 1]]
 
@@ -45,7 +44,7 @@ def random_step(motion: Motion, rng: np.random.Generator, decades: float = 1) ->
 
 
 def random_motion(rng: np.random.Generator, decades: float = 1) -> Motion:
-    motion = STILL
+    motion = IDENTITY_MOTION
     for _ in range(int(rng.integers(1, 6))):
         motion = random_step(motion, rng, decades)
     return motion
@@ -68,7 +67,7 @@ def test_the_inverse_of_the_steps_is_that_of_the_product(seed):
 
 
 def test_frames_are_undone():
-    frame = Frame((1.0, 2.0, -3.0), (1.0, 2.0, 2.5), (0.0, 0.5, 0.0))
+    frame = AxisFrame((1.0, 2.0, -3.0), (1.0, 2.0, 2.5), (0.0, 0.5, 0.0))
     motion = Motion((frame,))
     forth, back = motion.affine, motion.inverse
     assert ex.multiply(forth[0], back[0]) == ex.IDENTITY
@@ -93,13 +92,13 @@ def test_turns_about_coordinate_axes_follow_rodrigues(axis, size, degrees):
 
 
 SIMILAR = [
-    (STILL, 1),
-    (STILL.translate((1, 2, 3)).rotate((1, 2, 3), 33), 1),
-    (STILL.scale(-0.3).rotate("x", 20).scale((2, -2, 2)), ex.exact(0.3) * 2),
-    (STILL.transform(FIVE_TIMES).scale(0.5), 2.5),
-    (STILL.transform([[1, 1, 0, 0], [1, -1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]), None),
-    (STILL.scale((1, 2, 1)), None),
-    (STILL.rotate("z", 45).scale((1, 1, 1 + 2**-52)), None),
+    (IDENTITY_MOTION, 1),
+    (IDENTITY_MOTION.translate((1, 2, 3)).rotate((1, 2, 3), 33), 1),
+    (IDENTITY_MOTION.scale(-0.3).rotate("x", 20).scale((2, -2, 2)), ex.exact(0.3) * 2),
+    (IDENTITY_MOTION.transform(FIVE_TIMES).scale(0.5), 2.5),
+    (IDENTITY_MOTION.transform([[1, 1, 0, 0], [1, -1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]), None),
+    (IDENTITY_MOTION.scale((1, 2, 1)), None),
+    (IDENTITY_MOTION.rotate("z", 45).scale((1, 1, 1 + 2**-52)), None),
 ]
 
 
@@ -119,7 +118,7 @@ NOT_SIMILAR = [
 
 @pytest.mark.parametrize("case", range(len(NOT_SIMILAR)))
 def test_near_similarities_are_none(case):
-    assert STILL.transform(NOT_SIMILAR[case]).similarity is None
+    assert IDENTITY_MOTION.transform(NOT_SIMILAR[case]).similarity is None
 
 
 def verdict(motion: Motion) -> bool:
@@ -161,16 +160,16 @@ def test_bounds_decide_as_exact_arithmetic_does_at_length():
 
 
 EDGES = [
-    STILL.translate((LARGEST, 0, 0)),
-    STILL.translate((LARGEST, 0, 0)).translate((LARGEST * 2**-53, 0, 0)),
-    STILL.translate((LARGEST, 0, 0)).translate((LARGEST, 0, 0)),
-    STILL.translate((LARGEST, 0, 0)).translate((LARGEST, 0, 0)).translate((-LARGEST, 0, 0)),
-    STILL.scale(1e-100).scale(1e-100).scale(1e-100).scale(1e-100),
-    STILL.scale(1e100).scale(1e100).scale(1e-100).scale(1e-100),
-    STILL.scale(1e-100),
-    STILL.transform([[1, 2, 3, 0], [4, 5, 6, 0], [7, 8, 9.000000000000002, 0], [0, 0, 0, 1]]),
-    STILL.transform([[1e-100, 0, 0, 0], [0, 1e-100, 0, 0], [0, 0, 1e-100, 0], [0, 0, 0, 1]]),
-    STILL.transform([[1e100, 1e100, 0, 0], [0, 1e-100, 1e-100, 0], [0, 0, 1e-100, 0], [0, 0, 0, 1]]),
+    IDENTITY_MOTION.translate((LARGEST, 0, 0)),
+    IDENTITY_MOTION.translate((LARGEST, 0, 0)).translate((LARGEST * 2**-53, 0, 0)),
+    IDENTITY_MOTION.translate((LARGEST, 0, 0)).translate((LARGEST, 0, 0)),
+    IDENTITY_MOTION.translate((LARGEST, 0, 0)).translate((LARGEST, 0, 0)).translate((-LARGEST, 0, 0)),
+    IDENTITY_MOTION.scale(1e-100).scale(1e-100).scale(1e-100).scale(1e-100),
+    IDENTITY_MOTION.scale(1e100).scale(1e100).scale(1e-100).scale(1e-100),
+    IDENTITY_MOTION.scale(1e-100),
+    IDENTITY_MOTION.transform([[1, 2, 3, 0], [4, 5, 6, 0], [7, 8, 9.000000000000002, 0], [0, 0, 0, 1]]),
+    IDENTITY_MOTION.transform([[1e-100, 0, 0, 0], [0, 1e-100, 0, 0], [0, 0, 1e-100, 0], [0, 0, 0, 1]]),
+    IDENTITY_MOTION.transform([[1e100, 1e100, 0, 0], [0, 1e-100, 1e-100, 0], [0, 0, 1e-100, 0], [0, 0, 0, 1]]),
 ]
 
 
@@ -189,8 +188,8 @@ def test_long_numbers_beyond_float64_are_infinite():
 
 def test_singular_matrices_are_refused_however_nearly_they_are_invertible():
     with pytest.raises(ValueError, match="determinant is 0"):
-        STILL.transform([[1, 2, 3, 0], [4, 5, 6, 0], [7, 8, 9, 0], [0, 0, 0, 1]])
-    assert STILL.transform([[1, 2, 3, 0], [4, 5, 6, 0], [7, 8, 9.000000000000002, 0], [0, 0, 0, 1]]).steps
+        IDENTITY_MOTION.transform([[1, 2, 3, 0], [4, 5, 6, 0], [7, 8, 9, 0], [0, 0, 0, 1]])
+    assert IDENTITY_MOTION.transform([[1, 2, 3, 0], [4, 5, 6, 0], [7, 8, 9.000000000000002, 0], [0, 0, 0, 1]]).steps
 
 
 @pytest.mark.parametrize("seed", range(40))
@@ -272,9 +271,9 @@ def test_balls_that_stay_balls_have_the_same_records_at_length(monkeypatch):
 
 def test_a_ball_keeps_upright_rows_under_similarities_alone():
     ball = QuadricSurface((1.0, 1.0, 1.0), constant=4.0, anchor=(1.0, 2.0, 3.0))
-    moved = ball.moved(STILL.transform(FIVE_TIMES).rotate("x", 90))
+    moved = ball.moved(IDENTITY_MOTION.transform(FIVE_TIMES).rotate("x", 90))
     assert moved.rows is UPRIGHT
     assert moved.constant == 100
     # (1, 2, 3) -> (3 - 8 + 1, 4 + 6, 15 + 2) -> (x, -z, y)
     assert moved.anchor == (-4, -17, 10)
-    assert ball.moved(STILL.scale((1, 2, 1))).rows is not UPRIGHT
+    assert ball.moved(IDENTITY_MOTION.scale((1, 2, 1))).rows is not UPRIGHT

@@ -12,12 +12,21 @@ from fractions import Fraction
 import flint
 import pytest
 
-from conicoid.shapes import exact as ex
-from conicoid.shapes import sines
-from conicoid.shapes.coefficients import Symmetric
-from conicoid.shapes.number import BITS, Number, cut, exact, fraction, settled, simplest_ratio, sqrt
-from conicoid.shapes.principal_axes import eigen
-from conicoid.shapes.sines import sin_cos_degrees
+from conicoid.geometry.quadric_classification import eigen_decomposition
+from conicoid.geometry.quadric_coefficients import Symmetric
+from conicoid.numerics import bigfloat as sines
+from conicoid.numerics import bigfloat_linalg as ex
+from conicoid.numerics.bigfloat import (
+    BITS,
+    BigFloat,
+    cut,
+    exact,
+    fraction,
+    settled,
+    simplest_ratio,
+    sin_cos_degrees,
+    sqrt,
+)
 
 ANGLES = [15, 16, 22.5, 45, 60, 75, 105, 120, 285, 0.1, 1e-3, 1e-80, 359.9, -7.25, 1e6 + 0.3]
 ANGLES += [5e-324, -1e-200, 44.99999999999999, 45.00000000000001, 90 - 2.0**-46, 180 + 2.0**-45, 1e300]
@@ -34,19 +43,19 @@ def ball(x: Fraction) -> flint.arb:
     return flint.arb(flint.fmpz(x.numerator)) / flint.arb(flint.fmpz(x.denominator))
 
 
-def interval(n: Number) -> flint.arb:
+def interval(n: BigFloat) -> flint.arb:
     return ball(Fraction(n.mantissa) * Fraction(2) ** n.exponent)
 
 
-def radius(n: Number) -> flint.arb:
+def radius(n: BigFloat) -> flint.arb:
     return ball(Fraction(n.off) * Fraction(2) ** n.exponent)
 
 
-def holds(n: Number, true: flint.arb) -> bool:
+def holds(n: BigFloat, true: flint.arb) -> bool:
     return not abs(interval(n) - true) > radius(n)
 
 
-def sharp(n: Number, places: int = BITS - 64) -> bool:
+def sharp(n: BigFloat, places: int = BITS - 64) -> bool:
     """Is the error below 2^-places of the number?"""
     return abs(n.mantissa) >> places >= n.off
 
@@ -67,9 +76,9 @@ def test_sines_and_cosines(degrees):
 @pytest.mark.parametrize("places", [64, 384, 3200, 9000])
 def test_sines_to_any_number_of_places(places):
     flint.ctx.prec = places + 128
-    assert abs(ball(Fraction(sines.pi(places), 1 << places)) - flint.arb.pi()) * 2**places < 1.01
+    assert abs(ball(Fraction(sines.pi_fixed_point(places), 1 << places)) - flint.arb.pi()) * 2**places < 1.01
     for angle in (Fraction(45), Fraction(45, 64), Fraction(1, 3), Fraction(1, 10**9)):
-        s, c = sines.sine_cosine(angle, places)
+        s, c = sines.sin_cos_fixed_point(angle, places)
         true_s, true_c = flint.arb.sin_pi(ball(angle / 180)), flint.arb.cos_pi(ball(angle / 180))
         assert abs(ball(Fraction(c, 1 << places)) - true_c) * 2**places < 3
         assert abs(ball(Fraction(s, 1 << places)) ** 2 - true_s**2) * 2**places < 3
@@ -87,7 +96,7 @@ def test_sines_that_are_rational_are_exact():
 def test_random_expressions_lie_within_their_bounds(seed):
     """Sums, products, quotients and roots of sines and floats of any size; some cancel to nearly nothing."""
     rng = random.Random(seed)
-    pool: list[tuple[Number, flint.arb]] = [(sin_cos_degrees(d)[0], sine(d)) for d in rng.sample(ANGLES, 4)]
+    pool: list[tuple[BigFloat, flint.arb]] = [(sin_cos_degrees(d)[0], sine(d)) for d in rng.sample(ANGLES, 4)]
     for value in (rng.uniform(-9, 9), rng.random() * 1e-90, 3.0, 1e60):
         pool.append((exact(value), ball(Fraction(value))))
     for _ in range(60):
@@ -136,7 +145,7 @@ def test_what_may_be_zero_or_short_is():
 
 
 def test_an_interval_that_is_too_wide_tells_nothing():
-    vague = Number(1 << 400, -400, 1)
+    vague = BigFloat(1 << 400, -400, 1)
     assert settled(vague) is vague
     assert simplest_ratio(vague, 1024) is None
 
@@ -194,12 +203,12 @@ def stretched(k: int) -> Symmetric:
 
 def test_threads_do_not_share_a_precision():
     """Each thread's intervals meet those found alone, though other threads ask for fewer bits and for more."""
-    alone = {k: eigen(stretched(k))[0] for k in (1, 2, 7, 8)}
+    alone = {k: eigen_decomposition(stretched(k))[0] for k in (1, 2, 7, 8)}
     wrong: list[int] = []
 
     def work(k: int) -> None:
         for turn in range(1, 13):
-            wrong.extend(k for a, b in zip(eigen(stretched(k))[0], alone[k], strict=True) if a - b)
+            wrong.extend(k for a, b in zip(eigen_decomposition(stretched(k))[0], alone[k], strict=True) if a - b)
             s, c = sines._sin_cos_degrees.__wrapped__(turn / 7)
             wrong.extend([k] if s * s + c * c - 1 else [])
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.shapes import validate
+from conicoid._util import validation as validate
 
 ODD: list[Any] = [
     0.0, -0.0, 1.0, -2.5, 3, True, None, "1", float("nan"), float("inf"), -float("inf"), 1e100, -1e100, 1e-100, -1e-100,
@@ -21,7 +21,7 @@ ODD: list[Any] = [
 
 def outcome(value: Any, nonzero: bool) -> tuple[str, Any]:
     try:
-        found = validate.vector("Sphere", "center", value, nonzero=nonzero)
+        found = validate.check_vector("Sphere", "center", value, nonzero=nonzero)
     except ValueError as error:
         return "refused", str(error)
     assert all(type(x) is float for x in found)

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.shapes.base import REGISTERED, PrimitiveSolid
-from conicoid.shapes.cells import Cell, Face
-from conicoid.shapes.surface import PlaneSurface
+from conicoid.geometry.cell import Cell, Face
+from conicoid.geometry.shape import REGISTERED, PrimitiveSolid
+from conicoid.geometry.surface import PlaneSurface
 
 
 def bent(scene, rays, steps):

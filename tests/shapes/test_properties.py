@@ -16,9 +16,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import conicoid as co
-from conicoid.formats.schema import scene_schema
-from conicoid.shapes.makers import CONSTRUCTORS
-from conicoid.shapes.properties import Properties
+from conicoid.io.scene_file.schema import scene_schema
+from conicoid.materials.presets import CONSTRUCTORS
+from conicoid.materials.properties import Properties
 
 ENERGIES = [0.03, 0.06, 0.1]
 LEAD = co.metal(

@@ -9,10 +9,10 @@ import pickle
 import numpy as np
 import pytest
 
-from conicoid.shapes import exact as ex
-from conicoid.shapes.cells import Cell
-from conicoid.shapes.quadric import Quadric
-from conicoid.shapes.surface import UPRIGHT, PlaneSurface, QuadricSurface
+from conicoid.geometry.cell import Cell
+from conicoid.geometry.general_quadric import Quadric
+from conicoid.geometry.surface import UPRIGHT, PlaneSurface, QuadricSurface
+from conicoid.numerics import bigfloat_linalg as ex
 
 from .evaluate import contains, value
 

@@ -10,12 +10,12 @@ import mpmath
 import numpy as np
 import pytest
 
-from conicoid.colormap import _sin_cos_degrees
-from conicoid.derivatives.slope import Slope
-from conicoid.shapes import rounded
-from conicoid.shapes.number import exact
-from conicoid.shapes.recession import _stationary
-from conicoid.shapes.row_vectors import dot_rows, product, unit_rows
+from conicoid._util.arrays import dot_rows, matmul_rows, unit_rows
+from conicoid.apps.derivatives.dual import Dual
+from conicoid.geometry.bounds.quadric_extent import _stationary_directions
+from conicoid.numerics import portable_math as rounded
+from conicoid.numerics.bigfloat import exact
+from conicoid.render.film.colormap import _sin_cos_degrees
 
 MP = mpmath.mp.clone()
 MP.prec = 1400
@@ -86,15 +86,15 @@ def test_products_are_added_from_the_first_term_to_the_last():
     for i in range(50):
         assert dot_rows(a[i], b[:, 0]) == a[i, 0] * b[0, 0] + a[i, 1] * b[1, 0] + a[i, 2] * b[2, 0]
         for j in range(7):
-            assert product(a, b)[i, j] == a[i, 0] * b[0, j] + a[i, 1] * b[1, j] + a[i, 2] * b[2, j]
-    assert (product(a[0], b) == product(a, b)[0]).all()
+            assert matmul_rows(a, b)[i, j] == a[i, 0] * b[0, j] + a[i, 1] * b[1, j] + a[i, 2] * b[2, j]
+    assert (matmul_rows(a[0], b) == matmul_rows(a, b)[0]).all()
 
 
 def test_stationary_directions_are_eigenvectors_across_the_normal():
     """P S P v = λ v with P the projection across n; where S is the same in all directions across n, any two will do."""
     normals = np.concatenate([unit_rows(np.random.default_rng(5).normal(size=(40, 3)))[0], np.eye(3), -np.eye(3)])
     for squares in ((1, 1, -1), (1, -1, 0), (1, 0, 0), (1, 1, 1), (-1, -1, 1), (0, 0, 0)):
-        first, second = _stationary(normals, np.array(squares, float)).reshape(2, -1, 3)
+        first, second = _stationary_directions(normals, np.array(squares, float)).reshape(2, -1, 3)
         assert np.abs((first * second).sum(axis=1)).max() < 1e-15
         for v in (first, second):
             assert np.abs((v * v).sum(axis=1) - 1).max() < 1e-15
@@ -110,13 +110,13 @@ def test_the_axis_along_which_a_vector_is_least_is_the_first_of_several():
         sizes = [abs(x) for x in vector]
         expected = [0.0, 0.0, 0.0]
         expected[sizes.index(min(sizes))] = 1.0
-        assert list(rounded.along_least(vector)) == expected, vector
-        assert list(rounded.along_least([Fraction(x) for x in vector])) == expected, vector
+        assert list(rounded.least_axis(vector)) == expected, vector
+        assert list(rounded.least_axis([Fraction(x) for x in vector])) == expected, vector
 
 
 def test_numbers_with_derivatives_are_counted_as_floats_are():
     """They are symbols, but of no recording: a count, and the first sign, must not ask them for a tape."""
-    falling, still, nothing = Slope(exact(-2.0), {1: 1.0}), Slope(exact(3.0), {}), Slope(exact(0.0), {})
-    assert rounded.count_of([falling, nothing, still]) == 2
-    assert rounded.sign_of_first([nothing, falling, still]) == -1.0
-    assert rounded.along_least([falling, nothing, still]) == (0.0, 1.0, 0.0)
+    falling, still, nothing = Dual(exact(-2.0), {1: 1.0}), Dual(exact(3.0), {}), Dual(exact(0.0), {})
+    assert rounded.count_nonzero([falling, nothing, still]) == 2
+    assert rounded.leading_sign([nothing, falling, still]) == -1.0
+    assert rounded.least_axis([falling, nothing, still]) == (0.0, 1.0, 0.0)

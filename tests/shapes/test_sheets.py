@@ -7,14 +7,10 @@ import math
 import numpy as np
 import pytest
 
-from conicoid.shapes.base import PrimitiveSheet
-from conicoid.shapes.cells import PolygonSheet, SurfaceSheet
-from conicoid.shapes.cylinder_patch import CylinderPatch
-from conicoid.shapes.disc import Disc
-from conicoid.shapes.motion import Motion
-from conicoid.shapes.plane import Plane
-from conicoid.shapes.polygon import Polygon
-from conicoid.shapes.triangle import Triangle
+from conicoid.geometry.cell import PolygonSheet, SurfaceSheet
+from conicoid.geometry.shape import PrimitiveSheet
+from conicoid.geometry.sheets import CylinderPatch, Disc, Plane, Polygon, Triangle
+from conicoid.geometry.transform import Motion
 
 from .evaluate import contains, gradient, uv, value
 from .motions import MOTIONS, carried, random_motion

@@ -9,10 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from conicoid.shapes import REGISTRY
-from conicoid.shapes.box import Box
-from conicoid.shapes.ellipsoid import Ellipsoid
-from conicoid.shapes.sphere import Sphere
+from conicoid.geometry.primitives import Box, Sphere
+from conicoid.geometry.quadrics import Ellipsoid
+from conicoid.geometry.registry import REGISTRY
 
 NAN, INF = math.nan, math.inf
 HERE, Z = (0, 0, 0), (0, 0, 1)

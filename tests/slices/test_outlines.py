@@ -9,7 +9,7 @@ import pytest
 
 import conicoid as co
 from benchmarks.same_answers import solids
-from conicoid.slices.slice import Slice
+from conicoid.apps.section.slice import Slice
 
 BALL = co.Sphere()
 

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.slices import voxel_blocks, voxels
+from conicoid.apps.section import voxels
+from conicoid.apps.section import voxels as voxel_blocks
 
 SCENE = co.Scene([
     co.Body(co.Sphere(1) - co.Cylinder((0, 0, -2), (0, 0, 2), 0.5), co.matte("red", name="red"), "ring"),
@@ -41,7 +42,7 @@ def alike(stored, kept):
 def test_boxes_hold_each_voxel_once():
     for counts in (SHAPE, (1, 1, 1), (40, 1, 3), (3, 50, 2), (2, 3, 130)):
         seen = np.zeros(counts, int)
-        for box in voxel_blocks.boxes_of(counts, 130):
+        for box in voxel_blocks.block_boxes(counts, 130):
             assert seen[box].size <= 130
             assert all(part.start % 4 == 0 for part in box)
             seen[box] += 1
@@ -50,7 +51,7 @@ def test_boxes_hold_each_voxel_once():
 
 def test_rows_are_whole_or_parts_of_one():
     for first, second, each in ((10, 10, 1), (10, 10, 20), (10, 300, 1), (10, 300, 100)):
-        rows, columns = voxel_blocks.rows_of(first, second, each, 600)
+        rows, columns = voxel_blocks.block_rows(first, second, each, 600)
         assert rows == 1 or columns == second
         assert columns == second or columns % 4 == 0
         assert rows * columns * each <= max(600, 4 * each)

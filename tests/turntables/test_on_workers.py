@@ -9,7 +9,7 @@ import sys
 import pytest
 
 import conicoid as co
-from conicoid.turntables import frames
+from conicoid.scene import movies as frames
 from tests.command_line import run
 
 from .test_turntable import SCENE, SMALL
@@ -22,7 +22,7 @@ def contents(folder):
 def test_frames_of_workers_are_the_same(tmp_path):
     told = []
     co.turntable(SCENE, tmp_path / "near.gif", frames=5, **SMALL)
-    with co.cluster.Processes(2) as pool:
+    with co.parallel.Processes(2) as pool:
         count = co.turntable(
             SCENE, tmp_path / "far.gif", frames=5, **SMALL, executor=pool, progress=lambda *step: told.append(step)
         )
@@ -48,7 +48,7 @@ def test_frames_of_films_too(tmp_path):
             co.LightTrack(1, (0, 1), intensity=(0, 1)),
         ],
     )
-    with co.cluster.Processes(2) as pool:
+    with co.parallel.Processes(2) as pool:
         for shutter in (0, 0.5):
             told: list[tuple[int, int]] = []
             names = [tmp_path / f"{where}-{shutter}.gif" for where in ("near", "far")]
@@ -63,13 +63,13 @@ def test_frames_of_films_too(tmp_path):
             assert co.animate(scene, names[1], **asked, executor=pool) == 0
 
 
-class Dying(co.cluster.Processes):
+class Dying(co.parallel.Processes):
     """Kills a process with its task, as soon as it has one, the first two times."""
 
     left = 2
 
     def submit(self, fn, /, *arguments, **keywords):
-        if self.left and frames.frame in arguments:
+        if self.left and frames.render_frame in arguments:
             self.left -= 1
             super().submit(os.kill, self.pids[0], signal.SIGKILL) if len(self.pids) > 1 else None
         return super().submit(fn, *arguments, **keywords)
@@ -91,7 +91,7 @@ def test_what_was_done_stays_when_one_cannot_be_made(tmp_path):
         if done == 3:
             raise Stopping
 
-    with co.cluster.Processes(1) as pool, pytest.raises(Stopping):
+    with co.parallel.Processes(1) as pool, pytest.raises(Stopping):
         co.turntable(SCENE, tmp_path / "far.gif", frames=5, **SMALL, executor=pool, progress=stop)
     assert len(contents(tmp_path / "far-frames")) == 3
     assert co.turntable(SCENE, tmp_path / "far.gif", frames=5, **SMALL) == 2

@@ -12,8 +12,8 @@ import PIL.ImageSequence
 import pytest
 
 import conicoid as co
-from conicoid.formats.movie import _durations
-from conicoid.turntables.turntable import _views
+from conicoid.io.images.movie import _durations
+from conicoid.scene.movies import _views
 
 from ..children import ROOT, child, needs_signals
 

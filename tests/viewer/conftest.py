@@ -36,4 +36,4 @@ def workbench(browser: Any) -> Iterator[Workbench]:
 @pytest.fixture
 def no_engine(monkeypatch: pytest.MonkeyPatch) -> None:
     """Exported pages as they are where no engine for them has been built."""
-    monkeypatch.setattr("conicoid.viewer.engine.shipped", lambda: None)
+    monkeypatch.setattr("conicoid.viewer.html.read_engine", lambda: None)

@@ -16,17 +16,18 @@ import pytest
 
 import conicoid as co
 from benchmarks.digest import Numbers, rays, scenes
-from conicoid.engine.certified.errors import errors_of_t
-from conicoid.viewer import engine, html
-from conicoid.viewer.lowered_data import scene_data
+from conicoid.queries.exact.error_bounds import errors_of_t
+from conicoid.viewer import html
+from conicoid.viewer import html as engine
 from conicoid.viewer.picks import pick
+from conicoid.viewer.scene_data import pack_scene
 
 from .browser import WIDE, Page, needs_browser, opened
 
 NODE = shutil.which("node")
 needs_node = pytest.mark.skipif(NODE is None, reason="needs node")
 needs_engine = pytest.mark.skipif(
-    engine.shipped() is None, reason="no engine for pages has been built of these sources (python -m native.page)"
+    engine.read_engine() is None, reason="no engine for pages has been built of these sources (python -m native.page)"
 )
 RUN = Path(__file__).with_name("engine_rays.mjs")
 OPEN = "Floating point cannot decide this ray: it takes the exact arithmetic of Conicoid's desktop engine."
@@ -77,7 +78,7 @@ def in_node(cases: list[tuple[co.Scene, list[dict[str, Any]]]], folder: Path) ->
     """The answers of the page's engine."""
     module, given = folder / "page.mjs", folder / "cases.json"
     module.write_text(html.script() + "\nexport { Exact, bitsOf, decodedScene };\n", encoding="utf-8")
-    data = [(scene_data(scene), rays, scene) for scene, rays in cases]
+    data = [(pack_scene(scene), rays, scene) for scene, rays in cases]
     whole = [
         {"scene": shown, "engine": engine.engine_data(scene, shown["tables"]), "rays": rays}
         for shown, rays, scene in data
@@ -182,7 +183,7 @@ def test_every_bit_is_the_desktops_on_many_rays(tmp_path):
 @needs_node
 @needs_engine
 def test_the_engine_takes_nothing_from_javascript(tmp_path):
-    code = engine.shipped()
+    code = engine.read_engine()
     assert code is not None
     (tmp_path / "engine.wasm").write_bytes(code)
     ask = "console.log(WebAssembly.Module.imports(new WebAssembly.Module(require('fs').readFileSync(process.argv[1]))).length)"
@@ -279,7 +280,7 @@ def test_what_the_engine_leaves_open_is_said(browser, tmp_path):
     """Where it has no answer the shader's is shown, with the reason."""
     with opened(browser, SCENE, tmp_path, WIDE) as page:
         page.ask(
-            "(() => { conicoid.exact = Promise.reject(new Error('No room here.')); conicoid.exact.catch(() => 0); })()"
+            "(() => { conicoid.geometry.exact_crossings = Promise.reject(new Error('No room here.')); conicoid.exact.catch(() => 0); })()"
         )
         page.page.mouse.click(*page.at(0.33))
         page.page.wait_for_selector(HIT)
@@ -295,7 +296,9 @@ def test_a_bound_that_the_engine_leaves_open_is_said(browser, tmp_path):
         page.page.mouse.click(*page.at(0.62))
         page.page.wait_for_selector(HIT)
         assert "left open" not in page.text(".found")
-        page.ask(f"conicoid.exact = conicoid.exact.then((exact) => ({{ pick(...asked) {{ {without} }} }})), 0")
+        page.ask(
+            f"conicoid.geometry.exact_crossings = conicoid.exact.then((exact) => ({{ pick(...asked) {{ {without} }} }})), 0"
+        )
         page.page.mouse.click(*page.at(0.33))
         page.wait(
             "document.querySelector('.found').textContent.includes('left open: its bound takes exact arithmetic')"
@@ -316,7 +319,7 @@ def test_a_page_without_an_engine_is_answered_by_the_shader(browser, tmp_path, n
 def test_the_engine_adds_little_to_a_page(monkeypatch):
     """It is compressed; only pages that carry it may run what is not text."""
     with_it = html.page(SCENE, "x", "data:,")
-    monkeypatch.setattr(engine, "shipped", lambda: None)
+    monkeypatch.setattr(engine, "read_engine", lambda: None)
     without = html.page(SCENE, "x", "data:,")
     assert len(with_it) - len(without) < 96 << 10
     assert "script-src 'unsafe-inline' 'wasm-unsafe-eval';" in with_it
@@ -326,10 +329,10 @@ def test_the_engine_adds_little_to_a_page(monkeypatch):
 
 def test_an_engine_of_other_sources_is_not_taken(monkeypatch, tmp_path):
     module = b"\0asm\1\0\0\0"
-    (tmp_path / engine.NAME).write_bytes(engine.marked(module, "of yesterday"))
+    (tmp_path / engine.ENGINE_FILE).write_bytes(engine.stamp_sources(module, "of yesterday"))
     monkeypatch.setattr("importlib.resources.files", lambda package: tmp_path)
-    assert engine.shipped.__wrapped__() is None
-    (tmp_path / engine.NAME).write_bytes(engine.marked(module, ""))
-    assert engine.shipped.__wrapped__() == module
-    (tmp_path / engine.NAME).unlink()
-    assert engine.shipped.__wrapped__() is None
+    assert engine.read_engine.__wrapped__() is None
+    (tmp_path / engine.ENGINE_FILE).write_bytes(engine.stamp_sources(module, ""))
+    assert engine.read_engine.__wrapped__() == module
+    (tmp_path / engine.ENGINE_FILE).unlink()
+    assert engine.read_engine.__wrapped__() is None

@@ -9,8 +9,9 @@ import pytest
 from typer.testing import CliRunner
 
 import conicoid as co
-from conicoid.command_line.cli import app
-from conicoid.viewer import export, limits, page
+from conicoid.cli.app import app
+from conicoid.viewer import export, page
+from conicoid.viewer import scene_data as limits
 from conicoid.viewer.html import PREVIEW_BYTES, preview_of
 
 from .browser import NARROW, launch, needs_browser, opened

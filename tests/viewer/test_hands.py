@@ -9,7 +9,7 @@ import pytest
 from PIL import Image
 
 import conicoid as co
-from conicoid.viewer.quadrics import quadrics_scene
+from conicoid.viewer.playground import quadrics_scene
 from conicoid.viewer.session import Session
 
 from .browser import NARROW, WIDE, Page, needs_browser, opened, served
@@ -32,7 +32,7 @@ SCENE = co.Scene(
 def shared_page(browser, tmp_path_factory):
     """One for all tests that only look at and choose: compiling its shader is most of what a page costs."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("conicoid.viewer.engine.shipped", lambda: None)
+        patch.setattr("conicoid.viewer.html.read_engine", lambda: None)
         with opened(browser, SCENE, tmp_path_factory.mktemp("hands"), WIDE) as found:
             yield found
 

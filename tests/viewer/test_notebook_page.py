@@ -12,8 +12,8 @@ from types import SimpleNamespace
 import pytest
 
 import conicoid as co
-from conicoid.viewer import still_page as module
-from conicoid.viewer.still_page import run_by_a_program
+from conicoid.viewer import widget as module
+from conicoid.viewer.widget import run_by_a_program
 
 from .browser import WIDE, needs_browser, until
 
@@ -66,7 +66,7 @@ def test_the_widgets_front_end_is_its_own():
 
 
 def test_a_larger_scene_leaves_the_engine_out(monkeypatch):
-    monkeypatch.setattr("conicoid.viewer.engine.shipped", lambda: os.urandom(2 << 20))
+    monkeypatch.setattr("conicoid.viewer.html.read_engine", lambda: os.urandom(2 << 20))
     monkeypatch.setattr(module, "MOST_BYTES", 1 << 20)
     found = bundle()["text/html"]
     assert "iframe" in [tag for tag, _ in Tags(found).found]

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.shapes.color import srgb_encode
-from conicoid.viewer.quadrics import quadrics_scene
+from conicoid.materials.color import srgb_encode
+from conicoid.viewer.playground import quadrics_scene
 
 from .browser import NARROW, needs_browser, opened
 

@@ -12,7 +12,7 @@ import pytest
 import conicoid as co
 from conicoid.viewer.picks import pick
 from conicoid.viewer.playground import Playground, examples, page
-from conicoid.viewer.typed import TypedScenes, in_page, scene_of
+from conicoid.viewer.text_scenes import TextScenes, in_page, scene_of
 
 from .browser import Page, needs_browser, served
 from .test_engine import bits
@@ -67,7 +67,7 @@ def test_what_the_example_of_touching_says():
 
 
 def test_answers_have_normals_and_bounds_in_every_row():
-    scenes = TypedScenes()
+    scenes = TextScenes()
     for example in examples():
         number = scenes.typed({"text": example["text"]})["number"]
         for ray in rays_of(example, 4):
@@ -76,7 +76,7 @@ def test_answers_have_normals_and_bounds_in_every_row():
 
 def test_hidden_bodies_and_a_section_keep_their_rows():
     """The ball from 4 to 6 is cut at z = 0.25, where no wall is: that end has no bound."""
-    scenes = TypedScenes()
+    scenes = TextScenes()
     number = scenes.typed({"text": BALL + "  - {name: lid, shape: {Box: {low: [-1, -1, 2], high: [1, 1, 3]}}}\n"})[
         "number"
     ]
@@ -89,25 +89,25 @@ def test_hidden_bodies_and_a_section_keep_their_rows():
 
 
 def test_mistakes_have_their_places():
-    found = TypedScenes().typed({"text": WRONG})
+    found = TextScenes().typed({"text": WRONG})
     lines, places = WRONG.splitlines(), [(problem["line"], problem["column"]) for problem in found["problems"]]
     assert places == [(3, lines[2].index("-1") + 1), (5, lines[4].index("[0, 0]") + 1)]
     assert found["count"] == 2
     assert ["ball" in problem["where"] for problem in found["problems"]] == [True, False]
-    assert TypedScenes().typed({"text": ""})["problems"][0]["line"] == 0
+    assert TextScenes().typed({"text": ""})["problems"][0]["line"] == 0
 
 
 def test_no_file_is_read(tmp_path, monkeypatch):
     """A typed scene that names a file of numbers finds none, wherever Python was started."""
     np.save(tmp_path / "balls.npy", np.zeros((2, 4)))
     monkeypatch.chdir(tmp_path)
-    found = TypedScenes().typed({"text": "bodies:\n  - shape: {Spheres: {file: balls.npy}}\n"})
+    found = TextScenes().typed({"text": "bodies:\n  - shape: {Spheres: {file: balls.npy}}\n"})
     assert found["problems"]
     assert "scene" not in found
 
 
 def test_pages_that_are_open_at_once_have_their_own_scenes():
-    scenes = TypedScenes()
+    scenes = TextScenes()
     first, second = (scenes.typed({"text": BALL.replace("1}", f"{radius}}}")})["number"] for radius in (1, 2))
     ray = {"origin": [0, 0, 5], "direction": [0, 0, -1]}
     assert [scenes.pick({**ray, "number": n})["found"]["t"] for n in (first, second, first)] == [4.0, 3.0, 4.0]

@@ -57,11 +57,11 @@ def test_every_bit_is_the_desktops(browser, address):
 
 
 def test_mistakes_are_those_of_the_desktop(browser, address):
-    from conicoid.viewer.typed import TypedScenes
+    from conicoid.viewer.text_scenes import TextScenes
 
     with Page(browser, address, WIDE) as found:
         got = found.ask(f"playground.brain.ask('typed', {json.dumps({'text': WRONG})})")
-        assert got == TypedScenes().typed({"text": WRONG})
+        assert got == TextScenes().typed({"text": WRONG})
 
 
 def test_where_python_does_not_come_that_is_said(browser, address):

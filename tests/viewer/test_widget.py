@@ -12,8 +12,8 @@ import pytest
 from PIL import Image
 
 import conicoid as co
-from conicoid.shapes.color import srgb_encode
-from conicoid.viewer import limits
+from conicoid.materials.color import srgb_encode
+from conicoid.viewer import scene_data as limits
 
 from .browser import needs_browser
 

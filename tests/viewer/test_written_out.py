@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 import conicoid as co
-from conicoid.engine.tables import Tables
-from conicoid.viewer.written_out import written_out
+from conicoid.kernels.tables import Tables
+from conicoid.viewer.scene_data import expand_tables
 
 _BOXES = 16
 """Boxes in a module: what is around them has more leaves than bodies without trees."""
@@ -67,7 +67,7 @@ def test_trees_hold_the_leaves_of_their_bodies(edit: str, tmp_path: Path) -> Non
         scene = scene.added(box)
     tables = scene.prepared.lowered.tables
     assert len(tables.program_shifts) > 0  # else leaves are numbered by themselves as it is
-    out = tables._replace(**written_out(tables))
+    out = tables._replace(**expand_tables(tables))
     sizes = []
     for program in range(len(out.program_leaf) - 1):
         roots = out.roots[out.tree_root[program] : out.tree_root[program + 1]].tolist()

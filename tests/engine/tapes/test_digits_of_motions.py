@@ -11,8 +11,8 @@ from itertools import product
 import numpy as np
 import pytest
 
-from conicoid.engine.lowering.motions import Motions
-from conicoid.shapes.motion import Motion
+from conicoid.geometry.transform import Motion
+from conicoid.prepare.motion_batch import MotionBatch
 
 from .test_wide import bound, value
 
@@ -46,7 +46,7 @@ def thin(k):
 def test_digits(hard):
     random = np.random.default_rng(0)
     every = [*random.normal(size=(12, 3, 3)).tolist(), *(hard(k) for k in range(6))]
-    motions = Motions()
+    motions = MotionBatch()
     asked = [motions.row(Motion().transform([[*row, 0.0] for row in rows] + [[0, 0, 0, 1.0]]).steps) for rows in every]
     given, _, _ = motions.work_out()
     for some in (asked[:6], asked[12:], asked[5:14]):

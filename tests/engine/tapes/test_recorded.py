@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.engine.lowering import recordings
-from conicoid.engine.lowering.parts import worked_out
-from conicoid.engine.lowering.plan import plan_of
-from conicoid.engine.lowering.together import Together
+from conicoid.prepare.batch_lowering import BatchLowering
+from conicoid.prepare.csg_batch import csg_plan
+from conicoid.prepare.lower_shape import compute_shape
+from conicoid.prepare.tape import recording_cache as recordings
 
 
 def number(rng: random.Random) -> float:
@@ -74,7 +74,7 @@ SOLIDS = {
 
 def together(shapes: list[Any], room: int) -> dict[int, tuple[Any, list[float], dict[int, Any]]]:
     """(pattern, row, paints) by number of those that were lowered together."""
-    bodies = Together()
+    bodies = BatchLowering()
     for number_, shape in enumerate(shapes):
         bodies.add(shape, number_)
     found, left = bodies.lowered()
@@ -89,7 +89,7 @@ def together(shapes: list[Any], room: int) -> dict[int, tuple[Any, list[float], 
 
 def check(shapes: list[Any], room: int) -> None:
     for number_, (pattern, row, paints) in together(shapes, room).items():
-        alone = worked_out(shapes[number_])
+        alone = compute_shape(shapes[number_])
         assert pattern == alone.pattern
         assert [x.hex() for x in row] == [float(x).hex() for x in alone.row], shapes[number_]
         assert paints == alone.paints
@@ -136,7 +136,7 @@ def test_bounds_of_balls_and_boxes_in_common(seed):
 def test_blocks_cut_from_balls_have_the_bounds_of_the_blocks():
     block = co.Sphere(1) & co.Box((-0.7, -0.7, -0.7), (0.7, 0.7, 0.7))
     shapes = [block.scale(0.5 + k).translate((k, 2 * k, 0.1)) for k in range(20)]
-    bodies = Together()
+    bodies = BatchLowering()
     for number_, shape in enumerate(shapes):
         bodies.add(shape, number_)
     found, left = bodies.lowered()
@@ -156,14 +156,14 @@ def test_some_booleans_are_lowered_together():
 
 def test_a_plan_has_leaves_from_left_to_right_with_all_that_moves_them():
     a, b, c = co.Sphere(1), co.Box().rotate("x", 5), co.Sphere(2)
-    plan = plan_of(((a - b).translate((1, 0, 0)) | c).scale(2))
+    plan = csg_plan(((a - b).translate((1, 0, 0)) | c).scale(2))
     assert [leaf for leaf, _ in plan.leaves] == [a, b, c]
     assert [len(steps) for _, steps in plan.leaves] == [2, 3, 1]
 
 
 def test_few_of_a_kind_are_not_worth_a_recording(monkeypatch):
-    monkeypatch.setattr(recordings, "RECORDINGS", recordings.Recordings())
-    bodies = Together()
+    monkeypatch.setattr(recordings, "RECORDINGS", recordings.RecordingCache())
+    bodies = BatchLowering()
     for number_ in range(recordings.FEWEST - 1):
         bodies.add(co.Sphere(1, (number_, 0, 0)), number_)
     found, left = bodies.lowered()
@@ -174,17 +174,17 @@ def test_few_of_a_kind_are_not_worth_a_recording(monkeypatch):
 @pytest.mark.parametrize("kind", ["Cylinder", "Cone", "Disc"])
 def test_one_recording_serves_every_direction_and_growth(kind, monkeypatch):
     """x lies towards whichever coordinate axis is least along the axis; a cone grows or shrinks: neither is a test."""
-    monkeypatch.setattr(recordings, "RECORDINGS", recordings.Recordings())
+    monkeypatch.setattr(recordings, "RECORDINGS", recordings.RecordingCache())
     made: list[Any] = []
-    whole = recordings.Recording.of
-    monkeypatch.setattr(recordings.Recording, "of", lambda tape: made.append(tape) or whole(tape))
+    whole = recordings.TapeProgram.of
+    monkeypatch.setattr(recordings.TapeProgram, "of", lambda tape: made.append(tape) or whole(tape))
     rng = random.Random(f"all directions {kind}")
     check([KINDS[kind](rng) for _ in range(60)], 0)
     assert len(made) == 1
 
 
 def test_what_cannot_be_recorded_is_lowered_alone(monkeypatch):
-    monkeypatch.setattr(recordings, "RECORDINGS", recordings.Recordings())
+    monkeypatch.setattr(recordings, "RECORDINGS", recordings.RecordingCache())
     shapes = [co.Polyhedron([(0, 0, 1.0), (1.0, 0, 0)], [1.0, 2.0 + k]) for k in range(20)]
     assert together(shapes, 20) == {}
     scene = co.Scene(shapes)
@@ -194,7 +194,7 @@ def test_what_cannot_be_recorded_is_lowered_alone(monkeypatch):
 def test_threads_may_record_at_once(monkeypatch):
     from concurrent.futures import ThreadPoolExecutor
 
-    monkeypatch.setattr(recordings, "RECORDINGS", recordings.Recordings())
+    monkeypatch.setattr(recordings, "RECORDINGS", recordings.RecordingCache())
     rng = random.Random(2)
     shapes = [KINDS["Cylinder"](rng) for _ in range(60)]
 
@@ -214,6 +214,6 @@ def test_a_shape_that_goes_by_the_types_of_its_numbers_is_not_recorded(monkeypat
     def by_type(self):
         return tree(self if isinstance(self.radius, float) else co.Sphere(7.0))
 
-    monkeypatch.setattr(recordings, "RECORDINGS", recordings.Recordings())
+    monkeypatch.setattr(recordings, "RECORDINGS", recordings.RecordingCache())
     monkeypatch.setattr(co.Sphere, "tree", by_type)
     assert together([co.Sphere(2.0, (k, 0, 0)) for k in range(20)], 20) == {}

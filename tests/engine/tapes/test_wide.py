@@ -15,13 +15,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from conicoid.engine.tapes.order import in_order
-from conicoid.engine.tapes.play import NOTHING, Recording, four_row, in_fours, wide_row
-from conicoid.engine.tapes.tape import ELSEWHERE, HELD, OPEN
-from conicoid.engine.tapes.wide import BITS, COUNT, EXACT, EXPONENT, LIMBS, OFF, SIGN
-from conicoid.shapes import number, sines
-from conicoid.shapes.number import Number, exact, fraction, rounded, sqrt
-from conicoid.shapes.recorder import Tape
+from conicoid.numerics import bigfloat as number
+from conicoid.numerics import bigfloat as sines
+from conicoid.numerics.bigfloat import BigFloat, exact, fraction, rounded, sqrt
+from conicoid.numerics.tracing import Tape
+from conicoid.prepare.tape.bigfloat_kernel import BITS, COUNT, EXACT, EXPONENT, LIMBS, OFF, SIGN
+from conicoid.prepare.tape.interpreter import STATE_OTHER_BRANCH, STATE_UNDECIDED, STATE_VALID
+from conicoid.prepare.tape.program import NO_INPUTS, TapeProgram, bigfloat_row, quad_row, quads_from_bigfloats
+from conicoid.prepare.tape.schedule import schedule_tape
 
 
 def value(row: Any) -> Fraction:
@@ -54,13 +55,13 @@ class Played:
 
 def in_digits(tape: Tape, inputs: Any) -> Played:
     rows = np.zeros(len(inputs), np.int32)
-    return Played(*Recording.of(tape).in_digits(np.array(inputs), NOTHING.digits(rows[:1]), rows), value, bound)
+    return Played(*TapeProgram.of(tape).in_digits(np.array(inputs), NO_INPUTS.digits(rows[:1]), rows), value, bound)
 
 
 def in_lanes(tape: Tape, inputs: Any) -> Played:
     """Lanes are not for a few bodies: these come several times."""
     count, inputs = len(inputs), np.tile(inputs, (4, 1))
-    played = Recording.of(tape).in_lanes(inputs, NOTHING.fours, np.zeros(len(inputs), np.int32))
+    played = TapeProgram.of(tape).in_lanes(inputs, NO_INPUTS.fours, np.zeros(len(inputs), np.int32))
     return Played(played.floats[:count], played.fours[:count], played.state[:count], sum_of, error_of)
 
 
@@ -113,9 +114,9 @@ def check(play: Any, seed: int, tapes: int, bodies: int = 30) -> tuple[int, int]
             tape.write(number.rounded(result))
         inputs = np.array([first] + [[some_float(rng) for _ in range(4)] for _ in range(bodies)])
         played = play(tape, inputs)
-        held += int((played.state == HELD).sum())
-        opened += int((played.state == OPEN).sum())
-        for row in np.flatnonzero(played.state == HELD).tolist():
+        held += int((played.state == STATE_VALID).sum())
+        opened += int((played.state == STATE_UNDECIDED).sum())
+        for row in np.flatnonzero(played.state == STATE_VALID).tolist():
             try:
                 truth = worked(steps, inputs[row].tolist())
             except ZeroDivisionError:  # 3,000 bits do not tell (a / b) b from a, and so their difference from zero
@@ -167,7 +168,7 @@ def test_sines_and_cosines_beside_every_angle_of_the_table(play, bits):
     for each in sines.sin_cos_degrees(tape.input(angles[0])):
         tape.write_wide(each)
     played = play(tape, np.array(angles)[:, None])
-    assert (played.state == HELD).all()
+    assert (played.state == STATE_VALID).all()
     for row, angle in enumerate(angles):
         for k, truth in enumerate(sines.sin_cos_degrees(angle)):
             error = abs(played.value(played.wides[row, k]) - fraction(truth))
@@ -182,7 +183,7 @@ def test_multiples_of_thirty_degrees_have_recordings_of_their_own(turns, play, b
         tape.write(number.rounded(each))
     angles = np.array([[30.0 * turns], [30.0 * turns - 360.0], [30.0 * turns + 30.0], [31.0 * turns + 1.0]])
     played = play(tape, angles)
-    assert played.state.tolist() == [HELD, HELD, ELSEWHERE, ELSEWHERE]
+    assert played.state.tolist() == [STATE_VALID, STATE_VALID, STATE_OTHER_BRANCH, STATE_OTHER_BRANCH]
 
 
 @both_ways
@@ -194,7 +195,7 @@ def test_what_is_exactly_halfway_goes_to_the_even_one_and_what_may_be_is_left_op
     assert exact_ties.floats[:, 0].tolist() == [1.0, 1.0 + 2.0**-51]
     third = a.exact() / c.exact()
     tape.write(number.rounded((third + third + third) + b.exact()))
-    assert play(tape, [[1.0, 2.0**-53, 3.0]]).state[0] == OPEN
+    assert play(tape, [[1.0, 2.0**-53, 3.0]]).state[0] == STATE_UNDECIDED
 
 
 @both_ways
@@ -205,7 +206,7 @@ def test_tests_turn_out_as_they_were_recorded_or_lead_elsewhere(play, bits):
     assert a - b != 0
     tape.write(a)
     inputs = [[3.0, 2.0], [2.0, 3.0], [2.0, 2.0], [-1.0, -2.0]]
-    assert play(tape, inputs).state.tolist() == [HELD, ELSEWHERE, ELSEWHERE, HELD]
+    assert play(tape, inputs).state.tolist() == [STATE_VALID, STATE_OTHER_BRANCH, STATE_OTHER_BRANCH, STATE_VALID]
 
 
 @pytest.mark.parametrize("look", [float, hash, lambda x: [1, 2][x], lambda x: x.mantissa, lambda x: {x: 1}])
@@ -233,27 +234,27 @@ def test_a_tape_that_speaks_of_what_is_not_there_leaves_all_open():
     tape = Tape()
     a = tape.input(1.0)
     tape.write(number.rounded(number.sqrt(a.exact() + 2)))
-    recording = Recording.of(tape)
+    recording = TapeProgram.of(tape)
     inputs = np.ones((5, 1))
-    assert recording.play(inputs, NOTHING, np.zeros(5, np.int32)).state[0] == HELD
+    assert recording.play(inputs, NO_INPUTS, np.zeros(5, np.int32)).state[0] == STATE_VALID
     for line in range(len(recording.code)):
         for column in range(5):
             for wrong in (-1, 1000):
                 code = recording.code.copy()
                 code[line, column] = wrong
                 spoilt = dataclasses.replace(recording, code=code)
-                state = spoilt.play(inputs, NOTHING, np.zeros(5, np.int32)).state[0]
-                assert state in (OPEN, ELSEWHERE, HELD)
+                state = spoilt.play(inputs, NO_INPUTS, np.zeros(5, np.int32)).state[0]
+                assert state in (STATE_UNDECIDED, STATE_OTHER_BRANCH, STATE_VALID)
                 if column == 0 or (wrong < 0):
-                    assert state == OPEN
+                    assert state == STATE_UNDECIDED
 
 
 def test_numbers_of_many_bits_are_cut_with_a_bound():
-    for one in (Number(3**400, -700), Number(-(3**400) - 1, 5, 7), exact(0.1), Number(1, 0), number.sqrt(2)):
-        row = wide_row(one)
+    for one in (BigFloat(3**400, -700), BigFloat(-(3**400) - 1, 5, 7), exact(0.1), BigFloat(1, 0), number.sqrt(2)):
+        row = bigfloat_row(one)
         assert 0 <= row[COUNT] <= LIMBS
         assert abs(value(row) - fraction(one)) + one.off * Fraction(2) ** one.exponent <= bound(row)
-        for fours in (np.array(four_row(one)), in_fours(row)):
+        for fours in (np.array(quad_row(one)), quads_from_bigfloats(row)):
             assert abs(sum_of(fours) - fraction(one)) + one.off * Fraction(2) ** one.exponent <= error_of(fours)
             assert error_of(fours) <= bound(row) + abs(fraction(one)) / 2**200
 
@@ -274,9 +275,9 @@ def test_roots_of_squares_and_of_their_neighbours(root, shift, play, bits):
     played = play(tape, [_parts(root)])
     true = math.isqrt((root * root + shift) << 1200)
     if play is in_lanes and shift and root > 2**50:  # the difference lies below what four floats hold
-        assert played.state[0] == OPEN
+        assert played.state[0] == STATE_UNDECIDED
         return
-    assert played.state[0] == HELD
+    assert played.state[0] == STATE_VALID
     assert played.floats[0, 0] == float(Fraction(true, 1 << 600))
     assert played.floats[0, 1] == (float(Fraction(true - (root << 600), 1 << 600)) if shift else 0.0)
 
@@ -299,11 +300,11 @@ def test_a_tape_is_played_with_its_tests_first(play, bits):
     assert a > 1.0
     _ = exact(a) * exact(a)
     tape.write(rounded(far))
-    operations = [operation[0] for operation in in_order(tape)]
+    operations = [operation[0] for operation in schedule_tape(tape)]
     assert operations.index("plain sign") < operations.index("widen")
     assert operations.count("multiply") == 2
     played = play(tape, [[2.0, 5.0], [0.5, 5.0]])
-    assert played.state.tolist() == [HELD, ELSEWHERE]
+    assert played.state.tolist() == [STATE_VALID, STATE_OTHER_BRANCH]
     assert played.floats[0, 0] == 125.0
 
 
@@ -318,9 +319,9 @@ def test_bodies_that_wait_for_lanes_are_all_played(share, count):
     tape.write(number.rounded(a.exact() / b.exact()))
     rng = np.random.default_rng(count)
     inputs = np.where(rng.random((count, 2)) < (share, 0.9), 1.0, -1.0) * rng.uniform(1, 9, (count, 2))
-    played = Recording.of(tape).play(inputs, NOTHING, np.zeros(count, np.int32))
+    played = TapeProgram.of(tape).play(inputs, NO_INPUTS, np.zeros(count, np.int32))
     passed = (inputs > 0).all(axis=1)
-    assert (played.state == np.where(passed, HELD, ELSEWHERE)).all()
+    assert (played.state == np.where(passed, STATE_VALID, STATE_OTHER_BRANCH)).all()
     assert (played.floats[passed, 0] == inputs[passed, 0] / inputs[passed, 1]).all()
 
 
@@ -336,9 +337,9 @@ def test_numbers_at_the_ends_of_the_floats_are_certain_or_left_open(size):
         tape.write(number.rounded(one))
     inputs = [[size * rng.uniform(1, 2) for _ in range(3)] for _ in range(40)]
     played = in_lanes(tape, inputs)
-    for row in np.flatnonzero(played.state == HELD).tolist():
+    for row in np.flatnonzero(played.state == STATE_VALID).tolist():
         x, y, z = map(Fraction, inputs[row])
         for k, truth in enumerate((x * y * z, x / y + z, x * y - z)):
             assert abs(sum_of(played.wides[row, k]) - truth) <= error_of(played.wides[row, k])
             assert played.floats[row, k] == float(truth)
-    assert (played.state == HELD).all() or not 2.0**-260 <= size <= 2.0**200
+    assert (played.state == STATE_VALID).all() or not 2.0**-260 <= size <= 2.0**200

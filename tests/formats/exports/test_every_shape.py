@@ -10,12 +10,12 @@ import pytest
 from hypothesis import strategies as st
 
 import conicoid as co
-from conicoid.formats.exports import FORMATS
+from conicoid.io.export.exporters import EXPORT_FORMATS
 
 from ..strategies import SOLIDS, moved, primitive
 from .comparison import assert_close_answers
 
-SUFFIXES = [each.suffixes[0] for each in FORMATS]
+SUFFIXES = [each.suffixes[0] for each in EXPORT_FORMATS]
 FEW = hypothesis.settings(
     max_examples=5,
     deadline=None,

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 import conicoid as co
-from conicoid.formats.exports import FORMATS, format_for
+from conicoid.io.export.exporters import EXPORT_FORMATS, find_export_format
 
 from ...command_line import run
 from .comparison import assert_close_answers, assert_same_answers, written_and_read
@@ -103,8 +103,12 @@ def test_names_with_what_xml_and_gdml_mean_otherwise(tmp_path: Path) -> None:
 
 
 def test_formats_are_known_by_suffix(tmp_path: Path) -> None:
-    assert [format_for(f"a{suffix.upper()}") for suffix in SUFFIXES] == [FORMATS[0], FORMATS[1], FORMATS[2]]
-    assert format_for("a.yaml") is None
+    assert [find_export_format(f"a{suffix.upper()}") for suffix in SUFFIXES] == [
+        EXPORT_FORMATS[0],
+        EXPORT_FORMATS[1],
+        EXPORT_FORMATS[2],
+    ]
+    assert find_export_format("a.yaml") is None
     with pytest.raises(
         ValueError, match=r"scenes are exported as a page, .html, or as models: .gdml, .scad, .csg, .xml"
     ):

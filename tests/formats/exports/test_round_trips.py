@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.formats.exports import lowered
+from conicoid.io.export import csg_pieces as lowered
 
 from ..openmc.models import EXAMPLE_FILES, KINDS, TURNS
 from . import models
@@ -110,8 +110,8 @@ def test_planes_that_readers_get_from_corners_are_told(tmp_path: Path, caplog: p
 def test_many_bodies_that_are_one_moved_take_the_time_of_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Where it is known again, and cut out of planes, once for all."""
     calls = []
-    worked_out = lowered._flat
-    monkeypatch.setattr(lowered, "_flat", lambda *given: calls.append(1) or worked_out(*given))
+    worked_out = lowered._polyhedron_faces
+    monkeypatch.setattr(lowered, "_polyhedron_faces", lambda *given: calls.append(1) or worked_out(*given))
     one = co.Polyhedron(((1, 2, 0), (-1, 2, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)), (1, 1, 1, 1.5, 1.25))
     scene = co.Scene([one.rotate((0, 0, 1), 7.0 * k).translate((9.0 * k, 0, 0)) for k in range(20)])
     co.export(scene, tmp_path / "out.gdml")

@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 
 import conicoid as co
-from conicoid.formats.errors import SceneFileError
-from conicoid.formats.ray_file import read_rays
+from conicoid._util.file_errors import SceneFileError
+from conicoid.io.ray_file import read_rays
 
 from .mutations import NUMBERS, bytes_damaged
 

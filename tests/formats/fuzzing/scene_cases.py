@@ -13,10 +13,10 @@ import numpy as np
 import yaml
 
 import conicoid as co
-from conicoid.engine.lowering import lower
-from conicoid.formats.errors import SceneFileError
-from conicoid.formats.schema import scene_schema
-from conicoid.formats.yaml_writer import dump
+from conicoid._util.file_errors import SceneFileError
+from conicoid.io.scene_file.schema import scene_schema
+from conicoid.io.scene_file.writer import dump_yaml
+from conicoid.prepare.lowering import lower
 
 from .from_schema import Generator
 from .mutations import bytes_damaged, subtrees, text_damaged, tree_damaged
@@ -104,7 +104,7 @@ def written(random: Random, tree: Any) -> bytes:
     """A tree as YAML or JSON."""
     if not isinstance(tree, dict) or random.random() < 0.3:
         return json.dumps(tree).replace("-Infinity", "-.inf").replace("Infinity", ".inf").encode()
-    return dump({str(key): value for key, value in _plain(tree).items()}).encode()
+    return dump_yaml({str(key): value for key, value in _plain(tree).items()}).encode()
 
 
 def _plain(value: Any) -> Any:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.formats.errors import SceneFileError
+from conicoid._util.file_errors import SceneFileError
 
 from ..fuzzing import words
 from .files import placed, text_of, volume

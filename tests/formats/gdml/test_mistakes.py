@@ -7,9 +7,8 @@ from fractions import Fraction
 
 import pytest
 
-from conicoid.formats.errors import SceneFileError
-from conicoid.formats.gdml.evaluator import ExpressionError, evaluate
-from conicoid.formats.gdml.units import NAMES
+from conicoid._util.file_errors import SceneFileError
+from conicoid.io.gdml.expressions import UNIT_VALUES, ExpressionError, evaluate
 
 from .files import HEAD, placed, scene_of, text_of, volume
 
@@ -26,7 +25,7 @@ WORLD = '<box name="w" x="40" y="40" z="40"/>'
     ],
 )  # fmt: skip
 def test_values(text, value):
-    assert evaluate(text, NAMES) == value
+    assert evaluate(text, UNIT_VALUES) == value
 
 
 @pytest.mark.parametrize(
@@ -40,7 +39,7 @@ def test_values(text, value):
     ],
 )
 def test_functions(text, value):
-    assert float(evaluate(text, NAMES)) == pytest.approx(value, rel=1e-15)
+    assert float(evaluate(text, UNIT_VALUES)) == pytest.approx(value, rel=1e-15)
 
 
 @pytest.mark.parametrize(
@@ -55,11 +54,11 @@ def test_functions(text, value):
 )  # fmt: skip
 def test_what_is_no_expression(text, told):
     with pytest.raises(ExpressionError, match=".*" + told.replace("(", r"\(")):
-        evaluate(text, NAMES)
+        evaluate(text, UNIT_VALUES)
 
 
 def test_numbers_do_not_grow_without_end():
-    value = evaluate("*".join(["(1/3)^64"] * 40), NAMES)
+    value = evaluate("*".join(["(1/3)^64"] * 40), UNIT_VALUES)
     assert value.denominator.bit_length() < 3000
     assert float(value) == 0 or value > 0
 

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.formats.gdml.solids import PRIMITIVES
-from conicoid.shapes.repeated import Repeated
+from conicoid.geometry.instances import InstanceList
+from conicoid.io.gdml.solids import SOLID_READERS
 
 from .files import placed, scene_of, text_of, volume
 from .test_solids import DEFINE
@@ -45,12 +45,12 @@ def answers(scene: co.Scene) -> list[np.ndarray]:
 @pytest.mark.parametrize("name", SOLIDS)
 def test_scenes_of_each_solid(name: str, tmp_path: Path) -> None:
     scene = rows_of(tmp_path, SOLIDS[name][0])
-    assert isinstance(scene.bodies, Repeated)
+    assert isinstance(scene.bodies, InstanceList)
     pickles, copies = [pickle.dumps(scene, protocol) for protocol in PROTOCOLS], [copy.deepcopy(scene)]
     expected = answers(scene)
     pickles += [pickle.dumps(scene, protocol) for protocol in PROTOCOLS]
     for other in (*map(pickle.loads, pickles), *copies, copy.deepcopy(scene)):
-        assert isinstance(other.bodies, Repeated)
+        assert isinstance(other.bodies, InstanceList)
         assert [body.name for body in other.bodies] == [body.name for body in scene.bodies]
         assert all(np.array_equal(a, b) for a, b in zip(other.bounds, scene.bounds, strict=True))
         for mine, its in zip(expected, answers(other), strict=True):
@@ -59,4 +59,4 @@ def test_scenes_of_each_solid(name: str, tmp_path: Path) -> None:
 
 def test_all_kinds_of_solids_are_among_them() -> None:
     texts = " ".join(text for text, *_ in SOLIDS.values())
-    assert {kind for kind in PRIMITIVES if f"<{kind} " not in texts} == set()
+    assert {kind for kind in SOLID_READERS if f"<{kind} " not in texts} == set()

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.formats.gdml.solids import PRIMITIVES
+from conicoid.io.gdml.solids import SOLID_READERS
 
 from .files import solid_scene
 from .published import EVERY
@@ -101,4 +101,4 @@ def test_every_solid_of_gdml_that_others_print_numbers_of_is_here():
     """Of those that formats/gdml builds; xtru, cutTube, twistedtubs and others have formulas in test_solids."""
     here = {one.gdml.split()[0].lstrip("<").rstrip(">") for one in EVERY}
     elsewhere = {"cutTube", "tessellated", "xtru", "genericPolycone", "genericPolyhedra", "twistedtubs"}
-    assert set(PRIMITIVES) - here == elsewhere
+    assert set(SOLID_READERS) - here == elsewhere

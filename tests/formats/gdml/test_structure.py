@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.formats.errors import SceneFileError
-from conicoid.formats.imports import options
+from conicoid._util.file_errors import SceneFileError
+from conicoid.io import importers as options
 
 from .files import HEAD, placed, scene_of, text_of, volume
 
@@ -234,7 +234,7 @@ def test_options(tmp_path):
 
 def test_volumes_that_are_no_others_moved_have_a_limit_of_their_own(tmp_path, monkeypatch):
     """One bar in ten places with what is in it, and ten bars in one place each."""
-    monkeypatch.setattr(options, "MOST", options.Most(1000, 5))
+    monkeypatch.setattr(options, "DEFAULT_BODY_LIMITS", options.BodyLimits(1000, 5))
 
     def text(several):
         names = [f"bar{k if several else 0}" for k in range(10)]

@@ -5,9 +5,7 @@ from __future__ import annotations
 import pytest
 
 import conicoid as co
-from conicoid.formats.imports import FORMATS, format_of
-from conicoid.formats.imports.formats import root_element
-from conicoid.formats.imports.imported import is_named
+from conicoid.io.importers import IMPORT_FORMATS, detect_format, find_root_element, matches_name
 
 from ...command_line import run
 
@@ -38,11 +36,11 @@ def pin(tmp_path):
     ],
 )
 def test_the_first_element_of_a_text(text, name):
-    assert root_element(text) == name
+    assert find_root_element(text) == name
 
 
 def test_a_format_is_known_by_its_content(pin):
-    found = format_of(pin)
+    found = detect_format(pin)
     assert found is not None
     assert found.name.startswith("OpenMC")
     assert [body.name for body in co.load(pin).bodies] == ["cell 1 'fuel'", "cell 2 'cladding'"]
@@ -52,17 +50,17 @@ def test_scene_files_are_of_no_other_format(tmp_path):
     path = tmp_path / "scene.gdml"
     co.save(co.Sphere(1), path.with_suffix(".yaml"))
     path.write_bytes(path.with_suffix(".yaml").read_bytes())
-    assert format_of(path) is None
+    assert detect_format(path) is None
     assert len(co.load(path)) == 1
-    assert format_of(tmp_path / "none.xml") is None
+    assert detect_format(tmp_path / "none.xml") is None
 
 
-@pytest.mark.parametrize("name", [each.name for each in FORMATS])
+@pytest.mark.parametrize("name", [each.name for each in IMPORT_FORMATS])
 def test_every_format_says_what_it_refuses_of_nothing(name, tmp_path):
-    assert len({each.name for each in FORMATS}) == len(FORMATS)
+    assert len({each.name for each in IMPORT_FORMATS}) == len(IMPORT_FORMATS)
     path = tmp_path / "empty"
     path.write_bytes(b"")
-    assert format_of(path) is None
+    assert detect_format(path) is None
 
 
 def test_only_what_is_named(pin):
@@ -74,10 +72,10 @@ def test_only_what_is_named(pin):
 
 
 def test_names_and_patterns():
-    assert is_named("fuel", "core/fuel[3]")
-    assert not is_named("Fuel", "core/fuel[3]")
-    assert is_named("core/*", "core/fuel[3]")
-    assert not is_named("*fuel", "core/fuel[3]")
+    assert matches_name("fuel", "core/fuel[3]")
+    assert not matches_name("Fuel", "core/fuel[3]")
+    assert matches_name("core/*", "core/fuel[3]")
+    assert not matches_name("*fuel", "core/fuel[3]")
 
 
 @pytest.mark.parametrize(

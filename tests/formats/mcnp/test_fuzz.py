@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from conicoid.formats.errors import SceneFileError
-from conicoid.formats.imports.options import Options
-from conicoid.formats.mcnp.imported import imported
+from conicoid._util.file_errors import SceneFileError
+from conicoid.io.importers import ImportOptions
+from conicoid.io.mcnp.importer import import_file
 
 from .mutations import mutated
 
@@ -20,7 +20,7 @@ def spoilt(folder: Path, seeds: range) -> tuple[int, int]:
     for seed in seeds:
         path.write_text(mutated(seed), encoding="utf-8")
         try:
-            imported(path, Options(max_bodies=2000))
+            import_file(path, ImportOptions(max_bodies=2000))
             read += 1
         except SceneFileError as error:
             assert str(error).startswith(str(path)), seed

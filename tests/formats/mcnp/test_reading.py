@@ -8,9 +8,8 @@ from pathlib import Path
 import pytest
 
 import conicoid as co
-from conicoid.formats.mcnp.cards import deck_of
-from conicoid.formats.mcnp.detection import is_mcnp
-from conicoid.formats.mcnp.numbers import entries
+from conicoid.io.importers import is_mcnp
+from conicoid.io.mcnp.cards import expand_entries, parse_deck
 
 from .decks import loaded, names_at
 
@@ -32,7 +31,7 @@ m2 40000 -1
 
 def test_cards_are_joined_and_comments_dropped() -> None:
     text = "MESSAGE: outp=a\n runtpe=b\n\nThe Title\nc comment\n  C another\n1 0 -1 &\n2 $ note & more\n      IMP:N=1\nc\n\t\t3\n2 0 1\n\n1 SO 1\n\nMODE n\n\nwhatever"
-    deck, problems = deck_of(text.split("\n"))
+    deck, problems = parse_deck(text.split("\n"))
     assert problems == []
     assert deck.title == "The Title"
     assert [(card.line, card.text.split()) for card in deck.cells] == [
@@ -43,12 +42,12 @@ def test_cards_are_joined_and_comments_dropped() -> None:
 
 
 def test_shortcuts_and_numbers() -> None:
-    found = entries("1 2r 4 1i 8 2m j 2j 1.5-3 1d1 .5e+1".split())
+    found = expand_entries("1 2r 4 1i 8 2m j 2j 1.5-3 1d1 .5e+1".split())
     half = Fraction(3, 2000)
     assert found == [1, 1, 1, 4, 6, 8, 16, None, None, None, half, 10, 5]
     for wrong in ("r", "2i 3", "1 2i", "1 2i r", "1e999", "x", "1 999999999r", "j 2m", "1..2", "nan"):
         with pytest.raises(ValueError, match=r"shortcut|no number|beyond|more than|after|follow"):
-            entries(wrong.split())
+            expand_entries(wrong.split())
 
 
 def test_materials_importances_and_notes(tmp_path: Path) -> None:

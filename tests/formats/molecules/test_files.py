@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.formats.imports import format_of
-from conicoid.formats.imports.options import Most
+from conicoid.io.importers import BodyLimits, detect_format
 
 from ...command_line import run
 
@@ -134,7 +133,7 @@ def test_a_crystal_has_all_sites_of_its_cell(tmp_path):
 @pytest.mark.parametrize(("text", "kind"), [(XYZ, 3), (PDB, 5)])
 def test_files_are_scenes_like_others(text, kind, tmp_path):
     path = written(tmp_path, text, "a.yaml")
-    found = format_of(path)
+    found = detect_format(path)
     assert found is not None
     assert found.name.startswith("molecules")
     scene = co.load(path)
@@ -201,7 +200,7 @@ def test_mutated_files(tmp_path):
 
 
 def test_a_limit_counts_if_it_is_that_of_other_formats(tmp_path, monkeypatch):
-    monkeypatch.setattr("conicoid.formats.imports.options.MOST", Most(3, 3))
+    monkeypatch.setattr("conicoid.io.importers.DEFAULT_BODY_LIMITS", BodyLimits(3, 3))
     path = tmp_path / "a.xyz"
     path.write_text("5\n\n" + "".join(f"He {9 * k} 0 0\n" for k in range(5)))
     assert co.load(path).body_count == 5

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.formats.molecules.elements import COVALENT, SYMBOLS, VAN_DER_WAALS, number_of
+from conicoid.io.molecules.atoms import COVALENT_RADII, SYMBOLS, VAN_DER_WAALS_RADII, atomic_number
 
 WATER = ([(0, 0, 0.1173), (0, 0.7572, -0.4692), (0, -0.7572, -0.4692)], ["O", "H", "H"])
 
@@ -18,10 +18,10 @@ WATER = ([(0, 0, 0.1173), (0, 0.7572, -0.4692), (0, -0.7572, -0.4692)], ["O", "H
 def test_tables_hold_what_was_published():
     """Some of Cordero 2008, table 2, and of Alvarez 2013, table 1."""
     for symbol, bond, contact in (("H", 0.31, 1.20), ("C", 0.76, 1.77), ("S", 1.05, 1.89), ("U", 1.96, 2.71)):
-        assert (COVALENT[SYMBOLS.index(symbol)], VAN_DER_WAALS[SYMBOLS.index(symbol)]) == (bond, contact)
+        assert (COVALENT_RADII[SYMBOLS.index(symbol)], VAN_DER_WAALS_RADII[SYMBOLS.index(symbol)]) == (bond, contact)
     assert len(SYMBOLS) == 119
     assert SYMBOLS[118] == "Og"
-    assert [number_of(text) for text in ("FE2+", "13C", "d", " Na ", "Qq")] == [26, 6, 1, 11, None]
+    assert [atomic_number(text) for text in ("FE2+", "13C", "d", " Na ", "Qq")] == [26, 6, 1, 11, None]
 
 
 @pytest.mark.parametrize("count", [0, 1, 2, 700])
@@ -30,7 +30,7 @@ def test_bonds_are_those_of_all_pairs(count):
     places = rng.uniform(0, 12, (count, 3)) * (1, 1, 3)
     numbers = rng.choice([1, 6, 7, 8, 16, 55], count)
     far = np.linalg.norm(places[:, None] - places, axis=2)
-    near = (far <= COVALENT[numbers][:, None] + COVALENT[numbers] + 0.45) & (far >= 0.4)
+    near = (far <= COVALENT_RADII[numbers][:, None] + COVALENT_RADII[numbers] + 0.45) & (far >= 0.4)
     expected = np.argwhere(np.triu(near, 1))
     assert np.array_equal(co.molecule(places, numbers).bonds[:, :2], expected)
 

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from conicoid.shapes.vector import FloatArray
+from conicoid._util.arrays import FloatArray
 
 Place = tuple[Any, ...]
 """(cell, ...) from the root inward: numbers of cells, and (lattice, index) for elements."""

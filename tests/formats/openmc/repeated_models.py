@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from conicoid.bench.core import core_xml
+from conicoid.bench.scenes import core_xml
 
 BALL = '<surface id="1" type="sphere" coeffs="0.1 0 0 0.3"/>'
 CONE = '<surface id="2" type="z-cone" coeffs="0 0.05 -0.4 0.09"/>'

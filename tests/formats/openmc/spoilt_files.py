@@ -15,7 +15,8 @@ from pathlib import Path
 from typing import Any
 
 import conicoid as co
-from conicoid.formats import openmc, scene_file
+from conicoid.io import openmc
+from conicoid.io.scene_file import scene_file
 
 from .mutations import mutated
 
@@ -101,11 +102,11 @@ def _try(path: Path) -> None:
         assert body.shape.bounds is not None
     output = path.with_suffix(".yaml")
     try:
-        scene_file.write(imported, output, imported.material_names)
+        scene_file.write_scene(imported, output, imported.material_names)
     except ValueError as error:
         assert "a scene file holds at most" in str(error), error
         return
-    assert scene_file.read(output).bodies == imported.bodies
+    assert scene_file.read_scene(output).bodies == imported.bodies
 
 
 def _hang(*_: object) -> None:

@@ -8,8 +8,8 @@ import pytest
 from typer.testing import CliRunner, Result
 
 import conicoid as co
-from conicoid.command_line.cli import app
-from conicoid.formats import yaml_parser
+from conicoid.cli.app import app
+from conicoid.io.scene_file import yaml_parser
 
 from .broken import CASES
 from .models import EXAMPLE_FILES

@@ -10,34 +10,34 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.formats.openmc.context import Context, _carried
-from conicoid.formats.openmc.extent import Extent
-from conicoid.formats.openmc.narrowing import Side
-from conicoid.formats.openmc.surfaces import FlatSurface, RoundSurface
-from conicoid.shapes import exact as ex
-from conicoid.shapes.motion import STILL, Motion
+from conicoid.geometry.transform import IDENTITY_MOTION, Motion
+from conicoid.io.openmc.place_bounds import PlaceBounds, _carry_extent
+from conicoid.io.openmc.placement import Extent
+from conicoid.io.openmc.region_simplifier import SurfaceSide
+from conicoid.io.openmc.surfaces import FlatSurface, RoundSurface
+from conicoid.numerics import bigfloat_linalg as ex
 
 from .models import put
 
 ZERO, ONE = Fraction(0), Fraction(1)
 
 
-def wall(axis: int, end: Fraction, above: bool) -> Side:
+def wall(axis: int, end: Fraction, above: bool) -> SurfaceSide:
     normal = tuple(ONE if i == axis else ZERO for i in range(3))
-    return Side(FlatSurface(normal, end), above)  # type: ignore[arg-type]
+    return SurfaceSide(FlatSurface(normal, end), above)  # type: ignore[arg-type]
 
 
-def ball(x: int) -> Side:
-    return Side(RoundSurface(None, (Fraction(x), ZERO, ZERO), ONE), False)
+def ball(x: int) -> SurfaceSide:
+    return SurfaceSide(RoundSurface(None, (Fraction(x), ZERO, ZERO), ONE), False)
 
 
 @pytest.mark.parametrize("far", [1e2, 1e6, 1e8, 1e10, 1e12])
 def test_boxes_carried_between_turns_hold_their_corners(far: float) -> None:
     """The shifts of both motions cancel; corners are carried in 3000 bits."""
-    outer = STILL.rotate((1, 2, 3), 20).translate((far, 0.3 * far, -0.7 * far))
-    inner = STILL.rotate("z", 30).translate((0.1, 0.2, 0.3)).then(outer)
+    outer = IDENTITY_MOTION.rotate((1, 2, 3), 20).translate((far, 0.3 * far, -0.7 * far))
+    inner = IDENTITY_MOTION.rotate("z", 30).translate((0.1, 0.2, 0.3)).then(outer)
     low, high = (Fraction(-1), Fraction(-2), Fraction(-3)), (Fraction(1), Fraction(1), Fraction(2))
-    box = _carried(Extent(low, high), inner, outer)
+    box = _carry_extent(Extent(low, high), inner, outer)
     rows, shift = inner.affine
     back, back_shift = outer.inverse
     for corner in product(*zip(low, high, strict=True)):
@@ -50,23 +50,23 @@ def test_boxes_carried_between_turns_hold_their_corners(far: float) -> None:
 
 def test_parts_of_other_groups_count_as_work() -> None:
     turn = Motion().rotate("z", 30)
-    around = Context().and_(STILL, [ball(0), wall(0, ZERO, True)])
+    around = PlaceBounds().and_(IDENTITY_MOTION, [ball(0), wall(0, ZERO, True)])
     assert around is not None
     parts = [ball(1)]
-    assert around.cost(turn, parts) == Context().cost(turn, parts) + 2
+    assert around.cost(turn, parts) == PlaceBounds().cost(turn, parts) + 2
 
 
 def test_what_is_about_the_axis_of_a_turn_is_said_before_it() -> None:
     """A ball on the axis and a wall across it; a wall along it stays outside."""
     entry = Motion().rotate("z", 30).translate((0.0, 0.0, 0.5))
     height, along = wall(2, ONE / 2, False), wall(0, ONE / 2, False)
-    around = Context().and_(STILL, [ball(0), height, along])
+    around = PlaceBounds().and_(IDENTITY_MOTION, [ball(0), height, along])
     assert around is not None
-    groups = dict(around.entering(entry, STILL, entry).groups)
-    assert groups[STILL].parts == (along,)
+    groups = dict(around.entering(entry, IDENTITY_MOTION, entry).groups)
+    assert groups[IDENTITY_MOTION].parts == (along,)
     shifted = RoundSurface(None, (ZERO, ZERO, Fraction(-1, 2)), ONE)
-    assert set(groups[entry].parts) == {Side(shifted, False), wall(2, ZERO, False)}
-    beside = dict(around.entering(Motion().rotate("x", 30), STILL, Motion().rotate("x", 30)).groups)
+    assert set(groups[entry].parts) == {SurfaceSide(shifted, False), wall(2, ZERO, False)}
+    beside = dict(around.entering(Motion().rotate("x", 30), IDENTITY_MOTION, Motion().rotate("x", 30)).groups)
     assert along in beside[Motion().rotate("x", 30)].parts
 
 

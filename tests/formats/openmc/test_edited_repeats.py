@@ -10,16 +10,17 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.bench.core import core_xml
-from conicoid.engine.lowering import contents, turned
-from conicoid.engine.lowering import moved as moved_file
-from conicoid.shapes import repeated_edited
-from conicoid.shapes.base import PrimitiveSolid
-from conicoid.shapes.body import Body
-from conicoid.shapes.cells import NOTHING, Tree
-from conicoid.shapes.repeated import Repeated
-from conicoid.shapes.repeated_edited import EditedBodies
-from conicoid.shapes.vector import Vector
+from conicoid._util.arrays import Vector
+from conicoid.bench.scenes import core_xml
+from conicoid.geometry import instances_edited as repeated_edited
+from conicoid.geometry.body import Body
+from conicoid.geometry.cell import NOTHING, Tree
+from conicoid.geometry.instances import InstanceList
+from conicoid.geometry.instances_edited import EditedInstances
+from conicoid.geometry.shape import PrimitiveSolid
+from conicoid.prepare import body_collector as contents
+from conicoid.prepare import instances as moved_file
+from conicoid.prepare import instances as turned
 
 from .models import put
 from .repeated_models import MODELS
@@ -65,7 +66,7 @@ def asked(scene: co.Scene, low: np.ndarray, high: np.ndarray) -> list[np.ndarray
 def same_answers(edited: co.Scene) -> None:
     """Those of a scene whose bodies are each a shape of its own."""
     other = co.Scene(written_out(edited))
-    assert not isinstance(other.bodies, Repeated)
+    assert not isinstance(other.bodies, InstanceList)
     low, high = (np.nan_to_num(end, posinf=3, neginf=-3) for end in other.bounds)
     for mine, its in zip(asked(edited, low, high), asked(other, low, high), strict=True):
         if mine.dtype == np.float64:
@@ -106,7 +107,7 @@ def test_edits_answer_as_bodies_written_out(name: str, prepared: bool, scene: co
     else:
         scene.prepare()
     edited = EDITS[name](scene)
-    assert isinstance(edited.bodies, EditedBodies)
+    assert isinstance(edited.bodies, EditedInstances)
     same_answers(edited)
 
 
@@ -141,9 +142,9 @@ def test_bodies_of_other_materials_are_lowered_with_their_like(core: co.Scene, m
     red, edited = co.matte("red"), core
     for number in range(0, len(core.bodies), 3):
         edited = edited.replace(number, material=red)
-    monkeypatch.setattr(moved_file, "FEWEST", 2)
-    rows, found = turned.rows_of_kind, []
-    monkeypatch.setattr(contents, "rows_of_kind", lambda *of: found.append(rows(*of)) or found[-1])
+    monkeypatch.setattr(moved_file, "FEWEST_INSTANCES", 2)
+    rows, found = turned.instance_rows, []
+    monkeypatch.setattr(contents, "instance_rows", lambda *of: found.append(rows(*of)) or found[-1])
     for scene in (core, edited):
         pickle.loads(pickle.dumps(scene)).prepare()
     alike = [each is not None for each in found]
@@ -188,7 +189,7 @@ def test_bodies_that_were_changed_are_bodies_like_others(core: co.Scene) -> None
     assert core.added(another)["another"] == another
     moved = core.moved(0, (0.1, 0, 0))
     assert co.Scene([body for body in moved.bodies if body.name]).bodies == moved.bodies
-    assert isinstance(core.moved(0, (0.1, 0, 0)).moved(0, (0.1, 0, 0)).bodies, EditedBodies)
+    assert isinstance(core.moved(0, (0.1, 0, 0)).moved(0, (0.1, 0, 0)).bodies, EditedInstances)
 
 
 def test_answers_by_material_where_one_has_no_bodies_any_more(core: co.Scene) -> None:
@@ -202,7 +203,7 @@ def test_answers_by_material_where_one_has_no_bodies_any_more(core: co.Scene) ->
 
 def test_few_imported_bodies_among_others_are_no_list_of_theirs(core: co.Scene) -> None:
     scene = co.Scene([*core.bodies[:30], *[co.Body(co.Sphere(0.1))] * 31, co.Spheres([(0, 0, 1000)], 0.1)])
-    assert not isinstance(scene.bodies, Repeated)
+    assert not isinstance(scene.bodies, InstanceList)
     assert scene.body_count == 62
 
 
@@ -238,11 +239,11 @@ def test_some_of_the_bodies_of_a_list_keep_what_they_have_in_common(core: co.Sce
     """In any order, and with others among them."""
     bodies = [body for body in core.bodies if body.material != core.bodies[0].material]
     some = co.Scene([PROBE, *bodies[::-1]])
-    assert isinstance(some.bodies, EditedBodies)
+    assert isinstance(some.bodies, EditedInstances)
     assert tuple(some.bodies) == (PROBE, *bodies[::-1])
     same_answers(some)
     assert co.Scene(list(core.bodies)).bodies is core.bodies
-    assert not isinstance(co.Scene(bodies[:5]).bodies, Repeated)
+    assert not isinstance(co.Scene(bodies[:5]).bodies, InstanceList)
     with pytest.raises(ValueError, match="are both named"):
         co.Scene([*core.bodies, core.bodies[0]])
 
@@ -257,7 +258,7 @@ def test_many_bodies_in_one_entry_may_come_to_them(core: co.Scene) -> None:
 def test_many_bodies_in_one_entry_are_refused_where_too_many_would_be_written_out(
     core: co.Scene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(repeated_edited, "MOST_WRITTEN_OUT", 100)
+    monkeypatch.setattr(repeated_edited, "MAX_EXPANDED_BODIES", 100)
     many = co.Spheres([(0, 0, 1), (0.2, 0.1, 0.5)], 0.1)
     with pytest.raises(
         ValueError, match="a Spheres cannot come to 459 bodies .* over 100; add its bodies as single ones"
@@ -266,14 +267,14 @@ def test_many_bodies_in_one_entry_are_refused_where_too_many_would_be_written_ou
     with pytest.raises(ValueError, match="a Spheres cannot come to 459 bodies"):
         co.Scene([*core.bodies, many])
     edited = core.added([many.single(k) for k in range(len(many))])
-    assert isinstance(edited.bodies, EditedBodies)
+    assert isinstance(edited.bodies, EditedInstances)
     assert edited.body_count == core.body_count + 2
 
 
 def test_edited_scenes_are_pickled(core: co.Scene) -> None:
     edited = core.added(PROBE, before=2).without(0)
     again = pickle.loads(pickle.dumps(edited))
-    assert isinstance(again.bodies, EditedBodies)
+    assert isinstance(again.bodies, EditedInstances)
     assert again == edited
     assert again.materials == edited.materials
 

@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.formats import openmc
-from conicoid.formats.openmc.palette import color_of, linear_of_oklch
-from conicoid.shapes.color import linear_rgb
+from conicoid.io import openmc
+from conicoid.io.importers import oklch_to_linear, palette_color
+from conicoid.materials.color import linear_rgb
 
 from .models import EXAMPLE_FILES, EXAMPLES, loaded, written
 
@@ -22,7 +22,7 @@ ASSEMBLY = EXAMPLE_FILES["assembly"]
 
 
 @functools.cache
-def assembly() -> openmc.Imported:
+def assembly() -> openmc.ImportResult:
     """What is read of the assembly."""
     return openmc.read(ASSEMBLY)
 
@@ -72,18 +72,18 @@ def test_void_is_there_and_invisible_or_left_out(tmp_path: Path) -> None:
 def test_the_same_material_has_the_same_colour_everywhere(tmp_path: Path) -> None:
     scene = co.load_openmc(written("kinds", tmp_path))
     pin = co.load_openmc(EXAMPLE_FILES["pin"])
-    assert scene.bodies[0].material.color == pin.bodies[0].material.color == co.matte(color_of(1)).color
+    assert scene.bodies[0].material.color == pin.bodies[0].material.color == co.matte(palette_color(1)).color
 
 
 def test_colours_are_far_apart() -> None:
     """By their distance in OKLab, of which 0.02 is about the least that is noticed side by side."""
-    places = np.array([oklab(color_of(number)) for number in range(1, 25)])
+    places = np.array([oklab(palette_color(number)) for number in range(1, 25)])
     distances = [float(np.linalg.norm(a - b)) for a, b in itertools.combinations(places, 2)]
     assert min(distances) > 0.04
     neighbours = np.linalg.norm(np.diff(places, axis=0), axis=1)
     assert neighbours.min() > 0.15
     for number in (*range(1, 300), 10**9, 10**17):
-        assert len(color_of(number)) == 7
+        assert len(palette_color(number)) == 7
 
 
 def oklab(color: str) -> tuple[float, float, float]:
@@ -92,7 +92,7 @@ def oklab(color: str) -> tuple[float, float, float]:
     point = np.array([0.6, 0.0, 0.0])
 
     def rgb(p: np.ndarray) -> np.ndarray:
-        return np.array(linear_of_oklch(p[0], math.hypot(p[1], p[2]), math.atan2(p[2], p[1])))
+        return np.array(oklch_to_linear(p[0], math.hypot(p[1], p[2]), math.atan2(p[2], p[1])))
 
     for _ in range(60):
         slopes = np.column_stack([(rgb(point + 1e-6 * e) - rgb(point - 1e-6 * e)) / 2e-6 for e in np.eye(3)])
@@ -103,9 +103,9 @@ def oklab(color: str) -> tuple[float, float, float]:
 
 def test_oklab_of_white_and_of_red_are_the_published_ones() -> None:
     """Björn Ottosson's page: white is (1, 0, 0); sRGB red is L 0.628, a 0.225, b 0.126."""
-    assert linear_of_oklch(1, 0, 0) == pytest.approx((1, 1, 1), abs=1e-6)
+    assert oklch_to_linear(1, 0, 0) == pytest.approx((1, 1, 1), abs=1e-6)
     red = (0.6279554, math.hypot(0.2248631, 0.1258463), math.atan2(0.1258463, 0.2248631))
-    assert linear_of_oklch(*red) == pytest.approx((1, 0, 0), abs=1e-5)
+    assert oklch_to_linear(*red) == pytest.approx((1, 0, 0), abs=1e-5)
 
 
 def test_notes_say_what_was_found(tmp_path: Path) -> None:
@@ -144,7 +144,7 @@ def test_progress_begins_with_the_number() -> None:
 
 def test_the_legend_reads_well() -> None:
     lines = [str(entry) for entry in assembly().legend]
-    assert lines[0] == f"{color_of(1)}    material 1           264 bodies  uranium dioxide"
+    assert lines[0] == f"{palette_color(1)}    material 1           264 bodies  uranium dioxide"
     assert lines[-1] == "invisible  void                 264 bodies"
 
 

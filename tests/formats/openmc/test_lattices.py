@@ -8,10 +8,17 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from conicoid.formats.openmc.extent import Extent
-from conicoid.formats.openmc.lattice_reading import read_hexagonal, read_rectangular
-from conicoid.formats.openmc.lattices import HexagonalLattice, Lattice, Prism, RectangularLattice, ring_order
-from conicoid.formats.openmc.xml_tree import Element
+from conicoid.io.openmc.lattices import (
+    HexagonalLattice,
+    Lattice,
+    LatticePrism,
+    RectangularLattice,
+    hexagon_order,
+    read_hexagonal_lattice,
+    read_rectangular_lattice,
+)
+from conicoid.io.openmc.placement import Extent
+from conicoid.io.xml_tree import XmlElement
 
 
 def rectangular(shape: str = "2 3") -> RectangularLattice:
@@ -21,7 +28,7 @@ def rectangular(shape: str = "2 3") -> RectangularLattice:
     numbers = " ".join(map(str, range(count)))
     pitch = " ".join(pitch.split()[: len(shape.split())])
     attributes = {"id": "1", "dimension": shape, "lower_left": low, "pitch": pitch, "universes": numbers}
-    return read_rectangular(Element("lattice", 1, 1, attributes))
+    return read_rectangular_lattice(XmlElement("lattice", 1, 1, attributes))
 
 
 def hexagonal(rings: int, orientation: str, levels: int | None = None) -> HexagonalLattice:
@@ -36,7 +43,7 @@ def hexagonal(rings: int, orientation: str, levels: int | None = None) -> Hexago
         attributes |= {"center": "0.3 -0.1", "pitch": "1.1"}
     else:
         attributes |= {"center": "0.3 -0.1 0.2", "pitch": "1.1 0.7", "n_axial": str(levels)}
-    return read_hexagonal(Element("hex_lattice", 1, 1, attributes))
+    return read_hexagonal_lattice(XmlElement("hex_lattice", 1, 1, attributes))
 
 
 LATTICES: list[Lattice] = [
@@ -45,7 +52,7 @@ LATTICES: list[Lattice] = [
 ]  # fmt: skip
 
 
-def inside(prism: Prism, points: np.ndarray) -> np.ndarray:
+def inside(prism: LatticePrism, points: np.ndarray) -> np.ndarray:
     rows = [points @ [float(n) for n in normal] - float(offset) for normal, offset in prism.planes]
     return np.all(np.array(rows) < 0, axis=0)
 
@@ -74,7 +81,7 @@ def test_hexagonal_universes_are_listed_as_in_the_documentation() -> None:
     assert all(row == sorted(row) for row in rows.values())
     assert list(lattice.universes)[9] == (0, 0)
     turned = [0] * 5
-    for i, j in ring_order(3, "x"):
+    for i, j in hexagon_order(3, "x"):
         turned[2 - j] += 1
         assert abs(i + j) < 3
     assert turned == [3, 4, 5, 4, 3]

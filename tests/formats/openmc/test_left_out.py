@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from conicoid.formats import openmc
+from conicoid.io import openmc
 
 from .broken import geometry
 from .models import EXAMPLE_FILES, NAMES, put, written

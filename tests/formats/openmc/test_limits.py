@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 
 import conicoid as co
-from conicoid.bench.core import write_core
-from conicoid.formats.imports import options
-from conicoid.formats.openmc import limits
-from conicoid.formats.openmc.reading import read_geometry
+from conicoid.bench.scenes import write_core
+from conicoid.io import importers as options
+from conicoid.io.openmc import geometry as limits
+from conicoid.io.openmc.importer import read_openmc_geometry
 
 from .broken import geometry
 from .models import put
@@ -92,7 +92,7 @@ def test_a_lattice_is_counted_and_not_written_out(tmp_path: Path) -> None:
         "expands into 700,700 bodies, at least 420 MB in memory, most of them through lattice 4 'core' of 700,000 elements; "
         "the limit is 500,000 (max_bodies): raise it where there is memory for them, or import a part of the geometry"
     )
-    lattice = read_geometry(path).lattices[4]
+    lattice = read_openmc_geometry(path).lattices[4]
     assert lattice.tally == {1: 999 * 700, 2: 700}
     assert "universes" not in vars(lattice)
 
@@ -101,7 +101,7 @@ def test_bodies_that_are_no_others_moved_have_a_limit_of_their_own(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Of a lattice that nothing cuts there are as many as elements, and one that is worked out."""
-    monkeypatch.setattr(options, "MOST", options.Most(1000, 10))
+    monkeypatch.setattr(options, "DEFAULT_BODY_LIMITS", options.BodyLimits(1000, 10))
     lattice = f'<{LATTICE} dimension="20 20" pitch="1 1" universes="{"1 " * 400}"/>'
     path = put(geometry(PIN, lattice, '<cell id="2" fill="4"/>'), tmp_path)
     assert len(co.load_openmc(path).bodies) == 400
@@ -117,7 +117,7 @@ def test_bodies_that_are_no_others_moved_have_a_limit_of_their_own(
 
 def test_a_core_of_400000_pins_is_no_more_than_is_allowed(tmp_path: Path) -> None:
     write_core(tmp_path / "geometry.xml", 38)
-    assert 417_316 < read_geometry(tmp_path / "geometry.xml").body_count < options.MOST.bodies
+    assert 417_316 < read_openmc_geometry(tmp_path / "geometry.xml").body_count < options.DEFAULT_BODY_LIMITS.bodies
 
 
 def test_what_no_scene_file_holds_is_refused_before_its_bodies_are_made(
@@ -149,7 +149,7 @@ def test_many_lattices_of_which_one_is_used(tmp_path: Path) -> None:
         f'<{LATTICE.replace("4", str(i))} dimension="50 50" pitch="1 1" universes="{"1 " * 2500}"/>'
         for i in range(10, 60)
     ]
-    geometry_read = read_geometry(put(geometry(PIN, *lattices, '<cell id="2" fill="10"/>'), tmp_path))
+    geometry_read = read_openmc_geometry(put(geometry(PIN, *lattices, '<cell id="2" fill="10"/>'), tmp_path))
     assert geometry_read.body_count == 2500
     assert not any("universes" in vars(lattice) for lattice in geometry_read.lattices.values())
 

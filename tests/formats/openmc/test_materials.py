@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 import conicoid as co
-from conicoid.formats import openmc
+from conicoid.io import openmc
 
 from .models import EXAMPLE_FILES
 

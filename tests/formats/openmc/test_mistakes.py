@@ -8,8 +8,9 @@ from pathlib import Path
 import pytest
 
 import conicoid as co
-from conicoid.formats.openmc import xml_builder, xml_tree
-from conicoid.formats.openmc.reading import MAX_NESTING
+from conicoid.io import xml_tree
+from conicoid.io import xml_tree as xml_builder
+from conicoid.io.openmc.importer import MAX_NESTING
 
 from .broken import CASES, geometry
 
@@ -173,7 +174,7 @@ def test_size_depth_and_number_are_limited(tmp_path: Path, monkeypatch: pytest.M
     monkeypatch.setattr(xml_builder, "MAX_ELEMENTS", 1000)
     path.write_text("<geometry>" + "<cell/>" * 2000 + "</geometry>")
     assert "more than 1,000 elements" in str(refused(path))
-    monkeypatch.setattr(xml_tree, "MAX_BYTES", 1 << 20)
+    monkeypatch.setattr(xml_tree, "MAX_XML_BYTES", 1 << 20)
     path.write_text("<geometry>" + " " * (1 << 20) + "</geometry>")
     assert "is too large: at most 1 MB are read" in str(refused(path))
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.render.fit import extent
-from conicoid.shapes.vector import FloatArray
+from conicoid._util.arrays import FloatArray
+from conicoid.render.auto_camera import fit_extent
 
 from .evaluator import Evaluator, same_place
 from .models import NAMES, loaded, written
@@ -20,7 +20,7 @@ BOXES = {"assembly": ((-10.8, -10.8, -22.0), (10.8, 10.8, 402.0)), "kinds": ((-3
 
 def box(name: str, scene: co.Scene) -> tuple[FloatArray, FloatArray]:
     """Around the geometry with a margin."""
-    low, high = BOXES.get(name, extent(np.array([body.shape.bounds for body in scene.bodies]).reshape(-1, 6)))
+    low, high = BOXES.get(name, fit_extent(np.array([body.shape.bounds for body in scene.bodies]).reshape(-1, 6)))
     margin = 0.02 * (np.array(high) - low)
     return low - margin, high + margin
 

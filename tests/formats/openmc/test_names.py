@@ -8,8 +8,9 @@ import pytest
 from typer.testing import CliRunner
 
 import conicoid as co
-from conicoid.command_line.cli import app
-from conicoid.formats import openmc, scene_file, yaml_parser
+from conicoid.cli.app import app
+from conicoid.io import openmc
+from conicoid.io.scene_file import scene_file, yaml_parser
 
 from .models import EXAMPLE_FILES
 
@@ -54,7 +55,7 @@ def test_a_mistake_does_not_obey_its_name(tmp_path: Path) -> None:
 
 def named_in_file(path: Path) -> dict[str, object]:
     """What stands under `materials`, by the name there."""
-    root, problems = yaml_parser.parse(path.read_text(encoding="utf-8"))
+    root, problems = yaml_parser.parse_yaml(path.read_text(encoding="utf-8"))
     assert root is not None
     assert not problems
     return dict(root.entries["materials"].entries)  # type: ignore[union-attr]
@@ -65,7 +66,7 @@ def test_a_scene_file_names_materials_as_the_legend_does(tmp_path: Path) -> None
     path, output = tmp_path / "model.xml", tmp_path / "scene.yaml"
     path.write_text(MODEL.format("oxide"), encoding="utf-8")
     imported = openmc.read(path)
-    scene_file.write(imported, output, imported.material_names)
+    scene_file.write_scene(imported, output, imported.material_names)
     assert list(named_in_file(output)) == ["void", "material 1 'oxide'", "material 2 'Zircaloy'"]
     text = output.read_text(encoding="utf-8")
     for body, name in zip(imported.bodies, ("void", "material 1 'oxide'", "material 2 'Zircaloy'"), strict=True):
@@ -85,7 +86,7 @@ def test_a_saved_scene_calls_materials_as_they_call_themselves(tmp_path: Path) -
 
 
 def test_materials_of_one_colour_are_told_apart(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("conicoid.formats.openmc.expansion.color_of", lambda number: "#808080")
+    monkeypatch.setattr("conicoid.io.openmc.expansion.palette_color", lambda number: "#808080")
     path = tmp_path / "model.xml"
     path.write_text(MODEL.format("oxide"), encoding="utf-8")
     imported = openmc.read(path)

@@ -8,7 +8,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from conicoid.formats.openmc.region import MAX_PARENTHESES, Both, Either, Half, Region, halves, parse_region
+from conicoid.io.openmc.region import (
+    MAX_PARENTHESES,
+    HalfSpaceNode,
+    IntersectionNode,
+    Region,
+    UnionNode,
+    list_half_spaces,
+    parse_region,
+)
 
 from .evaluator import evaluate_region
 
@@ -16,9 +24,9 @@ SURFACES = (1, 2, 3)
 
 
 def value(region: Region, negative: dict[int, bool]) -> bool:
-    if isinstance(region, Half):
+    if isinstance(region, HalfSpaceNode):
         return negative[region.surface] != region.positive
-    return (all if isinstance(region, Both) else any)(value(part, negative) for part in region.parts)
+    return (all if isinstance(region, IntersectionNode) else any)(value(part, negative) for part in region.parts)
 
 
 def table(text: str) -> list[bool]:
@@ -85,7 +93,7 @@ def test_any_region_means_what_the_precedence_says(text: str) -> None:
 @given(texts)
 def test_no_complement_is_left_and_kinds_alternate(text: str) -> None:
     def check(region: Region) -> None:
-        if not isinstance(region, Half):
+        if not isinstance(region, HalfSpaceNode):
             assert len(region.parts) > 1
             for part in region.parts:
                 assert type(part) is not type(region)
@@ -95,14 +103,17 @@ def test_no_complement_is_left_and_kinds_alternate(text: str) -> None:
 
 
 def test_signs_and_numbers() -> None:
-    assert list(halves(parse_region("-12 (7 | +5) ~-3"))) == [
-        Half(12, False),
-        Half(7, True),
-        Half(5, True),
-        Half(3, True),
+    assert list(list_half_spaces(parse_region("-12 (7 | +5) ~-3"))) == [
+        HalfSpaceNode(12, False),
+        HalfSpaceNode(7, True),
+        HalfSpaceNode(5, True),
+        HalfSpaceNode(3, True),
     ]
-    assert parse_region("1 2 | 3 -4") == Either(
-        (Both((Half(1, True), Half(2, True))), Both((Half(3, True), Half(4, False))))
+    assert parse_region("1 2 | 3 -4") == UnionNode(
+        (
+            IntersectionNode((HalfSpaceNode(1, True), HalfSpaceNode(2, True))),
+            IntersectionNode((HalfSpaceNode(3, True), HalfSpaceNode(4, False))),
+        )
     )
 
 
@@ -135,5 +146,5 @@ def test_depth_is_limited_and_length_is_not() -> None:
         parse_region(deep)
     with pytest.raises(ValueError, match="deeper than"):
         parse_region("(" * 100_000)
-    assert parse_region("~" * 100_001 + "1") == Half(1, False)
-    assert len(list(halves(parse_region("1 -2 | " * 50_000 + "3")))) == 100_001
+    assert parse_region("~" * 100_001 + "1") == HalfSpaceNode(1, False)
+    assert len(list(list_half_spaces(parse_region("1 -2 | " * 50_000 + "3")))) == 100_001

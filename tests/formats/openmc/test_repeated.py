@@ -9,16 +9,16 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.bench.core import core_xml
-from conicoid.engine.body import maps as maps_file
-from conicoid.engine.faces import rows_of_cells
-from conicoid.engine.lowering import Lowered, lower
-from conicoid.engine.lowering import moved as moved_file
-from conicoid.engine.programs import rows_of_programs
-from conicoid.engine.tables import QUADRIC, SPHERE, Tables
-from conicoid.shapes.body import Body
-from conicoid.shapes.repeated import Repeated
-from conicoid.viewer.written_out import faces_written_out, programs_written_out
+from conicoid.bench.scenes import core_xml
+from conicoid.geometry.body import Body
+from conicoid.geometry.instances import InstanceList
+from conicoid.kernels.body import uv as maps_file
+from conicoid.kernels.faces import rows_of_cells
+from conicoid.kernels.programs import rows_of_programs
+from conicoid.kernels.tables import QUADRIC, SPHERE, Tables
+from conicoid.prepare import instances as moved_file
+from conicoid.prepare.lowering import LoweredScene, lower
+from conicoid.viewer.scene_data import expand_faces, expand_programs
 
 from .evaluator import Evaluator, same_place
 from .models import put
@@ -55,20 +55,20 @@ def written_out(scene: co.Scene) -> tuple[Body, ...]:
     return tuple(Body(body.shape, body.material, body.name) for body in scene.bodies)
 
 
-def together(scene: co.Scene, monkeypatch: pytest.MonkeyPatch) -> tuple[Lowered, list[bool]]:
+def together(scene: co.Scene, monkeypatch: pytest.MonkeyPatch) -> tuple[LoweredScene, list[bool]]:
     """What the bodies become, and of which kinds they were found to be one another moved."""
-    found, work = [], moved_file._Moved.rows
+    found, work = [], moved_file._TranslatedRows.rows
 
-    def watched(self: moved_file._Moved) -> object:
+    def watched(self: moved_file._TranslatedRows) -> object:
         found.append((rows := work(self)) is not None)
         return rows
 
-    monkeypatch.setattr(moved_file, "FEWEST", 2)
-    monkeypatch.setattr(moved_file._Moved, "rows", watched)
+    monkeypatch.setattr(moved_file, "FEWEST_INSTANCES", 2)
+    monkeypatch.setattr(moved_file._TranslatedRows, "rows", watched)
     return lower(scene.bodies), found
 
 
-def records(lowered: Lowered) -> list[bytes]:
+def records(lowered: LoweredScene) -> list[bytes]:
     """The numbers of all planes, spheres and quadrics in the order of the surfaces, and what rounding took from them."""
     tables, rest = lowered.tables, lowered.rest
     rows = [tables.surface_row[tables.surface_kind == kind] for kind in range(3)]
@@ -79,7 +79,7 @@ def records(lowered: Lowered) -> list[bytes]:
     return [table[row].tobytes() for of in kinds for table, row in zip(of, rows, strict=True)]
 
 
-def quadric_rests(lowered: Lowered) -> np.ndarray:
+def quadric_rests(lowered: LoweredScene) -> np.ndarray:
     """What rounding took from each quadric: bodies that are one another moved share rows."""
     return lowered.rest.quadrics[lowered.tables.rows_of_forms]
 
@@ -98,16 +98,16 @@ def test_tables_are_those_of_bodies_written_out(path: Path, monkeypatch: pytest.
     Where walls slant, the record that stands for equal planes may be another one.
     """
     scene = co.load_openmc(path)
-    assert isinstance(scene.bodies, Repeated)
+    assert isinstance(scene.bodies, InstanceList)
     one, found = together(scene, monkeypatch)
     other = lower(written_out(scene))
     name = named(path)
     assert any(found) == (named(path) != "slanted")
     ours = one.tables._asdict()
     if len(one.tables.program_shifts):
-        ours |= programs_written_out(one.tables)
+        ours |= expand_programs(one.tables)
     if len(one.tables.cell_likes):
-        ours |= faces_written_out(one.tables)
+        ours |= expand_faces(one.tables)
     for field, expected in other.tables._asdict().items():
         if field.endswith("limits") or field in ELSEWHERE:
             continue
@@ -152,7 +152,7 @@ def test_walls_are_those_of_bodies_written_out(path: Path, monkeypatch: pytest.M
     assert (planes[:, :3] == others[:, :3]).all()
     heights = [(rows[:, :3] * rows[:, 4:]).sum(axis=1) - rows[:, 3] for rows in (planes, others)]
     assert np.allclose(*heights, atol=1e-14)
-    for name, column in faces_written_out(ours).items():
+    for name, column in expand_faces(ours).items():
         assert (column == getattr(theirs, name)).all()
     for mine, its in ((ours.plane_surface, theirs.plane_surface), (curved, expected)):
         assert in_order(mine) == in_order(its)
@@ -191,7 +191,7 @@ def test_limits_that_places_share_are_as_wide_as_those_of_each(path: Path, monke
 def test_pins_that_a_vessel_does_not_cut_are_alike(tmp_path: Path) -> None:
     """Those of assemblies that it cuts, and fuel whose water it cuts, are of the kinds of all others."""
     bodies = co.load_openmc(put(core_xml(5, vessel=8.0, pins=4), tmp_path)).bodies
-    assert isinstance(bodies, Repeated)
+    assert isinstance(bodies, InstanceList)
     fuel = [number for number, body in enumerate(bodies) if body.name.startswith("cell 1 ")]
     within = [number for number in fuel if np.hypot(*np.mean(bodies.shape(number).bounds, axis=0)[:2]) < 8 - 1.3]
     assert len(within) > 80
@@ -210,7 +210,7 @@ def test_what_places_have_in_common_is_there_once(path: Path, monkeypatch: pytes
     scene = co.load_openmc(path)
     lowered, found = together(scene, monkeypatch)
     bodies = scene.bodies
-    assert isinstance(bodies, Repeated)
+    assert isinstance(bodies, InstanceList)
     if not found or not all(found):
         pytest.skip("some bodies that are one another moved are lowered one by one")
     moved = [len(numbers) for kind, numbers in enumerate(bodies.members) if len(numbers) > 1 and bodies.is_rigid(kind)]
@@ -271,7 +271,7 @@ def test_bodies_are_a_sequence(scene: co.Scene) -> None:
     assert len(set(names)) == len(names)
     for number in (0, len(every) // 2, len(every) - 1):
         assert scene[names[number]] == every[number]
-        assert isinstance(bodies, Repeated)
+        assert isinstance(bodies, InstanceList)
         assert bodies.number(names[number] or "") == number
     with pytest.raises(KeyError, match="no body named .*cell 1 @ nowhere"):
         scene["cell 1 @ nowhere"]
@@ -286,7 +286,7 @@ def test_bodies_are_a_sequence(scene: co.Scene) -> None:
 def test_scenes_are_pickled_and_changed(scene: co.Scene) -> None:
     again = pickle.loads(pickle.dumps(scene))
     assert again == scene
-    assert isinstance(again.bodies, Repeated)
+    assert isinstance(again.bodies, InstanceList)
     assert again.bodies[1].name == scene.bodies[1].name
     moved = scene.replace(0, co.Sphere(0.1, (0, 0, 50)))
     assert moved.bodies[0].shape == co.Sphere(0.1, (0, 0, 50))
@@ -299,7 +299,7 @@ def test_a_large_core_takes_what_was_written(tmp_path: Path) -> None:
     """100 assemblies: 28,900 pins, of which some hundred bodies are ever made."""
     scene = co.load_openmc(put(core_xml(10), tmp_path), max_bodies=200_000)
     assert scene.body_count >= 100 * (264 * 4 + 25 * 3)
-    assert isinstance(scene.bodies, Repeated)
+    assert isinstance(scene.bodies, InstanceList)
     assert len(scene.bodies.materials) < 40
 
 

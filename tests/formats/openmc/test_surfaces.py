@@ -10,12 +10,10 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.formats.openmc.extent import Extent
-from conicoid.formats.openmc.placement import Placement, rotation_by_angles
-from conicoid.formats.openmc.surface_kinds import read_surface
-from conicoid.formats.openmc.surfaces import FlatSurface, Surface
-from conicoid.formats.openmc.xml_tree import Element
-from conicoid.shapes.base import Solid
+from conicoid.geometry.shape import Solid
+from conicoid.io.openmc.placement import Extent, UniversePlacement, rotation_by_angles
+from conicoid.io.openmc.surfaces import FlatSurface, Surface, read_surface
+from conicoid.io.xml_tree import XmlElement
 
 from .evaluator import Evaluator
 from .models import written
@@ -30,7 +28,7 @@ KINDS = {
 
 
 def surface(kind: str, coefficients: str) -> Surface:
-    return read_surface(Element("surface", 1, 1, {"id": "1", "type": kind, "coeffs": coefficients})).surface
+    return read_surface(XmlElement("surface", 1, 1, {"id": "1", "type": kind, "coeffs": coefficients})).surface
 
 
 def solid(item: Surface, positive: bool = False) -> Solid:
@@ -51,7 +49,7 @@ def test_sides_are_those_of_the_equation_wherever_it_stands(
     kind: str, coefficients: str, angles: tuple[int, ...]
 ) -> None:
     a, b, c = (Fraction(angle) for angle in angles)
-    place = Placement(shift=(Fraction("0.1"), Fraction("-0.7"), Fraction("1.3")))
+    place = UniversePlacement(shift=(Fraction("0.1"), Fraction("-0.7"), Fraction("1.3")))
     place = place.inner((Fraction(1), Fraction("0.3"), Fraction("-0.2")), rotation_by_angles((a, b, c)))
     own = np.random.default_rng(1).uniform(-3, 3, (2000, 3))
     matrix = np.array([[float(v) for v in row] for row in place.turn.rows])
@@ -110,7 +108,7 @@ def test_a_quadric_without_squares_is_its_plane() -> None:
 
 def test_sums_are_exact_in_decimals() -> None:
     """-10.71 + 17 · 1.26 = 10.71, which neither holds for the nearest floats nor for their sums."""
-    place = Placement(shift=(Fraction("-10.71"), Fraction(0), Fraction(0)))
+    place = UniversePlacement(shift=(Fraction("-10.71"), Fraction(0), Fraction(0)))
     for _ in range(17):
         place = place.inner((Fraction("1.26"), Fraction(0), Fraction(0)))
     assert surface("x-plane", "0").placed(place).solid() == co.HalfSpace((1, 0, 0), 10.71)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.formats import openmc
+from conicoid.io import openmc
 
 from .models import EXAMPLE_FILES
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.formats.imports import format_of
+from conicoid.io.importers import detect_format
 
 ROUND = "$fn = 0, $fa = 12, $fs = 2"
 
@@ -205,7 +205,7 @@ def test_files_nested_without_end_are_refused(tmp_path):
 
 @pytest.mark.parametrize("head", ["", "\ufeff", "// a comment\n", "/* two\nlines */ ", "%"])
 def test_files_are_known_by_their_first_call(head, tmp_path):
-    found = format_of(
+    found = detect_format(
         written(
             tmp_path, head + "multmatrix([[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]) { cube(size = 1); }"
         )

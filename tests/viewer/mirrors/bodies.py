@@ -28,8 +28,8 @@ def entry_crossing(world, scratch, x, out):
     geometry, entry = world.geometry, np.int64(x[12])
     count, _, _ = engine.entry_crossings(geometry, scratch, entry, ray_of(x, 0), 1)
     if count > 0:
-        t, place, sense, enters = engine.crossing(scratch, 0)
-        surface, face, side = engine.crossed_face(geometry, entry, place, sense)
+        t, place, sense, enters = engine.read_crossing(scratch, 0)
+        surface, face, side = engine.crossing_face(geometry, entry, place, sense)
         out[0], out[1], out[2], out[3], out[4], out[5] = 1, surface, face, side, enters, t
 
 
@@ -57,7 +57,7 @@ def chords(world, scratch, x, out):
     count, inside, _ = engine.entry_crossings(geometry, scratch, entry, ray, 1 << 20)
     t = x[3]
     for k in range(count):
-        end, _, _, enters = engine.crossing(scratch, k)
+        end, _, _, enters = engine.read_crossing(scratch, k)
         out[0] += 0.0 if enters else end - t
         t, inside = end, enters
     if inside and x[7] < 1e29:
@@ -83,7 +83,7 @@ def inside_program(world, scratch, x, out):
 def region_crossing(world, scratch, x, out):
     count, _, _ = engine.region_crossings(world.geometry, scratch, np.int64(x[12]), ray_of(x, 0), 1)
     if count > 0:
-        t, place, sense, enters = engine.crossing(scratch, 0)
+        t, place, sense, enters = engine.read_crossing(scratch, 0)
         out[0], out[1], out[2], out[3], out[4] = 1, place, sense, enters, t
 
 
@@ -109,7 +109,7 @@ def _two_crossings(scene: Any, rng: Any) -> Any:
 
 def resolved_first_crossing(world, scratch, x, out):
     ray = ray_of(x, 0)
-    t, body, surface, face, side = engine.resolved_first_crossing(world.geometry, scratch, ray)
+    t, body, surface, face, side = engine.resolve_first_crossing(world.geometry, scratch, ray)
     out[0] = -1
     if body >= 0:
         out[0], out[1], out[2], out[3], out[4] = body, surface, face, side, t
@@ -126,18 +126,18 @@ else {
 
 
 def media(world, scratch, x, out):
-    out[0], out[1] = engine.media(world.geometry, scratch, ray_of(x, 0), x[3], world.look.materials.medium)
+    out[0], out[1] = engine.find_media(world.geometry, scratch, ray_of(x, 0), x[3], world.look.materials.medium)
 
 
 def blocked(world, scratch, x, out):
-    out[0] = engine.blocked(world.geometry, scratch, ray_of(x, 0), world.look.materials.opaque)
+    out[0] = engine.is_blocked(world.geometry, scratch, ray_of(x, 0), world.look.materials.opaque)
 
 
 def noticed(world, scratch, x, out):
     """The first wall that light notices: its hit, and the media before and after."""
     materials, ray = world.look.materials, ray_of(x, 0)
-    crossed = engine.resolved_first_crossing(world.geometry, scratch, ray)
-    crossed, before, after = engine.first_noticed(world.geometry, scratch, materials, ray, crossed)
+    crossed = engine.resolve_first_crossing(world.geometry, scratch, ray)
+    crossed, before, after = engine.first_visible_wall(world.geometry, scratch, materials, ray, crossed)
     t, body, surface, face, side = crossed
     out[0] = -1
     if body >= 0:

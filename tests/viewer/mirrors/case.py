@@ -18,8 +18,8 @@ from typing import Any
 
 import numpy as np
 
-from conicoid.compiler.jit import helper, kernel
-from conicoid.engine.body.scratch import new_scratch
+from conicoid._jit.decorators import helper, kernel
+from conicoid.kernels.body.scratch import new_scratch
 
 from .worlds import ROUNDING, SHIFT, Scene
 

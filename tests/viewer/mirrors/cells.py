@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from conicoid.compiler.jit import inline
+from conicoid._jit.decorators import inline
 
 from . import table as engine
 from .case import Case
 from .inputs import COUNT, FEW, RAY, diagonal_rays, exact_rays, rays, records, starting
 from .surfaces import ray_of, rays_and_surface
-from .table import EVENT, LEAF, ON, PLACE, TIME, Nearness, Slab
+from .table import EVENT, LEAF, ON, PLACE, TIME, Nearness, PlaneSlab
 
 
 def tables_of(scene: Any) -> Any:
@@ -77,7 +77,7 @@ PLACE_IN, PLACE_OUT, NEW_PLACE = 3, 5, 7
 
 @inline
 def _given_slab(x):
-    return Slab(x[0], x[1], np.int64(PLACE_IN), np.int64(PLACE_OUT))
+    return PlaneSlab(x[0], x[1], np.int64(PLACE_IN), np.int64(PLACE_OUT))
 
 
 def clip_slab(world, scratch, x, out):
@@ -85,9 +85,9 @@ def clip_slab(world, scratch, x, out):
     _put_slab(out, slab)
 
 
-GIVEN_SLAB = f"Slab slab = Slab(given(0).x, given(0).y, {PLACE_IN}, {PLACE_OUT});"
+GIVEN_SLAB = f"Slab slab = PlaneSlab(given(0).x, given(0).y, {PLACE_IN}, {PLACE_OUT});"
 CLIP_GLSL = f"""{GIVEN_SLAB} vec4 plane = given(1);
-Slab s = clip_slab(slab, plane.x, plane.y, plane.z > 0.5, {NEW_PLACE}); {PUT_SLAB}"""
+PlaneSlab s = clip_slab(slab, plane.x, plane.y, plane.z > 0.5, {NEW_PLACE}); {PUT_SLAB}"""
 
 
 def _ends(rng: Any) -> Any:
@@ -181,7 +181,7 @@ def gates(world, scratch, x, out):
     first = engine.integer(geometry, engine.PROGRAM_LEAF, program)
     last = engine.integer(geometry, engine.PROGRAM_LEAF, program + 1)
     on, off = np.int64(x[1]), np.int64(x[2])
-    engine.hold(geometry, scratch.counts, program)
+    engine.hold_program(geometry, scratch.counts, program)
     out[0] = engine.root_value(geometry, scratch.counts, program)
     for leaf in range(first, last):
         if (on >> (leaf - first)) & 1:
@@ -244,7 +244,7 @@ def _event_times(scene: Any, rng: Any) -> Any:
 
 def gather(world, scratch, x, out):
     """The first events, with their leaves and places."""
-    count, _ = engine.gather(world.geometry, scratch, np.int64(x[12]), ray_of(x, 0))
+    count, _ = engine.gather_events(world.geometry, scratch, np.int64(x[12]), ray_of(x, 0))
     out[0] = min(count, 4)
     for k in range(min(count, 4)):
         at = EVENT * k

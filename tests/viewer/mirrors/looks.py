@@ -94,7 +94,7 @@ def surface_color(world, scratch, x, out):
         x[1] - deeper * row.scale[1] * x[9],
         x[2] - deeper * row.scale[2] * x[10],
     )
-    sight = engine.Sight(0.0, body, surface, face, 1, -1, -1, px, py, pz, x[8], x[9], x[10])
+    sight = engine.SurfaceInteraction(0.0, body, surface, face, 1, -1, -1, px, py, pz, x[8], x[9], x[10])
     out[0], out[1], out[2] = engine.surface_color(world.geometry, materials, sight)
 
 
@@ -111,7 +111,7 @@ def _corners(scene: Any, rng: Any) -> Any:
 
 
 def medium_of(world, scratch, x, out):
-    out[0] = engine.medium_of(world.look.materials, np.int64(x[0]))
+    out[0] = engine.body_medium(world.look.materials, np.int64(x[0]))
 
 
 def _bodies(scene: Any, rng: Any) -> Any:
@@ -119,7 +119,7 @@ def _bodies(scene: Any, rng: Any) -> Any:
 
 
 def index_of(world, scratch, x, out):
-    out[0] = engine.index_of(world.look.materials, np.int64(x[0]))
+    out[0] = engine.medium_index(world.look.materials, np.int64(x[0]))
 
 
 def _media(scene: Any, rng: Any) -> Any:
@@ -127,7 +127,7 @@ def _media(scene: Any, rng: Any) -> Any:
 
 
 def unseen(world, scratch, x, out):
-    out[0] = engine.unseen(world.look.materials, np.int64(x[0]), np.int64(x[1]), np.int64(x[2]))
+    out[0] = engine.is_invisible_wall(world.look.materials, np.int64(x[0]), np.int64(x[1]), np.int64(x[2]))
 
 
 def _walls(scene: Any, rng: Any) -> Any:
@@ -140,7 +140,7 @@ def _walls(scene: Any, rng: Any) -> Any:
 
 
 def absorbed(world, scratch, x, out):
-    out[0], out[1], out[2] = engine.absorbed(world.look.materials, np.int64(x[4]), x[5], x[0], x[1], x[2])
+    out[0], out[1], out[2] = engine.absorb(world.look.materials, np.int64(x[4]), x[5], x[0], x[1], x[2])
 
 
 def _ways(scene: Any, rng: Any) -> Any:
@@ -160,7 +160,7 @@ def _heights(scene: Any, rng: Any) -> Any:
 
 
 def dielectric(world, scratch, x, out):
-    out[0] = engine.dielectric(x[0], x[1], x[2])
+    out[0] = engine.dielectric_fresnel(x[0], x[1], x[2])
 
 
 def _cosines(scene: Any, rng: Any) -> Any:
@@ -198,11 +198,11 @@ def _wall_angles(scene: Any, rng: Any) -> Any:
 
 
 def towards(world, scratch, x, out):
-    out[0], out[1], out[2], out[3] = engine.towards(world.look.lights[np.int64(x[3])], x[0], x[1], x[2])
+    out[0], out[1], out[2], out[3] = engine.light_direction(world.look.lights[np.int64(x[3])], x[0], x[1], x[2])
 
 
 def share(world, scratch, x, out):
-    out[0] = engine.share(world.look.lights[np.int64(x[3])], x[0], x[1], x[2], x[4])
+    out[0] = engine.light_share(world.look.lights[np.int64(x[3])], x[0], x[1], x[2], x[4])
 
 
 def highlight(world, scratch, x, out):
@@ -214,7 +214,7 @@ def highlight(world, scratch, x, out):
 def light_at(world, scratch, x, out):
     light, row = world.look.lights[np.int64(x[3])], world.look.materials.rows[np.int64(x[7])]
     point = engine.ShadingPoint(x[0], x[1], x[2], x[4], x[5], x[6], x[8], x[9], x[10])
-    lx, ly, lz, end, cosine, shine, part = engine.light_at(light, row, point)
+    lx, ly, lz, end, cosine, shine, part = engine.evaluate_light(light, row, point)
     out[0], out[1], out[2], out[3], out[4] = part > 0.0, lx, ly, lz, end
     if part > 0.0:
         out[5], out[6], out[7] = cosine, shine, part
@@ -257,8 +257,8 @@ def _material_and_directions(scene: Any, rng: Any) -> Any:
 
 def push(world, scratch, x, out):
     """How many rays wait after two are pushed, and the weight of the last."""
-    one = engine.Pending(0.0, 0.0, 0.0, 0.0, 0.0, 1.0, x[0], x[1], x[2], 5, 1, 2)
-    other = engine.Pending(0.0, 0.0, 0.0, 0.0, 0.0, 1.0, x[4], x[5], x[6], 5, 1, 2)
+    one = engine.PendingRay(0.0, 0.0, 0.0, 0.0, 0.0, 1.0, x[0], x[1], x[2], 5, 1, 2)
+    other = engine.PendingRay(0.0, 0.0, 0.0, 0.0, 0.0, 1.0, x[4], x[5], x[6], 5, 1, 2)
     size = engine.push(world.stack, engine.push(world.stack, 0, one), other)
     out[0] = size
     if size > 0:

@@ -6,12 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from conicoid.compiler.jit import inline
+from conicoid._jit.decorators import inline
 
 from . import table as engine
 from .case import Case
 from .inputs import COUNT, FEW, RAY, directions, exact_rays, rays, records, starting
-from .table import ITS_CODE, OWN_BEAM, POLYGON_FIRST, QuadricLimits, Ray, Sphere, line_of, on_stack
+from .table import ITS_CODE, OWN_BEAM, POLYGON_FIRST, QuadricLimits, Ray, SphereRecord, line_of, on_stack
 
 
 @inline
@@ -36,7 +36,7 @@ def rays_and_surface(kinds: tuple[int, ...], some_rays: Any, count: int = COUNT)
 
 
 def normalized(world, scratch, x, out):
-    out[0], out[1], out[2] = engine.normalized(x[0], x[1], x[2])
+    out[0], out[1], out[2] = engine.normalize(x[0], x[1], x[2])
 
 
 def _vectors(scene: Any, rng: Any) -> Any:
@@ -79,7 +79,7 @@ def curved_roots(world, scratch, x, out):
 
 
 def sphere_roots(world, scratch, x, out):
-    ray, sphere = ray_of(x, 0), Sphere(x[12], x[13], x[14], x[15])
+    ray, sphere = ray_of(x, 0), SphereRecord(x[12], x[13], x[14], x[15])
     _put_roots(out, engine.sphere_roots(sphere, line_of(ray), engine.span_inverse(ray), x[9] > 0.5))
 
 
@@ -163,7 +163,7 @@ def _all_surfaces(scene: Any, rng: Any) -> Any:
 
 
 def seen_along(world, scratch, x, out):
-    u, v, _, _ = engine.seen_along(np.int64(x[15]), x[12], x[13], x[14], ray_of(x, 0))
+    u, v, _, _ = engine.project_vertex(np.int64(x[15]), x[12], x[13], x[14], ray_of(x, 0))
     out[0], out[1] = u, v
 
 

@@ -6,50 +6,65 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from conicoid.engine.body.ball import ball_event
-from conicoid.engine.body.boolean import (
-    crossing,
-    gather,
+from conicoid.kernels.body.boolean import (
+    gather_events,
     inside_program_at,
     put_event,
+    read_crossing,
     region_crossings,
     region_sides,
     sort_events,
     surface_of,
-    turn_back,
+    undo_events,
 )
-from conicoid.engine.body.cell import cell_spans, place_face, slab_of
-from conicoid.engine.body.entry import (
-    crossed_face,
+from conicoid.kernels.body.cell import PlaneSlab, cell_spans, clip_slab, compose_spans, place_face, slab_of
+from conicoid.kernels.body.entry import (
+    crossing_face,
     crossings_of_spans,
     entry_crossings,
     entry_sides,
+    polygon_crossings,
+    sheet_crossings,
 )
-from conicoid.engine.body.gates import hold, new_counts, root_value, turn_leaf
-from conicoid.engine.body.hit import comes_first
-from conicoid.engine.body.media import media
-from conicoid.engine.body.scratch import EVENT, LEAF, ON, PLACE, TIME
-from conicoid.engine.body.sheet import polygon_crossings, sheet_crossings
-from conicoid.engine.body.spans import Slab, clip_slab, compose_spans
-from conicoid.engine.body.uv import turns, uv_at
-from conicoid.engine.numbers.vectors import normalized
-from conicoid.engine.ray import Ray, line_of, span_inverse
-from conicoid.engine.single.first import blocked, resolved_first_crossing
-from conicoid.engine.surface.interval import counts_in
-from conicoid.engine.surface.loop import inside_loop, seen_along
-from conicoid.engine.surface.nearness import Nearness
-from conicoid.engine.surface.normal import normal_at
-from conicoid.engine.surface.plane import plane_on_ray
-from conicoid.engine.surface.quadric import (
+from conicoid.kernels.body.hit import ball_event, comes_first
+from conicoid.kernels.body.media import find_media
+from conicoid.kernels.body.scratch import EVENT, LEAF, ON, PLACE, TIME
+from conicoid.kernels.body.uv import turns, uv_at
+from conicoid.kernels.bvh.walk import (
+    ITS_CODE,
+    OWN_BEAM,
+    leaf_range,
+    on_stack,
+    push_children,
+    push_node,
+    push_roots,
+    put_beam,
+    reciprocal,
+)
+from conicoid.kernels.entry.first_hits import is_blocked, resolve_first_crossing
+from conicoid.kernels.numbers.vectors import normalize
+from conicoid.kernels.programs import hold_program, new_counts, root_value, turn_leaf
+from conicoid.kernels.ray import Ray, line_of, span_inverse
+from conicoid.kernels.surface.interval import Nearness, counts_in
+from conicoid.kernels.surface.plane import plane_on_ray
+from conicoid.kernels.surface.polygon_loop import inside_loop, project_vertex
+from conicoid.kernels.surface.quadric import (
     QuadricLimits,
-    Sphere,
+    SphereRecord,
     quadric_gradient,
     quadric_roots,
     roots_of,
     sphere_roots,
 )
-from conicoid.engine.surface.records import curved_roots, is_curved, load_quadric, plane_crossing, plane_values
-from conicoid.engine.tables import (
+from conicoid.kernels.surface.records import (
+    curved_roots,
+    is_curved,
+    load_quadric,
+    normal_at,
+    plane_crossing,
+    plane_values,
+)
+from conicoid.kernels.tables import (
     BALL,
     CELL,
     ENTRY_INDEX,
@@ -64,30 +79,23 @@ from conicoid.engine.tables import (
     SURFACE_ROW,
     integer,
 )
-from conicoid.engine.tree.leaf import leaf_range
-from conicoid.engine.tree.walk import (
-    ITS_CODE,
-    OWN_BEAM,
-    on_stack,
-    push_met,
-    push_node,
-    push_roots,
-    put_beam,
-    reciprocal,
+from conicoid.render.bsdf.fresnel import dielectric_fresnel, refract
+from conicoid.render.bsdf.material_table import CHECKER_SPACE, is_even, material_row
+from conicoid.render.bsdf.medium import absorb, body_medium, is_invisible_wall, medium_index
+from conicoid.render.integrators.whitted import (
+    FAINT,
+    PendingRay,
+    first_visible_wall,
+    new_stack,
+    opaque_reflectance,
+    push,
 )
-from conicoid.integrators.stack import FAINT, Pending, new_stack, push
-from conicoid.integrators.whitted import first_noticed, opaque_reflectance
+from conicoid.render.interaction import ShadingPoint, SurfaceInteraction
+from conicoid.render.lights.direct_light import evaluate_light, highlight, surface_color
+from conicoid.render.lights.environment import background_color
+from conicoid.render.lights.point_lights import light_direction, light_share
+from conicoid.render.lights.shadow import wall_reflectance
 from conicoid.render.tiles import camera_ray
-from conicoid.shading.background import background_color
-from conicoid.shading.checker import is_even
-from conicoid.shading.fresnel import dielectric
-from conicoid.shading.lights import share, towards
-from conicoid.shading.local import highlight, light_at, surface_color
-from conicoid.shading.materials import CHECKER_SPACE, material_row
-from conicoid.shading.media import absorbed, index_of, medium_of, unseen
-from conicoid.shading.refract import refract
-from conicoid.shading.shadow import wall_reflectance
-from conicoid.shading.sight import ShadingPoint, Sight
 
 
 class Mirror(NamedTuple):
@@ -102,7 +110,7 @@ def mirror(*python: Any, case: str = "") -> Mirror:
 
 
 MIRRORS = {
-    "normalized": mirror(normalized),
+    "normalized": mirror(normalize),
     "roots_of": mirror(roots_of),
     "sphere_roots": mirror(sphere_roots),
     "load_quadric": mirror(load_quadric, case="quadric_roots"),
@@ -120,49 +128,49 @@ MIRRORS = {
     "cell_spans": mirror(cell_spans),
     "ball_spans": mirror(ball_event),
     "place_face": mirror(place_face),
-    "seen_along": mirror(seen_along),
+    "seen_along": mirror(project_vertex),
     "inside_loop": mirror(inside_loop),
     "reciprocal": mirror(reciprocal, case="push_node"),
-    "push_one": mirror(push_met, case="push_node"),
+    "push_one": mirror(push_children, case="push_node"),
     "push_node": mirror(push_node),
     "push_roots": mirror(push_roots, case="traverse"),
     "leaf_range": mirror(leaf_range),
-    "start_gates": mirror(new_counts, turn_back, case="turn_leaf"),
+    "start_gates": mirror(new_counts, undo_events, case="turn_leaf"),
     "root_value": mirror(root_value, case="turn_leaf"),
     "turn_leaf": mirror(turn_leaf),
     "is_after": mirror(sort_events, case="put_event"),
     "put_event": mirror(put_event, sort_events),
-    "gather": mirror(gather),
+    "gather": mirror(gather_events),
     "counts_in": mirror(counts_in),
     "surface_of": mirror(surface_of),
     "spans_crossing": mirror(crossings_of_spans, entry_sides, case="entry_crossing"),
     "region_crossing": mirror(region_crossings, region_sides, inside_program_at),
     "sheet_of": mirror(sheet_crossings, polygon_crossings, case="entry_crossing"),
     "entry_crossing": mirror(entry_crossings, entry_sides, sheet_crossings, polygon_crossings),
-    "crossed_face": mirror(crossed_face, case="entry_crossing"),
+    "crossed_face": mirror(crossing_face, case="entry_crossing"),
     "comes_first": mirror(comes_first),
-    "traverse": mirror(resolved_first_crossing, media, blocked),
-    "rank_of": mirror(first_noticed, case="traverse, noticed"),
+    "traverse": mirror(resolve_first_crossing, find_media, is_blocked),
+    "rank_of": mirror(first_visible_wall, case="traverse, noticed"),
     "normal_at": mirror(normal_at),
     "turns": mirror(turns),
     "uv_at": mirror(uv_at),
     "material_row": mirror(material_row),
     "is_even": mirror(is_even),
     "surface_color": mirror(surface_color),
-    "medium_of": mirror(medium_of),
-    "index_of": mirror(index_of),
-    "unseen": mirror(unseen),
-    "absorption_of": mirror(unseen, case="unseen"),
-    "absorbed": mirror(absorbed),
+    "medium_of": mirror(body_medium),
+    "index_of": mirror(medium_index),
+    "unseen": mirror(is_invisible_wall),
+    "absorption_of": mirror(is_invisible_wall, case="unseen"),
+    "absorbed": mirror(absorb),
     "background_color": mirror(background_color),
-    "dielectric": mirror(dielectric),
+    "dielectric": mirror(dielectric_fresnel),
     "opaque_reflectance": mirror(opaque_reflectance),
     "refracted": mirror(refract),
     "wall_reflectance": mirror(wall_reflectance),
-    "towards": mirror(towards),
-    "share": mirror(share),
+    "towards": mirror(light_direction),
+    "share": mirror(light_share),
     "highlight": mirror(highlight),
-    "light_at": mirror(light_at),
+    "light_at": mirror(evaluate_light),
     "push": mirror(push),
     "camera_ray": mirror(camera_ray),
 }
@@ -193,6 +201,17 @@ NO_MIRROR = {
 """Function of the shaders -> why it mirrors none."""
 
 OTHER_NAMES = {
+    "normalized": "GLSL has a normalize of its own",
+    "seen_along": "shorter in shaders",
+    "gather": "shorter in shaders",
+    "medium_of": "shorter in shaders",
+    "index_of": "shorter in shaders",
+    "unseen": "shorter in shaders",
+    "absorbed": "shorter in shaders",
+    "dielectric": "shorter in shaders",
+    "towards": "shorter in shaders",
+    "share": "shorter in shaders",
+    "light_at": "shorter in shaders",
     "ball_spans": "both ends, as a section plane may cut the first; Python takes the first that counts",
     "refracted": "`refract` is built into GLSL",
     "entry_crossing": "one, the first; Python lists them",

@@ -9,10 +9,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 import conicoid as co
-from conicoid.engine import tables as table
-from conicoid.engine.tables import Geometry, Tables, length
-from conicoid.shading.look import Look
-from conicoid.viewer.lowered_data import look_of, scene_data
+from conicoid.kernels import tables as table
+from conicoid.kernels.tables import Geometry, Tables, length
+from conicoid.render.lights.light_tables import ShadingTables
+from conicoid.viewer.scene_data import look_of, pack_scene
 
 from .table import new_stack
 
@@ -45,7 +45,7 @@ class World(NamedTuple):
 
     geometry: Geometry
     wide: Geometry  # with boxes wider than those that the page gives to the shaders
-    look: Look
+    look: ShadingTables
     lens: Any  # of a camera, (6, 3)
     stack: Any
 
@@ -120,7 +120,7 @@ def world_of(scene: co.Scene, shifts: int) -> Scene:
     """A scene as a world."""
     rng, origin = np.random.default_rng(1), [0.0, 0.0, 0.0]
     geometry = _rounded(scene.geometry)
-    data = scene_data(scene)
+    data = pack_scene(scene)
     for number in _PARTS:
         data["tables"][Tables._fields[number]] = _encoded(_slice(geometry, number))
     look = look_of(scene, scene.lights)

@@ -1,0 +1,289 @@
+"""What Numba does with an inner function, less what none of ours needs.
+
+Inner functions have no closures, no `with`, no literal arguments and no arithmetic on whole arrays.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import gc
+import os
+import sys
+from collections.abc import Iterator
+from typing import Any
+
+from numba import types
+from numba.core import codegen, compiler, event, sigutils, typed_passes, typing, untyped_passes
+from numba.core.compiler_lock import global_compiler_lock
+from numba.core.compiler_machinery import PassManager
+from numba.core.registry import CPUDispatcher
+from numba.core.targetconfig import ConfigStack
+
+from .interruptible import run_interruptible
+from .numba_cache import KernelCache
+from .vector_width import bits, prefer_width
+
+_PASSES = (
+    untyped_passes.TranslateByteCode,
+    untyped_passes.FixupArgs,
+    untyped_passes.IRProcessing,
+    untyped_passes.GenericRewrites,
+    untyped_passes.ReconstructSSA,
+    typed_passes.NopythonTypeInference,
+    typed_passes.PreLowerStripPhis,
+    typed_passes.InlineOverloads,
+    typed_passes.IRLegalization,
+    typed_passes.AnnotateTypes,
+    typed_passes.NativeLowering,
+    typed_passes.NoPythonBackend,
+)
+
+
+def inner_passes() -> PassManager:
+    """From the bytecode of an inner function to its LLVM code."""
+    manager = PassManager("inner")
+    for each in _PASSES:
+        manager.add_pass(each, each.__name__)
+    manager.finalize()
+    return manager
+
+
+class _Typing(typing.Context):
+    """Numba's types of functions, with a memory: it tries some dozen templates for each + it meets."""
+
+    _memory: dict[Any, Any]
+
+    def resolve_function_type(self, function: Any, arguments: Any, names: Any) -> Any:
+        """The type of a call, remembered for each function, arguments and flags."""
+        if not isinstance(function, types.Function) or names:
+            return super().resolve_function_type(function, arguments, names)
+        flags = ConfigStack.top_or_none()
+        key = function, arguments, flags and (flags.forceinline, flags.nrt)
+        known = self._memory.get(key)
+        if known is None:
+            known = self._memory[key] = super().resolve_function_type(function, arguments, names)
+        return known
+
+
+_views: dict[int, _Typing] = {}
+
+
+def memoize_typing(context: Any) -> Any:
+    """The same context, all that it holds shared, with a memory."""
+    if isinstance(context, _Typing):
+        return context
+    view = _views.get(id(context))
+    if view is None:
+        view = object.__new__(_Typing)
+        context._memory = {}
+        view.__dict__ = context.__dict__
+        _views[id(context)] = view
+    return view
+
+
+# The compiled functions: kernels, which Python calls, and inner ones, which only kernels call.
+#
+# Numba compiles every function as if it were called from Python: with all that it calls it is optimised
+# and turned into machine code, then again as part of each caller, and so on at every level. That was more
+# than half of the time of a first call. Here an inner function is type-checked and lowered once, and
+# optimised only as a part of each kernel.
+
+
+class _NoAddressCodegen:
+    """A code generator for functions without an address: they have no Python objects to refer to."""
+
+    def __init__(self, actual: Any) -> None:
+        self._actual = actual
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._actual, name)
+
+    def set_env(self, name: str, environment: Any) -> None:
+        del name, environment
+
+
+class _JitLibrary(codegen.JITCodeLibrary):
+    """The code of a function of ours, in vectors of the width that is ours to choose."""
+
+    def add_ir_module(self, module: Any) -> None:
+        prefer_width(module, bits(self._codegen))
+        super().add_ir_module(module)
+
+
+class _InnerLibrary(_JitLibrary):
+    """The code of an inner function by itself: not linked with what it calls, and not placed in memory."""
+
+    _linking_libraries: list[Any]
+
+    def finalize(self) -> None:
+        self._raise_if_finalized()
+        for library in self._linking_libraries:
+            self._reload_init.update(library._reload_init)
+        self._finalized = True
+
+    def _get_module_for_linking(self) -> Any:
+        """With all that it calls: for functions that Numba's own `njit` compiles."""
+        whole = _own_module(self).clone()
+        for library in _reachable_libraries(self._linking_libraries):
+            whole.link_in(_own_module(library), preserve=True)
+        return whole
+
+    def get_pointer_to_function(self, name: str) -> int:
+        del name
+        return 0
+
+    @property
+    def codegen(self) -> Any:
+        return _NoAddressCodegen(self._codegen)
+
+
+class _KernelLibrary(_JitLibrary):
+    """The code of a kernel, with all that it calls, directly or not."""
+
+    _linking_libraries: list[Any]
+
+    def __init__(self, owner: Any, name: str) -> None:
+        super().__init__(owner, name)
+        self.enable_object_caching()
+
+    def finalize(self) -> None:
+        for library in _reachable_libraries(self._linking_libraries):
+            self._reload_init.update(library._reload_init)
+            self._final_module.link_in(_own_module(library), preserve=True)
+        self._linking_libraries = []
+        super().finalize()
+
+
+def _own_module(library: Any) -> Any:
+    """The code of a library, without that of inner functions that it calls."""
+    return codegen.JITCodeLibrary._get_module_for_linking(library)
+
+
+def _reachable_libraries(libraries: list[Any]) -> list[Any]:
+    """Some libraries and those that inner functions among them call, each once."""
+    found: dict[Any, None] = {}
+    waiting = list(libraries)
+    while waiting:
+        library = waiting.pop()
+        if library not in found:
+            found[library] = None
+            if isinstance(library, _InnerLibrary):
+                waiting += library._linking_libraries
+    return list(found)
+
+
+class _Compiler(compiler.Compiler):
+    """Numba's compiler with our typing context and kind of library."""
+
+    library: type[Any] = _InnerLibrary
+
+    def __init__(self, typing_context: Any, target: Any, library: Any, *rest: Any) -> None:
+        library = library or self.library(target.codegen(), "inner")
+        super().__init__(memoize_typing(typing_context), target, library, *rest)
+
+
+class _InnerCompiler(_Compiler):
+    """The compiler of inner functions, with fewer passes where they allocate nothing."""
+
+    def define_pipelines(self) -> list[Any]:
+        return super().define_pipelines() if self.state.flags.nrt else [inner_passes()]
+
+
+class _KernelCompiler(_Compiler):
+    """The compiler of kernels."""
+
+    library = _KernelLibrary
+
+
+_fork_holds: list[bool] = []  # by whoever forks: the compiler's lock
+
+
+def _lock_before_fork() -> None:
+    """A fork while another thread compiles would leave the child half a compiler."""
+    global_compiler_lock.acquire()
+    _fork_holds.append(True)
+
+
+def _unlock_after_fork() -> None:
+    """The compiler's lock is free again, in parent and child."""
+    if _fork_holds:  # not after Ctrl-C in `_hold`
+        _fork_holds.pop()
+        global_compiler_lock.release()
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(before=_lock_before_fork, after_in_parent=_unlock_after_fork, after_in_child=_unlock_after_fork)
+
+
+@contextlib.contextmanager
+def _rare_collections() -> Iterator[None]:
+    """Collect garbage rarely: a compiler makes millions of objects, nearly all of which it keeps."""
+    with global_compiler_lock:
+        usual = gc.get_threshold()
+        gc.set_threshold(*map(max, usual, (200_000, 50, 50)))
+        try:
+            yield
+        finally:
+            gc.set_threshold(*usual)
+
+
+def _is_being_imported(module: str) -> bool:
+    """Is a module only partly loaded?"""
+    return bool(getattr(getattr(sys.modules.get(module), "__spec__", None), "_initializing", False))
+
+
+class Kernel(CPUDispatcher):
+    """Numba's dispatcher of a function that Python calls, cached on disk."""
+
+    def __init__(self, function: Any, **options: Any) -> None:
+        options |= dict(nopython=True, boundscheck=None, no_cfunc_wrapper=True)
+        super().__init__(function, targetoptions=options, pipeline_class=_KernelCompiler)
+        self._cache = KernelCache(self.py_func)
+
+    def compile(self, signature: Any) -> Any:
+        """Numba's own, beside the main thread, which would not hear of Ctrl-C in LLVM. What is begun is also ended.
+
+        Not while the kernel's module is being imported: Numba imports it too, and another thread would wait for that.
+        """
+        if global_compiler_lock.is_locked() or _is_being_imported(self.py_func.__module__):
+            return self._compile(signature)
+        return run_interruptible(lambda: self._compile(signature), "conicoid-compile")
+
+    def _compile(self, signature: Any) -> Any:
+        with _rare_collections(), self._cache.until_saved():
+            return super().compile(signature)
+
+
+def _plain_type(kind: Any) -> Any:
+    """The type of an argument, of any value and width."""
+    kind = types.unliteral(kind)
+    return types.int64 if kind == types.int32 else kind
+
+
+class Inner(CPUDispatcher):
+    """Numba's dispatcher of a function that kernels call. Called from Python, it is interpreted."""
+
+    def __init__(self, function: Any, **options: Any) -> None:
+        options |= dict(nopython=True, boundscheck=None, no_cfunc_wrapper=True, no_cpython_wrapper=True)
+        super().__init__(function, targetoptions=options, pipeline_class=_InnerCompiler)
+
+    def compile(self, signature: Any) -> Any:
+        """Numba's own, without a cache and without timers: each would hear of all that is compiled for this one."""
+        with global_compiler_lock, self._compiling_counter:
+            arguments, result = sigutils.normalize_signature(signature)
+            known = self.overloads.get(tuple(arguments))
+            if known is None:
+                details = dict(dispatcher=self, args=arguments, return_type=result)
+                with event.trigger_event("numba:compile", data=details):
+                    known = self._compiler.compile(arguments, result)
+                self.add_overload(known)
+            return known.entry_point
+
+    def get_call_template(self, args: Any, kws: Any) -> Any:
+        """Numba would compile a function anew for each constant and each width of numbers that it is called with."""
+        return super().get_call_template(
+            tuple(map(_plain_type, args)), {name: _plain_type(kind) for name, kind in kws.items()}
+        )
+
+    def __call__(self, *arguments: Any) -> Any:
+        return self.py_func(*arguments)

@@ -1,0 +1,483 @@
+"""Turn what a caller passes into plain floats and tuples, or refuse it by name.
+
+Every error reads ``Sphere: radius must be > 0, got -1.0``: the object, the field, what was
+expected and what was found.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import inspect
+import itertools
+import math
+import os
+import sys
+from collections.abc import Iterable, Mapping, Sequence, Set
+from typing import Any
+
+import numpy as np
+
+from .arrays import FloatArray, Matrix4, Vector
+from .user_warnings import warn
+
+SMALLEST, LARGEST = 1e-100, 1e100
+"""The domain of every number: 0, or of a magnitude between these. Squares and fourth powers then stay in float64."""
+DOMAIN = "0 or of magnitude 1e-100 to 1e100"
+
+
+_POSITIVE = "> 0, from 1e-100 to 1e100"
+
+
+def is_outside_domain(values: Any) -> Any:
+    """Which finite numbers of an array lie outside of the domain."""
+    sizes = np.abs(values)
+    return (sizes != 0) & ~((sizes >= SMALLEST) & (sizes <= LARGEST))
+
+
+_LONGEST = 80
+
+
+def format_value(value: Any) -> str:
+    """A value as a message tells it: of thousands of digits or entries the first."""
+    try:
+        text = repr(value)
+    except Exception:  # as of an integer with more digits than Python prints
+        text = ""
+    if not text or len(text) > _LONGEST:
+        return f"{text[:_LONGEST]}... of type {type(value).__name__}" if text else f"a {type(value).__name__}"
+    return text
+
+
+def format_list(texts: Sequence[str], most: int = 8) -> str:
+    """The first of some texts, one after the other, each cut to what a line holds; and how many more there are."""
+    first = [text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..." for text in texts[:most]]
+    return ", ".join(first) + (f" and {len(texts) - most:,} more" if len(texts) > most else "")
+
+
+def describe_kind(value: Any) -> str:
+    """What something is that has no business here: the class, the function, or the kind of thing."""
+    if isinstance(value, type):
+        return f"the class {value.__name__}"
+    if callable(value) and isinstance(getattr(value, "__name__", None), str):
+        return f"the function {value.__name__}"
+    return f"{value!r}" if value is None or isinstance(value, bool) else type(value).__name__
+
+
+def masked_arrays() -> Any:
+    """NumPy's class of masked arrays; () where nobody has imported it, so that nothing can be one."""
+    return getattr(sys.modules.get("numpy.ma"), "MaskedArray", ())
+
+
+def _is_number(value: Any) -> bool:
+    """Whether float() says what is meant: no text, truth value, complex number, masked entry or array with axes."""
+    if isinstance(value, (bool, np.bool_, str, bytes)) or value is None or isinstance(value, masked_arrays()):
+        return False
+    return not (isinstance(value, np.ndarray) and value.ndim) and not is_complex(value)
+
+
+def is_complex(value: Any) -> bool:
+    """Whether float() would drop an imaginary part, with a warning."""
+    return isinstance(value, complex) or getattr(getattr(value, "dtype", None), "kind", "") == "c"
+
+
+def check_number(owner: str, field: str, value: Any, *, finite: bool = True, domain: str = DOMAIN) -> float:
+    """`value` as a float; NaN is refused, infinity too unless `finite` is False. domain: what messages call it."""
+    if type(value) is float and (SMALLEST <= value <= LARGEST or -LARGEST <= value <= -SMALLEST):
+        return value
+    if type(value) not in (float, int) and not _is_number(value):
+        raise ValueError(f"{owner}: {field} must be a number, got {format_value(value)}")
+    try:
+        result = float(value)
+    except OverflowError:
+        raise ValueError(f"{owner}: {field} must be {domain}, got {format_value(value)}") from None
+    except (TypeError, ValueError):
+        raise ValueError(f"{owner}: {field} must be a number, got {format_value(value)}") from None
+    if math.isnan(result) or (finite and math.isinf(result)):
+        raise ValueError(f"{owner}: {field} must be {'finite' if finite else 'a number'}, got {result}")
+    if result and not SMALLEST <= abs(result) <= LARGEST and not math.isinf(result):
+        raise ValueError(f"{owner}: {field} must be {domain}, got {result}")
+    return result
+
+
+def check_positive(owner: str, field: str, value: Any) -> float:
+    """`value` as a finite float > 0."""
+    result = check_number(owner, field, value, domain=_POSITIVE)
+    if not result > 0:
+        raise ValueError(f"{owner}: {field} must be > 0, got {result}")
+    return result
+
+
+def check_nonnegative(owner: str, field: str, value: Any) -> float:
+    """`value` as a finite float >= 0."""
+    result = check_number(owner, field, value)
+    if result < 0:
+        raise ValueError(f"{owner}: {field} must be >= 0, got {result}")
+    return result
+
+
+def as_integer(value: Any) -> int | None:
+    """The one rule for whole numbers: an integer, or a float without a fraction such as 1e5, NumPy's too; else None."""
+    if isinstance(value, (bool, np.bool_)):
+        return None
+    if isinstance(value, (int, np.integer)):
+        return int(value)
+    return int(value) if isinstance(value, (float, np.floating)) and float(value).is_integer() else None
+
+
+def check_integer(owner: str, field: str, value: Any, least: int, most: int | None = None) -> int:
+    """`value` as an integer from `least` to `most`."""
+    found = as_integer(value)
+    if found is None or found < least:
+        raise ValueError(f"{owner}: {field} must be an integer >= {least}, got {format_value(value)}")
+    if most is not None and found > most:
+        raise ValueError(f"{owner}: {field} must be an integer <= {most:,}, got {format_value(value)}")
+    return found
+
+
+def check_flag(owner: str, field: str, value: Any) -> bool:
+    """`value` as a bool; nothing else is taken for one."""
+    if not isinstance(value, (bool, np.bool_)):
+        raise ValueError(f"{owner}: {field} must be true or false, got {format_value(value)}")
+    return bool(value)
+
+
+def check_vector(owner: str, field: str, value: Any, *, nonzero: bool = False) -> Vector:
+    """`value` as three finite floats; all zero is refused if `nonzero`."""
+    plain = _plain_vector(value)
+    if plain is not None and not (nonzero and plain == (0.0, 0.0, 0.0)):
+        return plain
+    x, y, z = check_numbers(owner, field, value, 3)
+    if nonzero and x == y == z == 0:
+        raise ValueError(f"{owner}: {field} must not be zero, got {(x, y, z)}")
+    return x, y, z
+
+
+def _plain_vector(value: Any) -> Vector | None:
+    """Three floats of the domain, as nearly all vectors are; None for `numbers` to look closer."""
+    kind = type(value)
+    if kind is np.ndarray and value.dtype == np.float64 and value.shape == (3,):
+        value = value.tolist()
+    elif (kind is not tuple and kind is not list) or len(value) != 3:
+        return None
+    x, y, z = value
+    if not (type(x) is type(y) is type(z) is float):
+        return None
+    for number_ in (x, y, z):
+        if not (SMALLEST <= number_ <= LARGEST or -LARGEST <= number_ <= -SMALLEST or number_ == 0):
+            return None
+    return x, y, z
+
+
+def _items(value: Any) -> tuple[Any, ...] | None:
+    """What a list, tuple or array holds; None for a text, a set, and what cannot be gone through."""
+    if (
+        isinstance(value, (str, bytes, Set, Mapping))
+        or not isinstance(value, Iterable)
+        or getattr(value, "ndim", 1) == 0
+    ):
+        return None
+    return tuple(value)
+
+
+_AXIS_VECTORS = {
+    "x": "(1, 0, 0)",
+    "y": "(0, 1, 0)",
+    "z": "(0, 0, 1)",
+    "-x": "(-1, 0, 0)",
+    "-y": "(0, -1, 0)",
+    "-z": "(0, 0, -1)",
+}
+
+
+def check_numbers(owner: str, field: str, value: Any, count: int) -> tuple[float, ...]:
+    """`value` as a tuple of `count` finite floats."""
+    items = _items(value)
+    if items is None:
+        kind = "the number " if _is_number(value) and isinstance(value, (int, float, np.number)) else ""
+        axis = _AXIS_VECTORS.get(value.casefold()) if isinstance(value, str) and count == 3 else None
+        meant = f"; that axis is {axis}" if axis else ""
+        raise ValueError(f"{owner}: {field} must be {_count_phrase(count)}, got {kind}{format_value(value)}{meant}")
+    if len(items) != count:
+        raise ValueError(f"{owner}: {field} must be {_count_phrase(count)}, got {len(items)}: {format_value(value)}")
+    return tuple(check_number(owner, f"{field}[{i}]", item) for i, item in enumerate(items))
+
+
+def _count_phrase(count: int) -> str:
+    return "a list of 1 number" if count == 1 else f"{count} numbers"
+
+
+def check_interval(owner: str, field: str, value: Any) -> tuple[float, float] | None:
+    """None, or (low, high) with low < high; either end may be infinite."""
+    if value is None:
+        return None
+    ends = value if type(value) is tuple else _items(value)
+    if ends is None or len(ends) != 2:
+        raise ValueError(f"{owner}: {field} must be (low, high), got {format_value(value)}")
+    low = check_number(owner, f"{field}[0]", ends[0], finite=False)
+    high = check_number(owner, f"{field}[1]", ends[1], finite=False)
+    if not low < high or low == math.inf or high == -math.inf:
+        raise ValueError(f"{owner}: {field} must have low < high, got ({low}, {high})")
+    return low, high
+
+
+def check_vectors(owner: str, field: str, value: Any, minimum: int) -> tuple[Vector, ...]:
+    """`value` as a tuple of at least `minimum` points."""
+    items = _items(value)
+    if items is None:
+        raise ValueError(f"{owner}: {field} must be a list of points, got {format_value(value)}")
+    points = tuple(check_vector(owner, f"{field}[{i}]", item) for i, item in enumerate(items))
+    if len(points) < minimum:
+        raise ValueError(f"{owner}: {field} must have at least {minimum} points, got {len(points)}")
+    return points
+
+
+def check_matrix4(owner: str, field: str, value: Any) -> Matrix4:
+    """`value` as a 4 × 4 tuple of rows of finite floats."""
+    rows = _items(value)
+    if rows is None:
+        raise ValueError(f"{owner}: {field} must be a 4 x 4 matrix, got {format_value(value)}")
+    if len(rows) != 4:
+        raise ValueError(f"{owner}: {field} must be a 4 x 4 matrix, got {len(rows)} rows")
+    return tuple(check_numbers(owner, f"{field}[{i}]", row, 4) for i, row in enumerate(rows))
+
+
+def check_callback(owner: str, field: str, value: Any, takes: str = "done, count") -> None:
+    """Refuse what is neither a function nor None, or takes other arguments."""
+    if value is None:
+        return
+    if not callable(value) or isinstance(value, type):
+        raise TypeError(f"{owner}: {field} must be a function or None, got {describe_kind(value)}")
+    try:
+        inspect.signature(value).bind(*takes.split(", "))
+    except ValueError:  # one of Python's own, which tell nothing
+        return
+    except TypeError as error:
+        told = f"got {describe_kind(value)}, which does not: {error}"
+        raise TypeError(f"{owner}: {field} must be called as {field}({takes}); {told}") from None
+
+
+def check_path(owner: str, value: Any, field: str = "path") -> str | os.PathLike[str]:
+    """Refuse what is no path of a file."""
+    if not isinstance(value, (str, os.PathLike)) or not os.fspath(value):
+        raise TypeError(f"{owner}: {field} must be a text or a Path, got {format_value(value)}")
+    return value
+
+
+def check_npz_path(owner: str, what: str, value: Any) -> str | os.PathLike[str]:
+    """The path of a file of arrays; a ValueError for another suffix than .npz."""
+    file = check_path(owner, value)
+    if not os.fspath(file).lower().endswith(".npz"):
+        table = owner == "load" and os.fspath(file).lower().endswith(".csv")
+        hint = "; a table of conicoid trace is read by np.genfromtxt(path, delimiter=',', names=True)" if table else ""
+        raise ValueError(f"{owner}: path of {what} must end with .npz, got {format_value(os.fspath(file))}{hint}")
+    return file
+
+
+def refuse_with(owner: str, field: str, **others: Any) -> None:
+    """ValueError for the first of some arguments that is given beside one that it does not go with."""
+    for name, value in others.items():
+        if value is not None:
+            raise ValueError(f"{owner}: {name} does not go with {field}")
+
+
+# Turn what a caller passes into arrays of float64, or refuse it by name.
+
+_MASK_SEARCH_DEPTH = 5
+_BELOW_ROUNDING = 2.0**-60
+
+
+def real_array(owner: str, field: str, values: Any, expected: str = "an array of numbers") -> FloatArray:
+    """`values` as an array of float64, NaN and infinity among them; not a copy where it is one already, and is aligned.
+
+    Raises ValueError that names object and field for anything but real numbers: texts, None, complex numbers, masked
+    entries, numbers beyond float64, lists of uneven lengths.
+    """
+    name = f"{owner}: {field}" if owner else field
+    if isinstance(values, np.ndarray) and values.dtype == np.float64 and not isinstance(values, masked_arrays()):
+        return values if values.flags.aligned else values.copy()  # such come from networks and records
+    if _is_plain_row(values):  # one ray's: what follows takes longer than tracing it
+        with contextlib.suppress(OverflowError):
+            return np.array(values, dtype=np.float64)
+    if is_masked(values):
+        raise ValueError(f"{name} must be {expected} without masked entries")
+    try:
+        with np.errstate(all="ignore"):
+            array = np.asarray(values)
+            if array.dtype == object:
+                # Fractions, decimals and large integers
+                array = np.array([_real_float(item) for item in array.ravel()]).reshape(array.shape)
+            if array.dtype.kind not in "fiub":
+                raise TypeError
+            return np.asarray(array, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError):
+        found = f"an array of {values.dtype}" if isinstance(values, np.ndarray) else format_value(values)
+        raise ValueError(f"{name} must be {expected}, got {found}{_array_fields_hint(values)}") from None
+
+
+_AXIS_LETTERS = ["x", "y", "z"]
+
+
+def refuse_columns(owner: str, field: str, values: Any) -> None:
+    """ValueError for a table whose three columns are named after x, y and z, in another order."""
+    columns = getattr(values, "columns", None)
+    if columns is None or len(columns) != 3:
+        return
+    names = [str(name) for name in columns]
+    axes = [
+        next((letter for letter in (name[-1:].lower(), name[:1].lower()) if letter in _AXIS_LETTERS), "")
+        for name in names
+    ]
+    if sorted(axes) == _AXIS_LETTERS and axes != _AXIS_LETTERS:
+        ordered = [names[axes.index(axis)] for axis in _AXIS_LETTERS]
+        raise ValueError(
+            f"{owner}: {field} must have columns in the order x, y, z, got {names}; table[{ordered}] has it"
+        )
+
+
+def _array_fields_hint(values: Any) -> str:
+    """Where the numbers are of something that has arrays as its fields."""
+    pair = isinstance(values, tuple) and len(values) == 2
+    if pair and isinstance(values[0], np.ndarray) and getattr(values[1], "dtype", None) == np.bool_:
+        return "; co.refract gives two things, directions, total = co.refract(...)"
+    one = values[0] if isinstance(values, list | tuple) and values else values
+    fields = getattr(type(one), "instead", "")
+    if not fields or one is values:
+        return f"; {fields} are arrays" if fields else ""
+    return f"; co.{type(one).__name__}.concatenate joins them"
+
+
+_PLAIN_KINDS = frozenset((float, int))
+
+
+def _is_plain_row(values: Any) -> bool:
+    """Whether they are a number of Python's, or a list or tuple of such."""
+    kind = type(values)
+    return kind in _PLAIN_KINDS or (
+        (kind is tuple or kind is list) and bool(values) and _PLAIN_KINDS.issuperset(map(type, values))
+    )
+
+
+def _real_float(item: Any) -> float:
+    if item is None or isinstance(item, (str, bytes)) or is_complex(item):
+        raise TypeError
+    return float(item)
+
+
+def is_dask_array(values: Any) -> bool:
+    """Whether they are Dask's: those of xarray are where their data are, and have no graph where these are at hand."""
+    graph = getattr(values, "__dask_graph__", None)
+    return callable(graph) and graph() is not None
+
+
+def is_masked(values: Any) -> bool:
+    """Whether there are masked entries, also in lists, where NumPy takes them for NaN with a warning."""
+    level = [values]
+    for _ in range(_MASK_SEARCH_DEPTH):
+        kinds = set(map(type, level))
+        if any(issubclass(kind, masked_arrays()) for kind in kinds) and any(map(_has_masked, level)):
+            return True
+        lists = {kind for kind in kinds if issubclass(kind, Sequence) and not issubclass(kind, (str, bytes))}
+        level = list(itertools.chain.from_iterable(item for item in level if type(item) in lists))
+    return False
+
+
+def _has_masked(item: Any) -> bool:
+    return isinstance(item, masked_arrays()) and bool(np.ma.getmaskarray(item).any())
+
+
+def zero_negligible(vectors: FloatArray) -> FloatArray:
+    """Vectors (..., 3) that are rounded themselves, with 0 for components that are neither of the domain nor of weight.
+
+    What is below 1e-100 and 2^-60 of the largest component is less than the rounding of the vector's length.
+    """
+    sizes = np.abs(vectors)
+    small = sizes < SMALLEST
+    if not small.any():  # as almost always
+        return vectors
+    with np.errstate(all="ignore"):
+        trace = small & (sizes <= _BELOW_ROUNDING * sizes.max(axis=-1, keepdims=True, initial=0.0))
+    return np.where(trace, 0.0, vectors) if trace.any() else vectors
+
+
+def rows_outside_domain(points: FloatArray) -> Any:
+    """Indices of those rows of points (n, 3) that are not finite or lie beyond the domain."""
+    if points.size and points.max() <= LARGEST and points.min() >= -LARGEST:  # NaN is neither
+        return np.zeros(0, np.intp)
+    return np.flatnonzero(~(np.abs(points) <= LARGEST).all(axis=1))
+
+
+# Angles, which are in degrees everywhere; what is in radians beyond doubt is warned of.
+
+_LARGEST_RADIANS = 4 * math.pi
+_RADIANS_STEP = math.pi / 1800
+"""A tenth of a degree, in radians."""
+_RADIANS_ROUNDINGS = 3
+"""Of math.radians, of π / 6, of 2 * (π / 3)."""
+
+
+def check_degrees(owner: str, field: str, value: Any) -> float:
+    """`value` as a finite float; a UserWarning where it is a plain angle in radians to the last bits."""
+    angle = check_number(owner, field, value)
+    if looks_like_radians(angle) or (isinstance(value, np.float32) and _looks_like_radians32(value)):
+        warn(
+            f"{owner}: {field} must be in degrees, got {angle!r}: "
+            f"{_radians_as_degrees(angle)} degrees are that in radians"
+        )
+    return angle
+
+
+def check_angle_range(owner: str, start_angle: Any, end_angle: Any) -> tuple[float, float]:
+    """Two angles as floats, from the first counter-clockwise to the last: their difference is in (0, 360]."""
+    first, last = check_degrees(owner, "start_angle", start_angle), check_degrees(owner, "end_angle", end_angle)
+    if not 0 < last - first <= 360:
+        raise ValueError(f"{owner}: end_angle - start_angle must be in (0, 360], got {last} - {first} = {last - first}")
+    return first, last
+
+
+def warn_of_radians(owner: str, field: str, values: Any) -> None:
+    """A UserWarning where one of several angles, which are to be in degrees, is a plain one in radians.
+
+    All of them must be within two turns in radians, as those of a scan in radians are.
+    """
+    given = np.asarray(values)
+    if given.dtype.kind != "f" or not given.size or np.abs(given).max() > _LARGEST_RADIANS * (1 + 1e-6):
+        return
+    is_plain = (
+        (lambda angle: _looks_like_radians32(np.float32(angle))) if given.dtype == np.float32 else looks_like_radians
+    )
+    found = next((angle for angle in given.ravel().tolist() if is_plain(angle)), None)
+    if found is not None:
+        warn(
+            f"{owner}: {field} must be in degrees, got {found!r}: "
+            f"{_radians_as_degrees(found)} degrees are that in radians"
+        )
+
+
+def warn_of_degrees(owner: str, field: str, angles: FloatArray) -> None:
+    """A UserWarning where one of several angles, which are to be in radians, is a whole number beyond a turn."""
+    found = angles[(np.abs(angles) > 2 * math.pi) & (angles == np.round(angles))]
+    if len(found):
+        warn(f"{owner}: {field} must be in radians, got {found[0]:g}: np.radians(angles) makes them of degrees")
+
+
+def looks_like_radians(angle: float) -> bool:
+    """Whether a number is, but for rounding, tenths of a degree in radians: no number of degrees is by chance.
+
+    Of all decimals up to 4π with six digits after the point or fewer none is: π has no such multiples.
+    """
+    size = abs(angle)
+    if not _RADIANS_STEP / 2 < size <= _LARGEST_RADIANS * (1 + 1e-12):
+        return False
+    return abs(size - round(size / _RADIANS_STEP) * _RADIANS_STEP) <= _RADIANS_ROUNDINGS * math.ulp(size)
+
+
+def _looks_like_radians32(angle: np.float32) -> bool:
+    """The same of float32, which holds fewer digits: only multiples of 15 degrees are told from others."""
+    size, step = abs(float(angle)), math.pi / 12
+    if not step / 2 < size <= _LARGEST_RADIANS * (1 + 1e-6):
+        return False
+    return abs(size - round(size / step) * step) <= 2 * float(np.spacing(np.float32(size)))
+
+
+def _radians_as_degrees(angle: float) -> str:
+    return f"{round(angle / _RADIANS_STEP) / 10:g}"

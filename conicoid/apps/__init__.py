@@ -1,0 +1,1 @@
+"""Applications: optics, tomography, measures, checks, sections, derivatives, explanations."""

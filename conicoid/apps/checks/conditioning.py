@@ -1,0 +1,414 @@
+"""What is said about a body that loses digits: how many are left, where, by which number, and why."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import re
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..._util.arrays import FloatArray, Vector
+from ...geometry.bulk import Bulk, Spheres
+from ...geometry.csg import Boolean, ClippedSheet
+from ...geometry.primitives import Sphere
+from ...geometry.shape import Shape
+from ...geometry.sheets import Polygon, Triangle, newell_sum
+from ...geometry.transform import IDENTITY_MOTION, Motion
+from ...numerics import bigfloat_linalg as ex
+from .critical_points import Movement, TestedPart, least_displacement, movement
+from .perturbation import HALF_ULP, Extent, LocalFrame, MotionFields, fields_of, localize, own_frame
+from .probe_rays import ProbeTargets
+
+if TYPE_CHECKING:
+    from ...scene.scene import Scene
+
+
+ALL_DIGITS = 53 * math.log10(2)
+"""What float64 has: 15.95."""
+_NOTABLE = 1e3
+
+
+@dataclass(frozen=True, eq=False)
+class Conditioning:
+    """What is left of a body's digits where that is least.
+
+    body      its id
+    part      the kind of the primitive
+    digits    decimal digits that remain, 0 to 15.95: -log10 of `movement`
+    movement  how far the surface moves, in units of the part's extent in that direction, when each number that was
+              written changes by a relative 2^-53
+    number    the number that most of it comes from
+    point     (3,) where that is
+    reason    why, in words
+    """
+
+    body: int
+    part: str
+    digits: float
+    movement: float
+    number: str
+    point: FloatArray
+    reason: str
+
+
+def digits_of(relative: float) -> float:
+    """-log10, between none and all that float64 has."""
+    return ALL_DIGITS if relative <= 0 else min(max(-math.log10(relative), 0.0), ALL_DIGITS)
+
+
+def verdict(leaf: Any, motion: Motion, body: int, moved: Movement, frame: LocalFrame) -> Conditioning:
+    """The worst place of a part: `frame` takes its local coordinates to its own, `motion` those to the world."""
+    linear, shift = motion.affine
+    z = ex.exact_row(moved.local.tolist())
+    own = ex.exact_row(ex.dot(row, z, start) for row, start in zip(frame.columns, frame.origin, strict=True))
+    point = np.array([float(ex.dot(row, own, t)) for row, t in zip(linear, shift, strict=True)])
+    return Conditioning(
+        body,
+        type(leaf).__name__,
+        digits_of(moved.relative),
+        moved.relative,
+        _number(moved.number, motion),
+        point,
+        _reason(moved, point, linear, ex.multiply(linear, frame.columns)),
+    )
+
+
+def _number(name: str, motion: Motion) -> str:
+    """As scene files have it: steps[0].degrees of a rotation is move[0].rotate.degrees."""
+    found = re.match(r"steps\[(\d+)\]\.(.*)", name)
+    if found is None:
+        return name
+    step, field = int(found[1]), found[2]
+    verb = type(motion.steps[step]).__name__.lower()
+    field = re.sub(r"^(offset|factors|matrix)", "", field)
+    return f"move[{step}].{verb}{field if not field or field.startswith('[') else f'.{field}'}"
+
+
+def _sine(normals: FloatArray) -> float:
+    """The volume that one, two or three vectors of length 1 along others span: 0 where they are parallel."""
+    lengths = np.linalg.norm(normals, axis=1, keepdims=True)
+    if len(normals) == 1 or not lengths.all():
+        return 1.0
+    units = normals / lengths
+    across = np.cross(units[0], units[1])
+    return float(np.linalg.norm(across) if len(units) == 2 else abs(across @ units[2]))
+
+
+def _reason(moved: Movement, point: FloatArray, linear: ex.Rows, to_world: ex.Rows) -> str:
+    """What has been measured there and is large, the largest first."""
+    if moved.relative < _NOTABLE * HALF_ULP:
+        return "no digits are lost"
+    back, forth = _floats(ex.inverse(to_world)), _floats(to_world)
+    with np.errstate(all="ignore"):  # sizes may be beyond float64
+        slope = np.linalg.norm(moved.gradient @ back)
+        width = moved.width / slope if 0 < slope < math.inf else np.linalg.norm(forth, -2)
+        far, long = float(np.linalg.norm(point) / width), float(np.linalg.norm(forth, 2) / width)
+        stretch = float(np.linalg.cond(_floats(linear)))
+        sine = 1.0 if moved.normals is None else _sine(moved.normals @ back)
+    causes = [
+        (far, f"it lies {far:.1e} times its extent from the origin"),
+        (long, f"it is {long:.1e} times as long as thick"),
+        (stretch, f"its motion is nearly singular, of condition number {stretch:.1e}"),
+        (1 / sine if sine else 0.0, f"surfaces meet there at {sine:.1e} rad"),
+        (math.inf if moved.singular else 0.0, "its surfaces touch, or one has a double point, there"),
+    ]
+    words = [words for size, words in sorted(causes, reverse=True) if size > _NOTABLE]
+    return ", ".join(words[:2]) or "its numbers cancel"
+
+
+def _floats(rows: ex.Rows) -> FloatArray:
+    return np.array([[float(c) for c in row] for row in rows])
+
+
+# Digits of balls, by a formula and all at once.
+
+_STEPS = 4
+
+
+def ball_verdict(leaf: Sphere, motion: Motion, body: int) -> Conditioning:
+    """The worst place of one ball."""
+    balls = BallsConditioning.of(Spheres([leaf.center], [leaf.radius], motion=motion), body)
+    return balls.told(0, leaf, ("center[0]", "center[1]", "center[2]", "radius"))
+
+
+@dataclass(frozen=True, eq=False)
+class BallsConditioning:
+    """Balls with consecutive ids, all at once: how far they move, and the direction (N, 3) in which that is."""
+
+    shape: Spheres
+    first: int
+    fields: MotionFields
+    relative: FloatArray
+    where: FloatArray
+
+    @classmethod
+    def of(cls, shape: Spheres, first: int) -> BallsConditioning:
+        fields = fields_of(shape.motion, LocalFrame(ex.exact_row((0.0, 0.0, 0.0)), ex.IDENTITY))
+        return cls(shape, first, fields, *ball_movements(shape.centers, shape.radii, fields))
+
+    @property
+    def digits(self) -> FloatArray:
+        """(N,), as `digits_of` for each."""
+        with np.errstate(divide="ignore"):
+            result: FloatArray = np.clip(-np.log10(self.relative), 0.0, ALL_DIGITS)
+        return result
+
+    def below(self, limit: float, most: int | None) -> Iterator[Conditioning]:
+        """Those with fewer digits, in order; if there are more than `most`, the worst of them."""
+        digits = self.digits
+        few = np.flatnonzero(digits < limit)
+        if most is not None and len(few) > most:
+            few = np.sort(few[np.argsort(digits[few], kind="stable")[:most]])
+        for i in few.tolist():
+            names = (*(f"centers[{i}][{k}]" for k in range(3)), f"radii[{i}]")
+            yield self.told(i, self.shape, names)
+
+    def told(self, i: int, leaf: Any, names: tuple[str, ...]) -> Conditioning:
+        center, radius, n = self.shape.centers[i], float(self.shape.radii[i]), self.where[i]
+        shares = ball_shares(center, radius, n, self.fields)
+        number = (*names, *self.fields.numbers)[int(shares.argmax())]
+        worst = Movement(float(self.relative[i]), number, radius * n, n, 2 * radius)
+        return verdict(
+            leaf, self.shape.motion, self.first + i, worst, LocalFrame(ex.exact_row(center.tolist()), ex.IDENTITY)
+        )
+
+
+def ball_movements(centers: FloatArray, radii: FloatArray, fields: MotionFields) -> tuple[FloatArray, FloatArray]:
+    """((N,), (N, 3)) for balls: the worst movement and the direction from the center in which it is.
+
+    `fields` are those of the balls' own coordinates. Along the unit vector n the surface goes by
+    Σ |n_k c_k| + r for the ball's own numbers, and by n·field(c + r n) for each number of a motion. From the worst
+    axis, n turns to the sum of all changes with their signs, which makes the sum of their sizes grow.
+    """
+    worst, where = np.zeros(len(radii)), np.zeros((len(radii), 3))
+    own = np.eye(3) * centers[:, None, :]
+
+    def look(n: FloatArray) -> FloatArray:
+        """Note where a direction (N, 3) is worse; the sum of all changes, each with the sign that it has there."""
+        points = centers + radii[:, None] * n
+        goes = [*own.transpose(1, 0, 2) * HALF_ULP, *(points @ field[:, :3].T + field[:, 3] for field in fields.fields)]
+        along = [(vector * n).sum(axis=1) for vector in goes]
+        change = HALF_ULP * radii + sum(np.abs(one) for one in along)
+        relative = least_displacement(change / (2 * radii), 1.0, 1.0)
+        better = relative > worst
+        worst[better], where[better] = relative[better], n[better]
+        total: FloatArray = np.sum(
+            [np.copysign(1.0, one)[:, None] * one_ for one, one_ in zip(along, goes, strict=True)], axis=0
+        )
+        return total
+
+    for start in np.eye(3):
+        look(np.broadcast_to(start, centers.shape))
+    n = where.copy()
+    for _ in range(_STEPS):
+        total = look(n)
+        lengths = np.linalg.norm(total, axis=1)
+        n = np.where(lengths[:, None] > 0, total / np.where(lengths > 0, lengths, 1.0)[:, None], n)
+    look(n)
+    return worst, where
+
+
+def ball_shares(center: FloatArray, radius: float, n: FloatArray, fields: MotionFields) -> FloatArray:
+    """What each number gives to that sum for one ball: center, radius, motion."""
+    own = HALF_ULP * np.append(np.abs(n * center), radius)
+    return np.append(own, np.abs(fields.fields @ np.append(center + radius * n, 1.0) @ n))
+
+
+# Digits of polygons and triangles: how far corners move against the polygon's width across each edge.
+
+_MOST_EDGES = 128
+
+
+def polygon_movement(leaf: Polygon | Triangle, motion: Motion) -> tuple[Movement, LocalFrame]:
+    """The worst corner and direction: across an edge in the plane, or across the plane, compared with the least width.
+
+    A corner goes by u |v_k| for each of its coordinates, and by the fields of the motion's numbers. Coordinates are
+    those of the polygon's own frame about its first corner.
+    """
+    own = leaf.vertices if isinstance(leaf, Polygon) else (leaf.a, leaf.b, leaf.c)
+    names = [f"vertices[{k}]" for k in range(len(own))] if isinstance(leaf, Polygon) else ["a", "b", "c"]
+    start = ex.exact_row(own[0])
+    frame = LocalFrame(start, ex.IDENTITY)
+    fields = fields_of(motion, frame)
+    corners = [ex.exact_row(ex.exact(a) - b for a, b in zip(vertex, start, strict=True)) for vertex in own]
+    covectors, widths = _directions(corners, motion)
+    h = np.array([[*(float(c) for c in corner), 1.0] for corner in corners])
+    by_own = HALF_ULP * np.abs(covectors[:, None, :] * np.array(own)[None, :, :])
+    by_field = np.abs(np.einsum("ei,mij,vj->evm", covectors, fields.fields, h, optimize=True))
+    relative = (by_own.sum(axis=2) + by_field.sum(axis=2)) / widths[:, None]
+    e, v = np.unravel_index(int(relative.argmax()), relative.shape)
+    shares = np.concatenate([by_own[e, v], by_field[e, v]])
+    number = (*(f"{names[v]}[{k}]" for k in range(3)), *fields.numbers)[int(shares.argmax())]
+    return Movement(float(relative[e, v]), number, h[v, :3], covectors[e], float(widths[e])), frame
+
+
+def _directions(corners: list[ex.Row], motion: Motion) -> tuple[FloatArray, FloatArray]:
+    """Directions of the world as covectors (E, 3) of the own frame, and the polygon's widths (E,) along them.
+
+    Across (at most about 128 of) the edges within the plane, and last across the plane, with the least of the widths.
+    The world is scaled so that the largest coordinate is 1.
+    """
+    rows, _ = motion.affine
+    carried = [ex.apply(rows, corner) for corner in corners]
+    size = max(abs(c) for corner in carried for c in corner)
+    points = np.array([[float(c / size) for c in corner] for corner in carried])
+    linear = np.array([[float(c / size) for c in row] for row in rows])
+    normal = np.array([float(c) for c in ex.unit(newell_sum(carried))])
+    edges = np.roll(points, -1, axis=0) - points
+    across = np.cross(normal, edges[:: -(-len(edges) // _MOST_EDGES)])
+    across = across[np.abs(across).max(axis=1) > 0]
+    across = across / np.linalg.norm(across, axis=1)[:, None]
+    heights = across @ points.T
+    widths = heights.max(axis=1) - heights.min(axis=1)
+    return np.concatenate([across, normal[None]]) @ linear, np.append(widths, widths.min())
+
+
+# How many decimal digits of each body its numbers leave, and which number loses them: docs/conditioning.md.
+
+SINGLE_PRECISION_DIGITS = 24 * math.log10(2)
+"""Fewer digits than this are reported: those of single precision, 7.22."""
+
+_MARGIN = 1e-3
+_CACHE_SIZE = 1024
+
+Progress = Callable[[int, int], Any]
+
+
+def conditioning(
+    scene: Scene, below: float = math.inf, most: int | None = None, progress: Progress | None = None
+) -> list[Conditioning]:
+    """The worst place of every body with fewer than `below` digits, in order of their ids.
+
+    Of an entry of `Spheres` at most so many. A body of which nothing is left to look at (an empty one) is missing.
+    A part takes some 20 milliseconds, 2 where it only differs by its motion from another; a million `Spheres` one
+    second, and half a millisecond for each that is told.
+    """
+    found: list[Conditioning] = []
+    for one in _examine_bodies(scene, progress):
+        if isinstance(one, BallsConditioning):
+            found.extend(one.below(below, most))
+        elif one.digits < below:
+            found.append(one)
+    return found
+
+
+def digits(scene: Scene) -> FloatArray:
+    """(bodies,) decimal digits that remain of every body, NaN where nothing is left to look at."""
+    result = np.full(scene.body_count, np.nan)
+    for one in _examine_bodies(scene, None):
+        if isinstance(one, BallsConditioning):
+            result[one.first : one.first + len(one.relative)] = one.digits
+        else:
+            result[one.body] = one.digits
+    return result
+
+
+def _examine_bodies(scene: Scene, progress: Progress | None) -> Iterator[Conditioning | BallsConditioning]:
+    lowered = scene.lowered
+    if lowered.body_count == 0:
+        return
+    examiner, first = _BodyExaminer(ProbeTargets.of(lowered)), 0
+    for item, body in enumerate(scene.bodies):
+        if isinstance(body.shape, Spheres):
+            yield BallsConditioning.of(body.shape, first)
+            first += len(body.shape)
+        elif isinstance(body.shape, Bulk):
+            for index in range(len(body.shape)):
+                worst = examiner.worst(body.shape.single(index), first + index)
+                if worst is not None:
+                    yield worst
+            first += len(body.shape)
+        else:
+            worst = examiner.worst(body.shape, first)
+            if worst is not None:
+                yield worst
+            first += 1
+        if progress is not None:
+            progress(item + 1, len(scene.bodies))
+
+
+def parts(shape: Shape, outer: Motion = IDENTITY_MOTION) -> Iterator[tuple[Any, Motion]]:
+    """The primitives of a shape without their motions, and what motion takes each to the world."""
+    pending: list[tuple[Any, Motion]] = [(shape, outer)]
+    while pending:
+        node, motion = pending.pop()
+        own = node.motion.then(motion)
+        if isinstance(node, Boolean):
+            pending.extend((part, own) for part in reversed(node.operands))
+        elif isinstance(node, ClippedSheet):
+            pending.extend((part, own) for part in (node.solid, node.base))
+        else:
+            yield dataclasses.replace(node, motion=IDENTITY_MOTION), own
+
+
+class _BodyExaminer:
+    """Looks at bodies, and at parts that only differ by their motion once."""
+
+    def __init__(self, targets: ProbeTargets) -> None:
+        self.targets = targets
+        self._own_frame = lru_cache(_CACHE_SIZE)(own_frame)
+        self._made = lru_cache(_CACHE_SIZE)(_part)
+
+    def worst(self, shape: Shape, body: int) -> Conditioning | None:
+        """The worst part of a body."""
+        low, high = self.targets.box(body)
+        if (low > high).any():
+            return None
+        whole = not isinstance(shape, (Boolean, ClippedSheet))
+        found = [self._part(leaf, motion, body, (low, high), whole) for leaf, motion in parts(shape)]
+        return min((one for one in found if one is not None), key=lambda one: one.digits, default=None)
+
+    def _part(self, leaf: Any, motion: Motion, body: int, box: Extent, whole: bool) -> Conditioning | None:
+        if isinstance(leaf, Sphere):
+            return ball_verdict(leaf, motion, body)
+        if isinstance(leaf, (Polygon, Triangle)):
+            return verdict(leaf, motion, body, *polygon_movement(leaf, motion))
+        frame, own, size = self._own_frame(leaf)
+        cut = not whole or not np.isfinite(own).all()
+        extent = _intersect_extents(own, self._looked_at(body, box, motion, frame, size)) if cut else own
+        if not (extent[0] <= extent[1]).all():
+            return None
+        low, high = _thicken(extent, frame, leaf.is_sheet)
+        seen = self._made(leaf, frame, tuple(low.tolist()), tuple(high.tolist()), cut)
+        moved = movement(seen, fields_of(motion, seen.local.frame), leaf.is_sheet)
+        return None if moved is None else verdict(leaf, motion, body, moved, seen.local.frame)
+
+    def _looked_at(self, body: int, box: Extent, motion: Motion, frame: LocalFrame, size: FloatArray) -> Extent:
+        """What is looked at along the axes of a part: the box of its body; if that is endless, all its size."""
+        low, high = _extent_in_frame(box, motion, frame)
+        if self.targets.endless(body):
+            return np.minimum(low, -2 * size), np.maximum(high, 2 * size)
+        return low, high
+
+
+def _part(leaf: Any, frame: LocalFrame, low: Vector, high: Vector, cut: bool) -> TestedPart:
+    return TestedPart.of(localize(leaf, frame.scaled((np.array(low), np.array(high))), cut))
+
+
+def _extent_in_frame(box: Extent, motion: Motion, frame: LocalFrame) -> Extent:
+    """How far a box of the world reaches along the axes of a part's frame."""
+    back, shift = motion.inverse
+    own = ex.inverse(frame.columns)
+    middle = ex.exact_row((ex.exact(a) + ex.exact(b)) / 2 for a, b in zip(*(end.tolist() for end in box), strict=True))
+    at = [ex.dot(row, middle, t, -start) for row, t, start in zip(back, shift, frame.origin, strict=True)]
+    center = np.array([float(c) for c in ex.apply(own, (at[0], at[1], at[2]))])
+    reach = np.array([[float(c) for c in row] for row in ex.multiply(own, back)])
+    half = np.abs(reach) @ ((box[1] - box[0]) / 2) * (1 + _MARGIN)
+    return center - half, center + half
+
+
+def _intersect_extents(one: Extent, other: Extent) -> Extent:
+    return np.maximum(one[0], other[0]), np.minimum(one[1], other[1])
+
+
+def _thicken(extent: Extent, frame: LocalFrame, is_sheet: bool) -> Extent:
+    """Directions without any extent, and the thickness of sheets, take the largest; a point that of its place."""
+    size, middle = extent[1] - extent[0], (extent[0] + extent[1]) / 2
+    largest = float(size.max()) or max(abs(float(c)) for c in frame.origin) or 1.0
+    size = np.where((size <= 0) | is_sheet, largest, size)
+    return middle - size / 2, middle + size / 2

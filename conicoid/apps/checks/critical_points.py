@@ -1,0 +1,309 @@
+"""Where a cell's surfaces are looked at: points of its faces, edges and corners, in local coordinates.
+
+A test is a point with a combination of the surfaces that pass through it: one of them, or, where several meet, one
+without its components along the others, which tells how far the edge or the corner moves within them.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..._util.arrays import FloatArray, cross_rows, unit_rows
+from .perturbation import LocalCell, LocalShape, MotionFields
+
+_LINES = 48
+_MOST_PLANES = 96
+_TOLERANCE = 1e-9
+_REACH = 0.5 + 1e-6
+_SMALL = 1e-300
+
+_CUBE = np.zeros((6, 4, 4))
+for _k in range(3):
+    for _end in (0, 1):
+        _CUBE[2 * _k + _end, _k, 3] = _CUBE[2 * _k + _end, 3, _k] = 0.5
+        _CUBE[2 * _k + _end, 3, 3] = _end - 0.5
+
+
+@dataclass(frozen=True, eq=False)
+class TestPoints:
+    """points (T, 3), and weights (T, S) of the surfaces; corners (V, 3) where the cell is a polyhedron."""
+
+    points: FloatArray
+    weights: FloatArray
+    corners: FloatArray
+
+
+def tests_of(cell: LocalCell) -> TestPoints:
+    """The points looked at, always the same."""
+    random = np.random.default_rng(20261122)
+    lines = random.random((_LINES, 2, 3)) - 0.5
+    lines = np.concatenate([lines, np.stack([-np.eye(3), np.eye(3)], axis=1) / 2])
+    found = [*_on_lines(cell, lines), *_corners(cell), *_rims(cell, lines), *_singular(cell)]
+    count = len(cell.forms)
+    points: list[FloatArray] = []
+    weights: list[FloatArray] = []
+    corners: list[FloatArray] = []
+    for through, at in found:
+        keep = _inside(cell, at, through)
+        if not keep.any():
+            continue
+        at = at[keep]
+        if cell.flat.all() and len(through) == 3:
+            corners.append(at)
+        for chosen in _combinations([s for s in through if s < count]):
+            for weight in _weights(cell, at, chosen):
+                points.append(at)
+                weights.append(weight)
+    none = np.zeros((0, 3))
+    return TestPoints(
+        np.concatenate([none, *points]),
+        np.concatenate([np.zeros((0, count)), *weights]),
+        np.concatenate([none, *corners]),
+    )
+
+
+WeightedPoints = tuple[tuple[int, ...], FloatArray]
+
+
+def _combinations(surfaces: Sequence[int]) -> Iterator[tuple[int, ...]]:
+    for size in range(1, len(surfaces) + 1):
+        yield from itertools.combinations(surfaces, size)
+
+
+def gradients(forms: FloatArray, points: FloatArray) -> FloatArray:
+    """(T, S, 3) of S forms at T points."""
+    result: FloatArray = 2 * (np.einsum("sij,tj->tsi", forms[:, :3, :3], points) + forms[None, :, :3, 3])
+    return result
+
+
+def values(forms: FloatArray, points: FloatArray) -> FloatArray:
+    """(T, S) of S forms at T points."""
+    h = np.concatenate([points, np.ones((len(points), 1))], axis=1)
+    result: FloatArray = np.einsum("ti,sij,tj->ts", h, forms, h)
+    return result
+
+
+def _inside(cell: LocalCell, points: FloatArray, through: Sequence[int]) -> Any:
+    """(T,) bool: in the part looked at, and inside all other faces."""
+    keep: Any = (np.isfinite(points) & (np.abs(points) <= _REACH)).all(axis=1)
+    others = [s for s in range(len(cell.forms)) if s not in through and cell.sides[s]]
+    if others and keep.any():
+        height = values(cell.forms[others], np.where(keep[:, None], points, 0.0)) * cell.sides[others]
+        keep &= (height <= _TOLERANCE).all(axis=1)
+    return keep
+
+
+def _weights(cell: LocalCell, points: FloatArray, chosen: tuple[int, ...]) -> Iterator[FloatArray]:
+    """(T, S) for each of the chosen surfaces: it alone, or without what the other ones' normals have in common."""
+    weights = np.zeros((len(points), len(cell.forms)))
+    if len(chosen) == 1:
+        weights[:, chosen[0]] = 1.0
+        yield weights
+        return
+    normals = gradients(cell.forms[list(chosen)], points)
+    sizes = np.linalg.norm(normals, axis=2)
+    usable = sizes.min(axis=1) > _SMALL
+    units = normals / np.where(usable, sizes.T, 1.0).T[:, :, None]
+    for k in range(len(chosen)):
+        others = [j for j in range(len(chosen)) if j != k]
+        parts = _along(units[:, others], units[:, k])
+        result = weights.copy()
+        result[:, chosen[k]] = 1 / np.where(usable, sizes[:, k], 1.0)
+        for column, j in enumerate(others):
+            result[:, chosen[j]] = -parts[:, column] / np.where(usable, sizes[:, j], 1.0)
+        result[~usable | ~np.isfinite(result).all(axis=1)] = 0.0
+        yield result
+
+
+def _along(units: FloatArray, vector: FloatArray) -> FloatArray:
+    """(T, 1 or 2): the combination of one or two unit vectors that is nearest to another vector."""
+    first: FloatArray = (units[:, 0] * vector).sum(axis=1)
+    if units.shape[1] == 1:
+        return first[:, None]
+    second = (units[:, 1] * vector).sum(axis=1)
+    both = (units[:, 0] * units[:, 1]).sum(axis=1)
+    square = (cross_rows(units[:, 0], units[:, 1]) ** 2).sum(axis=1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        parts: FloatArray = np.stack([(first - both * second) / square, (second - both * first) / square], axis=1)
+    return parts
+
+
+def _on_lines(cell: LocalCell, lines: FloatArray) -> Iterator[WeightedPoints]:
+    """Where lines (L, 2, 3) through two points meet each surface; of a cell of planes the corners say more."""
+    if cell.flat.all() and len(cell.forms) <= _MOST_PLANES:
+        return
+    for s in range(len(cell.forms)):
+        yield (s,), _line_crossings(cell.forms[s], lines)
+
+
+def _line_crossings(form: FloatArray, lines: FloatArray) -> FloatArray:
+    """(n, 3): where lines (L, 2, 3) meet a surface."""
+    start, along = lines[:, 0], lines[:, 1] - lines[:, 0]
+    second, first = form[:3, :3], form[:3, 3]
+    a = np.einsum("ti,ij,tj->t", along, second, along)
+    b = np.einsum("ti,ij,tj->t", along, second, start) + along @ first
+    c = np.einsum("ti,ij,tj->t", start, second, start) + 2 * start @ first + form[3, 3]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        root = np.sqrt(b * b - a * c)
+        q = -(b + np.copysign(root, b))
+        t = np.stack([np.where(a == 0, np.nan, q / a), np.where(a == 0, -c / (2 * b), c / q)], axis=1)
+        points = start[:, None] + t[:, :, None] * along[:, None]
+    points = points.reshape(-1, 3)
+    found: FloatArray = points[np.isfinite(points).all(axis=1)]
+    return found
+
+
+def _rims(cell: LocalCell, lines: FloatArray) -> Iterator[WeightedPoints]:
+    """Edges between the quadric and a plane: along lines of the plane."""
+    for q in np.flatnonzero(~cell.flat).tolist():
+        for p in np.flatnonzero(cell.flat).tolist():
+            points = _line_crossings(cell.forms[p], lines)
+            points = points[(np.abs(points) <= _REACH).all(axis=1)]
+            if len(points) > 1:
+                pairs = np.stack([points, np.roll(points, 1, axis=0)], axis=1)
+                yield (p, q), _line_crossings(cell.forms[q], pairs)
+
+
+def _corners(cell: LocalCell) -> Iterator[WeightedPoints]:
+    """Where three planes meet, or two and the quadric. The ends of what is looked at count as planes if it is cut."""
+    count = len(cell.forms)
+    planes = np.flatnonzero(cell.flat)
+    if len(planes) > _MOST_PLANES:
+        return
+    forms = cell.forms
+    if cell.cut:
+        forms, planes = np.concatenate([forms, _CUBE]), np.append(planes, np.arange(count, count + 6))
+    normals, offsets = forms[:, :3, 3], forms[:, 3, 3] / 2
+    first, second, start, along = _common_lines(normals, offsets, planes)
+    real = first < count
+    first, second, start, along = first[real], second[real], start[real], along[real]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        t = -(start @ normals[planes].T + offsets[planes]) / (along @ normals[planes].T)
+        points = start[:, None] + t[:, :, None] * along[:, None]
+        kept = (np.abs(points) <= _REACH).all(axis=2) & (planes > second[:, None])
+    for k, c in np.argwhere(kept).tolist():
+        yield (int(first[k]), int(second[k]), int(planes[c])), points[k, c][None, :]
+    for q in np.flatnonzero(~cell.flat).tolist():
+        for k in range(len(first)):
+            line = np.stack([start[k], start[k] + along[k]])[None]
+            yield (int(first[k]), int(second[k]), q), _line_crossings(cell.forms[q], line)
+
+
+def _common_lines(normals: FloatArray, offsets: FloatArray, planes: Any) -> tuple[Any, Any, FloatArray, FloatArray]:
+    """(first, second, a point, the direction) of the line that each two of the planes normal·x + offset = 0 share."""
+    i, j = np.triu_indices(len(planes), 1)
+    first, second = planes[i], planes[j]
+    along = cross_rows(normals[first], normals[second])
+    crossing = along.any(axis=1)
+    first, second, along = first[crossing], second[crossing], along[crossing]
+    start = offsets[first, None] * cross_rows(along, normals[second])
+    start += offsets[second, None] * cross_rows(normals[first], along)
+    return first, second, start / (along * along).sum(axis=1)[:, None], unit_rows(along)[0]
+
+
+def _singular(cell: LocalCell) -> Iterator[WeightedPoints]:
+    """The point of a quadric where its gradient vanishes, if it lies in it as far as its numbers can tell."""
+    for q in np.flatnonzero(~cell.flat).tolist():
+        form = cell.forms[q]
+        point = -np.linalg.pinv(form[:3, :3], rcond=1e-12) @ form[:3, 3]
+        at = point[None, :]
+        doubt = 4 * np.abs(values(cell.moves[:, q], at)).sum()
+        slope = np.abs(gradients(form[None], at)).sum()
+        if abs(float(values(form[None], at)[0, 0])) <= doubt + 2.0**-50 and slope < 1e-9:
+            yield (q,), at
+
+
+# How far a relative change of 2^-53 of each of its numbers moves a shape, in units of its own extent.
+#
+# docs/conditioning.md derives what is computed here: a lower bound on the movement, attained up to second order.
+
+_ROUNDING = 2.0**-50
+
+
+@dataclass(frozen=True, eq=False)
+class Movement:
+    """The worst place of a part.
+
+    relative    how far it moves there, in units of the part's extent in that direction
+    number      the number that most of it comes from
+    local       (3,) where, in local coordinates; `gradient` (3,) of what moves, and `width` of the part along it
+    normals     (k, 3) gradients of the surfaces that meet there
+    singular    does the surface's gradient vanish there, as far as its numbers can tell?
+    """
+
+    relative: float
+    number: str
+    local: FloatArray
+    gradient: FloatArray
+    width: float
+    singular: bool = False
+    normals: FloatArray | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class TestedPart:
+    """The cells of a shape with the places where they are looked at."""
+
+    local: LocalShape
+    tests: tuple[TestPoints, ...]
+
+    @classmethod
+    def of(cls, local: LocalShape) -> TestedPart:
+        return cls(local, tuple(tests_of(cell) for cell in local.cells))
+
+
+def movement(part: TestedPart, fields: MotionFields, is_sheet: bool) -> Movement | None:
+    """The worst of all cells; None where nothing of the part is looked at."""
+    found = [
+        _cell_movement(cell, tests, fields, is_sheet) for cell, tests in zip(part.local.cells, part.tests, strict=True)
+    ]
+    return max((one for one in found if one is not None), key=lambda one: one.relative, default=None)
+
+
+def _cell_movement(cell: LocalCell, tests: TestPoints, fields: MotionFields, is_sheet: bool) -> Movement | None:
+    if not len(tests.points):
+        return None
+    h = np.concatenate([tests.points, np.ones((len(tests.points), 1))], axis=1)
+    slopes = gradients(cell.forms, tests.points)
+    gradient = np.einsum("ts,tsi->ti", tests.weights, slopes)
+    by_number = np.concatenate(
+        [
+            np.einsum("ts,ti,nsij,tj->tn", tests.weights, h, cell.moves, h, optimize=True),
+            np.einsum("ti,mij,tj->tm", gradient, fields.fields, h, optimize=True),
+        ],
+        axis=1,
+    )
+    by_number = np.abs(by_number)
+    change = by_number.sum(axis=1)
+    width = np.abs(gradient).sum(axis=1)
+    if is_sheet:
+        width = np.linalg.norm(gradient, axis=1)
+    elif len(tests.corners) > 3 and not cell.cut:
+        reach = gradient @ tests.corners.T
+        width = np.minimum(width, reach.max(axis=1) - reach.min(axis=1))
+    width = width + _ROUNDING * np.einsum("ts,ts->t", np.abs(tests.weights), np.abs(slopes).sum(axis=2))
+    bend = np.abs(tests.weights) @ np.abs(cell.forms[:, :3, :3]).sum(axis=(1, 2))
+    relative = least_displacement(change, width, bend)
+    worst = int(relative.argmax())
+    names = (*cell.numbers, *fields.numbers)
+    return Movement(
+        float(relative[worst]),
+        names[int(by_number[worst].argmax())] if names else "",
+        tests.points[worst],
+        gradient[worst],
+        float(width[worst]),
+        bool(4 * bend[worst] * change[worst] > width[worst] ** 2),
+        slopes[worst][tests.weights[worst] != 0],
+    )
+
+
+def least_displacement(change: Any, width: Any, bend: Any) -> Any:
+    """The least d with width d + bend d² >= change."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        found = 2 * change / (width + np.sqrt(width * width + 4 * bend * change))
+    return np.where(change > 0, found, 0.0)

@@ -1,0 +1,476 @@
+"""The numbers that a user wrote for a shape, and the shape with each of them changed in its last place."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import re
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any, Generic, TypeVar
+
+import numpy as np
+
+from ..._util.arrays import FloatArray
+from ...geometry.cell import Cell, Not, PolygonSheet, Tree
+from ...geometry.general_quadric import Quadric
+from ...geometry.polyhedron import Polyhedron
+from ...geometry.quadric_coefficients import Coefficients
+from ...geometry.shape import PrimitiveSheet, PrimitiveSolid
+from ...geometry.surface import UPRIGHT, PlaneSurface, QuadricSurface, Surface
+from ...geometry.transform import IDENTITY_MOTION, Motion
+from ...numerics import bigfloat_linalg as ex
+
+HALF_ULP = 2.0**-53
+"""The relative change that is asked about: what rounding a number to float64 may do to it."""
+
+Changed = TypeVar("Changed")
+
+
+@dataclass(frozen=True)
+class NumberChange(Generic[Changed]):
+    """What one number, moved to the next float64, makes of a shape or a motion.
+
+    number   as the user knows it: center[0], coefficients.xy, steps[1].degrees
+    share    the change that is asked about (a relative 2^-53) as a part of the one that was made, in [1/2, 1]
+    """
+
+    number: str
+    share: float
+    made: Changed
+
+
+def number_changes(given: Changed) -> Iterator[NumberChange[Changed]]:
+    """A change for each number of a dataclass other than 0; what `given` refuses is left out. No motion of its own."""
+    for name, value, put in _numbers(given, ""):
+        for towards in (math.copysign(math.inf, value), 0.0):
+            changed = math.nextafter(value, towards)
+            if not changed or math.isinf(changed):
+                continue
+            try:
+                made = put(changed)
+            except ValueError:
+                continue
+            yield NumberChange(name, HALF_ULP * abs(value / (changed - value)), made)
+            break
+
+
+def column_change(given: Any, change: NumberChange[Any]) -> NumberChange[Any] | None:
+    """A change of all numbers that are equal to one in a table's column; None for any but the first of them."""
+    found = _IN_TABLE.fullmatch(change.number)
+    if found is None:
+        return None
+    field, row, column = found[1], int(found[2]), int(found[3])
+    table = getattr(given, field)
+    old, new = table[row][column], getattr(change.made, field)[row][column]
+    rows = [k for k, each in enumerate(table) if each[column] == old]
+    if rows[0] != row:
+        return None
+    changed = ((*each[:column], new, *each[column + 1 :]) if k in rows else each for k, each in enumerate(table))
+    try:
+        return dataclasses.replace(change, made=dataclasses.replace(given, **{field: tuple(changed)}))
+    except ValueError:
+        return None
+
+
+_IN_TABLE = re.compile(r"(\w+)\[(\d+)\]\[(\d+)\]")
+
+Put = Callable[[float], Any]
+
+
+def _numbers(value: Any, name: str) -> Iterator[tuple[str, float, Put]]:
+    """(name, number, what `value` is with another one in its place) for every finite number within."""
+    if isinstance(value, float):
+        if value and math.isfinite(value):
+            yield name, value, lambda new: new
+    elif isinstance(value, Coefficients):
+        for key, number in value.items():
+            yield f"{name}.{key}", number, _in_mapping(value, key)
+    elif isinstance(value, tuple):
+        for i, part in enumerate(value):
+            for inner, number, put in _numbers(part, f"{name}[{i}]"):
+                yield inner, number, _in_tuple(value, i, put)
+    elif dataclasses.is_dataclass(value) and not isinstance(value, type):
+        yield from _of_fields(value, name)
+
+
+def _of_fields(value: Any, name: str) -> Iterator[tuple[str, float, Put]]:
+    given = {field.name: getattr(value, field.name) for field in dataclasses.fields(value) if field.init}
+    if given.get("coefficients") is not None and "radii" in given:
+        del given["radii"]  # they follow from the coefficients
+    if not name and not isinstance(value, Motion):
+        given.pop("motion", None)
+    for field, part in given.items():
+        for inner, number, put in _numbers(part, f"{name}.{field}" if name else field):
+            yield inner, number, _in_field(value, given, field, put)
+
+
+def _in_mapping(value: Coefficients, key: str) -> Put:
+    return lambda new: Coefficients({**value, key: new})
+
+
+def _in_tuple(value: tuple[Any, ...], i: int, put: Put) -> Put:
+    return lambda new: (*value[:i], put(new), *value[i + 1 :])
+
+
+def _in_field(value: Any, given: dict[str, Any], field: str, put: Put) -> Put:
+    return lambda new: type(value)(**{**given, field: put(new)})
+
+
+# Surfaces of a shape as exact symmetric 4 × 4 forms, in any affine coordinates.
+
+
+@dataclass(frozen=True)
+class ExactForm:
+    """xᵀ second x + 2 first·x + zeroth; `second` is None for a plane."""
+
+    second: ex.Rows | None
+    first: ex.Row
+    zeroth: ex.Exact
+
+    @property
+    def entries(self) -> tuple[ex.Exact, ...]:
+        second = self.second or ((ex.ZERO,) * 3,) * 3
+        return (*second[0], *second[1], *second[2], *self.first, *self.first, self.zeroth)
+
+    def minus(self, factor: ex.Exact, other: ExactForm) -> ExactForm:
+        """self - factor other"""
+
+        def row(a: Sequence[ex.Exact], b: Sequence[ex.Exact]) -> ex.Row:
+            return a[0] - factor * b[0], a[1] - factor * b[1], a[2] - factor * b[2]
+
+        second = self.second
+        if second is not None and other.second is not None:
+            second = row(second[0], other.second[0]), row(second[1], other.second[1]), row(second[2], other.second[2])
+        return ExactForm(second, row(self.first, other.first), self.zeroth - factor * other.zeroth)
+
+    def seen_from(self, origin: ex.Row, columns: ex.Rows) -> ExactForm:
+        """The form in coordinates z, x = origin + columns z."""
+        rows = ex.transpose(columns)
+        if self.second is None:
+            return ExactForm(None, _apply_rows(rows, self.first), 2 * dot(self.first, origin) + self.zeroth)
+        half = _apply_rows(self.second, origin)
+        slope = half[0] + self.first[0], half[1] + self.first[1], half[2] + self.first[2]
+        zeroth = dot(origin, half) + 2 * dot(self.first, origin) + self.zeroth
+        x, y, z = (_apply_rows(self.second, column) for column in rows)
+        second = _apply_rows((x, y, z), rows[0]), _apply_rows((x, y, z), rows[1]), _apply_rows((x, y, z), rows[2])
+        return ExactForm(second, _apply_rows(rows, slope), zeroth)
+
+    def rounded(self) -> FloatArray:
+        """(4, 4) float64."""
+        result = np.zeros((4, 4))
+        if self.second is not None:
+            result[:3, :3] = [[float(c) for c in row] for row in self.second]
+        result[:3, 3] = result[3, :3] = [float(c) for c in self.first]
+        result[3, 3] = float(self.zeroth)
+        return result
+
+
+def dot(a: Sequence[ex.Exact], b: Sequence[ex.Exact]) -> ex.Exact:
+    """a·b to 3000 bits. What cancels leaves its rounding, unlike in `exact.dot`: here all is rounded to float64."""
+    return ex.total(x * y for x, y in zip(a, b, strict=True))
+
+
+def _apply_rows(rows: ex.Rows, point: ex.Row) -> ex.Row:
+    return dot(rows[0], point), dot(rows[1], point), dot(rows[2], point)
+
+
+@dataclass(frozen=True)
+class CellSide:
+    """A surface in the shape's own frame; `inside` as of a `Face`, 0 for a sheet's own surface."""
+
+    number: int
+    inside: int
+    surface: Surface
+
+
+def cells_of(leaf: Any) -> list[list[CellSide]]:
+    """The faces of every cell of a primitive, in its own frame; a sheet's surface with each cell that clips it."""
+    if isinstance(leaf, Polyhedron):
+        planes = [PlaneSurface(n, d) for n, d in zip(leaf.normals, leaf.offsets, strict=True)]
+        return [[CellSide(i, 1, plane) for i, plane in enumerate(planes)]]
+    if isinstance(leaf, PrimitiveSolid):
+        return [_sides(cell) for cell in _cells(leaf.tree())]
+    assert isinstance(leaf, PrimitiveSheet)
+    sheet = leaf.sheet(IDENTITY_MOTION)
+    assert not isinstance(sheet, PolygonSheet)
+    clips = [_sides(cell) for cell in _cells(sheet.clip)] if sheet.clip is not None else [[]]
+    return [[CellSide(-1, 0, sheet.surface), *clip] for clip in clips]
+
+
+def kinds_of(cells: Sequence[Sequence[CellSide]]) -> list[list[tuple[Any, ...]]]:
+    """What cells are made of: faces, on which side, plane or not."""
+    return [[(side.number, side.inside, type(side.surface)) for side in cell] for cell in cells]
+
+
+def forms_of(leaf: Any, cells: Sequence[Sequence[CellSide]] | None = None) -> list[dict[int, ExactForm]]:
+    """The forms of `cells_of` by number, where the placement puts them. A general quadric needs no principal axes."""
+    if isinstance(leaf, Quadric):
+        q = [[ex.exact(c) for c in row] for row in leaf.symmetric]
+        second = (ex.exact_row(q[0][:3]), ex.exact_row(q[1][:3]), ex.exact_row(q[2][:3]))
+        curved = any(c for row in second for c in row)
+        return [{0: ExactForm(second if curved else None, (q[0][3], q[1][3], q[2][3]), q[3][3])}]
+    placement = leaf.placement
+    return [{side.number: form_of(side.surface.moved(placement)) for side in cell} for cell in cells or cells_of(leaf)]
+
+
+def form_of(surface: Surface) -> ExactForm:
+    """The exact polynomial of a surface about the origin."""
+    if isinstance(surface, PlaneSurface):
+        x, y, z = (c / 2 for c in ex.exact_row(surface.normal))
+        return ExactForm(None, (x, y, z), -ex.exact(surface.offset))
+    assert isinstance(surface, QuadricSurface)
+    xx, yy, zz, xy, xz, yz, x, y, z, constant = surface.coefficients()
+    return ExactForm(((xx, xy, xz), (xy, yy, yz), (xz, yz, zz)), (x, y, z), constant)
+
+
+def _cells(tree: Tree) -> Iterator[Cell]:
+    if isinstance(tree, Cell):
+        yield tree
+        return
+    for part in (tree.part,) if isinstance(tree, Not) else tree.parts:
+        yield from _cells(part)
+
+
+def _sides(cell: Cell) -> list[CellSide]:
+    return [CellSide(face.number, face.inside, face.surface) for face in cell.faces]
+
+
+# A cell of a shape in coordinates of its own size, and how its surfaces move as the shape's numbers change.
+#
+# The coordinates z have their origin in the middle of the part looked at, axes along the quadric's principal ones, and
+# the part between -1/2 and 1/2 along each; so z measures in units of the part itself, whatever its size and place.
+# Everything is exact up to here and rounded to float64 now.
+
+Extent = tuple[FloatArray, FloatArray]
+
+
+@dataclass(frozen=True)
+class LocalFrame:
+    """x = origin + columns z, from local coordinates to those of the shape before its motion."""
+
+    origin: ex.Row
+    columns: ex.Rows
+
+    def scaled(self, extent: Extent) -> LocalFrame:
+        """The same axes, with `extent` (low, high) going from -1/2 to 1/2."""
+        low, high = extent
+        middle = ex.exact_row((ex.exact(a) + ex.exact(b)) / 2 for a, b in zip(low.tolist(), high.tolist(), strict=True))
+        sizes = ex.exact_row(high - low)
+        x, y, z = (ex.dot(row, middle, start) for row, start in zip(self.columns, self.origin, strict=True))
+        a, b, c = ((row[0] * sizes[0], row[1] * sizes[1], row[2] * sizes[2]) for row in self.columns)
+        return LocalFrame((x, y, z), (a, b, c))
+
+
+@dataclass(frozen=True, eq=False)
+class LocalCell:
+    """S surfaces of a cell as float64 forms in z.
+
+    forms     (S, 4, 4), the largest entry of each 1
+    flat      (S,) bool: planes
+    sides     (S,): +1 where f <= 0 is inside, -1 where f >= 0 is, 0 where a sheet lies in it
+    moves     (n, S, 4, 4): what a relative change by 2^-53 of each of n numbers adds to the forms, up to a factor
+    numbers   their names
+    cut       is the part looked at smaller than the cell?
+    """
+
+    forms: FloatArray
+    flat: Any
+    sides: Any
+    moves: FloatArray
+    numbers: tuple[str, ...]
+    cut: bool
+
+
+@dataclass(frozen=True, eq=False)
+class LocalShape:
+    """The cells of a shape in the same coordinates."""
+
+    frame: LocalFrame
+    cells: tuple[LocalCell, ...]
+
+
+def own_frame(leaf: Any) -> tuple[LocalFrame, Extent, FloatArray]:
+    """(axes of the first quadric about its anchor, how far the shape reaches along them, its own size along them).
+
+    The extent is infinite where the shape is, and low > high where it is empty; the size is of the order of the
+    quadric's semi-axes, and 0 for planes.
+    """
+    sides = [side.surface for cell in cells_of(leaf) for side in cell]
+    curved = next((surface for surface in sides if isinstance(surface, QuadricSurface)), None)
+    chosen = curved or sides[0]
+    anchor, columns = ex.exact_row(chosen.anchor), ex.IDENTITY
+    rows = ex.IDENTITY
+    if curved is not None and curved.rows is not UPRIGHT:
+        rows = ex.exact_row(curved.rows[0]), ex.exact_row(curved.rows[1]), ex.exact_row(curved.rows[2])
+        columns = ex.inverse(rows)
+    low, high = np.empty(3), np.empty(3)
+    for k, row in enumerate(rows):
+        x, y, z = (float(c) for c in row)
+        middle = ex.dot(row, anchor)
+        high[k] = _distance_beyond(leaf.support((x, y, z)), -middle)
+        low[k] = -_distance_beyond(leaf.support((-x, -y, -z)), middle)
+    linear, shift = leaf.placement.affine
+    start = tuple(ex.dot(row, anchor, t) for row, t in zip(linear, shift, strict=True))
+    frame = LocalFrame((start[0], start[1], start[2]), ex.multiply(linear, columns))
+    return frame, (low, high), _size(curved) if curved is not None else np.zeros(3)
+
+
+def _distance_beyond(reach: float, middle: ex.Exact) -> float:
+    return float(ex.exact(reach) + middle) if math.isfinite(reach) else reach
+
+
+def _size(surface: QuadricSurface) -> FloatArray:
+    """(3,) half lengths along the axes, with the largest where the surface is not curved."""
+    constant, slope = abs(ex.exact(surface.constant)), max(abs(ex.exact(b)) for b in surface.linear)
+    squares = [abs(ex.exact(s)) for s in surface.squares]
+    curved = [float(ex.sqrt(constant / s) + slope / s) if s else 0.0 for s in squares]
+    return np.array([size or max(curved) for size in curved])
+
+
+def localize(leaf: Any, frame: LocalFrame, cut: bool) -> LocalShape:
+    """The cells of a shape without motion, in a frame that fits the part looked at."""
+    sides = cells_of(leaf)
+    base = forms_of(leaf, sides)
+    made = [(change, forms_of(change.made, cells)) for change, cells in _comparable(leaf, sides)]
+    cells = []
+    for i, (forms, cell) in enumerate(zip(base, sides, strict=True)):
+        changed = [(change.share, forms_[i] if i < len(forms_) else {}) for change, forms_ in made]
+        cells.append(_cell(forms, cell, changed, tuple(change.number for change, _ in made), frame, cut))
+    return LocalShape(frame, tuple(cells))
+
+
+def _comparable(leaf: Any, sides: list[list[CellSide]]) -> Iterator[tuple[NumberChange[Any], list[list[CellSide]]]]:
+    """The changes of a shape, and its cells then, if they are as many of the same kinds.
+
+    Where they are not, as one corner of a level edge that rises makes a flat cone of a plane, equal numbers are one
+    number on paper, and change together.
+    """
+    kinds = kinds_of(sides)
+    for alone in number_changes(leaf):
+        cells = cells_of(alone.made)
+        if kinds_of(cells) == kinds:
+            yield alone, cells
+            continue
+        change = column_change(leaf, alone)
+        if change is not None and kinds_of(cells := cells_of(change.made)) == kinds:
+            yield change, cells
+
+
+def _cell(
+    forms: dict[int, ExactForm],
+    sides: Sequence[CellSide],
+    changed: Sequence[tuple[float, dict[int, ExactForm]]],
+    numbers: tuple[str, ...],
+    frame: LocalFrame,
+    cut: bool,
+) -> LocalCell:
+    rounded, moves = np.empty((len(sides), 4, 4)), np.zeros((len(changed), len(sides), 4, 4))
+    for s, side in enumerate(sides):
+        form = forms[side.number]
+        seen = form.seen_from(frame.origin, frame.columns)
+        largest = max(abs(entry) for entry in seen.entries) or ex.ONE
+        rounded[s] = _divide_form(seen, largest)
+        for n, (share, found) in enumerate(changed):
+            other = found.get(side.number)
+            if other is not None and other != form:
+                moves[n, s] = share * _divide_form(
+                    _difference(other, form).seen_from(frame.origin, frame.columns), largest
+                )
+    flat = np.array([isinstance(side.surface, PlaneSurface) for side in sides])
+    return LocalCell(rounded, flat, np.array([side.inside for side in sides]), moves, numbers, cut)
+
+
+def _difference(changed: ExactForm, form: ExactForm) -> ExactForm:
+    """What is left of the changed form without the multiple of the old one that is most like it: 0 on the surface."""
+    own = form.entries
+    return changed.minus(dot(changed.entries, own) / dot(own, own), form)
+
+
+def _divide_form(form: ExactForm, divisor: ex.Exact) -> FloatArray:
+    return ExactForm(
+        None if form.second is None else (_divide_row(form.second[0], divisor), _divide_row(form.second[1], divisor),
+                                          _divide_row(form.second[2], divisor)),
+        _divide_row(form.first, divisor),
+        form.zeroth / divisor,
+    ).rounded()  # fmt: skip
+
+
+def _divide_row(row: ex.Row, divisor: ex.Exact) -> ex.Row:
+    return row[0] / divisor, row[1] / divisor, row[2] / divisor
+
+
+@dataclass(frozen=True, eq=False)
+class MotionFields:
+    """How a motion's numbers move the points of a shape, seen from its own coordinates.
+
+    fields    (n, 3, 4): a point (z, 1) goes by fields (z, 1), for a relative change by 2^-53 of each number
+    numbers   their names
+    """
+
+    fields: FloatArray
+    numbers: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class MotionChange:
+    """M⁻¹ M' - 1 for one number: x goes by linear x + shift; `linear` is None where all points go alike."""
+
+    number: str
+    linear: ex.Rows | None
+    shift: ex.Row
+
+
+def motion_changes(motion: Motion) -> list[MotionChange]:
+    """For each number of a motion M = A S B, S being the step with the number: (S B)⁻¹ (S' - S) B."""
+    found, before = [], Motion()
+    for i, step in enumerate(motion.steps):
+        until = before.then(Motion((step,)))
+        back, _ = until.inverse
+        before_rows, before_shift = before.affine
+        rows, shift = step.affine()
+        for change in number_changes(step):
+            to, to_shift = change.made.affine()
+            share = ex.exact(change.share)
+            moved = share * (to_shift[0] - shift[0]), share * (to_shift[1] - shift[1]), share * (to_shift[2] - shift[2])
+            linear = None
+            if to != rows:
+                turned = _times(share, _minus(to, rows))
+                at = ex.apply(turned, before_shift)
+                moved = moved[0] + at[0], moved[1] + at[1], moved[2] + at[2]
+                linear = ex.multiply(ex.multiply(back, turned), before_rows)
+            found.append(MotionChange(f"steps[{i}].{change.number}", linear, ex.apply(back, moved)))
+        before = until
+    return found
+
+
+def fields_of(motion: Motion, frame: LocalFrame) -> MotionFields:
+    """The changes of a motion in the coordinates of `frame`."""
+    found = motion_changes(motion)
+    fields = np.zeros((len(found), 3, 4))
+    own = ex.inverse(frame.columns) if found else ex.IDENTITY
+    for field, change in zip(fields, found, strict=True):
+        shift = change.shift
+        if change.linear is not None:
+            at = ex.apply(change.linear, frame.origin)
+            shift = at[0] + shift[0], at[1] + shift[1], at[2] + shift[2]
+            linear = ex.multiply(ex.multiply(own, change.linear), frame.columns)
+            field[:, :3] = [[float(c) for c in row] for row in linear]
+        field[:, 3] = [float(c) for c in ex.apply(own, shift)]
+    return MotionFields(fields, tuple(change.number for change in found))
+
+
+def _times(factor: ex.Exact, rows: ex.Rows) -> ex.Rows:
+    (a, b, c), (d, e, f), (g, h, i) = rows
+    return (
+        (factor * a, factor * b, factor * c),
+        (factor * d, factor * e, factor * f),
+        (factor * g, factor * h, factor * i),
+    )
+
+
+def _minus(a: ex.Rows, b: ex.Rows) -> ex.Rows:
+    def row(p: ex.Row, q: ex.Row) -> ex.Row:
+        return p[0] - q[0], p[1] - q[1], p[2] - q[2]
+
+    return row(a[0], b[0]), row(a[1], b[1]), row(a[2], b[2])

@@ -1,0 +1,266 @@
+"""Rays for a check: through the whole scene, through every body, and where boxes of two bodies overlap."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..._util.arrays import FloatArray
+from ...kernels.entry.crossings import row_owners
+from ...prepare.lowering import LoweredScene
+
+if TYPE_CHECKING:
+    from ...scene.scene import Scene
+
+
+Indices = npt.NDArray[np.int64]
+
+_MOST_PAIRS = 100_000
+_ALONG_AXES = 0.25
+_BACK = 2.0
+"""Rays start so many sizes of what they are aimed at away from it."""
+
+
+@dataclass(frozen=True)
+class ProbeTargets:
+    """Boxes of all bodies, (n, 3) low and high, and of the part of space that is looked at."""
+
+    low: FloatArray
+    high: FloatArray
+    window: tuple[FloatArray, FloatArray]
+
+    @classmethod
+    def of(cls, lowered: LoweredScene) -> ProbeTargets:
+        return cls(lowered.boxes[:, :3], lowered.boxes[:, 3:], _window(lowered))
+
+    @property
+    def sizes(self) -> FloatArray:
+        """(n,) diagonals of the boxes, cut to the window; 0 for empty ones."""
+        low, high = self._cut(np.arange(len(self.low)))
+        result: FloatArray = np.linalg.norm(np.maximum(high - low, 0.0), axis=1)
+        return result
+
+    @property
+    def empty(self) -> Any:
+        """(n,) bool: boxes that hold nothing."""
+        return (self.low > self.high).any(axis=1)
+
+    def _cut(self, bodies: Indices) -> tuple[FloatArray, FloatArray]:
+        """Boxes of bodies, infinite ends moved to the window's."""
+        low, high = self.low[bodies], self.high[bodies]
+        first, last = self.window
+        return np.where(np.isfinite(low), low, np.minimum(first, high)), np.where(
+            np.isfinite(high), high, np.maximum(last, low)
+        )
+
+    def box(self, body: int) -> tuple[FloatArray, FloatArray]:
+        """The box of one body; low > high if it is empty. Infinite ends lie as far from 0 as the window reaches."""
+        low, high = self.low[body], self.high[body]
+        if (low > high).any():
+            return low, high
+        first, last = self.window
+        far = np.abs([first, last]).max()
+        size = float((last - first).max())
+        return np.where(np.isfinite(low), low, np.minimum(-far, high - size)), np.where(
+            np.isfinite(high), high, np.maximum(far, low + size)
+        )
+
+    def endless(self, body: int) -> bool:
+        """Is some end of a body's box infinite?"""
+        return not (np.isfinite(self.low[body]).all() and np.isfinite(self.high[body]).all())
+
+    def common(self, one: Indices, other: Indices) -> tuple[FloatArray, FloatArray]:
+        """The common boxes of pairs of bodies; low > high where there is none."""
+        (a, b), (c, d) = self._cut(one), self._cut(other)
+        return np.maximum(a, c), np.minimum(b, d)
+
+    def pairs(self) -> tuple[Indices, Indices]:
+        """Pairs of bodies whose boxes meet, at most about 100 000: those next to each other along x first."""
+        order = np.argsort(self.low[:, 0], kind="stable")
+        order = order[~self.empty[order]]
+        low, high = self.low[order], self.high[order]
+        found: list[tuple[Indices, Indices]] = []
+        count = 0
+        for apart in range(1, len(order)):
+            if count > _MOST_PAIRS or not (low[apart:, 0] <= high[:-apart, 0]).any():
+                break
+            met = np.flatnonzero(((low[apart:] <= high[:-apart]) & (low[:-apart] <= high[apart:])).all(axis=1))
+            count += len(met)
+            found.append((order[met], order[met + apart]))
+        none = np.zeros(0, np.int64)
+        return np.concatenate([none, *(a for a, _ in found)]), np.concatenate([none, *(b for _, b in found)])
+
+    def through_window(self, count: int, random: np.random.Generator) -> tuple[FloatArray, FloatArray]:
+        """Rays (origins, directions) through random points of the window."""
+        low, high = self.window
+        return rays_through(np.tile(low, (count, 1)), np.tile(high, (count, 1)), random)
+
+    def through_bodies(self, bodies: Indices, random: np.random.Generator) -> tuple[FloatArray, FloatArray]:
+        """A ray through a random point of each body's box."""
+        return rays_through(*self._cut(bodies), random)
+
+
+def rays_through(low: FloatArray, high: FloatArray, random: np.random.Generator) -> tuple[FloatArray, FloatArray]:
+    """A ray through a random point of each box (n, 3), from outside of it; a quarter of them along the axes."""
+    points = low + (high - low) * random.random(low.shape)
+    directions = random.normal(size=low.shape)
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    along = np.flatnonzero(random.random(len(low)) < _ALONG_AXES)
+    directions[along] = np.eye(3)[random.integers(0, 3, len(along))]
+    sizes = np.linalg.norm(high - low, axis=1, keepdims=True)
+    back = _BACK * np.where(sizes > 0, sizes, np.abs(points).max(axis=1, keepdims=True, initial=1.0))
+    return points - back * directions, directions
+
+
+def _window(lowered: LoweredScene) -> tuple[FloatArray, FloatArray]:
+    """Around all that is finite; where a body is infinite also around the anchors of surfaces, and somewhat larger."""
+    boxes = lowered.boxes[(lowered.boxes[:, :3] <= lowered.boxes[:, 3:]).all(axis=1)]
+    points = np.concatenate([boxes[:, :3], boxes[:, 3:]])
+    endless = not len(points) or not np.isfinite(points).all()
+    if endless:
+        tables = lowered.tables
+        points = np.concatenate([points, tables.planes[:, 4:7], tables.spheres[:, :3], tables.quadrics[:, :3]])
+    finite = np.isfinite(points)
+    low = np.where(finite, points, np.inf).min(axis=0, initial=np.inf)
+    high = np.where(finite, points, -np.inf).max(axis=0, initial=-np.inf)
+    low, high = np.where(low <= high, low, 0.0), np.where(low <= high, high, 0.0)
+    if endless:
+        margin = float(max((high - low).max(), 1e-3 * np.abs([low, high]).max())) or 1.0
+        low, high = low - margin, high + margin
+    return low, high
+
+
+# What rays see: stretches common to two bodies, and slivers between two surfaces.
+
+CHUNK = 1 << 14
+THIN = 1e-9
+"""Anything thinner than this part of a body's size is a sliver."""
+
+_PARALLEL = 0.99
+"""|cosine| of the angle between the walls of a sliver; at an edge, walls meet at a larger angle."""
+
+
+@dataclass
+class Sighting:
+    """Bodies and surfaces seen together: how often, and the ray on which the stretch was longest, or thickest."""
+
+    length: float
+    origin: FloatArray
+    direction: FloatArray
+    what: str = ""
+    times: int = 0
+
+
+@dataclass
+class ProbeScan:
+    """Collects what rays through a scene see. `overlaps` by pair of bodies, `slivers` by bodies and surfaces."""
+
+    scene: Scene
+    sizes: FloatArray
+    seen: Any  # (bodies,) bool: some ray meets it
+    overlaps: dict[tuple[int, int], Sighting] = field(default_factory=dict)
+    slivers: dict[tuple[int, int, int, int], Sighting] = field(default_factory=dict)
+    rays: int = 0
+
+    def follow(self, origins: FloatArray, directions: FloatArray) -> None:
+        """Send rays of unit direction."""
+        for begin in range(0, len(origins), CHUNK):
+            o, d = origins[begin : begin + CHUNK], directions[begin : begin + CHUNK]
+            self._spans(o, d)
+            self._crossings(o, d)
+            self.rays += len(o)
+
+    def _spans(self, origins: FloatArray, directions: FloatArray) -> None:
+        spans = self.scene.spans(origins, directions)
+        self.seen[spans.body] = True
+        ray = row_owners(spans.offsets)
+        # Rays along an axis may run within a sliver from end to end
+        askew = np.count_nonzero(directions, axis=1) > 1
+        first = np.flatnonzero(askew[ray])
+        # In order of t_enter, those that overlap a span follow it without a gap
+        for apart in range(1, len(ray)):
+            first = first[first + apart < len(ray)]
+            other = first + apart
+            first = first[(ray[first] == ray[other]) & (spans.t_enter[other] < spans.t_exit[first])]
+            if not len(first):
+                return
+            other = first + apart
+            length = np.minimum(spans.t_exit[first], spans.t_exit[other]) - spans.t_enter[other]
+            bodies = np.sort(np.column_stack([spans.body[first], spans.body[other]]), axis=1)
+            there = length > 0
+            for key, length_, k, times in _longest(bodies[there], length[there], ray[first][there]):
+                _note(self.overlaps, (key[0], key[1]), Sighting(length_, origins[k], directions[k], "overlap", times))
+
+    def _crossings(self, origins: FloatArray, directions: FloatArray) -> None:
+        found = self.scene.crossings(origins, directions)
+        self.seen[found.body] = True
+        ray = row_owners(found.offsets)
+        one, other = np.arange(len(ray) - 1), np.arange(1, len(ray))
+        apart = found.t[other] - found.t[one]
+        thin = THIN * np.minimum(self.sizes[found.body[one]], self.sizes[found.body[other]])
+        thin = (ray[one] == ray[other]) & (apart > 0) & (apart < thin) & (found.surface[one] != found.surface[other])
+        one, other, apart = one[thin], other[thin], apart[thin]
+        normals = [
+            self._normals(found, k, origins[ray[k]] + found.t[k, None] * directions[ray[k]]) for k in (one, other)
+        ]
+        thin = np.abs((normals[0] * normals[1]).sum(axis=1)) > _PARALLEL
+        apart = apart * np.abs((normals[0] * directions[ray[one]]).sum(axis=1))
+        one, other, apart = one[thin], other[thin], apart[thin]
+        keys = np.column_stack([found.body[one], found.body[other], found.surface[one], found.surface[other]])
+        turned = (keys[:, 2] > keys[:, 3])[:, None]
+        keys = np.where(turned, keys[:, (1, 0, 3, 2)], keys)
+        for key, length, k, times in _longest(keys, apart, np.arange(len(apart))):
+            what = _gap_kind(
+                found.body[one[k]] == found.body[other[k]], found.entering[one[k]], found.entering[other[k]]
+            )
+            at = ray[one[k]]
+            _note(
+                self.slivers,
+                (key[0], key[1], key[2], key[3]),
+                Sighting(length, origins[at], directions[at], what, times),
+            )
+
+    def _normals(self, found: Any, rows: Any, points: FloatArray) -> FloatArray:
+        from ...queries.hit_fields import normals_of
+
+        normals = np.empty_like(points)
+        faces = np.stack([found.surface[rows], found.face[rows], np.ones_like(found.face[rows])])
+        normals_of(self.scene.geometry, faces, points, 0, len(points), normals)
+        return normals
+
+
+def _gap_kind(same_body: bool, first_enters: bool, second_enters: bool) -> str:
+    """What lies between two walls next to each other on a ray."""
+    if same_body:
+        return "film" if first_enters else "gap"
+    if first_enters == second_enters:
+        return "step"
+    return "overlap" if first_enters else "gap"
+
+
+def _longest(keys: Any, lengths: FloatArray, places: Any) -> Iterator[tuple[Any, float, int, int]]:
+    """(key, longest, its place, how many) for every different row of keys."""
+    if not len(keys):
+        return
+    order = np.lexsort((-lengths, *keys.T[::-1]))
+    keys = keys[order]
+    heads = np.flatnonzero(np.concatenate([[True], (keys[1:] != keys[:-1]).any(axis=1)]))
+    counts = np.diff([*heads, len(keys)])
+    for head, count in zip(heads.tolist(), counts.tolist(), strict=True):
+        yield tuple(keys[head].tolist()), float(lengths[order[head]]), int(places[order[head]]), count
+
+
+def _note(table: dict[Any, Sighting], key: Any, sighting: Sighting) -> None:
+    known = table.get(key)
+    if known is None:
+        table[key] = sighting
+        return
+    sighting.times += known.times
+    if known.length >= sighting.length:
+        known.times = sighting.times
+    else:
+        table[key] = sighting

@@ -1,0 +1,108 @@
+"""`project`: the sinogram of a scene, in memory, in a file, or lazily."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..._util.errstate import ignore_fp_errors
+from ..._util.safe_files import replace_file
+from ..._util.validation import check_callback, check_integer, describe_kind
+from ..._util.validation import check_path as checked_path
+from ...parallel.queries import RayRequest, integral_parts
+from ...queries.weights import weights_of
+from ...scene.scene import Scene, as_scene
+from .scan_geometry import ScanGeometry
+
+if TYPE_CHECKING:
+    from ...geometry.body import Body
+    from ...geometry.shape import Shape
+    from ...kernels.threads import Progress
+
+
+@ignore_fp_errors
+def project(
+    scene: Scene | Shape | Body,
+    geometry: ScanGeometry,
+    values: Any,
+    *,
+    otherwise: Any = None,
+    executor: Any = None,
+    out: str | os.PathLike[str] | None = None,
+    chunks: int | None = None,
+    progress: Progress | None = None,
+) -> Any:
+    """The sinogram of a scene, float64 (views, rows, columns): sums over what each ray goes through of value × length.
+
+    A plane scan has (views, columns), and several energies are one axis more, the last. Lengths are exact but for
+    rounding: nothing is cut into voxels. Where bodies overlap, the values of all of them count.
+
+    geometry: a scan of `co.ct`.
+    values, otherwise: as for `scene.line_integral`: by body, (bodies,) or (bodies, energies); a mapping from names of
+        materials; or the name of a property of materials.
+    executor: where it is done, as for `scene.first_hit`; rays are made where they are traced.
+    out: a .npy file that is to hold it, which appears whole or not at all; what is returned then is the file, mapped
+        into memory, and neither rays nor sinogram are held.
+    chunks: so many views make a block of a lazy array of Dask, which is returned; nothing is traced before.
+    progress: progress(done, count) is called with numbers of rays.
+
+    Raises what `line_integral` raises; TypeError for what is no scan; OSError where the file cannot be written.
+    """
+    asked_of = as_scene("project", scene)
+    if not isinstance(geometry, ScanGeometry):
+        raise TypeError(
+            f"project: geometry must be one of co.ct, got {describe_kind(geometry)}; "
+            "co.ct.parallel(angles, columns) is one"
+        )
+    check_callback("project", "progress", progress)
+    if chunks is not None:
+        if executor is not None or out is not None:
+            raise TypeError("project: chunks goes without executor and out: Dask's own scheduler computes lazy arrays")
+        return _lazy(asked_of, geometry, values, otherwise, check_integer("project", "chunks", chunks, 1))
+    asked = RayRequest("project", geometry.lazy_rays, None, *geometry.interval)
+    last, parts = integral_parts(asked_of, values, asked, (otherwise, None), executor, progress)
+    shape = (*geometry.shape, *last)
+    if out is None:
+        sinogram = np.zeros(shape)
+        _fill(sinogram, last, parts)
+        return sinogram
+    path = os.fspath(checked_path("project", out, "out"))
+    if not path.endswith(".npy"):
+        raise ValueError(f"project: out must end with .npy, got {path[:80]!r}")
+    return _file(path, shape, last, parts)
+
+
+def _fill(sinogram: Any, last: tuple[int, ...], parts: Iterator[tuple[int, int, Any]]) -> None:
+    """Write the parts into an array."""
+    flat = sinogram.reshape((-1, *last))
+    for begin, end, part in parts:
+        flat[begin:end] = part
+
+
+def _file(path: str, shape: tuple[int, ...], last: tuple[int, ...], parts: Iterator[tuple[int, int, Any]]) -> Any:
+    """Write the parts into a new file, one after the other, and map it."""
+    with replace_file(path) as partial, open(partial, "wb") as file:
+        header = dict(descr="<f8", fortran_order=False, shape=shape)
+        np.lib.format.write_array_header_1_0(file, header)
+        for _, _, part in parts:
+            file.write(np.ascontiguousarray(part, "<f8").data.cast("B"))
+    return np.load(path, mmap_mode="r")
+
+
+def _lazy(scene: Scene, geometry: ScanGeometry, values: Any, otherwise: Any, views: int) -> Any:
+    """The sinogram as an array of Dask, a task for some views."""
+    from ...parallel.dask_arrays import lazy_parts
+
+    prepared = scene.prepared
+    last = weights_of(values, otherwise, prepared.lowered.body_count, prepared.labels.distinct).shape
+    starts = range(0, max(geometry.views, 1), views)
+    shares = [geometry[start : start + views] for start in starts]
+    return lazy_parts(scene, _views, shares, (values, otherwise), [(*share.shape, *last) for share in shares])
+
+
+def _views(scene: Scene, geometry: ScanGeometry, values: tuple[Any, Any]) -> Any:
+    """The sinogram of some views, in a task."""
+    return project(scene, geometry, values[0], otherwise=values[1])

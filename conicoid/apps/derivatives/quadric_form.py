@@ -1,0 +1,103 @@
+"""Surfaces as polynomials f(r) = r·A r + 2 B·r + C about an anchor near the part in use, r = x - anchor.
+
+A form is ten numbers: (xx, yy, zz, xy, xz, yz) of A, three of B, and C. A plane has A = 0. Derivatives of a surface by
+a parameter are forms too, about the same anchor: by f_p the wall moves there, by -f_p / |∇f| along its normal.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from ..._util.arrays import FloatArray
+from ...geometry.surface import PlaneSurface, QuadricSurface, Surface
+from ...kernels.tables import PLANE, SPHERE, Tables
+from ...numerics import bigfloat_linalg as ex
+
+FORM, MAP = 10, 12
+"""Numbers of a form, and of a map of uv."""
+PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
+"""Places of the first six numbers of a form in A."""
+
+
+def form_of(surface: Surface, anchor: Sequence[float]) -> list[Any]:
+    """The form of a surface about an anchor, by the numbers that the surface has: floats, exact, with derivatives."""
+    if isinstance(surface, PlaneSurface):
+        aside = tuple(ex.exact(a) - ex.exact(own) for a, own in zip(anchor, surface.anchor, strict=True))
+        height = _height(surface)
+        n = ex.exact_row(surface.normal)
+        over = height + n[0] * aside[0] + n[1] * aside[1] + n[2] * aside[2]
+        return [ex.ZERO] * 6 + [c * 0.5 for c in n] + [over]
+    return _quadric_form(surface, anchor)
+
+
+def _height(surface: PlaneSurface) -> Any:
+    """normal·anchor - offset, not settled: what it moves by may be all there is of it."""
+    if surface.over is not None:
+        return ex.exact(surface.over)
+    n, a = ex.exact_row(surface.normal), ex.exact_row(surface.anchor)
+    return n[0] * a[0] + n[1] * a[1] + n[2] * a[2] - ex.exact(surface.offset)
+
+
+def _quadric_form(surface: QuadricSurface, anchor: Sequence[float]) -> list[Any]:
+    """Σ s y² + 2 b y - k with y = W r + e, e = W (anchor - own anchor)."""
+    rows = [ex.exact_row(row) for row in surface.rows]
+    s, b, k = ex.exact_row(surface.squares), ex.exact_row(surface.linear), ex.exact(surface.constant)
+    aside = [ex.exact(a) - ex.exact(own) for a, own in zip(anchor, surface.anchor, strict=True)]
+    e = [row[0] * aside[0] + row[1] * aside[1] + row[2] * aside[2] for row in rows]
+    second = [sum((s[m] * rows[m][i] * rows[m][j] for m in range(3)), ex.ZERO) for i, j in PAIRS]
+    first = [sum(((s[m] * e[m] + b[m]) * rows[m][i] for m in range(3)), ex.ZERO) for i in range(3)]
+    return [*second, *first, sum((e[m] * (s[m] * e[m] + 2 * b[m]) for m in range(3)), -k)]
+
+
+def shift_forms(forms: FloatArray, by: FloatArray) -> FloatArray:
+    """Forms (..., 10) about another anchor, `by` (..., 3) from their own."""
+    if not by.any():
+        return forms
+    second, first = matrix_of(forms), forms[..., 6:9]
+    along = np.einsum("...ij,...j->...i", second, by)
+    moved = np.array(forms)
+    moved[..., 6:9] = first + along
+    moved[..., 9] += (by * (along + 2 * first)).sum(axis=-1)
+    return moved
+
+
+def matrix_of(forms: FloatArray) -> FloatArray:
+    """A of forms (..., 10), (..., 3, 3)."""
+    xx, yy, zz, xy, xz, yz = (forms[..., i] for i in range(6))
+    rows = (np.stack(row, axis=-1) for row in ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz)))
+    return np.stack(list(rows), axis=-2)
+
+
+def forms_of(tables: Tables, surfaces: Any) -> tuple[FloatArray, FloatArray]:
+    """(forms (n, 10), anchors (n, 3)) of surfaces by their numbers, as the tables of a scene have them."""
+    kinds, rows = tables.surface_kind[surfaces], tables.surface_row[surfaces]
+    forms, anchors = np.zeros((len(kinds), FORM)), np.zeros((len(kinds), 3))
+    flat, round_ = kinds == PLANE, kinds == SPHERE
+    planes = tables.planes[rows[flat]]
+    forms[flat, 6:9], forms[flat, 9], anchors[flat] = planes[:, :3] / 2, planes[:, 3], planes[:, 4:]
+    balls = tables.spheres[rows[round_]]
+    forms[round_, :3], forms[round_, 9], anchors[round_] = 1.0, -(balls[:, 3] ** 2), balls[:, :3]
+    rest = ~(flat | round_)
+    quadrics = tables.whole_quadrics(rows[rest])
+    w, s, b = quadrics[:, 3:12].reshape(-1, 3, 3), quadrics[:, 12:15], quadrics[:, 15:18]
+    second = np.einsum("nki,nk,nkj->nij", w, s, w)
+    forms[rest, :6] = np.stack([second[:, i, j] for i, j in PAIRS], axis=1)
+    forms[rest, 6:9], forms[rest, 9] = np.einsum("nki,nk->ni", w, b), -quadrics[:, 18]
+    anchors[rest] = quadrics[:, :3]
+    return forms, anchors
+
+
+def scale_between(own: FloatArray, other: FloatArray) -> FloatArray:
+    """The factors (n,) of surfaces' forms over other forms of the same surfaces, about the same anchors."""
+    curved = (other[:, :6] != 0).any(axis=1)
+    weight = np.where(curved[:, None], _SECOND, _FIRST)
+    found: FloatArray = (weight * own * other).sum(axis=1) / (weight * other**2).sum(axis=1)
+    return found
+
+
+_SECOND = np.array([1.0, 1.0, 1.0, 2.0, 2.0, 2.0, 0.0, 0.0, 0.0, 0.0])
+_FIRST = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 0.0])
+"""How entries of forms weigh: those of A, or of a plane's normal."""

@@ -1,0 +1,557 @@
+"""Steps of surfaces: the kernels' numbers and the lecture's, side by side."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from fractions import Fraction
+from typing import Any
+
+from ...kernels.faces import cell_faces, numbers_of, plane_faces, sides_of
+from ...kernels.programs import cells_of_leaves, gates_of_program, leaves_of_program, row_of_leaf
+from ...kernels.tables import BALL, CELL, PLANE, POLYGON, REGION, SHEET
+from . import ray_records as kernels
+from .polynomial import ExactRay, SurfaceSource, as_float, format_float
+from .ray_records import RayRecording
+from .steps import (
+    BALL_MISSED,
+    BEHIND,
+    BOOLEAN,
+    BOX_MISSED,
+    CLIPPED,
+    CROSSED,
+    HIT,
+    INSIDE,
+    INTERVAL,
+    NO_ROOT,
+    OUTLINE,
+    PARALLEL,
+    PLANES,
+    STARTED,
+    TOUCHED,
+    BallTest,
+    BodyStep,
+    BoxTest,
+    Candidate,
+    CellStep,
+    Crossing,
+    FaceStep,
+    OutlineStep,
+    Span,
+    SurfaceStep,
+    Sweep,
+    SweepRow,
+)
+from .textbook import outline_board, slab_pairs, solve_slabs
+
+
+class SurfaceSteps:
+    """The surfaces on a ray, each worked out once."""
+
+    def __init__(self, recording: RayRecording, line: ExactRay) -> None:
+        self.recording, self.line = recording, line
+        self._known: dict[int, SurfaceStep] = {}
+
+    def __getitem__(self, number: int) -> SurfaceStep:
+        if number not in self._known:
+            self._known[number] = self._step(number)
+        return self._known[number]
+
+    def __iter__(self) -> Any:
+        return iter(self._known.values())
+
+    def _step(self, number: int) -> SurfaceStep:
+        scene, row = self.recording.scene, self.recording.surface(number)
+        source = SurfaceSource.of(scene, number)
+        crosses, flat = row[kernels.CROSSES] == 1.0, source.kind == PLANE
+        roots: tuple[float, ...] = ()
+        if crosses:
+            roots = (float(row[kernels.T]),) if flat else (float(row[kernels.LOW]), float(row[kernels.HIGH]))
+        a, b, c, discriminant, foot = (math.nan if flat else float(row[k]) for k in range(kernels.FOOT + 1))
+        return SurfaceStep(
+            number, flat, a, b, c, discriminant, foot,
+            height=float(row[kernels.HEIGHT]) if flat else math.nan,
+            rate=float(row[kernels.RATE]) if flat else math.nan,
+            roots=roots,
+            outside=bool(row[kernels.OUTSIDE]) and not flat,
+            careful=bool(row[kernels.CANCELS]),
+            doubtful=bool(row[kernels.UNSURE]),
+            least=float(row[kernels.LEAST]),
+            starts=number == self.recording.start,
+            source=source,
+            line=self.line,
+        )  # fmt: skip
+
+
+# Steps of cells: what planes and quadric leave of a ray, which crossings are true, and which case it is.
+
+CASES = {"ccbb": 1, "cbcb": 2, "cbbc": 3, "bcbc": 4, "bccb": 5, "bbcc": 6}
+"""The order of the crossings with caps and body, and the number of the case (the Clemson notes)."""
+
+
+def cell_step(recording: RayRecording, surfaces: SurfaceSteps, cell: int, letter: str, line: ExactRay) -> CellStep:
+    """A cell on the ray."""
+    row = recording.cell(cell)
+    faces = _faces(recording, surfaces, cell)
+    spans = tuple(
+        (t_in, recording.face_at(p)[1], t_out, recording.face_at(q)[1]) for t_in, p, t_out, q in recording.ends(row)
+    )
+    slab = float(row[kernels.SLAB_IN]), float(row[kernels.SLAB_OUT])
+    curved = next((face for face in faces if not face.surface.flat), None)
+    return CellStep(
+        cell, letter, faces, slab, spans, "" if spans else _why(curved, slab, line),
+        _case(curved, faces), bool(row[kernels.CELL_UNSURE]),
+        float(row[kernels.CELL_OFF]), line,
+    )  # fmt: skip
+
+
+def _faces(recording: RayRecording, surfaces: SurfaceSteps, cell: int) -> tuple[FaceStep, ...]:
+    """The faces of a cell, by their numbers."""
+    tables, found = recording.tables, []
+    quadric = int(tables.cell_quadric[cell])
+    if quadric >= 0:
+        step, inside = surfaces[quadric], int(sides_of(cell_faces(tables, cell)))
+        entered, left = step.roots[:1], step.roots[1:]
+        if step.outside == (inside > 0):
+            entered, left = left, entered
+        found.append(FaceStep(int(numbers_of(cell_faces(tables, cell))), step, inside, _finite(entered), _finite(left)))
+    for place in range(int(tables.cell_first[cell]), int(tables.cell_first[cell + 1])):
+        step, inside = surfaces[int(tables.plane_surface[place])], int(sides_of(plane_faces(tables, place)))
+        enters = (step.rate < 0) == (inside > 0)
+        found.append(
+            FaceStep(
+                int(numbers_of(plane_faces(tables, place))),
+                step,
+                inside,
+                step.roots if enters else (),
+                () if enters else step.roots,
+            )
+        )
+    return tuple(found)
+
+
+def _finite(values: Sequence[float]) -> tuple[float, ...]:
+    return tuple(value for value in values if math.isfinite(value))
+
+
+def candidates_of(faces: Sequence[FaceStep], spans: Any, line: ExactRay) -> tuple[Candidate, ...]:
+    """All crossings with faces in order of t, false ones with a face that they lie outside of (NA8FIR)."""
+    true = {(t, face, True) for t, face, _, _ in spans} | {(t, face, False) for _, _, t, face in spans}
+    found = []
+    for face in faces:
+        for entering, places in ((True, face.entered), (False, face.left)):
+            for t in places:
+                is_true = (t, face.face, entering) in true
+                found.append(Candidate(t, face.face, entering, None if is_true else _outside_of(faces, face, t, line)))
+    return tuple(sorted(found, key=lambda one: (one.t, one.face)))
+
+
+def _outside_of(faces: Sequence[FaceStep], own: FaceStep, t: float, line: ExactRay) -> int:
+    """The face whose function says most strongly that a point lies outside; -1 where it lies on an edge."""
+    point = line.at(t)
+    values = [(one.inside * one.surface.polynomial.value(point), one.face) for one in faces if one is not own]
+    value, face = max(values, default=(Fraction(0), -1))
+    return face if value > 0 else -1
+
+
+def _why(curved: FaceStep | None, slab: tuple[float, float], line: ExactRay) -> str:
+    """Why nothing of the ray is in the cell."""
+    if not slab[0] < slab[1] or curved is None or curved.surface.roots:
+        return PLANES
+    return miss_outcome(curved.surface, line)
+
+
+def miss_outcome(step: SurfaceStep, line: ExactRay) -> str:
+    """NO_ROOT, or TOUCHED where the discriminant is zero, exactly."""
+    a, b, c = step.polynomial.on_ray(line.origin, line.direction)
+    return TOUCHED if (a or b) and b * b == a * c else NO_ROOT
+
+
+def _case(curved: FaceStep | None, faces: Sequence[FaceStep]) -> int:
+    """Which of the six cases of body and caps it is; 0 for the special ones and for other cells."""
+    if curved is None or len(faces) != 3 or curved.surface.outside == (curved.inside > 0):
+        return 0
+    pairs = slab_pairs(faces)
+    if len(pairs) != 1:
+        return 0
+    body = curved.entered + curved.left
+    caps = [t for k in pairs[0] for t in faces[k].entered + faces[k].left]
+    if len(body) != 2 or len(caps) != 2 or len({*body, *caps}) < 4:
+        return 0
+    order = sorted([(t, "b") for t in body] + [(t, "c") for t in caps])
+    return CASES["".join(name for _, name in order)]
+
+
+# Steps of Boolean bodies: the expression, the sweep along the ray, and the crossings that come of it.
+
+_SINGLE = 26
+
+
+def letter_of(leaf: int) -> str:
+    """A, B, ... Z, A2, B2 and so on: leaves by their numbers in a body."""
+    return "ABCDEFGHIJKLMNOPQRSTUVWXYZ"[leaf % _SINGLE] + (str(leaf // _SINGLE + 1) if leaf >= _SINGLE else "")
+
+
+def expression_of(tables: Any, program: int) -> str:
+    """A Boolean program in the letters of its leaves, with ∪, ∩ and ¬; longer ones are cut."""
+    first = int(tables.program_leaf[program])
+    gates = gates_of_program(tables, program)
+    inputs: dict[int, list[str]] = {gate: [] for gate in gates}
+    for leaf in leaves_of_program(tables, program):
+        row = int(row_of_leaf(tables, program, leaf))
+        negated = "¬" if tables.leaf_negated[row] else ""
+        inputs[int(tables.leaf_gate[row])].append(negated + letter_of(leaf - first))
+    for gate in sorted(gates, key=lambda gate: -_depth(tables, gate)):
+        need, names = int(tables.gate_need[gate]), inputs[gate]
+        sign = " ∪ " if need == 1 else " ∩ "
+        text = sign.join(names) if need in (1, len(names)) else f"at least {need} of {', '.join(names)}"
+        text = text or ("nothing" if need else "all")
+        parent = int(tables.gate_parent[gate])
+        bracketed = f"({text})" if len(names) > 1 else text
+        negated = "¬" if tables.gate_negated[gate] else ""
+        if parent < 0:
+            return f"{negated}{bracketed}" if negated else text
+        inputs[parent].append(negated + bracketed)
+    return ""
+
+
+def _depth(tables: Any, gate: int) -> int:
+    depth = 0
+    while tables.gate_parent[gate] >= 0:
+        gate, depth = int(tables.gate_parent[gate]), depth + 1
+    return depth
+
+
+def sweep_of(recording: RayRecording, program: int, rows: Any) -> Sweep:
+    """The events of a program as a table."""
+    tables = recording.tables
+    first, need = int(tables.program_leaf[program]), int(tables.gate_need[gates_of_program(tables, program)[0]])
+    inside: list[int] = []
+    found = []
+    for row in rows[1:]:
+        leaf, on = int(row[kernels.EVENT_LEAF]), row[kernels.EVENT_ON] == 1.0
+        inside = sorted({*inside, leaf}) if on else [each for each in inside if each != leaf]
+        surface, face = recording.face_at(int(row[kernels.EVENT_PLACE]))
+        found.append(
+            SweepRow(
+                float(row[kernels.EVENT_T]), surface, face, letter_of(leaf - first), on,
+                "".join(letter_of(each - first) for each in inside), int(row[kernels.EVENT_COUNT]), need,
+                row[kernels.EVENT_INSIDE] == 1.0,
+            )
+        )  # fmt: skip
+    met, letters = (
+        {row.letter for row in found},
+        [letter_of(leaf - first) for leaf in leaves_of_program(tables, program)],
+    )
+    return Sweep(
+        expression_of(tables, program), rows[0, kernels.EVENT_INSIDE] == 1.0, tuple(found),
+        tuple(letter for letter in letters if letter not in met),
+    )  # fmt: skip
+
+
+def group_events(rows: Any) -> Iterator[Any]:
+    """Events at equal t, which act together."""
+    k = 1
+    while k < len(rows):
+        end = k
+        while end < len(rows) and rows[end, kernels.EVENT_T] == rows[k, kernels.EVENT_T]:
+            end += 1
+        yield rows[k:end]
+        k = end
+
+
+def region_crossings(recording: RayRecording, body: int, program: int, rows: Any) -> tuple[list[Crossing], bool]:
+    """(crossings within the interval, inside just after t_min) from recorded events: as `body/boolean.sweep`."""
+    found: list[Crossing] = []
+    inside = rows[0, kernels.EVENT_INSIDE] == 1.0
+    started = inside
+    for group in group_events(rows):
+        t, value = float(group[0, kernels.EVENT_T]), group[0, kernels.EVENT_INSIDE] == 1.0
+        if t <= recording.t_min:
+            inside = started = value
+            continue
+        if not t < recording.t_max:
+            break
+        if value == inside:
+            continue
+        inside = value
+        surface, face = recording.face_at(
+            int(_reported_event(recording.tables, program, group, value)[kernels.EVENT_PLACE])
+        )
+        if recording.is_start(t, surface):
+            started = not started
+        else:
+            found.append(Crossing(t, body, face, surface, value))
+    return found, started
+
+
+def _reported_event(tables: Any, program: int, group: Sequence[Any], entered: bool) -> Any:
+    """The event whose face is reported: the first of the group that turned the way the body did."""
+    for row in group:
+        sense = int(tables.leaf_sense[row_of_leaf(tables, program, int(row[kernels.EVENT_LEAF]))])
+        if (row[kernels.EVENT_ON] == 1.0) == (entered == (sense > 0)):
+            return row
+    return group[0]
+
+
+# Steps of bodies of every kind: what is met, by the kernels' numbers, and why what is not met is not.
+
+KINDS = {BALL: "ball", CELL: "solid", REGION: "Boolean", SHEET: "sheet", POLYGON: "polygon"}
+MOST_LEAVES = 64
+"""Leaves of a Boolean that are shown one by one."""
+
+
+class BodySteps:
+    """Works bodies out, one after the other."""
+
+    def __init__(self, recording: RayRecording, surfaces: SurfaceSteps, line: ExactRay) -> None:
+        self.recording, self.surfaces, self.line = recording, surfaces, line
+
+    def step(self, entry: int, known: BodyStep) -> BodyStep:
+        """A body that the walk reaches; `known` has its number, name and shape."""
+        tables = self.recording.tables
+        work = {BALL: self._ball, CELL: self._cell, REGION: self._region, SHEET: self._sheet, POLYGON: self._polygon}
+        return work[int(tables.entry_kind[entry])](int(tables.entry_index[entry]), known)
+
+    def _ball(self, surface: int, known: BodyStep) -> BodyStep:
+        step = self.surfaces[surface]
+        ends = [(step.roots[0], 0, surface, step.roots[1], 0, surface)] if step.roots else []
+        why = "" if ends else miss_outcome(step, self.line)
+        return self._met(replace(known, surface=step, doubtful=step.doubtful), ends, why)
+
+    def _cell(self, cell: int, known: BodyStep) -> BodyStep:
+        recording = self.recording
+        step = cell_step(recording, self.surfaces, cell, "", self.line)
+        ends = [
+            (t_in, *reversed(recording.face_at(p)), t_out, *reversed(recording.face_at(q)))
+            for t_in, p, t_out, q in recording.ends(recording.cell(cell))
+        ]
+        return self._met(replace(known, cells=(step,), doubtful=step.doubtful), ends, step.why)
+
+    def _met(self, known: BodyStep, ends: Sequence[tuple[Any, ...]], why: str) -> BodyStep:
+        """With the crossings of spans (t, face, surface, t, face, surface) of the whole line that count."""
+        recording = self.recording
+        found, inside, started = [], False, False
+        for t_in, face_in, at_in, t_out, face_out, at_out in ends:
+            inside ^= t_in <= recording.t_min < t_out
+            for t, face, surface, entering in ((t_in, face_in, at_in, True), (t_out, face_out, at_out, False)):
+                if recording.counts(t, surface):
+                    found.append(Crossing(t, known.body, face, surface, entering))
+                elif recording.is_start(t, surface):
+                    started = True
+                    inside ^= recording.t_min < t < recording.t_max
+        if not why and not found:
+            why = INSIDE if inside else (STARTED if started else INTERVAL)
+        return replace(known, floats=tuple(found), spans=self.spans(found, inside), outcome=why)
+
+    def spans(self, crossings: Sequence[Crossing], inside: bool) -> tuple[Span, ...]:
+        """The stretches between crossings that are inside, clipped to the interval."""
+        found, enter, clipped = [], self.recording.t_min, True
+        for one in crossings:
+            if inside:
+                found.append(Span(enter, one.t, clipped, False))
+            inside, enter, clipped = not inside, one.t, False
+        if inside:
+            found.append(Span(enter, self.recording.t_max, clipped, True))
+        return tuple(found)
+
+    def _region(self, program: int, known: BodyStep) -> BodyStep:
+        rows = self.recording.sweep(program)
+        crossings, inside = region_crossings(self.recording, known.body, program, rows)
+        cells = self._leaves(program, rows)
+        why = "" if crossings else (INSIDE if inside else BOOLEAN)
+        doubtful = any(cell.doubtful for cell in cells)
+        return replace(
+            known, cells=cells, sweep=sweep_of(self.recording, program, rows), floats=tuple(crossings),
+            spans=self.spans(crossings, inside), outcome=why, doubtful=doubtful,
+        )  # fmt: skip
+
+    def _leaves(self, program: int, rows: Any) -> tuple[CellStep, ...]:
+        """The cells of a program, those that have events first where there are very many."""
+        tables = self.recording.tables
+        leaves = list(leaves_of_program(tables, program))
+        if len(leaves) > MOST_LEAVES:
+            met = {int(row[kernels.EVENT_LEAF]) for row in rows[1:]}
+            leaves = sorted(met)[:MOST_LEAVES]
+        first = int(tables.program_leaf[program])
+        return tuple(
+            cell_step(
+                self.recording, self.surfaces, int(cells_of_leaves(tables, leaf)), letter_of(leaf - first), self.line
+            )
+            for leaf in leaves
+        )
+
+    def _sheet(self, sheet: int, known: BodyStep) -> BodyStep:
+        tables, recording = self.recording.tables, self.recording
+        number, program = int(tables.sheet_surface[sheet]), int(tables.sheet_program[sheet])
+        side, one_sided = int(tables.sheet_side[sheet]), tables.sheet_one_sided[sheet] == 1
+        step = self.surfaces[number]
+        found, why = [], PARALLEL if step.flat else miss_outcome(step, self.line)
+        falls = step.rate < 0 if step.flat else not step.outside
+        for k, t in enumerate(step.roots):
+            against = (falls != (k == 1)) == (side > 0)
+            if not recording.counts(t, number):
+                why = STARTED if recording.is_start(t, number) else INTERVAL
+            elif one_sided and not against:
+                why = BEHIND
+            elif program >= 0 and not recording.holds(program, t):
+                why = CLIPPED
+            else:
+                found.append(Crossing(t, known.body, 0, number, against))
+        sweep = None if program < 0 else sweep_of(recording, program, recording.sweep(program))
+        cells = () if program < 0 else self._leaves(program, recording.sweep(program))
+        return replace(
+            known, surface=step, cells=cells, sweep=sweep, floats=tuple(found), outcome="" if found else why,
+            doubtful=step.doubtful,
+        )  # fmt: skip
+
+    def _polygon(self, polygon: int, known: BodyStep) -> BodyStep:
+        tables, recording = self.recording.tables, self.recording
+        number, program = int(tables.polygon_surface[polygon]), int(tables.polygon_program[polygon])
+        step = self.surfaces[number]
+        inside, seen = recording.loop(polygon)
+        outline = self._outline(polygon, inside, seen)
+        t = step.roots[0] if step.roots else math.nan
+        found, why = [], ""
+        if not step.roots:
+            why = PARALLEL
+        elif not recording.counts(t, number):
+            why = STARTED if recording.is_start(t, number) else INTERVAL
+        elif not inside:
+            why = OUTLINE
+        elif program >= 0 and not recording.holds(program, t):
+            why = CLIPPED
+        else:
+            against = (step.rate < 0) == (int(tables.polygon_side[polygon]) > 0)
+            found.append(Crossing(t, known.body, 0, number, against))
+        return replace(
+            known, surface=step, outline=outline, floats=tuple(found), outcome=why, doubtful=step.doubtful,
+        )  # fmt: skip
+
+    def _outline(self, polygon: int, inside: bool, seen: Any) -> OutlineStep:
+        """The corners as the ray sees them, and which edges are counted."""
+        tables = self.recording.tables
+        first, last = (int(tables.polygon_first[polygon + k]) for k in range(2))
+        counted, before = [], float(seen[-1, kernels.SEEN_V])
+        for row in seen:
+            rises, side = float(row[kernels.SEEN_V]) > before, float(row[kernels.SEEN_SIDE])
+            counted.append(row[kernels.SEEN_CHANGES] == 1.0 and (side > 0 if rises else side < 0))
+            before = float(row[kernels.SEEN_V])
+        corners = tuple((float(row[kernels.SEEN_U]), float(row[kernels.SEEN_V])) for row in seen)
+        step = self.surfaces[int(tables.polygon_surface[polygon])]
+        board = outline_board(tables.vertices[first:last].tolist(), step.polynomial, self.line)
+        return OutlineStep(corners, tuple(counted), inside, board)
+
+
+# What the tree leaves out: boxes and balls that the ray misses, worked out as the ray tracing notes do.
+
+
+def box_test(box: Sequence[float], line: ExactRay) -> BoxTest:
+    """t_near and t_far of a box (low, high): six floats. Axes along which it has no end are left out."""
+    ends = [(box[axis], box[axis + 3]) for axis in range(3)]
+    slabs = [
+        ("xyz"[k], Fraction(low), Fraction(high), line.origin[k], line.direction[k])
+        for k, (low, high) in enumerate(ends)
+        if math.isfinite(low) and math.isfinite(high)
+    ]
+    near, far = line.t_min, line.t_max
+    for _, low, high, at, slope in slabs:
+        first, last = (-math.inf, math.inf) if low <= at <= high else (math.inf, -math.inf)
+        if slope:
+            first, last = sorted((as_float((low - at) / slope), as_float((high - at) / slope)))
+        near, far = max(near, first), min(far, last)
+    x, y, z, u, v, w = box
+    return BoxTest((x, y, z), (u, v, w), near, far, solve_slabs(slabs, line))
+
+
+def ball_test(ball: Sequence[float], line: ExactRay) -> BallTest:
+    """How far from the center of a ball the line passes."""
+    x, y, z, radius = ball
+    out = [o - c for o, c in zip(map(float, line.origin), (x, y, z), strict=True)]
+    d = list(map(float, line.direction))
+    length = math.hypot(*d)
+    cross = (out[1] * d[2] - out[2] * d[1], out[2] * d[0] - out[0] * d[2], out[0] * d[1] - out[1] * d[0])
+    return BallTest((x, y, z), radius, math.hypot(*cross) / length)
+
+
+def box_miss_step(known: BodyStep, box: BoxTest) -> BodyStep:
+    """A body whose box is missed."""
+    if box.low > box.high:
+        why = "it is empty: there is nothing of it anywhere"
+    elif box.near == math.inf or box.far == -math.inf:
+        why = "its box is missed: the ray runs beside it, parallel to two of its sides"
+    elif box.near > box.far:
+        why = (
+            f"its box is missed within the interval: t_near = {format_float(box.near)} "
+            f"> t_far = {format_float(box.far)}"
+        )
+    else:
+        why = "its box is missed"
+    return _miss_step(known, BOX_MISSED, why, box, None)
+
+
+def ball_miss_step(known: BodyStep, box: BoxTest, ball: BallTest) -> BodyStep:
+    """A body whose ball is missed."""
+    if ball.distance > ball.radius:
+        why = (
+            f"the ball around it is missed: {format_float(ball.distance)} from "
+            f"its center, radius {format_float(ball.radius)}"
+        )
+    else:
+        why = "the ball around it lies outside the interval"
+    return _miss_step(known, BALL_MISSED, why, box, ball)
+
+
+def _miss_step(known: BodyStep, outcome: str, why: str, box: BoxTest, ball: BallTest | None) -> BodyStep:
+    return BodyStep(known.body, known.name, known.shape, known.kind, outcome, why, box=box, ball=ball)
+
+
+# How a body ends: its outcome, and that in words.
+
+_OUTCOME_WORDS = {
+    NO_ROOT: "the discriminant is negative: there is no real root",
+    TOUCHED: "the ray only touches it, which counts as not met",
+    PLANES: "what its faces leave of the ray has nothing in common",
+    INTERVAL: "its crossings lie outside the interval of t",
+    BOOLEAN: "whatever parts are crossed, the Boolean's value does not change within the interval",
+    OUTLINE: "its plane is met outside its outline",
+    CLIPPED: "its surface is met where it has been cut away",
+    PARALLEL: "the ray is parallel to its plane",
+    BEHIND: "it is one-sided and seen from behind",
+    INSIDE: "the ray is inside all along, and crosses nothing",
+    STARTED: "the ray starts on it, and that crossing is left out; there is no other",
+}
+
+
+def finish_step(
+    step: BodyStep, crossings: Sequence[Crossing], spans: Mapping[int, Sequence[Span]], first: Crossing
+) -> BodyStep:
+    """A step with the answers of the queries, and its outcome in words."""
+    own = tuple(one for one in crossings if one.body == step.body)
+    inside = tuple(spans.get(step.body, ()))
+    if step.outcome in (BOX_MISSED, BALL_MISSED):
+        return replace(step, crossings=own, spans=inside)
+    outcome = step.outcome
+    if own:
+        outcome = HIT if first.body == step.body else CROSSED
+    elif step.floats:
+        outcome = INSIDE if inside else TOUCHED
+    told_of = _crossings_text(own, outcome) if own else _OUTCOME_WORDS[outcome]
+    doubtful = step.doubtful or own != step.floats
+    return replace(step, outcome=outcome, told=told_of, crossings=own, spans=inside, doubtful=doubtful)
+
+
+def merge_missed_step(left_out: BodyStep, worked: BodyStep) -> BodyStep:
+    """A body that the tree leaves out, with what would have come of it."""
+    why = _OUTCOME_WORDS.get(worked.outcome)
+    told_of = f"{left_out.told}; worked out all the same: {why}" if why else left_out.told
+    return replace(worked, outcome=left_out.outcome, told=told_of, box=left_out.box, ball=left_out.ball)
+
+
+def _crossings_text(crossings: Sequence[Crossing], outcome: str) -> str:
+    """Where a body is entered and left."""
+    told_of = [
+        f"{'entered' if one.entering else 'left'} at t = {format_float(one.t)} (face {one.face})" for one in crossings
+    ]
+    return ("first hit: " if outcome == HIT else "") + ", ".join(told_of)

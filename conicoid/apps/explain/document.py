@@ -1,0 +1,137 @@
+"""What is told, before it is text or HTML: headings, lines with their source, tables."""
+
+from __future__ import annotations
+
+import html
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TypeAlias
+
+
+@dataclass(frozen=True)
+class Heading:
+    """Of level 1, 2 or 3."""
+
+    text: str
+    level: int = 1
+
+
+@dataclass(frozen=True)
+class TextLine:
+    """A sentence or a formula; `source` is the document it comes from, `depth` how far it is set in."""
+
+    text: str
+    source: str = ""
+    depth: int = 1
+
+
+@dataclass(frozen=True)
+class TextTable:
+    """Rows of cells under their heads."""
+
+    head: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    source: str = ""
+    depth: int = 1
+
+
+Block: TypeAlias = Heading | TextLine | TextTable
+
+
+# Blocks as HTML in itself: no script, no style sheet, nothing from a network.
+
+_LETTER = re.compile(r"(?<![\w&#;<])([A-Za-zα-ω])(?=[²³₀₁₂₊₋]|[^\w;]|$)")
+_INDEX = re.compile(r"(?<!\w)([vtR])_(near|far|ca|hc|d|0|X|Y|Z)\b")
+_RAISED = {"²": "2", "ᵗ": "t", "³": "3"}
+_LOWERED = {"₀": "0", "₁": "1", "₂": "2", "₊": "+", "₋": "−"}
+_STYLE = {
+    "source": "color: #777; font-size: 85%; margin-left: .8em",
+    "all": "font: 14px/1.5 system-ui, sans-serif; max-width: 60rem",
+    "table": "border-collapse: collapse; margin: .3em 0 .6em",
+    "cell": "text-align: left; padding: .1em .9em .1em 0; border-bottom: 1px solid #8884; vertical-align: top",
+}
+
+
+def html_of(blocks: Sequence[Block], picture: str = "") -> str:
+    """All blocks; a picture stands behind the answer."""
+    parts = [f'<div class="conicoid-explanation" style="{_STYLE["all"]}">']
+    headings = 0
+    for block in blocks:
+        if isinstance(block, Heading):
+            headings += 1
+            if headings == 3 and picture:
+                parts.append(picture)
+                picture = ""
+            parts.append(f"<h{block.level + 2}>{html.escape(block.text)}</h{block.level + 2}>")
+        elif isinstance(block, TextLine):
+            inset = f"margin: .1em 0 .1em {1.2 * (block.depth - 1):.1f}em"
+            parts.append(f'<p style="{inset}">{html_formula(block.text)}{_html_source(block.source)}</p>')
+        else:
+            parts.append(_html_table(block))
+    return "\n".join([*parts, picture, "</div>"])
+
+
+def html_formula(text: str) -> str:
+    """A line with its letters in italics and its indices lowered."""
+    marked = _LETTER.sub(r"<i>\1</i>", html.escape(text, quote=False))
+    marked = _INDEX.sub(r"<i>\1</i><sub>\2</sub>", marked)
+    for sign, plain in _RAISED.items():
+        marked = marked.replace(sign, f"<sup>{plain}</sup>")
+    for sign, plain in _LOWERED.items():
+        marked = marked.replace(sign, f"<sub>{plain}</sub>")
+    return marked
+
+
+def _html_source(source: str) -> str:
+    return f'<span style="{_STYLE["source"]}">{html.escape(source)}</span>' if source else ""
+
+
+def _html_table(block: TextTable) -> str:
+    inset = f"margin-left: {1.2 * (block.depth - 1):.1f}em; "
+    head = "".join(f'<th scope="col" style="{_STYLE["cell"]}">{html_formula(cell)}</th>' for cell in block.head)
+    rows = "".join(f"<tr>{''.join(_html_cell(cell) for cell in row)}</tr>" for row in block.rows)
+    return f'<table style="{inset}{_STYLE["table"]}"><tr>{head}</tr>{rows}</table>{_html_source(block.source)}'
+
+
+def _html_cell(text: str) -> str:
+    return f'<td style="{_STYLE["cell"]}">{html.escape(text)}</td>'
+
+
+# Blocks as text for a terminal.
+
+_TEXT_INDENT = "  "
+
+
+def text_of(blocks: Sequence[Block]) -> str:
+    """The lines of all blocks."""
+    lines: list[str] = []
+    for block in blocks:
+        if isinstance(block, Heading):
+            lines += _text_heading(block, bool(lines))
+        elif isinstance(block, TextLine):
+            lines.append(_TEXT_INDENT * block.depth + block.text + _text_source(block.source))
+        else:
+            lines += _text_table(block)
+    return "\n".join(line.rstrip() for line in lines) + "\n"
+
+
+def _text_source(source: str) -> str:
+    return f"   [{source}]" if source else ""
+
+
+def _text_heading(block: Heading, more: bool) -> list[str]:
+    if block.level == 3:
+        return [f"{_TEXT_INDENT}{block.text}:"]
+    under = {1: "=", 2: "-"}[block.level] * len(block.text)
+    return [*([""] if more else []), block.text, under]
+
+
+def _text_table(block: TextTable) -> list[str]:
+    rows = [block.head, *block.rows]
+    widths = [max(len(row[k]) for row in rows) for k in range(len(block.head))]
+    padded = [
+        _TEXT_INDENT * block.depth + "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True))
+        for row in rows
+    ]
+    return [padded[0].rstrip() + _text_source(block.source), *padded[1:]]

@@ -1,0 +1,311 @@
+"""What the kernels work out on the way for one ray, written down: the numbers behind `scene.explain`.
+
+Nothing is computed here: each kernel calls the functions that answer queries, and puts what they return into a row.
+All t are those of the ray as given; a, b, c and so on are of the ray that is traced, whose direction is a power of two
+times the given one where that is extremely long or short (`ray.scaled_ray`).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from ..._jit.decorators import inline, kernel
+from ...kernels import tables as table
+from ...kernels.body.boolean import gather_events, inside_program_at, undo_events
+from ...kernels.body.cell import CellSpans, cell_spans, slab_of
+from ...kernels.body.scratch import EVENT, LEAF, ON, PLACE, TIME, new_scratch
+from ...kernels.bvh.culling import balls_met, lowest_bit
+from ...kernels.bvh.walk import (
+    OWN_BEAM,
+    leaf_at,
+    leaf_ball,
+    leaf_item,
+    leaf_range,
+    next_leaf,
+    push_roots,
+    put_beam,
+    scene_tree,
+)
+from ...kernels.entry.crossings import trace_rows_alone
+from ...kernels.faces import cell_faces, numbers_of, plane_faces
+from ...kernels.numbers.double_double import difference_of_products
+from ...kernels.programs import hold_program, root_count, root_value, turn_leaf
+from ...kernels.ray import Ray, RayArrays, line_of, load_ray, scale_ray, span_inverse
+from ...kernels.surface.doubt import STARTING
+from ...kernels.surface.interval import is_open, nearness_of
+from ...kernels.surface.plane import plain_plane, plane_on_ray
+from ...kernels.surface.polygon_loop import inside_loop, project_row_vertex
+from ...kernels.surface.quadric import careful_quadratic, least_of_sphere, quadratic_on_ray, sphere_on_ray
+from ...kernels.surface.records import curved_roots, load_plane, load_quadric, load_sphere, plane_values, quadric_limits
+from ...kernels.tables import PLANE, SPHERE, Floats, Geometry, Ints, Signs, integer, poll_halt, whole
+from ...prepare.prepared_scene import PreparedScene
+from ...queries.ray_queries import arrays_of
+from ...queries.rays import Rays
+
+REACHED, IN_BALL = 1, 2
+"""Of an entry: the walk through the tree reaches its leaf; and the ray meets the ball around it."""
+
+# Of a curved surface on a ray
+A, B, C, DISCRIMINANT, FOOT, CANCELS, LOW, HIGH, OUTSIDE, CROSSES, UNSURE, LEAST = range(12)
+# Of a plane on a ray
+HEIGHT, RATE, T, PARALLEL = range(4)
+SURFACE_COLUMNS = 12
+
+# Of a cell: what its planes leave, its spans, what is unsure
+SLAB_IN, SLAB_OUT, PLACE_IN, PLACE_OUT, NUMBER, SPANS, CELL_UNSURE, CELL_OFF, CELL_FAR = 0, 1, 2, 3, 4, 5, 13, 14, 15
+CELL_COLUMNS = 16
+
+# Of an event: t, leaf, place of the face, entered (1) or left (0), true inputs of the root, value of the body
+EVENT_T, EVENT_LEAF, EVENT_PLACE, EVENT_ON, EVENT_COUNT, EVENT_INSIDE = range(6)
+EVENT_COLUMNS = 6
+
+# Of a corner seen along the ray: u, v; of the edge that ends there: is it counted, u v' - u' v
+SEEN_U, SEEN_V, SEEN_CHANGES, SEEN_SIDE = range(4)
+SEEN_COLUMNS = 4
+
+
+@kernel(i="0..n-1", reached="out entry_kind", balls="out entry_kind 4")
+def record_walk(geometry: Geometry, rays: RayArrays, i: int, reached: Signs, balls: Floats) -> None:
+    """How far ray i gets with every entry: 0, REACHED or IN_BALL; and the balls around those that are reached.
+
+    The walk of `single.first.first_crossing`, which does not end at the first hit.
+    """
+    scratch = new_scratch(geometry)
+    way = scratch.way
+    ray, _ = scale_ray(load_ray(rays, i))
+    if not is_open(ray.t_min, ray.t_max):
+        return
+    put_beam(way, OWN_BEAM, ray)
+    inverse = span_inverse(ray)
+    code, _, top = next_leaf(geometry, way, way, OWN_BEAM, push_roots(geometry, way, scene_tree(geometry)))
+    while code != 0:
+        first, last = leaf_range(code)
+        at, count = leaf_at(geometry, first), last - first
+        for k in range(count):
+            entry, ball = leaf_item(geometry, at, count, k).entry, leaf_ball(geometry, at, count, k)
+            reached[entry] = REACHED
+            balls[entry, 0], balls[entry, 1], balls[entry, 2], balls[entry, 3] = ball
+        for eight in range(0, count, 8):
+            bits = balls_met(geometry.floats, at + eight, count, count - eight, ray, inverse, ray.t_max)
+            while bits != 0:
+                reached[leaf_item(geometry, at, count, eight + lowest_bit(bits)).entry] = IN_BALL
+                bits &= bits - 1
+        code, _, top = next_leaf(geometry, way, way, OWN_BEAM, top)
+
+
+@inline
+def _put_plane(geometry: Geometry, surface: int, ray: Ray, scale: float, rows: Floats, k: int) -> None:
+    """Row k: a plane on a ray."""
+    plane, inverse = load_plane(geometry, integer(geometry, table.SURFACE_ROW, surface)), span_inverse(ray)
+    height, rate, unsure = plane_values(geometry, surface, ray, inverse)
+    rows[k, HEIGHT], rows[k, RATE] = height, rate
+    rows[k, T] = -height / rate * scale
+    rows[k, PARALLEL] = 1.0 if plane_on_ray(plane, line_of(ray))[2] else 0.0
+    rows[k, CANCELS] = 1.0 if plain_plane(plane, line_of(ray))[2] else 0.0
+    rows[k, CROSSES], rows[k, UNSURE] = (1.0 if rate != 0.0 else 0.0), (1.0 if unsure else 0.0)
+
+
+@inline
+def _put_curved(geometry: Geometry, surface: int, ray: Ray, scale: float, rows: Floats, k: int) -> None:
+    """Row k: a sphere or quadric on a ray."""
+    row, starts, inverse = integer(geometry, table.SURFACE_ROW, surface), surface == ray.start, span_inverse(ray)
+    cancels = False
+    if integer(geometry, table.SURFACE_KIND, surface) == SPHERE:
+        sphere = load_sphere(geometry, row)
+        a, b, c, discriminant, foot = sphere_on_ray(sphere, line_of(ray), inverse, starts)
+        least = least_of_sphere(sphere, starts)
+    else:
+        quadric, limits = load_quadric(geometry, row), quadric_limits(geometry, row)
+        terms = quadratic_on_ray(quadric, line_of(ray), inverse, starts)
+        cancels = terms.cancels
+        if cancels:
+            terms = careful_quadratic(quadric, line_of(ray), terms)
+        a, b, foot = terms.a, terms.b, terms.foot
+        c, discriminant = (0.0 if starts else terms.c), (b * b if starts else terms.discriminant)
+        least = limits.discriminant * STARTING if starts else limits.discriminant
+    roots = curved_roots(geometry, surface, ray, inverse)
+    rows[k, A], rows[k, B], rows[k, C], rows[k, DISCRIMINANT], rows[k, FOOT] = a, b, c, discriminant, foot
+    rows[k, CANCELS], rows[k, LEAST] = (1.0 if cancels else 0.0), least / inverse
+    rows[k, LOW], rows[k, HIGH] = roots.low * scale, roots.high * scale
+    rows[k, OUTSIDE], rows[k, CROSSES] = (1.0 if roots.outside else 0.0), (1.0 if roots.crosses else 0.0)
+    rows[k, UNSURE] = 1.0 if roots.unsure else 0.0
+
+
+@kernel(i="0..n-1", surfaces="m", rows="out m 12")
+def record_surfaces(geometry: Geometry, rays: RayArrays, i: int, surfaces: Ints, rows: Floats) -> None:
+    """Some surfaces on ray i, a row each."""
+    ray, scale = scale_ray(load_ray(rays, i))
+    for k in range(len(surfaces)):
+        if integer(geometry, table.SURFACE_KIND, surfaces[k]) == PLANE:
+            _put_plane(geometry, surfaces[k], ray, scale, rows, k)
+        else:
+            _put_curved(geometry, surfaces[k], ray, scale, rows, k)
+
+
+@inline
+def _put_spans(found: CellSpans, scale: float, rows: Floats, k: int) -> None:
+    """The spans of a cell into row k."""
+    rows[k, NUMBER], rows[k, CELL_UNSURE] = float(found.number), (1.0 if found.unsure else 0.0)
+    rows[k, SPANS], rows[k, SPANS + 1] = found.in1 * scale, found.out1 * scale
+    rows[k, SPANS + 2], rows[k, SPANS + 3] = float(found.place_in1), float(found.place_out1)
+    rows[k, SPANS + 4], rows[k, SPANS + 5] = found.in2 * scale, found.out2 * scale
+    rows[k, SPANS + 6], rows[k, SPANS + 7] = float(found.place_in2), float(found.place_out2)
+
+
+@kernel(i="0..n-1", cells="m", rows="out m 16")
+def record_cells(geometry: Geometry, rays: RayArrays, i: int, cells: Ints, rows: Floats) -> None:
+    """Some cells on ray i, a row each: what their planes leave of it, and their spans."""
+    ray, scale = scale_ray(load_ray(rays, i))
+    inverse = span_inverse(ray)
+    for k in range(len(cells)):
+        cell = whole(cells[k])
+        nearness = nearness_of(geometry, table.CELL_LIMITS, cell, ray, inverse)
+        slab = slab_of(geometry, cell, ray, inverse, nearness)[0]
+        rows[k, SLAB_IN], rows[k, SLAB_OUT] = slab.t_in * scale, slab.t_out * scale
+        rows[k, PLACE_IN], rows[k, PLACE_OUT] = float(slab.place_in), float(slab.place_out)
+        rows[k, CELL_OFF], rows[k, CELL_FAR] = nearness.off * scale, nearness.far * scale
+        _put_spans(cell_spans(geometry, cell, ray, inverse), scale, rows, k)
+
+
+@kernel(i="0..n-1", program="0..program_leaf-2")
+def record_sweep(geometry: Geometry, rays: RayArrays, i: int, program: int) -> Floats:
+    """The ends of all leaves of a program on ray i, in order, with the value of the program after each group.
+
+    The first row is what there is before any of them.
+    """
+    scratch = new_scratch(geometry)
+    ray, scale = scale_ray(load_ray(rays, i))
+    events, _ = gather_events(geometry, scratch, program, ray)
+    rows = np.empty((events + 1, EVENT_COLUMNS))
+    done = 0
+    hold_program(geometry, scratch.counts, program)
+    rows[0, EVENT_T], rows[0, EVENT_LEAF], rows[0, EVENT_PLACE], rows[0, EVENT_ON] = -math.inf, -1.0, -1.0, 0.0
+    rows[0, EVENT_COUNT] = float(root_count(geometry, scratch.counts, program))
+    rows[0, EVENT_INSIDE] = 1.0 if root_value(geometry, scratch.counts, program) else 0.0
+    while done < events and not poll_halt(geometry, done):
+        first, t = done, scratch.time[TIME * done]
+        while done < events and scratch.time[TIME * done] == t:
+            at = EVENT * done
+            turn_leaf(geometry, scratch.counts, program, scratch.event[at + LEAF], scratch.event[at + ON] == 1)
+            done += 1
+            rows[done, EVENT_T], rows[done, EVENT_LEAF] = t * scale, float(scratch.event[at + LEAF])
+            rows[done, EVENT_PLACE] = float(scratch.event[at + PLACE])
+            rows[done, EVENT_ON] = float(scratch.event[at + ON])
+            rows[done, EVENT_COUNT] = float(root_count(geometry, scratch.counts, program))
+        inside = root_value(geometry, scratch.counts, program)
+        for k in range(first, done):
+            rows[k + 1, EVENT_INSIDE] = 1.0 if inside else 0.0
+    undo_events(geometry, scratch, program, done)
+    return rows
+
+
+@kernel(i="0..n-1", program="0..program_leaf-2")
+def record_clip(geometry: Geometry, rays: RayArrays, i: int, program: int, t: float) -> int:
+    """1 if the point of ray i at t lies in what clips a sheet, else 0."""
+    scratch = new_scratch(geometry)
+    ray, scale = scale_ray(load_ray(rays, i))
+    return 1 if inside_program_at(geometry, scratch, program, ray, t / scale)[0] else 0
+
+
+@kernel(i="0..n-1", polygon="0..polygon_surface-1", seen="out m 4")
+def record_loop(geometry: Geometry, rays: RayArrays, i: int, polygon: int, seen: Floats) -> int:
+    """1 if ray i passes within the outline of a polygon, else 0; its corners as the ray sees them, as there is room."""
+    ray, _ = scale_ray(load_ray(rays, i))
+    first, last = (
+        integer(geometry, table.POLYGON_FIRST, polygon),
+        integer(geometry, table.POLYGON_FIRST, polygon + 1),
+    )
+    dx, dy, dz = abs(ray.dx), abs(ray.dy), abs(ray.dz)
+    axis = 2 if (dz >= dx) & (dz >= dy) else (0 if dx >= dy else 1)
+    ua, va, _, _ = project_row_vertex(geometry, last - 1, axis, ray)
+    for k in range(min(len(seen), last - first)):
+        ub, vb, _, _ = project_row_vertex(geometry, first + k, axis, ray)
+        seen[k, SEEN_U], seen[k, SEEN_V] = ub, vb
+        seen[k, SEEN_CHANGES] = 1.0 if (va < 0.0) != (vb < 0.0) else 0.0
+        seen[k, SEEN_SIDE] = difference_of_products(ua, vb, ub, va)
+        ua, va = ub, vb
+    return 1 if inside_loop(geometry, first, last, ray)[0] else 0
+
+
+# The numbers of the kernels for one ray, asked for once.
+
+
+class RayRecording:
+    """What the kernels work out for a single ray in [t_min, t_max]."""
+
+    def __init__(self, scene: PreparedScene, ray: Rays, t_min: Any, t_max: Any) -> None:
+        self.scene, self.tables = scene, scene.lowered.tables
+        self.arrays: RayArrays = arrays_of("explain", scene, ray, t_min, t_max)
+        self.start = int(self.arrays.starts[0])
+        self.t_min, self.t_max = float(self.arrays.t_min[0]), float(self.arrays.t_max[0])
+        x, y, z = self.arrays.directions[0].tolist()
+        whole = Ray(0.0, 0.0, 0.0, x, y, z, t_min=0.0, t_max=1.0, start=-1)
+        self.scale = float(scale_ray(whole)[1])
+        """The kernels trace a direction so many times as long, a power of two: 1 for all that are usual."""
+
+    def walk(self) -> tuple[Any, Any]:
+        """(how far the ray gets with every entry, the balls around those that it reaches)."""
+        count = len(self.tables.entry_kind)
+        reached, balls = np.zeros(count, np.int8), np.full((count, 4), np.nan)
+        record_walk(self.scene.geometry, self.arrays, 0, reached, balls)
+        return reached, balls
+
+    def surface(self, surface: int) -> Any:
+        """The row of a surface."""
+        rows = np.zeros((1, SURFACE_COLUMNS))
+        record_surfaces(self.scene.geometry, self.arrays, 0, np.array([surface], np.int32), rows)
+        return rows[0]
+
+    def cell(self, cell: int) -> Any:
+        """The row of a cell."""
+        rows = np.zeros((1, CELL_COLUMNS))
+        record_cells(self.scene.geometry, self.arrays, 0, np.array([cell], np.int32), rows)
+        return rows[0]
+
+    def sweep(self, program: int) -> Any:
+        """The events of a program, after a row of what there is before them."""
+        return record_sweep(self.scene.geometry, self.arrays, 0, program)
+
+    def holds(self, program: int, t: float) -> bool:
+        """Is the point at t in what clips a sheet?"""
+        return bool(record_clip(self.scene.geometry, self.arrays, 0, program, t))
+
+    def loop(self, polygon: int) -> tuple[bool, Any]:
+        """(does the ray pass within an outline, its corners as the ray sees them)."""
+        first = self.tables.polygon_first
+        seen = np.zeros((int(first[polygon + 1] - first[polygon]), SEEN_COLUMNS))
+        return bool(record_loop(self.scene.geometry, self.arrays, 0, polygon, seen)), seen
+
+    def is_doubtful(self) -> bool:
+        """Do the float formulas leave anything along the ray in doubt?"""
+        counts, doubts = np.zeros(1, np.int32), np.zeros(1, np.int8)
+        trace_rows_alone(self.scene.geometry, self.arrays, False, 0, 1, counts, doubts)
+        return bool(doubts[0])
+
+    def face_at(self, place: int) -> tuple[int, int]:
+        """(surface, face number) of a place; (-1, -1) at infinity."""
+        tables = self.tables
+        if place == -1:
+            return -1, -1
+        if place < 0:
+            return int(tables.cell_quadric[-2 - place]), int(numbers_of(cell_faces(tables, -2 - place)))
+        return int(tables.plane_surface[place]), int(numbers_of(plane_faces(tables, place)))
+
+    def counts(self, t: float, surface: int) -> bool:
+        """Is a crossing within the interval, and not the one that the ray starts on? See `is_within`."""
+        return self.t_min < t < self.t_max and not self.is_start(t, surface)
+
+    def is_start(self, t: float, surface: int) -> bool:
+        """Is a crossing the one that the ray starts on?"""
+        return t == 0.0 and surface == self.start >= 0
+
+    def ends(self, cell: Any) -> Sequence[tuple[float, int, float, int]]:
+        """The spans of a cell's row: (t_in, place, t_out, place) each."""
+        at = SPANS
+        found = [(cell[at], int(cell[at + 2]), cell[at + 1], int(cell[at + 3]))]
+        found.append((cell[at + 4], int(cell[at + 6]), cell[at + 5], int(cell[at + 7])))
+        return [(float(a), p, float(b), q) for a, p, b, q in found[: int(cell[NUMBER])]]

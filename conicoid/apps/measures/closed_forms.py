@@ -1,0 +1,440 @@
+"""Closed forms: moments of primitive solids, and areas, in their own frames and carried to the world.
+
+`own_moments` and `own_area` answer for one class each and None for all others: a new closed form is
+one registered function.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import singledispatch
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..._util.arrays import FloatArray
+from ...geometry.bounds.support import real_roots
+from ...geometry.primitives import Box, Cone, Cylinder, Sphere, Tube
+from ...geometry.prismatoids import (
+    BetweenRectangles,
+    Parallelepiped,
+    Pyramid,
+    RegularPrism,
+    RegularSides,
+    Trapezoid,
+    Wedge,
+)
+from ...geometry.quadrics import EllipticSolid
+from ...geometry.revolution import Polycone, Revolution, SphereSection, profile_rings
+from ...geometry.shape import Shape
+from ...geometry.sheets import CylinderPatch, Disc, Triangle
+from ...numerics.portable_math import sin_cos_degrees
+
+_NODES, _WEIGHTS = (np.array(a) for a in np.polynomial.legendre.leggauss(3))  # exact up to degree 5
+_SIMILAR = 1e-14
+
+
+@dataclass(frozen=True)
+class Moments:
+    """Volume, centroid (3,), and the mean of (x - c)(x - c)ᵀ over it, (3, 3): squares of lengths stay in float64."""
+
+    volume: float
+    centroid: FloatArray
+    spread: FloatArray
+
+    @property
+    def second(self) -> FloatArray:
+        """The second moments about the centroid: ∫ (x - c)(x - c)ᵀ dV."""
+        return self.volume * self.spread
+
+    def moved(self, matrix: FloatArray) -> Moments:
+        """Carried by an affine (4, 4) matrix."""
+        linear, factor = matrix[:3, :3], abs(float(np.linalg.det(matrix[:3, :3])))
+        spread: FloatArray = linear @ self.spread @ linear.T
+        return Moments(self.volume * factor, linear @ self.centroid + matrix[:3, 3], (spread + spread.T) / 2)
+
+
+def closed_moments(shape: Shape) -> Moments | None:
+    """Moments in the world, where a closed form is known."""
+    try:
+        own = own_moments(shape)
+    except OverflowError:  # squares of a needle's widths
+        return None
+    return None if own is None else own.moved(shape.under().matrix)
+
+
+def closed_area(shape: Shape) -> float | None:
+    """Area in the world, where a closed form is known."""
+    linear = shape.under().matrix[:3, :3]
+    if isinstance(shape, Box):
+        x, y, z = (linear * np.subtract(shape.high, shape.low)).T
+        return 2 * (_parallelogram(x, y) + _parallelogram(y, z) + _parallelogram(z, x))
+    if isinstance(shape, Triangle):
+        a, b, c = (np.array(p) for p in (shape.a, shape.b, shape.c))
+        return _parallelogram(linear @ (b - a), linear @ (c - a)) / 2
+    if isinstance(shape, Disc):
+        return math.pi * _parallelogram(shape.radius * linear[:, 0], shape.radius * linear[:, 1])
+    own, factor = own_area(shape), _similarity(linear)
+    return None if own is None or factor is None else own * factor * factor
+
+
+def _parallelogram(a: FloatArray, b: FloatArray) -> float:
+    return float(np.linalg.norm(np.cross(a, b)))
+
+
+def _similarity(linear: FloatArray) -> float | None:
+    """The factor of a linear map that keeps angles, up to the rounding of its matrix; None for others."""
+    gram = linear @ linear.T
+    square = float(np.trace(gram)) / 3
+    return math.sqrt(square) if abs(gram - square * np.eye(3)).max() <= _SIMILAR * square else None
+
+
+@singledispatch
+def own_moments(shape: Any) -> Moments | None:
+    """Moments in the shape's own frame, where a closed form is known."""
+    del shape
+    return None
+
+
+@singledispatch
+def own_area(shape: Any) -> float | None:
+    """Area in the shape's own frame, where a closed form is known that holds for similarities only."""
+    del shape
+    return None
+
+
+@own_moments.register
+def _(box: Box) -> Moments:
+    edges, middle = np.subtract(box.high, box.low), np.array(box.low) / 2 + np.array(box.high) / 2
+    volume = float(np.prod(edges))
+    return Moments(volume, middle, np.diag(edges**2 / 12))
+
+
+@own_moments.register
+def _(sphere: Sphere) -> Moments:
+    volume = 4 / 3 * math.pi * sphere.radius**3
+    return Moments(volume, np.zeros(3), sphere.radius**2 / 5 * np.eye(3))
+
+
+@own_area.register
+def _(sphere: Sphere) -> float:
+    return 4 * math.pi * sphere.radius**2
+
+
+@own_moments.register
+def _(solid: EllipticSolid) -> Moments:
+    (sx, sy), (g0, g1, g2) = solid.squares, (float(g) for g in solid.profile)
+    return _sections(float(sx), float(sy), (g0, g1, g2), solid.heights)
+
+
+@own_moments.register
+def _(cylinder: Cylinder) -> Moments:
+    """A wedge between the angles a and b; sines and cosines of a full turn cancel to the last bit."""
+    r, height = cylinder.radius, cylinder.length
+    a, b = math.radians(cylinder.start_angle), math.radians(cylinder.end_angle)
+    turn = math.radians(cylinder.end_angle - cylinder.start_angle)
+    full = cylinder.end_angle - cylinder.start_angle == 360
+    volume = r * r * turn / 2 * height
+    x, y = (0.0, 0.0) if full else (math.sin(b) - math.sin(a), math.cos(a) - math.cos(b))
+    centroid = np.array([2 * r / 3 * x / turn, 2 * r / 3 * y / turn, height / 2])
+    # The means of x², y², x y about the axis, in units of r² / (4 turn)
+    double, mixed = (
+        (0.0, 0.0) if full else ((math.sin(2 * b) - math.sin(2 * a)) / 2, math.sin(b) ** 2 - math.sin(a) ** 2)
+    )
+    spread = np.zeros((3, 3))
+    spread[:2, :2] = r * r / (4 * turn) * np.array([[turn + double, mixed], [mixed, turn - double]])
+    spread[:2, :2] -= np.outer(centroid[:2], centroid[:2])
+    spread[2, 2] = height**2 / 12
+    return Moments(volume, centroid, spread)
+
+
+@own_area.register
+def _(cylinder: Cylinder) -> float:
+    turn = math.radians(cylinder.end_angle - cylinder.start_angle)
+    r, walls = cylinder.radius, 0.0 if cylinder.end_angle - cylinder.start_angle == 360 else 2.0
+    return r * turn * cylinder.length + r * r * turn + walls * r * cylinder.length
+
+
+@own_area.register
+def _(patch: CylinderPatch) -> float:
+    return math.radians(patch.end_angle - patch.start_angle) * patch.radius * patch.length
+
+
+def _sections(sx: float, sy: float, profile: tuple[float, float, float], heights: tuple[float, float]) -> Moments:
+    """Moments of sx x² + sy y² <= g(z) = g0 + g1 z + g2 z², low <= z <= high, by Gauss's rule (exact here).
+
+    The section at z is an ellipse with area π g / √(sx sy), ∫ x² = area g / (4 sx), ∫ y² = area g / (4 sy).
+    """
+    z, weight = _quadrature(profile, heights)
+    g = np.maximum(np.polynomial.polynomial.polyval(z, profile), 0.0)
+    area = math.pi / math.sqrt(sx * sy) * g * weight
+    volume = float(area.sum())
+    if volume == 0:
+        return Moments(0.0, np.full(3, np.nan), np.zeros((3, 3)))
+    share = area / volume
+    height = float(share @ z)
+    across = float(share @ g) / 4
+    spread = np.diag([across / sx, across / sy, float(share @ (z - height) ** 2)])
+    return Moments(volume, np.array([0.0, 0.0, height]), spread)
+
+
+def _quadrature(profile: tuple[float, float, float], heights: tuple[float, float]) -> tuple[FloatArray, FloatArray]:
+    """Nodes and weights over the parts of [low, high] where g > 0."""
+    g0, g1, g2 = profile
+    low, high = heights
+    cuts = sorted({low, high, *(root for root in real_roots(g2, g1, g0) if low < root < high)}) if low < high else []
+    nodes, weights = [np.zeros(0)], [np.zeros(0)]
+    for a, b in itertools.pairwise(cuts):
+        middle, half = a / 2 + b / 2, b / 2 - a / 2
+        if g0 + middle * (g1 + middle * g2) > 0:
+            nodes.append(middle + half * _NODES)
+            weights.append(half * _WEIGHTS)
+    return np.concatenate(nodes), np.concatenate(weights)
+
+
+# Closed forms of trapezoids, wedges, regular prisms, pyramids and parallelepipeds.
+
+_STACK_NODES, _STACK_WEIGHTS = (np.array(a) for a in np.polynomial.legendre.leggauss(3))  # exact up to degree 5
+
+
+@own_moments.register(Trapezoid)
+@own_moments.register(Wedge)
+def _(solid: BetweenRectangles) -> Moments:
+    """At each height a rectangle whose ends are linear in z."""
+    share = (1 + _STACK_NODES) / 2
+    ends = _ends(solid)
+    low, high = (float(z) for z in solid.heights)
+    (x, wide), (y, deep) = (_middle_and_size(*(a + (b - a) * share for a, b in ends[i])) for i in (0, 1))
+    z, weight = low + (high - low) * share, (high - low) / 2 * _STACK_WEIGHTS * wide * deep
+    return _stacked(weight, x, y, z, wide**2 / 12, deep**2 / 12)
+
+
+def _ends(solid: BetweenRectangles) -> list[list[tuple[float, float]]]:
+    """For x and for y: (at the lower end, at the upper) of the low side, and of the high one."""
+    one, other = solid.rectangles()
+    return [
+        [(float(a), float(b)) for a, b in zip(low, high, strict=True)]
+        for low, high in ((one.x, other.x), (one.y, other.y))
+    ]
+
+
+def _middle_and_size(low: FloatArray, high: FloatArray) -> tuple[FloatArray, FloatArray]:
+    return (low + high) / 2, high - low
+
+
+def _stacked(weight: FloatArray, x: Any, y: Any, z: FloatArray, across_x: FloatArray, across_y: FloatArray) -> Moments:
+    """Of sections about (x, y) at heights z, with means of the squares about there, and none of the product."""
+    volume = float(weight.sum())
+    share = weight / volume
+    middles = np.array([x + 0 * z, y + 0 * z, z])
+    mean = middles @ share
+    from_mean = middles - mean[:, None]
+    spread = (from_mean * share) @ from_mean.T + np.diag([share @ across_x, share @ across_y, 0.0])
+    return Moments(volume, mean, spread)
+
+
+@own_area.register(Trapezoid)
+@own_area.register(Wedge)
+def _(solid: BetweenRectangles) -> float:
+    (x0, x1), (y0, y1) = _ends(solid)
+    rise = float(solid.heights[1]) - float(solid.heights[0])
+    wide, deep = ([b - a for a, b in zip(low, high, strict=True)] for low, high in ((x0, x1), (y0, y1)))
+    area = wide[0] * deep[0] + wide[1] * deep[1]
+    area += sum((deep[0] + deep[1]) / 2 * math.hypot(rise, end[1] - end[0]) for end in (x0, x1))
+    return area + sum((wide[0] + wide[1]) / 2 * math.hypot(rise, end[1] - end[0]) for end in (y0, y1))
+
+
+@own_moments.register(RegularPrism)
+@own_moments.register(Pyramid)
+def _(solid: RegularSides) -> Moments:
+    """Of a regular polygon with its corners at R the area is n R² sin(2π/n) / 2, the mean of x² R² (2 + cos) / 12."""
+    angle = 2 * math.pi / solid.sides
+    low, high = solid.z_range
+    z, radius = (
+        low + (high - low) * (1 + _STACK_NODES) / 2,
+        _at_corners(solid) @ [(1 - _STACK_NODES) / 2, (1 + _STACK_NODES) / 2],
+    )
+    weight = (high - low) / 2 * _STACK_WEIGHTS * solid.sides / 2 * radius**2 * math.sin(angle)
+    across = radius**2 * (2 + math.cos(angle)) / 12
+    return _stacked(weight, 0.0, 0.0, z, across, across)
+
+
+@own_area.register(RegularPrism)
+@own_area.register(Pyramid)
+def _(solid: RegularSides) -> float:
+    below, above = _at_corners(solid).tolist()
+    half = math.pi / solid.sides
+    slant = math.hypot(solid.z_range[1] - solid.z_range[0], (above - below) * math.cos(half))
+    ends = (below**2 + above**2) * math.sin(2 * half) / 2
+    return float(solid.sides * ((below + above) * math.sin(half) * slant + ends))
+
+
+def _at_corners(solid: RegularSides) -> FloatArray:
+    """The radii of the circles through the corners of both ends."""
+    factor = 1.0 if solid.radius_to == "corners" else 1 / math.cos(math.pi / solid.sides)
+    return factor * np.array(solid.radii)
+
+
+@own_moments.register
+def _(solid: Parallelepiped) -> Moments:
+    """The unit cube, carried: edges are the columns."""
+    edges = np.array([solid.a, solid.b, solid.c]).T
+    middle = np.array(solid.corner) + edges.sum(axis=1) / 2
+    return Moments(abs(float(np.linalg.det(edges))), middle, edges @ edges.T / 12)
+
+
+@own_area.register
+def _(solid: Parallelepiped) -> float:
+    a, b, c = (np.array(edge) for edge in (solid.a, solid.b, solid.c))
+    return 2 * sum(float(np.linalg.norm(np.cross(u, v))) for u, v in ((a, b), (b, c), (c, a)))
+
+
+# Closed forms of what is turned about z through a part of a turn: cones, tubes, polycones, outlines, parts of balls.
+#
+# Integrals over the profile, (r, z), times those of 1, cos φ, sin φ and their products over the azimuth.
+
+_RING_NODES, _RING_WEIGHTS = (np.array(a) for a in np.polynomial.legendre.leggauss(3))  # exact up to degree 5
+
+
+class Ring(NamedTuple):
+    """Between two heights, from an inner radius to an outer one, each linear in z."""
+
+    low: float
+    high: float
+    inner: tuple[float, float]
+    outer: tuple[float, float]
+
+
+class Azimuth(NamedTuple):
+    """Integrals over the azimuth of 1, cos, sin, cos², cos sin, sin²."""
+
+    one: float
+    cos: float
+    sin: float
+    cos2: float
+    mixed: float
+    sin2: float
+    is_full: bool
+
+
+def azimuth(start: float, end: float) -> Azimuth:
+    """From one angle to another, in degrees; of a full turn what cancels is 0 to the last bit."""
+    turn = math.radians(end - start)
+    if end - start == 360:
+        return Azimuth(turn, 0.0, 0.0, turn / 2, 0.0, turn / 2, True)
+    (s, c), (t, d) = sin_cos_degrees(start), sin_cos_degrees(end)
+    double, mixed = (t * d - s * c) / 2, (t * t - s * s) / 2
+    return Azimuth(turn, t - s, c - d, turn / 2 + double, mixed, turn / 2 - double, False)
+
+
+def ring_moments(profile: Iterable[float], about: Azimuth) -> Moments:
+    """From the integrals over the profile of r, r z, r z², r², r² z, r³."""
+    r, rz, rzz, rr, rrz, rrr = profile
+    volume = about.one * r
+    if volume == 0:
+        return Moments(0.0, np.full(3, np.nan), np.zeros((3, 3)))
+    mean = np.array([about.cos * rr, about.sin * rr, about.one * rz]) / volume
+    xx, xy, yy, zz = about.cos2 * rrr, about.mixed * rrr, about.sin2 * rrr, about.one * rzz
+    xz, yz = about.cos * rrz, about.sin * rrz
+    spread = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) / volume - np.outer(mean, mean)
+    return Moments(volume, mean, spread)
+
+
+def ring_sums(rings: Iterable[Ring]) -> FloatArray:
+    """Integrals over the profile of r, r z, r z², r², r² z, r³, (6,), by Gauss's rule: exact here."""
+    total = np.zeros(6)
+    for low, high, inner, outer in rings:
+        half = (high - low) / 2
+        z, weight, share = low + half + half * _RING_NODES, half * _RING_WEIGHTS, (1 + _RING_NODES) / 2
+        a, b = (ends[0] + (ends[1] - ends[0]) * share for ends in (inner, outer))
+        wide = weight * (b - a)  # kept apart, as squares of thin walls cancel
+        one, two, three = wide * (a + b) / 2, wide * (a * a + a * b + b * b) / 3, wide * (a + b) * (a * a + b * b) / 4
+        total += np.array([one.sum(), one @ z, one @ z**2, two.sum(), two @ z, three.sum()])
+    return total
+
+
+def ring_area(rings: Sequence[Ring], about: Azimuth) -> float:
+    """The surface of rings from bottom to top, those that touch being one solid."""
+    sides = sum(
+        (ends[0] + ends[1]) / 2 * math.hypot(ends[1] - ends[0], ring.high - ring.low)
+        for ring in rings
+        for ends in (ring.inner, ring.outer)
+    )
+    below: dict[float, list[tuple[float, float]]] = {}
+    above: dict[float, list[tuple[float, float]]] = {}
+    for ring in rings:
+        above.setdefault(ring.low, []).append((ring.inner[0], ring.outer[0]))
+        below.setdefault(ring.high, []).append((ring.inner[1], ring.outer[1]))
+    levels = sum(_differing(below.get(z, []), above.get(z, [])) for z in {*below, *above})
+    walls = 0.0 if about.is_full else 2 * sum(_profile_area(ring) for ring in rings)
+    return float(about.one * (sides + levels) + walls)
+
+
+def _profile_area(ring: Ring) -> float:
+    return (ring.high - ring.low) * (ring.outer[0] - ring.inner[0] + ring.outer[1] - ring.inner[1]) / 2
+
+
+def _differing(one: list[tuple[float, float]], other: list[tuple[float, float]]) -> float:
+    """∫ r dr over what is in one of two sets of intervals and not in the other."""
+    ends = sorted({end for interval in (*one, *other) for end in interval})
+    total = 0.0
+    for a, b in itertools.pairwise(ends):
+        inside = [any(low <= a and b <= high for low, high in intervals) for intervals in (one, other)]
+        total += (b - a) * (a + b) / 2 if inside[0] != inside[1] else 0.0
+    return total
+
+
+def _rings(shape: Any) -> list[Ring]:
+    if isinstance(shape, Tube):
+        inner, outer = shape.inner_radius, shape.outer_radius
+        return [Ring(0.0, shape.length, (inner, inner), (outer, outer))]
+    if isinstance(shape, Cone):
+        return [Ring(0.0, shape.length, (0.0, 0.0), (shape.start_radius, shape.end_radius))]
+    if isinstance(shape, Polycone):
+        return [Ring(a[0], b[0], (a[1], b[1]), (a[2], b[2])) for _, a, b in shape.stretches]
+    return [Ring(*ring) for ring in profile_rings(shape.profile)]
+
+
+@own_moments.register(Tube)
+@own_moments.register(Polycone)
+@own_moments.register(Revolution)
+@own_moments.register(Cone)
+def _(shape: Any) -> Moments:
+    return ring_moments(ring_sums(_rings(shape)), azimuth(shape.start_angle, shape.end_angle))
+
+
+@own_area.register(Tube)
+@own_area.register(Polycone)
+@own_area.register(Revolution)
+@own_area.register(Cone)
+def _(shape: Any) -> float:
+    return ring_area(_rings(shape), azimuth(shape.start_angle, shape.end_angle))
+
+
+@own_moments.register
+def _(section: SphereSection) -> Moments:
+    """∫ r dr dz and so on in polar coordinates r = ρ sin θ, z = ρ cos θ, with ρ dρ dθ in place of dr dz."""
+    (s, c), (t, d) = (sin_cos_degrees(angle) for angle in section.polar)
+    theta = math.radians(section.polar[1] - section.polar[0])
+    a, b = section.inner_radius, section.radius
+    second, third = (b - a) * (a * a + a * b + b * b) / 3, (b - a) * (a + b) * (a * a + b * b) / 4
+    fourth = (b - a) * (a**4 + a**3 * b + a * a * b * b + a * b**3 + b**4) / 5
+    sine, square = c - d, (theta - (t * d - s * c)) / 2
+    profile = (
+        second * sine, third * (t * t - s * s) / 2, fourth * (c**3 - d**3) / 3,
+        third * square, fourth * (t**3 - s**3) / 3, fourth * (sine - (c**3 - d**3) / 3),
+    )  # fmt: skip
+    return ring_moments(profile, azimuth(section.start_angle, section.end_angle))
+
+
+@own_area.register
+def _(section: SphereSection) -> float:
+    (s, c), (t, d) = (sin_cos_degrees(angle) for angle in section.polar)
+    about = azimuth(section.start_angle, section.end_angle)
+    a, b = section.inner_radius, section.radius
+    annulus = (b - a) * (a + b) / 2
+    walls = 0.0 if about.is_full else 2 * annulus * math.radians(section.polar[1] - section.polar[0])
+    return about.one * ((a * a + b * b) * (c - d) + annulus * (s + t)) + walls

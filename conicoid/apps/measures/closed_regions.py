@@ -1,0 +1,623 @@
+"""A solid as its surfaces f <= 0 and a Boolean function of them, read from the scene-wide table.
+
+Coinciding walls are one surface there, so that what is told by a surface's side is told by its number.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import itertools
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..._util.arrays import FloatArray
+from ...geometry.body import Body
+from ...geometry.bounds.support import real_roots
+from ...geometry.shape import Shape
+from ...kernels.tables import BALL, CELL, REGION, SPHERE
+from ...kernels.tables import PLANE as PLANE_KIND
+from ...prepare.lowering import lower
+from .closed_forms import Moments
+from .hull import FittedBox
+
+MOST_SURFACES, MOST_LEAVES = 48, 96
+SAME_TOLERANCE = 1e-12
+"""Directions and coefficients are equal up to so much: what motions leave of rounding, and far less than shows."""
+
+
+@dataclass(frozen=True)
+class RegionPlane:
+    """normal·x <= offset; the normal is unit."""
+
+    normal: FloatArray
+    offset: float
+
+
+@dataclass(frozen=True)
+class RegionQuadric:
+    """x·A x + 2 b·x + c <= 0."""
+
+    a: FloatArray
+    b: FloatArray
+    c: float
+
+    def within(self, axes: FloatArray, origin: FloatArray) -> RegionQuadric:
+        """In coordinates along the columns of `axes` from `origin` on."""
+        slope = self.a @ origin
+        c = float(origin @ slope + 2 * self.b @ origin + self.c)
+        return RegionQuadric(axes.T @ self.a @ axes, axes.T @ (slope + self.b), c)
+
+
+Surfaces = dict[int, "RegionPlane | RegionQuadric"]
+
+
+@dataclass(frozen=True)
+class SurfaceRegion:
+    """Leaves are intersections of sides; gates count them, as in `geometry.program`."""
+
+    surfaces: Surfaces
+    leaves: Sequence[tuple[tuple[tuple[int, bool], ...], int, bool]]  # sides (surface, is negative), gate, negated
+    gates: Sequence[tuple[int, int, bool]]  # parent, need, negated
+
+    def contains(self, inside: dict[int, bool]) -> bool:
+        """Whether the region has the points on these sides; `inside` says of each surface if f <= 0 there."""
+        counts = [0] * len(self.gates)
+        for sides, gate, negated in self.leaves:
+            counts[gate] += all(inside[surface] == negative for surface, negative in sides) != negated
+        value = False
+        for gate in reversed(range(len(self.gates))):
+            parent, need, negated = self.gates[gate]
+            value = (counts[gate] >= need) != negated
+            if parent >= 0:
+                counts[parent] += value
+        return value
+
+
+def region_of(shape: Shape, origin: FloatArray) -> SurfaceRegion | None:
+    """The region of a solid, coordinates counted from `origin` on; None for what has too many parts, and for sheets."""
+    if shape.is_sheet or _leaves(shape) > MOST_LEAVES:
+        return None
+    tables = lower([Body(shape)]).tables
+    if len(tables.entry_kind) != 1 or len(tables.surface_kind) > MOST_SURFACES:
+        return None
+    surfaces = {number: _surface(tables, number, origin) for number in range(len(tables.surface_kind))}
+    kind, index = int(tables.entry_kind[0]), int(tables.entry_index[0])
+    if kind == BALL:
+        return SurfaceRegion(surfaces, [(((index, True),), 0, False)], [(-1, 1, False)])
+    if kind == CELL:
+        return SurfaceRegion(surfaces, [(tuple(_sides(tables, index)), 0, False)], [(-1, 1, False)])
+    assert kind == REGION
+    leaves = zip(tables.leaf_cell, tables.leaf_gate, tables.leaf_negated, strict=True)
+    gates = zip(tables.gate_parent, tables.gate_need, tables.gate_negated, strict=True)
+    return SurfaceRegion(
+        surfaces,
+        [(tuple(_sides(tables, int(cell))), int(gate), bool(negated)) for cell, gate, negated in leaves],
+        [(int(parent), int(need), bool(negated)) for parent, need, negated in gates],
+    )
+
+
+def _leaves(shape: Shape) -> int:
+    from .hull import moved_parts
+
+    count = 0
+    for _ in moved_parts(shape):
+        count += 1
+        if count > MOST_LEAVES:
+            break
+    return count
+
+
+def _sides(tables: Any, cell: int) -> Iterator[tuple[int, bool]]:
+    if tables.cell_quadric[cell] >= 0:
+        yield int(tables.cell_quadric[cell]), bool(tables.cell_face[cell] > 0)
+    for row in range(int(tables.cell_first[cell]), int(tables.cell_first[cell + 1])):
+        yield int(tables.plane_surface[row]), bool(tables.plane_face[row] > 0)
+
+
+def _surface(tables: Any, number: int, origin: FloatArray) -> RegionPlane | RegionQuadric:
+    kind, row = int(tables.surface_kind[number]), int(tables.surface_row[number])
+    if kind == PLANE_KIND:
+        normal, height, anchor = np.split(tables.planes[row], [3, 4])[0], tables.planes[row][3], tables.planes[row][4:7]
+        length = float(np.linalg.norm(normal))
+        return RegionPlane(normal / length, (float(normal @ (anchor - origin)) - float(height)) / length)
+    if kind == SPHERE:
+        center, radius = tables.spheres[row][:3], float(tables.spheres[row][3])
+        return RegionQuadric(np.eye(3), np.zeros(3), -radius * radius).within(np.eye(3), origin - center)
+    record = tables.whole_quadrics([row])[0]
+    anchor, rows, squares = record[:3], record[3:12].reshape(3, 3), record[12:15]
+    linear, constant = record[15:18], float(record[18])
+    own = RegionQuadric(rows.T @ np.diag(squares) @ rows, rows.T @ linear, -constant)
+    return own.within(np.eye(3), origin - anchor)
+
+
+# Closed forms of prisms: solids between planes across an axis, whose sides are planes and circular cylinders along it.
+#
+# Pins, pipes, boxes, hexagonal cans, and what lattices cut from them. In each layer between two of the planes the solid
+# is a plane figure times an interval. The figure's moments are integrals along its boundary (Green), which is found
+# piece
+# by piece: every line and circle is cut where it meets the others, and a piece belongs to the boundary if the solid
+# is on
+# one side of it only.
+
+_NEAR_SIDES = 1e-9
+"""Curves that pass so near the middle of a piece of another, in units of its distance from 0 and 1, may be the same."""
+_MOST_NEAR = 4
+_TOUCHING = 1e-12
+"""Curves that cut off less than this of a circle's height touch it: the area cut off is below all rounding."""
+_TINY = 1e-14
+_PRISM_NODES, _PRISM_WEIGHTS = (np.array(a) for a in np.polynomial.legendre.leggauss(16))
+_POWERS = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
+LENGTH = 6
+"""Place of the boundary's length among the sums of a figure; before it are those of x^a y^b by `_POWERS`."""
+
+
+def middle(low: float, high: float) -> float:
+    """A number between two, either of which may be infinite."""
+    if math.isinf(low):
+        return 0.0 if math.isinf(high) else high - 1 - abs(high)
+    return low + 1 + abs(low) if math.isinf(high) else low / 2 + high / 2
+
+
+Inside = Callable[[dict[int, bool]], bool]
+
+
+class NoClosedForm(Exception):
+    """There is no closed form here."""
+
+
+@dataclass(frozen=True)
+class SideLine:
+    """normal·x <= offset, a unit normal."""
+
+    normal: FloatArray
+    offset: float
+
+    def height(self, points: FloatArray) -> FloatArray:
+        """How far outside points (..., 2) are."""
+        result: FloatArray = points @ self.normal - self.offset
+        return result
+
+    def at(self, t: FloatArray) -> FloatArray:
+        """Points by the length along the line, the inside on the left."""
+        along = np.array([-self.normal[1], self.normal[0]])
+        result: FloatArray = self.offset * self.normal + np.multiply.outer(t, along)
+        return result
+
+    def cuts(self, other: SideLine | SideCircle) -> Iterator[float]:
+        """Where it meets another curve."""
+        along = np.array([-self.normal[1], self.normal[0]])
+        if isinstance(other, SideLine):
+            slope = float(along @ other.normal)
+            if abs(slope) > SAME_TOLERANCE:
+                yield (other.offset - self.offset * float(self.normal @ other.normal)) / slope
+            return
+        foot, height = float(along @ other.center), float(self.normal @ other.center) - self.offset
+        square = other.radius**2 - height**2
+        if square > _TOUCHING * other.radius**2:
+            yield from (foot - math.sqrt(square), foot + math.sqrt(square))
+
+    def whole(self) -> tuple[float, float]:
+        return -math.inf, math.inf
+
+
+@dataclass(frozen=True)
+class SideCircle:
+    """|x - center| <= radius."""
+
+    center: FloatArray
+    radius: float
+
+    def height(self, points: FloatArray) -> FloatArray:
+        result: FloatArray = np.linalg.norm(points - self.center, axis=-1) - self.radius
+        return result
+
+    def at(self, t: FloatArray) -> FloatArray:
+        """Points by the angle, counter-clockwise."""
+        result: FloatArray = self.center + self.radius * np.stack([np.cos(t), np.sin(t)], axis=-1)
+        return result
+
+    def cuts(self, other: SideLine | SideCircle) -> Iterator[float]:
+        """The angles at which it meets another curve."""
+        if isinstance(other, SideLine):
+            cosine = (other.offset - float(other.normal @ self.center)) / self.radius
+            middle = math.atan2(other.normal[1], other.normal[0])
+        else:
+            way = other.center - self.center
+            apart = float(np.linalg.norm(way))
+            if apart == 0:
+                return
+            cosine = (apart**2 + self.radius**2 - other.radius**2) / (2 * apart * self.radius)
+            middle = math.atan2(way[1], way[0])
+        if abs(cosine) < 1 - _TOUCHING:
+            yield from (middle - math.acos(cosine), middle + math.acos(cosine))
+
+    def whole(self) -> tuple[float, float]:
+        return 0.0, 2 * math.pi
+
+
+def prism_sums(region: SurfaceRegion, axes: FloatArray) -> tuple[FloatArray, float]:
+    """Integrals of 1, x, y, z, xx, xy, xz, yy, yz, zz along `axes`, (10,), and the area of the boundary.
+
+    Raises Unknown for what is no bounded prism along the last axis.
+    """
+    caps: dict[int, float] = {}
+    flipped: set[int] = set()
+    curves: dict[int, SideLine | SideCircle] = {}
+    outer: set[int] = set()  # circles whose outside is f <= 0
+    for number, surface in region.surfaces.items():
+        if isinstance(surface, RegionPlane):
+            x, y, z = surface.normal @ axes
+            if math.hypot(x, y) <= SAME_TOLERANCE:
+                caps[number] = surface.offset / z
+                flipped |= {number} if z < 0 else set()
+            elif abs(z) <= SAME_TOLERANCE:
+                curves[number] = SideLine(np.array([x, y]) / math.hypot(x, y), surface.offset / math.hypot(x, y))
+            else:
+                raise NoClosedForm
+        else:
+            own = surface.within(axes, np.zeros(3))
+            size = own.a[0, 0]
+            if size == 0 or np.abs(own.a - size * np.diag([1, 1, 0])).max() > SAME_TOLERANCE * abs(size):
+                raise NoClosedForm
+            center, scale = -own.b[:2] / size, float(np.linalg.norm(own.b[:2] / size)) + math.sqrt(abs(own.c / size))
+            square = float(center @ center) - own.c / size
+            if square <= 0 or abs(own.b[2] / size) > SAME_TOLERANCE * scale:
+                raise NoClosedForm
+            curves[number] = SideCircle(center, math.sqrt(square))
+            outer |= {number} if size < 0 else set()
+    return _layers(region, caps, flipped, curves, outer)
+
+
+def _layers(
+    region: SurfaceRegion,
+    caps: dict[int, float],
+    flipped: set[int],
+    curves: dict[int, SideLine | SideCircle],
+    outer: set[int],
+) -> tuple[FloatArray, float]:
+    """The sums of all layers from bottom to top, and the area: sides of layers, and what differs between them."""
+    heights = sorted(set(caps.values()))
+
+    def inside(z: float) -> Inside:
+        sides = {number: (z <= height) != (number in flipped) for number, height in caps.items()}
+        return lambda turned: region.contains(sides | {n: value != (n in outer) for n, value in turned.items()})
+
+    ends = [-math.inf, *heights, math.inf]
+    figures = [inside(middle(a, b)) for a, b in itertools.pairwise(ends)]
+    sums = [_figure(curves, figure) for figure in figures]
+    if any(sums[0]) or any(sums[-1]):
+        raise NoClosedForm  # without end along the axis
+    total, area = np.zeros(10), 0.0
+    for (low, high), layer in zip(itertools.pairwise(heights), sums[1:-1], strict=True):
+        one, first, second = (((high**k - low**k) / k) for k in (1, 2, 3))
+        a, x, y, xx, xy, yy = layer[:LENGTH]
+        total += [a * one, x * one, y * one, a * first, xx * one, xy * one, x * first, yy * one, y * first, a * second]
+        area += layer[LENGTH] * one
+    for below, above in itertools.pairwise(figures):
+        area += _figure(curves, lambda turned, a=below, b=above: a(turned) != b(turned))[0]  # type: ignore[misc]
+    return total, float(area)
+
+
+def _figure(curves: dict[int, SideLine | SideCircle], inside: Inside) -> FloatArray:
+    """Integrals of x^a y^b over a plane figure, and the length of its boundary, (7,)."""
+    total = np.zeros(7)
+    for number, curve in curves.items():
+        for begin, end in _pieces(number, curves):
+            sense = _sense(number, (begin, end), curves, inside)
+            if sense:
+                if math.isinf(begin) or math.isinf(end):
+                    raise NoClosedForm  # without end across the axis
+                total += _along(curve, begin, end) * np.array([*[sense] * LENGTH, 1])
+    if not total[LENGTH] and inside(_sides_at(np.zeros(2), curves)):
+        raise NoClosedForm  # all of the plane
+    return total
+
+
+def _pieces(number: int, curves: dict[int, SideLine | SideCircle]) -> Iterator[tuple[float, float]]:
+    curve = curves[number]
+    first, last = curve.whole()
+    cuts = [t for other, met in curves.items() if other != number for t in curve.cuts(met)]
+    if isinstance(curve, SideCircle) and cuts:
+        cuts = sorted(t % (2 * math.pi) for t in cuts)
+        first, last = cuts[0], cuts[0] + 2 * math.pi
+        cuts = cuts[1:]
+    for begin, end in itertools.pairwise([first, *sorted(cuts), last]):
+        if end - begin > _TINY * max(abs(begin), abs(end), 1e-300) or math.isinf(end - begin):
+            yield begin, end  # where several curves meet in a point, rounding leaves pieces that are none
+
+
+def _sense(number: int, ends: tuple[float, float], curves: dict[int, SideLine | SideCircle], inside: Inside) -> int:
+    """1 where the figure lies on a curve's inside only, along a piece of it; -1 on its outside only; 0 both or none."""
+    point, near = min((_visible_sides(number, t, curves) for t in _places(*ends)), key=lambda seen: len(seen[1]))
+    if len(near) > _MOST_NEAR:
+        raise NoClosedForm
+    sides = _sides_at(point, curves)
+    found = set()
+    for values in itertools.product((False, True), repeat=len(near)):
+        sides |= dict(zip(near, values, strict=True))
+        found.add(int(inside(sides | {number: True})) - int(inside(sides | {number: False})))
+    if len(found) > 1:
+        raise NoClosedForm  # another curve is all but the same
+    return found.pop()
+
+
+def _places(begin: float, end: float) -> list[float]:
+    """Where to look along a piece: another curve may touch it in one of the places."""
+    if math.isinf(begin) or math.isinf(end):
+        return [middle(begin, end), 3.7 * middle(begin, end)]
+    return [begin + share * (end - begin) for share in (0.5, 0.37, 0.71)]
+
+
+def _visible_sides(number: int, t: float, curves: dict[int, SideLine | SideCircle]) -> tuple[FloatArray, list[int]]:
+    """A place on a curve, and which others are there, or all but there."""
+    point = curves[number].at(np.array(t))
+    return point, [n for n, curve in curves.items() if n != number and _is_near(curve, point)]
+
+
+def _is_near(curve: SideLine | SideCircle, point: FloatArray) -> bool:
+    size = max(float(np.abs(point).max()), curve.radius if isinstance(curve, SideCircle) else abs(curve.offset))
+    return abs(float(curve.height(point))) <= _NEAR_SIDES * size
+
+
+def _sides_at(point: FloatArray, curves: dict[int, SideLine | SideCircle]) -> dict[int, bool]:
+    return {number: bool(curve.height(point) <= 0) for number, curve in curves.items()}
+
+
+def _along(curve: SideLine | SideCircle, begin: float, end: float) -> FloatArray:
+    """∮ x^(a+1)/(a+1) y^b dy along a piece, the figure on the left, and its length. Gauss's rule: exact, or nearly."""
+    parts = max(1, math.ceil((end - begin) / (math.pi / 4))) if isinstance(curve, SideCircle) else 1
+    cuts = np.linspace(begin, end, parts + 1)
+    half = np.diff(cuts) / 2
+    t = ((cuts[:-1] + half)[:, None] + half[:, None] * _PRISM_NODES).ravel()
+    weight = (half[:, None] * _PRISM_WEIGHTS).ravel()
+    x, y = curve.at(t).T
+    if isinstance(curve, SideCircle):
+        slope, speed = curve.radius * np.cos(t), curve.radius
+    else:
+        slope, speed = np.full(len(t), curve.normal[0]), 1.0
+    sums = [float((x ** (a + 1) * y**b * slope) @ weight) / (a + 1) for a, b in _POWERS]
+    return np.array([*sums, speed * (end - begin)])
+
+
+# Closed forms of solids of revolution: planes across an axis, and quadrics of revolution about it.
+#
+# Shells, caps, capped cylinders and cones, coated particles, tanks. At each height z every quadric is a circle
+# r² = g(z), g a polynomial of second degree; between the heights where circles meet, vanish, or planes lie, the same
+# circles bound the solid, and all integrals are those of polynomials, which Gauss's rule takes exactly.
+
+_PROFILE_NODES, _PROFILE_WEIGHTS = (np.array(a) for a in np.polynomial.legendre.leggauss(5))
+_NEAR_CIRCLES = 1e-9
+
+
+@dataclass(frozen=True)
+class Profile:
+    """r² <= g(z) = g0 + g1 z + g2 z²; `outer` where f <= 0 is the outside."""
+
+    g: tuple[float, float, float]
+    outer: bool
+
+    def at(self, z: FloatArray) -> FloatArray:
+        g0, g1, g2 = self.g
+        result: FloatArray = g0 + z * (g1 + z * g2)
+        return result
+
+    @property
+    def square(self) -> bool:
+        """Whether 4 g + g'² is the square of a linear function: cylinders, spheres, cones."""
+        g0, g1, g2 = self.g
+        a, b, c = 4 * g2 + 4 * g2 * g2, 4 * g1 + 4 * g1 * g2, 4 * g0 + g1 * g1
+        return abs(b * b - 4 * a * c) <= 1e-10 * max(b * b, abs(4 * a * c), c * c * 1e-4) and (a, b, c) != (0, 0, 0)
+
+    def speed(self, z: FloatArray) -> FloatArray:
+        """The area of the surface for a unit of z, over π: √(4 g + g'²)."""
+        _, g1, g2 = self.g
+        result: FloatArray = np.sqrt(np.maximum(4 * self.at(z) + (g1 + 2 * g2 * z) ** 2, 0.0))
+        return result
+
+
+def revolved_sums(region: SurfaceRegion, axes: FloatArray, origin: FloatArray) -> tuple[FloatArray, float | None]:
+    """Integrals of 1, x, y, z, xx, xy, xz, yy, yz, zz from `origin` along `axes`, the last being that of revolution.
+
+    And the area, None where it has no closed form. Raises Unknown for what is no bounded solid of revolution.
+    """
+    caps: dict[int, tuple[float, bool]] = {}
+    profiles: dict[int, Profile] = {}
+    for number, surface in region.surfaces.items():
+        if isinstance(surface, RegionPlane):
+            x, y, z = surface.normal @ axes
+            if math.hypot(x, y) > SAME_TOLERANCE:
+                raise NoClosedForm
+            caps[number] = (surface.offset - float(surface.normal @ origin)) / z, z < 0
+        else:
+            profiles[number] = _profile(surface.within(axes, origin))
+    return _stacked(region, caps, profiles)
+
+
+def _profile(own: RegionQuadric) -> Profile:
+    size = own.a[0, 0]
+    if size == 0:
+        raise NoClosedForm
+    a, b, c = own.a / size, own.b / size, own.c / size
+    scale = math.sqrt(abs(c)) + abs(float(b[2]))
+    off = np.abs(a - np.diag([1, 1, a[2, 2]])).max()
+    if off > SAME_TOLERANCE * max(1.0, abs(a[2, 2])) or np.abs(b[:2]).max() > SAME_TOLERANCE * scale:
+        raise NoClosedForm
+    return Profile((-float(c), -2 * float(b[2]), -float(a[2, 2])), bool(size < 0))
+
+
+def _stacked(
+    region: SurfaceRegion, caps: dict[int, tuple[float, bool]], profiles: dict[int, Profile]
+) -> tuple[FloatArray, float | None]:
+    heights = {height for height, _ in caps.values()}
+    for profile in profiles.values():
+        heights |= set(real_roots(profile.g[2], profile.g[1], profile.g[0]))
+    for first, second in itertools.combinations(profiles.values(), 2):
+        d0, d1, d2 = (a - b for a, b in zip(first.g, second.g, strict=True))
+        if d0 or d1 or d2:
+            heights |= set(real_roots(d2, d1, d0))
+    cuts = sorted(height for height in heights if math.isfinite(height))
+    ends = [-math.inf, *cuts, math.inf]
+    total, area, has_area = np.zeros(10), 0.0, True
+    rings: list[tuple[float, list[tuple[int, int]]]] = []
+    for low, high in itertools.pairwise(ends):
+        if low == high:
+            continue
+        found = _circles(region, caps, profiles, middle(low, high))
+        rings.append((low, found))
+        if not found:
+            continue
+        if math.isinf(low) or math.isinf(high):
+            raise NoClosedForm
+        half = (high - low) / 2
+        z, weight = low + half + half * _PROFILE_NODES, half * _PROFILE_WEIGHTS
+        for number, sense in found:
+            g = np.maximum(profiles[number].at(z), 0.0)
+            one, across = math.pi * sense * g * weight, math.pi / 4 * sense * g**2 * weight
+            total += np.array([one.sum(), 0, 0, one @ z, across.sum(), 0, 0, across.sum(), 0, one @ z**2])
+            has_area = has_area and profiles[number].square
+            area += math.pi * float(profiles[number].speed(z) @ weight)
+    for (_, below), (height, above) in itertools.pairwise(rings):
+        area += _ring_area(profiles, height, below, above)
+    return total, area if has_area else None
+
+
+def _circles(
+    region: SurfaceRegion, caps: dict[int, tuple[float, bool]], profiles: dict[int, Profile], z: float
+) -> list[tuple[int, int]]:
+    """The circles that bound the solid at a height, with 1 where it is within, -1 where it is outside."""
+    sides = {number: (z <= height) != turned for number, (height, turned) in caps.items()}
+    squares = {number: float(profile.at(np.array(z))) for number, profile in profiles.items()}
+    order = sorted(profiles, key=lambda number: squares[number])
+    size = max([abs(square) for square in squares.values()], default=0.0)
+    # From the axis outward
+    sides |= {number: (squares[number] > 0) != profiles[number].outer for number in order}
+    found = []
+    before = region.contains(sides)
+    for place, number in enumerate(order):
+        if squares[number] <= 0:
+            continue
+        later = order[place + 1] if place + 1 < len(order) else None
+        sides = sides | {number: profiles[number].outer}
+        after = region.contains(sides)
+        if later is not None and squares[later] - squares[number] <= _NEAR_CIRCLES * size and len({before, after}) > 1:
+            raise NoClosedForm  # circles that are all but the same
+        if before != after:
+            found.append((number, 1 if before else -1))
+        before = after
+    if before:
+        raise NoClosedForm  # without end across the axis
+    return found
+
+
+def _ring_area(
+    profiles: dict[int, Profile], height: float, below: list[tuple[int, int]], above: list[tuple[int, int]]
+) -> float:
+    """The area of what is solid on one side of a height only."""
+    ends: list[tuple[float, int]] = []
+    for part, circles in enumerate((below, above)):
+        for number, _ in circles:
+            ends.append((max(float(profiles[number].at(np.array(height))), 0.0), part))
+    inside = [bool(circles) and circles[0][1] > 0 for circles in (below, above)]
+    area, last = 0.0, 0.0
+    for square, part in sorted(ends):
+        area += math.pi * (square - last) if inside[0] != inside[1] else 0.0
+        inside[part], last = not inside[part], square
+    return area
+
+
+# Closed forms of combinations of surfaces, such as the cells of imported models: prisms and solids of revolution.
+
+_MOST_AXES = 6
+
+
+def closed_region(shape: Shape, box: FittedBox) -> tuple[Moments, float | None] | None:
+    """Moments in the world and the area, where a solid's surfaces allow a closed form; the area may lack one."""
+    region = region_of(shape, box.center)
+    if region is None:
+        return None
+    for axis, origin in _axes(region):
+        axes = _frame(axis)
+        with contextlib.suppress(NoClosedForm):
+            sums, area = prism_sums(region, axes)
+            return _moments(sums, axes, box.center), area
+        with contextlib.suppress(NoClosedForm):
+            sums, some_area = revolved_sums(region, axes, origin)
+            return _moments(sums, axes, box.center + origin), some_area
+    return None
+
+
+def _axes(region: SurfaceRegion) -> list[tuple[FloatArray, FloatArray]]:
+    """Directions in which the solid might be a prism, or an axis about which it might be turned, with points there."""
+    found: list[tuple[FloatArray, FloatArray]] = []
+
+    def add(axis: FloatArray, origin: FloatArray) -> None:
+        if (
+            all(np.linalg.norm(np.cross(axis, other)) > SAME_TOLERANCE for other, _ in found)
+            and len(found) < _MOST_AXES
+        ):
+            found.append((axis, origin))
+
+    quadrics = [surface for surface in region.surfaces.values() if isinstance(surface, RegionQuadric)]
+    centers = [center for quadric in quadrics if (center := _center(quadric)) is not None]
+    origin = centers[0] if centers else np.zeros(3)
+    for quadric in quadrics:
+        axis = _axis(quadric)
+        if axis is not None:
+            center = _center(quadric)
+            add(axis, origin if center is None else center)
+    for center in centers[1:]:
+        way = center - origin
+        if np.linalg.norm(way) > SAME_TOLERANCE * (1 + np.abs(origin).max()):
+            add(way / np.linalg.norm(way), origin)
+    for surface in region.surfaces.values():
+        if isinstance(surface, RegionPlane):
+            add(surface.normal, origin)
+    if not found:
+        add(np.array([0.0, 0.0, 1.0]), origin)
+    return found
+
+
+def _axis(quadric: RegionQuadric) -> FloatArray | None:
+    """The direction of the axis of a quadric of revolution; None for spheres and others."""
+    squares, axes = np.linalg.eigh(quadric.a)
+    size = np.abs(squares).max()
+    for k in range(3):
+        one, other = np.delete(squares, k)
+        if abs(one - other) <= 1e-9 * size < abs(squares[k] - one):
+            axis: Any = axes[:, k]
+            nearest = np.round(axis)
+            found: FloatArray = nearest if np.abs(axis - nearest).max() < SAME_TOLERANCE else axis
+            return found
+    return None
+
+
+def _center(quadric: RegionQuadric) -> FloatArray | None:
+    """The center, a point of the axis where there are many; None where there is none, as of paraboloids."""
+    center: Any = np.linalg.lstsq(quadric.a, -quadric.b, rcond=1e-9)[0]
+    rest = np.abs(quadric.a @ center + quadric.b).max()
+    result: FloatArray = center
+    return result if rest <= SAME_TOLERANCE * max(np.abs(quadric.b).max(), 1e-300) or not quadric.b.any() else None
+
+
+def _frame(axis: FloatArray) -> FloatArray:
+    """Right angles, (3, 3), the last column along an axis; of the world's axes their order is changed."""
+    across = np.eye(3)[int(np.argmin(np.abs(axis)))]
+    first = np.cross(across, axis)
+    first = first / np.linalg.norm(first)
+    return np.column_stack([first, np.cross(axis, first), axis])
+
+
+def _moments(sums: FloatArray, axes: FloatArray, origin: FloatArray) -> Moments:
+    """From integrals of 1, x, y, z, xx, xy, xz, yy, yz, zz along axes from an origin on."""
+    volume = float(sums[0])
+    if volume <= 0:
+        return Moments(0.0, np.full(3, np.nan), np.zeros((3, 3)))
+    mean = sums[1:4] / volume
+    xx, xy, xz, yy, yz, zz = sums[4:] / volume
+    spread = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) - np.outer(mean, mean)
+    turned = axes @ spread @ axes.T
+    return Moments(volume, origin + axes @ mean, (turned + turned.T) / 2)

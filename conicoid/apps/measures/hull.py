@@ -1,0 +1,316 @@
+"""The frame in which a shape is measured: the turned box that fits it best."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..._util.arrays import BoxEnds, FloatArray
+from ...geometry.csg import Boolean, ClippedSheet, Complement, Difference, Union
+from ...geometry.polyhedron import Polyhedron
+from ...geometry.shape import Primitive, Shape
+from ...geometry.transform import IDENTITY_MOTION, Motion, Transform
+
+
+class UnboundedShapeError(ValueError):
+    """A shape without end has no measures."""
+
+
+_CANDIDATES = 8
+_BOUNDED_PARTS = 2000  # parts bounded for all candidates together
+_CLEARLY_SMALLER = 0.99
+
+
+@dataclass(frozen=True)
+class FittedBox:
+    """A box about `center` with half its edges `half` along the columns of the rotation `axes` (3, 3)."""
+
+    axes: FloatArray
+    center: FloatArray
+    half: FloatArray
+
+    @property
+    def is_empty(self) -> bool:
+        return bool((self.half < 0).any())
+
+
+def fitted_box(shape: Shape) -> FittedBox:
+    """The smallest box, along the world's axes or those of one of the shape's parts.
+
+    Raises ValueError where all of them are unbounded, naming the axes of the world.
+    """
+    best, least = _boxed(np.eye(3), shape.bounds), np.inf
+    if best.is_empty:
+        return best
+    if np.isfinite(best.half).all():
+        least = float(np.prod(best.half)) * _CLEARLY_SMALLER
+    for axes in _candidates(shape):
+        box = _boxed(axes, shape.bounds_under(Motion((_turn(axes.T),))))
+        if box.is_empty:
+            return box
+        if np.isfinite(box.half).all() and np.prod(box.half) < least:
+            best, least = box, float(np.prod(box.half))
+    if not np.isfinite(best.half).all():
+        low, high = shape.bounds
+        endless = ", ".join(axis for axis, a, b in zip("xyz", low, high, strict=True) if not np.isfinite([a, b]).all())
+        found = f"got bounds that are infinite along {endless}"
+        raise UnboundedShapeError(f"measure: {type(shape).__name__} must be bounded, {found}; cut it by a box")
+    return best
+
+
+def moved_parts(shape: Shape) -> Iterator[tuple[Shape, Motion]]:
+    """The primitives of a shape, each with the motion that moves it besides its own."""
+    pending: list[tuple[Shape, Motion]] = [(shape, IDENTITY_MOTION)]
+    while pending:
+        node, outer = pending.pop()
+        if isinstance(node, Boolean):
+            inner = node.motion.then(outer)
+            pending.extend((part, inner) for part in reversed(node.operands))
+        elif isinstance(node, ClippedSheet):
+            inner = node.motion.then(outer)
+            pending.extend([(node.solid, inner), (node.base, inner)])
+        else:
+            yield node, outer
+
+
+def _candidates(shape: Shape) -> Iterator[FloatArray]:
+    """Rotations to the axes of the first few parts that stand askew, all different."""
+    found: list[FloatArray] = [np.eye(3)]
+    parts = list(itertools.islice(moved_parts(shape), _BOUNDED_PARTS))
+    most = min(_CANDIDATES, _BOUNDED_PARTS // len(parts) - 1)
+    for part, outer in parts if most > 0 else ():
+        axes = _own_axes(part, outer)
+        if axes is None or any(_same_axes(axes, other) for other in found):
+            continue
+        found.append(axes)
+        yield axes
+        if len(found) > most:
+            return
+
+
+def _own_axes(part: Shape, outer: Motion) -> FloatArray | None:
+    """Right angles as near to a part's axes as can be, its z axis kept; of a polyhedron, its first normals."""
+    linear = part.under(outer).matrix[:3, :3]
+    if isinstance(part, Polyhedron):
+        linear = np.column_stack([*(np.array(part.normals[:3]) @ np.linalg.inv(linear)), *np.eye(3)])
+    else:
+        linear = linear[:, (2, 0, 1)]
+    linear = linear / np.linalg.norm(linear, axis=0)
+    # Gram and Schmidt by Householder's method; columns that are signed unit vectors stay as they are
+    axes = np.linalg.qr(linear)[0][:, :3]
+    axes[:, 2] *= np.sign(np.linalg.det(axes))
+    return np.where(np.abs(axes) < 1e-15, 0.0, axes) if np.isfinite(axes).all() else None
+
+
+def _same_axes(a: FloatArray, b: FloatArray) -> bool:
+    """Equal up to order and sign."""
+    return bool(np.abs(np.abs(a.T @ b).max(axis=0) - 1).max() < 1e-12)
+
+
+def _turn(rows: FloatArray) -> Transform:
+    matrix = np.eye(4)
+    matrix[:3, :3] = rows
+    return Transform(tuple(tuple(row) for row in matrix.tolist()))
+
+
+def _boxed(axes: FloatArray, bounds: BoxEnds) -> FittedBox:
+    low, high = bounds
+    with np.errstate(invalid="ignore"):
+        center, half = low / 2 + high / 2, high / 2 - low / 2
+    if (low > high).any():
+        center, half = np.zeros(3), np.full(3, -1.0)
+    return FittedBox(axes, axes @ center if np.isfinite(center).all() else center, half)
+
+
+# Where rays are worth sending: convex hulls around the parts of a shape, combined as the shape is.
+#
+# The hull of a part is a polytope: for fixed directions u it keeps sup u·x. A union has the hulls of its
+# operands, gathered into a tree by nearness; an intersection must meet all of them; what is cut away
+# does not count. A column of space that misses the hulls misses the shape, and that is certain.
+
+Mask = npt.NDArray[np.bool_]
+
+_TURNS = 8  # directions in half of each coordinate plane that every hull has
+_OWN_AXES = 6  # parts whose own axes give further directions
+_MANY = 1000  # parts of a shape that get boxes instead
+_DEEPEST = 30  # levels; below, hulls are merged into one
+_GROUP = 4
+_BLOCK = 1 << 15
+_SLACK = 1e-12
+
+
+@dataclass(frozen=True)
+class Rectangles:
+    """Low corners (n, 2) and sides (n, 2)."""
+
+    low: FloatArray
+    size: FloatArray
+
+    def __len__(self) -> int:
+        return len(self.low)
+
+    def __getitem__(self, index: Any) -> Rectangles:
+        return Rectangles(self.low[index], self.size[index])
+
+    def __add__(self, other: Rectangles) -> Rectangles:
+        return Rectangles(np.concatenate([self.low, other.low]), np.concatenate([self.size, other.size]))
+
+    def without(self, index: Any) -> Rectangles:
+        return Rectangles(np.delete(self.low, index, axis=0), np.delete(self.size, index, axis=0))
+
+    def pieces(self, step: int) -> Iterator[tuple[int, Rectangles]]:
+        """(place of the first, `step` of them)"""
+        for begin in range(0, len(self), step):
+            yield begin, self[begin : begin + step]
+
+    @property
+    def areas(self) -> FloatArray:
+        result: FloatArray = self.size.prod(axis=1)
+        return result
+
+    def halved(self) -> Rectangles:
+        """Each cut across its longer side, the halves one after the other."""
+        longer = np.arange(2) == np.argmax(self.size, axis=1)[:, None]
+        size = np.where(longer, self.size / 2, self.size)
+        low = np.stack([self.low, self.low + np.where(longer, size, 0.0)], axis=1)
+        return Rectangles(low.reshape(-1, 2), np.repeat(size, 2, axis=0))
+
+
+@dataclass(frozen=True)
+class ViewDirection:
+    """A view along an axis of the box: the directions across it (m, 2), and their places among all."""
+
+    axis: int
+    across: FloatArray
+    chosen: Any
+
+    @classmethod
+    def along(cls, axis: int, directions: FloatArray) -> ViewDirection:
+        """From directions (n, 3): those without a component along the axis."""
+        chosen = np.flatnonzero(directions[:, axis] == 0)
+        return cls(axis, np.delete(directions[chosen], axis, axis=1), chosen)
+
+
+@dataclass(frozen=True)
+class Hull:
+    """`offsets` (directions,): sup u·x. With parts: inside `every` one of them, or any."""
+
+    offsets: FloatArray
+    parts: tuple[Hull, ...] = ()
+    every: bool = False
+    depth: int = 0
+
+    def seen(self, rectangles: Rectangles, sight: ViewDirection) -> Rectangles:
+        """Those that meet the hull, seen along an axis; those left out certainly miss the shape."""
+        met = [np.zeros(0, bool), *(self._meets(part, sight) for _, part in rectangles.pieces(_BLOCK))]
+        return rectangles[np.concatenate(met)]
+
+    def _meets(self, rectangles: Rectangles, sight: ViewDirection) -> Mask:
+        least = rectangles.low @ sight.across.T + rectangles.size @ np.minimum(sight.across, 0.0).T
+        found: Mask = (least <= self.offsets[sight.chosen]).all(axis=1)
+        if self.every or not self.parts:
+            for part in self.parts:
+                rest = np.flatnonzero(found)
+                found[rest] = part._meets(rectangles[rest], sight)
+            return found
+        pending, result = np.flatnonzero(found), np.zeros(len(found), bool)
+        for part in self.parts:
+            met = part._meets(rectangles[pending], sight)
+            result[pending[met]] = True
+            pending = pending[~met]
+        return result
+
+
+def directions_for(shape: Shape, box: FittedBox) -> FloatArray:
+    """(n, 3) unit vectors in the frame of the box, with their opposites, each in one of its coordinate planes."""
+    first = list(itertools.islice(moved_parts(shape), _MANY + 1))
+    turns = 2 if len(first) > _MANY else _TURNS
+    rows = [_in_plane(axis, np.pi * k / turns) for axis in range(3) for k in range(turns)]
+    for part, outer in first[: _OWN_AXES if len(first) <= _MANY else 0]:
+        for own in (box.axes.T @ part.under(outer).matrix[:3, :3]).T:
+            for axis in range(3):
+                # Across the image of one of the part's own axes in the plane of sight
+                a, b = np.delete(own, axis)
+                if np.hypot(a, b) > 1e-9 * np.abs(own).max():
+                    rows.append(_in_plane(axis, np.arctan2(b, a) + np.pi / 2))
+    directions = np.array(rows)
+    directions[np.abs(directions) < _SLACK] = 0.0
+    directions = np.concatenate([directions, -directions])
+    _, different = np.unique(np.round(directions, 9) + 0.0, axis=0, return_index=True)
+    return directions[np.sort(different)]
+
+
+def _in_plane(axis: int, angle: float) -> FloatArray:
+    return np.insert(np.array([np.cos(angle), np.sin(angle)]), axis, 0.0)
+
+
+def hull_of(shape: Shape, box: FittedBox, directions: FloatArray) -> Hull:
+    """The hulls of a shape in the frame of the box; complements are carried inward (De Morgan)."""
+    world = directions @ box.axes.T
+    # Relative to the center of the box, with room for rounding
+    shift = _SLACK * (np.abs(directions) @ box.half + np.abs(box.center).sum() / 100) - world @ box.center
+    results: list[Hull] = []
+    pending: list[tuple[Shape, Motion, bool, bool]] = [(shape, IDENTITY_MOTION, True, False)]
+    while pending:
+        node, outer, inside, combine = pending.pop()
+        operands = _operands(node)
+        if combine:
+            parts = results[-len(operands) :]
+            del results[-len(operands) :]
+            single = isinstance(node, Complement)
+            results.append(parts[0] if single else _combine_hulls(parts, isinstance(node, Union) != inside))
+        elif operands:
+            pending.append((node, outer, inside, True))
+            inner = node.motion.then(outer)
+            pending.extend((part, inner, inside != turned, False) for part, turned in reversed(operands))
+        elif inside and isinstance(node, Primitive):
+            results.append(Hull(_supports(node, outer, world) + shift))
+        else:
+            results.append(Hull(np.full(len(directions), np.inf)))
+    return results[0]
+
+
+def _operands(node: Shape) -> list[tuple[Shape, bool]]:
+    """(operand, whether its complement counts)"""
+    if isinstance(node, ClippedSheet):
+        return [(node.base, False), (node.solid, node.keep == "outside")]
+    if not isinstance(node, Boolean):
+        return []
+    cut, turned = isinstance(node, Difference), isinstance(node, Complement)
+    return [(part, turned or (cut and k > 0)) for k, part in enumerate(node.operands)]
+
+
+def _supports(part: Primitive, outer: Motion, world: FloatArray) -> FloatArray:
+    matrix = part.under(outer).matrix
+    own = world @ matrix[:3, :3]
+    offsets = np.array([part.support((x, y, z)) for x, y, z in own.tolist()])
+    return offsets + world @ matrix[:3, 3]
+
+
+def _combine_hulls(parts: Sequence[Hull], every: bool) -> Hull:
+    """All or any of some hulls; what is everywhere is left out."""
+    endless = [bool(np.isposinf(part.offsets).all()) for part in parts]
+    if any(endless) and not every:
+        return parts[endless.index(True)]
+    parts = [part for part, out in zip(parts, endless, strict=True) if not out] or list(parts[:1])
+    if len(parts) == 1:
+        return parts[0]
+    offsets = np.array([part.offsets for part in parts])
+    merged = offsets.min(axis=0) if every else offsets.max(axis=0)
+    depth = 1 + max(part.depth for part in parts)
+    if depth > _DEEPEST:
+        return Hull(merged)
+    if every or len(parts) <= _GROUP:
+        return Hull(merged, tuple(parts), every, depth)
+    # Halve along the direction in which the parts spread most
+    finite = np.isfinite(offsets).all(axis=0)
+    spread = np.where(finite, np.ptp(np.where(finite, offsets, 0.0), axis=0), -1.0)
+    order = np.argsort(offsets[:, int(np.argmax(spread))])
+    half = len(parts) // 2
+    sides = tuple(_combine_hulls([parts[i] for i in side], False) for side in (order[:half], order[half:]))
+    return Hull(merged, sides, depth=depth)

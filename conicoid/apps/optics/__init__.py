@@ -1,0 +1,104 @@
+"""Optics: light along paths, glasses, coats and lenses. Lengths are the scene's, wavelengths are in μm of vacuum."""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+# Public name -> module of this package that defines it. Loaded on first use, as the names of conicoid itself.
+_HOMES: dict[str, str] = {
+    "prescription": ".prescriptions",
+    "Prescription": ".prescriptions",
+    "Row": ".prescriptions",
+    "load_zmx": ".zmx",
+    "read_zmx": ".zmx",
+    "trace": ".ray_trace",
+    "Trace": ".ray_trace",
+    "follow": ".ray_trace",
+    "Followed": ".ray_trace",
+    "focal_length": ".cardinal",
+    "cardinal_points": ".cardinal",
+    "CardinalPoints": ".cardinal",
+    "spot": ".spot_diagram",
+    "Spot": ".spot_diagram",
+    "ray_fan": ".spot_diagram",
+    "RayFan": ".spot_diagram",
+    "beam": ".spot_diagram",
+    "layout": ".drawing",
+    "Layout": ".drawing",
+    "OptilandBackend": ".optiland_backend",
+    "optiland_component": ".optiland_backend",
+    "Sellmeier": "...materials.dispersion",
+    "Cauchy": "...materials.dispersion",
+    "Schott": "...materials.dispersion",
+    "Edlen": "...materials.dispersion",
+    "Tabulated": "...materials.dispersion",
+    "Dispersion": "...materials.dispersion",
+    "index_at": "...materials.dispersion",
+    "glass": "...materials.dispersion",
+    "glasses": "...materials.dispersion",
+    "Glasses": "...materials.dispersion",
+    "Coating": "...materials.coating",
+    "Layer": "...materials.coating",
+    "Fresnel": "...materials.fresnel",
+    "Balance": ".light_paths",
+    "Paths": ".light_paths",
+}
+
+__all__ = sorted(_HOMES)  # pyright: ignore[reportUnsupportedDunderAll]
+
+if TYPE_CHECKING:
+    from ...materials.coating import Coating as Coating
+    from ...materials.coating import Layer as Layer
+    from ...materials.dispersion import Cauchy as Cauchy
+    from ...materials.dispersion import Dispersion as Dispersion
+    from ...materials.dispersion import Edlen as Edlen
+    from ...materials.dispersion import Glasses as Glasses
+    from ...materials.dispersion import Schott as Schott
+    from ...materials.dispersion import Sellmeier as Sellmeier
+    from ...materials.dispersion import Tabulated as Tabulated
+    from ...materials.dispersion import glass as glass
+    from ...materials.dispersion import glasses as glasses
+    from ...materials.dispersion import index_at as index_at
+    from ...materials.fresnel import Fresnel as Fresnel
+    from .cardinal import CardinalPoints as CardinalPoints
+    from .cardinal import cardinal_points as cardinal_points
+    from .cardinal import focal_length as focal_length
+    from .drawing import Layout as Layout
+    from .drawing import layout as layout
+    from .light_paths import Balance as Balance
+    from .light_paths import Paths as Paths
+    from .optiland_backend import OptilandBackend as OptilandBackend
+    from .optiland_backend import optiland_component as optiland_component
+    from .prescriptions import Prescription as Prescription
+    from .prescriptions import Row as Row
+    from .prescriptions import prescription as prescription
+    from .ray_trace import Followed as Followed
+    from .ray_trace import Trace as Trace
+    from .ray_trace import follow as follow
+    from .ray_trace import trace as trace
+    from .spot_diagram import RayFan as RayFan
+    from .spot_diagram import Spot as Spot
+    from .spot_diagram import beam as beam
+    from .spot_diagram import ray_fan as ray_fan
+    from .spot_diagram import spot as spot
+    from .zmx import load_zmx as load_zmx
+    from .zmx import read_zmx as read_zmx
+else:  # else checkers would let any name be asked for
+
+    def __getattr__(name: str) -> Any:
+        home = _HOMES.get(name)
+        if home is None:
+            from ..._util.foreign_names import module_attribute_error
+
+            raise module_attribute_error("conicoid.apps.optics", name, __all__)
+        value = getattr(importlib.import_module(home, __name__), name)
+        if isinstance(value, type):
+            from ..._util.hints import add_call_hints
+
+            add_call_hints(value)
+        globals()[name] = value
+        return value
+
+    def __dir__() -> list[str]:
+        return sorted(__all__)

@@ -1,0 +1,130 @@
+"""What a prescription says of glass: an index, a function of the wavelength, a name, or index and Abbe number."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from ..._util.validation import check_number, check_positive, describe_kind, format_value
+from ...materials.dispersion import Dispersion
+from ...materials.material import Material
+from ...materials.presets import glass as clear_glass
+
+F_LINE, D_LINE, C_LINE = 0.4861327, 0.5875618, 0.6562725
+"""The wavelengths of hydrogen F, helium d and hydrogen C, in μm."""
+
+MIRROR = "mirror"
+
+
+@dataclass(frozen=True)
+class Medium:
+    """What light goes through: its name, and its refractive index by wavelength."""
+
+    name: str
+    refractive_index: Callable[[float], float]
+
+    def index(self, wavelength: float) -> float:
+        """The refractive index at a wavelength in μm; a ValueError where it is none."""
+        return check_positive("medium", self.name, self.refractive_index(wavelength))
+
+    @property
+    def is_air(self) -> bool:
+        return self.name == "air"
+
+    def material(self) -> Material:
+        """It as glass of a scene: by its own formula, or with the dispersion between the lines F and C."""
+        if isinstance(self.refractive_index, Dispersion):
+            return clear_glass(self.refractive_index, name=self.name)
+        f, d, c = (self.index(line) for line in (F_LINE, D_LINE, C_LINE))
+        return clear_glass(d, dispersion=max(0.0, (f - c) / _SPREAD), name=self.name)
+
+
+@dataclass(frozen=True)
+class _CauchyIndex:
+    """n = index + slope (1/λ² - 1/λ_d²), a constant where the slope is 0; equal and pickled by its numbers."""
+
+    index: float
+    slope: float = 0.0
+
+    def __call__(self, wavelength: float) -> float:
+        return self.index + self.slope * (1 / wavelength**2 - 1 / D_LINE**2) if self.slope else self.index
+
+
+_SPREAD = 1 / F_LINE**2 - 1 / C_LINE**2
+AIR = Medium("air", _CauchyIndex(1.0))
+
+
+def parse_medium(owner: str, field: str, value: Any) -> Medium:
+    """The medium that is meant.
+
+    None or "air"; a number; (index at d, Abbe number), by Cauchy's formula of two terms; a function of the wavelength
+    in μm; what has a `refractive_index`; or a name that `co.optics.glass` knows.
+    Raises ValueError or TypeError, by object and field, for anything else.
+    """
+    if value is None or (isinstance(value, str) and value == "air"):
+        return AIR
+    if isinstance(value, str):
+        return glass_by_name(owner, field, value)
+    if isinstance(value, Medium):
+        return value
+    if isinstance(value, tuple | list):
+        return _by_abbe_number(owner, field, value)
+    index = getattr(value, "refractive_index", value)
+    if isinstance(index, str):
+        return glass_by_name(owner, field, index)
+    if callable(index) and not isinstance(index, type):
+        return Medium(str(getattr(value, "name", None) or "glass"), index)
+    if isinstance(value, type) or callable(value):
+        raise TypeError(
+            f"{owner}: {field} must be a refractive index, a function or a name, got {describe_kind(value)}"
+        )
+    constant = check_positive(owner, field, index)
+    if constant == 1:
+        return AIR
+    slope = float(getattr(value, "dispersion", 0.0))
+    return Medium(str(getattr(value, "name", None) or f"index {constant:g}"), _CauchyIndex(constant, slope))
+
+
+def medium_by_abbe(name: str, index: float, abbe: float) -> Medium:
+    """n = index + B (1/λ² - 1/λ_d²), with n_F - n_C = (index - 1) / abbe."""
+    slope = (index - 1) / abbe / _SPREAD if abbe else 0.0
+    return Medium(name, _CauchyIndex(index, slope))
+
+
+def _by_abbe_number(owner: str, field: str, value: Any) -> Medium:
+    if len(value) != 2:
+        raise ValueError(f"{owner}: {field} must be (index at d, Abbe number), got {format_value(value)}")
+    index, abbe = check_positive(owner, f"{field}[0]", value[0]), check_number(owner, f"{field}[1]", value[1])
+    return medium_by_abbe(f"glass {index:g}/{abbe:g}", index, abbe)
+
+
+def glass_by_name(owner: str, field: str, name: str) -> Medium:
+    """A glass of the catalogue by its name."""
+    found = find_glass(name)
+    if found is None:
+        told = "a glass that co.optics.glass knows, a refractive index, (index, Abbe number) or a function of it"
+        raise ValueError(f"{owner}: {field} must be {told}, got {format_value(name)}")
+    return found
+
+
+def find_glass(name: str) -> Medium | None:
+    """A glass of the catalogue, None where there is no such glass."""
+    try:
+        glass = getattr(importlib.import_module("conicoid.apps.optics"), "glass", None)
+        value = None if glass is None else glass(name)
+    except (AttributeError, LookupError, ValueError):
+        return None
+    index = getattr(value, "refractive_index", value)
+    if callable(index):
+        return Medium(name, index)
+    return None if index is None else Medium(name, _CauchyIndex(float(index)))
+
+
+def check_wavelength(owner: str, value: Any) -> float:
+    """A wavelength in μm; nanometres are refused."""
+    wavelength = check_positive(owner, "wavelength", value)
+    if wavelength >= 100:
+        raise ValueError(f"{owner}: wavelength must be in μm, 0.5876 for the line d, got {wavelength:g}")
+    return wavelength

@@ -1,0 +1,378 @@
+"""The rows of a prescription: one surface each, and what follows it."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, fields
+from functools import cached_property
+from typing import Any
+
+from ..._util.hints import check_choice, frozen_with_hints, with_call_hints, with_method_hints
+from ..._util.validation import check_flag, check_nonnegative, check_number, check_positive, describe_kind, format_value
+from ...geometry.body import Body
+from ...geometry.conic import ConicSheet, Stop, check_radius
+from ...geometry.lens import Lens
+from ...geometry.shape import Shape
+from ...materials.presets import matte, mirror
+from ...scene.scene import Scene
+from . import paraxial
+from .medium import AIR, D_LINE, MIRROR, Medium, check_wavelength, parse_medium
+from .paraxial import ParaxialSurface
+
+MOST_ROWS = 1000
+PLACES = ("radius", "thickness", "medium", "diameter", "conic")
+"""What the numbers of a row mean that is written as a list."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """One surface of a prescription.
+
+    radius: of curvature, over 0 where the centre lies at +z; infinity for a plane.
+    thickness: along z to the next vertex, below 0 after an odd number of mirrors; of the last row to the image, None
+    for where paraxial rays meet.
+    medium: behind the surface: None for air, a refractive index, (index at d, Abbe number), a function of the
+    wavelength in μm, the name of a glass; "mirror" for a surface that reflects.
+    diameter: of the surface; None: as large as the beams are. conic: the conic constant.
+    stop: whether it is the aperture stop. hole: the diameter of a hole, of a mirror. name: what it is called.
+    """
+
+    radius: float = math.inf
+    thickness: float | None = 0.0
+    medium: Any = None
+    diameter: float | None = None
+    conic: float = 0.0
+    stop: bool = False
+    hole: float = 0.0
+    name: str = ""
+
+    def __post_init__(self) -> None:
+        put = object.__setattr__
+        put(self, "radius", check_radius("Row", "radius", self.radius))
+        if self.thickness is not None:
+            put(self, "thickness", check_number("Row", "thickness", self.thickness))
+        put(self, "conic", check_number("Row", "conic", self.conic))
+        put(self, "stop", check_flag("Row", "stop", self.stop))
+        put(self, "hole", check_nonnegative("Row", "hole", self.hole))
+        if self.diameter is not None:
+            put(self, "diameter", check_positive("Row", "diameter", self.diameter))
+        if not self.reflects:
+            put(self, "medium", parse_medium("Row", "medium", self.medium))
+        if not isinstance(self.name, str):
+            raise TypeError(f"Row: name must be a text, got {describe_kind(self.name)}")
+
+    @property
+    def reflects(self) -> bool:
+        """Whether it is a mirror."""
+        return isinstance(self.medium, str) and self.medium.lower() == MIRROR
+
+    @property
+    def behind(self) -> Medium | None:
+        """The medium behind it; None of a mirror, which leaves light in the one before."""
+        return self.medium if isinstance(self.medium, Medium) else None
+
+
+def parse_rows(owner: str, given: Any) -> tuple[Row, ...]:
+    """Rows from `Row`s, mappings of their fields, and lists (radius, thickness, medium, diameter, conic)."""
+    if isinstance(given, str | bytes | Mapping) or not isinstance(given, Iterable):
+        raise TypeError(f"{owner}: rows must be a list of rows, got {describe_kind(given)}")
+    made: list[Row] = []
+    for i, one in enumerate(given):
+        if i >= MOST_ROWS:
+            raise ValueError(f"{owner}: rows must be {MOST_ROWS} at most, got more")
+        made.append(_parse_row(owner, i, one))
+    if not made:
+        raise ValueError(f"{owner}: rows must hold at least one surface, got none")
+    stops = [i for i, row in enumerate(made) if row.stop]
+    if len(stops) > 1:
+        raise ValueError(f"{owner}: rows must have one stop at most, got {len(stops)}: {stops}")
+    unknown = [i for i, row in enumerate(made[:-1]) if row.thickness is None]
+    if unknown:
+        raise ValueError(f"{owner}: rows[{unknown[0]}]: thickness may be None in the last row alone, as to the image")
+    return tuple(made)
+
+
+def _parse_row(owner: str, i: int, given: Any) -> Row:
+    if isinstance(given, Row):
+        return given
+    names = [field.name for field in fields(Row)]
+    if isinstance(given, Mapping):
+        said = {check_choice(owner, f"rows[{i}]: a key", key, names): value for key, value in given.items()}
+    elif isinstance(given, list | tuple) and 0 < len(given) <= len(PLACES):
+        said = dict(zip(PLACES, given, strict=False))
+    else:
+        expected = f"a Row, a mapping of its fields, or a list ({', '.join(PLACES)})"
+        raise TypeError(f"{owner}: rows[{i}] must be {expected}, got {format_value(given)}")
+    try:
+        return Row(**said)
+    except (TypeError, ValueError) as error:
+        raise type(error)(f"{owner}: rows[{i}]: {error}") from None
+
+
+# The bodies of a prescription, and which of their faces light meets at which row.
+
+FRONT, BACK = 0, 1
+_SCREEN = 1.5
+"""How much wider than the widest surface, and than its opening, the screen of a stop is."""
+
+
+@dataclass(frozen=True)
+class Elements:
+    """`bodies`, and for each row the (body, face) pairs that light may meet there; none for a mere plane in air."""
+
+    bodies: tuple[Body, ...]
+    faces: tuple[tuple[tuple[int, int], ...], ...]
+
+
+def build_elements(system: Prescription) -> Elements:
+    """Lenses between neighbouring rows with glass between them, mirrors, and a screen around a stop in air."""
+    bodies: list[Body] = []
+    faces: list[list[tuple[int, int]]] = [[] for _ in system.rows]
+    lenses, mirrors = itertools.count(1), itertools.count(1)
+    for i, row in enumerate(system.rows):
+        if row.reflects:
+            if not system.media[i].is_air:
+                raise ValueError(f"prescription: rows[{i}]: a mirror in glass (a Mangin mirror) is not supported")
+            faces[i].append((len(bodies), 0))
+            bodies.append(Body(row_sheet(system, i), mirror(), f"mirror {next(mirrors)}"))
+        elif not system.media[i + 1].is_air:
+            _check_element(system, i)
+            first, second = (FRONT, BACK) if (row.thickness or 0.0) > 0 else (BACK, FRONT)
+            faces[i].append((len(bodies), first))
+            faces[i + 1].append((len(bodies), second))
+            bodies.append(Body(_lens(system, i), system.media[i + 1].material(), f"lens {next(lenses)}"))
+        elif row.stop and system.media[i].is_air:
+            opening = system.diameters[i]
+            screen = Stop(opening, _SCREEN * max(opening, *system.diameters))
+            bodies.append(Body(_translate_row(screen, system, i), matte("black"), "stop"))
+    return Elements(tuple(bodies), tuple(map(tuple, faces)))
+
+
+def row_sheet(system: Prescription, i: int, *, whole: bool = False) -> ConicSheet:
+    """The surface of a row as an open sheet; `whole` without its hole."""
+    row = system.rows[i]
+    sheet = ConicSheet(row.radius, row.conic, system.diameters[i], 0.0 if whole else row.hole)
+    placed: ConicSheet = _translate_row(sheet, system, i)
+    return placed
+
+
+def _check_element(system: Prescription, i: int) -> None:
+    """Refuse glass without a second surface, and without a thickness."""
+    if i + 1 == len(system.rows):
+        raise ValueError(f"prescription: rows[{i}]: the last medium must be air, got {system.media[i + 1].name}")
+    if not system.rows[i].thickness:
+        raise ValueError(f"prescription: rows[{i}]: thickness must not be 0 in {system.media[i + 1].name}")
+
+
+def _group(system: Prescription, i: int) -> tuple[int, int]:
+    """(first row, last row) of the cemented group that the glass behind row i is part of."""
+    first, last = i, i + 1
+    while first and not system.media[first].is_air and not system.rows[first].reflects:
+        first -= 1
+    while last < len(system.rows) - 1 and not system.media[last + 1].is_air and not system.rows[last].reflects:
+        last += 1
+    return first, last
+
+
+def _lens(system: Prescription, i: int) -> Any:
+    """The element behind row i, as wide as the widest surface of its group, with flat rings around narrower ones."""
+    first, last = _group(system, i)
+    edge = max(system.diameters[first : last + 1])
+    thickness = system.rows[i].thickness or 0.0
+    low, high = (i, i + 1) if thickness > 0 else (i + 1, i)
+    front, back = system.rows[low], system.rows[high]
+    apertures = [None if system.diameters[k] == edge else system.diameters[k] for k in (low, high)]
+    try:
+        lens = Lens(front.radius, back.radius, abs(thickness), edge, front.conic, back.conic, *apertures)
+    except ValueError as error:
+        raise ValueError(f"prescription: rows[{i}] and rows[{i + 1}]: {error}") from None
+    if thickness < 0:
+        lens = lens.translate((0.0, 0.0, thickness))
+    return _translate_row(lens, system, i, first)
+
+
+def _translate_row(shape: Shape, system: Prescription, i: int, first: int | None = None) -> Any:
+    """A shape moved to the vertex of row i, by the thicknesses one after the other, so that nothing is rounded."""
+    start = i if first is None else first
+    for row in system.rows[start:i]:
+        shape = shape.translate((0.0, 0.0, row.thickness or 0.0))
+    return shape.translate((0.0, 0.0, system.vertices[start])) if system.vertices[start] else shape
+
+
+# A sequence of surfaces becomes a scene of lenses, mirrors and a stop.
+
+_ROOM = 1.05
+"""How much wider than its beams a surface is made that nobody gave a diameter."""
+_REACH = 0.98
+
+
+@frozen_with_hints
+@with_method_hints
+@dataclass(frozen=True)
+class Prescription:
+    """A sequence of surfaces on the z axis, the first vertex at the origin, and the scene that it is.
+
+    rows: the surfaces, as `Row`s. aperture: the diameter of the entrance pupil. object_distance: from the object to
+    the first vertex, infinite as a rule. wavelengths: in μm, the first is the primary one. fields: angles in degrees
+    off the axis, towards +y; of a near object its heights. name: what it is called.
+
+    `scene`: the lenses, cemented where they touch, with their glasses; mirrors as thin sheets; a black stop.
+    `vertices`: the z of each row. `image`: the z of the image plane. `pupil`: the z of the entrance pupil.
+    """
+
+    rows: tuple[Row, ...]
+    aperture: float
+    object_distance: float = math.inf
+    wavelengths: tuple[float, ...] = (D_LINE,)
+    fields: tuple[float, ...] = (0.0,)
+    name: str = ""
+    left_out: tuple[str, ...] = field(default=(), repr=False)
+
+    @property
+    def wavelength(self) -> float:
+        """The primary wavelength, in μm."""
+        return self.wavelengths[0]
+
+    @cached_property
+    def vertices(self) -> tuple[float, ...]:
+        """The z of each vertex."""
+        return tuple(math.fsum(row.thickness or 0.0 for row in self.rows[:i]) for i in range(len(self.rows)))
+
+    @cached_property
+    def media(self) -> tuple[Medium, ...]:
+        """The medium before the first surface, and behind each of them."""
+        found = [AIR]
+        for row in self.rows:
+            found.append(row.behind or found[-1])
+        return tuple(found)
+
+    @cached_property
+    def image(self) -> float:
+        """The z of the image plane: where the last row says, else where paraxial rays of the primary colour meet."""
+        last = self.rows[-1].thickness
+        if last is None:
+            last = paraxial.focus(self.thin(self.wavelength), self.object_distance)
+        return self.vertices[-1] + last
+
+    @property
+    def stop(self) -> int:
+        """The number of the row that is the stop; the first row, where none is said to be."""
+        return next((i for i, row in enumerate(self.rows) if row.stop), 0)
+
+    @cached_property
+    def pupil(self) -> float:
+        """The z of the entrance pupil, the image of the stop by what stands before it; the first vertex is 0."""
+        return paraxial.entrance_pupil(self.thin(self.wavelength), self.stop)[0]
+
+    def thin(self, wavelength: float) -> list[ParaxialSurface]:
+        """The surfaces as paraxial rays see them, at a `wavelength` in μm."""
+        surfaces, side, before = [], 1.0, self.media[0].index(wavelength)
+        for row, medium in zip(self.rows, self.media[1:], strict=True):
+            side = -side if row.reflects else side
+            behind = side * medium.index(wavelength)
+            surfaces.append(ParaxialSurface(1 / row.radius, before, behind, row.thickness or 0.0))
+            before = behind
+        return surfaces
+
+    @cached_property
+    def diameters(self) -> tuple[float, ...]:
+        """The diameter of each surface: as given, or what the paraxial beams of all fields need."""
+        return tuple(row.diameter or self._needed[i] for i, row in enumerate(self.rows))
+
+    @cached_property
+    def _needed(self) -> tuple[float, ...]:
+        thin = self.thin(self.wavelength)
+        far = math.isinf(self.object_distance)
+        half, distance = self.aperture / 2, self.object_distance + self.pupil
+        tilt = math.tan(math.radians(max(map(abs, self.fields)))) if far else -max(map(abs, self.fields)) / distance
+        slope = 0.0 if far else half / distance
+        beam = paraxial.heights(thin, half - slope * self.pupil, slope)
+        chief = paraxial.heights(thin, -tilt * self.pupil, tilt)
+        wide = [2 * _ROOM * (abs(a) + abs(b)) or self.aperture for a, b in zip(beam, chief, strict=True)]
+        return tuple(min(one, _widest(row)) for one, row in zip(wide, self.rows, strict=True))
+
+    @cached_property
+    def elements(self) -> Elements:
+        """The bodies, and which of their faces light meets at which row."""
+        return build_elements(self)
+
+    @cached_property
+    def bodies(self) -> tuple[Body, ...]:
+        """Lenses, mirrors and the stop, in the order in which light meets them."""
+        return self.elements.bodies
+
+    @cached_property
+    def scene(self) -> Scene:
+        """The bodies as a scene."""
+        return Scene(self.bodies)
+
+    def __repr__(self) -> str:
+        name = f"{self.name!r}, " if self.name else ""
+        return f"Prescription({name}{len(self.rows)} surfaces, {len(self.bodies)} bodies, aperture {self.aperture:g})"
+
+
+def _widest(row: Row) -> float:
+    """The diameter up to which the conic of a row is used where none is given."""
+    return (
+        math.inf
+        if math.isinf(row.radius) or row.conic <= -1
+        else 2 * _REACH * abs(row.radius) / math.sqrt(1 + row.conic)
+    )
+
+
+@with_call_hints
+def prescription(
+    rows: Any,
+    aperture: Any = None,
+    *,
+    object_distance: Any = math.inf,
+    wavelengths: Any = (D_LINE,),
+    fields: Any = (0.0,),
+    name: str = "",
+) -> Prescription:
+    """A sequence of surfaces as a `Prescription`, whose `scene` holds the lenses.
+
+    rows: one for each surface: a `Row`, a mapping of its fields, or a list (radius, thickness, medium, diameter,
+    conic), of which the last ones may be left out.
+    aperture: the diameter of the entrance pupil; left out, that of the stop's image, for a stop of known diameter.
+    object_distance: from the object to the first vertex. wavelengths: in μm, the primary one first.
+    fields: degrees off the axis; of a near object its heights. name: what it is called.
+    Raises ValueError or TypeError, by row and field, for what is no lens.
+    """
+    owner = "prescription"
+    made = parse_rows(owner, rows)
+    waves = tuple(check_wavelength(owner, one) for one in _several(owner, "wavelengths", wavelengths))
+    angles = tuple(check_number(owner, "fields", one) for one in _several(owner, "fields", fields))
+    distance = check_number(owner, "object_distance", object_distance, finite=False)
+    if not distance > 0:
+        raise ValueError(f"{owner}: object_distance must be > 0, got {distance}")
+    if math.isinf(distance) and max(map(abs, angles)) >= 90:
+        raise ValueError(f"{owner}: fields must be below 90 degrees, got {format_value(fields)}")
+    if aperture is not None:
+        aperture = check_positive(owner, "aperture", aperture)
+    found = Prescription(made, aperture or 1.0, distance, waves, angles, name)
+    if aperture is None:
+        stop = made[found.stop]
+        if stop.diameter is None:
+            raise ValueError(f"{owner}: aperture must be given where rows have no stop of known diameter")
+        wider = paraxial.entrance_pupil(found.thin(found.wavelength), found.stop)[1]
+        found = Prescription(made, stop.diameter / wider, distance, waves, angles, name)
+    if math.isinf(found.image):
+        raise ValueError(f"{owner}: rows: the last thickness must be given: paraxial rays meet nowhere")
+    _ = found.elements
+    return found
+
+
+def _several(owner: str, name: str, value: Any) -> tuple[Any, ...]:
+    """One number, or some of them."""
+    if isinstance(value, str | bytes | dict | set):
+        raise TypeError(f"{owner}: {name} must be numbers, got {format_value(value)}")
+    try:
+        found = tuple(value)
+    except TypeError:
+        found = (value,)
+    if not found or len(found) > 100:
+        raise ValueError(f"{owner}: {name} must be 1 to 100 numbers, got {len(found)}")
+    return found

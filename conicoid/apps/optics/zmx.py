@@ -1,0 +1,388 @@
+"""What a Zemax lens file says becomes a prescription."""
+
+from __future__ import annotations
+
+import math
+import os
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+from ..._util.file_errors import Problem, SceneFileError
+from ..._util.hints import with_call_hints
+from ..._util.validation import check_path as checked_path
+from ..._util.validation import describe_kind, format_value
+from ...io.importers import ImportOptions, ImportResult, format_count, select_bodies
+from . import paraxial
+from .medium import D_LINE, Medium, find_glass, medium_by_abbe, parse_medium
+from .prescriptions import MOST_ROWS, Prescription, Row, prescription
+
+_CONICS = ("STANDARD",)
+_ASPHERES = ("EVENASPH", "ODDASPHE", "XASPHERE", "XOASPHER")
+_ANGLE, _HEIGHT = 0, 1
+
+
+def build_prescription(lens: ZmxLens, medium: Callable[[ZmxSurface], Any]) -> Prescription:
+    """The prescription of a file; `medium` says what stands behind a surface with glass."""
+    for surface in lens.surfaces:
+        _check_kind(surface)
+    rows = [_row(surface, medium) for surface in lens.surfaces[1:-1]]
+    distance = lens.surfaces[0].thickness
+    waves = _wavelengths(lens)
+    system = prescription(rows, 1.0, object_distance=_far(distance), wavelengths=waves, name=lens.name)
+    aperture = _aperture(lens, system)
+    fields = _fields(lens, system)
+    found = prescription(
+        rows, aperture, object_distance=_far(distance), wavelengths=waves, fields=fields, name=lens.name
+    )
+    return replace(found, left_out=tuple(lens.notes))
+
+
+def _far(distance: float) -> float:
+    """The distance of the object: none, or one beyond a light year, is that of a star."""
+    return distance if 0 < distance < 1e10 else math.inf
+
+
+def _check_kind(surface: ZmxSurface) -> None:
+    """Refuse surfaces that are no conics."""
+    line, where = surface.kind_line or surface.line, f"surface {surface.number}: TYPE"
+    terms = [(key, line) for key, (value, line) in surface.parameters.items() if value != 0]
+    if surface.kind in _CONICS:
+        return
+    if surface.kind in _ASPHERES:
+        if terms:
+            told = f"has the aspheric term PARM {terms[0][0][:8]}, which makes it no conic"
+            raise ZmxError(terms[0][1], where, f"{surface.kind} {told}")
+        return
+    supported = f"only conics are: {', '.join((*_CONICS, *_ASPHERES))} (these without aspheric terms)"
+    raise ZmxError(line, where, f"{surface.kind[:40]!r} is not supported; {supported}")
+
+
+def _row(surface: ZmxSurface, medium: Callable[[ZmxSurface], Any]) -> Row:
+
+    behind = medium(surface) if surface.glass else None
+    thickness = surface.thickness
+    if math.isinf(thickness):
+        raise ZmxError(surface.line, f"surface {surface.number}: DISZ", "must be finite, but for the object's")
+    radius = 1 / surface.curvature if surface.curvature else math.inf
+    reflects = behind == "mirror"
+    try:
+        return Row(
+            radius, thickness, behind, 2 * abs(surface.semi) or None, surface.conic, surface.stop,
+            2 * surface.hole if reflects else 0.0, surface.comment,
+        )  # fmt: skip
+    except (TypeError, ValueError) as error:
+        raise ZmxError(surface.line, f"surface {surface.number}", str(error)) from None
+
+
+def _wavelengths(lens: ZmxLens) -> tuple[float, ...]:
+    """The wavelengths that count, the primary one first."""
+    count = lens.wave_count or max(lens.waves, default=1)
+    waves = [lens.waves[i] for i in sorted(lens.waves) if i <= min(count, 24) and lens.waves[i] > 0]
+    primary = lens.waves.get(lens.primary, waves[0] if waves else D_LINE)
+    return (primary, *(wave for wave in waves if wave != primary))
+
+
+def _focal_length(system: Prescription) -> float:
+    bend = paraxial.system_matrix(system.thin(system.wavelength))[2]
+    return -1 / bend if bend else math.inf
+
+
+def _aperture(lens: ZmxLens, system: Prescription) -> float | None:
+    """The diameter of the entrance pupil; None: that of the stop's image."""
+    kind, value = lens.aperture or ("FLOA", 0.0)
+    if kind == "ENPD":
+        return value
+    if kind == "FNUM":
+        return abs(_focal_length(system)) / value
+    if kind == "OBNA" and not math.isinf(system.object_distance) and value < 1:
+        return 2 * (system.object_distance + system.pupil) * math.tan(math.asin(value))
+    return None
+
+
+def _fields(lens: ZmxLens, system: Prescription) -> tuple[float, ...]:
+    """Angles, or heights of a near object."""
+    given = lens.fields[: max(1, min(lens.field_count, 24))] or [0.0]
+    far = math.isinf(system.object_distance)
+    if lens.field_kind == (_ANGLE if far else _HEIGHT):
+        return tuple(given)
+    if far and lens.field_kind > _HEIGHT:  # heights of the image
+        f = _focal_length(system)
+        return tuple(math.degrees(math.atan(height / f)) for height in given)
+    if not far and lens.field_kind == _ANGLE:
+        return tuple(-math.tan(math.radians(angle)) * (system.object_distance + system.pupil) for angle in given)
+    lens.notes.append(f"fields of the type {lens.field_kind} are passed over")
+    return (0.0,)
+
+
+# Lens files of Zemax: sequences of conics, as text.
+
+LARGEST = 8_000_000
+"""Bytes of a file."""
+_LONGEST = 20_000
+_MOST_LINES = 200_000
+_NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d{1,4})?\Z")
+_UNITS = ("MM", "CM", "IN", "METER", "M")
+_NO_GLASS = (1.5, 40.0)
+"""What stands for index and Abbe number where the file does not say them."""
+
+
+class ZmxError(Exception):
+    """What a line says that cannot be had; `line` counts from 1."""
+
+    def __init__(self, line: int, where: str, message: str) -> None:
+        super().__init__(message)
+        self.line, self.where, self.message = line, where, message
+
+
+@dataclass
+class ZmxSurface:
+    """A surface as the file has it, and the lines where it says so."""
+
+    number: int
+    line: int
+    kind: str = "STANDARD"
+    curvature: float = 0.0
+    thickness: float = 0.0
+    glass: list[str] = field(default_factory=list)
+    glass_line: int = 0
+    semi: float = 0.0
+    conic: float = 0.0
+    hole: float = 0.0
+    stop: bool = False
+    comment: str = ""
+    parameters: dict[str, tuple[float, int]] = field(default_factory=dict)
+    kind_line: int = 0
+
+
+@dataclass
+class ZmxLens:
+    """A file as it is read."""
+
+    surfaces: list[ZmxSurface] = field(default_factory=list)
+    aperture: tuple[str, float] | None = None
+    waves: dict[int, float] = field(default_factory=dict)
+    wave_count: int = 0
+    primary: int = 1
+    field_kind: int = 0
+    field_count: int = 1
+    fields: list[float] = field(default_factory=list)
+    name: str = ""
+    unit: str = "MM"
+    notes: list[str] = field(default_factory=list)
+
+
+@with_call_hints
+def load_zmx(path: str | os.PathLike[str], *, glasses: Mapping[str, Any] | None = None) -> Prescription:
+    """The `Prescription` of a Zemax lens file (.zmx); its `scene` holds the lenses.
+
+    Surfaces that are conics are read: STANDARD ones, and aspheres without aspheric terms. Any other type is refused by
+    name, with its line; `left_out` of the prescription tells what was passed over. Lengths keep the file's unit.
+
+    path: of the file, in UTF-16, UTF-8 or Latin-1.
+    glasses: media by name, as for a `Row`: for glasses that neither `co.optics.glass` nor the file itself knows.
+    Raises `SceneFileError`, a ValueError, with the line; a FileNotFoundError where there is no such file.
+    """
+    file = Path(checked_path("load_zmx", path))
+    with open(file, "rb") as source:
+        data = source.read(LARGEST + 1)
+    return _read(_decode(data, os.fspath(file)), os.fspath(file), glasses)
+
+
+@with_call_hints
+def read_zmx(text: str, *, glasses: Mapping[str, Any] | None = None) -> Prescription:
+    """The `Prescription` of the text of a Zemax lens file, as `load_zmx` reads it.
+
+    text: of the file. glasses: media by name, as for `load_zmx`.
+    """
+    if not isinstance(text, str):
+        raise TypeError(f"read_zmx: text must be a text, got {describe_kind(text)}")
+    if len(text) > LARGEST:
+        raise SceneFileError("text", [Problem(0, 0, "", f"is longer than {LARGEST:,} characters")])
+    return _read(text, "text", glasses)
+
+
+def _read(text: str, name: str, glasses: Mapping[str, Any] | None) -> Prescription:
+    if glasses is not None and not isinstance(glasses, Mapping):
+        raise TypeError(f"load_zmx: glasses must map names to media, got {describe_kind(glasses)}")
+    try:
+        lens = _parse(text)
+        return build_prescription(lens, lambda surface: _medium(surface, lens, glasses or {}))
+    except ZmxError as problem:
+        raise SceneFileError(name, [Problem(problem.line, 1, problem.where, problem.message)]) from None
+    except ValueError as error:
+        raise SceneFileError(name, [Problem(0, 0, "", str(error))]) from None
+
+
+def _decode(data: bytes, name: str) -> str:
+    """The text of a file, by its byte order mark, else UTF-8, else Latin-1."""
+    if len(data) > LARGEST:
+        raise SceneFileError(name, [Problem(0, 0, "", f"is larger than {LARGEST:,} bytes")])
+    if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        text = data.decode("utf-16", errors="replace")
+    else:
+        try:
+            text = data.decode("utf-8-sig")
+        except UnicodeDecodeError:
+            text = data.decode("latin-1")
+    if "\0" in text:
+        raise SceneFileError(name, [Problem(0, 0, "", "is no text: it holds NUL characters")])
+    return text
+
+
+def _parse(text: str) -> ZmxLens:
+    lens = ZmxLens()
+    lines = text.splitlines()
+    if len(lines) > _MOST_LINES:
+        raise ZmxError(0, "", f"has more than {_MOST_LINES:,} lines")
+    for number, line in enumerate(lines, 1):
+        if len(line) > _LONGEST:
+            raise ZmxError(number, "", f"is longer than {_LONGEST:,} characters")
+        words = line.split()
+        if not words:
+            continue
+        key, rest = words[0].upper(), words[1:]
+        if key == "SURF":
+            _new_surface(lens, number, rest)
+        elif lens.surfaces and line[:1].isspace():
+            _of_surface(lens, lens.surfaces[-1], number, key, rest)
+        else:
+            _of_system(lens, number, key, rest, line)
+    if len(lens.surfaces) < 3:
+        told = "SURF 0 is the object, the last one the image, and there is a lens between them"
+        raise ZmxError(0, "", f"must have at least 3 surfaces: {told}; got {len(lens.surfaces)}")
+    return lens
+
+
+def _new_surface(lens: ZmxLens, line: int, rest: list[str]) -> None:
+    if len(lens.surfaces) > MOST_ROWS:
+        raise ZmxError(line, "SURF", f"there are more than {MOST_ROWS:,} surfaces")
+    expected = len(lens.surfaces)
+    number = _whole(line, "SURF", rest, 0)
+    if number != expected:
+        raise ZmxError(line, "SURF", f"must be number {expected}, as they are counted in order, got {number}")
+    lens.surfaces.append(ZmxSurface(number, line))
+
+
+def _of_surface(lens: ZmxLens, surface: ZmxSurface, line: int, key: str, rest: list[str]) -> None:
+    """One line of a surface."""
+    where = f"surface {surface.number}: {key}"
+    if key == "TYPE":
+        surface.kind, surface.kind_line = (rest[0].upper() if rest else ""), line
+    elif key == "CURV":
+        surface.curvature = _number(line, where, rest, 0)
+    elif key == "DISZ":
+        far = bool(rest) and rest[0].upper().startswith("INF")
+        surface.thickness = math.inf if far else _number(line, where, rest, 0)
+    elif key == "CONI":
+        surface.conic = _number(line, where, rest, 0)
+    elif key == "DIAM":
+        surface.semi = _number(line, where, rest, 0)
+    elif key == "GLAS":
+        surface.glass, surface.glass_line = rest, line
+    elif key == "STOP":
+        surface.stop = True
+    elif key == "COMM":
+        surface.comment = " ".join(rest)[:200]
+    elif key == "PARM":
+        surface.parameters[rest[0] if rest else ""] = _number(line, where, rest, 1), line
+    elif key == "CLAP":
+        surface.hole = max(0.0, _number(line, where, rest, 1)) if len(rest) > 2 else 0.0
+    elif key in _IGNORED_KEYWORDS:
+        lens.notes.append(f"line {line}: surface {surface.number}: {_IGNORED_KEYWORDS[key]} ({key}) is passed over")
+
+
+_IGNORED_KEYWORDS = {
+    "SQAP": "a rectangular aperture", "ELAP": "an elliptic aperture", "UDAD": "an aperture drawn by the user",
+    "OBSC": "a round obscuration", "SQOB": "a rectangular obscuration", "ELOB": "an elliptic obscuration",
+    "SPID": "a spider", "COAT": "a coating", "OBDC": "a decentred aperture",
+}  # fmt: skip
+
+
+def _of_system(lens: ZmxLens, line: int, key: str, rest: list[str], whole: str) -> None:
+    """One line that is of no surface."""
+    if key == "MODE" and rest and rest[0].upper() != "SEQ":
+        raise ZmxError(line, "MODE", f"must be SEQ, a sequence of surfaces, got {format_value(rest[0])}")
+    if key == "NAME":
+        lens.name = whole.split(None, 1)[1].strip()[:200] if rest else ""
+    elif key == "UNIT" and rest:
+        lens.unit = rest[0].upper()
+        if lens.unit not in _UNITS:
+            raise ZmxError(line, "UNIT", f"must be one of {', '.join(_UNITS)}, got {format_value(rest[0])}")
+    elif key in ("ENPD", "FNUM", "OBNA"):
+        lens.aperture = key, _number(line, key, rest, 0)
+        if not lens.aperture[1] > 0:
+            lens.aperture = None
+    elif key == "FLOA":
+        lens.aperture = key, 0.0
+    elif key == "WAVM":
+        lens.waves[_whole(line, key, rest, 0)] = _number(line, key, rest, 1)
+    elif key == "WAVL":
+        lens.waves = {i: _number(line, key, rest, i - 1) for i in range(1, min(len(rest), 24) + 1)}
+    elif key == "PWAV":
+        lens.primary = _whole(line, key, rest, 0)
+    elif key == "FTYP":
+        lens.field_kind = _whole(line, key, rest, 0)
+        lens.field_count = _whole(line, key, rest, 2) if len(rest) > 2 else 1
+        lens.wave_count = _whole(line, key, rest, 3) if len(rest) > 3 else 0
+    elif key == "YFLN":
+        lens.fields = [_number(line, key, rest, i) for i in range(min(len(rest), 100))]
+    elif key == "MNUM" and rest and _whole(line, key, rest, 0) > 1:
+        lens.notes.append(f"line {line}: of {rest[0][:9]} configurations (MNUM) the one that the surfaces say is read")
+
+
+def _number(line: int, where: str, rest: list[str], place: int) -> float:
+    """A number of a line."""
+    text = rest[place] if place < len(rest) else ""
+    value = float(text) if _NUMBER.match(text) else math.nan
+    if not math.isfinite(value) or (value and not 1e-100 <= abs(value) <= 1e100):
+        raise ZmxError(line, where, f"must have a finite number at place {place + 1}, got {format_value(text)}")
+    return value
+
+
+def _whole(line: int, where: str, rest: list[str], place: int) -> int:
+    value = _number(line, where, rest, place)
+    if value != int(value) or abs(value) > 1e6:
+        raise ZmxError(line, where, f"must have a whole number at place {place + 1}, got {format_value(rest[place])}")
+    return int(value)
+
+
+def _medium(surface: ZmxSurface, lens: ZmxLens, glasses: Mapping[str, Any]) -> Any:
+    """The medium behind a surface: the caller's by that name, the catalogue's, or by the numbers of the line."""
+    name, line, where = surface.glass[0], surface.glass_line, f"surface {surface.number}: GLAS"
+    if name.upper() == "MIRROR":
+        return "mirror"
+    if name in glasses:
+        try:
+            found = parse_medium("glasses", name, glasses[name])
+        except (TypeError, ValueError) as error:
+            raise ZmxError(line, where, str(error)) from None
+        return found if found.is_air else Medium(name, found.refractive_index)
+    if (known := find_glass(name)) is not None:
+        return known
+    if len(surface.glass) > 4:
+        index, abbe = (_number(line, where, surface.glass, place) for place in (3, 4))
+        model = surface.glass[1] not in ("0",)
+        if index > 1 and abbe >= 0 and (model or (index, abbe) != _NO_GLASS):
+            lens.notes.append(
+                f"line {line}: surface {surface.number}: {name[:40]} by its index {index:g} and Abbe number {abbe:g}"
+            )
+            return medium_by_abbe(name, index, abbe)
+    told = f"is not in the catalogue: glasses={{{name[:40]!r}: index}} says its refractive index"
+    raise ZmxError(line, where, f"{format_value(name)} {told}")
+
+
+# Zemax lens files for `co.load`: the scene of a prescription, by the options of all imports.
+
+
+def import_file(path: str | os.PathLike[str], options: ImportOptions) -> ImportResult:
+    """The bodies of a lens file; its notes tell what was passed over. `load_zmx` gives the prescription itself."""
+    options.refuse_others("a Zemax lens file", "strict", "only")
+    system = load_zmx(path)
+    if len(system.bodies) > options.most.alone:
+        raise ValueError(f"load: max_bodies must be at least {len(system.bodies)} for this file")
+    first = f"{format_count(len(system.rows), 'surface')}, {format_count(len(system.bodies), 'body')}"
+    found = ImportResult(system.bodies, (), (first, *system.left_out), system.left_out)
+    return found if options.only is None else select_bodies(found, options.only)

@@ -1,0 +1,324 @@
+"""What a plane cuts out of a surface, exactly: a conic and the curves that it consists of.
+
+A conic is A s² + 2 B st + C t² + 2 D s + 2 E t + F in whole numbers, s and t in sides of the window about its middle.
+Of surfaces that are irrational on paper these are known to thousands of bits (`exact.forms`), and what cannot be told
+from zero is zero. So the kind of a conic is not a matter of rounding, and conics that coincide are found to.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from fractions import Fraction
+from math import isqrt
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import numpy as np
+
+from ...geometry.exact_crossings import IntegerForm
+from ...kernels.tables import PLANE, SPHERE
+from ...numerics.quadratic_roots import is_certain
+from .curve import Curve, Ellipse, Hyperbola, Parabola, StraightLine
+from .window import Window
+
+if TYPE_CHECKING:
+    from ...prepare.prepared_scene import PreparedScene
+
+
+Six: TypeAlias = tuple[int, int, int, int, int, int]
+Floats6: TypeAlias = tuple[float, float, float, float, float, float]
+
+_KEY = 80
+"""Bits by which curves are told apart."""
+_BITS = 512
+_CUT = 400
+"""Of irrational conics: bits that are kept, and below how many a determinant is zero."""
+_QUICK = 30
+"""Of conics from rounded records: below so many bits a determinant is not known."""
+
+
+class UnclearConicError(Exception):
+    """A conic is not known well enough to tell what kind it is."""
+
+
+@dataclass(frozen=True)
+class PlaneConic:
+    """A surface in the plane of a window. exact: `Six`; rounded: are these cut off? sides: lengths of s and t.
+
+    quick: they come from a record (conic.py): what cannot be told from zero then is Unclear.
+    """
+
+    exact: Six
+    rounded: bool
+    sides: tuple[float, float]
+    quick: bool = False
+
+    @property
+    def floats(self) -> Floats6:
+        """Coefficients in lengths about the middle, the largest, over the window, about 1."""
+        across, up = self.sides
+        largest = max(map(abs, self.exact))
+        a, b, c, d, e, f = (x / largest for x in self.exact)
+        return a / across / across, b / across / up, c / up / up, d / across, e / up, f
+
+    @property
+    def is_everywhere(self) -> bool:
+        """Is the plane in the surface?"""
+        return not any(self.exact)
+
+    def curves(self) -> list[Curve]:
+        """Where it changes its sign; no lone points, and no lines that it only touches."""
+        a, b, c, d, e, f = self.exact
+        if not (a or b or c):
+            return [self._line((2 * d, 2 * e, f))] if d or e else []
+        det = self._told(a * c, b * b)
+        whole = a * (c * f - e * e) - b * (b * f - e * d) + d * (b * e - c * d)
+        terms = max(map(abs, (a * c * f, a * e * e, b * b * f, b * e * d, d * d * c)))
+        if self._vanishes(whole, terms):
+            whole = 0
+        if whole == 0:
+            pair = self._parallel() if det == 0 else self._crossing(det) if det < 0 else []
+            return [self._line(numbers) for numbers in pair]
+        return [self._parabola()] if det == 0 else self._central(det, whole)
+
+    def _told(self, x: int, y: int) -> int:
+        """x - y, 0 where it cannot be told from that."""
+        return 0 if self._vanishes(x - y, max(abs(x), abs(y))) else x - y
+
+    def _vanishes(self, x: int, terms: int) -> bool:
+        """Can a sum not be told from zero? Raises Unclear where it cannot be told whether it can."""
+        if not self.rounded:
+            return x == 0
+        if self.quick and terms and abs(x) << _QUICK <= terms:
+            raise UnclearConicError
+        return abs(x) << _CUT <= terms
+
+    def _line(self, numbers: tuple[int, int, int]) -> Curve:
+        """p s + q t + r = 0"""
+        across, up = self.sides
+        largest = max(map(abs, numbers))
+        p, q, r = (x / largest for x in numbers)
+        return StraightLine(("line", *conic_key(numbers)), (0.0, 0.0, 0.0, p / across / 2, q / up / 2, r))
+
+    def _parallel(self) -> list[tuple[int, int, int]]:
+        """The two lines of a conic with A C = B² that are parallel; one that is double is only touched."""
+        a, b, c, d, e, f = self.exact
+        first = abs(a) >= abs(c)
+        lead, shift = (a, d) if first else (c, e)
+        disc = self._told(shift * shift, lead * f)
+        if disc <= 0:
+            return []
+        bits = 2 * _BITS
+        root = isqrt(disc << (2 * bits))
+        p, q = (a, b) if first else (b, c)
+        return [(p << bits, q << bits, (shift << bits) + turn * root) for turn in (1, -1)]
+
+    def _crossing(self, det: int) -> list[tuple[int, int, int]]:
+        """The two lines of a conic that cross each other, through its centre: a linear factor each."""
+        a, b, c, d, e, _ = self.exact
+        bits = 2 * _BITS
+        root, one = isqrt(-det << (2 * bits)), 1 << bits
+        at_s, at_t = b * e - c * d, b * d - a * e  # over det
+        if a:
+            rows = [(a << bits, (b << bits) + turn * root) for turn in (1, -1)]
+        else:
+            rows = [(0, one), (2 * b << bits, c << bits)]
+        return [(p * det, q * det, -(p * at_s + q * at_t)) for p, q in rows]
+
+    def _axes(self) -> tuple[float, float, float, float, float]:
+        """(larger eigenvalue, smaller, cosine, sine of the larger one's axis, sum) of the part of second order.
+
+        Each is rounded but a few times: what cancels is subtracted exactly.
+        """
+        a, b, c, *_ = self.exact
+        across, up = (Fraction(side) for side in self.sides)
+        largest = Fraction(max(map(abs, self.exact)))
+        first, last, mixed = a / (across * across) / largest, c / (up * up) / largest, b / (across * up) / largest
+        mean, half, b2 = float(first + last) / 2, float(first - last) / 2, float(mixed)
+        radius = math.hypot(half, b2)
+        angle = 0.5 * math.atan2(b2, half)
+        most = mean + math.copysign(radius, mean)
+        other = float(first * last - mixed * mixed) / most if most else -radius
+        if mean < 0:
+            angle += math.pi / 2
+        return most, other, math.cos(angle), math.sin(angle), 2 * mean
+
+    def _central(self, det: int, whole: int) -> list[Curve]:
+        """An ellipse, or both branches of a hyperbola."""
+        a, b, c, d, e, _ = self.exact
+        across, up = self.sides
+        center = float(Fraction(b * e - c * d, det)) * across, float(Fraction(b * d - a * e, det)) * up
+        at_center = float(Fraction(whole, det) / max(map(abs, self.exact)))
+        first, other, cosine, sine, _ = self._axes()
+        if first == 0.0 or other == 0.0:
+            return []
+        squares = -at_center / first, -at_center / other
+        axes = (cosine, sine), (-sine, cosine)
+        floats, key = self.floats, conic_key(self.exact)
+        if det > 0:
+            if min(squares) <= 0:
+                return []
+            r, s = math.sqrt(squares[0]), math.sqrt(squares[1])
+            return [Ellipse(("conic", *key), floats, center, axes[0], (r, s))]
+        main = 0 if squares[0] > 0 else 1
+        r, s = math.sqrt(squares[main]), math.sqrt(-squares[1 - main])
+        x, y = axes[main]
+        return [
+            Hyperbola((f"branch {k}", *key), floats, center, (turn * x, turn * y), (r, s))
+            for k, turn in enumerate(_in_order(x, y))
+        ]
+
+    def _parabola(self) -> Curve:
+        """λ η² + 2 δ η + 2 ε ξ + F = 0 along and across its axis."""
+        _, _, _, d, e, f = self.floats
+        _, _, cosine, sine, square = self._axes()
+        along, over = -d * sine + e * cosine, d * cosine + e * sine
+        return Parabola(("conic", *conic_key(self.exact)), self.floats, (cosine, sine), (square, over, along, f))
+
+
+def _in_order(x: float, y: float) -> tuple[float, float]:
+    """The signs of a direction, so that the first one points to the right, or up."""
+    return (1.0, -1.0) if (x, y) > (0.0, 0.0) else (-1.0, 1.0)
+
+
+def conic_key(numbers: tuple[int, ...]) -> tuple[int, ...]:
+    """The same for numbers in the same ratios, also where they are turned over."""
+    largest = max(map(abs, numbers))
+    lead = next(x for x in numbers if abs(x) << 100 >= largest * ((1 << 100) - 1))
+    return tuple(_rounded(x << _KEY, lead) for x in numbers)
+
+
+def _rounded(above: int, below: int) -> int:
+    """The whole number nearest to a quotient."""
+    return (2 * above + below) // (2 * below)
+
+
+def cut_conic(form: IntegerForm, window: Window, exact: Any) -> PlaneConic:
+    """What the plane of a window cuts out of a surface; `exact` is window.exact()."""
+    middle, u, v, unit = exact
+    values = _on_plane(form.coefficients, middle, u, v, unit)
+    if form.off is None:
+        common = math.gcd(*values) or 1
+        return PlaneConic(as_six([x // common for x in values]), False, window.size)
+    sizes = [tuple(map(abs, part)) for part in (middle, u, v)]
+    off = _on_plane(form.off, sizes[0], sizes[1], sizes[2], unit)
+    kept = [x if is_certain(x, o) else 0 for x, o in zip(values, off, strict=True)]
+    spare = max(0, max(abs(x).bit_length() for x in kept) - _BITS)
+    return PlaneConic(as_six([x >> spare if x >= 0 else -(-x >> spare) for x in kept]), True, window.size)
+
+
+def _on_plane(form: Any, o: Any, u: Any, v: Any, unit: int) -> list[int]:
+    """A to F of a form at (o + s u + t v) / unit, times unit²."""
+    xx, yy, zz, xy, xz, yz, x, y, z, one = form
+
+    def half_gradient(p: Any) -> tuple[int, int, int]:
+        return xx * p[0] + xy * p[1] + xz * p[2], xy * p[0] + yy * p[1] + yz * p[2], xz * p[0] + yz * p[1] + zz * p[2]
+
+    def times(p: Any, q: Any) -> int:
+        return int(p[0] * q[0] + p[1] * q[1] + p[2] * q[2])
+
+    of_u, of_v, of_o, linear = half_gradient(u), half_gradient(v), half_gradient(o), (x, y, z)
+    return [
+        times(of_u, u), times(of_u, v), times(of_v, v), times(of_o, u) + times(linear, u) * unit,
+        times(of_o, v) + times(linear, v) * unit,
+        times(of_o, o) + (2 * times(linear, o) + one * unit) * unit,
+    ]  # fmt: skip
+
+
+def as_six(values: list[int]) -> Six:
+    """Six whole numbers."""
+    a, b, c, d, e, f = values
+    return a, b, c, d, e, f
+
+
+# Conics from the records of surfaces in the tables, which is quick, where they say enough.
+#
+# A record is what rounding left of a surface's numbers, and what it took is kept to 2^-106 of them. Of surfaces whose
+# numbers are floats nothing was taken, and their conics are exact. Of others coefficients are known to about 98 bits:
+# where that leaves open whether one of them, or a determinant, is zero, the surface is asked for as it was written.
+
+_OFF = 2.0**-98
+_SURE = 2.0**60
+"""A coefficient is at least so many times what it may be off by."""
+
+
+class RecordConics:
+    """The records of a scene's surfaces, and a window."""
+
+    def __init__(self, scene: PreparedScene, window: Window) -> None:
+        self.tables, self.rest, self.window = scene.lowered.tables, scene.lowered.rest, window
+        parts = window.corner, window.u, window.v
+        corner, u, v = ([Fraction(float(x)) for x in part] for part in parts)
+        self.middle = [c + a / 2 + b / 2 for c, a, b in zip(corner, u, v, strict=True)]
+        self.sides = u, v
+        self.sizes = np.abs(window.corner) + np.abs(window.u) + np.abs(window.v), np.abs(window.u), np.abs(window.v)
+
+    def conic(self, surface: int) -> PlaneConic:
+        """What the window's plane cuts out of a surface. Raises Unclear."""
+        kind, row = int(self.tables.surface_kind[surface]), int(self.tables.surface_row[surface])
+        if kind == PLANE:
+            numbers, rests = self.tables.planes[row], self.rest.planes[row]
+            values, sizes = self._of_plane(_sums(numbers, rests)), self._size_of_plane(np.abs(numbers))
+        elif kind == SPHERE:
+            numbers = self.tables.spheres[row]
+            rests = self.rest.spheres[row] if row < len(self.rest.spheres) else np.zeros(4)
+            one = np.array([*numbers[:3], 1, 0, 0, 0, 1, 0, 0, 0, 1, 1, 1, 1, 0, 0, 0])
+            full = [*_sums(numbers[:3], rests[:3]), *map(Fraction, one[3:].tolist()), _sums(numbers, rests)[3] ** 2]
+            values = self._of_quadric(full)
+            sizes = self._size_of_quadric(np.abs(np.append(one, numbers[3] ** 2)))
+        else:
+            numbers = self.tables.whole_quadrics([row])[0]
+            rests = self.rest.quadrics[int(self.tables.quadrics[row, 3])]
+            values, sizes = self._of_quadric(_sums(numbers, rests)), self._size_of_quadric(np.abs(numbers))
+        is_exact = not rests.any()
+        if not is_exact and any(abs(v) <= size * _OFF * _SURE for v, size in zip(values, sizes, strict=True) if size):
+            raise UnclearConicError
+        unit = math.lcm(*(value.denominator for value in values))
+        whole = [int(value * unit) for value in values]
+        common = math.gcd(*whole) or 1
+        return PlaneConic(as_six([x // common for x in whole]), not is_exact, self.window.size, quick=True)
+
+    def _of_plane(self, numbers: list[Fraction]) -> list[Fraction]:
+        normal, above, anchor = numbers[:3], numbers[3], numbers[4:]
+        away = [m - a for m, a in zip(self.middle, anchor, strict=True)]
+        u, v = self.sides
+        none = Fraction(0)
+        return [none, none, none, _dot(normal, u) / 2, _dot(normal, v) / 2, _dot(normal, away) + above]
+
+    def _size_of_plane(self, numbers: Any) -> list[float]:
+        middle, u, v = self.sizes
+        normal = numbers[:3]
+        return [0.0, 0.0, 0.0, normal @ u, normal @ v, normal @ (middle + numbers[4:]) + numbers[3]]
+
+    def _of_quadric(self, numbers: list[Fraction]) -> list[Fraction]:
+        """Σ s y² + 2 b y - k with y = W (x - anchor), x = middle + s u + t v."""
+        away = [m - a for m, a in zip(self.middle, numbers[:3], strict=True)]
+        rows = [numbers[3 + 3 * k : 6 + 3 * k] for k in range(3)]
+        s, b, k = numbers[12:15], numbers[15:18], numbers[18]
+        p, q, r = ([_dot(row, part) for row in rows] for part in (*self.sides, away))
+        return [
+            _sum(s, p, p), _sum(s, p, q), _sum(s, q, q), _sum(s, p, r) + _dot(b, p), _sum(s, q, r) + _dot(b, q),
+            _sum(s, r, r) + 2 * _dot(b, r) - k,
+        ]  # fmt: skip
+
+    def _size_of_quadric(self, numbers: Any) -> list[float]:
+        middle, u, v = self.sizes
+        rows, s, b = numbers[3:12].reshape(3, 3), numbers[12:15], numbers[15:18]
+        p, q, r = rows @ u, rows @ v, rows @ (middle + numbers[:3])
+        return [
+            (s * p) @ p, (s * p) @ q, (s * q) @ q, (s * p) @ r + b @ p, (s * q) @ r + b @ q,
+            (s * r) @ r + 2 * (b @ r) + numbers[18],
+        ]  # fmt: skip
+
+
+def _sums(numbers: Any, rests: Any) -> list[Fraction]:
+    """Numbers with what rounding took from them."""
+    return [Fraction(x) + Fraction(y) for x, y in zip(numbers.tolist(), rests.tolist(), strict=True)]
+
+
+def _dot(a: list[Fraction], b: list[Fraction]) -> Fraction:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+def _sum(s: list[Fraction], a: list[Fraction], b: list[Fraction]) -> Fraction:
+    return s[0] * a[0] * b[0] + s[1] * a[1] * b[1] + s[2] * a[2] * b[2]

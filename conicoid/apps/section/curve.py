@@ -1,0 +1,363 @@
+"""Curves of second order in a plane, each with its parameter: points, tangents, and where others cross it.
+
+A point that a parameter gives is carried onto its conic by Newton's method, in coordinates about the window: so it lies
+on the curve to rounding however far away the centre is.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Any, ClassVar, TypeAlias
+
+import numpy as np
+
+from ..._util.arrays import FloatArray
+
+Floats6: TypeAlias = tuple[float, float, float, float, float, float]
+Pair: TypeAlias = tuple[float, float]
+NEAR = 1e-3
+"""Share by which a root of a crossing may be complex, or off, and still be looked at: breaks too many are harmless."""
+_STEPS = 4
+
+
+def form_value(conic: Any, points: Any) -> Any:
+    """a x² + 2 b xy + c y² + 2 d x + 2 e y + f at points (..., 2)."""
+    a, b, c, d, e, f = conic
+    x, y = points[..., 0], points[..., 1]
+    return (a * x + 2 * (b * y + d)) * x + (c * y + 2 * e) * y + f
+
+
+def form_gradient(conic: Any, points: Any) -> FloatArray:
+    """Half the gradient, (..., 2)."""
+    a, b, c, d, e, _ = conic
+    x, y = points[..., 0], points[..., 1]
+    result: FloatArray = np.stack([a * x + b * y + d, b * x + c * y + e], axis=-1)
+    return result
+
+
+def project_onto(conic: Floats6, points: FloatArray) -> FloatArray:
+    """Points that are near to a conic, on it."""
+    for _ in range(2):
+        slope = form_gradient(conic, points)
+        square = 2 * (slope * slope).sum(axis=-1)
+        step = np.where(square > 0, form_value(conic, points) / np.where(square > 0, square, 1), 0.0)
+        points = points - step[..., None] * slope
+    return points
+
+
+def refine_crossings(one: Floats6, other: Any, points: FloatArray) -> FloatArray:
+    """Points near to where a conic crosses others, there; those where they only touch stay on the first.
+
+    other: six rows, a column for each point.
+    """
+    start = points
+    for _ in range(_STEPS):
+        p, q = 2 * form_gradient(one, points), 2 * form_gradient(other, points)
+        det = p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]
+        size = np.linalg.norm(p, axis=1) * np.linalg.norm(q, axis=1)
+        steep = np.abs(det) > 1e-9 * size
+        f, g = form_value(one, points), form_value(other, points)
+        safe = np.where(steep, det, 1.0)
+        step = np.stack([(f * q[:, 1] - g * p[:, 1]) / safe, (g * p[:, 0] - f * q[:, 0]) / safe], axis=1)
+        points = np.where(steep[:, None], points - step, points)
+    good: Any = np.isfinite(points).all(axis=1)
+    return np.where(good[:, None], points, start)
+
+
+def second_order(conic: Any, x: Pair, y: Pair) -> Any:
+    """The bilinear form of the part of second order."""
+    a, b, c, *_ = conic
+    return a * x[0] * y[0] + b * (x[0] * y[1] + x[1] * y[0]) + c * x[1] * y[1]
+
+
+def half_slope(conic: Any, at: Pair, x: Pair) -> Any:
+    """Half the slope at a place, along x."""
+    return second_order(conic, at, x) + conic[3] * x[0] + conic[4] * x[1]
+
+
+def _at(conic: Any, at: Pair) -> float:
+    return float(form_value(conic, np.array(at)))
+
+
+def real_roots_of(polynomial: list[Any]) -> Any:
+    """The complex roots, of numbers that may vanish."""
+    numbers = np.array(polynomial)
+    most = np.abs(numbers).max(initial=0.0)
+    if not (most > 0 and np.isfinite(most)):
+        return np.zeros(0)
+    numbers = numbers / most
+    numbers[np.abs(numbers) < 1e-300] = 0.0
+    return np.roots(numbers)
+
+
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """A curve. key: the same for curves that coincide; conic: it lies on, in floats about the middle of the window."""
+
+    key: tuple[Any, ...]
+    conic: Floats6
+    kind: ClassVar[str]
+    closed: ClassVar[bool] = False
+
+    def plain(self, t: Any) -> FloatArray:
+        """Points (n, 2) by the formula alone."""
+        raise NotImplementedError
+
+    def velocity(self, t: Any) -> FloatArray:
+        """Derivatives (n, 2) of `plain`."""
+        raise NotImplementedError
+
+    def parameter(self, points: Any) -> FloatArray:
+        """Of points (n, 2) on the curve."""
+        raise NotImplementedError
+
+    def candidates(self, others: FloatArray) -> tuple[FloatArray, Any]:
+        """(parameters near to which some of the conics (n, 6) may cross it, of each which it is)."""
+        found = [(k, self.roots_with(tuple(others[k].tolist()))) for k in range(len(others))]
+        t = np.concatenate([np.zeros(0), *(roots for _, roots in found)])
+        return t, np.repeat(np.arange(len(others)), [len(roots) for _, roots in found])
+
+    def roots_with(self, other: Any) -> FloatArray:
+        """The same for one conic."""
+        raise NotImplementedError
+
+    def points(self, t: Any) -> FloatArray:
+        """Points (n, 2) of parameters (n,), on the curve to rounding."""
+        return project_onto(self.conic, self.plain(np.asarray(t, float)))
+
+    def crossings(self, others: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """(parameters, points) where conics (n, 6) cross it, and perhaps some where they come near."""
+        with np.errstate(all="ignore"):
+            t, which = self.candidates(others)
+            good = np.isfinite(t)
+            found = refine_crossings(self.conic, others[which[good]].T, self.points(t[good]))
+        found = found[np.isfinite(found).all(axis=1)]
+        return self.parameter(found), found
+
+    def box(self) -> tuple[float, float, float, float]:
+        """(left, bottom, right, top)"""
+        return -math.inf, -math.inf, math.inf, math.inf
+
+
+@dataclass(frozen=True, eq=False)
+class StraightLine(Curve):
+    """base + t direction, of length 1; the base is nearest to the middle."""
+
+    kind = "line"
+    base: Pair = field(init=False)
+    direction: Pair = field(init=False)
+
+    def __post_init__(self) -> None:
+        _, _, _, d, e, f = self.conic
+        size = math.hypot(d, e)
+        away = -f / 2 / size
+        object.__setattr__(self, "base", (away * (d / size), away * (e / size)))
+        object.__setattr__(self, "direction", (-e / size, d / size))
+
+    def plain(self, t: Any) -> FloatArray:
+        points: FloatArray = np.array(self.base) + np.asarray(t)[:, None] * np.array(self.direction)
+        return points
+
+    def velocity(self, t: Any) -> FloatArray:
+        return np.broadcast_to(np.array(self.direction), (len(t), 2))
+
+    def parameter(self, points: Any) -> FloatArray:
+        result: FloatArray = (points - np.array(self.base)) @ np.array(self.direction)
+        return result
+
+    def candidates(self, others: FloatArray) -> tuple[FloatArray, Any]:
+        """Roots of a t² + 2 b t + c; where it comes near to zero its middle."""
+        rows, d, base = others.T, self.direction, self.base
+        a, b, c = second_order(rows, d, d), half_slope(rows, base, d), form_value(rows, np.array(base))
+        square = b * b - a * c
+        real = square > -NEAR * b * b
+        q = -(b + np.copysign(np.sqrt(np.maximum(square, 0.0)), b))
+        t = np.concatenate([np.where(real, q / a, np.nan), np.where(real, c / q, np.nan)])
+        return t, np.tile(np.arange(len(others)), 2)
+
+
+@dataclass(frozen=True, eq=False)
+class Parabola(Curve):
+    """λ η² + 2 δ η + 2 ε ξ + φ = 0, by η; across: the direction of η, that of ξ is to its left."""
+
+    kind = "parabola"
+    across: Pair
+    numbers: tuple[float, float, float, float]
+
+    @property
+    def _coefficients(self) -> tuple[Pair, Pair, Pair]:
+        """Points of η⁰, η¹, η²."""
+        (x, y), (square, over, along, f) = self.across, self.numbers
+        low, middle, high = -f / along / 2, -over / along, -square / along / 2
+        return (-low * y, low * x), (x - middle * y, y + middle * x), (-high * y, high * x)
+
+    def plain(self, t: Any) -> FloatArray:
+        low, middle, high = map(np.array, self._coefficients)
+        points: FloatArray = low + np.asarray(t)[:, None] * (middle + np.asarray(t)[:, None] * high)
+        return points
+
+    def velocity(self, t: Any) -> FloatArray:
+        _, middle, high = map(np.array, self._coefficients)
+        slopes: FloatArray = middle + 2 * np.asarray(t)[:, None] * high
+        return slopes
+
+    def parameter(self, points: Any) -> FloatArray:
+        result: FloatArray = points @ np.array(self.across)
+        return result
+
+    def roots_with(self, other: Any) -> FloatArray:
+        low, middle, high = self._coefficients
+        found = real_roots_of([
+            second_order(other, high, high), 2 * second_order(other, middle, high),
+            second_order(other, middle, middle) + 2 * half_slope(other, low, high), 2 * half_slope(other, low, middle),
+            _at(other, low),
+        ])  # fmt: skip
+        size = np.abs(found).max(initial=0.0)
+        result: FloatArray = found.real[np.abs(found.imag) <= NEAR * np.abs(found) + 1e-9 * size]
+        return result
+
+
+# Curves with a centre: ellipses, and branches of hyperbolas.
+
+
+@dataclass(frozen=True, eq=False)
+class _Central(Curve):
+    """center + r C(t0 + t) axis + s S(t0 + t) (the axis turned to the left), C and S being cosine and sine of its kind.
+
+    t = 0 is a place on it that is near to the middle of the window. Places and parameters are told from there, so that
+    they keep their digits however far away the centre is.
+    """
+
+    center: Pair
+    axis: Pair
+    radii: Pair
+    start: Pair = field(init=False)
+    """C(t0) and S(t0)"""
+    base: Pair = field(init=False)
+    """The place of t = 0."""
+
+    def __post_init__(self) -> None:
+        c, s = self._own(-np.array(self.center)[None])
+        start = self._nearest(float(c[0]), float(s[0]))
+        place = project_onto(self.conic, np.array(self.center)[None] + self._put(*map(np.array, start)))
+        object.__setattr__(self, "start", start)
+        object.__setattr__(self, "base", (float(place[0, 0]), float(place[0, 1])))
+
+    def _nearest(self, c: float, s: float) -> Pair:
+        """C and S of a place on the curve near to one that has these."""
+        raise NotImplementedError
+
+    @property
+    def _sides(self) -> tuple[Pair, Pair]:
+        (x, y), (r, s) = self.axis, self.radii
+        return (r * x, r * y), (-s * y, s * x)
+
+    def _put(self, c: Any, s: Any) -> FloatArray:
+        """Differences of places, from those of C and S."""
+        a, b = self._sides
+        points: FloatArray = np.outer(c, a) + np.outer(s, b)
+        return points
+
+    def _own(self, away: Any) -> tuple[Any, Any]:
+        """The contrary of `_put`."""
+        (x, y), (r, s) = self.axis, self.radii
+        return (away[:, 0] * x + away[:, 1] * y) / r, (away[:, 1] * x - away[:, 0] * y) / s
+
+    def _terms(self, other: Any) -> Any:
+        """(value at the centre, halves of both slopes, and the three terms of second order) of another conic."""
+        a, b = self._sides
+        c = self.center
+        return (
+            form_value(other, np.array(c)), half_slope(other, c, a), half_slope(other, c, b), second_order(other, a, a),
+            second_order(other, a, b), second_order(other, b, b),
+        )  # fmt: skip
+
+
+class Ellipse(_Central):
+    """An ellipse by an angle, in radians."""
+
+    kind, closed = "ellipse", True
+
+    def _nearest(self, c: float, s: float) -> Pair:
+        length = math.hypot(c, s)
+        return (c / length, s / length) if length > 0 else (1.0, 0.0)
+
+    def plain(self, t: Any) -> FloatArray:
+        (c, s), turn, less = self.start, np.sin(t), -2 * np.sin(np.asarray(t) / 2) ** 2
+        return np.array(self.base) + self._put(c * less - s * turn, s * less + c * turn)
+
+    def velocity(self, t: Any) -> FloatArray:
+        (c, s), turn, whole = self.start, np.sin(t), np.cos(t)
+        return self._put(-c * turn - s * whole, c * whole - s * turn)
+
+    def parameter(self, points: Any) -> FloatArray:
+        (c, s), (x, y) = self.start, self._own(points - np.array(self.base))
+        result: FloatArray = np.arctan2(c * y - s * x, 1 + c * x + s * y)
+        return result
+
+    def candidates(self, others: FloatArray) -> tuple[FloatArray, Any]:
+        """f = constant + 2 Re(first z + second z²) with z = exp(i t): where it is not too large to vanish anywhere.
+
+        Without the second, for lines and between circles, the angle is known at once; else z is a root of degree four.
+        """
+        second, first, constant = self._waves(others.T)
+        reach = 2 * (np.abs(first) + np.abs(second))
+        meets = np.abs(constant) <= reach * (1 + NEAR)
+        simple = meets & (np.abs(second) <= 1e-15 * np.maximum(np.abs(first), np.abs(constant)))
+        turn = np.arccos(np.clip(-constant / (2 * np.abs(first)), -1, 1))[simple]
+        middle = -np.angle(first)[simple]
+        rest = np.flatnonzero(meets & ~simple)
+        roots = [self._roots_of(second[k], first[k], constant[k]) for k in rest]
+        t = np.concatenate([middle + turn, middle - turn, *roots]) - math.atan2(self.start[1], self.start[0])
+        one = np.flatnonzero(simple)
+        return t, np.concatenate([one, one, np.repeat(rest, [len(part) for part in roots])])
+
+    def _waves(self, other: Any) -> tuple[Any, Any, Any]:
+        f, along, over, aa, ab, bb = self._terms(other)
+        return (aa - bb) / 4 - 0.5j * ab, along - 1j * over, f + (aa + bb) / 2
+
+    def _roots_of(self, second: Any, first: Any, constant: Any) -> FloatArray:
+        z = real_roots_of([second, first, constant, np.conj(first), np.conj(second)])
+        result: FloatArray = np.angle(z[np.abs(np.abs(z) - 1) < NEAR])
+        return result
+
+    def box(self) -> tuple[float, float, float, float]:
+        a, b = self._sides
+        x, y = math.hypot(a[0], b[0]), math.hypot(a[1], b[1])
+        return self.center[0] - x, self.center[1] - y, self.center[0] + x, self.center[1] + y
+
+
+class Hyperbola(_Central):
+    """One branch of a hyperbola, by hyperbolic cosine and sine."""
+
+    kind = "hyperbola"
+
+    def _nearest(self, c: float, s: float) -> Pair:
+        return math.hypot(1.0, s), s
+
+    def plain(self, t: Any) -> FloatArray:
+        (c, s), turn, more = self.start, np.sinh(t), 2 * np.sinh(np.asarray(t) / 2) ** 2
+        return np.array(self.base) + self._put(c * more + s * turn, s * more + c * turn)
+
+    def velocity(self, t: Any) -> FloatArray:
+        (c, s), turn, whole = self.start, np.sinh(t), np.cosh(t)
+        return self._put(c * turn + s * whole, s * turn + c * whole)
+
+    def parameter(self, points: Any) -> FloatArray:
+        (c, s), (x, y) = self.start, self._own(points - np.array(self.base))
+        result: FloatArray = np.arcsinh(c * y - s * x)
+        return result
+
+    def roots_with(self, other: Any) -> FloatArray:
+        """Of w = exp(t): the polynomial of fourth degree whose positive roots are crossings."""
+        f, along, over, aa, ab, bb = self._terms(other)
+        second = (aa + bb) / 4
+        w = real_roots_of([second + ab / 2, along + over, f + (aa - bb) / 2, along - over, second - ab / 2])
+        result: FloatArray = np.log(w.real[(w.real > 0) & (np.abs(w.imag) < NEAR * np.abs(w))])
+        return result - math.asinh(self.start[1])
+
+    def crossings(self, others: FloatArray) -> tuple[FloatArray, FloatArray]:
+        t, points = super().crossings(others)
+        here = self._own(points - np.array(self.center))[0] > 0  # and not on the other branch
+        return t[here], points[here]

@@ -1,0 +1,169 @@
+"""What a slice is coloured by: a colour for each body or material, and the legend."""
+
+from __future__ import annotations
+
+import colorsys
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..._util.arrays import FloatArray
+from ...geometry.labels import format_count
+from ...io.images.codecs import srgb_bytes
+from .outline import Outline
+from .section_image import material_color
+
+if TYPE_CHECKING:
+    from ...prepare.prepared_scene import PreparedScene
+
+
+Bytes = npt.NDArray[np.uint8]
+NOTHING = (255, 255, 255)
+OVERLAPPING, UNDEFINED = (255, 0, 0), (255, 0, 255)
+_MOST = 40
+_LONGEST = 32
+_GOLDEN = 0.6180339887498949
+_NEAR = 12  # steps of a byte by which colours of materials must differ, in all channels together
+
+
+@dataclass(frozen=True)
+class SliceColors:
+    """A colour for each pixel, and what the colours mean: (text, colour) from top to bottom."""
+
+    pixels: Bytes
+    legend: tuple[tuple[str, tuple[int, int, int]], ...]
+
+
+def distinct_colors(number: int) -> tuple[int, int, int]:
+    """A colour for each number: hues far from those before, in three shades."""
+    hue = (0.58 + number * _GOLDEN) % 1.0
+    light, strong = ((0.62, 0.55), (0.75, 0.65), (0.5, 0.5))[number // 3 % 3]
+    red, green, blue = (round(255 * c) for c in colorsys.hls_to_rgb(hue, light, strong))
+    return red, green, blue
+
+
+def color_slice(scene: PreparedScene, body: Any, column: Any, by: str) -> SliceColors:
+    """The pixels of bodies, -1 for none, or of the columns of their materials."""
+    ids = body if by == "body" else column
+    shown = np.unique(ids[ids >= 0])
+    colors = [distinct_colors(int(k)) for k in shown] if by == "body" else _of_materials(scene, shown)
+    table = np.array([*colors, NOTHING], np.uint8)
+    pixels = table[np.where(ids < 0, len(shown), np.searchsorted(shown, ids))]
+    named = body_name if by == "body" else material_name
+    rows = [(named(scene, int(k)), color) for k, color in zip(shown[:_MOST], colors[:_MOST], strict=True)]
+    if len(shown) > _MOST:
+        rows.append((f"and {format_count(len(shown) - _MOST, 'other', 'others')}", NOTHING))
+    return SliceColors(pixels, tuple(rows))
+
+
+def _of_materials(scene: PreparedScene, shown: Any) -> list[tuple[int, int, int]]:
+    """Their own colours, as in sections; others where two of them would look the same."""
+    materials = [material for material, _ in scene.labels.distinct]
+    light = np.array([material_color(materials[int(k)]) for k in shown]).reshape(-1, 1, 3)
+    own = srgb_bytes(light).reshape(-1, 3).astype(int)
+    away = np.abs(own[:, None] - own[None]).sum(axis=2) + 1000 * np.eye(len(own), dtype=int)
+    if len(own) and away.min() < _NEAR:
+        return [distinct_colors(int(k)) for k in shown]
+    return [(int(r), int(g), int(b)) for r, g, b in own]
+
+
+def _short(text: str) -> str:
+    """A text in one line of the legend."""
+    plain = " ".join(text.split())
+    return plain if len(plain) <= _LONGEST else plain[: _LONGEST - 3] + "..."
+
+
+def body_name(scene: PreparedScene, number: int) -> str:
+    """What a body is called in a legend."""
+    name = scene.labels.names_of(np.array([number]))[0]
+    return f"body {number}" if name is None else _short(str(name))
+
+
+def material_name(scene: PreparedScene, column: int) -> str:
+    """What a material is called in a legend."""
+    material = scene.labels.distinct[column][0]
+    if material is None:
+        return "no material"
+    return f"material {column}" if material.name is None else _short(material.name)
+
+
+# What a picture of a slice consists of, whatever it is written as: sizes in pixels, from the upper left corner.
+
+INK = (24, 24, 32)
+
+
+@dataclass(frozen=True)
+class SliceDrawing:
+    """Coloured pixels, the outlines over them, and the legend beside them."""
+
+    painted: SliceColors
+    outlines: tuple[Outline, ...]
+    scale: tuple[float, float]
+    """Pixels for a length, to the right and up."""
+    legend: bool
+
+    @property
+    def width(self) -> int:
+        """Pixels of the slice."""
+        return int(self.painted.pixels.shape[1])
+
+    @property
+    def height(self) -> int:
+        """Rows of the slice."""
+        return int(self.painted.pixels.shape[0])
+
+    @property
+    def unit(self) -> float:
+        """Pixels that stand for one on a slice of 640: letters and lines grow with it."""
+        return max(0.75, max(self.width, self.height) / 640)
+
+    @property
+    def line_width(self) -> float:
+        """Of outlines."""
+        return 1.1 * self.unit
+
+    @property
+    def letter(self) -> float:
+        """The height of letters."""
+        return 12 * self.unit
+
+    @property
+    def rows(self) -> tuple[tuple[str, tuple[int, int, int], float, float], ...]:
+        """(text, colour, left, middle) of the legend; each has a square of 1.1 letters before its text."""
+        if not self.legend:
+            return ()
+        step, left = 1.6 * self.letter, self.width + self.letter
+        return tuple((text, color, left, (k + 1) * step) for k, (text, color) in enumerate(self.painted.legend))
+
+    @property
+    def text_left(self) -> float:
+        """Where texts begin."""
+        return self.width + 2.6 * self.letter
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height of the whole picture."""
+        if not self.rows:
+            return self.width, self.height
+        longest = max(len(text) for text, *_ in self.rows)
+        needed = (len(self.rows) + 1) * 1.6 * self.letter
+        return round(self.text_left + (0.62 * longest + 1) * self.letter), max(self.height, round(needed))
+
+    def places(self, about: Any) -> FloatArray:
+        """Pixels of places about the middle of the window."""
+        x, y = self.scale
+        places: FloatArray = np.array([0.5 * self.width, 0.5 * self.height]) + about * np.array([x, -y])
+        return places
+
+    def canvas(self) -> Any:
+        """(height, width, 3) bytes of the whole picture without lines and letters."""
+        across, down = self.size
+        canvas = np.full((down, across, 3), NOTHING, np.uint8)
+        canvas[: self.height, : self.width] = self.painted.pixels
+        return canvas
+
+    def cubics(self, outline: Outline, off: float) -> FloatArray:
+        """An outline as cubic Béziers (n, 4, 2) in pixels, at most `off` of a pixel from it."""
+        return self.places(outline._cubics(off / max(self.scale)))

@@ -1,0 +1,140 @@
+"""A section of a scene by a plane, as a picture: the colour of what is at each point, and dark lines around it."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..._util.arrays import BoxEnds, FloatArray
+from ..._util.validation import as_integer, check_number, describe_kind, format_value
+from ...geometry.instance_labels import body_material_table
+from ...materials.material import Material
+from ...materials.texture import mean_color
+from ...render.camera import OrthographicCamera, check_size
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from ...geometry.body import Body
+    from ...prepare.prepared_scene import PreparedScene
+
+AXES = ("x", "y", "z")
+_FACING = ((-1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, -1.0))
+"""Which way one looks at sections across each axis: y, x and x are to the right, z, z and y are up."""
+_MARGIN = 1.05
+_NOTHING, _CLEAR = (1.0, 1.0, 1.0), (0.55, 0.75, 0.9)
+_LINE = 0.25
+_MOST_SAMPLES = 256
+
+
+def section_pixels(
+    scene: PreparedScene,
+    listed: Sequence[Body],
+    extent: BoxEnds,
+    plane: Any,
+    at: Any,
+    width: Any,
+    height: Any,
+    samples: Any,
+) -> Any:
+    """(height, width, 3) float32 of linear light. `listed` are the entries of the scene.
+
+    plane: "x", "y" or "z", an axis across it, which `at` says where; the window fits. Or an `OrthographicCamera`: the
+    plane through its position across its view, and its window.
+    """
+    from ...queries.points import body_at
+
+    width, height = check_size(width, height, "section")
+    camera = _camera(plane, at, extent, width / height)
+    grid = as_integer(samples)
+    if grid is None or not 1 <= grid <= _MOST_SAMPLES:
+        raise ValueError(
+            f"section: samples must be a whole number from 1 to {_MOST_SAMPLES}, got {format_value(samples)}"
+        )
+    steps = math.isqrt(grid - 1) + 1
+    materials, _, place_of = body_material_table(listed, scene.lowered.body_item)
+    colors = np.array([material_color(material) for material in materials] + [_NOTHING])
+    entries = np.append(place_of, len(materials))
+    groups = _groups(materials, entries)
+    x, y = ((np.arange(steps * size) + 0.5) / steps for size in (width, height))
+    film = np.empty((height, width, 3), np.float32)
+    before, is_empty = None, True
+    for row in range(height):
+        rows = y[row * steps : (row + 1) * steps]
+        bodies = body_at(scene, _points(camera, x, rows, width, height), "section")
+        film[row] = colors[entries[bodies]].reshape(steps, width, steps, 3).mean(axis=(0, 2))
+        seen, is_empty = groups[bodies], is_empty and not (bodies >= 0).any()
+        film[row][_meets(seen, before, steps)] *= _LINE
+        before = seen[-1]
+    if is_empty and materials:
+        warnings.warn(_nothing_there(plane, at, extent), stacklevel=4)
+    return film
+
+
+def _nothing_there(plane: Any, at: Any, extent: BoxEnds) -> str:
+    """What to tell of a picture that is white throughout."""
+    if isinstance(plane, OrthographicCamera):
+        return "section: no solid is cut in the window of this camera, so the picture is white"
+    low, high = (float(end[AXES.index(plane)]) for end in extent)
+    place = f"{plane} = {0 if at is None else at:g}"
+    reach = f"bodies reach from {plane} = {low:.6g} to {high:.6g}; sheets have no inside and do not show"
+    return f"section: no solid is cut by {place}, so the picture is white; {reach}"
+
+
+def _camera(plane: Any, at: Any, extent: BoxEnds, aspect: float) -> OrthographicCamera:
+    """The camera that sees a section, from an axis and a place or as given."""
+    if isinstance(plane, OrthographicCamera):
+        if at is not None:
+            raise ValueError("section: at goes with an axis; a camera says where by its position")
+        return plane
+    if not isinstance(plane, str) or plane not in AXES:
+        given = format_value(plane) if isinstance(plane, str) else describe_kind(plane)
+        hint = "; where it lies is the second, section('z', 0.5)"
+        raise ValueError(f"section: plane must be 'x', 'y', 'z' or an OrthographicCamera, got {given}{hint}")
+    axis, (low, high) = AXES.index(plane), extent
+    position = (low + high) / 2
+    position[axis] = check_number("section", "at", 0.0 if at is None else at)
+    right, up = {0: (1, 2), 1: (0, 2), 2: (0, 1)}[axis]
+    size = max(float(high[up] - low[up]), float(high[right] - low[right]) / aspect)
+    up_vector = (0.0, 1.0, 0.0) if axis == 2 else (0.0, 0.0, 1.0)
+    facing = max(1.0, float(np.abs(position).max())) * np.array(_FACING[axis])
+    return OrthographicCamera(position, position + facing, up_vector, _MARGIN * size if size > 0 else 1.0)
+
+
+def _points(camera: OrthographicCamera, x: FloatArray, y: FloatArray, width: int, height: int) -> FloatArray:
+    """(rows, columns, 3) of the plane, for places in pixels."""
+    lens = camera.lens
+    u, v = (2 * x - width) / height, (height - 2 * y) / height
+    points: FloatArray = lens[0] + u[None, :, None] * lens[1] + v[:, None, None] * lens[2]
+    return points
+
+
+def _groups(materials: list[Any], entries: Any) -> Any:
+    """Numbers of bodies, and last of nothing, that are the same for bodies of one material; by themselves without."""
+    first: dict[Any, int] = {}
+    own = [first.setdefault(material, -2 - k) for k, material in enumerate(materials)]
+    table = np.array([*own, -1])[entries]
+    without = np.array([*(material is None for material in materials), False])[entries]
+    return np.where(without, np.arange(len(entries)), table)
+
+
+def _meets(bodies: Any, before: Any, steps: int) -> Any:
+    """(width,) bool: pixels in which, or at whose left or upper edge, another group of bodies begins."""
+    first, middle = bodies[0], bodies[steps // 2]
+    across = np.diff(middle, prepend=middle[:1]) != 0
+    down = np.zeros_like(across) if before is None else first != before
+    down |= (np.diff(bodies, axis=0) != 0).any(axis=0)
+    result: Any = (across | down).reshape(-1, steps).any(axis=1)
+    return result
+
+
+def material_color(material: Any) -> tuple[float, float, float]:
+    """The colour of a material in a section: its own; a pale blue for what is clear, and white for void."""
+    material = Material() if material is None else material
+    if np.any(np.asarray(material.transparency) != 0):
+        is_void = material.refractive_index == 1 and not np.any(np.asarray(material.absorption) != 0)
+        return _NOTHING if is_void else _CLEAR
+    return mean_color(material.color)

@@ -1,0 +1,89 @@
+"""Slices as SVG 1.1: colours as a picture below, outlines as curves.
+
+Arcs of ellipses are arcs, parabolas are quadratic Béziers, both exactly; hyperbolas are cubic Béziers, which leave them
+by less than `OFF` of a pixel. Coordinates have fifteen digits. https://www.w3.org/TR/SVG11/paths.html
+"""
+
+from __future__ import annotations
+
+import base64
+import math
+from typing import Any
+from xml.sax.saxutils import escape
+
+from ...io.images.png import png_bytes
+from ...materials.color import srgb_decode
+from .drawing import INK, SliceDrawing
+from .outline import Outline
+
+OFF = 1e-6
+_FLAT = 1e5
+"""Ellipses with larger half-axes, in pixels, are drawn as Béziers: renderers work out their centres in short floats."""
+
+
+def svg_text(drawing: SliceDrawing) -> str:
+    """The file."""
+    width, height = drawing.size
+    picture = base64.b64encode(png_bytes(srgb_decode(drawing.painted.pixels / 255))).decode()
+    lines = [
+        '<?xml version="1.0" encoding="UTF-8"?>',
+        f'<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink" width="{width}" '
+        f'height="{height}" viewBox="0 0 {width} {height}">',
+        f'<rect width="{width}" height="{height}" fill="white"/>',
+        f'<image width="{drawing.width}" height="{drawing.height}" style="image-rendering:pixelated" '
+        f'xlink:href="data:image/png;base64,{picture}"/>',
+        f'<clipPath id="window"><rect width="{drawing.width}" height="{drawing.height}"/></clipPath>',
+        f'<g clip-path="url(#window)" fill="none" stroke="{_color(INK)}" stroke-width="{_text(drawing.line_width)}" '
+        'stroke-linecap="round" stroke-linejoin="round">',
+        *(f'<path d="{path_of(drawing, outline)}"/>' for outline in drawing.outlines),
+        "</g>",
+        f'<g font-family="Helvetica, Arial, sans-serif" font-size="{_text(drawing.letter)}" fill="{_color(INK)}">',
+    ]
+    side = 1.1 * drawing.letter
+    for text, color, left, middle in drawing.rows:
+        lines.append(
+            f'<rect x="{_text(left)}" y="{_text(middle - side / 2)}" width="{_text(side)}" height="{_text(side)}" '
+            f'fill="{_color(color)}" stroke="#808080" stroke-width="0.5"/>'
+            f'<text x="{_text(drawing.text_left)}" y="{_text(middle + 0.36 * drawing.letter)}">{escape(text)}</text>'
+        )
+    return "\n".join([*lines, "</g>", "</svg>", ""])
+
+
+def path_of(drawing: SliceDrawing, outline: Outline) -> str:
+    """The data of a path."""
+    x, y = drawing.scale
+    radii = outline.radii
+    if radii is not None and max(radii) * max(x, y) < _FLAT and abs(x - y) <= 1e-12 * max(x, y):
+        return _arcs(drawing, outline)
+    cubics = drawing.cubics(outline, OFF)
+    begin = f"M {_pair(cubics[0, 0])}"
+    if outline.kind == "line":
+        return f"{begin} L {_pair(cubics[-1, 3])}"
+    if outline.kind == "parabola":
+        middle = 1.5 * cubics[0, 1] - 0.5 * cubics[0, 0]  # of the quadratic that the cubic is
+        return f"{begin} Q {_pair(middle)} {_pair(cubics[0, 3])}"
+    return begin + "".join(f" C {_pair(b)} {_pair(c)} {_pair(d)}" for _, b, c, d in cubics)
+
+
+def _arcs(drawing: SliceDrawing, outline: Outline) -> str:
+    """A part of an ellipse as two arcs of less than a turn each: none is a whole one, which has no direction."""
+    assert outline.radii is not None
+    assert outline.angle is not None
+    r, s = (radius * drawing.scale[0] for radius in outline.radii)
+    parts = 2 if outline._stop - outline._begin > math.pi else 1
+    places = drawing.places(outline.points(parts + 1) - outline._origin)
+    arc = f"A {_text(r)} {_text(s)} {_text(-outline.angle)} 0 0"
+    return f"M {_pair(places[0])} " + " ".join(f"{arc} {_pair(place)}" for place in places[1:])
+
+
+def _pair(place: Any) -> str:
+    return f"{_text(place[0])} {_text(place[1])}"
+
+
+def _text(number: float) -> str:
+    """A number in fifteen digits."""
+    return f"{float(number):.15g}"
+
+
+def _color(color: tuple[int, int, int]) -> str:
+    return "#{:02x}{:02x}{:02x}".format(*color)

@@ -1,0 +1,510 @@
+"""Voxels as files: NumPy's .npz, zarr's folders, VTK's image data by pyevtk, NRRD by pynrrd."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import secrets
+import shutil
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from ..._util.arrays import BoxEnds, FloatArray
+from ..._util.errstate import ignore_fp_errors
+from ..._util.hints import check_choice, with_method_hints
+from ..._util.name_tuples import NamedPartTuple
+from ..._util.safe_files import replace_file, resolve_output
+from ..._util.validation import as_integer, check_callback, check_vector, describe_kind, format_value
+from ..._util.validation import check_path as checked_path
+from ...queries.id_arrays import as_id_array
+from ...queries.voxel_columns import ColumnGrid
+from ...queries.voxel_columns import voxel_shares as columns_here
+from .drawing import body_name, material_name
+from .options import BY
+from .window import AXES
+
+if TYPE_CHECKING:
+    from ...kernels.threads import Progress
+    from ...scene.scene import Scene
+
+
+def write_voxels(path: str | os.PathLike[str], voxels: Voxels) -> None:
+    """Write voxels, by the suffix."""
+    suffix = os.path.splitext(os.fspath(path))[1].lower()
+    if suffix not in _WRITERS:
+        raise ValueError(f"Voxels: voxels are saved as {', '.join(_WRITERS)}, got {format_value(os.fspath(path))}")
+    _WRITERS[suffix](path, voxels)
+
+
+def arrays_of(voxels: Voxels) -> dict[str, Any]:
+    """What is in the voxels, by name."""
+    found = dict(body=voxels.body, material=voxels.material, fractions=voxels.fractions, bounds=voxels.bounds)
+    return {name: array for name, array in found.items() if array is not None}
+
+
+def ids_by_name(voxels: Voxels) -> dict[str, Any]:
+    """Arrays (nx, ny, nz) with a name for each; names that are the same, or not of letters, get their number."""
+    if voxels.fractions is None or voxels.bounds is None:
+        return arrays_of(voxels)
+    found: dict[str, Any] = {}
+    for k, name in enumerate(voxels.names):
+        plain = "".join(letter if letter.isalnum() else "_" for letter in name if letter.isascii())
+        plain = plain if plain and plain not in found else f"{plain}_{k}"
+        found[plain], found[f"{plain}_bound"] = voxels.fractions[k], voxels.bounds[k]
+    return found
+
+
+def _write_npz(path: Any, voxels: Voxels) -> None:
+    arrays: dict[str, Any] = dict(low=voxels.low, high=voxels.high, names=np.array(voxels.names, str))
+    arrays |= arrays_of(voxels)
+    with replace_file(path) as file, file.open("wb") as stream:
+        np.savez_compressed(stream, **arrays)
+
+
+def _write_zarr(path: Any, voxels: Voxels) -> None:
+    """A group of arrays in blocks; low, high and names are its attributes. The folder appears whole or not at all."""
+    from ...io.ray_stream import zarr_module
+
+    zarr = zarr_module()
+    folder = Path(path)
+    if folder.exists():
+        raise FileExistsError(17, "is there already", str(path))
+    partial = folder.with_name(f".{folder.stem[:40]}-{secrets.token_hex(4)}.zarr")
+    try:
+        group = zarr.open_group(str(partial), mode="w")
+        group.attrs.update(low=voxels.low.tolist(), high=voxels.high.tolist(), names=list(voxels.names))
+        for name, array in arrays_of(voxels).items():
+            group.create_array(name, data=array)
+        os.rename(partial, folder)
+    finally:
+        shutil.rmtree(partial, ignore_errors=True)
+
+
+def _write_vti(path: Any, voxels: Voxels) -> None:
+    """Image data with the arrays as data of cells. pyevtk writes the file, which it gives the suffix."""
+    try:
+        from pyevtk.hl import imageToVTK
+    except ImportError:
+        raise ImportError(".vti files need pyevtk: pip install 'conicoid[vtk]'") from None
+    cells = {name: np.asfortranarray(array) for name, array in ids_by_name(voxels).items()}
+    low, step = (tuple(map(float, part)) for part in (voxels.low, voxels.spacing))
+    with replace_file(path) as file:
+        imageToVTK(os.fspath(file.with_suffix("")), origin=low, spacing=step, cellData=cells)
+
+
+def _write_nrrd(path: Any, voxels: Voxels) -> None:
+    """One array: of ids, or of fractions with the names along its first axis."""
+    try:
+        import nrrd
+    except ImportError:
+        raise ImportError(".nrrd files need pynrrd: pip install 'conicoid[nrrd]'") from None
+    whole = voxels.body if voxels.fractions is None else voxels.fractions
+    center, step = voxels.low + voxels.spacing / 2, np.diag(voxels.spacing)
+    header: dict[str, Any] = {"space dimension": 3, "space origin": center}
+    if voxels.fractions is None:
+        header |= {"space directions": step, "kinds": ["domain"] * 3}
+    else:
+        header |= {
+            "space directions": np.concatenate([np.full((1, 3), np.nan), step]),
+            "kinds": ["list", "domain", "domain", "domain"], "names": " ".join(voxels.names),
+        }  # fmt: skip
+    with replace_file(path) as file:
+        nrrd.write(os.fspath(file), np.asarray(whole), header)
+
+
+_WRITERS: dict[str, Callable[[Any, Voxels], None]] = {
+    ".npz": _write_npz, ".zarr": _write_zarr, ".vti": _write_vti, ".nrrd": _write_nrrd,
+}  # fmt: skip
+
+
+# Where voxels go as they are worked out, block by block: memory, a file of NumPy's, a folder of zarr's.
+#
+# Files and folders appear whole or not at all: Ctrl-C or an error leaves nothing behind.
+
+SIDE = 128
+"""Voxels along a side of a block of a folder, where there are so many."""
+LARGEST = 4 << 30
+"""Bytes of arrays in memory."""
+Pair = tuple[Any, Any]
+"""Ids of bodies and of materials; or shares, and bounds of what these are off by."""
+ENDINGS = (".npy", ".zarr")
+
+
+def refuse_large(counts: Any, columns: int, each: int, path: Any) -> None:
+    """ValueError for arrays that would be absurd in memory; OSError for a file that the disk has no room for."""
+    size = columns * each * int(np.prod([float(count) for count in counts]))
+    times = " x ".join(map(str, counts)) + (f" x {columns}" if columns > 1 else "")
+    if path is None and size > LARGEST:
+        raise ValueError(
+            f"voxels: {times} of them would take {size / 2**30:.0f} GiB; ask for part of the box, or fewer, or have "
+            "them written as they come: path='voxels.zarr', or .npy"
+        )
+    if path is not None and os.path.splitext(path)[1].lower() == ".npy":
+        free = shutil.disk_usage(resolve_output(path).parent).free
+        if size > free:
+            raise OSError(28, f"{times} voxels take {size / 2**30:.0f} GiB, and {free / 2**30:.0f} are free", str(path))
+
+
+def check_ending(path: str | os.PathLike[str]) -> str:
+    """.npy or .zarr; a named ValueError for another ending."""
+    ending = os.path.splitext(os.fspath(path))[1].lower()
+    if ending not in ENDINGS:
+        raise ValueError(
+            f"voxels: path must end in {' or '.join(ENDINGS)}, got "
+            f"{format_value(os.fspath(path))}; other files are written "
+            "by save() of what is in memory"
+        )
+    return ending
+
+
+@contextlib.contextmanager
+def memory_store(shape: tuple[int, ...], kind: Any) -> Iterator[Pair]:
+    """Two arrays."""
+    yield np.empty(shape, kind), np.empty(shape, kind)
+
+
+@contextlib.contextmanager
+def file_store(path: Any, shape: tuple[int, ...], kind: Any) -> Iterator[Pair]:
+    """The two halves of an array (2, ...) in a file, which has its name once the block has ended."""
+    with replace_file(path) as partial:
+        whole = np.lib.format.open_memmap(partial, mode="w+", dtype=kind, shape=(2, *shape))
+        yield whole[0], whole[1]
+        whole.flush()
+        del whole
+
+
+@contextlib.contextmanager
+def folder_store(
+    path: Any, names: tuple[str, str], shape: tuple[int, ...], kind: Any, chunks: tuple[int, ...], more: dict[str, Any]
+) -> Iterator[Pair]:
+    """Two arrays of a group with these names and attributes; the folder has its name once the block has ended."""
+    from ...io.ray_stream import zarr_module
+
+    zarr, folder = zarr_module(), Path(path)
+    if os.path.lexists(folder):
+        raise FileExistsError(17, "is there already", str(path))
+    if not folder.parent.is_dir():
+        raise FileNotFoundError(2, "no such folder", str(folder.parent))
+    partial = folder.with_name(f".{folder.stem[:40]}-{secrets.token_hex(4)}.zarr")
+    try:
+        group = zarr.open_group(str(partial), mode="w")
+        group.attrs.update(**more)
+        one, other = (group.create_array(name, shape=shape, dtype=kind, chunks=chunks) for name in names)
+        yield one, other
+        os.rename(partial, folder)
+    finally:
+        shutil.rmtree(partial, ignore_errors=True)
+
+
+def reopen(path: Any, ending: str, names: tuple[str, str]) -> Pair:
+    """The two arrays of a file or folder that is written, to be read piece by piece."""
+    if ending == ".npy":
+        whole = np.load(path, mmap_mode="r")
+        return whole[0], whole[1]
+    from ...io.ray_stream import zarr_module
+
+    group = zarr_module().open_group(str(path), mode="r")
+    return group[names[0]], group[names[1]]
+
+
+def block_boxes(counts: tuple[int, int, int], most: int) -> Iterator[tuple[slice, slice, slice]]:
+    """All voxels in boxes of up to `most`, which begin at multiples of SIDE."""
+    step, room = [min(SIDE, count) for count in counts], most
+    for axis in (2, 1, 0):  # as long as may be along the last axis, then along that before it
+        others = int(np.prod(step)) // step[axis]
+        step[axis] = min(counts[axis], step[axis] * max(1, room // (others * step[axis])))
+    for x in range(0, counts[0], step[0]):
+        for y in range(0, counts[1], step[1]):
+            for z in range(0, counts[2], step[2]):
+                yield (
+                    slice(x, min(counts[0], x + step[0])), slice(y, min(counts[1], y + step[1])),
+                    slice(z, min(counts[2], z + step[2])),
+                )  # fmt: skip
+
+
+def block_rows(first: int, second: int, each: int, most: int) -> tuple[int, int]:
+    """(rows, columns of a row) of a block of first x second columns of `each` bytes: whole rows, or parts of one."""
+    rows = min(first, most // (second * each))
+    if rows >= 1:
+        return min(rows, SIDE), second
+    return 1, min(second, max(SIDE, most // each // SIDE * SIDE))
+
+
+def sum_blocks(array: Any) -> npt.NDArray[np.float64]:
+    """Sums of (names, nx, ny, nz) for each name, of an array that need not be in memory."""
+    total: npt.NDArray[np.float64]
+    if type(array) is np.ndarray:
+        total = array.sum(axis=(1, 2, 3))
+        return total
+    step = max(1, (1 << 24) // max(1, array.shape[0] * array.shape[2] * array.shape[3]))
+    parts = [np.asarray(array[:, x : x + step]).sum(axis=(1, 2, 3)) for x in range(0, array.shape[1], step)]
+    total = np.sum(parts, axis=0)
+    return total
+
+
+# A scene as voxels: what is at their centres, or how much of each a body or a material takes.
+
+_POINTS = 1 << 21  # asked at a time
+_BYTES = 1 << 27  # of shares and their bounds, at a time
+_MOST_SAMPLES, _MOST_VOXELS = 1024, 1 << 20
+
+
+@with_method_hints
+class Voxels:
+    """Equal boxes that fill a box, (nx, ny, nz) of them, with what is in each.
+
+    low, high   corners of the whole, (3,)
+    shape       (nx, ny, nz)
+    spacing     sides of a voxel, (3,)
+    body        int32 (nx, ny, nz): the first listed body at each centre, -1 for none; None of fractions
+    material    int32 (nx, ny, nz): its place in `materials`, -1 for none; None of fractions
+    materials   the different materials of the scene, as `scene.materials`
+    names       what each of the fractions is of: bodies, or materials
+    fractions   float64 (names, nx, ny, nz): the share of each voxel's volume; None where they were not asked for
+    bounds      float64 (names, nx, ny, nz): each fraction is at most so far from the true one; None likewise
+    """
+
+    def __init__(
+        self, low: FloatArray, high: FloatArray, shape: tuple[int, int, int], *, body: Any = None, material: Any = None,
+        materials: tuple[Any, ...] = (), names: tuple[str, ...] = (), fractions: Any = None, bounds: Any = None,
+    ) -> None:  # fmt: skip
+        self.low, self.high, self.shape = low, high, shape
+        self.spacing: FloatArray = (high - low) / shape
+        self.body: npt.NDArray[np.int32] | None = body
+        self.material: npt.NDArray[np.int32] | None = material
+        self.materials, self.names = materials, names
+        self.fractions: FloatArray | None = fractions
+        self.bounds: FloatArray | None = bounds
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Voxels):
+            return NotImplemented
+        fields = ("low", "high", "shape", "body", "material", "fractions", "bounds")
+        same = all(np.array_equal(getattr(self, f), getattr(other, f)) for f in fields)
+        return same and (self.materials, self.names) == (other.materials, other.names)
+
+    __hash__ = None  # type: ignore[assignment]
+
+    @property
+    def centers(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """The coordinates of the voxels' centres along each axis, as `np.meshgrid` takes them."""
+        x, y, z = (
+            low + (np.arange(count) + 0.5) * step
+            for low, count, step in zip(self.low, self.shape, self.spacing, strict=True)
+        )
+        return x, y, z
+
+    def volumes(self) -> tuple[FloatArray, FloatArray]:
+        """(volumes, by how much they may be off) of what `names` says, within the box: sums of fractions and bounds.
+
+        Raises ValueError for voxels without fractions.
+        """
+        if self.fractions is None or self.bounds is None:
+            raise ValueError("volumes: there are no fractions; ask scene.voxels(..., fractions='body') for them")
+        each = float(np.prod(self.spacing))
+        return sum_blocks(self.fractions) * each, sum_blocks(self.bounds) * each
+
+    @ignore_fp_errors
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write all arrays at `path`: .npz, .zarr, .vti (VTK, for ParaView) or .nrrd (for 3D Slicer).
+
+        In .vti and .nrrd fractions come with their names. Raises ValueError for another suffix, ImportError where the
+        extra `zarr`, `vtk` or `nrrd` is not installed, OSError where it cannot be written.
+        """
+        write_voxels(checked_path("Voxels", path), self)
+
+    def __repr__(self) -> str:
+        kind = "ids" if self.fractions is None else f"fractions of {len(self.names)}"
+        return f"<Voxels {' x '.join(map(str, self.shape))}, {kind}>"
+
+
+def compute_voxels(
+    scene: Scene, bounds: Any, shape: Any, fractions: Any, samples: Any, axis: Any, path: Any,
+    progress: Progress | None, executor: Any,
+) -> Voxels:  # fmt: skip
+    """`Scene.voxels`"""
+    check_callback("voxels", "progress", progress)
+    if path is not None:
+        path = checked_path("voxels", path)
+        check_ending(path)
+    low, high = _checked_bounds(bounds, scene)
+    counts = _checked_shape(shape, high - low)
+    rays = as_integer(samples)
+    if rays is None or not 1 <= rays <= _MOST_SAMPLES:
+        raise ValueError(
+            f"voxels: samples must be a whole number from 1 to {_MOST_SAMPLES}, got {format_value(samples)}"
+        )
+    along = AXES.index(check_choice("voxels", "axis", axis, AXES))
+    asked = _VoxelRequest(scene, low, high, counts, path, progress, executor)
+    if fractions is None:
+        return _ids(asked)
+    return _shares(asked, check_choice("voxels", "fractions", fractions, BY), rays, along)
+
+
+def _checked_bounds(bounds: Any, scene: Scene) -> BoxEnds:
+    """(low, high), the scene's where they are not given."""
+    if bounds is None:
+        low, high = scene.bounds
+        if not (np.isfinite(low).all() and np.isfinite(high).all()):
+            raise ValueError("voxels: bounds must be given for a scene without bounds, or without bodies: (low, high)")
+    else:
+        try:
+            low, high = bounds
+        except (TypeError, ValueError):
+            raise ValueError(f"voxels: bounds must be two corners (low, high), got {describe_kind(bounds)}") from None
+        low, high = (np.array(check_vector("voxels", "bounds", corner)) for corner in (low, high))
+    if not (low < high).all():
+        raise ValueError(
+            "voxels: bounds must have low below high along each axis, got "
+            f"{format_value([low.tolist(), high.tolist()])}"
+        )
+    return low, high
+
+
+def _checked_shape(shape: Any, size: FloatArray) -> tuple[int, int, int]:
+    """(nx, ny, nz), from these or from the number along the longest side, of voxels that are about cubes."""
+    listed = isinstance(shape, tuple | list | np.ndarray) and np.ndim(shape) == 1
+    sizes = [as_integer(size) for size in shape] if listed else [as_integer(shape)]
+    given = [size for size in sizes if size is not None and 1 <= size <= _MOST_VOXELS]
+    if len(given) != len(sizes) or len(given) != (3 if listed else 1):
+        expected = f"(nx, ny, nz) or one whole number, from 1 to {_MOST_VOXELS}"
+        raise ValueError(f"voxels: shape must be {expected}, got {format_value(shape)}")
+    counts = given if listed else [max(1, round(given[0] * float(side / size.max()))) for side in size]
+    return counts[0], counts[1], counts[2]
+
+
+class _VoxelRequest(NamedTuple):
+    """What voxels of which scene are asked for, and where they go: a path, or None for memory."""
+
+    scene: Scene
+    low: FloatArray
+    high: FloatArray
+    counts: tuple[int, int, int]
+    path: Any
+    progress: Progress | None
+    executor: Any
+
+
+def _fill_voxels(
+    asked: _VoxelRequest, names: tuple[str, str], shape: tuple[int, ...], kind: Any, sides: Any, more: Any, fill: Any
+) -> Pair:
+    """Two arrays, in memory or on the disk, once fill(them) has filled them block by block. `sides`: of a block."""
+    if asked.path is None:
+        with memory_store(shape, kind) as pair:
+            fill(pair)
+        return pair
+    ending = check_ending(asked.path)
+    more = dict(low=asked.low.tolist(), high=asked.high.tolist(), **more)
+    there = (
+        file_store(asked.path, shape, kind)
+        if ending == ".npy"
+        else folder_store(asked.path, names, shape, kind, sides, more)
+    )
+    with there as pair:
+        fill(pair)
+        del pair
+    return reopen(asked.path, ending, names)
+
+
+def _ids(asked: _VoxelRequest) -> Voxels:
+    """What is at the centres."""
+    scene, low, high, counts, path, progress, executor = asked
+    refuse_large(counts, 1, 8, path)
+    prepared = scene.prepared
+    materials = NamedPartTuple((material for material, _ in prepared.labels.distinct), "voxels.materials")
+    numbers = np.arange(prepared.lowered.body_count)
+    table = np.append(prepared.labels.columns_of(numbers, materials) if len(numbers) else numbers, -1).astype(np.int32)
+    found = Voxels(low, high, counts, materials=materials)
+    centers, total = found.centers, counts[0] * counts[1] * counts[2]
+
+    def fill(pair: Pair) -> None:
+        done = 0
+        for box in block_boxes(counts, _POINTS):
+            sides = (axis[part] for axis, part in zip(centers, box, strict=True))
+            part = scene.body_at(np.stack(np.meshgrid(*sides, indexing="ij"), axis=-1), executor=executor)
+            pair[0][box], pair[1][box] = part, table[part]
+            done += part.size
+            if progress is not None:
+                progress(done, total)
+
+    names = [material_name(prepared, k) for k in range(len(materials))]
+    sides = tuple(min(SIDE, count) for count in counts)
+    found.body, found.material = _fill_voxels(
+        asked, ("body", "material"), counts, np.int32, sides, dict(names=[], materials=names), fill
+    )
+    if path is None:
+        found.body, found.material = as_id_array("body", found.body), as_id_array("material", found.material)
+    return found
+
+
+def _shares(asked: _VoxelRequest, by: str, samples: int, along: int) -> Voxels:
+    """Fractions by chords along an axis."""
+    scene, low, high, counts, path, _, _ = asked
+    prepared = scene.prepared
+    materials = NamedPartTuple((material for material, _ in prepared.labels.distinct), "voxels.materials")
+    bodies = prepared.lowered.body_count
+    numbers = np.arange(bodies)
+    if by == "body":
+        groups, names = numbers.astype(np.int32), tuple(body_name(prepared, k) for k in range(bodies))
+    else:
+        groups = prepared.labels.columns_of(numbers, materials).astype(np.int32) if bodies else numbers.astype(np.int32)
+        names = tuple(material_name(prepared, k) for k in range(len(materials)))
+    refuse_large(counts, len(names), 16, path)
+    order = [(along + 1) % 3, (along + 2) % 3, along]
+    spacing = (high - low) / counts
+    frame = np.array([*low[order], *spacing[order], counts[order[0]], counts[order[1]]], float)
+    first, second, deep = (counts[k] for k in order)
+    step = block_rows(first, second, 16 * max(1, len(names)) * deep, _BYTES)
+
+    def fill(pair: Pair) -> None:
+        if names:
+            _fill_shares(asked, ColumnGrid(frame, along, samples), groups, len(names), order, step, pair)
+
+    sides = dict(zip(order, (step[0], min(SIDE, step[1]), min(SIDE, deep)), strict=True))
+    fractions, bounds = _fill_voxels(
+        asked, ("fractions", "bounds"), (len(names), *counts), np.float64,
+        (1, sides[0], sides[1], sides[2]), dict(names=list(names)), fill,
+    )  # fmt: skip
+    return Voxels(low, high, counts, materials=materials, names=names, fractions=fractions, bounds=bounds)
+
+
+def _fill_shares(
+    asked: _VoxelRequest, grid: ColumnGrid, groups: Any, names: int, order: list[int], step: tuple[int, int], pair: Pair
+) -> None:
+    """Blocks of columns, one after the other."""
+    scene, _, _, counts, _, progress, executor = asked
+    first, second, deep = (counts[k] for k in order)
+    total = first * second
+    for row in range(0, first, step[0]):
+        for place in range(0, second, step[1]):
+            rows, columns = min(first, row + step[0]), min(second, place + step[1])
+            begin, end = row * second + place, (rows - 1) * second + columns
+            told = _beyond(progress, begin, total)
+            if executor is None:
+                found = columns_here(scene.prepared, grid, groups, names, deep, begin, end, told)
+            else:
+                from ...parallel.queries import column_shares as elsewhere
+
+                found = elsewhere(scene, grid, groups, names, deep, (begin, end), executor, told)
+            where = dict(zip(order, (slice(row, rows), slice(place, columns), slice(0, deep)), strict=True))
+            for target, part in zip(pair, found, strict=True):
+                target[:, where[0], where[1], where[2]] = _in_world(
+                    part, [rows - row, columns - place, deep], names, grid.axis
+                )
+
+
+def _beyond(progress: Progress | None, before: int, total: int) -> Progress | None:
+    """Told of all columns, where those of a block are counted."""
+    return None if progress is None else lambda done, _: progress(before + done, total)
+
+
+def _in_world(part: FloatArray, counts: list[int], groups: int, along: int) -> FloatArray:
+    """(columns, groups, voxels) as (groups, nx, ny, nz)."""
+    boxed = part.reshape(counts[0], counts[1], groups, counts[2])  # along the axes `along + 1`, `along + 2`, `along`
+    places = {(along + 1) % 3: 0, (along + 2) % 3: 1, along: 3}
+    turned: FloatArray = np.ascontiguousarray(boxed.transpose(2, places[0], places[1], places[2]))
+    return turned

@@ -1,0 +1,341 @@
+"""The command line: conicoid render, turntable, slice, view, export, info, trace, measure and the rest."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from .convert import (
+    EXPORT_EXAMPLES,
+    IMPORT_EXAMPLES,
+    PLAYGROUND_EXAMPLES,
+    VIEW_EXAMPLES,
+    export,
+    import_,
+    playground,
+    view,
+)
+from .measure import EXPLAIN_EXAMPLES, LENGTHS_EXAMPLES, MEASURE_EXAMPLES, explain, lengths, measure
+from .options import (
+    ClusterOption,
+    Command,
+    Commands,
+    SceneFile,
+    SlurmOption,
+    Threads,
+    TMax,
+    TMin,
+    WorkersOption,
+    only_with,
+)
+from .pictures import (
+    ANIMATE_EXAMPLES,
+    RENDER_EXAMPLES,
+    SLICE_EXAMPLES,
+    TURNTABLE_EXAMPLES,
+    animate,
+    render,
+    slice_scene,
+    turntable,
+)
+from .resources import (
+    STDOUT,
+    check_folder,
+    executor_of,
+    load,
+    name_of,
+    prepare,
+    rays_for,
+    refuse_overwriting,
+    refuse_stdin,
+    write_output,
+)
+from .terminal import EXIT_FINDINGS, Bar, compile_notes, show_message, show_table, user_mistakes
+
+app = typer.Typer(
+    cls=Commands,
+    help="Exact ray tracing of quadric solids.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode="rich",
+    context_settings={"help_option_names": ["-h", "--help"]},
+    epilog="Scene files, ray files and results are described in docs/files.md. Exit codes: 0 done, "
+    "2 a mistake in the input, 3 a check that has found something, 130 interrupted, 141 nobody reads the results, "
+    "1 anything else.",
+)
+
+
+def main() -> None:
+    """The commands; the entry point is in `__main__`."""
+    with user_mistakes():
+        app(prog_name="conicoid")
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        from .. import __version__
+
+        typer.echo(f"conicoid {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def common(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version and exit.")
+    ] = False,
+) -> None:
+    """Exact ray tracing of quadric solids."""
+    from .._util.environment import check_environment
+
+    with user_mistakes():
+        check_environment()
+
+
+app.command(cls=Command, epilog=RENDER_EXAMPLES)(render)
+app.command(cls=Command, epilog=TURNTABLE_EXAMPLES)(turntable)
+app.command("slice", cls=Command, epilog=SLICE_EXAMPLES)(slice_scene)
+app.command(cls=Command, epilog=ANIMATE_EXAMPLES)(animate)
+app.command(cls=Command, epilog=VIEW_EXAMPLES)(view)
+app.command(cls=Command, epilog=PLAYGROUND_EXAMPLES)(playground)
+app.command(cls=Command, epilog=EXPORT_EXAMPLES)(export)
+app.command(cls=Command, epilog=EXPLAIN_EXAMPLES)(explain)
+
+
+@app.command(
+    cls=Command,
+    epilog="Examples:\n\n  conicoid info scene.yaml\n\n  conicoid info scene.yaml --check\n\n"
+    "  conicoid info --system\n\n"
+    "Overlaps may be intended: the body listed first has them. docs/booleans.md says what the check finds. "
+    "With --check the exit code is 3 where there are findings.",
+)
+def info(
+    context: typer.Context,
+    scene: Annotated[
+        Path | None, typer.Argument(metavar="[SCENE]", help="A scene file, YAML or JSON.", show_default=False)
+    ] = None,
+    check: Annotated[
+        bool,
+        typer.Option(
+            "--check", help="Look for overlaps, slivers, nearly coincident surfaces, empty bodies, lost digits."
+        ),
+    ] = False,
+    rays: Annotated[int, typer.Option(min=1, help="Rays for the check.")] = 200_000,
+    seed: Annotated[int, typer.Option(min=0, help="Of the check's random rays.")] = 0,
+    system: Annotated[bool, typer.Option("--system", help="Versions, processor, where kernels come from.")] = False,
+) -> None:
+    """List the bodies of a scene with their bounds, and what it takes in memory; check it."""
+    with user_mistakes():
+        only_with(context, "--check", check, "rays", "seed")
+        if system and check:
+            raise ValueError("info: --check goes with a scene file; with --system it would be ignored")
+        if (scene is None) != system:
+            raise ValueError("info: give either a scene file or --system")
+        if scene is None:
+            from .report import system_report as lines_of_system
+
+            for line in lines_of_system():
+                typer.echo(line)
+            return
+        loaded = load(scene, None)
+        from . import report
+
+        prepare(loaded)
+
+        with compile_notes():
+            lines = [*report.list_bodies(loaded), "", *report.totals(loaded)]
+        for line in lines:
+            typer.echo(line)
+        if not check:
+            return
+        from ..apps.checks.check import check as find
+
+        with compile_notes(), Bar("checking", "step") as bar:
+            findings = find(loaded, rays, seed, bar)
+        for line in (*report.findings(findings), *report.list_unchecked(loaded)):
+            typer.echo(line)
+        if findings:
+            raise typer.Exit(EXIT_FINDINGS)
+
+
+@app.command(
+    cls=Command,
+    epilog="Examples:\n\n  conicoid trace scene.yaml rays.npy -o hits.npz\n\n"
+    "  conicoid trace scene.yaml rays.csv -o spans.csv --spans\n\n"
+    "  conicoid trace scene.yaml many.npy -o hits.csv --chunk 1000000 --resume\n\n"
+    "rays.npy has shape (N, 6): origin and direction. docs/files.md describes all files.",
+)
+def trace(
+    context: typer.Context,
+    scene: SceneFile,
+    rays: Annotated[
+        Path, typer.Argument(metavar="RAYS", help="Rays: .npy, .npz, .csv, .parquet or .zarr.", show_default=False)
+    ],
+    output: Annotated[
+        Path,
+        typer.Option(
+            "--output",
+            "-o",
+            show_default=False,
+            help="The results, .npz, .csv, .parquet or .zarr; - is .csv on standard output.",
+        ),
+    ],
+    spans: Annotated[bool, typer.Option("--spans", help="Every stretch inside a body, not the first hit.")] = False,
+    errors: Annotated[
+        bool,
+        typer.Option(
+            "--errors", help="To .csv or .parquet, t_error or those of both ends as well; .npz has all fields."
+        ),
+    ] = False,
+    t_min: TMin = None,
+    t_max: TMax = None,
+    chunk: Annotated[
+        int | None,
+        typer.Option(
+            min=1, help="Read, trace and write so many rays at a time: memory holds no more.", show_default=False
+        ),
+    ] = None,
+    resume: Annotated[bool, typer.Option("--resume", help="With --chunk: go on where an earlier run stopped.")] = False,
+    workers: WorkersOption = None,
+    cluster: ClusterOption = None,
+    slurm: SlurmOption = None,
+    threads: Threads = None,
+) -> None:
+    """Follow rays through a scene and write what they hit."""
+    with user_mistakes():
+        from ..io.ray_file import write_hits, write_spans
+
+        parts = chunk is not None or {rays.suffix.lower(), output.suffix.lower()} & {".parquet", ".zarr"}
+        only_with(context, "--chunk", bool(parts), "resume", "workers", "cluster", "slurm")
+        all_fields = output != STDOUT and output.suffix.lower() in (".npz", ".zarr")
+        if errors and all_fields:
+            raise ValueError(f"trace: --errors goes with .csv; a {output.suffix} file has all fields in any case")
+        if parts:
+            limits = dict(t_min=t_min, t_max=t_max, errors=errors)
+            where = workers, cluster, slurm
+            _trace_in_chunks(scene, rays, output, spans, chunk or CHUNK, resume, where, threads, limits)
+            return
+        table = rays_for(rays, scene, output, (".npz", ".csv", ".parquet", ".zarr")).within(t_min, t_max)
+        loaded = load(scene, threads)
+        from . import ray_tables
+
+        with compile_notes():
+            ray_tables.check(table)
+        prepare(loaded)
+        with compile_notes(), Bar("tracing", "ray") as bar:
+            arrays = (ray_tables.spans if spans else ray_tables.first_hits)(loaded, table, bar, all_fields, errors)
+        with write_output(output, ".csv") as file:
+            (write_spans if spans else write_hits)(file, arrays)
+        show_message(f"{name_of(output)}: {ray_tables.summary(arrays)}")
+
+
+CHUNK = 1_000_000
+"""Rays at a time of files that are read or written part by part in any case."""
+
+
+def _trace_in_chunks(
+    scene: Path, rays: Path, output: Path, spans: bool, chunk: int, resume: bool, where: tuple[Any, Any, Any],
+    threads: int | None, options: dict[str, Any],
+) -> None:  # fmt: skip
+    """What `trace --chunk` does."""
+    from ..geometry.labels import format_count
+    from ..io.ray_file import check_output
+    from ..io.ray_stream import RayStream
+    from ..parallel.result_writer import SUFFIXES, trace_file
+
+    refuse_stdin(rays, "rays")
+    if output == STDOUT:
+        raise ValueError("trace: --chunk writes a file, which it goes on with: name one with -o")
+    check_output(output, SUFFIXES)
+    check_folder(output)
+    refuse_overwriting(output, scene, rays)
+    stream = RayStream(rays)
+    stream.check_ends(options["t_min"], options["t_max"])
+    loaded = load(scene, threads)
+    prepare(loaded)
+    query = "spans" if spans else "first_hit"
+    with compile_notes(), Bar("tracing", "ray") as bar, executor_of("trace", *where) as executor:
+        found, count = trace_file(
+            loaded, stream, output, query, chunk=chunk, resume=resume, executor=executor, told=bar, **options
+        )
+    told = format_count(count, "ray", "rays")
+    show_message(
+        f"{output}: " + (f"{format_count(found, 'span', 'spans')} of {told}" if spans else f"{found:,} of {told} hit")
+    )
+
+
+app.command(cls=Command, epilog=LENGTHS_EXAMPLES)(lengths)
+app.command(cls=Command, epilog=MEASURE_EXAMPLES)(measure)
+
+
+app.command("import", cls=Command, epilog=IMPORT_EXAMPLES)(import_)
+
+
+@app.command(
+    cls=Command,
+    epilog="Examples:\n\n  conicoid bench\n\n  conicoid bench --rows camera-1000 --rows build\n\n"
+    "  conicoid bench --accuracy --rows sphere --picture errors.png\n\n"
+    "Rows: camera, random, picture, build, growth and more against peers; latency, import, command, compile, memory "
+    "against what is asked of Conicoid itself, at most.\n\n"
+    'The peers come with `pip install ".\\[bench]"` in the repository; docs/performance.md says how to read the table, '
+    "docs/exactness-measured.md that of accuracy.",
+)
+def bench(
+    rows: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--rows",
+            help="Only this row; may be repeated. With --accuracy: a shape, a family of rays, float32 or float64.",
+            show_default=False,
+        ),
+    ] = None,
+    quick: Annotated[
+        bool, typer.Option("--quick", help="Small, to see that all works; the ratios mean nothing.")
+    ] = False,
+    markdown: Annotated[
+        bool, typer.Option("--markdown", help="Print the table as Markdown, as in the documentation.")
+    ] = False,
+    output: Annotated[
+        Path | None, typer.Option("--json", help="Write the figures to a file as well.", show_default=False)
+    ] = None,
+    accuracy: Annotated[bool, typer.Option("--accuracy", help="Measure errors instead of times.")] = False,
+    rays: Annotated[
+        int | None, typer.Option(min=1, help="With --accuracy: rays of each row.", show_default="100000")
+    ] = None,
+    picture: Annotated[
+        Path | None, typer.Option(help="With --accuracy: a picture of the errors, .png.", show_default=False)
+    ] = None,
+) -> None:
+    """Time the same rays in Conicoid and in every peer that is installed, in turn; or measure how wrong each is."""
+    with user_mistakes():
+        from ..bench import suite as times
+        from ..bench.accuracy import suite as errors
+
+        for file in filter(None, (output, picture)):
+            check_folder(file)
+        if accuracy and quick and rays is not None:
+            raise ValueError("bench: give either --rays or --quick, which is 2000 of them")
+        if accuracy:
+            shown = errors.measure(rows or (), rays or (2000 if quick else 100_000), output, picture, show_message)
+        elif rays is not None or picture is not None:
+            raise ValueError("bench: --rays and --picture go with --accuracy")
+        else:
+            shown = times.measure(rows or (), quick, output, show_message)
+        if markdown:
+            typer.echo(shown.markdown)
+        else:
+            show_table(shown.table, shown.about)
+
+
+@app.command(cls=Command, epilog="Example:\n\n  conicoid schema > scene.schema.json")
+def schema() -> None:
+    """Print the JSON Schema of scene files, with which editors complete and check them."""
+    import json
+
+    from ..io.scene_file.schema import scene_schema
+
+    with user_mistakes():
+        typer.echo(json.dumps(scene_schema(), indent=2))

@@ -1,0 +1,213 @@
+"""The command that turns files of other programs into scene files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from .options import SceneFile
+from .resources import (
+    STDOUT,
+    check_folder,
+    load,
+    name_of,
+    prepare,
+    refuse_overwriting,
+    refuse_stdin,
+    report_refused_files,
+    write_output,
+)
+from .terminal import Bar, compile_notes, show_message, user_mistakes
+
+IMPORT_EXAMPLES = (
+    "Examples:\n\n  conicoid import geometry.xml -o scene.yaml\n\n"
+    "  conicoid import model.xml -o scene.yaml --no-void\n\n"
+    "docs/importing.md says which formats there are, and what becomes of what."
+)
+
+
+def import_(
+    file: Annotated[
+        Path,
+        typer.Argument(
+            metavar="FILE", help="A file of another program, which is known by what is in it.", show_default=False
+        ),
+    ],
+    output: Annotated[
+        Path,
+        typer.Option(
+            "--output", "-o", help="The scene file, .yaml or .json; - is YAML on standard output.", show_default=False
+        ),
+    ],
+    void: Annotated[bool, typer.Option(help="Keep parts without material, as invisible bodies.")] = True,
+    max_bodies: Annotated[
+        int | None,
+        typer.Option(
+            min=1,
+            help="Refuse what expands into more bodies.",
+            show_default="4,000,000, of which 500,000 are no others moved",
+        ),
+    ] = None,
+    strict: Annotated[bool, typer.Option("--strict", help="Refuse a file that is not read as it says.")] = False,
+    only: Annotated[
+        str | None, typer.Option(help="Only what this text, or a pattern such as '*/fuel*', names.", show_default=False)
+    ] = None,
+    depth: Annotated[
+        int | None, typer.Option(min=0, help="How many levels of volumes are opened.", show_default="all")
+    ] = None,
+    smooth: Annotated[bool, typer.Option("--smooth", help="Circles are round, whatever $fn of OpenSCAD says.")] = False,
+    entities: Annotated[
+        bool, typer.Option("--entities", help="Read files in its folder that GDML takes in by entities.")
+    ] = False,
+) -> None:
+    """Turn a file of another program into a scene; what there is to say of it, and its materials, are printed."""
+    with user_mistakes():
+        if output != STDOUT and output.suffix.lower() not in (".yaml", ".yml", ".json"):
+            raise ValueError(f"{output}: scenes are saved as .yaml or .json")
+        check_folder(output)
+        from ..geometry.labels import format_count
+        from ..io.importers import IMPORT_FORMATS, ImportOptions, detect_format
+        from ..io.scene_file import scene_file
+
+        refuse_stdin(file, "files of other programs")
+        with report_refused_files(), Bar("reading", "body") as bar:
+            found = detect_format(file)
+            if found is None:
+                file.open("rb").close()  # an error where there is none
+                raise ValueError(f"{file}: is of no known format: {', '.join(each.name for each in IMPORT_FORMATS)}")
+            imported = found.read(
+                file,
+                ImportOptions(void, max_bodies, strict, only, depth, smooth, entities, _import_parts(file, bar)),
+            )
+        with write_output(output, ".yaml") as place, Bar("writing", "body") as bar:
+            scene_file.write_scene(imported, place, imported.material_names, bar)
+        for line in (*imported.notes, *imported.legend):
+            typer.echo(line, err=output == STDOUT)
+        show_message(f"{name_of(output)}: {format_count(len(imported.bodies), 'body', 'bodies')}")
+
+
+def _import_parts(file: Path, bar: Bar) -> Any:
+    """Progress that states the number of bodies before the first of them is made."""
+    from ..geometry.labels import format_count
+
+    def progress(done: int, count: int) -> None:
+        if done == 0:
+            show_message(f"{file}: expands into {format_count(count, 'body', 'bodies')}")
+        bar(done, count)
+
+    return progress
+
+
+# The command that writes scenes for others: pages, and models of other programs.
+
+EXPORT_EXAMPLES = (
+    "Examples:\n\n  conicoid export scene.yaml scene.html\n\n  conicoid export geometry.xml detector.gdml\n\n"
+    "docs/exporting.md says what becomes of what in GDML, OpenSCAD and OpenMC."
+)
+_PAGES = (".html", ".htm")
+
+
+def export(
+    scene: SceneFile,
+    output: Annotated[
+        Path,
+        typer.Argument(
+            metavar="FILE",
+            help="A page, .html; or a model: .gdml, .scad of OpenSCAD, .xml of OpenMC.",
+            show_default=False,
+        ),
+    ],
+    strict: Annotated[
+        bool, typer.Option("--strict", help="Refuse a model that does not say all of the scene.")
+    ] = False,
+) -> None:
+    """Write a scene as one page that any current browser shows from a disk, or as a model of another program."""
+    with user_mistakes():
+        from ..io.export.exporters import EXPORT_FORMATS, ExportOptions, find_export_format
+
+        found = find_export_format(output)
+        if found is None and output.suffix.lower() not in _PAGES:
+            known = ", ".join(suffix for each in EXPORT_FORMATS for suffix in each.suffixes)
+            raise ValueError(f"{output}: pages are saved as .html, models as {known}")
+        if found is None and strict:
+            raise ValueError("export: --strict goes with models; of a page it would be ignored")
+        check_folder(output)
+        refuse_overwriting(output, scene)
+        loaded = load(scene, None)
+        if found is None:
+            _page(loaded, output, scene.stem)
+        else:
+            with Bar("writing", "body") as bar:
+                done = found.write(loaded, output, ExportOptions(strict, bar))
+            for line in done.notes:
+                typer.echo(line)
+        show_message(f"{output}: {output.stat().st_size / 1024:,.0f} KiB")
+
+
+def _page(scene: Any, output: Path, title: str) -> None:
+    from ..viewer import export as write_page
+
+    prepare(scene)
+    with compile_notes():
+        write_page(scene, output, title)
+
+
+# Commands that show scenes in a browser: view and playground.
+
+VIEW_EXAMPLES = (
+    "Examples:\n\n  conicoid view scene.yaml\n\n  conicoid view --quadrics\n\n"
+    "The page follows the file as it changes. docs/viewer.md says what can be done on it."
+)
+PLAYGROUND_EXAMPLES = (
+    "Examples:\n\n  conicoid playground\n\n  conicoid playground scene.yaml\n\n"
+    "The file stays as it is. docs/playground.md says what can be done there."
+)
+
+
+def view(
+    scene: Annotated[
+        Path | None, typer.Argument(metavar="[SCENE]", help="A scene file, YAML or JSON.", show_default=False)
+    ] = None,
+    quadrics: Annotated[bool, typer.Option("--quadrics", help="The nine quadrics, with sliders.")] = False,
+    port: Annotated[int, typer.Option(min=0, max=65535, help="Of the page on this machine; 0: any free one.")] = 0,
+    browser: Annotated[bool, typer.Option(help="Open the browser.")] = True,
+) -> None:
+    """Walk around in a scene in the browser, until Ctrl-C."""
+    with user_mistakes():
+        if (scene is None) != quadrics:
+            raise ValueError("view: give either a scene file or --quadrics")
+        from ..viewer.playground import quadrics_scene
+        from ..viewer.server import serve
+        from ..viewer.session import Session, stamp_of
+
+        if scene is None:
+            session = Session(quadrics_scene(), "Nine quadrics", select=0)
+        else:
+            stamp = stamp_of(scene)
+            loaded = load(scene, None)
+            prepare(loaded)
+            session = Session(loaded, scene.stem, scene, stamp=stamp)
+        with compile_notes():
+            session.scene()
+        serve(session, port, browser, show_message)
+
+
+def playground(
+    scene: Annotated[
+        Path | None, typer.Argument(metavar="[SCENE]", help="A scene file to begin with.", show_default=False)
+    ] = None,
+    port: Annotated[int, typer.Option(min=0, max=65535, help="Of the page on this machine; 0: any free one.")] = 0,
+    browser: Annotated[bool, typer.Option(help="Open the browser.")] = True,
+) -> None:
+    """Type a scene in the browser, and read what is on a ray, until Ctrl-C."""
+    with user_mistakes():
+        from ..viewer.playground import Playground
+        from ..viewer.server import serve
+
+        if scene is not None:
+            load(scene, None)
+        with compile_notes():
+            session = Playground(scene)
+        serve(session, port, browser, show_message)

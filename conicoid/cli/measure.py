@@ -1,0 +1,257 @@
+"""The commands conicoid lengths and conicoid measure: what rays go through, and how large bodies are."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from .options import RayFile, Results, SceneFile, Threads, TMax, TMin, only_with
+from .resources import STDOUT, check_folder, load, name_of, prepare, rays_for, refuse_overwriting, write_output
+from .terminal import Bar, compile_notes, show_message, user_mistakes
+
+if TYPE_CHECKING:
+    from ..apps.measures.measure import SceneMeasures
+    from ..io.ray_file import RayTable
+    from ..scene.scene import Scene
+
+
+LENGTHS_EXAMPLES = (
+    "Examples:\n\n  conicoid lengths scene.yaml rays.npy -o lengths.npz\n\n"
+    "  conicoid lengths scene.yaml rays.npy -o lengths.csv --by material\n\n"
+    "  conicoid lengths scene.yaml rays.npy -o doses.csv --value water=0.2 --value lead=1.1 --otherwise 0\n\n"
+    "  conicoid lengths scene.yaml rays.npy -o mu.npz --property attenuation\n\n"
+    "With --value or --property the results are line integrals: the sum of value times length."
+)
+MEASURE_EXAMPLES = (
+    "Examples:\n\n  conicoid measure scene.yaml\n\n  conicoid measure scene.yaml -o volumes.csv\n\n"
+    "Closed forms where they are known, else the chords of random rays, with standard errors: docs/booleans.md."
+)
+
+
+def lengths(
+    context: typer.Context,
+    scene: SceneFile,
+    rays: RayFile,
+    output: Results,
+    by: Annotated[str, typer.Option(help="A column for each: body or material.")] = "body",
+    value: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--value", metavar="MATERIAL=NUMBER", help="The line integral of this; may be repeated.", show_default=False
+        ),
+    ] = None,
+    property_: Annotated[
+        str | None,
+        typer.Option("--property", metavar="NAME", help="The line integral of a property of the materials.",
+                     show_default=False),
+    ] = None,
+    otherwise: Annotated[
+        float | None, typer.Option(help="With --value or --property: of materials without one.", show_default=False)
+    ] = None,
+    overlaps: Annotated[
+        str | None,
+        typer.Option(help="Stretches in two bodies at once: both, they are meant to count twice; error.",
+                     show_default="a note"),
+    ] = None,
+    t_min: TMin = None,
+    t_max: TMax = None,
+    threads: Threads = None,
+) -> None:  # fmt: skip
+    """Measure how far rays go inside each body, or material; or sum up a value along them."""
+    with user_mistakes():
+        from .._util.hints import check_choice
+        from ..queries.weights import check_by
+
+        integral = bool(value) or property_ is not None
+        only_with(context, "--value or --property", integral, "otherwise")
+        only_with(context, "lengths, not with --value or --property", not integral, "by")
+        if value and property_ is not None:
+            raise ValueError("lengths: give either --value or --property")
+        by = check_by("lengths", by)
+        if overlaps is not None:
+            overlaps = check_choice("lengths", "--overlaps", overlaps, ("both", "error"))
+        values = _values(value) if value else property_
+        table = rays_for(rays, scene, output).within(t_min, t_max)
+        loaded = load(scene, threads)
+        from ..io.ray_file import integral_columns, length_columns, write_values
+        from . import ray_tables
+
+        with compile_notes():
+            ray_tables.check(table)
+        prepare(loaded)
+        with compile_notes(), Bar("measuring", "ray") as bar:
+            if integral:
+                found = _integrals(loaded, table, values, otherwise, overlaps, bar)
+            else:
+                found = ray_tables.lengths(loaded, table, by, overlaps, bar)
+        energies = found.shape[len(table.shape) :]
+        columns = integral_columns(energies) if integral else length_columns(loaded, by)
+        name = "line_integrals" if integral else "lengths"
+        with write_output(output, ".csv") as file:
+            write_values(file, name, found, columns, with_names=not integral)
+        show_message(f"{name_of(output)}: {_summary(found, table.shape, len(columns), integral, by)}")
+
+
+def _integrals(
+    scene: Scene, table: RayTable, values: Any, otherwise: float | None, overlaps: str | None, bar: Bar
+) -> Any:
+    """Line integrals; what is wrong with the values is told in words of the command line."""
+    from ..queries.weights import BY_BODY
+    from . import ray_tables
+
+    try:
+        return ray_tables.line_integrals(scene, table, values, otherwise, overlaps, bar)
+    except ValueError as error:
+        text = str(error).removeprefix("line_integral: ").removeprefix("values: ")
+        option = text.replace("otherwise=0 (or another value) stands for it", "--otherwise 0 would stand for it")
+        raise ValueError(f"lengths: {option.removesuffix('; ' + BY_BODY)}") from None
+
+
+def _values(texts: list[str]) -> dict[str, float]:
+    """MATERIAL=NUMBER as a mapping; names may hold = themselves."""
+    values: dict[str, float] = {}
+    for text in texts:
+        name, _, number = text.rpartition("=")
+        try:
+            value = float(number)
+        except ValueError:
+            value = math.nan
+        if not name or not math.isfinite(value):
+            raise ValueError(f"lengths: --value must be MATERIAL=NUMBER, got {text[:80]!r}")
+        if name in values:
+            raise ValueError(f"lengths: --value is given twice for {name[:80]!r}")
+        values[name] = value
+    return values
+
+
+def _summary(found: Any, rays: tuple[int, ...], columns: int, integral: bool, by: str) -> str:
+    """One line on what was found."""
+    from ..geometry.labels import format_count
+
+    count = math.prod(rays)
+    of_rays = format_count(count, "ray", "rays")
+    if integral:
+        return f"line integrals of {of_rays}"
+    inside = int((found.reshape(count, columns) > 0).any(axis=1).sum())
+    what = format_count(columns, by, "bodies" if by == "body" else "materials")
+    return f"lengths of {of_rays} inside {what}; {inside:,} inside any"
+
+
+def measure(
+    context: typer.Context,
+    scene: SceneFile,
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", help="A table of all measures, .csv; - is standard output.", show_default=False),
+    ] = None,
+    rays: Annotated[
+        int | None,
+        typer.Option(min=60, help="Rays for all bodies; combinations are followed in any case.",
+                     show_default="1000000, where no closed form is known"),
+    ] = None,
+    seed: Annotated[int, typer.Option(min=0, help="Of the random rays.")] = 0,
+    threads: Threads = None,
+) -> None:  # fmt: skip
+    """Volume, area, centroid and inertia of every body, and the volumes of materials."""
+    with user_mistakes():
+        if output is not None:
+            if output != STDOUT and output.suffix.lower() != ".csv":
+                raise ValueError(f"{output}: measures are written as .csv")
+            check_folder(output)
+            refuse_overwriting(output, scene)
+        loaded = load(scene, threads)
+        from ..apps.measures.measure import measure as measured
+
+        with compile_notes(), Bar("measuring", "body") as bar:
+            found = measured(loaded, rays, seed, bar)
+        if output is None:
+            typer.echo(_printable(str(found)))
+            return
+        from ..io.ray_file import write_table
+
+        with write_output(output, ".csv") as file:
+            write_table(file, {}, _table(found))
+        show_message(f"{name_of(output)}: {len(found):,} bodies")
+
+
+def _printable(text: str) -> str:
+    from .._util.file_errors import printable
+
+    return "\n".join(printable(line) for line in text.split("\n"))
+
+
+def _table(found: SceneMeasures) -> dict[str, Any]:
+    """The columns of the file of measures: a line for each body."""
+    import numpy as np
+
+    names = ["" if name is None else name for name in found.names]
+    called = ["" if material is None or not material.name else material.name for material in found.materials]
+    table: dict[str, Any] = {
+        "body": np.arange(len(found)),
+        "name": np.array(names, object),
+        "material": np.array([called[place] for place in found.places], object),
+    }
+    for name in ("volume", "area"):
+        table[name] = np.array([getattr(body, name) for body in found])
+        table[f"{name}_error"] = np.array([getattr(body, f"{name}_error") for body in found])
+    centroids = np.array([body.centroid for body in found]).reshape(-1, 3)
+    inertias = np.array([body.inertia for body in found]).reshape(-1, 3, 3)
+    table |= {f"centroid_{axis}": centroids[:, k] for k, axis in enumerate("xyz")}
+    pairs = [(i, j) for i in range(3) for j in range(i, 3)]
+    return table | {f"inertia_{'xyz'[i]}{'xyz'[j]}": inertias[:, i, j] for i, j in pairs}
+
+
+# The command conicoid explain: one ray of a scene worked out.
+
+EXPLAIN_EXAMPLES = (
+    "Examples:\n\n  conicoid explain scene.yaml --ray -3 0.6 0 1 0 0\n\n"
+    "  conicoid explain scene.yaml --ray 0 0 9 0 0 -1 --body lens --html why.html\n\n"
+    "docs/explain.md says how to read it."
+)
+
+
+def explain(
+    scene: SceneFile,
+    ray: Annotated[
+        tuple[float, float, float, float, float, float],
+        typer.Option("--ray", metavar="OX OY OZ DX DY DZ", help="Origin and direction.", show_default=False),
+    ],
+    body: Annotated[
+        str | None, typer.Option("--body", help="Only the body of this name or number.", show_default=False)
+    ] = None,
+    html: Annotated[
+        Path | None, typer.Option("--html", help="Write a page with the figure, .html, or the figure alone, .svg.",
+                                  show_default=False)
+    ] = None,
+    t_min: TMin = None,
+    t_max: TMax = None,
+) -> None:  # fmt: skip
+    """Work one ray out as on a blackboard: what every body does with it, and why."""
+    with user_mistakes():
+        if html is not None:
+            if html.suffix.lower() not in (".html", ".svg"):
+                raise ValueError(f"{html}: the page is written as .html, the figure as .svg")
+            check_folder(html)
+            refuse_overwriting(html, scene)
+        loaded = load(scene, None)
+        prepare(loaded)
+        limits = {name: value for name, value in (("t_min", t_min), ("t_max", t_max)) if value is not None}
+        with compile_notes():
+            try:
+                found = loaded.explain(ray[:3], ray[3:], body=_which(body, loaded), **limits)
+            except LookupError as error:
+                raise ValueError(f"explain: {error.args[0]}") from None
+            if html is not None:
+                found.save(html)
+                show_message(f"{html}: {found!r}")
+        typer.echo(found.text, nl=False)
+
+
+def _which(body: str | None, scene: object) -> str | int | None:
+    """The number of a body where it is one and no name."""
+    if body is None or body in scene or not body.isdecimal():  # type: ignore[operator]
+        return body
+    return int(body)

@@ -1,0 +1,257 @@
+"""What commands share of the command line: options and arguments, those that go together, what they say of mistakes."""
+
+from __future__ import annotations
+
+import itertools
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from typer.core import TyperCommand, TyperGroup
+
+from ..render.film.options import FILTERS, LAYERS, TONES
+from ..render.integrators import INTEGRATORS
+
+
+class Commands(TyperGroup):
+    """The commands; what they say of their arguments is never longer than a screen."""
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        if args and args[0] == "help":
+            return super().resolve_command(ctx, [*args[1:2], "--help"]) if args[1:] else self._show_help(ctx)
+        if args and args[0] in _NOT_COMMANDS:
+            ctx.fail(f"No such command {args[0]!r}: {_NOT_COMMANDS[args[0]]}.")
+        if args and args[0] in _COMMANDS:
+            ctx.fail(f"No such command {args[0]!r}: conicoid {_COMMANDS[args[0]]} does that.")
+        return super().resolve_command(ctx, args)
+
+    def _show_help(self, ctx: Any) -> Any:
+        typer.echo(ctx.get_help())
+        ctx.exit()
+
+    def invoke(self, ctx: Any) -> Any:
+        try:
+            return super().invoke(ctx)
+        except Exception as error:
+            message = getattr(error, "message", None)
+            if isinstance(message, str) and len(message) > _LONGEST:
+                error.message = f"{message[: _LONGEST // 2]} ... {message[-_LONGEST // 2 :]}"  # type: ignore[attr-defined]
+            raise
+
+
+_LONGEST = 600
+_COMMANDS = {
+    "check": "info SCENE --check", "volume": "measure", "volumes": "measure", "spans": "trace --spans",
+    "section": "slice", "plot": "slice", "show": "view", "version": "--version",
+    "validate": "info SCENE", "lint": "info SCENE", "hits": "trace", "first_hit": "trace",
+    "line_integral": "lengths --property", "project": "lengths --property", "gif": "turntable",
+    "movie": "turntable or animate", "film": "animate",
+}  # fmt: skip
+"""Commands that one may look for, and those that there are."""
+_NOT_COMMANDS = {
+    "convert": "conicoid import reads files of other programs, conicoid export writes them, and in Python "
+    "scene.save(path) writes .yaml and .json",
+    "gallery": "`make demo` in the repository renders the gallery",
+    "crossings": "conicoid trace --spans has the ends of each stretch, in Python scene.crossings(rays) all crossings",
+}
+"""Commands that one may look for, and what there is instead."""
+_NOT_OPTIONS = {
+    "--crossings": "--spans has both ends of each stretch, and in Python scene.crossings(rays) all crossings",
+    **dict.fromkeys(
+        ("--origin", "--direction", "--ray"),
+        "rays are read from a file, such as a .csv with a line x,y,z,dx,dy,dz for each",
+    ),
+}
+"""Options that one may look for, and what there is instead."""
+_OPTIONS = {
+    "--fov": ("--field-of-view",), "--size": ("--width", "--height"), "--resolution": ("--width", "--height"),
+    "--camera": ("--position", "--look-at"), "--eye": ("--position",), "--target": ("--look-at",),
+    "--spp": ("--samples",), "--out": ("--output",),
+}  # fmt: skip
+"""Options as they are called elsewhere, and here."""
+
+
+class Command(TyperCommand):
+    """A command that takes each option once: of two values the first would be lost without a word."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        args = self._with_whole_numbers(ctx, self._with_output_last(args))
+        try:
+            _, _, given = self.make_parser(ctx).parse_args(args=list(args))
+        except Exception as error:
+            name = getattr(error, "option_name", None)
+            if name in _OPTIONS and set(_OPTIONS[name]) <= set(self._names):
+                error.possibilities = list(_OPTIONS[name])  # type: ignore[attr-defined]
+            if name in _NOT_OPTIONS and name not in self._names:
+                ctx.fail(f"No such option: {name}: {_NOT_OPTIONS[name]}")
+            raise
+        for option in given:
+            if option.param_type_name == "option" and not option.multiple and given.count(option) > 1:
+                name = max(option.opts, key=len)
+                ctx.fail(f"{name} is given {_times(given.count(option))}: only the last would count")
+        try:
+            return super().parse_args(ctx, list(args))  # which it empties
+        except Exception as error:
+            if hint := self._meant(error, args):
+                ctx.fail(f"{getattr(error, 'format_message', error.__str__)().rstrip('.')}: {hint}")
+            raise
+
+    def _with_output_last(self, args: list[str]) -> list[str]:
+        """Of a command whose output is an argument: -o and --output may be written as in all others."""
+        named = next((name for name in ("-o", "--output") if name in args[:-1] and name not in self._names), None)
+        if named is None or not any(one.name == "output" and one.param_type_name == "argument" for one in self.params):
+            return args
+        at = args.index(named)
+        return [*args[:at], *args[at + 2 :], args[at + 1]]
+
+    def _with_whole_numbers(self, ctx: Any, args: list[str]) -> list[str]:
+        """1e6 as 1000000 for options that take integers; what is no whole number is refused by its name."""
+        whole = {
+            name
+            for one in self.params
+            if getattr(getattr(one, "type_descriptor", None), "annotation", None) is int
+            for name in one.opts
+        }
+        written = list(args)
+        for place, (name, text) in enumerate(itertools.pairwise(args)):
+            if name not in whole or text.lstrip("+-").isdigit() or text.startswith("--"):
+                continue
+            try:
+                number = float(text)
+            except ValueError:
+                number = 0.5
+            if not number.is_integer() or abs(number) > 2**63:
+                ctx.fail(f"Invalid value for {name!r}: must be a whole number, got {text[:40]!r}")
+            written[place + 1] = str(int(number))
+        return written
+
+    def _meant(self, error: Exception, args: list[str]) -> str:
+        """What to tell where a command does not fit."""
+        text = getattr(error, "message", "") or ""
+        vectors = [name for name in ("--position", "--look-at", "--up") if name in args]
+        if text.startswith("Got unexpected extra argument") and vectors:
+            return f"three numbers are written with commas, {vectors[0]} 1,2,3"
+        missing = getattr(getattr(error, "param", None), "name", "")
+        if missing == "output" and args and Path(args[-1]).suffix and len(args) > 1 and "-o" in self._names:
+            return f"write -o {args[-1]}"
+        return ""
+
+    @property
+    def _names(self) -> list[str]:
+        return [name for option in self.params for name in option.opts]
+
+
+def _times(count: int) -> str:
+    return "twice" if count == 2 else f"{count} times"
+
+
+SceneFile = Annotated[Path, typer.Argument(metavar="SCENE", help="A scene file, YAML or JSON.", show_default=False)]
+Threads = Annotated[int | None, typer.Option(min=1, help="Threads to use.", show_default="all cores")]
+RayFile = Annotated[
+    Path,
+    typer.Argument(
+        metavar="RAYS", help="Rays: .npy, .npz or .csv; for trace also .parquet, .zarr.", show_default=False
+    ),
+]
+WorkersOption = Annotated[
+    int | None, typer.Option("--workers", min=1, help="Processes to do it, instead of threads.", show_default=False)
+]
+ClusterOption = Annotated[
+    str | None,
+    typer.Option(
+        "--cluster", metavar="ADDRESS", help="Dask's scheduler to do it, as tcp://host:8786.", show_default=False
+    ),
+]  # fmt: skip
+SlurmOption = Annotated[
+    int | None,
+    typer.Option(
+        "--slurm", metavar="JOBS", min=1, show_default=False,
+        help="Slurm's jobs to do it, as dask-jobqueue starts them: docs/cluster.md.",
+    ),
+]  # fmt: skip
+TMin = Annotated[float | None, typer.Option("--t-min", help="Where rays begin, in units of the direction's length.",
+                                            show_default="0")]  # fmt: skip
+TMax = Annotated[float | None, typer.Option("--t-max", help="Where rays end.", show_default="inf")]
+Results = Annotated[
+    Path,
+    typer.Option("--output", "-o", help="The results, .npz or .csv; - is .csv on standard output.", show_default=False),
+]
+
+
+def only_with(context: typer.Context, other: str, given: bool, *names: str) -> None:
+    """Refuse options that would be ignored: those named go with another alone."""
+    for name in names:
+        source = context.get_parameter_source(name)
+        if not given and source is not None and source.name != "DEFAULT":
+            option = "--" + name.replace("_", "-")
+            raise ValueError(f"{context.info_name}: {option} goes with {other}; it would be ignored")
+
+
+# The options of commands that make pictures: what each is called, and its line of help.
+
+Pixels = Annotated[int, typer.Option(min=1, help="Pixels.")]
+Samples = Annotated[int, typer.Option(min=1, help="Rays for each pixel.")]
+_NAMES = " or ".join(INTEGRATORS)
+Integrator = Annotated[str, typer.Option(help=f"How light is gathered: {_NAMES}.")]
+Seed = Annotated[int, typer.Option(min=0, help="The same seed gives the same picture, to the bit.")]
+Depth = Annotated[int, typer.Option(min=0, max=10_000, help="Reflections and refractions of a ray, at most.")]
+Axes = Annotated[bool, typer.Option("--axes", help="Draw the axes of the world, with their scale.")]
+Labels = Annotated[bool, typer.Option("--labels", help="Write the names of bodies on them, or their numbers.")]
+Normals = Annotated[bool, typer.Option("--normals", help="Draw arrows along the normals of what is seen.")]
+Position = Annotated[
+    str | None, typer.Option(metavar="X,Y,Z", help="A camera here, not the scene's.", show_default=False)
+]
+LookAt = Annotated[
+    str | None, typer.Option(metavar="X,Y,Z", help="With --position: what it looks at.", show_default="the middle")
+]
+Up = Annotated[str | None, typer.Option(metavar="X,Y,Z", help="With --position.", show_default="0,0,1")]
+FieldOfView = Annotated[float | None, typer.Option(help="With --position: degrees, vertical.", show_default="40")]
+Orthographic = Annotated[
+    float | None,
+    typer.Option("--orthographic", metavar="HEIGHT", help="With --position: parallel rays, of a window so high.",
+                 show_default=False),
+]  # fmt: skip
+Section = Annotated[
+    str | None,
+    typer.Option(
+        "--section", "--slice", metavar="AXIS=VALUE", help="A section, or slice, such as z=0.", show_default=False
+    ),
+]  # fmt: skip
+Resume = Annotated[
+    Path | None,
+    typer.Option(
+        metavar="FILE", help="Keep finished tiles in a file, and go on from those in it.", show_default=False
+    ),
+]  # fmt: skip
+FilterOption = Annotated[str, typer.Option("--filter", help=f"How samples make a pixel: {', '.join(FILTERS)}.")]
+Noise = Annotated[
+    float | None,
+    typer.Option(help="Go on until brightness is as sure as this, where 1 is white; --samples is a limit.",
+                 show_default=False),
+]  # fmt: skip
+Exposure = Annotated[float, typer.Option(help="Stops; each makes all twice as bright.")]
+ToneOption = Annotated[str, typer.Option("--tone", help=f"The curve from light to the display: {', '.join(TONES)}.")]
+Layers = Annotated[
+    str | None,
+    typer.Option(metavar="NAMES", help=f"For an .exr: all, or some of {', '.join(LAYERS)}.", show_default=False),
+]
+Bits = Annotated[
+    int | None, typer.Option(help="16 for a .png so deep, or an .exr of half floats.", show_default="8, or 32")
+]
+Outside = Annotated[
+    bool, typer.Option("--outside", help="Pictures of textures may lie outside of the scene file's folder.")
+]
+Shutter = Annotated[
+    str | None,
+    typer.Option(metavar="OPENS,CLOSES", help="Seconds: what the scene's animation moves meanwhile is blurred.",
+                 show_default=False),
+]  # fmt: skip
+Time = Annotated[
+    float | None, typer.Option(help="Seconds: the scene as its animation has it then.", show_default=False)
+]
+Preview = Annotated[
+    Path | None,
+    typer.Option(metavar="FILE", help="A picture that is written again and again as it gets better; - draws it here.",
+                 show_default=False),
+]  # fmt: skip
+Fit = Annotated[bool, typer.Option("--fit", help="The camera that fits, not the scene's.")]

@@ -1,0 +1,147 @@
+"""What `conicoid info` prints: the bodies of a scene, what it takes in memory, what a check has found."""
+
+from __future__ import annotations
+
+import platform
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from .._jit.disk_cache import cache_directory
+from .._jit.machine_code import SHIPPED, describe_code, levels
+from .._util.file_errors import printable
+from ..bench.harness import compiler, processor, versions
+from ..geometry.general_quadric import Quadric
+from ..geometry.labels import count_bodies, distinct_materials, format_bytes, format_count
+from ..kernels.threads import thread_count
+from ..materials.color import srgb_encode
+from ..materials.texture import PATTERNS
+
+if TYPE_CHECKING:
+    from ..apps.checks.findings import Finding
+    from ..prepare.memory import Memory
+    from ..scene.scene import Scene
+
+
+LISTED = 50
+"""Lines of one kind; of more, only the number is told."""
+_WIDTHS = (16, 16, 22)
+"""Of the columns of names, materials and shapes, at least."""
+
+
+def list_bodies(scene: Scene) -> list[str]:
+    """A line for each body: its ids, name, material, shape and bounds; below a general quadric, which one it is."""
+    rows, number = [("id", "name", "material", "shape", "bounds")], 0
+    quadrics: dict[int, str] = {}
+    for body in scene.bodies[:LISTED]:
+        count = count_bodies(body)
+        ids = f"{number}" if count == 1 else f"{number}-{number + count - 1}" if count else "none"
+        number += count
+        name, kind = printable(body.name or ""), type(body.shape).__name__
+        if isinstance(body.shape, Quadric):
+            quadrics[len(rows)] = str(body.shape.classification)
+        rows.append((ids, name, _material_of(body), kind, _box(*body.shape.bounds)))
+    if len(rows) == 1:
+        return ["no bodies"]
+    widths = [max([least, *(len(row[k]) for row in rows)]) for k, least in enumerate(_WIDTHS, 1)]
+    lines = []
+    for k, (ids, *cells, bounds) in enumerate(rows):
+        padded = (f"{cell:<{width}}" for cell, width in zip(cells, widths, strict=True))
+        lines.append(" ".join([f"{ids:>9} ", *padded, bounds]))
+        lines += [f"{'':>9}  {quadrics[k]}"] if k in quadrics else []
+    if len(scene.bodies) > LISTED:
+        lines.append(f"{'':>9}  and {format_count(len(scene.bodies) - LISTED, 'more entry', 'more entries')}")
+    return lines
+
+
+def totals(scene: Scene) -> list[str]:
+    """How many bodies, lights and distinct surfaces there are, how far they reach, and their memory."""
+    from ..kernels.tables import SURFACE_KIND, length
+
+    return [
+        f"bodies    {scene.body_count:,}",
+        f"lights    {len(scene.lights):,}",
+        f"surfaces  {int(length(scene.geometry, SURFACE_KIND)):,}",
+        f"bounds    {_box(*scene.bounds)}",
+        f"memory    {_memory(scene.memory)}",
+    ]
+
+
+def findings(found: list[Finding]) -> list[str]:
+    """How many there are, and of each kind the worst."""
+    from ..apps.checks.findings import KINDS
+
+    lines = [f"findings  {len(found):,}"]
+    for kind in KINDS:
+        of_kind = [finding for finding in found if finding.kind == kind]
+        lines.extend(printable(str(finding)) for finding in of_kind[:LISTED])
+        if len(of_kind) > LISTED:
+            lines.append(f"{kind}: and {len(of_kind) - LISTED:,} more")
+    return lines
+
+
+def list_unchecked(scene: Scene) -> list[str]:
+    """What a check has left out, and why."""
+    from ..apps.checks.undefined_regions import skip_reason
+
+    reason = skip_reason(scene)
+    return [f"undefined regions were not looked for: {reason}"] if reason else []
+
+
+def _material_of(body: Any) -> str:
+    """The material of an entry; of several, how many there are."""
+    used = distinct_materials([body])
+    return _material(used[0]) if len(used) == 1 else f"{len(used)} materials"
+
+
+def _material(material: Any) -> str:
+    """Its name; for one without, its colour, or that it has none."""
+    if material is None:
+        return "-"
+    if material.name:
+        return printable(material.name)
+    if np.any(np.asarray(material.transparency) != 0):
+        return "clear"
+    if isinstance(material.color, (str, *PATTERNS)):
+        return str(material.color) if isinstance(material.color, str) else type(material.color).__name__.lower()
+    bytes_ = np.round(255 * np.clip(srgb_encode(np.asarray(material.color)), 0, 1)).astype(int)
+    return "#" + "".join(f"{channel:02x}" for channel in bytes_.tolist())
+
+
+def _box(low: Any, high: Any) -> str:
+    if (low > high).any():
+        return "empty"
+    return "  ".join(f"{axis} [{a:.6g}, {b:.6g}]" for axis, a, b in zip("xyz", low, high, strict=True))
+
+
+def _memory(memory: Memory) -> str:
+    """Bytes in all, and for each primitive."""
+    each = ", ".join(
+        f"{part / max(memory.primitives, 1):.0f} bytes a primitive for {name}"
+        for name, part in (("the tables", memory.tables), ("the tree", memory.tree))
+    )
+    return (
+        f"{format_bytes(memory.tables + memory.tree)} for "
+        f"{format_count(memory.primitives, 'primitive', 'primitives')}: {each}"
+    )
+
+
+# What `conicoid info --system` prints: what a report of a problem, or of a time, has to say.
+
+
+def system_report() -> list[str]:
+    """Versions, the processor, where kernels come from, and where what is kept is kept."""
+    from .. import __version__
+
+    kept = cache_directory()
+    lines = [
+        f"conicoid   {__version__}",
+        f"python     {', '.join([platform.python_version(), *versions('numpy', 'numba')])}",
+        f"platform   {platform.platform()}",
+        f"processor  {processor()}, {thread_count()} threads",
+        f"kernels    {', '.join(dict.fromkeys((describe_code(), compiler())))}",
+        f"cache      {'none' if kept is None else kept}{'' if SHIPPED is None else ', not needed for kernels'}",
+    ]
+    if levels():
+        lines.insert(5, f"levels     {', '.join(levels())} (CONICOID_LEVEL chooses another)")
+    return lines

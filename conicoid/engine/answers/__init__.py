@@ -1,1 +1,0 @@
-"""Rays and answers as users hold them."""

@@ -1,1 +1,0 @@
-"""Queries on a prepared scene."""

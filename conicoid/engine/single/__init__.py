@@ -1,4 +1,0 @@
-"""The route of single rays: those in doubt or beside others that see something else, and those of integrators.
-
-A lone ray of a query goes as a packet whose other lanes are idle.
-"""

@@ -1,1 +1,0 @@
-"""Scenes as OpenMC geometries."""

@@ -1,1 +1,0 @@
-"""Scenes as OpenSCAD models."""

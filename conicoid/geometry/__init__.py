@@ -1,0 +1,1 @@
+"""Shapes, Boolean combinations, motions and bodies: data only, no compiled code."""

@@ -1,0 +1,169 @@
+"""Materials by index of many bodies in one entry of a scene."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .._util.foreign_names import operator_error, shape_attribute_error
+from .._util.hints import frozen_with_hints, with_method_hints
+from .._util.pickling import restore_state
+from .._util.validation import describe_kind, format_value, real_array
+from ..materials.material import Material
+from ..materials.presets import as_material
+from .bulk import Bulk
+from .shape import Shape
+
+MaterialIndex = npt.NDArray[np.int32]
+
+
+def check_materials(shape: Shape, material: Any, materials: Any, index: Any) -> tuple[tuple[Any, ...], MaterialIndex]:
+    """(materials, the place of each body's among them), or a ValueError or TypeError."""
+    if not isinstance(shape, Bulk):
+        raise TypeError(
+            f"Body: materials are for many bodies in one entry, such as Spheres, got {describe_kind(shape)}"
+        )
+    if material is not None:
+        raise ValueError("Body: material must be left out where materials are given")
+    if materials is None:
+        raise ValueError("Body: material_index must be left out, or go with materials")
+    if isinstance(materials, (str, bytes)) or not isinstance(materials, Iterable):
+        raise TypeError(f"Body: materials must be a list of materials and colours, got {describe_kind(materials)}")
+    found = tuple(
+        None if each is None else as_material(f"Body: materials[{i}]", each) for i, each in enumerate(materials)
+    )
+    return found, _check_index(index, len(found), len(shape))
+
+
+def _check_index(index: Any, materials: int, bodies: int) -> MaterialIndex:
+    if index is None:
+        if materials != bodies:
+            found = f"{materials:,} materials for {bodies:,} bodies"
+            raise ValueError(f"Body: materials must be as many as bodies where there is no material_index, got {found}")
+        index = np.arange(bodies)
+    values = real_array("Body", "material_index", index)
+    if not (values == np.floor(values)).all():
+        raise ValueError(f"Body: material_index must be integers, got {format_value(index)}")
+    if values.shape != (bodies,):
+        raise ValueError(f"Body: material_index must have shape ({bodies},) as there are bodies, got {values.shape}")
+    bad = np.flatnonzero((values < 0) | (values >= materials))
+    if len(bad):
+        found = f"at least 0 and below {materials}, got {values[bad[0]]:g}"
+        raise ValueError(f"Body: material_index[{bad[0]}] must be {found}")
+    result = values.astype(np.int32)
+    result.flags.writeable = False
+    return result
+
+
+# A body: a shape with a material and a name.
+
+
+@frozen_with_hints
+@with_method_hints
+@dataclass(frozen=True)
+class Body:
+    """One entry of a scene.
+
+    shape: a solid or a sheet; a `Spheres`, `Cylinders` and so on is one entry and many bodies.
+    material: a Material; or a colour, which is the matte one: "red" is matte("red"). None is the default matte one.
+    name: a text, unique in a scene, or None.
+    materials: of many bodies in one entry, what takes the place of `material`: materials and colours, with
+    material_index: (N,) for each body its place among them. Left out, there is one of the materials for each body.
+
+    Raises TypeError for anything else, ValueError for an index that there is not.
+    """
+
+    shape: Shape
+    material: Any = None
+    name: str | None = None
+    materials: Any = field(default=None, kw_only=True)
+    material_index: Any = field(default=None, kw_only=True, compare=False)
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.shape, Shape):
+            hint = "; co.Union(shapes) is one of several" if isinstance(self.shape, list | tuple) else ""
+            raise TypeError(f"Body: shape must be a shape such as Sphere(...), got {describe_kind(self.shape)}{hint}")
+        if isinstance(self.material, list | tuple) and any(isinstance(one, str | Material) for one in self.material):
+            told = "Body(shape, materials=[...]), with material_index, are those of many bodies in one entry"
+            raise TypeError(f"Body: material must be one, got a {type(self.material).__name__} of them; {told}")
+        if self.material is not None:
+            object.__setattr__(self, "material", as_material("Body", self.material, _name_hint(self)))
+        if self.materials is not None or self.material_index is not None:
+            materials, index = check_materials(self.shape, self.material, self.materials, self.material_index)
+            object.__setattr__(self, "materials", materials)
+            object.__setattr__(self, "material_index", index)
+        if self.name is not None and (not isinstance(self.name, str) or not self.name):
+            raise ValueError(f"Body: name must be a non-empty text or None, got {format_value(self.name)}")
+
+    def __eq__(self, other: object) -> bool:
+        """Whether it is a body of an equal shape, material and name."""
+        if isinstance(other, np.ndarray | np.generic):  # which would be False throughout
+            raise TypeError(
+                "Body: numbers and names are no bodies: compare hits.name == body.name, or hits.body == number"
+            )
+        if not isinstance(other, Body):
+            return NotImplemented
+        mine, its = ((one.shape, one.material, one.name, one.materials) for one in (self, other))
+        return mine == its and np.array_equal(self.material_index, other.material_index)
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        restore_state(self, state)
+
+    __array_ufunc__ = None  # so that arrays ask the body
+
+    def translate(self, offset: Any) -> Body:
+        """The body, moved by `offset`, three numbers: its shape is."""
+        return dataclasses.replace(self, shape=self.shape.translate(offset))
+
+    def rotate(self, axis: Any, degrees: float, *, about: Any = None) -> Body:
+        """The body, turned by `degrees` about an `axis` through the origin or the point `about`, as a shape is."""
+        return dataclasses.replace(self, shape=self.shape.rotate(axis, degrees, about=about))
+
+    def scale(self, factors: Any, *, about: Any = None) -> Body:
+        """The body, scaled by `factors` about the origin or the point `about`, as a shape is."""
+        return dataclasses.replace(self, shape=self.shape.scale(factors, about=about))
+
+    def transform(self, matrix: Any) -> Body:
+        """The body, carried by an affine motion: a `matrix` (4, 4), as a shape is."""
+        return dataclasses.replace(self, shape=self.shape.transform(matrix))
+
+    if not TYPE_CHECKING:  # else checkers would let any attribute be asked for, and any operator be used
+
+        def __getattr__(self, name: str) -> Any:
+            raise shape_attribute_error(self, name)
+
+        def __contains__(self, other: Any) -> bool:
+            told = "points are asked of a scene: co.Scene(body).contains(points)"
+            raise TypeError(f"Body: `in` means nothing here; {told}")
+
+        def __or__(self, other: Any) -> Any:
+            return _reject_operator(self, "|", other)
+
+        def __and__(self, other: Any) -> Any:
+            return _reject_operator(self, "&", other)
+
+        def __sub__(self, other: Any) -> Any:
+            return _reject_operator(self, "-", other)
+
+        def __add__(self, other: Any) -> Any:
+            return _reject_operator(self, "+", other)
+
+
+def _name_hint(body: Body) -> str:
+    """What to tell of a text that is no colour where a material is wanted."""
+    if not isinstance(body.material, str) or body.name is not None:
+        return ""
+    return f"; a name is the third, Body(shape, name={format_value(body.material)})"
+
+
+def _reject_operator(body: Body, operator: str, other: Any) -> Any:
+    """NotImplemented, unless there is something to tell."""
+    told = operator_error(body, operator, other)
+    if told is None:
+        return NotImplemented
+    raise told

@@ -1,0 +1,1 @@
+"""Bounds of shapes under any motion, and of their Boolean combinations."""

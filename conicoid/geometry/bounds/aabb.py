@@ -1,0 +1,84 @@
+"""The box around a shape or a scene, as users get it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from ..._util.arrays import BoxEnds, FloatArray
+from ..._util.equality import equal_values
+
+_BOUNDS_HINTS = {
+    **dict.fromkeys(("min", "lower", "minimum", "lo", "mins"), "it is called low"),
+    **dict.fromkeys(("max", "upper", "maximum", "hi", "maxs"), "it is called high"),
+    **dict.fromkeys(
+        ("size", "sizes", "extent", "extents", "diagonal", "dimensions"), "bounds.high - bounds.low is that"
+    ),
+    **dict.fromkeys(("center", "centre", "mid", "middle"), "(bounds.low + bounds.high) / 2 is that"),
+    **dict.fromkeys(("contains", "volume", "corners"), "they are two arrays (3,), bounds.low and bounds.high"),
+}
+
+
+class _BoundsEnds(NamedTuple):
+    low: FloatArray
+    high: FloatArray
+
+
+class Bounds(_BoundsEnds):
+    """(low, high), which it unpacks to: the two ends along x, y and z, ±inf where there is none.
+
+    low, high   (3,)
+    """
+
+    __slots__ = ()
+    __hash__ = None  # type: ignore[assignment]
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, tuple) and equal_values(tuple(self), other if type(other) is tuple else tuple(other))
+
+    def __ne__(self, other: object) -> bool:
+        return not self == other
+
+    if not TYPE_CHECKING:  # else checkers would let any name be asked for
+
+        def __getattr__(self, name: str) -> Any:
+            hint = f": {_BOUNDS_HINTS[name]}" if name in _BOUNDS_HINTS else ""
+            raise AttributeError(f"'Bounds' object has no attribute {name[:80]!r}{hint}", name=name, obj=self)
+
+    def __repr__(self) -> str:
+        return repr(tuple(self))
+
+
+# Axis-aligned boxes (low, high), ±inf where unbounded, low > high where empty.
+
+EVERYWHERE: BoxEnds = (np.full(3, -np.inf), np.full(3, np.inf))
+
+
+def enclose_boxes(boxes: Sequence[BoxEnds]) -> BoxEnds:
+    """The box around boxes; empty ones (low > high) do not count."""
+    low, high = np.full(3, np.inf), np.full(3, -np.inf)
+    for a, b in boxes:
+        if (a <= b).all():
+            low, high = np.minimum(low, a), np.maximum(high, b)
+    return low, high
+
+
+def enclose_rows(boxes: FloatArray) -> BoxEnds:
+    """The same of boxes in an array (n, 6), low and high."""
+    some = boxes[(boxes[:, :3] <= boxes[:, 3:]).all(axis=1)]
+    return some[:, :3].min(axis=0, initial=np.inf), some[:, 3:].max(axis=0, initial=-np.inf)
+
+
+def intersect_boxes(boxes: Sequence[BoxEnds]) -> BoxEnds:
+    """The box common to boxes; (inf, -inf) where they have no point in common."""
+    low = np.max([a for a, _ in boxes], axis=0)
+    high = np.min([b for _, b in boxes], axis=0)
+    if (low > high).any():
+        return np.full(3, np.inf), np.full(3, -np.inf)
+    return low, high
+
+
+def is_empty(box: BoxEnds) -> bool:
+    return bool((box[0] > box[1]).any())

@@ -1,0 +1,277 @@
+"""Support functions in closed form: sup of u·p over a solid, from which tight bounds follow.
+
+Values are never below the true one by more than the direction's own rounding: a product is rounded
+up where that matters, a sum of several terms is raised by the rounding it may have suffered.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+import sys
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from ..._util.arrays import BoxEnds, Vector
+from ...numerics import bigfloat_linalg as ex
+from ...numerics.bigfloat import Symbol
+from ...numerics.portable_math import (
+    count_nonzero,
+    hypot,
+    is_finite,
+    leading_sign,
+    least_axis,
+    next_float,
+    next_float_if,
+    portable_max,
+    portable_sqrt,
+    rounded_sum,
+    select_if_several,
+)
+from ..cell import UV, cartesian_uv
+from ..surface import PlaneSurface, Triple
+from ..transform import Motion
+
+_SLACK = 8 * 2.0**-53
+"""More than the relative rounding of the few operations behind one term."""
+
+
+def elliptic_support(
+    width_x: float, width_y: float, profile: tuple[Any, Any, Any], low: float, high: float, direction: Vector
+) -> float:
+    """sup of u·p over (x / width_x)² + (y / width_y)² <= g(z), low <= z <= high.
+
+    `profile` = (g0, g1, g2) of g(z) = g0 + g1 z + g2 z², floats or fractions. At height z the section
+    is an ellipse with support w sqrt(g), w = |(u_x width_x, u_y width_y)|, so the sup of u_z z + w sqrt(g(z))
+    over one variable remains: at an end, a root of g, a stationary point, or at infinity.
+    """
+    w, uz = hypot(direction[0] * width_x, direction[1] * width_y), float(direction[2])
+    g0, g1, g2 = (float(g) for g in profile)
+    best = -math.inf
+    for z in real_roots(g2, g1, g0):
+        if low <= z <= high:
+            best = max(best, uz * z)
+    for z in (low, high, *real_roots(*_stationary_heights(w, uz, g0, g1, g2))):
+        if math.isfinite(z) and low <= z <= high:
+            g = _evaluate_profile(profile, z)
+            if g >= 0:
+                best = max(best, sum_up((uz * z, product_with_root(w, g))))
+    for end, sign in ((low, -1.0), (high, 1.0)):
+        if math.isinf(end):
+            best = max(best, _limit_at_infinity(w, sign * uz, g0, sign * g1, g2))
+    return best
+
+
+def _stationary_heights(w: Any, uz: Any, g0: Any, g1: Any, g2: Any) -> tuple[float, float, float]:
+    """Coefficients, highest power first, of w² g'² = 4 u_z² g; divided by the largest where they are beyond float64."""
+    steep = w * w * g2 - uz * uz
+    a, b, c = 4 * g2 * steep, 4 * g1 * steep, w * w * g1 * g1 - 4 * uz * uz * g0
+    if isinstance(a, Fraction):
+        largest = max(abs(a), abs(b), abs(c), Fraction(1))
+        return float(a / largest), float(b / largest), float(c / largest)
+    if math.isfinite(a) and math.isfinite(b) and math.isfinite(c):
+        return a, b, c
+    return _stationary_heights(*map(Fraction, (w, uz, g0, g1, g2)))
+
+
+def sum_up(terms: Iterable[float]) -> float:
+    """The sum of terms, raised by what the rounding of its terms may have cost if there are several."""
+    items = list(terms)
+    count = count_nonzero(items)
+    total = rounded_sum(items) + 0.0
+    return select_if_several(count, total + _SLACK * rounded_sum(abs(term) for term in items), total)
+
+
+def product_with_root(w: float, g: Any) -> float:
+    """w sqrt(g), not below the exact value."""
+    if w == 0 or g == 0:
+        return 0.0
+    value = w * math.sqrt(g)
+    if Fraction(value) ** 2 < Fraction(w) ** 2 * Fraction(g):
+        return math.nextafter(value, math.inf)
+    return value
+
+
+def inverse_root(a: Any) -> float:
+    """1 / sqrt(a), a > 0 a float or fraction: the half-axis of a x² = 1, not below the exact value."""
+    if isinstance(a, Symbol):
+        return 1 / portable_sqrt(a)
+    value = 1 / math.sqrt(a)
+    return value if Fraction(a) * Fraction(value) ** 2 >= 1 else math.nextafter(value, math.inf)
+
+
+def points_support(points: Iterable[Vector], direction: Vector) -> float:
+    """sup of u·p over points, and so over their convex hull."""
+    return functools.reduce(
+        portable_max, (sum_up(u * c for u, c in zip(direction, point, strict=True)) for point in points)
+    )
+
+
+def _evaluate_profile(profile: tuple[Any, Any, Any], z: float) -> Any:
+    """g(z), in rational arithmetic: near the end of a solid its terms cancel."""
+    g0, g1, g2 = (Fraction(g) for g in profile)
+    height = Fraction(z)
+    return g0 + height * (g1 + height * g2)
+
+
+def _limit_at_infinity(w: float, uz: float, g0: float, g1: float, g2: float) -> float:
+    """The limit of u_z z + w sqrt(g(z)) as z grows, -inf where g turns negative; inf where rounding leaves it open."""
+    if g2 < 0 or (g2 == 0 and (g1 < 0 or (g1 == 0 and g0 < 0))):
+        return -math.inf
+    spread = w * math.sqrt(g2)
+    slope = uz + spread
+    if slope > 0 or (slope == 0 and g2 == 0 and w * g1 > 0):
+        return math.inf
+    if spread > 0 and -slope <= _SLACK * spread:
+        return math.inf
+    return -math.inf if slope < 0 else w * math.sqrt(max(g0, 0.0))
+
+
+def real_roots(a: float, b: float, c: float) -> Iterator[float]:
+    """Real roots of a z² + b z + c, by the stable formula; none where all of it vanishes."""
+    scale = -math.frexp(max(abs(a), abs(b), abs(c)))[1]
+    a, b, c = math.ldexp(a, scale), math.ldexp(b, scale), math.ldexp(c, scale)
+    d = b * b - 4 * a * c
+    if d < 0:
+        return
+    q = -(b + math.copysign(math.sqrt(d), b)) / 2
+    if a != 0:
+        yield q / a
+    if q != 0:
+        yield c / q
+
+
+def along_normal(normal: Vector, direction: Vector) -> float | None:
+    """k where direction = k normal, exactly; None where they are not parallel."""
+    n, u = tuple(Fraction(c) for c in normal), tuple(Fraction(c) for c in direction)
+    largest = max(range(3), key=lambda i: abs(n[i]))
+    multiple = u[largest] / n[largest]
+    return float(multiple) if all(c == multiple * d for c, d in zip(u, n, strict=True)) else None
+
+
+# What everything flat shares: a plane with its anchor, uv coordinates on it, and its bounds.
+
+
+def plane_through(normal: Triple, offset: Any, near: Sequence[Any] = (0.0, 0.0, 0.0)) -> PlaneSurface:
+    """normal·x = offset as written, anchored at the foot of the perpendicular from `near`."""
+    n = [ex.rational(c) for c in normal]
+    point = [ex.rational(c) for c in near]
+    over = (ex.rational(offset) - sum(a * b for a, b in zip(n, point, strict=True))) / sum(c * c for c in n)
+    x, y, z = (p + over * c for p, c in zip(point, n, strict=True))
+    return PlaneSurface(normal, offset, (x, y, z))
+
+
+def plane_uv(surface: PlaneSurface) -> UV:
+    """Cartesian coordinates on a plane, about its anchor.
+
+    u points to the coordinate axis that is least along the normal, v = normal × u, both of unit length.
+    """
+    normal, anchor = ex.unit(ex.exact_row(surface.normal)), ex.exact_row(surface.anchor)
+    towards = ex.exact_row(least_axis(ex.exact_row(surface.normal)))
+    along = ex.dot(towards, normal)
+    x, y, z = (ex.dot((t, along), (ex.ONE, -n)) for t, n in zip(towards, normal, strict=True))
+    first = ex.unit((x, y, z))
+    return cartesian_uv(_floats(first), _floats(ex.cross(normal, first)), _floats(anchor))
+
+
+def half_space_bounds(surface: PlaneSurface, below: bool = True, above: bool = True) -> BoxEnds:
+    """Bounds of normal·x <= offset (`below`), >= offset (`above`), or of the plane itself (both).
+
+    Finite only where the normal lies along an axis.
+    """
+    low, high = np.full(3, -np.inf), np.full(3, np.inf)
+    normal = ex.exact_row(surface.normal)
+    across = [i for i in range(3) if normal[i]]
+    if len(across) == 1:
+        i = across[0]
+        height = ex.exact(surface.offset) / normal[i]
+        if below if normal[i] > 0 else above:
+            high[i] = round_up(height)
+        if above if normal[i] > 0 else below:
+            low[i] = -round_up(-height)
+    return low + 0.0, high
+
+
+def round_up(value: ex.Exact) -> float:
+    """The least float64 that is not below a 3000-bit number."""
+    result = ex.rounded(value)
+    if not is_finite(result):
+        return result if result > 0 else -sys.float_info.max
+    return next_float_if(result, ex.rounded(value - ex.exact(result)))
+
+
+def corners_support(corners: Iterable[ex.Row], direction: Vector) -> float:
+    """sup of u·p over points known to thousands of bits, and so over their convex hull."""
+    best = -float("inf")
+    for corner in corners:
+        terms = [u * (round_up(c) if u > 0 else -round_up(-c)) for u, c in zip(direction, corner, strict=True)]
+        best = portable_max(best, sum_up(term for term, u in zip(terms, direction, strict=True) if u))
+    return best
+
+
+def _floats(row: ex.Row) -> Vector:
+    return ex.rounded(row[0]), ex.rounded(row[1]), ex.rounded(row[2])
+
+
+# Bounds of a moved shape from its support, rounded outward.
+
+_NO_UNDERFLOW = 1e-150
+"""Products with a number of the domain do not underflow."""
+
+
+def bound_by_support(support: Callable[[Vector], float], motion: Motion) -> list[float]:
+    """(low x, y, z, high x, y, z) of a shape with this support in its own frame, where a motion puts that frame.
+
+    Support of the moved shape along each axis: h(Lᵀ e) + t·e, rounded outward.
+    Where row e of L has one entry k alone, h(Lᵀ e) = |k| h(±e'), so only h itself and the end are rounded: what is
+    0 on paper is 0. So it is in other rows where h is 0 in floats, as `support` raises every sum of several terms.
+    """
+    simple = motion.is_identity or motion.shift is not None
+    low: list[float] = []
+    high: list[float] = []
+    for i, (*row, shift) in enumerate(motion.rows):
+        single = not (simple or count_nonzero(row) >= 2)
+        towards = [count_nonzero((entry,)) * leading_sign((entry,)) for entry in row] if single else row
+        for sign, ends in ((1.0, high), (-1.0, low)):
+            x, y, z = towards if sign > 0 else (0.0 - entry for entry in towards)
+            reach = support((x, y, z))
+            if single:
+                ends.append(_scale_end(reach, motion, i, sign))
+            elif not shift and reach == 0 and _is_nothing(motion, i):
+                ends.append(0.0)
+            else:
+                ends.append(_round_outward(reach, shift if sign > 0 else -shift, simple))
+    return [*(0.0 - end for end in low), *high]
+
+
+def _is_nothing(motion: Motion, row: int) -> bool:
+    """Whether a row shifts by nothing on paper, and no product with it that is not 0 is 0 in floats."""
+    if motion.shift is not None:
+        return True
+    rows, shift = motion.affine
+    return not shift[row] and all(abs(entry) > _NO_UNDERFLOW for entry in rows[row] if entry)
+
+
+def _scale_end(reach: float, motion: Motion, row: int, sign: float) -> float:
+    """The least float64 not below |k| reach + sign·shift, k being the one entry of the motion's row that is not 0."""
+    if not is_finite(reach):
+        return reach
+    rows, shift = motion.affine
+    size = ex.total(map(abs, rows[row]))
+    return round_up(ex.cancelling_sum((size * ex.exact(reach), sign * shift[row])))
+
+
+def _round_outward(reach: float, shift: float, exact: bool) -> float:
+    """An upper bound of reach + shift; the nearest one if there is only a translation, whose floats are exact."""
+    total = reach + shift
+    if not is_finite(total):
+        return total
+    if not exact:
+        return next_float(total + 4 * 2.0**-53 * (abs(reach) + abs(shift)))
+    # Knuth's TwoSum: what the sum has lost
+    part = total - reach
+    lost = (reach - (total - part)) + (shift - part)
+    return next_float_if(total, lost)

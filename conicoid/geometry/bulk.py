@@ -1,0 +1,333 @@
+"""Many bodies of one kind in one entry of a scene, from arrays."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar, NoReturn
+
+import numpy as np
+
+from .._util.arrays import BoxEnds, FloatArray, matmul_rows
+from .._util.errstate import ignore_fp_errors
+from .._util.validation import DOMAIN, as_integer, format_value, is_outside_domain, real_array
+from .bounds.aabb import EVERYWHERE
+from .primitives import Sphere
+from .shape import Shape, Solid
+from .transform import Motion
+
+_LAST_SHARE = 1e-9
+"""Bodies whose ends, worked out in floats, lie so near the last one may be the last, as a share of sizes and places."""
+_MAX_LAST = 256
+
+
+class Bulk(Shape, abstract=True):
+    """N bodies of one kind, with consecutive ids, as if N single shapes stood in the list.
+
+    A scene entry only: it does not combine with ``| & - ~``. A motion moves all of them. `single` gives one.
+    """
+
+    combines: ClassVar[bool] = False
+    columns: ClassVar[dict[str, tuple[str, ...]]] = {}
+    """Of each field, what its numbers are called in a table: one name for a number, three for a vector."""
+    leaves: ClassVar[tuple[tuple[str | float, ...], ...]] = ()
+    """Of each primitive of a single shape, the fields and constants that its numbers are, in their order."""
+
+    @abstractmethod
+    def single(self, index: int) -> Shape:
+        """One of them, by its `index`, as a shape of its own under the same motion."""
+
+    def check_rows(self) -> None:
+        """Refuse bodies that there cannot be, by `refuse`; each number is known to be finite and of the domain."""
+
+    def reaches(self, rows: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """About how far the bodies reach along the rows of a matrix (3, 3), down and up: two arrays (N, 3)."""
+        raise NotImplementedError
+
+    @ignore_fp_errors
+    def __post_init__(self) -> None:
+        owner = type(self).__name__
+        given = {name: real_array(owner, name, getattr(self, name)) for name in self.columns}
+        count = _count_rows(owner, given, self.columns)
+        for name, values in given.items():
+            made = _broadcast(values, count, len(self.columns[name]))
+            _check_numbers(owner, name, made)
+            made.flags.writeable = False
+            object.__setattr__(self, name, made)
+        self.check_rows()
+
+    def refuse(self, field: str, bad: Any, expected: str) -> None:
+        """Raise ValueError for the first body of which a `field` is bad, and say what was `expected`.
+
+        As in "Cylinders: radii[3] must be > 0, got -1.0".
+        """
+        found = np.flatnonzero(bad)
+        if len(found):
+            value = getattr(self, field)[found[0]]
+            raise ValueError(f"{type(self).__name__}: {field}[{found[0]}] must be {expected}, got {value}")
+
+    def __len__(self) -> int:
+        return len(getattr(self, next(iter(self.columns))))
+
+    def __eq__(self, other: object) -> bool:
+        if type(other) is not type(self):
+            return NotImplemented
+        same = (np.array_equal(getattr(self, name), getattr(other, name)) for name in self.columns)
+        return self.motion == other.motion and all(same)
+
+    def __hash__(self) -> int:
+        first = getattr(self, next(reversed(self.columns)))
+        return hash((type(self), len(self), self.motion, first.tobytes()[:64]))
+
+    def row(self, index: int, name: str) -> Any:
+        """The number of the field `name` of body `index` as a float, or its three as a tuple."""
+        return _to_python(getattr(self, name)[self._place(index)])
+
+    def _place(self, index: Any) -> int:
+        """The place of one body, checked."""
+        place = as_integer(index)
+        if place is None:
+            raise TypeError(f"{type(self).__name__}.single: index must be a whole number, got {format_value(index)}")
+        if not 0 <= place < len(self):
+            raise IndexError(
+                f"{type(self).__name__}.single: index must be at least 0 and "
+                f"below {len(self)}, got {format_value(index)}"
+            )
+        return place
+
+    def numbers(self, leaf: int) -> FloatArray:
+        """(N, n) numbers of one primitive, number `leaf`, of each body, in the order of its fields."""
+        parts = [
+            self._flat(part) if isinstance(part, str) else np.full((len(self), 1), part) for part in self.leaves[leaf]
+        ]
+        return np.concatenate(parts, axis=1)
+
+    def _flat(self, name: str) -> FloatArray:
+        """(N, n) numbers of a field."""
+        values: FloatArray = getattr(self, name)
+        return values if values.ndim == 2 else values[:, None]
+
+    @classmethod
+    def headings(cls) -> tuple[str, ...]:
+        """The columns of a table of them."""
+        return tuple(heading for headings in cls.columns.values() for heading in headings)
+
+    def table(self) -> FloatArray:
+        """(N, columns) all numbers, but for the motion."""
+        return np.concatenate([self._flat(name) for name in self.columns], axis=1)
+
+    @classmethod
+    def of_table(cls, table: FloatArray) -> Any:
+        """From what `table` gives."""
+        fields: dict[str, Any] = {}
+        at = 0
+        for name, headings in cls.columns.items():
+            values = table[:, at : at + len(headings)]
+            fields[name] = values if len(headings) > 1 else values[:, 0]
+            at += len(headings)
+        return cls(**fields)
+
+    def bounds_under(self, outer: Motion) -> BoxEnds:
+        """The box around the boxes of all; where hundreds of bodies end at one place, wider by 1e-9 of its size."""
+        if len(self) == 0:
+            return EVERYWHERE[1], EVERYWHERE[0]
+        motion = self.motion.then(outer)
+        matrix = motion.matrix
+        down, up = self.reaches(matrix[:3, :3])
+        ends = np.concatenate([down - matrix[:3, 3], up + matrix[:3, 3]], axis=1)
+        size = _LAST_SHARE * (np.abs(ends).max(initial=0.0) + np.abs(matrix[:3, 3]).max(initial=0.0))
+        last = [np.flatnonzero(column >= column.max() - size) for column in ends.T]
+        known: dict[int, FloatArray] = {}
+        result = np.empty(6)
+        for side, which in enumerate(last):
+            if len(which) > _MAX_LAST:
+                result[side] = ends[:, side].max() + size
+                continue
+            for index in which.tolist():
+                if index not in known:
+                    low, high = self.single(index).bounds_under(outer)
+                    known[index] = np.concatenate([0.0 - low, high])
+            result[side] = max(known[index][side] for index in which.tolist())
+        return 0.0 - result[:3], result[3:] + 0.0
+
+    def __or__(self, other: Any) -> NoReturn:
+        raise _combination_error(self)
+
+    __and__ = __sub__ = __ror__ = __rand__ = __rsub__ = __or__
+
+    def __invert__(self) -> NoReturn:
+        raise _combination_error(self)
+
+
+def _combination_error(shape: Bulk) -> TypeError:
+    name = type(shape).__name__
+    return TypeError(
+        f"{name}: does not combine with other shapes, it is an entry of a scene; {name}(...).single(i) does"
+    )
+
+
+def points_reach(points: Sequence[FloatArray], rows: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """`Bulk.reaches` of the hulls of points, arrays (N, 3)."""
+    placed = [matmul_rows(each, rows.T) for each in points]
+    return np.max([-each for each in placed], axis=0), np.max(placed, axis=0)
+
+
+def balls_reach(
+    centers: Iterable[FloatArray], radii: Iterable[FloatArray], rows: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """`Bulk.reaches` of the hulls of balls."""
+    size = np.sqrt((rows**2).sum(axis=1))
+    pairs = [
+        (matmul_rows(center, rows.T), radius[:, None] * size) for center, radius in zip(centers, radii, strict=True)
+    ]
+    return np.max([reach - at for at, reach in pairs], axis=0), np.max([reach + at for at, reach in pairs], axis=0)
+
+
+def discs_reach(
+    centers: Iterable[FloatArray], normals: FloatArray, radii: Iterable[FloatArray], rows: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """`Bulk.reaches` of the hulls of discs across normals (N, 3), which need not be unit."""
+    unit = normals / np.sqrt((normals**2).sum(axis=1))[:, None]
+    along = matmul_rows(unit, rows.T)
+    across = np.sqrt(np.maximum((rows**2).sum(axis=1) - along**2, 0.0))
+    pairs = [
+        (matmul_rows(center, rows.T), radius[:, None] * across) for center, radius in zip(centers, radii, strict=True)
+    ]
+    return np.max([reach - at for at, reach in pairs], axis=0), np.max([reach + at for at, reach in pairs], axis=0)
+
+
+def _to_python(value: Any) -> Any:
+    found = value.tolist()
+    return tuple(found) if isinstance(found, list) else found
+
+
+def _count_rows(owner: str, given: dict[str, FloatArray], columns: dict[str, tuple[str, ...]]) -> int:
+    """How many bodies arrays are of; one where each has what is of one body."""
+    counts: dict[str, int] = {}
+    for name, values in given.items():
+        width = len(columns[name])
+        own = 1 if width == 1 else 2
+        if values.size == 0 and values.ndim <= own:
+            counts[name] = 0
+        elif values.ndim == own and (width == 1 or values.shape[1] == width):
+            counts[name] = len(values)
+        elif values.ndim != own - 1 or (width > 1 and values.shape != (width,)):
+            one, many = ("one number", "(N,)") if width == 1 else (f"{width} numbers", f"(N, {width})")
+            raise ValueError(f"{owner}: {name} must have shape {many}, or be {one} for all, got shape {values.shape}")
+    different = sorted(set(counts.values()))
+    if len(different) > 1:
+        told = ", ".join(f"{name} of {count:,}" for name, count in counts.items())
+        raise ValueError(f"{owner}: arrays must be of equally many bodies, got {told}")
+    return different[0] if different else 1
+
+
+def _broadcast(values: FloatArray, count: int, width: int) -> FloatArray:
+    """A copy for each of the bodies."""
+    shape = (count,) if width == 1 else (count, width)
+    return np.array(np.broadcast_to(values.reshape(shape) if values.size == 0 and count == 0 else values, shape))
+
+
+def _check_numbers(owner: str, field: str, values: FloatArray) -> None:
+    """ValueError for the first body with a number that is not finite, or not of the domain."""
+    for bad, expected in ((~np.isfinite(values), "finite"), (is_outside_domain(values), DOMAIN)):
+        rows = np.flatnonzero(bad if values.ndim == 1 else bad.any(axis=1))
+        if len(rows):
+            raise ValueError(
+                f"{owner}: {field}[{rows[0]}] must be {expected}, got {format_value(_to_python(values[rows[0]]))}"
+            )
+
+
+# Many balls in one entry of a scene.
+
+
+@dataclass(frozen=True, eq=False)
+class Spheres(Bulk, Solid):
+    """N balls |x - centers[i]|² <= radii[i]² as N bodies with consecutive ids.
+
+    `centers` (N, 3), `radii` (N,) or one number for all. A scene entry only: it does not combine
+    with ``| & - ~`` (use `Sphere` there). uv and face as for `Sphere`.
+    """
+
+    centers: Any
+    radii: Any
+    columns: ClassVar = {"centers": ("x", "y", "z"), "radii": ("radius",)}
+
+    @ignore_fp_errors
+    def __post_init__(self) -> None:
+        centers = _floats("centers", self.centers)
+        if centers.size == 0:
+            centers = centers.reshape(0, 3)
+        if centers.ndim != 2 or centers.shape[1] != 3:
+            raise ValueError(f"Spheres: centers must have shape (N, 3), got {centers.shape}")
+        radii = _floats("radii", self.radii)
+        if radii.ndim == 0:
+            radii = np.full(len(centers), float(radii))
+        if radii.shape != (len(centers),):
+            raise ValueError(
+                f"Spheres: radii must have shape ({len(centers)},) as there are centers, got {radii.shape}"
+            )
+        for field, values in (("centers", centers), ("radii", radii)):
+            bad = np.flatnonzero(~np.isfinite(np.atleast_2d(values.T)).all(axis=0))
+            if len(bad):
+                raise ValueError(f"Spheres: {field}[{bad[0]}] must be finite, got {values[bad[0]]}")
+            bad = np.flatnonzero(np.atleast_2d(is_outside_domain(values).T).any(axis=0))
+            if len(bad):
+                raise ValueError(f"Spheres: {field}[{bad[0]}] must be {DOMAIN}, got {values[bad[0]]}")
+        small = np.flatnonzero(radii <= 0)
+        if len(small):
+            raise ValueError(f"Spheres: radii[{small[0]}] must be > 0, got {radii[small[0]]}")
+        for field, values in (("centers", centers), ("radii", radii)):
+            values.flags.writeable = False
+            object.__setattr__(self, field, values)
+
+    def single(self, index: int) -> Sphere:
+        return Sphere(self.row(index, "radii"), self.row(index, "centers"), motion=self.motion)
+
+    def placed(self, outer: Motion) -> tuple[FloatArray, FloatArray, float | None]:
+        """(centers in the world, linear part (3, 3), its factor if it is a similarity, else None)."""
+        motion = self.motion.then(outer)
+        if motion.is_identity:
+            return self.centers, np.eye(3), 1.0
+        matrix = motion.matrix
+        linear = matrix[:3, :3]
+        if np.array_equal(linear, np.eye(3)):
+            return self.centers + matrix[:3, 3], linear, 1.0
+        gram = matmul_rows(linear, linear.T)
+        factor = float(np.sqrt(gram[0, 0]))
+        similar = np.allclose(gram, gram[0, 0] * np.eye(3), rtol=0, atol=1e-15 * gram[0, 0])
+        return matmul_rows(self.centers, linear.T) + matrix[:3, 3], linear, factor if similar else None
+
+    def bounds_under(self, outer: Motion) -> BoxEnds:
+        if len(self) == 0:
+            return EVERYWHERE[1], EVERYWHERE[0]
+        motion = self.motion.then(outer)
+        shift = np.zeros(3) if motion.is_identity else motion.shift
+        if shift is not None:
+            ends = (_raised(sign * self.centers, sign * np.array(shift), self.radii[:, None]) for sign in (-1.0, 1.0))
+            low, high = (end.max(axis=0) for end in ends)
+            return 0.0 - low, high + 0.0
+        centers, linear, _ = self.placed(outer)
+        reach = self.radii[:, None] * np.sqrt((linear**2).sum(axis=1))
+        low, high = (centers - reach).min(axis=0), (centers + reach).max(axis=0)
+        return np.where(low == 0, 0.0, np.nextafter(low, -np.inf)), np.where(high == 0, 0.0, np.nextafter(high, np.inf))
+
+
+def _raised(one: FloatArray, other: FloatArray, third: FloatArray) -> FloatArray:
+    """The sum of three, or the next float where that is below it: so an end that is 0 on paper is 0."""
+    first, lost = _two_sum(one, other)
+    total, more = _two_sum(first, third)
+    small, least = _two_sum(lost, more)
+    total, rest = _two_sum(total, small)
+    return np.where(rest + least > 0, np.nextafter(total, np.inf), total)
+
+
+def _two_sum(a: FloatArray, b: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """A sum and what rounding took from it (Knuth)."""
+    total = a + b
+    part = total - a
+    return total, (a - (total - part)) + (b - part)
+
+
+def _floats(field: str, values: Any) -> FloatArray:
+    return np.array(real_array("Spheres", field, values))

@@ -1,0 +1,337 @@
+"""One end of what is turned about z: a conic through its vertex, a flat ring around it, or a plane.
+
+With the radius of curvature R and the conic constant k, x² + y² + (1 + k) z² = 2 R z about the vertex. Of it only the
+part through the vertex counts, z = r² / (R (1 + sqrt(1 - (1 + k) r² / R²))): the other bowl of a hyperboloid (k < -1)
+and the far half of an ellipsoid (k > -1) are cut off by the plane through the centre, z = R / (1 + k), which meets
+neither.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+from .._util.arrays import Vector
+from .._util.validation import check_nonnegative, check_number, check_positive, format_value
+from ..numerics import bigfloat_linalg as ex
+from ..numerics.portable_math import hypot, is_finite
+from .bounds.support import elliptic_support, round_up, sum_up
+from .cell import (
+    PLAIN_UV,
+    UV,
+    All,
+    Any_,
+    Cell,
+    Face,
+    Not,
+    SurfaceSheet,
+    Tree,
+    cartesian_uv,
+    cylindrical_uv,
+    transform_uv,
+)
+from .shape import PrimitiveSheet, PrimitiveSolid
+from .surface import PlaneSurface, QuadricSurface, Surface
+from .transform import Motion
+
+
+def check_radius(owner: str, field: str, value: Any) -> float:
+    """A radius of curvature: not zero, infinite for a plane."""
+    radius = check_number(owner, field, value, finite=False)
+    if radius == 0:
+        raise ValueError(f"{owner}: {field} must not be 0: infinity is that of a plane, got {format_value(value)}")
+    return math.inf if math.isinf(radius) else radius
+
+
+def conic_reaches(radius: float, conic: float, semi: float) -> bool:
+    """Whether the part through the vertex has points at the distance `semi` from the axis: (1 + k) r² <= R²."""
+    return not is_finite(radius) or (1 + ex.rational(conic)) * ex.rational(semi) ** 2 <= ex.rational(radius) ** 2
+
+
+def check_reach(owner: str, field: str, radius: float, conic: float, diameter: float, names: str) -> None:
+    """Refuse a diameter over that of the ellipsoid."""
+    if not conic_reaches(radius, conic, diameter / 2):
+        widest = 2 * abs(radius) / math.sqrt(1 + conic)
+        told = f"a conic of radius {radius:g} and constant {conic:g} is {widest:.6g} wide"
+        raise ValueError(f"{owner}: {field} must not be over what {names}: {told}, got {diameter:g}")
+
+
+@dataclass(frozen=True, slots=True)
+class ConicWall:
+    """A conic at the height `vertex` out to `semi` from the axis, and a flat ring from there to `edge`."""
+
+    radius: float
+    conic: float
+    vertex: Any
+    semi: float
+    edge: float
+    number: int = 0
+    ring: int = 1
+    hidden: int = 2
+    """Of planes that only cut off what is no part of the wall, and that nothing meets."""
+
+    @property
+    def is_plane(self) -> bool:
+        return not is_finite(self.radius)
+
+    @property
+    def has_ring(self) -> bool:
+        return not self.is_plane and self.semi < self.edge
+
+    def sag(self, distance: float) -> ex.Exact:
+        """z - vertex at a distance from the axis, which is not over `semi`."""
+        if self.is_plane:
+            return ex.ZERO
+        square, radius = ex.rational(distance) ** 2, ex.rational(self.radius)
+        under = ex.exact(1 - (1 + ex.rational(self.conic)) * square / radius**2)
+        return ex.exact(square) / (ex.exact(radius) * (ex.ONE + ex.sqrt(under)))
+
+    @property
+    def rim(self) -> ex.Exact:
+        """The height of the rim, and of the ring."""
+        return ex.exact(self.vertex) + self.sag(self.semi)
+
+    @property
+    def center(self) -> ex.Exact:
+        """The height of the centre of an ellipsoid or a hyperboloid."""
+        return ex.exact(self.vertex) + ex.exact(ex.rational(self.radius) / (1 + ex.rational(self.conic)))
+
+    @property
+    def surface(self) -> Surface:
+        """x² + y² + (1 + k) z² - 2 R z about the vertex, or the plane z = vertex."""
+        if self.is_plane:
+            return axial_plane(1, self.vertex)
+        anchor = (0.0, 0.0, self.vertex)
+        return QuadricSurface((1.0, 1.0, 1 + ex.rational(self.conic)), (0.0, 0.0, -self.radius), 0.0, anchor=anchor)
+
+    @property
+    def uv(self) -> UV:
+        """(angle / 360, share of the height of the rim); on a plane (x, y) / edge."""
+        vertex = ex.rounded(self.vertex)
+        height = ex.rounded(self.sag(self.semi))
+        if self.is_plane or not height:
+            return cartesian_uv((self.edge, 0, 0), (0, self.edge, 0))
+        return cylindrical_uv(vertex, vertex + height) if vertex + height != vertex else PLAIN_UV
+
+    @property
+    def ring_uv(self) -> UV:
+        return cartesian_uv((self.edge, 0, 0), (0, self.edge, 0))
+
+    def bowl(self) -> Cell:
+        """The hollow side of the conic: what of the quadric's inside belongs to the part through the vertex."""
+        faces = [Face(self.surface, self.number, self.uv)]
+        if self.conic < -1:
+            sense = -1 if self.radius > 0 else 1
+            faces.append(Face(axial_plane(sense, self.center), self.hidden))
+        return Cell(tuple(faces))
+
+    def sides(self, above: bool, reach: Any) -> tuple[list[Tree], list[Face]]:
+        """(trees, planes) whose intersection, within `edge` of the axis, lies above the wall, or below it.
+
+        reach: a height that the rest of the solid does not go beyond on that side.
+        """
+        if self.is_plane:
+            sense = -1 if above else 1
+            return [Cell((Face(axial_plane(sense, self.vertex), self.number, self.uv),))], []
+        hollow = (self.radius > 0) == above
+        far = -1 if self.radius > 0 else 1  # the sense of a plane that leaves what lies beyond it in the hollow
+        if hollow:
+            beyond = self.rim if self.has_ring else self._needed(reach)
+            if beyond is None:
+                return [self.bowl()], []
+            return [Any_((self.bowl(), Cell((self._flat(far, beyond),))))], []
+        end = self.rim if self.has_ring else self.center if self.conic > -1 else None
+        return [Not(self.bowl())], [] if end is None else [self._flat(-far, end)]
+
+    def _flat(self, sense: int, height: ex.Exact) -> Face:
+        """The ring as a plane, or the one through the centre."""
+        return Face(axial_plane(sense, height), self.ring if self.has_ring else self.hidden, self.ring_uv)
+
+    def _needed(self, reach: Any) -> ex.Exact | None:
+        """The height from which on an ellipsoid closes again, if the solid goes so far."""
+        if self.conic <= -1:
+            return None
+        over = ex.exact(reach) - self.center
+        return self.center if (over if self.radius > 0 else -over) > 0 else None
+
+    def support(self, direction: Vector, hollow: bool, hole: float = 0.0) -> float:
+        """sup of direction·p over the wall between `hole` and `edge`; of its ends alone, if the solid is not `hollow`.
+
+        The solid lies on the hollow side of its conic where that bulges out of it.
+        """
+        best = ring_support(self.edge, self.rim, direction)
+        if hole:
+            best = max(best, ring_support(hole, ex.exact(self.vertex) + self.sag(hole), direction))
+        if self.is_plane or not hollow:
+            return best
+        sense = 1 if self.radius > 0 else -1
+        size, steep = Fraction(abs(self.radius)), 1 + Fraction(self.conic)
+        low, high = (sense * self.sag(distance) for distance in (hole, self.semi))
+        top = round_up(high) if steep <= 0 else min(round_up(high), round_up(ex.exact(size / steep)))
+        x, y, z = direction
+        cap = elliptic_support(1.0, 1.0, (0, 2 * size, -steep), -round_up(-low), top, (x, y, sense * z))
+        lifted = float(self.vertex) * z
+        return max(best, sum_up((cap, lifted)) if lifted else cap)
+
+
+def ring_support(edge: float, height: ex.Exact, direction: Vector) -> float:
+    """sup of direction·p over a circle of radius `edge` about the axis."""
+    z = direction[2]
+    lifted = z * (round_up(height) if z > 0 else -round_up(-height)) if z else 0.0
+    across = edge * hypot(direction[0], direction[1])
+    return sum_up((across, lifted))
+
+
+def axial_plane(sense: int, height: Any) -> PlaneSurface:
+    """sense z <= sense height"""
+    height = ex.exact(height)
+    return PlaneSurface((0.0, 0.0, float(sense)), height if sense > 0 else -height, (0.0, 0.0, height))
+
+
+def round_tube(radius: float) -> QuadricSurface:
+    """x² + y² <= radius²"""
+    return QuadricSurface((1.0, 1.0, 0.0), constant=ex.rational(radius) ** 2)
+
+
+# The conic of optics, by radius of curvature and conic constant: a solid cap, and an open sheet.
+
+
+@dataclass(frozen=True)
+class Conic(PrimitiveSolid):
+    """x² + y² + (1 + k) z² <= 2 R z between the vertex, z = 0, and the plane of the rim: a solid cap.
+
+    R is `radius_of_curvature`, over 0 where the centre lies at z > 0; k is `conic_constant`: below -1 a hyperboloid,
+    -1 a paraboloid, above -1 an ellipsoid (long along z below 0, a sphere at 0, flat above). `aperture` is the diameter
+    of the rim, which lies at z = c r² / (1 + sqrt(1 - (1 + k) c² r²)) with c = 1 / R, r = aperture / 2. An aperture
+    beyond the ellipsoid's equator is refused. `sheet()` is the curved part alone.
+    Faces: 0 the conic, 1 the flat end at the rim. uv: (angle / 360, height from vertex to rim in [0, 1]) on the conic,
+    (x, y) / r on the flat end.
+    """
+
+    radius_of_curvature: float
+    conic_constant: float = 0.0
+    aperture: float = 1.0
+
+    def __post_init__(self) -> None:
+        check_conic(self)
+        if math.isinf(self.radius_of_curvature):
+            raise ValueError("Conic: radius_of_curvature must be finite: flat, it holds nothing (a ConicSheet may be)")
+
+    def sheet(self) -> ConicSheet:
+        """The conic as an open surface, without the flat end."""
+        return ConicSheet(self.radius_of_curvature, self.conic_constant, self.aperture, motion=self.motion)
+
+    @property
+    def wall(self) -> ConicWall:
+        """The conic in its own frame."""
+        return conic_wall(self)
+
+    def tree(self) -> Cell:
+        wall, r = self.wall, self.aperture / 2
+        conic, *cut = wall.bowl().faces
+        sense = 1 if self.radius_of_curvature > 0 else -1
+        end = Face(axial_plane(sense, wall.rim), 1, cartesian_uv((r, 0, 0), (0, r, 0)))
+        return Cell((conic, end, *cut))
+
+    def support(self, direction: Vector) -> float:
+        return self.wall.support(direction, hollow=True)
+
+
+@dataclass(frozen=True)
+class ConicSheet(PrimitiveSheet):
+    """z = c r² / (1 + sqrt(1 - (1 + k) c² r²)), hole / 2 <= r <= aperture / 2: a thin mirror or an ideal surface.
+
+    c is 1 / `radius_of_curvature`, 0 for an infinite one: a flat ring; k is `conic_constant`, `aperture` the diameter
+    of the rim and `hole` that of a round hole about the vertex. The normal points to the side of negative z, whence
+    light comes. Parts of it, off the axis or not round: ``sheet & solid``, ``sheet - solid``.
+    Face 0. uv: (angle / 360, height from vertex to rim in [0, 1]); on a flat one (x, y) / (aperture / 2).
+    """
+
+    radius_of_curvature: float
+    conic_constant: float = 0.0
+    aperture: float = 1.0
+    hole: float = 0.0
+
+    def __post_init__(self) -> None:
+        check_conic(self)
+        object.__setattr__(self, "hole", check_nonnegative("ConicSheet", "hole", self.hole))
+        if not self.hole < self.aperture:
+            raise ValueError(f"ConicSheet: hole must be below aperture = {self.aperture:g}, got {self.hole:g}")
+
+    @property
+    def wall(self) -> ConicWall:
+        """The conic in its own frame."""
+        return conic_wall(self)
+
+    def sheet(self, motion: Motion) -> SurfaceSheet:
+        wall, side = self.wall, -1
+        if wall.is_plane:
+            clip = ring_clip(self.hole / 2, self.aperture / 2, motion)
+        else:
+            sense = 1 if self.radius_of_curvature > 0 else -1
+            side = sense  # the gradient at the vertex points against the centre
+            planes = [axial_plane(sense, wall.rim), *(face.surface for face in wall.bowl().faces[1:])]
+            if self.hole > 0:
+                planes.append(axial_plane(-sense, wall.sag(self.hole / 2)))
+            clip = Cell(tuple(Face(surface.moved(motion), 0) for surface in planes))
+        return SurfaceSheet(wall.surface.moved(motion), clip, side, uv=transform_uv(wall.uv, motion))
+
+    def support(self, direction: Vector) -> float:
+        return self.wall.support(direction, hollow=True, hole=self.hole / 2)
+
+
+def check_conic(shape: Conic | ConicSheet) -> None:
+    """Check the three numbers of a conic."""
+    owner = type(shape).__name__
+    object.__setattr__(
+        shape, "radius_of_curvature", check_radius(owner, "radius_of_curvature", shape.radius_of_curvature)
+    )
+    object.__setattr__(shape, "conic_constant", check_number(owner, "conic_constant", shape.conic_constant))
+    object.__setattr__(shape, "aperture", check_positive(owner, "aperture", shape.aperture))
+    check_reach(
+        owner, "aperture", shape.radius_of_curvature, shape.conic_constant, shape.aperture,
+        "radius_of_curvature and conic_constant give",
+    )  # fmt: skip
+
+
+def conic_wall(shape: Conic | ConicSheet) -> ConicWall:
+    """The wall of a conic with its vertex at the origin."""
+    r = shape.aperture / 2
+    return ConicWall(shape.radius_of_curvature, shape.conic_constant, 0.0, r, r)
+
+
+def ring_clip(inner: float, outer: float, motion: Motion) -> Tree:
+    """Within `outer` of the axis and not within `inner`."""
+    around = Cell((Face(round_tube(outer).moved(motion), 0),))
+    return All((around, Not(Cell((Face(round_tube(inner).moved(motion), 0),))))) if inner > 0 else around
+
+
+# The stop: a flat ring with a round opening.
+
+
+@dataclass(frozen=True)
+class Stop(PrimitiveSheet):
+    """z = 0, aperture / 2 <= r <= diameter / 2: a thin screen with an opening of the diameter `aperture`.
+
+    The normal is that of `ConicSheet`, towards negative z. Light is stopped by whatever opaque material the body has.
+    Face 0. uv: (x, y) / (diameter / 2).
+    """
+
+    aperture: float
+    diameter: float
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "aperture", check_positive("Stop", "aperture", self.aperture))
+        object.__setattr__(self, "diameter", check_positive("Stop", "diameter", self.diameter))
+        if not self.aperture < self.diameter:
+            raise ValueError(f"Stop: aperture must be below diameter = {self.diameter:g}, got {self.aperture:g}")
+
+    def sheet(self, motion: Motion) -> SurfaceSheet:
+        r = self.diameter / 2
+        uv = transform_uv(cartesian_uv((r, 0, 0), (0, r, 0)), motion)
+        return SurfaceSheet(axial_plane(1, 0.0).moved(motion), ring_clip(self.aperture / 2, r, motion), -1, uv=uv)
+
+    def support(self, direction: Vector) -> float:
+        return self.diameter / 2 * hypot(direction[0], direction[1])

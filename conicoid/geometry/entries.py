@@ -1,0 +1,320 @@
+"""What a scene is made of, as a user hands it over: bodies and a camera."""
+
+from __future__ import annotations
+
+import dataclasses
+import operator
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NoReturn, SupportsIndex, TypeAlias
+
+import numpy as np
+
+from .._util.arrays import FloatArray
+from .._util.hints import describe_names
+from .._util.validation import describe_kind, format_value
+from .body import Body
+from .bulk import Bulk, Spheres
+from .instances import InstanceList
+from .instances_edited import EditedInstances, InstanceOrigins, collect_instances
+from .shape import Shape, Solid
+from .tracks import BodyTrack
+
+if TYPE_CHECKING:
+    from ..prepare.prepared_scene import PreparedScene
+
+_SUGGESTED = 1000
+"""Bodies of many whose names are looked at for what may have been meant."""
+
+
+class Entries(tuple[Body, ...]):
+    """The entries of a scene: a tuple that does not take numbers of answers for its own where they differ.
+
+    -1 is a miss and not the last entry, as in `scene[-1]`; slices are those of any tuple. NumPy's integers are
+    `hits.body` and the like: beside a `Spheres` most bodies have other numbers than their entries, and these are
+    refused. The IndexError says what is meant instead.
+    """
+
+    __slots__ = ()
+
+    def __getitem__(self, index: Any) -> Any:
+        if isinstance(index, slice) or (type(index) is int and index >= 0):
+            return super().__getitem__(index)
+        if isinstance(index, np.ndarray) and index.ndim:
+            told = "hits.name and hits.material are those of all at once, scene.body(number) is the body of one"
+            raise TypeError(f"Scene: bodies[...] takes one integer, got an array of {index.size}; {told}")
+        if isinstance(index, str):
+            raise TypeError(f"Scene: bodies[...] takes an integer, got {format_value(index)}; scene[name] has names")
+        number = as_index(index)
+        if number is None or (number >= 0 and not any(isinstance(body.shape, Bulk) for body in self[:number])):
+            return super().__getitem__(index)
+        if number < 0:
+            told = (
+                f"-1 stands for a miss; the last entry is bodies[{len(self) - 1}]" if self else "there are no entries"
+            )
+            raise IndexError(f"Scene: bodies[...] takes an integer >= 0, got {number}; {told}")
+        told = "scene.body(number) is the body of a number, bodies[int(index)] an entry"
+        raise IndexError(f"Scene: bodies[{number}]: bodies and entries are counted differently; {told}")
+
+    if not TYPE_CHECKING:  # else checkers would let entries be set
+
+        def __setitem__(self, index: Any, item: Any) -> NoReturn:
+            raise TypeError("Scene: bodies are read-only, scene.replace(which, shape or Body) is another scene")
+
+        def __delitem__(self, index: Any) -> NoReturn:
+            raise TypeError("Scene: bodies are read-only, scene.without(which) is a scene with fewer")
+
+    def index(self, item: Any, start: SupportsIndex = 0, stop: SupportsIndex = 2**62) -> int:
+        """The place of an entry, a `Body`, or of the one of a name."""
+        return find_entry(self, item) if isinstance(item, str) else super().index(item, start, stop)
+
+    def __getattr__(self, name: str) -> Any:
+        hint = ""
+        if name in ("append", "extend", "insert", "remove", "pop", "clear"):
+            hint = ": a scene does not change, co.Scene([*scene.bodies, another]) is one of more"
+        elif any(body.name == name for body in self):
+            hint = f": scene[{name!r}] is the one of that name"
+        raise AttributeError(f"the entries of a scene have no {name[:80]!r}{hint}")
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Entries, (tuple(self),)
+
+
+Bodies: TypeAlias = Entries | InstanceList
+
+
+def as_bodies(items: Any, owner: str = "Scene") -> Bodies:
+    """Shapes and bodies as bodies; one alone stands for a list of it.
+
+    Raises TypeError for anything else, with its index.
+    """
+    if isinstance(items, Entries | InstanceList):
+        return items
+    if isinstance(items, (Shape, Body)):
+        items = (items,)
+    if isinstance(items, (str, bytes, Mapping)) or not isinstance(items, Iterable) or hasattr(items, "bodies"):
+        hint = ": its entries are scene.bodies" if hasattr(items, "bodies") else ""
+        hint = "; names go to bodies, Body(shape, material, name)" if isinstance(items, Mapping) else hint
+        hint = "; co.load(path) reads a scene file" if isinstance(items, str) else hint
+        raise TypeError(
+            f"{owner}: items must be a list of shapes and Bodies, or one of them, got {describe_kind(items)}{hint}"
+        )
+    bodies = Entries(_as_body(i, item, owner) for i, item in enumerate(items))
+    return collect_instances(bodies) or bodies
+
+
+def refuse_same_names(bodies: Sequence[Body]) -> None:
+    """ValueError where two bodies have one name."""
+    if isinstance(bodies, InstanceList):
+        repeated = bodies.repeated_name() if isinstance(bodies, EditedInstances) else None
+        if repeated is not None:
+            name, first, second = repeated
+            raise ValueError(f"Scene: bodies[{first}] and bodies[{second}] are both named {format_value(name)}")
+        return
+    known = [body.name for body in bodies if body.name is not None]
+    if len(set(known)) == len(known):
+        return
+    names: dict[str, int] = {}
+    for i, body in enumerate(bodies):
+        if body.name is not None and names.setdefault(body.name, i) != i:
+            raise ValueError(
+                f"Scene: bodies[{names[body.name]}] and bodies[{i}] are both named {format_value(body.name)}"
+            )
+
+
+def refuse_unknown_tracks(bodies: Bodies, animation: tuple[Any, ...]) -> None:
+    """KeyError for a track of a body that there is not."""
+    for i, track in enumerate(animation):
+        if isinstance(track, BodyTrack):
+            try:
+                find_entry(bodies, track.body)
+            except KeyError as error:
+                raise KeyError(f"Scene: animation[{i}]: {error.args[0]}") from None
+
+
+def boxes_of(bodies: Bodies, prepared: PreparedScene | None) -> FloatArray:
+    """Boxes around bodies, (n, 6) low and high: around each, or around all that are one another moved.
+
+    Those of a prepared scene are at hand, and the same to the bit but for bulk balls, where they are an ulp wider.
+    """
+    if isinstance(bodies, InstanceList):
+        boxes = bodies.boxes
+    elif prepared is None or any(isinstance(body.shape, Spheres) for body in bodies):
+        boxes = [body.shape.bounds for body in bodies]
+    else:
+        return prepared.lowered.boxes
+    return np.array(boxes, np.float64).reshape(-1, 6)
+
+
+def refuse_second(lights: Any) -> None:
+    """TypeError for a second shape or body, which stands where lights do."""
+    if isinstance(lights, (Shape, Body)):
+        raise TypeError(
+            f"Scene: items must be in one list, Scene([first, second]), got {describe_kind(lights)} as lights"
+        )
+
+
+def _as_body(index: int, item: Any, owner: str) -> Body:
+    if isinstance(item, Body):
+        return item
+    if isinstance(item, Shape):
+        return Body(item)
+    hint = ""
+    if isinstance(item, tuple) and any(isinstance(part, Shape) for part in item):
+        hint = "; Body(shape, material, name) is one"
+    elif hasattr(item, "bodies") or isinstance(item, list):
+        hint = f"; {'a scene has these in .bodies: ' if hasattr(item, 'bodies') else ''}[*a, *b] is one list of two"
+    raise TypeError(f"{owner}: items[{index}] must be a shape or a Body, got {describe_kind(item)}{hint}")
+
+
+def find_entry(bodies: Sequence[Body], name: str) -> int:
+    """The entry of a name; a KeyError that lists the names where there is none."""
+    if isinstance(bodies, InstanceList):
+        number = bodies.number(name)
+        if number is not None:
+            return number
+        bodies = bodies[:_SUGGESTED]
+    for entry, body in enumerate(bodies):
+        if body.name == name:
+            return entry
+    known = [body.name for body in bodies if body.name]
+    raise KeyError(f"no body named {format_value(name)}; {describe_names(name, 'named bodies', known)}")
+
+
+def as_index(number: Any) -> int | None:
+    """One integer, NumPy's too; None for anything else."""
+    try:
+        return None if isinstance(number, bool) else operator.index(number)
+    except TypeError:
+        return None
+
+
+def find_body(firsts: Any, number: Any, called: str = "body: number") -> tuple[int, int]:
+    """(entry, which of its bodies) of a body's number, which messages call so; firsts: see `first_numbers`."""
+    index = as_index(number)
+    if index is None:
+        hint = "; hits.name and hits.material take all at once"
+        if isinstance(number, str):
+            hint = "; scene[name] is the entry of a name"
+        raise TypeError(f"{called} must be one integer, got {format_value(number)}{hint}")
+    if not 0 <= index < firsts[-1]:
+        miss = "; -1 stands for a miss" if index == -1 else ""
+        raise IndexError(f"{called} must be at least 0 and below {firsts[-1]}, got {format_value(index)}{miss}")
+    entry = int(np.searchsorted(firsts, index, side="right")) - 1
+    return entry, index - int(firsts[entry])
+
+
+def one_entry(bodies: Bodies, firsts: Callable[[], Any], which: Any, owner: str, field: str = "which") -> int:
+    """The entry of a name, or of the number of its body; firsts() are the `first_numbers` of the bodies."""
+    if isinstance(which, str):
+        try:
+            return find_entry(bodies, which)
+        except KeyError as error:
+            if field != "before":
+                raise
+            told = "before says what the items come before; a material is their own, Body(shape, material)"
+            raise KeyError(f"{error.args[0]}; {told}") from None
+    if as_index(which) is None:
+        raise TypeError(
+            f"{owner}: {field} must be the name of an entry or the number of its body, got {format_value(which)}"
+        )
+    entry = find_body(firsts(), which, f"{owner}: {field} number" if field == "which" else f"{owner}: {field}")[0]
+    shape = bodies[entry].shape
+    if isinstance(shape, Bulk):
+        one = "ball" if isinstance(shape, Spheres) else "body"
+        raise ValueError(f"{owner}: body {which} is one {one} of an entry of {len(shape):,}; name the entry instead")
+    return entry
+
+
+def exchange_entry(
+    bodies: Bodies, firsts: Callable[[], Any], which: Any, item: Any, labels: Mapping[str, Any]
+) -> tuple[int, Body, Body]:
+    """One entry, that of a name or of a body's number: its place, it, and what takes its place.
+
+    `labels`: a material, a name.
+    """
+    if isinstance(which, Shape | Body):
+        raise TypeError(
+            f"replace: which entry comes first, its name or number: replace(name, shape), got {describe_kind(which)}"
+        )
+    if isinstance(which, str):
+        find_entry(bodies, which)
+    if not isinstance(item, (Shape, Body)) and not (item is None and labels):
+        hint = "" if labels else "; material= and name= change these alone"
+        raise TypeError(f"replace: item must be a shape or a Body, got {describe_kind(item)}{hint}")
+    entry = one_entry(bodies, firsts, which, "replace")
+    old = bodies[entry]
+    new = old if item is None else item if isinstance(item, Body) else dataclasses.replace(old, shape=item)
+    changes = {"name": new.name or old.name, **labels}
+    return entry, old, dataclasses.replace(new, **changes)
+
+
+def replace_entry(bodies: Bodies, entry: int, old: Body, body: Body) -> Bodies:
+    """The entries of a scene with another one for one of them, which is `old`."""
+    if isinstance(bodies, InstanceList):
+        made = InstanceOrigins.of(bodies).with_body(entry, old, body).bodies()
+        if made is not None:
+            return made
+    return Entries((*bodies[:entry], body, *bodies[entry + 1 :]))
+
+
+def insert_entries(bodies: Bodies, place: int, items: Sequence[Body]) -> Bodies:
+    """The entries of a scene with more of them before one."""
+    if isinstance(bodies, InstanceList):
+        made = InstanceOrigins.of(bodies).with_more(place, items).bodies()
+        if made is not None:
+            return made
+    return Entries((*bodies[:place], *items, *bodies[place:]))
+
+
+def remove_entries(bodies: Bodies, gone: set[int]) -> Bodies:
+    """The entries of a scene without some of them."""
+    if isinstance(bodies, InstanceList):
+        made = InstanceOrigins.of(bodies).without(sorted(gone)).bodies()
+        if made is not None:
+            return made
+    return Entries(body for number, body in enumerate(bodies) if number not in gone)
+
+
+def share_equal_bodies(old: Bodies, new: Bodies) -> Bodies:
+    """New bodies, for which equal ones of an old scene stand: the first and the last, and what is in the same place."""
+    if isinstance(old, InstanceList) or isinstance(new, InstanceList):
+        return new
+    least = min(len(old), len(new))
+    front = next((k for k in range(least) if old[k] != new[k]), least)
+    ends = old[::-1], new[::-1]
+    back = next((k for k in range(least - front) if ends[0][k] != ends[1][k]), least - front)
+    middle = new[front : len(new) - back]
+    if len(old) == len(new):
+        beside = old[front : len(old) - back]
+        middle = tuple(before if before == after else after for before, after in zip(beside, middle, strict=True))
+    return Entries((*old[:front], *middle, *old[len(old) - back :]))
+
+
+def apply_motion(shape: Shape, motion: Any) -> Shape:
+    """A shape moved as `Scene.moved` is told; a TypeError for what is no motion."""
+    if callable(motion):
+        moved = motion(shape)
+        if not isinstance(moved, Shape):
+            raise TypeError(f"moved: motion must return a shape, got {describe_kind(moved)}")
+        return moved
+    if np.shape(motion) == (4, 4):
+        return shape.transform(motion)
+    if np.shape(motion) != (3,):
+        raise TypeError(f"moved: motion must be 3 numbers, a matrix (4, 4) or a function, got {format_value(motion)}")
+    return shape.translate(motion)
+
+
+def as_camera(camera: Any) -> Any:
+    """A Camera, an OrthographicCamera, or None for one that fits; a TypeError otherwise."""
+    if camera is None:
+        return None
+    from ..render.camera import as_camera as checked
+
+    return checked("Scene", camera)
+
+
+def as_domain(domain: Any) -> Solid | None:
+    """A solid, or None; a TypeError otherwise."""
+    if domain is not None and not isinstance(domain, Solid):
+        raise TypeError(f"Scene: domain must be a solid or None, got {describe_kind(domain)}")
+    return domain

@@ -1,0 +1,275 @@
+"""Surfaces as polynomials with integer coefficients, and what is left of them on a ray or at a point."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cmp_to_key
+from typing import Any
+
+from ..numerics import bigfloat_linalg as ex
+from ..numerics.quadratic_roots import ZERO, IntegerQuadratic, Root, compare_roots, exact_real_roots, is_certain, sign
+from ..numerics.rational_linalg import dot
+from .surface import PlaneSurface, QuadricSurface, Surface
+
+Numbers = tuple[int, int, int, int, int, int, int, int, int, int]
+
+_RATIO = 1024
+"""Bits of the fractions that are looked for in what was cut (`simplest_ratio`)."""
+
+
+def integers(values: Sequence[Fraction]) -> list[int]:
+    """Numbers in the same ratios, by a positive factor."""
+    common = math.lcm(*(v.denominator for v in values))
+    return [v.numerator * (common // v.denominator) for v in values]
+
+
+@dataclass(frozen=True)
+class IntegerLine:
+    """(origin + t direction) / unit, in integers."""
+
+    origin: tuple[int, ...]
+    direction: tuple[int, ...]
+    unit: int
+
+
+def integer_line(origin: Sequence[float], direction: Sequence[float]) -> IntegerLine:
+    """A ray of floats."""
+    numbers = [Fraction(float(x)) for x in (*origin, *direction)]
+    common = math.lcm(*(n.denominator for n in numbers))
+    whole = [n.numerator * (common // n.denominator) for n in numbers]
+    return IntegerLine(tuple(whole[:3]), tuple(whole[3:]), common)
+
+
+@dataclass(frozen=True)
+class IntegerForm:
+    """xx X² + yy Y² + zz Z² + 2 xy XY + 2 xz XZ + 2 yz YZ + 2 x X + 2 y Y + 2 z Z + one: <= 0 inside.
+
+    Of what is irrational on paper each coefficient is known but for the one in `off`.
+    """
+
+    coefficients: Numbers
+    off: Numbers | None = None
+
+    @property
+    def is_flat(self) -> bool:
+        return not any(self.coefficients[:6])
+
+    def along(self, line: IntegerLine) -> IntegerQuadratic:
+        """On a ray, times a positive number; each coefficient is 0 unless it is surely not."""
+        values = _along(self.coefficients, line)
+        if self.off is None:
+            return IntegerQuadratic(*values)
+        off = _along(self.off, IntegerLine(_sizes(line.origin), _sizes(line.direction), line.unit))
+        kept = [(v, o) if is_certain(v, o) else (0, 0) for v, o in zip(values, off, strict=True)]
+        (a, off_a), (b, off_b), (c, off_c) = kept
+        return IntegerQuadratic(a, b, c, (off_a, off_b, off_c))
+
+    def at(self, line: IntegerLine) -> int:
+        """At the origin of a ray, times a positive number."""
+        return self.along(line).c
+
+
+def _sizes(values: Sequence[int]) -> tuple[int, ...]:
+    return tuple(map(abs, values))
+
+
+def _along(form: Numbers, line: IntegerLine) -> tuple[int, int, int]:
+    """a, b, c of a t² + 2 b t + c"""
+    xx, yy, zz, xy, xz, yz, x, y, z, one = form
+    (ox, oy, oz), (dx, dy, dz), unit = line.origin, line.direction, line.unit
+    # Half the gradient, without its constant part, along the direction and at the origin
+    ux, uy, uz = xx * dx + xy * dy + xz * dz, xy * dx + yy * dy + yz * dz, xz * dx + yz * dy + zz * dz
+    px, py, pz = xx * ox + xy * oy + xz * oz, xy * ox + yy * oy + yz * oz, xz * ox + yz * oy + zz * oz
+    a = ux * dx + uy * dy + uz * dz
+    b = ux * ox + uy * oy + uz * oz + (x * dx + y * dy + z * dz) * unit
+    c = px * ox + py * oy + pz * oz + (2 * (x * ox + y * oy + z * oz) + one * unit) * unit
+    return a, b, c
+
+
+def surface_form(surface: Surface) -> IntegerForm:
+    """A surface as its record in the table of surfaces has it: a plane's normal leads with a positive number."""
+    if isinstance(surface, PlaneSurface):
+        turned = -1 if next(float(n) for n in surface.normal if float(n)) < 0 else 1
+        numbers = [0] * 6 + [turned * n for n in surface.normal] + [-2 * turned * surface.offset]
+        return _form_of_coefficients(numbers)
+    if any(map(ex.is_rounded, _surface_numbers(surface))):
+        return _form_of_coefficients([ex.cancelling_sum(terms) for terms in surface.terms()])
+    return _quadric_form(surface)
+
+
+def ball_form(center: Sequence[float], radius: float) -> IntegerForm:
+    """A ball of floats."""
+    x, y, z = map(Fraction, center)
+    return _integer_form([1, 1, 1, 0, 0, 0, -x, -y, -z, x * x + y * y + z * z - Fraction(radius) ** 2])
+
+
+def _surface_numbers(surface: QuadricSurface) -> list[Any]:
+    rows = [w for row in surface.rows for w in row]
+    return [*surface.squares, *surface.linear, surface.constant, *surface.anchor, *rows]
+
+
+def _integer_form(coefficients: Sequence[int | Fraction]) -> IntegerForm:
+    return IntegerForm(_ten_numbers(integers([Fraction(c) for c in coefficients])))
+
+
+def _form_of_coefficients(coefficients: Sequence[Any]) -> IntegerForm:
+    """From ten numbers: exact where they are fractions, or in the ratios of fractions, else with what was cut."""
+    if not any(map(ex.is_rounded, coefficients)):
+        return _integer_form([ex.fraction(c) for c in coefficients])
+    numbers = [ex.exact(c) for c in coefficients]
+    largest = max(numbers, key=abs)
+    ratios = [Fraction(1) if n is largest else _ratio(n, largest) for n in numbers]
+    if None not in ratios:
+        sign = 1 if largest > 0 else -1
+        return _integer_form([sign * ratio for ratio in ratios if ratio is not None])
+    least = min(n.exponent for n in numbers)
+    return IntegerForm(
+        _ten_numbers([n.mantissa << (n.exponent - least) for n in numbers]),
+        _ten_numbers([n.off << (n.exponent - least) for n in numbers]),
+    )
+
+
+def _ratio(number: ex.Exact, other: ex.Exact) -> Fraction | None:
+    """number / other where that is a fraction; None where it is none, or a long one."""
+    if not number.mantissa and not number.off:
+        return Fraction(0)
+    return ex.simplest_ratio(number / other, _RATIO)
+
+
+def _quadric_form(surface: QuadricSurface) -> IntegerForm:
+    rows = [[ex.fraction(w) for w in row] for row in surface.rows]
+    squares, linear = [ex.fraction(s) for s in surface.squares], [ex.fraction(b) for b in surface.linear]
+    anchor = [ex.fraction(q) for q in surface.anchor]
+    shift = [-dot(row, anchor) for row in rows]
+    second = [
+        sum((squares[k] * rows[k][i] * rows[k][j] for k in range(3)), Fraction(0))
+        for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
+    ]
+    first = [sum(((squares[k] * shift[k] + linear[k]) * rows[k][i] for k in range(3)), Fraction(0)) for i in range(3)]
+    one = sum(((squares[k] * shift[k] + 2 * linear[k]) * shift[k] for k in range(3)), -ex.fraction(surface.constant))
+    return _integer_form([*second, *first, one])
+
+
+def _ten_numbers(values: Sequence[int]) -> Numbers:
+    a, b, c, d, e, f, x, y, z, w = values
+    return a, b, c, d, e, f, x, y, z, w
+
+
+# The crossings of one ray with some surfaces, in order, decided exactly.
+
+RayPlace = Root | float  # a root, or an infinity
+
+
+@dataclass(frozen=True)
+class CrossingVerdict:
+    """What a surface does to a ray: does it cross; the sign of a, of a rate or of the value all along; where."""
+
+    crosses: bool
+    sense: int
+    low: RayPlace = 0.0
+    high: RayPlace = 0.0
+
+
+def decide_crossing(form: IntegerForm, line: IntegerLine, starts: bool) -> CrossingVerdict:
+    """The verdict on a surface; of the one that a ray starts on, the root nearest to t = 0 comes out as 0."""
+    q = form.along(line)
+    if form.is_flat:
+        return _decide_plane(sign(q.b), sign(q.c), starts, exact_real_roots(q))
+    found = exact_real_roots(q)
+    if not found:
+        return CrossingVerdict(False, sign(q.a) or sign(q.c))
+    if len(found) == 1:
+        here = ZERO if starts else found[0]
+        return CrossingVerdict(True, 0, here, math.inf) if q.b < 0 else CrossingVerdict(True, 0, -math.inf, here)
+    low, high = found
+    if starts:
+        # low + high = -2 b / a
+        if q.b == 0:
+            return CrossingVerdict(False, sign(q.a))
+        low, high = (ZERO, high) if (q.b < 0) == (q.a > 0) else (low, ZERO)
+    return CrossingVerdict(True, sign(q.a), low, high)
+
+
+def _decide_plane(rate: int, height: int, starts: bool, found: Sequence[Root]) -> CrossingVerdict:
+    if rate == 0:
+        return CrossingVerdict(False, 0 if starts else height)
+    here = ZERO if starts else found[0]
+    return CrossingVerdict(True, rate, here, here)
+
+
+def exact_ranks(places: Sequence[RayPlace]) -> list[float]:
+    """The rank of each place along a ray: equal for equal ones, 0 for the first, which is the ray's origin.
+
+    Places are told apart by floats around them first: hundreds of surfaces that a ray meets in one point are one place.
+    """
+    one: dict[Any, RayPlace] = {}
+    distinct = [one.setdefault(_place_name(place), place) for place in places]
+    order = sorted(one.values(), key=_least)
+    rank: dict[int, float] = {}
+    begin, so_far = 0, 0.0
+    while begin < len(order):
+        end, most = begin + 1, _most(order[begin])
+        while end < len(order) and _least(order[end]) <= most:
+            most = max(most, _most(order[end]))
+            end += 1
+        near = sorted(order[begin:end], key=cmp_to_key(_compare))
+        for k, place in enumerate(near):
+            so_far += 1.0 if k == 0 or _compare(near[k - 1], place) != 0 else 0.0
+            rank[id(place)] = so_far
+        begin = end
+    zero = rank[id(distinct[0])]
+    return [rank[id(place)] - zero for place in distinct]
+
+
+def _place_name(place: RayPlace) -> Any:
+    """The same for places that are known to be one."""
+    if isinstance(place, float):
+        return place
+    return id(place) if place.name is None else place.name
+
+
+def _least(place: RayPlace) -> float:
+    return place if isinstance(place, float) else place.ends[0]
+
+
+def _most(place: RayPlace) -> float:
+    return place if isinstance(place, float) else place.ends[1]
+
+
+def _compare(x: RayPlace, y: RayPlace) -> int:
+    if isinstance(x, float) or isinstance(y, float):
+        a, b = (value if isinstance(value, float) else 0.0 for value in (x, y))
+        return (a > b) - (a < b)
+    return compare_roots(x, y)
+
+
+# Exact arithmetic for the few rays that error bounds leave open: integers of any length, no rounding at all.
+
+
+# Is a ray inside a closed loop of points? Even-odd, as in kernels/surface/polygon_loop.py, in exact arithmetic.
+
+
+def is_inside_loop(corners: Sequence[ex.Row], origin: Sequence[float], direction: Sequence[float]) -> bool:
+    """`corners` of three exact numbers each. What cannot be told from zero is zero."""
+    sizes = [abs(d) for d in direction]
+    axis = 2 if sizes[2] >= max(sizes[0], sizes[1]) else (0 if sizes[0] >= sizes[1] else 1)
+    first, second = ((1, 2), (2, 0), (0, 1))[axis]
+    o, d = ex.exact_row(origin), ex.exact_row(direction)
+    seen = [
+        tuple(
+            ex.dot((d[axis], -d[axis], -d[k], d[k]), (p[k], o[k], p[axis], o[axis]))
+            for k in (first, second)
+        )
+        for p in map(ex.exact_row, corners)
+    ]  # fmt: skip
+    odd = False
+    ua, va = seen[-1]
+    for ub, vb in seen:
+        if (va < 0) != (vb < 0):
+            side = ex.dot((ua, -ub), (vb, va))
+            odd ^= side > 0 if vb > va else side < 0
+        ua, va = ub, vb
+    return odd

@@ -1,0 +1,119 @@
+"""The general quadric."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+from .._util.arrays import BoxEnds, Matrix4, Vector
+from .._util.validation import check_matrix4
+from ..numerics import bigfloat_linalg as ex
+from .bounds.quadric_extent import dual_support, quadric_bounds
+from .bounds.support import along_normal, half_space_bounds, plane_through, plane_uv
+from .cell import UV, Cell, Face, transform_uv
+from .quadric_classification import Classification, classify, principal_quadric
+from .quadric_coefficients import Symmetric, check_coefficients, matrix_of_coefficients, symmetric_part
+from .shape import PrimitiveSolid
+from .surface import PlaneSurface, Surface
+from .transform import Motion, Translate
+
+
+@dataclass(frozen=True)
+class Quadric(PrimitiveSolid):
+    """(x, y, z, 1) Q (x, y, z, 1)ᵀ <= 0, by its `matrix` or by named `coefficients`.
+
+    Of the matrix the symmetric part counts. Coefficients are xx, yy, zz, xy, yz, xz, x, y, z, constant;
+    missing ones are 0, and xy multiplies x·y once. Without second-order terms it is a half-space. Pairs of
+    planes, lines, points, all of space and nothing are legal; a constant alone is not.
+
+    Face 0. uv: (angle of (x, y) / 360, z) about the center or, of paraboloids and cylinders, a point of the
+    axis; of a half-space, the coordinates that `HalfSpace` has.
+    Sources: the ray tracing notes (general quadric and its normal) and the Clemson notes (symmetric matrix).
+    """
+
+    matrix: Matrix4 | None = None
+    coefficients: dict[str, float] | None = None
+
+    def __post_init__(self) -> None:
+        if (self.matrix is None) == (self.coefficients is None):
+            found = "neither" if self.matrix is None else "both"
+            raise ValueError(f"Quadric: exactly one of matrix and coefficients must be given, got {found}")
+        if isinstance(self.matrix, Mapping):
+            raise ValueError(
+                "Quadric: matrix must be 4 x 4 numbers, got a mapping; Quadric(coefficients={...}) takes it"
+            )
+        if self.matrix is not None:
+            object.__setattr__(self, "matrix", check_matrix4("Quadric", "matrix", self.matrix))
+        else:
+            object.__setattr__(self, "coefficients", check_coefficients("Quadric", self.coefficients))
+        q = self.symmetric
+        if not any(q[i][j] for i in range(3) for j in range(4)):
+            field = "matrix" if self.matrix is not None else "coefficients"
+            raise ValueError(f"Quadric: {field} must hold more than a constant, got {float(q[3][3])} alone")
+
+    @property
+    def symmetric(self) -> Symmetric:
+        """Q, exact."""
+        if self.matrix is not None:
+            return symmetric_part(self.matrix)
+        return matrix_of_coefficients(self.coefficients or {})
+
+    @cached_property
+    def surface(self) -> Surface:
+        """The quadric about its principal axes, or the plane that it is without second-order terms."""
+        q = self.symmetric
+        if any(q[i][j] for i in range(3) for j in range(3)):
+            return principal_quadric(q)
+        return plane_through((2 * q[0][3], 2 * q[1][3], 2 * q[2][3]), -q[3][3])
+
+    @cached_property
+    def classification(self) -> Classification:
+        """Which quadric it is, exactly, with its center, axes and semi-axes as it stands in the world."""
+        return classify(self.symmetric, self.motion)
+
+    @property
+    def _outside(self) -> Surface:
+        """The same surface with the other side inside."""
+        surface = self.surface
+        if isinstance(surface, PlaneSurface):
+            x, y, z = surface.normal
+            return dataclasses.replace(surface, normal=(-x, -y, -z), offset=-surface.offset)
+        (a, b, c), (x, y, z) = surface.squares, surface.linear
+        return dataclasses.replace(surface, squares=(-a, -b, -c), linear=(-x, -y, -z), constant=-surface.constant)
+
+    def tree(self) -> Cell:
+        return Cell((Face(self.surface, 0, self._uv()),))
+
+    def _uv(self) -> UV:
+        if isinstance(self.surface, PlaneSurface):
+            return plane_uv(self.surface)
+        x, y, z = (float(c) for c in self.surface.anchor)
+        upright = UV(True, ((1, 0, 0, 0), (0, 1, 0, 0), (0, 0, 1, 0)))
+        return transform_uv(upright, Motion((Translate((x, y, z)),)))
+
+    def support(self, direction: Vector) -> float:
+        surface = self.surface
+        if isinstance(surface, PlaneSurface):
+            x, y, z = (float(c) for c in surface.normal)
+            multiple = along_normal((x, y, z), direction)
+            return math.inf if multiple is None or multiple < 0 else float(multiple * surface.offset)
+        u = ex.exact_row(direction)
+        rows = ex.exact_row(surface.rows[0]), ex.exact_row(surface.rows[1]), ex.exact_row(surface.rows[2])
+        # u·x = (W u)·y + u·anchor, the rows of W being orthonormal
+        reach = dual_support(surface, ex.apply(rows, u))
+        return float(reach) if isinstance(reach, float) else float(ex.dot(u, ex.exact_row(surface.anchor), reach))
+
+    def bounds_under(self, outer: Motion) -> BoxEnds:
+        """The dual quadric in 3000 bits, rounded outward; infinite exactly where it is."""
+        return _surface_bounds(self.surface.moved(self.under(outer)))
+
+    def outside_bounds_under(self, outer: Motion) -> BoxEnds:
+        """Bounds of f >= 0."""
+        return _surface_bounds(self._outside.moved(self.under(outer)))
+
+
+def _surface_bounds(surface: Surface) -> BoxEnds:
+    return half_space_bounds(surface, above=False) if isinstance(surface, PlaneSurface) else quadric_bounds(surface)

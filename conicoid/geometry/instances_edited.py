@@ -1,0 +1,265 @@
+"""Bodies of which most are others moved, after an edit: some of those of another list, and others among them.
+
+What the list that they come from knows stays there, so an edit costs a number for each body and what is new.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from .body import Body
+from .bulk import Bulk
+from .instances import InstanceList, Ints, Shift, ShiftTable, group_by_kind, has_instances, instance_origin
+from .transform import IDENTITY_MOTION, Motion
+
+MIN_INSTANCES = 24
+"""Bodies of a list for which it is worth it to say whose they are."""
+MAX_EXPANDED_BODIES = 50_000
+"""Bodies of a list that is written out, at some milliseconds each, where many bodies in one entry come to it."""
+
+
+@dataclass(frozen=True)
+class InstanceOrigins:
+    """Whose bodies those of a list are."""
+
+    base: InstanceList
+    numbers: Ints  # (bodies,) the number in the base; -1 - k: number k of its own
+    own: tuple[Body, ...]
+    labelled: Mapping[int, Body]
+    """By numbers in the base: bodies that have another name or material, and the shape that is there."""
+
+    @classmethod
+    def of(cls, bodies: InstanceList) -> InstanceOrigins:
+        """Those of any list of repeated bodies."""
+        if isinstance(bodies, EditedInstances):
+            return bodies.origins
+        return cls(bodies, np.arange(len(bodies), dtype=np.int32), (), {})
+
+    def with_body(self, entry: int, old: Body, new: Body) -> InstanceOrigins:
+        """With another body for one of the list, which is `old`."""
+        number = int(self.numbers[entry])
+        if number < 0:
+            own = list(self.own)
+            own[-1 - number] = new
+            return replace(self, own=tuple(own))
+        if new.shape is not old.shape:
+            return self.without([entry]).with_more(entry, [new])
+        labelled = {**self.labelled, number: new}
+        was = self.base[number]
+        if (new.name, new.material) == (was.name, was.material):
+            del labelled[number]
+        return replace(self, labelled=labelled)
+
+    def with_more(self, place: int, bodies: Sequence[Body]) -> InstanceOrigins:
+        """With more bodies before a place in the list."""
+        first = -1 - len(self.own)
+        more = np.arange(first, first - len(bodies), -1, dtype=np.int32)
+        numbers = np.concatenate([self.numbers[:place], more, self.numbers[place:]])
+        return replace(self, numbers=numbers, own=(*self.own, *bodies))
+
+    def without(self, entries: Iterable[int]) -> InstanceOrigins:
+        """Without some bodies of the list."""
+        places = list(entries)
+        gone, numbers = self.numbers[places], np.delete(self.numbers, places)
+        labelled = {number: self.labelled[number] for number in self.labelled.keys() - set(gone.tolist())}
+        stay = np.ones(len(self.own), bool)
+        stay[-1 - gone[gone < 0]] = False
+        place = np.cumsum(stay, dtype=np.int32) - np.int32(1)
+        mine = numbers < 0
+        numbers[mine] = -1 - place[-1 - numbers[mine]]
+        own = tuple(body for body, stays in zip(self.own, stay.tolist(), strict=True) if stays)
+        return InstanceOrigins(self.base, numbers, own, labelled)
+
+    def bodies(self) -> InstanceList | None:
+        """The list; None where it has entries that are many bodies, as each of this list has one number.
+
+        Raises ValueError where writing it out instead would take too long.
+        """
+        many = next((body.shape for body in self.own if isinstance(body.shape, Bulk)), None)
+        if many is not None:
+            imported = int((self.numbers >= 0).sum())
+            if imported > MAX_EXPANDED_BODIES:
+                kind = type(many).__name__
+                raise ValueError(
+                    f"Scene: a {kind} cannot come to {imported:,} bodies of an imported model, as they would "
+                    f"all be written out for it, over {MAX_EXPANDED_BODIES:,}; add its bodies as single ones: "
+                    f"scene.added([many.single(k) for k in range(len(many))]), many being the {kind}"
+                )
+            return None
+        if not self.labelled and np.array_equal(self.numbers, np.arange(len(self.base), dtype=np.int32)):
+            return self.base
+        return EditedInstances(self)
+
+
+class EditedInstances(InstanceList):
+    """The bodies of an edited scene. Their kinds are those of the base; then one for each body of its own.
+
+    Their looks are these, and then one for each body that is called otherwise.
+    """
+
+    def __init__(self, origins: InstanceOrigins) -> None:
+        base, numbers, own = origins.base, origins.numbers, origins.own
+        self.origins, self._first_own = origins, len(base.materials)
+        of_base = np.flatnonzero(numbers >= 0)
+        there = numbers[of_base]
+        kinds, index = self._first_own - 1 - numbers, np.zeros((3, len(numbers)), np.int32)
+        kinds[of_base], index[:, of_base] = base.kinds[there], base.shifts.index[:, there]
+        looks = kinds.copy()
+        looks[of_base] = base.looks[there]
+        if origins.labelled:
+            labels = np.full(len(base), -1, np.int32)
+            labels[list(origins.labelled)] = np.arange(len(origins.labelled)) + self._first_own + len(own)
+            looks[of_base] = np.where(labels[there] < 0, looks[of_base], labels[there])
+        others = (body.material for body in (*own, *origins.labelled.values()))
+        super().__init__(kinds, ShiftTable(base.shifts.values, index), [*base.materials, *others])
+        self.looks, self.alone = looks, base.alone
+
+    @cached_property
+    def seen(self) -> list[Ints]:
+        """The numbers of the bodies of each material, rising."""
+        return group_by_kind(self.looks)
+
+    def made(self, kind: int, shift: Shift) -> Any:
+        """The shape of a kind at a place; one of its own stands where it stands."""
+        if kind < self._first_own:
+            return self.origins.base.made(kind, shift)
+        return self.origins.own[kind - self._first_own].shape
+
+    def motion(self, kind: int) -> Motion:
+        """`Repeated.motion`"""
+        return self.origins.base.motion(kind) if kind < self._first_own else IDENTITY_MOTION
+
+    def before(self, kind: int, shift: Shift) -> Any:
+        """`Repeated.before`"""
+        return self.origins.base.before(kind, shift) if kind < self._first_own else self.made(kind, shift)
+
+    def shape(self, number: int) -> Any:
+        """The shape of a body: that of the list that it comes from is the same object."""
+        source = int(self.origins.numbers[number])
+        return self.origins.base.shape(source) if source >= 0 else self.origins.own[-1 - source].shape
+
+    def name(self, number: int) -> Any:
+        """What a body is called; None for one of its own without a name."""
+        source = int(self.origins.numbers[number])
+        if source < 0:
+            return self.origins.own[-1 - source].name
+        labelled = self.origins.labelled.get(source)
+        return self.origins.base.name(source) if labelled is None else labelled.name
+
+    def number(self, name: str) -> int | None:
+        """The body of a name."""
+        return next(self._numbers_of(name), None)
+
+    def _numbers_of(self, name: str) -> Iterator[int]:
+        """All bodies of a name."""
+        for source in self._sources_of(name):
+            yield from np.flatnonzero(self.origins.numbers == source).tolist()
+
+    @cached_property
+    def _sources(self) -> dict[str | None, list[int]]:
+        """Of bodies of its own, and of those that are called otherwise: whose name is whose."""
+        found: dict[str | None, list[int]] = {}
+        own = ((-1 - k, body) for k, body in enumerate(self.origins.own))
+        for source, body in (*own, *self.origins.labelled.items()):
+            found.setdefault(body.name, []).append(source)
+        return found
+
+    def _sources_of(self, name: str) -> list[int]:
+        """All of a name, whether or not they are there still."""
+        known = self.origins.base.number(name)
+        of_base = [] if known is None or known in self.origins.labelled else [known]
+        return [*self._sources.get(name, ()), *of_base]
+
+    def repeated_name(self) -> tuple[str, int, int] | None:
+        """A name that two bodies have, and their numbers; None where there is none."""
+        numbers = self.origins.numbers
+        there = np.zeros(len(self.origins.base), bool)
+        there[numbers[numbers >= 0]] = True
+        for name in self._sources:
+            if name is not None and sum(source < 0 or bool(there[source]) for source in self._sources_of(name)) > 1:
+                first, second, *_ = sorted(self._numbers_of(name))
+                return name, first, second
+        return None
+
+    def index(self, value: Any, start: int = 0, stop: int = 2**62) -> int:
+        """`Repeated.index`; a body without a name is found too."""
+        if isinstance(value, Body) and value.name is None:
+            sources = [source for source in self._sources.get(None, ()) if self._of(source) == value]
+            places = np.flatnonzero(np.isin(self.origins.numbers, sources))
+            places = places[(places >= start) & (places < stop)]
+            if len(places):
+                return int(places[0])
+        return super().index(value, start, stop)
+
+    def _of(self, source: int) -> Body:
+        """The body of a number in `Origins.numbers`."""
+        if source < 0:
+            return self.origins.own[-1 - source]
+        return self.origins.labelled.get(source) or self.origins.base[source]
+
+    def is_rigid(self, kind: int) -> bool:
+        """Have all shapes of a kind the same structure?"""
+        return kind < self._first_own and self.origins.base.is_rigid(kind)
+
+    @cached_property
+    def solid(self) -> tuple[bool, ...]:
+        """Of each material: do solids have it?"""
+        own = (not body.shape.is_sheet for body in self.origins.own)
+        return (*self.origins.base.solid, *own, *(True for _ in self.origins.labelled))
+
+    def has_shapes_of(self, other: Sequence[Body]) -> bool:
+        """Has another list the same shapes in the same places?"""
+        if not isinstance(other, InstanceList):
+            return False
+        mine, its = self.origins, InstanceOrigins.of(other)
+        return (
+            mine.base is its.base
+            and np.array_equal(mine.numbers, its.numbers)
+            and all(a.shape is b.shape for a, b in zip(mine.own, its.own, strict=True))
+        )
+
+    def _body(self, number: int) -> Body:
+        return self._of(int(self.origins.numbers[number]))
+
+
+def collect_instances(bodies: Sequence[Body]) -> InstanceList | None:
+    """A list of which half and more come from one of repeated bodies, each at most once, as one of these; or None.
+
+    So `co.Scene([body for body in scene.bodies if ...])` costs what `scene.without` does.
+    """
+    if not has_instances(bodies):
+        return None
+    owned = [instance_origin(body) for body in bodies]
+    counts: dict[int, tuple[int, InstanceList]] = {}
+    for each in owned:
+        if each is not None:
+            counts[id(each[0])] = counts.get(id(each[0]), (0, None))[0] + 1, each[0]
+    count, base = max(counts.values(), key=lambda each: each[0], default=(0, None))
+    if base is None or count < MIN_INSTANCES or 2 * count < len(bodies):
+        return None
+    own: list[Body] = []
+    numbers = np.empty(len(bodies), np.int32)
+    for place, (body, each) in enumerate(zip(bodies, owned, strict=True)):
+        if each is not None and each[0] is base:
+            numbers[place] = each[1]
+        else:
+            own.append(body)
+            numbers[place] = -len(own)
+    taken = numbers[numbers >= 0]
+    if len(np.unique(taken)) < len(taken):
+        return None
+    return InstanceOrigins(base, numbers, tuple(own), {}).bodies()
+
+
+def have_same_shapes(old: Sequence[Body], new: Sequence[Body]) -> bool:
+    """Have two lists, one of them of repeated bodies, the same shapes in the same places?"""
+    if old is new:
+        return True
+    if isinstance(new, EditedInstances):
+        return new.has_shapes_of(old)
+    return isinstance(old, EditedInstances) and old.has_shapes_of(new)

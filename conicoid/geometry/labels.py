@@ -1,0 +1,194 @@
+"""Names and materials by body number: a number for each entry of a scene's list, one for each body of many in one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .._util.pickling import pickle_state
+from ..materials.color import amount_rgb
+from .body import Body
+from .bulk import Bulk
+
+
+def count_bodies(body: Body) -> int:
+    """How many body numbers an entry takes."""
+    return len(body.shape) if isinstance(body.shape, Bulk) else 1
+
+
+def material_of(body: Body, index: int) -> Any:
+    """The material of one of the bodies of an entry."""
+    return body.material if body.materials is None else body.materials[body.material_index[index]]
+
+
+def distinct_materials(bodies: Iterable[Body]) -> tuple[Any, ...]:
+    """The different materials, in the order of the first body of each; None is that of bodies without."""
+    found: dict[Any, None] = {}
+    for body in bodies:
+        if body.materials is None:
+            found[body.material] = None
+        else:
+            used, first = np.unique(body.material_index, return_index=True)
+            found.update((body.materials[place], None) for place in used[np.argsort(first)].tolist())
+    return tuple(found)
+
+
+def material_table(bodies: Sequence[Body], item_of: Any) -> tuple[list[Any], list[bool], Any]:
+    """(materials, is it of a sheet for each, the place of each body's among them); item_of: the entry of each body."""
+    materials, sheets, place_of = [body.material for body in bodies], [body.shape.is_sheet for body in bodies], item_of
+    for entry, body in enumerate(bodies):
+        if body.materials is not None:
+            if place_of is item_of:
+                place_of = item_of.copy()
+            place_of[item_of == entry] = len(materials) + body.material_index
+            materials += body.materials
+            sheets += [body.shape.is_sheet] * len(body.materials)
+    return materials, sheets, place_of
+
+
+def is_clear(material: Any) -> bool:
+    """Does light go through what is made of a material? None is that of bodies without."""
+    return material is not None and max(amount_rgb(material.transparency)) > 0
+
+
+def format_count(count: int, one: str, many: str) -> str:
+    """A number with its noun."""
+    return f"{count:,} {one if count == 1 else many}"
+
+
+def format_bytes(count: int) -> str:
+    """A number of bytes for people: 12.3 MB."""
+    value, unit = float(count), "bytes"
+    for unit in ("bytes", "kB", "MB", "GB"):
+        if value < 1000 or unit == "GB":
+            break
+        value /= 1000
+    return f"{value:.3g} {unit}"
+
+
+def first_numbers(bodies: Sequence[Body]) -> npt.NDArray[np.int64]:
+    """The first body number of each entry, and last how many there are."""
+    if not any(issubclass(kind, Bulk) for kind in {type(body.shape) for body in bodies}):
+        return np.arange(len(bodies) + 1, dtype=np.int64)
+    return np.cumsum([0, *map(count_bodies, bodies)], dtype=np.int64)
+
+
+def single_body(body: Body, index: int) -> Body:
+    """One of many bodies in an entry as a body, with its material and the entry's name; any other entry itself."""
+    shape = body.shape
+    if not isinstance(shape, Bulk):
+        return body
+    return Body(shape.single(index), material_of(body, index), body.name)
+
+
+@dataclass(frozen=True)
+class Labels:
+    """What bodies are called and made of. Entry k has the numbers from firsts[k] on, up to the next entry's.
+
+    Of many bodies in one entry, those that follow one another and have one material count as an entry here.
+    """
+
+    firsts: npt.NDArray[np.int64]
+    names: tuple[str | None, ...]
+    materials: tuple[Any, ...]
+    solid: tuple[bool, ...]
+
+    def __getstate__(self) -> dict[str, Any]:
+        return pickle_state(self)
+
+    @classmethod
+    def of(cls, bodies: Sequence[Body]) -> Labels:
+        """Of all entries of a scene."""
+        firsts = first_numbers(bodies)[:-1]
+        names, materials = tuple(body.name for body in bodies), tuple(body.material for body in bodies)
+        solid = tuple(not body.shape.is_sheet for body in bodies)
+        if all(body.materials is None for body in bodies):
+            return cls(firsts, names, materials, solid)
+        runs = [_material_runs(body) for body in bodies]
+        counts = [len(begins) for begins, _ in runs]
+        every = np.concatenate([first + begins for first, (begins, _) in zip(firsts, runs, strict=True)])
+        return cls(
+            every,
+            tuple(name for name, count in zip(names, counts, strict=True) for _ in range(count)),
+            tuple(each for _, made_of in runs for each in made_of),
+            tuple(each for each, count in zip(solid, counts, strict=True) for _ in range(count)),
+        )
+
+    def of_only(self, numbers: Any) -> Labels:
+        """Of those entries alone that some numbers belong to."""
+        rows = np.unique(self._rows(np.unique(numbers)))
+        rows = rows[rows >= 0].tolist()
+        names, materials = tuple(self.names[row] for row in rows), tuple(self.materials[row] for row in rows)
+        return Labels(self.firsts[rows], names, materials, tuple(self.solid[row] for row in rows))
+
+    def _rows(self, numbers: Any) -> Any:
+        """The entry of each number, -1 for -1."""
+        return np.where(numbers < 0, -1, np.searchsorted(self.firsts, numbers, side="right") - 1)
+
+    def names_of(self, numbers: Any) -> Any:
+        """Objects of the numbers' shape: the name, or None for a body without and for -1."""
+        return self._names[self._rows(numbers)]
+
+    def materials_of(self, numbers: Any) -> Any:
+        """Objects of the numbers' shape: the material, or None for a body without and for -1."""
+        return self._materials[self._rows(numbers)]
+
+    def kinds(self, count: int) -> npt.NDArray[np.int8]:
+        """Of so many bodies: 0 for those that are opaque, 1 for transparent solids, 2 for transparent sheets."""
+        known: dict[int, bool] = {}
+        for material in self.materials:
+            if id(material) not in known:  # which is quicker than comparing
+                known[id(material)] = is_clear(material)
+        rows = [known[id(m)] * (1 if solid else 2) for m, solid in zip(self.materials, self.solid, strict=True)]
+        return np.repeat(np.array(rows, np.int8), np.diff([*self.firsts, count]))
+
+    @cached_property
+    def distinct(self) -> tuple[tuple[Any, bool], ...]:
+        """The different materials in the order of their first bodies, and whether any solid has them."""
+        solids = {id(material): material for material, solid in zip(self.materials, self.solid, strict=True) if solid}
+        of_solids = set(solids.values())
+        different = dict.fromkeys({id(material): material for material in self.materials}.values())
+        return tuple((material, material in of_solids) for material in different)
+
+    def columns_of(self, numbers: Any, materials: Sequence[Any]) -> Any:
+        """The place among some materials, which hold them all, of the material of each number's body."""
+        places = {material: place for place, material in enumerate(materials)}
+        by_identity: dict[int, int] = {}
+        for material in self.materials:
+            if id(material) not in by_identity:  # which is quicker than comparing
+                by_identity[id(material)] = places[material]
+        table = np.array([by_identity[id(material)] for material in self.materials], np.int64)
+        return table[self._rows(numbers)]
+
+    @cached_property
+    def _names(self) -> Any:
+        return _object_table(self.names)
+
+    @cached_property
+    def _materials(self) -> Any:
+        return _object_table(self.materials)
+
+
+def _material_runs(body: Body) -> tuple[npt.NDArray[np.int64], Sequence[Any]]:
+    """Where bodies of an entry begin that have one material, and these."""
+    index = body.material_index
+    if body.materials is None or not len(index):
+        return np.zeros(1, np.int64), [body.material]
+    begins = np.flatnonzero(np.concatenate([[True], index[1:] != index[:-1]]))
+    return begins, [body.materials[place] for place in index[begins].tolist()]
+
+
+def _object_table(values: Sequence[Any]) -> Any:
+    """An array of objects, None in its last row."""
+    table = np.empty(len(values) + 1, object)
+    for row, value in enumerate(values):
+        table[row] = value
+    return table
+
+
+NO_LABELS = Labels.of(())

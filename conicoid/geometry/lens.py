@@ -1,0 +1,321 @@
+"""The lens and the mirror on a substrate: turned about z, between two walls that are conics or planes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from .._util.arrays import Vector
+from .._util.hints import frozen_with_hints, with_method_hints
+from .._util.validation import check_nonnegative, check_number, check_positive, describe_kind, format_value
+from ..materials.material import Material
+from ..materials.presets import glass
+from ..numerics import bigfloat_linalg as ex
+from ..numerics.portable_math import is_finite
+from .body import Body
+from .cell import All, Cell, Face, Not, Tree, cylindrical_uv
+from .conic import ConicWall, check_radius, check_reach, conic_reaches, round_tube
+from .shape import PrimitiveSolid
+
+
+@dataclass(frozen=True)
+class Lens(PrimitiveSolid):
+    """front(r) <= z <= thickness + back(r), r <= diameter / 2: two conics with their vertices on the z axis.
+
+    Each is z = c r² / (1 + sqrt(1 - (1 + k) c² r²)), c = 1 / R. `front_radius` and `back_radius` are the radii of
+    curvature R, over 0 where the centre lies on the side of z = +infinity, so that 50 and -50 make a biconvex lens;
+    infinity is a plane. `front_conic` and `back_conic` are the conic constants k, `thickness` that on the axis,
+    `diameter` that of the edge. `front_aperture` and `back_aperture`, where given, are diameters beyond which the
+    face goes on as a flat ring. Faces that cross within the edge are refused.
+    Faces: 0 front, 1 back, 2 edge, 3 ring around the front, 4 ring around the back.
+    uv: (angle / 360, height from vertex to rim in [0, 1]) on the conics and on the edge, (x, y) / (diameter / 2) on
+    what is flat.
+    """
+
+    front_radius: float
+    back_radius: float
+    thickness: float
+    diameter: float
+    front_conic: float = 0.0
+    back_conic: float = 0.0
+    front_aperture: float | None = None
+    back_aperture: float | None = None
+
+    def __post_init__(self) -> None:
+        for side in ("front", "back"):
+            _check_side(self, side)
+        object.__setattr__(self, "thickness", check_positive("Lens", "thickness", self.thickness))
+        _check_glass(self)
+
+    @property
+    def front(self) -> ConicWall:
+        """The wall at z = 0."""
+        semi = (self.front_aperture or self.diameter) / 2
+        return ConicWall(self.front_radius, self.front_conic, 0.0, semi, self.diameter / 2, 0, 3, 5)
+
+    @property
+    def back(self) -> ConicWall:
+        """The wall at z = thickness."""
+        semi = (self.back_aperture or self.diameter) / 2
+        return ConicWall(self.back_radius, self.back_conic, self.thickness, semi, self.diameter / 2, 1, 4, 5)
+
+    def tree(self) -> Tree:
+        return tree_between_walls(self.front, self.back, 0.0)
+
+    def support(self, direction: Vector) -> float:
+        front = self.front.support(direction, hollow=self.front_radius > 0)
+        return max(front, self.back.support(direction, hollow=self.back_radius < 0))
+
+
+@dataclass(frozen=True)
+class Mirror(PrimitiveSolid):
+    """A mirror with its substrate: from z = c r² / (1 + sqrt(1 - (1 + k) c² r²)) to the plane z = thickness.
+
+    c is 1 / `radius_of_curvature`: with light along +z, a mirror of a negative radius collects it. k is
+    `conic_constant`. A `thickness` below 0 puts the substrate on the other side, for light along -z.
+    hole / 2 <= r <= diameter / 2. A substrate that the conic goes through is refused.
+    Faces: 0 the mirror, 1 back, 2 edge, 3 wall of the hole. uv: (angle / 360, height from vertex to rim in [0, 1]) on
+    the conic, the edge and the hole, (x, y) / (diameter / 2) on what is flat.
+    """
+
+    radius_of_curvature: float
+    conic_constant: float = 0.0
+    diameter: float = 1.0
+    thickness: float = 0.1
+    hole: float = 0.0
+
+    def __post_init__(self) -> None:
+        radius = check_radius("Mirror", "radius_of_curvature", self.radius_of_curvature)
+        object.__setattr__(self, "radius_of_curvature", radius)
+        object.__setattr__(self, "conic_constant", check_number("Mirror", "conic_constant", self.conic_constant))
+        object.__setattr__(self, "diameter", check_positive("Mirror", "diameter", self.diameter))
+        object.__setattr__(self, "thickness", check_number("Mirror", "thickness", self.thickness))
+        object.__setattr__(self, "hole", check_nonnegative("Mirror", "hole", self.hole))
+        names = "radius_of_curvature and conic_constant give"
+        check_reach("Mirror", "diameter", radius, self.conic_constant, self.diameter, names)
+        if not self.hole < self.diameter:
+            raise ValueError(f"Mirror: hole must be below diameter = {self.diameter:g}, got {self.hole:g}")
+        _check_substrate(self)
+
+    @property
+    def front(self) -> ConicWall:
+        """The mirror, its vertex at the origin."""
+        r = self.diameter / 2
+        return ConicWall(self.radius_of_curvature, self.conic_constant, 0.0, r, r, 0, 4, 4)
+
+    @property
+    def back(self) -> ConicWall:
+        """The plane behind it."""
+        r = self.diameter / 2
+        return ConicWall(math.inf, 0.0, self.thickness, r, r, 1, 4, 4)
+
+    def tree(self) -> Tree:
+        walls = (self.front, self.back)
+        low, high = walls if self.thickness > 0 else walls[::-1]
+        return tree_between_walls(low, high, self.hole / 2)
+
+    def support(self, direction: Vector) -> float:
+        hollow = (self.radius_of_curvature > 0) == (self.thickness > 0)
+        back = self.back.support(direction, hollow=False)
+        return max(back, self.front.support(direction, hollow=hollow, hole=self.hole / 2))
+
+
+def tree_between_walls(low: ConicWall, high: ConicWall, hole: float) -> Tree:
+    """What lies above one wall and below another, within their edge and not within a hole."""
+    lows, low_planes = low.sides(above=True, reach=_highest(high))
+    highs, high_planes = high.sides(above=False, reach=_lowest(low))
+    bottom, top = ex.rounded(low.rim), ex.rounded(high.rim)
+    heights = cylindrical_uv(bottom, top) if bottom < top else cylindrical_uv(0.0, 1.0)
+    edge = Cell(
+        (Face(round_tube(low.edge), 2, heights), *sorted((*low_planes, *high_planes), key=lambda face: face.number))
+    )
+    holes = [Not(Cell((Face(round_tube(hole), 3, heights),)))] if hole > 0 else []
+    return All((*lows, *highs, edge, *holes))
+
+
+def _highest(wall: ConicWall) -> ex.Exact:
+    """The greatest height of a wall."""
+    vertex, rim = ex.exact(wall.vertex), wall.rim
+    return rim if rim - vertex > 0 else vertex
+
+
+def _lowest(wall: ConicWall) -> ex.Exact:
+    """The least height of a wall."""
+    vertex, rim = ex.exact(wall.vertex), wall.rim
+    return rim if rim - vertex < 0 else vertex
+
+
+def _check_side(lens: Any, side: str) -> None:
+    """Check one face, as a number, and that it reaches the edge or its aperture."""
+    radius, conic, aperture = f"{side}_radius", f"{side}_conic", f"{side}_aperture"
+    object.__setattr__(lens, radius, check_radius("Lens", radius, getattr(lens, radius)))
+    object.__setattr__(lens, conic, check_number("Lens", conic, getattr(lens, conic)))
+    object.__setattr__(lens, "diameter", check_positive("Lens", "diameter", lens.diameter))
+    width, field = lens.diameter, "diameter"
+    if (given := getattr(lens, aperture)) is not None:
+        field, width = aperture, check_positive("Lens", aperture, given)
+        object.__setattr__(lens, aperture, width)
+        if width > lens.diameter:
+            raise ValueError(f"Lens: {aperture} must not be over diameter = {lens.diameter:g}, got {width:g}")
+    bent = getattr(lens, radius), getattr(lens, conic)
+    less = "" if given is not None else f" ({aperture} may be less)"
+    check_reach("Lens", field, *bent, width, f"{radius} and {conic} give{less}")
+
+
+def _check_glass(lens: Lens) -> None:
+    """Refuse faces that cross. Glass is thinnest on the axis, at an aperture, at the edge, or where slopes agree."""
+    for distance in _stations(lens.front, lens.back):
+        left = _height(lens.back, distance) - _height(lens.front, distance)
+        if left < 0:
+            told = "thickness, diameter, front_radius, back_radius and the conics front_conic and back_conic, within"
+            raise ValueError(
+                f"Lens: {told} front_aperture and back_aperture, must leave glass everywhere: "
+                f"at {distance:.6g} from the axis the faces have crossed by {-ex.rounded(left):.6g}"
+            )
+
+
+def _check_substrate(mirror: Mirror) -> None:
+    """Refuse a back that the conic reaches, and no substrate at all."""
+    rim = mirror.front.rim
+    left = ex.exact(mirror.thickness) - rim if mirror.thickness > 0 else rim - ex.exact(mirror.thickness)
+    if mirror.thickness == 0 or left < 0:
+        told = "beyond the rim, which radius_of_curvature, conic_constant and diameter put at"
+        raise ValueError(
+            f"Mirror: thickness must not be 0, and lie {told} z = {ex.rounded(rim):.6g}, "
+            f"got {format_value(mirror.thickness)}"
+        )
+
+
+def _height(wall: ConicWall, distance: float) -> ex.Exact:
+    return ex.exact(wall.vertex) + wall.sag(min(distance, wall.semi))
+
+
+def _stations(a: ConicWall, b: ConicWall) -> list[float]:
+    """The distances at which two walls may be nearest to each other.
+
+    Slopes r / sqrt(R² - (1 + k) r²) of the same sign agree where R₁² - (1 + k₁) r² = R₂² - (1 + k₂) r².
+    """
+    found = [0.0, a.semi, b.semi, a.edge]
+    if not (a.is_plane or b.is_plane) and a.conic != b.conic:
+        square = (Fraction(a.radius) ** 2 - Fraction(b.radius) ** 2) / (Fraction(a.conic) - Fraction(b.conic))
+        if 0 < square < Fraction(min(a.semi, b.semi)) ** 2:
+            distance = math.sqrt(square)
+            found += [d for d in (distance,) if is_finite(d) and conic_reaches(a.radius, a.conic, d)]
+    return found
+
+
+# Cemented lenses: elements of one axis that share their walls.
+
+
+@frozen_with_hints
+@with_method_hints
+@dataclass(frozen=True)
+class LensGroup:
+    """Elements cemented to each other: ``co.Scene([*group])`` has each of them as a body.
+
+    radii: (n + 1,) radii of curvature, first to last, as of `Lens`; infinity is a plane.
+    thicknesses: (n,) on the axis. diameter: of the edge, that of all elements.
+    materials: (n,) materials, or refractive indices of glasses, or their names such as "N-BK7".
+    conics: (n + 1,) conic constants, all 0 where left out. names: (n,) names of the bodies, or None.
+
+    The wall between two elements is one surface of the scene: both say it by the same numbers, from the same vertex.
+    So there is no gap and no overlap, and a ray that starts on it does not meet it again, whichever glass it goes into.
+    The first vertex lies at the origin, the axis is z. Raises ValueError where an element would be none (see `Lens`).
+    """
+
+    radii: Sequence[float]
+    thicknesses: Sequence[float]
+    diameter: float
+    materials: Sequence[Any]
+    conics: Sequence[float] | None = None
+    names: Sequence[str] | None = None
+
+    def __post_init__(self) -> None:
+        thicknesses = _check_row("thicknesses", self.thicknesses, None)
+        n = len(thicknesses)
+        object.__setattr__(
+            self, "thicknesses", tuple(check_positive("LensGroup", "thicknesses", t) for t in thicknesses)
+        )
+        radii = _check_row("radii", self.radii, n + 1)
+        object.__setattr__(self, "radii", tuple(check_number("LensGroup", "radii", r, finite=False) for r in radii))
+        conics = (0.0,) * (n + 1) if self.conics is None else _check_row("conics", self.conics, n + 1)
+        object.__setattr__(self, "conics", tuple(check_number("LensGroup", "conics", k) for k in conics))
+        object.__setattr__(self, "diameter", check_positive("LensGroup", "diameter", self.diameter))
+        object.__setattr__(self, "materials", tuple(map(_material, _check_row("materials", self.materials, n))))
+        if self.names is not None:
+            names = _check_row("names", self.names, n)
+            if not all(isinstance(name, str) and name for name in names):
+                raise TypeError(f"LensGroup: names must be non-empty texts, got {format_value(self.names)}")
+            object.__setattr__(self, "names", names)
+        _ = self.bodies
+
+    def __len__(self) -> int:
+        return len(self.thicknesses)
+
+    def __iter__(self) -> Iterator[Body]:
+        return iter(self.bodies)
+
+    @property
+    def lenses(self) -> tuple[Lens, ...]:
+        """The elements, each where it stands."""
+        return tuple(body.shape for body in self.bodies)  # type: ignore[misc]
+
+    @cached_property
+    def bodies(self) -> tuple[Body, ...]:
+        """The elements with their materials, first to last."""
+        made = []
+        for i in range(len(self)):
+            (front, back), (first, second) = self.radii[i : i + 2], (self.conics or ())[i : i + 2]
+            try:
+                lens = Lens(front, back, self.thicknesses[i], self.diameter, first, second)
+            except ValueError as error:
+                raise ValueError(f"LensGroup: radii, thicknesses, diameter and conics: element {i}: {error}") from None
+            for thickness in self.thicknesses[:i]:
+                lens = lens.translate((0.0, 0.0, thickness))
+            made.append(Body(lens, self.materials[i], None if self.names is None else self.names[i]))
+        return tuple(made)
+
+
+def Doublet(
+    radii: Sequence[float],
+    thicknesses: Sequence[float],
+    diameter: float,
+    materials: Sequence[Any],
+    conics: Sequence[float] | None = None,
+    names: Sequence[str] | None = None,
+) -> LensGroup:
+    """A cemented doublet: a `LensGroup` of two elements.
+
+    radii: (3,) radii of curvature. thicknesses: (2,) on the axis. diameter: of the edge.
+    materials: (2,) materials, refractive indices or names of glasses. conics: (3,) conic constants. names: (2,) names.
+    Raises ValueError as `LensGroup` does.
+    """
+    if len(_check_row("thicknesses", thicknesses, None)) != 2:
+        raise ValueError(f"Doublet: thicknesses must be 2 numbers, got {format_value(thicknesses)}")
+    return LensGroup(radii, thicknesses, diameter, materials, conics, names)
+
+
+def _check_row(field: str, value: Any, count: int | None) -> tuple[Any, ...]:
+    """A sequence of so many entries, or of any number but none."""
+    if not isinstance(value, list | tuple | np.ndarray) or (isinstance(value, np.ndarray) and value.ndim != 1):
+        raise TypeError(f"LensGroup: {field} must be a list, got {describe_kind(value)}")
+    row = tuple(value)
+    if len(row) != (count or len(row)) or not row:
+        wanted = "1 or more entries" if count is None else f"{count} entries to go with thicknesses"
+        raise ValueError(f"LensGroup: {field} must be {wanted}, got {len(row)}")
+    return row
+
+
+def _material(value: Any) -> Material:
+    """A material; anything else is the refractive index of a glass, by a number, a name or a formula."""
+    if isinstance(value, Material):
+        return value
+    return glass(
+        value if isinstance(value, str) or callable(value) else check_positive("LensGroup", "materials", value)
+    )

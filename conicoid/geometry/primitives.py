@@ -1,0 +1,454 @@
+"""The ball."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from operator import sub
+from typing import Any
+
+from .._util.arrays import BoxEnds, Vector, VectorLike
+from .._util.validation import check_angle_range, check_nonnegative, check_number, check_positive, check_vector
+from ..numerics import bigfloat_linalg as ex
+from ..numerics.portable_math import hypot, negative_indicator, portable_max, sin_cos_degrees
+from .bounds.support import along_normal, half_space_bounds, plane_through, plane_uv, sum_up
+from .cell import NO_ROW, PLAIN_UV, UV, All, Any_, Cell, Face, Tree, cartesian_uv, component_row, cylindrical_uv
+from .shape import PrimitiveSolid
+from .surface import PlaneSurface, QuadricSurface
+from .transform import AxisFrame, Motion, Translate
+
+
+@dataclass(frozen=True)
+class Sphere(PrimitiveSolid):
+    """|x - center|² <= radius², `radius` > 0. Own frame: axes of the world about the center.
+
+    uv: (angle about z / 360, height from south to north pole in [0, 1]).  Face 0.
+    Source: the ray tracing notes, "ray and sphere".
+    """
+
+    radius: float = 1.0
+    center: VectorLike = (0.0, 0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "radius", check_positive("Sphere", "radius", self.radius))
+        object.__setattr__(self, "center", check_vector("Sphere", "center", self.center))
+
+    @property
+    def placement(self) -> Motion:
+        return Motion((Translate(self.center),))
+
+    def tree(self) -> Cell:
+        r = self.radius
+        surface = QuadricSurface(squares=(1.0, 1.0, 1.0), constant=_square_exact(r))
+        return Cell((Face(surface, 0, cylindrical_uv(-r, r)),))
+
+    def support(self, direction: Vector) -> float:
+        return self.radius * hypot(*direction)
+
+
+def _square_exact(x: float) -> object:
+    """x² without rounding."""
+    return ex.rational(x) ** 2
+
+
+# The box.
+
+_SIZE_NAMES = (
+    "size", "sizes", "half_size", "half_sizes", "extent", "extents", "half_extents", "dimensions", "edge", "edges",
+)  # fmt: skip
+"""What a box is given by elsewhere."""
+
+
+@dataclass(frozen=True)
+class Box(PrimitiveSolid):
+    """low <= (x, y, z) <= high, its edges along the axes.
+
+    Faces: 0 low x, 1 high x, 2 low y, 3 high y, 4 low z, 5 high z.
+    uv: the other two coordinates, in the order x, y, z, each scaled over the box to [0, 1].
+    Source: the ray tracing notes, "ray and box".
+    """
+
+    low: VectorLike = (-1.0, -1.0, -1.0)
+    high: VectorLike = (1.0, 1.0, 1.0)
+
+    def __post_init__(self) -> None:
+        low, high = check_vector("Box", "low", self.low), check_vector("Box", "high", self.high)
+        for i in range(3):
+            if not low[i] < high[i]:
+                raise ValueError(f"Box: high[{i}] must be > low[{i}] = {low[i]}, got {high[i]}")
+        object.__setattr__(self, "low", low)
+        object.__setattr__(self, "high", high)
+
+    @staticmethod
+    def _refused_call(args: Sequence[Any], keywords: Mapping[str, Any]) -> str:
+        """Why a call is not taken: a size, or one argument, which may be meant for a size or half of it."""
+        sized = [name for name in _SIZE_NAMES if name in keywords]
+        is_alone = len(args) == 1 and "high" not in keywords and args[0] is not None and not isinstance(args[0], str)
+        if not is_alone and not sized:
+            return ""
+        found = f"{sized[0]} alone" if sized else "one argument alone"
+        size = "of size (x, y, z) about the origin it is Box((-x/2, -y/2, -z/2), (x/2, y/2, z/2))"
+        return f"Box: a box is given by two corners, Box(low, high), got {found}; {size}"
+
+    def tree(self) -> Cell:
+        faces, edges = [], [b - a for a, b in zip(self.low, self.high, strict=True)]
+        rows = [component_row(_axis_row(i, edge), self.low) for i, edge in enumerate(edges)]
+        for i in range(3):
+            first, second = (row for k, row in enumerate(rows) if k != i)
+            up, uv = _axis_row(i, 1.0), UV(False, (first, second, NO_ROW))
+            faces.append(Face(PlaneSurface(_axis_row(i, -1.0), -self.low[i], self.low), 2 * i, uv))
+            faces.append(Face(PlaneSurface(up, self.high[i], self.high), 2 * i + 1, uv))
+        return Cell(tuple(faces))
+
+    def support(self, direction: Vector) -> float:
+        return sum_up(portable_max(u * a, u * b) for u, a, b in zip(direction, self.low, self.high, strict=True) if u)
+
+
+def _axis_row(index: int, length: float) -> Vector:
+    x, y, z = (length if i == index else 0.0 for i in range(3))
+    return x, y, z
+
+
+# The half-space.
+
+
+@dataclass(frozen=True)
+class HalfSpace(PrimitiveSolid):
+    """normal·x <= offset, as written: the normal is not rescaled.
+
+    Face 0. uv: Cartesian coordinates on the plane about the foot of the perpendicular from the origin;
+    u points to the coordinate axis that is least along the normal, v = normal × u.
+    Source: the ray tracing notes, "ray and plane".
+    """
+
+    normal: VectorLike
+    offset: float
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "normal", check_vector("HalfSpace", "normal", self.normal, nonzero=True))
+        object.__setattr__(self, "offset", check_number("HalfSpace", "offset", self.offset))
+
+    @property
+    def surface(self) -> PlaneSurface:
+        return plane_through(self.normal, self.offset)
+
+    def tree(self) -> Cell:
+        surface = self.surface
+        return Cell((Face(surface, 0, plane_uv(surface)),))
+
+    def support(self, direction: Vector) -> float:
+        multiple = along_normal(self.normal, direction)
+        return math.inf if multiple is None or multiple < 0 else float(multiple * self.offset)
+
+    def bounds_under(self, outer: Motion) -> BoxEnds:
+        """Finite along the normal, if that is an axis after the motion."""
+        return half_space_bounds(self.surface.moved(self.under(outer)), above=False)
+
+    def outside_bounds_under(self, outer: Motion) -> BoxEnds:
+        """The other side of the plane."""
+        return half_space_bounds(self.surface.moved(self.under(outer)), below=False)
+
+
+# The axis from start to end that cylinders and cones stand on.
+
+
+def check_axis(owner: str, start: Vector, end: Vector) -> None:
+    """Refuse ends that are equal."""
+    if start == end:
+        raise ValueError(f"{owner}: end must differ from start, got {end} for both")
+
+
+def axis_vector(start: Vector, end: Vector) -> ex.Row:
+    """end - start, exact."""
+    x, y, z = (ex.exact(b) - ex.exact(a) for a, b in zip(start, end, strict=True))
+    return x, y, z
+
+
+def axis_frame(start: Vector, end: Vector, reference: Vector | None) -> Motion:
+    """Own frame to world: origin at start, z towards end, x towards the reference (Sasaki 2021)."""
+    return Motion((AxisFrame(start, axis_vector(start, end), reference),))
+
+
+def axis_length(start: Vector, end: Vector) -> ex.Exact:
+    """|end - start| in 3000 bits."""
+    axis = axis_vector(start, end)
+    return ex.sqrt(ex.dot(axis, axis))
+
+
+# The curved side of a frustum about the z axis: a cylinder or a cone through two circles.
+
+
+def frustum_side(r0: Any, z0: Any, r1: Any, z1: Any) -> QuadricSurface:
+    """x² + y² = r² with r = r0 at z0 and r1 at z1, inside towards the axis; fractions or 3000-bit numbers.
+
+    A cone is kept about the end with the smaller radius r, as x² + y² - m² z² - 2 m r z - r² = 0: there all terms of
+    the radius have one sign, so that neither the nearly cylindrical nor the nearly pointed one loses digits. Which end
+    that is decides a factor of 0 or 1, and is no test: one recording serves both.
+    """
+    growth = r1 - r0
+    if not growth:
+        return QuadricSurface((1.0, 1.0, 0.0), constant=r0 * r0)
+    slope = growth / (z1 - z0)
+    shrinks = ex.rational(negative_indicator(growth))
+    r, z = ((1 - shrinks) * first + shrinks * second for first, second in ((r0, r1), (z0, z1)))
+    return QuadricSurface((1.0, 1.0, -slope * slope), (0.0, 0.0, -slope * r), r * r, anchor=(0.0, 0.0, z))
+
+
+# The closed cylinder and its wedge.
+
+
+@dataclass(frozen=True)
+class Cylinder(PrimitiveSolid):
+    """Closed circular cylinder between two points of its axis, any direction; a wedge with angles.
+
+    Own frame (Sasaki 2021): origin at `start`, z along the axis, x towards `reference` projected
+    across the axis: x² + y² <= radius², 0 <= z <= length, and the angle of (x, y), counter-clockwise
+    about start → end, from `start_angle` to `end_angle` (degrees, their difference, as float64, in (0, 360]).
+    Given angles need a reference; without angles x is the coordinate axis least along the axis.
+
+    Faces: 0 side, 1 start cap, 2 end cap, 3 wall at start_angle, 4 wall at end_angle (half a turn
+    has one plane for both walls: face 3). uv: (angle / 360, height in [0, 1]) on the side,
+    (x, y) / radius on the caps, (distance from the axis / radius, height in [0, 1]) on the walls.
+    Sources: Sasaki 2021 and the graphics textbook (CILIND).
+    """
+
+    start: VectorLike
+    end: VectorLike
+    radius: float
+    start_angle: float = 0.0
+    end_angle: float = 360.0
+    reference: VectorLike | None = None
+
+    def __post_init__(self) -> None:
+        owner = type(self).__name__
+        object.__setattr__(self, "start", check_vector(owner, "start", self.start))
+        object.__setattr__(self, "end", check_vector(owner, "end", self.end))
+        object.__setattr__(self, "radius", check_positive(owner, "radius", self.radius))
+        check_axis(owner, self.start, self.end)
+        check_angles(self, owner)
+
+    @property
+    def length(self) -> float:
+        return hypot(*map(sub, self.end, self.start))
+
+    @property
+    def placement(self) -> Motion:
+        return axis_frame(self.start, self.end, self.reference)
+
+    def tree(self) -> Tree:
+        faces = side_and_caps(self.radius, self.start, self.end)
+        walls = wedge_walls(self.start_angle, self.end_angle, self.radius, self.length)
+        return cut_wedge(faces, walls, self.end_angle - self.start_angle)
+
+    def support(self, direction: Vector) -> float:
+        across = arc_support(self.radius, self.start_angle, self.end_angle, direction)
+        if self.end_angle - self.start_angle < 360:
+            across = portable_max(0.0, across)
+        return sum_up((portable_max(0.0, direction[2] * self.length), across))
+
+
+def check_angles(shape: Any, owner: str) -> None:
+    """Check and normalise start_angle, end_angle and reference of a frozen shape."""
+    first, last = check_angle_range(owner, shape.start_angle, shape.end_angle)
+    reference = shape.reference
+    if reference is not None:
+        reference = check_vector(owner, "reference", reference)
+        axis, towards = axis_vector(shape.start, shape.end), axis_vector(shape.start, reference)
+        if not any(ex.cross(axis, towards)):
+            raise ValueError(f"{owner}: reference must lie off the axis, got {reference}")
+    elif last - first < 360:
+        two = first != 0 and last == 360 and hasattr(shape, "radius")
+        hint = "; of two radii it is a Cone(start, end, start_radius, end_radius)" if two else ""
+        raise ValueError(f"{owner}: reference must be given with angles: it is where angle 0 points{hint}")
+    object.__setattr__(shape, "start_angle", first)
+    object.__setattr__(shape, "end_angle", last)
+    object.__setattr__(shape, "reference", reference)
+
+
+def side_and_caps(radius: float, start: Vector, end: Vector) -> tuple[Face, Face, Face]:
+    length = axis_length(start, end)
+    side = QuadricSurface(squares=(1.0, 1.0, 0.0), constant=ex.rational(radius) ** 2)
+    cap_uv = cartesian_uv((radius, 0, 0), (0, radius, 0))
+    bottom = PlaneSurface((0.0, 0.0, -1.0), 0.0)
+    top = PlaneSurface((0.0, 0.0, 1.0), length, (0.0, 0.0, length))
+    return (
+        Face(side, 0, cylindrical_uv(0.0, ex.rounded(length))),
+        Face(bottom, 1, cap_uv),
+        Face(top, 2, cap_uv),
+    )
+
+
+def wedge_walls(start_angle: float, end_angle: float, radius: float, length: float) -> tuple[Face, ...]:
+    """The half-spaces of a wedge, faces 3 and 4; none for a full turn, one for half a turn."""
+    turn = end_angle - start_angle
+    if turn >= 360:
+        return ()
+    walls = []
+    for number_, angle, sense in ((3, start_angle, 1), (4, end_angle, -1)):
+        s, c = ex.sin_cos_degrees(angle)
+        uv = cartesian_uv((radius * ex.rounded(c), radius * ex.rounded(s), 0), (0, 0, length))
+        walls.append(Face(PlaneSurface((sense * s, -sense * c, ex.ZERO), ex.ZERO), number_, uv))
+    return tuple(walls[:1] if 180 <= turn <= 180 else walls)  # by its value, which may be one that moves
+
+
+def cut_wedge(faces: tuple[Face, ...], walls: tuple[Face, ...], turn: float, *more: Tree) -> Tree:
+    """A cell less what the walls of a wedge leave out, and in everything else that is given."""
+    parts = (Cell(faces + walls), *more) if turn <= 180 or not walls else (Cell(faces), union_of_walls(walls), *more)
+    return parts[0] if len(parts) == 1 else All(parts)
+
+
+def union_of_walls(walls: tuple[Face, ...]) -> Any_:
+    """Inside at least one of the walls: a wedge over 180°."""
+    return Any_(tuple(Cell((wall,)) for wall in walls))
+
+
+def arc_support(radius: float, start_angle: float, end_angle: float, direction: Vector) -> float:
+    """sup of u·p over a circular arc about the origin of the xy plane."""
+    x, y, _ = direction
+    if end_angle - start_angle == 360:
+        return radius * hypot(x, y)
+    (s, c), (t, d) = sin_cos_degrees(start_angle), sin_cos_degrees(end_angle)
+    after_start, before_end = c * y >= s * x, t * x >= d * y
+    if (after_start and before_end) if end_angle - start_angle <= 180 else (after_start or before_end):
+        return radius * hypot(x, y)
+    return portable_max(sum_up((radius * x * c, radius * y * s)), sum_up((radius * x * d, radius * y * t)))
+
+
+# The closed cone and frustum.
+
+
+@dataclass(frozen=True)
+class Cone(PrimitiveSolid):
+    """Closed circular cone or frustum between two points of its axis; equal radii make a cylinder; a wedge with angles.
+
+    Own frame: origin at `start`, z along the axis, x towards `reference` as for `Cylinder`:
+    x² + y² <= (r0 + m z)², 0 <= z <= h, with r0 = start_radius, r1 = end_radius, m = (r1 - r0) / h, and the
+    angle of (x, y) from `start_angle` to `end_angle`, in degrees, as for `Cylinder`: given angles need a reference.
+    Hollow ones are `Polycone`, or ``Cone - Cone``.
+
+    Faces: 0 side, 1 start cap, 2 end cap, 3 wall at start_angle, 4 wall at end_angle (half a turn has one plane for
+    both walls: face 3). A pointed end has no cap: its plane only selects the nappe.
+    uv: (angle / 360, height in [0, 1]) on the side, (x, y) / radius on the caps, (distance from the axis / the larger
+    radius, height in [0, 1]) on the walls.
+    Source: the graphics textbook (KONYS); Sasaki 2021 for the angles.
+    """
+
+    start: VectorLike
+    end: VectorLike
+    start_radius: float
+    end_radius: float
+    start_angle: float = 0.0
+    end_angle: float = 360.0
+    reference: VectorLike | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "start", check_vector("Cone", "start", self.start))
+        object.__setattr__(self, "end", check_vector("Cone", "end", self.end))
+        object.__setattr__(self, "start_radius", check_nonnegative("Cone", "start_radius", self.start_radius))
+        object.__setattr__(self, "end_radius", check_nonnegative("Cone", "end_radius", self.end_radius))
+        check_axis("Cone", self.start, self.end)
+        if self.start_radius == self.end_radius == 0:
+            raise ValueError("Cone: start_radius and end_radius must not both be 0, got 0.0 and 0.0")
+        check_angles(self, "Cone")
+
+    @property
+    def length(self) -> float:
+        return hypot(*map(sub, self.end, self.start))
+
+    @property
+    def placement(self) -> Motion:
+        return axis_frame(self.start, self.end, self.reference)
+
+    def tree(self) -> Tree:
+        height = axis_length(self.start, self.end)
+        side = frustum_side(ex.rational(self.start_radius), ex.ZERO, ex.rational(self.end_radius), height)
+        bottom = PlaneSurface((0.0, 0.0, -1.0), 0.0)
+        top = PlaneSurface((0.0, 0.0, 1.0), height, (0.0, 0.0, height))
+        faces = (
+            Face(side, 0, cylindrical_uv(0.0, ex.rounded(height))),
+            Face(bottom, 1, _cap_uv(self.start_radius)),
+            Face(top, 2, _cap_uv(self.end_radius)),
+        )
+        widest = portable_max(self.start_radius, self.end_radius)
+        walls = wedge_walls(self.start_angle, self.end_angle, widest, self.length)
+        return cut_wedge(faces, walls, self.end_angle - self.start_angle)
+
+    def support(self, direction: Vector) -> float:
+        start, end = (
+            arc_support(radius, self.start_angle, self.end_angle, direction)
+            for radius in (self.start_radius, self.end_radius)
+        )
+        if self.end_angle - self.start_angle < 360:
+            start, end = portable_max(0.0, start), portable_max(0.0, end)
+        return portable_max(start, sum_up((direction[2] * self.length, end)))
+
+
+def _cap_uv(radius: float) -> UV:
+    return cartesian_uv((radius, 0, 0), (0, radius, 0)) if radius > 0 else PLAIN_UV
+
+
+# The tube: a cylinder with a bore about the same axis.
+
+
+@dataclass(frozen=True)
+class Tube(PrimitiveSolid):
+    """Closed circular tube between two points of its axis, any direction; a part of a turn with angles.
+
+    Own frame: origin at `start`, z along the axis, x towards `reference`, all as for `Cylinder`:
+    inner_radius² <= x² + y² <= outer_radius², 0 <= z <= length, and the angle of (x, y) from `start_angle` to
+    `end_angle`, in degrees. `inner_radius` may be 0; `outer_radius` is larger. Given angles need a reference.
+
+    Faces: 0 outer side, 1 start cap, 2 end cap, 3 wall at start_angle, 4 wall at end_angle (half a turn has one plane
+    for both: face 3), 5 inner side. uv: (angle / 360, height in [0, 1]) on the sides, (x, y) / outer_radius on the
+    caps, (distance from the axis / outer_radius, height in [0, 1]) on the walls.
+    Source: the tubes of detector simulation (Geant4, "Book for Application Developers", solids).
+    """
+
+    start: VectorLike
+    end: VectorLike
+    inner_radius: float
+    outer_radius: float
+    start_angle: float = 0.0
+    end_angle: float = 360.0
+    reference: VectorLike | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "start", check_vector("Tube", "start", self.start))
+        object.__setattr__(self, "end", check_vector("Tube", "end", self.end))
+        object.__setattr__(self, "inner_radius", check_nonnegative("Tube", "inner_radius", self.inner_radius))
+        object.__setattr__(self, "outer_radius", check_positive("Tube", "outer_radius", self.outer_radius))
+        check_inner_radius("Tube", "outer_radius", self.inner_radius, self.outer_radius)
+        check_axis("Tube", self.start, self.end)
+        check_angles(self, "Tube")
+
+    @property
+    def length(self) -> float:
+        """From start to end."""
+        return hypot(*map(sub, self.end, self.start))
+
+    @property
+    def placement(self) -> Motion:
+        return axis_frame(self.start, self.end, self.reference)
+
+    def tree(self) -> Tree:
+        side, *caps = side_and_caps(self.outer_radius, self.start, self.end)
+        walls = wedge_walls(self.start_angle, self.end_angle, self.outer_radius, self.length)
+        bore: tuple[Cell, ...] = ()
+        if self.inner_radius > 0:
+            surface = QuadricSurface((1.0, 1.0, 0.0), constant=ex.rational(self.inner_radius) ** 2)
+            bore = (Cell((replace(side, surface=surface, number=5, inside=-1),)),)
+        return cut_wedge((side, *caps), walls, self.end_angle - self.start_angle, *bore)
+
+    def support(self, direction: Vector) -> float:
+        outer, inner = (
+            arc_support(radius, self.start_angle, self.end_angle, direction)
+            for radius in (self.outer_radius, self.inner_radius)
+        )
+        return sum_up((portable_max(0.0, direction[2] * self.length), portable_max(outer, inner)))
+
+
+def check_inner_radius(owner: str, outer_field: str, inner: float, outer: float) -> None:
+    """Refuse a hollow that leaves nothing."""
+    if not inner < outer:
+        raise ValueError(f"{owner}: inner_radius must be < {outer_field} = {outer:g}, got {inner:g}")

@@ -1,0 +1,468 @@
+"""What a quadric can be, and how that is told."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cache, cached_property
+from typing import Any
+
+from .._util.arrays import Vector
+from .._util.foreign_names import with_attribute_hints
+from .._util.fork_safe_locks import fork_safe_rlock
+from ..numerics import bigfloat_linalg as ex
+from ..numerics import rational_linalg
+from ..numerics.rational_linalg import row_echelon
+from .quadric_coefficients import Symmetric
+from .surface import UPRIGHT, QuadricSurface, Triples
+from .transform import IDENTITY_MOTION, Motion
+
+SPHERE, ELLIPSOID = "sphere", "ellipsoid"
+ONE_SHEET, TWO_SHEETS = "one-sheet hyperboloid", "two-sheet hyperboloid"
+CONE = "elliptic cone"
+BOWL, SADDLE = "elliptic paraboloid", "hyperbolic paraboloid"
+TUBE, TROUGHS, TROUGH = "elliptic cylinder", "hyperbolic cylinder", "parabolic cylinder"
+CROSSING, PARALLEL, DOUBLE = "crossing planes", "parallel planes", "double plane"
+LINE, POINT, PLANE, EMPTY = "line", "point", "plane", "empty"
+
+KINDS = (
+    SPHERE, ELLIPSOID, ONE_SHEET, TWO_SHEETS, CONE, BOWL, SADDLE, TUBE, TROUGHS, TROUGH,
+    CROSSING, PARALLEL, DOUBLE, LINE, POINT, PLANE, EMPTY,
+)  # fmt: skip
+DEGENERATE = KINDS[KINDS.index(CROSSING) :]
+
+# (signs of A, signs of the 4 × 4 matrix), positive first, up to the sign of both
+BY_SIGNS = {
+    ((3, 0), (3, 1)): ELLIPSOID, ((3, 0), (4, 0)): EMPTY, ((3, 0), (3, 0)): POINT,
+    ((2, 1), (2, 2)): ONE_SHEET, ((2, 1), (3, 1)): TWO_SHEETS, ((2, 1), (2, 1)): CONE,
+    ((2, 0), (3, 1)): BOWL, ((2, 0), (2, 1)): TUBE, ((2, 0), (3, 0)): EMPTY, ((2, 0), (2, 0)): LINE,
+    ((1, 1), (2, 2)): SADDLE, ((1, 1), (2, 1)): TROUGHS, ((1, 1), (1, 2)): TROUGHS, ((1, 1), (1, 1)): CROSSING,
+    ((1, 0), (2, 1)): TROUGH, ((1, 0), (1, 1)): PARALLEL, ((1, 0), (2, 0)): EMPTY, ((1, 0), (1, 0)): DOUBLE,
+    ((0, 0), (1, 1)): PLANE,
+}  # fmt: skip
+
+# Where the polynomial is negative after the sign has been made that of the table above, and where it is positive
+SIDES = {
+    SPHERE: ("within", "outside"), ELLIPSOID: ("within", "outside"),
+    ONE_SHEET: ("around the last axis", "away from the last axis"),
+    TWO_SHEETS: ("within the two sheets", "between the two sheets"),
+    CONE: ("within the nappes", "outside the nappes"),
+    BOWL: ("within the bowl", "outside the bowl"),
+    SADDLE: ("where the last axis points", "where the last axis points"),
+    TUBE: ("within", "outside"), TROUGH: ("within", "outside"),
+    TROUGHS: ("between the branches", "within the branches"),
+    CROSSING: ("the two wedges about the first axis", "the two wedges about the first axis"),
+    PARALLEL: ("between the planes", "beyond the planes"),
+    DOUBLE: ("the plane alone", "all of space"), LINE: ("the line alone", "all of space"),
+    POINT: ("the point alone", "all of space"), EMPTY: ("nothing", "all of space"),
+    PLANE: ("where the last axis points", "where the last axis points"),
+}  # fmt: skip
+
+
+@with_attribute_hints
+@dataclass(frozen=True)
+class Classification:
+    """A quadric by its kind, its place and its measures; what is not exact is rounded once.
+
+    kind        one of `KINDS`; degenerate are crossing planes and all that follow them there
+    inside      which side is inside, in words
+    center      the center; of a cylinder the point of its axis (of a pair of planes, of a line: of what is common
+                or midway) nearest to the origin; of a cone the apex; of paraboloids the vertex, of the parabolic
+                cylinder and the plane the point of the line of vertices or of the plane nearest to the origin;
+                None where there is no point at all
+    axes        three unit vectors, right-handed. Last stands the axis that is unlike the others: of hyperboloids and
+                cones the one with the other sign, of cylinders the ruling, of paraboloids the direction in which they
+                open (of the parabolic cylinder the second), of a body of revolution its axis; a plane has its normal
+                there, towards the inside. First stand the longest semi-axis, the real one of a hyperbolic cylinder,
+                the normal of parallel planes
+    semi_axes   along the first axes: half lengths, imaginary ones too; of paraboloids and the parabolic cylinder the
+                radii of curvature at the vertex; of a cone the half-axes of the section at distance 1 from the apex,
+                of crossing planes the slope; of parallel planes half their distance
+    revolution  is it a surface of revolution?
+    """
+
+    kind: str
+    inside: str
+    center: Vector | None = None
+    axes: tuple[Vector, Vector, Vector] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+    semi_axes: tuple[float, ...] = ()
+    revolution: bool = False
+
+    @property
+    def degenerate(self) -> bool:
+        """Planes, lines, points and nothing."""
+        return self.kind in DEGENERATE
+
+    def __str__(self) -> str:
+        words = [f"{self.kind} of revolution" if self.revolution and self.kind != SPHERE else self.kind]
+        if self.center is not None:
+            words.append(f"{_CENTERS.get(self.kind, 'center')} {_format_point(self.center)}")
+        if self.semi_axes:
+            words.append(
+                f"{_MEASURES.get(self.kind, 'semi-axes')} {', '.join(_format_number(a) for a in self.semi_axes)}"
+            )
+        if self.center is not None and self.kind not in (SPHERE, POINT):
+            words.append(f"axes {' '.join(_format_point(axis) for axis in self.axes)}")
+        return "; ".join([*words, f"inside: {self.inside}"])
+
+
+_CENTERS = {CONE: "apex", BOWL: "vertex", SADDLE: "vertex", TROUGH: "vertex", POINT: "at"} | dict.fromkeys(
+    (TUBE, TROUGHS, LINE, PLANE, DOUBLE, PARALLEL, CROSSING), "through"
+)
+_MEASURES = dict.fromkeys((BOWL, SADDLE, TROUGH), "radii of curvature") | {
+    CONE: "half-axes at distance 1",
+    CROSSING: "slope",
+    PARALLEL: "half distance",
+    SPHERE: "radius",
+}
+
+
+def _format_number(value: float) -> str:
+    return repr(value).removesuffix(".0")
+
+
+def _format_point(point: Vector) -> str:
+    return f"({', '.join(_format_number(c) for c in point)})"
+
+
+# A general quadric about its principal axes: directions, center or vertex, in exact arithmetic.
+#
+# xᵀA x + 2 b·x + c becomes Σ λ_i y_i² + 2 Σ β_i y_i + γ with y = W (x - anchor), the rows of W the
+# unit eigenvectors of A, β_i = 0 where the anchor could be put to the center along axis i.
+
+_WEAK_EIGENVALUE = Fraction(1, 1024)
+"""Below this share of the largest eigenvalue an axis may keep its linear term."""
+_FAR_CENTER = 1024
+"""A center so many times farther than what lies near the origin is not moved to."""
+_EIGENVECTOR_NOISE = ex.power_of_two(-ex.CANCELLED)
+_mp_lock = fork_safe_rlock()
+
+
+@cache
+def _mpmath() -> Any:
+    """mpmath, imported where it is needed: few scenes have a matrix that needs it."""
+    from mpmath import MPContext
+
+    return MPContext()
+
+
+@contextmanager
+def _mpmath_precision(bits: int) -> Iterator[Any]:
+    """mpmath at a precision, for one thread at a time: the precision, and the constants it keeps, are those of all."""
+    with _mp_lock:
+        mp = _mpmath()
+        mp.prec = bits
+        yield mp
+
+
+def _from_mpmath(value: Any, places: int) -> ex.Exact:
+    """A number of mpmath's whose error is below 2^-places, within `_mpmath_of` at least so many bits."""
+    mp = _mpmath()
+    scaled = int(mp.nint(mp.ldexp(value, places)))
+    return ex.settled(ex.Exact(scaled, -places, 2))
+
+
+def principal_quadric(matrix: Symmetric) -> QuadricSurface:
+    """The surface of (x, 1) matrix (x, 1)ᵀ = 0, whose second-order part is not zero."""
+    values, rows = eigen_decomposition(matrix)
+    first = (matrix[0][3], matrix[1][3], matrix[2][3])
+    if rows is UPRIGHT:
+        slopes = [ex.exact(value) for value in first]
+    else:
+        slopes = [ex.dot(row, ex.exact_row(first)) for row in rows]
+    squares = [ex.exact(value) for value in values]
+    place, linear, constant = _anchor(squares, slopes, ex.exact(matrix[3][3]))
+    anchor = place if rows is UPRIGHT else tuple(ex.dot(column, place) for column in ex.transpose(rows))
+    return QuadricSurface(
+        (values[0], values[1], values[2]),
+        (linear[0], linear[1], linear[2]),
+        -constant,
+        rows,
+        (anchor[0], anchor[1], anchor[2]),
+    )
+
+
+def eigen_decomposition(matrix: Symmetric, rank: int | None = None) -> tuple[list[ex.Writable], Triples]:
+    """Eigenvalues and unit eigenvectors (as rows); a diagonal matrix keeps its own, exact.
+
+    `rank` is that of the second-order part where its entries are rounded; it is found where they are exact.
+    """
+    a = [list(row[:3]) for row in matrix[:3]]
+    if not (a[0][1] or a[0][2] or a[1][2]):
+        return [a[0][0], a[1][1], a[2][2]], UPRIGHT
+    entries = [abs(value) for row in a for value in row if value]
+    # Small eigenvalues beside large ones need the more digits
+    spread = (max(entries) / min(entries)).numerator.bit_length()
+    scale, places = max(entries), ex.BITS + 4 * spread
+    with _mpmath_precision(places + 64) as mp:
+        scaled = [[v / scale for v in row] for row in a]
+        found, vectors = mp.eigsy(mp.matrix([[mp.mpf(v.numerator) / v.denominator for v in row] for row in scaled]))
+        order = sorted(range(3), key=lambda k: max(range(3), key=lambda i: abs(vectors[i, k])))
+        rank = len(row_echelon(a, 3)[1]) if rank is None else rank
+        vanishing = sorted(range(3), key=lambda k: abs(found[k]))[: 3 - rank]
+        values = [ex.ZERO if k in vanishing else _from_mpmath(found[k], places) * scale for k in order]
+        rows = tuple(tuple(_denoise_entry(_from_mpmath(vectors[i, k], ex.BITS)) for i in range(3)) for k in order)
+    return values, rows  # type: ignore[return-value]
+
+
+def _denoise_entry(entry: ex.Exact) -> ex.Exact:
+    """An entry of a unit vector; zero where it is only rounding."""
+    return ex.ZERO if abs(entry) < _EIGENVECTOR_NOISE else entry
+
+
+def _anchor(
+    squares: list[ex.Exact], slopes: list[ex.Exact], constant: ex.Exact
+) -> tuple[list[ex.Exact], list[ex.Exact], ex.Exact]:
+    """(anchor, linear terms and constant about it), all along the principal axes.
+
+    Strong axes go to their center first. Then weak and flat ones go to their center if it is near, else
+    to the vertex nearest to the origin, where they keep a linear term.
+    """
+    place, linear = [ex.ZERO] * 3, list(slopes)
+    largest = max(abs(s) for s in squares)
+    strength = sorted(range(3), key=lambda i: -abs(squares[i]))
+    for i in strength:
+        s, b = squares[i], linear[i]
+        if not b:
+            continue
+        weak = abs(s) < _WEAK_EIGENVALUE.numerator * largest / _WEAK_EIGENVALUE.denominator
+        y = _vertex(s, b, constant, largest) if weak else -b / s
+        place[i], linear[i] = y, ex.cancelling_sum((b, s * y))
+        constant = ex.cancelling_sum((constant, s * y * y, 2 * b * y))
+    return place, linear, constant
+
+
+def _vertex(s: ex.Exact, b: ex.Exact, constant: ex.Exact, largest: ex.Exact) -> ex.Exact:
+    """Where to put the anchor on a weak axis, along which the quadric is s y² + 2 b y + constant."""
+    root = ex.sqrt
+    discriminant = ex.cancelling_sum((b * b, -s * constant))
+    near = ex.ZERO
+    if discriminant >= 0:
+        # The smaller root, in the stable form
+        near = -constant / (b + (root(discriminant) if b > 0 else -root(discriminant)))
+    if not s:
+        return near
+    center = -b / s
+    width = root(abs(constant) / largest)
+    return near if abs(center - near) > _FAR_CENTER * (abs(near) + width) else center
+
+
+# Which quadric ten numbers stand for: its kind, exactly, and its center, axes and semi-axes.
+#
+# xᵀA x + 2 b·x + c <= 0. The kind follows from how many eigenvalues of A and of the 4 × 4 matrix are positive and
+# negative; both are counted over the rational numbers, so a cone is told from a hyperboloid by the last bit of its
+# coefficients. Center and vertex are rational as well; axes and semi-axes come from 3000 bits, and all are rounded
+# once.
+
+_EQUAL_SHARE = ex.power_of_two(-200)
+"""Eigenvalues of a moved quadric whose relative difference is below this are one."""
+_CENTER_NOISE = ex.power_of_two(-ex.CANCELLED)
+
+
+def classify(matrix: Symmetric, motion: Motion = IDENTITY_MOTION) -> Classification:
+    """What (x, 1) matrix (x, 1)ᵀ <= 0, no constant, is after a motion; the kind is found before it, so it is exact."""
+    kind, sense = _kind_and_sense(matrix)
+    null = rational_linalg.null_space([row[:3] for row in matrix[:3]])
+    still = motion.shift is not None or motion.is_identity
+    if not motion.is_identity:
+        linear, _ = motion.affine
+        turned = [[ex.fraction(entry) for entry in row] for row in linear]
+        null = [[rational_linalg.dot(row, vector) for row in turned] for vector in null]
+        matrix = _transform_matrix(matrix, motion)
+    if sense < 0:
+        matrix = tuple(tuple(-entry for entry in row) for row in matrix)
+    return _PlacedQuadric(kind, sense, matrix, null, still).classification()
+
+
+def classify_surface(surface: QuadricSurface) -> Classification:
+    """What a quadric in the world is; its kind is found in its own coordinates, where its numbers are as written."""
+    own = [[Fraction(0)] * 4 for _ in range(4)]
+    for k, (square, linear) in enumerate(zip(surface.squares, surface.linear, strict=True)):
+        own[k][k], own[k][3], own[3][k] = ex.fraction(square), ex.fraction(linear), ex.fraction(linear)
+    own[3][3] = -ex.fraction(surface.constant)
+    kind, sense = _kind_and_sense(tuple(map(tuple, own)))
+    rows = tuple(ex.exact_row(row) for row in surface.rows)
+    shift = ex.apply((rows[0], rows[1], rows[2]), ex.exact_row(surface.anchor))
+    matrix = _substitute_rows(tuple(map(tuple, own)), rows, [-value for value in shift])
+    null = rational_linalg.null_space([row[:3] for row in own[:3]])
+    still = surface.rows is UPRIGHT and not any(map(ex.is_rounded, surface.anchor))
+    if not still:
+        turned = [[ex.fraction(entry) for entry in row] for row in ex.inverse((rows[0], rows[1], rows[2]))]
+        null = [[rational_linalg.dot(row, vector) for row in turned] for vector in null]
+    if sense < 0:
+        matrix = tuple(tuple(-entry for entry in row) for row in matrix)
+    return _PlacedQuadric(kind, sense, matrix, null, still).classification()
+
+
+def _kind_and_sense(matrix: Symmetric) -> tuple[str, int]:
+    """The kind, and -1 where the polynomial has to be turned over to have the signs of the table."""
+    (p, n), (q, m) = rational_linalg.inertia([row[:3] for row in matrix[:3]]), rational_linalg.inertia(matrix)
+    kind = BY_SIGNS[((n, p), (m, q)) if n > p else ((p, n), (q, m))]
+    return SPHERE if kind == ELLIPSOID and _is_scalar(matrix) else kind, -1 if n > p else 1
+
+
+def _is_scalar(matrix: Symmetric) -> bool:
+    a = matrix
+    return not (a[0][1] or a[0][2] or a[1][2]) and a[0][0] == a[1][1] == a[2][2]
+
+
+def _transform_matrix(matrix: Symmetric, motion: Motion) -> Symmetric:
+    """M⁻ᵀ matrix M⁻¹, with the inverse motion as its 3000 bits say."""
+    return _substitute_rows(matrix, *motion.inverse)
+
+
+def _substitute_rows(matrix: Symmetric, rows: Iterable[ex.Row], shift: Iterable[ex.Exact]) -> Symmetric:
+    """The quadric of points x for which rows x + shift are on one."""
+    back = [[*(ex.fraction(c) for c in row), ex.fraction(t)] for row, t in zip(rows, shift, strict=True)]
+    back.append([Fraction(0), Fraction(0), Fraction(0), Fraction(1)])
+    columns = list(zip(*back, strict=True))
+    return tuple(tuple(row) for row in rational_linalg.matmul(rational_linalg.matmul(columns, matrix), back))
+
+
+@dataclass(frozen=True)
+class _PlacedQuadric:
+    """A quadric in the world, turned over to the signs of `kinds.BY_SIGNS`; `null` spans the kernel of A."""
+
+    kind: str
+    sense: int
+    matrix: Symmetric
+    null: list[list[Fraction]]
+    still: bool
+
+    def classification(self) -> Classification:
+        inside = SIDES[self.kind][self.sense < 0]
+        if self.kind == TROUGHS:
+            inside = SIDES[TROUGHS][(self._constant > 0) == (self.sense > 0)]
+        if self.kind == EMPTY:
+            return Classification(EMPTY, inside)
+        values, rows = eigen_decomposition(self.matrix, 3 - len(self.null))
+        squares = [ex.exact(value) for value in values]
+        same = self._equal(squares)
+        kind = self.kind
+        if kind in (SPHERE, ELLIPSOID):
+            kind = SPHERE if (_is_scalar(self.matrix) if self.still else _all_equal(squares)) else ELLIPSOID
+        order = self._order(squares, same)
+        axes = self._axes([rows[k] for k in order])
+        measures = self._measures([abs(squares[k]) for k in order])
+        if kind == SPHERE:
+            measures = measures[:1]
+        center = ex.exact_row(self._center) if self.still else _denoise_point(self._center, max([ex.ZERO, *measures]))
+        return Classification(
+            kind,
+            inside,
+            _round_vector(center),
+            (_round_vector(axes[0]), _round_vector(axes[1]), _round_vector(axes[2])),
+            tuple(float(m) for m in measures),
+            same or kind == SPHERE,
+        )
+
+    @cached_property
+    def _solution(self) -> tuple[list[Fraction], list[Fraction]]:
+        """(x nearest to the origin where A x + b lies in the kernel of A, that A x + b)."""
+        a, b = [list(row[:3]) for row in self.matrix[:3]], [row[3] for row in self.matrix[:3]]
+        size = len(self.null)
+        bordered = [[*a[i], *(vector[i] for vector in self.null)] for i in range(3)]
+        bordered += [[*vector, *([Fraction(0)] * size)] for vector in self.null]
+        found = rational_linalg.solve(bordered, [*(-entry for entry in b), *([Fraction(0)] * size)])
+        gradient = [-sum((found[3 + k] * self.null[k][i] for k in range(size)), Fraction(0)) for i in range(3)]
+        return found[:3], gradient
+
+    def _value(self, x: list[Fraction]) -> Fraction:
+        point = [*x, Fraction(1)]
+        return rational_linalg.dot(point, [rational_linalg.dot(row, point) for row in self.matrix])
+
+    @cached_property
+    def _constant(self) -> Fraction:
+        """The polynomial at the center."""
+        return self._value(self._solution[0])
+
+    @property
+    def _opens(self) -> bool:
+        return self.kind in (BOWL, SADDLE, TROUGH, PLANE)
+
+    @property
+    def _center(self) -> list[Fraction]:
+        x, gradient = self._solution
+        if not self._opens:
+            return x
+        t = -self._value(x) / (2 * rational_linalg.dot(gradient, gradient))
+        return [c + t * g for c, g in zip(x, gradient, strict=True)]
+
+    def _equal(self, squares: list[ex.Exact]) -> bool:
+        """Are two eigenvalues other than zero equal?"""
+        if len(self.null) > 1 or self.kind in DEGENERATE:
+            return False
+        if self.still:
+            return rational_linalg.has_equal_eigenvalues([row[:3] for row in self.matrix[:3]])
+        found = [s for s in squares if s]
+        largest = max(abs(s) for s in found)
+        gaps = [abs(a - b) for i, a in enumerate(found) for b in found[:i]]
+        return bool(min(gaps) <= _EQUAL_SHARE * largest)
+
+    def _order(self, squares: list[ex.Exact], same: bool) -> list[int]:
+        """Which eigenvalue stands first, second and last."""
+        if self.kind in (TROUGHS, CROSSING, SADDLE):
+            first_is_positive = self.kind == SADDLE or (self.kind == TROUGHS and self._constant < 0)
+            return sorted(range(3), key=lambda k: (not squares[k], (squares[k] > 0) != first_is_positive))
+        order = sorted(range(3), key=lambda k: (not squares[k], squares[k] < 0, squares[k]))
+        if self.kind in (ELLIPSOID, SPHERE) and same:
+            a, b, c = (squares[k] for k in order)
+            if b - a > c - b:  # the odd one stands first
+                order = [order[1], order[2], order[0]]
+        return order
+
+    def _axes(self, rows: list[Any]) -> tuple[ex.Row, ex.Row, ex.Row]:
+        first = _orient_axis(ex.exact_row(rows[0]))
+        if not self._opens:
+            last = _orient_axis(ex.exact_row(rows[2]))
+            return first, ex.cross(last, first), last
+        gradient = self._solution[1]
+        x, y, z = (ex.exact(-g) for g in gradient)
+        opening = ex.unit((x, y, z))
+        if self.kind == TROUGH:
+            return first, opening, ex.cross(first, opening)
+        if self.kind == PLANE:
+            least = min(range(3), key=lambda i: abs(opening[i]))
+            first = ex.unit(ex.cross(opening, ex.IDENTITY[least]))
+        return first, ex.cross(opening, first), opening
+
+    def _measures(self, sizes: list[ex.Exact]) -> list[ex.Exact]:
+        root, kind = ex.sqrt, self.kind
+        sizes = [s for s in sizes if s]
+        if kind in (BOWL, SADDLE, TROUGH):
+            gradient = self._solution[1]
+            slope = root(ex.exact(rational_linalg.dot(gradient, gradient)))
+            return [slope / s for s in sizes]
+        if kind == CONE:
+            return [root(sizes[2] / s) for s in sizes[:2]]
+        if kind == CROSSING:
+            return [root(sizes[0] / sizes[1])]
+        if kind in (PLANE, LINE, POINT, DOUBLE):
+            return []
+        constant = abs(ex.exact(self._constant))
+        return [root(constant / s) for s in sizes]
+
+
+def _all_equal(squares: list[ex.Exact]) -> bool:
+    return bool(max(squares) - min(squares) <= _EQUAL_SHARE * max(abs(s) for s in squares))
+
+
+def _orient_axis(row: ex.Row) -> ex.Row:
+    """The same or the opposite vector: its first component that is not zero is positive."""
+    sign = next((c for c in row if c), ex.ONE)
+    return row if sign > 0 else (-row[0], -row[1], -row[2])
+
+
+def _denoise_point(point: list[Fraction], size: ex.Exact) -> ex.Row:
+    """3000 bits of a point, with zeros for what is only their rounding."""
+    x, y, z = (ex.exact(c) for c in point)
+    noise = _CENTER_NOISE * max(size, abs(x), abs(y), abs(z))
+    x, y, z = (ex.ZERO if abs(c) < noise else c for c in (x, y, z))
+    return x, y, z
+
+
+def _round_vector(row: ex.Row) -> Vector:
+    x, y, z = (float(c) + 0.0 for c in row)
+    return x, y, z

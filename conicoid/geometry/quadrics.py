@@ -1,0 +1,696 @@
+"""What the surfaces with elliptic sections across z share: cell, caps, uv and bounds.
+
+Each of them is sx x² + sy y² <= g(z) with g(z) = g0 + g1 z + g2 z², cut by low <= z <= high.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import itertools
+import math
+from abc import abstractmethod
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from fractions import Fraction
+from functools import cached_property
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from .._util.arrays import FloatArray, Interval, Vector, VectorLike, dot_rows, matmul_rows
+from .._util.errstate import ignore_fp_errors
+from .._util.hints import with_call_hints
+from .._util.validation import check_interval, check_positive, check_vector, format_value
+from ..numerics import bigfloat_linalg as ex
+from ..numerics.portable_math import hypot, is_finite, portable_max, portable_sqrt
+from .bounds.support import elliptic_support, inverse_root, real_roots, sum_up
+from .cell import PLAIN_UV, UV, Cell, Face, cartesian_uv, cylindrical_uv, transform_uv
+from .primitives import Box
+from .shape import PrimitiveSolid
+from .surface import PlaneSurface, QuadricSurface
+from .transform import IDENTITY_MOTION, Motion, Translate
+
+EllipticProfile: TypeAlias = tuple[Any, Any, Any]
+
+
+class EllipticSolid(PrimitiveSolid, abstract=True):
+    """A solid sx x² + sy y² <= g(z) about the z axis of its own frame, within `z_range`.
+
+    Faces: 0 the curved surface (both nappes or bowls of it), 1 the cap at z_range[0], 2 the cap at
+    z_range[1]. uv: on face 0 (angle of (x, y) about z / 360, height scaled from the range to [0, 1]);
+    the range counts from where the surface begins, and if it is infinite v is z itself.
+    On the caps (x, y) in units of the half-axes of the cap's ellipse.
+    Source: the Clemson notes, "parameterization".
+    """
+
+    z_range: Interval | None
+
+    @property
+    @abstractmethod
+    def squares(self) -> tuple[Any, Any]:
+        """(sx, sy), exact and positive."""
+
+    @property
+    @abstractmethod
+    def profile(self) -> EllipticProfile:
+        """(g0, g1, g2), exact."""
+
+    @property
+    def extent(self) -> Interval:
+        """The heights between which g >= 0, where that is an interval."""
+        return -math.inf, math.inf
+
+    def check_range(self) -> None:
+        """Refuse a range in which there is nothing of the solid, or but a point: g <= 0 all over it."""
+        if self.z_range is None or self._reaches_into(*self.z_range):
+            return
+        name, (low, high) = type(self).__name__, self.z_range
+        raise ValueError(
+            f"{name}: z_range must leave a part of the solid, which has nothing in it, got ({low}, {high})"
+        )
+
+    def _reaches_into(self, low: float, high: float) -> bool:
+        """Whether g > 0 somewhere in the open range; exactly."""
+        _, g1, g2 = (Fraction(g) for g in self.profile)
+        summit = -g1 / (2 * g2) if g2 else Fraction(0)
+        places = [Fraction(z) for z in (low, high) if math.isfinite(z)]
+        if g2 < 0 and low < summit < high:
+            places.append(summit)
+        if any(self._g(z) > 0 for z in places):
+            return True
+        endless = [sense for z, sense in ((low, -1), (high, 1)) if math.isinf(z)]
+        return any(g2 > 0 or (g2 == 0 and sense * g1 > 0) for sense in endless)
+
+    @cached_property
+    def widths(self) -> tuple[float, float]:
+        """The half-axes of the section where g = 1."""
+        sx, sy = self.squares
+        return inverse_root(sx), inverse_root(sy)
+
+    @property
+    def heights(self) -> Interval:
+        """The part of the extent in the range; low > high where there is none."""
+        (low, high), (bottom, top) = self.z_range or (-math.inf, math.inf), self.extent
+        return max(low, bottom), min(high, top)
+
+    def tree(self) -> Cell:
+        sx, sy = self.squares
+        g0, g1, g2 = self.profile
+        side = QuadricSurface((sx, sy, -g2), (0.0, 0.0, -g1 / 2), g0)
+        low, high = self.heights
+        return Cell((Face(side, 0, cylindrical_uv(low, high) if low < high else PLAIN_UV), *self.caps))
+
+    @cached_property
+    def caps(self) -> list[Face]:
+        """The planes of the range, without those that the surface does not reach."""
+        caps = []
+        for number, z, sense in ((1, self.z_range[0], -1.0), (2, self.z_range[1], 1.0)) if self.z_range else ():
+            if is_finite(z) and not self._beyond(z, sense):
+                plane = PlaneSurface((0.0, 0.0, sense), sense * z, (0.0, 0.0, z))
+                caps.append(Face(plane, number, self._cap_uv(z)))
+        return caps
+
+    def _beyond(self, z: float, sense: float) -> bool:
+        """Whether z lies on the outer side of an end of the surface: g concave, g <= 0 and falling outward."""
+        _, g1, g2 = self.profile
+        return bool(g2 <= 0 and self._g(z) <= 0 and sense * (g1 + 2 * ex.rational(g2) * ex.rational(z)) < 0)
+
+    def _cap_uv(self, z: float) -> Any:
+        square = self._g(z)
+        if square <= 0:
+            return PLAIN_UV
+        (x, y), size = self.widths, portable_sqrt(square)
+        return cartesian_uv((x * size, 0.0, 0.0), (0.0, y * size, 0.0))
+
+    def _g(self, z: float | Fraction) -> Any:
+        g0, g1, g2 = (ex.rational(g) for g in self.profile)
+        height = ex.rational(z)
+        return g0 + height * (g1 + height * g2)
+
+    def support(self, direction: Vector) -> float:
+        return elliptic_support(*self.widths, self.profile, *self.heights, direction)
+
+
+# The ellipsoid and, cut by two planes, the barrel.
+
+_DEFAULT_RADII: Vector = (1.0, 2.0, 3.0)
+
+
+@dataclass(frozen=True)
+class Ellipsoid(EllipticSolid):
+    """(x / a)² + (y / b)² + (z / c)² <= 1 about `center`, (a, b, c) = `radii`.
+
+    `z_range` cuts it: low <= z <= high, measured from the center. `coefficients` = (A, E, H), if
+    given, stand instead of the radii and are kept to the bit: A x² + E y² + H z² <= 1.
+
+    Faces: 0 the ellipsoid, 1 the cut at low, 2 the cut at high.
+    uv: (angle of (x, y) / 360, height scaled from the lowest to the highest point of face 0 to [0, 1]);
+    on the cuts (x, y) in units of the half-axes of the cut.
+    Sources: the ray tracing notes (canonical quadric 1) and the graphics textbook (ALLIPS, ALLOID).
+    """
+
+    radii: VectorLike = _DEFAULT_RADII
+    center: VectorLike = (0.0, 0.0, 0.0)
+    z_range: Interval | None = None
+    coefficients: Vector | None = field(default=None, kw_only=True)
+
+    def __post_init__(self) -> None:
+        radii = check_vector("Ellipsoid", "radii", self.radii)
+        for i, r in enumerate(radii):
+            if not r > 0:
+                check_positive("Ellipsoid", f"radii[{i}]", r)
+        if self.coefficients is not None:
+            given, radii = radii, self._from_coefficients()
+            if self.radii is not _DEFAULT_RADII and given != radii:  # a motion gives both again
+                raise ValueError(f"Ellipsoid: radii must be left out where coefficients are given, got {given}")
+        object.__setattr__(self, "radii", radii)
+        object.__setattr__(self, "center", check_vector("Ellipsoid", "center", self.center))
+        object.__setattr__(self, "z_range", check_interval("Ellipsoid", "z_range", self.z_range))
+        self.check_range()
+
+    def _from_coefficients(self) -> Vector:
+        a, e, h = check_vector("Ellipsoid", "coefficients", self.coefficients)
+        a, e, h = (check_positive("Ellipsoid", name, value) for name, value in zip("AEH", (a, e, h), strict=True))
+        object.__setattr__(self, "coefficients", (a, e, h))
+        return inverse_root(a), inverse_root(e), inverse_root(h)
+
+    @classmethod
+    @with_call_hints
+    def from_coefficients(
+        cls, A: float, E: float, H: float, center: Any = (0.0, 0.0, 0.0), z_range: Any = None
+    ) -> Ellipsoid:
+        """A x² + E y² + H z² <= 1 about `center`, cut by `z_range`, with A, E, H > 0; they are kept as they are."""
+        given = (
+            check_positive("Ellipsoid", "A", A),
+            check_positive("Ellipsoid", "E", E),
+            check_positive("Ellipsoid", "H", H),
+        )
+        return cls(center=center, z_range=z_range, coefficients=given)
+
+    @property
+    def placement(self) -> Motion:
+        return Motion((Translate(self.center),))
+
+    @cached_property
+    def equation(self) -> tuple[Any, Any, Any, Any]:
+        """(sx, sy, sz, k) of sx x² + sy y² + sz z² <= k, exact; a ball has squares 1."""
+        if self.coefficients is not None:
+            return (*self.coefficients, 1.0)
+        largest = ex.rational(functools.reduce(portable_max, self.radii)) ** 2
+        sx, sy, sz = (largest / ex.rational(r) ** 2 for r in self.radii)
+        return sx, sy, sz, largest
+
+    @property
+    def squares(self) -> tuple[Any, Any]:
+        return self.equation[0], self.equation[1]
+
+    @property
+    def profile(self) -> EllipticProfile:
+        _, _, sz, k = self.equation
+        return k, 0, -sz
+
+    @property
+    def extent(self) -> Interval:
+        return -self.radii[2], self.radii[2]
+
+    def _reaches_into(self, low: float, high: float) -> bool:
+        """The same without fractions where radii are given: then g > 0 is |z| < c, exactly."""
+        if self.coefficients is not None:
+            return super()._reaches_into(low, high)
+        bottom, top = self.extent
+        return low < top and high > bottom
+
+    def support(self, direction: Vector) -> float:
+        a, b, c = self.radii
+        if not self.caps:
+            return hypot(a * direction[0], b * direction[1], c * direction[2])
+        _, _, sz, k = self.equation
+        return elliptic_support(a, b, (1, 0, -Fraction(sz) / Fraction(k)), *self.heights, direction)
+
+
+# The elliptic cylinder.
+
+
+@dataclass(frozen=True)
+class EllipticCylinder(EllipticSolid):
+    """A x² + E y² <= 1, cut by `z_range`: a cylinder about z with the half-axes 1 / sqrt(A) and 1 / sqrt(E).
+
+    Faces: 0 side, 1 the cap at z_range[0], 2 the cap at z_range[1].
+    uv: (angle of (x, y) / 360, height scaled from the range to [0, 1]), v = z without one; on the caps
+    (x, y) in units of the half-axes.
+    Source: the ray tracing notes, canonical quadric 5a.
+    """
+
+    A: float
+    E: float
+    z_range: Interval | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "A", check_positive("EllipticCylinder", "A", self.A))
+        object.__setattr__(self, "E", check_positive("EllipticCylinder", "E", self.E))
+        object.__setattr__(self, "z_range", check_interval("EllipticCylinder", "z_range", self.z_range))
+
+    @property
+    def squares(self) -> tuple[Any, Any]:
+        return self.A, self.E
+
+    @property
+    def profile(self) -> EllipticProfile:
+        return 1, 0, 0
+
+
+# The elliptic cone.
+
+
+@dataclass(frozen=True)
+class EllipticCone(EllipticSolid):
+    """A x² + E y² - H z² <= 0, cut by `z_range`: both nappes about z, the apex at the origin.
+
+    At z = h the section has the half-axes |h| sqrt(H / A) and |h| sqrt(H / E).
+    Faces: 0 both nappes, 1 the cap at z_range[0], 2 the cap at z_range[1]. The apex has the axis for its normal.
+    uv: (angle of (x, y) / 360, height scaled from the range to [0, 1]), v = z without one; on the caps
+    (x, y) in units of the half-axes.
+    Source: the ray tracing notes, canonical quadric 4.
+    """
+
+    A: float
+    E: float
+    H: float
+    z_range: Interval | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "A", check_positive("EllipticCone", "A", self.A))
+        object.__setattr__(self, "E", check_positive("EllipticCone", "E", self.E))
+        object.__setattr__(self, "H", check_positive("EllipticCone", "H", self.H))
+        object.__setattr__(self, "z_range", check_interval("EllipticCone", "z_range", self.z_range))
+
+    @property
+    def squares(self) -> tuple[Any, Any]:
+        return self.A, self.E
+
+    @property
+    def profile(self) -> EllipticProfile:
+        return 0, 0, self.H
+
+
+# The elliptic paraboloid.
+
+
+@dataclass(frozen=True)
+class EllipticParaboloid(EllipticSolid):
+    """A x² + E y² - z <= 0, cut by `z_range`: a bowl with its vertex at the origin, open upward.
+
+    At z = h the section has the half-axes sqrt(h / A) and sqrt(h / E).
+    Faces: 0 the paraboloid, 1 the cut at z_range[0], 2 the cut at z_range[1].
+    uv: (angle of (x, y) / 360, height scaled from [max(0, low), high] to [0, 1]), v = z while there is no
+    upper end; on the cuts (x, y) in units of the half-axes.
+    Source: the ray tracing notes, canonical quadric 2a.
+    """
+
+    A: float
+    E: float
+    z_range: Interval | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "A", check_positive("EllipticParaboloid", "A", self.A))
+        object.__setattr__(self, "E", check_positive("EllipticParaboloid", "E", self.E))
+        object.__setattr__(self, "z_range", check_interval("EllipticParaboloid", "z_range", self.z_range))
+        self.check_range()
+
+    @property
+    def squares(self) -> tuple[Any, Any]:
+        return self.A, self.E
+
+    @property
+    def profile(self) -> EllipticProfile:
+        return 0, 1, 0
+
+    @property
+    def extent(self) -> Interval:
+        return 0.0, math.inf
+
+
+# The hyperboloid of one sheet.
+
+
+@dataclass(frozen=True)
+class OneSheetHyperboloid(EllipticSolid):
+    """A x² + E y² - H z² <= 1, cut by `z_range`: the solid within the one-sheeted hyperboloid about z.
+
+    At z = h the section has the half-axes sqrt((1 + H h²) / A) and sqrt((1 + H h²) / E).
+    Faces: 0 the hyperboloid, 1 the cap at z_range[0], 2 the cap at z_range[1].
+    uv: (angle of (x, y) / 360, height scaled from the range to [0, 1]), v = z without one; on the caps
+    (x, y) in units of the half-axes.
+    Source: the ray tracing notes, canonical quadric 3a.
+    """
+
+    A: float
+    E: float
+    H: float
+    z_range: Interval | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "A", check_positive("OneSheetHyperboloid", "A", self.A))
+        object.__setattr__(self, "E", check_positive("OneSheetHyperboloid", "E", self.E))
+        object.__setattr__(self, "H", check_positive("OneSheetHyperboloid", "H", self.H))
+        object.__setattr__(self, "z_range", check_interval("OneSheetHyperboloid", "z_range", self.z_range))
+
+    @property
+    def squares(self) -> tuple[Any, Any]:
+        return self.A, self.E
+
+    @property
+    def profile(self) -> EllipticProfile:
+        return 1, 0, self.H
+
+
+# The hyperboloid of two sheets.
+
+
+@dataclass(frozen=True)
+class TwoSheetHyperboloid(EllipticSolid):
+    """A x² + E y² - H z² <= -1, cut by `z_range`: the two bowls about z, with vertices at z = ±1 / sqrt(H).
+
+    At z = h the sections have the half-axes sqrt((H h² - 1) / A) and sqrt((H h² - 1) / E).
+    Faces: 0 both bowls, 1 the cap at z_range[0], 2 the cap at z_range[1].
+    uv: (angle of (x, y) / 360, height scaled from the range to [0, 1]), v = z without one; on the caps
+    (x, y) in units of the half-axes.
+    Source: the ray tracing notes, canonical quadric 3b.
+    """
+
+    A: float
+    E: float
+    H: float
+    z_range: Interval | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "A", check_positive("TwoSheetHyperboloid", "A", self.A))
+        object.__setattr__(self, "E", check_positive("TwoSheetHyperboloid", "E", self.E))
+        object.__setattr__(self, "H", check_positive("TwoSheetHyperboloid", "H", self.H))
+        object.__setattr__(self, "z_range", check_interval("TwoSheetHyperboloid", "z_range", self.z_range))
+        self.check_range()
+
+    @property
+    def squares(self) -> tuple[Any, Any]:
+        return self.A, self.E
+
+    @property
+    def profile(self) -> EllipticProfile:
+        return -1, 0, self.H
+
+
+# The double cone and the bow tie.
+
+
+@dataclass(frozen=True)
+class DoubleCone(EllipticSolid):
+    """x² + y² <= slope² z²: both nappes about z, `slope` > 0; with a `z_range` across the apex, the bow tie.
+
+    Faces: 0 both nappes, 1 the cap at z_range[0], 2 the cap at z_range[1]. The apex has the axis for its normal.
+    uv: (angle / 360, height scaled from the range to [0, 1]), v = z without one; on the caps (x, y) / radius.
+    Source: the graphics textbook (PICA; the bow tie becomes the truncated cone as the range slides along the axis).
+    """
+
+    slope: float = 1.0
+    z_range: Interval | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "slope", check_positive("DoubleCone", "slope", self.slope))
+        object.__setattr__(self, "z_range", check_interval("DoubleCone", "z_range", self.z_range))
+
+    @property
+    def squares(self) -> tuple[Any, Any]:
+        return 1.0, 1.0
+
+    @property
+    def profile(self) -> EllipticProfile:
+        return 0, 0, ex.rational(self.slope) ** 2
+
+
+# What the saddle and the hyperbolic and parabolic cylinders share: a box that they may be cut by.
+
+_BOUNDARY, _BOX_GROWTH = 1e-13, 64 * 2.0**-53
+"""By these shares the box is grown, and the quadric of its terms: bounds err outward."""
+
+
+class BoxedQuadric(PrimitiveSolid, abstract=True):
+    """A quadric solid in its own frame, optionally the part of it in the box `within` (of that frame).
+
+    Faces: 0 the quadric, 1 to 6 the faces of the box in its own order (low x, high x, low y, ...).
+    uv of face 0: two of the box's own coordinates scaled to [0, 1], or of the shape's, unscaled, without
+    a box; which two, the shape says. uv of the others: as on the box.
+    """
+
+    within: Box | None
+
+    @ignore_fp_errors
+    def check_within(self) -> None:
+        """Refuse anything but None and a box that holds something of the solid."""
+        owner, box = type(self).__name__, self.within
+        if box is None:
+            return
+        if not isinstance(box, Box):
+            raise ValueError(f"{owner}: within must be a Box or None, got {type(box).__name__}")
+        if _BoxCut(self.surface, box).support(np.array([0.0, 0.0, 1.0])) == -math.inf:
+            raise ValueError(
+                f"{owner}: within must hold a part of the solid, which has nothing in it, got {format_value(box)}"
+            )
+
+    @property
+    @abstractmethod
+    def surface(self) -> QuadricSurface:
+        """The quadric, its rows the identity and its anchor the origin."""
+
+    @property
+    @abstractmethod
+    def uv_axes(self) -> tuple[int, int]:
+        """The coordinates that are u and v on face 0."""
+
+    @abstractmethod
+    def unbounded_support(self, direction: Vector) -> float:
+        """The support without a box."""
+
+    def tree(self) -> Cell:
+        if self.within is None:
+            return Cell((Face(self.surface, 0, _coordinates(self.uv_axes)),))
+        motion = self.within.under(IDENTITY_MOTION)
+        uv = _coordinates(self.uv_axes, self.within)
+        faces = [Face(self.surface, 0, transform_uv(uv, motion))]
+        for face in self.within.tree().faces:
+            surface, number = face.surface.moved(motion), face.number + 1
+            faces.append(dataclasses.replace(face, surface=surface, number=number, uv=transform_uv(face.uv, motion)))
+        return Cell(tuple(faces))
+
+    def support(self, direction: Vector) -> float:
+        if self.within is None:
+            return self.unbounded_support(direction)
+        return min(_BoxCut(self.surface, self.within).support(np.array(direction)), self.unbounded_support(direction))
+
+
+class _BoxCut:
+    """A quadric f <= 0 cut by a box, which is the parallelepiped corner + edges t, 0 <= t <= 1."""
+
+    def __init__(self, surface: QuadricSurface, box: Box) -> None:
+        squares, linear = (np.array([float(v) for v in row]) for row in (surface.squares, surface.linear))
+        matrix, ends = box.under(IDENTITY_MOTION).matrix, np.array((box.low, box.high))
+        self.linear_part, self.shift, self.ends = matrix[:3, :3], matrix[:3, 3], ends
+        self.corner: FloatArray = matmul_rows(ends[0], self.linear_part.T) + self.shift
+        self.edges: FloatArray = self.linear_part * (ends[1] - ends[0])
+        corner, edges = self.corner, self.edges
+        # f = tᵀ second t + 2 first·t + zeroth
+        self.second: FloatArray = matmul_rows(edges.T, squares[:, None] * edges)
+        self.first: FloatArray = matmul_rows(squares * corner + linear, edges)
+        reach = abs(corner) + abs(edges).sum(axis=1)
+        terms = float(
+            dot_rows(abs(squares), reach**2) + 2 * dot_rows(abs(linear), reach) + abs(float(surface.constant))
+        )
+        # Much more than rounding takes from f, and than roots lose where f is nearly flat
+        self.zeroth = (
+            float(dot_rows(corner, squares * corner + 2 * linear) - float(surface.constant)) - _BOX_GROWTH * terms
+        )
+
+    def support(self, direction: FloatArray) -> float:
+        """Largest value among corners, ends of edges on the quadric, and stationary points in faces.
+
+        None of the three quadrics has a stationary point of a linear function in the open solid's boundary
+        that is not also reached on the box: saddles and hyperbolic cylinders are nowhere locally convex,
+        and a parabolic cylinder is stationary along whole rulings.
+        """
+        best, whole = -math.inf, -math.inf
+        for t, point in self._corners():
+            value = sum_up((direction * point).tolist())
+            whole = max(whole, value)
+            if self._f(t) <= 0:
+                best = max(best, value)
+        slope = matmul_rows(direction, self.edges)
+        for t in itertools.chain(self._on_edges(), self._in_faces(slope)):
+            if all(-_BOUNDARY <= x <= 1 + _BOUNDARY for x in t):
+                best = max(best, sum_up([*(direction * self.corner).tolist(), *(slope * t).tolist()]))
+        return min(best, whole)
+
+    def _f(self, t: FloatArray) -> float:
+        return float(dot_rows(matmul_rows(t, self.second), t) + 2 * dot_rows(self.first, t) + self.zeroth)
+
+    def _corners(self) -> Iterator[tuple[FloatArray, FloatArray]]:
+        """(t, point) of each corner of the box."""
+        for pick in itertools.product((0, 1), repeat=3):
+            yield (
+                np.array(pick, dtype=np.float64),
+                matmul_rows(self.ends[pick, (0, 1, 2)], self.linear_part.T) + self.shift,
+            )
+
+    def _on_edges(self) -> Iterator[FloatArray]:
+        for i in range(3):
+            for fixed in itertools.product((0.0, 1.0), repeat=2):
+                t = np.insert(np.array(fixed), i, 0.0)
+                yield from self._on_line(t, np.eye(3)[i])
+
+    def _in_faces(self, slope: FloatArray) -> Iterator[FloatArray]:
+        """Where f = 0 and the gradient of f in the face is along that of the linear function."""
+        for i in range(3):
+            j, k = (m for m in range(3) if m != i)
+            along, line = np.zeros(3), np.zeros(3)
+            along[j], along[k] = -slope[k], slope[j]
+            along /= abs(along).max() or 1.0
+            # ∇f·along = 0 is a line across `normal` in the face
+            normal = matmul_rows(along, self.second)[[j, k]]
+            size = float(abs(normal).max())
+            if size == 0:
+                continue
+            normal /= size
+            line[j], line[k] = -normal[1], normal[0]
+            for end in (0.0, 1.0):
+                start = np.zeros(3)
+                start[i] = end
+                shift = (
+                    -float(dot_rows(matmul_rows(start, self.second) + self.first, along))
+                    / size
+                    / float(dot_rows(normal, normal))
+                )
+                start[[j, k]] = shift * normal
+                yield from self._on_line(start, line)
+
+    def _on_line(self, start: FloatArray, line: FloatArray) -> Iterator[FloatArray]:
+        a = float(dot_rows(matmul_rows(line, self.second), line))
+        b = 2 * float(dot_rows(line, matmul_rows(start, self.second) + self.first))
+        for root in real_roots(a, b, self._f(start)):
+            if math.isfinite(root):
+                yield start + root * line
+
+
+def _coordinates(axes: tuple[int, int], box: Box | None = None) -> UV:
+    """Two coordinates, scaled over the box if there is one."""
+    first, second = axes
+    if box is None:
+        return cartesian_uv(_unit_row(first, 1.0), _unit_row(second, 1.0))
+    edges = [b - a for a, b in zip(box.low, box.high, strict=True)]
+    return cartesian_uv(_unit_row(first, edges[first]), _unit_row(second, edges[second]), box.low)
+
+
+def _unit_row(index: int, length: float) -> Vector:
+    x, y, z = (length if i == index else 0.0 for i in range(3))
+    return x, y, z
+
+
+# The hyperbolic paraboloid, the saddle.
+
+
+@dataclass(frozen=True)
+class HyperbolicParaboloid(BoxedQuadric):
+    """A x² - E y² - z <= 0, cut by the box `within`: what lies above the saddle z = A x² - E y².
+
+    Faces: 0 the saddle, 1 to 6 the faces of the box. uv on the saddle: (x, y), scaled over the box to [0, 1];
+    on the others as on the box.
+    Source: the ray tracing notes, canonical quadric 2b.
+    """
+
+    A: float
+    E: float
+    within: Box | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "A", check_positive("HyperbolicParaboloid", "A", self.A))
+        object.__setattr__(self, "E", check_positive("HyperbolicParaboloid", "E", self.E))
+        self.check_within()
+
+    @property
+    def surface(self) -> QuadricSurface:
+        return QuadricSurface((self.A, -self.E, 0.0), (0.0, 0.0, -0.5), 0.0)
+
+    @property
+    def uv_axes(self) -> tuple[int, int]:
+        return 0, 1
+
+    def unbounded_support(self, direction: Vector) -> float:
+        """Its convex hull is all of space."""
+        return math.inf if any(direction) else 0.0
+
+
+# The hyperbolic cylinder.
+
+
+@dataclass(frozen=True)
+class HyperbolicCylinder(BoxedQuadric):
+    """A x² - E y² <= 1, cut by the box `within`: what lies between the two walls x = ±sqrt((1 + E y²) / A).
+
+    Faces: 0 both walls, 1 to 6 the faces of the box. uv on the walls: (y, z), scaled over the box to [0, 1];
+    on the others as on the box.
+    Source: the ray tracing notes, canonical quadric 5b.
+    """
+
+    A: float
+    E: float
+    within: Box | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "A", check_positive("HyperbolicCylinder", "A", self.A))
+        object.__setattr__(self, "E", check_positive("HyperbolicCylinder", "E", self.E))
+        self.check_within()
+
+    @property
+    def surface(self) -> QuadricSurface:
+        return QuadricSurface((self.A, -self.E, 0.0), constant=1.0)
+
+    @property
+    def uv_axes(self) -> tuple[int, int]:
+        return 1, 2
+
+    def unbounded_support(self, direction: Vector) -> float:
+        """Its convex hull is all of space."""
+        return math.inf if any(direction) else 0.0
+
+
+# The parabolic cylinder.
+
+
+@dataclass(frozen=True)
+class ParabolicCylinder(BoxedQuadric):
+    """x² - 2 G y <= 0, cut by the box `within`: a trough along z, open towards y, its bottom the z axis.
+
+    Faces: 0 the trough, 1 to 6 the faces of the box. uv on the trough: (x, z), scaled over the box to [0, 1];
+    on the others as on the box.
+    Source: the ray tracing notes, canonical quadric 5c.
+    """
+
+    G: float
+    within: Box | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "G", check_positive("ParabolicCylinder", "G", self.G))
+        self.check_within()
+
+    @property
+    def surface(self) -> QuadricSurface:
+        return QuadricSurface((1.0, 0.0, 0.0), (0.0, -self.G, 0.0), 0.0)
+
+    @property
+    def uv_axes(self) -> tuple[int, int]:
+        return 0, 2
+
+    def unbounded_support(self, direction: Vector) -> float:
+        """u_x x + u_y y is largest at x = -G u_x / u_y: -G u_x² / (2 u_y), finite only for u_y < 0, u_z = 0."""
+        x, y, z = direction
+        if z != 0 or y > 0 or (y == 0 and x != 0):
+            return math.inf
+        return -self.G * x * x / (2 * y) if y else 0.0

@@ -1,0 +1,435 @@
+"""The solid of revolution of a polygon: cylinders, cones and planes across the axis."""
+
+from __future__ import annotations
+
+import functools
+import itertools
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from typing import Any, NamedTuple
+
+from .._util.arrays import Interval, Vector, VectorLike
+from .._util.validation import (
+    check_angle_range,
+    check_degrees,
+    check_interval,
+    check_nonnegative,
+    check_numbers,
+    check_positive,
+    check_vector,
+    format_value,
+)
+from ..numerics import bigfloat_linalg as ex
+from ..numerics.portable_math import hypot, portable_max, sin_cos_degrees
+from .bounds.support import sum_up
+from .cell import UV, All, Any_, Cell, Face, Tree, cartesian_uv, cylindrical_uv
+from .primitives import arc_support, check_inner_radius, cut_wedge, frustum_side, union_of_walls, wedge_walls
+from .shape import PrimitiveSolid
+from .simple_polygon import check_outline, check_simple
+from .surface import PlaneSurface, QuadricSurface
+from .transform import Motion, Translate
+
+OutlineProfile = tuple[tuple[float, float], ...]
+
+
+class _ProfileEdge(NamedTuple):
+    """An edge of the profile from its lower end to its upper: (r, z) in fractions, and its number."""
+
+    low: tuple[Any, Any]
+    high: tuple[Any, Any]
+    number: int
+
+    def radius(self, z: Any) -> Any:
+        """Its distance from the axis at a height."""
+        (r, low), (end, high) = self.low, self.high
+        return r + (end - r) * (z - low) / (high - low)
+
+
+class _ProfileRing(NamedTuple):
+    """Between two heights, all from one edge (None for the axis) to another."""
+
+    inner: _ProfileEdge | None
+    outer: _ProfileEdge
+    low: Any
+    high: Any
+
+
+@dataclass(frozen=True)
+class Revolution(PrimitiveSolid):
+    """A polygon in the half-plane of r and z, turned about the z axis: tubes, frustums and stacks of them.
+
+    `profile` are its corners (r, z), r >= 0, in either sense; it must not cross itself, and may touch the axis. With
+    angles only the part whose angle of (x, y) is from `start_angle` to `end_angle`, in degrees, their difference in
+    (0, 360].
+    Faces: i is what the edge from corner i to the next sweeps (nothing, on the axis), then the walls at start_angle
+    and end_angle; half a turn has one plane for both. uv: (angle / 360, height from the lower end of the edge to the
+    upper in [0, 1]) where it rises, (x, y) / the larger radius where it is level, (distance from the axis, z), in units
+    of the largest of each, on the walls.
+    Source: the polycones of detector simulation (Geant4, "Book for Application Developers", solids).
+    """
+
+    profile: tuple[tuple[float, float], ...]
+    start_angle: float = 0.0
+    end_angle: float = 360.0
+
+    def __post_init__(self) -> None:
+        profile = check_outline("Revolution", "profile", self.profile)
+        for k, (r, _) in enumerate(profile):
+            if r < 0:
+                raise ValueError(f"Revolution: profile[{k}] must have r >= 0, got ({r:g}, {profile[k][1]:g})")
+        check_simple("Revolution", "profile", profile)
+        object.__setattr__(self, "profile", profile)
+        first, last = check_angle_range("Revolution", self.start_angle, self.end_angle)
+        object.__setattr__(self, "start_angle", first)
+        object.__setattr__(self, "end_angle", last)
+
+    def tree(self) -> Tree:
+        corners, ends = _corners_and_ends(self.profile)
+        rising = _rising_edges(ends)
+        level = [(*sorted((a[0], b[0])), a[1], k) for k, (a, b) in enumerate(ends) if _equal(a[1], b[1])]
+        walls = {edge.number: _edge_face(edge) for edge in rising if edge.low[0] > 0 or edge.high[0] > 0}
+        parts = [_ring_tree(ring, walls, level, len(corners) + 2) for ring in split_rings(rising)]
+        whole: Tree = parts[0] if len(parts) == 1 else Any_(tuple(parts))
+        ends_of_turn = self._walls(len(corners))
+        if not ends_of_turn:
+            return whole
+        is_convex = self.end_angle - self.start_angle <= 180
+        wedge: Tree = Cell(ends_of_turn) if is_convex else union_of_walls(ends_of_turn)
+        return All((whole, wedge))
+
+    def _walls(self, first: int) -> tuple[Face, ...]:
+        """The half-planes at the angles, as faces from a number on."""
+        radius, size = (
+            functools.reduce(portable_max, map(abs, numbers)) for numbers in zip(*self.profile, strict=True)
+        )
+        made = wedge_walls(self.start_angle, self.end_angle, radius, size or 1.0)
+        return tuple(replace(face, number=first + k) for k, face in enumerate(made))
+
+    def support(self, direction: Vector) -> float:
+        across = arc_support(1.0, self.start_angle, self.end_angle, direction)
+        if self.end_angle - self.start_angle < 360:
+            across += 2.0**-51 * abs(across)
+        best = -float("inf")
+        for r, z in self.profile:
+            best = portable_max(best, sum_up(term for term in (r * across, z * direction[2]) if term))
+        return best
+
+
+def profile_rings(profile: OutlineProfile) -> Iterator[tuple[float, float, tuple[float, float], tuple[float, float]]]:
+    """The parts that an outline is made of: (lower z, upper z, inner radii at both, outer radii at both)."""
+    for ring in split_rings(_rising_edges(_corners_and_ends(profile)[1])):
+        inner, outer = (
+            (float(edge.radius(ring.low)), float(edge.radius(ring.high))) if edge else (0.0, 0.0)
+            for edge in (ring.inner, ring.outer)
+        )
+        yield float(ring.low), float(ring.high), inner, outer
+
+
+def _corners_and_ends(profile: OutlineProfile) -> tuple[list[Any], list[tuple[Any, Any]]]:
+    """The corners in fractions, and the two of each edge."""
+    corners = [(ex.rational(r), ex.rational(z)) for r, z in profile]
+    return corners, list(zip(corners, [*corners[1:], corners[0]], strict=True))
+
+
+def _rising_edges(ends: Sequence[tuple[Any, Any]]) -> list[_ProfileEdge]:
+    return [
+        _ProfileEdge(min(a, b, key=_z), max(a, b, key=_z), k) for k, (a, b) in enumerate(ends) if not _equal(a[1], b[1])
+    ]
+
+
+def _z(corner: Any) -> Any:
+    return corner[1]
+
+
+def _equal(a: Any, b: Any) -> bool:
+    """By their values, whatever numbers they are: of two that are equal now and move apart `==` is false."""
+    return bool(a <= b <= a)
+
+
+def split_rings(edges: Sequence[_ProfileEdge]) -> list[_ProfileRing]:
+    """The polygon as rings between edges that rise: cut at the heights of corners, and put together again."""
+    heights: list[Any] = []
+    for z in sorted(end[1] for edge in edges for end in (edge.low, edge.high)):
+        if not heights or heights[-1] < z:
+            heights.append(z)
+    open_: dict[tuple[int, int], _ProfileRing] = {}
+    found: list[_ProfileRing] = []
+    for low, high in itertools.pairwise(heights):
+        middle = (low + high) / 2
+        across = sorted((e for e in edges if e.low[1] <= low and high <= e.high[1]), key=lambda e: e.radius(middle))
+        there = {}
+        for inner, outer in zip(across[::2], across[1::2], strict=True):
+            before = open_.get((inner.number, outer.number))
+            there[inner.number, outer.number] = _ProfileRing(inner, outer, before.low if before else low, high)
+        found += [ring for key, ring in open_.items() if key not in there]
+        open_ = there
+    return [*found, *open_.values()]
+
+
+def _edge_face(edge: _ProfileEdge) -> Face:
+    """What an edge that rises sweeps, inside towards the axis: a cylinder, or a cone about its narrower end.
+
+    The cylinder is the unit cylinder scaled, as those of OpenMC and MCNP are, so that all give the same bits.
+    """
+    (r0, z0), (r1, z1) = edge.low, edge.high
+    uv = cylindrical_uv(ex.rounded(z0), ex.rounded(z1))
+    if r0 == r1:
+        rows = ((1 / r0, 0.0, 0.0), (0.0, 1 / r0, 0.0), (0.0, 0.0, 1.0))
+        return Face(QuadricSurface((1.0, 1.0, 0.0), rows=rows), edge.number, uv)
+    return Face(frustum_side(r0, z0, r1, z1), edge.number, uv)
+
+
+def _ring_tree(ring: _ProfileRing, walls: dict[int, Face], level: Sequence[Any], inner_number: int) -> Tree:
+    """A ring as a cell, or two where it has a bore. `inner_number`: of planes between rings, which are no wall."""
+    ends = []
+    for z, sense in ((ring.low, -1.0), (ring.high, 1.0)):
+        inner, outer = (edge.radius(z) if edge else Fraction(0) for edge in (ring.inner, ring.outer))
+        number = next((k for a, b, at, k in level if _equal(at, z) and a < outer and inner < b), inner_number)
+        radius = ex.rounded(max((b for _, b, at, k in level if k == number), default=Fraction(1)))
+        uv = cartesian_uv((radius, 0, 0), (0, radius, 0))
+        ends.append(Face(PlaneSurface((0.0, 0.0, sense), sense * z, (0.0, 0.0, z)), number, uv))
+    outside = walls[ring.outer.number]
+    ends.sort(key=lambda face: face.number)
+    body = Cell((outside, *ends))
+    if ring.inner is None or ring.inner.number not in walls:
+        return body
+    # Between the same heights: else a bore that another edge has in one line with it would show this one's number
+    return All((body, Cell((replace(walls[ring.inner.number], inside=-1), *ends))))
+
+
+# The polycone: cones and tubes about one axis, stacked on each other.
+
+Section = tuple[float, float, float]
+_MAX_SECTIONS = 10_000
+
+
+@dataclass(frozen=True)
+class Polycone(PrimitiveSolid):
+    """Between sections (z, inner radius, outer radius), one above the other, all that lies between straight lines.
+
+    `sections`: two or more, z rising; a height may come twice, for a step. 0 <= inner <= outer, and some volume. Angles
+    of (x, y), in degrees, from `start_angle` to `end_angle`, their difference in (0, 360]. Two sections make a hollow
+    frustum, or a tube. Inner and outer radii may be equal: rings that touch or lie apart are parts of one solid. A
+    profile that goes back on itself in z is for `Revolution`.
+
+    Faces, of n sections: k the outer side from section k to the next, n - 1 + k the inner one, 2 (n - 1) + k what is
+    level at section k, then the walls at start_angle and end_angle (half a turn has one plane for both). uv:
+    (angle / 360, height from section to section in [0, 1]) on the sides, (x, y) / the largest radius on what is level,
+    (distance from the axis, z), in units of the largest of each, on the walls.
+    Source: the polycone of detector simulation (Geant4, "Book for Application Developers", solids).
+    """
+
+    sections: tuple[tuple[float, float, float], ...]
+    start_angle: float = 0.0
+    end_angle: float = 360.0
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "sections", _check_sections(self.sections))
+        first, last = check_angle_range("Polycone", self.start_angle, self.end_angle)
+        object.__setattr__(self, "start_angle", first)
+        object.__setattr__(self, "end_angle", last)
+
+    @property
+    def stretches(self) -> Iterator[tuple[int, Section, Section]]:
+        """(number of the lower section, lower section, upper section) of every part that has a volume."""
+        for k, (low, high) in enumerate(itertools.pairwise(self.sections)):
+            if _has_volume(low, high):
+                yield k, low, high
+
+    @property
+    def widest(self) -> float:
+        """The largest radius."""
+        widest = 0.0
+        for _, _, outer in self.sections:
+            widest = portable_max(widest, outer)
+        return widest
+
+    def tree(self) -> Tree:
+        rings = tuple(self._ring(*stretch) for stretch in self.stretches)
+        whole: Tree = rings[0] if len(rings) == 1 else Any_(rings)
+        walls = self._walls()
+        if not walls:
+            return whole
+        is_convex = self.end_angle - self.start_angle <= 180
+        return All((whole, Cell(walls) if is_convex else union_of_walls(walls)))
+
+    def _ring(self, k: int, low: Section, high: Section) -> Tree:
+        """Between two sections: a cell, or two where there is a bore."""
+        sides, count = cylindrical_uv(low[0], high[0]), len(self.sections)
+        r0, r1, z0, z1 = (ex.rational(value) for value in (low[2], high[2], low[0], high[0]))
+        bottom = self._level(low[0], -1.0, 2 * (count - 1) + k)
+        top = self._level(high[0], 1.0, 2 * (count - 1) + k + 1)
+        body = Cell((Face(frustum_side(r0, z0, r1, z1), k, sides), bottom, top))
+        if not (low[1] > 0 or high[1] > 0):
+            return body
+        bore = frustum_side(ex.rational(low[1]), z0, ex.rational(high[1]), z1)
+        # Between the same heights: else a bore that another has in one line with it would show this one's number
+        return All((body, Cell((Face(bore, count - 1 + k, sides, inside=-1), bottom, top))))
+
+    def _level(self, z: float, sense: float, number: int) -> Face:
+        uv = cartesian_uv((self.widest, 0, 0), (0, self.widest, 0))
+        return Face(PlaneSurface((0.0, 0.0, sense), sense * z, (0.0, 0.0, z)), number, uv)
+
+    def _walls(self) -> tuple[Face, ...]:
+        tallest = portable_max(abs(self.sections[0][0]), abs(self.sections[-1][0]))
+        made = wedge_walls(self.start_angle, self.end_angle, self.widest, tallest)
+        return tuple(replace(wall, number=3 * len(self.sections) - 5 + wall.number) for wall in made)
+
+    def support(self, direction: Vector) -> float:
+        best = -float("inf")
+        for _, low, high in self.stretches:
+            for z, inner, outer in (low, high):
+                reaches = (arc_support(r, self.start_angle, self.end_angle, direction) for r in (outer, inner))
+                best = portable_max(best, sum_up((z * direction[2], portable_max(*reaches))))
+        return best
+
+
+def _has_volume(low: Section, high: Section) -> bool:
+    return bool(low[0] < high[0] and (low[1] < low[2] or high[1] < high[2]))
+
+
+def _check_sections(sections: Any) -> tuple[Section, ...]:
+    try:
+        rows = list(sections)
+    except TypeError:
+        told = "must be two or more of (z, inner radius, outer radius)"
+        raise ValueError(f"Polycone: sections {told}, got {format_value(sections)}") from None
+    if not 2 <= len(rows) <= _MAX_SECTIONS:
+        raise ValueError(f"Polycone: sections must be from 2 to {_MAX_SECTIONS:,}, got {len(rows):,}")
+    found: list[Section] = []
+    for k, row in enumerate(rows):
+        z, inner, outer = check_numbers("Polycone", f"sections[{k}]", row, 3)
+        if not 0 <= inner <= outer:
+            told = f"0 <= inner radius <= outer radius, got {inner:g} and {outer:g}"
+            raise ValueError(f"Polycone: sections[{k}] must have {told}")
+        if found and z < found[-1][0]:
+            told = f"must rise in z, got {z:g} above {found[-1][0]:g}; a list that falls is turned round"
+            raise ValueError(f"Polycone: sections[{k}] {told}")
+        found.append((z, inner, outer))
+    if any(_has_volume(low, high) for low, high in itertools.pairwise(found)):
+        return tuple(found)
+    raise ValueError("Polycone: sections must enclose a volume: between two heights, inner radius < outer radius")
+
+
+# A part of a ball or of a spherical shell, by ranges of its polar angle and of its azimuth.
+
+_AT_LOW, _AT_HIGH = 2, 3
+_HIDDEN = 6
+"""The plane between the nappes of a cone, which is no wall."""
+
+
+@dataclass(frozen=True)
+class SphereSection(PrimitiveSolid):
+    """Of a ball, or of a shell with an inner radius, what lies in ranges of spherical coordinates, in degrees.
+
+    Own frame: axes of the world about `center`. inner_radius <= r <= radius; the polar angle, 0 at +z and 180 at -z,
+    in `polar_range`, within [0, 180]; the azimuth of (x, y), counter-clockwise from +x, from `start_angle` to
+    `end_angle`, their difference in (0, 360]. Without a range all of it: a hemisphere is ``polar_range=(0, 90)``.
+
+    Faces: 0 outer sphere, 1 inner sphere, 2 cone of the lower polar angle, 3 cone of the higher one (planes at 90;
+    angles that add up to 180 have one cone for both: face 2), 4 wall at start_angle, 5 wall at end_angle (half a turn
+    has one plane for both: face 4). uv: (angle / 360, height from south to north pole in [0, 1]) on the spheres,
+    (angle / 360, z from end to end of the cone in [0, 1]) on the cones, (x, y) / radius on planes at 90, (distance from
+    the axis, z) / radius on the walls.
+    Source: the sphere of detector simulation (Geant4, "Book for Application Developers", solids).
+    """
+
+    radius: float = 1.0
+    inner_radius: float = 0.0
+    polar_range: Interval | None = None
+    start_angle: float = 0.0
+    end_angle: float = 360.0
+    center: VectorLike = (0.0, 0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        owner = "SphereSection"
+        object.__setattr__(self, "radius", check_positive(owner, "radius", self.radius))
+        object.__setattr__(self, "inner_radius", check_nonnegative(owner, "inner_radius", self.inner_radius))
+        check_inner_radius(owner, "radius", self.inner_radius, self.radius)
+        found = check_interval(owner, "polar_range", self.polar_range)
+        if found is not None:
+            low, high = (check_degrees(owner, f"polar_range[{k}]", angle) for k, angle in enumerate(found))
+            if low < 0 or high > 180:
+                raise ValueError(f"{owner}: polar_range must lie within 0 and 180 degrees, got ({low:g}, {high:g})")
+            found = low, high
+        object.__setattr__(self, "polar_range", found)
+        first, last = check_angle_range(owner, self.start_angle, self.end_angle)
+        object.__setattr__(self, "start_angle", first)
+        object.__setattr__(self, "end_angle", last)
+        object.__setattr__(self, "center", check_vector(owner, "center", self.center))
+
+    @property
+    def polar(self) -> Interval:
+        """The range of the polar angle, (0, 180) where none is given."""
+        return (0.0, 180.0) if self.polar_range is None else self.polar_range
+
+    @property
+    def placement(self) -> Motion:
+        return Motion((Translate(self.center),))
+
+    def tree(self) -> Tree:
+        low, high = self.polar
+        faces = [self._ball(self.radius, 0)]
+        more: list[Tree] = []
+        if self.inner_radius > 0:
+            more.append(Cell((replace(self._ball(self.inner_radius, 1), inside=-1),)))
+        if self.has_one_cone:
+            more.append(self._outside_of_both_nappes())
+        for angle, number, sense in () if self.has_one_cone else ((low, _AT_LOW, -1), (high, _AT_HIGH, 1)):
+            if not (angle < 90 or angle > 90):  # where a formula is recorded, "equal" is to move alike
+                faces.append(Face(_polar_face(-sense), number, cartesian_uv((self.radius, 0, 0), (0, self.radius, 0))))
+            elif 0 < angle < 180:
+                more.append(self._nappe(angle, number, sense))
+        walls = wedge_walls(self.start_angle, self.end_angle, self.radius, self.radius)
+        numbered = tuple(replace(wall, number=wall.number + 1) for wall in walls)
+        return cut_wedge(tuple(faces), numbered, self.end_angle - self.start_angle, *more)
+
+    def _ball(self, radius: float, number: int) -> Face:
+        surface = QuadricSurface(squares=(1.0, 1.0, 1.0), constant=ex.rational(radius) ** 2)
+        return Face(surface, number, cylindrical_uv(-radius, radius))
+
+    @property
+    def has_one_cone(self) -> bool:
+        """Whether both polar angles are of one cone, with two nappes: they add up to 180."""
+        low, high = (ex.rational(angle) for angle in self.polar)
+        return bool(low > 0) and not (low + high < 180 or low + high > 180)
+
+    def _outside_of_both_nappes(self) -> Cell:
+        s, c = ex.sin_cos_degrees(self.polar[0])
+        end = self.radius * sin_cos_degrees(self.polar[0])[1]
+        cone = QuadricSurface((c * c, c * c, -(s * s)), constant=0.0)
+        return Cell((Face(cone, _AT_LOW, cylindrical_uv(-end, end), inside=-1),))
+
+    def _nappe(self, angle: float, number: int, sense: int) -> Tree:
+        """Polar angles up to an angle (sense 1), or from it on (-1): inside or outside of one nappe of its cone."""
+        s, c = ex.sin_cos_degrees(angle)
+        cone = QuadricSurface((c * c, c * c, -(s * s)), constant=0.0)
+        above, uv = 1 if angle < 90 else -1, self._cone_uv(angle)  # where the nappe is; a number has one map
+        if sense == above:
+            return Cell((Face(cone, number, uv), Face(_polar_face(-above), _HIDDEN)))
+        return Any_((Cell((Face(cone, number, uv, inside=-1),)), Cell((Face(_polar_face(above), _HIDDEN),))))
+
+    def _cone_uv(self, angle: float) -> UV:
+        _, c = sin_cos_degrees(angle)
+        near, far = self.inner_radius * c, self.radius * c
+        return cylindrical_uv(near, far) if angle < 90 else cylindrical_uv(far, near)
+
+    def support(self, direction: Vector) -> float:
+        """ρ (u_z cos θ + w sin θ) at its largest; w is the support of the arc of azimuths in the direction u."""
+        w, uz = arc_support(1.0, self.start_angle, self.end_angle, direction), direction[2]
+        ends = [sin_cos_degrees(angle) for angle in self.polar]
+        (s, c), (t, d) = ends
+        radii = (self.radius, self.inner_radius)
+        found = [sum_up((r * cosine * uz, r * sine * w)) for r in radii for sine, cosine in ends]
+        if w >= 0 and w * c >= uz * s and uz * t >= w * d:
+            found.append(self.radius * hypot(w, uz))
+        best = found[0]
+        for reach in found[1:]:
+            best = portable_max(best, reach)
+        return best
+
+
+def _polar_face(sense: int) -> PlaneSurface:
+    """z <= 0 (sense 1) or z >= 0 (-1)."""
+    return PlaneSurface((0.0, 0.0, float(sense)), 0.0)

@@ -1,0 +1,441 @@
+"""The plane, an unbounded sheet."""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from operator import sub
+from typing import Any
+
+from .._util.arrays import BoxEnds, Vector, VectorLike
+from .._util.validation import (
+    check_flag,
+    check_integer,
+    check_number,
+    check_positive,
+    check_vector,
+    check_vectors,
+    describe_kind,
+    format_value,
+)
+from ..numerics import bigfloat_linalg as ex
+from ..numerics.portable_math import hypot, portable_max
+from .bounds.aabb import intersect_boxes
+from .bounds.support import along_normal, half_space_bounds, plane_through, plane_uv, points_support, sum_up
+from .cell import NO_ROW, UV, All, Any_, Cell, Face, Not, PolygonSheet, SurfaceSheet, Tree, cartesian_uv, transform_uv
+from .primitives import arc_support, axis_frame, check_angles, check_axis, side_and_caps, union_of_walls, wedge_walls
+from .shape import PrimitiveSheet, PrimitiveSolid, Solid
+from .surface import PlaneSurface, QuadricSurface, Surface
+from .transform import IDENTITY_MOTION, AxisFrame, Motion
+
+
+@dataclass(frozen=True)
+class Plane(PrimitiveSheet):
+    """normal·x = offset. With `one_sided` it is seen only by rays with normal·direction < 0.
+
+    Face 0. uv: Cartesian coordinates on the plane about the foot of the perpendicular from the origin;
+    u points to the coordinate axis that is least along the normal, v = normal × u.
+    Source: the ray tracing notes, "ray and plane" (their D is -offset).
+    """
+
+    normal: VectorLike
+    offset: float
+    one_sided: bool = False
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "normal", check_vector("Plane", "normal", self.normal, nonzero=True))
+        object.__setattr__(self, "offset", check_number("Plane", "offset", self.offset))
+        object.__setattr__(self, "one_sided", check_flag("Plane", "one_sided", self.one_sided))
+
+    @property
+    def surface(self) -> PlaneSurface:
+        return plane_through(self.normal, self.offset)
+
+    def sheet(self, motion: Motion) -> SurfaceSheet:
+        surface = self.surface
+        uv = transform_uv(plane_uv(surface), motion)
+        return SurfaceSheet(surface.moved(motion), one_sided=self.one_sided, uv=uv)
+
+    def support(self, direction: Vector) -> float:
+        multiple = along_normal(self.normal, direction)
+        return math.inf if multiple is None else float(multiple * self.offset)
+
+    def bounds_under(self, outer: Motion) -> BoxEnds:
+        """Flat along the normal if that is an axis after the motion, infinite otherwise."""
+        return half_space_bounds(self.surface.moved(self.under(outer)))
+
+
+# The disc, a round sheet.
+
+
+@dataclass(frozen=True)
+class Disc(PrimitiveSheet):
+    """The part of the plane through `center` across `normal` within `radius` of the center.
+
+    Own frame: origin at the center, z along the normal, x towards the coordinate axis least along it:
+    z = 0, x² + y² <= radius². Face 0. uv: (x, y) / radius.
+    """
+
+    center: VectorLike
+    normal: VectorLike
+    radius: float
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "center", check_vector("Disc", "center", self.center))
+        object.__setattr__(self, "normal", check_vector("Disc", "normal", self.normal, nonzero=True))
+        object.__setattr__(self, "radius", check_positive("Disc", "radius", self.radius))
+
+    @property
+    def placement(self) -> Motion:
+        return Motion((AxisFrame(self.center, self.normal),))
+
+    def sheet(self, motion: Motion) -> SurfaceSheet:
+        ball = QuadricSurface((1.0, 1.0, 1.0), constant=ex.rational(self.radius) ** 2)
+        uv = cartesian_uv((self.radius, 0.0, 0.0), (0.0, self.radius, 0.0))
+        return SurfaceSheet(
+            PlaneSurface((0.0, 0.0, 1.0), 0.0).moved(motion),
+            clip=Cell((Face(ball.moved(motion), 0),)),
+            uv=transform_uv(uv, motion),
+        )
+
+    def support(self, direction: Vector) -> float:
+        return self.radius * hypot(direction[0], direction[1])
+
+
+# The polygon, a flat sheet with straight edges.
+
+_FLATNESS = 64
+
+
+@dataclass(frozen=True)
+class Polygon(PrimitiveSheet):
+    """A closed loop of `vertices` in a plane; inside by even-odd, so it may be concave or cross itself.
+
+    The plane is Newell's; its normal sees the loop counter-clockwise. A vertex may lie off it by 64 units
+    in the last place of the largest coordinate, more is refused. Face 0. uv: coordinates along the first edge
+    and across it (normal × edge), from the first vertex, in units of that edge.
+    Source: the ray tracing notes, "ray and polygon" (even-odd).
+    """
+
+    vertices: tuple[Vector, ...]
+
+    def __post_init__(self) -> None:
+        points = check_vectors("Polygon", "vertices", self.vertices, 3)
+        object.__setattr__(self, "vertices", points)
+        check_flat("Polygon", points)
+
+    def sheet(self, motion: Motion) -> PolygonSheet:
+        return polygon_sheet(self.vertices, motion, self._uv())
+
+    def _uv(self) -> UV:
+        points = [ex.exact_row(point) for point in self.vertices]
+        edges = (_minus(point, points[0]) for point in points[1:])
+        edge = next(e for e in edges if any(e))
+        across = ex.cross(ex.unit(newell_sum(points)), edge)
+        return cartesian_uv(_floats(edge), _floats(across), self.vertices[0])
+
+    def support(self, direction: Vector) -> float:
+        return points_support(self.vertices, direction)
+
+
+def newell_sum(points: Sequence[ex.Row]) -> ex.Row:
+    """Twice the area vector of a closed loop, the sum of p_i × p_(i+1) (Newell), exact."""
+    spokes = [_minus(point, points[0]) for point in points]
+    terms = [ex.cross(a, b) for a, b in itertools.pairwise(spokes[1:])]
+    x, y, z = (ex.cancelling_sum([term[i] for term in terms]) for i in range(3))
+    return x, y, z
+
+
+def check_flat(owner: str, vertices: Sequence[Vector]) -> None:
+    """Refuse loops without area and loops that leave their plane."""
+    points = [ex.exact_row(vertex) for vertex in vertices]
+    normal = newell_sum(points)
+    if not any(normal):
+        raise ValueError(
+            f"{owner}: vertices must enclose an area, got {len(points)} points with none (Newell's sum is 0)"
+        )
+    unit, middle = ex.unit(normal), _middle(points)
+    allowed = _FLATNESS * math.ulp(max(abs(c) for vertex in vertices for c in vertex))
+    deviations = [abs(float(ex.dot(unit, _minus(point, middle)))) for point in points]
+    worst = max(range(len(points)), key=deviations.__getitem__)
+    if deviations[worst] > allowed:
+        raise ValueError(
+            f"{owner}: vertices must lie in a plane to {_FLATNESS} ulp of the largest coordinate ({allowed:.3g}), "
+            f"got vertices[{worst}] = {vertices[worst]} at {deviations[worst]:.3g} from Newell's plane"
+        )
+
+
+def polygon_sheet(vertices: Sequence[Vector], motion: Motion, uv: UV) -> PolygonSheet:
+    """A loop carried by a motion; its normal stays on the physical side, also under a mirror."""
+    rows, shift = motion.affine
+    points = [_transform_points(rows, shift, ex.exact_row(vertex)) for vertex in vertices]
+    normal, middle = newell_sum(points), _middle(points)
+    if ex.determinant(rows) < 0:
+        normal = (-normal[0], -normal[1], -normal[2])
+    # The offset is that of any corner of a triangle; of other loops it is n·middle, divided last: so it is exact
+    # wherever it is binary on paper
+    offset = ex.dot(normal, points[0]) if len(points) == 3 else ex.dot(normal, _sum(points)) / len(points)
+    plane = PlaneSurface(normal, offset, middle)
+    return PolygonSheet(plane, tuple(points), transform_uv(uv, motion))
+
+
+def _transform_points(rows: ex.Rows, shift: ex.Row, point: ex.Row) -> ex.Row:
+    x, y, z = (ex.dot(row, point, t) for row, t in zip(rows, shift, strict=True))
+    return x, y, z
+
+
+def _sum(points: Sequence[ex.Row]) -> ex.Row:
+    x, y, z = (ex.total(point[i] for point in points) for i in range(3))
+    return x, y, z
+
+
+def _middle(points: Sequence[ex.Row]) -> ex.Row:
+    x, y, z = (total / len(points) for total in _sum(points))
+    return x, y, z
+
+
+def _minus(a: ex.Row, b: ex.Row) -> ex.Row:
+    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
+
+
+def _floats(row: ex.Row) -> Vector:
+    return ex.rounded(row[0]), ex.rounded(row[1]), ex.rounded(row[2])
+
+
+# The triangle, the smallest flat sheet.
+
+CLEAR_AREA = 2.0**-45
+
+
+@dataclass(frozen=True)
+class Triangle(PrimitiveSheet):
+    """The triangle a, b, c; its normal (b - a) × (c - a) sees them counter-clockwise.
+
+    Face 0. uv: (β, γ), the barycentric weights of b and c in p = α a + β b + γ c, α + β + γ = 1.
+    Source: the ray tracing notes, "barycentric coordinates".
+    """
+
+    a: VectorLike
+    b: VectorLike
+    c: VectorLike
+
+    def __post_init__(self) -> None:
+        for name in ("a", "b", "c"):
+            object.__setattr__(self, name, check_vector("Triangle", name, getattr(self, name)))
+        if not self._is_clear() and not any(ex.cross(*self._edges())):
+            raise ValueError(f"Triangle: a, b, c must not lie on a line, got {self.a}, {self.b}, {self.c}")
+
+    def _is_clear(self) -> bool:
+        """Whether floats show that the corners are not on a line.
+
+        Products of rounded differences are off by less than 2^-51 of themselves, and nothing underflows in the domain.
+        """
+        (ax, ay, az), (bx, by, bz), (cx, cy, cz) = self.a, self.b, self.c
+        x, y, z, u, v, w = bx - ax, by - ay, bz - az, cx - ax, cy - ay, cz - az
+        return any(
+            abs(p - q) > CLEAR_AREA * (abs(p) + abs(q)) for p, q in ((y * w, z * v), (z * u, x * w), (x * v, y * u))
+        )
+
+    def _edges(self) -> tuple[ex.Row, ex.Row]:
+        a, b, c = (ex.exact_row(point) for point in (self.a, self.b, self.c))
+        return (b[0] - a[0], b[1] - a[1], b[2] - a[2]), (c[0] - a[0], c[1] - a[1], c[2] - a[2])
+
+    def sheet(self, motion: Motion) -> PolygonSheet:
+        return polygon_sheet((self.a, self.b, self.c), motion, self._uv())
+
+    def _uv(self) -> UV:
+        """β = (c - a) × n · (p - a) / n², γ = n × (b - a) · (p - a) / n², n = (b - a) × (c - a)."""
+        to_b, to_c = self._edges()
+        normal = ex.cross(to_b, to_c)
+        square, start = ex.dot(normal, normal), ex.exact_row(self.a)
+        rows = []
+        for gradient in (ex.cross(to_c, normal), ex.cross(normal, to_b)):
+            x, y, z = (component / square for component in gradient)
+            rows.append((ex.rounded(x), ex.rounded(y), ex.rounded(z), -ex.rounded(ex.dot((x, y, z), start))))
+        return UV(False, (rows[0], rows[1], NO_ROW))
+
+    def support(self, direction: Vector) -> float:
+        return points_support((self.a, self.b, self.c), direction)
+
+
+# The open side wall of a cylinder, a curved sheet.
+
+
+@dataclass(frozen=True)
+class CylinderPatch(PrimitiveSheet):
+    """Part of the side of a cylinder of a `radius` about the axis from `start` to `end`, open at its ends and edges.
+
+    Own frame as for `Cylinder`: x² + y² = radius², 0 <= z <= length, the angle of (x, y) from `start_angle`
+    to `end_angle` (degrees, their difference in (0, 360]), zero towards `reference`, growing counter-clockwise
+    about start → end. The normal points away from the axis.
+    Face 0. uv: (angle / 360, height in [0, 1]).
+    Source: Sasaki 2021.
+    """
+
+    start: VectorLike
+    end: VectorLike
+    radius: float
+    start_angle: float = 0.0
+    end_angle: float = 360.0
+    reference: VectorLike | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "start", check_vector("CylinderPatch", "start", self.start))
+        object.__setattr__(self, "end", check_vector("CylinderPatch", "end", self.end))
+        object.__setattr__(self, "radius", check_positive("CylinderPatch", "radius", self.radius))
+        check_axis("CylinderPatch", self.start, self.end)
+        check_angles(self, "CylinderPatch")
+
+    @property
+    def length(self) -> float:
+        return hypot(*map(sub, self.end, self.start))
+
+    @property
+    def placement(self) -> Motion:
+        return axis_frame(self.start, self.end, self.reference)
+
+    def sheet(self, motion: Motion) -> SurfaceSheet:
+        side, *ends = side_and_caps(self.radius, self.start, self.end)
+        walls = wedge_walls(self.start_angle, self.end_angle, self.radius, self.length)
+        between, wedge = (tuple(_transform_face(face, motion) for face in faces) for faces in (ends, walls))
+        clip: Tree = Cell(between + wedge)
+        if self.end_angle - self.start_angle > 180 and wedge:
+            clip = All((Cell(between), union_of_walls(wedge)))
+        return SurfaceSheet(side.surface.moved(motion), clip, uv=transform_uv(side.uv, motion))
+
+    def support(self, direction: Vector) -> float:
+        across = arc_support(self.radius, self.start_angle, self.end_angle, direction)
+        return sum_up((portable_max(0.0, direction[2] * self.length), across))
+
+
+def _transform_face(face: Face, motion: Motion) -> Face:
+    return dataclasses.replace(face, surface=face.surface.moved(motion))
+
+
+# One face of a solid as an open surface: thin mirrors, screens and shells of any quadric.
+
+
+@dataclass(frozen=True)
+class Wall(PrimitiveSheet):
+    """The points of one face of a primitive `solid`, as an open surface: what of the face's surface bounds the solid.
+
+    `face` is its number, as in ``hits.face``. Other solids cut it: ``Wall(solid, 0) & a - b``. A face of a Boolean
+    solid is said so too: that of the primitive, kept inside (``&``) or outside (``-``) of the others.
+    The normal is the solid's, outward. Own frame and uv: those of the solid. Face 0.
+    """
+
+    solid: Solid
+    face: int = 0
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.solid, Solid) or not getattr(self.solid, "combines", True):
+            raise TypeError(f"Wall: solid must be a solid, got {describe_kind(self.solid)}")
+        if not isinstance(self.solid, PrimitiveSolid):
+            told = "Wall(part, face) & others, or - others, is a face of a combination"
+            raise TypeError(f"Wall: solid must be a primitive, got {describe_kind(self.solid)}; {told}")
+        object.__setattr__(self, "face", check_integer("Wall", "face", self.face, 0))
+        found = sorted({face.number for face in _faces(self.solid.tree())})
+        if self.face not in found:
+            numbers = ", ".join(map(str, found))
+            raise ValueError(
+                f"Wall: face must be one of {type(self.solid).__name__}'s, {numbers}, got {format_value(self.face)}"
+            )
+        (first, *_), *others = self._cuts()
+        if not all(_is_same(first.surface, other.surface) for other, *_ in others):
+            raise ValueError(f"Wall: face {self.face} of {type(self.solid).__name__} is on more than one surface")
+
+    @property
+    def placement(self) -> Motion:
+        return self.solid.under(IDENTITY_MOTION)
+
+    def _cuts(self) -> list[tuple[Face, bool, tuple[Tree, ...]]]:
+        """(the face, whether its cell counts inside, what all must hold there) wherever it bounds the solid."""
+        assert isinstance(self.solid, PrimitiveSolid)
+        return _find_bounding(self.solid.tree(), self.face, True, ())
+
+    def sheet(self, motion: Motion) -> SurfaceSheet:
+        cuts = self._cuts()
+        first, counts, _ = cuts[0]
+        held = [All(rest) for _, _, rest in cuts]
+        clip = _transform_tree(held[0] if len(held) == 1 else Any_(tuple(held)), motion)
+        side = first.inside if counts else -first.inside
+        none = isinstance(clip, All) and not clip.parts
+        return SurfaceSheet(
+            first.surface.moved(motion), None if none else clip, side, uv=transform_uv(first.uv, motion)
+        )
+
+    def support(self, direction: Vector) -> float:
+        assert isinstance(self.solid, PrimitiveSolid)
+        return self.solid.support(direction)
+
+    def bounds_under(self, outer: Motion) -> BoxEnds:
+        """Those of the solid, and of the face's plane if it is flat."""
+        motion = self.under(outer)
+        box = self.solid.bounds_under(self.motion.then(outer))
+        surface = self._cuts()[0][0].surface
+        return (
+            intersect_boxes([box, half_space_bounds(surface.moved(motion))])
+            if isinstance(surface, PlaneSurface)
+            else box
+        )
+
+
+def _faces(tree: Tree) -> list[Face]:
+    """All faces of all cells."""
+    if isinstance(tree, Cell):
+        return list(tree.faces)
+    return [face for part in ((tree.part,) if isinstance(tree, Not) else tree.parts) for face in _faces(part)]
+
+
+def _is_same(a: Surface, b: Surface) -> bool:
+    """Are two surfaces one, whatever their sense?"""
+    if isinstance(a, PlaneSurface) and isinstance(b, PlaneSurface):
+        (x, y, z), (u, v, w) = a.normal, b.normal
+        return any((sign * u, sign * v, sign * w, sign * b.offset) == (x, y, z, a.offset) for sign in (1, -1))
+    return a == b
+
+
+def _find_bounding(
+    tree: Tree, face: int, counts: bool, held: tuple[Tree, ...]
+) -> list[tuple[Face, bool, tuple[Tree, ...]]]:
+    """Where a face decides what is inside.
+
+    That is where its cell's other faces hold, all other parts of every `All` above, and no other of any `Any_`.
+    """
+    if isinstance(tree, Not):
+        return _find_bounding(tree.part, face, not counts, held)
+    if isinstance(tree, Cell):
+        mine = [one for one in tree.faces if one.number == face]
+        return [(one, counts, (*held, _other_faces(tree, one))) for one in mine]
+    found = []
+    for part in tree.parts:
+        others = [other for other in tree.parts if other is not part]
+        decided: list[Tree] = [other if isinstance(tree, All) else _negate(other) for other in others]
+        found += _find_bounding(part, face, counts, (*held, *decided))
+    return found
+
+
+def _other_faces(cell: Cell, face: Face) -> Tree:
+    """The faces of a cell but for one."""
+    rest = tuple(one for one in cell.faces if one is not face)
+    return Cell(rest) if rest else All(())
+
+
+def _negate(tree: Tree) -> Tree:
+    return tree.part if isinstance(tree, Not) else Not(tree)
+
+
+def _transform_tree(tree: Tree, motion: Motion) -> Any:
+    """A tree carried by a motion, for clipping: its faces have no numbers of their own."""
+    if isinstance(tree, Cell):
+        return Cell(tuple(replace(one, surface=one.surface.moved(motion), number=0) for one in tree.faces))
+    if isinstance(tree, Not):
+        return _negate(_transform_tree(tree.part, motion))
+    parts = [_transform_tree(part, motion) for part in tree.parts]
+    flat: list[Tree] = []
+    for part in parts:
+        flat.extend(part.parts if isinstance(part, type(tree)) else (part,))
+    return flat[0] if len(flat) == 1 else type(tree)(tuple(flat))

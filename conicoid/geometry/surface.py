@@ -1,0 +1,143 @@
+"""The two kinds of surface that everything is cut from, with exact parameters.
+
+A surface is data: numbers about an anchor near the part that is used. Its numbers may be floats,
+fractions or 3000-bit numbers; `moved` carries it by a motion without rounding, and lowering rounds
+each number once. `key` names the surface itself, whatever its anchor, sign and scale.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any, TypeAlias
+
+from ..numerics import bigfloat_linalg as ex
+from ..numerics.portable_math import count_nonzero, portable_sqrt
+from .transform import Motion
+
+Triple: TypeAlias = tuple[Any, Any, Any]
+Triples: TypeAlias = tuple[Triple, Triple, Triple]
+Key: TypeAlias = tuple[Any, ...]
+
+ORIGIN: Triple = (0.0, 0.0, 0.0)
+_KEY_BITS = 1500
+_BALL_CENTER_SHARE = 2.0**-47
+"""Balls whose centers are rounded by less than this share of their radius stay balls in every table."""
+UPRIGHT: Triples = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+
+
+@dataclass(frozen=True, slots=True)
+class PlaneSurface:
+    """normal·x - offset = 0; `anchor` is any point near the part in use, best on the plane."""
+
+    normal: Triple
+    offset: Any
+    anchor: Triple = ORIGIN
+    over: Any = field(default=None, compare=False)
+    """normal·anchor - offset, where that is known: no motion changes it."""
+
+    @property
+    def height(self) -> ex.Exact:
+        """normal·anchor - offset"""
+        if self.over is not None:
+            return ex.exact(self.over)
+        return ex.dot(ex.exact_row(self.normal), ex.exact_row(self.anchor), -ex.exact(self.offset))
+
+    def moved(self, motion: Motion) -> PlaneSurface:
+        """The image: normals are carried by the inverse transpose."""
+        if motion.is_identity:
+            return self
+        back, back_shift = motion.inverse
+        normal, anchor = ex.exact_row(self.normal), ex.exact_row(self.anchor)
+        offset = ex.cancelling_sum((ex.exact(self.offset), -ex.dot(normal, back_shift)))
+        return PlaneSurface(ex.apply(ex.transpose(back), normal), offset, motion.carried(anchor), self.height)
+
+    def key(self) -> tuple[Key, int]:
+        """(name of the plane, +1 or -1 for the sense of its normal)."""
+        return _normalize_key("plane", (*ex.exact_row(self.normal), ex.exact(self.offset)))
+
+
+@dataclass(frozen=True, slots=True)
+class QuadricSurface:
+    """sum of squares[i] y_i² + 2 linear[i] y_i - constant = 0, where y = rows (x - anchor).
+
+    Inside is where the left side is negative. `rows` is invertible, seldom anything but the
+    identity before a motion; a motion changes `rows` and `anchor` only.
+    """
+
+    squares: Triple
+    linear: Triple = ORIGIN
+    constant: Any = 1.0
+    rows: Triples = UPRIGHT
+    anchor: Triple = ORIGIN
+
+    def moved(self, motion: Motion) -> QuadricSurface:
+        """The image; a ball that stays one keeps its rows."""
+        ball = None if motion.is_identity or motion.shift is not None else self._moved_ball(motion)
+        return ball or self.moved_rows(motion)
+
+    def moved_rows(self, motion: Motion) -> QuadricSurface:
+        """The image: own coordinates, which keep their equation, are reached by the inverse motion."""
+        if motion.is_identity:
+            return self
+        if motion.shift is not None and self.anchor is ORIGIN:
+            return QuadricSurface(self.squares, self.linear, self.constant, self.rows, motion.shift)
+        back, _ = motion.inverse
+        own = tuple(ex.exact_row(row) for row in self.rows)
+        rows = ex.multiply((own[0], own[1], own[2]), back) if back is not ex.IDENTITY else self.rows
+        return QuadricSurface(self.squares, self.linear, self.constant, rows, motion.carried(ex.exact_row(self.anchor)))
+
+    def _moved_ball(self, motion: Motion) -> QuadricSurface | None:
+        """The image of a ball under a similarity, with the square of its radius.
+
+        None for anything else, and for a ball so small that rounding its center matters: records go by the rows then.
+        """
+        if self.rows is not UPRIGHT or any(self.linear) or not self.constant > 0:
+            return None
+        if count_nonzero([ex.rounded(square - 1) for square in self.squares]):  # one test of three numbers
+            return None
+        factor = motion.similarity
+        if factor is None:
+            return None
+        anchor, square = motion.carried(ex.exact_row(self.anchor)), ex.exact(self.constant) * factor * factor
+        square = ex.cancelling_sum((square,))
+        radius = portable_sqrt(ex.rounded(square))
+        rests = (ex.cancelling_sum((value, -ex.exact(ex.rounded(value)))) for value in anchor)
+        if not all(abs(ex.rounded(rest)) < _BALL_CENTER_SHARE * radius for rest in rests):
+            return None
+        return QuadricSurface(self.squares, self.linear, square, self.rows, anchor)
+
+    def coefficients(self) -> tuple[ex.Exact, ...]:
+        """(xx, yy, zz, xy, xz, yz, x, y, z, 1) of the polynomial about the world's origin.
+
+        The mixed and linear entries are half the coefficients, as in a symmetric matrix.
+        """
+        return tuple(ex.cancelling_sum(terms) for terms in self.terms())
+
+    def terms(self) -> list[list[ex.Exact]]:
+        """The terms that each of the coefficients is the sum of."""
+        w = tuple(ex.exact_row(row) for row in self.rows)
+        s, b = ex.exact_row(self.squares), ex.exact_row(self.linear)
+        anchor = ex.exact_row(self.anchor)
+        # y = W x + shift
+        shift = tuple(-ex.dot(row, anchor) for row in w)
+        second = [
+            [s[k] * w[k][i] * w[k][j] for k in range(3)] for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
+        ]
+        first = [[t for k in range(3) for t in (s[k] * shift[k] * w[k][i], b[k] * w[k][i])] for i in range(3)]
+        constant = [t for k in range(3) for t in (s[k] * shift[k] * shift[k], 2 * b[k] * shift[k])]
+        return [*second, *first, [*constant, -ex.exact(self.constant)]]
+
+    def key(self) -> tuple[Key, int]:
+        """(name of the quadric, +1 or -1 for the sense of its inside)."""
+        return _normalize_key("quadric", self.coefficients())
+
+
+Surface: TypeAlias = PlaneSurface | QuadricSurface
+
+
+def _normalize_key(kind: str, coefficients: Sequence[ex.Exact]) -> tuple[Key, int]:
+    """Coefficients up to a factor: divided by the first nonzero one and rounded to 1500 bits."""
+    lead = next((c for c in coefficients if c), ex.ONE)
+    ratios = tuple(ex.cut(c / lead, _KEY_BITS) for c in coefficients)
+    return (kind, *ratios), 1 if lead > 0 else -1

@@ -1,0 +1,242 @@
+"""Motion by keyframes: where a body, the camera or a light is at given times, and in between.
+
+Between two keys all numbers go evenly from one to the other ("linear"), or slowly at first and at last ("smooth", with
+3s² - 2s³ of the share s of the time). Before the first key and after the last nothing moves.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any, Literal, TypeAlias, get_args
+
+import numpy as np
+
+from .._util.arrays import Vector
+from .._util.hints import check_choice
+from .._util.validation import (
+    as_integer,
+    check_number,
+    check_numbers,
+    check_vector,
+    describe_kind,
+    format_value,
+    real_array,
+)
+from .shape import Shape
+
+Ease: TypeAlias = Literal["linear", "smooth"]
+
+
+def _times(owner: str, value: Any) -> tuple[float, ...]:
+    """Times in order, one at least."""
+    given = real_array(owner, "times", value, "a list of times in seconds")
+    if given.ndim != 1 or not given.size:
+        raise ValueError(f"{owner}: times must be a list of one time or more, got {format_value(value)}")
+    times = tuple(check_number(owner, f"times[{i}]", time) for i, time in enumerate(given.tolist()))
+    for i in range(len(times) - 1):
+        if not times[i] < times[i + 1]:
+            raise ValueError(f"{owner}: times must grow, got {times[i]:g} before {times[i + 1]:g} (times[{i + 1}])")
+    return times
+
+
+def _keys(owner: str, field: str, value: Any, count: int, size: int) -> Any:
+    """One key for each time: numbers, or vectors of `size`."""
+    if not isinstance(value, list | tuple | np.ndarray) or len(value) != count:
+        got = f"{len(value)}" if isinstance(value, list | tuple | np.ndarray) else describe_kind(value)
+        raise ValueError(f"{owner}: {field} must be a list of {count}, one for each of times, got {got}")
+    if size == 1:
+        return tuple(check_number(owner, f"{field}[{i}]", item) for i, item in enumerate(value))
+    return tuple(check_numbers(owner, f"{field}[{i}]", item, size) for i, item in enumerate(value))
+
+
+def _key_share(times: tuple[float, ...], time: float, ease: Ease) -> tuple[int, float]:
+    """(the key before, how much of the way to the next)."""
+    if time <= times[0] or len(times) == 1:
+        return 0, 0.0
+    if time >= times[-1]:
+        return len(times) - 2, 1.0
+    k = max(i for i in range(len(times) - 1) if times[i] <= time)
+    s = (time - times[k]) / (times[k + 1] - times[k])
+    return k, s if ease == "linear" else s * s * (3.0 - 2.0 * s)
+
+
+def _interpolate_keys(keys: Any, k: int, s: float) -> Any:
+    """A number or a vector between two keys: exactly a key at its end."""
+    if s == 0.0 or s == 1.0:
+        return keys[k + (s == 1.0)]
+    a, b = keys[k], keys[k + 1]
+    if isinstance(a, float):
+        return a + s * (b - a)
+    return tuple(p + s * (q - p) for p, q in zip(a, b, strict=True))
+
+
+@dataclass(frozen=True)
+class BodyTrack:
+    """How a body moves: turned about a fixed axis and then translated, from where the scene has it.
+
+    body: its name.
+    times: of the keys, in seconds, growing.
+    translate: for each key by how much, three numbers.
+    degrees: for each key the angle about `axis`, right-handed; several turns are several times 360.
+    axis: three numbers or "x", "y", "z", "-x", "-y", "-z"; about: a point of it.
+    ease: "linear", or "smooth": slow at each key.
+    """
+
+    body: str
+    times: tuple[float, ...]
+    translate: tuple[Vector, ...] | None = None
+    degrees: tuple[float, ...] | None = None
+    axis: str | Vector = "z"
+    about: Vector = (0.0, 0.0, 0.0)
+    ease: Ease = "linear"
+
+    def __post_init__(self) -> None:
+        owner = "BodyTrack"
+        if not isinstance(self.body, str) or not self.body:
+            raise ValueError(f"{owner}: body must be the name of a body, got {format_value(self.body)}")
+        object.__setattr__(self, "times", _times(owner, self.times))
+        if self.translate is None and self.degrees is None:
+            raise ValueError(f"{owner}: translate or degrees must say how {self.body!r} moves")
+        for field, size in (("translate", 3), ("degrees", 1)):
+            value = getattr(self, field)
+            if value is not None:
+                object.__setattr__(self, field, _keys(owner, field, value, len(self.times), size))
+        axis = self.axis if isinstance(self.axis, str) else check_vector(owner, "axis", self.axis, nonzero=True)
+        if isinstance(axis, str) and axis not in ("x", "y", "z", "-x", "-y", "-z"):
+            raise ValueError(
+                f"{owner}: axis must be three numbers or one of x, y, z, -x, -y, -z, got {format_value(axis)}"
+            )
+        object.__setattr__(self, "axis", axis)
+        object.__setattr__(self, "about", check_vector(owner, "about", self.about))
+        object.__setattr__(self, "ease", check_choice(owner, "ease", self.ease, get_args(Ease)))
+
+    def moved(self, shape: Shape, time: float) -> Shape:
+        """A shape where the track has it at a time: turned and translated, which is rounded once."""
+        k, s = _key_share(self.times, time, self.ease)
+        angle = 0.0 if self.degrees is None else _interpolate_keys(self.degrees, k, s)
+        offset = (0.0, 0.0, 0.0) if self.translate is None else _interpolate_keys(self.translate, k, s)
+        if angle:
+            shape = shape.rotate(self.axis, angle, about=self.about)
+        return shape.translate(offset) if any(offset) else shape
+
+
+@dataclass(frozen=True)
+class CameraTrack:
+    """How the scene's camera moves.
+
+    times: of the keys, in seconds, growing.
+    position, look_at: for each key, three numbers.
+    field_of_view, focus_distance: for each key, of a `Camera`.
+    ease: "linear", or "smooth": slow at each key.
+    """
+
+    times: tuple[float, ...]
+    position: tuple[Vector, ...] | None = None
+    look_at: tuple[Vector, ...] | None = None
+    field_of_view: tuple[float, ...] | None = None
+    focus_distance: tuple[float, ...] | None = None
+    ease: Ease = "linear"
+
+    def __post_init__(self) -> None:
+        owner = "CameraTrack"
+        object.__setattr__(self, "times", _times(owner, self.times))
+        for field in _CAMERA_FIELDS:
+            value = getattr(self, field)
+            if value is not None:
+                size = 3 if field in ("position", "look_at") else 1
+                object.__setattr__(self, field, _keys(owner, field, value, len(self.times), size))
+        if not self._moving:
+            raise ValueError(f"{owner}: {', '.join(_CAMERA_FIELDS[:-1])} or {_CAMERA_FIELDS[-1]} must say how it moves")
+        object.__setattr__(self, "ease", check_choice(owner, "ease", self.ease, get_args(Ease)))
+
+    @property
+    def _moving(self) -> list[str]:
+        return [field for field in _CAMERA_FIELDS if getattr(self, field) is not None]
+
+    def moved(self, camera: Any, time: float) -> Any:
+        """A camera where the track has it at a time."""
+        k, s = _key_share(self.times, time, self.ease)
+        for field in self._moving:
+            if not hasattr(camera, field):
+                raise ValueError(f"CameraTrack: {field} is nothing that a {type(camera).__name__} has")
+        return dataclasses.replace(
+            camera, **{field: _interpolate_keys(getattr(self, field), k, s) for field in self._moving}
+        )
+
+
+@dataclass(frozen=True)
+class LightTrack:
+    """How one of the scene's lights moves, or grows brighter; lamps are bodies, and move by a `BodyTrack`.
+
+    light: which of the scene's lights, from 0.
+    times: of the keys, in seconds, growing.
+    position, direction: for each key, three numbers.
+    intensity: for each key one number.
+    ease: "linear", or "smooth": slow at each key.
+    """
+
+    light: int
+    times: tuple[float, ...]
+    position: tuple[Vector, ...] | None = None
+    direction: tuple[Vector, ...] | None = None
+    intensity: tuple[float, ...] | None = None
+    ease: Ease = "linear"
+
+    def __post_init__(self) -> None:
+        owner, light = "LightTrack", as_integer(self.light)
+        if light is None or not 0 <= light <= _MOST_LIGHTS:
+            raise ValueError(f"{owner}: light must be the number of a light, from 0, got {format_value(self.light)}")
+        object.__setattr__(self, "light", light)
+        object.__setattr__(self, "times", _times(owner, self.times))
+        for field in self._moving:
+            size = 1 if field == "intensity" else 3
+            object.__setattr__(self, field, _keys(owner, field, getattr(self, field), len(self.times), size))
+        if not self._moving:
+            raise ValueError(f"{owner}: {', '.join(_LIGHT_FIELDS[:-1])} or {_LIGHT_FIELDS[-1]} must say how it moves")
+        object.__setattr__(self, "ease", check_choice(owner, "ease", self.ease, get_args(Ease)))
+
+    @property
+    def _moving(self) -> list[str]:
+        return [field for field in _LIGHT_FIELDS if getattr(self, field) is not None]
+
+    def moved(self, light: Any, time: float) -> Any:
+        """A light where the track has it at a time."""
+        k, s = _key_share(self.times, time, self.ease)
+        for field in self._moving:
+            if not hasattr(light, field):
+                raise ValueError(f"LightTrack: {field} is nothing that a {type(light).__name__} has")
+        return dataclasses.replace(
+            light, **{field: _interpolate_keys(getattr(self, field), k, s) for field in self._moving}
+        )
+
+
+_MOST_LIGHTS = 1_000_000
+_LIGHT_FIELDS = ("position", "direction", "intensity")
+_CAMERA_FIELDS = ("position", "look_at", "field_of_view", "focus_distance")
+Track: TypeAlias = BodyTrack | CameraTrack | LightTrack
+TRACKS: dict[str, type[Track]] = {kind.__name__: kind for kind in get_args(Track)}
+"""Scene-file name -> class."""
+
+
+def as_tracks(tracks: Any) -> tuple[Track, ...]:
+    """Tracks as a tuple, checked; one stands for a list of it."""
+    if isinstance(tracks, get_args(Track)):
+        return (tracks,)
+    if tracks is None:
+        return ()
+    if isinstance(tracks, (str, bytes, Mapping)) or not isinstance(tracks, Iterable):
+        raise TypeError(
+            f"Scene: animation must be a list of {', '.join(TRACKS)}, or one of them, got {describe_kind(tracks)}"
+        )
+    items = tuple(tracks)
+    for i, item in enumerate(items):
+        if not isinstance(item, get_args(Track)):
+            raise TypeError(f"Scene: animation[{i}] must be one of {', '.join(TRACKS)}, got {describe_kind(item)}")
+    return items
+
+
+def last_time(tracks: tuple[Track, ...]) -> float:
+    """The last time at which anything moves."""
+    return max((track.times[-1] for track in tracks), default=0.0)

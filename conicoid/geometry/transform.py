@@ -1,0 +1,484 @@
+"""The steps that motions are made of: translations, turns, scalings, matrices and frames.
+
+Each says where it takes points and how to come back, in 3000 bits; by what factor it changes all lengths, where there
+is one; and, in floats, how far it can reach, which is enough to tell that numbers stay within their domain.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, NamedTuple, TypeAlias
+
+import numpy as np
+
+from .._util.arrays import FloatArray, Matrix4, Vector
+from .._util.pickling import pickle_state
+from .._util.validation import LARGEST, check_matrix4, check_vector, format_value
+from .._util.validation import check_degrees as as_degrees
+from ..numerics import bigfloat_linalg as ex
+from ..numerics.portable_math import least_axis
+
+Affine: TypeAlias = tuple[ex.Rows, ex.Row]
+"""x ↦ rows x + shift"""
+
+ZERO_SHIFT: ex.Row = (ex.ZERO, ex.ZERO, ex.ZERO)
+"""The shift of what keeps the origin."""
+CLEAR_DETERMINANT = 2.0**-40
+"""A determinant above this share of the product of its rows is not zero, and known to four digits."""
+
+
+class Reach(NamedTuple):
+    """Bounds, in floats that may be some ulps off: no entry of a motion is larger, nor one of its inverse."""
+
+    stretch: float
+    """of the norm of the linear part"""
+    back: float
+    """of the norm of its inverse; inf where floats leave open whether there is one"""
+    shift: float
+    """of the length of the shift"""
+
+    def then(self, other: Reach) -> Reach:
+        """Of one motion after the other."""
+        return Reach(self.stretch * other.stretch, self.back * other.back, self.shift * other.stretch + other.shift)
+
+
+IDENTITY_REACH = Reach(1.0, 1.0, 0.0)
+
+
+class _Step:
+    """What all steps share: a step is seldom alone in having to say what it does, so it remembers that."""
+
+    def __getstate__(self) -> dict[str, Any]:
+        return pickle_state(self)
+
+    @cached_property
+    def forth_and_back(self) -> tuple[Affine, Affine]:
+        """`affine` and `inverse`, worked out once."""
+        return self.affine(), self.inverse()
+
+    def affine(self) -> Affine:
+        """Where it takes points."""
+        raise NotImplementedError
+
+    def inverse(self) -> Affine:
+        """Where it takes them from."""
+        raise NotImplementedError
+
+
+@dataclass(frozen=True)
+class Translate(_Step):
+    """x ↦ x + offset"""
+
+    offset: Vector
+
+    def affine(self) -> Affine:
+        return ex.IDENTITY, ex.exact_row(self.offset)
+
+    def inverse(self) -> Affine:
+        x, y, z = ex.exact_row(self.offset)
+        return ex.IDENTITY, (-x, -y, -z)
+
+    def similarity(self) -> ex.Exact | None:
+        return ex.ONE
+
+    def reach(self) -> Reach:
+        return Reach(1.0, 1.0, _sum_magnitudes(self.offset))
+
+
+@dataclass(frozen=True)
+class Rotate(_Step):
+    """Right-handed turn about `axis` through the origin, in degrees (Rodrigues' formula)."""
+
+    axis: Vector
+    degrees: float
+
+    def affine(self) -> Affine:
+        return self._rows(), ZERO_SHIFT
+
+    def inverse(self) -> Affine:
+        return ex.transpose(self._rows()), ZERO_SHIFT
+
+    def similarity(self) -> ex.Exact | None:
+        return ex.ONE
+
+    def reach(self) -> Reach:
+        return IDENTITY_REACH
+
+    def _rows(self) -> ex.Rows:
+        s, c = ex.sin_cos_degrees(self.degrees)
+        along = [i for i in range(3) if self.axis[i]]
+        if len(along) == 1:
+            return _rotation_about_axis(along[0], s if self.axis[along[0]] > 0 else -s, c)
+        x, y, z = ex.unit(ex.exact_row(self.axis))
+        k = 1 - c
+        return (
+            (ex.dot((x * x, c), (k, ex.ONE)), ex.dot((x * y, -z), (k, s)), ex.dot((x * z, y), (k, s))),
+            (ex.dot((x * y, z), (k, s)), ex.dot((y * y, c), (k, ex.ONE)), ex.dot((y * z, -x), (k, s))),
+            (ex.dot((x * z, -y), (k, s)), ex.dot((y * z, x), (k, s)), ex.dot((z * z, c), (k, ex.ONE))),
+        )
+
+
+@dataclass(frozen=True)
+class Scale(_Step):
+    """x ↦ (kx x, ky y, kz z); negative factors mirror."""
+
+    factors: Vector
+
+    def affine(self) -> Affine:
+        return _diagonal(ex.exact_row(self.factors)), ZERO_SHIFT
+
+    def inverse(self) -> Affine:
+        x, y, z = ex.exact_row(self.factors)
+        return _diagonal((1 / x, 1 / y, 1 / z)), ZERO_SHIFT
+
+    def similarity(self) -> ex.Exact | None:
+        x, y, z = map(abs, self.factors)
+        return ex.exact(x) if x == y == z else None
+
+    def reach(self) -> Reach:
+        x, y, z = map(abs, self.factors)
+        return Reach(max(x, y, z), 1 / min(x, y, z), 0.0)
+
+
+@dataclass(frozen=True)
+class Transform(_Step):
+    """x ↦ M x in homogeneous coordinates; the last row of M is (0, 0, 0, 1)."""
+
+    matrix: Matrix4
+
+    def affine(self) -> Affine:
+        rows = tuple(ex.exact_row(row[:3]) for row in self.matrix[:3])
+        return (rows[0], rows[1], rows[2]), ex.exact_row(row[3] for row in self.matrix[:3])
+
+    def inverse(self) -> Affine:
+        rows, shift = self.affine()
+        back = ex.inverse(rows)
+        x, y, z = ex.apply(back, shift)
+        return back, (-x, -y, -z)
+
+    def similarity(self) -> ex.Exact | None:
+        """The root of the Gram matrix, where that is a multiple q of the identity: |det| / q, which is rational."""
+        rows, _ = self.affine()
+        square = ex.dot(rows[0], rows[0])
+        if any(ex.dot(rows[i], rows[j]) for i, j in ((0, 1), (0, 2), (1, 2))):
+            return None
+        return ex.sqrt(square) if square == ex.dot(rows[1], rows[1]) == ex.dot(rows[2], rows[2]) else None
+
+    def reach(self) -> Reach:
+        a, b, c = (row[:3] for row in self.matrix[:3])
+        across = (b[1] * c[2] - b[2] * c[1], b[2] * c[0] - b[0] * c[2], b[0] * c[1] - b[1] * c[0])
+        volume = abs(a[0] * across[0] + a[1] * across[1] + a[2] * across[2])
+        x, y, z = _sum_magnitudes(a), _sum_magnitudes(b), _sum_magnitudes(c)
+        # The columns of the adjugate are cross products of two rows, no longer than the product of their lengths
+        back = 1.01 * (x * y + y * z + z * x) / volume if volume > CLEAR_DETERMINANT * (x * y * z) else math.inf
+        return Reach(x + y + z, back, _sum_magnitudes(row[3] for row in self.matrix[:3]))
+
+
+@dataclass(frozen=True)
+class AxisFrame(_Step):
+    """Own coordinates to a frame with its origin at `origin` and z along `axis`.
+
+    x points to `reference`, projected across the axis (Sasaki 2021, equation 2, with the projection
+    that the errata ask for); without one, to the coordinate axis that is least along `axis`.
+    """
+
+    origin: Vector
+    axis: Vector | ex.Row
+    reference: Vector | None = None
+
+    def affine(self) -> Affine:
+        return ex.transpose(self._axes()), ex.exact_row(self.origin)
+
+    def inverse(self) -> Affine:
+        rows = self._axes()
+        x, y, z = ex.apply(rows, ex.exact_row(self.origin))
+        return rows, (-x, -y, -z)
+
+    def similarity(self) -> ex.Exact | None:
+        return ex.ONE
+
+    def reach(self) -> Reach:
+        return Reach(1.0, 1.0, _sum_magnitudes(self.origin))
+
+    def _axes(self) -> ex.Rows:
+        """The directions of x, y and z."""
+        z = ex.unit(ex.exact_row(self.axis))
+        if self.reference is None:
+            towards = ex.exact_row(least_axis(ex.exact_row(self.axis)))
+        else:
+            towards = ex.minus(ex.exact_row(self.reference), ex.exact_row(self.origin))
+        along = ex.dot(towards, z)
+        aside = ex.minus(towards, (along * z[0], along * z[1], along * z[2]))
+        across, size = ex.cross(z, towards), ex.sqrt(ex.dot(aside, aside))  # z × aside is z × towards, and as long
+        x, y = ((row[0] / size, row[1] / size, row[2] / size) for row in (aside, across))
+        return x, y, z
+
+
+Step: TypeAlias = Translate | Rotate | Scale | Transform | AxisFrame
+
+
+def _sum_magnitudes(values: Iterable[float]) -> float:
+    """The sum of magnitudes, which no length exceeds."""
+    return sum(map(abs, values))
+
+
+def _diagonal(factors: ex.Row) -> ex.Rows:
+    x, y, z = factors
+    return (x, ex.ZERO, ex.ZERO), (ex.ZERO, y, ex.ZERO), (ex.ZERO, ex.ZERO, z)
+
+
+def _rotation_about_axis(axis: int, s: ex.Exact, c: ex.Exact) -> ex.Rows:
+    """The turn about a coordinate axis with this sine and cosine."""
+    o, i = ex.ZERO, ex.ONE
+    if axis == 0:
+        return (i, o, o), (o, c, -s), (o, s, c)
+    return ((c, o, s), (o, i, o), (-s, o, c)) if axis == 1 else ((c, -s, o), (s, c, o), (o, o, i))
+
+
+# Affine motions, remembered as the steps a user asked for and composed exactly.
+#
+# A `Motion` is a tuple of steps about the world's origin, applied first to last. Scene files show
+# the steps; lowering asks once for the product, in 3000-bit arithmetic (`numerics/bigfloat_linalg.py`), and for the
+# inverse, which is
+# that of the steps from last to first. A motion that goes on from another goes on from what is known of it.
+
+FloatRows: TypeAlias = tuple[tuple[float, float, float, float], ...]
+
+SAFE_REACH = LARGEST * (1 - 1e-6)
+"""Bounds below this leave nothing open: what floats lose in them is far less, for a million steps."""
+
+_REPR_STEPS = 8
+
+
+def _format_step(step: Step) -> str:
+    """A step as a user asks for it."""
+    if isinstance(step, Translate):
+        return f".translate({step.offset})"
+    if isinstance(step, Rotate):
+        return f".rotate({step.axis}, {step.degrees})"
+    if isinstance(step, Scale):
+        return f".scale({step.factors})"
+    return f".transform({step.matrix})" if isinstance(step, Transform) else f".{step}"
+
+
+@dataclass(frozen=True)
+class Motion:
+    """A chain of steps, first to last. Immutable; `then` and the four verbs give new ones."""
+
+    steps: tuple[Step, ...] = ()
+
+    @property
+    def calls(self) -> str:
+        """The steps as the methods of a shape that take them, for its repr; the middle of a long chain is left out."""
+        shown = [_format_step(step) for step in self.steps]
+        if len(shown) > _REPR_STEPS:
+            half = _REPR_STEPS // 2
+            shown[half:-half] = [f" ... {len(shown) - 2 * half} more moves ... "]
+        return "".join(shown)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: value for name, value in pickle_state(self).items() if name != "_parts"}
+
+    def then(self, other: Motion) -> Motion:
+        """The motion followed by `other`."""
+        if not other.steps:
+            return self
+        if not self.steps:
+            return other
+        both = Motion(self.steps + other.steps)
+        known = {name: self.__dict__[name] for name in _INHERITED_PARTS if name in self.__dict__}
+        if known:  # not the motion itself, which would keep all that came before it
+            both.__dict__["_parts"] = known, other
+        return both
+
+    def placed(self, placement: Motion) -> Motion:
+        """The motion after a shape's own placement: points are carried by one and then the other."""
+        both = placement.then(self)
+        if placement.steps and self.steps:
+            both.__dict__["_placement"] = placement, self
+        return both
+
+    def carried(self, point: ex.Row) -> ex.Row:
+        """Where it takes a point. The end of an axis is exact so: its placement takes it to where it was said to be."""
+        placement, then = self.__dict__.get("_placement", (None, self))
+        if placement is not None:
+            return then.carried(placement.carried(point))  # type: ignore[no-any-return]
+        rows, shift = self.affine
+        return ex.plus(ex.apply(rows, point) if rows is not ex.IDENTITY else point, shift)
+
+    def translate(self, offset: Any) -> Motion:
+        return self.then(Motion((Translate(check_vector("translate", "offset", offset)),)))
+
+    def rotate(self, axis: Any, degrees: Any) -> Motion:
+        step = Rotate(parse_axis("rotate", "axis", axis), as_degrees("rotate", "degrees", degrees))
+        return self.then(Motion((step,)))
+
+    def scale(self, factors: Any) -> Motion:
+        if isinstance(factors, (int, float, np.number)):
+            factors = (factors, factors, factors)
+        if isinstance(factors, str):
+            raise ValueError(f"scale: factors must be one number or 3 numbers, got {format_value(factors)}")
+        x, y, z = check_vector("scale", "factors", factors)
+        if x == 0 or y == 0 or z == 0:
+            raise ValueError(f"scale: factors must not be zero, got {(x, y, z)}")
+        return self.then(Motion((Scale((x, y, z)),)))
+
+    def transform(self, matrix: Any) -> Motion:
+        rows = check_matrix4("transform", "matrix", matrix)
+        if rows[3] != (0, 0, 0, 1):
+            raise ValueError(f"transform: matrix must be affine, its last row (0, 0, 0, 1), got {rows[3]}")
+        step = Transform(rows)
+        if math.isinf(step.reach().back) and not ex.determinant(step.affine()[0]):
+            raise ValueError("transform: matrix must be invertible, its determinant is 0")
+        return self.then(Motion((step,)))
+
+    @property
+    def shift(self) -> Vector | None:
+        """The offset, where the motion is one translation and needs no exact arithmetic."""
+        first = self.steps[0] if len(self.steps) == 1 else None
+        return first.offset if isinstance(first, Translate) else None
+
+    def _before(self, name: str) -> tuple[Any, Any]:
+        """What is known by a name of the motion that this one goes on from, or None, and the motion that follows."""
+        known, other = self.__dict__.get("_parts", ({}, None))
+        return known.get(name), other
+
+    @cached_property
+    def affine(self) -> Affine:
+        """The product of all steps as (3 rows, translation), in 3000 bits."""
+        before, other = self._before("affine")
+        if before is not None:
+            return _compose_affine(before, other.affine)
+        return functools.reduce(_compose_affine, (step.forth_and_back[0] for step in self.steps), _IDENTITY_AFFINE)
+
+    @cached_property
+    def inverse(self) -> Affine:
+        """The inverse map as (3 rows, translation), in 3000 bits."""
+        before, other = self._before("inverse")
+        if before is not None:
+            return _compose_affine(other.inverse, before)
+        return functools.reduce(
+            _compose_affine, (step.forth_and_back[1] for step in reversed(self.steps)), _IDENTITY_AFFINE
+        )
+
+    @cached_property
+    def similarity(self) -> ex.Exact | None:
+        """The factor by which all lengths change, where each step is a similarity by itself; else None."""
+        before, other = self._before("similarity")
+        factors = [before, other.similarity] if before is not None else [step.similarity() for step in self.steps]
+        result = ex.ONE
+        for factor in factors:
+            if factor is None:
+                return None
+            result = ex.cancelling_sum((result * factor,)) if factor is not ex.ONE else result
+        return result
+
+    @cached_property
+    def reach(self) -> Reach:
+        """Bounds in floats, for `check`."""
+        before, other = self._before("reach")
+        if before is not None:
+            return Reach.then(before, other.reach)
+        return functools.reduce(Reach.then, (step.reach() for step in self.steps), IDENTITY_REACH)
+
+    @property
+    def rows(self) -> FloatRows:
+        """The first three rows of `matrix`."""
+        return _translation_rows(self.shift) if self.shift is not None else _round_rows(*self.affine)
+
+    @property
+    def inverse_rows(self) -> FloatRows:
+        """The first three rows of `inverse_matrix`."""
+        if self.shift is not None:
+            x, y, z = self.shift
+            return _translation_rows((-x, -y, -z))
+        return _round_rows(*self.inverse)
+
+    @cached_property
+    def matrix(self) -> FloatArray:
+        """(4, 4) float64, each entry rounded once."""
+        return np.array([*self.rows, (0.0, 0.0, 0.0, 1.0)])
+
+    @cached_property
+    def inverse_matrix(self) -> FloatArray:
+        """(4, 4) float64 of the inverse, each entry rounded once."""
+        return np.array([*self.inverse_rows, (0.0, 0.0, 0.0, 1.0)])
+
+    @property
+    def is_identity(self) -> bool:
+        return not self.steps
+
+    def check(self, owner: str) -> None:
+        """Refuse a product that leaves the domain of numbers: by bounds, and exactly where they leave it open."""
+        stretch, back, shift = self.reach
+        if stretch <= SAFE_REACH and back <= SAFE_REACH and shift <= SAFE_REACH:
+            return
+        try:
+            inverse = self.inverse_matrix[:3, :3]
+        except ZeroDivisionError:
+            raise ValueError(f"{owner}: motion must be invertible, its determinant vanishes in 3000 bits") from None
+        for name, entries in (("motion", self.matrix), ("inverse of motion", inverse)):
+            largest = float(np.abs(entries).max())
+            if not largest <= LARGEST:
+                raise ValueError(f"{owner}: {name} must have entries of magnitude up to {LARGEST:g}, got {largest}")
+
+
+AXES: dict[str, Vector] = {
+    f"{sign}{letter}": (ends[0], ends[1], ends[2])
+    for sign, size in (("", 1.0), ("+", 1.0), ("-", -1.0))
+    for letter, ends in zip("xyz", ((size, 0.0, 0.0), (0.0, size, 0.0), (0.0, 0.0, size)), strict=True)
+}
+"""The axes that have names."""
+
+
+def parse_axis(owner: str, field: str, axis: Any) -> Vector:
+    """The vector of "x", "y" or "z", with or without a sign, or three numbers that are not all 0."""
+    if isinstance(axis, str) and axis not in AXES:
+        raise ValueError(
+            f"{owner}: {field} must be 3 numbers, or 'x', 'y', 'z', '-x', '-y', '-z', got {format_value(axis)}"
+        )
+    return AXES[axis] if isinstance(axis, str) else check_vector(owner, field, axis, nonzero=True)
+
+
+IDENTITY_MOTION = Motion()
+_IDENTITY_AFFINE: Affine = (ex.IDENTITY, ZERO_SHIFT)
+_INHERITED_PARTS = ("affine", "inverse", "similarity", "reach")
+"""What a motion that goes on from another takes along, once it is known."""
+
+
+def _compose_affine(first: Affine, then: Affine) -> Affine:
+    """One map after the other."""
+    rows, shift = first
+    linear, offset = then
+    if linear is not ex.IDENTITY:
+        rows = ex.multiply(linear, rows) if rows is not ex.IDENTITY else linear
+        shift = ex.apply(linear, shift)
+    return rows, ex.plus(shift, offset)
+
+
+def _translation_rows(offset: Vector) -> FloatRows:
+    x, y, z = offset
+    return (1.0, 0.0, 0.0, x), (0.0, 1.0, 0.0, y), (0.0, 0.0, 1.0, z)
+
+
+def _round_rows(rows: ex.Rows, shift: ex.Row) -> FloatRows:
+    first, second, third = (
+        (ex.rounded(x), ex.rounded(y), ex.rounded(z), ex.rounded(end))
+        for (x, y, z), end in zip(rows, shift, strict=True)
+    )
+    return first, second, third
+
+
+# Motions about a point other than the origin: three steps, exact as all motions are.
+
+
+def apply_about(owner: str, motion: Motion, point: Any, step: Callable[[Motion], Motion]) -> Motion:
+    """A motion followed by a step about a point: from the point to the origin, the step, and back. None: the origin."""
+    if point is None:
+        return step(motion)
+    x, y, z = check_vector(owner, "about", point)
+    return step(motion.translate((0.0 - x, 0.0 - y, 0.0 - z))).translate((x, y, z))

@@ -1,0 +1,229 @@
+"""Arrays in files beside a scene: .npy and .csv, data only, inside the scene's own folder."""
+
+from __future__ import annotations
+
+import io
+import itertools
+import os
+from array import array
+from collections.abc import Iterator, Sequence
+from pathlib import Path, PurePosixPath, PureWindowsPath
+
+import numpy as np
+
+from .._util.arrays import FloatArray
+from .._util.safe_files import open_regular, replace_file
+from .npz import NpyFormatError, NpyHeader, npy_chunks, read_npy_header, read_npy_values
+from .scene_file.nodes import is_beyond_float64
+
+MAX_DATA_BYTES = 4 << 30
+MAX_LINE_LENGTH = 10_000
+
+
+def resolve_data_file(folder: Path, name: str) -> Path:
+    """The file `name` below `folder`; ValueError for an absolute path, a way out of it, or no file."""
+    if PurePosixPath(name).is_absolute() or PureWindowsPath(name).drive or "\\" in name or "\0" in name:
+        raise ValueError(f"must be a relative path with forward slashes, got {name!r}")
+    try:
+        path = (folder / name).resolve()
+    except RuntimeError:
+        raise ValueError(f"must not lead in a circle of links, got {name!r}") from None
+    if not path.is_relative_to(folder.resolve()):
+        raise ValueError(f"must stay inside the scene's folder, got {name!r}")
+    if not path.is_file():
+        raise ValueError(f"is not an existing file: {name!r} beside the scene")
+    return path
+
+
+def read_rows(path: Path, columns: int, header: tuple[str, ...]) -> tuple[FloatArray, Sequence[int]]:
+    """(N, columns) float64 from a .npy or .csv file, and of the latter the line of each; ValueError for what is wrong.
+
+    A .csv file has `columns` numbers in each line, after one header line or none; empty lines and
+    lines that begin with # do not count. `header` names the columns, also in messages.
+    """
+    suffix = path.suffix.lower()
+    if suffix not in (".npy", ".csv"):
+        raise ValueError(f"{path.name} must be a .npy or .csv file")
+    if path.stat().st_size > MAX_DATA_BYTES:
+        raise ValueError(f"{path.name} is larger than {MAX_DATA_BYTES >> 30} GiB")
+    if suffix == ".csv":
+        return _read_csv(path, columns, header)
+    found, table = read_array(path)
+    if table is None or table.ndim != 2 or table.shape[1] != columns:
+        names = ", ".join(header)
+        raise ValueError(f"{path.name} must hold numbers of shape (N, {columns}): {names}; got {found}")
+    return np.ascontiguousarray(table), ()
+
+
+def read_array(path: Path) -> tuple[NpyHeader, FloatArray | None]:
+    """The header of a .npy file and its numbers as float64, None if they are none; ValueError if it is no such file."""
+    with open_regular(path) as file:
+        try:
+            header = read_npy_header(file)
+            size = os.fstat(file.fileno()).st_size
+            return header, None if header.kind is None else read_npy_values(file, header, header.kind, size)
+        except NpyFormatError as error:
+            raise ValueError(f"{path.name} is not a .npy file of numbers ({error})") from None
+        except ValueError as error:
+            raise ValueError(f"{path.name} {error}") from None
+
+
+def _read_csv(path: Path, columns: int, header: tuple[str, ...]) -> tuple[FloatArray, Sequence[int]]:
+    (whole,) = read_csv_chunks(path, columns, header, None)
+    return whole
+
+
+def read_csv_chunks(
+    path: Path, columns: int, header: tuple[str, ...], most: int | None
+) -> Iterator[tuple[FloatArray, Sequence[int]]]:
+    """The rows of a .csv file and their lines, at most so many at a time; all of them, at least none, for None."""
+    lines, values, heading, expected = array("q"), array("d"), "", f"{columns} numbers ({', '.join(header)})"
+    found_any = False
+    try:
+        with io.TextIOWrapper(open_regular(path), encoding="utf-8-sig") as file:
+            for number, line in enumerate(_lines(path, file), start=1):
+                words = line.replace(",", " ").split()
+                if not words or words[0].startswith("#"):
+                    continue
+                row = [_number(word) for word in words]
+                if not found_any and not heading and all(value is None for value in row):
+                    heading = line.strip()
+                    check_heading(f"{path.name}:{number}", heading, header)
+                    continue
+                if len(row) != columns or None in row:
+                    raise ValueError(f"{path.name}:{number}: must be {expected}, got {line.strip()[:60]!r}")
+                found_any = True
+                values.extend(value for value in row if value is not None)
+                lines.append(number)
+                if most is not None and len(lines) == most:
+                    yield np.array(values, dtype=np.float64).reshape(-1, columns), lines
+                    lines, values = array("q"), array("d")
+    except UnicodeDecodeError:
+        raise ValueError(f"{path.name} is not a text in UTF-8") from None
+    if not found_any and len(_cells(heading)) != columns:
+        found = f"only {heading[:60]!r}" if heading else "nothing"
+        raise ValueError(f"{path.name} must have {expected} in each line, with commas or spaces between, got {found}")
+    if lines or most is None:
+        yield np.array(values, dtype=np.float64).reshape(-1, columns), lines
+
+
+def _cells(heading: str) -> list[str]:
+    return heading.split("," if "," in heading else None)
+
+
+_COSINES = {"direction x": "u", "direction y": "v", "direction z": "w"}
+
+
+def _aliases(name: str) -> set[str]:
+    """What a column may be called: of "origin x" originx, ox and x; of directions also u, v, w."""
+    words = name.split()
+    return {"".join(words), words[0][0] + "".join(words[1:]), words[-1], _COSINES.get(name, words[-1])}
+
+
+def match_columns(names: Sequence[str], header: tuple[str, ...]) -> list[str] | None:
+    """Which of some names stand for the columns, each by one of its own; None where not all of them are there."""
+    plain = {"".join(c for c in name.casefold() if c.isalnum()): name for name in names}
+    found = [[plain[own] for own in sorted(_aliases(name) - {name.split()[-1]}) if own in plain] for name in header]
+    return [one[0] for one in found] if all(found) else None
+
+
+_FOREIGN_COLUMNS = {
+    "diameter",
+    "diam",
+    "theta",
+    "phi",
+    "azimuth",
+    "elevation",
+    "polar",
+    "inclination",
+    "distance",
+    "range",
+}
+_END_POINT_SUFFIXES = ("2", "end", "target", "stop", "last", "final")
+
+
+def _is_foreign_column(plain: str) -> bool:
+    """Does a heading name what no file of points, balls or rays holds: an angle, a diameter, a coordinate of an end?"""
+    of_end = any(plain == axis + end or plain == end + axis for axis in "xyz" for end in _END_POINT_SUFFIXES)
+    return plain in _FOREIGN_COLUMNS or of_end
+
+
+def check_heading(place: str, heading: str, header: tuple[str, ...]) -> None:
+    """ValueError for a header line that has the name of a column in the place of another."""
+    for i, cell in enumerate(_cells(heading)):
+        plain = "".join(c for c in cell.casefold() if c.isalnum())
+        places = [k for k, name in enumerate(header) if plain in _aliases(name)]
+        if places and i not in places:
+            raise ValueError(f"{place}: columns must be in the order {', '.join(header)}, got {heading[:60]!r}")
+        if not places and _is_foreign_column(plain):
+            raise ValueError(
+                f"{place}: columns are read as {', '.join(header)}, and {cell.strip()[:40]!r} is none of these"
+            )
+
+
+def _lines(path: Path, file: io.TextIOWrapper) -> Iterator[str]:
+    """The lines of a text, none of them longer than any line of numbers is."""
+    number = 0
+    while line := file.readline(MAX_LINE_LENGTH + 1):
+        number += 1
+        if len(line) > MAX_LINE_LENGTH:
+            raise ValueError(f"{path.name}:{number}: is longer than {MAX_LINE_LENGTH:,} characters")
+        yield line
+
+
+def _number(word: str) -> float | None:
+    """A number that float64 holds, infinities and NaN as they are written; None for anything else."""
+    try:
+        value = None if "_" in word else float(word)
+    except ValueError:
+        return None
+    return None if value is not None and is_beyond_float64(word, value) else value
+
+
+def save_array(path: Path, values: FloatArray) -> None:
+    """Write a .npy file, whole or not at all."""
+    with replace_file(path) as partial, partial.open("wb") as file:
+        for piece in npy_chunks(values):
+            file.write(piece)
+
+
+def array_file_name(folder: Path, stem: str, values: FloatArray) -> str:
+    """The name in `folder` of a .npy file that holds the values and only ever these: it carries their SHA-256.
+
+    Where a file of that name holds anything else, since somebody wrote into it, another name is found.
+    """
+    digest = content_digest(values)
+    for attempt in itertools.count(1):
+        name = f"{stem}-{digest[:32]}{f'-{attempt}' if attempt > 1 else ''}.npy"
+        if not os.path.lexists(folder / name) or _holds(folder / name, digest):
+            return name
+    raise AssertionError("unreachable")
+
+
+def save_array_once(path: Path, values: FloatArray) -> None:
+    """Write a file whose name `array_name` gave, unless it is there already."""
+    if not os.path.lexists(path):
+        save_array(path, values)
+
+
+def content_digest(values: FloatArray) -> str:
+    """SHA-256 of the .npy file of an array, in hexadecimal digits."""
+    import hashlib
+
+    found = hashlib.sha256()
+    for piece in npy_chunks(values):
+        found.update(piece)
+    return found.hexdigest()
+
+
+def _holds(path: Path, digest: str) -> bool:
+    """Whether a file, no link, has this content: somebody may have written into it."""
+    import hashlib
+
+    try:
+        if path.is_symlink():
+            return False
+        with open_regular(path) as file:
+            return hashlib.file_digest(file, "sha256").hexdigest() == digest
+    except OSError:
+        return False

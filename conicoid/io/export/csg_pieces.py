@@ -1,0 +1,451 @@
+"""The room that a body is in: a box around it, with space between, in any frame that its parts stand in."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from functools import lru_cache
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from ..._util.arrays import Matrix4, Vector
+from ...geometry.cell import Any_, Cell, Face, Not, Tree
+from ...geometry.csg import Boolean, Complement, Difference, Painted, Union
+from ...geometry.mesh import Extrusion, Mesh
+from ...geometry.polyhedron import Polyhedron
+from ...geometry.primitives import Box, Cone, Cylinder, HalfSpace, Sphere, axis_length
+from ...geometry.quadrics import Ellipsoid
+from ...geometry.revolution import Revolution
+from ...geometry.shape import PrimitiveSolid, Solid
+from ...geometry.surface import UPRIGHT, PlaneSurface, QuadricSurface
+from ...geometry.transform import IDENTITY_MOTION, Motion, Scale, Step, Transform, Translate
+from ...numerics import bigfloat_linalg as ex
+from .exporters import ExportUnsupported, hex_color, shortest_decimal
+from .pieces import (
+    _AXIS_TURNS,
+    BallPiece,
+    BoxPiece,
+    EllipsoidPiece,
+    ExtrusionPiece,
+    FrustumPiece,
+    PieceBoolean,
+    PieceBooleanKind,
+    PieceLeaf,
+    PieceNode,
+    PolyhedronPiece,
+    QuadricPiece,
+    RevolutionPiece,
+    Steps,
+    axis_steps,
+    clip_box,
+    upright_box,
+)
+
+
+@dataclass(frozen=True)
+class BodyBox:
+    """A box around a body in the world, and the motion that takes a frame there."""
+
+    low: Vector
+    high: Vector
+    motion: Motion = IDENTITY_MOTION
+
+    def within(self, motion: Motion) -> BodyBox:
+        """Seen from the frame of what is moved by `motion` into this one."""
+        return BodyBox(self.low, self.high, motion.then(self.motion)) if motion.steps else self
+
+    @property
+    def box(self) -> BoxPiece:
+        """Around the body in the frame, larger by its size on every side, of short numbers."""
+        low, high = np.array(self.low), np.array(self.high)
+        if self.motion.steps:
+            corners = np.array([[(low, high)[k >> i & 1][i] for i in range(3)] for k in range(8)])
+            rows = self.motion.inverse_matrix
+            corners = corners @ rows[:3, :3].T + rows[:3, 3]
+            low, high = corners.min(axis=0), corners.max(axis=0)
+        size = float((high - low).max())
+        step = 2.0 ** math.floor(math.log2(size)) / 2 if size > 0 else 1.0
+        least, most = (np.floor(low / step) - 2) * step, (np.ceil(high / step) + 2) * step
+        if not (np.isfinite(least).all() and np.isfinite(most).all()):
+            raise OverflowError
+        x, y, z = least.tolist()
+        a, b, c = most.tolist()
+        return BoxPiece((x, y, z), (a, b, c))
+
+
+def compute_body_box(solid: Solid) -> BodyBox:
+    """Around a body. Raises Unsayable for one without an end, or with nothing in it."""
+    low, high = solid.bounds
+    if (low > high).any():
+        raise ExportUnsupported("there is nothing in it")
+    if not (np.isfinite(low).all() and np.isfinite(high).all()):
+        raise ExportUnsupported("it has no end on some side: intersect it with a Box that is large enough")
+    return BodyBox(tuple(low.tolist()), tuple(high.tolist()))
+
+
+# Quadric surfaces as pieces: ellipsoids, cylinders, cones, and bowls of revolution, in their own frame.
+
+_CYCLES = {2: (0, 1, 2), 0: (1, 2, 0), 1: (2, 0, 1)}
+"""Axes in cyclic order, the one that is turned about last."""
+
+
+def split_quadric(surface: QuadricSurface, room: BodyBox) -> PieceNode:
+    """The inside of a quadric, as far as a room goes. Raises Unsayable for what is no such piece."""
+    steps, is_rounded = _frame_steps(surface)
+    squares = [ex.exact(value) for value in surface.squares]
+    linear = [ex.exact(value) for value in surface.linear]
+    constant = ex.exact(surface.constant)
+    for axis, order in _CYCLES.items():
+        a, b, c = (squares[i] for i in order)
+        p, q, s = (linear[i] for i in order)
+        if not (a > 0 and b > 0) or p or q:
+            continue
+        turn: Steps = () if axis == 2 else (Transform(_AXIS_TURNS[axis]),)
+        found = _about_z((a, b, c), s, constant, room.within(Motion((*turn, *steps))))
+        if found is None:
+            continue
+        if isinstance(found, PieceBoolean):
+            return PieceBoolean(found.kind, found.parts, (*found.steps, *turn, *steps))
+        return PieceLeaf(found.piece, (*found.steps, *turn, *steps), found.is_rounded or is_rounded)
+    raise ExportUnsupported("a quadric of it is no ellipsoid, cylinder, cone, paraboloid or hyperboloid of one sheet")
+
+
+def _frame_steps(surface: QuadricSurface) -> tuple[Steps, bool]:
+    """The steps from own coordinates y = rows (x - anchor), and whether they are rounded."""
+    anchor = [ex.exact(value) for value in surface.anchor]
+    shift = [ex.rounded(value) for value in anchor]
+    is_rounded = any(ex.cancelling_sum((a, -ex.exact(b))) for a, b in zip(anchor, shift, strict=True))
+    steps: list[Step] = []
+    if surface.rows is not UPRIGHT:
+        rows = tuple(ex.exact_row(row) for row in surface.rows)
+        back = ex.inverse((rows[0], rows[1], rows[2]))
+        numbers = [[ex.rounded(value) for value in row] for row in back]
+        for exact_row, row in zip(back, numbers, strict=True):
+            is_rounded = is_rounded or any(
+                ex.cancelling_sum((a, -ex.exact(b))) for a, b in zip(exact_row, row, strict=True)
+            )
+        (a, b, c), (d, e, f), (g, h, i) = numbers
+        if not any((b, c, d, f, g, h)):
+            steps.append(Scale((a, e, i)))
+        else:
+            matrix: Matrix4 = ((a, b, c, 0.0), (d, e, f, 0.0), (g, h, i, 0.0), (0.0, 0.0, 0.0, 1.0))
+            steps.append(Transform(matrix))
+    if any(shift):
+        steps.append(Translate((shift[0], shift[1], shift[2])))
+    return tuple(steps), is_rounded
+
+
+def _about_z(squares: ex.Row, s: ex.Exact, constant: ex.Exact, room: BodyBox) -> PieceNode | None:
+    """a x² + b y² + c z² + 2 s z <= k with a, b > 0; None where another axis may do better."""
+    a, b, c = squares
+    if c > 0:
+        if s or not constant > 0:
+            return None
+        radii = [_root(constant / square) for square in squares]
+        x, y, z = (radius for radius, _ in radii)
+        return PieceLeaf(EllipsoidPiece((x, y, z)), (), not all(is_exact for _, is_exact in radii))
+    steps: Steps = ()
+    is_rounded = False
+    if ex.cancelling_sum((a, -b)):
+        factor, is_exact = _root(a / b)
+        steps, is_rounded = (Scale((1.0, factor, 1.0)),), not is_exact
+    g0, g1, g2 = (ex.cancelling_sum((value / a,)) for value in (constant, -2 * s, -c))
+    box = room.within(Motion(steps)).box
+    low, high = box.low[2], box.high[2]
+    square = ex.cancelling_sum((g1 * g1, -4 * g0 * g2))
+    if not g1 and not g2:
+        if not g0 > 0:
+            return None
+        radius, is_exact = _root(g0)
+        return PieceLeaf(FrustumPiece(radius, radius, low, high), steps, is_rounded or not is_exact)
+    if g2 and not square:
+        return _double_cone(g1, g2, low, high, steps, is_rounded)
+    if g2 and (square > 0 or g0 < 0):
+        return None  # two sheets
+    rounded = is_rounded or any(map(ex.is_rounded, (g0, g1, g2)))
+    return PieceLeaf(QuadricPiece(ex.fraction(g0), ex.fraction(g1), ex.fraction(g2), low, high), steps, rounded)
+
+
+def _double_cone(g1: ex.Exact, g2: ex.Exact, low: float, high: float, steps: Steps, is_rounded: bool) -> PieceNode:
+    """x² + y² <= g2 (z - apex)²: both nappes, as far as the room goes."""
+    apex, slope = ex.cancelling_sum((-g1 / (2 * g2),)), _root(g2)
+    at = ex.rounded(apex)
+    is_rounded = is_rounded or not slope[1] or bool(ex.cancelling_sum((apex, -ex.exact(at))))
+    nappes: list[PieceNode] = []
+    for z in (low, high):
+        radius = Fraction(slope[0]) * abs(Fraction(z) - Fraction(at))
+        if (z < at) == (z == low) and radius:
+            wide = float(radius)
+            profile = ((0.0, at), (wide, z), (0.0, z))
+            nappes.append(PieceLeaf(RevolutionPiece(profile), (), is_rounded or Fraction(wide) != radius))
+    if not nappes:
+        raise ExportUnsupported("a part of it is empty")
+    whole = nappes[0] if len(nappes) == 1 else PieceBoolean("union", tuple(nappes))
+    if isinstance(whole, PieceLeaf):
+        return PieceLeaf(whole.piece, steps, whole.is_rounded)
+    return PieceBoolean(whole.kind, whole.parts, steps)
+
+
+def _root(value: ex.Exact) -> tuple[float, bool]:
+    """The square root as a float, and whether it is that exactly."""
+    found = ex.cancelling_sum((ex.sqrt(value),))
+    near = ex.rounded(found)
+    return near, not ex.cancelling_sum((found, -ex.exact(near)))
+
+
+# Solids in the words of `pieces`: named shapes by rules of their own, all others by their cells.
+
+MAX_TREE_DEPTH = 60
+"""Booleans within Booleans."""
+
+
+PieceRule: TypeAlias = Callable[[Solid], "PieceLeaf | None"]
+"""What a format has for a solid, its motion aside; None for most."""
+
+
+def split_into_pieces(solid: Solid, rule: PieceRule | None = None) -> PieceNode:
+    """A body, by the rule of a format where it has one. Raises Unsayable for what is unbounded, or no such solid."""
+    return _PieceBuilder(rule).node(solid, compute_body_box(solid), 0)
+
+
+@dataclass(frozen=True)
+class _PieceBuilder:
+    """Goes down a tree of Booleans."""
+
+    rule: PieceRule | None
+
+    def node(self, solid: Solid, room: BodyBox, depth: int) -> PieceNode:
+        """A solid in a room."""
+        if depth >= MAX_TREE_DEPTH:
+            raise ExportUnsupported(f"it nests Booleans deeper than {MAX_TREE_DEPTH} levels")
+        found = None if self.rule is None else self.rule(solid)
+        if found is not None:
+            return _move_node(found, solid.motion.steps)
+        if isinstance(solid, Boolean):
+            return self._combined(solid, room.within(solid.motion), depth + 1)
+        if not isinstance(solid, PrimitiveSolid):
+            raise ExportUnsupported(f"{type(solid).__name__} is no solid of planes and quadrics")
+        return _primitive(solid, room)
+
+    def _combined(self, solid: Boolean, room: BodyBox, depth: int) -> PieceNode:
+        """Complements become what is cut, from the room where nothing else is there."""
+        steps = solid.motion.steps
+        if isinstance(solid, Painted):
+            return PieceBoolean("union", (self.node(solid.operand, room, depth),), steps, hex_color(solid.material)[0])
+        if isinstance(solid, Complement):
+            return PieceBoolean("difference", (PieceLeaf(room.box), self.node(solid.operand, room, depth)), steps)
+        if isinstance(solid, Union):
+            return _node("union", [self.node(part, room, depth) for part in solid.operands], [], steps, room)
+        inside: list[PieceNode] = []
+        cut: list[PieceNode] = []
+        for k, operand in enumerate(solid.operands):
+            is_out = isinstance(solid, Difference) and k > 0
+            while isinstance(operand, Complement) and operand.motion.is_identity:
+                operand, is_out = operand.operand, not is_out
+            (cut if is_out else inside).append(self.node(operand, room, depth))
+        return _node("intersection", inside, cut, steps, room)
+
+
+def _node(
+    kind: PieceBooleanKind, inside: list[PieceNode], cut: list[PieceNode], steps: Steps, room: BodyBox
+) -> PieceNode:
+    """What is in all or any of some, and in none of others."""
+    if not inside:
+        inside = [PieceLeaf(room.box)]
+    whole = inside[0] if len(inside) == 1 else PieceBoolean(kind, tuple(inside))
+    if cut:
+        whole = PieceBoolean("difference", (whole, *cut))
+    if not steps:
+        return whole
+    if isinstance(whole, PieceLeaf):
+        return PieceLeaf(whole.piece, whole.steps + steps, whole.is_rounded)
+    return PieceBoolean(whole.kind, whole.parts, whole.steps + steps, whole.color)
+
+
+# ---- Primitives ----
+
+
+def _primitive(solid: PrimitiveSolid, room: BodyBox) -> PieceNode:
+    rule = _PIECE_RULES.get(type(solid))
+    found = rule(solid, room.within(solid.motion)) if rule is not None else None
+    if found is None:
+        own = room.within(solid.motion).within(solid.placement)
+        found = _move_node(_tree(solid.tree(), own), solid.placement.steps)
+    return _move_node(found, solid.motion.steps)
+
+
+def _move_node(node: PieceNode, steps: Steps) -> PieceNode:
+    if not steps:
+        return node
+    if isinstance(node, PieceLeaf):
+        return PieceLeaf(node.piece, node.steps + steps, node.is_rounded)
+    return PieceBoolean(node.kind, node.parts, node.steps + steps, node.color)
+
+
+def _sphere(solid: Sphere, room: BodyBox) -> PieceNode:
+    del room
+    return PieceLeaf(BallPiece(solid.radius), _shift(solid.center))
+
+
+def _shift(offset: Any) -> Steps:
+    return (Translate(offset),) if any(offset) else ()
+
+
+def _box(solid: Box, room: BodyBox) -> PieceNode:
+    del room
+    return PieceLeaf(BoxPiece(solid.low, solid.high))
+
+
+def _ellipsoid(solid: Ellipsoid, room: BodyBox) -> PieceNode | None:
+    if solid.coefficients is not None or solid.z_range is not None:
+        return None
+    del room
+    return PieceLeaf(EllipsoidPiece(solid.radii), _shift(solid.center))
+
+
+def _cylinder(solid: Cylinder, room: BodyBox) -> PieceNode:
+    del room
+    return _frustum(solid, solid.radius, solid.radius)
+
+
+def _cone(solid: Cone, room: BodyBox) -> PieceNode:
+    del room
+    return _frustum(solid, solid.start_radius, solid.end_radius)
+
+
+def _frustum(solid: Cylinder | Cone, first: float, second: float) -> PieceNode:
+    """Along an axis of coordinates exactly, else of a length that is rounded; a part of a turn always so."""
+    length = solid.length
+    if solid.end_angle - solid.start_angle != 360:
+        profile = dict.fromkeys(((0.0, 0.0), (first, 0.0), (second, length), (0.0, length)))
+        wedge = RevolutionPiece(tuple(profile), solid.start_angle, solid.end_angle)
+        return PieceLeaf(wedge, solid.placement.steps, _is_rounded(solid))
+    found = axis_steps(solid.start, solid.end)
+    if found is not None:
+        (low, high), steps = found
+        return PieceLeaf(FrustumPiece(first, second, low, high), steps)
+    return PieceLeaf(FrustumPiece(first, second, 0.0, length), solid.placement.steps, _is_rounded(solid))
+
+
+def _is_rounded(solid: Cylinder | Cone) -> bool:
+    length = axis_length(solid.start, solid.end)
+    return bool(ex.cancelling_sum((length, -ex.exact(solid.length))))
+
+
+def _revolution_piece(solid: Revolution, room: BodyBox) -> PieceNode:
+    del room
+    return PieceLeaf(RevolutionPiece(solid.profile, solid.start_angle, solid.end_angle))
+
+
+def _extrusion_piece(solid: Extrusion, room: BodyBox) -> PieceNode:
+    del room
+    return PieceLeaf(ExtrusionPiece(solid.outline, *solid.z_range, solid.scale_at_top))
+
+
+def _mesh(solid: Mesh, room: BodyBox) -> PieceNode:
+    del room
+    corners = tuple(tuple(map(Fraction, vertex)) for vertex in solid.vertices)
+    return PieceLeaf(PolyhedronPiece(corners, solid.faces))  # type: ignore[arg-type]
+
+
+def _half_space(solid: HalfSpace, room: BodyBox) -> PieceNode:
+    return _polyhedron_faces([(solid.normal, solid.offset)], room)
+
+
+def _polyhedron(solid: Polyhedron, room: BodyBox) -> PieceNode:
+    plain = solid if solid.motion.is_identity else solid._moved(IDENTITY_MOTION)
+    if not all(map(math.isfinite, (*plain.bounds[0], *plain.bounds[1]))):
+        return _polyhedron_faces(list(zip(solid.normals, solid.offsets, strict=True)), room)
+    return _bounded_piece(plain)
+
+
+@lru_cache(256)
+def _bounded_piece(plain: Polyhedron) -> PieceNode:
+    """One that needs no room; many bodies are one such solid moved."""
+    return _polyhedron_faces(list(zip(plain.normals, plain.offsets, strict=True)), compute_body_box(plain))
+
+
+def _polyhedron_faces(planes: list[tuple[Any, float]], room: BodyBox) -> PieceNode:
+    """Offsets are taken as the decimals that are read as them, so that corners are those that were meant."""
+    faces = clip_box(room.box, [(_fractions(normal), shortest_decimal(offset)) for normal, offset in planes])
+    if faces is None:
+        raise ExportUnsupported("a part of it is empty")
+    return PieceLeaf(replace(faces, planes=tuple(planes)))
+
+
+def _plane_number(value: ex.Exact) -> Fraction:
+    """A number of a plane; the nearest float of one without an end."""
+    return Fraction(ex.rounded(value)) if ex.is_rounded(value) else ex.fraction(value)
+
+
+def _fractions(normal: Vector) -> tuple[Fraction, Fraction, Fraction]:
+    x, y, z = map(Fraction, normal)
+    return x, y, z
+
+
+_PIECE_RULES: dict[type[PrimitiveSolid], Callable[[Any, BodyBox], PieceNode | None]] = {
+    Sphere: _sphere, Box: _box, Ellipsoid: _ellipsoid, Cylinder: _cylinder, Cone: _cone, Revolution: _revolution_piece,
+    Extrusion: _extrusion_piece, Mesh: _mesh, HalfSpace: _half_space, Polyhedron: _polyhedron,
+}  # fmt: skip
+
+
+# ---- Any primitive, by its cells ----
+
+
+def _tree(tree: Tree, room: BodyBox) -> PieceNode:
+    if isinstance(tree, Cell):
+        return _cell(tree.faces, room)
+    if isinstance(tree, Not):
+        return PieceBoolean("difference", (PieceLeaf(room.box), _tree(tree.part, room)))
+    if isinstance(tree, Any_):
+        if not tree.parts:
+            raise ExportUnsupported("there is nothing in it")
+        return _node("union", [_tree(part, room) for part in tree.parts], [], (), room)
+    inside: list[PieceNode] = []
+    cut: list[PieceNode] = []
+    for part in tree.parts:
+        outer = _outside_face(part)
+        if outer is None:
+            inside.append(_tree(part, room))
+        else:
+            cut.append(curved_inside(outer, room))
+    return _node("intersection", inside, cut, (), room)
+
+
+def _outside_face(tree: Tree) -> Face | None:
+    """The curved face that a cell is the outside of."""
+    if isinstance(tree, Cell) and len(tree.faces) == 1:
+        face = tree.faces[0]
+        if face.inside < 0 and isinstance(face.surface, QuadricSurface):
+            return face
+    return None
+
+
+def curved_inside(face: Face, room: BodyBox) -> PieceNode:
+    """The inside of a curved face."""
+    assert isinstance(face.surface, QuadricSurface)
+    return split_quadric(face.surface, room)
+
+
+def _cell(faces: tuple[Face, ...], room: BodyBox) -> PieceNode:
+    inside: list[PieceNode] = []
+    cut: list[PieceNode] = []
+    planes, is_rounded = [], False
+    for face in faces:
+        if isinstance(face.surface, PlaneSurface):
+            normal, offset = ex.exact_row(face.surface.normal), ex.exact(face.surface.offset)
+            is_rounded = is_rounded or any(map(ex.is_rounded, (*normal, offset)))
+            x, y, z = (face.inside * _plane_number(value) for value in normal)
+            planes.append(((x, y, z), face.inside * _plane_number(offset)))
+        else:
+            (inside if face.inside > 0 else cut).append(split_quadric(face.surface, room))
+    if planes:
+        within = clip_box(room.box, planes)
+        if within is None:
+            raise ExportUnsupported("a part of it is empty")
+        slab = upright_box(within)
+        inside.append(PieceLeaf(slab or within, (), is_rounded))
+    return _node("intersection", inside, cut, (), room)

@@ -1,0 +1,307 @@
+"""Planes and quadrics as OpenMC's surfaces, each once: planes, cylinders, cones and spheres where they are some."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+from fractions import Fraction
+from typing import TypeAlias
+
+from ...geometry.cell import All, Cell, Not, Tree
+from ...geometry.csg import Boolean, Complement, Difference, Painted, Union
+from ...geometry.general_quadric import Quadric
+from ...geometry.shape import PrimitiveSolid, Solid
+from ...geometry.surface import PlaneSurface, Surface
+from ...geometry.transform import IDENTITY_MOTION, Motion
+from ...numerics import bigfloat_linalg as ex
+from ..openmc.region import (
+    LONGEST_REGION,
+    MAX_PARENTHESES,
+    HalfSpaceNode,
+    IntersectionNode,
+    Region,
+    UnionNode,
+    list_half_spaces,
+)
+from ..openmc.region_simplifier import Conjunction, PartUnion, RegionPart, bind_surfaces
+from ..openmc.surfaces import Surface as ReadSurface
+from ..openmc.surfaces import build_surface
+from .exporters import ExportUnsupported, format_numbers, shorten_fraction
+
+SurfaceNumbers = tuple[Fraction, ...]
+_AXES = "xyz"
+
+
+@dataclass
+class ExportSurfaceTable:
+    """The surfaces of a file, by kind and coefficients. Rounded ones are those whose numbers are no float64."""
+
+    numbers: dict[tuple[str, SurfaceNumbers], int] = field(default_factory=dict)
+    rounded: set[int] = field(default_factory=set)
+    boundaries: dict[int, str] = field(default_factory=dict)
+    surfaces: dict[int, ReadSurface] = field(default_factory=dict)
+    """As an importer knows them."""
+
+    def half(self, surface: Surface, inside: int) -> HalfSpaceNode:
+        """The side of a surface that is inside: f <= 0 for +1, f >= 0 for -1."""
+        made = _plane(surface) if isinstance(surface, PlaneSurface) else _curved(surface.coefficients())
+        return self.added(made, inside)
+
+    def half_of_quadric(self, quadric: Quadric) -> HalfSpaceNode:
+        """The inside of a quadric that stands as it was written, by the very coefficients."""
+        q = quadric.symmetric
+        terms = (q[0][0], q[1][1], q[2][2], q[0][1], q[0][2], q[1][2], q[0][3], q[1][3], q[2][3], q[3][3])
+        return self.added(_general([ex.exact(term) for term in terms]), 1)
+
+    def added(self, made: _SurfaceElement, inside: int) -> HalfSpaceNode:
+        """A side of a surface, which gets a number."""
+        key = made.kind, made.numbers
+        number = self.numbers.setdefault(key, len(self.numbers) + 1)
+        if number not in self.surfaces:
+            self.surfaces[number] = build_surface(made.kind, made.numbers)
+        if not made.is_exact:
+            self.rounded.add(number)
+        return HalfSpaceNode(number, made.sense * inside < 0)
+
+    def elements(self) -> list[str]:
+        """A line of XML for each."""
+        lines = []
+        for (kind, numbers), number in self.numbers.items():
+            boundary = f' boundary="{self.boundaries[number]}"' if number in self.boundaries else ""
+            lines.append(f'<surface id="{number}" type="{kind}" coeffs="{format_numbers(numbers)}"{boundary}/>')
+        return lines
+
+
+@dataclass(frozen=True)
+class _SurfaceElement:
+    """A surface element; `sense` -1 where its inside is the outside of the surface that it was made of."""
+
+    kind: str
+    numbers: SurfaceNumbers
+    sense: int
+    is_exact: bool
+
+
+def _make_surface_element(kind: str, numbers: list[ex.Exact], sense: int) -> _SurfaceElement:
+    said = [shorten_fraction(number) for number in numbers]
+    return _SurfaceElement(kind, tuple(value for value, _ in said), sense, all(is_exact for _, is_exact in said))
+
+
+def _plane(surface: PlaneSurface) -> _SurfaceElement:
+    normal, offset = ex.exact_row(surface.normal), ex.exact(surface.offset)
+    along = [i for i in range(3) if normal[i]]
+    sense = 1 if normal[along[0]] > 0 else -1
+    if len(along) == 1 and not ex.cancelling_sum((normal[along[0]] * sense, -ex.ONE)):
+        return _make_surface_element(f"{_AXES[along[0]]}-plane", [offset * sense], sense)
+    return _make_surface_element("plane", [number * sense for number in (*normal, offset)], sense)
+
+
+def _curved(terms: tuple[ex.Exact, ...]) -> _SurfaceElement:
+    """By (xx, yy, zz, xy, xz, yz, x, y, z, 1), the mixed and linear ones halved."""
+    squares, mixed, linear = terms[:3], terms[3:6], terms[6:9]
+    if not any(mixed):
+        for axis in (None, 2, 1, 0):
+            found = _of_revolution(squares, linear, terms[9], axis)
+            if found is not None:
+                return found
+    return _general(list(terms))
+
+
+def _of_revolution(squares: ex.Row | tuple[ex.Exact, ...], linear: tuple[ex.Exact, ...], constant: ex.Exact,
+                   axis: int | None) -> _SurfaceElement | None:  # fmt: skip
+    """A sphere (no axis), or a cylinder or cone about an axis of coordinates; None where it is none."""
+    across = [i for i in range(3) if i != axis]
+    lead = squares[across[0]]
+    if not lead or any(_differ(squares[i], lead) for i in across):
+        return None
+    sense = 1 if lead > 0 else -1
+    if axis is not None and bool(squares[axis]) == 0 and linear[axis]:
+        return None  # a paraboloid
+    used = across if axis is None or not squares[axis] else [0, 1, 2]
+    center = [ex.cancelling_sum((-linear[i] / squares[i],)) if i in used else ex.ZERO for i in range(3)]
+    height = ex.cancelling_sum((constant / lead, *(-center[i] * center[i] * squares[i] / lead for i in used)))
+    if axis is None or not squares[axis]:  # |x - c|² + height = 0
+        if not height < 0:
+            return None
+        radius = ex.cancelling_sum((ex.sqrt(-height),))
+        kind = "sphere" if axis is None else f"{_AXES[axis]}-cylinder"
+        return _make_surface_element(kind, [*(center[i] for i in across), radius], sense)
+    slope = ex.cancelling_sum((-squares[axis] / lead,))
+    if height or not slope > 0:
+        return None
+    return _make_surface_element(f"{_AXES[axis]}-cone", [*center, slope], sense)
+
+
+def _differ(a: ex.Exact, b: ex.Exact) -> bool:
+    return bool(ex.cancelling_sum((a, -b)))
+
+
+def _general(terms: list[ex.Exact]) -> _SurfaceElement:
+    """All ten coefficients, the mixed and linear ones doubled."""
+    xx, yy, zz, xy, xz, yz, x, y, z, constant = terms
+    numbers = [xx, yy, zz, 2 * xy, 2 * yz, 2 * xz, 2 * x, 2 * y, 2 * z, constant]
+    made = _make_surface_element("quadric", numbers, 1)
+    if not made.is_exact:
+        lead = max(numbers[:6], key=abs)
+        size = lead if lead > 0 else -lead
+        made = _make_surface_element("quadric", [ex.cancelling_sum((number / size,)) for number in numbers], 1)
+    return made
+
+
+# Solids as regions of half-spaces: Boolean trees of cells, complements carried inward (De Morgan).
+
+MAX_REGION_DEPTH = 100
+"""Booleans within Booleans."""
+MAX_REGION_LENGTH = LONGEST_REGION
+
+
+class RegionWriter:
+    """Makes regions of solids; primitives that come again are worked out once."""
+
+    def __init__(self, table: ExportSurfaceTable) -> None:
+        self.table = table
+        self._known: dict[tuple[Solid, Motion, bool], Region] = {}
+
+    def of(self, solid: Solid, outer: Motion = IDENTITY_MOTION) -> Region:
+        """The region of a solid under a further motion. Raises Unsayable."""
+        found = self._of(solid, outer, True, 0)
+        count = sum(1 for _ in list_half_spaces(found))
+        if count > MAX_REGION_LENGTH:
+            raise ExportUnsupported(f"its region has {count:,} half-spaces, more than {MAX_REGION_LENGTH:,}")
+        if _depth(found) > MAX_PARENTHESES:
+            raise ExportUnsupported(f"its region nests deeper than {MAX_PARENTHESES} levels")
+        return found
+
+    def _of(self, solid: Solid, outer: Motion, inside: bool, depth: int) -> Region:
+        if isinstance(solid, Boolean):
+            if depth >= MAX_REGION_DEPTH:
+                raise ExportUnsupported(f"it nests Booleans deeper than {MAX_REGION_DEPTH} levels")
+            motion = solid.motion.then(outer)
+            if isinstance(solid, (Complement, Painted)):
+                sense = inside if isinstance(solid, Painted) else not inside
+                return self._of(solid.operands[0], motion, sense, depth + 1)
+            parts = []
+            for k, operand in enumerate(solid.operands):
+                turned = isinstance(solid, Difference) and k > 0
+                parts.append(self._of(operand, motion, inside != turned, depth + 1))
+            return join_regions(UnionNode if isinstance(solid, Union) == inside else IntersectionNode, parts)
+        if not isinstance(solid, PrimitiveSolid):
+            raise ExportUnsupported(f"{type(solid).__name__} is no solid of planes and quadrics")
+        key = solid, outer, inside
+        if key not in self._known:
+            self._known[key] = self._primitive(solid, outer, inside)
+        return self._known[key]
+
+    def _primitive(self, solid: PrimitiveSolid, outer: Motion, inside: bool) -> Region:
+        motion = solid.under(outer)
+        if (
+            isinstance(solid, Quadric)
+            and motion.is_identity
+            and any(solid.symmetric[i][j] for i in range(3) for j in range(3))
+        ):
+            half = self.table.half_of_quadric(solid)
+            return half if inside else negate_region(half)
+        return self._tree(solid.tree(), motion, inside)
+
+    def _tree(self, tree: Tree, motion: Motion, inside: bool) -> Region:
+        if isinstance(tree, Cell):
+            parts: list[Region] = []
+            for face in tree.faces:
+                half = self.table.half(face.surface.moved(motion), face.inside)
+                parts.append(half if inside else negate_region(half))
+            return join_regions(IntersectionNode if inside else UnionNode, parts)
+        if isinstance(tree, Not):
+            return self._tree(tree.part, motion, not inside)
+        kind = IntersectionNode if isinstance(tree, All) == inside else UnionNode
+        return join_regions(kind, [self._tree(part, motion, inside) for part in tree.parts])
+
+
+def join_regions(kind: type[IntersectionNode] | type[UnionNode], parts: Iterable[Region]) -> Region:
+    """One node of a kind, those of the same kind in it opened up, and each part once."""
+    opened: dict[Region, None] = {}
+    for part in parts:
+        opened.update(dict.fromkeys(part.parts if isinstance(part, kind) else (part,)))
+    if not opened:
+        raise ExportUnsupported("a part of it is empty, or all of space")
+    return next(iter(opened)) if len(opened) == 1 else kind(tuple(opened))
+
+
+def negate_region(region: Region) -> Region:
+    """What is not in a region."""
+    if isinstance(region, HalfSpaceNode):
+        return HalfSpaceNode(region.surface, not region.positive)
+    kind = UnionNode if isinstance(region, IntersectionNode) else IntersectionNode
+    return kind(tuple(negate_region(part) for part in region.parts))
+
+
+def list_conjuncts(region: Region) -> tuple[Region, ...]:
+    """What a region is the intersection of."""
+    return region.parts if isinstance(region, IntersectionNode) else (region,)
+
+
+def format_region(region: Region) -> str:
+    """As OpenMC writes it: -1 2 (3 | -4)."""
+    return "".join(_pieces(region, False))
+
+
+def _pieces(region: Region, within: bool) -> Iterator[str]:
+    if isinstance(region, HalfSpaceNode):
+        yield f"{'' if region.positive else '-'}{region.surface}"
+        return
+    between = " " if isinstance(region, IntersectionNode) else " | "
+    if within:
+        yield "("
+    for k, part in enumerate(region.parts):
+        if k:
+            yield between
+        yield from _pieces(part, True)
+    if within:
+        yield ")"
+
+
+def _depth(region: Region) -> int:
+    if isinstance(region, HalfSpaceNode):
+        return 0
+    return 1 + max(_depth(part) for part in region.parts)
+
+
+# Whether two regions surely have nothing in common: sides exclude each other, or importers would see it.
+
+_MAX_SPLITS, _MAX_BRANCHES = 3, 8
+"""How many unions are looked at, and of how many parts."""
+RegionSides: TypeAlias = tuple[frozenset[Region], list[frozenset[Region]]]
+
+
+def region_sides(region: Region | None) -> RegionSides:
+    """What a region is within, and, for each of these parts, what the outside of it is within."""
+    parts = () if region is None else list_conjuncts(region)
+    return frozenset(parts), [frozenset(list_conjuncts(negate_region(part))) for part in parts]
+
+
+def are_disjoint_sides(one: RegionSides, other: RegionSides) -> bool:
+    """Surely? If one is within something and the other outside of it."""
+    return any(out <= other[0] for out in one[1]) or any(out <= one[0] for out in other[1])
+
+
+def are_disjoint(first: Region, later: Region, table: ExportSurfaceTable) -> bool:
+    """Surely? Balls, cylinders and planes are compared with one another, as importers do it."""
+    return _is_empty_intersection(
+        [bind_surfaces(first, table.surfaces), bind_surfaces(later, table.surfaces)], _MAX_SPLITS
+    )
+
+
+def is_empty_region(region: Region, table: ExportSurfaceTable) -> bool:
+    """Has a region surely no volume?"""
+    return _is_empty_intersection([bind_surfaces(region, table.surfaces)], _MAX_SPLITS)
+
+
+def _is_empty_intersection(parts: list[RegionPart], splits: int) -> bool:
+    """Surely? Unions are looked at part by part, so many of them one after the other."""
+    found = Conjunction().and_(parts)
+    if found is None:
+        return True
+    unions = sorted((part for part in found.parts if isinstance(part, PartUnion)), key=lambda union: len(union.parts))
+    if not unions or splits == 0 or len(unions[0].parts) > _MAX_BRANCHES:
+        return False
+    others = [part for part in found.parts if part is not unions[0]]
+    return all(_is_empty_intersection([*others, piece], splits - 1) for piece in unions[0].parts)

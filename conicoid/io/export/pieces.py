@@ -1,0 +1,246 @@
+"""Bounded solids in words that other programs know: balls, boxes, what is turned or drawn, closed faces, Booleans.
+
+What has no end is cut beyond the body that it is a part of, by a room around that: nothing of the body is lost.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Literal, TypeAlias
+
+from ..._util.arrays import Matrix4, Vector
+from ...geometry.transform import Step, Transform, Translate
+
+PieceBooleanKind: TypeAlias = Literal["union", "intersection", "difference"]
+PieceCorner: TypeAlias = tuple[Fraction, Fraction, Fraction]
+Steps: TypeAlias = tuple[Step, ...]
+
+
+@dataclass(frozen=True)
+class BallPiece:
+    """x² + y² + z² <= radius²"""
+
+    radius: float
+
+
+@dataclass(frozen=True)
+class EllipsoidPiece:
+    """An ellipsoid about the origin."""
+
+    radii: Vector
+
+
+@dataclass(frozen=True)
+class BoxPiece:
+    """low <= (x, y, z) <= high"""
+
+    low: Vector
+    high: Vector
+
+
+@dataclass(frozen=True)
+class FrustumPiece:
+    """About z, from a circle of one radius at `low` to one of another at `high`."""
+
+    first: float
+    second: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
+class RevolutionPiece:
+    """A polygon of (r, z) about z, from one angle to another."""
+
+    profile: tuple[tuple[float, float], ...]
+    start: float = 0.0
+    end: float = 360.0
+
+
+@dataclass(frozen=True)
+class ExtrusionPiece:
+    """A polygon of (x, y) from `low` to `high`, scaled there about the z axis."""
+
+    outline: tuple[tuple[float, float], ...]
+    low: float
+    high: float
+    scale: float = 1.0
+
+
+@dataclass(frozen=True)
+class QuadricPiece:
+    """x² + y² <= g0 + g1 z + g2 z² between two heights: a paraboloid or hyperboloid; coefficients as they are."""
+
+    g0: Fraction
+    g1: Fraction
+    g2: Fraction
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
+class PolyhedronPiece:
+    """What flat faces enclose, counter-clockwise as seen from outside if `is_convex`.
+
+    planes: those of the shape, (normal, offset), where it was given by such.
+    """
+
+    corners: tuple[PieceCorner, ...]
+    faces: tuple[tuple[int, ...], ...]
+    is_convex: bool = False
+    planes: tuple[tuple[Vector, float], ...] | None = None
+
+
+@dataclass(frozen=True)
+class NativePiece:
+    """An element of the format itself, as text: its tag, attributes and children; and where its middle is."""
+
+    tag: str
+    attributes: str
+    children: str = ""
+    shift: PieceCorner = (Fraction(0), Fraction(0), Fraction(0))
+
+
+Piece: TypeAlias = (
+    BallPiece
+    | EllipsoidPiece
+    | BoxPiece
+    | FrustumPiece
+    | RevolutionPiece
+    | ExtrusionPiece
+    | QuadricPiece
+    | PolyhedronPiece
+    | NativePiece
+)
+
+
+@dataclass(frozen=True)
+class PieceLeaf:
+    """A piece that is moved by steps. `is_rounded` where its numbers are not those of the shape."""
+
+    piece: Piece
+    steps: Steps = ()
+    is_rounded: bool = False
+
+
+@dataclass(frozen=True)
+class PieceBoolean:
+    """Several of them, moved by steps; of a difference the first without the others. `color`: of what is painted."""
+
+    kind: PieceBooleanKind
+    parts: tuple[PieceNode, ...]
+    steps: Steps = ()
+    color: str | None = None
+
+
+PieceNode: TypeAlias = PieceLeaf | PieceBoolean
+
+
+# Solids along an axis of coordinates, which quarter turns take there exactly.
+
+_AXIS_TURNS: tuple[Matrix4, Matrix4] = (
+    ((0.0, 0.0, 1.0, 0.0), (1.0, 0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)),
+    ((0.0, 1.0, 0.0, 0.0), (0.0, 0.0, 1.0, 0.0), (1.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)),
+)
+"""What takes z to x, and z to y."""
+_AXIS_MIRROR: Matrix4 = ((1.0, 0.0, 0.0, 0.0), (0.0, -1.0, 0.0, 0.0), (0.0, 0.0, -1.0, 0.0), (0.0, 0.0, 0.0, 1.0))
+"""Half a turn about x."""
+
+
+def axis_steps(start: Vector, end: Vector) -> tuple[tuple[float, float], tuple[Step, ...]] | None:
+    """Heights about the z axis and the steps from there, for what stands along an axis of coordinates; else None."""
+    along = [i for i in range(3) if start[i] != end[i]]
+    if len(along) != 1:
+        return None
+    axis = along[0]
+    low, high = start[axis], end[axis]
+    steps: tuple[Step, ...] = ()
+    if low > high:
+        low, high, steps = -low, -high, (Transform(_AXIS_MIRROR),)
+    if axis != 2:
+        steps += (Transform(_AXIS_TURNS[axis]),)
+    x, y, z = (0.0 if i == axis else value for i, value in enumerate(start))
+    return (low, high), (*steps, Translate((x, y, z))) if x or y or z else steps
+
+
+def upright_box(faces: PolyhedronPiece) -> BoxPiece | None:
+    """The box that a convex polyhedron is, if its sides are across the axes and its ends are floats."""
+    if len(faces.corners) != 8 or len(faces.faces) != 6:
+        return None
+    ends: list[tuple[float, float]] = []
+    for i in range(3):
+        values = {corner[i] for corner in faces.corners}
+        if len(values) != 2 or any(Fraction(float(value)) != value for value in values):
+            return None
+        ends.append((float(min(values)), float(max(values))))
+    (x, a), (y, b), (z, c) = ends
+    return BoxPiece((x, y, z), (a, b, c))
+
+
+# Convex polyhedra by their faces: a box that planes cut, in exact fractions.
+
+ClipPlane = tuple[PieceCorner, Fraction]
+"""normal·x <= offset"""
+_BOX_FACES = ((0, 4, 6, 2), (1, 3, 7, 5), (0, 1, 5, 4), (2, 6, 7, 3), (0, 2, 3, 1), (4, 5, 7, 6))
+
+
+def clip_box(box: BoxPiece, planes: Iterable[ClipPlane]) -> PolyhedronPiece | None:
+    """What of a box is inside of all planes; None where nothing is."""
+    ends = tuple(tuple(map(Fraction, end)) for end in (box.low, box.high))
+    corners = [(ends[k & 1][0], ends[k >> 1 & 1][1], ends[k >> 2 & 1][2]) for k in range(8)]
+    loops = [[corners[k] for k in face] for face in _BOX_FACES]
+    for plane in planes:
+        loops = _clip_faces(loops, plane)
+        if len(loops) < 4:
+            return None
+    numbers: dict[PieceCorner, int] = {}
+    faces = tuple(tuple(numbers.setdefault(corner, len(numbers)) for corner in loop) for loop in loops)
+    return PolyhedronPiece(tuple(numbers), faces, True)
+
+
+def _clip_faces(loops: list[list[PieceCorner]], plane: ClipPlane) -> list[list[PieceCorner]]:
+    """Faces of a convex polyhedron without what is beyond a plane, and the face in the plane."""
+    heights = {corner: _plane_height(plane, corner) for loop in loops for corner in loop}
+    if not any(height > 0 for height in heights.values()):
+        return loops
+    kept, edges = [], {}
+    for loop in loops:
+        left = _clip_face(loop, heights, plane)
+        on = [corner for corner in left if not heights.get(corner, 0)]
+        if len(left) < 3 or len(on) == len(left):
+            continue
+        kept.append(left)
+        for a, b in zip(left, [*left[1:], left[0]], strict=True):
+            if not heights.get(a, 0) and not heights.get(b, 0):
+                edges[b] = a
+    if len(edges) >= 3:
+        first = next(iter(edges))
+        cap, at = [first], edges[first]
+        while at != first and len(cap) <= len(edges):
+            cap.append(at)
+            at = edges.get(at, first)
+        kept.append(cap)
+    return kept
+
+
+def _clip_face(
+    loop: Sequence[PieceCorner], heights: dict[PieceCorner, Fraction], plane: ClipPlane
+) -> list[PieceCorner]:
+    """A face's part on the inner side."""
+    found: list[PieceCorner] = []
+    for a, b in zip(loop, [*loop[1:], loop[0]], strict=True):
+        ha, hb = heights[a], heights[b]
+        if ha <= 0:
+            found.append(a)
+        if ha * hb < 0:
+            share = ha / (ha - hb)
+            x, y, z = (p + share * (q - p) for p, q in zip(a, b, strict=True))
+            found.append((x, y, z))
+    return found
+
+
+def _plane_height(plane: ClipPlane, corner: PieceCorner) -> Fraction:
+    (a, b, c), offset = plane
+    return a * corner[0] + b * corner[1] + c * corner[2] - offset

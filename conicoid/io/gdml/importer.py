@@ -1,0 +1,575 @@
+"""Volumes at their places: worked out once for each way in which they stand, and then moved."""
+
+from __future__ import annotations
+
+import os
+from collections import Counter
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from fractions import Fraction
+from itertools import pairwise
+from typing import Any
+
+from ..._util.file_errors import MAX_PROBLEMS, Problem, SceneFileError
+from ...geometry.csg import Difference, Intersection, Union
+from ...geometry.instances import Shift
+from ...geometry.polyhedron import Polyhedron
+from ...geometry.primitives import Box, Sphere
+from ...geometry.quadrics import Ellipsoid
+from ...geometry.revolution import Revolution
+from ...geometry.shape import Solid
+from ...geometry.transform import IDENTITY_MOTION, Motion
+from ...materials.material import Material
+from ..importers import BodyLimits, ImportOptions, ImportResult, LegendEntry, format_count, limit_notes, select_bodies
+from ..openmc.placement import (
+    NO_TURN,
+    ORIGIN,
+    AxisTurn,
+    CellRotation,
+    Point,
+    UniversePlacement,
+    add_points,
+    to_floats,
+    turn_motion,
+)
+from ..openmc.universe_block import RIGID_TOLERANCE, BlockBodies, BlockPiece, PlacePath, UniverseBlock, flatten_block
+from ..scene_file.nodes import shorten
+from ..xml_tree import XmlElement, read_xml
+from .materials import GAS_DENSITY, GdmlMaterial, MaterialTable, read_materials
+from .solid_template import SolidTemplate
+from .solids import SolidTable, read_solids
+from .structure import LogicalVolume, StructureReader, resolve_module_file
+from .values import GdmlError, GdmlReader, GdmlUnsupported, local_tag, look_up, read_defines, read_reference
+
+
+@dataclass(frozen=True)
+class GdmlPlacement:
+    """Where something stands within a block: turned and shifted, then turned by `outer`, then shifted by `lift`.
+
+    Where nothing turns by other angles than quarter turns, `shift` is all of it, and the block may stand anywhere.
+    """
+
+    turn: AxisTurn = NO_TURN
+    shift: Point = ORIGIN
+    outer: Motion = IDENTITY_MOTION
+    lift: Point = ORIGIN
+
+    @property
+    def is_straight(self) -> bool:
+        """Is it only turned by quarter turns and shifted?"""
+        return self.outer is IDENTITY_MOTION or self.outer.is_identity
+
+    @property
+    def may_stand_anywhere(self) -> bool:
+        """Is it turned about its own origin, so that only a shift in the world says where it is?"""
+        return self.is_straight or not any(self.shift)
+
+    def about_itself(self) -> tuple[GdmlPlacement, Point]:
+        """The place about its own origin, and where that is."""
+        if self.is_straight:
+            return GdmlPlacement(self.turn), self.shift
+        return GdmlPlacement(self.turn, ORIGIN, self.outer), self.lift
+
+    def lifted(self, by: Point) -> GdmlPlacement:
+        """The whole moved."""
+        if not any(by):
+            return self
+        if self.is_straight:
+            return GdmlPlacement(self.turn, add_points(self.shift, by), self.outer, self.lift)
+        return GdmlPlacement(self.turn, self.shift, self.outer, add_points(self.lift, by))
+
+    def inner(self, shift: Point, rotation: CellRotation) -> GdmlPlacement:
+        """The place of what is rotated and then shifted within this."""
+        before = UniversePlacement(self.turn, self.shift)
+        if rotation.motion.is_identity:
+            there = before.inner(shift, rotation)
+            return GdmlPlacement(there.turn, there.shift, self.outer, self.lift)
+        if self.is_straight:
+            return GdmlPlacement(outer=turn_motion(rotation.motion, self.turn), lift=before.point(shift))
+        whole = before.inner(shift, rotation)
+        return GdmlPlacement(outer=whole.outer.then(self.outer), lift=self.lift)
+
+    def moved(self, by: Shift) -> UniversePlacement:
+        """In the world, the block being moved."""
+        if self.is_straight:
+            return UniversePlacement(self.turn, add_points(self.shift, by))
+        whole = add_points(self.lift, by)
+        outer = self.outer.translate(to_floats(whole)) if any(whole) else self.outer
+        return UniversePlacement(self.turn, self.shift, outer)
+
+
+PlacedTemplate = tuple[SolidTemplate, GdmlPlacement]
+"""A solid at a place of a block."""
+
+
+@dataclass(eq=False)
+class VolumePiece(BlockPiece):
+    """A volume's solid, and what is placed in it."""
+
+    volume: LogicalVolume
+    own: PlacedTemplate
+    displaced: tuple[PlacedTemplate, ...]
+
+    def made(self, shift: Shift) -> Solid:
+        """The solid less what is placed in it, the block being moved. Raises LeftOut, ValueError, OverflowError."""
+        own, *others = (template.at(place.moved(shift)) for template, place in (self.own, *self.displaced))
+        return Difference((own, *others)) if others else own
+
+
+class VolumeBlock(UniverseBlock[VolumePiece]):
+    """Volumes are called by the way to them."""
+
+    @staticmethod
+    def called(title: str, path: PlacePath) -> str:
+        """world/calorimeter[3]/layer"""
+        return "/".join((*path, title) if title else path)
+
+    @staticmethod
+    def may_lead(path: PlacePath, name: str) -> bool:
+        """Is the way the beginning of the name?"""
+        way = "/".join(path)
+        return name.startswith(way) and name[len(way) : len(way) + 1] in ("", "/")
+
+
+class VolumeBodies(BlockBodies[VolumePiece]):
+    """The bodies of a GDML file."""
+
+    def made(self, kind: int, shift: Shift) -> Solid:
+        """A volume less what is placed in it, moved by a shift. Raises ValueError where it cannot be made there."""
+        try:
+            return self._pieces[kind].made(shift)
+        except GdmlUnsupported as left:
+            raise ValueError(str(left)) from None
+
+    def is_rigid(self, kind: int) -> bool:
+        """Are its parts of kinds that rounding cannot change, and none of them so thin that it may close?"""
+        piece = self._pieces[kind]
+        straight = all(place.is_straight for _, place in (piece.own, *piece.displaced))
+        return straight and is_rigid(self.shape(int(self.members[kind][0])), self.farthest)
+
+
+def is_rigid(solid: Solid, far: Fraction) -> bool:
+    """Has a solid the same structure wherever it is made within some distance, however its numbers are rounded?"""
+    pending = [solid]
+    while pending:
+        each = pending.pop()
+        if isinstance(each, Union | Difference | Intersection):
+            pending.extend(each.operands)
+            continue
+        least = _rounding_margin(each)
+        if least is None or least[0] <= RIGID_TOLERANCE * (2 * far + least[1]):
+            return False
+    return True
+
+
+def _rounding_margin(solid: Solid) -> tuple[Fraction, Fraction] | None:
+    """(the least thickness along an axis that rounding must leave, how far it reaches); None for other kinds."""
+    if isinstance(solid, Box):
+        ends = list(zip(map(Fraction, solid.low), map(Fraction, solid.high), strict=True))
+        return min(b - a for a, b in ends), max(max(abs(a), abs(b)) for a, b in ends)
+    if isinstance(solid, Sphere):
+        return Fraction(solid.radius), max(map(abs, map(Fraction, solid.center)))
+    if isinstance(solid, Ellipsoid):
+        return min(map(Fraction, solid.radii)), max(map(abs, map(Fraction, solid.center)))
+    if isinstance(solid, Revolution):
+        heights = sorted({Fraction(z) for _, z in solid.profile})
+        return min(b - a for a, b in pairwise(heights)), max(map(abs, heights))
+    if isinstance(solid, Polyhedron):
+        return _plane_margin(solid)
+    return None
+
+
+def _plane_margin(solid: Polyhedron) -> tuple[Fraction, Fraction]:
+    """Between parallel planes, the normals being as they are wherever it stands."""
+    planes: dict[tuple[Fraction, ...], set[Fraction]] = {}
+    for normal, offset in zip(solid.normals, solid.offsets, strict=True):
+        size = max(abs(Fraction(c)) for c in normal)
+        unit = tuple(Fraction(c) / size for c in normal)
+        sign = 1 if unit > ORIGIN else -1
+        planes.setdefault(tuple(sign * c for c in unit), set()).add(sign * Fraction(offset) / size)
+    gaps = [b - a for offsets in planes.values() for a, b in pairwise(sorted(offsets))]
+    reach = max(abs(offset) for offsets in planes.values() for offset in offsets)
+    return min(gaps, default=reach or Fraction(1)), reach
+
+
+# A GDML file, read: the volume that is the world, and what there is to say.
+
+MAX_FILES = 200
+MAX_FILE_DEPTH = 8
+_SECTIONS = ("define", "materials", "solids", "structure", "setup", "userinfo", "display", "parallel_world")
+
+
+@dataclass(eq=False)
+class GdmlGeometry:
+    """A file and the modules that it refers to."""
+
+    path: str
+    reading: GdmlReader
+    structure: StructureReader
+    world: LogicalVolume
+    modules: list[GdmlReader]
+
+    @property
+    def readings(self) -> list[GdmlReader]:
+        """Of the file and of all modules."""
+        return [self.reading, *self.modules]
+
+
+@dataclass
+class _ModuleFiles:
+    """The files that are read."""
+
+    entities: bool
+    folder: dict[str, GdmlGeometry] = field(default_factory=dict)
+    open: list[str] = field(default_factory=list)
+
+
+def read_gdml(path: str | os.PathLike[str], entities: bool = False) -> GdmlGeometry:
+    """All of a file. Raises SceneFileError with all mistakes in it, or in the first module that has some.
+
+    entities: are files of its folder read that it takes in by entities?
+    """
+    return _read_file(os.fspath(path), _ModuleFiles(entities), None)
+
+
+_HINT = ", such as files that are parts of it: entities=True (--entities) reads those in its folder"
+
+
+def _read_file(path: str, files: _ModuleFiles, first: GdmlReader | None) -> GdmlGeometry:
+    parts = (lambda name: resolve_module_file(path, name.removeprefix("./"))) if files.entities else None
+    root = read_xml(path, doctype=True, parts=parts, hint="" if files.entities else _HINT)
+    reading = GdmlReader(path)
+    if first is not None:
+        reading.counter = first.counter
+    solids: SolidTable = {}
+    materials: MaterialTable = {}
+    modules: list[GdmlReader] = []
+
+    def module(element: XmlElement) -> LogicalVolume:
+        found = _read_module(reading, element, files)
+        modules.extend(one for one in found.readings if one not in modules)
+        name = element.attributes.get("volname")
+        if not name:
+            return found.world
+        volume: LogicalVolume = look_up(reading, found.structure.volumes, name, element, "volume in the file")
+        return volume
+
+    structure = StructureReader(reading, solids, {}, materials, module)
+    world = None
+    for section in root.children:
+        tag = local_tag(section)
+        if tag == "define":
+            read_defines(reading, section)
+        elif tag == "materials":
+            read_materials(reading, section, materials)
+        elif tag == "solids":
+            structure.sources.update((child.attributes.get("name", ""), child) for child in section.children)
+            read_solids(reading, section, solids)
+        elif tag == "structure":
+            structure.read(section)
+        elif tag not in _SECTIONS:
+            reading.remark(section, tag, "is no section that is known, left out")
+    try:
+        world = _find_world(reading, root, structure)
+    except GdmlError as mistake:
+        reading.report(mistake.element, "setup", mistake.message)
+    if reading.problems or world is None:
+        raise SceneFileError(path, reading.problems)
+    return GdmlGeometry(path, reading, structure, world, modules)
+
+
+def _find_world(reading: GdmlReader, root: XmlElement, structure: StructureReader) -> LogicalVolume:
+    """The world of the setup "Default", or else of the first."""
+    setups = [child for child in root.children if local_tag(child) == "setup"]
+    if not setups:
+        raise GdmlError(root, "the file must have a setup element with the world")
+    chosen = next((one for one in setups if one.attributes.get("name") == "Default"), setups[0])
+    if len(setups) > 1:
+        name = chosen.attributes.get("name", "")
+        reading.remark(chosen, f"setup {name!r}", f"is taken, one of {len(setups):,}")
+    for child in chosen.children:
+        if child.tag == "world":
+            name = read_reference(reading, child)
+            found: LogicalVolume = look_up(reading, structure.volumes, name, child, "volume")
+            return found
+    raise GdmlError(chosen, "must have a world element")
+
+
+def _read_module(reading: GdmlReader, element: XmlElement, files: _ModuleFiles) -> GdmlGeometry:
+    """Another file of the folder."""
+    name = element.attributes.get("name", "")
+    try:
+        path = resolve_module_file(reading.path, name)
+    except ValueError as error:
+        raise GdmlError(element, str(error)) from None
+    here = os.path.abspath(reading.path)
+    if path in files.open or path == here:
+        raise GdmlError(element, f"file {shorten(name)!r} refers to itself, through others perhaps")
+    if path not in files.folder:
+        if len(files.folder) >= MAX_FILES or len(files.open) >= MAX_FILE_DEPTH:
+            raise GdmlError(element, f"at most {MAX_FILES} files are read, nested at most {MAX_FILE_DEPTH} levels deep")
+        files.open.append(here)
+        try:
+            files.folder[path] = _read_file(path, files, reading)
+        finally:
+            files.open.pop()
+    return files.folder[path]
+
+
+def collect_remarks(geometry: GdmlGeometry) -> Iterator[list[str]]:
+    """Remarks, by kind."""
+    for reading in geometry.readings:
+        yield from reading.remarks.values()
+
+
+# The bodies of a GDML geometry: each volume at each of its places, less what is placed in it.
+
+MAX_VOLUME_DEPTH = 100
+"""Levels of volumes in volumes."""
+PARTS_FOR_A_BODY = 4
+"""Primitives for each body that is allowed."""
+
+NO_MATERIAL = Material((0.0, 0.0, 0.0), ambient=0.0, diffuse=0.0, transparency=1.0, name="no material")
+
+
+@dataclass(frozen=True)
+class ExpandedVolume:
+    """What a volume has become: what it displaces, how many volumes in it others fill, and its block."""
+
+    solids: tuple[PlacedTemplate, ...] = ()
+    filled: int = 0
+    block: VolumeBlock | None = None
+
+
+@dataclass
+class GdmlExpansion:
+    """Makes the bodies of a geometry. `levels`: how many of nested volumes are opened.
+
+    A volume is worked out once, about its own origin, for each way in which it is turned; where it stands, that block
+    is moved. Within what is turned by other angles than quarter turns every place is worked out.
+    """
+
+    geometry: GdmlGeometry
+    void: bool
+    levels: int
+    allowed: BodyLimits
+    progress: Callable[[int, int], Any] | None = None
+    whole: VolumeBlock = field(default_factory=VolumeBlock)
+    bodies: VolumeBodies = field(init=False)
+    looks: dict[GdmlMaterial | None, Material] = field(default_factory=lambda: {None: NO_MATERIAL})
+    filled: int = 0
+    known: dict[tuple[int, int], tuple[int, int]] = field(default_factory=dict)
+    blocks: dict[tuple[Any, ...], ExpandedVolume] = field(default_factory=dict)
+    labels: dict[int, list[str]] = field(default_factory=dict)
+    problems: dict[int, Problem] = field(default_factory=dict)
+    most: int = 0
+    alone: int = 0  # bodies that are no others moved
+
+    def run(self) -> None:
+        """All of it. Raises SceneFileError for mistakes, and for too many bodies before any is made."""
+        world = self.geometry.world
+        self.most, parts = self.count(world, self.levels, 0)
+        allowed = self.allowed.bodies
+        if self.most > allowed or parts > PARTS_FOR_A_BODY * allowed:
+            raise self._too_many(
+                format_count(self.most, "body") if self.most > allowed else format_count(parts, "solid"), allowed
+            )
+        self.expand(world, GdmlPlacement(), root_path(world), self.levels, self.whole)
+        pieces, flat = flatten_block(self.whole)
+        self.bodies = VolumeBodies(self.whole, pieces, flat)
+        for done, number in enumerate(self.bodies.outermost()):
+            self._check(number, pieces[int(flat.pieces[number])])
+            if self.progress is not None and done % 256 == 0:
+                self.progress(number, len(self.bodies))
+        if self.problems:
+            raise SceneFileError(self.geometry.path, self.problems.values())
+
+    def _too_many(self, found: str, allowed: int) -> SceneFileError:
+        """Refuses what expands into more than is allowed."""
+        element, told = (
+            self.geometry.world.element,
+            "raise it where there is memory for them, or open fewer levels (depth)",
+        )
+        message = f"expands into {found}; the limit is {allowed:,} (max_bodies): {told}"
+        return SceneFileError(self.geometry.path, [Problem(element.line, element.column, "", message)])
+
+    @property
+    def materials(self) -> Counter[GdmlMaterial | None]:
+        """How many bodies there are of each material."""
+        return self.whole.materials
+
+    def count(self, volume: LogicalVolume, levels: int, depth: int) -> tuple[int, int]:
+        """Bodies and primitives of a volume and all in it."""
+        found = self.known.get((id(volume), levels))
+        if found is not None:
+            return found
+        if depth > MAX_VOLUME_DEPTH:
+            message = f"volumes nest deeper than {MAX_VOLUME_DEPTH} levels"
+            raise SceneFileError(self.geometry.path, [Problem(volume.element.line, volume.element.column, "", message)])
+        bodies, parts = (0, 0) if volume.template is None else (1, volume.template.parts)
+        if levels > 0 or volume.is_open:
+            inner = levels if volume.is_open else levels - 1
+            for daughter in volume.daughters:
+                more, its = self.count(daughter.volume, inner, depth + 1)
+                bodies, parts = bodies + more, parts + its
+        self.known[id(volume), levels] = bodies, parts
+        return bodies, parts
+
+    def expand(
+        self, volume: LogicalVolume, place: GdmlPlacement, path: PlacePath, levels: int, block: VolumeBlock
+    ) -> ExpandedVolume:
+        """Put the bodies of a volume, and of all in it, into a block."""
+        own = None if volume.template is None else (volume.template, place)
+        opened = levels > 0 or volume.is_open
+        if own is None:
+            displaced = self._daughters(volume, place, path, levels, block) if opened else ExpandedVolume()
+            return ExpandedVolume(displaced.solids, displaced.filled)
+        inside = VolumeBlock()
+        found = self._daughters(volume, place, path, levels, inside) if opened else ExpandedVolume()
+        is_filled = volume.is_filled and bool(found.solids)
+        if not is_filled and (self.void or not (volume.material is None or volume.material.is_thin)):
+            look = self._look(volume.material)
+            self.alone += 1
+            if self.alone > self.allowed.alone:
+                told = f"at least {format_count(self.alone, 'body')} that are no others moved"
+                raise self._too_many(told, self.allowed.alone)
+            block.add(VolumePiece("", path, look, volume, own, () if is_filled else found.solids), volume.material)
+        block.take(inside)
+        return ExpandedVolume((own,), found.filled + is_filled)
+
+    def _daughters(
+        self, volume: LogicalVolume, place: GdmlPlacement, path: PlacePath, levels: int, block: VolumeBlock
+    ) -> ExpandedVolume:
+        """All that is placed in a volume: what it displaces of its surroundings."""
+        inner = levels if volume.is_open else levels - 1
+        solids: list[PlacedTemplate] = []
+        filled = 0
+        for daughter, label in zip(volume.daughters, self._labels(volume), strict=True):
+            try:
+                there = place.inner(daughter.shift, daughter.rotation)
+            except (ValueError, OverflowError) as error:
+                self._report(volume, "/".join(path), error)
+                continue
+            made = self._shared(daughter.volume, there, (*path, label), inner, block)
+            solids += made.solids
+            filled += made.filled
+        return ExpandedVolume(tuple(solids), filled)
+
+    def _shared(
+        self, volume: LogicalVolume, place: GdmlPlacement, path: PlacePath, levels: int, block: VolumeBlock
+    ) -> ExpandedVolume:
+        """A volume as a block of its own, which stands wherever it is turned alike."""
+        if not place.may_stand_anywhere:
+            return self.expand(volume, place, path, levels, block)
+        about, shift = place.about_itself()
+        key = id(volume), levels, about.turn, None if about.is_straight else about.outer
+        made = self.blocks.get(key)
+        if made is None:
+            inside = VolumeBlock()
+            made = self.expand(volume, about, (), levels, inside)
+            made = self.blocks[key] = ExpandedVolume(made.solids, made.filled, inside)
+        assert made.block is not None
+        block.place(made.block, shift, path)
+        return ExpandedVolume(tuple((template, inner.lifted(shift)) for template, inner in made.solids), made.filled)
+
+    def _look(self, material: GdmlMaterial | None) -> Material:
+        if material not in self.looks:
+            assert material is not None
+            self.looks[material] = material.look
+        return self.looks[material]
+
+    def _check(self, number: int, piece: VolumePiece) -> None:
+        """Make a body, so that what is wrong is told."""
+        try:
+            self.bodies.shape(number)
+        except (ValueError, OverflowError) as error:
+            self._report(piece.volume, self.bodies.name(number), error)
+
+    def _report(self, volume: LogicalVolume, path: str, error: Exception) -> None:
+        told = "a number is too large" if isinstance(error, OverflowError) else str(error)
+        element = volume.element
+        self.problems.setdefault(id(volume), Problem(element.line, element.column, path, told))
+        if len(self.problems) >= MAX_PROBLEMS:
+            raise SceneFileError(self.geometry.path, self.problems.values())
+
+    def _labels(self, volume: LogicalVolume) -> list[str]:
+        """What daughters are called, no two alike: with the copy number where that tells them apart."""
+        if id(volume) not in self.labels:
+            self.labels[id(volume)] = daughter_labels(volume)
+        return self.labels[id(volume)]
+
+
+def daughter_labels(volume: LogicalVolume) -> list[str]:
+    """layer, calorimeter[3]; of those that are still alike, the second gets a #2."""
+    numbered = [
+        daughter.label if daughter.copy is None else f"{daughter.label}[{daughter.copy}]"
+        for daughter in volume.daughters
+    ]
+    taken: set[str] = set(numbered)
+    seen: Counter[str] = Counter()
+    found = []
+    for label in numbered:
+        seen[label] += 1
+        unique = label
+        if seen[label] > 1:
+            while (unique := f"{label}#{seen[label]}") in taken:
+                seen[label] += 1
+            taken.add(unique)
+        found.append(unique)
+    return found
+
+
+def root_path(world: LogicalVolume) -> PlacePath:
+    """The beginning of every path; nothing for a world that is no body."""
+    from .values import strip_pointer
+
+    return () if world.is_container else (strip_pointer(world.name) or "world",)
+
+
+# A GDML file as bodies, by the options of all imports.
+
+
+def import_file(path: str | os.PathLike[str], options: ImportOptions) -> ImportResult:
+    """Each volume at each of its places is a body, less the volumes in it, named by the path to it."""
+    options.refuse_others("a GDML file", "void", "strict", "only", "depth", "entities")
+    geometry = read_gdml(path, options.entities)
+    levels = MAX_VOLUME_DEPTH + 1 if options.depth is None else options.depth
+    expansion = GdmlExpansion(geometry, options.void, levels, options.most, options.progress)
+    expansion.run()
+    facts, remarks = tuple(_facts(geometry, expansion)), tuple(_remarks(geometry))
+    names = {
+        expansion.looks[material]: "no material" if material is None else material.title
+        for material in expansion.materials
+    }
+    found = ImportResult(expansion.bodies, _legend(expansion), facts + remarks, remarks, names)
+    return found if options.only is None else select_bodies(found, options.only)
+
+
+def _legend(expansion: GdmlExpansion) -> tuple[LegendEntry, ...]:
+    entries = []
+    for material, count in sorted(expansion.materials.items(), key=lambda item: item[0].number if item[0] else 0):
+        if material is None:
+            entries.append(LegendEntry(None, "no material", None, count))
+        else:
+            entries.append(LegendEntry(material.number, material.name, material.color, count))
+    return tuple(entries)
+
+
+def _facts(geometry: GdmlGeometry, expansion: GdmlExpansion) -> Iterator[str]:
+    structures = [geometry.structure]
+    solids, volumes = (sum(len(part) for part in parts) for parts in (
+        [one.solids for one in structures], [one.volumes for one in structures],
+    ))  # fmt: skip
+    files = f", {format_count(len(geometry.modules), 'module')}" if geometry.modules else ""
+    yield f"{format_count(solids, 'solid')}, {format_count(volumes, 'volume')}{files}"
+    filled = f"; {format_count(expansion.filled, 'volume')} that others fill left out" if expansion.filled else ""
+    yield format_count(len(expansion.bodies), "body") + filled
+    thin = [material.name for material in expansion.materials if material is not None and material.is_thin]
+    if thin:
+        yield f"invisible, gases and what is thinner than {GAS_DENSITY:g} g/cm3: {', '.join(thin[:8])}"
+
+
+def _remarks(geometry: GdmlGeometry) -> Iterator[str]:
+    """What is left out or not as it says, the first few of each kind."""
+    for remarks in collect_remarks(geometry):
+        yield from limit_notes(remarks)

@@ -1,0 +1,147 @@
+"""GDML's <solids>: templates by name."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import cast
+
+from ..openmc.placement import NO_ROTATION, ORIGIN, UniversePlacement
+from ..xml_tree import XmlElement
+from . import flat_solids, polyhedra, round_solids
+from . import flat_solids as twisted
+from .solid_template import (
+    BooleanKind,
+    PrimitiveTemplate,
+    SolidFactory,
+    SolidTemplate,
+    TemplateOperand,
+    combine_templates,
+)
+from .values import (
+    GdmlError,
+    GdmlReader,
+    GdmlUnsupported,
+    GdmlValues,
+    compose_rotations,
+    local_tag,
+    look_up,
+    operand_rotation,
+    read_motion,
+    read_reference,
+    scaling,
+)
+
+SOLID_READERS: dict[str, Callable[[GdmlValues], SolidFactory]] = {
+    "box": flat_solids.box, "tube": round_solids.tube, "cutTube": round_solids.cut_tube, "cone": round_solids.cone,
+    "sphere": round_solids.sphere, "orb": round_solids.orb, "ellipsoid": round_solids.ellipsoid,
+    "eltube": round_solids.elliptic_tube, "elcone": round_solids.elliptic_cone,
+    "paraboloid": round_solids.paraboloid, "hype": round_solids.hyperboloid, "trd": flat_solids.trd,
+    "trap": flat_solids.trap, "para": flat_solids.para, "tet": flat_solids.tet, "arb8": flat_solids.arb8,
+    "polycone": round_solids.polycone, "genericPolycone": round_solids.generic_polycone,
+    "polyhedra": polyhedra.polyhedra, "genericPolyhedra": polyhedra.generic_polyhedra, "xtru": polyhedra.xtru,
+    "tessellated": flat_solids.tessellated, "twistedtubs": twisted.twisted_tubs,
+}  # fmt: skip
+_UNSUPPORTED_SOLIDS = ("torus", "twistedbox", "twistedtrd", "twistedtrap")
+_BOOLEANS = ("union", "subtraction", "intersection")
+_IGNORED_ELEMENTS = ("opticalsurface", "property", "userinfo")
+SolidTable = dict[str, "SolidTemplate | None"]
+"""By name; None for one that is left out."""
+
+
+def read_solids(reading: GdmlReader, section: XmlElement, solids: SolidTable) -> None:
+    """All of a section, in the order of the file; what is wrong is reported, what cannot be is left out."""
+    for element in reading.each(section.children):
+        if local_tag(element) in _IGNORED_ELEMENTS:
+            continue
+        name = element.attributes.get("name", "")
+        where = f"{local_tag(element)} {name!r}"
+        try:
+            name = reading.solved(name, element)
+            solids[name] = None  # what is said of it is said once
+            solids[name] = read_template(reading, element, solids)
+        except GdmlError as mistake:
+            reading.report(mistake.element, where, mistake.message)
+        except GdmlUnsupported as left:
+            reading.remark(element, where, f"{left}; left out")
+        except (ValueError, OverflowError) as error:
+            told = "a number is too large" if isinstance(error, OverflowError) else str(error)
+            reading.report(element, where, told)
+
+
+def read_template(reading: GdmlReader, element: XmlElement, solids: SolidTable) -> SolidTemplate:
+    """One solid, made once at the origin, so that what is wrong with it is told here."""
+    tag = local_tag(element)
+    if tag in SOLID_READERS:
+        made: SolidTemplate = PrimitiveTemplate(SOLID_READERS[tag](GdmlValues(reading, element)))
+    elif tag in _BOOLEANS:
+        made = combine_templates(cast("BooleanKind", tag), _read_operands(reading, element, solids))
+    elif tag == "multiUnion":
+        made = combine_templates("union", _read_union_nodes(reading, element, solids))
+    elif tag in ("scaledSolid", "reflectedSolid"):
+        return combine_templates("union", [_read_transformed(reading, element, solids)])
+    elif tag in _UNSUPPORTED_SOLIDS:
+        raise GdmlUnsupported("is no quadric")
+    else:
+        raise GdmlUnsupported("is no solid that is known")
+    if isinstance(made, PrimitiveTemplate):
+        made.at(UniversePlacement())
+    return made
+
+
+def _look_up_solid(
+    reading: GdmlReader, element: XmlElement, solids: SolidTable, attribute: str = "ref"
+) -> SolidTemplate:
+    name = read_reference(reading, element, attribute)
+    found: SolidTemplate | None = (
+        look_up(reading, dict(solids), name, element, "solid") if name not in solids else solids[name]
+    )
+    if found is None:
+        raise GdmlUnsupported(f"is of {name!r}, which is left out")
+    return found
+
+
+def _find_child(element: XmlElement, tag: str) -> XmlElement:
+    for child in element.children:
+        if child.tag == tag:
+            return child
+    raise GdmlError(element, f"must have a {tag} element")
+
+
+def _read_operands(reading: GdmlReader, element: XmlElement, solids: SolidTable) -> list[TemplateOperand]:
+    found: list[TemplateOperand] = []
+    for tag, prefix in (("first", "first"), ("second", "")):
+        template = _look_up_solid(reading, _find_child(element, tag), solids)
+        shift, rotation, _ = read_motion(reading, element, operand_rotation, prefix)
+        found.append((template, shift, rotation))
+    return found
+
+
+def _read_union_nodes(reading: GdmlReader, element: XmlElement, solids: SolidTable) -> list[TemplateOperand]:
+    found = []
+    for node in reading.each(element.children):
+        if local_tag(node) == "multiUnionNode":
+            template = _look_up_solid(reading, _find_child(node, "solid"), solids)
+            shift, rotation, _ = read_motion(reading, node, operand_rotation)
+            found.append((template, shift, rotation))
+    if not found:
+        raise GdmlError(element, "must have multiUnionNode elements")
+    return found
+
+
+def _read_transformed(reading: GdmlReader, element: XmlElement, solids: SolidTable) -> TemplateOperand:
+    """A solid that is scaled; or one that is scaled, turned and shifted, all by attributes."""
+    if local_tag(element) == "scaledSolid":
+        template = _look_up_solid(reading, _find_child(element, "solidref"), solids)
+        _, _, scale = read_motion(reading, element, operand_rotation)
+        return template, ORIGIN, scaling(scale)
+    template = _look_up_solid(reading, element, solids, "solid")
+    values = GdmlValues(reading, element)
+    scale = values.number("sx", 1), values.number("sy", 1), values.number("sz", 1)
+    if not all(scale):
+        raise GdmlError(element, "sx, sy and sz must not be 0")
+    angles = values.angle("rx", 0), values.angle("ry", 0), values.angle("rz", 0)
+    rotation = compose_rotations(operand_rotation(angles), scaling(scale)) if any(angles) else scaling(scale)
+    return template, (values.length("dx", 0), values.length("dy", 0), values.length("dz", 0)), rotation
+
+
+__all__ = ["NO_ROTATION", "ORIGIN", "SOLID_READERS", "SolidTable", "read_solids", "read_template"]

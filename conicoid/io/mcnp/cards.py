@@ -1,0 +1,442 @@
+"""The lines of a deck as cards in three blocks: comments dropped, continued lines joined, line numbers kept."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
+
+from ..._util.file_errors import Problem, SceneFileError, unreadable_error
+from ..._util.hints import suggest_name
+from ..._util.safe_files import open_regular
+from ...materials.properties import Properties
+from ..openmc.materials import OpenmcMaterial
+from ..scene_file.nodes import is_beyond_float64, shorten
+from ..xml_tree import XmlElement
+from .transformations import FrameChange, parse_transformation
+
+MAX_DECK_BYTES = 64 << 20
+MAX_CARDS = 1_000_000
+MAX_COLUMNS = 128
+"""Columns of a line that MCNP reads."""
+_COMMENT = re.compile(r" {0,4}c(?: |$)")
+
+
+@dataclass(frozen=True, slots=True)
+class Card:
+    """A card in small letters, on one line, and where it begins."""
+
+    line: int
+    text: str
+
+    @property
+    def element(self) -> XmlElement:
+        """Where it stands, as the records of geometries keep it."""
+        return XmlElement("card", self.line, 1, {})
+
+
+@dataclass
+class Deck:
+    """The title, the cards of the three blocks, and remarks."""
+
+    title: str
+    cells: list[Card] = field(default_factory=list)
+    surfaces: list[Card] = field(default_factory=list)
+    data: list[Card] = field(default_factory=list)
+    remarks: list[str] = field(default_factory=list)
+
+
+def read_cards(path: str | os.PathLike[str]) -> Deck:
+    """The cards of a file. Raises SceneFileError for what is no deck of bearable size."""
+    try:
+        with open_regular(path) as file:
+            raw = file.read(MAX_DECK_BYTES + 1)
+    except OSError as error:
+        raise unreadable_error(path, error) from None
+    if len(raw) > MAX_DECK_BYTES:
+        raise SceneFileError(path, [Problem(0, 0, "", f"is too large: at most {MAX_DECK_BYTES >> 20} MB are read")])
+    lines = raw.decode("utf-8", "replace").removeprefix("\ufeff").replace("\r\n", "\n").replace("\r", "\n").split("\n")
+    deck, problems = parse_deck(lines)
+    if problems:
+        raise SceneFileError(path, problems)
+    return deck
+
+
+def parse_deck(lines: list[str]) -> tuple[Deck, list[Problem]]:
+    """The cards in some lines, and what is wrong."""
+    first = _title_line(lines)
+    deck = Deck(lines[first].strip() if first < len(lines) else "")
+    blocks = iter((deck.cells, deck.surfaces, deck.data))
+    problems: list[Problem] = []
+    if deck.title.lower().startswith("continue"):
+        problems.append(Problem(first + 1, 1, "", "continues another run, and holds no geometry"))
+        return deck, problems
+    for number, text in _join_lines(lines, first + 1, blocks, problems):
+        del number, text
+    if sum(map(len, (deck.cells, deck.surfaces, deck.data))) > MAX_CARDS:
+        problems.append(Problem(0, 0, "", f"has more than {MAX_CARDS:,} cards"))
+    for card in (*deck.cells, *deck.surfaces, *deck.data):
+        if re.match(r"read\b", card.text):
+            problems.append(Problem(card.line, 1, "read", "refers to another file, which is not opened"))
+        if card.text.startswith("#"):
+            problems.append(Problem(card.line, 1, "#", "begins a table in columns (vertical input): write it in rows"))
+    long = [
+        n
+        for n in range(first + 1, len(lines))
+        if len(_strip_comment(lines[n])) > MAX_COLUMNS and not _is_comment(lines[n])
+    ]
+    if long:
+        deck.remarks.append(f"line {long[0] + 1}: is read to its end, MCNP reads {MAX_COLUMNS} columns of a line")
+    return deck, problems
+
+
+def _title_line(lines: list[str]) -> int:
+    """Where the title is: first, or after a message block and its blank line."""
+    if not lines or not lines[0].lower().lstrip().startswith("message:"):
+        return 0
+    return next((n + 1 for n, line in enumerate(lines) if not line.strip()), len(lines))
+
+
+def _join_lines(
+    lines: list[str], start: int, blocks: Iterator[list[Card]], problems: list[Problem]
+) -> Iterator[tuple[int, str]]:
+    """Fill the blocks; a blank line ends each."""
+    block, pieces, begin, goes_on = next(blocks), [""], 0, False
+
+    def close() -> None:
+        text = " ".join(pieces).replace("=", " ").strip()
+        if text:
+            block.append(Card(begin, text))
+        pieces.clear()
+
+    for number in range(start, len(lines)):
+        line = lines[number].expandtabs(8).lower()
+        if not line.strip():
+            close()
+            goes_on = False
+            following = next(blocks, None)
+            if following is None:
+                return
+            block = following
+            continue
+        if _is_comment(line):
+            continue
+        text = _strip_comment(line)
+        if not text.strip():
+            continue  # only a comment after $
+        if not goes_on and not line.startswith("     "):
+            close()
+            begin = number + 1
+        elif not goes_on and not "".join(pieces).strip():
+            problems.append(Problem(number + 1, 1, "", "continues a card, and there is none before it"))
+        goes_on = text.rstrip().endswith("&")
+        pieces.append(text.rstrip().removesuffix("&") if goes_on else text)
+        yield number, text
+    close()
+
+
+def _is_comment(line: str) -> bool:
+    return _COMMENT.match(line.expandtabs(8).lower().rstrip() + " ") is not None
+
+
+def _strip_comment(line: str) -> str:
+    """Without what stands after $."""
+    return line.split("$", 1)[0].rstrip()
+
+
+# Numbers as Fortran reads them, kept as the decimal fractions that were written; and shortcuts nR, nI, nM, nJ.
+
+MAX_NUMBER_LENGTH = 400
+MAX_ENTRIES = 1_000_000
+"""Entries of one card, shortcuts written out."""
+_NUMBER = re.compile(r"([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+))(?:[ed]?([-+][0-9]+)|[ed]([0-9]+))?")
+_SHORTCUT = re.compile(r"([0-9]{0,9})(r|i|j)|(.+)m")
+_INTEGER = re.compile(r"[-+]?[0-9]{1,15}")
+
+
+def parse_number(word: str) -> Fraction:
+    """1.5, 1.5e-3, 1.5d-3 or 1.5-3. Raises ValueError."""
+    found = _NUMBER.fullmatch(word) if len(word) <= MAX_NUMBER_LENGTH else None
+    if found is None:
+        raise ValueError(f"{shorten(word, 40)!r} is no number")
+    exponent = found[2] or found[3]
+    plain = found[1] + (f"e{exponent}" if exponent else "")
+    nearest = float(plain)
+    if is_beyond_float64(plain, nearest):
+        raise ValueError(f"{shorten(word, 40)!r} is beyond double precision")
+    return Fraction(plain) if nearest else Fraction(0)
+
+
+def parse_integer(what: str, word: str | Fraction) -> int:
+    """A whole number. Raises ValueError."""
+    if isinstance(word, Fraction):
+        if word.denominator != 1:
+            raise ValueError(f"{what} must be an integer, got {float(word):g}")
+        return int(word)
+    if not _INTEGER.fullmatch(word):
+        raise ValueError(f"{what} must be an integer, got {shorten(word, 40)!r}")
+    return int(word)
+
+
+def parse_numbers(words: Iterable[str]) -> list[Fraction]:
+    """The entries of a card, none of them jumped over. Raises ValueError."""
+    found = expand_entries(words)
+    values = [value for value in found if value is not None]
+    if len(values) < len(found):
+        raise ValueError("jumps over an entry (nJ) that has no default here")
+    return values
+
+
+def expand_entries(words: Iterable[str]) -> list[Fraction | None]:
+    """The entries of a card with shortcuts written out; None where one is jumped over. Raises ValueError."""
+    result: list[Fraction | None] = []
+    steps = 0
+    for word in words:
+        short = _SHORTCUT.fullmatch(word)
+        if short is None or (short[2] is None and _NUMBER.fullmatch(short[3]) is None):
+            value = parse_number(word)
+            _interpolate(result, steps, value)
+            result.append(value)
+            steps = 0
+        elif steps:
+            raise ValueError(f"a number must follow the shortcut {steps}i, got {shorten(word, 40)!r}")
+        elif short[2] == "j":
+            result += [None] * _repeat_count(short[1], result)
+        elif not result or result[-1] is None:
+            raise ValueError(f"the shortcut {shorten(word, 40)!r} needs a number before it")
+        elif short[2] == "r":
+            result += [result[-1]] * _repeat_count(short[1], result)
+        elif short[2] == "i":
+            steps = _repeat_count(short[1], result)
+        else:
+            result.append(result[-1] * parse_number(short[3]))
+        if len(result) > MAX_ENTRIES:
+            raise ValueError(f"has more than {MAX_ENTRIES:,} entries")
+    if steps:
+        raise ValueError(f"a number must follow the shortcut {steps}i")
+    return result
+
+
+def _repeat_count(word: str, before: list[Fraction | None]) -> int:
+    times = int(word or 1)
+    if times + len(before) > MAX_ENTRIES:
+        raise ValueError(f"has more than {MAX_ENTRIES:,} entries")
+    return times
+
+
+def _interpolate(result: list[Fraction | None], steps: int, end: Fraction) -> None:
+    """Insert so many numbers between the last one and `end`."""
+    if steps:
+        start = result[-1]
+        assert start is not None
+        result += [start + (end - start) * i / (steps + 1) for i in range(1, steps + 1)]
+
+
+# MCNP's cell cards: number, material, density, region and what else is said of a cell.
+
+_CELL_WORD = re.compile(r"\*?[a-z]+[0-9]*(?::[^\s()=]+)?|[():#]|[^\s():#=]+")
+_CELL_PARAMETER_NAME = re.compile(r"\*?[a-z]+[0-9]*(?::.+)?")
+GEOMETRY_PARAMETERS = ("u", "fill", "lat", "trcl", "imp", "mat", "rho")
+OTHER_PARAMETERS = (
+    "vol", "pwt", "ext", "fcl", "wwn", "dxc", "nonu", "pd", "tmp", "cosy", "bflcl", "elpt", "unc",
+)  # fmt: skip
+"""About particles and tallies: not read."""
+
+
+@dataclass(frozen=True)
+class CellCard:
+    """A cell as its card says it; `given` has the words after each name, such as "fill" or "imp:n"."""
+
+    number: int
+    card: Card
+    material: int
+    density: Fraction | None
+    region: list[str]
+    given: dict[str, list[str]] = field(default_factory=dict)
+
+    def words(self, name: str) -> tuple[list[str], bool] | None:
+        """The words of a name, and whether it was written with a star (in degrees)."""
+        for star in ("", "*"):
+            if star + name in self.given:
+                return self.given[star + name], bool(star)
+        return None
+
+
+def read_cell_card(card: Card, earlier: Mapping[int, CellCard]) -> CellCard:
+    """Raises ValueError."""
+    words = _CELL_WORD.findall(card.text)
+    if not words:
+        raise ValueError("a cell begins with its number")
+    found = parse_integer("the number of a cell", words[0])
+    if found < 1:
+        raise ValueError(f"the number of a cell must be > 0, got {found}")
+    if words[1:2] == ["like"]:
+        return _read_like_card(found, card, words[2:], earlier)
+    if len(words) < 2:
+        raise ValueError("a cell needs a material (0 for void)")
+    material, at, density = parse_integer("the material", words[1]), 2, None
+    if material < 0:
+        raise ValueError(f"the material must be >= 0, got {material}")
+    if material:
+        if len(words) < 3:
+            raise ValueError("a cell with a material needs its density")
+        density, at = parse_number(words[2]), 3
+        if not density:
+            raise ValueError("the density must not be 0")
+    end = next((i for i in range(at, len(words)) if _CELL_PARAMETER_NAME.fullmatch(words[i])), len(words))
+    return CellCard(found, card, material, density, words[at:end], _split_parameters(words[end:]))
+
+
+def _read_like_card(found: int, card: Card, words: list[str], earlier: Mapping[int, CellCard]) -> CellCard:
+    """LIKE n BUT"""
+    if not words:
+        raise ValueError("like: 'LIKE n BUT ...' needs the number of a cell")
+    other = parse_integer("the cell after LIKE", words[0])
+    if other not in earlier:
+        raise ValueError(f"like: cell {other} is not defined before")
+    model, given = earlier[other], _split_parameters(words[2:] if words[1:2] == ["but"] else words[1:])
+    for name in ("fill", "trcl"):  # with or without a star: one takes the place of the other
+        if name in given or "*" + name in given:
+            model = replace(model, given={k: v for k, v in model.given.items() if k.removeprefix("*") != name})
+    material, density = model.material, model.density
+    if "mat" in given:
+        material = parse_integer("mat", _single_word("mat", given["mat"]))
+    if "rho" in given:
+        density = parse_number(_single_word("rho", given["rho"]))
+    if material and not density:
+        raise ValueError("a cell with a material needs its density (rho)")
+    return CellCard(found, card, material, density if material else None, model.region, {**model.given, **given})
+
+
+def _single_word(name: str, words: list[str]) -> str:
+    if len(words) != 1:
+        raise ValueError(f"{name} must be one number, got {len(words)}")
+    return words[0]
+
+
+def _split_parameters(words: list[str]) -> dict[str, list[str]]:
+    """Names with the words up to the next one. Shortcuts without a number (r, i, j, m) are words."""
+    found: dict[str, list[str]] = {}
+    last: list[str] | None = None
+    for word in words:
+        if not _CELL_PARAMETER_NAME.fullmatch(word) or (word in ("r", "i", "j", "m") and last is not None):
+            if last is None:
+                raise ValueError(f"{shorten(word, 20)!r} stands where a name is expected")
+            last.append(word)
+            continue
+        plain = re.sub(r"[0-9:].*", "", word.removeprefix("*"))
+        if plain not in GEOMETRY_PARAMETERS + OTHER_PARAMETERS:
+            raise ValueError(
+                f"{shorten(word, 20)!r} is nothing that a cell "
+                f"has{suggest_name(plain, GEOMETRY_PARAMETERS + OTHER_PARAMETERS)}"
+            )
+        if word in found:
+            raise ValueError(f"{shorten(word, 20)!r} is given twice")
+        last = found[word] = []
+    return found
+
+
+# The cards of the data block that say something of the geometry: TR, M, and what may be said of cells there.
+
+_DATA_CARD_NAME = re.compile(r"(\*?)([a-z]+)([0-9]{0,9})(\*|:\S+)?")
+PER_CELL_CARDS = ("imp", "u", "lat", "fill", "trcl")
+NuclideShares = dict[str, dict[str, Fraction]]
+
+
+@dataclass
+class DataCards:
+    """Transformations and materials by number; entries for the cells in their order, by name."""
+
+    changes: dict[int, FrameChange] = field(default_factory=dict)
+    materials: dict[int, NuclideShares] = field(default_factory=dict)
+    cells: dict[str, tuple[Card, list[Fraction | None]]] = field(default_factory=dict)
+    remarks: list[str] = field(default_factory=list)
+
+    def read(self, card: Card) -> None:
+        """One card. Raises ValueError."""
+        name, *words = card.text.split()
+        found = _DATA_CARD_NAME.fullmatch(name)
+        if found is None:
+            self.remarks.append(f"line {card.line}: {shorten(name, 20)!r} is not read")
+            return
+        star, kind, digits, particles = found.groups()
+        if particles == "*":
+            star, particles = "*", None
+        if kind == "tr":
+            key = int(digits or 1)
+            if key in self.changes:
+                raise ValueError(f"tr{key} is given twice")
+            self.changes[key] = FrameChange()  # so that nothing is said against those that refer to a broken one
+            self.changes[key] = parse_transformation(expand_entries(words), bool(star))
+        elif kind == "m" and digits and int(digits):
+            if int(digits) in self.materials:
+                raise ValueError(f"m{int(digits)} is given twice")
+            self.materials[int(digits)] = _nuclide_shares(words)
+        elif kind in PER_CELL_CARDS and not digits:
+            if kind in ("fill", "trcl") and (star or ":" in card.text or "(" in card.text):
+                raise ValueError(f"{kind} in the data block is read with one number for each cell only")
+            self.cells[kind + (particles or "")] = card, expand_entries(words)
+        elif kind == "void":
+            self.remarks.append(f"line {card.line}: the card VOID is not obeyed: cells keep their materials")
+
+
+def _nuclide_shares(words: list[str]) -> NuclideShares:
+    """Atom fractions ("ao"), or, written as negative numbers, weight fractions ("wo")."""
+    found: NuclideShares = {"ao": {}, "wo": {}}
+    at = 0
+    while at < len(words):
+        name = words[at]
+        if at + 1 >= len(words):
+            raise ValueError(f"a fraction is missing after {shorten(name, 20)!r}")
+        if re.fullmatch(r"[0-9]+(\.[0-9a-z]+)?", name):
+            share = parse_number(words[at + 1])
+            shares = found["wo" if share < 0 else "ao"]
+            shares[name] = shares.get(name, Fraction(0)) + abs(share)
+        elif not re.match(r"[a-z]", name):
+            raise ValueError(f"{shorten(name, 20)!r} is no nuclide")
+        at += 2
+    return found
+
+
+# Materials by number and density, as names and properties: MCNP gives densities by cells.
+
+FIRST_FREE_KEY = 10**12
+"""Keys of what has no number of its own."""
+
+
+@dataclass
+class McnpMaterials:
+    """One for each number and density that cells have; the first of a number has it as its key."""
+
+    shares: Mapping[int, NuclideShares]
+    found: dict[int, OpenmcMaterial] = field(default_factory=dict)
+    keys: dict[tuple[int, Fraction], int] = field(default_factory=dict)
+
+    def key(self, number: int, density: Fraction) -> int:
+        """Of a material in a cell."""
+        known = self.keys.get((number, density))
+        if known is not None:
+            return known
+        key = number if number not in self.found else FIRST_FREE_KEY + len(self.keys)
+        self.keys[number, density] = key
+        said = {"density": float(-density)} if density < 0 else {"atom_density": float(density)}
+        shares = {
+            kind: {name: float(share) for name, share in parts.items()}
+            for kind, parts in self.shares.get(number, {}).items()
+            if parts
+        }
+        self.found[key] = OpenmcMaterial(number, f"m{number}", Properties({"id": number, **said, **shares}))
+        return key
+
+    def named(self) -> dict[int, OpenmcMaterial]:
+        """Materials of several densities are told apart by them."""
+        several = {n for n, _ in self.keys if sum(m == n for m, _ in self.keys) > 1}
+        result = dict(self.found)
+        for (number, density), key in self.keys.items():
+            if number in several:
+                unit = "g/cm3" if density < 0 else "atoms/b-cm"
+                name = f"m{number} at {float(abs(density)):.15g} {unit}"
+                result[key] = OpenmcMaterial(number, name, self.found[key].properties)
+        return result

@@ -1,0 +1,172 @@
+"""MCNP's regions: blank is an intersection and binds before ":", "#" is a complement and binds first."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping
+from itertools import pairwise
+
+from ..openmc.region import (
+    LONGEST_REGION,
+    MAX_HALF_SPACES,
+    MAX_PARENTHESES,
+    HalfSpaceNode,
+    IntersectionNode,
+    Region,
+    UnionNode,
+)
+from ..scene_file.nodes import shorten
+from .cards import parse_integer
+
+MAX_REGION_DEPTH = 60
+"""Levels of unions within intersections within unions."""
+_HALF = re.compile(r"([-+]?)([0-9]{1,9})(?:\.([0-9]{1,2}))?")
+
+
+class RegionReader:
+    """Reads regions; `side` gives the negative side of a surface or facet, `cell` the region of a cell."""
+
+    def __init__(self, side: Callable[[int, int | None], Region], cell: Callable[[int], Region]) -> None:
+        self.side, self.cell = side, cell
+        self.left = MAX_HALF_SPACES
+
+    def read(self, words: list[str]) -> Region:
+        """The region of some words. Raises ValueError."""
+        reader = _RegionWords(self, words)
+        region = reader.union()
+        if reader.word:
+            raise ValueError(f"region: a ')' without its '(' (at {shorten(reader.word, 20)!r})")
+        self.left -= reader.count
+        if region_depth(region) > MAX_REGION_DEPTH:
+            raise ValueError(f"region: nests deeper than {MAX_REGION_DEPTH} levels, with the cells that it refers to")
+        return region
+
+
+class _RegionWords:
+    """Recursive descent over words."""
+
+    def __init__(self, regions: RegionReader, words: list[str]) -> None:
+        self.regions, self.words = regions, words
+        self.at, self.inside, self.count = 0, 0, 0
+
+    @property
+    def word(self) -> str:
+        return self.words[self.at] if self.at < len(self.words) else ""
+
+    def union(self) -> Region:
+        parts = [self.intersection()]
+        while self.word == ":":
+            self.at += 1
+            parts.append(self.intersection())
+        return join_regions(UnionNode, parts)
+
+    def intersection(self) -> Region:
+        parts = [self.operand()]
+        while self.word not in ("", ":", ")"):
+            parts.append(self.operand())
+        return join_regions(IntersectionNode, parts)
+
+    def operand(self) -> Region:
+        word = self.word
+        self.at += 1
+        if word == "#":
+            return negate_region(self.complemented())
+        if word == "(":
+            return self.parenthesis()
+        found = _HALF.fullmatch(word)
+        if found is None:
+            raise ValueError(
+                f"region: {shorten(word, 20)!r} is no surface, '#' or '('" if word else "region: ends early"
+            )
+        side = self.regions.side(int(found[2]), None if found[3] is None else int(found[3]))
+        side = side if found[1] == "-" else negate_region(side)
+        self._counted(side)
+        return side
+
+    def complemented(self) -> Region:
+        word = self.word
+        if word in ("(", "#"):
+            return self.operand()
+        self.at += 1
+        region = self.regions.cell(parse_integer("the cell after '#'", word))
+        self._counted(region)
+        return region
+
+    def parenthesis(self) -> Region:
+        if self.inside >= MAX_PARENTHESES:
+            raise ValueError(f"region: parentheses nest deeper than {MAX_PARENTHESES} levels")
+        self.inside += 1
+        region = self.union()
+        if self.word != ")":
+            raise ValueError("region: a ')' is missing")
+        self.at += 1
+        self.inside -= 1
+        return region
+
+    def _counted(self, region: Region) -> None:
+        self.count += count_half_spaces(region)
+        if self.count > min(LONGEST_REGION, self.regions.left):
+            raise ValueError(
+                f"region: has too many half-spaces: at most {LONGEST_REGION:,} stand in one region, "
+                f"and {MAX_HALF_SPACES:,} in those of a file together"
+            )
+
+
+def join_regions(kind: type[IntersectionNode] | type[UnionNode], parts: list[Region]) -> Region:
+    """One node of a kind, nodes of the same kind among the parts opened up."""
+    opened: list[Region] = []
+    for part in parts:
+        opened.extend(part.parts if isinstance(part, kind) else (part,))
+    return opened[0] if len(opened) == 1 else kind(tuple(opened))
+
+
+def negate_region(region: Region) -> Region:
+    """The complement, carried down to the half-spaces."""
+    if isinstance(region, HalfSpaceNode):
+        return HalfSpaceNode(region.surface, not region.positive)
+    kind = UnionNode if isinstance(region, IntersectionNode) else IntersectionNode
+    return kind(tuple(map(negate_region, region.parts)))
+
+
+def renumber_region(region: Region, number: Callable[[int], int]) -> Region:
+    """With other surfaces in their place."""
+    if isinstance(region, HalfSpaceNode):
+        return HalfSpaceNode(number(region.surface), region.positive)
+    return type(region)(tuple(renumber_region(part, number) for part in region.parts))
+
+
+def count_half_spaces(region: Region) -> int:
+    return 1 if isinstance(region, HalfSpaceNode) else sum(map(count_half_spaces, region.parts))
+
+
+def region_depth(region: Region) -> int:
+    return 0 if isinstance(region, HalfSpaceNode) else 1 + max(map(region_depth, region.parts))
+
+
+# Cells after those that their regions refer to by '#n'.
+
+
+def sort_cells(regions: Mapping[int, list[str]]) -> tuple[list[int], list[int]]:
+    """All cells but those that refer to themselves, and these; the others in an order without forward references."""
+    needs = {number: _complements(words) & regions.keys() for number, words in regions.items()}
+    users: dict[int, list[int]] = {}
+    for user, others in needs.items():
+        for other in others:
+            users.setdefault(other, []).append(user)
+    waiting = {number: len(others) for number, others in needs.items()}
+    ready = [number for number in reversed([*regions]) if not waiting[number]]
+    order = []
+    while ready:
+        number = ready.pop()
+        order.append(number)
+        for user in users.get(number, ()):
+            waiting[user] -= 1
+            if not waiting[user]:
+                ready.append(user)
+    done = set(order)
+    return order, [number for number in regions if number not in done]
+
+
+def _complements(words: list[str]) -> set[int]:
+    pairs = pairwise(words)
+    return {int(then) for word, then in pairs if word == "#" and then.isdecimal() and len(then) < 16}

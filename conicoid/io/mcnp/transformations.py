@@ -1,0 +1,256 @@
+"""Vectors and matrices of fractions."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+
+from ...numerics.portable_math import portable_sqrt, sin_cos_degrees
+from ..openmc.placement import (
+    NO_ROTATION,
+    ORIGIN,
+    CellRotation,
+    Point,
+    Rows,
+    UniversePlacement,
+    invert_rows,
+    rotation_by_matrix,
+    rotation_error,
+)
+from ..openmc.surfaces import TERMS, ConeSurface, FlatSurface, GeneralSurface, RoundSurface, Surface
+
+
+def to_point(values: Sequence[Fraction]) -> Point:
+    x, y, z = values
+    return x, y, z
+
+
+def dot(u: Point, v: Point) -> Fraction:
+    return u[0] * v[0] + u[1] * v[1] + u[2] * v[2]
+
+
+def cross(u: Point, v: Point) -> Point:
+    return u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]
+
+
+def add_scaled(u: Point, v: Point, times: Fraction | int = 1) -> Point:
+    """u + times v"""
+    return u[0] + times * v[0], u[1] + times * v[1], u[2] + times * v[2]
+
+
+def scale_vector(u: Point, times: Fraction | int) -> Point:
+    return u[0] * times, u[1] * times, u[2] * times
+
+
+def apply_rows(rows: Rows, u: Point) -> Point:
+    return dot(rows[0], u), dot(rows[1], u), dot(rows[2], u)
+
+
+def transpose(rows: Rows) -> Rows:
+    a, b, c = rows
+    return (a[0], b[0], c[0]), (a[1], b[1], c[1]), (a[2], b[2], c[2])
+
+
+def multiply_rows(a: Rows, b: Rows) -> Rows:
+    x, y, z = (apply_rows(transpose(b), row) for row in a)
+    return x, y, z
+
+
+def outer_product(u: Point) -> Rows:
+    """u uᵀ"""
+    return scale_vector(u, u[0]), scale_vector(u, u[1]), scale_vector(u, u[2])
+
+
+def add_rows(a: Rows, b: Rows, times: Fraction | int = 1) -> Rows:
+    """a + times b"""
+    return add_scaled(a[0], b[0], times), add_scaled(a[1], b[1], times), add_scaled(a[2], b[2], times)
+
+
+def scale_rows(a: Rows, factor: Fraction | int) -> Rows:
+    return scale_vector(a[0], factor), scale_vector(a[1], factor), scale_vector(a[2], factor)
+
+
+_ONE, _ZERO = Fraction(1), Fraction(0)
+IDENTITY: Rows = ((_ONE, _ZERO, _ZERO), (_ZERO, _ONE, _ZERO), (_ZERO, _ZERO, _ONE))
+
+
+def dual_vectors(vectors: Sequence[Point]) -> list[Point]:
+    """Of one to three independent vectors v: w with v[i]·w[j] = 1 or 0, in their span. Raises ValueError."""
+    found = []
+    for i, vector in enumerate(vectors):
+        rest = [other for j, other in enumerate(vectors) if j != i]
+        if not rest:
+            across = vector
+        elif len(rest) == 1:
+            across = add_scaled(vector, rest[0], -dot(vector, rest[0]) / dot(rest[0], rest[0]))
+        else:
+            across = cross(*rest)
+        size = dot(across, vector)
+        if not size:
+            raise ValueError("directions depend on each other")
+        found.append(scale_vector(across, 1 / size))
+    return found
+
+
+# TR cards: where an auxiliary system stands in the main one; and surfaces that are given in it.
+
+MAX_ROTATION_ERROR = Fraction(1, 100)
+"""How far a matrix may be from a rotation."""
+
+
+@dataclass(frozen=True)
+class FrameChange:
+    """x' = rows (x - origin): rows are the auxiliary axes in the main system, `origin` is where they meet there."""
+
+    origin: Point = ORIGIN
+    rows: Rows = IDENTITY
+    is_free: bool = False  # two of the axes may be turned about the third
+
+    @cached_property
+    def rotation(self) -> CellRotation:
+        """How the contents move."""
+        found = NO_ROTATION if self.rows == IDENTITY else rotation_by_matrix(self.rows)
+        assert found is not None
+        return found
+
+    @property
+    def skew(self) -> float:
+        """How far the matrix is from a rotation."""
+        return rotation_error(self.rows)
+
+    def __hash__(self) -> int:
+        return hash(self.origin)
+
+
+def parse_transformation(values: Sequence[Fraction | None], degrees: bool) -> FrameChange:
+    """Of the entries of a TR card: displacement, cosines or degrees, and m. Raises ValueError."""
+    given = [*values]
+    if not 1 <= len(given) <= 13:
+        raise ValueError(f"a transformation has 1 to 13 numbers, got {len(given)}")
+    flip = len(given) == 13 and given.pop() == -1
+    if len(values) == 13 and not flip and values[-1] not in (1, None):
+        raise ValueError("the last of 13 numbers of a transformation must be 1 or -1")
+    shift = to_point([value or Fraction(0) for value in (*given, None, None, None)[:3]])
+    rest = [None if value is None else _cosine(value) if degrees else value for value in given[3:]]
+    rows, is_free = _complete_rows([*rest, *[None] * (9 - len(rest))])
+    back = invert_rows(rows)
+    if back is None or rotation_error(rows) > MAX_ROTATION_ERROR:
+        raise ValueError(
+            f"the matrix of a transformation must be a rotation, it is {rotation_error(rows):.2g} away from one"
+        )
+    return FrameChange(scale_vector(apply_rows(back, shift), -1) if flip else shift, rows, is_free)
+
+
+def _cosine(angle: Fraction) -> Fraction:
+    """Of degrees; halves and whole numbers exactly."""
+    if angle % 60 == 0 or angle % 90 == 0:
+        halves = {0: 2, 60: 1, 90: 0, 120: -1, 180: -2, 240: -1, 270: 0, 300: 1}
+        return Fraction(halves[int(angle % 360)], 2)
+    return Fraction(sin_cos_degrees(angle)[1])
+
+
+def _complete_rows(given: list[Fraction | None]) -> tuple[Rows, bool]:
+    """All nine cosines of 9, 6, 5, 3 or none; and whether MCNP is free to choose some."""
+    rows = [given[0:3], given[3:6], given[6:9]]
+    columns = [given[i::3] for i in range(3)]
+    count = sum(value is not None for value in given)
+    if count == 0:
+        return IDENTITY, False
+    if count == 9:
+        return (to_point(rows[0]), to_point(rows[1]), to_point(rows[2])), False  # type: ignore[arg-type]
+    whole_rows = [i for i in range(3) if None not in rows[i]]
+    whole_columns = [i for i in range(3) if None not in columns[i]]
+    if count == 6 and len(whole_rows) == 2:
+        return _complete_two_rows(rows, whole_rows), False
+    if count == 6 and len(whole_columns) == 2:
+        return transpose(_complete_two_rows(columns, whole_columns)), False
+    if count == 5 and len(whole_rows) == len(whole_columns) == 1:
+        return _complete_cross(given, whole_rows[0], whole_columns[0]), False
+    if count == 3 and whole_rows:
+        return _complete_one_row(rows, whole_rows[0]), True
+    if count == 3 and whole_columns:
+        return transpose(_complete_one_row(columns, whole_columns[0])), True
+    raise ValueError(
+        "the matrix of a transformation is given by 9, 6, 5, 3 or none of its numbers, the 6 in two rows or columns, "
+        f"the 5 in a row and a column, the 3 in a row or column; got {count} otherwise"
+    )
+
+
+def _complete_two_rows(lines: list[list[Fraction | None]], known: list[int]) -> Rows:
+    """With the third line across two."""
+    i, j = known
+    third = 3 - i - j
+    a, b = to_point(lines[i]), to_point(lines[j])  # type: ignore[arg-type]
+    across = cross(a, b) if (j - i) % 3 == 1 else cross(b, a)
+    found = {i: a, j: b, third: across}
+    return found[0], found[1], found[2]
+
+
+def _complete_one_row(lines: list[list[Fraction | None]], known: int) -> Rows:
+    """With two lines across one, the first of them as near to an axis as can be."""
+    a = to_point(lines[known])  # type: ignore[arg-type]
+    size = Fraction(portable_sqrt(dot(a, a)))
+    if not size:
+        raise ValueError("an axis of a transformation must not be zero")
+    least = min(range(3), key=lambda i: (abs(a[i]), i))
+    b = add_scaled(IDENTITY[least], a, -a[least] / dot(a, a))
+    b = scale_vector(b, 1 / Fraction(portable_sqrt(dot(b, b))))
+    found = {known: a, (known + 1) % 3: b, (known + 2) % 3: scale_vector(cross(a, b), 1 / size)}
+    return found[0], found[1], found[2]
+
+
+def _complete_cross(given: list[Fraction | None], row: int, column: int) -> Rows:
+    """Of a rotation's row and column, which meet in c: the rest follows from its cofactors."""
+    places = ((0, 0), (0, 1), (0, 2), (1, 0), (2, 0))
+    at = [given[3 * ((row + i) % 3) + (column + j) % 3] for i, j in places]
+    c, a, b, p, q = (value or Fraction(0) for value in at)
+    s = a * a + b * b
+    if not s:
+        raise ValueError("the row and the column of a transformation must not lie along each other: give more numbers")
+    block = (
+        (c, a, b),
+        (p, (-a * c * p - b * q) / s, (-b * c * p + a * q) / s),
+        (q, (-a * c * q + b * p) / s, (-b * c * q - a * p) / s),
+    )
+    x, y, z = (to_point([block[(i - row) % 3][(j - column) % 3] for j in range(3)]) for i in range(3))
+    return x, y, z
+
+
+def transform_surface(surface: Surface, change: FrameChange) -> Surface:
+    """A surface that is given in the auxiliary system, in the main one."""
+    if change.rotation.motion.is_identity:
+        return surface.placed(UniversePlacement(change.rotation.turn, change.origin))
+    rows = change.rows
+    if isinstance(surface, FlatSurface):
+        normal = apply_rows(transpose(rows), surface.normal)
+        return FlatSurface(normal, surface.offset + dot(normal, change.origin))
+    back = invert_rows(rows)
+    assert back is not None
+    if isinstance(surface, RoundSurface) and surface.axis is None:
+        return RoundSurface(None, add_scaled(change.origin, apply_rows(back, surface.center)), surface.radius)
+    matrix, linear, constant, shift = quadric_parts(surface)
+    turned = multiply_rows(transpose(rows), multiply_rows(matrix, rows))
+    place = add_scaled(change.origin, apply_rows(back, shift))
+    return shift_quadric(turned, apply_rows(transpose(rows), linear), constant, place)
+
+
+def quadric_parts(surface: RoundSurface | ConeSurface | GeneralSurface) -> tuple[Rows, Point, Fraction, Point]:
+    """The matrix, the linear part and the constant of f about a point."""
+    if isinstance(surface, GeneralSurface):
+        f = dict(zip(TERMS, surface.coefficients, strict=True))
+        xy, yz, xz = f["xy"] / 2, f["yz"] / 2, f["xz"] / 2
+        matrix = ((f["xx"], xy, xz), (xy, f["yy"], yz), (xz, yz, f["zz"]))
+        return matrix, (f["x"], f["y"], f["z"]), f["constant"], surface.shift
+    along = -surface.square if isinstance(surface, ConeSurface) else Fraction(0)
+    x, y, z = (scale_vector(IDENTITY[i], along if i == surface.axis else 1) for i in range(3))
+    if isinstance(surface, ConeSurface):
+        return (x, y, z), ORIGIN, Fraction(0), surface.apex
+    return (x, y, z), ORIGIN, -(surface.radius**2), surface.center
+
+
+def shift_quadric(matrix: Rows, linear: Point, constant: Fraction, shift: Point = ORIGIN) -> GeneralSurface:
+    """(x - shift)ᵀ matrix (x - shift) + linear·(x - shift) + constant"""
+    (xx, xy, xz), (_, yy, yz), (_, _, zz) = matrix
+    return GeneralSurface((xx, yy, zz, 2 * xy, 2 * yz, 2 * xz, *linear, constant), shift)

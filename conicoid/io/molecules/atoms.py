@@ -1,0 +1,401 @@
+"""The elements: symbols, radii of bonds and of van der Waals, and the usual colours.
+
+Covalent radii in Å: B. Cordero and others, "Covalent radii revisited", Dalton Transactions (2008), 2832; for C that of
+sp3, for Mn, Fe and Co that of low spin. Radii of van der Waals in Å: S. Alvarez, "A cartography of the van der Waals
+territories", Dalton Transactions 42 (2013), 8617. Colours: those of Jmol, which go back to Corey, Pauling and Koltun.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..._util.arrays import FloatArray
+from ..._util.errstate import ignore_fp_errors
+from ..._util.hints import frozen_with_hints
+from ..._util.validation import DOMAIN, describe_kind, format_value, is_outside_domain, real_array
+from ...numerics.portable_math import sin_cos_degrees
+
+# Symbol, covalent radius, radius of van der Waals, colour; - where nothing is published
+_ROWS = """
+H 0.31 1.20 ffffff; He 0.28 1.43 d9ffff; Li 1.28 2.12 cc80ff; Be 0.96 1.98 c2ff00; B 0.84 1.91 ffb5b5;
+C 0.76 1.77 909090; N 0.71 1.66 3050f8; O 0.66 1.50 ff0d0d; F 0.57 1.46 90e050; Ne 0.58 1.58 b3e3f5;
+Na 1.66 2.50 ab5cf2; Mg 1.41 2.51 8aff00; Al 1.21 2.25 bfa6a6; Si 1.11 2.19 f0c8a0; P 1.07 1.90 ff8000;
+S 1.05 1.89 ffff30; Cl 1.02 1.82 1ff01f; Ar 1.06 1.83 80d1e3; K 2.03 2.73 8f40d4; Ca 1.76 2.62 3dff00;
+Sc 1.70 2.58 e6e6e6; Ti 1.60 2.46 bfc2c7; V 1.53 2.42 a6a6ab; Cr 1.39 2.45 8a99c7; Mn 1.39 2.45 9c7ac7;
+Fe 1.32 2.44 e06633; Co 1.26 2.40 f090a0; Ni 1.24 2.40 50d050; Cu 1.32 2.38 c88033; Zn 1.22 2.39 7d80b0;
+Ga 1.22 2.32 c28f8f; Ge 1.20 2.29 668f8f; As 1.19 1.88 bd80e3; Se 1.20 1.82 ffa100; Br 1.20 1.86 a62929;
+Kr 1.16 2.25 5cb8d1; Rb 2.20 3.21 702eb0; Sr 1.95 2.84 00ff00; Y 1.90 2.75 94ffff; Zr 1.75 2.52 94e0e0;
+Nb 1.64 2.56 73c2c9; Mo 1.54 2.45 54b5b5; Tc 1.47 2.44 3b9e9e; Ru 1.46 2.46 248f8f; Rh 1.42 2.44 0a7d8c;
+Pd 1.39 2.15 006985; Ag 1.45 2.53 c0c0c0; Cd 1.44 2.49 ffd98f; In 1.42 2.43 a67573; Sn 1.39 2.42 668080;
+Sb 1.39 2.47 9e63b5; Te 1.38 1.99 d47a00; I 1.39 2.04 940094; Xe 1.40 2.06 429eb0; Cs 2.44 3.48 57178f;
+Ba 2.15 3.03 00c900; La 2.07 2.98 70d4ff; Ce 2.04 2.88 ffffc7; Pr 2.03 2.92 d9ffc7; Nd 2.01 2.95 c7ffc7;
+Pm 1.99 - a3ffc7; Sm 1.98 2.90 8fffc7; Eu 1.98 2.87 61ffc7; Gd 1.96 2.83 45ffc7; Tb 1.94 2.79 30ffc7;
+Dy 1.92 2.87 1fffc7; Ho 1.92 2.81 00ff9c; Er 1.89 2.83 00e675; Tm 1.90 2.79 00d452; Yb 1.87 2.80 00bf38;
+Lu 1.87 2.74 00ab24; Hf 1.75 2.63 4dc2ff; Ta 1.70 2.53 4da6ff; W 1.62 2.57 2194d6; Re 1.51 2.49 267dab;
+Os 1.44 2.48 266696; Ir 1.41 2.41 175487; Pt 1.36 2.29 d0d0e0; Au 1.36 2.32 ffd123; Hg 1.32 2.45 b8b8d0;
+Tl 1.45 2.47 a6544d; Pb 1.46 2.60 575961; Bi 1.48 2.54 9e4fb5; Po 1.40 - ab5c00; At 1.50 - 754f45;
+Rn 1.50 - 428296; Fr 2.60 - 420066; Ra 2.21 - 007d00; Ac 2.15 2.80 70abfa; Th 2.06 2.93 00baff;
+Pa 2.00 2.88 00a1ff; U 1.96 2.71 008fff; Np 1.90 2.82 0080ff; Pu 1.87 2.81 006bff; Am 1.80 2.83 545cf2;
+Cm 1.69 3.05 785ce3; Bk - 3.40 8a4fe3; Cf - 3.05 a136d4; Es - 2.70 b31fd4; Fm - - b31fba; Md - - b30da6;
+No - - bd0d87; Lr - - c70066; Rf - - cc0059; Db - - d1004f; Sg - - d90045; Bh - - e00038; Hs - - e6002e;
+Mt - - eb0026; Ds - - -; Rg - - -; Cn - - -; Nh - - -; Fl - - -; Mc - - -; Lv - - -; Ts - - -; Og - - -
+"""
+_TABLE = [row.split() for row in _ROWS.replace("\n", " ").split(";")]
+
+SYMBOLS = ("X", *(row[0] for row in _TABLE))
+"""By atomic number; 0 is an atom of no known element."""
+_NUMBERS = {symbol.upper(): number for number, symbol in enumerate(SYMBOLS)} | {"D": 1, "T": 1}
+
+
+def _column(at: int, otherwise: float) -> FloatArray:
+    values = np.array([otherwise] + [otherwise if row[at] == "-" else float(row[at]) for row in _TABLE])
+    values.flags.writeable = False
+    return values
+
+
+COVALENT_RADII = _column(1, 1.5)
+"""By atomic number, in Å; 1.5 where nothing is published."""
+VAN_DER_WAALS_RADII = _column(2, 2.0)
+"""By atomic number, in Å; 2 where nothing is published."""
+ELEMENT_COLORS = ("#ff1493", *("#ff1493" if row[3] == "-" else f"#{row[3]}" for row in _TABLE))
+"""By atomic number; pink where none is usual."""
+
+
+def atomic_number(symbol: str) -> int | None:
+    """The atomic number of a symbol in any letters, also with an isotope or a charge ("FE2+", "13C"); None if unknown.
+
+    D and T are hydrogen, X is 0.
+    """
+    return _NUMBERS.get(symbol.strip().lstrip("0123456789").rstrip("0123456789+-").upper())
+
+
+# Which atoms are bonded: by distance, found through a grid, or as they are given.
+
+BOND_TOLERANCE = 0.45
+"""Å that bonded atoms may be further apart than the sum of their covalent radii (Meng and Lewis 1991)."""
+MIN_BOND_LENGTH = 0.4
+"""Å: atoms that are nearer are one atom in two places."""
+_AT_ONCE = 1 << 22
+_LONGEST_GRID = 1 << 20
+
+Indices = npt.NDArray[np.int64]
+
+
+def bonds_by_distance(positions: FloatArray, numbers: Indices) -> Indices:
+    """(M, 2) pairs of atoms, the first the smaller, in order."""
+    if len(positions) < 2:
+        return np.zeros((0, 2), np.int64)
+    radii = COVALENT_RADII[numbers]
+    reach = 2 * float(radii.max()) + BOND_TOLERANCE
+    found = [_select_bonded(positions, radii, first, second) for first, second in _near_pairs(positions, reach)]
+    pairs = np.sort(np.concatenate([*found, np.zeros((0, 2), np.int64)]), axis=1)
+    return pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
+
+
+def _select_bonded(positions: FloatArray, radii: FloatArray, first: Indices, second: Indices) -> Indices:
+    """Those of some pairs that are bonded."""
+    far = ((positions[first] - positions[second]) ** 2).sum(axis=1)
+    most = radii[first] + radii[second] + BOND_TOLERANCE
+    kept = (far <= most * most) & (far >= MIN_BOND_LENGTH * MIN_BOND_LENGTH)
+    return np.column_stack([first[kept], second[kept]])
+
+
+def _near_pairs(positions: FloatArray, reach: float) -> Iterator[tuple[Indices, Indices]]:
+    """Pairs of atoms, each once, among them all that are no further apart than `reach`: those of neighbouring squares.
+
+    Squares of a row along z have consecutive keys, so the neighbours of one are five ranges of sorted atoms.
+    """
+    low = positions.min(axis=0)
+    size = max(reach, float((positions.max(axis=0) - low).max()) / _LONGEST_GRID)
+    square = np.floor((positions - low) / size).astype(np.int64) + 1
+    _, rows, columns = (square.max(axis=0) + 2).tolist()
+    key = (square[:, 0] * rows + square[:, 1]) * columns + square[:, 2]
+    order = np.argsort(key, kind="stable")
+    key = key[order]
+    own = np.arange(len(key))
+    ranges = [(own + 1, np.searchsorted(key, key + 1, "right"))]
+    for shift in (columns, (rows - 1) * columns, rows * columns, (rows + 1) * columns):
+        ranges.append((np.searchsorted(key, key + shift - 1), np.searchsorted(key, key + shift + 1, "right")))
+    for begin, end in ranges:
+        counts = np.maximum(end - begin, 0)
+        for part in _atom_slices(counts):
+            many = counts[part]
+            first = np.repeat(own[part], many)
+            within = np.arange(len(first)) - np.repeat(np.cumsum(many) - many, many)
+            yield order[first], order[np.repeat(begin[part], many) + within]
+
+
+def _atom_slices(counts: Indices) -> Iterator[slice]:
+    """Slices of atoms that have no more pairs together than fit into memory well."""
+    ends = np.cumsum(counts)
+    begin = 0
+    while begin < len(counts):
+        before = int(ends[begin - 1]) if begin else 0
+        end = max(begin + 1, int(np.searchsorted(ends, before + _AT_ONCE, "right")))
+        yield slice(begin, end)
+        begin = end
+
+
+def check_bonds(given: Any, count: int) -> FloatArray:
+    """(M, 3) floats: two different atoms, the first the smaller, and the order of their bond. ValueError otherwise."""
+    bonds = np.array(real_array("molecule", "bonds", given))
+    bonds = bonds.reshape(0, 3) if bonds.size == 0 else bonds
+    if bonds.ndim != 2 or bonds.shape[1] not in (2, 3):
+        raise ValueError(f"molecule: bonds must have shape (M, 2), or (M, 3) with orders, got {bonds.shape}")
+    if bonds.shape[1] == 2:
+        bonds = np.column_stack([bonds, np.ones(len(bonds))])
+    ends = bonds[:, :2]
+    wrong = ~((ends >= 0) & (ends < count) & (ends == np.floor(ends))).all(axis=1) | (ends[:, 0] == ends[:, 1])
+    for bad, expected in (
+        (wrong, f"two different atoms from 0 to {count - 1}"),
+        (~((bonds[:, 2] > 0) & (bonds[:, 2] <= 4)), "of an order > 0 and <= 4"),
+    ):
+        rows = np.flatnonzero(bad)
+        if len(rows):
+            raise ValueError(f"molecule: bonds[{rows[0]}] must be {expected}, got {bonds[rows[0]].tolist()}")
+    bonds[:, :2].sort(axis=1)
+    return bonds
+
+
+# Atoms as data: where they are, which elements, what is bonded to what.
+
+
+@frozen_with_hints
+@dataclass(frozen=True, eq=False)
+class Atoms:
+    """Atoms of a molecule or a crystal, in Å.
+
+    positions: (N, 3). numbers: (N,) atomic numbers, or symbols such as "C"; 0 and "X" are of no known element.
+    given_bonds: (M, 2) indices of bonded atoms, or (M, 3) with the order of each bond (1, 1.5, 2 or 3); None where
+        nothing is said, and `bonds` go by distance. cell: (3, 3), the edges of a unit cell as rows, or None.
+    labels: what each atom is called in its file, such as "CA LEU 12 A"; empty where it is not said.
+    remarks: what there is to say of how they were read.
+
+    Raises ValueError that names the field and the atom.
+    """
+
+    positions: Any
+    numbers: Any
+    given_bonds: Any = None
+    cell: Any = None
+    labels: tuple[str, ...] = ()
+    remarks: tuple[str, ...] = ()
+
+    @ignore_fp_errors
+    def __post_init__(self) -> None:
+        positions = np.array(real_array("molecule", "atoms", self.positions))
+        if positions.size == 0:
+            positions = positions.reshape(0, 3)
+        if positions.ndim != 2 or positions.shape[1] != 3:
+            raise ValueError(f"molecule: atoms must have positions of shape (N, 3), got {positions.shape}")
+        for wrong, expected in ((~np.isfinite(positions), "finite"), (is_outside_domain(positions), DOMAIN)):
+            bad = np.flatnonzero(wrong.any(axis=1))
+            if len(bad):
+                raise ValueError(f"molecule: atoms[{bad[0]}] must be {expected}, got {positions[bad[0]].tolist()}")
+        numbers = _parse_atomic_numbers(self.numbers, len(positions))
+        bonds = None if self.given_bonds is None else check_bonds(self.given_bonds, len(positions))
+        cell = None if self.cell is None else np.array(real_array("molecule", "cell", self.cell))
+        if cell is not None and (cell.shape != (3, 3) or not np.isfinite(cell).all()):
+            raise ValueError(f"molecule: cell must be three finite vectors, (3, 3), got {format_value(self.cell)}")
+        for name, value in (("positions", positions), ("numbers", numbers), ("given_bonds", bonds), ("cell", cell)):
+            if value is not None:
+                value.flags.writeable = False
+            object.__setattr__(self, name, value)
+        object.__setattr__(self, "labels", tuple(self.labels))
+        object.__setattr__(self, "remarks", tuple(self.remarks))
+
+    def __len__(self) -> int:
+        return len(self.positions)
+
+    @cached_property
+    def bonds(self) -> FloatArray:
+        """(M, 3): the indices of two bonded atoms, the first the smaller, and the order of their bond.
+
+        Where none are given two atoms are bonded that are no further apart than the sum of their covalent radii and
+        0.45 Å, and by 0.4 Å or more (E. C. Meng and R. A. Lewis, J. Comput. Chem. 12 (1991), 891), all of order 1.
+        """
+        if self.given_bonds is not None:
+            found: FloatArray = self.given_bonds
+            return found
+        pairs = bonds_by_distance(self.positions, self.numbers)
+        return np.column_stack([pairs, np.ones(len(pairs))])
+
+    @property
+    def symbols(self) -> list[str]:
+        """The symbol of each atom's element."""
+        return [SYMBOLS[number] for number in self.numbers.tolist()]
+
+    @property
+    def formula(self) -> str:
+        """How many atoms of each element there are, as Hill writes it: C8H10N4O2."""
+        counts = {SYMBOLS[n]: c for n, c in zip(*_count_elements(self.numbers), strict=True)}
+        first = [name for name in ("C", "H") if name in counts and "C" in counts]
+        rest = sorted(name for name in counts if name not in first)
+        return "".join(f"{name}{counts[name] if counts[name] > 1 else ''}" for name in (*first, *rest))
+
+
+def _count_elements(numbers: Any) -> tuple[list[int], list[int]]:
+    values, counts = np.unique(numbers, return_counts=True)
+    return values.tolist(), counts.tolist()
+
+
+def _parse_atomic_numbers(given: Any, count: int) -> Any:
+    """Atomic numbers (N,) of numbers or symbols."""
+    values = np.asarray(given)
+    if values.shape != (count,):
+        raise ValueError(f"molecule: elements must have shape ({count},), as there are positions, got {values.shape}")
+    if values.dtype.kind in "USO" and count:
+        different, place = np.unique(np.array([str(value) for value in values.tolist()]), return_inverse=True)
+        known = [atomic_number(symbol) for symbol in different.tolist()]
+        if None in known:
+            wrong = str(different[known.index(None)])
+            where = int(np.flatnonzero(place == known.index(None))[0])
+            raise ValueError(
+                f"molecule: elements[{where}] must be an element's symbol or number, got {format_value(wrong)}"
+            )
+        return np.array(known, np.int64)[place]
+    numbers = np.array(real_array("molecule", "elements", values)).reshape(count)
+    bad = np.flatnonzero(~((numbers >= 0) & (numbers < len(SYMBOLS)) & (numbers == np.floor(numbers))))
+    if len(bad):
+        told = f"an atomic number from 0 to {len(SYMBOLS) - 1}, got {numbers[bad[0]]:g}"
+        raise ValueError(f"molecule: elements[{bad[0]}] must be {told}")
+    return numbers.astype(np.int64)
+
+
+# Unit cells of crystals from their lengths and angles.
+
+
+def cell_vectors(a: float, b: float, c: float, alpha: float, beta: float, gamma: float) -> FloatArray | None:
+    """(3, 3): the edges of a cell as rows, the first along x, the second in the plane of x and y; None for none.
+
+    Lengths in Å, angles in degrees: alpha between b and c, beta between a and c, gamma between a and b (IUCr,
+    International Tables for Crystallography B, 3.3.1).
+    """
+    if not all(math.isfinite(v) and v > 0 for v in (a, b, c)) or not all(0 < v < 180 for v in (alpha, beta, gamma)):
+        return None
+    cosines = [sin_cos_degrees(angle)[1] for angle in (alpha, beta, gamma)]
+    sine = sin_cos_degrees(gamma)[0]
+    across = (cosines[0] - cosines[1] * cosines[2]) / sine
+    rest = 1 - cosines[1] ** 2 - across**2
+    if not rest > 0:
+        return None
+    return np.array(
+        [(a, 0, 0), (b * cosines[2], b * sine, 0), (c * cosines[1], c * across, c * math.sqrt(rest))], np.float64
+    )
+
+
+# Atoms of other libraries' objects, known by what they have and not by their class: none of them is imported.
+#
+# ASE (`get_positions`), biotite (`coord`), MDAnalysis (`atoms.positions`), RDKit (`GetConformer`), gemmi (`cell`, and
+# models or sites). Others have `positions` and `numbers`, `elements` or `symbols`.
+
+
+def read_atoms_object(given: Any) -> Atoms:
+    """The atoms of an object. Raises TypeError for what has none."""
+    if hasattr(given, "GetConformer") and hasattr(given, "GetAtoms"):
+        return _from_rdkit(given)
+    if hasattr(given, "get_positions") and hasattr(given, "get_atomic_numbers"):
+        return _from_ase(given)
+    if hasattr(given, "coord") and hasattr(given, "element"):
+        return _from_biotite(given)
+    if hasattr(given, "atoms") and hasattr(given.atoms, "positions"):
+        return _from_mdanalysis(given)
+    if hasattr(given, "get_all_unit_cell_sites") or (hasattr(given, "cell") and hasattr(given, "spacegroup_hm")):
+        return read_gemmi_atoms(given)
+    if hasattr(given, "positions"):
+        for name in ("numbers", "elements", "symbols"):
+            if getattr(given, name, None) is not None:
+                return Atoms(given.positions, np.asarray(getattr(given, name)))
+    told = "a file's path, positions with elements, or an object of ASE, biotite, MDAnalysis, RDKit or gemmi"
+    raise TypeError(f"molecule: atoms must be {told}, got {describe_kind(given)}")
+
+
+def _from_ase(given: Any) -> Atoms:
+    cell = np.asarray(given.cell) if np.any(given.pbc) and abs(np.linalg.det(np.asarray(given.cell))) > 0 else None
+    return Atoms(given.get_positions(), given.get_atomic_numbers(), cell=cell)
+
+
+def _from_biotite(given: Any) -> Atoms:
+    coord = np.asarray(given.coord)
+    remarks: tuple[str, ...] = ()
+    if coord.ndim == 3:
+        coord, remarks = coord[0], ("the first of several models is read",) if len(coord) > 1 else ()
+    box = getattr(given, "box", None)
+    box = box[0] if box is not None and np.ndim(box) == 3 else box
+    bonds = None
+    if getattr(given, "bonds", None) is not None:
+        bonds = np.asarray(given.bonds.as_array(), np.float64)
+        # kinds: any, single, double, triple, quadruple, then aromatic of single, double, triple, and of neither
+        bonds[:, 2] = np.array([1, 1, 2, 3, 4, 1.5, 1.5, 3, 1, 1.5])[np.minimum(bonds[:, 2].astype(int), 9)]
+    labels: tuple[str, ...] = ()
+    if hasattr(given, "atom_name") and hasattr(given, "res_name"):
+        columns = (given.atom_name, given.res_name, given.res_id, given.chain_id)
+        labels = tuple(f"{a} {r} {n} {c}".strip() for a, r, n, c in zip(*columns, strict=True))
+    return Atoms(coord, np.asarray(given.element), bonds, box, labels, remarks)
+
+
+def _from_mdanalysis(given: Any) -> Atoms:
+    group = given.atoms
+    for name in ("elements", "types", "names"):
+        elements = getattr(group, name, None)
+        if elements is not None:
+            break
+    else:
+        raise ValueError("molecule: atoms must have elements: universe.guess_TopologyAttrs(to_guess=['elements'])")
+    bonds = None
+    if getattr(group, "bonds", None) is not None and len(group.bonds):
+        place = {index: k for k, index in enumerate(np.asarray(group.indices).tolist())}
+        pairs = np.asarray(group.bonds.indices).tolist()
+        bonds = [(place[a], place[b]) for a, b in pairs if a in place and b in place]
+    size = getattr(group, "dimensions", None)
+    return Atoms(
+        group.positions, np.asarray(elements), bonds, None if size is None else cell_vectors(*map(float, size))
+    )
+
+
+def _from_rdkit(given: Any) -> Atoms:
+    numbers = [atom.GetAtomicNum() for atom in given.GetAtoms()]
+    bonds = [(b.GetBeginAtomIdx(), b.GetEndAtomIdx(), b.GetBondTypeAsDouble() or 1.0) for b in given.GetBonds()]
+    try:
+        positions = given.GetConformer().GetPositions()
+    except ValueError:
+        told = "must have a conformer: rdkit.Chem.AllChem.EmbedMolecule(molecule) makes one"
+        raise ValueError(f"molecule: atoms {told}") from None
+    return Atoms(positions, np.array(numbers, np.int64), bonds)
+
+
+def read_gemmi_atoms(given: Any) -> Atoms:
+    """The atoms of a gemmi Structure, of its first model and first alternate places, or of a SmallStructure's cell."""
+    parameters = given.cell.parameters
+    cell = None if parameters[:3] == (1.0, 1.0, 1.0) else cell_vectors(*parameters)
+    if hasattr(given, "get_all_unit_cell_sites"):
+        sites = [site for site in given.get_all_unit_cell_sites() if site.element.atomic_number > 0]
+        within = np.array([site.fract.tolist() for site in sites]).reshape(-1, 3)
+        within -= np.floor(within + 1e-9)  # sites that symmetry puts beside the cell are those within it
+        places = within @ np.array(given.cell.orth.mat.tolist()).T
+        numbers = np.array([site.element.atomic_number for site in sites], np.int64)
+        return Atoms(places, numbers, cell=cell, labels=tuple(site.label for site in sites))
+    remarks = ("the first of several models is read",) if len(given) > 1 else ()
+    rows, left = [], 0
+    for chain in given[0] if len(given) else ():
+        for residue in chain:
+            seen = set()
+            for atom in residue:
+                if atom.altloc != "\0" and atom.name in seen:
+                    left += 1
+                    continue
+                seen.add(atom.name)
+                label = f"{atom.name} {residue.name} {residue.seqid} {chain.name}"
+                rows.append((atom.pos.x, atom.pos.y, atom.pos.z, atom.element.atomic_number, label))
+    if left:
+        remarks = (*remarks, f"{left:,} alternate places of atoms are left out")
+    places = np.array([row[:3] for row in rows]).reshape(-1, 3)
+    numbers = np.array([row[3] for row in rows], np.int64)
+    return Atoms(places, numbers, None, cell, tuple(row[4] for row in rows), remarks)

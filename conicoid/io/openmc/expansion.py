@@ -1,0 +1,354 @@
+"""From cells in universes in lattices to bodies that stand in the world, one for each place of each cell."""
+
+from __future__ import annotations
+
+import os
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+
+from ..._util.file_errors import MAX_PROBLEMS, Problem, SceneFileError
+from ...geometry.csg import Union
+from ...geometry.shape import Solid
+from ...geometry.transform import Motion
+from ...materials.material import Material
+from ...materials.presets import matte
+from ..importers import BodyLimits, palette_color
+from . import geometry
+from .geometry import VOID as VOID_NAME
+from .geometry import CellGeometry, UniverseCell, find_enclosure, is_bounded_with, lattice_fillings
+from .lattices import Index, Lattice
+from .materials import VACUUM_DENSITIES
+from .place_bounds import PlaceBounds
+from .placement import UNBOUNDED, AxisTurn, Extent, UniversePlacement
+from .region import list_half_spaces
+from .region_simplifier import RegionPart, SolidBuilder, bind_surfaces
+from .surfaces import Surface
+from .universe_block import CellBodies, CellPiece, EmptyPlaces, PlacePath, UniverseBlock, flatten_block, place_name
+
+VOID_MATERIAL = Material(
+    (0.0, 0.0, 0.0), ambient=0.0, diffuse=0.0, transparency=1.0, name=VOID_NAME, properties=VACUUM_DENSITIES
+)
+"""Invisible: light goes straight through."""
+
+ExpansionProgress = Callable[[int, int], None]
+
+
+@dataclass
+class UniverseExpansion:
+    """Expands one geometry into blocks, and these into `bodies`; counts what it finds on the way."""
+
+    path: str | os.PathLike[str]
+    geometry: CellGeometry
+    most: BodyLimits
+    void: bool
+    progress: ExpansionProgress | None = None
+    whole: UniverseBlock[CellPiece] = field(default_factory=UniverseBlock)
+    blocks: dict[tuple[int, AxisTurn, Motion, PlaceBounds], UniverseBlock[CellPiece]] = field(default_factory=dict)
+    open_lattices: set[int] = field(default_factory=set)  # without an outer universe, in cells that reach beyond
+    problems: dict[int, Problem] = field(default_factory=dict)  # the first of each cell
+    outside: int = 0  # places in elements outside of lattices
+    steps: int = 0
+    maker: SolidBuilder = field(default_factory=SolidBuilder)
+    looks: dict[int | None, Material] = field(default_factory=lambda: {None: VOID_MATERIAL})
+    filled: list[Solid] = field(default_factory=list)  # the root's cells that universes fill
+    repeating: dict[int, bool] = field(default_factory=dict)
+    turning: dict[int, bool] = field(default_factory=dict)
+    block: UniverseBlock[CellPiece] = field(init=False)  # that is being filled
+    bodies: CellBodies = field(init=False)
+    way: PlacePath = ()  # to it
+    made: int = 0
+    alone: int = 0  # of these, no others moved
+
+    def __post_init__(self) -> None:
+        self.block = self.whole
+
+    def run(self) -> None:
+        """Raises SceneFileError where there are too many bodies, or numbers leave the range of float64."""
+        geometry.check_body_count(self.path, self.geometry, self.most.bodies)
+        if self.progress is not None:
+            self.progress(0, self.geometry.body_count)
+        self._universe(self.geometry.root, UniversePlacement(), PlaceBounds(), ())
+        self._bodies()
+        if self.problems:
+            raise SceneFileError(self.path, self.problems.values())
+
+    def _bodies(self) -> None:
+        """Put the blocks' bodies end to end; the outermost of each piece are made, so that what is wrong is told."""
+        pieces, flat = flatten_block(self.whole)
+        self.bodies = CellBodies(self.whole, pieces, flat)
+        for number in self.bodies.outermost():
+            piece, path = self.whole.at(number)
+            with self._telling(self.geometry.cells[piece.cell], path):
+                self.bodies.shape(number)
+
+    def _universe(self, number: int, place: UniversePlacement, context: PlaceBounds, path: PlacePath) -> None:
+        surfaces = _PlacedSurfaces(self.geometry, place)
+        for cell in self.geometry.universes[number]:
+            with self._telling(cell, path):
+                self._cell(cell, place, context, path, surfaces)
+
+    def _cell(
+        self,
+        cell: UniverseCell,
+        place: UniversePlacement,
+        context: PlaceBounds,
+        path: PlacePath,
+        surfaces: _PlacedSurfaces,
+    ) -> None:
+        parts = () if cell.region is None else (bind_surfaces(cell.region, surfaces),)
+        inner = self._narrowed(cell, context, place, parts)
+        self.block.left_out.visit(cell, inner is None)
+        if inner is None:
+            return
+        if cell.fill is None:
+            self._body(cell, inner, path)
+        else:
+            if self.block is self.whole and not path:
+                self.filled.append(self._solid(inner))
+            inside = place.inner(cell.translation, cell.rotation)
+            if not cell.rotation.motion.is_identity:
+                entry = place.entry(cell.translation, cell.rotation)
+                inner = inner.entering(entry, place.outer, inside.outer)
+            self._filled(cell, inside, inner, (*path, *cell.step))
+
+    def _narrowed(
+        self,
+        cell: UniverseCell,
+        context: PlaceBounds,
+        place: UniversePlacement,
+        parts: Iterable[RegionPart],
+        extent: Extent = UNBOUNDED,
+    ) -> PlaceBounds | None:
+        """A context with further parts, the work being limited."""
+        further = tuple(parts)
+        self.steps += context.cost(place.outer, further)
+        if self.steps > geometry.max_comparisons(self.most.alone):
+            raise geometry.effort_limit_error(self.path, cell, self.most.alone)
+        return context.and_(place.outer, further, extent)
+
+    def _filled(self, cell: UniverseCell, place: UniversePlacement, context: PlaceBounds, path: PlacePath) -> None:
+        """What fills a cell, within the cell."""
+        lattice = self.geometry.lattice_of(cell)
+        if lattice is None:
+            assert cell.fill is not None
+            self._universe(cell.fill, place, context, path)
+            return
+        for index, universe in lattice.universes.items():
+            is_there = self._element(cell, lattice, index, universe, place, context, path)
+            self.block.left_out.visit(lattice, not is_there)
+        outside = self._narrowed(cell, context, place, [prism.placed(place).outside() for prism in lattice.hull])
+        if outside is None:
+            return
+        if lattice.outer is None:
+            self.open_lattices.add(lattice.id)
+        elif self._repeats(lattice, lattice.outer):
+            center = lattice.center(next(iter(lattice.universes)))
+            self._universe(lattice.outer, place.inner(center), outside, (*path, f"{lattice.label} outer"))
+        else:
+            self._tiles(cell, lattice, lattice.outer, place, outside, path)
+
+    def _element(
+        self,
+        cell: UniverseCell,
+        lattice: Lattice,
+        index: Index,
+        universe: int,
+        place: UniversePlacement,
+        context: PlaceBounds,
+        path: PlacePath,
+    ) -> bool:
+        """One element with its universe; false where nothing of it is in the context."""
+        prism = lattice.prism(index).placed(place)
+        inner = self._narrowed(cell, context, place, prism.sides(), prism.extent)
+        if inner is not None:
+            step = f"{lattice.label} [{', '.join(map(str, index))}]"
+            self._shared(cell, universe, place.inner(lattice.center(index)), inner, (*path, step))
+        return inner is not None
+
+    def _shared(
+        self, cell: UniverseCell, universe: int, place: UniversePlacement, context: PlaceBounds, path: PlacePath
+    ) -> None:
+        """A universe in an element, as a block that serves wherever the surroundings are the same about the centre."""
+        if not context.is_before(place.outer) or self._turns(universe):
+            self._universe(universe, place, context, path)
+            return
+        x, y, z = place.shift
+        about = context.moved((-x, -y, -z))
+        key = universe, place.turn, place.outer, about
+        block = self.blocks.get(key)
+        if block is None:
+            block = self.blocks[key] = UniverseBlock()
+            outer, way = self.block, self.way
+            self.block, self.way = block, (*way, *path)
+            self._universe(universe, UniversePlacement(place.turn, outer=place.outer), about, ())
+            self.block, self.way = outer, way
+        else:
+            self._count(block.count, cell)
+        self.block.place(block, place.shift, path)
+
+    def _turns(self, universe: int) -> bool:
+        """Is anything in a universe turned by other angles than multiples of 90 degrees?"""
+        if universe not in self.turning:
+            self.turning[universe] = any(not cell.rotation.motion.is_identity for cell in self._all_cells(universe))
+        return self.turning[universe]
+
+    def _all_cells(self, universe: int) -> Iterator[UniverseCell]:
+        """The cells of a universe, and of all that fill them."""
+        seen, pending = {universe}, [universe]
+        while pending:
+            for cell in self.geometry.universes[pending.pop()]:
+                yield cell
+                lattice = self.geometry.lattice_of(cell)
+                inner = lattice_fillings(lattice) if lattice is not None else ([] if cell.fill is None else [cell.fill])
+                pending.extend(number for number in inner if number not in seen)
+                seen.update(inner)
+
+    def _tiles(
+        self,
+        cell: UniverseCell,
+        lattice: Lattice,
+        outer: int,
+        place: UniversePlacement,
+        context: PlaceBounds,
+        path: PlacePath,
+    ) -> None:
+        """The outer universe, element by element, as far as the cell around the lattice reaches."""
+        tiles = lattice.tiles_around(context.extent_before(place.outer).placed(place.back))
+        if tiles is None:
+            message = (
+                "must be bounded on all sides by planes across the axes, spheres or cylinders, because the outer "
+                f"universe {outer} of {lattice} that fills it is repeated without end"
+            )
+            self._report(cell, str(cell), message)
+            return
+        count = max(tiles.count - lattice.size, 0) * self.geometry.count(outer)
+        self.outside += count
+        if self.outside > geometry.PLACES_FOR_A_BODY * self.most.alone:
+            where = f"{cell}, in which the outer universe {outer} of {lattice} is repeated"
+            raise geometry.body_limit_error(self.path, count, self.most.alone, cell.element, where, "up to ")
+        for index in tiles.indices:
+            if index not in lattice.universes:
+                self._element(cell, lattice, index, outer, place, context, path)
+
+    def _repeats(self, lattice: Lattice, outer: int) -> bool:
+        if lattice.id not in self.repeating:
+            self.repeating[lattice.id] = is_periodic(self.geometry, outer, lattice)
+        return self.repeating[lattice.id]
+
+    def _body(self, cell: UniverseCell, context: PlaceBounds, path: PlacePath) -> None:
+        material = cell.materials[0]
+        if material is None and not self.void:
+            return
+        self._count(1, cell)
+        self.alone += 1
+        if self.alone > self.most.alone:
+            raise geometry.single_body_limit_error(self.path, self.alone, self.most.alone, cell)
+        if material is not None and material not in self.looks:
+            known = self.geometry.material(material)
+            name = self.geometry.material_names[material]
+            self.looks[material] = matte(palette_color(material), name=name, properties=known.properties)
+        self.block.add(CellPiece(str(cell), path, self.looks[material], cell.id, context), material)
+
+    def _count(self, count: int, cell: UniverseCell) -> None:
+        """So many bodies more, through a cell. Raises SceneFileError where they are too many."""
+        before, self.made = self.made, self.made + count
+        if self.made > self.most.bodies:
+            where = f"{cell} and the outer universes around it"
+            raise geometry.body_limit_error(self.path, self.made, self.most.bodies, cell.element, where, "at least ")
+        if self.progress is not None and self.made // 256 > before // 256:
+            self.progress(self.made, self.geometry.body_count)
+
+    def _solid(self, context: PlaceBounds) -> Solid:
+        return self.maker.solid((motion, group.parts) for motion, group in context.groups)
+
+    @property
+    def materials(self) -> Counter[int | None]:
+        """How many bodies there are of each material."""
+        return self.whole.materials
+
+    @property
+    def left_out(self) -> EmptyPlaces:
+        """What has no volume."""
+        return self.whole.left_out
+
+    @property
+    def is_enclosed(self) -> bool:
+        """Do boundary conditions enclose all cells?"""
+        return any(True for _ in self._enclosure())
+
+    @property
+    def domain(self) -> Solid | None:
+        """Where bodies are to be found: what boundary conditions enclose, and the root's cells that universes fill.
+
+        Not known where void is left out.
+        """
+        if not self.void:
+            return None
+        parts = [*self._enclosure(), *self.filled]
+        return Union(tuple(parts)) if len(parts) > 1 else (parts[0] if parts else None)
+
+    def _enclosure(self) -> Iterator[Solid]:
+        region, place = find_enclosure(self.geometry), UniversePlacement()
+        if region is None:
+            return
+        context = PlaceBounds().and_(
+            place.outer, (bind_surfaces(region, _PlacedSurfaces(self.geometry, place)),), UNBOUNDED
+        )
+        solid = None if context is None else self._solid(context)
+        if solid is not None and is_bounded_with(solid, lambda: self.bodies.boxes):
+            yield solid
+
+    @contextmanager
+    def _telling(self, cell: UniverseCell, path: PlacePath) -> Iterator[None]:
+        """Keep what float64 cannot express of a cell, so that the others are looked at as well."""
+        try:
+            yield
+        except SceneFileError:
+            raise
+        except (OverflowError, ValueError) as error:
+            found = "a number is too large" if isinstance(error, OverflowError) else error
+            where = place_name(str(cell), (*self.way, *path))
+            self._report(cell, where, f"cannot be expressed in double precision: {found}")
+
+    def _report(self, cell: UniverseCell, where: str, message: str) -> None:
+        self.problems.setdefault(cell.id, Problem(cell.element.line, cell.element.column, where, message))
+        if len(self.problems) >= MAX_PROBLEMS:
+            raise SceneFileError(self.path, self.problems.values())
+
+
+class _PlacedSurfaces(dict[int, Surface]):
+    """The surfaces of a geometry at a place, moved there when first asked for."""
+
+    def __init__(self, geometry: CellGeometry, place: UniversePlacement) -> None:
+        super().__init__()
+        self.geometry = geometry
+        self.place = place
+
+    def __missing__(self, number: int) -> Surface:
+        self[number] = self.geometry.surfaces[number].surface.placed(self.place)
+        return self[number]
+
+
+def is_periodic(geometry: CellGeometry, universe: int, lattice: Lattice) -> bool:
+    """Whether a universe surely looks the same after every step from element to element.
+
+    It does if all surfaces in it do; then its place among the elements does not matter.
+    """
+    surfaces: set[int] = set()
+    seen, pending, turned = {universe}, [universe], False
+    while pending:
+        for cell in geometry.universes[pending.pop()]:
+            if geometry.lattice_of(cell) is not None:
+                return False
+            turned = turned or cell.is_rotated
+            if cell.region is not None:
+                surfaces |= {half.surface for half in list_half_spaces(cell.region)}
+            if cell.fill is not None and cell.fill not in seen:
+                seen.add(cell.fill)
+                pending.append(cell.fill)
+    if turned and surfaces:
+        return False
+    found = [geometry.surfaces[number].surface for number in surfaces]
+    return all(surface.placed(UniversePlacement(shift=step)) == surface for surface in found for step in lattice.steps)

@@ -1,0 +1,300 @@
+"""Where a universe stands in the world.
+
+Turns by multiples of 90 degrees and translations are carried out in fractions, so that surfaces
+which coincide on paper get equal numbers, rounded once. From the first other rotation on, the
+rest of the way outward is a `Motion`, which is exact to 3000 bits of what is given to it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import TypeAlias
+
+from ..._util.arrays import Matrix4, Vector
+from ...geometry.transform import IDENTITY_MOTION, Motion
+
+Point: TypeAlias = tuple[Fraction, Fraction, Fraction]
+Rows: TypeAlias = tuple[Point, Point, Point]
+
+ORIGIN: Point = (Fraction(0), Fraction(0), Fraction(0))
+
+
+@dataclass(frozen=True, slots=True)
+class AxisTurn:
+    """A rotation or mirror that only exchanges axes: new[i] = signs[i] old[sources[i]]."""
+
+    sources: tuple[int, int, int] = (0, 1, 2)
+    signs: tuple[int, int, int] = (1, 1, 1)
+
+    def apply(self, point: Point) -> Point:
+        if self is NO_TURN or self == NO_TURN:
+            return point
+        (a, b, c), (p, q, r) = self.sources, self.signs
+        return (
+            point[a] if p > 0 else -point[a],
+            point[b] if q > 0 else -point[b],
+            point[c] if r > 0 else -point[c],
+        )
+
+    def after(self, first: AxisTurn) -> AxisTurn:
+        """`first`, then this."""
+        if self is NO_TURN or first is NO_TURN:
+            return first if self is NO_TURN else self
+        a, b, c = (first.sources[source] for source in self.sources)
+        p, q, r = (sign * first.signs[source] for source, sign in zip(self.sources, self.signs, strict=True))
+        return AxisTurn((a, b, c), (p, q, r))
+
+    @property
+    def inverse(self) -> AxisTurn:
+        if self is NO_TURN:
+            return self
+        a, b, c = (self.sources.index(i) for i in range(3))
+        return AxisTurn((a, b, c), (self.signs[a], self.signs[b], self.signs[c]))
+
+    def axis(self, axis: int) -> int:
+        """Where an axis goes, its sense aside."""
+        return self.sources.index(axis)
+
+    @property
+    def rows(self) -> Rows:
+        x, y, z = (
+            tuple(Fraction(sign * (source == i)) for i in range(3))
+            for source, sign in zip(self.sources, self.signs, strict=True)
+        )
+        return x, y, z  # type: ignore[return-value]
+
+
+NO_TURN = AxisTurn()
+
+
+def add_points(a: Point, b: Point) -> Point:
+    """The sum; most numbers of most shifts are 0, and fractions are slow."""
+    return a[0] + b[0] if b[0] else a[0], a[1] + b[1] if b[1] else a[1], a[2] + b[2] if b[2] else a[2]
+
+
+@dataclass(frozen=True, slots=True)
+class CellRotation:
+    """How a cell turns what fills it: x ↦ turn x, or else by `motion`."""
+
+    turn: AxisTurn = NO_TURN
+    motion: Motion = IDENTITY_MOTION
+
+
+NO_ROTATION = CellRotation()
+
+
+def rotation_by_angles(angles: Point) -> CellRotation:
+    """OpenMC's (φ, θ, ψ) in degrees: the contents are turned by ψ about z, then θ about y, then φ about x.
+
+    A point r of the cell is looked up in the filling universe at R_z(-ψ) R_y(-θ) R_x(-φ) r
+    (OpenMC, Cell::set_rotation and find_cell_inner), of which that is the inverse.
+    """
+    if all(angle % 90 == 0 for angle in angles):
+        turn = NO_TURN
+        for axis in (2, 1, 0):
+            for _ in range(int(angles[axis] / 90) % 4):
+                turn = _QUARTERS[axis].after(turn)
+        return CellRotation(turn)
+    motion = IDENTITY_MOTION
+    for axis in (2, 1, 0):
+        if angles[axis]:
+            motion = motion.rotate(_AXES[axis], float(angles[axis]))
+    return CellRotation(motion=motion)
+
+
+def rotation_by_matrix(rows: Rows) -> CellRotation | None:
+    """A point r of the cell is looked up at M r, so the contents move by the inverse of M; None if it has none."""
+    columns = tuple(zip(*rows, strict=True))
+    if all(sorted(map(abs, line)) == [0, 0, 1] for line in (*rows, *columns)):
+        sources = tuple(next(i for i in range(3) if column[i]) for column in columns)
+        signs = tuple(int(column[source]) for column, source in zip(columns, sources, strict=True))
+        return CellRotation(AxisTurn(sources, signs))  # type: ignore[arg-type]
+    back = invert_rows(rows)
+    if back is None:
+        return None
+    return CellRotation(motion=IDENTITY_MOTION.transform(_matrix(back)))
+
+
+def rotation_error(rows: Rows) -> float:
+    """How far a matrix is from a rotation: the largest entry of |M Mᵀ - 1|."""
+    return max(
+        abs(float(sum((a * b for a, b in zip(u, v, strict=True)), Fraction(-(i == j)))))
+        for i, u in enumerate(rows)
+        for j, v in enumerate(rows)
+    )
+
+
+@dataclass(frozen=True)
+class UniversePlacement:
+    """x ↦ outer(turn x + shift), from a universe to the world."""
+
+    turn: AxisTurn = NO_TURN
+    shift: Point = ORIGIN
+    outer: Motion = IDENTITY_MOTION
+
+    def point(self, own: Point) -> Point:
+        """A point before the outer motion."""
+        return add_points(self.turn.apply(own), self.shift)
+
+    @property
+    def back(self) -> UniversePlacement:
+        """From before the outer motion to the universe."""
+        turn = self.turn.inverse
+        x, y, z = turn.apply(self.shift)
+        return UniversePlacement(turn, (-x, -y, -z))
+
+    def inner(self, shift: Point, rotation: CellRotation = NO_ROTATION) -> UniversePlacement:
+        """The placement of what is rotated and then translated by `shift` within this."""
+        if rotation.motion.is_identity:
+            return UniversePlacement(self.turn.after(rotation.turn), self.point(shift), self.outer)
+        return UniversePlacement(outer=self.entry(shift, rotation).then(self.outer))
+
+    def entry(self, shift: Point, rotation: CellRotation) -> Motion:
+        """From what is rotated by other angles than multiples of 90 degrees to before the outer motion."""
+        motion, whole = turn_motion(rotation.motion, self.turn), self.point(shift)
+        return motion.translate(to_floats(whole)) if any(whole) else motion
+
+
+def turn_motion(motion: Motion, turn: AxisTurn) -> Motion:
+    """A motion, and then quarter turns."""
+    return motion if turn == NO_TURN else motion.transform(_matrix(turn.rows))
+
+
+def add_rounded(a: Fraction, b: Fraction) -> float:
+    """The sum, rounded once: a quotient of integers, as a fraction of it would only be brought to lowest terms."""
+    p, q = a.as_integer_ratio()
+    r, s = b.as_integer_ratio()
+    return (p * s + r * q) / (q * s)
+
+
+def shift_point(point: Point, shift: Point) -> Vector:
+    """A point elsewhere, every number of it rounded once."""
+    return add_rounded(point[0], shift[0]), add_rounded(point[1], shift[1]), add_rounded(point[2], shift[2])
+
+
+def to_floats(point: Point) -> Vector:
+    x, y, z = (float(value) for value in point)
+    return x, y, z
+
+
+def _matrix(rows: Rows) -> Matrix4:
+    return (*((*to_floats(row), 0.0) for row in rows), (0.0, 0.0, 0.0, 1.0))
+
+
+def invert_rows(rows: Rows) -> Rows | None:
+    a, b, c = rows
+    bc, ca, ab = _cross(b, c), _cross(c, a), _cross(a, b)
+    determinant = sum(x * y for x, y in zip(a, bc, strict=True))
+    if not determinant:
+        return None
+    x, y, z = (tuple(line[i] / determinant for line in (bc, ca, ab)) for i in range(3))
+    return x, y, z  # type: ignore[return-value]
+
+
+def _cross(u: Point, v: Point) -> Point:
+    return u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]
+
+
+_AXES: tuple[Vector, Vector, Vector] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+# A quarter turn about x takes y to z: new (x, y, z) = old (x, -z, y)
+_QUARTERS = (AxisTurn((0, 2, 1), (1, -1, 1)), AxisTurn((2, 1, 0), (1, 1, -1)), AxisTurn((1, 0, 2), (-1, 1, 1)))
+
+
+# Boxes along the axes with ends in fractions, any of them infinite: what is known of where a region lies.
+
+ExtentEnd = Fraction | None
+
+
+@dataclass(frozen=True, slots=True)
+class Extent:
+    """low[i] <= x[i] <= high[i]; None where there is no end."""
+
+    low: tuple[ExtentEnd, ExtentEnd, ExtentEnd] = (None, None, None)
+    high: tuple[ExtentEnd, ExtentEnd, ExtentEnd] = (None, None, None)
+
+    def end(self, axis: int, lower: bool) -> ExtentEnd:
+        """One of the six ends."""
+        return (self.low if lower else self.high)[axis]
+
+    def common(self, other: Extent) -> Extent:
+        """The part in both."""
+        if other is UNBOUNDED or self is UNBOUNDED:
+            return self if other is UNBOUNDED else other
+        lows = [_intersection_end(max, a, b) for a, b in zip(self.low, other.low, strict=True)]
+        highs = [_intersection_end(min, a, b) for a, b in zip(self.high, other.high, strict=True)]
+        return Extent((lows[0], lows[1], lows[2]), (highs[0], highs[1], highs[2]))
+
+    def around(self, other: Extent) -> Extent:
+        """The box around both."""
+        lows = [_union_end(min, a, b) for a, b in zip(self.low, other.low, strict=True)]
+        highs = [_union_end(max, a, b) for a, b in zip(self.high, other.high, strict=True)]
+        return Extent((lows[0], lows[1], lows[2]), (highs[0], highs[1], highs[2]))
+
+    def placed(self, place: UniversePlacement) -> Extent:
+        """The box after the turn and the shift of a place, before its outer motion."""
+        lows: list[ExtentEnd] = []
+        highs: list[ExtentEnd] = []
+        for source, sign, shift in zip(place.turn.sources, place.turn.signs, place.shift, strict=True):
+            ends = [None if end is None else sign * end + shift for end in (self.low[source], self.high[source])]
+            lows.append(ends[0 if sign > 0 else 1])
+            highs.append(ends[1 if sign > 0 else 0])
+        return Extent((lows[0], lows[1], lows[2]), (highs[0], highs[1], highs[2]))
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether it has no volume."""
+        return any(
+            low is not None and high is not None and low >= high for low, high in zip(self.low, self.high, strict=True)
+        )
+
+    def least(self, normal: Point) -> ExtentEnd:
+        """The least normal·x; None if there is none."""
+        return self._sum(normal, self.low, self.high)
+
+    def most(self, normal: Point) -> ExtentEnd:
+        """The largest normal·x; None if there is none."""
+        return self._sum(normal, self.high, self.low)
+
+    @staticmethod
+    def _sum(
+        normal: Point, along: tuple[ExtentEnd, ExtentEnd, ExtentEnd], against: tuple[ExtentEnd, ExtentEnd, ExtentEnd]
+    ) -> ExtentEnd:
+        total = Fraction(0)
+        for n, a, b in zip(normal, along, against, strict=True):
+            if n:
+                end = a if n > 0 else b
+                if end is None:
+                    return None
+                total += n * end
+        return total
+
+    def square_distances(self, center: Point, axes: Iterable[int]) -> tuple[Fraction, ExtentEnd]:
+        """Least and largest square of the distance to `center`, measured along some of the axes."""
+        least, most = Fraction(0), Fraction(0)
+        bounded = True
+        for i in axes:
+            low, high, c = self.low[i], self.high[i], center[i]
+            if low is not None and c < low:
+                least += (low - c) ** 2
+            elif high is not None and c > high:
+                least += (c - high) ** 2
+            if low is None or high is None:
+                bounded = False
+            else:
+                most += max(c - low, high - c) ** 2
+        return least, most if bounded else None
+
+
+UNBOUNDED = Extent()
+
+
+def _union_end(choose: Callable[[Fraction, Fraction], Fraction], a: ExtentEnd, b: ExtentEnd) -> ExtentEnd:
+    return None if a is None or b is None else choose(a, b)
+
+
+def _intersection_end(choose: Callable[[Fraction, Fraction], Fraction], a: ExtentEnd, b: ExtentEnd) -> ExtentEnd:
+    if a is None or b is None:
+        return b if a is None else a
+    return choose(a, b)

@@ -1,0 +1,382 @@
+"""OpenMC's surfaces f = 0, in fractions: where they move to, what is known of their two sides, and as solids.
+
+The negative side of a surface is the solid f <= 0. What cannot be told of a side is left open: an
+extent may be too large and `side_of` may say 0, but neither is ever wrong.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from fractions import Fraction
+
+from ..._util.arrays import Vector
+from ...geometry.general_quadric import Quadric
+from ...geometry.primitives import HalfSpace, Sphere
+from ...geometry.quadrics import EllipticCone, EllipticCylinder
+from ...geometry.shape import Solid
+from ...geometry.transform import IDENTITY_MOTION, Motion
+from ..xml_tree import XmlElement
+from .placement import ORIGIN, UNBOUNDED, AxisTurn, Extent, ExtentEnd, Point, UniversePlacement, to_floats
+from .values import OpenmcValues, format_title, quote_word
+
+_CLEAR_MARGIN = 2.0**-40
+"""Share of the largest term of a sum: what floats lose of it is far less."""
+TERMS = ("xx", "yy", "zz", "xy", "yz", "xz", "x", "y", "z", "constant")
+"""The terms of OpenMC's quadric, in the order of its coefficients."""
+
+
+@dataclass(frozen=True, slots=True)
+class FlatSurface:
+    """normal·x - offset"""
+
+    normal: Point
+    offset: Fraction
+
+    def __hash__(self) -> int:
+        return _quick_hash((*self.normal, self.offset))
+
+    def placed(self, place: UniversePlacement) -> FlatSurface:
+        normal = place.turn.apply(self.normal)
+        return FlatSurface(
+            normal, self.offset + sum(n * s for n, s in zip(normal, place.shift, strict=True) if n and s)
+        )
+
+    @property
+    def axis(self) -> int | None:
+        """The axis that the normal lies along, if any."""
+        x, y, z = self.normal
+        if x:
+            return None if y or z else 0
+        if y:
+            return None if z else 1
+        return 2 if z else None
+
+    def extent(self, positive: bool) -> Extent:
+        """Around the side f >= 0 or f <= 0."""
+        axis = self.axis
+        if axis is None:
+            return UNBOUNDED
+        end, above = self.offset / self.normal[axis], positive == (self.normal[axis] > 0)
+        ends: list[ExtentEnd] = [None, None, None]
+        ends[axis] = end
+        sides = (ends[0], ends[1], ends[2])
+        return Extent(low=sides) if above else Extent(high=sides)
+
+    def side_of(self, extent: Extent) -> int:
+        """-1 where all of the extent has f <= 0, +1 where all of it has f >= 0, else 0."""
+        most = extent.most(self.normal)
+        if most is not None and most <= self.offset:
+            return -1
+        least = extent.least(self.normal)
+        return 1 if least is not None and least >= self.offset else 0
+
+    def solid(self, positive: bool = False) -> HalfSpace:
+        sign = -1 if positive else 1
+        x, y, z = to_floats(self.normal)
+        return HalfSpace((sign * x + 0.0, sign * y + 0.0, sign * z + 0.0), sign * float(self.offset) + 0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class RoundSurface:
+    """|x - center|² - radius², the distance measured across `axis`: a cylinder, or, without an axis, a sphere."""
+
+    axis: int | None
+    center: Point
+    radius: Fraction
+
+    def __hash__(self) -> int:
+        return _quick_hash((*self.center, self.radius))
+
+    @property
+    def across(self) -> tuple[int, ...]:
+        """The axes that the distance is measured along."""
+        return tuple(i for i in range(3) if i != self.axis)
+
+    def placed(self, place: UniversePlacement) -> RoundSurface:
+        axis = None if self.axis is None else place.turn.axis(self.axis)
+        x, y, z = place.point(self.center)
+        return RoundSurface(axis, _drop_axis(axis, (x, y, z)), self.radius)
+
+    def extent(self, positive: bool) -> Extent:
+        if positive:
+            return UNBOUNDED
+        lows: list[ExtentEnd] = [None, None, None]
+        highs: list[ExtentEnd] = [None, None, None]
+        for i in self.across:
+            lows[i], highs[i] = self.center[i] - self.radius, self.center[i] + self.radius
+        return Extent((lows[0], lows[1], lows[2]), (highs[0], highs[1], highs[2]))
+
+    def side_of(self, extent: Extent) -> int:
+        """-1 where all of the extent has f < 0, +1 where all of it has f > 0, else 0."""
+        least, most = extent.square_distances(self.center, self.across)
+        square = self.radius**2
+        if most is not None and most < square:
+            return -1
+        return 1 if least > square else 0
+
+    def side_of_plane(self, plane: FlatSurface) -> int:
+        """-1 where all of the round solid has plane < 0, +1 where all of it has plane > 0, else 0."""
+        if self.axis is not None and plane.normal[self.axis]:
+            return 0
+        clear = self._clear_side_of_plane(plane)
+        if clear is not None:
+            return clear
+        height = sum((n * c for n, c in zip(plane.normal, self.center, strict=True)), -plane.offset)
+        if height**2 <= self.radius**2 * sum(n * n for n in plane.normal):
+            return 0
+        return 1 if height > 0 else -1
+
+    def _clear_side_of_plane(self, plane: FlatSurface) -> int | None:
+        """What floats show of it, which is as good as always; None where they are close, or too large."""
+        try:
+            normal, center = to_floats(plane.normal), to_floats(self.center)
+            height, radius = float(plane.offset), float(self.radius)
+        except OverflowError:
+            return None
+        terms = [n * c for n, c in zip(normal, center, strict=True)]
+        reach, above = radius * math.hypot(*normal), sum(terms) - height
+        margin = _CLEAR_MARGIN * (sum(map(abs, terms)) + abs(height) + reach)
+        if abs(above) < reach - margin:
+            return 0
+        return (1 if above > 0 else -1) if abs(above) > reach + margin else None
+
+    def is_within(self, other: RoundSurface) -> bool:
+        """Whether this solid lies strictly inside another of the same kind."""
+        gap = other.radius - self.radius
+        return self.axis == other.axis and gap > 0 and self._apart(other) < gap**2
+
+    def is_apart(self, other: RoundSurface) -> bool:
+        """Whether this solid lies strictly outside another of the same kind."""
+        return self.axis == other.axis and self._apart(other) > (self.radius + other.radius) ** 2
+
+    def _apart(self, other: RoundSurface) -> Fraction:
+        """The squared distance between the centers."""
+        return sum(((a - b) ** 2 for a, b in zip(self.center, other.center, strict=True)), Fraction(0))
+
+    def solid(self) -> Solid:
+        radius, center = float(self.radius), to_floats(self.center)
+        if self.axis is None:
+            return Sphere(radius, center)
+        return _move_shape(
+            EllipticCylinder(1, 1), _orient_shape(self.axis, IDENTITY_MOTION.scale((radius, radius, 1)), center)
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class ConeSurface:
+    """The squared distance from the axis minus square × (height over the apex)², both nappes."""
+
+    axis: int
+    apex: Point
+    square: Fraction
+
+    def placed(self, place: UniversePlacement) -> ConeSurface:
+        return ConeSurface(place.turn.axis(self.axis), place.point(self.apex), self.square)
+
+    def extent(self, positive: bool) -> Extent:
+        del positive
+        return UNBOUNDED
+
+    def side_of(self, extent: Extent) -> int:
+        del extent
+        return 0
+
+    def solid(self) -> Solid:
+        return _move_shape(
+            EllipticCone(1, 1, float(self.square)), _orient_shape(self.axis, IDENTITY_MOTION, to_floats(self.apex))
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class GeneralSurface:
+    """The sum of `coefficients` times `TERMS` of x - shift."""
+
+    coefficients: tuple[Fraction, ...]
+    shift: Point
+
+    def placed(self, place: UniversePlacement) -> GeneralSurface:
+        return GeneralSurface(_turn_coefficients(self.coefficients, place.turn), place.point(self.shift))
+
+    def extent(self, positive: bool) -> Extent:
+        del positive
+        return UNBOUNDED
+
+    def side_of(self, extent: Extent) -> int:
+        del extent
+        return 0
+
+    def solid(self) -> Solid:
+        values = {name: float(value) for name, value in zip(TERMS, self.coefficients, strict=True) if value}
+        quadric = Quadric(coefficients=values)
+        return quadric.translate(to_floats(self.shift)) if any(self.shift) else quadric
+
+
+CurvedSurface = RoundSurface | ConeSurface | GeneralSurface
+Surface = FlatSurface | CurvedSurface
+
+
+def _quick_hash(values: tuple[Fraction, ...]) -> int:
+    """That of `Fraction` agrees with the hashes of all other numbers, which takes long."""
+    return hash(tuple([value.numerator for value in values] + [value.denominator for value in values]))
+
+
+def _drop_axis(axis: int | None, point: Point) -> Point:
+    x, y, z = (Fraction(0) if i == axis else value for i, value in enumerate(point))
+    return x, y, z
+
+
+def _move_shape(shape: Solid, motion: Motion) -> Solid:
+    motion.check(type(shape).__name__)
+    return replace(shape, motion=motion)
+
+
+def _orient_shape(axis: int, upright: Motion, place: Vector) -> Motion:
+    """What turns something about z to another axis, its mirror images being the same, and moves it to a place."""
+    if axis != 2:
+        upright = upright.rotate((0, 1, 0), 90) if axis == 0 else upright.rotate((1, 0, 0), 90)
+    return upright.translate(place) if any(place) else upright
+
+
+def _turn_coefficients(coefficients: tuple[Fraction, ...], turn: AxisTurn) -> tuple[Fraction, ...]:
+    """The coefficients after a turn: each term's axes are exchanged, with their signs."""
+    result = dict.fromkeys(TERMS, Fraction(0))
+    for name, value in zip(TERMS, coefficients, strict=True):
+        if name == "constant":
+            result[name] = value
+            continue
+        axes = ["xyz".index(letter) for letter in name]
+        goes = sorted("xyz"[turn.axis(axis)] for axis in axes)
+        sign = math.prod(turn.signs[turn.axis(axis)] for axis in axes)
+        result["".join(goes)] = sign * value
+    return tuple(result.values())
+
+
+# OpenMC's surface elements, by their type.
+
+Coefficients = tuple[Fraction, ...]
+TORUS_TYPES = ("x-torus", "y-torus", "z-torus")
+BOUNDARIES = {
+    "": "transmission", "transmit": "transmission", "reflect": "reflective", "reflecting": "reflective",
+} | {name: name for name in ("transmission", "vacuum", "reflective", "white", "periodic")}  # fmt: skip
+_ZERO, _ONE = Fraction(0), Fraction(1)
+
+
+@dataclass(frozen=True, slots=True)
+class OpenmcSurface:
+    """A surface as the file has it, with its boundary condition."""
+
+    id: int
+    name: str
+    surface: Surface
+    boundary: str
+
+    def __str__(self) -> str:
+        return format_title("surface", self.id, self.name)
+
+
+def read_surface(element: XmlElement) -> OpenmcSurface:
+    """Raises Mistake for what is wrong and for tori, which are no quadrics."""
+    values = OpenmcValues(element, "surface")
+    number, name = values.title()
+    boundary = values.attempt(lambda: _boundary(values), "")
+    surface = values.attempt(lambda: _read_surface_type(values), None)
+    values.finish()
+    assert surface is not None
+    return OpenmcSurface(number, name, surface, boundary)
+
+
+def _boundary(values: OpenmcValues) -> str:
+    boundary = (values.text("boundary") or "").lower()
+    if boundary not in BOUNDARIES:
+        known = ", ".join(sorted(set(BOUNDARIES.values())))
+        raise values.mistake(f"boundary must be one of {known}, got {quote_word(boundary)}")
+    return BOUNDARIES[boundary]
+
+
+def _read_surface_type(values: OpenmcValues) -> Surface | None:
+    kind = values.required("type").lower()
+    if kind in TORUS_TYPES:
+        raise values.mistake(f"is a torus ({kind}), which is no quadric: Conicoid cannot express it")
+    if kind not in _KINDS:
+        raise values.mistake(f"type must be one of {', '.join(_KINDS)}, got {quote_word(kind)}")
+    count, make = _KINDS[kind]
+    try:
+        return make(values.numbers("coeffs", count))
+    except ValueError as error:
+        raise values.mistake(str(error)) from None
+
+
+def build_surface(kind: str, numbers: Coefficients) -> Surface:
+    """A surface by its type and coefficients. Raises ValueError where there is none of them."""
+    return _KINDS[kind][1](numbers)
+
+
+def _plane(numbers: Coefficients) -> Surface:
+    """A x + B y + C z = D"""
+    a, b, c, d = numbers
+    if not (a or b or c):
+        raise ValueError("coeffs must have a normal (A, B, C) that is not zero")
+    return FlatSurface((a, b, c), d)
+
+
+def _axis_plane(axis: int) -> Callable[[Coefficients], Surface]:
+    def make(numbers: Coefficients) -> Surface:
+        x, y, z = (_ONE if i == axis else _ZERO for i in range(3))
+        return FlatSurface((x, y, z), numbers[0])
+
+    return make
+
+
+def _cylinder(axis: int) -> Callable[[Coefficients], Surface]:
+    """Two coordinates of the axis, in the order x, y, z, and the radius."""
+
+    def make(numbers: Coefficients) -> Surface:
+        coordinates = list(numbers[:2])
+        coordinates.insert(axis, _ZERO)
+        x, y, z = coordinates
+        return RoundSurface(axis, (x, y, z), _positive("radius", numbers[2]))
+
+    return make
+
+
+def _sphere(numbers: Coefficients) -> Surface:
+    x, y, z, radius = numbers
+    return RoundSurface(None, (x, y, z), _positive("radius", radius))
+
+
+def _cone(axis: int) -> Callable[[Coefficients], Surface]:
+    """The apex and the squared slope."""
+
+    def make(numbers: Coefficients) -> Surface:
+        x, y, z, square = numbers
+        return ConeSurface(axis, (x, y, z), _positive("R²", square))
+
+    return make
+
+
+def _quadric(numbers: Coefficients) -> Surface:
+    """A x² + B y² + C z² + D xy + E yz + F xz + G x + H y + J z + K = 0"""
+    if not any(numbers[:9]):
+        raise ValueError("coeffs must hold more than the constant K")
+    if any(numbers[:6]):
+        return GeneralSurface(numbers, ORIGIN)
+    x, y, z = numbers[6:9]
+    return FlatSurface((x, y, z), -numbers[9])
+
+
+def _positive(what: str, value: Fraction) -> Fraction:
+    if value <= 0:
+        raise ValueError(f"coeffs: the {what} must be > 0, got {float(value):g}")
+    return value
+
+
+_KINDS: dict[str, tuple[int, Callable[[Coefficients], Surface]]] = {
+    "x-plane": (1, _axis_plane(0)), "y-plane": (1, _axis_plane(1)), "z-plane": (1, _axis_plane(2)),
+    "plane": (4, _plane),
+    "x-cylinder": (3, _cylinder(0)), "y-cylinder": (3, _cylinder(1)), "z-cylinder": (3, _cylinder(2)),
+    "sphere": (4, _sphere),
+    "x-cone": (4, _cone(0)), "y-cone": (4, _cone(1)), "z-cone": (4, _cone(2)),
+    "quadric": (10, _quadric),
+}  # fmt: skip

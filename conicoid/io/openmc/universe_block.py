@@ -1,0 +1,376 @@
+"""What an import leaves out because it has no volume, counted so that it can be told."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections import Counter
+from collections.abc import Hashable, Iterator, Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+from functools import cached_property
+from itertools import accumulate, pairwise
+from typing import Any, ClassVar, Generic, TypeAlias, TypeVar
+
+import numpy as np
+import numpy.typing as npt
+
+from ...geometry.instances import InstanceList, Ints, Shift, ShiftTable
+from ...geometry.shape import Solid
+from ...geometry.transform import IDENTITY_MOTION, Motion
+from ...materials.material import Material
+from .geometry import CellGeometry, UniverseCell
+from .lattices import Lattice
+from .place_bounds import PlaceBounds
+from .placement import ORIGIN, Point, UniversePlacement
+from .region_simplifier import RegionPart, SolidBuilder, SurfaceSide, move_part
+from .surfaces import FlatSurface, RoundSurface
+
+
+@dataclass
+class EmptyPlaces:
+    """How often each cell, and the elements of each lattice, were looked at and had no volume there."""
+
+    cells: Counter[int] = field(default_factory=Counter)
+    empty_cells: Counter[int] = field(default_factory=Counter)
+    elements: Counter[int] = field(default_factory=Counter)
+    empty_elements: Counter[int] = field(default_factory=Counter)
+
+    def visit(self, item: UniverseCell | Lattice, is_empty: bool) -> None:
+        """One place of a cell, or of an element of a lattice."""
+        seen, empty = (
+            (self.cells, self.empty_cells) if isinstance(item, UniverseCell) else (self.elements, self.empty_elements)
+        )
+        seen[item.id] += 1
+        empty[item.id] += is_empty
+
+    def add(self, other: EmptyPlaces) -> None:
+        """All places of another part of the model."""
+        if not other.cells and not other.elements:
+            return
+        for mine, more in zip(vars(self).values(), vars(other).values(), strict=True):
+            mine.update(more)
+
+    @property
+    def places(self) -> int:
+        """Places of cells, and elements, that are left out."""
+        return self.empty_cells.total() + self.empty_elements.total()
+
+    def notes(self, geometry: CellGeometry) -> Iterator[str]:
+        """A line for each cell and each lattice of which something is left out."""
+        for number, empty in (+self.empty_cells).items():
+            where = _format_counts(empty, self.cells[number], "place")
+            yield f"{geometry.cells[number]}: has no volume {where}, left out there"
+        for number, empty in (+self.empty_elements).items():
+            where = _format_counts(empty, self.elements[number], "element")
+            yield f"{where} of {geometry.lattices[number]} nothing lies in the cell around it, left out"
+
+
+def _format_counts(empty: int, seen: int, what: str) -> str:
+    """in 3 of 264 places"""
+    if empty == seen:
+        return f"in its only {what}" if seen == 1 else f"in any of its {seen:,} {what}s"
+    return f"in {empty:,} of {seen:,} {what}s"
+
+
+# What stands at many places, worked out once: a block of bodies, and of blocks within, each with its shift.
+#
+# An element of a lattice from which the cells around it cut what they cut from another is that other one, moved; and so
+# is a volume of GDML. A block has the bodies as they are about its centre. Shifts are fractions, so that a body has the
+# numbers that it would have if it had been worked out at its place.
+
+PlacePath: TypeAlias = tuple[str, ...]
+
+
+@dataclass(eq=False)
+class BlockPiece:
+    """A body at each place of its block, with the way to it in the block."""
+
+    title: str
+    path: PlacePath
+    material: Material
+
+    count: ClassVar[int] = 1
+
+    @property
+    def form(self) -> Hashable:
+        """Pieces of one form are one another, in their blocks."""
+        return id(self)
+
+
+@dataclass(eq=False)
+class CellPiece(BlockPiece):
+    """A cell in its surroundings, as it is about the centre of its block."""
+
+    cell: int
+    context: PlaceBounds
+
+    @property
+    def form(self) -> Hashable:
+        """A pin that nothing cuts is as any other, whatever is cut of what is around it."""
+        return self.cell, self.context
+
+
+P = TypeVar("P", bound=BlockPiece)
+
+
+@dataclass(eq=False, slots=True)
+class BlockPlacement(Generic[P]):
+    """A block within another."""
+
+    block: UniverseBlock[P]
+    shift: Point
+    path: PlacePath
+
+    @property
+    def count(self) -> int:
+        """How many bodies it has."""
+        return self.block.count
+
+
+@dataclass(eq=False)
+class UniverseBlock(Generic[P]):
+    """Pieces, and blocks within, in the order of their bodies; and what was counted on the way."""
+
+    items: list[P | BlockPlacement[P]] = field(default_factory=list)
+    count: int = 0
+    materials: Counter[Any] = field(default_factory=Counter)
+    left_out: EmptyPlaces = field(default_factory=EmptyPlaces)
+
+    def add(self, piece: P, material: Any) -> None:
+        """A body of a material."""
+        self.items.append(piece)
+        self.count += 1
+        self.materials[material] += 1
+
+    def place(self, block: UniverseBlock[P], shift: Point, path: PlacePath) -> None:
+        """All bodies of another block, moved."""
+        if block.count:
+            self.items.append(BlockPlacement(block, shift, path))
+        self.count += block.count
+        for material, times in block.materials.items():
+            self.materials[material] += times
+        self.left_out.add(block.left_out)
+
+    def take(self, other: UniverseBlock[P]) -> None:
+        """All items of another block, which is none of its own."""
+        self.items += other.items
+        self.count += other.count
+        self.materials.update(other.materials)
+        self.left_out.add(other.left_out)
+
+    @cached_property
+    def _ends(self) -> list[int]:
+        """The number after the last body of each item. To be asked for when all are there."""
+        return list(accumulate(item.count for item in self.items))
+
+    def at(self, number: int) -> tuple[P, PlacePath]:
+        """The piece that a body is, and the way to it."""
+        block: UniverseBlock[P] = self
+        way: PlacePath = ()
+        while True:
+            which = bisect_right(block._ends, number)
+            item = block.items[which]
+            if not isinstance(item, BlockPlacement):
+                return item, (*way, *item.path)
+            number -= block._ends[which] - item.count
+            block, way = item.block, (*way, *item.path)
+
+    def find(self, name: str, way: PlacePath = ()) -> int | None:
+        """The number of the body of a name, if there is one; `way` leads to this block."""
+        for end, item in zip(self._ends, self.items, strict=True):
+            path = (*way, *item.path)
+            if not isinstance(item, BlockPlacement):
+                if self.called(item.title, path) == name:
+                    return end - 1
+            elif self.may_lead(path, name):
+                found = item.block.find(name, path)
+                if found is not None:
+                    return end - item.count + found
+        return None
+
+    @staticmethod
+    def called(title: str, path: PlacePath) -> str:
+        """The name of a piece at the end of a way."""
+        return place_name(title, path)
+
+    @staticmethod
+    def may_lead(path: PlacePath, name: str) -> bool:
+        """May the body of a name be in the block at the end of a way?"""
+        return f" @ {', '.join(path)}" in name
+
+
+def place_name(title: str, path: PlacePath) -> str:
+    """What a cell is called at a place: "cell 5 'fuel' @ cell 9, lattice 2 [3, 4]"."""
+    return f"{title} @ {', '.join(path)}" if path else title
+
+
+@dataclass
+class FlatBlock:
+    """The bodies of a block one after the other: which piece each is, and its shift."""
+
+    pieces: Ints
+    shifts: ShiftTable
+
+
+def flatten_block(block: UniverseBlock[P]) -> tuple[list[P], FlatBlock]:
+    """The different pieces that there are, and the bodies of a block."""
+    pieces: list[P] = []
+    forms: dict[Hashable, int] = {}
+    known: dict[int, FlatBlock] = {}
+    pending = [block]
+    while pending:  # no recursion: universes may be many levels deep
+        last = pending[-1]
+        inner = (item.block for item in last.items if isinstance(item, BlockPlacement) and id(item.block) not in known)
+        first = next(inner, None)
+        if first is not None:
+            pending.append(first)
+            continue
+        known[id(pending.pop())] = _flatten(last, pieces, forms, known)
+    return pieces, known[id(block)]
+
+
+def _flatten(
+    block: UniverseBlock[P], pieces: list[P], forms: dict[Hashable, int], known: dict[int, FlatBlock]
+) -> FlatBlock:
+    """One block, those within being known."""
+    tables: list[dict[tuple[int, int], int]] = [{}, {}, {}]  # not by fractions, which are slow to look up
+    numbers, index = np.empty(block.count, np.int32), np.empty((3, block.count), np.int32)
+    begin = 0
+    for item in block.items:
+        end = begin + item.count
+        if isinstance(item, BlockPlacement):
+            flat, shift = known[id(item.block)], item.shift
+            numbers[begin:end] = flat.pieces
+            shifts = flat.shifts.values, flat.shifts.index
+        else:
+            numbers[begin] = forms.setdefault(item.form, len(pieces))
+            if numbers[begin] == len(pieces):
+                pieces.append(item)
+            shift, shifts = ORIGIN, _NO_SHIFTS
+        for axis, (table, values, row) in enumerate(zip(tables, *shifts, strict=True)):
+            by = shift[axis]
+            moved = values if not by else [value + by if value else by for value in values]
+            places = [table.setdefault(value.as_integer_ratio(), len(table)) for value in moved]
+            index[axis, begin:end] = places[0] if len(places) == 1 else np.array(places, np.int32)[row]
+        begin = end
+    x, y, z = (tuple(Fraction(*ratio) for ratio in table) for table in tables)
+    return FlatBlock(numbers, ShiftTable((x, y, z), index))
+
+
+_NO_SHIFTS = ((Fraction(0),),) * 3, np.zeros((3, 1), np.int32)
+
+
+# The bodies of an imported geometry: pieces, each at all its places.
+
+RIGID_TOLERANCE = Fraction(1, 1 << 30)
+"""The least thickness of what rounding cannot turn inside out, as a share of its distance from the origin."""
+
+
+class BlockBodies(InstanceList, Generic[P]):
+    """The bodies of a block, which are made from fractions when they are asked for, every number rounded once."""
+
+    def __init__(self, whole: UniverseBlock[P], pieces: list[P], flat: FlatBlock) -> None:
+        super().__init__(flat.pieces, flat.shifts, [piece.material for piece in pieces])
+        self._whole, self._pieces = whole, pieces
+
+    def name(self, number: int) -> str:
+        """What the piece is called, and the way to it."""
+        piece, path = self._whole.at(number)
+        return self._whole.called(piece.title, path)
+
+    def number(self, name: str) -> int | None:
+        """The body of a name."""
+        return self._whole.find(name)
+
+    def outermost(self) -> Iterator[int]:
+        """Of each piece the first body, and those that are moved the farthest along the axes."""
+        ranks = [_ranks(values) for values in self.shifts.values]
+        for numbers in self.members:
+            found = {0}
+            if len(numbers) > 1:
+                for axis, order in enumerate(ranks):
+                    here = order[self.shifts.index[axis, numbers]]
+                    found |= {int(here.argmin()), int(here.argmax())}
+            yield from sorted(int(numbers[at]) for at in found)
+
+    @cached_property
+    def farthest(self) -> Fraction:
+        """The largest shift along an axis."""
+        return max((abs(value) for values in self.shifts.values for value in values), default=Fraction(0))
+
+
+def _ranks(values: Sequence[Fraction]) -> npt.NDArray[np.int64]:
+    """The place of each of some values in their order."""
+    found = np.empty(len(values), np.int64)
+    found[sorted(range(len(values)), key=values.__getitem__)] = np.arange(len(values))
+    return found
+
+
+class CellBodies(BlockBodies[CellPiece]):
+    """Cells in their surroundings."""
+
+    def __init__(self, whole: UniverseBlock[CellPiece], pieces: list[CellPiece], flat: FlatBlock) -> None:
+        super().__init__(whole, pieces, flat)
+        self._maker = SolidBuilder()
+
+    def made(self, kind: int, shift: Shift) -> Solid:
+        """A piece moved by a shift."""
+        return self._solid(self._pieces[kind].context, shift)
+
+    def motion(self, kind: int) -> Motion:
+        """What all parts of a piece are before; none where they are before several."""
+        groups = self._pieces[kind].context.groups
+        return groups[0][0] if len(groups) == 1 else IDENTITY_MOTION
+
+    def before(self, kind: int, shift: Shift) -> Solid:
+        """`Repeated.before`"""
+        context = self._pieces[kind].context
+        if len(context.groups) == 1:
+            context = PlaceBounds(((IDENTITY_MOTION, context.groups[0][1]),))
+        return self._solid(context, shift)
+
+    def _solid(self, context: PlaceBounds, shift: Shift) -> Solid:
+        """A context moved by a shift."""
+        groups, maker = [(motion, group.parts) for motion, group in context.groups], self._maker
+        if shift != ORIGIN:
+            place, maker = UniversePlacement(shift=shift), SolidBuilder()
+            groups = [(motion, tuple(move_part(part, place) for part in parts)) for motion, parts in groups]
+        return maker.solid(groups)
+
+    def is_rigid(self, kind: int) -> bool:
+        """Is no part of a piece so thin that rounding may close it, at any of its places?
+
+        And are normals of planes that slant floats, so that equal distances along them are equal planes?
+        """
+        context = self._pieces[kind].context
+        if len(context.groups) > 1:
+            return False
+        far = self.farthest
+        planes: dict[tuple[Fraction, ...], set[Fraction]] = {}
+        least: list[Fraction] = []
+        for _, group in context.groups:
+            for side in _part_sides(group.parts):
+                surface = side.surface
+                if isinstance(surface, FlatSurface):
+                    if surface.axis is None and any(Fraction(float(n)) != n for n in surface.normal):
+                        return False
+                    size = max(map(abs, surface.normal))
+                    x, y, z = (n / size for n in surface.normal)
+                    sign = 1 if (x, y, z) > ORIGIN else -1
+                    planes.setdefault((sign * x, sign * y, sign * z), set()).add(sign * surface.offset / size)
+                    far = max(far, abs(surface.offset / size))
+                elif isinstance(surface, RoundSurface):
+                    least.append(surface.radius)
+                    far = max(far, *map(abs, surface.center))
+        for offsets in planes.values():
+            least += [high - low for low, high in pairwise(sorted(offsets))]
+        return min(least, default=Fraction(1)) > RIGID_TOLERANCE * far
+
+
+def _part_sides(parts: tuple[RegionPart, ...]) -> Iterator[SurfaceSide]:
+    """All sides of some parts."""
+    for part in parts:
+        if isinstance(part, SurfaceSide):
+            yield part
+        else:
+            yield from _part_sides(part.parts)

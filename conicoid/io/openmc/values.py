@@ -1,0 +1,250 @@
+"""The words of texts that may be as long as a file, counted piece by piece."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import TypeVar
+
+from ..._util.file_errors import Problem
+from ..._util.hints import suggest_name
+from ..scene_file.nodes import is_beyond_float64, shorten
+from ..xml_tree import XmlElement
+
+MAX_DISTINCT_WORDS = 1_000_000
+"""Words in one value, and different words where they are only counted."""
+_WORDS_CHUNK = 1 << 16
+_SPACE = re.compile(r"\s")
+
+
+def count_words(text: str) -> int:
+    return sum(map(len, iterate_words(text)))
+
+
+def count_each_word(text: str) -> Counter[str] | None:
+    """How often each word stands in a text; None where more than `MOST_WORDS` of them differ."""
+    counts: Counter[str] = Counter()
+    for words in iterate_words(text):
+        counts.update(words)
+        if len(counts) > MAX_DISTINCT_WORDS:
+            return None
+    return counts
+
+
+def iterate_words(text: str) -> Iterator[list[str]]:
+    """The words in order, some thousands at a time."""
+    at = 0
+    while at < len(text):
+        space = _SPACE.search(text, at + _WORDS_CHUNK)
+        end = space.start() if space else len(text)
+        yield text[at:end].split()
+        at = end
+
+
+# The values of an element, each an attribute or a child element, as OpenMC allows either.
+#
+# Numbers are kept as the decimal fractions that were written: sums such as lower_left + i pitch are
+# then exact, and what coincides on paper coincides in the scene.
+
+_NUMBER = re.compile(r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?")
+_INTEGER = re.compile(r"[-+]?[0-9]{1,18}")
+MAX_NUMBER_LENGTH = 400
+Value = TypeVar("Value")
+Other = TypeVar("Other")
+
+
+class OpenmcElementError(Exception):
+    """What is wrong in one element, which is of no use."""
+
+    def __init__(self, problems: Iterable[Problem]) -> None:
+        self.problems = tuple(problems)
+
+
+class OpenmcValues:
+    """Reads the values of one element, which messages call `where`.
+
+    The first mistake in a value is raised; `attempt` keeps it, so that the other values are looked at as well, and
+    `finish` then raises all that were kept.
+    """
+
+    def __init__(self, element: XmlElement, kind: str) -> None:
+        self.element = element
+        self.where = self.kind = kind
+        self.kept: list[Problem] = []
+
+    def mistake(self, message: str) -> OpenmcElementError:
+        return OpenmcElementError([Problem(self.element.line, self.element.column, self.where, message)])
+
+    def tell(self, message: str) -> None:
+        """Keep a mistake."""
+        self.kept.extend(self.mistake(message).problems)
+
+    def attempt(self, read: Callable[[], Value], otherwise: Other) -> Value | Other:
+        """What `read` returns; where it finds a mistake, that is kept, and `otherwise` taken."""
+        try:
+            return read()
+        except OpenmcElementError as mistake:
+            self.kept.extend(mistake.problems)
+            return otherwise
+
+    def finish(self) -> None:
+        """Raise the mistakes that were kept, if any."""
+        if self.kept:
+            raise OpenmcElementError(self.kept)
+
+    def title(self) -> tuple[int, str]:
+        """The number and the name, by which messages call the element from now on."""
+        name = self.text("name") or ""
+        found = len(self.kept)
+        number = self.attempt(lambda: self.integer("id"), 0)
+        if len(self.kept) == found:
+            self.where = format_title(self.kind, number, name)
+        return number, name
+
+    def text(self, name: str) -> str | None:
+        """The value without space around it, or None where there is none. Attributes come first."""
+        if name in self.element.attributes:
+            return self.element.attributes[name].strip()
+        found = self.element.all(name)
+        return found[0].text.strip() if found else None
+
+    def required(self, name: str) -> str:
+        value = self.text(name)
+        if value is None:
+            raise self.mistake(f"needs the attribute or element {name!r}")
+        return value
+
+    def words(self, name: str) -> list[str] | None:
+        value = self.text(name)
+        if value is None:
+            return None
+        words = value.split(None, MAX_DISTINCT_WORDS)
+        if len(words) > MAX_DISTINCT_WORDS:
+            raise self.mistake(f"{name} has more than {MAX_DISTINCT_WORDS:,} words")
+        return words
+
+    def integer(self, name: str) -> int:
+        return self.integer_word(name, self.required(name))
+
+    def optional_integer(self, name: str) -> int | None:
+        value = self.text(name)
+        return None if value is None else self.integer_word(name, value)
+
+    def integers(self, name: str) -> list[int]:
+        self.required(name)
+        return [self.integer_word(name, word) for word in self.words(name) or ()]
+
+    def integer_tally(self, name: str) -> Counter[int]:
+        """How often each integer stands in a list that may be long."""
+        counts: Counter[int] = Counter()
+        words = count_each_word(self.required(name))
+        if words is None:
+            raise self.mistake(f"{name} has more than {MAX_DISTINCT_WORDS:,} different words")
+        for word, count in words.items():
+            counts[self.integer_word(name, word)] += count
+        return counts
+
+    def integer_word(self, name: str, word: str) -> int:
+        if not _INTEGER.fullmatch(word):
+            raise self.mistake(f"{name} must be an integer, got {quote_word(word)}")
+        return int(word)
+
+    def numbers(self, name: str, *counts: int) -> tuple[Fraction, ...]:
+        """As many numbers as one of `counts`."""
+        text = self.required(name)
+        words = text.split(None, max(counts))
+        if len(words) not in counts:
+            expected = " or ".join(map(str, counts))
+            plural = "" if counts == (1,) else "s"
+            raise self.mistake(f"{name} must be {expected} number{plural}, got {count_words(text)}")
+        return tuple(self._number(name, word) for word in words)
+
+    def _number(self, name: str, word: str) -> Fraction:
+        if len(word) > MAX_NUMBER_LENGTH or not _NUMBER.fullmatch(word):
+            raise self.mistake(f"{name} must be a number, got {quote_word(word)}")
+        nearest = float(word)
+        if is_beyond_float64(word, nearest):
+            raise self.mistake(f"{name} must be in the range of double precision, got {quote_word(word)}")
+        return Fraction(word) if nearest else Fraction(0)
+
+
+def format_title(kind: str, number: int, name: str) -> str:
+    """surface 3 'top'; what a terminal would obey is escaped."""
+    return f"{kind} {number} {shorten(name)!r}" if name else f"{kind} {number}"
+
+
+def quote_word(word: str) -> str:
+    """A word as it was found, shortened and escaped."""
+    return repr(shorten(word)) if word else "nothing"
+
+
+def join_limited(items: Iterable[object], most: int = 10) -> str:
+    """Items with commas between, the first few of many."""
+    texts = [str(item) for item in items]
+    return ", ".join(texts[:most]) + (f" and {len(texts) - most} more" if len(texts) > most else "")
+
+
+# Attributes and elements that OpenMC does not know, most often misspelt: they are not read, which is told.
+
+_ID_ATTRIBUTES = ("id", "name")
+_LATTICE_ATTRIBUTES = (*_ID_ATTRIBUTES, "pitch", "outer", "universes")
+_SHARE_ATTRIBUTES = ("name", "ao", "wo")
+OPENMC_NAMES = {
+    "geometry": ("surface", "cell", "lattice", "hex_lattice", "dagmc_universe"),
+    "surface": (*_ID_ATTRIBUTES, "type", "coeffs", "boundary", "albedo", "periodic_surface_id"),
+    "cell": (
+        *_ID_ATTRIBUTES, "universe", "fill", "material", "region", "rotation", "translation",
+        "temperature", "density", "volume",
+    ),
+    "lattice": (*_LATTICE_ATTRIBUTES, "dimension", "lower_left"),
+    "hex_lattice": (*_LATTICE_ATTRIBUTES, "n_rings", "n_axial", "orientation", "center"),
+    "materials": ("material", "cross_sections"),
+    "material": (
+        *_ID_ATTRIBUTES, "density", "nuclide", "element", "sab", "macroscopic", "temperature", "volume", "depletable",
+        "isotropic", "cfg",
+    ),
+    "density": ("value", "units"),
+    "nuclide": _SHARE_ATTRIBUTES,
+    "element": _SHARE_ATTRIBUTES,
+    "sab": ("name", "fraction"),
+    "macroscopic": ("name",),
+}  # fmt: skip
+"""What elements may hold, as attributes or as elements (OpenMC's documentation, "Geometry" and "Materials")."""
+
+
+@dataclass(frozen=True)
+class UnknownName:
+    """A name in elements of a kind, how often it stands there, and where first."""
+
+    kind: str
+    name: str
+    times: int
+    line: int
+
+    def __str__(self) -> str:
+        meant = suggest_name(self.name, OPENMC_NAMES[self.kind])
+        times = f", {self.times:,} times" if self.times > 1 else ""
+        return f"line {self.line}: <{self.kind}>: {shorten(self.name)!r} is not read{times}{meant}"
+
+
+def find_unknown_names(root: XmlElement) -> Iterator[UnknownName]:
+    """Each name once for a kind of element, in the order of the file."""
+    found: dict[tuple[str, str], list[int]] = {}
+    pending = [root]
+    while pending:
+        element = pending.pop()
+        known = OPENMC_NAMES.get(element.tag)
+        if known is None:
+            continue
+        for name, line in (
+            *((name, element.line) for name in element.attributes),
+            *((child.tag, child.line) for child in element.children),
+        ):
+            if name not in known:
+                count = found.setdefault((element.tag, name), [0, line])
+                count[0] += 1
+        pending.extend(child for child in reversed(element.children) if child.tag in known)
+    return (UnknownName(kind, name, times, line) for (kind, name), (times, line) in found.items())

@@ -1,0 +1,227 @@
+"""What is drawn in the plane of x and y: circles and polygons, moved and combined, to be extruded or turned."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from ...geometry.csg import Difference, Union
+from ...geometry.mesh import Extrusion, Mesh
+from ...geometry.primitives import Box, Cone, Cylinder, Sphere
+from ...geometry.revolution import Revolution
+from ...geometry.shape import Solid
+from ...geometry.simple_polygon import twice_area
+from ...numerics.portable_math import sin_cos_degrees
+from .syntax import CallArguments
+
+Matrix = np.ndarray[Any, Any]
+IDENTITY_MATRIX = np.eye(4)
+
+
+@dataclass(frozen=True)
+class PlaneFigure:
+    """A circle (`radius`) or a polygon (`points`) under a motion of the plane, (4, 4)."""
+
+    radius: float = 0.0
+    points: tuple[tuple[float, float], ...] = ()
+    motion: Any = None
+
+    def moved(self, matrix: Matrix) -> PlaneFigure:
+        """Under one motion more."""
+        return replace(self, motion=matrix @ (IDENTITY_MATRIX if self.motion is None else self.motion))
+
+    def extruded(self, low: float, high: float, scale: float) -> Solid:
+        """Drawn along z from low to high, to `scale` times its size about the z axis."""
+        motion = IDENTITY_MATRIX if self.motion is None else self.motion
+        solid = self._upright(low, high, scale)
+        shift, height = motion[:2, 3], high - low
+        if scale != 1 and shift.any():  # p + shift (1 + (scale - 1) (z - low) / h)
+            lean = IDENTITY_MATRIX.copy()
+            lean[:2, 2] = (scale - 1) * shift / height
+            lean[:2, 3] = -lean[:2, 2] * low
+            motion = lean @ motion
+        return solid if np.array_equal(motion, IDENTITY_MATRIX) else solid.transform(motion.tolist())
+
+    def _upright(self, low: float, high: float, scale: float) -> Solid:
+        if self.points:
+            return Extrusion(self.points, (low, high), scale)
+        if scale == 1:
+            return Cylinder((0, 0, low), (0, 0, high), self.radius)
+        return Cone((0, 0, low), (0, 0, high), self.radius, scale * self.radius)
+
+    def turned(self, start: float, end: float, sides: int) -> Solid:
+        """Turned about the y axis of the plane, which becomes z. Raises ValueError for a torus."""
+        motion = IDENTITY_MATRIX if self.motion is None else self.motion
+        if self.points:
+            points = [(motion[:2, :2] @ point + motion[:2, 3]).tolist() for point in self.points]
+            if max(x for x, _ in points) <= 0:
+                points = [(-x, y) for x, y in points]
+            if min(x for x, _ in points) < 0:
+                raise ValueError("what is turned must lie on one side of the y axis, got a polygon on both")
+            return (
+                _revolve_in_steps(points, sides, start, end)
+                if sides
+                else Revolution(tuple(map(tuple, points)), start, end)
+            )
+        linear, shift = motion[:2, :2], motion[:2, 3]
+        even = np.allclose(linear @ linear.T, linear[0] @ linear[0] * np.eye(2), rtol=0, atol=1e-15)
+        if sides or shift[0] != 0 or not even or end - start != 360:
+            raise ValueError("is a torus, or a sphere cut by sides or angles, which is no quadric solid of ours")
+        return Sphere(self.radius * math.sqrt(float(linear[0] @ linear[0])), (0, 0, float(shift[1])))
+
+
+@dataclass(frozen=True)
+class FlatBoolean:
+    """Several of the plane, combined: each is extruded or turned by itself, and the solids are combined."""
+
+    kind: Callable[[tuple[Solid, ...]], Solid]
+    parts: tuple[PlaneFigure | FlatBoolean, ...]
+
+    def moved(self, matrix: Matrix) -> FlatBoolean:
+        """Under one motion more."""
+        return FlatBoolean(self.kind, tuple(part.moved(matrix) for part in self.parts))
+
+    def extruded(self, low: float, high: float, scale: float) -> Solid:
+        """As of `Flat`."""
+        return self.kind(tuple(part.extruded(low, high, scale) for part in self.parts))
+
+    def turned(self, start: float, end: float, sides: int) -> Solid:
+        """As of `Flat`."""
+        return self.kind(tuple(part.turned(start, end, sides) for part in self.parts))
+
+
+PlaneItem = PlaneFigure | FlatBoolean
+
+
+def combine_figures(kind: Any, parts: Sequence[PlaneItem]) -> PlaneItem:
+    """A combination; one alone is itself."""
+    return parts[0] if len(parts) == 1 else FlatBoolean(kind, tuple(parts))
+
+
+def plane_circle(radius: float, sides: int) -> PlaneFigure:
+    """A round one, or a regular polygon whose first corner is on the x axis, as OpenSCAD has it."""
+    if not sides:
+        return PlaneFigure(radius=radius)
+    return PlaneFigure(points=regular_polygon(radius, sides))
+
+
+def regular_polygon(radius: float, sides: int) -> tuple[tuple[float, float], ...]:
+    """The corners of a regular polygon."""
+    turns = [sin_cos_degrees(360.0 * k / sides) for k in range(sides)]
+    return tuple((radius * c, radius * s) for s, c in turns)
+
+
+def plane_polygon(points: Sequence[Any], paths: Sequence[Sequence[int]] | None) -> PlaneItem:
+    """One outline, or several by even-odd."""
+    loops = [tuple(points)] if paths is None else [tuple(points[k] for k in path) for path in paths]
+    drawn: PlaneItem | None = None
+    for loop in loops:
+        if not twice_area([(float(x), float(y)) for x, y in loop]):
+            continue
+        one = PlaneFigure(points=tuple((float(x), float(y)) for x, y in loop))
+        if drawn is None:
+            drawn = one
+        else:
+            drawn = combine_figures(
+                Union, [combine_figures(Difference, [drawn, one]), combine_figures(Difference, [one, drawn])]
+            )
+    if drawn is None:
+        raise ValueError("points must enclose an area")
+    return drawn
+
+
+def _revolve_in_steps(points: Sequence[Any], sides: int, start: float, end: float) -> Solid:
+    """A polygon turned in so many steps: a stack of frustums with flat sides."""
+    if end - start != 360:
+        raise ValueError("$fn with an angle is not read: smooth makes it round")
+    heights = sorted({y for _, y in points})
+
+    rings = []
+    for low, high in itertools.pairwise(heights):
+        middle = (low + high) / 2
+        ends = []
+        for (x0, y0), (x1, y1) in zip(points, [*points[1:], points[0]], strict=True):
+            if min(y0, y1) <= low and high <= max(y0, y1) and y0 != y1:
+                a, b, m = (x0 + (x1 - x0) * (y - y0) / (y1 - y0) for y in (low, high, middle))
+                ends.append((m, a, b))
+        ends.sort()
+        for inner, outer in zip(ends[::2], ends[1::2], strict=True):
+            body = frustum(outer[1], outer[2], low, high, sides)
+            hole = frustum(inner[1], inner[2], low, high, sides) if inner[1] > 0 or inner[2] > 0 else None
+            rings.append(body if hole is None else Difference((body, hole)))
+    return rings[0] if len(rings) == 1 else Union(tuple(rings))
+
+
+# OpenSCAD's solids: round ones, and the prisms that $fn asks for, with the corners that OpenSCAD gives them.
+
+
+def cube(given: CallArguments) -> Solid:
+    """A box from the origin, or about it."""
+    size = given.given("size")
+    sizes = [size] * 3 if isinstance(size, float) else size if isinstance(size, list) else [1.0] * 3
+    if len(sizes) != 3 or not all(isinstance(s, float) and 0 < s < 1e100 for s in sizes):
+        raise given.refuse(f"size must be three numbers > 0, got {size!s:.60}")
+    low = [-s / 2 if given.flag("center") else 0.0 for s in sizes]
+    high = [s / 2 if given.flag("center") else s for s in sizes]
+    return Box((low[0], low[1], low[2]), (high[0], high[1], high[2]))
+
+
+def sphere(given: CallArguments, smooth: bool) -> Solid:
+    """A ball; with $fn a stack of half as many rings of so many corners, at the middles of even steps from the pole."""
+    radius, sides = _radius(given), given.sides(smooth)
+    if not sides:
+        return Sphere(radius)
+    levels = ball_rings(radius, sides)
+    parts = [frustum(low[0], high[0], low[1], high[1], sides) for low, high in itertools.pairwise(levels)]
+    return parts[0] if len(parts) == 1 else Union(tuple(parts))
+
+
+def ball_rings(radius: float, sides: int) -> list[tuple[float, float]]:
+    """Radii and heights of the rings of a ball with $fn, from the lowest."""
+    count = (sides + 1) // 2
+    turns = [sin_cos_degrees(180.0 * (k + 0.5) / count) for k in range(count)]
+    return [(radius * s, radius * c) for s, c in turns][::-1]
+
+
+def cylinder(given: CallArguments, smooth: bool) -> Solid:
+    """A cylinder, cone or frustum; with $fn a prism, pyramid or frustum of one."""
+    height = given.number("h", 1.0)
+    both = _radius(given)
+    first, second = given.number("r1", both), given.number("r2", both)
+    if not height > 0:
+        raise given.refuse(f"h must be > 0, got {height:g}")
+    if first < 0 or second < 0 or first == second == 0:
+        raise given.refuse(f"r1 and r2 must be >= 0, and not both 0, got {first:g} and {second:g}")
+    low = -height / 2 if given.flag("center") else 0.0
+    return frustum(first, second, low, low + height, given.sides(smooth))
+
+
+def frustum(first: float, second: float, low: float, high: float, sides: int) -> Solid:
+    """From a circle about the z axis to another, or between regular polygons."""
+    if sides and first >= second:
+        return Extrusion(regular_polygon(first, sides), (low, high), second / first)
+    if sides:
+        return Extrusion(regular_polygon(second, sides), (-high, -low), first / second).scale((1, 1, -1))
+    if first == second:
+        return Cylinder((0, 0, low), (0, 0, high), first)
+    return Cone((0, 0, low), (0, 0, high), first, second)
+
+
+def polyhedron(given: CallArguments) -> Solid:
+    """Any closed one."""
+    points = given.rows("points", 3)
+    faces = given.paths("faces" if given.given("faces") is not None else "triangles", len(points))
+    return Mesh(tuple((p[0], p[1], p[2]) for p in points), tuple(faces))
+
+
+def _radius(given: CallArguments) -> float:
+    """r, or half of d."""
+    radius = given.number("r", given.number("d", 2.0) / 2)
+    if not radius > 0 and given.call.name == "sphere":
+        raise given.refuse(f"r must be > 0, got {radius:g}")
+    return radius

@@ -1,0 +1,1 @@
+"""Conicoid's own scene files, YAML and JSON."""

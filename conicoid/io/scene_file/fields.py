@@ -1,0 +1,426 @@
+"""Type hints of a dataclass or function -> what its arguments look like in a scene file.
+
+Nothing is declared twice: the fields of a shape, a material or a light, with their types and
+defaults, are all that reading, writing and the schema need.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import inspect
+import types
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
+
+import numpy as np
+
+from ..._util.arrays import Matrix4
+from ...geometry.registry import REGISTRY
+from ...geometry.shape import REGISTERED, Shape
+from ...geometry.tracks import TRACKS
+from ...materials.background import Background, as_background
+from ...materials.color import color_hint
+from ...materials.light import LIGHTS
+from ...materials.material import Material
+from ...materials.presets import CONSTRUCTORS, matte
+from ...materials.texture import ImagePath
+from ..data_files import resolve_data_file
+from .nodes import MappingNode, Node, ScalarNode, SequenceNode, describe_node, is_text, shorten
+from .value_types import (
+    BAD,
+    NO_MISPLACED_KEYS,
+    BoolType,
+    ChoiceType,
+    FixedListType,
+    IntegerType,
+    ListType,
+    MappingType,
+    NodeReader,
+    NumberType,
+    OptionalType,
+    Schema,
+    TextType,
+    UnionType,
+    ValueType,
+    comment_hint,
+)
+
+_KEYS_BESIDE_SHAPES = {
+    **dict.fromkeys(("material", "name"), "a body has it, beside its shape"),
+    **dict.fromkeys(("color", "colour"), "a body has a material, beside its shape"),
+}
+"""What is no field of a shape."""
+REQUIRED = inspect.Parameter.empty
+NUMBERS = UnionType((NumberType(), ListType(UnionType((NumberType(), ListType(NumberType()))))))
+
+
+@dataclass(frozen=True)
+class ArgumentField:
+    """One argument: its kind, and its default or `REQUIRED`."""
+
+    kind: ValueType
+    default: Any
+
+    @property
+    def required(self) -> bool:
+        return self.default is REQUIRED
+
+
+class ArgumentsType(ValueType):
+    """The arguments of a class or function as a mapping; `read` calls it."""
+
+    def __init__(self, make: Callable[..., Any]) -> None:
+        self.make = make
+        self.phrase = f"the fields of {make.__name__}"
+
+    @property
+    def fields(self) -> dict[str, ArgumentField]:
+        return argument_fields(self.make)
+
+    def read(self, node: Node, reader: NodeReader, where: str) -> Any:
+        where = f"{where}: {self.make.__name__}" if where else self.make.__name__
+        required = [name for name, field in self.fields.items() if field.required]
+        refused = getattr(self.make, "_refused_call", None)
+        if refused is not None and isinstance(node, MappingNode) and (told := refused((), node.entries)):
+            return reader.report(node, where, told.partition(": ")[2])
+        is_shape = isinstance(self.make, type) and issubclass(self.make, Shape)
+        entries = reader.entries(
+            node, where, self.fields, required, _KEYS_BESIDE_SHAPES if is_shape else NO_MISPLACED_KEYS
+        )
+        present = node.entries if isinstance(node, MappingNode) else {}
+        values = {
+            name: field.kind.read(present[name], reader, f"{where}: {name}")
+            for name, field in self.fields.items()
+            if name in present
+        }
+        if not isinstance(entries, dict) or any(value is BAD for value in values.values()):
+            return BAD
+        return reader.made(node, where, lambda: self.make(**values))
+
+    def schema(self) -> Schema:
+        properties = {name: field.kind.schema() for name, field in self.fields.items()}
+        required = [name for name, field in self.fields.items() if field.required]
+        result: Schema = {"type": "object" if required else ["object", "null"], "properties": properties}
+        if required:
+            result["required"] = required
+        return result | {"additionalProperties": False}
+
+    def fits(self, node: Node) -> bool:
+        return isinstance(node, MappingNode)
+
+
+class TaggedType(ValueType):
+    """``{Name: {arguments}}``, the name being that of one of several classes or functions."""
+
+    def __init__(self, makers: Mapping[str, Callable[..., Any]], what: str) -> None:
+        self.makers = dict(makers)
+        self.what = what
+        self.phrase = f"a {what} such as {{{next(iter(makers), '')}: {{...}}}}"
+
+    def read(self, node: Node, reader: NodeReader, where: str) -> Any:
+        entry = reader.only_entry(node)
+        if entry is None:
+            return reader.report(node, where, f"must be {self.phrase}, got {describe_node(node)}{self._inside(node)}")
+        name, key, value = entry
+        if name not in self.makers:
+            if (
+                maker := next((one for one, make in self.makers.items() if name in argument_fields(make)), None)
+            ) is None:
+                return reader.unknown(key, where, self.what, name, self.makers)
+            told = f"unknown {self.what} {name!r}: it stands among the fields of one, {{{maker}: {{{name}: ...}}}}"
+            return reader.report(key, where, told)
+        return ArgumentsType(self.makers[name]).read(value, reader, where)
+
+    def _inside(self, node: Node) -> str:
+        """What to tell of fields that stand beside the name of what has them."""
+        names = [key.text for key in node.heads] if isinstance(node, MappingNode) else []
+        makers = [name for name in names if name in self.makers]
+        if len(makers) != 1:
+            return ""
+        fields = [name for name in names if name in argument_fields(self.makers[makers[0]])]
+        told = " and ".join(fields)
+        return f"; {told} goes among its fields, {{{makers[0]}: {{{fields[0]}: ...}}}}" if fields else ""
+
+    def schema(self) -> Schema:
+        return {
+            "anyOf": [tagged_schema(name, ArgumentsType(make).schema(), make) for name, make in self.makers.items()]
+        }
+
+    def fits(self, node: Node) -> bool:
+        return isinstance(node, MappingNode)
+
+
+class ShapeType(ValueType):
+    """A shape of a given class, below it or above all: solid, sheet, or any."""
+
+    def __init__(self, base: type[Shape]) -> None:
+        self.base = base
+        if base.__name__ in REGISTERED:
+            self.phrase = f"a {base.__name__}, {{{base.__name__}: {{...}}}}"
+        else:
+            self.phrase = (
+                f"a {base.__name__.lower()} such as {{{'Disc' if base.__name__ == 'Sheet' else 'Sphere'}: {{...}}}}"
+            )
+
+    def read(self, node: Node, reader: NodeReader, where: str) -> Any:
+        return reader.shape(node, where, self.base)
+
+    def schema(self) -> Schema:
+        name = self.base.__name__
+        if name not in REGISTERED:
+            return {"$ref": f"#/$defs/{name.lower()}"}
+        return {"anyOf": [{"$ref": f"#/$defs/{name}"}, {"$ref": "#/$defs/reference"}]}
+
+    def fits(self, node: Node) -> bool:
+        return isinstance(node, MappingNode)
+
+
+class MaterialType(ValueType):
+    """A material by its constructor or with all its fields, the name of one under `materials`, or a colour."""
+
+    phrase = "a material such as {matte: {...}}, or the name of one under `materials`, or a colour such as 'gray'"
+
+    def __init__(self) -> None:
+        self.written = TaggedType({**CONSTRUCTORS, "Material": Material}, "material")
+
+    def read(self, node: Node, reader: NodeReader, where: str) -> Any:
+        if isinstance(node, ScalarNode) and is_text(node):
+            if node.text in reader.materials:
+                return reader.materials[node.text]
+            with contextlib.suppress(ValueError):
+                return matte(node.text)
+            if node.text.startswith("#"):
+                told = f"unknown material {shorten(node.text)!r}{color_hint(node.text)}"
+                return reader.report(node, where, told)
+            if node.text in CONSTRUCTORS:
+                told = f"unknown material {node.text!r}: a look is a mapping, {{{node.text}: {{}}}} with its arguments"
+                return reader.report(node, where, told)
+            hint = reader.did_you_mean(node.text, reader.materials) or color_hint(node.text)
+            return reader.report(node, where, f"unknown material {shorten(node.text)!r}{hint}")
+        if reader.only_entry(node) is None:
+            numbers = isinstance(node, SequenceNode) and len(node.items) == 3
+            hint = (
+                f"; a colour of three numbers is {{matte: {{color: {describe_node(node)}}}}}"
+                if numbers
+                else comment_hint(node)
+            )
+            return reader.report(node, where, f"must be {self.phrase}, got {describe_node(node)}{hint}")
+        return self.written.read(node, reader, where)
+
+    def schema(self) -> Schema:
+        described = {"type": "string", "description": "A material under `materials`, or a colour."}
+        return {"anyOf": [described, {"$ref": "#/$defs/material"}]}
+
+    def fits(self, node: Node) -> bool:
+        return is_text(node) or self.written.fits(node)
+
+
+class PictureFileType(TextType):
+    """The name of a picture's file in the folder of the scene file, or below; any path where the reader allows it."""
+
+    phrase = "the name of a picture's file"
+
+    def read(self, node: Node, reader: NodeReader, where: str) -> Any:
+        name = super().read(node, reader, where)
+        if name is BAD:
+            return name
+        if reader.takes_any_file:
+            return ImagePath(reader.folder / name)
+        try:
+            return ImagePath(resolve_data_file(reader.folder, name))
+        except ValueError as error:
+            allowed = "; co.load(..., outside=True) allows it" if "scene's folder" in str(error) else ""
+            return reader.report(node, where, f"{error}{allowed}")
+
+
+class AnyValueType(ValueType):
+    """Numbers, texts, lists and mappings, for fields whose type says nothing."""
+
+    phrase = "a value"
+
+    def read(self, node: Node, reader: NodeReader, where: str) -> Any:
+        if isinstance(node, SequenceNode):
+            return ListType(self).read(node, reader, where)
+        if isinstance(node, MappingNode):
+            return MappingType(self).read(node, reader, where)
+        for kind in (BoolType(), IntegerType(), TextType()):
+            if kind.fits(node):
+                return kind.read(node, reader, where)
+        return OptionalType(NumberType()).read(node, reader, where)
+
+    def schema(self) -> Schema:
+        return {}
+
+    def fits(self, node: Node) -> bool:
+        return True
+
+
+class UserValueType(AnyValueType):
+    """A value of the user's own, as the properties of a material have: the class that keeps them checks them."""
+
+    phrase = "a number, a text, true or false, an array of numbers or texts, or a mapping to numbers or texts"
+
+    def schema(self) -> Schema:
+        single: list[str] = ["number", "string", "boolean"]
+        rows: Schema = {"type": "array", "items": {"type": "number"}}
+        items = {"anyOf": [{"type": ["number", "string"]}, rows]}
+        return {
+            "anyOf": [
+                {"type": single},
+                {"type": "array", "items": items},
+                {"type": "object", "additionalProperties": {"type": single}},
+            ]
+        }
+
+
+def tagged_schema(name: str, arguments: Schema, make: Callable[..., Any]) -> Schema:
+    """Schema of ``{name: arguments}``, described by the first paragraph of the docstring."""
+    text = " ".join((inspect.getdoc(make) or name).split("\n\n")[0].split())
+    return {
+        "type": "object",
+        "description": text,
+        "properties": {name: arguments},
+        "required": [name],
+        "additionalProperties": False,
+    }
+
+
+@cache
+def argument_fields(make: Callable[..., Any]) -> dict[str, ArgumentField]:
+    """The arguments of a class or function by name; a shape's motion is not among them."""
+    source = (
+        make if dataclasses.is_dataclass(make) else getattr(make, "__init__", make) if isinstance(make, type) else make
+    )
+    hints = _hints(source)
+    parameters = inspect.signature(make).parameters
+    return {
+        name: ArgumentField(resolve_type(hints.get(name, Any)), parameter.default)
+        for name, parameter in parameters.items()
+        if name != "motion" or not (isinstance(make, type) and issubclass(make, Shape))
+    }
+
+
+def _hints(source: Any) -> dict[str, Any]:
+    """The type hints of a class or function; shapes may be named that its file does not import."""
+    try:
+        return get_type_hints(source, localns={})
+    except NameError:
+        return get_type_hints(source, localns=dict(REGISTRY))
+
+
+def resolve_type(hint: Any) -> ValueType:
+    """The kind that a type hint asks for."""
+    if hint is ImagePath:
+        return PictureFileType()
+    simple: dict[Any, ValueType] = {float: NumberType(), int: IntegerType(), bool: BoolType(), str: TextType()}
+    if isinstance(hint, type) and hint in simple:
+        return simple[hint]
+    if hint == Matrix4:
+        return FixedListType(FixedListType(NumberType(), 4), 4)
+    origin, arguments = get_origin(hint), get_args(hint)
+    if origin in (Union, types.UnionType):
+        return _alternatives(arguments)
+    if origin is Literal:
+        return ChoiceType(arguments)
+    if origin is tuple and len(arguments) == 2 and arguments[1] is Ellipsis:
+        return ListType(resolve_type(arguments[0]))
+    if origin is tuple and len(set(arguments)) == 1:
+        return FixedListType(resolve_type(arguments[0]), len(arguments))
+    if isinstance(origin, type) and issubclass(origin, np.ndarray):
+        return NUMBERS
+    if isinstance(origin, type) and issubclass(origin, Mapping):
+        return MappingType(UserValueType() if arguments[1] is Any else resolve_type(arguments[1]))
+    if isinstance(origin, type) and issubclass(origin, Sequence):
+        return ListType(resolve_type(arguments[0]))
+    if isinstance(hint, type) and issubclass(hint, Shape):
+        return ShapeType(hint)
+    if hint is Material:
+        return MaterialType()
+    if isinstance(hint, type) and dataclasses.is_dataclass(hint):
+        return TaggedType({hint.__name__: hint}, hint.__name__)
+    return AnyValueType()
+
+
+def _alternatives(hints: tuple[Any, ...]) -> ValueType:
+    rest = [hint for hint in hints if hint is not type(None) and get_origin(hint) is not Callable]  # a file says none
+    classes = [hint for hint in rest if isinstance(hint, type) and not issubclass(hint, Shape)]
+    records = {hint.__name__: hint for hint in classes if dataclasses.is_dataclass(hint)}
+    kinds = [resolve_type(hint) for hint in rest if hint not in records.values()]
+    if records:
+        several = "pattern" if "Checker" in records else "formula"
+        kinds.append(TaggedType(records, next(iter(records)) if len(records) == 1 else several))
+    kind = kinds[0] if len(kinds) == 1 else UnionType(tuple(kinds))
+    return OptionalType(kind) if type(None) in hints else kind
+
+
+# The sections of a scene file, and the kind of what stands in each.
+
+SCENE_VERSION = 1
+SECTIONS = ("conicoid", "camera", "background", "lights", "materials", "shapes", "domain", "bodies", "animation")
+BODY_KEYS = ("name", "shape", "move", "material", "materials", "material_index")
+
+
+class CameraType(ValueType):
+    """The fields of a `Camera`, or ``{ClassName: fields}`` for any camera."""
+
+    phrase = "the fields of a camera, or a mapping such as {OrthographicCamera: {...}}"
+
+    def __init__(self) -> None:
+        from ...render.camera import CAMERAS
+
+        self.cameras = CAMERAS
+
+    def read(self, node: Node, reader: NodeReader, where: str) -> Any:
+        entry = reader.only_entry(node)
+        if entry is not None and entry[0] not in ArgumentsType(self.cameras["Camera"]).fields:
+            return TaggedType(self.cameras, "camera").read(node, reader, where)
+        if not isinstance(node, MappingNode):
+            return reader.expected(node, where, self.phrase)
+        return ArgumentsType(self.cameras["Camera"]).read(node, reader, where)
+
+    def schema(self) -> Schema:
+        tagged = TaggedType(self.cameras, "camera").schema()["anyOf"]
+        return {"anyOf": [ArgumentsType(self.cameras["Camera"]).schema(), *tagged]}
+
+    def fits(self, node: Node) -> bool:
+        return isinstance(node, MappingNode)
+
+
+def light_type() -> ValueType:
+    return ListType(TaggedType(LIGHTS, "light"))
+
+
+def animation_type() -> ValueType:
+    return ListType(TaggedType(TRACKS, "track"))
+
+
+def material_type() -> TaggedType:
+    return MaterialType().written
+
+
+_MAPPINGS = ("Sky", "Environment")
+"""Backgrounds that have arguments."""
+
+
+class BackgroundType(ValueType):
+    """A colour or a sky, checked as a scene checks it."""
+
+    def __init__(self) -> None:
+        self.written = resolve_type(Background | None)
+        self.phrase = self.written.phrase
+
+    def read(self, node: Node, reader: NodeReader, where: str) -> Any:
+        value = self.written.read(node, reader, where)
+        if isinstance(value, str) and value in _MAPPINGS:
+            return reader.report(node, where, f"must be a mapping, {{{value}: {{...}}}}, got the bare word {value!r}")
+        holder = MappingNode(node.line, node.column, {where: node})
+        return BAD if value is BAD else reader.made(holder, "scene", lambda: as_background(value))
+
+    def schema(self) -> Schema:
+        return self.written.schema()
+
+    def fits(self, node: Node) -> bool:
+        return self.written.fits(node)

@@ -1,0 +1,448 @@
+"""The sections of a scene file, from nodes to the parts of a scene."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Protocol, TypeAlias
+
+from ..._util.arrays import FloatArray
+from ..._util.file_errors import Problem, SceneFileError
+from ..._util.gc_pause import pause_gc
+from ..._util.hints import describe_names
+from ..._util.safe_files import resolve_links, write_text
+from ...geometry.body import Body
+from ...geometry.instances import InstanceList
+from ...geometry.registry import REGISTRY
+from ...geometry.shape import Shape, Solid
+from ...geometry.tracks import BodyTrack, LightTrack
+from ...materials.material import Material, rename_material
+from ..data_files import array_file_name, save_array_once
+from . import yaml_parser
+from . import yaml_parser as scene_text
+from .fast_bodies import FastBody, PlainBodyReader, build_alike_bodies
+from .fast_text import DocumentItem, PatternDocument, PatternItem, parse_patterned_document
+from .fields import (
+    BODY_KEYS,
+    SCENE_VERSION,
+    SECTIONS,
+    BackgroundType,
+    CameraType,
+    MaterialType,
+    animation_type,
+    light_type,
+    material_type,
+)
+from .nodes import MappingNode, Node, ScalarNode, SequenceNode, describe_node, is_empty_node, is_null, is_text, shorten
+from .shape_reader import MAX_PARTS, PARTS_PHRASE, PartBudget, ShapeReader, count_parts, part_limit, read_index
+from .value_types import BAD, BadValue, IntegerType, NodeReader, TextType, TooManyProblems
+from .writer import ShapeWriter, body_data, dump_json, dump_yaml
+from .yaml_parser import YamlError
+
+SceneProgress: TypeAlias = Callable[[int, int], Any]
+"""Is called with how much is done, and of how much."""
+
+
+_PROGRESS_STEP = 500
+"""Bodies from one report of progress to the next."""
+_BODY_BATCH = 8192
+"""Bodies that are looked at together."""
+
+
+@dataclass(frozen=True)
+class SceneParts:
+    """What a scene file holds."""
+
+    bodies: tuple[Body, ...]
+    lights: tuple[Any, ...] = ()
+    camera: Any = None
+    background: Any = None
+    domain: Any = None
+    animation: tuple[Any, ...] = ()
+
+
+class SceneReader:
+    """Reads the sections of one file; on mistakes it goes on, and what it returns is not used."""
+
+    progress: SceneProgress | None = None
+    """Of the bodies."""
+
+    def __init__(self, reader: NodeReader, found: PatternDocument) -> None:
+        self.reader = reader
+        self.values = found.distinct
+        self.items = found.bodies
+        self.body_names: dict[str, int] = {}
+        self.unnamed: dict[int, Body] = {}
+        self.written: list[Node] = []
+
+    def read(self, root: Node) -> SceneParts:
+        if not isinstance(root, MappingNode):
+            self.reader.expected(root, "scene", f"a mapping with {', '.join(SECTIONS)}")
+            return SceneParts(())
+        self.reader.entries(root, "scene", SECTIONS, ("bodies",))
+        given = {name: node for name, node in root.entries.items() if not is_null(node) or name == "background"}
+        self._version(given.get("conicoid"))
+        camera = CameraType().read(given["camera"], self.reader, "camera") if "camera" in given else None
+        lights = light_type().read(given["lights"], self.reader, "lights") if "lights" in given else ()
+        background = (
+            BackgroundType().read(given["background"], self.reader, "background") if "background" in given else None
+        )
+        self._read_materials(given.get("materials"))
+        shapes = ShapeReader(self.reader, self._named(given.get("shapes"), "shapes"), PartBudget(self.values))
+        shapes.read_named()
+        bodies = self._bodies(root.entries.get("bodies"), shapes)
+        domain = shapes.read(given["domain"], "domain", Solid) if "domain" in given else None
+        if isinstance(domain, Solid):
+            shapes.charge_body(given["domain"], "domain", domain)
+        animation = self._animation(given["animation"], bodies, lights) if "animation" in given else ()
+        return SceneParts(bodies, () if lights is BAD else lights, camera, background, domain, animation)
+
+    def _animation(self, node: Node, bodies: tuple[Body, ...], lights: Any) -> Any:
+        """Tracks, of bodies and lights that there are."""
+        tracks = animation_type().read(node, self.reader, "animation")
+        for i, track in enumerate(() if tracks is BAD else tracks):
+            if isinstance(track, BodyTrack) and all(body.name != track.body for body in bodies):
+                names = sorted(body.name for body in bodies if body.name)
+                told = f"unknown body {shorten(track.body)!r}; {describe_names(track.body, 'named bodies', names)}"
+                self.reader.report(node, f"animation[{i}]", told)
+            if isinstance(track, LightTrack) and lights is not BAD and track.light >= len(lights):
+                told = f"unknown light {track.light}; there are {len(lights)}, from 0 on"
+                self.reader.report(node, f"animation[{i}]", told)
+        return () if tracks is BAD else tracks
+
+    def _version(self, node: Node | None) -> None:
+        if node is not None and IntegerType().read(node, self.reader, "conicoid") not in (SCENE_VERSION, BAD):
+            self.reader.expected(
+                node, "conicoid", f"{SCENE_VERSION}, the version of the format that this program reads"
+            )
+
+    def _named(self, node: Node | None, where: str) -> dict[str, Node]:
+        """A section of named things."""
+        if node is None:
+            return {}
+        if not isinstance(node, MappingNode):
+            self.reader.expected(node, where, "a mapping from names to " + where)
+            return {}
+        for name, key in node.keys.items():
+            if not name or not is_text(key):
+                self.reader.report(key, where, f"a name must be a text, got {shorten(name) or 'nothing'} (quote it)")
+        return node.entries
+
+    def _read_materials(self, node: Node | None) -> None:
+        kind = material_type()
+        for name, item in self._named(node, "materials").items():
+            made = kind.read(item, self.reader, f'material "{shorten(name)}"')
+            nameless = name and isinstance(made, Material) and not _says_name(item)
+            self.reader.materials[name] = rename_material(made, name) if nameless else made
+
+    def _bodies(self, node: Node | None, shapes: ShapeReader) -> tuple[Body, ...]:
+        if node is None:
+            return ()
+        if not isinstance(node, SequenceNode):
+            none = "; of no bodies at all: `bodies: []`" if is_null(node) else ""
+            found = f"must be a list of bodies, each with a shape, got {describe_node(node)}{none}"
+            self.reader.report(node, "bodies", found)
+            return ()
+        bodies, plain = [], PlainBodyReader(shapes, self.reader.materials, self.body_names)
+        items: Sequence[DocumentItem] = node.items if self.items is None else self.items
+        ready: dict[int, FastBody] = {}
+        for i, item in enumerate(items):
+            if self.progress is not None and i % _PROGRESS_STEP == 0:
+                self.progress(i, len(items))
+            if i % _BODY_BATCH == 0:
+                ready = build_alike_bodies(i, items[i : i + _BODY_BATCH], plain)
+            made = ready.get(i)
+            if made is not None and plain.accepts(made.body.name, made.name_line, made.steps, made.parts):
+                bodies.append(made.body)
+                continue
+            body = (
+                self._alike(item, i, plain, shapes) if type(item) is PatternItem else self._item(item, i, plain, shapes)
+            )
+            if isinstance(body, Body):
+                shapes.charge_body(item, f"bodies[{i}]", body.shape)
+                bodies.append(body)
+        return tuple(bodies)
+
+    def _alike(self, item: PatternItem, i: int, plain: PlainBodyReader, shapes: ShapeReader) -> Body | BadValue:
+        """A body that is written as others are; one that is not plainly well is read as if it were alone."""
+        body = plain.read_alike(item)
+        if body is not None:
+            return body
+        written = item.written()
+        self.written.append(written)  # what is known of nodes is known by their ids
+        return self._item(written, i, plain, shapes)
+
+    def _item(self, node: Any, i: int, plain: PlainBodyReader, shapes: ShapeReader) -> Body | BadValue:
+        body = self.unnamed.get(id(node)) or plain.read(node) or self._body(node, f"bodies[{i}]", shapes)
+        if isinstance(body, Body) and body.name is None:
+            self.unnamed[id(node)] = body  # an alias stands for the same body
+        return body
+
+    def _body(self, node: Node, where: str, shapes: ShapeReader) -> Body | BadValue:
+        name = node.entries.get("name") if isinstance(node, MappingNode) else None
+        if isinstance(name, ScalarNode) and is_text(name):
+            where = f'body "{shorten(name.text)}"'
+        self.reader.entries(node, where, BODY_KEYS, ("shape",), _MISPLACED_IN_BODIES)
+        if not isinstance(node, MappingNode) or "shape" not in node.entries:
+            return BAD
+        entries = node.entries
+        named = None if name is None or _is_null(name) else self._name(name, where)
+        shape = shapes.moved(shapes.read(entries["shape"], where), entries.get("move"), where)
+        material = self._material(entries["material"], f"{where}: material") if "material" in entries else None
+        several = self._several(entries, where)
+        if any(isinstance(part, BadValue) for part in (shape, material, named, *several)):
+            return BAD
+        materials, index = several
+        body: Body | BadValue = self.reader.made(
+            node, where, lambda: Body(shape, material, named, materials=materials, material_index=index)
+        )
+        return body
+
+    def _several(self, entries: Mapping[str, Node], where: str) -> tuple[Any, Any]:
+        """Materials of many bodies in one entry, and which each has."""
+        materials, index = entries.get("materials"), entries.get("material_index")
+        found: Any = None
+        if isinstance(materials, SequenceNode):
+            found = [self._material(item, f"{where}: materials[{i}]") for i, item in enumerate(materials.items)]
+            found = BAD if any(isinstance(item, BadValue) for item in found) else found
+        elif materials is not None:
+            found = self.reader.expected(materials, f"{where}: materials", "a list of materials")
+        return found, None if index is None else read_index(index, self.reader, f"{where}: material_index")
+
+    def _name(self, node: Node, where: str) -> Any:
+        name = TextType().read(node, self.reader, f"{where}: name")
+        if name is not BAD:
+            if name in self.body_names:
+                line = self.body_names[name]
+                return self.reader.report(node, where, f"name {shorten(name)!r} is taken by the body in line {line}")
+            self.body_names[name] = node.line
+        return name
+
+    def _material(self, node: Node, where: str) -> Any:
+        return None if _is_null(node) else MaterialType().read(node, self.reader, where)
+
+
+def _says_name(material: Node) -> bool:
+    """Whether a material under a key has an argument `name`, if only null; else the key is its name."""
+    arguments = next(iter(material.entries.values()), None) if isinstance(material, MappingNode) else None
+    return isinstance(arguments, MappingNode) and "name" in arguments.entries
+
+
+def _is_null(node: Node) -> bool:
+    """Whether null is written, and not just nothing."""
+    return is_null(node) and not is_empty_node(node)
+
+
+class _MisplacedKeys(dict[str, str]):
+    """What is no entry of a body, and where it stands. Shapes are asked for only where there is a mistake."""
+
+    def get(self, name: str, default: Any = None) -> Any:
+        if name not in self and name in REGISTRY:
+            return "known: material, move, name, shape; write {shape: {Name: {...}}}"
+        return super().get(name, default)
+
+
+_MISPLACED_IN_BODIES = _MisplacedKeys(
+    {
+        **dict.fromkeys(("color", "colour"), "its material may be a colour"),
+        **dict.fromkeys(
+            ("type", "kind", "radius", "center"),
+            "known: material, move, name, shape; write {shape: {Sphere: {radius: 2}}}",
+        ),
+        **dict.fromkeys(
+            ("translate", "rotate", "scale", "transform", "position", "rotation", "translation"),
+            "motions are a list: {move: [{translate: [0, 0, 1]}]}",
+        ),
+    }
+)
+
+
+# Scene files: YAML 1.2, of which JSON is a part. See docs/files.md for what they say.
+#
+# `read` and `write` speak of the parts of a scene; the scene itself is put together above this layer.
+
+
+class WritableScene(Protocol):
+    """What can be written: a scene, or its parts."""
+
+    @property
+    def bodies(self) -> Sequence[Body]: ...
+    @property
+    def lights(self) -> Sequence[Any]: ...
+    @property
+    def camera(self) -> Any: ...
+    @property
+    def background(self) -> Any: ...
+    @property
+    def domain(self) -> Any: ...
+
+
+_XML = re.compile(r"\s*<(?:\?xml|!--|geometry|model|materials)")
+
+
+def read_scene(
+    path: str | os.PathLike[str], progress: SceneProgress | None = None, outside: bool = False
+) -> SceneParts:
+    """The parts of the scene in a file; progress(done, count) is called now and then, half of it for the letters.
+
+    outside: may pictures of textures lie outside of the file's folder?
+    Raises SceneFileError with every mistake found.
+    """
+    text = scene_text.read_scene_text(path)
+    if _XML.match(text):
+        found = (
+            "is XML; scene files are YAML or JSON, and `conicoid import`, or co.load_openmc, reads OpenMC's geometries"
+        )
+        raise SceneFileError(path, [Problem(0, 0, "", found)])
+    return parse_scene(text, path, progress, outside)
+
+
+def parse_scene(
+    text: str, path: str | os.PathLike[str], progress: SceneProgress | None = None, outside: bool = False
+) -> SceneParts:
+    """The parts of the scene in a text, which `path` holds. Raises SceneFileError with every mistake found."""
+    with pause_gc():
+        return _parse_parts(text, path, progress, outside)
+
+
+def _parse_parts(text: str, path: str | os.PathLike[str], progress: SceneProgress | None, outside: bool) -> SceneParts:
+    size = len(text)
+    try:
+        found = parse_patterned_document(text, progress and (lambda done: progress(done, 2 * size)))
+    except YamlError as error:
+        raise SceneFileError(path, [error.problem]) from None
+    root = found.root
+    if root is None or is_null(root):
+        raise SceneFileError(path, [*found.problems, Problem(0, 0, "", "is empty, a scene file has at least `bodies`")])
+    reader = NodeReader(Path(path).resolve().parent)
+    reader.takes_any_file = outside
+    reader.problems.extend(found.problems)
+    parts = SceneParts(())
+    with contextlib.suppress(TooManyProblems):
+        scene = SceneReader(reader, found)
+        scene.progress = progress and (lambda done, count: progress(size + size * done // count, 2 * size))
+        parts = scene.read(root)
+    if reader.problems:
+        raise SceneFileError(path, reader.problems)
+    return parts
+
+
+_WRITE_PROGRESS_STEP = 256  # bodies between two words of progress
+SCENE_SUFFIXES = (".yaml", ".yml", ".json")
+"""Of files that scenes are saved to."""
+
+
+def write_scene(
+    scene: WritableScene, path: str | os.PathLike[str], material_names: Mapping[Material, str] | None = None,
+    progress: SceneProgress | None = None,
+) -> None:  # fmt: skip
+    """Write a scene so that reading gives an equal one: floats to the last bit, motions step by step.
+
+    Materials stand under the names given for them, others under letters. progress(done, count) is called with numbers
+    of bodies.
+
+    More than 100 balls of a `Spheres` go to a .npy file beside the scene, named after it and after its content:
+    no file of balls is ever overwritten or removed, so that whatever refers to one keeps what it had. They are
+    written first and the scene last. Files appear whole or not at all. Raises OSError where they cannot be
+    written, ValueError for what a file cannot say, and for another suffix than .yaml, .yml or .json: a geometry.xml
+    that a scene was imported from is not to become a scene file.
+    """
+    if not os.fspath(path).lower().endswith(SCENE_SUFFIXES):
+        ending = os.path.splitext(path)[1]
+        hint = "" if len(ending) > 1 else f": {os.fspath(path).rstrip('.')}.yaml, say"
+        raise ValueError(f"{os.fspath(path)}: scenes are saved as .yaml or .json{hint}")
+    final = resolve_links(path)
+    with pause_gc():
+        _write(scene, path, final, material_names, progress)
+
+
+def _write(
+    scene: WritableScene, path: str | os.PathLike[str], final: Path, material_names: Mapping[Material, str] | None,
+    progress: SceneProgress | None,
+) -> None:  # fmt: skip
+    about = _count_repeated_parts(scene.bodies)
+    if about > MAX_PARTS:
+        raise ValueError(f"{final}: a scene file may have {MAX_PARTS:,} {PARTS_PHRASE} this scene has about {about:,}")
+    stem = re.sub(r"[^\w.-]", "_", final.stem)[:40]
+    bulk: dict[str, FloatArray] = {}
+
+    def keep(of: str, table: FloatArray) -> str:
+        name = array_file_name(final.parent, f"{stem}-{of}", table)
+        bulk[name] = table
+        return name
+
+    data = scene_data(scene, keep, material_names=material_names, folder=final.parent, progress=progress)
+    count = _count_values(data)
+    parts, most = count_parts(_scene_shapes(scene)), part_limit(count)
+    if parts > most:
+        found = f"a scene file of this size may have {most:,} {PARTS_PHRASE} this scene has {parts:,}"
+        raise ValueError(f"{final}: {found}")
+    if count > yaml_parser.MAX_NODES:
+        found = f"a scene file holds at most {yaml_parser.MAX_NODES:,} values, this scene takes {count:,}"
+        raise ValueError(f"{final}: {found}: write bodies apart, or balls as one Spheres")
+    text = dump_json(data) if Path(path).suffix.lower() == ".json" else dump_yaml(data)
+    size = len(text.encode())
+    if size > scene_text.MAX_SCENE_BYTES:
+        found = f"a scene file has at most {scene_text.MAX_SCENE_BYTES >> 20} MB, this scene takes {size >> 20} MB"
+        raise ValueError(f"{final}: {found}: write bodies apart, or balls as one Spheres")
+    for name, table in bulk.items():
+        save_array_once(final.with_name(name), table)
+    write_text(path, text)
+
+
+def _count_repeated_parts(bodies: Sequence[Body]) -> int:
+    """About how many parts bodies have that are others moved: that of the first of a kind for each; 0 for others."""
+    if not isinstance(bodies, InstanceList):
+        return 0
+    firsts = (bodies.shape(int(numbers[0])) for numbers in bodies.members if len(numbers))
+    counts = (len(numbers) for numbers in bodies.members if len(numbers))
+    return sum(count * count_parts([shape]) for shape, count in zip(firsts, counts, strict=True))
+
+
+def _count_values(data: Any) -> int:
+    """How many values a scene file has, as its parser counts them."""
+    count, pending = 0, [data]
+    while pending:
+        value = pending.pop()
+        count += 1
+        if isinstance(value, dict):
+            count += len(value)
+            pending += value.values()
+        elif isinstance(value, (list, tuple)):
+            pending += value
+    return count
+
+
+def scene_data(
+    scene: WritableScene, keep: Any, defaults: bool = False, material_names: Mapping[Material, str] | None = None,
+    folder: Path | None = None, progress: SceneProgress | None = None,
+) -> dict[str, Any]:  # fmt: skip
+    """The sections of a scene file, those that say nothing left out; with `defaults` not so a record's fields."""
+    writer = ShapeWriter(_scene_shapes(scene), keep, defaults, material_names, folder)
+    domain = {} if scene.domain is None else {"domain": writer.data(scene.domain)}
+    bodies = []
+    for number, body in enumerate(scene.bodies):
+        if progress is not None and number % _WRITE_PROGRESS_STEP == 0:
+            progress(number, len(scene.bodies))
+        bodies.append(body_data(body, writer))
+    sections: dict[str, Any] = {"conicoid": SCENE_VERSION}
+    if scene.camera is not None:
+        tagged = writer.value(scene.camera)
+        sections["camera"] = tagged.get("Camera", tagged)
+    if scene.background is not None:
+        sections["background"] = writer.value(scene.background)
+    sections |= {"lights": [writer.value(light) for light in scene.lights]} if scene.lights else {}
+    tracks = getattr(scene, "animation", ())  # imported models have none
+    animation = {"animation": [writer.value(track) for track in tracks]} if tracks else {}
+    sections |= {"materials": writer.materials} if writer.materials else {}
+    sections |= {"shapes": writer.named} if writer.named else {}
+    return sections | domain | {"bodies": bodies} | animation
+
+
+def _scene_shapes(scene: WritableScene) -> list[Shape]:
+    """The shapes of the bodies, and the domain."""
+    return [body.shape for body in scene.bodies] + ([] if scene.domain is None else [scene.domain])

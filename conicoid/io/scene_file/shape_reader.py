@@ -1,0 +1,523 @@
+"""What a scene file grows to when its references and aliases are written out, and how much of that is borne.
+
+Twenty lines of references that double make a million parts, each of which takes time to place. So the parts of a
+file are counted before anything is made of them, and may be many only where the file is long.
+"""
+
+from __future__ import annotations
+
+import functools
+import operator
+import os
+import re
+from collections.abc import Callable, Iterable, Sequence
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..._util.foreign_names import CLASS_SYNONYMS
+from ..._util.safe_files import open_regular
+from ...geometry.bulk import Bulk
+from ...geometry.csg import Difference, Intersection
+from ...geometry.registry import REGISTRY
+from ...geometry.shape import Shape, Sheet
+from ...geometry.transform import AXES, IDENTITY_MOTION, Motion, apply_about
+from ..data_files import MAX_DATA_BYTES, read_array, read_rows, resolve_data_file
+from ..npz import NpyFormatError, NpzArchive
+from .fields import ArgumentsType, ShapeType, argument_fields
+from .nodes import HasPosition, MappingNode, Node, ScalarNode, SequenceNode, is_text, shorten
+from .value_types import (
+    BAD,
+    BadValue,
+    BoolType,
+    ChoiceType,
+    FixedListType,
+    IntegerType,
+    ListType,
+    NodeReader,
+    NumberType,
+    OptionalType,
+    Schema,
+    TextType,
+    TooManyProblems,
+    UnionType,
+    ValueType,
+)
+
+FREE_PARTS, PARTS_PER_VALUE, MAX_PARTS = 1 << 15, 4, 1_000_000
+STEP_PARTS, STEP_COMPOSED = 2, 4
+"""Parts that take as long as a step of a part's motion, and as one that a motion is put together from."""
+PARTS_PHRASE = "parts and steps of motion, references written out,"
+
+
+class PartBudget:
+    """How many parts all bodies of a file may have together, and how many steps its motions.
+
+    values: how many stand in the file, keys among them; what an alias stands for counts once.
+    """
+
+    def __init__(self, values: int) -> None:
+        self.parts = self.steps = 0
+        self.most = part_limit(values)
+
+    def take(self, parts: int = 0, steps: int = 0) -> bool:
+        """Whether so many more parts, and steps to be composed, can be borne."""
+        self.parts += parts
+        self.steps += steps * STEP_COMPOSED
+        return max(self.parts, self.steps) <= self.most
+
+
+def part_limit(values: int) -> int:
+    """How many parts a file of so many values may have."""
+    return min(MAX_PARTS, max(FREE_PARTS, PARTS_PER_VALUE * values))
+
+
+class ShapeSizes:
+    """How many parts shapes are made of, fully written out; a part that is shared is counted once for each use."""
+
+    def __init__(self) -> None:
+        self.known: dict[int, tuple[Shape, int]] = {}  # by id: the shape, kept alive, and its parts
+        self.below: dict[int, tuple[Any, int]] = {}  # by id: operands, which shapes that are moved share, and theirs
+
+    def __call__(self, shape: Shape) -> int:
+        """Primitives, Booleans and, `STEP_PARTS` each, steps of motion. No recursion."""
+        names = shape_fields(type(shape))
+        own = 1 + STEP_PARTS * len(shape.motion.steps)
+        if not names:
+            return own
+        operands = getattr(shape, names[0]) if len(names) == 1 else None
+        known = self.below.get(id(operands)) if operands is not None else None
+        if known is not None:
+            return own + known[1]
+        pending = [shape]
+        while pending:
+            top = pending[-1]
+            parts = operand_shapes(top)
+            unknown = [part for part in parts if id(part) not in self.known]
+            if unknown:
+                pending.extend(unknown)
+                continue
+            below = sum(self.known[id(part)][1] for part in parts)
+            self.known[id(top)] = top, 1 + STEP_PARTS * len(top.motion.steps) + below
+            pending.pop()
+        size = self.known[id(shape)][1]
+        if operands is not None:
+            self.below[id(operands)] = operands, size - own
+        return size
+
+
+def count_parts(shapes: Iterable[Shape]) -> int:
+    """The parts of all shapes together, as `Allowance` counts those of bodies."""
+    size = ShapeSizes()
+    return sum(1 + size(shape) for shape in shapes)
+
+
+def operand_shapes(shape: Shape) -> list[Shape]:
+    """The shapes that a shape's fields hold."""
+    held = [getattr(shape, name) for name in shape_fields(type(shape))]
+    flat = [item for value in held for item in (value if isinstance(value, tuple) else (value,))]
+    return [item for item in flat if isinstance(item, Shape)]
+
+
+@cache
+def shape_fields(cls: type[Shape]) -> tuple[str, ...]:
+    """The fields of a class that may hold shapes: those that are not plainly numbers or texts."""
+    return tuple(name for name, field in argument_fields(cls).items() if not _is_plain(field.kind))
+
+
+def _is_plain(kind: ValueType) -> bool:
+    if isinstance(kind, UnionType):
+        return all(map(_is_plain, kind.items))
+    return (
+        _is_plain(kind.item)
+        if isinstance(kind, (ListType, FixedListType, OptionalType))
+        else isinstance(kind, _PLAIN_TYPES)
+    )
+
+
+_PLAIN_TYPES = (NumberType, IntegerType, BoolType, TextType)
+
+
+# Many bodies of one kind in a scene file: arrays written out, or those of a .npy, .npz or .csv file beside it.
+
+INDEX_SCHEMA: Schema = {
+    "description": "Of many bodies in one entry, the place of each one's material among the materials.",
+    "anyOf": [
+        ListType(IntegerType()).schema(),
+        {
+            "type": "object",
+            "properties": {"file": {"type": "string", "description": "A .npy file of integers beside the scene."}},
+            "required": ["file"],
+            "additionalProperties": False,
+        },
+    ],
+}
+
+
+def array_type(cls: type[Bulk], field: str) -> ValueType:
+    """What stands for a field: an array, or what is the same for all bodies."""
+    width = len(cls.columns[field])
+    one: ValueType = NumberType() if width == 1 else FixedListType(NumberType(), width)
+    return UnionType((one, ListType(one)))
+
+
+def read_bulk_shape(cls: type[Bulk], value: Node, reader: NodeReader, where: str) -> Any:
+    """The shape at a node, or BAD after a report."""
+    fields = tuple(cls.columns)
+    entries = reader.entries(value, where, (*fields, "file"))
+    if isinstance(entries, BadValue):
+        return BAD
+    if set(entries) not in (set(fields), {"file"}):
+        told = f"{', '.join(fields[:-1])} and {fields[-1]}"
+        return reader.report(value, where, f"either {told}, or file, must be given")
+    if "file" in entries:
+        return _read_file(cls, entries["file"], reader, f"{where}: file")
+    found = {name: _read_array(cls, name, entries[name], reader, f"{where}: {name}") for name in fields}
+    if any(each is BAD for each in found.values()):
+        return BAD
+    return reader.made(value, where, lambda: cls(**found))
+
+
+def _read_array(cls: type[Bulk], field: str, node: Node, reader: NodeReader, where: str) -> Any:
+    """Several are told from one by what they hold: a vector for all holds numbers."""
+    width = len(cls.columns[field])
+    if width == 1:
+        return array_type(cls, field).read(node, reader, where)
+    one = FixedListType(NumberType(), width)
+    items = getattr(node, "items", ())
+    if len(items) and all(NumberType().fits(item) for item in items):
+        return one.read(node, reader, where)
+    found = ListType(one).read(node, reader, where)
+    return BAD if found is BAD else np.array(found, np.float64).reshape(len(found), width)
+
+
+def _read_file(cls: type[Bulk], node: Node, reader: NodeReader, where: str) -> Any:
+    name = TextType().read(node, reader, where)
+    if name is BAD:
+        return BAD
+
+    def load() -> Bulk:
+        path = _read_bulk(name, lambda: _find_bulk_file(resolve_data_file(reader.folder, name), name))
+        if path.suffix.lower() == ".npz":
+            return cls(**_read_bulk_arrays(path, tuple(cls.columns)))
+        headings = cls.headings()
+        table, lines = _read_bulk(name, lambda: read_rows(path, len(headings), headings))
+        try:
+            made: Bulk = cls.of_table(table)
+        except ValueError as error:
+            raise ValueError(_add_line(str(error), shorten(name), lines)) from None
+        return made
+
+    return reader.made(node, where, load)
+
+
+def read_index(node: Node, reader: NodeReader, where: str) -> Any:
+    """The places of materials: integers written out, or in a .npy file."""
+    if not isinstance(node, MappingNode):
+        return ListType(IntegerType()).read(node, reader, where)
+    entries = reader.entries(node, where, ("file",), ("file",))
+    name: Any = BAD
+    if not isinstance(entries, BadValue) and "file" in entries:
+        name = TextType().read(entries["file"], reader, where)
+    if name is BAD:
+        return BAD
+
+    def load() -> Any:
+        path = _read_bulk(name, lambda: _find_bulk_file(resolve_data_file(reader.folder, name), name))
+        found, values = _read_bulk(name, lambda: read_array(path))
+        if values is None or values.ndim != 1 or not (np.isfinite(values) & (values == np.floor(values))).all():
+            raise ValueError(f"{path.name} must hold integers of shape (N,), got {found}")
+        return values.astype(np.int64)
+
+    return reader.made(node, where, load)
+
+
+def _find_bulk_file(path: Path, name: str) -> Path:
+    if path.suffix.lower() in (".npy", ".npz") and path.stat().st_size > MAX_DATA_BYTES:
+        raise ValueError(f"{shorten(name)} is larger than {MAX_DATA_BYTES >> 30} GiB")
+    return path
+
+
+def _read_bulk(name: str, read: Callable[[], Any]) -> Any:
+    try:
+        return read()
+    except OSError as error:
+        raise ValueError(f"{shorten(name)!r} cannot be read: {(error.strerror or str(error)).lower()}") from None
+
+
+def _read_bulk_arrays(path: Path, fields: Sequence[str]) -> dict[str, Any]:
+    """The arrays of a .npz file; a ValueError where one is missing."""
+
+    def read() -> dict[str, Any]:
+        with open_regular(path) as file:
+            try:
+                archive = NpzArchive(file, os.fstat(file.fileno()).st_size)
+            except NpyFormatError as error:
+                raise ValueError(f"{path.name} is not a .npz file ({error})") from None
+            missing = [name for name in fields if name not in archive.members]
+            if missing:
+                raise ValueError(f"{path.name} must hold the arrays {', '.join(fields)}; {missing[0]} is missing")
+            try:
+                return dict(archive.arrays(fields))
+            except ValueError as error:
+                raise ValueError(f"{path.name}: {error}") from None
+
+    found: dict[str, Any] = _read_bulk(path.name, read)
+    return found
+
+
+def _add_line(message: str, name: str, lines: Sequence[int]) -> str:
+    """A message about one of the bodies of a file with the line it stands in, where the file has lines."""
+    row = re.search(r"\[(\d+)\]", message)
+    if row is None or not int(row[1]) < len(lines):
+        return message
+    owner, _, rest = message.partition(": ")
+    return f"{owner}: {name}:{lines[int(row[1])]}: {rest}"
+
+
+# Shapes in a scene file: ``{ClassName: {fields}, move: [...]}``, Booleans of them, and references.
+#
+# {Sphere: {radius: 2}, move: [{translate: [0, 0, 1]}]}
+# {Difference: [{Box: {}}, {Sphere: {radius: 1.2}}]}
+# wheel                                   # a name under `shapes`
+# {shape: wheel, move: [{scale: 2}]}
+
+MAX_LEVELS = 100
+MAX_STEPS = 1000
+
+VECTOR_TYPE = FixedListType(NumberType(), 3)
+
+
+class AxisType(UnionType):
+    """A direction, or the name of an axis."""
+
+    def __init__(self) -> None:
+        super().__init__((VECTOR_TYPE, ChoiceType(tuple(AXES))))
+        self.phrase = "3 numbers, or one of x, y, z, -x, -y, -z"
+
+    def read(self, node: Node, reader: NodeReader, where: str) -> Any:
+        if isinstance(node, ScalarNode) and is_text(node) and node.text not in AXES:
+            return reader.expected(node, where, self.phrase)
+        return super().read(node, reader, where)
+
+
+AXIS_TYPE = AxisType()
+MOVE_TYPES: dict[str, ValueType] = {
+    "translate": VECTOR_TYPE,
+    "scale": UnionType((NumberType(), VECTOR_TYPE)),
+    "transform": FixedListType(FixedListType(NumberType(), 4), 4),
+}
+
+
+ROTATION_TYPES: dict[str, ValueType] = {"axis": AXIS_TYPE, "degrees": NumberType(), "about": VECTOR_TYPE}
+
+
+class ShapeReader:
+    """Reads shapes of one scene; knows the named ones and how large each is, fully written out."""
+
+    def __init__(self, reader: NodeReader, named: dict[str, Node], allowance: PartBudget) -> None:
+        self.reader = reader
+        self.named = named
+        self.built: dict[str, Shape | BadValue] = {}
+        self.open: list[str] = []
+        self.level = 0
+        self.allowance = allowance
+        self.size = ShapeSizes()
+        self.read_nodes: dict[int, Any] = {}  # by id: what was read, for the aliases of the node
+        self.motions: dict[int, Motion | BadValue] = {}
+        reader.shape = self.read
+
+    def read_named(self) -> None:
+        """Read all named shapes, used or not."""
+        for name in self.named:
+            self._resolve(name)
+
+    def read(self, node: Node, where: str, base: type = Shape) -> Any:
+        """The shape at a node, or BAD after a report; it must be of class `base`."""
+        if self.level >= MAX_LEVELS:
+            return self.reader.report(
+                node, where, f"nested deeper than {MAX_LEVELS} levels (put parts under `shapes`, each before its use)"
+            )
+        self.level += 1
+        try:
+            if is_text(node):
+                shape = self._reference(node, where)
+            elif (shape := self.read_nodes.get(id(node))) is None:
+                shape = self.read_nodes[id(node)] = self._written(node, where)
+        finally:
+            self.level -= 1
+        if shape is BAD or isinstance(shape, base):
+            return shape
+        found = f"{type(shape).__name__}, a {'sheet' if shape.is_sheet else 'solid'}"
+        return self.reader.report(node, where, f"must be {ShapeType(base).phrase}, got {found}")
+
+    def check_size(self, node: Node, where: str, shape: Shape) -> Shape | BadValue:
+        """Refuse what references would blow up to more primitives than any scene needs."""
+        if self.size(shape) > MAX_PARTS:
+            return self.reader.report(node, where, f"has more than {MAX_PARTS:,} parts, references written out")
+        return shape
+
+    def charge_body(self, node: HasPosition, where: str, shape: Shape) -> None:
+        """Count the parts of a body, and stop reading where the file has more than its length accounts for."""
+        self._charge(node, where, self.allowance.take(parts=1 + self.size(shape)))
+
+    def _charge(self, node: HasPosition, where: str, borne: bool) -> None:
+        if not borne:
+            grown = (
+                f"here the file has grown to more than {self.allowance.most:,} "
+                f"{PARTS_PHRASE} which is too much for its length"
+            )
+            self.reader.report(node, where, grown)
+            raise TooManyProblems
+
+    def _reference(self, node: Node, where: str) -> Any:
+        name = node.text if isinstance(node, ScalarNode) else ""
+        if name in self.named:
+            if name in self.open:
+                circle = " → ".join([*self.open[self.open.index(name) :], name])
+                return self.reader.report(node, where, f"shapes refer to each other in a circle: {circle}")
+            return self._resolve(name)
+        if name in REGISTRY:
+            return self.reader.report(
+                node, where, f"must be a mapping, {{{name}: {{...}}}}, got the bare word {name!r}"
+            )
+        return self.reader.unknown(node, where, "shape", name, self.named)
+
+    def _resolve(self, name: str) -> Shape | BadValue:
+        if name not in self.built:
+            self.open.append(name)
+            node, where = self.named[name], f'shape "{name}"'
+            shape = self.read(node, where)
+            self.built[name] = shape if isinstance(shape, BadValue) else self.check_size(node, where, shape)
+            self.open.pop()
+        return self.built[name]
+
+    def _written(self, node: Node, where: str) -> Any:
+        if not isinstance(node, MappingNode):
+            example = "a shape, a mapping such as {Sphere: {radius: 1}}, or the name of one under `shapes`"
+            return self.reader.expected(node, where, example)
+        heads = [key for key in node.heads if key.text != "move"]
+        if len(heads) != 1:
+            found = f"{len(heads)}: {', '.join(key.text for key in heads[:4])}" if heads else "none"
+            beside = [key.text for key in heads if key.text in ("name", "material", "materials", "material_index")]
+            hint = f"; {' and '.join(beside)} of a body stand beside `shape:`, not in it" if beside else ""
+            return self.reader.report(
+                node, where, f"must have one shape as its key (and `move` beside it), got {found}{hint}"
+            )
+        shape = self._head(heads[0], node.entries[heads[0].text], where)
+        return self.moved(shape, node.entries.get("move"), where)
+
+    def _head(self, key: ScalarNode, value: Node, where: str) -> Any:
+        if key.text == "shape":
+            return self.read(value, where)
+        if key.text not in REGISTRY:
+            return self._unknown(key, where)
+        cls = REGISTRY[key.text]
+        if issubclass(cls, Bulk):
+            return read_bulk_shape(cls, value, self.reader, f"{where}: {cls.__name__}")
+        if (field := operand_field(cls)) is None:
+            return ArgumentsType(cls).read(value, self.reader, where)
+        where = f"{where}: {cls.__name__}"
+        operands = self._operands(value, where, isinstance(field, ListType))
+        return operands if operands is BAD else self.reader.made(value, where, lambda: build_boolean(cls, operands))
+
+    def _unknown(self, key: ScalarNode, where: str) -> BadValue:
+        """Report a name that no shape has: a motion, one that has another name here, or a typo."""
+        if key.text.lower() in ("translate", "rotate", "scale", "transform"):
+            found = f"unknown shape {key.text!r}: motions stand beside a shape, move: [{{{key.text.lower()}: ...}}]"
+            return self.reader.report(key, where, found)
+        if (meant := CLASS_SYNONYMS.get(key.text, "")) in REGISTRY:
+            return self.reader.report(key, where, f"unknown shape {key.text!r} (did you mean {meant!r}?)")
+        if key.text in ("Torus", "Obj", "Stl", "STL", "OBJ"):
+            told = f"unknown shape {key.text!r}: bodies are of planes and quadrics; "
+            told += "a mesh is {Mesh: ...} or {Triangles: ...}"
+            return self.reader.report(key, where, told)
+        return self.reader.unknown(key, where, "shape", key.text, [*REGISTRY, "shape"])
+
+    def _operands(self, value: Node, where: str, several: bool) -> Any:
+        if not several:
+            return self.read(value, where)
+        if not isinstance(value, SequenceNode) or not value.items:
+            return self.reader.expected(value, where, "a list of at least one solid")
+        shapes = []
+        for i, item in enumerate(value.items):
+            shapes.append(self.read(item, f"{where}[{i}]"))
+        return BAD if BAD in shapes else tuple(shapes)
+
+    def moved(self, shape: Any, moves: Node | None, where: str) -> Any:
+        """The shape after the steps of a `move` list; mistakes are reported for a BAD shape too."""
+        if moves is None:
+            return shape
+        where = f"{where}: move"
+        if not isinstance(moves, SequenceNode):
+            return self.reader.expected(moves, where, "a list of steps such as [{translate: [0, 0, 1]}]")
+        if len(moves.items) > MAX_STEPS:
+            return self.reader.report(moves, where, f"must have at most {MAX_STEPS} steps, got {len(moves.items)}")
+        if (motion := self.motions.get(id(moves))) is None:
+            motion = self.motions[id(moves)] = self._motion(moves, where)
+        if shape is BAD or isinstance(motion, BadValue):
+            return BAD
+        self._charge(moves, where, self.allowance.take(steps=len(shape.motion.steps) + len(motion.steps)))
+        return self.reader.made(moves, where, lambda: apply_motion(shape, motion))
+
+    def _motion(self, moves: SequenceNode, where: str) -> Motion | BadValue:
+        """All steps of a list, which an alias may stand for again."""
+        motion, good = IDENTITY_MOTION, True
+        for i, step in enumerate(moves.items):
+            moved = self._step(motion, step, f"{where}[{i}]")
+            motion, good = (motion, False) if isinstance(moved, BadValue) else (moved, good)
+        return motion if good else BAD
+
+    def _step(self, motion: Motion, step: Node, where: str) -> Any:
+        """The motion followed by one more step."""
+        entry = self.reader.only_entry(step)
+        verbs = ("translate", "rotate", "scale", "transform")
+        if entry is None:
+            return self.reader.expected(step, where, f"one of {', '.join(verbs)}, such as {{translate: [0, 0, 1]}}")
+        verb, key, value = entry
+        if verb not in verbs:
+            return self.reader.unknown(key, where, "step", verb, verbs)
+        where = f"{where}: {verb}"
+        if verb == "rotate":
+            return self._rotated(motion, value, where)
+        argument = MOVE_TYPES[verb].read(value, self.reader, where)
+        return BAD if argument is BAD else self.reader.made(value, where, lambda: getattr(motion, verb)(argument))
+
+    def _rotated(self, motion: Motion, value: Node, where: str) -> Any:
+        entries = self.reader.entries(value, where, ROTATION_TYPES, ("axis", "degrees"))
+        given = value.entries if isinstance(value, MappingNode) else {}
+        found = {
+            name: kind.read(given[name], self.reader, f"{where}: {name}")
+            for name, kind in ROTATION_TYPES.items()
+            if name in given
+        }
+        if isinstance(entries, BadValue) or BAD in found.values():
+            return BAD
+        point, axis, degrees = found.get("about"), found["axis"], found["degrees"]
+        return self.reader.made(
+            value, where, lambda: apply_about("rotate", motion, point, lambda still: still.rotate(axis, degrees))
+        )
+
+
+def build_boolean(cls: Any, operands: Any) -> Any:
+    """A Boolean of shapes; with a sheet, what `sheet - solid` and `sheet & solid` are."""
+    sheets = [part for part in operands if isinstance(part, Sheet)] if isinstance(operands, tuple) else []
+    if len(sheets) == 1 and cls is Difference and operands[0] is sheets[0]:
+        return functools.reduce(operator.sub, operands)
+    if len(sheets) == 1 and cls is Intersection:
+        return functools.reduce(operator.and_, (part for part in operands if part is not sheets[0]), sheets[0])
+    return cls(operands)
+
+
+def apply_motion(shape: Shape, motion: Motion) -> Shape:
+    """The shape after all steps of a motion, checked once."""
+    return shape._moved(shape.motion.then(motion))
+
+
+def operand_field(cls: type[Shape]) -> ValueType | None:
+    """The kind of a class's only field if that holds shapes: Booleans take them without naming the field."""
+    kinds = [field.kind for field in argument_fields(cls).values()]
+    inner = kinds[0].item if len(kinds) == 1 and isinstance(kinds[0], ListType) else kinds[0] if kinds else None
+    return kinds[0] if len(kinds) == 1 and isinstance(inner, ShapeType) else None

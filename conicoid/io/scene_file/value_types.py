@@ -1,0 +1,384 @@
+"""What a reader of nodes carries along: the problems so far, and how to report the next one."""
+
+from __future__ import annotations
+
+import math
+import re
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Collection, Iterable, Mapping
+from pathlib import Path
+from typing import Any, Final, TypeVar
+
+from ..._util.file_errors import MAX_PROBLEMS, Problem, Suggestions
+from ..._util.hints import argument_synonym
+from ...materials.color import grey_hint
+from .nodes import (
+    HasPosition,
+    MappingNode,
+    Node,
+    ScalarNode,
+    SequenceNode,
+    describe_node,
+    is_empty_node,
+    is_null,
+    is_text,
+    parse_bool,
+    parse_float,
+    parse_int,
+    shorten,
+)
+
+Value = TypeVar("Value")
+NO_MISPLACED_KEYS: Mapping[str, str] = {}
+
+
+class BadValue:
+    """Stands for a value that could not be read; its problem is reported already."""
+
+
+BAD: Final = BadValue()
+
+
+class TooManyProblems(Exception):
+    """There is no point in reading on."""
+
+
+class NodeReader:
+    """Collects problems. Reading goes on after one, so that a user sees them all at once."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.takes_any_file = False
+        """May pictures lie outside of the folder?"""
+        self.problems: list[Problem] = []
+        self.did_you_mean = Suggestions()
+        self.materials: dict[str, Any] = {}
+        """The materials of the scene by name, BAD where one could not be read."""
+        self.shape: Callable[[Node, str, type], Any] = _no_shape
+        """Reads a shape of at least the given class; set by whoever knows the scene's named shapes."""
+
+    def report(self, node: HasPosition, where: str, message: str) -> BadValue:
+        self.problems.append(Problem(node.line, node.column, where, message))
+        if len(self.problems) >= MAX_PROBLEMS:
+            raise TooManyProblems
+        return BAD
+
+    def expected(self, node: Node, where: str, what: str) -> BadValue:
+        """Report that `what` must stand here, with what stands here instead."""
+        return self.report(node, where, f"must be {what}, got {describe_node(node)}")
+
+    def unknown(self, node: Node, where: str, what: str, name: str, known: Collection[str]) -> BadValue:
+        """Report a name that stands for nothing, with a suggestion."""
+        return self.report(node, where, f"unknown {what} {shorten(name)!r}{self.did_you_mean(name, known)}")
+
+    def entries(
+        self, node: Node, where: str, known: Iterable[str], required: Iterable[str] = (),
+        elsewhere: Mapping[str, str] = NO_MISPLACED_KEYS,
+    ) -> dict[str, Node] | BadValue:  # fmt: skip
+        """The known entries of a mapping (an empty one may be left out); others, and missing ones, are reported.
+
+        elsewhere: where the place of some others is.
+        """
+        if is_null(node):
+            node = MappingNode(node.line, node.column)
+        names = list(known)
+        if not isinstance(node, MappingNode):
+            listed = ", ".join(names)
+            return self.expected(node, where, f"a mapping with {listed}" if len(listed) < 200 else "a mapping")
+        found = {name: value for name, value in node.entries.items() if name in names}
+        good = len(found) == len(node.entries)
+        for key in () if good else node.heads:
+            if key.text not in found:
+                left = [other for other in names if other not in node.entries]
+                moved = elsewhere.get(key.text)
+                meant = argument_synonym(key.text, left)
+                hint = (
+                    f" ({moved})"
+                    if moved
+                    else f" (did you mean {_quote_keys(meant)}?)"
+                    if meant
+                    else " (a comma ends a value: 1.5 is written with a point)"
+                    if key.text.isdigit()
+                    else self.did_you_mean(key.text, left)
+                )
+                self.report(key, where, f"unknown key {shorten(key.text)!r}{hint}")
+        if missing := [name for name in required if name not in node.entries]:
+            good = False
+            self.report(node, where, f"{' and '.join(missing)} must be given")
+        return found if good else BAD
+
+    def only_entry(self, node: Node) -> tuple[str, ScalarNode, Node] | None:
+        """(name, key, value) of a mapping with one entry, None for anything else."""
+        if not isinstance(node, MappingNode) or len(node.entries) != 1:
+            return None
+        ((name, value),) = node.entries.items()
+        return name, node.heads[0], value
+
+    def made(self, node: Node, where: str, make: Callable[[], Value]) -> Value | BadValue:
+        """make(), with a ValueError or TypeError reported at the field that its text names."""
+        try:
+            return make()
+        except RecursionError:
+            return self.report(node, where, "nested too deeply")
+        except (ValueError, TypeError, ArithmeticError) as error:
+            return self.report(*_locate_problem(node, where, str(error)))
+
+
+def _quote_keys(meant: str) -> str:
+    """A key as messages name it; several, with what there is to say of them, as they are."""
+    return repr(meant) if meant.isidentifier() else meant
+
+
+def _no_shape(node: Node, where: str, base: type) -> Any:
+    raise LookupError(
+        f"{where}: a reader without a scene has no shapes, asked for a {base.__name__} in line {node.line}"
+    )
+
+
+def _locate_problem(node: Node, where: str, message: str) -> tuple[Node, str, str]:
+    """The node that an error such as "Ellipsoid: radii[1] must be > 0, got -2.0" speaks of."""
+    message = re.sub(r"^\w+: ", "", message)
+    found: Any = node
+    match = re.match(r"(\w+)((?:\[\d+\])*)", message)
+    if match and isinstance(found, MappingNode) and match.group(1) in found.entries:
+        found = found.entries[match.group(1)]
+        for index in re.findall(r"\d+", match.group(2)):
+            items = getattr(found, "items", [])
+            found = items[int(index)] if int(index) < len(items) else found
+    return found, where, message
+
+
+# The kinds of value that stand in a scene file: each reads itself from a node and describes itself to editors.
+
+Schema = dict[str, Any]
+
+
+class ValueType(ABC):
+    """What may stand in a place. `phrase` completes the sentence "must be ..."."""
+
+    phrase: str
+
+    @abstractmethod
+    def read(self, node: Node, reader: NodeReader, where: str) -> Any:
+        """The value of a node, or BAD after a report."""
+
+    @abstractmethod
+    def schema(self) -> Schema:
+        """JSON Schema of the values."""
+
+    @abstractmethod
+    def fits(self, node: Node) -> bool:
+        """Whether a node looks like this kind: what `OneOf` chooses by."""
+
+
+class NumberType(ValueType):
+    """A float64, infinities included; the class that takes it says where they are not."""
+
+    phrase = "a number"
+
+    def read(self, node: Node, reader: NodeReader, where: str) -> Any:
+        try:
+            value = parse_float(node)
+        except OverflowError:
+            return reader.expected(node, where, "a number that float64 can hold")
+        if value is None:
+            quoted = isinstance(node, ScalarNode) and not node.plain
+            return reader.report(
+                node, where, f"must be {self.phrase}, got {describe_node(node)}{' in quotes' if quoted else ''}"
+            )
+        return reader.expected(node, where, "a number, not NaN") if math.isnan(value) else value
+
+    def schema(self) -> Schema:
+        return {"type": "number"}
+
+    def fits(self, node: Node) -> bool:
+        return isinstance(node, ScalarNode) and not is_text(node) and not is_null(node)
+
+
+class IntegerType(ValueType):
+    """A whole number."""
+
+    phrase = "an integer"
+
+    def read(self, node: Node, reader: NodeReader, where: str) -> Any:
+        value = parse_int(node)
+        return reader.expected(node, where, self.phrase) if value is None else value
+
+    def schema(self) -> Schema:
+        return {"type": "integer"}
+
+    def fits(self, node: Node) -> bool:
+        return parse_int(node) is not None
+
+
+class BoolType(ValueType):
+    """A truth value."""
+
+    phrase = "true or false"
+
+    def read(self, node: Node, reader: NodeReader, where: str) -> Any:
+        value = parse_bool(node)
+        return reader.expected(node, where, self.phrase) if value is None else value
+
+    def schema(self) -> Schema:
+        return {"type": "boolean"}
+
+    def fits(self, node: Node) -> bool:
+        return parse_bool(node) is not None
+
+
+class TextType(ValueType):
+    """A word that is not a number, a truth value or null, or anything in quotes; not empty."""
+
+    phrase = "a text"
+
+    def read(self, node: Node, reader: NodeReader, where: str) -> Any:
+        if isinstance(node, ScalarNode) and is_text(node) and node.text:
+            return node.text
+        return reader.report(node, where, f"must be {self.phrase}, got {describe_node(node)}{quotes_hint(node)}")
+
+    def schema(self) -> Schema:
+        return {"type": "string", "minLength": 1}
+
+    def fits(self, node: Node) -> bool:
+        return is_text(node)
+
+
+class ChoiceType(ValueType):
+    """One of a few given texts."""
+
+    def __init__(self, values: tuple[str, ...]) -> None:
+        self.values = values
+        self.phrase = " or ".join(repr(value) for value in values)
+
+    def read(self, node: Node, reader: NodeReader, where: str) -> Any:
+        if isinstance(node, ScalarNode) and is_text(node) and node.text in self.values:
+            return node.text
+        return reader.expected(node, where, self.phrase)
+
+    def schema(self) -> Schema:
+        return {"enum": list(self.values)}
+
+    def fits(self, node: Node) -> bool:
+        return is_text(node)
+
+
+class ListType(ValueType):
+    """A list of one kind, of any length."""
+
+    def __init__(self, item: ValueType) -> None:
+        self.item = item
+        self.phrase = f"a list of items, each {item.phrase}"
+
+    def read(self, node: Node, reader: NodeReader, where: str) -> Any:
+        if not isinstance(node, SequenceNode):
+            return reader.expected(node, where, self.phrase)
+        values = tuple(self.item.read(item, reader, f"{where}[{i}]") for i, item in enumerate(node.items))
+        return BAD if any(value is BAD for value in values) else values
+
+    def schema(self) -> Schema:
+        return {"type": "array", "items": self.item.schema()}
+
+    def fits(self, node: Node) -> bool:
+        return isinstance(node, SequenceNode)
+
+
+class FixedListType(ListType):
+    """A list of one kind and of given length: points, intervals, matrices."""
+
+    def __init__(self, item: ValueType, count: int) -> None:
+        super().__init__(item)
+        self.count = count
+        self.phrase = f"{count} numbers" if isinstance(item, NumberType) else f"{count} items, each {item.phrase}"
+
+    def read(self, node: Node, reader: NodeReader, where: str) -> Any:
+        if not isinstance(node, SequenceNode):
+            return reader.expected(node, where, self.phrase)
+        if len(node.items) != self.count:
+            return reader.report(node, where, f"must be {self.phrase}, got {len(node.items)}: {describe_node(node)}")
+        return super().read(node, reader, where)
+
+    def schema(self) -> Schema:
+        return super().schema() | {"minItems": self.count, "maxItems": self.count}
+
+    def fits(self, node: Node) -> bool:
+        return isinstance(node, SequenceNode) and len(node.items) == self.count
+
+
+class MappingType(ValueType):
+    """A mapping from names to values of one kind."""
+
+    def __init__(self, item: ValueType) -> None:
+        self.item = item
+        self.phrase = f"a mapping, each value {item.phrase}"
+
+    def read(self, node: Node, reader: NodeReader, where: str) -> Any:
+        if not isinstance(node, MappingNode):
+            return reader.expected(node, where, self.phrase)
+        values = {name: self.item.read(item, reader, f"{where}.{name}") for name, item in node.entries.items()}
+        return BAD if any(value is BAD for value in values.values()) else values
+
+    def schema(self) -> Schema:
+        return {"type": "object", "additionalProperties": self.item.schema()}
+
+    def fits(self, node: Node) -> bool:
+        return isinstance(node, MappingNode)
+
+
+class OptionalType(ValueType):
+    """A value or null, which must be written: where nothing stands, something may have been forgotten."""
+
+    def __init__(self, item: ValueType) -> None:
+        self.item = item
+        self.phrase = item.phrase
+
+    def read(self, node: Node, reader: NodeReader, where: str) -> Any:
+        if is_empty_node(node):
+            return reader.report(node, where, f"must be {self.phrase}, or null, got nothing{comment_hint(node)}")
+        return None if is_null(node) else self.item.read(node, reader, where)
+
+    def schema(self) -> Schema:
+        return {"anyOf": [self.item.schema(), {"type": "null"}]}
+
+    def fits(self, node: Node) -> bool:
+        return is_null(node) or self.item.fits(node)
+
+
+class UnionType(ValueType):
+    """Any of several kinds; the first that a node looks like reads it."""
+
+    def __init__(self, items: tuple[ValueType, ...]) -> None:
+        self.items = items
+        self.phrase = ", or ".join(item.phrase for item in items)
+
+    def read(self, node: Node, reader: NodeReader, where: str) -> Any:
+        for item in self.items:
+            if item.fits(node):
+                return item.read(node, reader, where)
+        texts = any(isinstance(item, TextType) for item in self.items)
+        colors = texts and any(isinstance(item, FixedListType) and item.count == 3 for item in self.items)
+        hint = comment_hint(node) if texts else ""
+        value = parse_int(node) if colors and parse_int(node) is not None else parse_float(node) if colors else None
+        hint += grey_hint(value) if value is not None else ""
+        return reader.report(node, where, f"must be {self.phrase}, got {describe_node(node)}{hint}")
+
+    def schema(self) -> Schema:
+        return {"anyOf": [item.schema() for item in self.items]}
+
+    def fits(self, node: Node) -> bool:
+        return any(item.fits(node) for item in self.items)
+
+
+def quotes_hint(node: Node) -> str:
+    """What to do where a text is wanted and YAML sees something else."""
+    if isinstance(node, ScalarNode) and node.plain and node.text:
+        return " (quote it)"
+    if isinstance(node, ScalarNode) and not node.plain and not node.text:
+        return ", which is empty (leave it out where there is none)"
+    return comment_hint(node)
+
+
+def comment_hint(node: Node) -> str:
+    """What to do about a colour like #ff0000 without quotes."""
+    told = " (# begins a comment: put a text that begins with it in quotes; what has no value is left out)"
+    return told if is_empty_node(node) else ""

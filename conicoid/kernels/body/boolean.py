@@ -1,0 +1,259 @@
+"""The crossings of a ray with one body, in order.
+
+Every leaf of a body's program gives the ends of its spans as events. They are sorted and taken in
+groups of equal t: all leaves of a group turn at once, and only if the body's value differs before
+and after the group is there a crossing. So coincident faces cancel or count once, without a tolerance.
+
+All of it has every leaf outside in `scratch.counts` at the beginning (`hold`), and leaves it so (`turn_back`).
+"""
+
+from __future__ import annotations
+
+from ..._jit.decorators import helper, inline
+from .. import tables as table
+from ..bvh.walk import walk_leaves
+from ..numbers.shell_sort import first_gap, next_gap
+from ..programs import cell_of_leaf, gates_of, hold_program, put_outside, root_value, sense_of, turn_leaf
+from ..ray import Ray, span_inverse, with_limits
+from ..surface.interval import Nearness, has_not_ended, is_too_far, may_pass_start, may_swap, nearness_of
+from ..tables import Geometry, is_halted, poll_halt, whole
+from .cell import cell_spans, place_face
+from .scratch import CROSS_ENTERS, CROSS_PLACE, CROSS_SENSE, CROSS_T, EVENT, LEAF, LEAF_COUNT, ON, PLACE, TIME, Scratch
+
+
+@inline
+def put_event(scratch: Scratch, count: int, t: float, leaf: int, place: int, on: int) -> int:
+    """Event number `count` of a leaf that is entered (1) or left (0); returns how many there are now."""
+    scratch.time[TIME * count] = t
+    at = EVENT * count
+    scratch.event[at + LEAF], scratch.event[at + PLACE], scratch.event[at + ON] = leaf, place, on
+    return count + 1
+
+
+@inline
+def collect_leaves(geometry: Geometry, scratch: Scratch, program: int, ray: Ray) -> int:
+    """Put the leaves of a program that the ray can meet into scratch.found_leaves; returns how many.
+
+    Culled by their boxes: none is left out whose box meets the ray within its interval.
+    """
+    if scratch.found_leaves[LEAF_COUNT] >= 0:
+        return scratch.found_leaves[LEAF_COUNT]
+    return walk_leaves(geometry, scratch.inner_way, program, ray, scratch.found_leaves)
+
+
+@helper
+def gather_events(geometry: Geometry, scratch: Scratch, program: int, ray: Ray) -> tuple[int, bool]:
+    """Put the span ends of all leaves that the ray can meet into scratch, sorted: (their number, are they doubtful)."""
+    count, doubtful = 0, False
+    if is_halted(geometry):
+        return count, doubtful
+    inverse = span_inverse(ray)
+    for k in range(collect_leaves(geometry, scratch, program, ray)):
+        leaf = scratch.found_leaves[k]
+        found = cell_spans(geometry, cell_of_leaf(geometry, leaf), ray, inverse)
+        doubtful |= found.unsure
+        if found.number > 0:
+            count = put_event(scratch, count, found.in1, leaf, found.place_in1, 1)
+            count = put_event(scratch, count, found.out1, leaf, found.place_out1, 0)
+        if found.number > 1:
+            count = put_event(scratch, count, found.in2, leaf, found.place_in2, 1)
+            count = put_event(scratch, count, found.out2, leaf, found.place_out2, 0)
+    sort_events(scratch, count)
+    return count, doubtful
+
+
+@inline
+def _later(scratch: Scratch, i: int, t: float, leaf: int) -> bool:
+    """Does event i come after an event at t of a leaf? At equal t by the number of the leaf."""
+    before = scratch.time[TIME * i]
+    return before > t or (before == t and scratch.event[EVENT * i + LEAF] > leaf)
+
+
+@helper
+def sort_events(scratch: Scratch, count: int) -> None:
+    """By t, then by leaf. As `kernels/numbers/shell_sort.py`, but what is moved are the events themselves."""
+    time, event, gap = scratch.time, scratch.event, first_gap(count)
+    while gap > 0:
+        for i in range(gap, count):
+            t, j = time[TIME * i], i
+            leaf, place, on = event[EVENT * i + LEAF], event[EVENT * i + PLACE], event[EVENT * i + ON]
+            while j >= gap and _later(scratch, j - gap, t, leaf):
+                k = j - gap
+                put_event(
+                    scratch, j, time[TIME * k], event[EVENT * k + LEAF], event[EVENT * k + PLACE], event[EVENT * k + ON]
+                )
+                j = k
+            put_event(scratch, j, t, leaf, place, on)
+        gap = next_gap(gap)
+
+
+@inline
+def _unsettled(geometry: Geometry, scratch: Scratch, k: int, nearness: Nearness) -> bool:
+    """Might rounding have put event k after the one before it, or together with it? Not on the same surface."""
+    t, before = scratch.time[TIME * k], scratch.time[TIME * (k - 1)]
+    if not may_swap(t, before, nearness):
+        return False
+    here, there = scratch.event[EVENT * k + PLACE], scratch.event[EVENT * (k - 1) + PLACE]
+    return t != before or place_face(geometry, here)[0] != place_face(geometry, there)[0]
+
+
+@helper
+def region_crossings(
+    geometry: Geometry, scratch: Scratch, program: int, ray: Ray, limit: int
+) -> tuple[int, bool, bool]:
+    """(number of crossings in (t_min, t_max), inside just after t_min, doubtful) of a region; stops after `limit`."""
+    events, unsure = gather_events(geometry, scratch, program, ray)
+    nearness = nearness_of(geometry, table.PROGRAM_LIMITS, program, ray, span_inverse(ray))
+    found, inside, doubtful = sweep_events(geometry, scratch, program, ray, nearness, events, limit)
+    return found, inside, unsure | doubtful
+
+
+@inline
+def _turned_until(
+    geometry: Geometry, scratch: Scratch, program: int, done: int, events: int, t: float, through: bool
+) -> int:
+    """Turn the leaves of the events from number `done` on that come before t, or `through` it; returns how many are."""
+    event = scratch.event
+    while done < events and not poll_halt(geometry, done):
+        end = scratch.time[TIME * done]
+        if not (end < t or (through and end == t)):
+            break
+        turn_leaf(geometry, scratch.counts, program, event[EVENT * done + LEAF], event[EVENT * done + ON] == 1)
+        done += 1
+    return done
+
+
+@helper
+def sweep_events(
+    geometry: Geometry, scratch: Scratch, program: int, ray: Ray, nearness: Nearness, events: int, limit: int
+) -> tuple[int, bool, bool]:
+    """`region_crossings` from sorted events; an early out ends it after `limit` crossings or at t_max.
+
+    Invariant of the loop: `inside` is the value of the program just before event `done`, and all events before it have
+    turned their leaves. Doubtful if two events of different surfaces, one of them within the interval, are too near.
+    """
+    t_min, t_max = ray.t_min, ray.t_max
+    gates, event, unsure, found = scratch.counts, scratch.event, False, 0
+    hold_program(geometry, gates, program)
+    done = _turned_until(geometry, scratch, program, 0, events, t_min, True)
+    unsure |= (done > 0) & (done < events) and _unsettled(geometry, scratch, done, nearness)
+    inside = root_value(geometry, gates, program)
+    started_inside = inside
+    behind = done - 1
+    while behind >= 0 and abs(scratch.time[TIME * behind]) <= nearness.off:
+        unsure |= _at_start(geometry, scratch, behind, ray, nearness)
+        behind -= 1
+    while done < events and found < limit and not poll_halt(geometry, done):
+        t = scratch.time[TIME * done]
+        unsure |= _at_start(geometry, scratch, done, ray, nearness) | is_too_far(t, nearness)
+        if not has_not_ended(t, t_max):
+            break
+        first = done
+        while done < events and scratch.time[TIME * done] == t and not poll_halt(geometry, done):
+            turn_leaf(geometry, gates, program, event[EVENT * done + LEAF], event[EVENT * done + ON] == 1)
+            done += 1
+            unsure |= done < events and _unsettled(geometry, scratch, done, nearness)
+        after = root_value(geometry, gates, program)
+        if after != inside:
+            inside = after
+            reported = _report(geometry, scratch, program, first, done, ray.start, after, found)
+            found += reported
+            started_inside ^= reported == 0
+    undo_events(geometry, scratch, program, done)
+    return found, started_inside, unsure
+
+
+@inline
+def _at_start(geometry: Geometry, scratch: Scratch, k: int, ray: Ray, nearness: Nearness) -> bool:
+    """Might rounding have taken event k to the other side of the origin?"""
+    t = scratch.time[TIME * k]
+    surface = surface_of(geometry, scratch.event[EVENT * k + PLACE], t)
+    return may_pass_start(t, surface == ray.start, ray.t_min, nearness.off)
+
+
+@helper
+def undo_events(geometry: Geometry, scratch: Scratch, program: int, done: int) -> None:
+    """Undo the first `done` events: every leaf is outside again."""
+    first, last = gates_of(geometry, program)
+    if last - first <= done:
+        put_outside(geometry, scratch.counts, program)
+        return
+    for i in range(done - 1, -1, -1):
+        if poll_halt(geometry, i):
+            return
+        at = EVENT * i
+        turn_leaf(geometry, scratch.counts, program, scratch.event[at + LEAF], scratch.event[at + ON] == 0)
+
+
+@helper
+def region_sides(geometry: Geometry, scratch: Scratch, program: int, ray: Ray, t: float) -> tuple[bool, bool]:
+    """(inside just before t, inside just after t) of a region."""
+    events, _ = gather_events(geometry, scratch, program, ray)
+    hold_program(geometry, scratch.counts, program)
+    done = _turned_until(geometry, scratch, program, 0, events, t, False)
+    before = root_value(geometry, scratch.counts, program)
+    done = _turned_until(geometry, scratch, program, done, events, t, True)
+    after = root_value(geometry, scratch.counts, program)
+    undo_events(geometry, scratch, program, done)
+    return before, after
+
+
+@inline
+def _report(
+    geometry: Geometry, scratch: Scratch, program: int, first: int, last: int, start: int, entered: bool, n: int
+) -> int:
+    """The crossing shows the first leaf of the group that turned the way the body did. 0: it is the ray's start."""
+    event, chosen = scratch.event, first
+    for i in range(first, last):
+        sense = sense_of(geometry, program, event[EVENT * i + LEAF])
+        if (event[EVENT * i + ON] == 1) == (entered == (sense > 0)):
+            chosen = i
+            break
+    t, place = scratch.time[TIME * chosen], event[EVENT * chosen + PLACE]
+    sense = sense_of(geometry, program, event[EVENT * chosen + LEAF])
+    put_crossing(scratch, n, t, place, sense, 1 if entered else 0)
+    return 0 if t == 0.0 and place_face(geometry, place)[0] == start else 1
+
+
+@helper
+def inside_program_at(geometry: Geometry, scratch: Scratch, program: int, ray: Ray, t: float) -> tuple[bool, bool]:
+    """(is the point at t in a region, its leaves taken as closed, is that doubtful)"""
+    ray = with_limits(ray, t, t)
+    nearness = nearness_of(geometry, table.PROGRAM_LIMITS, program, ray, span_inverse(ray))
+    events, unsure = gather_events(geometry, scratch, program, ray)
+    hold_program(geometry, scratch.counts, program)
+    for sweep in range(2):
+        for i in range(events):
+            if poll_halt(geometry, i):
+                break
+            enters, end = scratch.event[EVENT * i + ON] == 1, scratch.time[TIME * i]
+            unsure |= may_swap(end, t, nearness)
+            if end < t or (enters and end == t):
+                turn_leaf(geometry, scratch.counts, program, scratch.event[EVENT * i + LEAF], enters == (sweep == 0))
+        if sweep == 0:
+            inside = root_value(geometry, scratch.counts, program)
+    return inside, unsure
+
+
+@inline
+def put_crossing(scratch: Scratch, n: int, t: float, place: int, sense: int, enters: int) -> None:
+    """Crossing n of a body, into scratch."""
+    at = EVENT * n
+    scratch.time[TIME * n + CROSS_T] = t
+    scratch.event[at + CROSS_PLACE], scratch.event[at + CROSS_SENSE], scratch.event[at + CROSS_ENTERS] = (
+        place, sense, enters,
+    )  # fmt: skip
+
+
+@inline
+def read_crossing(scratch: Scratch, n: int) -> tuple[float, int, int, bool]:
+    """(t, place, sense of its leaf, is the body entered) of crossing n of a body."""
+    t, event, at = scratch.time[TIME * n + CROSS_T], scratch.event, EVENT * n
+    place, sense = whole(event[at + CROSS_PLACE]), whole(event[at + CROSS_SENSE])
+    return t, place, sense, event[at + CROSS_ENTERS] == 1
+
+
+@inline
+def surface_of(geometry: Geometry, place: int, t: float) -> int:
+    """The surface of a place where it matters: at t = 0, where it may be the one that the ray starts on."""
+    return place_face(geometry, place)[0] if t == 0.0 else whole(-1)

@@ -1,0 +1,216 @@
+"""The spans of a cell from the crossings of its faces: rules without branches, for single rays and for lanes alike.
+
+A cell lies between planes and inside, or outside, of at most one quadric. The planes leave one span of a ray, from t_in
+to t_out; the quadric's roots low < high leave what is between them, or what is before and after. Every end has the
+place of the face on which it lies (see cell.py). A contact of zero length is no span.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+from ..._jit.decorators import choose, helper, inline
+from .. import tables as table
+from ..faces import cell_face_and_side, cell_side, plane_face_and_side, plane_side
+from ..ray import Ray
+from ..surface.interval import Nearness, is_too_far, may_pass_start, may_swap, nearness_of
+from ..surface.records import curved_roots, plane_values
+from ..tables import Geometry, integer, whole
+
+
+class PlaneSlab(NamedTuple):
+    """What the planes so far leave of a ray: t_in to t_out, each with the place of its face; empty if t_in >= t_out."""
+
+    t_in: float
+    t_out: float
+    place_in: Any
+    place_out: Any
+
+
+class SpanPair(NamedTuple):
+    """Two spans, of which there is `some` first, and `more`: a second."""
+
+    in1: float
+    out1: float
+    place_in1: Any
+    place_out1: Any
+    in2: float
+    out2: float
+    place_in2: Any
+    place_out2: Any
+    some: bool
+    more: bool
+
+
+@inline
+def clip_slab(
+    slab: PlaneSlab, height: float, rate: float, inner: bool, place: Any, off: float
+) -> tuple[PlaneSlab, bool]:
+    """(the slab cut by one more plane, might rounding have changed the order of two planes?)
+
+    Along the ray the plane's value is height + rate t; `inner`: the cell is where that is negative, else where it is
+    positive. A ray within a plane is treated as if the plane lay an infinitesimal further along its normal. Keeps t_in
+    the largest t of the planes that are entered, t_out the least of those that are left, each with its plane's place;
+    an empty slab stays empty.
+    """
+    t, parallel = -height / rate, rate == 0.0
+    outside = parallel & ((height <= 0.0) != inner)
+    enters, leaves = ((rate < 0.0) == inner) & (not parallel), ((rate < 0.0) != inner) & (not parallel)
+    close = abs(t - choose(enters, slab.t_in, slab.t_out)) <= off
+    later, sooner = enters & (t > slab.t_in), leaves & (t < slab.t_out)
+    t_in = choose(outside, math.inf, choose(later, t, slab.t_in))
+    t_out = choose(outside, -math.inf, choose(sooner, t, slab.t_out))
+    place_in, place_out = place if later else slab.place_in, place if sooner else slab.place_out
+    return PlaneSlab(t_in, t_out, place_in, place_out), close
+
+
+@inline
+def compose_spans(slab: PlaneSlab, low: float, high: float, crosses: bool, outside: bool, curved: Any) -> SpanPair:
+    """The spans that a quadric leaves of a slab: `outside` of its roots, or between them; `curved` is its place.
+
+    Where the ray does not cross it, all of the slab is left if `outside`, else nothing. Relies on low < high where it
+    crosses. What comes out is in order, of positive length, and within the slab.
+    """
+    t_in, t_out, place_in, place_out = slab
+    between, beside = crosses & (not outside), crosses & outside
+    by_low = between & (low >= t_in)
+    in1, place_in1 = low if by_low else t_in, curved if by_low else place_in
+    by_root = (between & (high <= t_out)) | (beside & (low <= t_out))
+    out1, place_out1 = (high if between else low) if by_root else t_out, curved if by_root else place_out
+    some = (in1 < out1) & (crosses | outside)
+    in2, place_in2 = high if high >= t_in else t_in, curved if high >= t_in else place_in
+    more = beside & (in2 < t_out) & (t_in < t_out)
+    return SpanPair(in1, out1, place_in1, place_out1, in2, t_out, place_in2, place_out, some, more)
+
+
+@inline
+def spans_at_start(spans: SpanPair, starts: bool, t_min: float, off: float) -> bool:
+    """Might rounding have taken an end of the spans to the other side of the ray's origin (`at_start`)?"""
+    first = may_pass_start(spans.in1, starts, t_min, off) | may_pass_start(spans.out1, starts, t_min, off)
+    second = may_pass_start(spans.in2, starts, t_min, off) | may_pass_start(spans.out2, starts, t_min, off)
+    return (spans.some & first) | (spans.more & second)
+
+
+@inline
+def spans_unsure(
+    slab: PlaneSlab,
+    low: float,
+    high: float,
+    crosses: bool,
+    unsure: bool,
+    t_min: float,
+    t_max: float,
+    nearness: Nearness,
+) -> bool:
+    """Might rounding change the spans of a cell within a ray's interval?
+
+    `unsure`: it might change the order of two planes, or the roots of the quadric. A slab that is
+    certainly empty, or certainly outside of the interval, is not doubtful, whatever else is close.
+    """
+    t_in, t_out = slab.t_in, slab.t_out
+    close = may_swap(low, t_in, nearness) | may_swap(low, t_out, nearness)
+    close |= may_swap(high, t_in, nearness) | may_swap(high, t_out, nearness)
+    close |= is_too_far(low, nearness) | is_too_far(high, nearness)  # on which side, then, is not certain either
+    begins = (t_in < t_max) | may_swap(t_in, t_max, nearness)
+    ends = (t_out > t_min) | may_swap(t_out, t_min, nearness)
+    touches = may_swap(t_in, t_out, nearness)
+    return (unsure | touches | (close & crosses)) & begins & ends & ((t_in < t_out) | touches)
+
+
+# A cell on a ray: at most two spans, each end with the face it lies on.
+#
+# A face is identified by its place: a row in the table of the cells' planes, or `quadric_place` of a cell, or
+# `NO_PLACE` for an end at infinity.
+
+NO_PLACE = -1
+
+
+class CellSpans(NamedTuple):
+    """The spans of a ray inside a cell: in1 < out1 <= in2 < out2 as far as their `number` goes."""
+
+    number: int  # of spans
+    in1: float
+    out1: float
+    place_in1: Any
+    place_out1: Any
+    in2: float
+    out2: float
+    place_in2: Any
+    place_out2: Any
+    unsure: bool  # might rounding change any of that within the interval?
+
+
+@inline
+def quadric_place(cell: int) -> int:
+    """The place of a cell's curved face."""
+    return -2 - cell
+
+
+@inline
+def end_of(spans: CellSpans, end: int) -> tuple[float, Any]:
+    """(t, place) of end 0, 1, 2 or 3; even ends are entered, odd ones left."""
+    if end < 2:
+        return (spans.in1, spans.place_in1) if end == 0 else (spans.out1, spans.place_out1)
+    return (spans.in2, spans.place_in2) if end == 2 else (spans.out2, spans.place_out2)
+
+
+@inline
+def slab_of(
+    geometry: Geometry, cell: int, ray: Ray, inverse: float, nearness: Nearness
+) -> tuple[PlaneSlab, bool, bool]:
+    """(what the planes of a cell leave of a ray, might rounding change it, is it unknown where the ray meets one?)
+
+    Early out where a plane along the ray leaves nothing: then no other plane matters.
+    """
+    slab, unsure, lost = PlaneSlab(-math.inf, math.inf, whole(NO_PLACE), whole(NO_PLACE)), False, False
+    for place in range(integer(geometry, table.CELL_FIRST, cell), integer(geometry, table.CELL_FIRST, cell + 1)):
+        surface, inner = integer(geometry, table.PLANE_SURFACE, place), plane_side(geometry, place) > 0
+        height, rate, doubtful = plane_values(geometry, surface, ray, inverse)
+        slab, close = clip_slab(slab, height, rate, inner, whole(place), nearness.off)
+        unsure |= close
+        lost |= doubtful
+        if slab.t_in == math.inf:
+            break
+    return slab, unsure, lost
+
+
+@helper
+def cell_spans(geometry: Geometry, cell: int, ray: Ray, inverse: float) -> CellSpans:
+    """The spans of a ray inside a cell, over the whole line, each end with the place of its face.
+
+    Relies on `inverse` = 1 / d·d. Unless `unsure`, the ends within the interval have the order of the exact ones, and
+    lie within `nearness.off` of them.
+    """
+    nearness = nearness_of(geometry, table.CELL_LIMITS, cell, ray, inverse)
+    slab, unsure, lost = slab_of(geometry, cell, ray, inverse, nearness)
+    lost |= nearness.far < 0.0
+    quadric, low, high, crosses, outside = integer(geometry, table.CELL_QUADRIC, cell), math.inf, math.inf, False, True
+    if quadric >= 0 and slab.t_in < slab.t_out:
+        low, high, outside, crosses, doubtful = curved_roots(geometry, quadric, ray, inverse)
+        outside = outside != (cell_side(geometry, cell) < 0)
+        unsure |= doubtful
+    unsure = lost | spans_unsure(slab, low, high, crosses, unsure, ray.t_min, ray.t_max, nearness)
+    if not crosses:  # an early out: what `compose_spans` would say
+        t_in, t_out, place_in, place_out = slab
+        there = (t_in < t_out) & outside
+        return CellSpans(
+            1 if there else 0, t_in, t_out, place_in, place_out, t_in, t_out, place_in, place_out, unsure
+        )  # fmt: skip
+    in1, out1, a1, b1, in2, out2, a2, b2, some, more = compose_spans(
+        slab, low, high, crosses, outside, whole(quadric_place(cell))
+    )
+    if some:
+        return CellSpans(2 if more else 1, in1, out1, a1, b1, in2, out2, a2, b2, unsure)
+    return CellSpans(1 if more else 0, in2, out2, a2, b2, in2, out2, a2, b2, unsure)
+
+
+@inline
+def place_face(geometry: Geometry, place: int) -> tuple[int, int, int]:
+    """(surface, face number, side) of a place; side +1 where the surface's gradient points out of the cell."""
+    if place < 0:
+        cell = -2 - place
+        face, side = cell_face_and_side(geometry, cell)
+        return integer(geometry, table.CELL_QUADRIC, cell), face, side
+    face, side = plane_face_and_side(geometry, place)
+    return integer(geometry, table.PLANE_SURFACE, place), face, side

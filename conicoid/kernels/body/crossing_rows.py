@@ -1,0 +1,200 @@
+"""All crossings or spans of rays, as rows of a growing table.
+
+A row is a span or a crossing; its columns have names. Both begin with t and the body, by which rows are sorted. OFF is
+by how much rounding may have moved an end. Where the ray is one of ranks (see queries/exact/ranks.py), t is a rank.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..._jit.decorators import allocator, helper, inline
+from ..numbers.shell_sort import make_sort
+from ..ray import Ray
+from ..tables import Floats, Geometry, whole
+from .boolean import read_crossing
+from .entry import crossing_face, entry_crossings, entry_nearness, is_solid
+from .hit import may_tie
+from .scratch import Scratch
+
+# Of a span: its surfaces are -1 where it is clipped (1, else 0) by the interval
+ENTER, BODY, EXIT, ENTER_CLIPPED, EXIT_CLIPPED, ENTER_SURFACE, EXIT_SURFACE, ENTER_OFF, EXIT_OFF = range(9)
+SPAN_COLUMNS = 9
+# Of a crossing; its body is in the same column; the side of `crossed_face`; 1 if the body is entered, else 0
+T, _, FACE, SURFACE, SIDE, ENTERS, OFF = range(7)
+CROSSING_COLUMNS = 7
+_FEW = 12
+
+
+class BodyRows(NamedTuple):
+    """What a ray has of a body; the crossings themselves are in scratch."""
+
+    crossings: int
+    inside: bool  # just after t_min
+    off: float  # by how much rounding may have moved each
+    unsure: bool
+
+
+@allocator
+def grow_rows(rows: Floats, used: int, more: int) -> Floats:
+    """The rows, in a larger table where theirs has no room for some more."""
+    if used + more <= len(rows):
+        return rows
+    larger = np.empty((2 * len(rows) + more + 64, rows.shape[1]))
+    for i in range(used):
+        for k in range(rows.shape[1]):
+            larger[i, k] = rows[i, k]
+    return larger
+
+
+@inline
+def _surface(geometry: Geometry, scratch: Scratch, entry: int, c: int) -> int:
+    """The surface of crossing c of an entry, read from scratch."""
+    _, place, sense, _ = read_crossing(scratch, c)
+    return crossing_face(geometry, entry, place, sense)[0]
+
+
+@helper
+def _put_spans(
+    geometry: Geometry, scratch: Scratch, entry: int, met: BodyRows, ray: Ray, rows: Floats, used: int
+) -> int:
+    """Rows of the spans between an entry's crossings, read from scratch; returns how many rows there are now."""
+    body = whole(entry)
+    enter, surface, before, inside = ray.t_min, whole(-1), 0.0, met.inside
+    for c in range(met.crossings + 1):
+        at_end = c == met.crossings
+        t, beyond, after = ray.t_max, whole(-1), 0.0
+        if not at_end:
+            t, beyond, after = read_crossing(scratch, c)[0], _surface(geometry, scratch, entry, c), met.off
+        if inside:
+            rows[used, ENTER], rows[used, BODY], rows[used, EXIT] = enter, body, t
+            rows[used, ENTER_CLIPPED], rows[used, EXIT_CLIPPED] = 1.0 if surface < 0 else 0.0, 1.0 if at_end else 0.0
+            rows[used, ENTER_SURFACE], rows[used, EXIT_SURFACE] = surface, beyond
+            rows[used, ENTER_OFF], rows[used, EXIT_OFF] = before, after
+            used += 1
+        inside = not inside
+        enter, surface, before = t, beyond, after
+    return used
+
+
+@helper
+def _put_crossings(geometry: Geometry, scratch: Scratch, entry: int, met: BodyRows, rows: Floats, used: int) -> int:
+    """Rows of an entry's crossings, read from scratch; returns how many rows there are now."""
+    body = whole(entry)
+    for c in range(met.crossings):
+        t, place, sense, enters = read_crossing(scratch, c)
+        surface, face, side = crossing_face(geometry, whole(entry), place, sense)
+        rows[used, T], rows[used, BODY] = t, body
+        rows[used, FACE], rows[used, SURFACE], rows[used, SIDE] = face, surface, side
+        rows[used, ENTERS], rows[used, OFF] = 1.0 if enters else 0.0, met.off
+        used += 1
+    return used
+
+
+@inline
+def put_rows(
+    geometry: Geometry, scratch: Scratch, entry: int, met: BodyRows, ray: Ray, spans: bool, rows: Floats, used: int
+) -> int:
+    """Rows of an entry's spans or crossings. Relies on room for one row more than it has crossings (`with_room`)."""
+    if spans:
+        return _put_spans(geometry, scratch, entry, met, ray, rows, used)
+    return _put_crossings(geometry, scratch, entry, met, rows, used)
+
+
+@inline
+def _order(rows: Floats, i: int, j: int, columns: int) -> int:
+    """-1, 0 or 1: does row i come before row j, with it, or after it, by their first columns?"""
+    for k in range(columns):
+        if rows[i, k] != rows[j, k]:
+            return 1 if rows[i, k] > rows[j, k] else -1
+    return 0
+
+
+@helper
+def _insert_rows(rows: Floats, first: int, last: int, columns: int) -> None:
+    """Order a few rows by their first columns: insertion sort, stable."""
+    for i in range(first + 1, last):
+        j = i
+        while j > first and _order(rows, j - 1, j, columns) > 0:
+            for k in range(rows.shape[1]):
+                rows[j - 1, k], rows[j, k] = rows[j, k], rows[j - 1, k]
+            j -= 1
+
+
+@inline
+def _stands_after(rows: tuple[Floats, int, int], a: int, b: int) -> bool:
+    """Does row a, counted from a first one, come after row b, by their first columns? Equal rows keep their order."""
+    table, first, columns = rows
+    order = _order(table, first + a, first + b, columns)
+    return order > 0 or (order == 0 and a > b)
+
+
+_sort_places = make_sort(_stands_after)
+
+
+@allocator
+def _sort_many_rows(rows: Floats, first: int, last: int, columns: int) -> None:
+    """As `_insert_rows`, for many."""
+    order = np.empty(last - first, np.int32)
+    for i in range(last - first):
+        order[i] = i
+    _sort_places(order, len(order), (rows, first, columns))
+    before = rows[first:last].copy()
+    for i in range(last - first):
+        for k in range(rows.shape[1]):
+            rows[first + i, k] = before[order[i], k]
+
+
+@helper
+def _unsettled(rows: Floats, first: int, last: int, surface: int, off: int) -> bool:
+    """Might rounding have changed the order of two rows? Not of two on the same surface, at the same t."""
+    for i in range(first + 1, last):
+        near = may_tie(rows[i, T], rows[i, off], rows[i - 1, T], rows[i - 1, off])
+        if near and (rows[i, T] != rows[i - 1, T] or rows[i, surface] != rows[i - 1, surface]):
+            return True
+    return False
+
+
+@inline
+def sort_rows(rows: Floats, first: int, last: int, spans: bool) -> bool:
+    """Sort the rows of a ray by t and body (crossings also by face); might rounding have changed their order?"""
+    if last - first < 2:
+        return False
+    if last - first <= _FEW:
+        _insert_rows(rows, first, last, 2 if spans else 3)
+    else:
+        _sort_many_rows(rows, first, last, 2 if spans else 3)
+    return _unsettled(rows, first, last, ENTER_SURFACE if spans else SURFACE, ENTER_OFF if spans else OFF)
+
+
+@helper
+def scale_rows(rows: Floats, first: int, last: int, scale: float, given: Ray, spans: bool) -> None:
+    """Back to the length that the ray's direction had; clipped ends are those of the given interval, to the bit."""
+    if scale == 1.0:
+        return
+    for i in range(first, last):
+        rows[i, T] = given.t_min if spans and rows[i, ENTER_CLIPPED] != 0.0 else rows[i, T] * scale
+        if spans:
+            rows[i, EXIT] = given.t_max if rows[i, EXIT_CLIPPED] != 0.0 else rows[i, EXIT] * scale
+
+
+@allocator
+def ray_rows(
+    geometry: Geometry, scratch: Scratch, ray: Ray, count: int, spans: bool, rows: Floats, used: int
+) -> tuple[Floats, int, bool]:
+    """Spans or crossings of entries scratch.found[:count] from rows[used] on: (rows, how many now, doubtful)."""
+    first, doubtful = used, False
+    for k in range(count):
+        entry = scratch.found[k]
+        if spans and not is_solid(geometry, entry):
+            continue
+        crossings, inside, unsure = entry_crossings(geometry, scratch, entry, ray, 1 << 30)
+        doubtful |= unsure
+        if crossings > 0 or inside:
+            off = entry_nearness(geometry, entry, ray).off
+            rows = grow_rows(rows, used, crossings + 1)
+            met = BodyRows(crossings, inside, off, unsure)
+            used = put_rows(geometry, scratch, entry, met, ray, spans, rows, used)
+    return rows, used, sort_rows(rows, first, used, spans) | doubtful

@@ -1,0 +1,121 @@
+"""Is a point inside? Leaves are closed, Boolean combinations exact. (A surface's value has a sign at a point.)"""
+
+from __future__ import annotations
+
+from ..._jit.decorators import helper, inline
+from .. import tables as table
+from ..faces import cell_side, plane_side
+from ..numbers.bounded_pair import sign
+from ..numbers.double_double import two_difference
+from ..numbers.vectors import dot
+from ..programs import cell_of_leaf, hold_program, root_value, turn_leaf
+from ..ray import Ray
+from ..surface.doubt import POINT, POINT_AT_BALL
+from ..surface.exact_crossing import OPEN, RoundingRest, curved_terms, plane_terms, rest_number, rest_of_quadric
+from ..surface.plane import PlaneLimits, PlaneRecord
+from ..surface.quadric import SphereRecord, quadric_rounding, quadric_value
+from ..surface.records import load_plane, load_quadric, load_sphere, plane_limits
+from ..tables import BALL, CELL, PLANE, REGION, SPHERE, Geometry, integer, whole
+from .boolean import collect_leaves
+from .scratch import EVENT, LEAF, Scratch
+
+INSIDE = 1
+"""OUTSIDE is 0, and OPEN 2: not certain."""
+
+
+@inline
+def point_ray(x: float, y: float, z: float) -> Ray:
+    """A ray that is a point."""
+    return Ray(x, y, z, 1.0, 1.0, 1.0, 0.0, 0.0, whole(-1))
+
+
+@inline
+def plane_value(plane: PlaneRecord, limits: PlaneLimits, x: float, y: float, z: float) -> tuple[float, float]:
+    """(value at a point, by how much it may be off)."""
+    nx, ny, nz, over, ax, ay, az = plane
+    (px, ex), (py, ey), (pz, ez) = two_difference(x, ax), two_difference(y, ay), two_difference(z, az)
+    height = dot(nx, ny, nz, px, py, pz) + (dot(nx, ny, nz, ex, ey, ez) + over)
+    terms = abs(nx * px) + abs(ny * py) + abs(nz * pz) + abs(over)
+    return height, POINT * terms + limits.height
+
+
+@inline
+def sphere_value(sphere: SphereRecord, x: float, y: float, z: float) -> tuple[float, float]:
+    """(value at a point, by how much it may be off)."""
+    cx, cy, cz, r = sphere
+    px, py, pz = x - cx, y - cy, z - cz
+    square = px * px + py * py + pz * pz
+    return square - r * r, POINT_AT_BALL * (square + r * r)
+
+
+@helper
+def surface_side(geometry: Geometry, rest: RoundingRest, surface: int, x: float, y: float, z: float) -> int:
+    """The sign of a surface's value at a point, or OPEN: by floats where their error bound allows, else with bounds."""
+    row, kind = integer(geometry, table.SURFACE_ROW, surface), integer(geometry, table.SURFACE_KIND, surface)
+    if kind == PLANE:
+        value, off = plane_value(load_plane(geometry, row), plane_limits(geometry, row), x, y, z)
+    elif kind == SPHERE:
+        value, off = sphere_value(load_sphere(geometry, row), x, y, z)
+    else:
+        quadric = load_quadric(geometry, row)
+        at = rest_of_quadric(geometry, row)
+        value = quadric_value(quadric, x, y, z)
+        off = quadric_rounding(
+            quadric, x, y, z, rest_number(rest, at), rest_number(rest, at + 1), rest_number(rest, at + 2)
+        )
+    if abs(value) > off:
+        return 1 if value > 0.0 else -1
+    if kind == PLANE:
+        return sign(plane_terms(geometry, rest, surface, point_ray(x, y, z), 0.0)[0])
+    return sign(curved_terms(geometry, rest, surface, point_ray(x, y, z), 0.0)[2])
+
+
+@helper
+def cell_holds(geometry: Geometry, rest: RoundingRest, cell: int, x: float, y: float, z: float) -> int:
+    """INSIDE if the point is on the inner side of every face, or on it; OPEN where that is not certain."""
+    held, quadric = INSIDE, integer(geometry, table.CELL_QUADRIC, cell)
+    first, last = integer(geometry, table.CELL_FIRST, cell), integer(geometry, table.CELL_FIRST, cell + 1)
+    for slot in range(first, last + 1 if quadric >= 0 else last):
+        if slot == last:
+            where, inner = surface_side(geometry, rest, quadric, x, y, z), cell_side(geometry, cell)
+        else:
+            where = surface_side(geometry, rest, integer(geometry, table.PLANE_SURFACE, slot), x, y, z)
+            inner = plane_side(geometry, slot)
+        if where == OPEN:
+            held = OPEN
+        elif where * inner > 0:
+            return 0
+    return held
+
+
+@helper
+def entry_holds(
+    geometry: Geometry, rest: RoundingRest, scratch: Scratch, entry: int, x: float, y: float, z: float
+) -> int:
+    """Does an entry's body contain the point? INSIDE, 0 or OPEN. `scratch.counts` are as before when it returns."""
+    kind, index = integer(geometry, table.ENTRY_KIND, entry), integer(geometry, table.ENTRY_INDEX, entry)
+    if kind == BALL:
+        where = surface_side(geometry, rest, index, x, y, z)
+        return OPEN if where == OPEN else (INSIDE if where <= 0 else 0)
+    if kind == CELL:
+        return cell_holds(geometry, rest, index, x, y, z)
+    if kind != REGION:
+        return 0
+    held, certain = 0, True
+    hold_program(geometry, scratch.counts, index)
+    for k in range(collect_leaves(geometry, scratch, index, point_ray(x, y, z))):
+        if table.poll_halt(geometry, k):
+            break
+        leaf = scratch.found_leaves[k]
+        holds = cell_holds(geometry, rest, cell_of_leaf(geometry, leaf), x, y, z)
+        certain &= holds != OPEN
+        if holds == INSIDE:
+            turn_leaf(geometry, scratch.counts, index, leaf, True)
+            scratch.event[EVENT * held + LEAF] = leaf
+            held += 1
+    inside = root_value(geometry, scratch.counts, index)
+    for k in range(held):
+        if table.poll_halt(geometry, k):
+            break
+        turn_leaf(geometry, scratch.counts, index, scratch.event[EVENT * k + LEAF], False)
+    return (INSIDE if inside else 0) if certain else OPEN

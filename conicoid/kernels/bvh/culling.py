@@ -1,0 +1,80 @@
+"""Culling: tests of boxes and balls, and of lists of them, in explicit vectors of eight floats.
+
+The compiler vectorises loops over many lanes, but unrolls a loop over the eight children of a node or the
+eight rows of a packet first, and then leaves it scalar. So these few are written in LLVM's own
+vectors, which it lowers to whatever the processor has. IEEE arithmetic as elsewhere. All tests are conservative,
+by the slacks of culling_constants.py: NaN counts as met.
+"""
+
+from typing import TYPE_CHECKING
+
+from ..._jit.decorators import instructions
+from ..._jit.machine_code import SHIPPED
+from .culling_constants import (
+    BEAM,
+    BOX_OR_BALL,
+    CODE,
+    ENTERED,
+    FIRST,
+    FROM_THE_START,
+    HIGH_I,
+    HIGH_O,
+    ITEM_ROW,
+    ITEMS_SIZE,
+    LAST,
+    LOW_I,
+    LOW_O,
+    MOST_CHOSEN,
+    MOST_ITEMS,
+)
+
+if TYPE_CHECKING or SHIPPED is None:
+    from .culling_tests import (
+        balls_in_beam,
+        balls_met,
+        boxes_met,
+        group_in_ball,
+        items_met,
+        keep_items,
+        lanes_entering,
+        lanes_in_ball,
+        lanes_in_ball_from_one,
+        lanes_in_box,
+        numbers_in_lanes,
+        put_balls,
+        put_children,
+        put_entries,
+        put_groups,
+        put_numbers,
+        put_on_lists,
+        rays_in_balls,
+        records_in_lanes,
+        waiting_ray,
+    )
+    from .vector_code import (
+        bit_count,
+        extent,
+        extents,
+        highest_bit,
+        load_eight,
+        lowest_bit,
+        prefetch,
+        prefetch_soon,
+        prefetch_to_write,
+        put_reaches,
+        reach,
+        store_eight,
+        widen,
+    )
+else:
+    __getattr__ = instructions(__package__, "culling_tests", "vector_code")
+
+__all__ = [
+    "BEAM", "BOX_OR_BALL", "CODE", "ENTERED", "FIRST", "FROM_THE_START", "HIGH_I", "HIGH_O", "ITEMS_SIZE", "ITEM_ROW",
+    "LAST", "LOW_I", "LOW_O", "MOST_CHOSEN", "MOST_ITEMS", "balls_in_beam", "balls_met", "bit_count", "boxes_met",
+    "extent", "extents", "group_in_ball", "highest_bit", "items_met", "keep_items", "lanes_entering",
+    "lanes_in_ball", "lanes_in_ball_from_one", "lanes_in_box", "load_eight", "lowest_bit", "numbers_in_lanes",
+    "prefetch", "prefetch_soon", "prefetch_to_write", "put_balls", "put_children", "put_entries", "put_groups",
+    "put_numbers", "put_on_lists", "put_reaches", "rays_in_balls", "reach", "records_in_lanes", "store_eight",
+    "waiting_ray", "widen",
+]  # fmt: skip

@@ -1,0 +1,396 @@
+"""The planes that hold the curve of two quadrics, where there are such.
+
+Every f - m h of two quadrics f and h vanishes where both do. Where one of these is a pair of planes the curve is two
+conics: of two spheres, of quadrics of revolution about one axis, of parallel cylinders, of equal cylinders that cross.
+Such an m makes the two forms equal along an axis that both share, so m = (e·A e) / (e·B e) of the principal axes e of
+both is tried. (Levin: A parametric algorithm for drawing pictures of solid objects composed of quadric surfaces,
+CACM 19, 1976.)
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from ..._jit.decorators import helper, inline
+from .. import tables as table
+from ..numbers.vectors import dot
+from ..programs import leaf_bounds, leaf_high, leaf_low
+from ..surface.records import anchor_of
+from ..tables import Geometry, integer, whole
+from .form import SurfaceForm, bend_times, form_at, length_of, principal_axes
+from .neighbourhood import LEAF, LEAVES, LOWER, MOST_PAIRED, PROGRAM, SHEET_OF, SURFACES, Neighbourhood, is_flat, limit
+from .stationary import rounding_share, try_conic
+from .walls import CERTAIN_WALL, WallQuery, project_point, try_point
+
+_ALIKE = 2.0**-44
+"""Share of what it was taken from by which a coefficient counts as zero."""
+HARD = -1
+
+
+class PencilPlanes(NamedTuple):
+    """The planes n·v = h, none to two of them, about the point that is asked for; HARD where the curve is in none."""
+
+    number: int
+    x0: float
+    y0: float
+    z0: float
+    h0: float
+    x1: float
+    y1: float
+    z1: float
+    h1: float
+
+
+@inline
+def _no_planes(count: int) -> PencilPlanes:
+    return PencilPlanes(count, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+@inline
+def _difference(f: SurfaceForm, h: SurfaceForm, m: float) -> SurfaceForm:
+    """f - m h; its `off`, `size` and `steep` are bounds of what counts as zero."""
+    return SurfaceForm(
+        f.value - m * h.value, 16.0 * (f.off + abs(m) * h.off), f.gx - m * h.gx, f.gy - m * h.gy, f.gz - m * h.gz,
+        f.xx - m * h.xx, f.yy - m * h.yy, f.zz - m * h.zz, f.xy - m * h.xy, f.xz - m * h.xz, f.yz - m * h.yz,
+        _ALIKE * (f.size + abs(m) * h.size), _ALIKE * (f.steep + abs(m) * h.steep),
+    )  # fmt: skip
+
+
+@helper
+def _planes_of(f: SurfaceForm) -> PencilPlanes:
+    """The planes that a form is the product of; HARD where it is none."""
+    a0, a1, a2, (x0, y0, z0, x1, y1, z1, x2, y2, z2) = principal_axes(f.xx, f.yy, f.zz, f.xy, f.xz, f.yz)
+    if abs(a0) < abs(a2):  # the largest becomes the first
+        a0, a2, x0, y0, z0, x2, y2, z2 = a2, a0, x2, y2, z2, x0, y0, z0
+    if abs(a1) < abs(a2):  # and the least the last
+        a1, a2, x1, y1, z1, x2, y2, z2 = a2, a1, x2, y2, z2, x1, y1, z1
+    g0, g1, g2 = dot(x0, y0, z0, f.gx, f.gy, f.gz), dot(x1, y1, z1, f.gx, f.gy, f.gz), dot(x2, y2, z2, f.gx, f.gy, f.gz)
+    if abs(a0) <= f.size:
+        g = length_of(f.gx, f.gy, f.gz)
+        if g <= f.steep:
+            return _no_planes(HARD if abs(f.value) <= f.off else 0)
+        return PencilPlanes(1, f.gx / g, f.gy / g, f.gz / g, -0.5 * f.value / g, 0.0, 0.0, 0.0, 0.0)
+    if abs(a2) > f.size or abs(g2) > f.steep:
+        return _no_planes(HARD)
+    t0 = -g0 / a0
+    if abs(a1) <= f.size:
+        if abs(g1) > f.steep:
+            return _no_planes(HARD)
+        square = (g0 * g0 - a0 * f.value) / (a0 * a0)
+        if square < -f.off / abs(a0):
+            return _no_planes(0)
+        root = math.sqrt(max(square, 0.0))
+        return PencilPlanes(2, x0, y0, z0, t0 + root, x0, y0, z0, t0 - root)
+    t1 = -g1 / a1
+    if abs(f.value + g0 * t0 + g1 * t1) > f.off + 4.0 * f.steep * (abs(t0) + abs(t1)) or a0 * a1 > 0.0:
+        return _no_planes(HARD)
+    u, v = math.sqrt(abs(a0)), math.sqrt(abs(a1))
+    both = math.sqrt(u * u + v * v)
+    u, v = u / both, v / both
+    return PencilPlanes(
+        2, u * x0 + v * x1, u * y0 + v * y1, u * z0 + v * z1, u * t0 + v * t1,
+        u * x0 - v * x1, u * y0 - v * y1, u * z0 - v * z1, u * t0 - v * t1,
+    )  # fmt: skip
+
+
+@inline
+def _ratio(f: SurfaceForm, h: SurfaceForm, x: float, y: float, z: float) -> float:
+    """m that makes f and h equal along a unit vector; 0 where it is nowhere or everywhere."""
+    ax, ay, az = bend_times(f, x, y, z)
+    bx, by, bz = bend_times(h, x, y, z)
+    over, under = dot(ax, ay, az, x, y, z), dot(bx, by, bz, x, y, z)
+    return over / under if (abs(under) > 2.0**-30 * h.size) & (abs(over) > 2.0**-30 * f.size) else 0.0
+
+
+@helper
+def shared_planes(geometry: Geometry, one: int, other: int, x: float, y: float, z: float) -> PencilPlanes:
+    """The planes of the curve of two curved surfaces, about a point."""
+    cx, cy, cz = anchor_of(geometry, one)
+    f, h = form_at(geometry, one, cx, cy, cz), form_at(geometry, other, cx, cy, cz)
+    p = principal_axes(f.xx, f.yy, f.zz, f.xy, f.xz, f.yz).along
+    q = principal_axes(h.xx, h.yy, h.zz, h.xy, h.xz, h.yz).along
+    found = _planes_of(_difference(f, h, 0.0))
+    for k in range(7):
+        if found.number != HARD:
+            break
+        axes = p if k < 3 else q
+        if k == 6:
+            found = _planes_of(_difference(h, f, 0.0))
+        else:
+            if k % 3 == 0:
+                m = _ratio(f, h, axes.x0, axes.y0, axes.z0)
+            elif k % 3 == 1:
+                m = _ratio(f, h, axes.x1, axes.y1, axes.z1)
+            else:
+                m = _ratio(f, h, axes.x2, axes.y2, axes.z2)
+            if m != 0.0:
+                found = _planes_of(_difference(f, h, m))
+    dx, dy, dz = x - cx, y - cy, z - cz
+    return PencilPlanes(
+        found.number, found.x0, found.y0, found.z0, found.h0 - dot(found.x0, found.y0, found.z0, dx, dy, dz),
+        found.x1, found.y1, found.z1, found.h1 - dot(found.x1, found.y1, found.z1, dx, dy, dz),
+    )  # fmt: skip
+
+
+# Edges and corners of a body, tried as nearest walls: two or three surfaces that meet.
+
+_PARALLEL = 2.0**-40
+_ALONG = 2.0**-44
+_MORE = 1.0 + 2.0**-30
+_ENDED = 2.0**-36
+"""Share of the size of a point on several surfaces by which it may be off where Newton's steps have ended."""
+EDGE_ERROR = 2.0**-42
+"""Share of the sizes of points by which a conic of two quadrics may be off, whatever their angle is."""
+
+
+@inline
+def plane_about(form: SurfaceForm) -> tuple[float, float, float, float]:
+    """A plane surface as n·v = h, of a unit vector n."""
+    return 2.0 * form.gx, 2.0 * form.gy, 2.0 * form.gz, -form.value
+
+
+@inline
+def planes_of_pair(geometry: Geometry, room: Neighbourhood, at: WallQuery, i: int, j: int) -> PencilPlanes:
+    """The planes that hold where two near surfaces meet, i < j: a plane itself, or those of two quadrics."""
+    if is_flat(geometry, room, i):
+        nx, ny, nz, h = plane_about(form_at(geometry, room.surface[i], at.x, at.y, at.z))
+        return PencilPlanes(1, nx, ny, nz, h, 0.0, 0.0, 0.0, 0.0)
+    if is_flat(geometry, room, j):  # a sheet's own quadric stands before planes
+        nx, ny, nz, h = plane_about(form_at(geometry, room.surface[j], at.x, at.y, at.z))
+        return PencilPlanes(1, nx, ny, nz, h, 0.0, 0.0, 0.0, 0.0)
+    return shared_planes(geometry, room.surface[i], room.surface[j], at.x, at.y, at.z)
+
+
+@inline
+def plane_of(planes: PencilPlanes, k: int) -> tuple[float, float, float, float]:
+    """One of the planes."""
+    if k == 0:
+        return planes.x0, planes.y0, planes.z0, planes.h0
+    return planes.x1, planes.y1, planes.z1, planes.h1
+
+
+@inline
+def _chosen(room: Neighbourhood, i: int, j: int, k: int) -> None:
+    room.chosen[0], room.chosen[1], room.chosen[2] = i, j, k
+
+
+@inline
+def line_of_planes(
+    ax: float, ay: float, az: float, g: float, bx: float, by: float, bz: float, h: float
+) -> tuple[float, float, float, float, float, float]:
+    """(foot, unit direction) of the line a·v = g, b·v = h; a direction of zeros where they are parallel."""
+    dx, dy, dz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+    square = dot(dx, dy, dz, dx, dy, dz)
+    if square <= _PARALLEL * _PARALLEL:
+        return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    # (g b - h a) × d / |d|², which is across d
+    mx, my, mz = g * bx - h * ax, g * by - h * ay, g * bz - h * az
+    x, y, z = my * dz - mz * dy, mz * dx - mx * dz, mx * dy - my * dx
+    root = math.sqrt(square)
+    return x / square, y / square, z / square, dx / root, dy / root, dz / root
+
+
+@helper
+def try_edge(geometry: Geometry, room: Neighbourhood, at: WallQuery, i: int, j: int) -> bool:
+    """Try where two near surfaces meet, i < j; is their curve a hard one, which no plane holds?"""
+    if is_flat(geometry, room, i) and is_flat(geometry, room, j):
+        ax, ay, az, g = plane_about(form_at(geometry, room.surface[i], at.x, at.y, at.z))
+        bx, by, bz, h = plane_about(form_at(geometry, room.surface[j], at.x, at.y, at.z))
+        x, y, z, dx, dy, dz = line_of_planes(ax, ay, az, g, bx, by, bz, h)
+        if (dx != 0.0) | (dy != 0.0) | (dz != 0.0):
+            _chosen(room, i, j, j)
+            try_point(geometry, room, at, 2, x, y, z, math.inf, 0.0)
+        return False
+    planes = planes_of_pair(geometry, room, at, i, j)
+    if planes.number == HARD:
+        return True
+    curved = i if is_flat(geometry, room, j) else j
+    form = form_at(geometry, room.surface[curved], at.x, at.y, at.z)
+    known = math.inf if is_flat(geometry, room, i) or is_flat(geometry, room, j) else EDGE_ERROR
+    for k in range(planes.number):
+        nx, ny, nz, h = plane_of(planes, k)
+        if abs(h) <= limit(room) * _MORE:
+            _chosen(room, i, j, j)
+            try_conic(geometry, room, at, 2, form, nx, ny, nz, h, known)
+    if planes.number == 2:  # where the two conics cross
+        _try_line(geometry, room, at, planes, planes, i, j, j, 2)
+    return False
+
+
+@inline
+def _beside_anchor(
+    geometry: Geometry,
+    room: Neighbourhood,
+    at: WallQuery,
+    k: int,
+    x: float,
+    y: float,
+    z: float,
+    dx: float,
+    dy: float,
+    dz: float,
+) -> float:
+    """How far along a line a near surface's anchor is: about there a quadric's terms are no larger than need be."""
+    if is_flat(geometry, room, k):
+        return 0.0
+    ax, ay, az = anchor_of(geometry, room.surface[k])
+    return dot(dx, dy, dz, (ax - at.x) - x, (ay - at.y) - y, (az - at.z) - z)
+
+
+@helper
+def _try_line(
+    geometry: Geometry,
+    room: Neighbourhood,
+    at: WallQuery,
+    one: PencilPlanes,
+    other: PencilPlanes,
+    i: int,
+    j: int,
+    k: int,
+    count: int,
+) -> None:
+    """Try where the lines of two planes meet the last of i, j, k, or a sheet's own surface i where that is curved."""
+    curved = i if is_flat(geometry, room, k) and not is_flat(geometry, room, i) else k
+    same = count == 2
+    for p in range(one.number):
+        ax, ay, az, g = plane_of(one, p)
+        for q in range(p + 1 if same else 0, other.number):
+            bx, by, bz, h = plane_of(other, q)
+            x, y, z, dx, dy, dz = line_of_planes(ax, ay, az, g, bx, by, bz, h)
+            if not length_of(x, y, z) <= limit(room) * _MORE or not (dx != 0.0) | (dy != 0.0) | (dz != 0.0):
+                continue
+            along = _beside_anchor(geometry, room, at, curved, x, y, z, dx, dy, dz)
+            sx, sy, sz = x + along * dx, y + along * dy, z + along * dz
+            form = form_at(geometry, room.surface[curved], at.x + sx, at.y + sy, at.z + sz)
+            ux, uy, uz = bend_times(form, dx, dy, dz)
+            a, b, c = dot(ux, uy, uz, dx, dy, dz), dot(form.gx, form.gy, form.gz, dx, dy, dz), form.value
+            root = math.sqrt(max(b * b - a * c, 0.0))
+            if b * b - a * c < -(2.0**-30) * (b * b + abs(a * c)):
+                continue
+            # What is as small as rounding makes it would be met beyond all that floats tell apart
+            a = a if abs(a) > _ALONG * form.size else 0.0
+            b = b if abs(b) > _ALONG * form.steep else 0.0
+            far = -(b + math.copysign(root, b))
+            for which in range(2):
+                over, under = (far, a) if which == 0 else (c, far)
+                t = along + over / under if under != 0.0 else math.inf
+                if not abs(t) <= limit(room) * _MORE:
+                    continue
+                _chosen(room, i, j, k)
+                px, py, pz = x + t * dx, y + t * dy, z + t * dz
+                known = rounding_share(at, EDGE_ERROR, px, py, pz) if count == 2 else math.inf
+                least = length_of(x, y, z) - rounding_share(at, EDGE_ERROR, x, y, z)
+                try_point(geometry, room, at, count, px, py, pz, known, least)
+
+
+@helper
+def try_corners(geometry: Geometry, room: Neighbourhood, at: WallQuery, i: int, j: int) -> None:
+    """Try where two near surfaces meet a third one behind them, i < j < k. Curves that no plane holds are left out."""
+    one = planes_of_pair(geometry, room, at, i, j)
+    if one.number <= 0:
+        return
+    flat = is_flat(geometry, room, i) and is_flat(geometry, room, j)
+    for k in range(j + 1, room.sizes[SURFACES]):
+        if not room.bound[k] <= limit(room):
+            continue
+        if flat:
+            nx, ny, nz, h = plane_about(form_at(geometry, room.surface[j], at.x, at.y, at.z))
+            _try_line(geometry, room, at, one, PencilPlanes(1, nx, ny, nz, h, 0.0, 0.0, 0.0, 0.0), i, j, k, 3)
+            continue
+        # i, j and k: one of the curves is on planes with j, or with i, as the other is
+        curved_first = not is_flat(geometry, room, i)
+        other = planes_of_pair(geometry, room, at, i, k) if curved_first else planes_of_pair(geometry, room, at, j, k)
+        if other.number > 0:
+            _try_line(geometry, room, at, one, other, i, j, k, 3)
+
+
+@inline
+def is_hard(room: Neighbourhood, i: int, j: int) -> bool:
+    """Is the curve of two near surfaces, i < j, in no plane? `try_edges` has noted it."""
+    return j >= MOST_PAIRED or room.hard[MOST_PAIRED * i + j] == 1
+
+
+@inline
+def _note(room: Neighbourhood, i: int, j: int, hard: bool) -> bool:
+    """Note whether the curve of two near surfaces is in no plane."""
+    if j < MOST_PAIRED:
+        room.hard[MOST_PAIRED * i + j] = 1 if hard else 0
+    return hard
+
+
+@helper
+def _try_from(
+    geometry: Geometry, room: Neighbourhood, at: WallQuery, i: int, j: int, k: int, vx: float, vy: float, vz: float
+) -> None:
+    """Try where Newton's steps lead to from x + v: if that is a wall, others are nearer than it.
+
+    What is not sure to be one says nothing; nor does where they have not ended, as surfaces need not meet at all.
+    """
+    before, count = room.best[LOWER], 2 if j == k else 3
+    _chosen(room, i, j, k)
+    found = project_point(geometry, room, count, at.x + vx, at.y + vy, at.z + vz)
+    if found.off > _ENDED * (abs(found.x) + abs(found.y) + abs(found.z)):
+        return
+    vx, vy, vz = found.x - at.x, found.y - at.y, found.z - at.z
+    if try_point(geometry, room, at, count, vx, vy, vz, math.inf, 0.0) != CERTAIN_WALL:
+        room.best[LOWER] = before
+
+
+@helper
+def _into_leaves(geometry: Geometry, room: Neighbourhood, x: float, axis: int) -> float:
+    """How far x is from the nearest place along an axis that the boxes of the near leaves reach."""
+    low, high, program = math.inf, -math.inf, whole(room.sizes[PROGRAM])
+    if program >= 0:
+        bounds, first = leaf_bounds(geometry, program), integer(geometry, table.PROGRAM_LEAF, program)
+        for k in range(room.sizes[LEAVES]):
+            number = whole(room.leaves[4 * k + LEAF]) - first
+            low = min(low, leaf_low(geometry, bounds, number, axis))
+            high = max(high, leaf_high(geometry, bounds, number, axis))
+    return (low - x if x < low else min(high - x, 0.0)) if low <= high else 0.0
+
+
+@helper
+def _try_hard_from_beside(geometry: Geometry, room: Neighbourhood, at: WallQuery) -> None:
+    """Try curves that no plane holds, and corners on them: the better the first guess, the fewer boxes.
+
+    From the nearest place of a box around the body, as from afar Newton's steps halve the way and no more.
+    """
+    vx, vy, vz = (
+        _into_leaves(geometry, room, at.x, 0), _into_leaves(geometry, room, at.y, 1),
+        _into_leaves(geometry, room, at.z, 2),
+    )  # fmt: skip
+    count = min(room.sizes[SURFACES], MOST_PAIRED)
+    for i in range(count):
+        for j in range(i + 1, count):
+            if not is_hard(room, i, j):
+                continue
+            if i == 0 or room.sizes[SHEET_OF] == 0:
+                _try_from(geometry, room, at, i, j, j, vx, vy, vz)
+            for k in range(count):
+                if k != i and k != j and (room.sizes[SHEET_OF] == 0 or i == 0 or k == 0):
+                    first, last = min(i, k), max(j, k)
+                    _try_from(geometry, room, at, first, max(min(i, j), min(max(i, j), k)), last, vx, vy, vz)
+
+
+@helper
+def try_edges(geometry: Geometry, room: Neighbourhood, at: WallQuery) -> bool:
+    """Try all edges, then all corners, of what is near; are there curves of two quadrics that no plane holds?"""
+    sheet, hard = room.sizes[SHEET_OF] == 1, False
+    count = room.sizes[SURFACES]
+    last = 1 if sheet else count
+    for i in range(count):
+        for j in range(i + 1, count):
+            _note(room, i, j, False)
+            if max(room.bound[i], room.bound[j]) <= limit(room):
+                if i < last:
+                    hard = _note(room, i, j, try_edge(geometry, room, at, i, j)) or hard
+                else:
+                    hard = _note(room, i, j, planes_of_pair(geometry, room, at, i, j).number == HARD) or hard
+    for i in range(last):
+        for j in range(i + 1, count):
+            if max(room.bound[i], room.bound[j]) <= limit(room):
+                try_corners(geometry, room, at, i, j)
+    if hard:
+        _try_hard_from_beside(geometry, room, at)
+    return hard

@@ -1,0 +1,512 @@
+"""The points of a packet in lanes, and what is known of each: rows of 64 floats in one block."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..._jit.decorators import allocator, choose, helper, inline, kernel
+from .. import tables as table
+from ..bvh.culling import extent
+from ..bvh.walk import LeafItem, leaf_at, leaf_ball, leaf_item, leaf_range
+from ..faces import cell_side, plane_side
+from ..packet.booleans import MOST
+from ..packet.lanes import LANES, packet_row
+from ..programs import LeafBounds, cell_of_leaf, gates_of, leaf_bounds, leaves_of, root_of, rows_of_leaves
+from ..surface.quadric import SphereRecord
+from ..surface.records import load_plane, load_quadric, load_sphere
+from ..tables import CELL as CELLS
+from ..tables import PLANE, POLYGON, REGION, SHEET, SPHERE, Floats, Geometry, Ints, integer, is_halted, length, real
+from .bounds import LESS, bisection_bound, entry_bound, leaf_box, less_rounding, plain_bound, plane_bound, sphere_bound
+from .form import Axes, SurfaceForm, form_of_plane, form_of_quadric, form_of_sphere, principal_axes
+from .nearest_walls import PointBox, begin_search, distance_to_ball, distance_to_node, next_near_leaf, polygon_distance
+from .neighbourhood import Neighbourhood, new_room
+from .secular import (
+    STEPS,
+    PositiveSecular,
+    RootSearch,
+    first_guess,
+    next_step,
+    positive_secular,
+    root_distance,
+    safe_root,
+)
+
+# Where the rows begin
+(
+    X, Y, Z, BEST, FOUND, AWAY, NEAR, BOUND, CELL, FACE, PLAIN, LEAF, VALUE, OFF, GX, GY, GZ, STEEP, W, LOW, HIGH, DONE,
+    F, G0, G1, G2, A0, A1, A2, POLE,
+) = (np.uint64(row) for row in range(0, 30 * LANES, LANES))  # fmt: skip
+"""The points; walls beyond BEST do not matter; FOUND is 1 where a wall is as near as that. Of an entry: how far its
+boxes and its ball are at least (AWAY, NEAR), its bound, that of a cell, of a face, of a quadric by its value alone, of
+the box of a leaf. Of a quadric: its form, the search for its nearest point, its equation."""
+GATES = 30 * LANES
+SIZE = GATES + MOST * LANES
+EVERY = np.uint64(LANES)
+
+
+class SafetyLanes(NamedTuple):
+    """What a thread needs."""
+
+    room: Floats  # see above
+    which: Ints  # the number of each lane's point, -1 for none
+    single: Neighbourhood  # for points that are asked alone
+
+
+@allocator
+def new_memory(geometry: Geometry) -> SafetyLanes:
+    """Memory for one thread."""
+    return SafetyLanes(np.zeros(SIZE), np.empty(LANES, np.int32), new_room(geometry))
+
+
+@helper
+def put_points(memory: SafetyLanes, points: Floats, reach: Floats, packet: int, width: int) -> int:
+    """The points of a packet into lanes; returns how many. Lanes without one repeat the first, and seek nothing."""
+    room, which, count, lanes = memory.room, memory.which, len(points), 0
+    some, _ = packet_row(packet, 0, width, count)
+    if some >= count:
+        return 0
+    for row in range(8):
+        first, n = packet_row(packet, row, width, count)
+        for k in range(8):
+            lane, i = np.uint64(8 * row + k), first + k if k < n else some
+            room[X + lane], room[Y + lane], room[Z + lane] = points[i, 0], points[i, 1], points[i, 2]
+            room[BEST + lane], room[FOUND + lane] = reach[i] if k < n else -1.0, 0.0
+            which[8 * row + k] = i if k < n else -1
+        lanes += n
+    return lanes
+
+
+@inline
+def box_of_lanes(room: Floats) -> PointBox:
+    """The box around the points."""
+    low_x, high_x = extent(room, X)
+    low_y, high_y = extent(room, Y)
+    low_z, high_z = extent(room, Z)
+    return PointBox(low_x, low_y, low_z, high_x, high_y, high_z)
+
+
+@inline
+def farthest_bound(room: Floats) -> float:
+    """Beyond this nothing matters to any lane."""
+    _, most = extent(room, BEST)
+    return most
+
+
+@inline
+def put_form(room: Floats, i: Any, form: SurfaceForm) -> None:
+    """What differs from point to point of a quadric's form."""
+    room[VALUE + i], room[OFF + i], room[STEEP + i] = form.value, form.off, form.steep
+    room[GX + i], room[GY + i], room[GZ + i] = form.gx, form.gy, form.gz
+
+
+@inline
+def form_of_lane(room: Floats, i: Any, same: SurfaceForm) -> SurfaceForm:
+    """The form in a lane, of a quadric whose form at any point is at hand."""
+    return SurfaceForm(
+        room[VALUE + i], room[OFF + i], room[GX + i], room[GY + i], room[GZ + i],
+        same.xx, same.yy, same.zz, same.xy, same.xz, same.yz, same.size, room[STEEP + i],
+    )  # fmt: skip
+
+
+@inline
+def put_equation(room: Floats, i: Any, e: PositiveSecular) -> None:
+    """The secular equation of a lane."""
+    room[F + i], room[G0 + i], room[G1 + i], room[G2 + i] = e.value, e.g0, e.g1, e.g2
+    room[A0 + i], room[A1 + i], room[A2 + i], room[POLE + i] = e.a0, e.a1, e.a2, e.pole
+
+
+@inline
+def equation_of_lane(room: Floats, i: Any) -> PositiveSecular:
+    """The same, read."""
+    return PositiveSecular(
+        room[F + i], room[G0 + i], room[G1 + i], room[G2 + i], room[A0 + i], room[A1 + i], room[A2 + i], room[POLE + i]
+    )
+
+
+@inline
+def put_search(room: Floats, i: Any, at: RootSearch) -> None:
+    """Where the search of a lane is."""
+    room[W + i], room[LOW + i], room[HIGH + i], room[DONE + i] = at.w, at.low, at.high, at.done
+
+
+@inline
+def search_of_lane(room: Floats, i: Any) -> RootSearch:
+    """The same, read."""
+    return RootSearch(room[W + i], room[LOW + i], room[HIGH + i], room[DONE + i])
+
+
+@inline
+def keep_bounds(room: Floats) -> None:
+    """Keep the bounds of an entry where they are as near as the best, or nearer."""
+    for i in range(EVERY):
+        bound = max(room[BOUND + i], room[NEAR + i])
+        nearer = bound <= room[BEST + i]
+        room[BEST + i] = choose(nearer, bound, room[BEST + i])
+        room[FOUND + i] = choose(nearer, 1.0, room[FOUND + i])
+
+
+@inline
+def keep_bound(room: Floats, i: Any, bound: float) -> None:
+    """The same of one lane."""
+    bound = max(bound, room[NEAR + i])
+    if bound <= room[BEST + i]:
+        room[BEST + i], room[FOUND + i] = bound, 1.0
+
+
+@inline
+def lane_bound(room: Floats, i: Any) -> float:
+    """The bound of a lane; infinite where no wall is within reach."""
+    return room[BEST + i] if room[FOUND + i] == 1.0 else math.inf
+
+
+# Signed bounds of the distances from 64 points to a surface: the formulas of `bounds.py` in lanes.
+
+
+@helper
+def _go_on(room: Floats) -> None:
+    """Steps of all lanes until each is done, or some will not be."""
+    for _ in range(STEPS):
+        done = 0.0
+        for i in range(EVERY):
+            at = next_step(equation_of_lane(room, i), search_of_lane(room, i))
+            put_search(room, i, at)
+            done += at.done
+        if done == 64.0:
+            break
+
+
+@helper
+def _solve(room: Floats, same: SurfaceForm, axes: Axes, scale: float) -> None:
+    """The nearest points of a quadric where its PLAIN bound is less than BEST: FACE, without a sign."""
+    for i in range(EVERY):
+        e = positive_secular(form_of_lane(room, i, same), axes, scale, room[PLAIN + i])
+        put_equation(room, i, e)
+        put_search(room, i, first_guess(e))
+        # What is on the wall, or too far away to matter, waits for nobody
+        room[DONE + i] = choose((room[PLAIN + i] > 0.0) & (room[PLAIN + i] < room[BEST + i]), 0.0, 1.0)
+    _go_on(room)
+    for i in range(EVERY):
+        e = equation_of_lane(room, i)
+        room[F + i] = less_rounding(form_of_lane(room, i, same), e, room[W + i], scale)
+        room[LOW + i], room[HIGH + i] = 0.0, math.inf
+        certain = (room[DONE + i] == 1.0) & (room[F + i] > 0.0)
+        matters = (room[PLAIN + i] > 0.0) & (room[PLAIN + i] < room[BEST + i])
+        room[DONE + i] = choose(certain & matters, 0.0, 1.0)
+        room[BOUND + i] = choose(certain, 1.0, 0.0)
+    _go_on(room)
+    for i in range(EVERY):
+        e = equation_of_lane(room, i)
+        w = safe_root(e, room[W + i])
+        proof = (room[BOUND + i] == 1.0) & (room[DONE + i] == 1.0) & (w < math.inf)
+        room[FACE + i] = choose(proof, max(room[PLAIN + i], root_distance(e, w) * LESS), math.nan)
+
+
+@helper
+def _quadric(geometry: Geometry, row: int, room: Floats) -> None:
+    """FACE of a quadric, with its sign."""
+    quadric, near = load_quadric(geometry, row), 0
+    for i in range(EVERY):
+        form = form_of_quadric(quadric, room[X + i], room[Y + i], room[Z + i])
+        put_form(room, i, form)
+        plain = plain_bound(form)
+        room[PLAIN + i], room[FACE + i] = plain, plain
+        near += 1 if (plain > 0.0) & (plain < room[BEST + i]) else 0
+    if near > 0:
+        same = form_of_quadric(quadric, room[X], room[Y], room[Z])
+        axes = principal_axes(same.xx, same.yy, same.zz, same.xy, same.xz, same.yz)
+        scale = 1.0 / same.size if same.size > 0.0 else 1.0
+        _solve(room, same, axes, scale)
+        for i in range(EVERY):
+            plain = room[PLAIN + i]
+            solved = (plain > 0.0) & (plain < room[BEST + i])
+            if solved and not room[FACE + i] >= 0.0:
+                room[FACE + i] = bisection_bound(form_of_lane(room, i, same), axes, scale, plain)
+        for i in range(EVERY):
+            plain = room[PLAIN + i]
+            solved = (plain > 0.0) & (plain < room[BEST + i])
+            room[FACE + i] = choose(solved, room[FACE + i], plain)
+    for i in range(EVERY):
+        room[FACE + i] = math.copysign(room[FACE + i], room[VALUE + i])
+
+
+@helper
+def surface_of_lanes(geometry: Geometry, surface: int, room: Floats) -> None:
+    """FACE: signed bounds of the distances to a surface, as `nearest.bounds.surface_bound` up to BEST."""
+    kind, row = integer(geometry, table.SURFACE_KIND, surface), integer(geometry, table.SURFACE_ROW, surface)
+    if kind == PLANE:
+        plane = load_plane(geometry, row)
+        for i in range(EVERY):
+            room[FACE + i] = plane_bound(form_of_plane(plane, room[X + i], room[Y + i], room[Z + i]))
+    elif kind == SPHERE:
+        sphere = load_sphere(geometry, row)
+        for i in range(EVERY):
+            room[FACE + i] = sphere_bound(form_of_sphere(sphere, room[X + i], room[Y + i], room[Z + i]), sphere.radius)
+    else:
+        _quadric(geometry, row, room)
+
+
+@inline
+def lane_index(i: int) -> Any:
+    """The number of a lane as rows are counted."""
+    return np.uint64(i)
+
+
+# Bounds of the distances from 64 points to the walls of an entry: cells, Boolean bodies, sheets, balls.
+
+
+@inline
+def _largest(room: Floats, side: float) -> None:
+    """Each lane's FACE into its CELL, if that is larger."""
+    for i in range(EVERY):
+        room[CELL + i] = max(room[CELL + i], side * room[FACE + i])
+
+
+@helper
+def cell_of_lanes(geometry: Geometry, cell: int, room: Floats) -> None:
+    """CELL: signed bounds of the distances to the walls of a cell, negative inside."""
+    quadric = integer(geometry, table.CELL_QUADRIC, cell)
+    for i in range(EVERY):
+        room[CELL + i] = -math.inf
+    for slot in range(integer(geometry, table.CELL_FIRST, cell), integer(geometry, table.CELL_FIRST, cell + 1)):
+        surface_of_lanes(geometry, integer(geometry, table.PLANE_SURFACE, slot), room)
+        _largest(room, float(plane_side(geometry, slot)))
+    if quadric >= 0:
+        surface_of_lanes(geometry, quadric, room)
+        _largest(room, float(cell_side(geometry, cell)))
+
+
+@inline
+def _feed(room: Floats, row: int, gate: int, sign: float, least: bool) -> None:
+    """The inputs from a row into those of a gate: unions keep the least, intersections the largest."""
+    source, target = np.uint64(row), np.uint64(GATES + gate * LANES)
+    if least:
+        for i in range(EVERY):
+            room[target + i] = min(room[target + i], sign * room[source + i])
+    else:
+        for i in range(EVERY):
+            room[target + i] = max(room[target + i], sign * room[source + i])
+
+
+@helper
+def _leaf_of_lanes(geometry: Geometry, bounds: LeafBounds, first: int, leaf: int, room: Floats) -> None:
+    """CELL: signed bounds of a leaf of a program, whose first it tells, within its box by its cell."""
+    near = 0
+    for i in range(EVERY):
+        away = leaf_box(geometry, bounds, leaf - first, room[X + i], room[Y + i], room[Z + i])
+        room[LEAF + i] = away
+        near += 1 if away < room[BEST + i] else 0
+    if near > 0:
+        cell_of_lanes(geometry, cell_of_leaf(geometry, leaf), room)
+        for i in range(EVERY):
+            inner, away = room[CELL + i], room[LEAF + i]
+            room[CELL + i] = max(away, inner) if away > 0.0 else inner
+    else:
+        for i in range(EVERY):
+            room[CELL + i] = room[LEAF + i]
+
+
+@helper
+def program_of_lanes(geometry: Geometry, program: int, room: Floats) -> None:
+    """The root's row of GATES: signed bounds of the distances to the walls of a region, as `program_bound` says."""
+    first, last = gates_of(geometry, program)
+    for gate in range(first, last):
+        none = math.inf if integer(geometry, table.GATE_NEED, gate) == 1 else -math.inf
+        target = np.uint64(GATES + (gate - first) * LANES)
+        for i in range(EVERY):
+            room[target + i] = none
+    bounds, row = leaf_bounds(geometry, program), rows_of_leaves(geometry, program)
+    begin, end = leaves_of(geometry, program)
+    for leaf in range(begin, end):
+        _leaf_of_lanes(geometry, bounds, begin, leaf, room)
+        gate = integer(geometry, table.LEAF_GATE, leaf + row)
+        negated = integer(geometry, table.LEAF_NEGATED, leaf + row) == 1
+        least = integer(geometry, table.GATE_NEED, gate) == 1
+        _feed(room, int(CELL), gate - first, -1.0 if negated else 1.0, least)
+    for gate in range(last - 1, first, -1):
+        parent, negated = integer(geometry, table.GATE_PARENT, gate), integer(geometry, table.GATE_NEGATED, gate) == 1
+        least = integer(geometry, table.GATE_NEED, parent) == 1
+        _feed(room, GATES + (gate - first) * LANES, parent - first, -1.0 if negated else 1.0, least)
+
+
+@inline
+def fits_lanes(geometry: Geometry, kind: int, index: int) -> bool:
+    """May an entry be asked about in lanes? Not a polygon, nor a body of very many parts."""
+    program = index if kind == REGION else -1
+    if kind == SHEET:
+        program = integer(geometry, table.SHEET_PROGRAM, index)
+    if program < 0:
+        return kind != table.POLYGON
+    gates, leaves = gates_of(geometry, program), leaves_of(geometry, program)
+    return gates[1] - gates[0] <= MOST and leaves[1] - leaves[0] <= MOST
+
+
+@helper
+def entry_of_lanes(geometry: Geometry, kind: int, index: int, room: Floats) -> None:
+    """BOUND: lower bounds of the distances to the walls of an entry that `fits_lanes`, as `entry_bound` says."""
+    if kind == CELLS:
+        cell_of_lanes(geometry, index, room)
+        for i in range(EVERY):
+            room[BOUND + i] = abs(room[CELL + i])
+    elif kind == REGION:
+        program_of_lanes(geometry, index, room)
+        for i in range(EVERY):
+            room[BOUND + i] = abs(room[GATES + i])
+    elif kind == SHEET:
+        _sheet_of_lanes(geometry, index, room)
+    else:  # a ball
+        surface_of_lanes(geometry, index, room)
+        for i in range(EVERY):
+            room[BOUND + i] = abs(room[FACE + i])
+
+
+@helper
+def _sheet_of_lanes(geometry: Geometry, sheet: int, room: Floats) -> None:
+    """BOUND of a sheet: it is on its surface, and where what clips it allows."""
+    program = integer(geometry, table.SHEET_PROGRAM, sheet)
+    for i in range(EVERY):
+        room[GATES + i] = -math.inf
+    if program >= 0:
+        program_of_lanes(geometry, program, room)
+        turned = integer(geometry, table.GATE_NEGATED, root_of(geometry, program)) == 1
+        for i in range(EVERY):
+            room[GATES + i] = -room[GATES + i] if turned else room[GATES + i]
+    surface_of_lanes(geometry, integer(geometry, table.SHEET_SURFACE, sheet), room)
+    for i in range(EVERY):
+        room[BOUND + i] = max(abs(room[FACE + i]), room[GATES + i])
+
+
+# Lower bounds of the distance to the nearest wall: packets of points through the tree, the nearest boxes first.
+#
+# What is told of a point is the least, over all entries, of the largest of what is proved of one: by the boxes that
+# hold
+# it, by the ball around it, by its walls. Nothing is left out but what is proved to be farther away than that, so
+# neither
+# the order in which entries are met nor the other points of a packet change a bit of it.
+
+_FEW, _MANY = 6, 16
+"""Up to so many points of a packet, and of those that an entry is near to, are asked alone."""
+_BODIES, _SEVERAL = 8, 4.0
+"""In scenes of more bodies, points are asked together if their box has sides of no more, in all, than several times the
+size that a body has when the scene's box is shared out among all."""
+_LOOKED, _SHARE = 1024, 8
+"""A packet is given up where, of so many looks at a ball and more, less than one of 8 found it near."""
+
+
+@inline
+def _walls_of(
+    geometry: Geometry, single: Neighbourhood, item: LeafItem, x: float, y: float, z: float, enough: float
+) -> float:
+    """A lower bound of the distance from one point to the walls of an entry."""
+    if item.kind == POLYGON:
+        distance, off, _, _, _ = polygon_distance(geometry, item.index, x, y, z)
+        return max(0.0, distance - off)
+    return entry_bound(geometry, single.gates, item.entry, x, y, z, enough)
+
+
+@helper
+def bound_of_point(geometry: Geometry, single: Neighbourhood, x: float, y: float, z: float, reach: float) -> float:
+    """No wall is nearer to a point than this; infinite where none is within reach."""
+    way, best, bound = single.scratch.way, reach, math.inf
+    around = PointBox(x, y, z, x, y, z)
+    found = next_near_leaf(geometry, way, begin_search(geometry, way), around, best)
+    while found.code != 0:
+        first, last = leaf_range(found.code)
+        at, count = leaf_at(geometry, first), last - first
+        for k in range(count):
+            near = max(found.away, distance_to_ball(leaf_ball(geometry, at, count, k), x, y, z))
+            if near <= best:
+                near = max(near, _walls_of(geometry, single, leaf_item(geometry, at, count, k), x, y, z, best))
+                if near <= best:
+                    best, bound = near, near
+        found = next_near_leaf(geometry, way, found.top, around, best)
+    return bound
+
+
+@inline
+def _put_boxes(geometry: Geometry, room: Floats, box: int) -> None:
+    """AWAY: how far each point is at least from the boxes that hold a leaf."""
+    for i in range(EVERY):
+        room[AWAY + i] = distance_to_node(geometry, box, room[X + i], room[Y + i], room[Z + i])
+
+
+@inline
+def _put_balls(room: Floats, ball: SphereRecord) -> int:
+    """NEAR: how far each is from an entry at least; returns to how many that is not too far."""
+    near = 0
+    for i in range(EVERY):
+        beyond = max(room[AWAY + i], distance_to_ball(ball, room[X + i], room[Y + i], room[Z + i]))
+        room[NEAR + i] = beyond
+        near += 1 if beyond <= room[BEST + i] else 0
+    return near
+
+
+@helper
+def _meet(geometry: Geometry, memory: SafetyLanes, item: LeafItem, near: int) -> None:
+    """Take the bounds of an entry, which is near to so many."""
+    room = memory.room
+    if near > _MANY and fits_lanes(geometry, item.kind, item.index):
+        entry_of_lanes(geometry, item.kind, item.index, room)
+        keep_bounds(room)
+        return
+    for k in range(64):
+        i = lane_index(k)
+        if room[NEAR + i] <= room[BEST + i]:
+            x, y, z = room[X + i], room[Y + i], room[Z + i]
+            keep_bound(room, i, _walls_of(geometry, memory.single, item, x, y, z, room[BEST + i]))
+
+
+@inline
+def _belong_together(geometry: Geometry, around: PointBox) -> bool:
+    """Do the points in a box see about the same part of the scene?"""
+    cell = real(geometry, table.EXTENT, 1)
+    sides = (around.high_x - around.low_x) + (around.high_y - around.low_y) + (around.high_z - around.low_z)
+    return length(geometry, table.ENTRY_KIND) <= _BODIES or sides <= _SEVERAL * cell
+
+
+@helper
+def bound_packet(geometry: Geometry, memory: SafetyLanes) -> bool:
+    """BEST and FOUND of all lanes; False, and nothing certain, where the points have too little in common."""
+    room, way, looks, hits = memory.room, memory.single.scratch.way, 0, 0
+    around = box_of_lanes(room)
+    if not _belong_together(geometry, around):
+        return False
+    found = next_near_leaf(geometry, way, begin_search(geometry, way), around, farthest_bound(room))
+    while found.code != 0:
+        first, last = leaf_range(found.code)
+        at, count = leaf_at(geometry, first), last - first
+        _put_boxes(geometry, room, found.box)
+        for k in range(count):
+            near = _put_balls(room, leaf_ball(geometry, at, count, k))
+            looks, hits = looks + 64, hits + near
+            if near > 0:
+                _meet(geometry, memory, leaf_item(geometry, at, count, k), near)
+        if looks > _LOOKED and hits * _SHARE < looks:
+            return False
+        found = next_near_leaf(geometry, way, found.top, around, farthest_bound(room))
+    return True
+
+
+@kernel(points="n 3", reach="n", width="picture n", begin="0..end", end="0..n", bounds="out n")
+def bounds_of_points(
+    geometry: Geometry, points: Floats, reach: Floats, width: int, begin: int, end: int, bounds: Floats
+) -> None:
+    """bounds[i]: no wall of any body is nearer to points[i]; infinite where none is within reach[i]."""
+    memory = new_memory(geometry)
+    room, count = memory.room, len(points)
+    for packet in range(begin, end):
+        if is_halted(geometry):
+            return
+        together = put_points(memory, points, reach, packet, width) > _FEW and bound_packet(geometry, memory)
+        for row in range(8):
+            first, n = packet_row(packet, row, width, count)
+            for k in range(n):
+                i = first + k
+                if together:
+                    bounds[i] = lane_bound(room, lane_index(8 * row + k))
+                elif not is_halted(geometry):
+                    bounds[i] = bound_of_point(
+                        geometry, memory.single, points[i, 0], points[i, 1], points[i, 2], reach[i]
+                    )

@@ -1,0 +1,369 @@
+"""Nearest points of a quadric from its secular equation, in its principal axes about the point that is asked for.
+
+With f(x + v) = value + sum 2 g_i v_i + a_i v_i², the points v where the distance to f = 0 is stationary have
+v_i = -g_i / (s + a_i) for the s (one over Lagrange's multiplier) where
+
+    F(s) = f(x + v(s)) = value - sum g_i² (2 s + a_i) / (s + a_i)²
+
+vanishes: six of them at most, less where some a_i or g_i are zero. Local minima have at most one s + a_i of another
+sign than s. So, s taken positive (else all signs turn), they are above the largest pole, where F rises and the only
+root is the nearest point of all, or between the two largest poles, where F falls in s. (Moré, Sorensen: Computing a
+trust region step, SIAM J. Sci. Stat. Comput. 4, 1983; Martínez: Local minimizers of quadratic functions on Euclidean
+balls and spheres, SIAM J. Optim. 4, 1994; Eberly: Distance from a point to an ellipse, an ellipsoid, or a
+hyperellipsoid.)
+
+Where g_i is zero the root may be the pole itself, and v_i is free: a center, an axis, a plane of symmetry. There g_i is
+made 2^-50 of what moving the point by its distance would make it, and all stays as it is elsewhere. The distance
+changes by no more than the point has moved.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from ..._jit.decorators import choose, helper, inline
+from ..numbers.vectors import dot
+from .form import Axes, SurfaceForm, parts_along
+
+NEAR_POLE = 2.0**-50
+"""Share of what moving the point by its distance would make it that g_i at the largest pole is at least."""
+_STEPS = 200
+_CLOSE = 1.0 + 2.0**-50
+NONE = -1.0
+
+
+class Secular(NamedTuple):
+    """The terms of a secular equation, a0 <= a1 <= a2, of about 1."""
+
+    value: float
+    g0: float
+    g1: float
+    g2: float
+    a0: float
+    a1: float
+    a2: float
+
+
+@inline
+def least_bend(equation: Secular, length: float) -> Secular:
+    """The same with a g0 that is not zero, for a point as far as `length` from its surface."""
+    value, g0, g1, g2, a0, a1, a2 = equation
+    least = abs(a0) * length * NEAR_POLE
+    g0 = math.copysign(least, g0) if abs(g0) < least else g0
+    return Secular(value, g0, g1, g2, a0, a1, a2)
+
+
+@inline
+def negate_secular(equation: Secular) -> Secular:
+    """The equation of -f."""
+    value, g0, g1, g2, a0, a1, a2 = equation
+    return Secular(-value, -g2, -g1, -g0, -a2, -a1, -a0)
+
+
+@inline
+def _term(g: float, beyond: float, more: float) -> tuple[float, float]:
+    """(g² (2 s + a) / (s + a)², its derivative by s); beyond = s + a, more = s. Zero where g is."""
+    if g == 0.0:
+        return 0.0, 0.0
+    q = g / beyond
+    return q * q * (more + beyond), -2.0 * (q * q) * (more / beyond)
+
+
+@inline
+def _above(e: Secular, pole: float, w: float) -> tuple[float, float]:
+    """(F, its slope) at s = pole + w."""
+    s = pole + w
+    f0, d0 = _term(e.g0, w + (e.a0 + pole), s)
+    f1, d1 = _term(e.g1, w + (e.a1 + pole), s)
+    f2, d2 = _term(e.g2, w + (e.a2 + pole), s)
+    return e.value - ((f0 + f1) + f2), -((d0 + d1) + d2)
+
+
+@helper
+def nearest_root(e: Secular) -> float:
+    """w of the root at s = pole + w, pole = max(0, -a0), where F >= 0 still holds; NONE where there is none.
+
+    Relies on value > 0. |v| at that w is a lower bound of the distance: all f < F(s) is farther away.
+    """
+    pole = max(0.0, -e.a0)
+    slope = math.sqrt(e.g0 * e.g0 + e.g1 * e.g1 + e.g2 * e.g2)
+    if slope == 0.0:
+        return NONE
+    high = max(slope * (slope + math.sqrt(slope * slope + e.value)) / e.value, pole)
+    steps = 0
+    while _above(e, pole, high)[0] < 0.0 and steps < _STEPS:
+        high, steps = 8.0 * high, steps + 1
+    low, factor = high, 0.5
+    while _above(e, pole, low)[0] >= 0.0 and steps < _STEPS:
+        high, low, factor, steps = low, low * factor, factor * factor, steps + 1
+        if low < 1e-200:
+            return NONE
+    w = high
+    for k in range(_STEPS):
+        if high <= low * _CLOSE:
+            break
+        value, slope = _above(e, pole, w)
+        if value >= 0.0:
+            high = w
+        else:
+            low = w
+        step = w - value / slope if slope > 0.0 else 0.0
+        inside = (step > low) & (step < high)
+        if inside & (abs(step - w) <= 2.0**-51 * w):
+            w = step * (1.0 + 2.0**-50)
+            if w < high and _above(e, pole, w)[0] >= 0.0:
+                high = w
+                break
+            w = math.sqrt(low) * math.sqrt(high)
+            continue
+        w = step if inside and (k & 3) != 3 else math.sqrt(low) * math.sqrt(high)
+    return high
+
+
+@inline
+def place_above(e: Secular, w: float) -> tuple[float, float, float]:
+    """v at s = pole + w."""
+    pole = max(0.0, -e.a0)
+    v1 = -e.g1 / (w + (e.a1 + pole)) if e.g1 != 0.0 else 0.0
+    v2 = -e.g2 / (w + (e.a2 + pole)) if e.g2 != 0.0 else 0.0
+    return (-e.g0 / (w + (e.a0 + pole)) if e.g0 != 0.0 else 0.0), v1, v2
+
+
+@inline
+def place_below(e: Secular, w: float) -> tuple[float, float, float]:
+    """v at s = -a0 - w."""
+    v1 = -e.g1 / ((e.a1 - e.a0) - w) if e.g1 != 0.0 else 0.0
+    v2 = -e.g2 / ((e.a2 - e.a0) - w) if e.g2 != 0.0 else 0.0
+    return e.g0 / w, v1, v2
+
+
+@inline
+def _falling(g: float, gap: float, s: float) -> tuple[float, float]:
+    """(g² (2 s + a) / (s + a)², g² 2 s / (s + a)³) with gap = s + a > 0."""
+    if g == 0.0:
+        return 0.0, 0.0
+    q = g / gap
+    return q * q * (s + gap), 2.0 * (q * q) * (s / gap)
+
+
+@inline
+def _sums(e: Secular, w: float) -> tuple[float, float, float, float]:
+    """At s = -a0 - w: the term of the pole, the sum of the others, and the slopes of both, in size."""
+    s = -e.a0 - w
+    q = e.g0 / w
+    f1, d1 = _falling(e.g1, (e.a1 - e.a0) - w, s)
+    f2, d2 = _falling(e.g2, (e.a2 - e.a0) - w, s)
+    return q * q * (s - w), f1 + f2, 2.0 * (q * q) * (s / w), d1 + d2
+
+
+@helper
+def next_root(e: Secular, start: float) -> tuple[float, float]:
+    """(w of the next root beyond `start` where F rises with w, at s = -a0 - w, or NONE; where to go on from).
+
+    Between the poles F is the difference of two rising functions, so its range over an interval follows from both ends:
+    intervals grow while F is surely not zero or surely monotonous, and shrink where neither is certain.
+    """
+    end = -e.a0 - max(0.0, -e.a1)
+    last = end * (1.0 - 2.0**-40)
+    a, more = start, 2.0
+    for _ in range(4 * _STEPS):
+        if a >= last:
+            break
+        b = max(min(a * more, end - 0.25 * (end - a)), a * (1.0 + 2.0**-45))
+        t0, u0, _, _ = _sums(e, a)
+        t1, u1, _, _ = _sums(e, b)
+        low, high, rises = e.value - t0 - u0, e.value - t1 - u1, _least_rise(e, a, b) > 0.0
+        none = (e.value - t0 - u1 > 0.0) | (e.value - t1 - u0 < 0.0) | (_most_rise(e, a, b) < 0.0)
+        if none or (rises and (low >= 0.0) == (high >= 0.0)):
+            a, more = b, min(more * more, 16.0)
+        elif rises:
+            return (_between(e, a, b), b) if low < 0.0 else (NONE, b)
+        elif b <= a * (1.0 + 2.0**-40):
+            return a, b  # two roots that are one, or nearly
+        else:
+            more = 1.0 + 0.25 * (b / a - 1.0)
+    return NONE, end
+
+
+@inline
+def _least_rise(e: Secular, a: float, b: float) -> float:
+    """A lower bound of dF/dw on [a, b]."""
+    s, most = -e.a0 - b, -e.a0 - a
+    q = e.g0 / b
+    first = 2.0 * (q * q) * (max(s, 0.0) / b)
+    return first - _rate(e.g1, (e.a1 - e.a0) - b, most) - _rate(e.g2, (e.a2 - e.a0) - b, most)
+
+
+@inline
+def _most_rise(e: Secular, a: float, b: float) -> float:
+    """An upper bound of dF/dw on [a, b]."""
+    s, least = -e.a0 - a, max(-e.a0 - b, 0.0)
+    q = e.g0 / a
+    first = 2.0 * (q * q) * (s / a)
+    return first - _rate(e.g1, (e.a1 - e.a0) - a, least) - _rate(e.g2, (e.a2 - e.a0) - a, least)
+
+
+@inline
+def _rate(g: float, gap: float, s: float) -> float:
+    """g² 2 s / gap³"""
+    q = g / gap if g != 0.0 else 0.0
+    return 2.0 * (q * q) * (s / gap)
+
+
+@helper
+def _between(e: Secular, low: float, high: float) -> float:
+    """The root between two w at which F is below and above zero, where it rises."""
+    for _ in range(_STEPS):
+        if high <= low * _CLOSE:
+            break
+        w = math.sqrt(low) * math.sqrt(high)
+        t, u, p, r = _sums(e, w)
+        value, slope = e.value - t - u, p - r
+        step = w - value / slope if slope > 0.0 else 0.0
+        if value >= 0.0:
+            high = w
+        else:
+            low = w
+        if (step > low) & (step < high):
+            t, u, p, r = _sums(e, step)
+            value = e.value - t - u
+            if value >= 0.0:
+                high = step
+            else:
+                low = step
+            if abs(step - w) <= 2.0**-50 * w:
+                return step
+    return high
+
+
+# The nearest point of all on a quadric in a few steps, for one point or for lanes of points.
+#
+# With f > 0 at the point, the root of the secular equation (`secular`) above the largest pole is where
+#
+#     T(s) = sum g_i² (2 s + a_i) / (s + a_i)²
+#
+# has come down to f. All terms are positive and fall there, like 1 / (s - pole)² at first and like 1 / s later, so
+# 1 / sqrt(T) is nearly straight in s and Newton's steps are taken for that (the device of Moré and Sorensen). They
+# begin
+# at the larger of two guesses, the place where the line along the gradient ends and that where the largest pole alone
+# has
+# come down, and converge in three to ten steps for all but odd cases, which `nearest_root` decides.
+#
+# What is told does not rest on that: T(s) <= f is tested where it ends, and any such s is a proof.
+
+STEPS = 14
+_DONE = 2.0**-26
+"""Share of w by which the last of its steps, which double its digits, changes it at most."""
+
+
+class PositiveSecular(NamedTuple):
+    """A secular equation of f or -f, whichever is positive at the point, in terms of about 1, in no order."""
+
+    value: float
+    g0: float
+    g1: float
+    g2: float
+    a0: float
+    a1: float
+    a2: float
+    pole: float
+
+
+class RootSearch(NamedTuple):
+    """s = pole + w; the root is between low and high."""
+
+    w: float
+    low: float
+    high: float
+    done: float  # 1.0 once w is found
+
+
+@inline
+def positive_secular(form: SurfaceForm, axes: Axes, scale: float, plain: float) -> PositiveSecular:
+    """The equation about the form's point, which is at least `plain` from the surface (`secular.least_bend`)."""
+    side = math.copysign(scale, form.value)
+    g0, g1, g2 = parts_along(axes.along, form.gx * side, form.gy * side, form.gz * side)
+    a0, a1, a2 = axes.a0 * side, axes.a1 * side, axes.a2 * side
+    first = a0 <= a2
+    least = abs(min(a0, a2)) * plain * NEAR_POLE
+    g0 = choose(first & (abs(g0) < least), math.copysign(least, g0), g0)
+    g2 = choose((a2 < a0) & (abs(g2) < least), math.copysign(least, g2), g2)
+    return PositiveSecular(form.value * side, g0, g1, g2, a0, a1, a2, max(0.0, -min(a0, a2)))
+
+
+@inline
+def first_guess(e: PositiveSecular) -> RootSearch:
+    """Where steps begin."""
+    square = dot(e.g0, e.g1, e.g2, e.g0, e.g1, e.g2)
+    bent = dot(e.a0 * e.g0, e.a1 * e.g1, e.a2 * e.g2, e.g0, e.g1, e.g2)
+    along = (square + math.sqrt(max(square * square - e.value * bent, 0.0))) / e.value - bent / square
+    steep = choose(e.a0 <= e.a2, e.g0 * e.g0, e.g2 * e.g2)
+    alone = (steep + math.sqrt(steep * (steep + e.value * e.pole))) / e.value
+    most = (square + math.sqrt(square * (square + e.value * e.pole))) / e.value
+    w = min(max(along - e.pole, choose(e.pole > 0.0, alone, 0.0)), most)
+    return RootSearch(choose(w > 0.0, w, 0.25 * most), 0.0, math.inf, 0.0)
+
+
+@inline
+def _search_value(e: PositiveSecular, w: float) -> tuple[float, float]:
+    """(T, -T' / 2) at s = pole + w."""
+    s, u0, u1, u2 = e.pole + w, w + (e.a0 + e.pole), w + (e.a1 + e.pole), w + (e.a2 + e.pole)
+    r0, r1, r2 = 1.0 / u0, 1.0 / u1, 1.0 / u2
+    q0, q1, q2 = e.g0 * r0, e.g1 * r1, e.g2 * r2
+    q0, q1, q2 = q0 * q0, q1 * q1, q2 * q2
+    return q0 * (s + u0) + q1 * (s + u1) + q2 * (s + u2), s * (q0 * r0 + q1 * r1 + q2 * r2)
+
+
+@inline
+def next_step(e: PositiveSecular, at: RootSearch) -> RootSearch:
+    """One step; none where the search is done."""
+    t, fall = _search_value(e, at.w)
+    beyond = t > e.value
+    low, high = choose(beyond, at.w, at.low), choose(beyond, at.high, at.w)
+    w = at.w + (math.sqrt(t / e.value) - 1.0) * t / fall
+    w = choose(w < low, choose(low > 0.0, math.sqrt(low) * math.sqrt(at.w), 0.125 * at.w), w)
+    w = choose(w > high, math.sqrt(high) * math.sqrt(at.w), w)
+    near = abs(w - at.w) <= _DONE * w
+    over = at.done == 1.0
+    return RootSearch(
+        choose(over, at.w, w), choose(over, at.low, low), choose(over, at.high, high), choose(over | near, 1.0, 0.0)
+    )
+
+
+@inline
+def safe_root(e: PositiveSecular, w: float) -> float:
+    """w or a little more, where T <= f certainly has been seen; NaN where none has."""
+    found = math.nan
+    for k in range(3):
+        more = w * (1.0 + (2.0**-41 if k == 0 else (2.0**-45 if k == 1 else 2.0**-49)))
+        found = choose(_search_value(e, more)[0] <= e.value, more, found)
+    return found
+
+
+@inline
+def root_distance(e: PositiveSecular, w: float) -> float:
+    """|v| at s = pole + w."""
+    v0, v1, v2 = e.g0 / (w + (e.a0 + e.pole)), e.g1 / (w + (e.a1 + e.pole)), e.g2 / (w + (e.a2 + e.pole))
+    return math.sqrt(dot(v0, v1, v2, v0, v1, v2))
+
+
+@inline
+def with_value(e: PositiveSecular, value: float) -> PositiveSecular:
+    """The same of an f that is nearer to zero."""
+    return PositiveSecular(value, e.g0, e.g1, e.g2, e.a0, e.a1, e.a2, e.pole)
+
+
+@helper
+def root_above(e: Secular) -> float:
+    """`nearest_root` in a few steps where they lead there; NONE where there is none. Relies on value > 0."""
+    if (e.g0 == 0.0) & (e.g1 == 0.0) & (e.g2 == 0.0):
+        return NONE
+    equation = PositiveSecular(e.value, e.g0, e.g1, e.g2, e.a0, e.a1, e.a2, max(0.0, -e.a0))
+    at = first_guess(equation)
+    for _ in range(STEPS):
+        at = next_step(equation, at)
+        if at.done == 1.0:
+            w = safe_root(equation, at.w)
+            return w if w < math.inf else nearest_root(e)
+    return nearest_root(e)

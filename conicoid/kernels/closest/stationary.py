@@ -1,0 +1,202 @@
+"""Where the distance to a quadric, or to a conic that a plane cuts from one, is stationary, tried as nearest walls."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from ..._jit.decorators import helper, inline
+from ..numbers.vectors import dot
+from ..tables import Geometry
+from .bounds import equation_of
+from .form import (
+    Directions,
+    SurfaceForm,
+    bend_times,
+    form_at,
+    jacobi_rotation,
+    length_of,
+    perpendicular_axes,
+    reverse_axes,
+    rounding_within,
+    value_along,
+)
+from .neighbourhood import Neighbourhood, limit
+from .secular import NONE, Secular, least_bend, negate_secular, next_root, place_above, place_below, root_above
+from .walls import CERTAIN_WALL, WallQuery, try_point
+
+_ROOTS = 6
+_FLAT = 2.0**-40
+_NOWHERE = 2.0**-100
+
+
+class EquationFrame(NamedTuple):
+    """Where the coordinates of an equation are: x + base + v0 e0 + v1 e1 + v2 e2; and what is known (`try_point`)."""
+
+    base_x: float
+    base_y: float
+    base_z: float
+    along: Directions
+    known: float  # share of the sizes of what is asked for and of what is found
+
+
+@inline
+def _place(frame: EquationFrame, v0: float, v1: float, v2: float) -> tuple[float, float, float]:
+    """A place as what is added to the point that is asked for."""
+    e = frame.along
+    return (
+        frame.base_x + dot(e.x0, e.x1, e.x2, v0, v1, v2),
+        frame.base_y + dot(e.y0, e.y1, e.y2, v0, v1, v2),
+        frame.base_z + dot(e.z0, e.z1, e.z2, v0, v1, v2),
+    )
+
+
+@inline
+def _try(
+    geometry: Geometry,
+    room: Neighbourhood,
+    at: WallQuery,
+    count: int,
+    frame: EquationFrame,
+    x: float,
+    y: float,
+    z: float,
+) -> int:
+    """Try a place."""
+    return try_point(geometry, room, at, count, x, y, z, rounding_share(at, frame.known, x, y, z), 0.0)
+
+
+@inline
+def rounding_share(at: WallQuery, share: float, x: float, y: float, z: float) -> float:
+    """A share of the sizes of what is asked for and of x + v; infinite where it is."""
+    return share * ((abs(at.x) + abs(at.y) + abs(at.z)) + (abs(x) + abs(y) + abs(z))) if share < math.inf else share
+
+
+@helper
+def _try_above(
+    geometry: Geometry, room: Neighbourhood, at: WallQuery, count: int, e: Secular, frame: EquationFrame
+) -> int:
+    """Try the nearest point of all."""
+    w = root_above(e)
+    if w == NONE:
+        return 0
+    v0, v1, v2 = place_above(e, w)
+    x, y, z = _place(frame, v0, v1, v2)
+    return _try(geometry, room, at, count, frame, x, y, z)
+
+
+@helper
+def _try_below(
+    geometry: Geometry, room: Neighbourhood, at: WallQuery, count: int, e: Secular, frame: EquationFrame
+) -> None:
+    """Try the other local minima on one side of zero."""
+    pole = -e.a0
+    if not pole > 0.0 or not pole > -e.a1:
+        return
+    start, room_left = pole * _NOWHERE, limit(room)
+    if room_left < math.inf and room_left > 0.0:
+        start = max(start, abs(e.g0) / room_left * (1.0 - 2.0**-20))
+    for _ in range(_ROOTS):
+        if not start < pole - max(0.0, -e.a1):
+            return
+        w, start = next_root(e, start)
+        if w != NONE:
+            v0, v1, v2 = place_below(e, w)
+            x, y, z = _place(frame, v0, v1, v2)
+            if length_of(x, y, z) * (1.0 - 2.0**-20) <= limit(room):
+                _try(geometry, room, at, count, frame, x, y, z)
+
+
+@inline
+def _center(g: float, a: float) -> float:
+    """Where a parabola has its extremum; 0 for a line."""
+    return -g / a if abs(a) > _FLAT else 0.0
+
+
+@helper
+def try_stationary(
+    geometry: Geometry,
+    room: Neighbourhood,
+    at: WallQuery,
+    count: int,
+    form: SurfaceForm,
+    e: Secular,
+    frame: EquationFrame,
+    over: Secular,
+    back: EquationFrame,
+) -> None:
+    """Try all local minima of the distance on f = 0; `count` surfaces of room.chosen are those that its points are on.
+
+    `over` and `back` are the equation of -f, and its axes. Tried beside the
+    roots is where the gradient vanishes, as at the apex of a cone, or where conics are two lines.
+    """
+    length = abs(e.value) / (length_of(e.g0, e.g1, e.g2) + math.sqrt(abs(e.value)) + 1e-300)
+    plain, other, found = least_bend(e, length), least_bend(over, length), 0
+    if e.value > 0.0:
+        found = _try_above(geometry, room, at, count, plain, frame)
+    elif e.value < 0.0:
+        found = _try_above(geometry, room, at, count, other, back)
+    else:
+        found = _try(geometry, room, at, count, frame, frame.base_x, frame.base_y, frame.base_z)
+    if found == CERTAIN_WALL:
+        return
+    _try_below(geometry, room, at, count, plain, frame)
+    _try_below(geometry, room, at, count, other, back)
+    x, y, z = _place(frame, _center(e.g0, e.a0), _center(e.g1, e.a1), _center(e.g2, e.a2))
+    if abs(value_along(form, x, y, z)) <= 64.0 * rounding_within(form, length_of(x, y, z)):
+        _try(geometry, room, at, count, frame, x, y, z)
+
+
+@helper
+def try_face(geometry: Geometry, room: Neighbourhood, at: WallQuery, k: int, flat: bool) -> None:
+    """Try the local minima of the distance to a near surface."""
+    form = form_at(geometry, room.surface[k], at.x, at.y, at.z)
+    room.chosen[0] = k
+    if flat:
+        h = -2.0 * form.value
+        try_point(geometry, room, at, 1, h * form.gx, h * form.gy, h * form.gz, math.inf, 0.0)
+        return
+    e, along = equation_of(form)
+    frame, back = (
+        EquationFrame(0.0, 0.0, 0.0, along, math.inf),
+        EquationFrame(0.0, 0.0, 0.0, reverse_axes(along), math.inf),
+    )
+    try_stationary(geometry, room, at, 1, form, e, frame, negate_secular(e), back)
+
+
+@helper
+def try_conic(
+    geometry: Geometry,
+    room: Neighbourhood,
+    at: WallQuery,
+    count: int,
+    form: SurfaceForm,
+    nx: float,
+    ny: float,
+    nz: float,
+    h: float,
+    known: float,
+) -> None:
+    """Try the local minima of the distance to the conic f = 0, n·v = h, of a unit vector n."""
+    bx, by, bz = h * nx, h * ny, h * nz
+    cx, cy, cz = bend_times(form, bx, by, bz)
+    gx, gy, gz = form.gx + cx, form.gy + cy, form.gz + cz
+    ux, uy, uz, vx, vy, vz = perpendicular_axes(nx, ny, nz)
+    au, bu, cu = bend_times(form, ux, uy, uz)
+    av, bv, cv = bend_times(form, vx, vy, vz)
+    p, q, mixed = dot(au, bu, cu, ux, uy, uz), dot(av, bv, cv, vx, vy, vz), dot(au, bu, cu, vx, vy, vz)
+    c, s, t = jacobi_rotation(p, q, mixed)
+    p, q = p - t * mixed, q + t * mixed
+    ux, uy, uz, vx, vy, vz = (
+        c * ux - s * vx, c * uy - s * vy, c * uz - s * vz, s * ux + c * vx, s * uy + c * vy, s * uz + c * vz,
+    )  # fmt: skip
+    if q < p:
+        p, q, ux, uy, uz, vx, vy, vz = q, p, vx, vy, vz, ux, uy, uz
+    scale = 1.0 / form.size if form.size > 0.0 else 1.0
+    value, gu, gv = value_along(form, bx, by, bz) * scale, dot(ux, uy, uz, gx, gy, gz), dot(vx, vy, vz, gx, gy, gz)
+    gu, gv, p, q = gu * scale, gv * scale, p * scale, q * scale
+    e = Secular(value, gu, gv, 0.0, p, q, q)
+    over = Secular(-value, -gv, -gu, 0.0, -q, -p, -p)
+    frame = EquationFrame(bx, by, bz, Directions(ux, uy, uz, vx, vy, vz, 0.0, 0.0, 0.0), known)
+    back = EquationFrame(bx, by, bz, Directions(vx, vy, vz, ux, uy, uz, 0.0, 0.0, 0.0), known)
+    try_stationary(geometry, room, at, count, form, e, frame, over, back)

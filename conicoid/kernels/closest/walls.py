@@ -1,0 +1,510 @@
+"""A point brought onto surfaces, and how far the exact one may be from it."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from ..._jit.decorators import helper, inline
+from .. import tables as table
+from ..body.cell import NO_PLACE, quadric_place
+from ..numbers.vectors import dot
+from ..programs import hold_program, root_value, sense_of, turn_leaf
+from ..surface.records import load_quadric
+from ..tables import QUADRIC, Geometry, integer, real, whole
+from .form import SurfaceForm, bend_times, form_at, length_of
+from .neighbourhood import (
+    AT_X,
+    AT_Y,
+    AT_Z,
+    BODY,
+    CELL_OF,
+    ENTRY,
+    FIRST_LINK,
+    LEAF,
+    LEAVES,
+    LINK_COUNT,
+    LOWER,
+    NEAREST,
+    PLACE,
+    PROGRAM,
+    SENSE,
+    SHEET_OF,
+    SURFACES,
+    UPPER,
+    WITHIN,
+    Neighbourhood,
+    limit,
+)
+
+TANGENT = 2.0**-22
+"""Sine below which surfaces count as tangent to each other."""
+_ROUNDS = 12
+_POOR = 2.0**-40
+"""Share of its size from which on a point that may be the apex of a cone is taken for it."""
+
+
+class Touch(NamedTuple):
+    """A point on surfaces, by how much it may be off, and the sine of the least angle between the surfaces there."""
+
+    x: float
+    y: float
+    z: float
+    off: float
+    sine: float
+
+
+class _Frame(NamedTuple):
+    """A unit vector along what a gradient adds to those before it, and how much of it that is."""
+
+    x: float
+    y: float
+    z: float
+    sine: float
+
+
+@inline
+def _beyond(form: SurfaceForm, ux: float, uy: float, uz: float, vx: float, vy: float, vz: float) -> _Frame:
+    """The part of a gradient that is across two unit vectors, or zeros in their place."""
+    g = length_of(form.gx, form.gy, form.gz)
+    if g == 0.0:
+        return _Frame(0.0, 0.0, 0.0, 0.0)
+    x, y, z = form.gx / g, form.gy / g, form.gz / g
+    along = dot(x, y, z, ux, uy, uz)
+    x, y, z = x - along * ux, y - along * uy, z - along * uz
+    along = dot(x, y, z, vx, vy, vz)
+    x, y, z = x - along * vx, y - along * vy, z - along * vz
+    sine = length_of(x, y, z)
+    if sine == 0.0:
+        return _Frame(0.0, 0.0, 0.0, 0.0)
+    return _Frame(x / sine, y / sine, z / sine, sine)
+
+
+@inline
+def surface_distance(form: SurfaceForm) -> float:
+    """About how far f = 0 is at most, by value and gradient; where it is flat, by its bend."""
+    value, g = abs(form.value) + form.off, length_of(form.gx, form.gy, form.gz)
+    if g * g > 4.0 * form.size * value:
+        return value / (2.0 * g) * 1.25
+    return math.sqrt(value / form.size) if form.size > 0.0 else math.inf
+
+
+@inline
+def _step(form: SurfaceForm, frame: _Frame, done: float) -> float:
+    """How far to go along a frame so that the linear f vanishes, after steps that changed f by 2 g `done`."""
+    g = length_of(form.gx, form.gy, form.gz)
+    if frame.sine < TANGENT or g == 0.0:
+        return 0.0
+    return (-form.value / (2.0 * g) - done) / frame.sine
+
+
+@helper
+def project_point(geometry: Geometry, room: Neighbourhood, count: int, x: float, y: float, z: float) -> Touch:
+    """Bring a point onto the first `count` of room.chosen, 1 to 3 surfaces, by Newton's steps of least length."""
+    off, sine = 0.0, 1.0
+    for k in range(_ROUNDS):
+        one = form_at(geometry, room.surface[room.chosen[0]], x, y, z)
+        a = _beyond(one, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+        go = _step(one, a, 0.0)
+        mx, my, mz = go * a.x, go * a.y, go * a.z
+        off, sine = surface_distance(one), 1.0
+        if count > 1:
+            two = form_at(geometry, room.surface[room.chosen[1]], x, y, z)
+            b = _beyond(two, a.x, a.y, a.z, 0.0, 0.0, 0.0)
+            go = _step(two, b, _done(two, mx, my, mz))
+            mx, my, mz = mx + go * b.x, my + go * b.y, mz + go * b.z
+            off, sine = _joint_error(off + surface_distance(two), two, b.sine), min(sine, b.sine)
+            if count > 2:
+                three = form_at(geometry, room.surface[room.chosen[2]], x, y, z)
+                c = _beyond(three, a.x, a.y, a.z, b.x, b.y, b.z)
+                go = _step(three, c, _done(three, mx, my, mz))
+                mx, my, mz = mx + go * c.x, my + go * c.y, mz + go * c.z
+                off, sine = _joint_error(off + surface_distance(three), three, c.sine), min(sine, c.sine)
+        if k + 1 == _ROUNDS or (k > 1 and abs(mx) + abs(my) + abs(mz) <= 2.0**-53 * (abs(x) + abs(y) + abs(z))):
+            break
+        x, y, z = x + mx, y + my, z + mz
+    off += 2.0**-51 * (abs(x) + abs(y) + abs(z))
+    for k in range(count):
+        if off > _POOR * (abs(x) + abs(y) + abs(z)):
+            x, y, z, off = _at_apex(geometry, room, count, k, x, y, z, off)
+    return Touch(x, y, z, off, sine)
+
+
+@helper
+def _at_apex(
+    geometry: Geometry, room: Neighbourhood, count: int, k: int, x: float, y: float, z: float, off: float
+) -> tuple[float, float, float, float]:
+    """The apex of chosen cone k, if the point may be it and all others are planes; else the point itself.
+
+    Beside its apex a cone has no gradient that would tell how near it is. A plane as near to the apex as rounding takes
+    it cuts the cone about as near, unless it runs along the cone.
+    """
+    surface = room.surface[room.chosen[k]]
+    if integer(geometry, table.SURFACE_KIND, surface) != QUADRIC:
+        return x, y, z, off
+    quadric = load_quadric(geometry, integer(geometry, table.SURFACE_ROW, surface))
+    ax, ay, az, _, _, _, _, _, _, _, _, _, _, _, _, b0, b1, b2, constant = quadric
+    is_cone = (b0 == 0.0) & (b1 == 0.0) & (b2 == 0.0) & (constant == 0.0)
+    if not is_cone or length_of(ax - x, ay - y, az - z) > 8.0 * off:
+        return x, y, z, off
+    apex = 2.0**-51 * (abs(ax) + abs(ay) + abs(az))
+    for i in range(count):
+        if i != k:
+            form = form_at(geometry, room.surface[room.chosen[i]], ax, ay, az)
+            if form.size > 0.0:
+                return x, y, z, off
+            apex += 64.0 * surface_distance(form)
+    return (ax, ay, az, apex) if apex < off else (x, y, z, off)
+
+
+@inline
+def _done(form: SurfaceForm, x: float, y: float, z: float) -> float:
+    """What a step does to the linear f, over 2 |g|."""
+    g = length_of(form.gx, form.gy, form.gz)
+    return dot(form.gx, form.gy, form.gz, x, y, z) / g if g > 0.0 else 0.0
+
+
+@inline
+def _joint_error(off: float, form: SurfaceForm, sine: float) -> float:
+    """How far off a point on several surfaces may be: more, the smaller their angle; at most as for touching ones."""
+    g = length_of(form.gx, form.gy, form.gz)
+    radius = g / form.size if form.size > 0.0 else math.inf
+    most = math.sqrt(off * radius) if radius < math.inf else math.inf
+    return min(off / sine, max(off, 4.0 * most)) if sine > 0.0 else max(off, 4.0 * most)
+
+
+# The nearest point of a polygon: of its inside, or of one of its sides.
+
+
+@inline
+def corner(geometry: Geometry, vertex: int, x: float, y: float, z: float) -> tuple[float, float, float]:
+    """A vertex of the table, about a point."""
+    at = 3 * vertex
+    return (
+        real(geometry, table.VERTICES, at) - x,
+        real(geometry, table.VERTICES, at + 1) - y,
+        real(geometry, table.VERTICES, at + 2) - z,
+    )
+
+
+@helper
+def is_within(geometry: Geometry, polygon: int, x: float, y: float, z: float) -> bool:
+    """Is a point of a polygon's plane within its outline, by even-odd?"""
+    plane = form_at(geometry, integer(geometry, table.POLYGON_SURFACE, polygon), x, y, z)
+    nx, ny, nz = abs(plane.gx), abs(plane.gy), abs(plane.gz)
+    drop = 0 if (nx >= ny) & (nx >= nz) else (1 if ny >= nz else 2)
+    first, last = integer(geometry, table.POLYGON_FIRST, polygon), integer(geometry, table.POLYGON_FIRST, polygon + 1)
+    ax, ay, az = corner(geometry, last - 1, x, y, z)
+    au, av = (ay, az) if drop == 0 else ((az, ax) if drop == 1 else (ax, ay))
+    odd = False
+    for vertex in range(first, last):
+        bx, by, bz = corner(geometry, vertex, x, y, z)
+        bu, bv = (by, bz) if drop == 0 else ((bz, bx) if drop == 1 else (bx, by))
+        if (av < 0.0) != (bv < 0.0):
+            side = au * bv - bu * av
+            odd ^= (side > 0.0) if bv > av else (side < 0.0)
+        au, av = bu, bv
+    return odd
+
+
+@inline
+def nearest_of_side(ax: float, ay: float, az: float, bx: float, by: float, bz: float) -> tuple[float, float, float]:
+    """The point of a side, from a to b, that is nearest to zero."""
+    dx, dy, dz = bx - ax, by - ay, bz - az
+    square = dot(dx, dy, dz, dx, dy, dz)
+    t = -dot(ax, ay, az, dx, dy, dz) / square if square > 0.0 else 0.0
+    if t <= 0.0:
+        return ax, ay, az
+    if t >= 1.0:
+        return bx, by, bz
+    return ax + t * dx, ay + t * dy, az + t * dz
+
+
+@helper
+def nearest_of_polygon(geometry: Geometry, polygon: int, x: float, y: float, z: float) -> tuple[float, float, float]:
+    """The point of a whole polygon that is nearest to a point, about that."""
+    plane = form_at(geometry, integer(geometry, table.POLYGON_SURFACE, polygon), x, y, z)
+    h = -2.0 * plane.value
+    vx, vy, vz = h * plane.gx, h * plane.gy, h * plane.gz
+    if is_within(geometry, polygon, x + vx, y + vy, z + vz):
+        return vx, vy, vz
+    first, last = integer(geometry, table.POLYGON_FIRST, polygon), integer(geometry, table.POLYGON_FIRST, polygon + 1)
+    ax, ay, az = corner(geometry, last - 1, x, y, z)
+    best = math.inf
+    for vertex in range(first, last):
+        bx, by, bz = corner(geometry, vertex, x, y, z)
+        px, py, pz = nearest_of_side(ax, ay, az, bx, by, bz)
+        distance = length_of(px, py, pz)
+        if distance < best:
+            best, vx, vy, vz = distance, px, py, pz
+        ax, ay, az = bx, by, bz
+    return vx, vy, vz
+
+
+# Is a point of some surfaces on a body's wall? What the body is on each side of them decides, as in a ray's sweep.
+
+_MOST = 6
+"""So many surfaces through one point are tried in all combinations of their sides."""
+_BESIDE = 2.0**-42
+"""Share of a point's size at which it is looked beside it, where its surfaces touch or are many."""
+_VAGUE, _FAR = 2.0**-16, 2.0**-36
+"""Shares of its size, and of that with its distance, from which on a point that may be off is no point to tell: its
+surfaces need not meet at all."""
+NO_WALL, POSSIBLE_WALL, CERTAIN_WALL = 0, 1, 2
+
+
+class WallQuery(NamedTuple):
+    """The point that is asked for, and whose walls are looked at."""
+
+    x: float
+    y: float
+    z: float
+    body: int
+    entry: int
+
+
+@inline
+def _is_on(room: Neighbourhood, k: int) -> bool:
+    """Is a near leaf on, by room.sign? It holds its own walls."""
+    first, count = room.leaves[4 * k + FIRST_LINK], room.leaves[4 * k + LINK_COUNT]
+    on = True
+    for link in range(first, first + count):
+        on = on and room.sign[room.links[2 * link]] * room.links[2 * link + 1] <= 0
+    return on
+
+
+@helper
+def holds(geometry: Geometry, room: Neighbourhood) -> bool:
+    """Is the body there, or not clipped, by room.sign? `scratch.counts` are as before when it returns."""
+    program, leaves = room.sizes[PROGRAM], room.sizes[LEAVES]
+    if program < 0:
+        return room.sizes[SHEET_OF] == 1 or (leaves > 0 and _is_on(room, 0))
+    counts = room.scratch.counts
+    hold_program(geometry, counts, whole(program))
+    for k in range(leaves):
+        if _is_on(room, k):
+            turn_leaf(geometry, counts, whole(program), whole(room.leaves[4 * k + LEAF]), True)
+    value = root_value(geometry, counts, whole(program))
+    for k in range(leaves):
+        if _is_on(room, k):
+            turn_leaf(geometry, counts, whole(program), whole(room.leaves[4 * k + LEAF]), False)
+    return value
+
+
+@helper
+def put_signs(geometry: Geometry, room: Neighbourhood, chosen: int, x: float, y: float, z: float, off: float) -> int:
+    """Find on which side of the near surfaces a point is that may be off; returns how many it may be on.
+
+    The first `chosen` of room.chosen it is on; those that it may be on come behind them.
+    """
+    count = chosen
+    for k in range(room.sizes[SURFACES]):
+        known = False
+        for i in range(chosen):
+            known = known or room.chosen[i] == k
+        if known:
+            room.sign[k] = 0
+            continue
+        form = form_at(geometry, room.surface[k], x, y, z)
+        g = length_of(form.gx, form.gy, form.gz)
+        may = form.off + (2.0 * g + form.size * off) * off
+        room.sign[k] = 0 if abs(form.value) <= may else (1 if form.value > 0.0 else -1)
+        if room.sign[k] == 0:
+            room.chosen[count] = k
+            count += 1
+    return count
+
+
+@helper
+def sides_around(geometry: Geometry, room: Neighbourhood, count: int) -> int:
+    """Bit k is the body for combination k of the sides of the first `count` of room.chosen."""
+    found = whole(0)
+    for sides in range(1 << count):
+        for i in range(count):
+            room.sign[room.chosen[i]] = 1 if (sides >> i) & 1 else -1
+        if holds(geometry, room):
+            found |= whole(1) << sides
+    for i in range(count):
+        room.sign[room.chosen[i]] = 0
+    return found
+
+
+@inline
+def _turns(found: int, count: int, i: int) -> bool:
+    """Does the side of chosen surface i matter to any combination?"""
+    turns = False
+    for sides in range(1 << count):
+        turns = turns or ((found >> sides) & 1) != ((found >> (sides ^ (1 << i))) & 1)
+    return turns
+
+
+@helper
+def _beside(geometry: Geometry, room: Neighbourhood, x: float, y: float, z: float, step: float) -> bool:
+    """Are there points about a step away that are surely inside and surely outside?"""
+    inside, outside = False, False
+    for k in range(26):
+        i = k if k < 13 else k + 1
+        dx, dy, dz = float(i % 3 - 1) + 0.03, float(i // 3 % 3 - 1) - 0.05, float(i // 9 - 1) + 0.07
+        if put_signs(geometry, room, 0, x + step * dx, y + step * dy, z + step * dz, 0.0) == 0:
+            if holds(geometry, room):
+                inside = True
+            else:
+                outside = True
+    return inside and outside
+
+
+@helper
+def sheet_around(geometry: Geometry, room: Neighbourhood, count: int) -> bool:
+    """Is there any of a sheet about a point that is on its own surface, the first of room.chosen?"""
+    for sides in range(1 << (count - 1)):
+        for i in range(1, count):
+            room.sign[room.chosen[i]] = 1 if (sides >> (i - 1)) & 1 else -1
+        if holds(geometry, room):
+            return True
+    return False
+
+
+@helper
+def try_point(
+    geometry: Geometry,
+    room: Neighbourhood,
+    at: WallQuery,
+    count: int,
+    vx: float,
+    vy: float,
+    vz: float,
+    known: float,
+    least: float,
+) -> int:
+    """Try x + v on the first `count` of room.chosen as the nearest wall: NOWHERE, MAYBE or SURE.
+
+    `known`: by how much it may be off, of what is known without them; infinite where nothing is. `least`: all that they
+    have in common is surely as far away.
+    """
+    x, y, z, off, sine = project_point(geometry, room, count, at.x + vx, at.y + vy, at.z + vz)
+    if known < off:
+        x, y, z, off = at.x + vx, at.y + vy, at.z + vz, known
+    distance = length_of(x - at.x, y - at.y, z - at.z)
+    off += 2.0**-50 * distance
+    if not distance - off <= limit(room):
+        return NO_WALL
+    if room.sizes[WITHIN] > 0 and not is_within(geometry, whole(room.sizes[WITHIN]) - 1, x, y, z):
+        return NO_WALL
+    many = put_signs(geometry, room, count, x, y, z, off)
+    sheet, turned = room.sizes[SHEET_OF] == 1, 0
+    if sheet:
+        if many <= _MOST and not sheet_around(geometry, room, many):
+            return NO_WALL
+    elif many <= _MOST:
+        values = sides_around(geometry, room, many)
+        every = whole(-1) if many == _MOST else (whole(1) << (1 << many)) - 1
+        if values == 0 or values == every:
+            return NO_WALL
+        while turned < many - 1 and not _turns(values, many, turned):
+            turned += 1
+    room.best[LOWER] = min(room.best[LOWER], max(distance - off, min(least, distance)))
+    wall = room.chosen[turned]
+    if count < many <= 3:
+        sine = min(sine, project_point(geometry, room, many, x, y, z).sine)
+    if many > 3 or sine < TANGENT:
+        first, second, third = room.chosen[0], room.chosen[1], room.chosen[2]
+        step = max(_BESIDE * (abs(x) + abs(y) + abs(z) + distance), 16.0 * off)
+        proved = not sheet and _beside(geometry, room, x, y, z, step)
+        put_signs(geometry, room, 0, x, y, z, off)
+        room.chosen[0], room.chosen[1], room.chosen[2] = first, second, third
+        if not proved:
+            return POSSIBLE_WALL
+        off += 2.0 * step
+    elif many > count:
+        off += 4.0 * off / sine
+    size = abs(x) + abs(y) + abs(z)
+    if off > max(_VAGUE * size, _FAR * (size + distance)):
+        return POSSIBLE_WALL
+    room.best[UPPER] = min(room.best[UPPER], distance + off)
+    keep_wall(geometry, room, at, wall, x, y, z, distance)
+    return CERTAIN_WALL
+
+
+@inline
+def keep_wall(
+    geometry: Geometry, room: Neighbourhood, at: WallQuery, chosen: int, x: float, y: float, z: float, distance: float
+) -> None:
+    """Keep a wall if it is the nearest, or as near and of a body that is listed before."""
+    best, who = room.best, room.who
+    if distance < best[NEAREST] or (distance == best[NEAREST] and at.body < who[BODY]):
+        best[NEAREST], best[AT_X], best[AT_Y], best[AT_Z] = distance, x, y, z
+        who[BODY], who[ENTRY] = at.body, at.entry
+        who[PLACE], who[SENSE] = _place_of(geometry, room, chosen)
+
+
+@helper
+def _place_of(geometry: Geometry, room: Neighbourhood, chosen: int) -> tuple[int, int]:
+    """(place of the face, sense of its leaf) of a near surface: of the first leaf that it bounds."""
+    surface, program = room.surface[chosen], whole(room.sizes[PROGRAM])
+    for k in range(room.sizes[LEAVES]):
+        cell, leaf = whole(room.leaves[4 * k + CELL_OF]), whole(room.leaves[4 * k + LEAF])
+        sense = sense_of(geometry, program, leaf) if leaf >= 0 else whole(1)
+        first, count = room.leaves[4 * k + FIRST_LINK], room.leaves[4 * k + LINK_COUNT]
+        mine, fits = False, True
+        for link in range(first, first + count):
+            mine = mine or room.links[2 * link] == chosen
+            fits = fits and room.sign[room.links[2 * link]] * room.links[2 * link + 1] <= 0
+        if mine and fits and room.sizes[SHEET_OF] == 0:
+            for slot in range(integer(geometry, table.CELL_FIRST, cell), integer(geometry, table.CELL_FIRST, cell + 1)):
+                if integer(geometry, table.PLANE_SURFACE, slot) == surface:
+                    return whole(slot), sense
+            return whole(quadric_place(cell)), sense
+    return whole(NO_PLACE), whole(1)
+
+
+# The sides of a polygon that is clipped, tried as nearest walls.
+
+
+@inline
+def _try(geometry: Geometry, room: Neighbourhood, at: WallQuery, x: float, y: float, z: float) -> None:
+    room.chosen[0] = 0
+    try_point(geometry, room, at, 1, x, y, z, math.inf, 0.0)
+
+
+@helper
+def _try_crossings(
+    geometry: Geometry,
+    room: Neighbourhood,
+    at: WallQuery,
+    ax: float,
+    ay: float,
+    az: float,
+    bx: float,
+    by: float,
+    bz: float,
+) -> None:
+    """Try where a side, from a to b, meets what clips its polygon."""
+    dx, dy, dz = bx - ax, by - ay, bz - az
+    for k in range(1, room.sizes[SURFACES]):
+        form = form_at(geometry, room.surface[k], at.x + ax, at.y + ay, at.z + az)
+        ux, uy, uz = bend_times(form, dx, dy, dz)
+        a, b = dot(ux, uy, uz, dx, dy, dz), dot(form.gx, form.gy, form.gz, dx, dy, dz)
+        square = b * b - a * form.value
+        if square < 0.0:
+            continue
+        far = -(b + math.copysign(math.sqrt(square), b))
+        for which in range(2):
+            over, under = (far, a) if which == 0 else (form.value, far)
+            t = over / under if under != 0.0 else -1.0
+            if 0.0 <= t <= 1.0:
+                _try(geometry, room, at, ax + t * dx, ay + t * dy, az + t * dz)
+
+
+@helper
+def try_sides(geometry: Geometry, room: Neighbourhood, at: WallQuery, polygon: int) -> None:
+    """Try the sides of a polygon, their ends, and where they meet what clips it."""
+    room.sizes[WITHIN] = 0
+    first, last = integer(geometry, table.POLYGON_FIRST, polygon), integer(geometry, table.POLYGON_FIRST, polygon + 1)
+    ax, ay, az = corner(geometry, last - 1, at.x, at.y, at.z)
+    for vertex in range(first, last):
+        bx, by, bz = corner(geometry, vertex, at.x, at.y, at.z)
+        x, y, z = nearest_of_side(ax, ay, az, bx, by, bz)
+        _try(geometry, room, at, x, y, z)
+        _try(geometry, room, at, bx, by, bz)
+        _try_crossings(geometry, room, at, ax, ay, az, bx, by, bz)
+        ax, ay, az = bx, by, bz

@@ -1,0 +1,295 @@
+"""The queries of one ray that other kernels build on: the nearest crossing, any crossing of some bodies."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from ..._jit.decorators import helper, inline, kernel, record_shapes
+from ..._util.arrays import FloatArray
+from ..body.hit import DOUBTFUL, Hit, ResolvedHit, cull_limit, intersect_item, no_hit, resolve_hit, scale_hit, turn_of
+from ..body.scratch import Scratch, new_scratch
+from ..bvh.culling import LAST, balls_met, lowest_bit, prefetch, prefetch_to_write, store_eight
+from ..bvh.walk import OWN_BEAM, leaf_at, leaf_ball, leaf_item, leaf_range, next_leaf, push_roots, put_beam, scene_tree
+from ..packet.frontier import PACKETS, new_tile, note_sight, open_quarter, open_tile, prefetch_packet, tile_packet
+from ..packet.lanes import (
+    BEST,
+    BODY,
+    DOUBT,
+    ENTRY,
+    LANES,
+    PLACE,
+    SIZE,
+    TURN,
+    fill_lanes,
+    is_coherent,
+    lane_hit,
+    packet_row,
+    put_turns,
+)
+from ..packet.packet import new_packet
+from ..packet.traversal import trace_packet
+from ..ray import DEAD, Ray, RayArrays, load_ray, scale_ray, span_inverse
+from ..stream.stream import new_stream, octant_of, put_stream_ray, stream_hit, trace_stream
+from ..surface.interval import is_open
+from ..tables import Floats, Geometry, Ints, Signs, is_halted, whole
+
+
+@helper
+def first_crossing(geometry: Geometry, scratch: Scratch, ray: Ray, blocks: Signs, any_hit: bool) -> Hit:
+    """The nearest crossing of bodies with blocks[body] != 0 (of all, if `blocks` is empty), or any one of them.
+
+    Traverses the tree, the nearest box first. The beam ends at `within(best)`, so that what is culled can neither be
+    nearer nor make the order doubtful. `any_hit` is an early out at the first crossing.
+    """
+    best = no_hit()
+    if not is_open(ray.t_min, ray.t_max):
+        return best
+    ray, scale = scale_ray(ray)
+    some = len(blocks) > 0
+    way = scratch.way
+    put_beam(way, OWN_BEAM, ray)
+    inverse = span_inverse(ray)
+    code, _, top = next_leaf(geometry, way, way, OWN_BEAM, push_roots(geometry, way, scene_tree(geometry)))
+    while code != 0:
+        first, last = leaf_range(code)
+        at, count = leaf_at(geometry, first), last - first
+        for eight in range(0, count, 8):
+            end = min(ray.t_max, cull_limit(best))
+            bits = balls_met(geometry.floats, at + eight, count, count - eight, ray, inverse, end)
+            while bits != 0:
+                k = eight + lowest_bit(bits)
+                bits &= bits - 1
+                item = leaf_item(geometry, at, count, k)
+                if some and blocks[item.body] == 0:
+                    continue
+                best = intersect_item(geometry, scratch, item, leaf_ball(geometry, at, count, k), ray, inverse, best)
+                if any_hit and best.body >= 0:
+                    return scale_hit(best, scale)
+        way[OWN_BEAM + LAST] = min(ray.t_max, cull_limit(best))
+        code, _, top = next_leaf(geometry, way, way, OWN_BEAM, top)
+    return scale_hit(best, scale)
+
+
+@inline
+def resolve_first_crossing(geometry: Geometry, scratch: Scratch, ray: Ray) -> ResolvedHit:
+    """The first crossing of all bodies in (t_min, t_max), as it is reported."""
+    return resolve_hit(geometry, first_crossing(geometry, scratch, ray, scratch.nothing, False))
+
+
+@inline
+def is_blocked(geometry: Geometry, scratch: Scratch, ray: Ray, blocks: Signs) -> bool:
+    """Is there any crossing in (t_min, t_max) of a body with blocks[body] != 0 (int8 over bodies)?"""
+    return first_crossing(geometry, scratch, ray, blocks, True).body >= 0
+
+
+# First hits of many rays as arrays, a row each.
+
+_PAGE = 4096
+
+
+def _room(count: int, kind: Any, share: int) -> Any:
+    """An array that begins some eighths of a page into a page.
+
+    Rows of a picture may lie whole pages apart: if all arrays began alike, the hits of a packet would compete for
+    the same few lines of the cache.
+    """
+    if count < _PAGE:
+        return np.empty(count, kind)
+    size = count * np.dtype(kind).itemsize
+    room = np.empty(size + 2 * _PAGE, np.uint8)
+    first = -room.ctypes.data % _PAGE + share * _PAGE // 8
+    return room[first : first + size].view(kind)
+
+
+@record_shapes(t="n", body="n", entry="n", place="n", turn="n")
+class HitBuffers(NamedTuple):
+    """First hits as the kernels write them, a row each."""
+
+    t: FloatArray
+    body: npt.NDArray[np.int32]
+    entry: npt.NDArray[np.int32]
+    place: npt.NDArray[np.int32]
+    turn: npt.NDArray[np.int8]  # see `hit.turn_of`
+
+    @classmethod
+    def new(cls, count: int) -> HitBuffers:
+        """Room for some hits."""
+        body, entry, place = (_room(count, np.int32, share) for share in (2, 4, 6))
+        return cls(_room(count, np.float64, 0), body, entry, place, _room(count, np.int8, 1))
+
+
+@inline
+def put_hit(hit: Hit, i: Any, found: HitBuffers) -> None:
+    """Hit i, in arrays."""
+    i = np.uint64(i)
+    found.t[i], found.body[i], found.entry[i], found.place[i] = hit.t, hit.body, hit.entry, hit.place
+    found.turn[i] = turn_of(hit)
+
+
+@inline
+def prefetch_hits(i: int, found: HitBuffers) -> None:
+    """Prefetch, to be written, the memory of hit i and a few after it."""
+    prefetch_to_write(found.t, i)
+    prefetch_to_write(found.body, i)
+    prefetch_to_write(found.entry, i)
+    prefetch_to_write(found.place, i)
+
+
+@inline
+def put_eight_hits(lanes: Floats, lane: int, i: int, found: HitBuffers) -> None:
+    """`put_hit` for the hits of eight lanes, which have their turns ready."""
+    at = np.uint64(lane)
+    store_eight(lanes, BEST + at, found.t, i)
+    store_eight(lanes, BODY + at, found.body, i)
+    store_eight(lanes, ENTRY + at, found.entry, i)
+    store_eight(lanes, PLACE + at, found.place, i)
+    store_eight(lanes, TURN + at, found.turn, i)
+
+
+# The compiled loops behind the queries: chunks of rays in, arrays out.
+
+_AHEAD = 24  # rays are prefetched so many ahead
+
+
+@kernel(width="picture n", begin="0..end", end="0..n", found="out")
+def trace_first(geometry: Geometry, rays: RayArrays, width: int, begin: int, end: int, found: HitBuffers) -> None:
+    """First hits of tiles begin..end; what is doubtful is marked in found.turn.
+
+    Packets where rays are coherent, else one ray at a time; a lane in doubt is traced again alone, because single rays
+    doubt less. Each ray of the tiles gets exactly one hit or miss.
+    """
+    scratch, bundle, memory = new_scratch(geometry), new_packet(geometry), new_tile()
+    lanes, count, several = bundle.lanes, len(rays.origins), len(rays.origins) > LANES
+    for tile in range(begin, end):
+        shared = several and open_tile(geometry, memory, lanes, rays, tile, width)
+        for number in range(PACKETS):
+            if several and number & 3 == 0:
+                open_quarter(memory, number >> 2, bundle.items)
+            prefetch_packet(rays, tile_packet(tile + 1, number, width, count), width)
+            packet = tile_packet(tile, number, width, count)
+            if packet < 0 or is_halted(geometry):
+                continue
+            for row in range(8):
+                prefetch_hits(packet_row(packet, row, width, count)[0], found)
+            fill_lanes(lanes, rays, packet, width, shared)
+            together, doubtful = is_coherent(geometry, lanes), 0
+            if together:
+                trace_packet(geometry, scratch, bundle, scratch.nothing, False)
+                note_sight(memory, lanes)
+                doubtful = put_turns(lanes)
+            for row in range(8):
+                first, n = packet_row(packet, row, width, count)
+                if together and n == 8 and doubtful == 0:
+                    put_eight_hits(lanes, 8 * row, first, found)
+                    continue
+                for k in range(n):
+                    i = first + k
+                    if together and lanes[DOUBT + np.uint64(8 * row + k)] == 0.0:
+                        put_hit(lane_hit(lanes, 8 * row + k), i, found)
+                        continue
+                    hit = no_hit()
+                    ray = load_ray(rays, i)
+                    if ray.start != DEAD and not is_halted(geometry):
+                        hit = first_crossing(geometry, scratch, ray, scratch.nothing, False)
+                    put_hit(hit, i, found)
+
+
+@kernel(begin="0..end", end="0..n", found="out")
+def trace_first_alone(geometry: Geometry, rays: RayArrays, begin: int, end: int, found: HitBuffers) -> None:
+    """First hits of rays begin..end, each by itself: what `trace_first` does with those that are not coherent.
+
+    Doubtful rays are asked so once more (`certified.settle`), and exported pages, which trace one at a time, carry it:
+    it is a third of the code.
+    """
+    scratch = new_scratch(geometry)
+    for i in range(begin, end):
+        hit = no_hit()
+        ray = load_ray(rays, i)
+        if ray.start != DEAD and not is_halted(geometry):
+            hit = first_crossing(geometry, scratch, ray, scratch.nothing, False)
+        put_hit(hit, i, found)
+
+
+@kernel(width="picture n", begin="0..end", end="0..n", result="out n")
+def trace_occluded(geometry: Geometry, rays: RayArrays, width: int, begin: int, end: int, result: Signs) -> None:
+    """Is there any crossing (1) or not (0), raised if doubtful? Of tiles begin..end."""
+    scratch, bundle, memory = new_scratch(geometry), new_packet(geometry), new_tile()
+    lanes, count, several = bundle.lanes, len(rays.origins), len(rays.origins) > LANES
+    for tile in range(begin, end):
+        shared = several and open_tile(geometry, memory, lanes, rays, tile, width)
+        for number in range(PACKETS):
+            if several and number & 3 == 0:
+                open_quarter(memory, number >> 2, bundle.items)
+            prefetch_packet(rays, tile_packet(tile + 1, number, width, count), width)
+            packet = tile_packet(tile, number, width, count)
+            if packet < 0 or is_halted(geometry):
+                continue
+            fill_lanes(lanes, rays, packet, width, shared)
+            together = is_coherent(geometry, lanes)
+            if together:
+                trace_packet(geometry, scratch, bundle, scratch.nothing, True)
+            for row in range(8):
+                first, n = packet_row(packet, row, width, count)
+                for k in range(n):
+                    i, lane = first + k, np.uint64(8 * row + k)
+                    if together and lanes[DOUBT + lane] == 0.0:
+                        result[i] = 1 if lanes[BEST + lane] < math.inf else 0
+                        continue
+                    hit = no_hit()
+                    ray = load_ray(rays, i)
+                    if ray.start != DEAD and not is_halted(geometry):
+                        hit = first_crossing(geometry, scratch, ray, scratch.nothing, True)
+                    result[i] = (1 if hit.body >= 0 else 0) + (DOUBTFUL if hit.unsure else 0)
+
+
+@kernel(order="n", size="1..65536", begin="0..end", end="0..n", found="out")
+def trace_ordered(
+    geometry: Geometry, rays: RayArrays, order: Ints, size: int, any_hit: bool, begin: int, end: int, found: HitBuffers
+) -> None:
+    """First hits, or any, of rays in an order; those from `size` begin to `size` end make streams begin..end."""
+    scratch, stream, mine = new_scratch(geometry), new_stream(geometry, size), np.empty(size, np.int32)
+    for number in range(begin, end):
+        k, last = size * number, min(size * number + size, len(order))
+        while k < last and not is_halted(geometry):
+            count, octant = 0, -1
+            while k < last:
+                i = order[k]
+                if k + _AHEAD < len(order):
+                    ahead = 3 * whole(order[k + _AHEAD])
+                    prefetch(rays.origins, ahead)
+                    prefetch(rays.origins, ahead + 2)
+                    prefetch(rays.directions, ahead)
+                    prefetch(rays.directions, ahead + 2)
+                ray = load_ray(rays, i)
+                if ray.start != DEAD and scale_ray(ray)[1] == 1.0:
+                    its = octant_of(ray.dx, ray.dy, ray.dz)
+                    if count > 0 and its != octant:
+                        break
+                    octant = its
+                    put_stream_ray(stream, count, ray)
+                    mine[count] = i
+                    count += 1
+                elif ray.start == DEAD:
+                    put_hit(no_hit(), i, found)
+                else:
+                    hit = first_crossing(geometry, scratch, ray, scratch.nothing, any_hit)
+                    put_hit(hit, i, found)
+                k += 1
+            trace_stream(geometry, scratch, stream, count, scratch.nothing, any_hit)
+            for j in range(count):
+                prefetch_hits(mine[min(j + 8, count - 1)], found)
+                put_hit(stream_hit(stream, j), mine[j], found)
+
+
+@kernel(width="picture n", packets="1..n", asked="1..1048576")
+def coherent_packets(geometry: Geometry, rays: RayArrays, width: int, packets: int, asked: int) -> int:
+    """How many of some packets, spread over all, are coherent."""
+    lanes, together = np.empty(SIZE), 0
+    for k in range(asked):
+        fill_lanes(lanes, rays, k * packets // asked, width, False)
+        together += 1 if is_coherent(geometry, lanes) else 0
+    return together

@@ -1,0 +1,224 @@
+"""Numbers in four floats (about 210 bits) with a bound on their error, for formulas of many steps in lanes.
+
+A number is (a, b, c, d, error): the exact value lies within `error` of a + b + c + d. What a sum or a product has no
+room for is added to the bound, all of it, so that only the identities of `errorfree` have to be believed. An error of
+zero says that the number is exact; zero times any number is an exact zero, and what is no number says so itself. That
+is rigorous as long as no part of a product is lost below the floats; where one might be, LEAST is added, which is far
+more.
+
+Floats are in order: |b| <= 2^-50 |a|, |c| <= 2^-50 |b|, |d| <= 2^-52 |c|; where they are not, the error is infinite.
+Infinities and NaN make numbers whose error is infinite or no number, and no test holds for these.
+
+Sums and products are those of QD (Hida, Li, Bailey: Algorithms for quad-double precision floating point arithmetic,
+2001), with their losses.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from ..._jit.decorators import choose, fma, inline
+from .double_double import two_sum
+
+
+class QuadDouble(NamedTuple):
+    """The exact value lies within `error` of a + b + c + d."""
+
+    a: float
+    b: float
+    c: float
+    d: float
+    error: float
+
+
+LEAST = 2.0**-900
+"""Products below may lose bits. Added to the error of every product and quotient where it is not zero."""
+UNKNOWN = math.inf
+_GROWN = 1.0 + 2.0**-40
+"""More than adding up a few errors may lose of them."""
+
+
+@inline
+def four(x: float) -> QuadDouble:
+    """A float, exactly."""
+    return QuadDouble(x, 0.0, 0.0, 0.0, x * 0.0)
+
+
+@inline
+def _in_order(a: float, b: float, c: float, d: float, error: float) -> QuadDouble:
+    """a + b + c + d, the larger ones first, as four floats in order."""
+    c, d = two_sum(c, d)
+    b, c = two_sum(b, c)
+    a, b = two_sum(a, b)
+    b, c = two_sum(b, c)
+    c, d = two_sum(c, d)
+    error = choose(abs(b) <= abs(a) * 2.0**-50, error, UNKNOWN)
+    return QuadDouble(a, b, c, d, choose(abs(c) <= abs(b) * 2.0**-50, error, UNKNOWN))
+
+
+@inline
+def opposite(x: QuadDouble) -> QuadDouble:
+    """-x"""
+    return QuadDouble(-x.a, -x.b, -x.c, -x.d, x.error)
+
+
+@inline
+def _plus(x: QuadDouble, y: QuadDouble) -> tuple[float, float, float, float, float]:
+    """x + y, in no order, and its error."""
+    a, e = two_sum(x.a, y.a)
+    b, f = two_sum(x.b, y.b)
+    c, g = two_sum(x.c, y.c)
+    d, h = two_sum(x.d, y.d)
+    b, e = two_sum(b, e)
+    c, f = two_sum(c, f)
+    c, e = two_sum(c, e)
+    d, g = two_sum(d, g)
+    d, f = two_sum(d, f)
+    d, e = two_sum(d, e)
+    lost = (abs(e) + abs(f)) + (abs(g) + abs(h))
+    return a, b, c, d, (x.error + y.error + lost) * _GROWN
+
+
+@inline
+def plus(x: QuadDouble, y: QuadDouble) -> QuadDouble:
+    """x + y"""
+    a, b, c, d, error = _plus(x, y)
+    return _in_order(a, b, c, d, error)
+
+
+@inline
+def minus(x: QuadDouble, y: QuadDouble) -> QuadDouble:
+    """x - y"""
+    return plus(x, opposite(y))
+
+
+@inline
+def _last(x: QuadDouble) -> float:
+    """The smallest of its floats that is not zero."""
+    return choose(x.d != 0.0, x.d, choose(x.c != 0.0, x.c, choose(x.b != 0.0, x.b, x.a)))
+
+
+@inline
+def times(x: QuadDouble, y: QuadDouble) -> QuadDouble:
+    """x y
+
+    Of the sixteen products of floats the first six count with what they lose. The next four are added in floats, with
+    that and what the sums before them lose: 13 terms, and an error below 2^-49 of their sizes. The last six are left
+    out. Where a factor is certainly zero, so is the product.
+    """
+    p = x.a * y.a
+    q, r = x.a * y.b, x.b * y.a
+    s, t, u = x.a * y.c, x.b * y.b, x.c * y.a
+    e, f, g = fma(x.a, y.a, -p), fma(x.a, y.b, -q), fma(x.b, y.a, -r)
+    h, i, j = fma(x.a, y.c, -s), fma(x.b, y.b, -t), fma(x.c, y.a, -u)
+    q, r = two_sum(q, r)
+    q, e = two_sum(q, e)
+    s, k = two_sum(s, u)
+    s, t = two_sum(s, t)
+    s, u = two_sum(s, r)
+    s, e = two_sum(s, e)
+    f, g = two_sum(f, g)
+    s, f = two_sum(s, f)
+    l, m, n, o = x.a * y.d, x.b * y.c, x.c * y.b, x.d * y.a  # noqa: E741
+    rest = (((h + i) + (j + k)) + ((t + u) + (e + f))) + (((l + o) + (m + n)) + g)
+    sizes = ((abs(h) + abs(i)) + (abs(j) + abs(k))) + ((abs(t) + abs(u)) + (abs(e) + abs(f)))
+    sizes += ((abs(l) + abs(o)) + (abs(m) + abs(n))) + abs(g)
+    b, c, d = abs(x.b), abs(x.c), abs(x.d)
+    left_out = b * abs(y.d) + c * (abs(y.c) + abs(y.d)) + d * ((abs(y.b) + abs(y.c)) + abs(y.d))
+    carried = abs(x.a) * y.error + (abs(y.a) + y.error) * x.error
+    error = (sizes * 2.0**-49 + left_out + carried) * 1.0001
+    below = choose(abs(_last(x) * _last(y)) >= LEAST, 0.0, LEAST)
+    inexact = choose((error + x.error) + (y.error + below) == 0.0, 0.0, LEAST)
+    nothing = choose(abs(x.a) + x.error == 0.0, 0.0, choose(abs(y.a) + y.error == 0.0, 0.0, 1.0))
+    return _in_order(p, q, s, rest, choose(nothing == 0.0, 0.0, error + inexact))
+
+
+@inline
+def _rest(x: QuadDouble, y: QuadDouble) -> QuadDouble:
+    """x - y, of which little is left: it may be out of order, and must not be multiplied."""
+    a, b, c, d, error = _plus(x, opposite(y))
+    c, d = two_sum(c, d)
+    b, c = two_sum(b, c)
+    a, b = two_sum(a, b)
+    return QuadDouble(a, b, c, d, error)
+
+
+@inline
+def over(x: QuadDouble, y: QuadDouble) -> QuadDouble:
+    """x / y; unknown where y may be zero.
+
+    Long division of four steps. What is left of x then, its error and all, is y times the error.
+    """
+    a = x.a / y.a
+    rest = _rest(x, times(four(a), y))
+    b = rest.a / y.a
+    rest = _rest(rest, times(four(b), y))
+    c = rest.a / y.a
+    rest = _rest(rest, times(four(c), y))
+    d = rest.a / y.a
+    left = _size(_rest(rest, times(four(d), y)))
+    least = abs(y.a) * 0.9999 - y.error
+    error = left / least * 1.0001 + choose(left == 0.0, 0.0, LEAST)
+    return _in_order(a, b, c, d, choose(least > 0.0, error, UNKNOWN))
+
+
+@inline
+def _size(x: QuadDouble) -> float:
+    """What |x| is at most, and a little more."""
+    return ((abs(x.a) + abs(x.b)) + (abs(x.c) + abs(x.d)) + x.error) * 1.000001
+
+
+@inline
+def root(x: QuadDouble) -> QuadDouble:
+    """The square root of what is certainly positive, or zero; else unknown.
+
+    To s, which is nearly that, (x - s²) / (2 s) is added three times. With r = x - s² then, |sqrt(x) - s| is
+    |r| / (sqrt(x) + s) <= |r| / s.
+    """
+    first = math.sqrt(choose(x.a > 0.0, x.a, 1.0))
+    half = 0.5 / first
+    s = four(first)
+    s = _in_order(s.a, _rest(x, times(s, s)).a * half, 0.0, 0.0, 0.0)
+    s = _in_order(s.a, s.b, _rest(x, times(s, s)).a * half, 0.0, s.error)
+    s = _in_order(s.a, s.b, s.c, _rest(x, times(s, s)).a * half, s.error)
+    left = _size(_rest(x, times(s, s)))
+    error = left / first * 1.0001 + choose(left == 0.0, 0.0, LEAST)
+    error = choose(x.a * 0.9999 > x.error, error + s.error, UNKNOWN)
+    some = choose(is_zero(x), 0.0, 1.0)
+    return QuadDouble(s.a * some, s.b * some, s.c * some, s.d * some, choose(some == 0.0, 0.0, error))
+
+
+@inline
+def is_zero(x: QuadDouble) -> bool:
+    """Is it certainly zero?"""
+    return (abs(x.a) + abs(x.b)) + (abs(x.c) + abs(x.d)) + x.error == 0.0
+
+
+@inline
+def by_sign(x: QuadDouble, negative: float, zero: float, positive: float, unsure: float) -> float:
+    """One of four floats, as the sign of x is."""
+    certain = choose(abs(x.a) * 0.9999 > x.error, choose(x.a > 0.0, positive, negative), unsure)
+    return choose(is_zero(x), zero, certain)
+
+
+@inline
+def size_of(x: QuadDouble) -> QuadDouble:
+    """|x|; unknown where the sign is."""
+    turn = choose(x.a < 0.0, -1.0, 1.0)
+    return QuadDouble(x.a * turn, x.b * turn, x.c * turn, x.d * turn, by_sign(x, x.error, 0.0, x.error, UNKNOWN))
+
+
+@inline
+def nearest(x: QuadDouble) -> tuple[float, float]:
+    """(the float nearest to x, 0; or 1 where that is not certain, or out of the middle of the floats' range).
+
+    Ziv's test: both ends of the interval round alike. What lies below the first two floats is made larger by more than
+    adding it to the second may lose, so it moves a number halfway between two floats off that place.
+    """
+    below = (abs(x.c) + abs(x.d)) + x.error
+    below = choose(below == 0.0, 0.0, (below + abs(x.b) * 2.0**-52) * 1.0001)
+    up, down = x.a + (x.b + below), x.a + (x.b - below)
+    size = abs(up)
+    inside = choose(size < 2.0**900, choose(size > 2.0**-800, 0.0, choose(size == 0.0, 0.0, 1.0)), 1.0)
+    return up + 0.0, choose(up == down, inside, 1.0)

@@ -1,0 +1,326 @@
+"""Boolean bodies of a few leaves met by the lanes of a packet.
+
+The rules of the sweep for single rays (body/boolean.py) by another algorithm, all lanes at once: every leaf gives its
+spans; then each lane steps from one span end to the next and evaluates the program there, all ends at equal t together,
+until its value changes. Nothing is sorted and nothing branches on a lane, which is why there are two.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..._jit.decorators import choose, helper, inline
+from .. import tables as table
+from ..body.hit import Hit
+from ..bvh.walk import LeafItem
+from ..programs import cell_of_leaf, gates_of, leaves_of, root_of, rows_of_leaves
+from ..surface.interval import Nearness, has_begun, has_not_ended, is_open, lengths_of
+from ..tables import Floats, Geometry, Ints, integer
+from .cells import IN, LEAF, OUT, PLACE_OF_IN, PLACE_OF_OUT, SPAN, face_lanes, put_cell_spans
+from .lanes import (
+    DOUBT,
+    ENDS,
+    FOUND,
+    INSIDE,
+    LANES,
+    LATEST,
+    NARROW_IN,
+    NARROW_OUT,
+    NEW_ENTERS,
+    NEW_PLACE,
+    NEW_SENSE,
+    NEXT,
+    NOW,
+    OFF,
+    SEEKS,
+    T_MAX,
+    T_MIN,
+    WITHIN,
+    eights,
+    keep_nearer,
+    lane_nearness,
+)
+
+MOST = 16
+"""Leaves, and gates, of a body that is traced in lanes."""
+
+LEAVES_SIZE = MOST * LEAF
+TRUTHS_SIZE = MOST * LANES
+
+
+class BooleanLanes(NamedTuple):
+    """The lanes and what their bodies need."""
+
+    lanes: Floats
+    leaves: Floats  # spans of a body's leaves
+    truths: Floats  # true inputs of its gates
+    spans: Ints  # how many spans each leaf has, at most
+
+
+@inline
+def fits_in_lanes(geometry: Geometry, program: int) -> bool:
+    """Is the body small enough to be traced in lanes?"""
+    leaves, gates = leaves_of(geometry, program), gates_of(geometry, program)
+    return leaves[1] - leaves[0] <= MOST and gates[1] - gates[0] <= MOST
+
+
+@helper
+def _leaf_spans(
+    geometry: Geometry, lanes: Floats, leaves: Floats, at: int, cell: int, narrows: bool, first: int, last: int
+) -> tuple[int, int]:
+    """A leaf's spans into its rows from leaves[at]: (how many of them any lane has, how many lanes still seek).
+
+    Where `narrows`, the body lies within the leaf: a lane seeks on within its spans only.
+    """
+    if face_lanes(geometry, lanes, cell, first, last) == 0:
+        return 0, 0
+    several = put_cell_spans(geometry, lanes, leaves, at, cell, True, first, last)
+    near = narrow_lanes(lanes, leaves, at, narrows, first, last)
+    return 0 if near == 0 else (2 if several > 0 else 1), near
+
+
+@helper
+def narrow_lanes(lanes: Floats, leaves: Floats, at: int, narrows: bool, first: int, last: int) -> int:
+    """How many lanes may be within a leaf while they seek, by its spans at leaves[at:].
+
+    Where `narrows`, the body lies within the leaf: a lane seeks on within its spans only.
+    """
+    first, last = eights(first, last)
+    row, second = np.uint64(at), np.uint64(at + SPAN)
+    near = 0
+    for i in range(first, last):
+        begin = min(leaves[row + IN + i], leaves[second + IN + i])
+        end = max(leaves[row + OUT + i], leaves[second + OUT + i])
+        low, high = max(lanes[NARROW_IN + i], begin), min(lanes[NARROW_OUT + i], end)
+        off = lanes[OFF + i]
+        counts = (low <= high + off) & (lanes[SEEKS + i] == 1.0)
+        near += 1 if counts else 0
+        lanes[FOUND + i] = low
+        lanes[NEXT + i] = high
+        # Both are 0 where the leaf is left on the surface that the ray starts on; other ends there are doubtful already
+        close = (abs(high - low) <= off) & ((low != 0.0) | (high != 0.0))
+        lanes[DOUBT + i] = choose(narrows & close & counts, 1.0, lanes[DOUBT + i])
+    if narrows:
+        for i in range(first, last):
+            lanes[SEEKS + i] = choose(is_open(lanes[FOUND + i], lanes[NEXT + i]), lanes[SEEKS + i], 0.0)
+            lanes[NARROW_IN + i], lanes[NARROW_OUT + i] = lanes[FOUND + i], lanes[NEXT + i]
+    return near
+
+
+@helper
+def _count_span(
+    lanes: Floats, leaves: Floats, truths: Floats, at: int, gate: int, change: float, first: int, last: int
+) -> None:
+    """Add `change` to a gate where NOW is in a span, and let NEXT be its next end, if it is the first."""
+    first, last = eights(first, last)
+    row, counter = np.uint64(at), np.uint64(gate * LANES)
+    for i in range(first, last):
+        now, begin, end = lanes[NOW + i], leaves[row + IN + i], leaves[row + OUT + i]
+        truths[counter + i] += choose((begin <= now) & (now < end), change, 0.0)
+        later = choose(begin > now, begin, choose(end > now, end, math.inf))
+        lanes[NEXT + i] = min(lanes[NEXT + i], later)
+
+
+@helper
+def _reset(geometry: Geometry, lanes: Floats, truths: Floats, program: int, first: int, last: int) -> None:
+    """Every leaf is outside."""
+    reset_gates(geometry, truths, program, first, last)
+    first, last = eights(first, last)
+    for i in range(first, last):
+        lanes[NEXT + i] = math.inf
+
+
+@helper
+def reset_gates(geometry: Geometry, truths: Floats, program: int, first: int, last: int) -> None:
+    """The true inputs of every gate while all leaves are outside."""
+    first, last = eights(first, last)
+    begin, end = gates_of(geometry, program)
+    for gate in range(begin, end):
+        start, counter = float(integer(geometry, table.GATE_START, gate)), np.uint64((gate - begin) * LANES)
+        for i in range(first, last):
+            truths[counter + i] = start
+
+
+@helper
+def _pass_on(
+    truths: Floats, gate: int, parent: int, need: float, start: float, sign: float, first: int, last: int
+) -> None:
+    """Count a gate's change, if it has one, in its parent."""
+    first, last = eights(first, last)
+    counter, above = np.uint64(gate * LANES), np.uint64(parent * LANES)
+    for i in range(first, last):
+        changed = (truths[counter + i] >= need) != (start >= need)
+        truths[above + i] += choose(changed, sign, 0.0)
+
+
+@helper
+def settle_gates(geometry: Geometry, truths: Floats, program: int, first: int, last: int) -> None:
+    """Count from the leaves' gates up to the root; parents stand before their children."""
+    begin, end = gates_of(geometry, program)
+    for gate in range(end - 1, begin, -1):
+        need, start = integer(geometry, table.GATE_NEED, gate), integer(geometry, table.GATE_START, gate)
+        falls = (start >= need) != (integer(geometry, table.GATE_NEGATED, gate) == 1)
+        parent = integer(geometry, table.GATE_PARENT, gate) - begin
+        _pass_on(truths, gate - begin, parent, float(need), float(start), -1.0 if falls else 1.0, first, last)
+
+
+@helper
+def _advance(
+    geometry: Geometry, lanes: Floats, truths: Floats, program: int, starts: bool, first: int, last: int
+) -> int:
+    """Note where the value has changed, go on to the next end; returns how many lanes still seek.
+
+    Keeps INSIDE the value just after NOW; a lane stops seeking at its crossing, or beyond its interval or nearest hit.
+    """
+    first, last = eights(first, last)
+    root = root_of(geometry, program)
+    need, negated = float(integer(geometry, table.GATE_NEED, root)), integer(geometry, table.GATE_NEGATED, root) == 1
+    seeking = 0
+    for i in range(first, last):
+        truth = 1.0 if (truths[i] >= need) != negated else 0.0
+        turned = (truth != lanes[INSIDE + i]) & (lanes[SEEKS + i] == 1.0) & (not starts)
+        lanes[FOUND + i] = choose(turned, lanes[NOW + i], lanes[FOUND + i])
+        lanes[NEW_ENTERS + i] = choose(turned, truth, lanes[NEW_ENTERS + i])
+        lanes[INSIDE + i] = truth
+        t, off = lanes[NEXT + i], lanes[OFF + i]
+        sought = lanes[SEEKS + i] == 1.0
+        lanes[DOUBT + i] = choose(sought & (t - lanes[NOW + i] <= off), 1.0, lanes[DOUBT + i])
+        lanes[LATEST + i] = choose(sought, lanes[NOW + i], lanes[LATEST + i])
+        lanes[ENDS + i] += choose(sought & (not starts), 1.0, 0.0)
+        lanes[NOW + i] = t
+        on = sought & ~turned
+        seeks = on & has_not_ended(t, lanes[T_MAX + i]) & (t <= lanes[WITHIN + i] + off)
+        lanes[SEEKS + i] = 1.0 if seeks else 0.0
+        seeking += 1 if seeks else 0
+    return seeking
+
+
+@helper
+def _choose_face(lanes: Floats, leaves: Floats, at: int, sense: float, first: int, last: int) -> None:
+    """Where a span's end is the crossing found and turns the way the body does, its face is reported.
+
+    Called for leaves from the last to the first, so that the first is reported, as by single rays.
+    """
+    first, last = eights(first, last)
+    row = np.uint64(at)
+    for i in range(first, last):
+        begin, end = leaves[row + IN + i], leaves[row + OUT + i]
+        latest, t_min = lanes[LATEST + i], lanes[T_MIN + i]
+        lanes[ENDS + i] -= choose(has_begun(begin, t_min) & (begin <= latest), 1.0, 0.0)
+        lanes[ENDS + i] -= choose(has_begun(end, t_min) & (end <= latest), 1.0, 0.0)
+        t, rises = lanes[FOUND + i], (lanes[NEW_ENTERS + i] == 1.0) == (sense > 0.0)
+        shown = choose(rises, begin, end)
+        place = choose(rises, leaves[row + PLACE_OF_IN + i], leaves[row + PLACE_OF_OUT + i])
+        shows = shown == t
+        lanes[NEW_PLACE + i] = choose(shows, place, lanes[NEW_PLACE + i])
+        lanes[NEW_SENSE + i] = choose(shows, sense, lanes[NEW_SENSE + i])
+
+
+@helper
+def _begin(lanes: Floats, lengths: Nearness, first: int, last: int) -> None:
+    """`begin_lane` for all."""
+    first, last = eights(first, last)
+    for i in range(first, last):
+        begin_lane(lanes, i, lane_nearness(lanes, i, lengths))
+
+
+@inline
+def begin_lane(lanes: Floats, i: Any, nearness: Nearness) -> None:
+    """Bounds and the stretch to be searched, of a lane, before the leaves of a body are met."""
+    off, far = nearness
+    lanes[OFF + i] = off
+    lanes[DOUBT + i] = choose(far < 0.0, 1.0, lanes[DOUBT + i])
+    lanes[NARROW_IN + i] = lanes[T_MIN + i]
+    lanes[NARROW_OUT + i] = min(lanes[T_MAX + i], lanes[WITHIN + i] + off)  # as far as a tie
+    lanes[SEEKS + i] = 1.0 if is_open(lanes[NARROW_IN + i], lanes[NARROW_OUT + i]) else 0.0
+
+
+@inline
+def lies_within(geometry: Geometry, program: int) -> bool:
+    """Is a body true only where all inputs of its root are?"""
+    root = root_of(geometry, program)
+    return integer(geometry, table.GATE_NEED, root) > 1 and integer(geometry, table.GATE_NEGATED, root) == 0
+
+
+@helper
+def leaves_of_lanes(geometry: Geometry, memory: BooleanLanes, program: int, first: int, last: int) -> int:
+    """Spans of all leaves, those first that the body lies within; returns how many lanes still seek."""
+    lanes, leaves, _, spans = memory
+    _begin(lanes, lengths_of(geometry, table.PROGRAM_LIMITS, program), first, last)
+    root = root_of(geometry, program)
+    within = lies_within(geometry, program)
+    (begin, end), row = leaves_of(geometry, program), rows_of_leaves(geometry, program)
+    seeking = 1
+    for sweep in range(2):
+        for leaf in range(begin, end):
+            narrows = within and integer(geometry, table.LEAF_GATE, leaf + row) == root
+            narrows &= integer(geometry, table.LEAF_NEGATED, leaf + row) == 0
+            if narrows != (sweep == 0):
+                continue
+            k, cell = leaf - begin, cell_of_leaf(geometry, leaf)
+            spans[k], near = _leaf_spans(geometry, lanes, leaves, k * LEAF, cell, narrows, first, last)
+            seeking = near if narrows else seeking
+            if seeking == 0:
+                return 0
+    return seeking
+
+
+@helper
+def region_lanes(geometry: Geometry, memory: BooleanLanes, region: LeafItem, first: int, last: int) -> None:
+    """The first crossing of a Boolean body, kept by each lane if it is the nearer: that of single rays, or in doubt.
+
+    Relies on `in_lanes`: at most `MOST` leaves and gates.
+    """
+    program = region.index
+    if leaves_of_lanes(geometry, memory, program, first, last) == 0:
+        return
+    sweep_lanes(geometry, memory, program, first, last)
+    first, last = eights(first, last)
+    lanes, lengths = memory.lanes, lengths_of(geometry, table.PROGRAM_LIMITS, program)
+    for i in range(first, last):
+        t, unsure = lanes[FOUND + i], unsure_of_sweep(lanes, i, lane_nearness(lanes, i, lengths))
+        place, enters = lanes[NEW_PLACE + i], lanes[NEW_ENTERS + i] == 1.0
+        keep_nearer(
+            lanes, i, Hit(t, region.body, region.entry, place, lanes[NEW_SENSE + i], enters, lanes[OFF + i], unsure)
+        )
+
+
+@inline
+def unsure_of_sweep(lanes: Floats, i: Any, nearness: Nearness) -> bool:
+    """Might rounding change where `sweep_lanes` found a lane's crossing? Besides DOUBT.
+
+    Ends at equal t were one step: doubtful where more ends were passed than steps made.
+    """
+    t = lanes[FOUND + i]
+    return ((abs(t) > nearness.far) & (abs(t) < math.inf)) | (lanes[ENDS + i] != 0.0)
+
+
+@helper
+def sweep_lanes(geometry: Geometry, memory: BooleanLanes, program: int, first: int, last: int) -> None:
+    """The first crossing of a body, from the spans of its leaves: FOUND, infinite for none, and NEW_ of it."""
+    lanes, leaves, truths, spans = memory
+    first, last = eights(first, last)
+    for i in range(first, last):
+        lanes[FOUND + i], lanes[NOW + i] = math.inf, lanes[T_MIN + i]
+        lanes[LATEST + i], lanes[ENDS + i] = lanes[T_MIN + i], 0.0
+    (begin, end), row = leaves_of(geometry, program), rows_of_leaves(geometry, program)
+    root = root_of(geometry, program)
+    starts, seeking = True, 1
+    while seeking > 0:
+        _reset(geometry, lanes, truths, program, first, last)
+        for leaf in range(begin, end):
+            k = leaf - begin
+            change = -1.0 if integer(geometry, table.LEAF_NEGATED, leaf + row) == 1 else 1.0
+            gate = integer(geometry, table.LEAF_GATE, leaf + row) - root
+            for s in range(spans[k]):
+                _count_span(lanes, leaves, truths, k * LEAF + s * SPAN, gate, change, first, last)
+        settle_gates(geometry, truths, program, first, last)
+        seeking = _advance(geometry, lanes, truths, program, starts, first, last)
+        starts = False
+    for leaf in range(end - 1, begin - 1, -1):
+        k, sense = leaf - begin, float(integer(geometry, table.LEAF_SENSE, leaf + row))
+        for s in range(spans[k]):
+            _choose_face(lanes, leaves, k * LEAF + s * SPAN, sense, first, last)

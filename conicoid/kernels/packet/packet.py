@@ -1,0 +1,170 @@
+"""A packet of 64 rays, and how its lanes intersect the items of a leaf."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..._jit.decorators import allocator, choose, helper, inline
+from ..body.hit import cull_limit, try_entry
+from ..body.scratch import Scratch
+from ..bvh.culling import bit_count, highest_bit, lanes_in_ball, lanes_in_ball_from_one, lanes_in_box, lowest_bit
+from ..bvh.culling_constants import MOST_CHOSEN
+from ..bvh.walk import leaf_ball, leaf_item
+from ..tables import BALL, CELL, REGION, Floats, Geometry, Ints, Signs
+from .booleans import LEAVES_SIZE, MOST, TRUTHS_SIZE, BooleanLanes, fits_in_lanes, region_lanes
+from .cells import ball_lanes, cell_lanes
+from .crowd import FEW, Crowd, new_crowd, note_body, put_pairs
+from .frontier import new_frontier
+from .lanes import (
+    ALL,
+    BEST,
+    BODY,
+    DOUBT,
+    ENTERS,
+    ENTRY,
+    PLACE,
+    SENSE,
+    SHARED,
+    SIZE,
+    T_MAX,
+    WITHIN,
+    is_searching,
+    lane_hit,
+    lane_ray,
+    put_slopes,
+)
+
+PAIRS = MOST_CHOSEN + 8
+"""Where the pairs of a packet begin: eight times an item, and a group of lanes that may meet it."""
+
+
+class Packet(NamedTuple):
+    """Memory of a packet."""
+
+    lanes: Floats
+    leaves: Floats  # spans of a body's leaves
+    truths: Floats  # true inputs of its gates
+    spans: Ints  # how many spans each leaf has, at most
+    items: Floats  # a frontier: what of the scene's tree may be met, if that is known
+    asked: Any  # int64: the next items that its beam meets; from `PAIRS` on the tests of them in groups of lanes
+    crowd: Crowd
+
+
+@allocator
+def new_rows(count: int) -> Floats:
+    """Room for some floats that begins where a line of the cache does: vectors of eight lie in one line each."""
+    room = np.empty(count + 7)
+    first = -(room.ctypes.data >> 3) & 7
+    return room[first : first + count]
+
+
+@allocator
+def new_packet(geometry: Geometry) -> Packet:
+    """Memory for one thread."""
+    lanes, leaves, truths = new_rows(SIZE), new_rows(LEAVES_SIZE), new_rows(TRUTHS_SIZE)
+    asked = np.empty(PAIRS + 8 * MOST_CHOSEN + 8, np.int64)
+    return Packet(lanes, leaves, truths, np.zeros(MOST, np.int32), new_frontier(), asked, new_crowd(geometry))
+
+
+@inline
+def with_lanes(packet: Packet, lanes: Floats) -> Packet:
+    """A packet of other rays in the same memory, with the same frontier, which must hold for them too."""
+    return Packet(lanes, packet.leaves, packet.truths, packet.spans, packet.items, packet.asked, packet.crowd)
+
+
+@inline
+def with_items(packet: Packet, items: Floats) -> Packet:
+    """A packet with another frontier, which must hold for its rays."""
+    return Packet(packet.lanes, packet.leaves, packet.truths, packet.spans, items, packet.asked, packet.crowd)
+
+
+@inline
+def boolean_memory(packet: Packet) -> BooleanLanes:
+    """What of a packet its Boolean bodies need."""
+    return BooleanLanes(packet.lanes, packet.leaves, packet.truths, packet.spans)
+
+
+@allocator
+def new_lanes() -> Floats:
+    """Memory for the lanes of another packet (`with_lanes`)."""
+    return new_rows(SIZE)
+
+
+@helper
+def _one_by_one(geometry: Geometry, scratch: Scratch, lanes: Floats, entry: int, met: int) -> None:
+    """Large bodies and sheets: each lane that meets the box alone, by `try_entry` of single rays."""
+    while met != 0:
+        i = np.uint64(lowest_bit(met))
+        met &= met - 1
+        if not is_searching(lanes, i):
+            continue
+        hit = try_entry(geometry, scratch, entry, lane_ray(lanes, i, lanes[T_MAX + i]), lane_hit(lanes, i))
+        lanes[BEST + i], lanes[BODY + i], lanes[ENTRY + i] = hit.t, hit.body, hit.entry
+        lanes[PLACE + i], lanes[SENSE + i], lanes[ENTERS + i] = hit.place, hit.sense, 1.0 if hit.enters else 0.0
+        lanes[WITHIN + i], lanes[DOUBT + i] = cull_limit(hit), 1.0 if hit.unsure else 0.0
+
+
+@inline
+def retire_lanes(lanes: Floats) -> None:
+    """Make the lanes idle that have a hit: the early out of any-hit queries."""
+    for i in range(ALL):
+        lanes[T_MAX + i] = choose(lanes[BEST + i] < math.inf, -math.inf, lanes[T_MAX + i])
+
+
+@inline
+def lanes_in_child(geometry: Geometry, lanes: Floats, at: int) -> int:
+    """The lanes that meet the box with its six sides at floats[at::8]."""
+    put_slopes(lanes)
+    f = geometry.floats
+    return lanes_in_box(lanes, f[at], f[at + 8], f[at + 16], f[at + 24], f[at + 32], f[at + 40])
+
+
+@inline
+def lanes_at_ball(geometry: Geometry, lanes: Floats, at: int, stride: int) -> int:
+    """The lanes that may meet a ball with its numbers at floats[at::stride]."""
+    f = geometry.floats
+    x, y, z, r = f[at], f[at + stride], f[at + 2 * stride], f[at + 3 * stride]
+    if lanes[SHARED] != 0.0:
+        return lanes_in_ball_from_one(lanes, x, y, z, r)
+    return lanes_in_ball(lanes, x, y, z, r)
+
+
+@inline
+def meet_in_pairs(
+    geometry: Geometry, scratch: Scratch, packet: Packet, blocks: Signs, at: int, count: int, k: int, met: int
+) -> None:
+    """`meet_in_lanes`, now or once `settle_crowd` is called: few lanes wait for a Boolean body."""
+    kind, index, body, entry = leaf_item(geometry, at, count, k)
+    waits = kind == REGION and bit_count(met) <= FEW and (len(blocks) == 0 or blocks[body] != 0)
+    if waits and put_pairs(geometry, packet.crowd, packet.lanes, index, entry, met):
+        note_body(packet.crowd, bit_count(met))
+    else:
+        meet_in_lanes(geometry, scratch, packet, blocks, at, count, k, met)
+
+
+@inline
+def meet_in_lanes(
+    geometry: Geometry, scratch: Scratch, packet: Packet, blocks: Signs, at: int, count: int, k: int, met: int
+) -> None:
+    """Intersect item k of the leaf of `count` at floats[at:] with the lanes of a mask, or with more of them.
+
+    Whole groups of eight are tested, from the first to the last lane of the mask: lanes outside of it lose time, and
+    their hits are the same, because culled lanes do not meet the item. Keeps every lane's hit the first of all tested.
+    """
+    lanes, first, last = packet.lanes, lowest_bit(met) & -8, (highest_bit(met) | 7) + 1
+    item = leaf_item(geometry, at, count, k)
+    kind, index, body, entry = item
+    if len(blocks) > 0 and blocks[body] == 0:
+        return
+    if kind == BALL:
+        ball_lanes(lanes, leaf_ball(geometry, at, count, k), index, entry, body, first, last)
+    elif kind == CELL:
+        cell_lanes(geometry, lanes, index, entry, body, first, last)
+    elif kind == REGION and fits_in_lanes(geometry, index):
+        note_body(packet.crowd, bit_count(met))
+        region_lanes(geometry, boolean_memory(packet), item, first, last)
+    else:
+        _one_by_one(geometry, scratch, lanes, entry, met)

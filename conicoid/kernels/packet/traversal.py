@@ -1,0 +1,450 @@
+"""The two rounds in which a packet meets the leaves of a crowd (`crowd`).
+
+In the first each lane meets what it enters first, in the second what is left before its nearest hit. Groups of eight
+lanes whose beams meet no box are left out; beams end where no lane of the group goes on.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ..._jit.decorators import allocator, helper, inline
+from ..body.scratch import Scratch
+from ..bvh.culling import (
+    BEAM,
+    BOX_OR_BALL,
+    CODE,
+    ENTERED,
+    FIRST,
+    HIGH_I,
+    HIGH_O,
+    LAST,
+    LOW_I,
+    LOW_O,
+    balls_in_beam,
+    bit_count,
+    group_in_ball,
+    items_met,
+    lanes_entering,
+    lowest_bit,
+    put_entries,
+    put_groups,
+    put_numbers,
+)
+from ..bvh.culling_constants import MOST_CHOSEN
+from ..bvh.walk import (
+    is_round,
+    leaf_at,
+    leaf_ball,
+    leaf_range,
+    next_leaf,
+    push_roots,
+    put_on_stack,
+    reciprocal,
+    scene_tree,
+)
+from ..tables import Floats, Geometry, Signs, box_at, whole
+from .crowd import HAS_MET, ITEM, MET, count_lot_leaves, open_crowd, put_lot_leaves, settle_crowd
+from .frontier import ITEM_COUNT, FrontierLevel, find_frontier, new_frontier, new_level
+from .lanes import (
+    ALL,
+    BEAM_AT,
+    EARLIEST,
+    GROUP_BEAMS,
+    GROUPS_AT,
+    LANES,
+    T_MAX,
+    WAYS_AT,
+    WITHIN,
+    end_groups,
+    lane_sight,
+    put_group_beams,
+    put_slopes,
+    shorten_beam,
+)
+from .packet import PAIRS, Packet, lanes_at_ball, lanes_in_child, meet_in_lanes, meet_in_pairs, retire_lanes, with_items
+
+_ABOUT = 1e-6  # share of t: boxes that a ray enters this close to each other are entered together
+_OFTEN = 8  # after so many leaves the beams of groups are shortened
+
+
+@inline
+def _end_beams(lanes: Floats) -> None:
+    """EARLIEST is where lanes end, by their intervals or their nearest hits, and the beams of groups end there."""
+    for i in range(ALL):
+        lanes[EARLIEST + i] = min(lanes[T_MAX + i], lanes[WITHIN + i])
+    end_groups(lanes, EARLIEST)
+
+
+@inline
+def _put_leaf(packet: Packet, number: int, pairs: int) -> int:
+    """Pair a leaf of the lot with the groups whose beams meet it, behind so many pairs; returns how many there are."""
+    k = packet.crowd.asked[ITEM + number]
+    return pairs + put_groups(packet.items, k, number, packet.lanes, GROUPS_AT, packet.asked, PAIRS + pairs)
+
+
+@inline
+def _enter(packet: Packet, first: int, pairs: int) -> None:
+    """Find where the groups enter the boxes they are paired with, from pair `first` on; EARLIEST holds the earliest."""
+    crowd, lanes = packet.crowd, packet.lanes
+    for n in range(first, pairs):
+        pair = packet.asked[PAIRS + n]
+        put_entries(lanes, EARLIEST, packet.items, crowd.asked[ITEM + (pair >> 3)], crowd.entries, 8 * n, pair & 7)
+
+
+@inline
+def _first_pairs(packet: Packet, chosen: int) -> tuple[int, int, int]:
+    """The leaves among the chosen items as a lot, and their pairs: EARLIEST is by when each lane has entered its first.
+
+    Returns how many leaves and pairs there are, and how many other items, which come to be the first of those chosen.
+    """
+    lanes, items, asked, crowd = packet.lanes, packet.items, packet.asked, packet.crowd
+    count, others, pairs, entered = 0, 0, 0, 0
+    for j in range(chosen):
+        k = asked[j]
+        if items[CODE + k] < 0.0 and items[BOX_OR_BALL + k] >= 0.0:
+            crowd.asked[ITEM + count], crowd.asked[HAS_MET + count] = k, 0
+            pairs = _put_leaf(packet, count, pairs)
+            count += 1
+            if count % _OFTEN == 0:
+                _enter(packet, entered, pairs)
+                entered = pairs
+                end_groups(lanes, EARLIEST)
+        else:
+            asked[others] = k
+            others += 1
+    _enter(packet, entered, pairs)
+    for i in range(ALL):
+        lanes[EARLIEST + i] += _ABOUT * abs(lanes[EARLIEST + i])
+    return count, pairs, others
+
+
+@inline
+def _second_pairs(packet: Packet) -> int:
+    """Pairs of what the groups meet before their nearest hits; returns how many."""
+    pairs = 0
+    for j in range(count_lot_leaves(packet.crowd)):
+        if packet.items[ENTERED + packet.crowd.asked[ITEM + j]] > packet.lanes[BEAM_AT + LAST]:
+            break
+        pairs = _put_leaf(packet, j, pairs)
+    _enter(packet, 0, pairs)
+    return pairs
+
+
+@inline
+def _find_met(packet: Packet, pairs: int, again: bool) -> None:
+    """Which lanes meet the leaves of the lot in this round."""
+    crowd = packet.crowd
+    for j in range(count_lot_leaves(crowd)):
+        crowd.asked[MET + j] = 0
+    for n in range(pairs):
+        pair = packet.asked[PAIRS + n]
+        row = WITHIN if again else EARLIEST
+        crowd.asked[MET + (pair >> 3)] |= lanes_entering(packet.lanes, row, crowd.entries, 8 * n, pair & 7)
+
+
+@helper
+def meet_round(
+    geometry: Geometry, scratch: Scratch, packet: Packet, blocks: Signs, any_hit: bool, chosen: int, again: bool
+) -> int:
+    """Intersect the leaves among the chosen items, in one of two rounds; returns how many others there are.
+
+    It is called in two places, so that LLVM does not merge it into the walk of packets that see no crowd.
+    """
+    lanes, items, crowd, others = packet.lanes, packet.items, packet.crowd, chosen
+    put_slopes(lanes)
+    _end_beams(lanes)
+    if again:
+        pairs = _second_pairs(packet)
+    else:
+        count, pairs, others = _first_pairs(packet, chosen)
+        put_lot_leaves(crowd, count)
+    _find_met(packet, pairs, again)
+    for j in range(count_lot_leaves(crowd)):
+        met = crowd.asked[MET + j] & ~crowd.asked[HAS_MET + j]
+        if met == 0:
+            continue
+        crowd.asked[HAS_MET + j] |= met
+        begin, end = leaf_range(whole(items[CODE + crowd.asked[ITEM + j]]))
+        at, size = leaf_at(geometry, begin), end - begin
+        for item in range(size):
+            meet_in_pairs(geometry, scratch, packet, blocks, at, size, item, met)
+    settle_crowd(geometry, crowd, lanes)
+    if any_hit:
+        retire_lanes(lanes)
+    shorten_beam(lanes)
+    return others
+
+
+# First hits of coherent rays, 64 at a time.
+#
+# A packet tests the items of its frontier, the nearest first. Where there is none, and below items that are nodes, it
+# traverses the tree as one beam, which is tested against all eight children of a node at once; only what the beam meets
+# is tested by the lanes. The beam ends where the last of its lanes does (`shorten_beam`), so what it culls no lane
+# meets.
+
+_LOT = 32  # so many items are taken at a time, at most, where they are no crowd
+_MANY = 100  # items that a quarter of a tile sees: they are small then, and met by few groups of lanes
+
+
+@inline
+def _choose(packet: Packet, item: int, items: int, most: int) -> tuple[int, int]:
+    """Find `most` of the items from number `item` on that the beam meets, or a few more.
+
+    Returns how many there are, and with which number to go on.
+    """
+    seen, lanes, count = packet.items, packet.lanes, 0
+    while count < most and item < items and seen[ENTERED + item] <= lanes[BEAM_AT + LAST]:
+        bits = items_met(seen, item, lanes, BEAM_AT) & ((1 << min(8, items - item)) - 1)
+        put_numbers(item, bits, packet.asked, count)
+        count += bit_count(bits)
+        item += 8
+    return count, item
+
+
+@inline
+def _ball_of(geometry: Geometry, items: Floats, k: int) -> tuple[int, int, int]:
+    """(where its leaf begins, the leaf's length, its place there) of an item that is a ball."""
+    first, last = leaf_range(whole(items[CODE + k]))
+    return leaf_at(geometry, first), last - first, -2 - whole(items[BOX_OR_BALL + k])
+
+
+@inline
+def _group_at_ball(geometry: Geometry, packet: Packet, pair: int) -> int:
+    """A mask of the lanes of a group that may meet a ball; see `PAIRS`."""
+    at, size, place = _ball_of(geometry, packet.items, pair >> 3)
+    x, y, z, r = leaf_ball(geometry, at, size, place)
+    return group_in_ball(packet.lanes, pair & 7, x, y, z, r)
+
+
+@inline
+def _put_pairs(geometry: Geometry, packet: Packet, chosen: int) -> int:
+    """Pair the balls among the chosen items with the groups of lanes that may meet them; returns how many pairs.
+
+    Step by step for all of them, without branches, so that no test waits for the outcome of the one before.
+    """
+    items, asked, count, kept = packet.items, packet.asked, 0, 0
+    split = packet.lanes[GROUP_BEAMS] != 0.0
+    for j in range(chosen):
+        k = packet.asked[j]
+        if items[BOX_OR_BALL + k] >= -1.0:
+            continue
+        if split:
+            count += put_groups(items, k, k, packet.lanes, GROUPS_AT, asked, PAIRS + count)
+        else:
+            asked[PAIRS + count] = 8 * k
+            count += 1
+    if not split:
+        return count
+    for j in range(count):
+        asked[PAIRS + kept] = asked[PAIRS + j]
+        kept += 1 if _group_at_ball(geometry, packet, asked[PAIRS + j]) != 0 else 0
+    return kept
+
+
+@inline
+def _meet_chosen(
+    geometry: Geometry, scratch: Scratch, packet: Packet, blocks: Signs, any_hit: bool, chosen: int
+) -> int:
+    """Intersect the balls among the chosen items. The others are pushed on the stack, whose height is returned."""
+    way, lanes, items, top = scratch.way, packet.lanes, packet.items, 0
+    for j in range(chosen - 1, -1, -1):
+        k = packet.asked[j]
+        if items[BOX_OR_BALL + k] >= -1.0:
+            put_on_stack(way, top, items[CODE + k], items[BOX_OR_BALL + k], items[ENTERED + k])
+            top += 1
+    count = _put_pairs(geometry, packet, chosen)
+    for j in range(count):
+        pair = packet.asked[PAIRS + j]
+        at, size, place = _ball_of(geometry, items, pair >> 3)
+        if lanes[GROUP_BEAMS] != 0.0:
+            met = _group_at_ball(geometry, packet, pair) << 8 * (pair & 7)  # again: a lane may have met something
+        else:
+            met = lanes_at_ball(geometry, lanes, at + place, size)
+        if met != 0:
+            meet_in_lanes(geometry, scratch, packet, blocks, at, size, place, met)
+            if any_hit:
+                retire_lanes(lanes)
+    if count > 0:
+        shorten_beam(lanes)
+    return top
+
+
+@inline
+def _meet_balls(
+    geometry: Geometry, scratch: Scratch, packet: Packet, blocks: Signs, any_hit: bool, at: int, count: int
+) -> None:
+    """A leaf of balls: the beam culls those that it misses, the lanes test the others, the nearest first."""
+    lanes, near = packet.lanes, scratch.way
+    bits, near[0] = 1, -math.inf
+    if count > 1:
+        bits = balls_in_beam(geometry.floats, at, count, count, lanes, BEAM_AT, near)
+    while bits != 0:
+        k, others = lowest_bit(bits), bits & (bits - 1)
+        while others != 0:
+            other = lowest_bit(others)
+            others &= others - 1
+            k = other if near[other] < near[k] else k
+        bits &= ~(1 << k)
+        if near[k] > lanes[BEAM_AT + LAST]:
+            break
+        met = lanes_at_ball(geometry, lanes, at + k, count)
+        if met != 0:
+            meet_in_lanes(geometry, scratch, packet, blocks, at, count, k, met)
+            if any_hit:
+                retire_lanes(lanes)
+            shorten_beam(lanes)
+
+
+@helper
+def trace_packet(geometry: Geometry, scratch: Scratch, packet: Packet, blocks: Signs, any_hit: bool) -> None:
+    """First hits, or any, of the rays in the lanes, which are `ordinary`; see `lane_hit`.
+
+    Only bodies with blocks[body] != 0 count, or all, if `blocks` is empty. Relies on `prepare_lanes` and
+    `put_lane_beam` having been called and, where there is a frontier, on its holding all that they can meet at t >= 0.
+    """
+    way, lanes = scratch.way, packet.lanes
+    items, item, top, most = whole(packet.items[ITEM_COUNT]), 0, 0, 2
+    if items < 0 or lanes[BEAM_AT + FIRST] < 0.0:  # a tile sees what lies before it
+        items, top = 0, push_roots(geometry, way, scene_tree(geometry))
+    crowded = open_crowd(packet.crowd, lanes, items)
+    if items > _MANY or crowded:
+        put_group_beams(lanes)
+    if crowded:
+        most = MOST_CHOSEN - 8
+    while True:
+        if top == 0:
+            # Few at first: what they hide need not be tested
+            chosen, item = _choose(packet, item, items, most)
+            most = most if crowded else min(2 * most, _LOT)
+            if chosen == 0:
+                break
+            if crowded:
+                chosen = meet_round(geometry, scratch, packet, blocks, any_hit, chosen, False)
+                chosen = meet_round(geometry, scratch, packet, blocks, any_hit, chosen, True)
+            top = _meet_chosen(geometry, scratch, packet, blocks, any_hit, chosen)
+            continue
+        code, box, top = next_leaf(geometry, way, lanes, BEAM_AT, top)
+        if code == 0:
+            continue
+        begin, end = leaf_range(code)
+        at, count = leaf_at(geometry, begin), end - begin
+        if box >= 0 and is_round(geometry, at, count):
+            _meet_balls(geometry, scratch, packet, blocks, any_hit, at, count)
+            continue
+        met = -1
+        if box >= 0:
+            met = lanes_in_child(geometry, lanes, box_at(geometry, box))
+            if met == 0:
+                continue
+        for k in range(count):
+            meet_in_lanes(geometry, scratch, packet, blocks, at, count, k, met)
+        if any_hit:
+            retire_lanes(lanes)
+        shorten_beam(lanes)
+
+
+# A square of pixels: packets of many samples, which see about the same, share a frontier.
+#
+# The first packet goes down the tree from its roots. For the second a frontier is found (`frontier`), of a beam a
+# little
+# wider than its own; those that follow use it as long as their beams lie within that one, and else widen it. Rays from
+# what they meet to a light may do the same, with a square of their own: their beam begins at the light.
+
+_MARGIN = 0.25
+"""Share of a packet's extent by which the beam is wider at each side: samples lie anywhere in their pixels."""
+_MOST = 4
+"""So often a frontier is looked for: packets whose beams differ more than that go down the tree each by itself."""
+
+# In `known`: the corners of origins and of directions, whose square it is, how many packets and how many frontiers
+# there were, and how far the first packet saw
+_LOW_O, _HIGH_O, _LOW_D, _HIGH_D = 0, 3, 6, 9
+_NUMBER, _PACKETS, _FOUND, _HORIZON = 12, 13, 14, 15
+
+
+class PixelSquare(NamedTuple):
+    """Memory of a square."""
+
+    items: Floats  # a frontier
+    known: Floats  # see above
+    beam: Floats
+    level: FrontierLevel
+
+
+@allocator
+def new_square() -> PixelSquare:
+    """Memory for one thread."""
+    known = np.zeros(16)
+    known[_NUMBER] = -1.0
+    return PixelSquare(new_frontier(), known, np.empty(BEAM), new_level())
+
+
+@inline
+def _holds(known: Floats, lanes: Floats) -> bool:
+    """Does the beam of a packet lie within that of the frontier?"""
+    inside = True
+    for axis in range(3):
+        inside &= known[_LOW_O + axis] <= lanes[BEAM_AT + LOW_O + axis]
+        inside &= known[_HIGH_O + axis] >= lanes[BEAM_AT + HIGH_O + axis]
+        inside &= known[_LOW_D + axis] <= lanes[WAYS_AT + axis]
+        inside &= known[_HIGH_D + axis] >= lanes[WAYS_AT + 3 + axis]
+    return inside
+
+
+@inline
+def _widen(known: Floats, at: int, low: float, high: float, is_first: bool) -> None:
+    """Let one axis of two corners hold an interval and a margin, beside what they hold already."""
+    margin = _MARGIN * (high - low)
+    low, high = low - margin, high + margin
+    known[at] = low if is_first else min(low, known[at])
+    known[at + 3] = high if is_first else max(high, known[at + 3])
+
+
+@helper
+def _find(geometry: Geometry, square: PixelSquare, lanes: Floats) -> None:
+    """A frontier that holds for a packet, and for those before it."""
+    known, beam = square.known, square.beam
+    is_first = known[_FOUND] == 0.0
+    known[_FOUND] += 1.0
+    for axis in range(3):
+        low, high = lanes[BEAM_AT + LOW_O + axis], lanes[BEAM_AT + HIGH_O + axis]
+        _widen(known, _LOW_O + axis, low, high, is_first)
+        _widen(known, _LOW_D + axis, lanes[WAYS_AT + axis], lanes[WAYS_AT + 3 + axis], is_first)
+        beam[LOW_O + axis], beam[HIGH_O + axis] = known[_LOW_O + axis], known[_HIGH_O + axis]
+        beam[LOW_I + axis], beam[HIGH_I + axis] = reciprocal(known[_LOW_D + axis]), reciprocal(known[_HIGH_D + axis])
+    beam[FIRST], beam[LAST] = 0.0, math.inf
+    find_frontier(geometry, square.items, square.level, beam, 0, scene_tree(geometry), known[_HORIZON])
+
+
+@inline
+def _follow(geometry: Geometry, square: PixelSquare, lanes: Floats, number: int) -> bool:
+    """Is there a frontier for a packet of a square that has a number? Finds one, where that may pay."""
+    known = square.known
+    if known[_NUMBER] != number:
+        known[_NUMBER], known[_PACKETS], known[_FOUND] = number, 0.0, 0.0
+    known[_PACKETS] += 1.0
+    if known[_PACKETS] == 1.0 or lanes[BEAM_AT + FIRST] < 0.0:
+        return False
+    if known[_FOUND] == 0.0 or not _holds(known, lanes):
+        if known[_FOUND] >= _MOST:
+            return False
+        _find(geometry, square, lanes)
+    return True
+
+
+@inline
+def trace_square(
+    geometry: Geometry, scratch: Scratch, packet: Packet, square: PixelSquare, number: int, blocks: Signs, any_hit: bool
+) -> None:
+    """`trace_packet` of one packet of a square, which has a number; packets of another begin anew.
+
+    Relies on the packet's beam having corners of directions (`put_lane_beam`, `put_beam_from`).
+    """
+    items = square.items if _follow(geometry, square, packet.lanes, number) else packet.items
+    trace_packet(geometry, scratch, with_items(packet, items), blocks, any_hit)
+    if square.known[_PACKETS] == 1.0:
+        furthest, hits = lane_sight(packet.lanes)
+        square.known[_HORIZON] = furthest if 2.0 * hits > LANES and not any_hit else math.inf

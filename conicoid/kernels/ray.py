@@ -1,0 +1,125 @@
+"""A ray as the engine takes it, out of a user's arrays."""
+
+from __future__ import annotations
+
+import math
+import sys
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from .._jit.decorators import helper, inline, record_shapes
+from .tables import Floats, Ints
+
+
+class Ray(NamedTuple):
+    """One ray and its interval, open at both ends."""
+
+    ox: float
+    oy: float
+    oz: float
+    dx: float
+    dy: float
+    dz: float
+    t_min: float
+    t_max: float
+    start: Any  # int64: the surface that it starts on, -1 for none, DEAD
+
+
+class RayLine(NamedTuple):
+    """Origin and direction of a ray."""
+
+    ox: float
+    oy: float
+    oz: float
+    dx: float
+    dy: float
+    dz: float
+
+
+@inline
+def line_of(ray: Ray) -> RayLine:
+    """The line of a ray."""
+    return RayLine(ray.ox, ray.oy, ray.oz, ray.dx, ray.dy, ray.dz)
+
+
+@inline
+def with_limits(ray: Ray, t_min: float, t_max: float) -> Ray:
+    """A ray within another interval."""
+    return Ray(ray.ox, ray.oy, ray.oz, ray.dx, ray.dy, ray.dz, t_min, t_max, ray.start)
+
+
+@record_shapes(origins="n 3", directions="n 3", t_min="n|1", t_max="n|1", starts="n|1")
+class RayArrays(NamedTuple):
+    """Rays as kernels take them. Limits and starts are arrays of one value for all rays, or of one for each."""
+
+    origins: Floats  # (n, 3)
+    directions: Floats  # (n, 3)
+    t_min: Floats
+    t_max: Floats
+    starts: Ints  # as `Ray.start`
+
+    def some(self, which: Any) -> RayArrays:
+        """Rays of these numbers."""
+        parts: tuple[Any, ...] = self
+        return RayArrays(*(part if len(part) == 1 else part[which] for part in parts))
+
+
+DEAD = -2
+"""Start of a ray that does not exist: the continuation of a miss."""
+
+
+@inline
+def load_ray(rays: RayArrays, i: int) -> Ray:
+    """Ray i, with zeros that are positive, so that equal origins are the same to the bit."""
+    origins, directions, t_min, t_max, starts = rays
+    start = np.int64(starts[i if len(starts) > 1 else 0])
+    first, last = t_min[i if len(t_min) > 1 else 0], t_max[i if len(t_max) > 1 else 0]
+    ox, oy, oz = origins[i, 0] + 0.0, origins[i, 1] + 0.0, origins[i, 2] + 0.0
+    dx, dy, dz = directions[i, 0] + 0.0, directions[i, 1] + 0.0, directions[i, 2] + 0.0
+    return Ray(ox, oy, oz, dx, dy, dz, first, last, start)
+
+
+_FAR = 2.0**100
+_LARGEST = sys.float_info.max
+
+
+@inline
+def _finite(t: float, scaled: float) -> float:
+    """A scaled end of an interval; beyond all crossings, but finite, if it was."""
+    return scaled if abs(scaled) < math.inf or abs(t) == math.inf else math.copysign(_LARGEST, t)
+
+
+_POWERS = (2.0**512, 2.0**256, 2.0**128, 2.0**64, 2.0**32, 2.0**16, 2.0**8, 2.0**4, 2.0**2, 2.0)
+
+
+@helper
+def _scale(x: float) -> float:
+    """The power of two that brings a number above 1e-300 to [1/2, 1). No bits are read: Python calls this as well."""
+    scale = 1.0
+    for power in _POWERS:
+        if x >= power:
+            x /= power
+            scale /= power
+        elif x < 1.0 / power:
+            x *= power
+            scale *= power
+    return scale if x < 1.0 else 0.5 * scale
+
+
+@inline
+def scale_ray(ray: Ray) -> tuple[Ray, float]:
+    """The ray with a direction whose squares neither overflow nor underflow, by a power of two; and that power."""
+    ox, oy, oz, dx, dy, dz, t_min, t_max, start = ray
+    largest = max(abs(dx), max(abs(dy), abs(dz)))
+    if 1.0 / _FAR < largest < _FAR:
+        return ray, 1.0
+    scale = _scale(largest) if largest > 1e-300 else 2.0**1000
+    low, high = _finite(t_min, t_min / scale), _finite(t_max, t_max / scale)
+    return Ray(ox, oy, oz, dx * scale, dy * scale, dz * scale, low, high, start), scale
+
+
+@inline
+def span_inverse(ray: Ray) -> float:
+    """1 / d·d"""
+    return 1.0 / (ray.dx * ray.dx + ray.dy * ray.dy + ray.dz * ray.dz)

@@ -1,0 +1,397 @@
+"""Rays of a stream and balls that they may meet, pair by pair: 64 are tested at once, in lanes.
+
+A pair is a lane, whatever leaf the ball is from. It is tested by the formulas of `meet.try_ball`, to the same bits;
+which hit is nearer is decided afterwards, one pair after the other, since two may have the same ray.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..._jit.decorators import allocator, helper, inline
+from .. import tables as table
+from ..body.cell import NO_PLACE
+from ..body.hit import (
+    DOUBTFUL,
+    Hit,
+    ball_event,
+    cull_limit,
+    intersect_item,
+    is_doubtful,
+    nearer_hit,
+    try_entry,
+    turn_of,
+)
+from ..body.scratch import Scratch
+from ..bvh.culling import (
+    FROM_THE_START,
+    balls_met,
+    lowest_bit,
+    put_on_lists,
+    rays_in_balls,
+    records_in_lanes,
+    waiting_ray,
+)
+from ..bvh.walk import (
+    leaf_at,
+    leaf_ball,
+    leaf_entry,
+    leaf_index,
+    leaf_item,
+    leaf_kind,
+    leaf_range,
+    prefetch_node,
+    reciprocal,
+    scene_tree,
+)
+from ..packet.csg_gather import (
+    EVERY,
+    BodyQueue,
+    body_hit,
+    count_forms,
+    empty_queue,
+    form_of,
+    meet_bodies,
+    new_bodies,
+    put_body,
+    queue_body,
+)
+from ..ray import Ray, RayLine
+from ..surface.interval import lengths_of_ball, limits_of_ray
+from ..surface.quadric import SphereRecord, sphere_roots
+from ..tables import BALL, REGION, Floats, Geometry, Ints, Signs, integer, is_halted, node_at, whole
+
+MOST_PAIRS = 64
+
+# Rows of 64 lanes: the two records of a ray (`stream`), the ball, what comes out
+(
+    OX, OY, OZ, _IX, _IY, _IZ, PAIR_T_MIN, _LAST, DX, DY, DZ, PAIR_INVERSE, PAIR_START, PAIR_T_MAX, _BEST, _OFF,
+    X, Y, Z, RADIUS, SURFACE, PAIR_BODY, PAIR_ENTRY, T, ERROR, ENTERS, UNSURE,
+) = (np.uint64(row) for row in range(0, 27 * MOST_PAIRS, MOST_PAIRS))  # fmt: skip
+_SECOND = 8 * MOST_PAIRS
+
+
+class Pairs(NamedTuple):
+    """Pairs that wait to be tested."""
+
+    lanes: Floats
+    rays: Any  # (64,) int64: their rays
+
+
+@allocator
+def new_pairs() -> Pairs:
+    """Memory for one thread."""
+    return Pairs(np.zeros(27 * MOST_PAIRS), np.zeros(MOST_PAIRS, np.int64))
+
+
+@inline
+def put_pair(pairs: Pairs, at: int, ray: int, geometry: Geometry, leaf: int, size: int, place: int) -> None:
+    """Pair number `at`: a ray of a stream, and the ball that stands at a place of a leaf of some size."""
+    lanes, i = pairs.lanes, np.uint64(at)
+    pairs.rays[i] = ray
+    ball, item = leaf_ball(geometry, leaf, size, place), leaf_item(geometry, leaf, size, place)
+    lanes[X + i], lanes[Y + i], lanes[Z + i], lanes[RADIUS + i] = ball
+    lanes[SURFACE + i], lanes[PAIR_BODY + i], lanes[PAIR_ENTRY + i] = (
+        float(item.index),
+        float(item.body),
+        float(item.entry),
+    )
+
+
+@helper
+def meet_pairs(pairs: Pairs, rays: Floats, more: Floats, count: int) -> None:
+    """Where the rays of the first `count` pairs meet their balls; `rays` and `more` hold eight numbers of each ray."""
+    lanes, numbers = pairs.lanes, pairs.rays
+    for k in range(count, (count + 7) & -8):
+        numbers[k] = numbers[0]
+    for k in range(0, count, 8):
+        records_in_lanes(rays, numbers, k, lanes, k)
+        records_in_lanes(more, numbers, k, lanes, _SECOND + k)
+    for i in range(np.uint64(count + 7) & np.uint64(120)):
+        _test_lane(lanes, i)
+
+
+@inline
+def _test_lane(lanes: Floats, i: Any) -> None:
+    """Intersect the ray of a pair with its ball, without branches."""
+    line = RayLine(lanes[OX + i], lanes[OY + i], lanes[OZ + i], lanes[DX + i], lanes[DY + i], lanes[DZ + i])
+    sphere, inverse = SphereRecord(lanes[X + i], lanes[Y + i], lanes[Z + i], lanes[RADIUS + i]), lanes[PAIR_INVERSE + i]
+    t_min, t_max, start = lanes[PAIR_T_MIN + i], lanes[PAIR_T_MAX + i], lanes[PAIR_START + i]
+    starts = start == lanes[SURFACE + i]
+    nearness = limits_of_ray(
+        Ray(line.ox, line.oy, line.oz, line.dx, line.dy, line.dz, t_min, t_max, start), inverse, lengths_of_ball(sphere)
+    )
+    roots = sphere_roots(sphere, line, inverse, starts)
+    t, enters, unsure = ball_event(roots, starts, t_min, t_max, nearness)
+    lanes[T + i], lanes[ERROR + i] = t, nearness.off
+    lanes[ENTERS + i] = 1.0 if enters else 0.0
+    lanes[UNSURE + i] = 1.0 if unsure else 0.0
+
+
+@inline
+def pair_hit(pairs: Pairs, at: int) -> Hit:
+    """The crossing of pair number `at`; t = inf if the ray does not meet the ball."""
+    lanes, i = pairs.lanes, np.uint64(at)
+    return Hit(
+        lanes[T + i], whole(lanes[PAIR_BODY + i]), whole(lanes[PAIR_ENTRY + i]), whole(NO_PLACE), whole(1),
+        lanes[ENTERS + i] == 1.0, lanes[ERROR + i], lanes[UNSURE + i] == 1.0,
+    )  # fmt: skip
+
+
+# First hits of rays in no order, thousands at a time.
+#
+# All traverse the tree together: at a node every ray of a list is tested against the eight children, and
+# is put on the lists of those that it meets. So a node is fetched once for many rays, and the arithmetic of one
+# hides the memory latency of another. The directions lie in one octant; the children are visited in its order, the
+# nearest first. After Barringer and Akenine-Möller,
+# Dynamic ray stream traversal (ACM TOG 33, 2014).
+
+# Eight numbers of a ray that boxes are tested with, in the order of `put_on_lists`: a line of the cache
+ORIGIN, SLOPES, T_MIN, LAST = 0, 3, 6, 7
+# Eight more, which balls are tested with too, and how far away what it has met is; in the order of `pairs`
+D, INVERSE, START, T_MAX, BEST, OFF = 0, 3, 4, 5, 6, 7
+# What that is
+BODY, ENTRY, PLACE, TURN = 0, 1, 2, 3
+_SEVERAL = 3  # so many rays go to a leaf together
+
+
+class Stream(NamedTuple):
+    """Memory of a stream of rays."""
+
+    rays: Floats  # 8 numbers each
+    more: Floats  # 8 numbers each
+    hits: Ints  # 4 numbers each
+    lists: Any  # int64: rays that meet something, list after list, each with the t where (`waiting`)
+    stack: Ints  # 4 each: what is met, where its list begins, how many rays it has, where its siblings' memory ends
+    keys: Floats  # (8,) how far a node's children are
+    counts: Ints  # (8,) how many rays they have
+    asked: Any  # (136,) int64: tests of a leaf that culling left: 16 times a ray, plus the item's place
+    pairs: Pairs
+    bodies: BodyQueue
+
+
+@allocator
+def new_stream(geometry: Geometry, most: int) -> Stream:
+    """Memory for streams of up to `most` rays."""
+    depth = integer(geometry, table.TREE_DEPTH, 0)
+    room = (most + 8) * (depth + 16)  # a list takes up a multiple of eight
+    return Stream(
+        np.empty(8 * most), np.empty(8 * most), np.empty(4 * most, np.int32), np.empty(room, np.int64),
+        np.empty(4 * (depth + 16), np.int32), np.empty(8), np.empty(8, np.int32), np.empty(136, np.int64), new_pairs(),
+        new_bodies(geometry, EVERY),
+    )  # fmt: skip
+
+
+@inline
+def put_stream_ray(stream: Stream, k: int, ray: Ray) -> None:
+    """Ray k of a stream; nothing is hit yet."""
+    ox, oy, oz, dx, dy, dz, t_min, t_max, start = ray
+    rays, more, hits, at, what = stream.rays, stream.more, stream.hits, np.uint64(8 * k), np.uint64(4 * k)
+    rays[at + ORIGIN], rays[at + ORIGIN + 1], rays[at + ORIGIN + 2] = ox, oy, oz
+    rays[at + SLOPES], rays[at + SLOPES + 1], rays[at + SLOPES + 2] = reciprocal(dx), reciprocal(dy), reciprocal(dz)
+    rays[at + T_MIN], rays[at + LAST] = t_min, t_max
+    more[at + D], more[at + D + 1], more[at + D + 2] = dx, dy, dz
+    more[at + INVERSE], more[at + START] = 1.0 / (dx * dx + dy * dy + dz * dz), start
+    more[at + T_MAX], more[at + BEST], more[at + OFF] = t_max, math.inf, 0.0
+    hits[what + BODY], hits[what + ENTRY], hits[what + PLACE], hits[what + TURN] = -1, -1, -1, 1
+
+
+@inline
+def _ray(stream: Stream, k: int) -> Ray:
+    """Ray k of a stream."""
+    rays, more, at = stream.rays, stream.more, np.uint64(8 * k)
+    return Ray(
+        rays[at + ORIGIN], rays[at + ORIGIN + 1], rays[at + ORIGIN + 2],
+        more[at + D], more[at + D + 1], more[at + D + 2], rays[at + T_MIN], more[at + T_MAX], whole(more[at + START]),
+    )  # fmt: skip
+
+
+@inline
+def octant_of(x: float, y: float, z: float) -> int:
+    """Bit k is set where coordinate k of a direction is negative."""
+    return (1 if x < 0.0 else 0) | (2 if y < 0.0 else 0) | (4 if z < 0.0 else 0)
+
+
+@inline
+def _octant(stream: Stream) -> int:
+    """The octant that all rays of a stream look into."""
+    return octant_of(stream.more[D], stream.more[D + 1], stream.more[D + 2])
+
+
+@inline
+def stream_hit(stream: Stream, k: int) -> Hit:
+    """The hit of ray k so far."""
+    more, hits, at, what = stream.more, stream.hits, np.uint64(8 * k), np.uint64(4 * k)
+    unsure = is_doubtful(hits[what + TURN])
+    turn = whole(hits[what + TURN] - (DOUBTFUL if unsure else 0))
+    sense = whole(1 if turn > 0 else -1)
+    body, entry, place = whole(hits[what + BODY]), whole(hits[what + ENTRY]), whole(hits[what + PLACE])
+    return Hit(more[at + BEST], body, entry, place, sense, turn != sense, more[at + OFF], unsure)
+
+
+@inline
+def _keep(stream: Stream, k: int, hit: Hit, any_hit: bool) -> None:
+    """A new hit of ray k; what lies beyond it is culled from now on, or everything, if any hit will do."""
+    more, hits, at, what = stream.more, stream.hits, np.uint64(8 * k), np.uint64(4 * k)
+    more[at + BEST], more[at + OFF] = hit.t, hit.off
+    hits[what + BODY], hits[what + ENTRY], hits[what + PLACE], hits[what + TURN] = (
+        hit.body,
+        hit.entry,
+        hit.place,
+        turn_of(hit),
+    )
+    done = any_hit and hit.entry >= 0
+    stream.rays[at + LAST] = -math.inf if done else min(more[at + T_MAX], cull_limit(hit))
+
+
+@inline
+def _compare(geometry: Geometry, stream: Stream, k: int, new: Hit, any_hit: bool) -> None:
+    """Ray k keeps the nearer of its hit and a new one, which may be a miss."""
+    at = np.uint64(8 * k)
+    if new.unsure or not new.t - stream.more[at + BEST] > new.off + stream.more[at + OFF]:
+        _keep(stream, k, nearer_hit(geometry, stream_hit(stream, k), new), any_hit)
+
+
+@helper
+def _settle_pairs(geometry: Geometry, stream: Stream, waiting_pairs: int, any_hit: bool) -> int:
+    """Test the pairs that wait, and keep the nearer hits in their order; returns how many are left: none."""
+    meet_pairs(stream.pairs, stream.rays, stream.more, waiting_pairs)
+    for n in range(waiting_pairs):
+        _compare(geometry, stream, stream.pairs.rays[n], pair_hit(stream.pairs, n), any_hit)
+    return 0
+
+
+@helper
+def _settle_bodies(geometry: Geometry, scratch: Scratch, stream: Stream, form: int, any_hit: bool) -> None:
+    """Test the bodies of a form that wait for rays, and keep the nearer hits in their order."""
+    bodies, count = stream.bodies, empty_queue(stream.bodies, form)
+    for n in range(meet_bodies(geometry, bodies, form, stream.rays, stream.more, count)):
+        (k, entry), hit = queue_body(bodies, form, n), body_hit(geometry, bodies, form, n)
+        if hit.unsure:  # single rays doubt less
+            _keep(stream, k, try_entry(geometry, scratch, entry, _ray(stream, k), stream_hit(stream, k)), any_hit)
+        elif hit.t < math.inf:
+            _compare(geometry, stream, k, hit, any_hit)
+
+
+@inline
+def _descend(
+    geometry: Geometry, stream: Stream, octant: int, node: int, begin: int, count: int, room: int, top: int
+) -> int:
+    """Put the rays of a list on the lists of the node's children that they meet; returns the stack's height."""
+    lists, counts, its = stream.lists, stream.counts, (count + 7) & -8
+    at = node_at(geometry, node)
+    put_on_lists(geometry.floats, at, octant, stream.rays, lists, begin, count, room, counts)
+    # The nearest on top, as the first ray of the list sees it
+    first, base, boxes = 8 * waiting_ray(lists[begin])[0], top, geometry.floats
+    dx, dy, dz = stream.more[first + D], stream.more[first + D + 1], stream.more[first + D + 2]
+    stack, keys = stream.stack, stream.keys
+    for child in range(8):
+        code = integer(geometry, table.NODE_CHILDREN, 8 * node + child)
+        if counts[child] == 0 or code == 0:
+            continue
+        prefetch_node(geometry, code)
+        key = (
+            (boxes[at + child] + boxes[at + 24 + child]) * dx
+            + (boxes[at + 8 + child] + boxes[at + 32 + child]) * dy
+            + (boxes[at + 16 + child] + boxes[at + 40 + child]) * dz
+        )
+        slot = top
+        while slot > base and keys[slot - base - 1] < key:
+            keys[slot - base] = keys[slot - base - 1]
+            for j in range(4):
+                stack[4 * slot + j] = stack[4 * (slot - 1) + j]
+            slot -= 1
+        keys[slot - base] = key
+        stack[4 * slot], stack[4 * slot + 1] = code, room + its * child
+        stack[4 * slot + 2], stack[4 * slot + 3] = counts[child], room + 8 * its
+        top += 1
+    return top
+
+
+@inline
+def _sift(geometry: Geometry, stream: Stream, at: int, size: int, begin: int, left: int) -> int:
+    """Find the items of a leaf that the first eight rays of a list may meet; returns how many, put into `asked`."""
+    lists, asked, count = stream.lists, stream.asked, 0
+    if left >= _SEVERAL:
+        return rays_in_balls(geometry.floats, at, size, stream.rays, stream.more, lists, begin, left, asked)
+    for j in range(begin, begin + left):
+        k, t = waiting_ray(lists[j])
+        reach = stream.rays[8 * k + LAST]
+        if t > reach:
+            continue
+        ray, inverse = _ray(stream, k), stream.more[8 * k + INVERSE]
+        for eight in range(0, size, 8):
+            bits = balls_met(geometry.floats, at + eight, size, size - eight, ray, inverse, reach)
+            while bits != 0:
+                asked[count] = k << 4 | eight + lowest_bit(bits)
+                bits &= bits - 1
+                count += 1
+    return count
+
+
+@inline
+def _meet(
+    geometry: Geometry, scratch: Scratch, stream: Stream, code: int, rays: tuple[int, int], paired: int,
+    blocks: Signs, any_hit: bool,
+) -> int:  # fmt: skip
+    """Intersect a leaf with a list of rays: where it begins, how many. Returns how many pairs with balls wait now."""
+    (first, last), (begin, count) = leaf_range(code), rays
+    at, size = leaf_at(geometry, first), last - first
+    for j in range(begin, begin + count, 8):
+        for n in range(_sift(geometry, stream, at, size, j, begin + count - j)):
+            k, place = stream.asked[n] >> 4, stream.asked[n] & 15
+            if len(blocks) > 0 and blocks[leaf_entry(geometry, at, size, place)] == 0:
+                continue
+            kind = leaf_kind(geometry, at, size, place)
+            if kind == BALL:
+                put_pair(stream.pairs, paired, k, geometry, at, size, place)
+                paired += 1
+                if paired == MOST_PAIRS:
+                    paired = _settle_pairs(geometry, stream, paired, any_hit)
+                continue
+            if kind == REGION and stream.rays[8 * k + T_MIN] >= 0.0:
+                form = form_of(geometry, stream.bodies, leaf_index(geometry, at, size, place))
+                if form >= 0:
+                    if put_body(stream.bodies, form, k, leaf_entry(geometry, at, size, place)):
+                        _settle_bodies(geometry, scratch, stream, form, any_hit)
+                    continue
+            item, ball = leaf_item(geometry, at, size, place), leaf_ball(geometry, at, size, place)
+            best, ray, inverse = stream_hit(stream, k), _ray(stream, k), stream.more[8 * k + INVERSE]
+            hit = intersect_item(geometry, scratch, item, ball, ray, inverse, best)
+            if hit.t != best.t or hit.body != best.body or hit.unsure != best.unsure:
+                _keep(stream, k, hit, any_hit)
+    return paired
+
+
+@helper
+def trace_stream(
+    geometry: Geometry, scratch: Scratch, stream: Stream, count: int, blocks: Signs, any_hit: bool
+) -> None:
+    """First hits, or any, of the first `count` rays of a stream, of one octant; `stream_hit` reads their hits.
+
+    Only bodies with blocks[body] != 0 count, or all, if `blocks` is empty. Relies on one octant of all
+    directions. A ray's LAST bounds what can still be nearer than its hit; any-hit rays leave the stream by LAST = -inf.
+    """
+    if count == 0:
+        return
+    stack, tree, octant = stream.stack, scene_tree(geometry), _octant(stream)
+    for k in range(count):
+        stream.lists[k] = k + FROM_THE_START
+    first, top, paired = integer(geometry, table.TREE_ROOT, tree), 0, 0
+    for k in range(first, integer(geometry, table.TREE_ROOT, tree + 1)):
+        stack[4 * top], stack[4 * top + 1] = integer(geometry, table.ROOTS, k), 0
+        stack[4 * top + 2], stack[4 * top + 3] = count, (count + 7) & -8
+        top += 1
+    while top > 0 and not is_halted(geometry):
+        top -= 1
+        code, begin, its, room = stack[4 * top], stack[4 * top + 1], stack[4 * top + 2], stack[4 * top + 3]
+        if code >= 0:
+            top = _descend(geometry, stream, octant, code, begin, its, room, top)
+        else:
+            paired = _meet(geometry, scratch, stream, code, (begin, its), paired, blocks, any_hit)
+    _settle_pairs(geometry, stream, paired, any_hit)
+    for form in range(count_forms(stream.bodies)):
+        _settle_bodies(geometry, scratch, stream, form, any_hit)

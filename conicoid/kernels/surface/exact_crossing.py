@@ -1,0 +1,247 @@
+"""A surface on a ray, decided: on which side it begins, whether it is crossed, where to 30 digits.
+
+The same formulas as in quadric.py and plane.py, in numbers that carry a bound on their error. A surface
+is its record together with what rounding took from it. Whatever is not OPEN is proved.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple, TypeAlias
+
+from ..._jit.decorators import helper, inline, record_shapes
+from .. import tables as table
+from ..numbers.bounded_pair import (
+    BoundedPair,
+    bounded_pair,
+    dot3,
+    inner,
+    minus,
+    moment,
+    opposite,
+    over,
+    plus,
+    product,
+    remainder,
+    root,
+    sign,
+    times,
+    times_float,
+)
+from ..numbers.double_double import two_difference
+from ..ray import Ray
+from ..tables import PLANE, PLANE_SIZE, QUADRIC_SIZE, SPHERE, SPHERE_SIZE, Floats, Geometry, integer
+from .records import anchor_of, form_row, load_plane, load_quadric, load_sphere
+
+CROSSES, MISSES, OPEN = 1, 0, 2
+
+Decision: TypeAlias = tuple[int, int, BoundedPair, BoundedPair]
+"""Of a plane: (CROSSES, sign of its rate, t, t) or (MISSES, sign of its height, ...). Of a curved surface: (CROSSES,
+sign of a, low, high) or (MISSES, the sign of its value all along, ...). OPEN where that is not certain."""
+
+_NOTHING = BoundedPair(0.0, 0.0, 0.0)
+Terms: TypeAlias = tuple[BoundedPair, BoundedPair, BoundedPair, BoundedPair]
+"""a, b, c and b² - a c"""
+
+
+@record_shapes(planes="planes", spheres="*", quadrics="*", vertices="vertices")
+class RoundingRest(NamedTuple):
+    """What rounding took from records and corners of polygons, flat; from spheres and quadrics beyond the end: nothing.
+
+    Quadrics from which it took the same may share a row: see `rest_of_quadric`.
+    """
+
+    planes: Floats
+    spheres: Floats
+    quadrics: Floats
+    vertices: Floats
+
+
+@inline
+def rest_of_quadric(geometry: Geometry, row: int) -> int:
+    """Where in `Rest.quadrics` that of a quadric begins."""
+    return QUADRIC_SIZE * form_row(geometry, row)
+
+
+@inline
+def rest_number(rest: RoundingRest, k: int) -> float:
+    """A number of `Rest.quadrics`; beyond the end, nothing: no other argument says how many rows there are."""
+    return rest.quadrics[k] if k < len(rest.quadrics) else 0.0
+
+
+@inline
+def _difference(x: float, y: float) -> BoundedPair:
+    """x - y exactly."""
+    high, low = two_difference(x, y)
+    return BoundedPair(high, low, 0.0)
+
+
+@inline
+def _point_offset(x: float, y: float, rest: float, t: float, d: float) -> BoundedPair:
+    """x + t d - y, with what rounding took from y."""
+    place = plus(_difference(x, y), product(t, d))
+    return place if rest == 0.0 else minus(place, remainder(rest))
+
+
+@helper
+def plane_terms(
+    geometry: Geometry, rest: RoundingRest, surface: int, ray: Ray, t: float
+) -> tuple[BoundedPair, BoundedPair]:
+    """(height, rate) of a plane on a ray, about its point at t."""
+    ox, oy, oz, dx, dy, dz, _, _, _ = ray
+    row = integer(geometry, table.SURFACE_ROW, surface)
+    nx, ny, nz, above, ax, ay, az = load_plane(geometry, row)
+    at = PLANE_SIZE * row
+    n0, n1, n2 = (
+        bounded_pair(nx, rest.planes[at]),
+        bounded_pair(ny, rest.planes[at + 1]),
+        bounded_pair(nz, rest.planes[at + 2]),
+    )
+    p0, p1, p2 = _point_offset(ox, ax, 0.0, t, dx), _point_offset(oy, ay, 0.0, t, dy), _point_offset(oz, az, 0.0, t, dz)
+    height = plus(inner(n0, n1, n2, p0, p1, p2), bounded_pair(above, rest.planes[at + 3]))
+    return height, dot3(dx, dy, dz, n0, n1, n2)
+
+
+@helper
+def decide_plane(geometry: Geometry, rest: RoundingRest, surface: int, ray: Ray, starts: bool) -> Decision:
+    """A plane on a ray; t = 0 on the plane that it starts on."""
+    height, rate = plane_terms(geometry, rest, surface, ray, 0.0)
+    rises = sign(rate)
+    if rises == OPEN:
+        return OPEN, 0, _NOTHING, _NOTHING
+    if rises == 0:
+        side = 0 if starts else sign(height)
+        return (OPEN if side == OPEN else MISSES), side, _NOTHING, _NOTHING
+    t = _NOTHING if starts else opposite(over(height, rate))
+    return CROSSES, rises, t, t
+
+
+@helper
+def _sphere_terms(geometry: Geometry, rest: RoundingRest, row: int, ray: Ray, t: float) -> Terms:
+    """`curved_terms` of a sphere."""
+    ox, oy, oz, dx, dy, dz, _, _, _ = ray
+    cx, cy, cz, radius = load_sphere(geometry, row)
+    r0, r1, r2, r3 = 0.0, 0.0, 0.0, 0.0
+    if SPHERE_SIZE * row < len(rest.spheres):
+        at = SPHERE_SIZE * row
+        r0, r1, r2, r3 = rest.spheres[at], rest.spheres[at + 1], rest.spheres[at + 2], rest.spheres[at + 3]
+    p0, p1, p2 = _point_offset(ox, cx, r0, t, dx), _point_offset(oy, cy, r1, t, dy), _point_offset(oz, cz, r2, t, dz)
+    r = bounded_pair(radius, r3)
+    a = plus(plus(product(dx, dx), product(dy, dy)), product(dz, dz))
+    b = dot3(dx, dy, dz, p0, p1, p2)
+    square = times(r, r)
+    c = minus(inner(p0, p1, p2, p0, p1, p2), square)
+    m0 = minus(times_float(p1, dz), times_float(p2, dy))
+    m1 = minus(times_float(p2, dx), times_float(p0, dz))
+    m2 = minus(times_float(p0, dy), times_float(p1, dx))
+    return a, b, c, minus(times(a, square), inner(m0, m1, m2, m0, m1, m2))
+
+
+@helper
+def _quadric_terms(geometry: Geometry, rest: RoundingRest, row: int, ray: Ray, t: float) -> Terms:
+    """`curved_terms` of a quadric."""
+    ox, oy, oz, dx, dy, dz, _, _, _ = ray
+    ax, ay, az, w00, w01, w02, w10, w11, w12, w20, w21, w22, q0, q1, q2, l0, l1, l2, constant = load_quadric(
+        geometry, row
+    )
+    at = rest_of_quadric(geometry, row)
+    p0, p1, p2 = (
+        _point_offset(ox, ax, rest_number(rest, at), t, dx),
+        _point_offset(oy, ay, rest_number(rest, at + 1), t, dy),
+        _point_offset(oz, az, rest_number(rest, at + 2), t, dz),
+    )
+    u0, u1, u2 = (
+        bounded_pair(w00, rest_number(rest, at + 3)),
+        bounded_pair(w01, rest_number(rest, at + 4)),
+        bounded_pair(w02, rest_number(rest, at + 5)),
+    )
+    v0, v1, v2 = (
+        bounded_pair(w10, rest_number(rest, at + 6)),
+        bounded_pair(w11, rest_number(rest, at + 7)),
+        bounded_pair(w12, rest_number(rest, at + 8)),
+    )
+    z0, z1, z2 = (
+        bounded_pair(w20, rest_number(rest, at + 9)),
+        bounded_pair(w21, rest_number(rest, at + 10)),
+        bounded_pair(w22, rest_number(rest, at + 11)),
+    )
+    s0, s1, s2 = (
+        bounded_pair(q0, rest_number(rest, at + 12)),
+        bounded_pair(q1, rest_number(rest, at + 13)),
+        bounded_pair(q2, rest_number(rest, at + 14)),
+    )
+    b0, b1, b2 = (
+        bounded_pair(l0, rest_number(rest, at + 15)),
+        bounded_pair(l1, rest_number(rest, at + 16)),
+        bounded_pair(l2, rest_number(rest, at + 17)),
+    )
+    k = bounded_pair(constant, rest_number(rest, at + 18))
+    e0, e1, e2 = dot3(dx, dy, dz, u0, u1, u2), dot3(dx, dy, dz, v0, v1, v2), dot3(dx, dy, dz, z0, z1, z2)
+    y0, y1, y2 = inner(u0, u1, u2, p0, p1, p2), inner(v0, v1, v2, p0, p1, p2), inner(z0, z1, z2, p0, p1, p2)
+    f0, f1, f2 = times(s0, e0), times(s1, e1), times(s2, e2)
+    g0, g1, g2 = times(s0, y0), times(s1, y1), times(s2, y2)
+    g = inner(b0, b1, b2, e0, e1, e2)
+    a = inner(f0, f1, f2, e0, e1, e2)
+    b = plus(inner(f0, f1, f2, y0, y1, y2), g)
+    c = minus(plus(inner(g0, g1, g2, y0, y1, y2), times_float(inner(b0, b1, b2, y0, y1, y2), 2.0)), k)
+    m0, m1, m2 = moment(y1, e2, y2, e1), moment(y2, e0, y0, e2), moment(y0, e1, y1, e0)
+    squares = inner(times(s1, s2), times(s0, s2), times(s0, s1), times(m0, m0), times(m1, m1), times(m2, m2))
+    mixed = inner(m0, m1, m2, moment(f1, b2, f2, b1), moment(f2, b0, f0, b2), moment(f0, b1, f1, b0))
+    discriminant = plus(minus(times(a, k), squares), plus(times(g, g), times_float(mixed, 2.0)))
+    return a, b, c, discriminant
+
+
+@inline
+def curved_terms(geometry: Geometry, rest: RoundingRest, surface: int, ray: Ray, t: float) -> Terms:
+    """Of a sphere or quadric on a ray, about its point at t."""
+    row = integer(geometry, table.SURFACE_ROW, surface)
+    if integer(geometry, table.SURFACE_KIND, surface) == SPHERE:
+        return _sphere_terms(geometry, rest, row, ray, t)
+    return _quadric_terms(geometry, rest, row, ray, t)
+
+
+@inline
+def _foot(geometry: Geometry, surface: int, ray: Ray, starts: bool) -> float:
+    """About where a ray is nearest to the anchor of a sphere or quadric; 0 if it starts there."""
+    x, y, z = anchor_of(geometry, surface)
+    along = (x - ray.ox) * ray.dx + (y - ray.oy) * ray.dy + (z - ray.oz) * ray.dz
+    foot = along / (ray.dx * ray.dx + ray.dy * ray.dy + ray.dz * ray.dz)
+    return 0.0 if starts or not abs(foot) < math.inf else foot
+
+
+@helper
+def decide_curved(geometry: Geometry, rest: RoundingRest, surface: int, ray: Ray, starts: bool) -> Decision:
+    """A sphere or quadric on a ray; of the one that it starts on, the root nearest to t = 0 comes out as 0."""
+    foot = _foot(geometry, surface, ray, starts)
+    a, b, c, discriminant = curved_terms(geometry, rest, surface, ray, foot)
+    bends, crosses, value = sign(a), sign(discriminant), sign(c)
+    if bends == OPEN or crosses == OPEN:
+        return OPEN, 0, _NOTHING, _NOTHING
+    if crosses <= 0:
+        all_along = bends if bends != 0 else value
+        return (OPEN if all_along == OPEN else MISSES), all_along, _NOTHING, _NOTHING
+    q, from_origin = root(discriminant), bounded_pair(foot)
+    q = opposite(plus(b, q)) if b.high >= 0.0 else minus(q, b)
+    second = plus(over(c, q), from_origin)
+    if bends == 0:
+        if sign(b) == OPEN:
+            return OPEN, 0, _NOTHING, _NOTHING
+        # One root; the other has gone to the infinity where b grows it to
+        falls = b.high < 0.0
+        nowhere = BoundedPair(math.inf if falls else -math.inf, 0.0, 0.0)
+        second = _NOTHING if starts else second
+        return CROSSES, 0, (second if falls else nowhere), (nowhere if falls else second)
+    first = plus(over(q, a), from_origin)
+    low, high = (first, second) if (b.high >= 0.0) == (bends > 0) else (second, first)
+    if starts:
+        gone = sign(plus(low, high))  # which of them is nearer to 0
+        if gone == OPEN or gone == 0:
+            return OPEN, 0, _NOTHING, _NOTHING
+        low, high = (_NOTHING, high) if gone > 0 else (low, _NOTHING)
+    return CROSSES, bends, low, high
+
+
+@inline
+def is_plane(geometry: Geometry, surface: int) -> bool:
+    """Is a surface a plane?"""
+    return integer(geometry, table.SURFACE_KIND, surface) == PLANE

@@ -1,0 +1,127 @@
+"""Is a ray inside a closed loop of points? Watertight along shared edges.
+
+Every vertex is seen along the ray: u = d_z X - d_x Z and v = d_z Y - d_y Z with (X, Y, Z) the vertex
+relative to the origin and z the axis the direction is longest along. These depend on the ray
+and the vertex alone, and the side of an edge on its two ends alone, so two polygons that share an
+edge see one and the same edge: by even-odd a ray through it is inside exactly one of two that
+lie on opposite sides of it. (After Woop, Benthin, Wald: Watertight ray/triangle intersection,
+JCGT 2, 2013; the even-odd rule is that of the ray tracing notes.)
+"""
+
+from __future__ import annotations
+
+from ..._jit.decorators import fma, helper, inline
+from .. import tables as table
+from ..numbers.bounded_pair import BoundedPair, minus, moment, plus, remainder, sign, times_float
+from ..numbers.double_double import difference_of_products, two_difference
+from ..ray import Ray
+from ..tables import Geometry, integer, real
+from .doubt import LOOP
+from .exact_crossing import RoundingRest
+
+
+@inline
+def project_vertex(axis: int, px: float, py: float, pz: float, ray: Ray) -> tuple[float, float, float, float]:
+    """(u, v) of a vertex, its place across the ray times the direction's longest component; and their terms' size."""
+    ox, oy, oz, dx, dy, dz, _, _, _ = ray
+    x, ex = two_difference(px, ox)
+    y, ey = two_difference(py, oy)
+    z, ez = two_difference(pz, oz)
+    if axis == 0:
+        x, ex, dx, px, y, ey, dy, py, z, ez, dz, pz = y, ey, dy, py, z, ez, dz, pz, x, ex, dx, px
+    elif axis == 1:
+        x, ex, dx, px, y, ey, dy, py, z, ez, dz, pz = z, ez, dz, pz, x, ex, dx, px, y, ey, dy, py
+    u = difference_of_products(dz, x, dx, z) + fma(dz, ex, -(dx * ez))
+    v = difference_of_products(dz, y, dy, z) + fma(dz, ey, -(dy * ez))
+    depth = abs(z) + abs(pz)
+    return u, v, abs(dz) * (abs(x) + abs(px)) + abs(dx) * depth, abs(dz) * (abs(y) + abs(py)) + abs(dy) * depth
+
+
+@inline
+def project_row_vertex(geometry: Geometry, vertex: int, axis: int, ray: Ray) -> tuple[float, float, float, float]:
+    """`seen_along` for a vertex of the table."""
+    at = 3 * vertex
+    x, y, z = (
+        real(geometry, table.VERTICES, at),
+        real(geometry, table.VERTICES, at + 1),
+        real(geometry, table.VERTICES, at + 2),
+    )
+    return project_vertex(axis, x, y, z, ray)
+
+
+@inline
+def inside_loop(geometry: Geometry, first: int, last: int, ray: Ray) -> tuple[bool, bool]:
+    """(inside by even-odd, doubtful): does a half-line from the ray across the view meet an odd number of edges?
+
+    Relies on u, v of a vertex and the side of an edge not depending on the polygon: that makes shared edges watertight.
+    """
+    dx, dy, dz = abs(ray.dx), abs(ray.dy), abs(ray.dz)
+    axis = 2 if (dz >= dx) & (dz >= dy) else (0 if dx >= dy else 1)
+    odd, unsure = False, False
+    ua, va, su, sv = project_row_vertex(geometry, last - 1, axis, ray)
+    for k in range(first, last):
+        ub, vb, tu, tv = project_row_vertex(geometry, k, axis, ray)
+        unsure |= (abs(vb) <= LOOP * tv) & (tv > 0.0)
+        if (va < 0.0) != (vb < 0.0):
+            side = difference_of_products(ua, vb, ub, va)
+            unsure |= abs(side) <= LOOP * ((su * abs(vb) + tu * abs(va)) + (abs(ua) * tv + abs(ub) * sv))
+            if (side > 0.0) if vb > va else (side < 0.0):
+                odd = not odd
+        ua, va, su, sv = ub, vb, tu, tv
+    return odd, unsure
+
+
+# Is a ray inside a closed loop of points, with certainty?  (The rule of polygon_loop.py)
+
+OPEN = 2
+
+
+@inline
+def _corner_offset(geometry: Geometry, rest: RoundingRest, at: int, origin: float) -> BoundedPair:
+    """A coordinate of a corner, from the ray's origin."""
+    high, low = two_difference(real(geometry, table.VERTICES, at), origin)
+    given = BoundedPair(high, low, 0.0)
+    return given if rest.vertices[at] == 0.0 else plus(given, remainder(rest.vertices[at]))
+
+
+@inline
+def _project_exactly(
+    geometry: Geometry, rest: RoundingRest, vertex: int, axis: int, ray: Ray
+) -> tuple[BoundedPair, BoundedPair]:
+    """(u, v) of a vertex, as in `loop.seen_along`."""
+    first, second = (1, 2) if axis == 0 else ((2, 0) if axis == 1 else (0, 1))
+    at, origin, direction = 3 * vertex, (ray.ox, ray.oy, ray.oz), (ray.dx, ray.dy, ray.dz)
+    x, y = (
+        _corner_offset(geometry, rest, at + first, origin[first]),
+        _corner_offset(geometry, rest, at + second, origin[second]),
+    )
+    along, depth = direction[axis], _corner_offset(geometry, rest, at + axis, origin[axis])
+    u = minus(times_float(x, along), times_float(depth, direction[first]))
+    v = minus(times_float(y, along), times_float(depth, direction[second]))
+    return u, v
+
+
+@helper
+def decide_loop(geometry: Geometry, rest: RoundingRest, polygon: int, ray: Ray) -> int:
+    """1 inside, 0 outside, OPEN where that is not certain."""
+    first, last = (
+        integer(geometry, table.POLYGON_FIRST, polygon),
+        integer(geometry, table.POLYGON_FIRST, polygon + 1),
+    )
+    dx, dy, dz = abs(ray.dx), abs(ray.dy), abs(ray.dz)
+    axis = 2 if (dz >= dx) & (dz >= dy) else (0 if dx >= dy else 1)
+    odd = 0
+    ua, va = _project_exactly(geometry, rest, last - 1, axis, ray)
+    for vertex in range(first, last):
+        ub, vb = _project_exactly(geometry, rest, vertex, axis, ray)
+        before, after = sign(va), sign(vb)
+        if before == OPEN or after == OPEN:
+            return OPEN
+        if (before < 0) != (after < 0):
+            side = sign(moment(ua, vb, ub, va))
+            if side == OPEN:
+                return OPEN
+            rises = after > before
+            odd ^= 1 if (side > 0 if rises else side < 0) else 0
+        ua, va = ub, vb
+    return odd

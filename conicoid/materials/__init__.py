@@ -1,0 +1,1 @@
+"""Materials, textures, glasses, lights and backgrounds: data only."""

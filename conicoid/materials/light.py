@@ -1,0 +1,133 @@
+"""Lights. Intensities are linear, one number or a colour times a number; see `falloff` for distance.
+
+A light of intensity I that falls on a matte surface of reflectance c at angle θ gives c I cos θ.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any, Literal, TypeAlias, get_args
+
+from .._util.arrays import VectorLike
+from .._util.user_warnings import warn
+from .._util.validation import check_degrees, check_vector, describe_kind, format_value
+from .color import BRIGHT, Amount, bytes_hint, check_amount, look_like_bytes
+
+Falloff: TypeAlias = Literal["none", "inverse_square"]
+"""none: the same at any distance; inverse_square: intensity / distance², intensity at distance 1."""
+
+
+@dataclass(frozen=True)
+class AmbientLight:
+    """Light from everywhere, without shadows. Several add up.
+
+    intensity: linear, one number or a colour.
+    """
+
+    intensity: Amount = 0.2
+
+    def __post_init__(self) -> None:
+        _check(self, "intensity")
+
+
+@dataclass(frozen=True)
+class DirectionalLight:
+    """Parallel light that travels along `direction`, like the sun's.
+
+    intensity: linear, one number or a colour.
+    """
+
+    direction: VectorLike
+    intensity: Amount = 1.0
+
+    def __post_init__(self) -> None:
+        _check(self, "intensity", "direction")
+
+
+@dataclass(frozen=True)
+class PointLight:
+    """Light from one point to all sides.
+
+    position: the point.
+    intensity: linear, one number or a colour.
+    falloff: "none", the same at any distance, or "inverse_square": intensity / distance², so intensity at distance 1.
+    """
+
+    position: VectorLike
+    intensity: Amount = 1.0
+    falloff: Falloff = "none"
+
+    def __post_init__(self) -> None:
+        _check(self, "intensity", "position", "falloff")
+
+
+@dataclass(frozen=True)
+class SpotLight:
+    """A cone of light from `position` along `direction`.
+
+    Full within `angle - soft_edge` degrees of the axis, nothing beyond `angle`; between them it
+    falls smoothly, as 3s² - 2s³ of the angle's share s of the edge. `intensity` and `falloff` are those of a
+    `PointLight`.
+    """
+
+    position: VectorLike
+    direction: VectorLike
+    angle: float = 30.0
+    soft_edge: float = 5.0
+    intensity: Amount = 1.0
+    falloff: Falloff = "none"
+
+    def __post_init__(self) -> None:
+        _check(self, "intensity", "position", "direction", "falloff")
+        angle = check_degrees("SpotLight", "angle", self.angle)
+        edge = check_degrees("SpotLight", "soft_edge", self.soft_edge)
+        if not 0 < angle <= 180:
+            raise ValueError(f"SpotLight: angle must be in (0, 180], got {angle} degrees")
+        if not 0 <= edge <= angle:
+            raise ValueError(f"SpotLight: soft_edge must be in [0, angle = {angle:g}], got {edge} degrees")
+        object.__setattr__(self, "angle", angle)
+        object.__setattr__(self, "soft_edge", edge)
+
+
+Light: TypeAlias = AmbientLight | DirectionalLight | PointLight | SpotLight
+LIGHTS: dict[str, type[Light]] = {kind.__name__: kind for kind in get_args(Light)}
+"""Scene-file name -> class."""
+
+
+def as_lights(lights: Any) -> tuple[Light, ...]:
+    """Lights as a tuple, checked; one light stands for a list of it."""
+    if isinstance(lights, get_args(Light)):
+        return (lights,)
+    if isinstance(lights, (str, bytes, dict)) or not isinstance(lights, Iterable):
+        raise TypeError(
+            f"Scene: lights must be a list of {', '.join(LIGHTS)}, or one of them, got {describe_kind(lights)}"
+        )
+    items = tuple(lights)
+    for i, light in enumerate(items):
+        if not isinstance(light, get_args(Light)):
+            raise TypeError(f"Scene: lights[{i}] must be one of {', '.join(LIGHTS)}, got {describe_kind(light)}")
+    return items
+
+
+def _warn_of_bytes(light: Light, owner: str, intensity: Amount) -> None:
+    """A UserWarning for a colour in bytes, where no distance weakens the light."""
+    fades = getattr(light, "falloff", "none") == "inverse_square"
+    if isinstance(intensity, tuple) and not fades and look_like_bytes(intensity, BRIGHT):
+        warn(f"{owner}: intensity {intensity} is linear light, {max(intensity):g} times white; {bytes_hint(intensity)}")
+
+
+def _check(light: Light, *fields: str) -> None:
+    """Check and normalise the named fields of a frozen light."""
+    owner = type(light).__name__
+    for field in fields:
+        value = getattr(light, field)
+        if field == "intensity":
+            value = check_amount(owner, field, value, most=float("inf"))
+            _warn_of_bytes(light, owner, value)
+        elif field == "falloff":
+            if not isinstance(value, str) or value not in get_args(Falloff):
+                raise ValueError(f"{owner}: falloff must be 'none' or 'inverse_square', got {format_value(value)}")
+        else:
+            value = check_vector(owner, field, value, nonzero=field == "direction")
+        object.__setattr__(light, field, value)

@@ -1,0 +1,341 @@
+"""The checker pattern, on uv or in space."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable
+from dataclasses import dataclass, fields
+from typing import Any, ClassVar, Literal, TypeAlias, get_args
+
+import numpy as np
+
+from .._util.hints import check_choice
+from .._util.user_warnings import warn
+from .._util.validation import (
+    as_integer,
+    check_flag,
+    check_nonnegative,
+    check_number,
+    check_numbers,
+    check_positive,
+    format_value,
+)
+from .color import BYTE, Color, check_color, linear_rgb
+from .image_file import Pixels, image_array, read_pixels
+
+Scale: TypeAlias = float | tuple[float, float] | tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Checker:
+    """Squares (or cubes) of two colours: `a` where the sum of floor(coordinate / scale) is even, `b` where it is odd.
+
+    `scale` is the side of a square in uv, or of a cube in world units with `space=True`; two or
+    three numbers give each coordinate its own. In space the colour is taken just under the surface
+    (scale / 2²⁰ deep, against the normal), so that a wall that lies on a boundary of the cubes has
+    the one colour of the matter behind it.
+    """
+
+    a: Color = (0.8, 0.8, 0.8)
+    b: Color = (0.1, 0.1, 0.1)
+    scale: Scale = 1.0
+    space: bool = False
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "a", check_color("Checker", "a", self.a))
+        object.__setattr__(self, "b", check_color("Checker", "b", self.b))
+        object.__setattr__(self, "scale", _checked_scale(self.scale))
+        if not isinstance(self.space, bool):
+            raise ValueError(f"Checker: space must be true or false, got {format_value(self.space)}")
+
+    @property
+    def scales(self) -> tuple[float, float, float]:
+        """The side along each of three coordinates."""
+        if isinstance(self.scale, tuple):
+            return (*self.scale, 1.0) if len(self.scale) == 2 else self.scale
+        return self.scale, self.scale, self.scale
+
+
+def _checked_scale(scale: Scale) -> Scale:
+    if not hasattr(scale, "__len__") or isinstance(scale, str) or getattr(scale, "ndim", 1) == 0:
+        return check_positive("Checker", "scale", scale)
+    count = 2 if len(scale) == 2 else 3
+    sides = tuple(
+        check_positive("Checker", f"scale[{i}]", side)
+        for i, side in enumerate(check_numbers("Checker", "scale", scale, count))
+    )
+    return (sides[0], sides[1]) if count == 2 else (sides[0], sides[1], sides[2])
+
+
+# Textures: colours that vary over a surface, or through space.
+#
+# Coordinates of a texture are `scale` times as fine as those that it is laid on, and begin at `offset`. It is laid on
+#
+# - "uv": the surface's own coordinates;
+# - "latitude": on balls and other bodies of revolution, u and the latitude from south to north,
+#   asin(2 v - 1) / 180° + 1/2: maps of the Earth where longitude and latitude are equally spaced;
+# - "box": two axes of the world, across the one along which the normal is longest.
+
+TextureMapping: TypeAlias = Literal["uv", "latitude", "box"]
+Wrap: TypeAlias = Literal["repeat", "clamp", "mirror"]
+Along: TypeAlias = Literal["u", "v", "x", "y", "z"]
+Sides: TypeAlias = float | tuple[float, float]
+
+
+_BRIGHTEST_TEXEL = 16
+"""Times white: most of a texture is not so bright."""
+
+
+class ImagePath(str):
+    """The name of a picture's file; in a scene file relative to its folder."""
+
+
+def _sides(owner: str, field: str, value: Any) -> Sides:
+    """A side, or one for each of two coordinates."""
+    if not hasattr(value, "__len__") or isinstance(value, str) or getattr(value, "ndim", 1) == 0:
+        return check_positive(owner, field, value)
+    u, v = (
+        check_positive(owner, f"{field}[{i}]", side) for i, side in enumerate(check_numbers(owner, field, value, 2))
+    )
+    return u, v
+
+
+def pair_sides(sides: Sides) -> tuple[float, float]:
+    """Two numbers of one or two."""
+    return sides if isinstance(sides, tuple) else (sides, sides)
+
+
+@dataclass(frozen=True, eq=False)
+class ImageTexture:
+    """A picture on a surface: once from u = 0 to 1, and from v = 0, its lower edge, to 1.
+
+    image: a file, .png, .jpg, .webp or .exr, or an array (height, width, 3) as `Image` takes it. Files are read at
+        once; a scene file may name those in its own folder, or below.
+    mapping: what it is laid on.
+    scale: how large it is in these coordinates, one number or one for each.
+    offset: where its lower left corner lies.
+    wrap: what is beyond its edges, at the sides and above and below: the picture again, its last pixels, or its mirror
+        image; one word for both, or two. On "latitude" nothing is above and below.
+    data: are its numbers no colours in sRGB but plain data, as those of roughness or normals?
+
+    It is read between its pixels, and where it is small in a picture by smaller copies of it.
+    """
+
+    image: ImagePath
+    mapping: TextureMapping = "uv"
+    scale: Sides = 1.0
+    offset: tuple[float, float] = (0.0, 0.0)
+    wrap: Wrap | tuple[Wrap, Wrap] = ("repeat", "clamp")
+    data: bool = False
+    pixels: ClassVar[Pixels]
+    """What is in the file."""
+
+    def __post_init__(self) -> None:
+        name = "ImageTexture"
+        object.__setattr__(self, "mapping", check_choice(name, "mapping", self.mapping, get_args(TextureMapping)))
+        object.__setattr__(self, "scale", _sides(name, "scale", self.scale))
+        u, v = check_numbers(name, "offset", self.offset, 2)
+        object.__setattr__(self, "offset", (u, v))
+        wraps = self.wrap if isinstance(self.wrap, tuple | list) else (self.wrap, self.wrap)
+        if len(wraps) != 2:
+            raise ValueError(f"{name}: wrap must be a word, or two, got {format_value(self.wrap)}")
+        first, second = (check_choice(name, "wrap", each, get_args(Wrap)) for each in wraps)
+        object.__setattr__(self, "wrap", (first, second))
+        object.__setattr__(self, "data", check_flag(name, "data", self.data))
+        pixels = _pixels_of(self.image)
+        object.__setattr__(self, "pixels", pixels)
+        is_file = isinstance(self.image, str | os.PathLike)
+        object.__setattr__(self, "image", ImagePath(os.path.abspath(self.image)) if is_file else pixels)
+
+    @property
+    def mean(self) -> tuple[float, float, float]:
+        """The mean of all its pixels, in linear light."""
+        r, g, b = self.pixels.linear(self.data).mean(axis=(0, 1), dtype=np.float64).tolist()
+        return r, g, b
+
+    def __repr__(self) -> str:
+        from_file = isinstance(self.image, str)
+        width, height = self.pixels.size
+        image = repr(str(self.image)) if from_file else f"<{width} x {height}, {self.pixels.digest}>"
+        rest = [f"{one.name}={getattr(self, one.name)!r}" for one in fields(self)[1:]
+                if repr(getattr(self, one.name)) != repr(one.default)]  # fmt: skip
+        return f"ImageTexture({', '.join([image, *rest])})"
+
+    def _key(self) -> tuple[Any, ...]:
+        rest = tuple(getattr(self, one.name) for one in fields(self)[1:])
+        return self.pixels.digest, *rest
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, ImageTexture) and self._key() == other._key()
+
+    def __hash__(self) -> int:
+        return hash(self._key())
+
+
+def _pixels_of(image: Any) -> Pixels:
+    """The pixels of a file or an array."""
+    if isinstance(image, Pixels):
+        return image
+    if isinstance(image, str | os.PathLike):
+        try:
+            return read_pixels(image)
+        except ValueError as error:
+            raise ValueError(f"ImageTexture: image {error}") from None
+    array = image_array("ImageTexture", "image", image)
+    if array.dtype != np.uint8:
+        array = array.astype(np.float32)
+        if np.count_nonzero(array > 1) * 2 > array.size and _BRIGHTEST_TEXEL < (most := float(array.max())) <= BYTE:
+            told = f"most numbers of the array, up to {most:g}, are beyond 1, which is white"
+            warn(f"ImageTexture: {told}: colours are linear light, or sRGB bytes in uint8")
+    if array.ndim != 3 or array.shape[2] != 3 or array.size == 0:
+        raise ValueError(f"ImageTexture: image must be a file or have shape (height, width, 3), got {array.shape}")
+    if not np.isfinite(array).all():
+        raise ValueError("ImageTexture: image must hold finite numbers")
+    return Pixels(np.array(array))
+
+
+@dataclass(frozen=True)
+class Gradient:
+    """From `a` to `b` along a coordinate: u or v of the surface, or x, y or z of the world.
+
+    It begins at `offset`, ends `length` further on, and goes on with the two colours.
+    """
+
+    a: Color = (0.0, 0.0, 0.0)
+    b: Color = (1.0, 1.0, 1.0)
+    along: Along = "v"
+    length: float = 1.0
+    offset: float = 0.0
+
+    def __post_init__(self) -> None:
+        _check_colors(self, "a", "b")
+        object.__setattr__(self, "along", check_choice("Gradient", "along", self.along, get_args(Along)))
+        object.__setattr__(self, "length", check_positive("Gradient", "length", self.length))
+        object.__setattr__(self, "offset", check_number("Gradient", "offset", self.offset))
+
+
+@dataclass(frozen=True)
+class Noise:
+    """Clouds of `a` and `b` in space: Perlin's noise (Improving noise, 2002), added up in octaves.
+
+    Each octave is half as large and half as strong as the one before; the first has features about `scale` in size. The
+    sum n, between -1 and 1, becomes the share (1 + contrast · n) / 2 of `b`, cut to [0, 1].
+    """
+
+    a: Color = (0.0, 0.0, 0.0)
+    b: Color = (1.0, 1.0, 1.0)
+    scale: float = 1.0
+    octaves: int = 4
+    contrast: float = 1.5
+
+    def __post_init__(self) -> None:
+        _check_colors(self, "a", "b")
+        object.__setattr__(self, "scale", check_positive("Noise", "scale", self.scale))
+        object.__setattr__(self, "octaves", _octaves("Noise", self.octaves))
+        object.__setattr__(self, "contrast", check_nonnegative("Noise", "contrast", self.contrast))
+
+
+@dataclass(frozen=True)
+class Wood:
+    """Rings about a vertical trunk: dark `late` wood at the end of each, `early` wood else.
+
+    ring: how thick a year's ring is; the trunk's middle is at `offset`, (x, y).
+    roughness: how much rings are out of round, in rings.
+    """
+
+    early: Color = (0.55, 0.33, 0.15)
+    late: Color = (0.28, 0.14, 0.05)
+    ring: float = 0.1
+    offset: tuple[float, float] = (0.0, 0.0)
+    roughness: float = 0.6
+
+    def __post_init__(self) -> None:
+        _check_colors(self, "early", "late")
+        object.__setattr__(self, "ring", check_positive("Wood", "ring", self.ring))
+        x, y = check_numbers("Wood", "offset", self.offset, 2)
+        object.__setattr__(self, "offset", (x, y))
+        object.__setattr__(self, "roughness", check_nonnegative("Wood", "roughness", self.roughness))
+
+
+PlainPattern: TypeAlias = Color | ImageTexture | Gradient | Noise | Wood
+
+
+@dataclass(frozen=True)
+class Brick:
+    """A wall in running bond: every other course is moved by half a brick.
+
+    bricks, mortar: their colours, which may be textures.
+    size: (length, height) of a brick with its joint; `joint`: how wide that is.
+    variation: how much bricks differ in brightness; at 0.2 each is 0.8 to 1.2 times as bright.
+    mapping: "box" for walls in the world, or "uv", "latitude".
+    """
+
+    bricks: PlainPattern = (0.45, 0.13, 0.08)
+    mortar: PlainPattern = (0.6, 0.58, 0.55)
+    size: tuple[float, float] = (0.25, 0.083)
+    joint: float = 0.01
+    variation: float = 0.2
+    mapping: TextureMapping = "box"
+
+    def __post_init__(self) -> None:
+        for field in ("bricks", "mortar"):
+            value = getattr(self, field)
+            if not isinstance(value, ImageTexture | Gradient | Noise | Wood):
+                object.__setattr__(self, field, check_color("Brick", field, value))
+        length, height = check_numbers("Brick", "size", self.size, 2)
+        sides = check_positive("Brick", "size[0]", length), check_positive("Brick", "size[1]", height)
+        object.__setattr__(self, "size", sides)
+        joint = check_nonnegative("Brick", "joint", self.joint)
+        if joint >= min(sides):
+            raise ValueError(f"Brick: joint must be less than both of size, got {joint} of {sides}")
+        object.__setattr__(self, "joint", joint)
+        variation = check_nonnegative("Brick", "variation", self.variation)
+        if variation > 1:
+            raise ValueError(f"Brick: variation must be in [0, 1], got {variation}")
+        object.__setattr__(self, "variation", variation)
+        object.__setattr__(self, "mapping", check_choice("Brick", "mapping", self.mapping, get_args(TextureMapping)))
+
+
+Texture: TypeAlias = ImageTexture | Gradient | Noise | Wood | Brick
+Pattern: TypeAlias = Checker | ImageTexture | Gradient | Noise | Wood | Brick
+TEXTURES = (ImageTexture, Gradient, Noise, Wood, Brick)
+PATTERNS = (Checker, *TEXTURES)
+
+
+def _check_colors(texture: Any, *names: str) -> None:
+    for field in names:
+        object.__setattr__(texture, field, check_color(type(texture).__name__, field, getattr(texture, field)))
+
+
+def _octaves(owner: str, value: Any) -> int:
+    count = as_integer(value)
+    if count is None or not 1 <= count <= 16:
+        raise ValueError(f"{owner}: octaves must be a whole number from 1 to 16, got {format_value(value)}")
+    return count
+
+
+# One value for a pattern, where no pattern can be shown.
+
+
+def mean_color(pattern: Any) -> tuple[float, float, float]:
+    """One colour for a pattern."""
+    if isinstance(pattern, ImageTexture):
+        return pattern.mean
+    if isinstance(pattern, Brick):
+        return mean_color(pattern.bricks)
+    if isinstance(pattern, Checker):
+        return linear_rgb(pattern.a)
+    ends: Iterable[Any] = ()
+    if isinstance(pattern, Gradient | Noise):
+        ends = pattern.a, pattern.b
+    elif isinstance(pattern, Wood):
+        ends = pattern.early, pattern.late
+    else:
+        return linear_rgb(pattern)
+    (ar, ag, ab), (br, bg, bb) = map(linear_rgb, ends)
+    return (ar + br) / 2, (ag + bg) / 2, (ab + bb) / 2
+
+
+def mean_grey(pattern: Any) -> float:
+    """One number for a pattern of numbers, in [0, 1]."""
+    return min(1.0, max(0.0, sum(mean_color(pattern)) / 3))

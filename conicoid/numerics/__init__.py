@@ -1,0 +1,1 @@
+"""Numbers in plain Python: 3000-bit floats, rational linear algebra, portable elementary functions."""

@@ -1,0 +1,305 @@
+"""Arrays of Dask in, lazy answers out.
+
+Each block of the rays is a task of its own that makes the answer to it. Fields of the answer are arrays of the blocks
+of the rays. The scene is part of the graph, as the bytes of its recipe, so that what is lost with a worker is made
+again from them wherever the task goes next: nothing is scattered.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any, NoReturn
+
+import numpy as np
+
+from .._util.validation import describe_kind
+from ..geometry.labels import format_count
+from ..kernels.threads import limit_threads
+from ..queries.hits import Hits
+from ..queries.spans import Crossings, Spans
+from ..queries.weights import BODY, check_by, weights_of
+from .scheduler import worker_name
+from .shared_state import find_shared, shared_scene, source_version
+
+if TYPE_CHECKING:
+    from ..scene.scene import Scene
+
+_SCALARS: dict[str, Any] = dict(
+    t=float, body=np.int32, face=np.int32, surface=np.int32, hit=bool, entering=bool, doubtful=bool,
+    t_error=float, point_error=float,
+)  # fmt: skip
+_VECTORS = dict(point=3, local_point=3, normal=3, uv=2)
+
+
+class LazyHits:
+    """The answer to `first_hit` for arrays of Dask: each field of `Hits` as an array of the rays' chunks.
+
+    t, body, face, surface, hit, entering, doubtful, t_error, point_error   (...)
+    point, local_point, normal   (..., 3)
+    uv                           (..., 2)
+    blocks                       (...), a `Hits` in place of each block, without its scene
+
+    Several fields that are computed together (`dask.compute(hits.t, hits.body)`) trace the rays once.
+    """
+
+    def __init__(self, blocks: Any) -> None:
+        self.blocks = blocks
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """The leading shape of the rays."""
+        shape: tuple[int, ...] = self.blocks.shape
+        return shape
+
+    def __getattr__(self, name: str) -> Any:
+        if name in _SCALARS:
+            return _field(self.blocks, name, _SCALARS[name])
+        if name in _VECTORS:
+            return _field(self.blocks, name, float, _VECTORS[name])
+        known = ", ".join([*_SCALARS, *_VECTORS])
+        raise AttributeError(f"LazyHits has no field {name[:80]!r}; it has {known}")
+
+    def __getitem__(self, index: Any) -> NoReturn:
+        told = "its fields are arrays of Dask, which select, such as hits.t[hits.hit]"
+        raise TypeError(f"LazyHits: hits that are not worked out have no items; {told}")
+
+    def __dir__(self) -> list[str]:
+        return [*_SCALARS, *_VECTORS, "blocks", "shape"]
+
+    def __repr__(self) -> str:
+        return f"LazyHits(shape={self.shape}, {_chunks(self.blocks)})"
+
+
+class LazyLists:
+    """The answer to `spans` or `crossings` for arrays of Dask: lists of rows for each ray, block by block.
+
+    counts    (...): how many rows each ray has
+    blocks    (...): a `Spans` or `Crossings` in place of each block, without its scene
+    bag       those, as a dask.bag: what they hold (`.map(lambda spans: spans.t_enter)`) is told part by part
+    lengths(by), line_integral(values)   of spans: arrays (..., bodies) or (..., energies), as those of `Spans`
+    """
+
+    def __init__(self, blocks: Any, sums: Any) -> None:
+        self.blocks, self._sums = blocks, sums
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """The leading shape of the rays."""
+        shape: tuple[int, ...] = self.blocks.shape
+        return shape
+
+    @property
+    def counts(self) -> Any:
+        return _map_blocks(_counts, self.blocks, dtype=np.int64)
+
+    @property
+    def bag(self) -> Any:
+        import dask.bag as bag
+
+        return bag.from_delayed([bag_of(block) for block in self.blocks.to_delayed().ravel()])
+
+    def lengths(self, by: str = BODY, overlaps: str | None = None) -> Any:
+        """Lengths of the rays inside each body or material, (..., bodies): their spans are not kept."""
+        return self._summed("lengths", by, overlaps)
+
+    def line_integral(self, values: Any, otherwise: Any = None, overlaps: str | None = None) -> Any:
+        """Sums of value × length along each ray, (...) or (..., energies): their spans are not kept."""
+        return self._summed("line_integral", values, otherwise, overlaps)
+
+    def _summed(self, query: str, *options: Any) -> Any:
+        if self._sums is None:
+            raise AttributeError(f"crossings have no {query}: spans have")
+        return self._sums(query, *options)
+
+    def __repr__(self) -> str:
+        return f"LazyLists(shape={self.shape}, {_chunks(self.blocks)})"
+
+
+def lazy_ray_query(scene: Scene, query: str, origins: Any, directions: Any, t_min: Any, t_max: Any, *more: Any) -> Any:
+    """A query of rays in arrays of Dask."""
+    arrays = _arrays(query, origins, directions, t_min, t_max)
+    if query in ("lengths", "line_integral"):
+        return _sums(scene, query, arrays, *more)
+    if query == "occluded":
+        return _map_query(scene, query, arrays, {}, dtype=bool)
+    blocks = _map_query(scene, query, arrays, {}, dtype=object)
+    if query == "first_hit":
+        return LazyHits(blocks)
+    sums = (lambda name, *options: _sums(scene, name, arrays, *options)) if query == "spans" else None
+    return LazyLists(blocks, sums)
+
+
+def lazy_point_query(scene: Scene, query: str, points: Any) -> Any:
+    """A query of points in an array of Dask."""
+    rows = _whole_rows(query, "points", points)
+    kind = bool if query == "contains" else np.int32
+    return _map_blocks(
+        _answer_points,
+        rows,
+        name=query,
+        scene=_scene(scene),
+        query=query,
+        edition=source_version(),
+        dtype=kind,
+        drop_axis=rows.ndim - 1,
+    )
+
+
+def _sums(scene: Scene, query: str, arrays: list[Any], *more: Any) -> Any:
+    """Lengths or line integrals of rays."""
+    prepared = scene.prepared
+    if query == "lengths":
+        by = check_by("lengths", more[0])
+        count = prepared.lowered.body_count if by == BODY else len(prepared.labels.distinct)
+        return _map_query(scene, query, arrays, dict(by=by, overlaps=more[1]), dtype=float, last=(count,))
+    values, otherwise, overlaps = more[:3]
+    last = weights_of(values, otherwise, prepared.lowered.body_count, prepared.labels.distinct).shape
+    return _map_query(
+        scene, query, arrays, dict(values=values, otherwise=otherwise, overlaps=overlaps), dtype=float, last=last
+    )
+
+
+def _arrays(query: str, origins: Any, directions: Any, t_min: Any, t_max: Any) -> list[Any]:
+    """Origins, directions and interval as arrays of the same blocks; vectors are whole in each."""
+    import dask.array as da
+
+    if directions is None:
+        raise TypeError(f"{query}: directions are missing: arrays of Dask come as origins and directions")
+    lines = [_whole_rows(query, name, x) for name, x in (("origins", origins), ("directions", directions))]
+    try:
+        shape = np.broadcast_shapes((1, 3), *(x.shape for x in lines))
+        limits = [da.asarray(t, dtype=float) for t in (t_min, t_max)]
+        limits = [da.broadcast_to(t, shape[:-1])[..., None] for t in limits]
+        lines = [da.broadcast_to(x, shape) for x in lines]
+        fitting: list[Any] = da.unify_chunks(*_interleave([*lines, *limits], len(shape)))[1]
+    except ValueError as error:
+        raise ValueError(f"{query}: origins, directions, t_min and t_max do not fit together: {error}") from None
+    return fitting
+
+
+def _interleave(arrays: list[Any], ndim: int) -> list[Any]:
+    """Arrays and their indices, as `unify_chunks` takes them; the last axes of rays and of limits differ."""
+    rays, ends = tuple(range(ndim)), (*range(ndim - 1), ndim)
+    return [part for array in arrays for part in (array, rays if array.shape[-1] == 3 else ends)]
+
+
+def _whole_rows(query: str, name: str, array: Any) -> Any:
+    """An array (..., 3) whose vectors are not cut."""
+    import dask.array as da
+
+    found = da.asarray(array)
+    if found.ndim < 1 or found.shape[-1] != 3 or any(map(math.isnan, found.shape)):
+        raise ValueError(
+            f"{query}: {name} must be an array (..., 3) of known chunks, got {describe_kind(array)} {found.shape}"
+        )
+    return found.rechunk({found.ndim - 1: 3})
+
+
+def _map_query(
+    scene: Scene, query: str, arrays: list[Any], options: dict[str, Any], dtype: Any, last: tuple[int, ...] = ()
+) -> Any:
+    """One task for each block: the query of its rays."""
+    shape = (
+        dict(drop_axis=arrays[0].ndim - 1) if not last else dict(chunks=(*arrays[0].chunks[:-1], *((n,) for n in last)))
+    )
+    return _map_blocks(
+        _answer,
+        *arrays,
+        name=query,
+        scene=_scene(scene),
+        query=query,
+        options=options,
+        edition=source_version(),
+        dtype=dtype,
+        **shape,
+    )
+
+
+def _map_blocks(function: Any, *arrays: Any, dtype: Any, name: str | None = None, **more: Any) -> Any:
+    import dask.array as da
+
+    token = dict(token=f"conicoid-{name}-{_token(arrays, more)}") if name else {}
+    meta = np.empty((0,) * arrays[0].ndim, dtype)
+    return da.map_blocks(function, *arrays, dtype=dtype, meta=meta, **token, **more)
+
+
+def _token(arrays: Any, more: Any) -> str:
+    from dask.base import tokenize
+
+    told = {key: value.key if hasattr(value, "dask") else value for key, value in more.items()}
+    found: str = tokenize([x.name for x in arrays], told)
+    return found
+
+
+def _scene(scene: Scene) -> Any:
+    """The recipe of a scene as one key of a graph."""
+    from dask.delayed import delayed
+
+    recipe = shared_scene(scene)
+    return delayed(recipe.reference(whole=True), name=f"conicoid-scene-{recipe.key.hex()}", traverse=False)
+
+
+def _field(blocks: Any, name: str, dtype: Any, last: int = 0) -> Any:
+    shape = dict(new_axis=blocks.ndim, chunks=(*blocks.chunks, (last,))) if last else {}
+    return _map_blocks(_read_field, blocks, field=name, dtype=dtype, **shape)
+
+
+def _answer(*arrays: Any, scene: Any, query: str, options: dict[str, Any], edition: str) -> Any:
+    """What runs on a worker: one block's answer. (`origins`, `directions`, `t_min`, `t_max`.)"""
+    origins, directions, t_min, t_max = arrays
+    here_, values = _ready(scene, edition), dict(options)
+    first = [values.pop("values")] if query == "line_integral" else []
+    with limit_threads(1):
+        answer = getattr(here_, query)(*first, origins, directions, t_min[..., 0], t_max[..., 0], **values)
+        return answer.detached() if isinstance(answer, Hits | Spans | Crossings) else np.asarray(answer)
+
+
+def _answer_points(points: Any, scene: Any, query: str, edition: str) -> Any:
+    with limit_threads(1):
+        return np.asarray(getattr(_ready(scene, edition), query)(points))
+
+
+def _ready(reference: Any, asked: str) -> Any:
+    """The scene of a reference in this worker, if it is of the same edition."""
+    if asked != source_version():
+        raise ValueError(
+            f"executor: the worker {worker_name()} has conicoid {source_version()}, and the graph was made by {asked}"
+        )
+    (scene,) = find_shared(reference)
+    return scene
+
+
+def _read_field(hits: Any, field: str) -> Any:
+    return np.asarray(getattr(hits, field))
+
+
+def _counts(lists: Any) -> Any:
+    return np.diff(lists.offsets).reshape(lists.shape)
+
+
+def bag_of(block: Any) -> Any:
+    """A block as a partition of a bag: a list of one."""
+    from dask.delayed import delayed
+
+    return delayed(lambda found: [found], pure=True)(block)
+
+
+def _chunks(blocks: Any) -> str:
+    return format_count(blocks.npartitions, "block", "blocks")
+
+
+def lazy_parts(scene: Scene, call: Any, shares: list[Any], options: Any, shapes: list[tuple[int, ...]]) -> Any:
+    """call(scene, share, options) of each share as a block along the first axis."""
+    import dask.array as da
+    from dask.delayed import delayed
+
+    reference, asked = _scene(scene), source_version()
+    task = delayed(_call_on_scene, pure=True)
+    made = [task(call, reference, share, options, asked) for share in shares]
+    blocks = [da.from_delayed(part, shape, float) for part, shape in zip(made, shapes, strict=True)]
+    return da.concatenate(blocks)
+
+
+def _call_on_scene(call: Any, reference: Any, share: Any, options: Any, asked: str) -> Any:
+    with limit_threads(1):
+        return call(_ready(reference, asked), share, options)

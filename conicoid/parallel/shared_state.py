@@ -1,0 +1,444 @@
+"""Which Conicoid this is, to the letter: processes work together only where all have the same."""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+import io
+import json
+import mmap
+import os
+import pickle
+import shutil
+import tempfile
+import weakref
+from collections import OrderedDict
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from hashlib import blake2b
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .._util.fork_safe_locks import fork_safe_lock
+from .._util.safe_files import replace_file
+from ..geometry.bulk import Spheres
+from ..geometry.instances import InstanceList
+from ..geometry.labels import Labels
+from ..prepare.body_collector import BodyShapes
+from ..prepare.edits.edit_state import EditState
+from ..prepare.prepared_scene import PreparedScene
+
+
+@functools.cache
+def source_version() -> str:
+    """Version and sources of this process' Conicoid: tasks are done only by the same."""
+    from .. import __version__
+    from .._jit.sources import digest_of_files
+
+    return f"{__version__} (sources {digest_of_files()[:8] or 'unknown'})"
+
+
+# Prepared scenes in files that processes map into memory: opened in no time, and held once for all of a machine.
+#
+# A file has a head (JSON), pickles, and the numbers of all tables, each of which begins where it did in a line of
+# memory. What is mapped is private: whoever wrote into it would write into a copy. The bodies themselves, as they were
+# said, are a pickle of their own that is read when somebody asks for them, as few questions do.
+#
+# Pickles are read only where their hash is the one that the head says, and the head's is the one that a task says.
+
+_MAGIC = b"conicoid tables 1\n"
+_LINE = 64  # bytes of a line of memory
+_BODIES, _SHAPES = "bodies", "shapes"
+_TABLES, _LABELS, _REST = "tables", "labels", "rest"
+
+
+def can_store_tables(prepared: PreparedScene) -> bool:
+    """Are the tables all that was worked out? Of balls that a motion has stretched, and of lattices, they are not."""
+    return not isinstance(prepared.entries, InstanceList) and not any(
+        isinstance(body.shape, Spheres) and "balls" in body.shape.kept for body in prepared.entries
+    )
+
+
+def write_tables(
+    path: str | os.PathLike[str], edition: str, prepared: PreparedScene, rest: Any, bodies: bytes
+) -> bytes:
+    """Write a file of tables, whole or not at all; returns the hash of its head.
+
+    rest: what a scene is beyond its bodies. bodies: the pickle of a scene that has them. Raises OSError where there is
+    no room.
+    """
+    plain = replace(prepared, kept=EditState(), forms={}, lowered=replace(prepared.lowered, laid=None))
+    vars(plain)["key"] = prepared.key
+    buffers: list[pickle.PickleBuffer] = []
+    pickles = {
+        _TABLES: _pickle_tables(plain, prepared, buffers.append),
+        _LABELS: pickle.dumps(prepared.labels, protocol=5),
+        _REST: pickle.dumps(rest, protocol=5),
+        _BODIES: bodies,
+    }
+    with replace_file(path) as partial, open(partial, "r+b") as file:
+        return _write_sections(file, edition, pickles, [np.frombuffer(buffer.raw(), np.uint8) for buffer in buffers])
+
+
+class _Pickler(pickle.Pickler):
+    """Leaves the bodies and their shapes out, which are read later."""
+
+    def __init__(self, file: Any, prepared: PreparedScene, take: Callable[[pickle.PickleBuffer], Any]) -> None:
+        super().__init__(file, protocol=5, buffer_callback=take)
+        self._left_out = {id(prepared.entries): _BODIES, id(prepared.lowered.exact.bodies._shapes): _SHAPES}
+
+    def persistent_id(self, thing: Any) -> str | None:
+        return self._left_out.get(id(thing))
+
+
+def _pickle_tables(thing: Any, prepared: PreparedScene, take: Callable[[pickle.PickleBuffer], Any]) -> bytes:
+    file = io.BytesIO()
+    _Pickler(file, prepared, take).dump(thing)
+    return file.getvalue()
+
+
+def _write_sections(file: Any, edition: str, pickles: dict[str, bytes], buffers: list[Any]) -> bytes:
+    """The head's length and itself, pickles, and the memory of the buffers, what is in several of them once."""
+    regions, places = _regions(buffers)
+    at = 0
+    sections: dict[str, tuple[int, int, str]] = {}
+    for name, data in pickles.items():
+        sections[name] = at, len(data), _digest(data).hex()
+        at += len(data)
+    starts = []
+    for address, count in regions:
+        at += (address - at) % _LINE
+        starts.append(at)
+        at += count
+    where = [[starts[region] + offset if region >= 0 else 0, count] for region, offset, count in places]
+    head = json.dumps(dict(edition=edition, sections=sections, buffers=where, size=at)).encode()
+    file.write(_MAGIC + len(head).to_bytes(8, "little") + head)
+    first = _first_section(head)
+    for name, data in pickles.items():
+        file.seek(first + sections[name][0])
+        file.write(data)
+    own = {(buffer.ctypes.data, buffer.nbytes): buffer for buffer in buffers}
+    for region, start in zip(regions, starts, strict=True):
+        file.seek(first + start)
+        file.write(own[region].data)
+    file.truncate(first + at)
+    return _digest(head)
+
+
+def _regions(buffers: list[Any]) -> tuple[list[tuple[int, int]], list[tuple[int, int, int]]]:
+    """([address, bytes] of memory, and for each buffer which of these, how far in it, and its bytes)."""
+    spans = [(buffer.ctypes.data, buffer.nbytes) for buffer in buffers]
+    regions: list[tuple[int, int]] = []
+    for address, count in sorted((span for span in spans if span[1]), key=lambda span: (span[0], -span[1])):
+        if not regions or address + count > sum(regions[-1]):
+            regions.append((address, count))
+    begins = np.array([address for address, _ in regions], np.int64)
+    which = [int(np.searchsorted(begins, address, side="right")) - 1 if count else -1 for address, count in spans]
+    return regions, [
+        (k, address - regions[k][0] if k >= 0 else 0, count) for k, (address, count) in zip(which, spans, strict=True)
+    ]
+
+
+def _first_section(head: bytes) -> int:
+    """Where in the file the sections begin: at a line."""
+    at = len(_MAGIC) + 8 + len(head)
+    return at + -at % _LINE
+
+
+class ReplacedFileError(OSError):
+    """Another file has taken the place of one of tables, as where two programs write the same at the same time."""
+
+
+class TablesFile:
+    """A file of tables that is mapped. Raises ValueError for what is none, and for one of another edition; OSError.
+
+    digest: the hash of its head, without which it is not read; None where whoever opens it trusts the folder.
+    """
+
+    def __init__(self, path: str | os.PathLike[str], edition: str, digest: bytes | None = None) -> None:
+        self.path = Path(path)
+        with open(path, "rb") as file:
+            start = file.read(len(_MAGIC) + 8)
+            length = int.from_bytes(start[len(_MAGIC) :], "little")
+            size = os.fstat(file.fileno()).st_size
+            if start[: len(_MAGIC)] != _MAGIC or len(start) < len(_MAGIC) + 8 or length > size:
+                raise ValueError(f"{self.path}: is not a file of tables")
+            head = file.read(length)
+            if digest is not None and _digest(head) != digest:
+                raise ReplacedFileError(f"{self.path}: is not the file of tables that it was")
+            told = json.loads(head)
+            if told["edition"] != edition:
+                raise ValueError(f"{self.path}: holds tables of conicoid {told['edition']}; this process has {edition}")
+            self._first, self._told, self.digest = _first_section(head), told, _digest(head)
+            if size != self._first + told["size"]:
+                raise ValueError(f"{self.path}: holds {size:,} bytes of {self._first + told['size']:,}")
+            self._memory = memoryview(mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_COPY))
+
+    def section(self, name: str) -> Any:
+        """What one of the pickles holds."""
+        return pickle.loads(self._data(name))
+
+    def prepared(self, bodies: Sequence[Any]) -> PreparedScene:
+        """The prepared scene, whose tables are those of the file; its bodies are as given."""
+        buffers = [self._memory[self._first + at : self._first + at + count] for at, count in self._told["buffers"]]
+        reader = _Unpickler(io.BytesIO(self._data(_TABLES)), bodies, buffers)
+        made = object.__new__(_MappedPrepared)
+        vars(made).update(vars(reader.load()), _file=self)
+        return made
+
+    def _data(self, name: str) -> memoryview:
+        at, count, digest = self._told["sections"][name]
+        data = self._memory[self._first + at : self._first + at + count]
+        if _digest(data).hex() != digest:
+            raise ValueError(f"{self.path}: is damaged")
+        return data
+
+
+class _Unpickler(pickle.Unpickler):
+    def __init__(self, file: Any, bodies: Sequence[Any], buffers: list[memoryview]) -> None:
+        super().__init__(file, buffers=buffers)
+        self._bodies = bodies
+
+    def persistent_load(self, name: str) -> Any:
+        return self._bodies if name == _BODIES else BodyShapes(self._bodies)
+
+
+class _MappedPrepared(PreparedScene):
+    """A prepared scene out of a file; its labels are read when they are asked for."""
+
+    @cached_property
+    def labels(self) -> Labels:
+        labels: Labels = vars(self)["_file"].section(_LABELS)
+        return labels
+
+    can_be_edited = False
+    """What edits need beyond the tables is not in the file: others are prepared from the beginning."""
+
+
+class LazyBodies(Sequence[Any]):
+    """The bodies of a scene out of a file, read when one of them is asked for."""
+
+    def __init__(self, read: Callable[[], Sequence[Any]]) -> None:
+        self._read: Callable[[], Sequence[Any]] | None = read
+        self._all: Sequence[Any] = ()
+
+    @property
+    def are_read(self) -> bool:
+        return self._read is None
+
+    @property
+    def _bodies(self) -> Sequence[Any]:
+        if self._read is not None:
+            self._all, self._read = self._read(), None
+        return self._all
+
+    def __len__(self) -> int:
+        return len(self._bodies)
+
+    def __getitem__(self, index: Any) -> Any:
+        return self._bodies[index]
+
+    def __iter__(self) -> Iterator[Any]:
+        return iter(self._bodies)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, tuple | LazyBodies) and tuple(self) == tuple(other)
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __reduce__(self) -> Any:
+        return tuple, (tuple(self._bodies),)
+
+
+def open_scene_tables(path: str | os.PathLike[str], edition: str, digest: bytes | None = None) -> Any:
+    """The scene of a file, prepared. Raises what `TablesFile` raises."""
+    file = TablesFile(path, edition, digest)
+    kind, parts, notes = file.section(_REST)
+    scene = kind((), *parts)
+    scene._bodies = LazyBodies(lambda: file.section(_BODIES)._bodies)
+    scene._prepared, scene._notes = file.prepared(scene._bodies), notes
+    return scene
+
+
+def _digest(data: Any) -> bytes:
+    return blake2b(data, digest_size=16).digest()
+
+
+# What workers need for a task and what is the same for all of them: it is sent once, not with each task.
+#
+# A recipe is the pickle of what a user said (a scene without its tables), known by a hash of these bytes. A task
+# carries
+# a `Reference`: the hash, and the bytes where they are few, or the name of a file that workers of this machine can
+# read.
+# A worker that has none of these answers with `MISSING`, and gets the bytes with the task's second copy. What it has
+# made
+# of them stays, so that a scene is prepared once in each process, and again wherever a new process takes over; where
+# workers can read the file of its prepared tables (`tables_file`), they map that and prepare nothing.
+
+INLINE_BYTES = 1 << 12
+"""Recipes of up to so many bytes travel with each task."""
+CACHE_SIZE = 8
+"""So many things are kept by a worker, the latest."""
+
+
+@dataclass(frozen=True)
+class SharedReference:
+    """Where a worker finds a recipe, or the recipe itself."""
+
+    key: bytes
+    data: bytes | None = None
+    path: str | None = None
+    tables: tuple[str, bytes] | None = None
+    """A file of prepared tables, and the hash of its head."""
+
+
+class SharedObject:
+    """Something that tasks share, as bytes."""
+
+    def __init__(self, thing: Any) -> None:
+        self.data = pickle.dumps(thing, protocol=5)
+        self.key = _key_of(self.data)
+        self._path: str | None = None
+        self._tables: tuple[str, bytes] | None = None
+        self._own_folder: str | None = None
+        self._tried = False
+        with _lock:
+            _own_objects[self.key] = self
+            self.thing = thing
+
+    @property
+    def labels(self) -> Any:
+        """Of a scene, what its bodies are called and made of."""
+        scene: Any = self.thing.scene() if isinstance(self.thing, _WeakScene) else self.thing
+        return scene.prepared.labels
+
+    def reference(self, whole: bool = False) -> SharedReference:
+        """What a task carries; `whole` for a worker that has nothing but the task."""
+        if whole or len(self.data) <= INLINE_BYTES:
+            return SharedReference(self.key, self.data, None, self._tables)
+        if not self._tried:
+            self._tried, self._path = True, self._written()
+        return SharedReference(self.key, None, self._path, self._tables)
+
+    def share_tables(self, edition: str, store: str | None) -> None:
+        """Have a file of the scene's prepared tables, for workers that can read it, if the scene is not a small one.
+
+        store: a folder that workers share; None for one of this machine, which goes away with the scene. Tables that
+        are there already are taken. Raises ValueError for files of a store that are damaged or of another edition.
+        """
+        scene = self.thing.scene() if isinstance(self.thing, _WeakScene) else None
+        if scene is None or len(self.data) <= INLINE_BYTES or type(scene).__module__ != _WeakScene.home:
+            return
+        folder = store or self._folder()
+        if folder is None or (self._tables is not None and os.path.dirname(self._tables[0]) == folder):
+            return
+        path = os.path.join(folder, f"{self.key.hex()}-{_key_of(edition.encode()).hex()[:8]}.tables")
+        with contextlib.suppress(OSError):
+            if os.path.exists(path):
+                file = TablesFile(path, edition)
+                if scene._prepared is None:
+                    scene._prepared = file.prepared(scene._bodies)
+                self._tables = path, file.digest
+            elif can_store_tables(scene.prepared):
+                rest = type(scene), scene._parts[1:], scene._notes
+                self._tables = path, write_tables(path, edition, scene.prepared, rest, self.data)
+
+    def _folder(self) -> str | None:
+        """A folder that only this user can read, until the recipe goes away; None where there is no room."""
+        if self._own_folder is None:
+            with contextlib.suppress(OSError):
+                self._own_folder = tempfile.mkdtemp(prefix="conicoid-")
+                weakref.finalize(self, _remove, self._own_folder, os.getpid())
+        return self._own_folder
+
+    def _written(self) -> str | None:
+        """The name of a file of the bytes; None where there is no room."""
+        folder = self._folder()
+        if folder is None:
+            return None
+        path = os.path.join(folder, self.key.hex())
+        try:
+            with open(path, "xb") as file:
+                file.write(self.data)
+        except OSError:
+            return None
+        return path
+
+
+def shared_scene(scene: Any) -> SharedObject:
+    """The recipe of a scene, which is immutable and so has one."""
+    known: SharedObject | None = vars(scene).get("_recipe")
+    if known is None:
+        known = SharedObject(_WeakScene(scene))
+        vars(scene)["_recipe"] = known
+    return known
+
+
+class _WeakScene:
+    """A scene as it travels: only a weak reference keeps it from here, as it owns its recipe."""
+
+    home = "conicoid.scene.scene"  # the module of scenes that are nothing else
+
+    def __init__(self, scene: Any) -> None:
+        self.scene = weakref.ref(scene)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _identity, (self.scene(),)
+
+
+def _identity(scene: Any) -> Any:
+    return scene
+
+
+_lock = fork_safe_lock()
+_own_objects: weakref.WeakValueDictionary[bytes, SharedObject] = weakref.WeakValueDictionary()
+_cache: OrderedDict[bytes, Any] = OrderedDict()
+
+
+def find_shared(reference: SharedReference) -> tuple[Any, ...]:
+    """(what was made by a recipe,), or () in a worker that has none.
+
+    In the process of the one who asks, and in its forks, that is the very scene, prepared as it is.
+    """
+    with _lock:
+        mine = _own_objects.get(reference.key)
+        thing = mine.thing if mine is not None else None
+        thing = thing.scene() if isinstance(thing, _WeakScene) else thing
+        if thing is not None:
+            return (thing,)
+        if reference.key not in _cache and reference.tables is not None:
+            path, digest = reference.tables
+            with contextlib.suppress(OSError):  # it is on another machine, or another file by now
+                _cache[reference.key] = open_scene_tables(path, source_version(), digest)
+        if reference.key not in _cache:
+            data = reference.data if reference.data is not None else _read(reference)
+            if data is None:
+                return ()
+            _cache[reference.key] = pickle.loads(data)
+        while len(_cache) > CACHE_SIZE:
+            _cache.popitem(last=False)
+        _cache.move_to_end(reference.key)
+        return (_cache[reference.key],)
+
+
+def _read(reference: SharedReference) -> bytes | None:
+    """The bytes in the file of a recipe, if they are those that its hash is of."""
+    if reference.path is None:
+        return None
+    with contextlib.suppress(OSError), open(reference.path, "rb") as file:
+        data = file.read()
+        return data if _key_of(data) == reference.key else None
+    return None
+
+
+def _remove(folder: str, process: int) -> None:
+    """Remove a folder, in the process that made it and not in its forks."""
+    if os.getpid() == process:
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+def _key_of(data: bytes) -> bytes:
+    return blake2b(data, digest_size=16).digest()

@@ -1,0 +1,1 @@
+"""From shapes to the tables and the tree that kernels read."""

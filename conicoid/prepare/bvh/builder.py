@@ -1,0 +1,430 @@
+"""The binary tree from which the nodes of eight are taken, and what each of its subtrees costs.
+
+A subtree may become one node, or several slots of the node above it; what is cheapest follows from the cheapest
+for its halves (Ylitie, Karras, Laine: Efficient incoherent ray traversal on GPUs through compressed wide
+BVHs, HPG 2017). The cost of a tree is the sum over its nodes of their area, plus for each leaf its area times what
+visiting it and testing its entries costs, where visiting a node costs one.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..._jit.decorators import helper, inline, kernel, record_shapes
+from ..._util.arrays import row_lengths
+from ...kernels.bvh.culling_constants import BESIDE, WALL
+from ...kernels.tables import Floats, Ints, Longs, Signs
+from ...kernels.threads import run_chunks
+from ..mmap_arrays import mapped_zeros
+from .box_vectors import COST, HIGH, ITEM, NEGATED_LOW, SIZE, clear, half_area, join
+from .sah_binning import BINS, BOXES, cut_group, partition_large
+
+WIDTH = 8
+ROW = 8  # numbers for each branch: at j = 1..7 the cost of j slots and which of them the left half takes
+LEAF_COST = 0.3  # of visiting a leaf, without what its entries cost
+# In `choice`: how many entries, if a leaf is best, else 0; slots of the left half in a node of its own
+LEAF, NODE = 1, 0
+
+
+@record_shapes(left="branches", first="branches", last="branches", choice="8*branches")
+class Branches(NamedTuple):
+    """A binary tree; the branches within records [begin, end) have numbers from 2 begin, the first ones from 2 n."""
+
+    left: Ints  # its left half, the right one is next to it; -1: one entry
+    first: Ints  # its records
+    last: Ints
+    choice: Signs  # (8 branches,)
+
+
+def new_branches(count: int) -> Branches:
+    """Room for `count` branches."""
+    return Branches(
+        np.empty(count, np.int32), np.empty(count, np.int32), np.empty(count, np.int32), np.zeros(ROW * count, np.int8)
+    )
+
+
+@inline
+def _put(branches: Branches, branch: int, left: int, first: int, last: int) -> None:
+    """Write a branch over records first..last."""
+    branches.left[branch], branches.first[branch], branches.last[branch] = left, first, last
+
+
+@inline
+def _cost_of_one(records: Floats, branches: Branches, branch: int, costs: Floats, at: int) -> None:
+    """A single entry: it takes one slot, however many there are."""
+    first = SIZE * branches.first[branch]
+    cost = half_area(records, first) * (LEAF_COST + records[first + COST])
+    for j in range(1, ROW):
+        costs[at + j] = cost
+    branches.choice[ROW * branch + LEAF] = 1
+
+
+@helper
+def weigh(branches: Branches, branch: int, area: float, as_leaf: float, costs: Floats, at: int, half: int) -> None:
+    """The costs of a branch from those of its halves, costs[half:] and costs[half + 8:]."""
+    choice, size = branches.choice, branches.last[branch] - branches.first[branch]
+    other = half + ROW
+    for slots in range(2, WIDTH + 1):
+        best, taken = math.inf, 1
+        for k in range(max(1, slots - 7), min(slots, WIDTH)):
+            cost = costs[half + k] + costs[other + slots - k]
+            if cost < best:
+                best, taken = cost, k
+        if slots == WIDTH:
+            choice[ROW * branch + NODE] = taken
+            as_node = best + area
+        else:
+            choice[ROW * branch + slots] = taken
+            costs[at + slots] = best
+    costs[at + 1] = min(as_node, as_leaf)
+    choice[ROW * branch + LEAF] = size if as_leaf < as_node else 0
+    for slots in range(2, WIDTH):
+        # Fewer slots may be better
+        if costs[at + slots - 1] <= costs[at + slots]:
+            costs[at + slots] = costs[at + slots - 1]
+            choice[ROW * branch + slots] = 0
+
+
+@inline
+def _cost_as_leaf(records: Floats, first: int, last: int, area: float, most: int) -> float:
+    """What a branch costs as one leaf; infinite where it has too many entries."""
+    if last - first > most:
+        return math.inf
+    cost = 0.0
+    for i in range(first, last):
+        cost += records[SIZE * i + COST]
+    return area * (LEAF_COST + cost)
+
+
+@kernel(records="8*n", branches="out", root="0..branches-1", root_costs="out c", row="0..c-8")
+def grow(records: Floats, branches: Branches, root: int, area: float, most: int, root_costs: Floats, row: int) -> None:
+    """Build a branch down to its entries, and weigh it: its costs go to root_costs[row:]. Leaves hold `most`."""
+    begin, end = branches.first[root], branches.last[root]
+    if not (0 <= begin < end <= len(records) // SIZE and 2 * end <= len(branches.first)):
+        return
+    base, used = 2 * begin, 2 * begin
+    boxes, counts = np.empty(BOXES), np.empty(3 * BINS, np.int64)
+    areas, costs = np.empty(2 * (end - begin)), np.empty(ROW * 2 * (end - begin))
+    stack, top = np.empty(64, np.int64), 1
+    stack[0] = root
+    while top > 0:
+        top -= 1
+        branch = stack[top]
+        first, last = branches.first[branch], branches.last[branch]
+        if last - first == 1:
+            branches.left[branch] = -1
+            continue
+        middle, left_area, right_area = cut_group(records, first, last, boxes, counts)
+        branches.left[branch] = used
+        _put(branches, used, -1, first, middle)
+        _put(branches, used + 1, -1, middle, last)
+        areas[used - base], areas[used + 1 - base] = left_area, right_area
+        # The smaller half first: so the stack stays below the logarithm of the size
+        larger = used if middle - first > last - middle else used + 1
+        stack[top], stack[top + 1] = larger, 2 * used + 1 - larger
+        used += 2
+        top += 2
+    for branch in range(used - 1, base - 1, -1):
+        at, left = ROW * (branch - base), branches.left[branch]
+        if left < 0:
+            _cost_of_one(records, branches, branch, costs, at)
+        else:
+            here = areas[branch - base]
+            as_leaf = _cost_as_leaf(records, branches.first[branch], branches.last[branch], here, most)
+            weigh(branches, branch, here, as_leaf, costs, at, ROW * (left - base))
+    # Its halves are the first two rows of costs; the last is free
+    at = len(costs) - ROW
+    if branches.left[root] < 0:
+        _cost_of_one(records, branches, root, costs, at)
+    else:
+        weigh(branches, root, area, _cost_as_leaf(records, begin, end, area, most), costs, at, 0)
+    for j in range(1, ROW):
+        root_costs[row + j] = costs[at + j]
+
+
+@kernel(branches="out", first="0..branches-groups", areas="groups", costs="out 8*groups")
+def weigh_first(branches: Branches, first: int, areas: Floats, costs: Floats) -> None:
+    """Weigh the branches from number `first` on whose halves are known: those that have no entries of their own yet."""
+    for k in range(len(areas) - 1, -1, -1):
+        left = branches.left[first + k]
+        if first <= left < first + len(areas) - 1:
+            weigh(branches, first + k, areas[k], math.inf, costs, ROW * k, ROW * (left - first))
+
+
+# What a tree is built from: boxes as records that are moved about, without empty ones and without infinities.
+#
+# An axis along which a box has no end gets an end a little beyond everything finite, which is `restored` in the nodes.
+# Boxes are widened, so that neither the rounding of a slab test nor that of the origin of a ray that starts on a
+# surface
+# ever loses what they hold (`kernels/bvh/culling_constants.py`).
+
+EMPTY, ENDLESS = 8, 7
+CHUNK = 1 << 16
+
+
+class BoxSurvey(NamedTuple):
+    """What is known of boxes (n, 6) before a tree is built over them."""
+
+    patterns: Signs  # (n,) bit k: no end along axis k; EMPTY: nothing in it
+    counts: Ints  # (9,) boxes of each pattern
+    bounded: Floats  # (6,) around those with all ends
+    ends: Floats  # (6,) around all ends there are
+
+
+def survey_boxes(boxes: Floats) -> BoxSurvey:
+    """Sort boxes by the axes along which they have no end."""
+    chunks = max(1, -(-len(boxes) // CHUNK))
+    patterns = np.empty(len(boxes), np.int8)
+    counts, around = np.zeros((chunks, 9), np.int64), np.full((chunks, 2, 6), np.inf)
+    around[:, :, 3:] = -np.inf
+
+    def work(begin: int, end: int) -> None:
+        for k in range(begin, end):
+            _survey(boxes, k * CHUNK, min(len(boxes), (k + 1) * CHUNK), patterns, counts[k], around[k])
+
+    run_chunks(work, -(-len(boxes) // CHUNK), 1)
+    low, high = around[:, :, :3].min(axis=0), around[:, :, 3:].max(axis=0)
+    bounded, ends = np.concatenate([low, high], axis=1)
+    return BoxSurvey(patterns, counts.sum(axis=0).astype(np.int32), bounded, ends)
+
+
+@kernel(boxes="n 6", begin="0..end", end="0..n", patterns="out n", counts="out 9", around="out 2 6")
+def _survey(boxes: Floats, begin: int, end: int, patterns: Signs, counts: Longs, around: Floats) -> None:
+    """Patterns of boxes begin..end, how many there are of each, and the boxes around them."""
+    for i in range(begin, end):
+        pattern, empty = 0, False
+        for k in range(3):
+            low, high = boxes[i, k], boxes[i, k + 3]
+            empty = empty or not low <= high
+            if not (low > -math.inf and high < math.inf):
+                pattern |= 1 << k
+        if empty:
+            pattern = EMPTY
+        patterns[i] = pattern
+        counts[pattern] += 1
+        if empty:
+            continue
+        for part in range(2):
+            if part == 0 and pattern != 0:
+                continue
+            for k in range(3):
+                low, high = boxes[i, k], boxes[i, k + 3]
+                if low > -math.inf:
+                    around[part, k] = low if low < around[part, k] else around[part, k]
+                    around[part, k + 3] = low if low > around[part, k + 3] else around[part, k + 3]
+                if high < math.inf:
+                    around[part, k] = high if high < around[part, k] else around[part, k]
+                    around[part, k + 3] = high if high > around[part, k + 3] else around[part, k + 3]
+
+
+def finite_limits(ends: Floats) -> Floats:
+    """(6,) finite numbers beyond all finite ends, in place of -inf and inf."""
+    low, high = np.where(ends[:3] <= ends[3:], ends[:3], 0.0), np.where(ends[:3] <= ends[3:], ends[3:], 0.0)
+    beyond = max(float(row_lengths(high - low)), 1e-3 * float(np.abs([low, high]).max())) or 1.0
+    return np.concatenate([low - beyond, high + beyond])
+
+
+def box_records(boxes: Floats, rows: Ints, first_item: int, costs: Floats, limits: Floats) -> Floats:
+    """(8 n,) a vector for each of rows (of all boxes, if `rows` is empty), of item first_item + row and costs[row]."""
+    count = len(rows) or len(boxes)
+    records = np.empty(SIZE * count)
+    run_chunks(lambda a, b: _load(boxes, rows, a, b, first_item, costs, limits, records), count, CHUNK)
+    return records
+
+
+@kernel(boxes="b 6", rows="n|0", begin="0..end", end="0..n", costs="b|0", limits="6", records="out 8*n")
+def _load(
+    boxes: Floats, rows: Ints, begin: int, end: int, first_item: int, costs: Floats, limits: Floats, records: Floats
+) -> None:
+    """Records begin..end, widened by their slack."""
+    for i in range(begin, end if len(rows) > 0 else min(end, len(boxes))):
+        row = rows[i] if len(rows) > 0 else i
+        margin = BESIDE * _size(boxes, row, limits) + WALL
+        for k in range(3):
+            low, high = boxes[row, k], boxes[row, k + 3]
+            records[SIZE * i + NEGATED_LOW + k] = margin - low if low > -math.inf else -limits[k]
+            records[SIZE * i + HIGH + k] = high + margin if high < math.inf else limits[k + 3]
+        records[SIZE * i + COST] = costs[row] if len(costs) > 0 else 1.0
+        records[SIZE * i + ITEM] = first_item + row
+
+
+@inline
+def _size(boxes: Floats, row: int, limits: Floats) -> float:
+    """At least |x| of every point of a box; where it has no end, of every point within the limits."""
+    size = 0.0
+    for k in range(3):
+        low, high = boxes[row, k], boxes[row, k + 3]
+        size += max(abs(low if low > -math.inf else limits[k]), abs(high if high < math.inf else limits[k + 3]))
+    return size
+
+
+@inline
+def restore_limit(limits: Floats, k: int, value: float) -> float:
+    """An end of a box, infinite where it stood in for that: k in 0..2 low, 3..5 high."""
+    if k < 3:
+        return -math.inf if value <= limits[k] else value
+    return math.inf if value >= limits[k] else value
+
+
+# From branches to nodes of eight, as the tables hold them.
+
+
+def leaf_code(first: int, count: int) -> int:
+    """A leaf of entries first, first + 1, ... of `tree_order`, as a number < 0; count is at most 15."""
+    return -((first << 4) | count) - 1
+
+
+_leaf_code = inline(leaf_code)
+
+
+@kernel(root="0..branches-1", children="out n 8", sources="out n 8")
+def take_nodes(branches: Branches, root: int, children: Ints, sources: Ints) -> tuple[int, int]:
+    """Fill children (n, 8), and with the branch each comes from, sources (n, 8); returns (nodes, levels).
+
+    (0, 0) where the branches are no tree.
+    """
+    stack = np.empty((len(children) + WIDTH, 3), np.int32)
+    pending = np.empty((2 * WIDTH, 2), np.int64)
+    stack[0, 0], stack[0, 1], stack[0, 2] = 0, root, 1
+    top, used, levels = 1, 1, 1
+    while top > 0:
+        top -= 1
+        node, branch, level = stack[top, 0], stack[top, 1], stack[top, 2]
+        levels = max(levels, level)
+        for k in range(WIDTH):
+            children[node, k], sources[node, k] = 0, -1
+        pending[0, 0], pending[0, 1] = branch, 1
+        waiting, slot = 1, 0
+        if branches.choice[ROW * branch + LEAF] == 0:
+            waiting = _open(branches, branch, NODE, WIDTH, pending, 0)
+        while waiting > 0:
+            waiting -= 1
+            branch, slots = pending[waiting, 0], pending[waiting, 1]
+            at = ROW * branch
+            while slots > 1 and branches.choice[at + slots] == 0:
+                slots -= 1
+            count = branches.choice[at + LEAF]
+            if waiting + 2 > len(pending) or slot == WIDTH:
+                return 0, 0
+            if slots > 1 and branches.left[branch] >= 0:
+                waiting = _open(branches, branch, slots, slots, pending, waiting)
+                continue
+            sources[node, slot] = branch
+            if count > 0:
+                children[node, slot] = _leaf_code(branches.first[branch], count)
+            elif used == len(children):
+                return 0, 0
+            else:
+                children[node, slot] = used
+                stack[top, 0], stack[top, 1], stack[top, 2] = used, branch, level + 1
+                used += 1
+                top += 1
+            slot += 1
+    return used, levels
+
+
+@inline
+def _open(branches: Branches, branch: int, place: int, slots: int, pending: Any, waiting: int) -> int:
+    """Give a branch's halves their slots. What is clipped is within its limits in a tree."""
+    left = min(max(0, branches.left[branch]), len(branches.left) - 2)
+    taken = min(max(1, branches.choice[ROW * branch + place]), slots - 1)
+    pending[waiting, 0], pending[waiting, 1] = left + 1, slots - taken
+    pending[waiting + 1, 0], pending[waiting + 1, 1] = left, taken
+    return waiting + 2
+
+
+@kernel(records="8*r", first="n 8", last="n 8", limits="6", begin="0..end", end="0..n", boxes="out b", at="0..b-48*end")
+def box_nodes(
+    records: Floats, first: Ints, last: Ints, limits: Floats, begin: int, end: int, boxes: Floats, at: int
+) -> None:
+    """Write the boxes of nodes begin..end, six sides of eight each, to boxes[at:].
+
+    first, last: the records in each child of the nodes; none where there is no child.
+    """
+    box = np.empty(SIZE)
+    for node in range(begin, end):
+        for k in range(WIDTH):
+            place, begins, ends = at + 6 * WIDTH * node + k, max(0, first[node, k]), last[node, k]
+            if begins >= ends:
+                for axis in range(3):
+                    boxes[place + WIDTH * axis], boxes[place + WIDTH * (axis + 3)] = math.inf, -math.inf
+                continue
+            clear(box, 0)
+            for i in range(begins, min(ends, len(records) // SIZE)):
+                join(box, 0, records, SIZE * i)
+            for axis in range(3):
+                boxes[place + WIDTH * axis] = restore_limit(limits, axis, -box[axis])
+                boxes[place + WIDTH * (axis + 3)] = restore_limit(limits, axis + 3, box[axis + 4])
+
+
+@kernel(records="8*n", begin="0..end", end="0..n", items="out i", at="0..i-end")
+def items_of(records: Floats, begin: int, end: int, items: Ints, at: int) -> None:
+    """The items of records, in their order, to items[at + begin:]."""
+    for i in range(begin, end):
+        items[at + i] = np.int32(records[SIZE * i + ITEM])
+
+
+# A tree over boxes: branches on all threads, then nodes of eight from them.
+
+_NODES = 1024
+_ITEMS = 1 << 16
+
+
+@dataclass(frozen=True)
+class BoxTree:
+    """Nodes of eight over records; `children` are numbered from 0 and its leaves' entries too."""
+
+    records: Floats  # (8 n,) in the order of the leaves
+    children: Ints  # (nodes, 8)
+    first: Ints  # (nodes, 8) the records in a child, from this one on
+    last: Ints  # (nodes, 8) up to here; 0 where there is no child
+    limits: Floats  # (6,) used in place of infinity in the records
+    levels: int
+
+    def put_boxes(self, floats: Floats, at: int) -> None:
+        """Write the boxes of the nodes, (nodes, 6, 8) flat, to floats[at:]."""
+        run_chunks(
+            lambda a, b: box_nodes(self.records, self.first, self.last, self.limits, a, b, floats, at),
+            len(self.children),
+            _NODES,
+        )
+
+    def items(self) -> Ints:
+        """The items in the order of the leaves."""
+        items = mapped_zeros(len(self.records) // SIZE, np.int32)
+        run_chunks(lambda a, b: items_of(self.records, a, b, items, 0), len(items), _ITEMS)
+        return items
+
+
+def build_tree(records: Floats, limits: Floats, most: int) -> BoxTree:
+    """A tree over at least one record, which are put in order; a leaf holds at most `most` of them."""
+    count = len(records) // SIZE
+    groups = partition_large(records)
+    # The branches of the groups have the numbers from 2 n on: the first group's, then two for each that was parted
+    branches, costs = new_branches(2 * count + len(groups)), np.zeros(ROW * len(groups))
+    areas = np.array([group.area for group in groups])
+    number = 1
+    for k, group in enumerate(groups):
+        branches.first[2 * count + k], branches.last[2 * count + k] = group.first, group.last
+        if group.halves is not None:
+            branches.left[2 * count + k] = 2 * count + number
+            number += 2
+    alone = [k for k, group in enumerate(groups) if group.halves is None]
+
+    def work(begin: int, end: int) -> None:
+        for k in alone[begin:end]:
+            area = groups[k].area if len(groups) > 1 else math.inf
+            grow(records, branches, 2 * count + k, area, most, costs, ROW * k)
+
+    run_chunks(work, len(alone), 1)
+    areas[0] = 0.0
+    weigh_first(branches, 2 * count, areas, costs)
+    children, sources = np.empty((count, WIDTH), np.int32), np.empty((count, WIDTH), np.int32)
+    used, levels = take_nodes(branches, 2 * count, children, sources)
+    children, sources = children[:used].copy(), sources[:used]
+    first, last = (np.where(sources < 0, np.int32(0), each[sources]) for each in (branches.first, branches.last))
+    return BoxTree(records, children, first, last, limits, levels)

@@ -1,0 +1,332 @@
+"""Where to split a group of boxes, by the binned surface area heuristic.
+
+I. Wald: On fast construction of SAH-based bounding volume hierarchies, RT 2007.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from ..._jit.decorators import allocator, inline, kernel, record_shapes
+from ...kernels.tables import Floats
+from ...kernels.threads import run_chunks
+from .box_vectors import SIZE, clear, copy, exchange, half_area, join
+
+BINS = 16
+FEW_BINS = 8
+MANY = 16  # a group of more gets all bins
+BOXES = 3 * BINS * SIZE + SIZE + BINS  # floats of the bins of three axes, a box and areas
+Counts = npt.NDArray[np.int64]
+Cut = tuple[int, int, float, float]
+"""axis (-1: none) and bin that part a group, and half the areas of both parts"""
+
+
+@inline
+def _center(records: Floats, i: int, k: int) -> float:
+    """Twice the middle of a box along axis k."""
+    return records[SIZE * i + 4 + k] - records[SIZE * i + k]
+
+
+@kernel(records="8*n", begin="0..end", end="0..n")
+def centers(records: Floats, begin: int, end: int) -> tuple[float, float, float, float, float, float]:
+    """(low, high) of the middles of boxes, doubled."""
+    ax = ay = az = math.inf
+    bx = by = bz = -math.inf
+    for i in range(begin, end):
+        x, y, z = _center(records, i, 0), _center(records, i, 1), _center(records, i, 2)
+        ax, ay, az = x if x < ax else ax, y if y < ay else ay, z if z < az else az
+        bx, by, bz = x if x > bx else bx, y if y > by else by, z if z > bz else bz
+    return ax, ay, az, bx, by, bz
+
+
+@inline
+def bin_scale(low: float, high: float, bins: int) -> float:
+    """Bins per length; 0 where the middles are equal."""
+    width = high - low
+    scale = bins * (1.0 - 1e-9) / width if width > 0.0 else 0.0
+    return scale if scale < math.inf else 0.0
+
+
+@inline
+def _bin(center: float, low: float, scale: float, bins: int) -> Any:
+    """Which bin the middle of a box is in: one there is, whatever the numbers are."""
+    return max(0, min(np.int64((center - low) * scale), bins - 1))
+
+
+@kernel(records="8*n", begin="0..end", end="0..n", bins="1..16", boxes="out 408", counts="out 48")
+def fill_bins(
+    records: Floats, begin: int, end: int, lows: tuple[float, float, float], scales: tuple[float, float, float],
+    bins: int, boxes: Floats, counts: Counts,
+) -> None:  # fmt: skip
+    """Boxes and counts of the bins of three axes: those of axis k from bin k * BINS."""
+    for k in range(3):
+        for b in range(k * BINS, k * BINS + bins):
+            counts[b] = 0
+            clear(boxes, SIZE * b)
+    for i in range(begin, end):
+        a = _bin(_center(records, i, 0), lows[0], scales[0], bins)
+        b = _bin(_center(records, i, 1), lows[1], scales[1], bins) + BINS
+        c = _bin(_center(records, i, 2), lows[2], scales[2], bins) + 2 * BINS
+        join(boxes, SIZE * a, records, SIZE * i)
+        join(boxes, SIZE * b, records, SIZE * i)
+        join(boxes, SIZE * c, records, SIZE * i)
+        counts[a] += 1
+        counts[b] += 1
+        counts[c] += 1
+
+
+@kernel(bins="1..16", boxes="out 408", counts="48")
+def best_cut(scales: tuple[float, float, float], bins: int, boxes: Floats, counts: Counts) -> Cut:
+    """The cut with the least sum of area times count; boxes has room for a vector behind the bins."""
+    best, axis, border, left_area, right_area = math.inf, -1, 0, 0.0, 0.0
+    last, areas = SIZE * 3 * BINS, SIZE * 3 * BINS + SIZE
+    for k in range(3):
+        if scales[k] == 0.0:
+            continue
+        first = k * BINS
+        clear(boxes, last)
+        total = 0
+        for b in range(first, first + bins):
+            total += counts[b]
+        right = 0
+        for step in range(bins - 1):
+            b = first + bins - 1 - step
+            if counts[b] > 0:
+                join(boxes, last, boxes, SIZE * b)
+            right += counts[b]
+            boxes[areas + b - first] = half_area(boxes, last) if right > 0 else 0.0
+        clear(boxes, last)
+        left = 0
+        for b in range(first, first + bins - 1):
+            if counts[b] == 0:
+                continue
+            join(boxes, last, boxes, SIZE * b)
+            left += counts[b]
+            if left == total:
+                break
+            area, beyond = half_area(boxes, last), boxes[areas + b + 1 - first]
+            cost = area * left + beyond * (total - left)
+            if cost < best:
+                best, axis, border, left_area, right_area = cost, k, b + 1 - first, area, beyond
+    return axis, border, left_area, right_area
+
+
+@record_shapes(axis="0..2", bin="0..16")
+class Border(NamedTuple):
+    """A border between the bins along an axis."""
+
+    axis: int
+    low: float  # where the bins begin
+    scale: float  # bins per length
+    bin: int
+
+
+@inline
+def _lies_before(records: Floats, i: int, border: Border, bins: int) -> bool:
+    """Does a record lie before a border?"""
+    return _bin(_center(records, i, border.axis), border.low, border.scale, bins) < border.bin
+
+
+@inline
+def partition_records(records: Floats, begin: int, end: int, border: Border, bins: int) -> int:
+    """Bring what lies before a border to the front, in place; returns how far it reaches."""
+    i, j = begin, end - 1
+    while True:
+        while i <= j and _lies_before(records, i, border, bins):
+            i += 1
+        while i <= j and not _lies_before(records, j, border, bins):
+            j -= 1
+        if i >= j:
+            return i
+        exchange(records, SIZE * i, records, SIZE * j)
+        i += 1
+        j -= 1
+
+
+@kernel(records="8*n", begin="0..end", end="0..n", target="out 8*n", left="0..n", right="0..n")
+def distribute(records: Floats, begin: int, end: int, border: Border, target: Floats, left: int, right: int) -> None:
+    """Copy what lies before a border of BINS to target from `left` on, the rest from `right` on, within it."""
+    room = len(target) // SIZE
+    for i in range(begin, end):
+        if _lies_before(records, i, border, BINS):
+            if left < room:
+                copy(target, SIZE * left, records, SIZE * i)
+            left += 1
+        elif right < room:
+            copy(target, SIZE * right, records, SIZE * i)
+            right += 1
+
+
+@inline
+def area_of(records: Floats, begin: int, end: int, boxes: Floats, at: int) -> float:
+    """Half the area of the box around records; boxes[at:] is overwritten."""
+    clear(boxes, at)
+    for i in range(begin, end):
+        join(boxes, at, records, SIZE * i)
+    return half_area(boxes, at)
+
+
+@allocator
+def cut_group(records: Floats, begin: int, end: int, boxes: Floats, counts: Counts) -> tuple[int, float, float]:
+    """Part a group of at least two in place: (first of the second part, half the areas of both)."""
+    last = SIZE * 3 * BINS
+    if end - begin > 2:
+        bins = BINS if end - begin > MANY else FEW_BINS
+        ax, ay, az, bx, by, bz = centers(records, begin, end)
+        scales = bin_scale(ax, bx, bins), bin_scale(ay, by, bins), bin_scale(az, bz, bins)
+        fill_bins(records, begin, end, (ax, ay, az), scales, bins, boxes, counts)
+        axis, border, left, right = best_cut(scales, bins, boxes, counts)
+        if axis >= 0:
+            low = ax if axis == 0 else (ay if axis == 1 else az)
+            middle = partition_records(records, begin, end, Border(axis, low, scales[axis], border), bins)
+            return middle, left, right
+    middle = (begin + end) // 2
+    left = area_of(records, begin, middle, boxes, last)
+    return middle, left, area_of(records, middle, end, boxes, last)
+
+
+# The first branches of a large tree: all threads part its groups together, until each group is one thread's work.
+#
+# Chunks and groups depend on the boxes alone, so the tree does not depend on the threads.
+
+ONE_THREAD = 1 << 13  # a group of no more records is built by one thread
+_CHUNK = 1 << 15
+
+
+@dataclass
+class RecordGroup:
+    """Records first..last, and the two groups they were parted into."""
+
+    first: int
+    last: int
+    area: float = 0.0
+    moved: bool = False  # is in the second copy of the records
+    halves: tuple[RecordGroup, RecordGroup] | None = None
+
+
+def partition_large(records: Floats) -> list[RecordGroup]:
+    """Order records by groups of at most `ALONE`; all groups, each before its halves, the first of all first."""
+    groups = [RecordGroup(0, len(records) // SIZE)]
+    wave = [group for group in groups if group.last - group.first > ONE_THREAD]
+    if not wave:
+        return groups
+    copies = records, np.empty_like(records)
+    while wave:
+        _part_all(wave, copies)
+        halves = [half for group in wave for half in group.halves or ()]
+        groups += halves
+        wave = [group for group in halves if group.last - group.first > ONE_THREAD]
+    pieces = _pieces([group for group in groups if group.halves is None and group.moved])
+    _for_pieces(pieces, lambda _, group, a, b: _copy(copies[1], copies[0], a, b))
+    return groups
+
+
+def _copy(source: Floats, target: Floats, begin: int, end: int) -> None:
+    """Copy records begin..end."""
+    target[SIZE * begin : SIZE * end] = source[SIZE * begin : SIZE * end]
+
+
+def box_area(box: Floats) -> float:
+    """Half the surface of a box (8,) as records hold it."""
+    x, y, z = (box[4:7] + box[:3]).tolist()
+    return float(x * y + y * z + z * x)
+
+
+RecordPiece = tuple[RecordGroup, int, int]
+
+
+def _pieces(groups: list[RecordGroup]) -> list[RecordPiece]:
+    """Chunks of groups, each some records of one group."""
+    return [
+        (group, begin, min(begin + _CHUNK, group.last))
+        for group in groups
+        for begin in range(group.first, group.last, _CHUNK)
+    ]
+
+
+def _for_pieces(pieces: list[RecordPiece], work: Callable[[int, RecordGroup, int, int], None]) -> None:
+    """Call work(k, *pieces[k]) for every piece, on all threads."""
+
+    def some(begin: int, end: int) -> None:
+        for k in range(begin, end):
+            work(k, *pieces[k])
+
+    run_chunks(some, len(pieces), 1)
+
+
+def _part_all(groups: list[RecordGroup], copies: tuple[Floats, Floats]) -> None:
+    """Part every group in two, into the other copy of the records."""
+    pieces = _pieces(groups)
+    places: dict[int, list[int]] = {}
+    for k, (group, _, _) in enumerate(pieces):
+        places.setdefault(id(group), []).append(k)
+    limits = np.empty((len(pieces), 6))
+
+    def measure(k: int, group: RecordGroup, begin: int, end: int) -> None:
+        """The limits of a piece's middles."""
+        limits[k] = centers(copies[group.moved], begin, end)
+
+    _for_pieces(pieces, measure)
+    frames = {id(group): _frame(limits[places[id(group)]]) for group in groups}
+    boxes, counts = np.empty((len(pieces), BOXES)), np.empty((len(pieces), 3 * BINS), np.int64)
+
+    def count(k: int, group: RecordGroup, begin: int, end: int) -> None:
+        """The bins of a piece."""
+        fill_bins(copies[group.moved], begin, end, *frames[id(group)], BINS, boxes[k], counts[k])
+
+    _for_pieces(pieces, count)
+    plan: dict[int, tuple[Any, ...]] = {}
+    for group in groups:
+        mine = places[id(group)]
+        _plan(group, frames[id(group)], mine, boxes[mine], counts[mine], plan)
+
+    def move(k: int, group: RecordGroup, begin: int, end: int) -> None:
+        """The records of a piece into their halves."""
+        if k in plan:
+            border, left, right = plan[k]
+            distribute(copies[group.moved], begin, end, border, copies[not group.moved], left, right)
+
+    _for_pieces(pieces, move)
+
+
+def _frame(limits: Floats) -> tuple[Any, Any]:
+    """Where bins begin, and bins per length, on each axis."""
+    low, high = limits[:, :3].min(axis=0).tolist(), limits[:, 3:].max(axis=0).tolist()
+    return tuple(low), tuple(bin_scale(a, b, BINS) for a, b in zip(low, high, strict=True))
+
+
+def _plan(
+    group: RecordGroup, frame: tuple[Any, Any], pieces: list[int], boxes: Floats, counts: Any, plan: dict[int, Any]
+) -> None:
+    """Choose the cut of a group, and where each of its pieces puts what lies before and behind it."""
+    lows, scales = frame
+    joined = np.append(boxes[:, : 3 * BINS * SIZE].max(axis=0), np.empty(SIZE + BINS))
+    axis, border, left_area, right_area = best_cut(scales, BINS, joined, counts.sum(axis=0))
+    if axis < 0:
+        # All middles are equal: any half will do
+        middle, area = (
+            (group.first + group.last) // 2,
+            box_area(joined[: 3 * BINS * SIZE].reshape(-1, SIZE).max(axis=0)),
+        )
+        group.halves = (
+            RecordGroup(group.first, middle, area, group.moved),
+            RecordGroup(middle, group.last, area, group.moved),
+        )
+        return
+    before = counts[:, axis * BINS : axis * BINS + border].sum(axis=1)
+    middle = group.first + int(before.sum())
+    lefts = group.first + np.cumsum(before) - before
+    behind = counts[:, :BINS].sum(axis=1) - before
+    rights = middle + np.cumsum(behind) - behind
+    for k, left, right in zip(pieces, lefts, rights, strict=True):
+        plan[k] = Border(int(axis), lows[axis], scales[axis], int(border)), int(left), int(right)
+    group.halves = (
+        RecordGroup(group.first, middle, left_area, not group.moved),
+        RecordGroup(middle, group.last, right_area, not group.moved),
+    )

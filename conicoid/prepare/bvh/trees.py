@@ -1,0 +1,251 @@
+"""Trees one after the other in common tables, each with the roots that a walk begins at."""
+
+from __future__ import annotations
+
+import math
+from array import array
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..._util.arrays import row_lengths
+from ...kernels.bvh.walk import FEW, ROWS
+from ...kernels.programs import leaves_of_programs
+from ...kernels.tables import (
+    BALL,
+    CELL,
+    NODE_BOXES,
+    POLYGON,
+    REGION,
+    SHEET,
+    Floats,
+    Geometry,
+    Ints,
+    Tables,
+    pack,
+    put_sizes,
+    room_for,
+)
+from ...numerics.portable_math import odd_root
+from ..coincidence import concatenate
+from ..error_limits import compute_limits, limit_shapes
+from ..lowering import LazyBounds, LoweredScene
+from ..mmap_arrays import concatenate_mapped, trim_heap
+from .builder import ENDLESS, WIDTH, BoxSurvey, BoxTree, box_records, build_tree, finite_limits, leaf_code, survey_boxes
+from .leaf_items import put_items
+
+MOST = 8  # entries in a leaf of a tree
+_BESIDE = 15  # in a leaf beside it
+_NONE = np.zeros(0, np.int32)
+
+
+class Forest:
+    """Collects trees; `put_boxes` fills in the boxes of their nodes, once there is a place for them."""
+
+    def __init__(self, nodes: int = 0, places: int = 0) -> None:
+        """To be put behind so many nodes and places of other trees."""
+        self.trees: list[BoxTree] = []
+        self.children: list[Ints] = [np.zeros((0, WIDTH), np.int32)]
+        self.order: list[Ints] = [_NONE]
+        self.roots = array("i")
+        self.ends = array("i", [0])
+        self.nodes = array("i", [nodes])  # up to the end of each tree
+        self.places = array("i", [places])
+        self.node_count = nodes
+        self.placed = places
+        self.depth = 1
+        self.levels = 0
+
+    def add(self, boxes: Floats, first_item: int, costs: Floats | None = None) -> BoxSurvey:
+        """A tree over items first_item, ... with boxes (n, 6); `costs` (n,) of testing each. Empty boxes go nowhere.
+
+        The boxes are let go before the tree is built.
+        """
+        boxes = np.ascontiguousarray(boxes)
+        found = survey_boxes(boxes)
+        limits = finite_limits(found.ends)
+        records = []
+        for pattern in np.flatnonzero(found.counts[:ENDLESS]).tolist():
+            every = found.counts[pattern] == len(boxes)
+            rows = _NONE if every else np.flatnonzero(found.patterns == pattern).astype(np.int32)
+            records.append(box_records(boxes, rows, first_item, np.zeros(0) if costs is None else costs, limits))
+        del boxes
+        for some in records:
+            self._plant(build_tree(some, limits, MOST))
+        self.add_beside(np.flatnonzero(found.patterns == ENDLESS).astype(np.int32) + np.int32(first_item))
+        return found
+
+    def _plant(self, tree: BoxTree) -> None:
+        """Append a tree whose numbers begin at 0 to those that there are."""
+        items, inner, leaf = tree.items(), tree.children > 0, tree.children < 0
+        tree.children[inner] += self.node_count
+        tree.children[leaf] -= self.placed << 4
+        self.roots.append(self.node_count)
+        self.trees.append(tree)
+        self.children.append(tree.children)
+        self.order.append(items)
+        self.node_count += len(tree.children)
+        self.placed += len(items)
+        self.levels = max(self.levels, tree.levels)
+
+    def add_beside(self, items: Ints) -> None:
+        """Items that no box holds."""
+        for first in range(0, len(items), _BESIDE):
+            self.roots.append(leaf_code(self.placed + first, min(_BESIDE, len(items) - first)))
+        self.order.append(items)
+        self.placed += len(items)
+
+    def end_tree(self) -> None:
+        """What is added from now on belongs to the next tree."""
+        # A node taken from the stack puts at most eight in its place, at every level
+        self.depth = max(self.depth, len(self.roots) - self.ends[-1] + WIDTH * (self.levels + 1))
+        self.levels = 0
+        self.ends.append(len(self.roots))
+        self.nodes.append(self.node_count)
+        self.places.append(self.placed)
+
+    def add_none(self, count: int) -> None:
+        """So many empty trees."""
+        for numbers, number in (
+            (self.ends, len(self.roots)),
+            (self.nodes, self.node_count),
+            (self.places, self.placed),
+        ):
+            numbers.extend(array("i", [number]) * count)
+
+    def columns(self) -> dict[str, Any]:
+        """The columns of the trees; of boxes and items the shapes alone. The last tree alone has items."""
+        return dict(
+            node_boxes=np.broadcast_to(0.0, (self.node_count, 6, WIDTH)),
+            node_children=concatenate(self.children),
+            tree_order=concatenate_mapped(self.order),
+            tree_root=np.frombuffer(self.ends, np.int32),
+            roots=np.frombuffer(self.roots, np.int32) if self.roots else _NONE,
+            tree_depth=np.array([self.depth], dtype=np.int32),
+            leaf_items=np.broadcast_to(0.0, ROWS * (self.placed - self.places[-2])),
+        )
+
+    def put_boxes(self, floats: Floats, at: int) -> None:
+        """Write the boxes of all nodes to floats[at:]."""
+        for tree in self.trees:
+            tree.put_boxes(floats, at)
+            at += 6 * WIDTH * len(tree.children)
+
+
+# The trees of a scene as a whole: those of its bodies' leaves, then that of its entries; kept for edited scenes.
+
+COSTS = np.ones(5)
+"""What testing an entry of each kind costs, where a node costs one."""
+COSTS[[BALL, CELL, REGION, SHEET, POLYGON]] = 0.1, 0.8, 4.0, 1.0, 1.0
+
+
+@dataclass(frozen=True)
+class SceneTrees:
+    """Where trees end in the tables, and how the tree over the entries has been changed since it was built."""
+
+    nodes: Ints  # (programs + 1,) first node of the tree of each body, last of that of the entries
+    places: Ints  # the same of places in `tree_order`
+    depth: int  # of the walk's stack in the tree of a body
+    levels: int  # of the tree over the entries
+    main: tuple[int, int, int]  # up to which node, place and root that goes; behind it is the tree of what is loose
+    loose: Ints  # the entries in that
+    left: int = 0  # how many entries have been taken from the tree since it was built
+
+    @classmethod
+    def of(cls, forest: Forest, depth: int, levels: int, all_of_them: bool = True) -> SceneTrees:
+        """Of a forest whose last tree is that of the entries; of the depth and levels see above.
+
+        all_of_them: where trees of bodies end is kept, not of the last alone; only edits ask for it.
+        """
+        main = forest.nodes[-1], forest.places[-1], forest.ends[-1]
+        first = 0 if all_of_them else -2
+        nodes, places = (np.array(part[first:-1], np.int32) for part in (forest.nodes, forest.places))
+        return cls(nodes, places, depth, levels, main, np.zeros(0, np.int32))
+
+
+def program_trees(tables: Tables, edited: bool = True) -> Forest:
+    """The trees over the leaves of each body: empty ones of those that have few, or none at all where all have.
+
+    edited: might the scene be? Then each body has one.
+    """
+    forest, (first, count) = Forest(), leaves_of_programs(tables)
+    large = np.flatnonzero(count > FEW).tolist()
+    if not (large or edited):
+        return forest
+    for begin, end in zip([0, *(program + 1 for program in large)], [*large, len(first)], strict=True):
+        if end > begin:
+            forest.add_none(end - begin)
+        if end < len(first):
+            forest.add(tables.bounds_of_leaves(end), int(first[end]))
+            forest.end_tree()
+    return forest
+
+
+def scene_extent(survey: BoxSurvey) -> Floats:
+    """(diagonal, an entry's share of it, middle) of what is bounded; of all ends, where nothing is."""
+    bounded = int(survey.counts[0])
+    around = survey.bounded if bounded else survey.ends
+    count = bounded or int(survey.counts[1:7].sum())
+    known = around[:3] <= around[3:]
+    if count == 0 or not known.any():
+        return np.array([0.0, math.inf, 0.0, 0.0, 0.0])
+    low, high = np.where(known, around[:3], 0.0), np.where(known, around[3:], 0.0)
+    diagonal = float(row_lengths(high - low))
+    along_an_axis = (float(count), math.sqrt(count), float(odd_root(count, 3)))[int(known.sum()) - 1]
+    return np.array([diagonal, diagonal / along_an_axis, *(0.5 * low + 0.5 * high)])
+
+
+# Trees over a scene's entries and over a body's leaves, eight boxes to a node.
+#
+# Boxes are split in two by the surface area heuristic, recursively, on all threads; nodes of eight are formed from
+# the binary branches so that the expected cost of a traversal is least. What is unbounded along some axes has a tree of
+# its own with all that is unbounded along the same; only what is unbounded along all three is kept outside of the
+# trees.
+
+
+def build_scene_trees(
+    lowered: LoweredScene, room: Callable[[Tables], Geometry] = room_for
+) -> tuple[Geometry, SceneTrees]:
+    """The geometry of a lowered scene, with limits and the trees over its entries and over the leaves of its bodies.
+
+    It takes the tables of the scene. What is large is made as late as can be, and goes as soon as can be.
+
+    room: gives the room for tables of these shapes.
+    """
+    tables = lowered.taken()
+    count = len(tables.entry_kind)
+    trim_heap(count)
+    forest = program_trees(tables, lowered.laid is not None)
+    trim_heap(count)
+    depth = forest.depth
+    survey = forest.add(_take_boxes(lowered), 0, COSTS[tables.entry_kind])
+    levels = forest.levels
+    forest.end_tree()
+    trim_heap(count)
+    columns = {**tables._asdict(), **forest.columns(), **limit_shapes(tables), "extent": scene_extent(survey)}
+    geometry = room(Tables(**columns))
+    put_sizes(geometry, tables)
+    forest.put_boxes(geometry.floats, int(geometry.places[NODE_BOXES]))
+    place, woods = forest.places[-2], SceneTrees.of(forest, depth, levels, lowered.laid is not None)
+    del forest  # what trees were built from
+    trim_heap(count)
+    columns.update(compute_limits(tables, lowered.boxes, lowered.rest))
+    del tables
+    trim_heap(count)
+    pack(geometry, columns, later=("node_boxes", "leaf_items"))
+    trim_heap(count)
+    put_items(geometry, lowered.boxes, place)
+    if isinstance(lowered.around, LazyBounds):
+        lowered.around.let_go()
+    trim_heap(count)
+    return geometry, woods
+
+
+def _take_boxes(lowered: LoweredScene) -> Floats:
+    """The boxes of a scene, which it makes anew when it is asked for them again, if it can."""
+    boxes = lowered.boxes
+    if isinstance(lowered.around, LazyBounds):
+        lowered.around.let_go()
+    return boxes

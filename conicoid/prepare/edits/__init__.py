@@ -1,0 +1,1 @@
+"""Tables of edited scenes, made from those of the scene before."""

@@ -1,0 +1,286 @@
+"""The tables of an edited scene from those of two: rows that stay are copied, and the numbers in them count on."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ...kernels.tables import PLANE, QUADRIC, SPHERE, Ints, Longs, Signs, Tables
+from ..row_layout import (
+    BALL_FRAMES,
+    BALLS,
+    BODIES,
+    CELL_PLANES,
+    CELLS,
+    CORNERS,
+    FACES,
+    GATES,
+    KINDS,
+    LEAVES,
+    MAP_ROWS,
+    PLANES,
+    POLYGONS,
+    PROGRAMS,
+    QUADRICS,
+    SHEETS,
+    SPHERES,
+    SURFACES,
+    RowLayout,
+)
+from .pieces import SplicePieces
+from .scene_splice import SceneSplice
+from .surface_merge import MergedSurfaces
+
+PLAIN = {
+    "planes": PLANES, "quadrics": QUADRICS, "quadric_forms": QUADRICS,
+    "leaf_negated": LEAVES,
+    "leaf_sense": LEAVES, "leaf_bounds": LEAVES, "gate_need": GATES, "gate_negated": GATES, "gate_start": GATES,
+    "sheet_one_sided": SHEETS, "vertices": CORNERS, "ball_frames": BALL_FRAMES,
+    "plane_limits": PLANES, "quadric_limits": QUADRICS, "cell_limits": CELLS, "program_limits": PROGRAMS,
+    "sheet_limits": SHEETS, "polygon_limits": POLYGONS,
+}  # fmt: skip
+"""Columns without numbers of other rows, but for those of quadrics' forms: each has one of its own."""
+COUNTS = {
+    "leaf_cell": (LEAVES, CELLS), "leaf_gate": (LEAVES, GATES), "gate_parent": (GATES, GATES),
+    "sheet_program": (SHEETS, PROGRAMS), "polygon_program": (POLYGONS, PROGRAMS),
+}  # fmt: skip
+"""Columns of numbers of rows of another kind, or -1."""
+BEGINS = {
+    "cell_first": (CELLS, CELL_PLANES), "program_leaf": (PROGRAMS, LEAVES), "program_gate": (PROGRAMS, GATES),
+    "polygon_first": (POLYGONS, CORNERS),
+}  # fmt: skip
+"""Columns of the first rows of another kind; one more says where these end."""
+SURFACE = {"cell_quadric": CELLS, "plane_surface": CELL_PLANES, "sheet_surface": SHEETS, "polygon_surface": POLYGONS}
+SIDES = {"cell_face": "cell_quadric", "plane_face": "plane_surface", "sheet_side": "sheet_surface",
+         "polygon_side": "polygon_surface"}  # fmt: skip
+"""Columns of surfaces, and the sides of them, or numbers whose signs are those."""
+AXES = {PLANE: PLANES, SPHERE: SPHERES, QUADRIC: QUADRICS}
+ENTRIES = ("entry_kind", "entry_index", "body_face")
+INSTANCE_COLUMNS = ("cell_likes", "program_row", "program_shifts", "shifts", "body_maps")
+"""Columns of bodies that are one another moved, which are not edited: of others they have no rows."""
+OTHERS = ("surface_kind", "surface_row", "spheres", "face_maps", "map_rows", *ENTRIES, *INSTANCE_COLUMNS)
+TREES = ("node_boxes", "node_children", "tree_order", "tree_root", "roots", "tree_depth", "leaf_items", "extent")
+
+
+def table_senses(senses: Signs | None, given: Signs, chosen: Any) -> Signs:
+    """Of some surfaces the senses they have in the table."""
+    if senses is not None:
+        return senses[chosen]
+    found = np.ones(len(chosen), np.int8)
+    single = chosen < len(given)
+    found[single] = given[chosen[single]]
+    return found
+
+
+@dataclass
+class SurfaceNumbering:
+    """Of the surfaces of the tables of one of two scenes, the numbers in the new tables; None: shifted by pieces."""
+
+    ids: Ints | None
+    turned: Signs | None  # whether each is turned over there; None: none is
+
+
+class TableFiller(ABC):
+    """Fills tables where some pieces of two scenes come to; what surfaces and entries are is told by those below."""
+
+    def __init__(
+        self,
+        joined: SceneSplice,
+        pieces: SplicePieces,
+        laid: RowLayout,
+        numbers: tuple[SurfaceNumbering, SurfaceNumbering],
+    ) -> None:
+        """laid: of the new scene. numbers: in it, of the surfaces of each of the two."""
+        self.joined, self.pieces, self.laid, self.numbers = joined, pieces, laid, numbers
+        self.numbered = pieces  # the pieces in which numbers of surfaces are written
+
+    @property
+    def ids(self) -> Ints | None:
+        """The number in the table of each surface given; None: its own."""
+        return self.laid.ids
+
+    @abstractmethod
+    def _put_surfaces(self, tables: Tables) -> None:
+        """Write kinds and rows of the surfaces, and the spheres."""
+
+    @abstractmethod
+    def _put_entries(self, tables: Tables) -> None:
+        """Write what the tree holds."""
+
+    def fill(self, tables: Tables) -> None:
+        """Write all columns but those of the trees; limits are right but for what `limits` finds anew."""
+        sides = [side.tables for side in self.joined.sides]
+        for name, axis in PLAIN.items():
+            self._copy(getattr(tables, name), axis, [getattr(side, name) for side in sides])
+        self._count(tables.quadrics[:, 3], QUADRICS, QUADRICS, [side.quadrics[:, 3] for side in sides])
+        for name, (axis, beside) in COUNTS.items():
+            self._count(getattr(tables, name), axis, beside, [getattr(side, name) for side in sides])
+        for name, (axis, beside) in BEGINS.items():
+            column = getattr(tables, name)
+            self._count(column[:-1], axis, beside, [getattr(side, name)[:-1] for side in sides])
+            column[-1] = self.pieces.total[beside]
+        for name, axis in SURFACE.items():
+            self._refer(getattr(tables, name), axis, [getattr(side, name) for side in sides])
+        for name, of in SIDES.items():
+            self._turn(tables, name, of)
+        self._put_maps(tables, sides)
+        self._put_surfaces(tables)
+        self._put_entries(tables)
+
+    def _put_maps(self, tables: Tables, sides: list[Tables]) -> None:
+        """The maps of faces."""
+        self._copy(tables.map_rows, MAP_ROWS, [side.map_rows for side in sides])
+        for source, faces, at, shift in self.pieces.moved(FACES, MAP_ROWS):
+            rows = sides[source].face_maps[faces]
+            tables.face_maps[at] = np.where(rows < 0, rows - shift, rows + shift) if shift else rows
+
+    def _copy(self, column: Any, axis: int, sides: list[Any]) -> None:
+        for source, rows, at in self.pieces.on(axis):
+            column[at] = sides[source][rows]
+
+    def _count(self, column: Any, axis: int, beside: int, sides: list[Any]) -> None:
+        for source, rows, at, shift in self.pieces.moved(axis, beside):
+            numbers = sides[source][rows]
+            column[at] = np.where(numbers < 0, numbers, numbers + shift) if shift else numbers
+
+    def _refer(self, column: Ints, axis: int, sides: list[Ints]) -> None:
+        for source, rows, at, shift in self.numbered.moved(axis, SURFACES):
+            numbers, ids = sides[source][rows], self.numbers[source].ids
+            if ids is not None:
+                np.take(ids, numbers, out=column[at], mode="wrap")  # -1 is the last, which is -1
+            else:
+                column[at] = np.where(numbers < 0, numbers, numbers + shift) if shift else numbers
+
+    def _turn(self, tables: Tables, name: str, of: str) -> None:
+        """Sides of surfaces that may have been turned over."""
+        column = getattr(tables, name)
+        for source, rows, at in self.pieces.on(SURFACE[of]):
+            side, turned = self.joined.sides[source].tables, self.numbers[source].turned
+            column[at] = getattr(side, name)[rows]
+            if turned is not None:
+                column[at] *= turned[getattr(side, of)[rows]]
+
+    def framed(self, column: Ints, beside: int, sides: list[Ints]) -> None:
+        """Columns of bodies with numbers of another kind, or -1 - k for the frame k of bulk balls."""
+        parts = zip(self.pieces.moved(BODIES, beside), self.pieces.moved(BODIES, BALL_FRAMES), strict=True)
+        for (source, rows, at, shift), (_, _, _, frames) in parts:
+            numbers = sides[source][rows]
+            column[at] = np.where(numbers < 0, numbers - frames, numbers + shift) if shift or frames else numbers
+
+
+class ColumnSplice(TableFiller):
+    """Fills the tables of an edited scene."""
+
+    def __init__(self, joined: SceneSplice, merged: MergedSurfaces) -> None:
+        self.joined, self.merged = joined, merged
+        self.leads = None if merged.first is None else np.flatnonzero(merged.first == np.arange(merged.count))
+        ids = self._ids()
+        numbers = self._numbers(ids, 0), self._numbers(ids, 1)
+        super().__init__(joined, joined.pieces, self._laid(ids), numbers)
+
+    def _laid(self, ids: Ints | None) -> RowLayout:
+        """Which rows are whose."""
+        (old, new), merged = self.joined.laid, self.merged
+        patterns, numbers = old.patterns.joined(new.patterns)
+        which = self.joined.of_both(BODIES, old.which, numbers[new.which])
+        bodies = self.joined.of_entries(old.first_body, new.first_body)
+        frames = self.joined.of_entries(old.first_frame, new.first_frame)
+        given = merged.kinds, merged.given, merged.senses, merged.first
+        return RowLayout(patterns, which, bodies, frames, *given, ids)
+
+    @property
+    def surfaces(self) -> int:
+        """How many surfaces the table has."""
+        return self.merged.count if self.leads is None else len(self.leads)
+
+    @property
+    def single(self) -> Longs:
+        """See `ExactTables.single`."""
+        single = int(self.pieces.total[SURFACES])
+        return np.arange(single) if self.leads is None else self.leads[self.leads < single]
+
+    def _ids(self) -> Ints | None:
+        """The number in the table of each surface given."""
+        if self.leads is None or self.merged.first is None:
+            return None
+        number = np.zeros(self.merged.count, np.int32)
+        number[self.leads] = np.arange(len(self.leads), dtype=np.int32)
+        ids: Ints = number[self.merged.first]
+        return ids
+
+    def _numbers(self, own: Ints | None, source: int) -> SurfaceNumbering:
+        """The numbers of the surfaces of a scene's table."""
+        laid, numbers = self.joined.laid[source], self.joined.numbers_of_surfaces(source)
+        if own is None and laid.ids is None:
+            return SurfaceNumbering(None, None)
+        there = np.flatnonzero(numbers >= 0)
+        before = there if laid.ids is None else laid.ids[there]
+        count = len(numbers) if laid.ids is None else int(laid.ids.max(initial=-1)) + 1
+        ids = np.full(count + 1, -1, np.int32)
+        ids[before] = numbers[there] if own is None else own[numbers[there]]
+        turned = np.ones(count + 1, np.int8)
+        turned[before] = table_senses(laid.senses, laid.given, there)
+        turned[before] *= table_senses(self.merged.senses, self.merged.given, numbers[there])
+        return SurfaceNumbering(ids, None if (turned == 1).all() else turned)
+
+    def sizes(self) -> dict[str, tuple[tuple[int, ...], Any]]:
+        """Shape and kind of number of every column but those of the trees."""
+        total, old = self.pieces.total.tolist(), self.joined.sides[0].tables
+        axes = PLAIN | {name: axes[0] for name, axes in COUNTS.items()} | SURFACE
+        axes |= {name: SURFACE[of] for name, of in SIDES.items()} | dict.fromkeys(ENTRIES, BODIES)
+        counts = {name: total[axis] for name, axis in axes.items()}
+        counts |= {name: total[axes[0]] + 1 for name, axes in BEGINS.items()}
+        counts |= dict(surface_kind=self.surfaces, surface_row=self.surfaces, spheres=total[SPHERES] + total[BALLS])
+        counts |= dict(face_maps=total[FACES], map_rows=total[MAP_ROWS], **dict.fromkeys(INSTANCE_COLUMNS, 0))
+        return {
+            name: ((count, *getattr(old, name).shape[1:]), getattr(old, name).dtype) for name, count in counts.items()
+        }
+
+    def _put_surfaces(self, tables: Tables) -> None:
+        """Kinds and rows of the surfaces, and the spheres, bulk balls last."""
+        tables.spheres[:] = self.joined.of_spheres(*(side.tables.spheres for side in self.joined.sides))
+        if self.leads is None and all(laid.first is None for laid in self.joined.laid):
+            self._move_surfaces(tables)
+            return
+        total = self.pieces.total
+        kinds, count = self.merged.kinds, self.merged.count
+        kind, row = np.full(count, SPHERE, np.int8), np.arange(count, dtype=np.int32)
+        kind[: len(kinds)] = kinds
+        for which in (PLANE, SPHERE, QUADRIC):
+            mine = np.flatnonzero(kinds == which)
+            row[mine] = np.arange(len(mine), dtype=np.int32)
+        row[len(kinds) :] += np.int32(total[SPHERES] - total[SURFACES])
+        tables.surface_kind[:] = kind if self.leads is None else kind[self.leads]
+        tables.surface_row[:] = row if self.leads is None else row[self.leads]
+
+    def _move_surfaces(self, tables: Tables) -> None:
+        """Kinds and rows where no surface stands for another: those of both scenes, rows of each kind counting on."""
+        single, total = len(self.merged.kinds), self.pieces.total
+        of_kinds = [self.pieces.moved(SURFACES, AXES[kind]) for kind in sorted(AXES)]
+        for (source, rows, at, _), *others in zip(of_kinds[0], *of_kinds, strict=True):
+            side = self.joined.sides[source].tables
+            shifts = np.array([shift for *_, shift in others], np.int32)
+            tables.surface_kind[at] = side.surface_kind[rows]
+            tables.surface_row[at] = side.surface_row[rows]
+            if shifts.any():
+                tables.surface_row[at] += shifts[side.surface_kind[rows]]
+        tables.surface_kind[single:] = SPHERE
+        tables.surface_row[single:] = np.arange(total[SPHERES], len(tables.spheres), dtype=np.int32)
+
+    def _put_entries(self, tables: Tables) -> None:
+        """What the tree holds; which cells are balls is told by `balls_direct`."""
+        which = self.laid.which
+        kind, index, _ = self.laid.patterns.entries[which].T.copy()
+        for own, axis in KINDS.items():
+            mine = np.flatnonzero(kind == own)
+            if len(mine):
+                index[mine] += self.laid.starts(axis)[mine]
+        balls = np.flatnonzero(which == 0)
+        numbers = np.arange(len(self.merged.kinds), self.merged.count)
+        index[balls] = numbers if self.ids is None else self.ids[numbers]
+        tables.entry_kind[:], tables.entry_index[:] = kind, index
+        sides = [side.tables.body_face for side in self.joined.sides]
+        self.framed(tables.body_face, FACES, sides)

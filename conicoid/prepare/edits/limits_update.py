@@ -1,0 +1,233 @@
+"""The limits of an edited scene: those of new bodies, and of surfaces that others use than before."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from ..._util.arrays import unique_sorted, unique_with_inverse
+from ...kernels.tables import BALL, PLANE, QUADRIC, Floats, Longs, Tables
+from ..coincidence import Remainders
+from ..error_limits import (
+    RecordTables,
+    no_limits,
+    program_limits,
+    put_limits_of_planes,
+    put_limits_of_quadrics,
+    scene_size,
+    weigh_all,
+    with_limits,
+)
+from ..row_layout import CELLS, POLYGONS, SHEETS, RowLayout
+from .column_splice import ColumnSplice, TableFiller
+
+Mask = npt.NDArray[np.bool_]
+
+
+@dataclass
+class SurfaceUses:
+    """Which surface bounds which cell, sheet or polygon of which body; sheets are numbered behind cells."""
+
+    surfaces: Longs
+    owners: Longs
+    bodies: Longs
+
+
+@dataclass
+class LimitChanges:
+    """Which surfaces, and which cells, sheets and polygons, may have other limits, and all uses of and by these."""
+
+    surfaces: Mask
+    owners: Mask
+    uses: SurfaceUses
+
+
+class LimitsUpdate(ABC):
+    """Puts right the limits in tables that are otherwise finished."""
+
+    def __init__(self, columns: TableFiller, tables: Tables, boxes: Floats, rest: Remainders) -> None:
+        self.columns, self.tables, self.boxes, self.rest = columns, tables, boxes, rest
+        self.laid: RowLayout = columns.laid
+        counts = len(tables.cell_quadric), len(tables.sheet_surface), len(tables.polygon_surface)
+        self.owners = np.cumsum([0, *counts])
+
+    def put(self, before: float | None) -> float | None:
+        """Write the limits; `before`: the size of the scene before. Returns that of this one.
+
+        None stands for the size of scenes whose bodies all have an end, which nothing depends on.
+        """
+        size = None if bool(np.isfinite(self.boxes).all()) else scene_size(self.tables, self.boxes)
+        if size is not None and before is not None and size != before:
+            for name, column in with_limits(self.tables, self.boxes, self.rest)._asdict().items():
+                if name.endswith("_limits"):
+                    getattr(self.tables, name)[:] = column
+            return size
+        self._put(self._changed(), size or 1.0)
+        return size
+
+    @abstractmethod
+    def _changed(self) -> LimitChanges:
+        """What may have other limits than those that the tables have."""
+
+    @abstractmethod
+    def _unread(self, kind: int) -> Longs:
+        """Records of a kind that have limits though others stand for them."""
+
+    def _mark_owners(self, surfaces: Mask, owners: Mask) -> None:
+        """Mark the cells, sheets and polygons that some surfaces bound."""
+        tables, marked = self.tables, np.append(surfaces, False)  # the last is that of no surface
+        for kind, column in enumerate((tables.cell_quadric, tables.sheet_surface, tables.polygon_surface)):
+            owners[self.owners[kind] : self.owners[kind + 1]] |= marked[column]
+        owners[_owner(tables.cell_first, np.flatnonzero(marked[tables.plane_surface]))] = True
+
+    def _uses(self, surfaces: Mask, owners: Mask) -> SurfaceUses:
+        """All uses of some surfaces, and by some owners."""
+        tables, marked = self.tables, np.append(surfaces, False)  # the last is that of no surface
+        cells = np.flatnonzero(marked[tables.cell_quadric] | owners[: self.owners[1]])
+        planes = marked[tables.plane_surface]
+        own = np.flatnonzero(owners[: self.owners[1]])
+        planes[_ranges(tables.cell_first, own)] = True
+        others = [
+            np.flatnonzero(marked[column] | owners[self.owners[kind] : self.owners[kind + 1]])
+            for column, kind in ((tables.sheet_surface, 1), (tables.polygon_surface, 2))
+        ]
+        return self._of_rows(cells, np.flatnonzero(planes), *others)
+
+    def _of_rows(self, cells: Longs, rows: Longs, sheets: Longs, polygons: Longs) -> SurfaceUses:
+        """The uses by some cells of their quadrics, by cells of some planes, by some sheets and polygons."""
+        tables = self.tables
+        cells = cells[tables.cell_quadric[cells] >= 0]
+        found = [
+            (tables.cell_quadric[cells], cells, CELLS),
+            (tables.plane_surface[rows], _owner(tables.cell_first, rows), CELLS),
+        ]
+        found.append((tables.sheet_surface[sheets], sheets, SHEETS))
+        found.append((tables.polygon_surface[polygons], polygons, POLYGONS))
+        parts = []
+        for kind, (of, owner, axis) in zip((0, 0, 1, 2), found, strict=True):
+            body = np.searchsorted(self.laid.starts(axis), owner, side="right") - 1 if len(owner) else owner
+            traced = tables.entry_kind[body] != BALL if axis == CELLS else np.ones(len(owner), bool)
+            parts.append((of[traced], owner[traced] + self.owners[kind], body[traced]))
+        return SurfaceUses(*(np.concatenate(each) for each in zip(*parts, strict=True)))
+
+    def _put(self, changed: LimitChanges, size: float) -> None:
+        tables, rest, surfaces, owners, uses = self.tables, self.rest, changed.surfaces, changed.owners, changed.uses
+        surface, owner, users = uses.surfaces, uses.owners, uses.bodies
+        records = RecordTables.of(tables, rest)
+        (place, at_owner), (which, at_surface) = (unique_with_inverse(each) for each in (owner, surface))
+        of_owners, most = no_limits(len(place)), np.zeros((3, len(which)))
+        in_order = surface, at_surface, at_owner, users
+        weigh_all(records, self.boxes, size, in_order, of_owners, most)
+        for kind, column in enumerate((tables.cell_limits, tables.sheet_limits, tables.polygon_limits)):
+            first, last = self.owners[kind], self.owners[kind + 1]
+            column[owners[first:last]] = 0.0, np.inf
+            mine = (place >= first) & (place < last)
+            mine[mine] = owners[place[mine]]
+            column[place[mine] - first] = of_owners[mine]
+        self._put_programs(owners)
+        for kind, column, put in (
+            (PLANE, tables.plane_limits, put_limits_of_planes),
+            (QUADRIC, tables.quadric_limits, put_limits_of_quadrics),
+        ):
+            column[self._unread(kind)] = 0.0
+            mine = np.flatnonzero(surfaces[which] & (tables.surface_kind[which] == kind))
+            put(records, which[mine].astype(np.int32), np.ascontiguousarray(most[:, mine]), column)
+
+    def _put_programs(self, owners: Mask) -> None:
+        """Programs of which a cell has other limits."""
+        tables = self.tables
+        leaves = np.flatnonzero(owners[tables.leaf_cell])
+        programs = unique_sorted(_owner(tables.program_leaf, leaves))
+        if not len(programs):
+            return
+        rows = _ranges(tables.program_leaf, programs)
+        each = np.repeat(np.arange(len(programs)), np.diff(tables.program_leaf)[programs])
+        tables.program_limits[programs] = program_limits(
+            each, tables.cell_limits[tables.leaf_cell[rows]], len(programs)
+        )
+
+
+class SpliceLimits(LimitsUpdate):
+    """Limits of an edited scene, in which surfaces may be used in other places than before."""
+
+    columns: ColumnSplice
+
+    def __init__(self, columns: ColumnSplice, tables: Tables, boxes: Floats, rest: Remainders) -> None:
+        super().__init__(columns, tables, boxes, rest)
+
+    def put(self, before: float | None) -> float | None:
+        """Of a scene that was not edited before its size is still to be found."""
+        old = self.columns.joined.sides[0]
+        if before is None and not np.isfinite(old.boxes).all():
+            before = scene_size(old.tables, old.boxes)
+        return super().put(before)
+
+    def _changed(self) -> LimitChanges:
+        surfaces, owners = self._marked()
+        return LimitChanges(surfaces, owners, self._uses(surfaces, owners))
+
+    def _marked(self) -> tuple[Mask, Mask]:
+        """Surfaces that are used in other places than before, and what is to be looked at for itself."""
+        columns, pieces = self.columns, self.columns.pieces
+        surfaces, owners = np.zeros(columns.surfaces, bool), np.zeros(int(self.owners[-1]), bool)
+        for source, side in enumerate(columns.joined.sides):
+            numbers = columns.joined.numbers_of_surfaces(source)
+            ids, laid = columns.numbers[source].ids, side.laid
+            if source == 1:
+                new = numbers[numbers >= 0]
+                surfaces[new if columns.ids is None else columns.ids[new]] = True
+                continue
+            gone = np.flatnonzero(numbers < 0)
+            known = gone if laid.ids is None else laid.ids[gone]
+            if ids is None:
+                continue  # nobody else used them
+            left = ids[known]
+            surfaces[left[left >= 0]] = True
+            surfaces[self._of_other_records()] = True
+        first = [pieces.on(axis) for axis in (CELLS, SHEETS, POLYGONS)]
+        for kind, parts in enumerate(first):
+            for source, _, at in parts:
+                if source == 1:
+                    owners[self.owners[kind] + at.start : self.owners[kind] + at.stop] = True
+        moved = np.zeros(columns.surfaces, bool)
+        moved[self._of_other_records()] = True
+        if moved.any():
+            self._mark_owners(moved, owners)
+            surfaces |= moved
+        return surfaces, owners
+
+    def _of_other_records(self) -> Longs:
+        """Surfaces of the scene before that another record stands for now."""
+        columns, laid = self.columns, self.columns.joined.laid[0]
+        if columns.leads is None and laid.first is None:
+            return np.zeros(0, np.int64)
+        numbers = columns.joined.numbers_of_surfaces(0)
+        there = np.flatnonzero(numbers >= 0)
+        before = there if laid.first is None else laid.first[there]
+        now = numbers[there] if columns.merged.first is None else columns.merged.first[numbers[there]]
+        other = numbers[before] != now
+        found = now[other]
+        return unique_sorted(found if columns.ids is None else columns.ids[found]).astype(np.int64)
+
+    def _unread(self, kind: int) -> Longs:
+        """Records of a kind for which others stand."""
+        first, kinds = self.columns.merged.first, self.columns.merged.kinds
+        if first is None:
+            return np.zeros(0, np.int64)
+        members = np.flatnonzero(kinds == kind)
+        return np.flatnonzero(first[members] != members)
+
+
+def _owner(first: npt.NDArray[np.int32], rows: Longs) -> Longs:
+    """Whose some rows are, by where those of each begin."""
+    found: Longs = np.searchsorted(first, rows, side="right") - 1
+    return found
+
+
+def _ranges(first: npt.NDArray[np.int32], which: Longs) -> Longs:
+    """All rows of some, by where those of each begin."""
+    parts = [np.arange(first[one], first[one + 1]) for one in which.tolist()]
+    return np.concatenate(parts) if parts else np.zeros(0, np.int64)

@@ -1,0 +1,181 @@
+"""Which surfaces of a scene may be one of some new ones: a number for each, nearly equal where two are equal.
+
+It is the place along one direction of what `surfaces` compares, about a point and in units that stay the same while a
+scene is edited, so that only the new surfaces need new numbers.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from ...kernels.tables import QUADRIC, SPHERE, Floats, Ints, Longs, Tables
+from ..coincidence import CLOSENESS, FIRST_DIRECTION, Point, QuadricTable, put_places_of_curved, put_places_of_planes
+from ..pattern import row_blocks
+
+RecordColumns: TypeAlias = tuple[Floats, Floats, QuadricTable]
+"""Tables of planes, spheres and quadrics."""
+Marks: TypeAlias = npt.NDArray[np.uint16]
+_ROOM = 4.0
+"""The unit is about so many times the size of the scene, which may grow before all numbers are worked out again."""
+_FITS = 1.0 / 64, 1.0 / 2
+"""Between these shares of the unit the size of the scene may be."""
+_SOME = 256
+"""So many records, spread over a table, tell where its middle is, and how large it may be."""
+_BUCKETS = 1 << 16
+_NO_SPHERES, _NO_QUADRICS = np.zeros((0, 4)), np.zeros((0, 19))
+Reach: TypeAlias = tuple[float, float]
+"""The largest length of planes, and of what is curved."""
+
+
+@dataclass(frozen=True)
+class NeighbourFrame:
+    """What numbers are relative to: points, and units of length, of planes and of what is curved."""
+
+    middle_of_planes: Point
+    unit_of_planes: float
+    middle: Point
+    unit: float
+
+    @classmethod
+    def around(cls, *scenes: RecordColumns) -> tuple[NeighbourFrame, list[NeighbourPlaces]]:
+        """One that fits the records of some scenes, the first one's above all, and the numbers of each.
+
+        It is guessed by some of the records. Only where that does not fit all of them they are gone through twice.
+        """
+        few = [_sample(records) for records in scenes]
+        planes, spheres, quadrics = next((records for records in few if any(len(table) for table in records)), few[0])
+        about = cls(_middle(planes[:, 4:]), 1.0, _middle(spheres[:, :3], quadrics.rows[:, :3]), 1.0)
+        guess = about._with_room([about._places(*records)[1] for records in few])
+        places, reach = guess._all_places(scenes)
+        if all(_fits(max(of_kind)) for of_kind in zip(*reach, strict=True)):
+            return guess, places
+        found = about._with_room([guess._lengths(each) for each in reach])
+        return found, places if found == guess else found._all_places(scenes)[0]
+
+    def _all_places(self, scenes: Sequence[RecordColumns]) -> tuple[list[NeighbourPlaces], list[Reach]]:
+        """`_places` of the records of each scene."""
+        found = [self._places(*records) for records in scenes]
+        return [places for places, _ in found], [reach for _, reach in found]
+
+    def _with_room(self, reach: Sequence[Reach]) -> NeighbourFrame:
+        """The same for records that are so large; a unit is 1 where none has a length."""
+        planes, curved = (max(of_kind) for of_kind in zip(*reach, strict=True))
+        return replace(self, unit_of_planes=_unit(planes), unit=_unit(curved))
+
+    def _lengths(self, reach: Reach) -> Reach:
+        """What was measured in units."""
+        return reach[0] * self.unit_of_planes, reach[1] * self.unit
+
+    def _places(self, planes: Floats, spheres: Floats, quadrics: QuadricTable) -> tuple[NeighbourPlaces, Reach]:
+        """The numbers of records; the largest length of planes, and of what is curved, in their units."""
+        flat, round_, rest = (np.zeros(len(table)) for table in (planes, spheres, quadrics))
+        far = put_places_of_planes(
+            planes,
+            _rows(planes),
+            self.middle_of_planes,
+            self.unit_of_planes,
+            FIRST_DIRECTION[:4],
+            FIRST_DIRECTION[:3],
+            flat,
+        )
+        reach = self._put_curved(SPHERE, spheres, _NO_QUADRICS, round_)
+        for some in row_blocks(len(quadrics)):
+            reach = max(reach, self._put_curved(QUADRIC, _NO_SPHERES, quadrics[some], rest[some]))
+        return NeighbourPlaces(flat, round_, rest), (far, reach)
+
+    def _put_curved(self, kind: int, spheres: Floats, quadrics: Floats, places: Floats) -> float:
+        """The numbers of spheres or of quadrics; the largest length."""
+        count = len(places)
+        return put_places_of_curved(
+            np.full(count, kind, np.int8), np.arange(count, dtype=np.int32), spheres, quadrics, self.middle, self.unit,
+            FIRST_DIRECTION, FIRST_DIRECTION[:6], np.empty((1, 10)), places,
+        )  # fmt: skip
+
+    def places_within(self, planes: Floats, spheres: Floats, quadrics: QuadricTable) -> NeighbourPlaces | None:
+        """The numbers of records; None where these are larger than the units."""
+        places, most = self._places(planes, spheres, quadrics)
+        return places if max(most) <= 1.0 else None
+
+
+@dataclass(frozen=True)
+class NeighbourPlaces:
+    """The numbers of planes, spheres and quadrics, by their rows."""
+
+    planes: Floats
+    spheres: Floats
+    quadrics: Floats
+
+    @cached_property
+    def marks(self) -> tuple[Marks, Marks, Marks]:
+        """In which of many parts of a unit each is."""
+        return _bucket(self.planes), _bucket(self.spheres), _bucket(self.quadrics)
+
+    @classmethod
+    def marked(cls, planes: Floats, spheres: Floats, quadrics: Floats, *marks: Marks) -> NeighbourPlaces:
+        """These, with the marks of each."""
+        made = cls(planes, spheres, quadrics)
+        vars(made)["marks"] = marks
+        return made
+
+
+def find_neighbours(places: Floats, marks: Marks, new: Floats) -> Longs:
+    """Rows of places, by them and their marks, that are as close to a new one as surfaces may be that are one."""
+    if not len(places) or not len(new):
+        return np.zeros(0, np.int64)
+    marked = np.zeros(_BUCKETS, bool)
+    for off in (-1.0, 0.0, 1.0):
+        marked[_bucket(new + 2 * off * CLOSENESS)] = True
+    rows = np.flatnonzero(marked.take(marks))
+    ordered = np.sort(new)
+    low = np.searchsorted(ordered, places[rows] - 2 * CLOSENESS, side="left")
+    high = np.searchsorted(ordered, places[rows] + 2 * CLOSENESS, side="right")
+    found: Longs = rows[low < high]
+    return found
+
+
+def _bucket(places: Floats) -> Marks:
+    """In which of many parts of a unit each place is; any, where it is no number."""
+    with np.errstate(invalid="ignore"):
+        return (places * _BUCKETS).astype(np.int64).astype(np.uint16)
+
+
+def surface_columns(tables: Tables) -> RecordColumns:
+    """The records of a scene's surfaces."""
+    return tables.planes, tables.spheres, QuadricTable(tables.quadrics, tables.quadric_forms)
+
+
+def _sample(records: RecordColumns) -> RecordColumns:
+    """`_SOME` of each table, or a few more."""
+    planes, spheres, quadrics = records
+    every = [slice(None, None, max(1, len(table) // _SOME)) for table in records]
+    return (
+        np.ascontiguousarray(planes[every[0]]), np.ascontiguousarray(spheres[every[1]]), quadrics.chosen(every[2]),
+    )  # fmt: skip
+
+
+def _unit(length: float) -> float:
+    """With room for what is longer."""
+    return _ROOM * length if 0 < length < math.inf else 1.0
+
+
+def _fits(length: float) -> bool:
+    """Need a unit be no other, by a length in it?"""
+    return length == 0.0 or _FITS[0] <= length <= _FITS[1]
+
+
+def _rows(table: Floats) -> Ints:
+    return np.arange(len(table), dtype=np.int32)
+
+
+def _middle(*anchors: Floats) -> Point:
+    """The mean of some points."""
+    count = sum(map(len, anchors))
+    x, y, z = (sum(part.sum(axis=0) for part in anchors) / count).tolist() if count else (0.0, 0.0, 0.0)
+    return x, y, z

@@ -1,0 +1,138 @@
+"""The tables of a scene some of whose entries were exchanged: only the rows in which its memory differs are written."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...kernels.tables import BALL, SPHERE, Longs, Tables
+from ..row_layout import BODIES, CELL_PLANES, CELLS, FACES, KINDS, POLYGONS, SHEETS, SPHERES, SURFACES, RowLayout
+from .column_splice import AXES, SurfaceNumbering, TableFiller, table_senses
+from .limits_update import LimitChanges, LimitsUpdate
+from .pieces import SplicePieces
+from .scene_splice import SceneSplice
+from .surface_classes import SurfaceClasses
+
+
+class RowOverwrite(TableFiller):
+    """Fills the tables where they differ from what is in the memory at hand: the rows of some pieces.
+
+    Where surfaces have other numbers there, all columns of such numbers are written, and the table of surfaces.
+    """
+
+    def __init__(
+        self, joined: SceneSplice, some: SplicePieces, laid: RowLayout, classes: SurfaceClasses, all_numbers: bool
+    ) -> None:
+        """all_numbers: is every number of a surface to be written?"""
+        super().__init__(joined, some, laid, (SurfaceNumbering(classes.onto, None), _new_surface_numbers(joined, laid)))
+        self.classes, self.all_numbers = classes, all_numbers
+        if all_numbers:
+            self.numbered = joined.pieces
+
+    def _put_surfaces(self, tables: Tables) -> None:
+        """Kinds and rows of the surfaces, and the spheres."""
+        self._copy(tables.spheres, SPHERES, [side.tables.spheres for side in self.joined.sides])
+        first, ids, pieces = self.laid.first, self.ids, self.numbered
+        of_kinds = [pieces.begins(SURFACES, AXES[kind]) for kind in sorted(AXES)]
+        for (_, _, at), *begins in zip(pieces.on(SURFACES), *of_kinds, strict=True):
+            kinds, rows = self.laid.kinds[at], np.empty(at.stop - at.start, np.int32)
+            for kind, begin in zip(sorted(AXES), begins, strict=True):
+                mine = np.flatnonzero(kinds == kind)
+                rows[mine] = np.arange(begin, begin + len(mine), dtype=np.int32)
+            if first is None or ids is None:
+                tables.surface_kind[at], tables.surface_row[at] = kinds, rows
+            else:
+                leads = np.flatnonzero(first[at] == np.arange(at.start, at.stop, dtype=np.int32))
+                there = ids[at][leads]
+                tables.surface_kind[there], tables.surface_row[there] = kinds[leads], rows[leads]
+        if self.all_numbers:
+            self._put_bulk_balls(tables)
+
+    def _put_bulk_balls(self, tables: Tables) -> None:
+        """Kinds and rows of the surfaces that are bulk balls, behind all others."""
+        single, spheres = len(self.laid.kinds), int(self.pieces.total[SPHERES])
+        rows = np.arange(spheres, len(tables.spheres), dtype=np.int32)
+        there = np.arange(single, single + len(rows))
+        if self.laid.first is not None and self.ids is not None:
+            leads = self.laid.first[there] == there
+            rows, there = rows[leads], self.ids[there[leads]]
+        tables.surface_kind[there], tables.surface_row[there] = SPHERE, rows
+
+    def _put_entries(self, tables: Tables) -> None:
+        """What the tree holds. The numbers of bodies stay."""
+        sides = self.joined.sides
+        axes = {BALL: SURFACES, **KINDS}
+        of_kinds = [self.pieces.moved(BODIES, axes[kind]) for kind in sorted(axes)]
+        for (source, rows, at, _), *others in zip(of_kinds[0], *of_kinds, strict=True):
+            side, shifts = sides[source].tables, np.array([shift for *_, shift in others], np.int32)
+            kinds, index = side.entry_kind[rows], side.entry_index[rows]
+            tables.entry_kind[at], tables.entry_index[at] = kinds, index + shifts[kinds]
+            self._put_balls(tables, source, rows, at)
+        if self.all_numbers:
+            for source, rows, at in self.numbered.on(BODIES):
+                self._put_balls(tables, source, rows, at)
+        self.framed(tables.body_face, FACES, [side.tables.body_face for side in sides])
+
+    def _put_balls(self, tables: Tables, source: int, rows: slice, at: slice) -> None:
+        """Entries that are balls, by the numbers of surfaces."""
+        side, ids = self.joined.sides[source].tables, self.numbers[source].ids
+        balls = np.flatnonzero(side.entry_kind[rows] == BALL)
+        if len(balls) and (ids is not None or source == 0):
+            index = side.entry_index[rows][balls]
+            tables.entry_index[at][balls] = index if ids is None else ids[index]
+
+
+def _new_surface_numbers(joined: SceneSplice, laid: RowLayout) -> SurfaceNumbering:
+    """The numbers of new surfaces, and which are turned over, as they are one with others."""
+    new, own = joined.laid[1], laid.ids
+    if own is None and new.ids is None:
+        return SurfaceNumbering(None, None)
+    count = len(joined.sides[1].tables.surface_kind)
+    ids, turned = np.full(count + 1, -1, np.int32), np.ones(count + 1, np.int8)
+    for source, rows, at in joined.pieces.on(SURFACES):
+        if source == 1:
+            there = np.arange(rows.start, rows.stop) if new.ids is None else new.ids[rows]
+            ids[there] = np.arange(at.start, at.stop) if own is None else own[at]
+            turned[there] = table_senses(new.senses, new.given, np.arange(rows.start, rows.stop))
+            turned[there] *= table_senses(laid.senses, laid.given, np.arange(at.start, at.stop))
+    return SurfaceNumbering(ids, None if (turned == 1).all() else turned)
+
+
+class InPlaceLimits(LimitsUpdate):
+    """Limits that are others with new bodies: those of these, and of surfaces that they are one with, or were."""
+
+    columns: RowOverwrite
+
+    def put(self, before: float | None) -> float | None:
+        """Those of a body that has an end are what they are for it alone, where all have one and it has walls alone."""
+        bounded, classes = bool(np.isfinite(self.boxes).all()), self.columns.classes
+        return None if bounded and not len(classes.changed) else super().put(before)
+
+    def _changed(self) -> LimitChanges:
+        classes, ids = self.columns.classes, self.columns.ids
+        surfaces, owners = np.zeros(len(self.tables.surface_kind), bool), np.zeros(int(self.owners[-1]), bool)
+        mine = self._rows(SURFACES)
+        surfaces[mine if ids is None else ids[mine]] = True
+        for kind, axis in enumerate((CELLS, SHEETS, POLYGONS)):
+            owners[self.owners[kind] + self._rows(axis)] = True
+        if not len(classes.changed):
+            return LimitChanges(
+                surfaces, owners, self._of_rows(*map(self._rows, (CELLS, CELL_PLANES, SHEETS, POLYGONS)))
+            )
+        surfaces[classes.changed] = True
+        if len(classes.bereft):
+            other = np.zeros(len(surfaces), bool)
+            other[classes.bereft if ids is None else ids[classes.bereft]] = True
+            self._mark_owners(other, owners)
+        return LimitChanges(surfaces, owners, self._uses(surfaces, owners))
+
+    def _rows(self, axis: int) -> Longs:
+        """The rows of some kind that are new."""
+        parts = [np.arange(at.start, at.stop) for source, _, at in self.columns.joined.pieces.on(axis) if source == 1]
+        return np.concatenate(parts) if parts else np.zeros(0, np.int64)
+
+    def _unread(self, kind: int) -> Longs:
+        """Records for which others stand now, and did not before. What is new came with limits of its own."""
+        kinds, slots = self.laid.kinds, self.columns.classes.follow
+        slots = slots[slots < len(kinds)]
+        slots = slots[kinds[slots] == kind]
+        return np.searchsorted(np.flatnonzero(kinds == kind), slots) if len(slots) else slots

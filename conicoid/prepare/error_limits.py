@@ -1,0 +1,478 @@
+"""Every use of a surface, by a cell, a sheet or a polygon in the box of an entry, weighed for `limits`: one by one.
+
+The kernels read each number once and keep nothing, where arrays of all uses would be larger than the scene.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from .._jit.decorators import inline, kernel, record_shapes
+from ..kernels.faces import rows_of_cells
+from ..kernels.programs import cells_of_leaves, leaves_of_programs, rows_of_programs
+from ..kernels.surface.doubt import FAR, KAPPA, KAPPA_OF_BALLS, KAPPA_OF_PLANES, RELATIVE
+from ..kernels.tables import CELL, PLANE, POLYGON, QUADRIC, REGION, SHEET, SPHERE, Floats, Ints, Signs, Tables, whole
+from .coincidence import Remainders
+from .mmap_arrays import mapped_zeros, own_memory
+
+_LEAST = 1e-100
+"""Times the square of a direction's least component that is still a number."""
+_WIDE, _WIDEST = 2.0**10, 2.0**20
+"""Bodies without an end are taken to be so many times as large as the scene; those of exact planes, so many times."""
+
+
+@record_shapes(
+    kind="s", row="s", planes="p 7", spheres="b 4", quadrics="q 4", forms="f 16", lost_of_planes="p 7",
+    lost_of_quadrics="l 19",
+)  # fmt: skip
+class RecordTables(NamedTuple):
+    """The surfaces of a scene, and what rounding took from planes and quadrics."""
+
+    kind: Signs
+    row: Ints
+    planes: Floats
+    spheres: Floats
+    quadrics: Floats
+    forms: Floats
+    lost_of_planes: Floats
+    lost_of_quadrics: Floats
+
+    @classmethod
+    def of(cls, tables: Tables, rest: Remainders) -> RecordTables:
+        """Those of a scene. In finished tables all integers are of one type."""
+        t, kind = tables, tables.surface_kind.astype(np.int8, copy=False)
+        return cls(kind, t.surface_row, t.planes, t.spheres, t.quadrics, t.quadric_forms, rest.planes, rest.quadrics)
+
+
+@inline
+def _is_row(records: RecordTables, surface: int) -> bool:
+    """Is there a surface of this number, with a record?"""
+    if not 0 <= surface < len(records.kind):
+        return False
+    kind, row = records.kind[surface], records.row[surface]
+    if kind == PLANE:
+        return 0 <= row < len(records.planes)
+    if kind == SPHERE:
+        return 0 <= row < len(records.spheres)
+    if not 0 <= row < len(records.quadrics):
+        return False
+    form = _form(records, row)
+    return 0 <= form < len(records.forms) and form < len(records.lost_of_quadrics)
+
+
+@inline
+def _form(records: RecordTables, row: int) -> int:
+    """The row of a quadric's form, and of what rounding took from its numbers."""
+    return whole(records.quadrics[row, 3])
+
+
+@inline
+def _anchor(records: RecordTables, surface: int, axis: int) -> float:
+    kind, row = records.kind[surface], records.row[surface]
+    if kind == PLANE:
+        return records.planes[row, 4 + axis]
+    return records.spheres[row, axis] if kind == SPHERE else records.quadrics[row, axis]
+
+
+@inline
+def _is_inexact(lost: Floats, row: int) -> bool:
+    """Was anything rounded in a record?"""
+    found = 0
+    for k in range(lost.shape[1]):
+        found += 1 if lost[row, k] != 0.0 else 0
+    return found > 0
+
+
+@inline
+def _is_bounded(boxes: Floats, entry: int) -> bool:
+    ends = 0
+    for k in range(6):
+        ends += 1 if abs(boxes[entry, k]) < math.inf else 0
+    return ends == 6
+
+
+@inline
+def _reach(records: RecordTables, boxes: Floats, surface: int, entry: int, bounded: bool, size: float) -> float:
+    """How far from its anchor a surface is used."""
+    if records.kind[surface] == SPHERE:
+        return records.spheres[records.row[surface], 3]
+    if not bounded:
+        return _WIDE * size
+    square = 0.0
+    for k in range(3):
+        anchor = _anchor(records, surface, k)
+        below, above = abs(boxes[entry, k] - anchor), abs(boxes[entry, k + 3] - anchor)
+        away = below if below > above else above
+        square += away * away
+    return math.sqrt(square) * (1 + 1e-12) + 1e-300
+
+
+@inline
+def _kappa(records: RecordTables, surface: int, reach: float) -> float:
+    """The share of a value's terms by which rounding may change it."""
+    kind, row = records.kind[surface], records.row[surface]
+    if kind == SPHERE:
+        return KAPPA_OF_BALLS
+    if kind == PLANE:
+        return KAPPA_OF_PLANES if _is_inexact(records.lost_of_planes, row) else 0.0
+    lost, square = _form(records, row), 0.0
+    for k in range(3):
+        square += records.lost_of_quadrics[lost, k] * records.lost_of_quadrics[lost, k]
+    return KAPPA + 8.0 * math.sqrt(square) / reach
+
+
+@inline
+def _larger(known: float, x: float) -> float:
+    """The larger one of two; no number, if one is."""
+    return known if known >= x or known != known else x
+
+
+@kernel(
+    boxes="e 6", surface="n", place="n", owner="n", entry="n", begin="0..end", end="0..n", limits="out o 2",
+    most="out 3 m",
+)  # fmt: skip
+def weigh(
+    records: RecordTables, boxes: Floats, size: float, surface: Ints, place: Ints, owner: Ints, entry: Ints, begin: int,
+    end: int, limits: Floats, most: Floats,
+) -> int:  # fmt: skip
+    """Take some uses into the limits of their owners, and into the most of their surfaces, which have places in it.
+
+    most: the largest reach, the largest kappa, 1 if some use has no end. size: that of the scene. Returns how many uses
+    name what is not there.
+    """
+    strange = 0
+    for use in range(begin, end):
+        s, p, o, e = surface[use], place[use], owner[use], entry[use]
+        if not (_is_row(records, s) and 0 <= p < most.shape[1] and 0 <= o < len(limits) and 0 <= e < len(boxes)):
+            strange += 1
+            continue
+        bounded = _is_bounded(boxes, e)
+        reach = _reach(records, boxes, s, e, bounded, size)
+        kappa = _kappa(records, s, reach)
+        around, far = _WIDE * size, FAR * reach
+        if bounded:
+            around = 0.0
+            for k in range(6):
+                around += abs(boxes[e, k])
+        elif records.kind[s] == PLANE and kappa == 0.0:
+            around = far = _WIDEST * size
+        else:
+            far = _WIDE * size
+        off = 0.5 * math.sqrt(kappa) * reach + RELATIVE * around
+        limits[o, 0], limits[o, 1] = _larger(limits[o, 0], off), -_larger(-limits[o, 1], -far)
+        most[0, p], most[1, p] = _larger(most[0, p], reach), _larger(most[1, p], kappa)
+        most[2, p] = most[2, p] if bounded else 1.0
+    return strange
+
+
+@kernel(surface="n", most="3 n", limits="out p 2")
+def put_limits_of_planes(records: RecordTables, surface: Ints, most: Floats, limits: Floats) -> None:
+    """Those of some surfaces that are planes: square of the least certain rate, for |d| = 1; the least height."""
+    for i in range(len(surface)):
+        if not _is_row(records, surface[i]) or records.kind[surface[i]] != PLANE:
+            continue
+        row, planes, reach, kappa = records.row[surface[i]], records.planes, most[0, i], most[1, i]
+        square, along = 0.0, 0
+        for k in range(3):
+            square += planes[row, k] * planes[row, k]
+            along += 1 if planes[row, k] != 0.0 else 0
+        length, height, least = math.sqrt(square), planes[row, 3], 2.0 * math.sqrt(kappa)
+        rate = (least if least > 2.0**-40 else 2.0**-40) * length
+        plain = along == 1 and height == 0.0 and not _is_inexact(records.lost_of_planes, row)
+        limits[row, 0] = rate * rate
+        limits[row, 1] = 0.0 if plain else 2.0**-40 * (length * reach + abs(height))
+
+
+@inline
+def _row_size(forms: Floats, form: int, line: int) -> float:
+    """The length of one of the rows of a quadric."""
+    square = 0.0
+    for k in range(3):
+        square += forms[form, 3 * line + k] * forms[form, 3 * line + k]
+    return math.sqrt(square)
+
+
+@inline
+def _sizes(forms: Floats, form: int) -> tuple[float, float, float]:
+    """Bounds on the second-order, linear and constant terms at distance 1 from the anchor."""
+    squares = linear = 0.0
+    for line in range(3):
+        length = _row_size(forms, form, line)
+        squares += abs(forms[form, 9 + line]) * (length * length)
+        linear += abs(forms[form, 12 + line]) * length
+    return squares, linear, abs(forms[form, 15])
+
+
+@inline
+def _is_plain(forms: Floats, form: int) -> bool:
+    """Is each axis along which a quadric bends one of the world's, and its coefficient no number that underflows?"""
+    for line in range(3):
+        square, linear = abs(forms[form, 9 + line]), abs(forms[form, 12 + line])
+        if square == 0.0 and linear == 0.0:
+            continue
+        along, size = 0, 0.0
+        for k in range(3):
+            part = abs(forms[form, 3 * line + k])
+            along += 1 if part != 0.0 else 0
+            size = part if part > size else size
+        bends = square == 0.0 or square * (size * size) > _LEAST
+        if not (along <= 1 and bends and (linear == 0.0 or linear * size > _LEAST)):
+            return False
+    return True
+
+
+@kernel(surface="n", most="3 n", limits="out f 2")
+def put_limits_of_quadrics(records: RecordTables, surface: Ints, most: Floats, limits: Floats) -> None:
+    """Those of the forms of some quadrics: the least certain discriminant, for |d| = 1; least value along rulings.
+
+    The latter is infinite where a body has no end and a direction's part along an axis that bends is a sum: rounding
+    may have made that 0, where the ray comes to a wall, however far away.
+    """
+    for i in range(len(surface)):
+        if not _is_row(records, surface[i]) or records.kind[surface[i]] != QUADRIC:
+            continue
+        form, reach, share = _form(records, records.row[surface[i]]), most[0, i], most[1, i]
+        a, b, k = _sizes(records.forms, form)
+        terms = 10.0 * a * reach * reach + 6.0 * b * reach + k
+        rate = terms / reach
+        limits[form, 0] = 4.0 * share * (rate * rate) if reach > 0.0 else math.inf
+        limits[form, 1] = math.inf if most[2, i] > 0.0 and not _is_plain(records.forms, form) else share * terms
+
+
+@inline
+def _larger_finite(size: float, x: float) -> float:
+    """The larger one of two, where the second is finite; else the first."""
+    return x if size < x < math.inf else size
+
+
+@kernel(planes="p 7", quadrics="q 4", forms="f 16", boxes="e 6")
+def size_of_records(planes: Floats, quadrics: Floats, forms: Floats, boxes: Floats) -> float:
+    """Of what is finite in a scene: coordinates, radii, the own sizes of quadrics; 0 where there is nothing."""
+    size = 0.0
+    for row in range(len(planes)):
+        for k in range(4, 7):
+            size = _larger_finite(size, abs(planes[row, k]))
+    for row in range(len(boxes)):
+        for k in range(6):
+            size = _larger_finite(size, abs(boxes[row, k]))
+    for row in range(len(quadrics)):
+        for k in range(3):
+            size = _larger_finite(size, abs(quadrics[row, k]))
+    for form in range(len(forms)):
+        a, b, c = _sizes(forms, form)
+        size = _larger_finite(_larger_finite(_larger_finite(size, math.sqrt(c / a)), b / a), c / b)
+    return size
+
+
+# How far the fast formulas can be trusted: the limits by which rays are marked as doubtful.
+#
+# Every bound of docs/exactness.md depends on a scene only through a few numbers of each surface and cell.
+# They are computed here, once, from the constants of kernels/surface/doubt.py. R is how far from a surface's anchor
+# the bodies
+# reach that it bounds, kappa the share of a value's terms by which rounding may change it, and the bounds hold for rays
+# within `far` of the scene.
+
+Whole = npt.NDArray[Any]
+
+_USES = 1 << 17
+
+
+def with_limits(tables: Tables, boxes: Floats, rest: Remainders) -> Tables:
+    """The tables with `limits_of` them."""
+    return tables._replace(**compute_limits(tables, boxes, rest))
+
+
+def limit_shapes(tables: Tables) -> dict[str, Floats]:
+    """Arrays of the shapes of `limits_of`."""
+    counts = dict(
+        plane=len(tables.planes), quadric=len(tables.quadric_forms), cell=_rows_of_cells(tables),
+        program=len(_model_programs(tables)), sheet=len(tables.sheet_surface), polygon=len(tables.polygon_surface),
+    )  # fmt: skip
+    return {f"{of}_limits": np.broadcast_to(0.0, (count, 2)) for of, count in counts.items()}
+
+
+def compute_limits(tables: Tables, boxes: Floats, rest: Remainders) -> dict[str, Any]:
+    """`plane_limits`, `quadric_limits`, and those of cells, programs, sheets and polygons."""
+    cells, sheets, polygons = _rows_of_cells(tables), len(tables.sheet_surface), len(tables.polygon_surface)
+    cell_entry = _entries_of_cells(tables)
+    size = 1.0 if np.isfinite(boxes).all() else scene_size(tables, boxes)  # else nothing depends on it
+    limits = no_limits(cells + sheets + polygons)
+    last = max((int(surface.max(initial=-1)) for surface, _, _ in _uses(tables, cell_entry)), default=-1)
+    place, used = _places(tables, last)
+    most = mapped_zeros((3, len(used)), np.float64)
+    records = RecordTables.of(tables, rest)
+    for surface, owner, users in _uses(tables, cell_entry):
+        places = place.take(surface, mode="clip")  # of one that is not there whichever, as it is refused
+        weigh_all(records, boxes, size, (surface, places, owner, users), limits, most)
+    of_cells = own_memory(limits[:cells])
+    of_planes, of_quadrics = (
+        mapped_zeros((len(table), 2), np.float64) for table in (tables.planes, tables.quadric_forms)
+    )
+    put_limits_of_planes(records, used, most, of_planes)
+    put_limits_of_quadrics(records, used, most, of_quadrics)
+    return dict(
+        plane_limits=of_planes,
+        quadric_limits=of_quadrics,
+        cell_limits=of_cells,
+        program_limits=_merge_leaf_limits(tables, of_cells),
+        sheet_limits=own_memory(limits[cells : cells + sheets]),
+        polygon_limits=own_memory(limits[cells + sheets :]),
+    )
+
+
+def _rows_of_cells(tables: Tables) -> int:
+    """How many limits cells have: those that are one another moved share them."""
+    return len(tables.cell_face)
+
+
+def _model_programs(tables: Tables) -> Whole:
+    """Of each of the limits that programs have, one of the programs that share them."""
+    models = np.empty(len(tables.program_gate) - 1, np.int32)
+    models[rows_of_programs(tables)] = np.arange(len(tables.program_leaf) - 1, dtype=np.int32)
+    return models
+
+
+def _places(tables: Tables, last: int) -> tuple[Whole, Whole]:
+    """(the place of each surface in what is known of them, the surface of each place; -1: none up to the last).
+
+    Planes have one each, and quadrics of one form share one; spheres need none, and have one together.
+    """
+    planes, row = len(tables.planes), tables.surface_row
+    place = np.full(len(row), planes + len(tables.quadric_forms), np.int32)
+    surfaces = np.full(planes + len(tables.quadric_forms) + 1, -1, np.int32)
+    flat, curved = (np.flatnonzero(tables.surface_kind == kind) for kind in (PLANE, QUADRIC))
+    place[flat] = row[flat]
+    place[curved] = tables.quadrics[row[curved], 3] + planes
+    for some in (flat, curved):
+        some = some[some <= last]
+        surfaces[place[some]] = some
+    return place, surfaces
+
+
+def _entries_of_cells(tables: Tables) -> Whole:
+    """The entry that each cell belongs to; -1 for none."""
+    kind, index = tables.entry_kind, tables.entry_index
+    cell_entry = mapped_zeros(len(tables.cell_quadric), np.int32)
+    cell_entry.fill(-1)
+    own = np.flatnonzero(kind == CELL)
+    cell_entry[index[own]] = own
+    of_programs, (first, count) = _entries_of_programs(tables), leaves_of_programs(tables)
+    ends = _ends(count)
+    for begin, end in _parts(ends):
+        some = count[begin:end]
+        entries = np.repeat(of_programs[begin:end], some)
+        leaves = np.repeat(first[begin:end] - ends[begin:end], some) + np.arange(ends[begin], ends[end], dtype=np.int32)
+        held = entries >= 0
+        cell_entry[cells_of_leaves(tables, leaves[held])] = entries[held]
+    return cell_entry
+
+
+def _ends(counts: Whole) -> Whole:
+    """Where each begins, and the last ends."""
+    return np.concatenate([np.zeros(1, np.int32), np.cumsum(counts, dtype=np.int32)])
+
+
+def _uses(tables: Tables, cell_entry: Whole) -> Iterator[tuple[Whole, Whole, Whole]]:
+    """Which surface bounds which cell, sheet or polygon, and in which entry's box; a part at a time.
+
+    Those that are missing, or in no entry, are left out.
+    """
+    kind, index, cells = tables.entry_kind, tables.entry_index, len(cell_entry)
+    for begin in range(0, cells, _USES):
+        end = min(cells, begin + _USES)
+        rows = rows_of_cells(tables, np.arange(begin, end, dtype=np.int32))
+        yield _drop_missing(tables.cell_quadric[begin:end], rows, cell_entry[begin:end])
+    for begin, end in _parts(tables.cell_first):
+        first = tables.cell_first[begin : end + 1]
+        owners = np.repeat(np.arange(begin, end, dtype=np.int32), np.diff(first))
+        rows = rows_of_cells(tables, owners)
+        yield _drop_missing(tables.plane_surface[first[0] : first[-1]], rows, cell_entry[owners])
+    base = _rows_of_cells(tables)
+    for which, column in ((SHEET, tables.sheet_surface), (POLYGON, tables.polygon_surface)):
+        own = np.flatnonzero(kind == which)
+        yield _drop_missing(column[index[own]], base + index[own], own)
+        base += len(column)
+
+
+def _drop_missing(surfaces: Whole, owners: Whole, entries: Whole) -> tuple[Whole, Whole, Whole]:
+    """What is not missing, and in an entry."""
+    known = (surfaces >= 0) & (entries >= 0)
+    return surfaces[known], owners[known], entries[known]
+
+
+def _parts(first: Whole) -> Iterator[tuple[int, int]]:
+    """Parts of what has its rows from first[k] to first[k + 1]: about `_USES` of these, or those of one."""
+    begin, count = 0, len(first) - 1
+    while begin < count:
+        end = min(count, max(begin + 1, int(np.searchsorted(first, first[begin] + _USES, side="right")) - 1))
+        yield begin, end
+        begin = end
+
+
+def _entries_of_programs(tables: Tables) -> Whole:
+    """The entry that each program belongs to; -1 for none."""
+    entries = np.full(len(tables.program_leaf) - 1, -1, np.int32)
+    for kind, clip in ((REGION, None), (SHEET, tables.sheet_program), (POLYGON, tables.polygon_program)):
+        own = np.flatnonzero(tables.entry_kind == kind)
+        program = tables.entry_index[own] if clip is None else clip[tables.entry_index[own]]
+        entries[program[program >= 0]] = own[program >= 0]
+    return entries
+
+
+def scene_size(tables: Tables, boxes: Floats) -> float:
+    """Of what is finite in a scene: coordinates, radii, the own sizes of quadrics."""
+    return size_of_records(tables.planes, tables.quadrics, tables.quadric_forms, boxes) or 1.0
+
+
+def no_limits(count: int) -> Floats:
+    """(count, 2): what t may be off by, for |d| = 1; how far |o| + |t d| may be. Nothing is known yet."""
+    limits = mapped_zeros((count, 2), np.float64)
+    limits[:, 1] = math.inf
+    return limits
+
+
+def weigh_all(
+    records: RecordTables,
+    boxes: Floats,
+    size: float,
+    uses: tuple[Whole, Whole, Whole, Whole],
+    limits: Floats,
+    most: Floats,
+) -> None:
+    """`weigh` for all uses: their surfaces, the places of these in `most`, their owners and entries.
+
+    Raises IndexError if one names what is not there: its owner would be trusted without a limit.
+    """
+    surface, place, owner, entry = (np.ascontiguousarray(each, np.int32) for each in uses)
+    for begin in range(0, len(surface), _USES):  # Ctrl-C is heard in between
+        end = min(len(surface), begin + _USES)
+        if weigh(records, boxes, size, surface, place, owner, entry, begin, end, limits, most):
+            raise IndexError("the tables of a scene name surfaces, cells or boxes that they do not have")
+
+
+def _merge_leaf_limits(tables: Tables, cells: Floats) -> Floats:
+    """The limits of programs: the widest of their leaves'."""
+    models = _model_programs(tables)
+    first, count = (each[models] for each in leaves_of_programs(tables))
+    ends = _ends(count)
+    merged = mapped_zeros((len(models), 2), np.float64)
+    for begin, end in _parts(ends):
+        program = np.repeat(np.arange(end - begin, dtype=np.int32), np.diff(ends[begin : end + 1]))
+        leaves = np.arange(ends[begin], ends[end]) + (first - ends[:-1])[begin:end][program]
+        rows = rows_of_cells(tables, cells_of_leaves(tables, leaves))
+        merged[begin:end] = program_limits(program, cells[rows], end - begin)
+    return merged
+
+
+def program_limits(program: Whole, leaves: Floats, count: int) -> Floats:
+    """(count, 2): those of programs from those of their leaves' cells."""
+    result = np.zeros((count, 2))
+    result[:, 1] = math.inf
+    np.maximum.at(result[:, 0], program, leaves[:, 0])
+    np.minimum.at(result[:, 1], program, leaves[:, 1])
+    return result

@@ -1,0 +1,322 @@
+"""The motions of many shapes, each worked out once: by recordings, or alone."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from ..geometry.surface import PlaneSurface
+from ..geometry.transform import Affine, Motion, Step, Translate
+from ..kernels.tables import PLANE_SIZE, Floats, Ints, Longs, Signs
+from ..numerics import bigfloat_linalg as ex
+from ..numerics.tracing import Tape
+from .assembly import round_numbers, round_surface, rounding_rests
+from .pattern import FRAME_NUMBERS
+from .pytree import flatten, flatten_all, positions_by_key, unflatten
+from .tape import recording_cache
+from .tape.bigfloat_kernel import WIDTH
+from .tape.interpreter import STATE_VALID
+from .tape.program import NO_INPUTS, TapeProgram, WideInputs, bigfloat_row, quads_from_bigfloats
+from .tape.simd_registers import COLUMNS
+
+_TRANSLATE = {Translate}
+_NUMBERS = 25
+"""Of a motion: both ways, and its factor if it is a similarity."""
+
+
+@dataclass(frozen=True)
+class KnownStep:
+    """A step that is known by what it does: a whole chain of them, worked out before."""
+
+    forth_and_back: tuple[Affine, Affine]
+    factor: ex.Exact | None
+
+    def similarity(self) -> ex.Exact | None:
+        """The factor of all lengths, if there is one."""
+        return self.factor
+
+
+@dataclass
+class _MotionForm:
+    """Motions that are told in one form: their numbers and steps, and by these numbers their rows, in that order."""
+
+    rows: dict[bytes, int] = field(default_factory=dict)
+    numbers: list[Floats] = field(default_factory=list)
+    steps: list[tuple[Step, ...]] = field(default_factory=list)
+
+
+class MotionChains:
+    """The steps that many shapes are moved by, and what has been found out of them."""
+
+    def __init__(self, steps: Sequence[tuple[Step, ...]]) -> None:
+        self.steps = steps
+
+    @cached_property
+    def translations(self) -> Ints:
+        """How many steps there are where all of them translate; else -1."""
+        return np.array(list(map(count_translations, self.steps)), np.int32)
+
+    @cached_property
+    def rows(self) -> dict[MotionBatch, Ints]:
+        """The numbers of those that were asked for; -1 for others."""
+        return {}
+
+
+class MotionBatch:
+    """The motions of many shapes, each once: their products, inverses and factors in numbers of 253 bits and more."""
+
+    def __init__(self) -> None:
+        self._steps: list[tuple[Step, ...]] = []
+        self._forms: dict[Hashable, _MotionForm] = {}
+        self._alone: dict[tuple[Step, ...], int] = {}  # of more than numbers
+        self._uses: list[tuple[Ints, int]] = []
+
+    def row(self, steps: tuple[Step, ...], uses: int = 1) -> int:
+        """The number of a motion, which so many more shapes have."""
+        self._uses.append((self._rows([steps]), uses))
+        return int(self._uses[-1][0][0])
+
+    def rows(self, chains: MotionChains, which: Longs) -> Ints:
+        """The numbers of some motions, each of which one more shape has."""
+        known = chains.rows.setdefault(self, np.full(len(chains.steps), -1, np.int32))
+        fresh = which[known[which] < 0]
+        known[fresh] = self._rows([chains.steps[k] for k in fresh.tolist()])
+        found: Ints = known[which]
+        self._uses.append((found, 1))
+        return found
+
+    def _rows(self, chains: Sequence[tuple[Step, ...]]) -> Ints:
+        numbers = np.full(len(chains), -1, np.int32)
+        for kinds, places in positions_by_key([tuple(map(type, steps)) for steps in chains]).items():
+            some = [chains[place] for place in places] if len(places) < len(chains) else chains
+            numbers[places] = self._rows_alike(some, len(kinds))
+        return numbers
+
+    def _rows_alike(self, chains: Sequence[tuple[Step, ...]], length: int) -> list[int]:
+        """`_rows` of motions whose steps are of the same kinds."""
+        forms: list[Hashable] = []
+        columns = [np.zeros((len(chains), 0))]
+        for step in range(length):
+            alike = flatten_all([steps[step] for steps in chains])
+            if len(alike) != 1 or len(alike[0].which) < len(chains):
+                return [self._row_alone(steps) for steps in chains]
+            forms.append(alike[0].form)
+            columns.append(alike[0].numbers)
+        return self._known_rows(tuple(forms), np.concatenate(columns, axis=1), chains)
+
+    def _row_alone(self, steps: tuple[Step, ...]) -> int:
+        """The number of one motion, whose steps may have more to them than numbers."""
+        told = [flatten(step) for step in steps]
+        if any(one is None for one in told):
+            row = self._alone.setdefault(steps, len(self._steps))
+            if row == len(self._steps):
+                self._steps.append(steps)
+            return row
+        form = tuple(one.form for one in told if one is not None)
+        numbers = [x for one in told if one is not None for x in one.numbers]
+        return self._known_rows(form, np.array([numbers]), [steps])[0]
+
+    def _known_rows(self, form: Hashable, numbers: Floats, chains: Sequence[tuple[Step, ...]]) -> list[int]:
+        """The numbers of motions of one form; zeros of both signs are alike."""
+        known, told, width = (
+            self._forms.setdefault(form, _MotionForm()),
+            (numbers + 0.0).tobytes(),
+            8 * numbers.shape[1],
+        )
+        keys = [told[at : at + width] for at in range(0, len(told), width)] if width else [b""] * len(chains)
+        fresh = [key for key in dict.fromkeys(keys) if key not in known.rows]
+        if fresh:
+            first = dict(zip(reversed(keys), range(len(keys) - 1, -1, -1), strict=True))
+            new = list(map(first.__getitem__, fresh))
+            known.rows.update(zip(fresh, range(len(self._steps), len(self._steps) + len(fresh)), strict=True))
+            known.numbers.append(numbers[new])
+            known.steps += [chains[place] for place in new]
+            self._steps += known.steps[-len(new) :]
+        return list(map(known.rows.__getitem__, keys))
+
+    def work_out(self) -> tuple[WideInputs, Signs, Floats]:
+        """The numbers of all motions; of each, 1 if it is a similarity, 0 if not, -1 where it is not known.
+
+        And (motions, 12), the rows of the inverse, rounded.
+        """
+        count = len(self._steps)
+        table, kinds = np.zeros((count, _NUMBERS, COLUMNS)), np.full(count, -1, np.int8)
+        back, few, digits = np.full((count, FRAME_NUMBERS), np.nan), np.zeros(count, bool), _Digits(self._steps)
+        for form, told in self._forms.items():
+            rows, numbers = np.fromiter(told.rows.values(), np.int64, len(told.rows)), np.concatenate(told.numbers)
+
+            def record(which: int, tape: Tape, steps: list[tuple[Step, ...]] = told.steps) -> bool:
+                return _record_motion(steps[which], tape)
+
+            results, left = recording_cache.RECORDINGS.play(
+                ("motion", form), record, numbers, NO_INPUTS, np.zeros(len(rows), np.int32)
+            )
+            for similar, which, played in results:
+                at = rows[which]
+                table[at, : _NUMBERS - 1 + similar] = played.fours
+                back[at], kinds[at] = played.floats, similar
+                digits.played(at, played.recording, numbers[which])
+            if len(left) < recording_cache.FEWEST:  # too few for a recording
+                few[rows[left]] = True
+        uses = np.zeros(count, np.int64)
+        for found, each in self._uses:
+            uses += each * np.bincount(found, minlength=count)
+        for row in np.flatnonzero((kinds < 0) & (few | (uses >= recording_cache.FEWEST))).tolist():
+            kinds[row], wides, back[row] = _exact_motion_rows(Motion(self._steps[row]))  # of a body, or of many
+            table[row] = quads_from_bigfloats(wides)
+            digits.alone[row] = wides
+        return WideInputs(table, digits), kinds, back
+
+
+class _Digits:
+    """All digits of motions' numbers, worked out for those of which they are asked."""
+
+    def __init__(self, steps: Sequence[tuple[Step, ...]]) -> None:
+        self.alone: dict[int, Longs] = {}
+        self._steps, self._sources = steps, list[tuple[TapeProgram, Floats]]()
+        self._source, self._place = np.full(len(steps), -1, np.int32), np.zeros(len(steps), np.int32)
+
+    def played(self, rows: Longs, recording: TapeProgram, inputs: Floats) -> None:
+        """These motions are what a recording gives for inputs."""
+        self._source[rows], self._place[rows] = len(self._sources), np.arange(len(rows))
+        self._sources.append((recording, inputs))
+
+    def __call__(self, rows: Ints) -> Longs:
+        """(rows, 25, WIDTH) of some motions.
+
+        Four floats may settle what 253 bits leave open, as their sums have gaps: such a motion is worked out alone.
+        """
+        found = np.zeros((len(rows), _NUMBERS, WIDTH), np.int64)
+        for number, (recording, inputs) in enumerate(self._sources):
+            mine = np.flatnonzero(self._source[rows] == number)
+            if len(mine):
+                inputs, none = inputs[self._place[rows[mine]]], np.zeros(len(mine), np.int32)
+                _, wides, state = recording.in_digits(inputs, NO_INPUTS.digits(none[:1]), none)
+                found[mine, : wides.shape[1]] = wides
+                for row in rows[mine[state != STATE_VALID]].tolist():
+                    self.alone[row] = _exact_motion_rows(Motion(self._steps[row]))[1]
+        for place, row in enumerate(rows.tolist()):
+            if row in self.alone:
+                found[place] = self.alone[row]
+        return found
+
+
+def count_translations(steps: tuple[Step, ...]) -> int:
+    """How many steps there are, if all of them translate; else -1."""
+    return len(steps) if not steps or set(map(type, steps)) == _TRANSLATE else -1
+
+
+def _record_motion(steps: tuple[Step, ...], tape: Tape) -> bool:
+    """Work a motion out on a tape; is it a similarity?"""
+    motion = Motion(tuple(unflatten(step, tape) for step in steps))
+    for linear, shift in (motion.affine, motion.inverse):
+        for number in (*(x for line in linear for x in line), *shift):
+            tape.write_wide(number)
+    for row in motion.inverse_rows:
+        for entry in row:
+            tape.write(entry)
+    factor = motion.similarity
+    if factor is not None:
+        tape.write_wide(factor)
+    return factor is not None
+
+
+def _exact_motion_rows(motion: Motion) -> tuple[bool, Longs, Any]:
+    """A row of each of the three that `Motions.work_out` gives, by arithmetic of 3,000 bits."""
+    wides = np.zeros((_NUMBERS, WIDTH), np.int64)
+    numbers = [x for linear, shift in (motion.affine, motion.inverse) for line in (*linear, shift) for x in line]
+    factor = motion.similarity
+    for row, number in enumerate([*numbers, *(() if factor is None else (factor,))]):
+        wides[row] = bigfloat_row(ex.exact(number))
+    return factor is not None, wides, np.array(motion.inverse_rows).ravel()
+
+
+def input_motion(tape: Tape, similar: bool, motion: Motion) -> Motion:
+    """A motion whose numbers come with each body."""
+
+    def take(values: Sequence[ex.Exact], first: int) -> Any:
+        return tuple(tape.given(value, first + k) for k, value in enumerate(values))
+
+    def taken(affine: Affine, first: int) -> Affine:
+        rows, shift = affine
+        x, y, z = (take(row, first + 3 * k) for k, row in enumerate(rows))
+        return (x, y, z), take(shift, first + 9)
+
+    factor = motion.similarity
+    forth_and_back = taken(motion.affine, 0), taken(motion.inverse, 12)
+    known = KnownStep(forth_and_back, tape.given(factor, 24) if similar and factor is not None else None)
+    return Motion((known,))  # type: ignore[arg-type]
+
+
+# Points and planes carried by motions, every number rounded once: many by one motion, from recordings.
+
+POINT_SIZE = 3
+"""Numbers of a point."""
+
+
+class PointPlaneMover:
+    """Carries points and planes whose numbers are floats; what it has carried it knows."""
+
+    def __init__(self) -> None:
+        self._motions: dict[Motion, tuple[WideInputs, Signs]] = {}
+        self._known: dict[tuple[Motion, bytes], Floats] = {}
+
+    def points(self, motion: Motion, points: Floats) -> Floats:
+        """(n, 6): where it takes points (n, 3), and what rounding took from that."""
+        key = motion, points.tobytes()
+        if key not in self._known:
+            self._known[key] = self._played("point", _move_point, motion, points)
+        return self._known[key]
+
+    def planes(self, motion: Motion, planes: Floats) -> Floats:
+        """(n, 15) of records of planes (n, 7) from which nothing was rounded: records, their rests, and senses."""
+        return self._played("plane", _move_plane, motion, planes)
+
+    def _played(self, name: str, carried: Callable[[Motion, Any], Sequence[Any]], motion: Motion, of: Floats) -> Floats:
+        """What carrying gives for each row, all of one length."""
+        given, similar = self._given(motion)
+
+        def record(which: int, tape: Tape) -> None:
+            row = of[which].tolist()
+            moved = input_motion(tape, bool(similar[0] == 1), motion)
+            for number in carried(moved, [tape.input(x) for x in row]):
+                tape.write(number)
+
+        found: Any = None
+        results, left = recording_cache.RECORDINGS.play(
+            ("carried", name, int(similar[0])), record, of, given, np.zeros(len(of), np.int32)
+        )
+        for _, which, played in results:
+            found = np.empty((len(of), played.floats.shape[1])) if found is None else found
+            found[which] = played.floats
+        for row in left.tolist():
+            numbers = [float(x) for x in carried(motion, of[row].tolist())]
+            found = np.empty((len(of), len(numbers))) if found is None else found
+            found[row] = numbers
+        return found
+
+    def _given(self, motion: Motion) -> tuple[WideInputs, Signs]:
+        """The numbers of a motion; 1 where it is a similarity."""
+        if motion not in self._motions:
+            motions = MotionBatch()
+            motions.row(motion.steps, recording_cache.FEWEST)
+            self._motions[motion] = motions.work_out()[:2]
+        return self._motions[motion]
+
+
+def _move_point(motion: Motion, numbers: Sequence[Any]) -> Sequence[Any]:
+    """Where it takes a point, and the rests."""
+    place = motion.carried(ex.exact_row(numbers))
+    return *round_numbers(place), *rounding_rests(place)
+
+
+def _move_plane(motion: Motion, numbers: Sequence[Any]) -> Sequence[Any]:
+    """The record of a plane that had one, the rests, and the sense of its normal."""
+    normal, over, anchor = tuple(numbers[:3]), numbers[3], tuple(numbers[4:PLANE_SIZE])
+    offset = ex.dot(ex.exact_row(normal), ex.exact_row(anchor), -ex.exact(over))
+    record = round_surface(PlaneSurface(normal, offset, anchor, over).moved(motion))
+    return *record.numbers, *record.rests, record.sense

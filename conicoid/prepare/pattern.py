@@ -1,0 +1,425 @@
+"""Patterns: what bodies of one kind have in common, as arrays, so that the tables of thousands are laid out at once.
+
+A body is its pattern (how its cells, gates, faces and sheets hang together) and a row of numbers: for each surface its
+record, what rounding took from that, and its sense; 4 numbers for each row of its maps to uv; a box for each leaf of
+its programs; its own box; the frame of its local points; the corners of its polygons, and what rounding took from
+these.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Iterator, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from .._util.arrays import unique_with_inverse
+from ..geometry.instances import InstanceList, ShiftTable, transform_offsets
+from ..geometry.instances import Ints as InstancesInts
+from ..kernels.tables import MAP_SIZE, PLANE, PLANE_SIZE, QUADRIC, QUADRIC_SIZE, SPHERE, SPHERE_SIZE, Floats, Ints
+from .assembly import Assembly
+
+SIZES = {PLANE: PLANE_SIZE, SPHERE: SPHERE_SIZE, QUADRIC: QUADRIC_SIZE}
+BOX_NUMBERS, FRAME_NUMBERS = 6, 12
+
+
+@dataclass(frozen=True, eq=False)
+class BodyPattern:
+    """All that is alike in bodies of one kind. Columns of the lists are those of `Assembly`."""
+
+    kind: int
+    index: int
+    angular: Ints
+    maps: Ints  # (faces, 3) rows of the map to uv of each face, which faces may have in common
+    kinds: Ints
+    cells: Ints  # (cells, 3)
+    cell_planes: Ints
+    planes: Ints  # (planes, 3)
+    programs: Ints  # (programs, 2)
+    leaves: Ints  # (leaves, 4)
+    gates: Ints  # (gates, 4)
+    sheets: Ints  # (sheets, 4)
+    polygons: Ints  # (polygons, 2)
+    corners: Ints  # of each polygon
+    framed: bool = True
+    """Has it faces and a frame of its own? Balls of many share one."""
+
+    # Columns of a row
+    records: list[tuple[int, int, int]] = field(init=False)  # kind, first column, column of the sense
+    uv_at: int = field(init=False)
+    bounds_at: int = field(init=False)
+    box_at: int = field(init=False)
+    frame_at: int = field(init=False)
+    corners_at: int = field(init=False)
+    width: int = field(init=False)
+
+    def __post_init__(self) -> None:
+        at, records = 0, []
+        for kind in self.kinds.tolist():
+            records.append((kind, at, at + 2 * SIZES[kind]))
+            at += 2 * SIZES[kind] + 1
+        columns: dict[str, Any] = dict(records=records, uv_at=at)
+        columns["bounds_at"] = at = at + MAP_SIZE * self.map_rows
+        columns["box_at"] = at = at + BOX_NUMBERS * len(self.leaves)
+        columns["frame_at"] = at = at + BOX_NUMBERS
+        columns["corners_at"] = at = at + FRAME_NUMBERS * self.framed
+        columns["width"] = at + 6 * int(self.corners.sum())
+        for name, value in columns.items():
+            object.__setattr__(self, name, value)
+
+    @classmethod
+    def of(
+        cls,
+        assembly: Assembly,
+        kind: int,
+        index: int,
+        angular: Sequence[bool],
+        maps: Sequence[tuple[int, int, int]],
+        framed: bool = True,
+    ) -> BodyPattern:
+        """The pattern of a body that has been put together."""
+        return cls(
+            kind,
+            index,
+            np.array(angular, np.int32),
+            _table(maps, 3),
+            np.array([record.kind for record in assembly.surfaces], np.int32),
+            _table(assembly.cells, 3),
+            np.array(assembly.cell_planes, np.int32),
+            _table(assembly.planes, 3),
+            _table(assembly.programs, 2),
+            _table(assembly.leaves, 4),
+            _table(assembly.gates, 4),
+            _table(assembly.sheets, 4),
+            _table(assembly.polygons, 2),
+            np.array([len(outline) for outline in assembly.outlines], np.int32),
+            framed,
+        )
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, BodyPattern) and self.key == other.key
+
+    def __hash__(self) -> int:
+        return hash(self.key)
+
+    @property
+    def map_rows(self) -> int:
+        """How many rows the maps of its faces have."""
+        return int(self.maps.max(initial=-1)) + 1
+
+    @cached_property
+    def key(self) -> tuple[Any, ...]:
+        """What says that two patterns are one."""
+        arrays = (
+            self.angular, self.maps, self.kinds, self.cells, self.cell_planes, self.planes, self.programs, self.leaves,
+            self.gates, self.sheets, self.polygons, self.corners,
+        )  # fmt: skip
+        return self.kind, self.index, self.framed, *((len(array), array.tobytes()) for array in arrays)
+
+
+def _table(rows: Sequence[tuple[int, ...]], width: int) -> Ints:
+    return np.array(rows, np.int32).reshape(-1, width)
+
+
+@dataclass
+class BodyGroup:
+    """Bodies of one pattern: their numbers in the scene, in rising order, and their rows."""
+
+    pattern: BodyPattern
+    bodies: Ints
+    rows: Floats | FactoredRows | RowTable
+    ball_frame: int = 0
+    """-1 - k for balls that share frame k; 0 for bodies with faces of their own."""
+
+
+# The rows of bodies of one pattern (`pattern`), by the numbers in them that differ.
+#
+# Most numbers of a row stand in it several times, or are the same in every row: of 180 of a box, 34 differ.
+
+_AT_ONCE = 1 << 13
+
+
+@dataclass(frozen=True)
+class RowTable:
+    """Tables with a row for each body, and for each column of a row where its number stands in them.
+
+    `rows[:, a:b]` and `rows[:, a]` are arrays, as `rows[which, a:b]` is for some bodies; `rows[which]` are rows.
+    """
+
+    tables: tuple[Floats, ...]  # (bodies, any) each
+    table: Ints  # (columns,)
+    column: Ints  # (columns,)
+
+    @classmethod
+    def of(cls, values: Floats, columns: Ints) -> RowTable:
+        """Rows whose columns are these of one table."""
+        return cls((values,), np.zeros(len(columns), np.int32), columns)
+
+    @classmethod
+    def joined(cls, parts: Sequence[tuple[RowTable, int, int]]) -> RowTable:
+        """Side by side: of each part the columns from one to another."""
+        first: dict[int, int] = {}
+        tables: list[Floats] = []
+        for rows, _, _ in parts:
+            if id(rows) not in first:
+                first[id(rows)] = len(tables)
+                tables += rows.tables
+        table = [rows.table[a:b] + np.int32(first[id(rows)]) for rows, a, b in parts]
+        return cls(tuple(tables), np.concatenate(table), np.concatenate([rows.column[a:b] for rows, a, b in parts]))
+
+    def __len__(self) -> int:
+        return len(self.tables[0])
+
+    def __getitem__(self, where: Any) -> Any:
+        if not isinstance(where, tuple):
+            return RowTable(tuple(table[where] for table in self.tables), self.table, self.column)
+        some, columns = where
+        if not isinstance(columns, slice):
+            return self.tables[self.table[columns]][some, self.column[columns]]
+        table, column = self.table[columns], self.column[columns]
+        ends = [len(table)]
+        if len(self.tables) > 1:
+            ends = [*(np.flatnonzero(table[1:] != table[:-1]) + 1).tolist(), len(table)]
+        if len(ends) == 1 and ends[0] > 0:
+            return _take_columns(self.tables[table[0]], some, column)
+        found, begin = np.empty((len(self.tables[0][some]), len(column))), 0
+        for end in ends if len(table) else ():
+            found[:, begin:end] = _take_columns(self.tables[table[begin]], some, column[begin:end])
+            begin = end
+        return found
+
+
+def _take_columns(table: Floats, some: Any, columns: Ints) -> Floats:
+    """Some columns of some rows."""
+    first, count = int(columns[0]), len(columns)
+    if int(columns[-1]) == first + count - 1 and (columns[1:] > columns[:-1]).all():
+        found: Floats = table[some, first : first + count]
+        return found
+    return table[some].take(columns, axis=1)
+
+
+def row_blocks(count: int) -> Iterator[slice]:
+    """So many bodies, some at a time: what is made of these is still in the cache when it is read."""
+    for begin in range(0, count, _AT_ONCE):
+        yield slice(begin, min(count, begin + _AT_ONCE))
+
+
+# How far bodies of a kind are from the first of them.
+
+
+@dataclass(frozen=True)
+class Offsets:
+    """Along each axis the different distances, rounded once, and which of them each body has. `away[which]`: (n, 3)."""
+
+    values: tuple[Floats, Floats, Floats]
+    index: Ints  # (3, bodies)
+
+    @classmethod
+    def of(cls, shifts: ShiftTable) -> Offsets:
+        """Of bodies with these shifts, of which there is at least one."""
+        base, index = shifts.of(0), np.empty_like(shifts.index)
+        values = []
+        for axis, known in enumerate(shifts.values):
+            used = np.bincount(shifts.index[axis], minlength=len(known)) > 0
+            index[axis] = (np.cumsum(used, dtype=np.int32) - np.int32(1))[shifts.index[axis]]
+            values.append(np.array([float(known[k] - base[axis]) for k in np.flatnonzero(used).tolist()]))
+        return cls((values[0], values[1], values[2]), index)
+
+    @classmethod
+    def among(cls, bodies: InstanceList, numbers: Ints) -> Offsets:
+        """Of some bodies of one kind."""
+        found, motion = cls.of(bodies.shifts.chosen(numbers)), bodies.motion(int(bodies.kinds[numbers[0]]))
+        if motion.is_identity:
+            return found
+        columns = [unique_with_inverse(np.ascontiguousarray(c)) for c in transform_offsets(found[:], motion).T]
+        x, y, z = (values for values, _ in columns)
+        return cls((x, y, z), np.array([index for _, index in columns], np.int32))
+
+    def __len__(self) -> int:
+        return self.index.shape[1]
+
+    def __getitem__(self, which: Any) -> Floats:
+        return np.stack([values[index[which]] for values, index in zip(self.values, self.index, strict=True)], axis=-1)
+
+    @property
+    def most(self) -> float:
+        """The largest of all along any axis."""
+        return max(float(np.abs(values).max()) for values in self.values)
+
+
+# The rows of bodies that are one another moved (`moved`), made when they are asked for: few differ along each axis.
+
+_WIDER = 2.0**-20
+"""Boxes are wider by this share of their size and of how far they are moved (the geometric mean). Their ends are roots
+of quadratic equations in numbers that moving rounds, so what they are off by is of the order of its square root."""
+
+
+@dataclass(frozen=True)
+class IndexedColumns:
+    """Columns of rows that depend on one thing: a table by its values, and which of these each body has."""
+
+    first: int
+    last: int
+    values: Floats  # (different ones, last - first)
+    index: InstancesInts  # (bodies,)
+
+
+ColumnNames: TypeAlias = tuple[Hashable, list[tuple[Floats, InstancesInts]]]
+"""A form; of each axis the different coordinates, and which of them each body has."""
+
+
+@dataclass
+class FactoredRows:
+    """The rows of bodies, worked out when columns are asked for: `rows[:, a:b]` and `rows[:, a]`."""
+
+    base: Floats
+    away: Offsets  # from the first
+    gathered: list[IndexedColumns] = field(default_factory=list)
+    slanted: list[int] = field(default_factory=list)
+    """Where rows of four begin, an affine map each, that depend on several axes."""
+    boxes: tuple[int, int] = (0, 0)
+    """The columns that are boxes."""
+    leads: dict[int, InstancesInts] = field(default_factory=dict)
+    """Of a plane that begins at a column, for each body the one whose record stands for all that have the same."""
+    forms: dict[int, Hashable] = field(default_factory=dict)
+    """Of a curved surface that begins at a column, what it is but for its anchor, which nothing was rounded in."""
+    names: dict[int, ColumnNames] = field(default_factory=dict)
+    """Of other surfaces that begin at a column, what says which are one."""
+
+    def __len__(self) -> int:
+        return len(self.away)
+
+    def __getitem__(self, where: tuple[slice, Any]) -> Floats:
+        every, columns = where
+        if not isinstance(columns, slice):
+            return self[every, columns : columns + 1][:, 0]
+        return self.of(np.arange(*every.indices(len(self))), columns.start, columns.stop)
+
+    def of(self, bodies: Any, first: int, last: int) -> Floats:
+        """Some columns of some bodies."""
+        rows = np.empty((len(bodies), last - first))
+        rows[:] = self.base[first:last]
+        for each in self.gathered:
+            a, b = max(first, each.first), min(last, each.last)
+            if a < b:
+                rows[:, a - first : b - first] = each.values[:, a - each.first : b - each.first][each.index[bodies]]
+        for at in self.slanted:
+            if first <= at + 3 < last:
+                rows[:, at + 3 - first] -= (self.base[at : at + 3] * self.away[bodies]).sum(axis=1)
+        for at in range(*self.boxes, BOX_NUMBERS):
+            a, b = max(first, at), min(last, at + BOX_NUMBERS)
+            if a < b:
+                rows[:, a - first : b - first] = self._boxes(bodies, at)[:, a - at : b - at]
+        return rows
+
+    def distinct(self, column: int) -> tuple[Floats, InstancesInts]:
+        """Of a column that depends on at most one thing: (the different values, which of them each body has)."""
+        for each in self.gathered:
+            if each.first <= column < each.last:
+                return each.values[:, column - each.first], each.index
+        return self.base[column : column + 1], np.zeros(len(self), np.int32)
+
+    def name(self, column: int) -> ColumnNames | None:
+        """What says of surfaces that begin at a column which are one: those of one form with equal coordinates."""
+        form = self.forms.get(column)
+        if form is None:
+            return self.names.get(column)
+        return form, [self.distinct(column + axis) for axis in range(3)]
+
+    def maps(self, at: int) -> tuple[Floats, InstancesInts]:
+        """Of the row of an affine map that begins at a column: (the different ones (n, 4), which each body has)."""
+        for each in self.gathered:
+            if (each.first, each.last) == (at, at + 4) and (each.values != each.values[0]).any():
+                return each.values, each.index
+        if at in self.slanted:
+            return self[:, at : at + 4], np.arange(len(self), dtype=np.int32)
+        return self.base[None, at : at + 4], np.zeros(len(self), np.int32)
+
+    def _boxes(self, bodies: Any, at: int) -> Floats:
+        """A box of the first body, moved to others."""
+        return shift_boxes(self.base[at : at + BOX_NUMBERS], self.away[bodies])
+
+    def around_all(self, at: int, count: int) -> Floats:
+        """So many boxes of the first body, from a column on, wide enough for those of all bodies less `away`."""
+        boxes, far = self.base[at : at + BOX_NUMBERS * count].reshape(-1, BOX_NUMBERS).copy(), self.away.most
+        for box in boxes:
+            wider = _box_slack(box, far)
+            box[:3] -= wider
+            box[3:] += wider
+        return boxes
+
+
+def shift_boxes(box: Floats, away: Floats) -> Floats:
+    """A box (6,) low and high, moved by each of (n, 3)."""
+    wider = _box_slack(box, np.abs(away).max(axis=1))[:, None]
+    return np.concatenate([box[:3] + (away - wider), box[3:] + (away + wider)], axis=1)
+
+
+def _box_slack(box: Floats, away: Any) -> Any:
+    """By how much a box is wider that is moved so far (see `_WIDER`)."""
+    ends = np.where(np.isfinite(box), box, 0.0)
+    size = np.abs(ends[3:] - ends[:3]).max()
+    return _WIDER * np.sqrt(size * (size + np.abs(ends).max() + away))
+
+
+# What the bodies of a scene have become, and where the rows of each are in the tables.
+
+
+@dataclass
+class BulkBalls:
+    """Bulk balls: the numbers of their bodies, (n, 4) centers and radii, boxes (n, 6) and -1 - k for their frame k."""
+
+    bodies: Ints
+    spheres: Floats
+    boxes: Floats
+    frame: int
+
+
+@dataclass
+class BodyGroups:
+    """What a scene's bodies have become: groups of one pattern each, bulk balls, and the frames of balls."""
+
+    body_count: int
+    groups: list[BodyGroup] = field(default_factory=list)
+    balls: list[BulkBalls] = field(default_factory=list)
+    ball_frames: list[Floats] = field(default_factory=list)
+
+
+@dataclass
+class RowPlaces:
+    """Where the rows of each body begin in a column of the tables, and how many there are in all."""
+
+    first: Ints
+    count: int
+
+    @classmethod
+    def of(cls, contents: BodyGroups, each: Sequence[int]) -> RowPlaces:
+        """`each`: how many the bodies of each group have."""
+        if not any(each):
+            return cls(np.broadcast_to(np.int32(0), contents.body_count), 0)
+        counts = np.zeros(contents.body_count, np.int32)
+        for group, number in zip(contents.groups, each, strict=True):
+            counts[group.bodies] = number
+        ends = np.cumsum(counts, dtype=np.int32)
+        return cls(ends - counts, int(ends[-1]) if len(ends) else 0)
+
+    @classmethod
+    def alike(cls, contents: BodyGroups, each: Sequence[int]) -> RowPlaces:
+        """The same, where those of a group that are one another moved (`MovedRows`) have one: behind all others'."""
+        shares = [isinstance(group.rows, FactoredRows) for group in contents.groups]
+        if not any(shares):
+            return cls.of(contents, each)
+        own = cls.of(contents, [0 if one else number for one, number in zip(shares, each, strict=True)])
+        first, count = np.array(own.first), own.count
+        for group, one, number in zip(contents.groups, shares, each, strict=True):
+            if one:
+                first[group.bodies] = count
+                count += number
+        return cls(first, count)
+
+    def rows(self, group: BodyGroup, each: int) -> Ints:
+        """(bodies, each) rows of a group's bodies."""
+        rows: Any = self.first[group.bodies][:, None] + np.arange(each, dtype=np.int32)
+        return rows

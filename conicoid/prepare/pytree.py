@@ -1,0 +1,186 @@
+"""What was said of a shape or of a step of a motion: the form of its fields, and their numbers.
+
+Those of one form can be lowered by one recording.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import operator
+from collections.abc import Callable, Hashable, Sequence
+from dataclasses import dataclass
+from functools import cache
+from itertools import chain
+from typing import Any, cast
+
+import numpy as np
+
+from ..kernels.tables import Floats, Longs
+from ..numerics.tracing import Tape
+
+
+@dataclass(slots=True)
+class ShapeParameters:
+    """What was said of a shape: the form of its fields, and their numbers from the first to the last."""
+
+    form: tuple[Hashable, ...]
+    numbers: list[float]
+
+
+@cache
+def _field_readers(kind: Any) -> list[Callable[[Any], Any]]:
+    """What reads each of the fields of a kind of shape or step, but for the motion."""
+    return [operator.attrgetter(each.name) for each in dataclasses.fields(kind) if each.name != "motion"]
+
+
+def _field_columns(kind: Any, things: Sequence[Any]) -> list[list[Any]]:
+    """Each field of all things of a kind."""
+    return [list(map(get, things)) for get in _field_readers(kind)]
+
+
+def flatten(thing: Any) -> ShapeParameters | None:
+    """What was said of a shape or a step; None where there is more to it than numbers."""
+    form: list[Hashable] = [cast(Hashable, type(thing))]
+    numbers: list[float] = []
+    for get in _field_readers(cast(Any, type(thing))):
+        if not _flatten_value(get(thing), form, numbers):
+            return None
+    return ShapeParameters(tuple(form), numbers)
+
+
+def _flatten_value(value: Any, form: list[Hashable], numbers: list[float]) -> bool:
+    """Add a value of a field; False for what has another form."""
+    kind = type(value)
+    if kind is float:
+        form.append(float)
+        numbers.append(value)
+    elif kind is tuple:
+        form.append(len(value))
+        for place, each in enumerate(value):
+            if type(each) is float:
+                numbers.append(each)
+                continue
+            form.append((place,))
+            if not _flatten_value(each, form, numbers):
+                return False
+    elif value is None or kind in (str, bool, int):
+        form.append(value)
+    else:
+        return False
+    return True
+
+
+@dataclass(frozen=True)
+class ParameterRows:
+    """Those of some shapes or steps that have one form: which, and (n, numbers) what was said of them."""
+
+    form: tuple[Hashable, ...]
+    which: Longs
+    numbers: Floats
+
+
+def flatten_all(things: Sequence[Any]) -> list[ParameterRows]:
+    """`said` of many, those of one form together; those of which there is more to be said are in none.
+
+    A field is read of all of them at once. What is there more than once, as a part that is shared by many bodies is,
+    is read once.
+    """
+    place = dict(zip(map(id, things), range(len(things)), strict=True))
+    if 2 * len(place) > len(things):
+        return _flatten_distinct(things, np.arange(len(things)))
+    number = {key: rank for rank, key in enumerate(place)}
+    index = np.fromiter(map(number.__getitem__, map(id, things)), np.int64, len(things))
+    found = []
+    for alike in _flatten_distinct([things[k] for k in place.values()], np.arange(len(place))):
+        row = np.full(len(place), -1)
+        row[alike.which] = np.arange(len(alike.which))
+        rows = row[index]
+        which = np.flatnonzero(rows >= 0)
+        found.append(ParameterRows(alike.form, which, alike.numbers[rows[which]]))
+    return found
+
+
+def _flatten_distinct(things: Sequence[Any], which: Longs) -> list[ParameterRows]:
+    """`said_of_all` for things that are not the same."""
+    kinds = list(map(type, things))
+    if len(set(kinds)) > 1:
+        return _flatten_by_key(things, which, kinds)
+    columns = [np.zeros((len(things), 0))]
+    for column in _field_columns(kinds[0], things) if things else ():
+        numbers = _column_numbers(column)
+        if numbers is None:
+            keys = list(map(_value_key, column))
+            return _flatten_by_key(things, which, keys) if len(set(keys)) > 1 else _one_by_one(things, which)
+        columns.append(np.array(numbers, np.float64).reshape(len(things), -1))
+    told = flatten(things[0]) if things else None
+    return [ParameterRows(told.form, which, np.concatenate(columns, axis=1))] if told is not None else []
+
+
+def _flatten_by_key(things: Sequence[Any], which: Longs, keys: Sequence[Hashable]) -> list[ParameterRows]:
+    """`_said_of` for those of each key by themselves, of which there are several."""
+    found: list[ParameterRows] = []
+    for part in positions_by_key(keys).values():
+        found += _flatten_distinct([things[k] for k in part], which[part])
+    return found
+
+
+def positions_by_key(keys: Sequence[Hashable]) -> dict[Any, list[int]]:
+    """Where each key stands among these."""
+    parts: dict[Any, list[int]] = {}
+    if len(set(keys)) == 1:
+        return {keys[0]: list(range(len(keys)))}
+    for place, key in enumerate(keys):
+        parts.setdefault(key, []).append(place)
+    return parts
+
+
+def _one_by_one(things: Sequence[Any], which: Longs) -> list[ParameterRows]:
+    """`_said_of` for things whose fields are too deep to be read together."""
+    told = list(map(flatten, things))
+    parts = positions_by_key([None if each is None else each.form for each in told])
+    parts.pop(None, None)
+    return [
+        ParameterRows(
+            form, which[part], np.array([cast(ShapeParameters, told[k]).numbers for k in part]).reshape(len(part), -1)
+        )
+        for form, part in parts.items()
+    ]
+
+
+def _column_numbers(column: Sequence[Any]) -> Sequence[float] | None:
+    """The numbers in a field of all things, where they are told alike of each: one after the other."""
+    kinds = set(map(type, column))
+    if len(kinds) > 1:
+        return None
+    kind = next(iter(kinds), float)
+    if kind is float:
+        return column
+    if kind is tuple:
+        if len(set(map(len, column))) > 1:
+            return None
+        within = list(chain.from_iterable(column))
+        return _column_numbers(within) if set(map(type, within)) in ({float}, {tuple}) else None
+    return () if kind in (type(None), str, bool, int) and len(set(column)) == 1 else None
+
+
+def _value_key(value: Any) -> Hashable:
+    """What differs between values that are not told alike, as far as one level goes."""
+    if type(value) is tuple:
+        return tuple, len(value)
+    return (type(value), value) if type(value) in (str, bool, int) else cast(Hashable, type(value))
+
+
+def _rebuild_value(value: Any, tape: Tape) -> Any:
+    """A value of a field with numbers that are recorded."""
+    if type(value) is float:
+        return tape.input(value)
+    return tuple(_rebuild_value(each, tape) for each in value) if type(value) is tuple else value
+
+
+def unflatten(thing: Any, tape: Tape) -> Any:
+    """A shape or a step whose numbers are recorded; nothing of it is checked anew."""
+    made = object.__new__(type(thing))
+    for each in dataclasses.fields(thing):
+        if each.name != "motion":
+            object.__setattr__(made, each.name, _rebuild_value(getattr(thing, each.name), tape))
+    return made

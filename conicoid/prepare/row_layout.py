@@ -1,0 +1,128 @@
+"""Which rows of a scene's tables are whose: kept, so that a scene made from it can take them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..kernels.tables import BALL, CELL, PLANE, POLYGON, QUADRIC, REGION, SHEET, SPHERE, Ints, Longs, Signs
+from .coincidence import SurfaceTable
+from .pattern import BodyGroups, BodyPattern
+
+(
+    SURFACES, PLANES, SPHERES, QUADRICS, CELLS, CELL_PLANES, PROGRAMS, LEAVES, GATES, SHEETS, POLYGONS, CORNERS, FACES,
+    MAP_ROWS, FRAMES, BALLS, BODIES, ENTRIES, BALL_FRAMES,
+) = range(19)  # fmt: skip
+"""What the tables have rows of. Surfaces are those that bodies came with, bulk balls apart."""
+AXES_OF_ROWS = BALL_FRAMES + 1
+OF_PATTERNS = 17
+"""So many of these a body has by its pattern; the entries of a list and the frames of bulk balls come with entries."""
+KINDS = {CELL: CELLS, REGION: PROGRAMS, SHEET: SHEETS, POLYGON: POLYGONS}
+
+
+def _counts(pattern: BodyPattern | None) -> list[int]:
+    """How many rows a body of a pattern has; None: a bulk ball."""
+    if pattern is None:
+        return [0] * BALLS + [1, 1]
+    p = pattern
+    of_kind = [int((p.kinds == kind).sum()) for kind in (PLANE, SPHERE, QUADRIC)]
+    parts = (p.cells, p.planes, p.programs, p.leaves, p.gates, p.sheets, p.polygons)
+    rows = int(p.corners.sum()), len(p.angular), p.map_rows
+    return [len(p.kinds), *of_kind, *map(len, parts), *rows, int(p.framed), 0, 1]
+
+
+def _entry(pattern: BodyPattern | None) -> tuple[int, int, int]:
+    """What the tree holds of a body of a pattern: kind, row; and kind, if cells that are balls are told apart."""
+    if pattern is None:
+        return BALL, 0, BALL
+    ball = pattern.kind == CELL and pattern.kinds.tolist() == [SPHERE] and pattern.cells.tolist() == [[0, 1, 0]]
+    return pattern.kind, pattern.index, BALL if ball else pattern.kind
+
+
+@dataclass(frozen=True)
+class ScenePatterns:
+    """The patterns of a scene's bodies; number 0 are bulk balls, which have none."""
+
+    known: tuple[BodyPattern | None, ...]
+    numbers: dict[BodyPattern, int]
+    counts: Longs  # (patterns, OF_PATTERNS)
+    entries: Longs  # (patterns, 3) kind of entry, which of its rows of that kind it is; and the kind, balls told apart
+
+    @classmethod
+    def of(cls, patterns: Iterable[BodyPattern]) -> ScenePatterns:
+        """These, each once."""
+        known: list[BodyPattern | None] = [None, *dict.fromkeys(patterns)]
+        numbers = {pattern: number for number, pattern in enumerate(known) if pattern is not None}
+        counts = np.array([_counts(pattern) for pattern in known], np.int64)
+        entries = np.array([_entry(pattern) for pattern in known], np.int64)
+        return cls(tuple(known), numbers, counts, entries)
+
+    def joined(self, others: ScenePatterns) -> tuple[ScenePatterns, Ints]:
+        """Those of both, and the numbers of the others in it."""
+        new = ScenePatterns.of(pattern for pattern in others.numbers if pattern not in self.numbers)
+        both = self
+        if new.numbers:
+            first = len(self.known) - 1
+            both = ScenePatterns(
+                self.known + new.known[1:],
+                self.numbers | {pattern: first + number for pattern, number in new.numbers.items()},
+                np.concatenate([self.counts, new.counts[1:]]),
+                np.concatenate([self.entries, new.entries[1:]]),
+            )
+        return both, np.array([0, *(both.numbers[pattern] for pattern in others.numbers)], np.int32)
+
+
+@dataclass(frozen=True)
+class RowLayout:
+    """Which rows of the tables are whose: those of every kind are in the order of the bodies."""
+
+    patterns: ScenePatterns
+    which: Ints  # (bodies,) number of the pattern
+    first_body: Longs  # (entries + 1,)
+    first_frame: Longs  # (entries + 1,) of bulk balls
+    kinds: Signs  # (surfaces,) of those that bodies came with
+    given: Signs  # (surfaces,) the senses that these came with
+    senses: Signs | None  # (surfaces and bulk balls,) those they have in the table; None where they are those given
+    first: Ints | None  # (the same,) whose record each takes; None: its own
+    ids: Ints | None  # (the same,) which surface of the table each is; None: that of its number
+    _starts: dict[int, Longs] = field(default_factory=dict, repr=False)
+
+    @classmethod
+    def of(
+        cls, contents: BodyGroups, items: Sequence[int], frames: Sequence[int], surfaces: SurfaceTable
+    ) -> RowLayout | None:
+        """Of a scene with so many bodies, and frames of balls up to there, for each entry; None for others' bodies."""
+        patterns = ScenePatterns.of(group.pattern for group in contents.groups)
+        which = np.full(contents.body_count, -1, np.int32)
+        for group in contents.groups:
+            which[group.bodies] = patterns.numbers[group.pattern]
+        for balls in contents.balls:
+            which[balls.bodies] = 0
+        if (which < 0).any():
+            return None
+        bodies, ball_frames = np.cumsum([0, *items]), np.array([0, *frames], np.int64)
+        kept = (None, None, None) if surfaces.first is None else (surfaces.senses, surfaces.first, surfaces.ids)
+        return cls(patterns, which, bodies, ball_frames, surfaces.given.kinds, surfaces.given.senses, *kept)
+
+    def rows_up_to(self, entries: Longs) -> Longs:
+        """(entries, AXES_OF_ROWS): how many rows of each kind there are before these entries, in rising order."""
+        bounds = self.first_body[entries]
+        found = np.zeros((len(entries), AXES_OF_ROWS), np.int64)
+        done, before = np.zeros(OF_PATTERNS, np.int64), 0
+        for row, bound in enumerate(bounds.tolist()):
+            if bound > before:
+                members = np.bincount(self.which[before:bound])
+                done = done + members @ self.patterns.counts[: len(members)]
+                before = bound
+            found[row, :OF_PATTERNS] = done
+        found[:, ENTRIES], found[:, BALL_FRAMES] = entries, self.first_frame[entries]
+        return found
+
+    def starts(self, axis: int) -> Longs:
+        """(bodies + 1,) where the rows of each body begin; for the last, where they end."""
+        if axis not in self._starts:
+            ends = np.cumsum(self.patterns.counts[:, axis][self.which])
+            self._starts[axis] = np.concatenate([np.zeros(1, np.int64), ends])
+        return self._starts[axis]

@@ -1,0 +1,260 @@
+"""Recordings: tapes as kernels take them, and what playing them gives."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property, lru_cache
+
+import numpy as np
+import numpy.typing as npt
+
+from ..._util.arrays import unique_with_inverse
+from ...kernels.numbers.quad_double import LEAST
+from ...kernels.tables import Floats, Ints, Signs
+from ...numerics import bigfloat
+from ...numerics.bigfloat import BigFloat
+from ...numerics.tracing import Tape
+from .bigfloat_functions import CONSTANTS, MULTIPLES, STEP, TERMS
+from .bigfloat_kernel import BITS, COUNT, EXACT, EXPONENT, LIMBS, OFF, SIGN, WIDTH
+from .bigfloat_to_quad import cut_to_fours
+from .interpreter import OPERATIONS, SINE_COSINE, STATE_OTHER_BRANCH, STATE_UNDECIDED, STATE_VALID, play
+from .schedule import schedule_tape
+from .simd_interpreter import play_in_lanes
+from .simd_registers import COLUMNS
+from .simd_sine_cosine import LANE_CONSTANTS, LANE_TERMS
+
+Longs = npt.NDArray[np.int64]
+_AT_ONCE = 4096
+_FEWEST = 4
+"""Bodies that are worth lanes."""
+_MOST = 1 << 16
+"""Registers of a kind that lanes have room for."""
+_NUMBERED = {name: number for number, name in enumerate(OPERATIONS)}
+_PLACES = 320
+"""Binary places of what sines are made of, which are more than numbers of `wide` have."""
+
+
+def bigfloat_row(value: BigFloat) -> Longs:
+    """A number as kernels take it; cut where it is longer."""
+    row = np.zeros(WIDTH, np.int64)
+    size, exponent, off = abs(value.mantissa), value.exponent, value.off
+    less = size.bit_length() - (LIMBS - 1) * BITS
+    if less > 0:
+        cut = size & ((1 << less) - 1)
+        size, exponent, off = size >> less, exponent + less, (off >> less) + (2 if cut or off else 0)
+    up = exponent % BITS
+    size, off, exponent = size << up, off << up, (exponent - up) // BITS
+    while size and not size & ((1 << BITS) - 1) and not off:
+        size, exponent = size >> BITS, exponent + 1
+    row[SIGN] = -1 if value.mantissa < 0 else 1
+    row[OFF] = BITS * exponent + off.bit_length() if off else EXACT
+    count = 0
+    while size:
+        row[count], size, count = size & ((1 << BITS) - 1), size >> BITS, count + 1
+    row[COUNT], row[EXPONENT] = count, exponent if count else 0
+    return row
+
+
+def quad_row(value: BigFloat) -> list[float]:
+    """A number as kernels in lanes take it: four floats, and the error."""
+    rest, scale, floats = value.mantissa, value.exponent, []
+    for _ in range(COLUMNS - 1):
+        try:
+            floats.append(_leading(rest, scale))
+        except OverflowError:
+            return [0.0] * (COLUMNS - 1) + [math.inf]
+        part, places = math.frexp(floats[-1])
+        digits, unit = int(math.ldexp(part, 53)), places - 53
+        finer = max(0, scale - unit)
+        rest, scale = (rest << finer) - (digits << (unit - scale + finer)), scale - finer
+    error = _leading(abs(rest) + (value.off << (value.exponent - scale)), scale)
+    return [*floats, math.nextafter(error, math.inf) + LEAST if rest or value.off else 0.0]
+
+
+def _leading(digits: int, scale: int) -> float:
+    """The float nearest to digits · 2^scale, but for the last bit of very long ones. Raises OverflowError."""
+    more = max(0, digits.bit_length() - 1000)
+    return math.ldexp(float(digits >> more), scale + more)
+
+
+def _coefficients(terms: int) -> list[BigFloat]:
+    """Of the sine, from the first one on.
+
+    One is cut to what counts beside its power of an angle below 2^-7.
+    """
+    coefficients = [bigfloat.ONE]
+    for k in range(1, terms):
+        places = _PLACES - 14 * k
+        coefficients.append(BigFloat(((-1) ** k << places) // math.factorial(2 * k + 1), -places, 2))
+    return coefficients
+
+
+@lru_cache(maxsize=1)
+def _degree_and_table() -> tuple[BigFloat, list[BigFloat]]:
+    """pi / 180; sine and cosine of each multiple of STEP, from the first on, each by a turn from the one before."""
+    degree = BigFloat(bigfloat.round_shift(bigfloat.pi_fixed_point(bigfloat.BITS) // 180, 64), 64 - bigfloat.BITS, 2)
+    places = _PLACES + 64
+    s, c = sine, cosine = bigfloat.sin_cos_fixed_point(Fraction(STEP), places)
+    table = []
+    for _ in range(MULTIPLES):
+        table += [BigFloat(bigfloat.round_shift(x, 64), -_PLACES, 2) for x in (s, c)]
+        s, c = (s * cosine + c * sine) >> places, (c * cosine - s * sine) >> places
+    return degree, table
+
+
+@lru_cache(maxsize=1)
+def _series() -> Longs:
+    """What `roots.sine_cosine` needs: pi / 180, the sine's coefficients from the last one to the first, the table."""
+    degree, table = _degree_and_table()
+    rows = degree, *reversed(_coefficients(TERMS)), bigfloat.ZERO, bigfloat.ONE, *table
+    return np.array([bigfloat_row(value) for value in rows])
+
+
+@lru_cache(maxsize=1)
+def _lane_series() -> Floats:
+    """What `lane_angles.sine_cosine_rows` needs."""
+    degree, table = _degree_and_table()
+    rows = degree, bigfloat.ONE, *reversed(_coefficients(LANE_TERMS)), bigfloat.ZERO, bigfloat.ONE, *table
+    return np.array([quad_row(value) for value in rows])
+
+
+_NO_SERIES = np.zeros((CONSTANTS, WIDTH), np.int64), np.zeros((LANE_CONSTANTS, COLUMNS))
+"""For tapes without a sine, which are most: the others have to be worked out."""
+
+
+@dataclass(frozen=True)
+class WideInputs:
+    """Numbers of many digits that bodies come with: rows of them in four floats, and in more where these do not do."""
+
+    fours: Floats  # (rows, numbers, COLUMNS)
+    digits: Callable[[Ints], Longs]
+    """(rows, numbers, WIDTH) of some of the rows."""
+
+
+NO_INPUTS = WideInputs(np.zeros((1, 0, COLUMNS)), lambda rows: np.zeros((len(rows), 0, WIDTH), np.int64))
+
+
+def quads_from_bigfloats(wides: Longs) -> Floats:
+    """(..., WIDTH) wide numbers in four floats each, (..., COLUMNS)."""
+    rows = np.ascontiguousarray(wides).reshape(-1, WIDTH)
+    found = np.empty((len(rows), COLUMNS))
+    cut_to_fours(rows, found)
+    return found.reshape(*wides.shape[:-1], COLUMNS)
+
+
+@dataclass
+class ProgramResult:
+    """What a recording gave for some bodies, and for which of them it held."""
+
+    floats: Floats  # (bodies, outputs)
+    fours: Floats  # (bodies, outputs, COLUMNS), the wide ones
+    state: Signs
+    recording: TapeProgram
+
+    @property
+    def held(self) -> npt.NDArray[np.bool_]:
+        """Those whose tests turned out as recorded, and whose numbers were settled."""
+        return np.asarray(self.state == STATE_VALID)
+
+    @property
+    def elsewhere(self) -> npt.NDArray[np.bool_]:
+        """Those of which a test turned out otherwise."""
+        return np.asarray(self.state == STATE_OTHER_BRANCH)
+
+    @property
+    def open(self) -> npt.NDArray[np.bool_]:
+        """Those that need more digits."""
+        return np.asarray(self.state == STATE_UNDECIDED)
+
+    def kept(self) -> ProgramResult:
+        """Only those for which it held."""
+        held = self.held
+        if held.all():
+            return self
+        fours = self.fours[held] if len(self.fours) else self.fours
+        return ProgramResult(self.floats[held], fours, self.state[held], self.recording)
+
+
+@dataclass(frozen=True)
+class TapeProgram:
+    """A tape in arrays."""
+
+    code: Ints
+    written: Ints
+    """The registers that are the outputs."""
+    numbers: Floats
+    constants: Longs
+    wides: int
+    plains: int
+    wide_outputs: int
+
+    @classmethod
+    def of(cls, tape: Tape) -> TapeProgram:
+        """From what was recorded."""
+        which, *operands = zip(*schedule_tape(tape), strict=True)
+        constants = [bigfloat_row(value) for _, value in tape.constants.values()]
+        return cls(
+            np.ascontiguousarray(np.array([list(map(_NUMBERED.__getitem__, which)), *operands], np.int32).T),
+            np.array(tape.written, np.int32),
+            np.array([value for _, value in tape.numbers.values()], np.float64),
+            np.array(constants, np.int64).reshape(-1, WIDTH),
+            tape.wides,
+            tape.plains,
+            tape.wide_outputs,
+        )
+
+    def play(self, inputs: Floats, given: WideInputs, rows: Ints) -> ProgramResult:
+        """Work it out for bodies that have a row of inputs each, and one of the given numbers.
+
+        In four floats; and in more digits for those that are left open then.
+        """
+        played = self.in_lanes(inputs, given.fours, rows)
+        left = np.flatnonzero(played.open)
+        if len(left):
+            mine, places = unique_with_inverse(rows[left])
+            which: Ints = places.astype(np.int32)
+            played.floats[left], wides, played.state[left] = self.in_digits(inputs[left], given.digits(mine), which)
+            if self.wide_outputs:
+                held = played.held[left]  # of what is open there are no numbers
+                played.fours[left[held]] = quads_from_bigfloats(wides[held])
+        return played
+
+    def in_lanes(self, inputs: Floats, given: Floats, rows: Ints) -> ProgramResult:
+        """`play` in four floats alone; a few bodies, and tapes too long for lanes, are left open."""
+        count, inputs, rows = len(inputs), np.ascontiguousarray(inputs), np.ascontiguousarray(rows, np.int32)
+        floats, state = np.empty((count, len(self.written))), np.full(count, STATE_UNDECIDED, np.int8)
+        fours = np.empty((count if self.wide_outputs else 0, self.wide_outputs, COLUMNS))
+        if count >= _FEWEST and max(self.wides, self.plains) <= _MOST:
+            series = _lane_series() if self._turns else _NO_SERIES[1]
+            for begin in range(0, count, _AT_ONCE):  # Ctrl-C is heard in between
+                play_in_lanes(
+                    self.code, self.written, self.numbers, self._lane_constants, series, inputs, given, rows, floats,
+                    fours, state, self.wides, self.plains, begin, min(count, begin + _AT_ONCE),
+                )  # fmt: skip
+        return ProgramResult(floats, fours, state, self)
+
+    @cached_property
+    def _turns(self) -> bool:
+        """Are there sines in it?"""
+        return bool((self.code[:, 0] == SINE_COSINE).any())
+
+    @cached_property
+    def _lane_constants(self) -> Floats:
+        """The constants in four floats."""
+        return quads_from_bigfloats(self.constants)
+
+    def in_digits(self, inputs: Floats, given: Longs, rows: Ints) -> tuple[Floats, Longs, Signs]:
+        """(bodies, outputs), (bodies, outputs, WIDTH) and states by numbers of 253 bits and more alone."""
+        count, inputs, rows = len(inputs), np.ascontiguousarray(inputs), np.ascontiguousarray(rows, np.int32)
+        floats, state = np.empty((count, len(self.written))), np.zeros(count, np.int8)
+        wides = np.empty((count if self.wide_outputs else 0, self.wide_outputs, WIDTH), np.int64)
+        series = _series() if self._turns else _NO_SERIES[0]
+        for begin in range(0, count, _AT_ONCE):
+            play(
+                self.code, self.written, self.numbers, self.constants, series, inputs, given, rows, floats, wides,
+                state, self.wides, self.plains, begin, min(count, begin + _AT_ONCE),
+            )  # fmt: skip
+        return floats, wides, state

@@ -1,0 +1,316 @@
+"""Tapes played for many bodies side by side: the numbers of `tape` in four floats, in lanes.
+
+What comes out is certain, as it is from `tape`: a test is passed where the interval of its number leaves no doubt, and
+a number is rounded where both ends of its own round alike. Bodies that four floats leave open are left to `tape`; most
+need no more.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..._jit.decorators import allocator, choose, helper, kernel
+from ...kernels.numbers.double_double import exponent_of, next_float_up, power_of_two
+from ...kernels.tables import Floats, Ints, Longs, Signs
+from .interpreter import (
+    ABOVE,
+    ABOVE_IF,
+    ADD,
+    CONSTANT,
+    COUNT_NONZERO,
+    DIVIDE,
+    GREATER,
+    INPUT,
+    LEADING,
+    MULTIPLY,
+    NEGATE,
+    NUMBER,
+    PLAIN_ADD,
+    PLAIN_DIVIDE,
+    PLAIN_MULTIPLY,
+    PLAIN_NEGATE,
+    PLAIN_ROOT,
+    PLAIN_SIGN_IS,
+    PLAIN_SIZE,
+    PLAIN_SUBTRACT,
+    ROOT,
+    ROUND,
+    SEVERAL,
+    SIGN_IS,
+    SINE_COSINE,
+    SIZE,
+    STATE_UNDECIDED,
+    SUBTRACT,
+    TURN_IS,
+    UNIT_SIGN,
+    WIDEN,
+    WRITE_WIDE,
+    fits,
+    is_within,
+    multiple_of_30_degrees,
+)
+from .simd_registers import (
+    ALL,
+    COLUMNS,
+    FAILS,
+    LANES,
+    OF_WIDE,
+    UNSURE,
+    WORKS,
+    add_rows,
+    divide_rows,
+    fill_rows,
+    multiply_rows,
+    negate_rows,
+    plain,
+    root_rows,
+    round_rows,
+    size_rows,
+    subtract_rows,
+    test_plain_rows,
+    test_rows,
+    widen_rows,
+)
+from .simd_sine_cosine import LANE_CONSTANTS, ROOM, sine_cosine_rows
+
+_FEW = 4
+"""Where one in so many lanes is left, its body waits until there are more."""
+
+
+@allocator
+def _rows(wides: int, plains: int) -> tuple[Floats, Floats, Floats, Longs, Longs]:
+    """Wide and plain registers, states, the bodies in lanes, and those that wait for a place."""
+    return (
+        np.zeros((wides + ROOM) * OF_WIDE), np.zeros((plains + 1) * LANES), np.zeros(LANES),
+        np.zeros(LANES, np.int64), np.zeros(2 * LANES, np.int64),
+    )  # fmt: skip
+
+
+@helper
+def _wide_step(step: tuple[int, int, int, int], w: Floats, state: Floats) -> None:
+    """An operation between wide registers."""
+    which, d, a, b = step
+    if which == ADD:
+        add_rows(w, d, a, b)
+    elif which == SUBTRACT:
+        subtract_rows(w, d, a, b)
+    elif which == MULTIPLY:
+        multiply_rows(w, d, a, b)
+    elif which == DIVIDE:
+        divide_rows(w, d, a, b, state)
+    elif which == ROOT:
+        root_rows(w, d, a, state)
+    elif which == NEGATE:
+        negate_rows(w, d, a)
+    else:
+        size_rows(w, d, a, state)
+
+
+@helper
+def _sum_step(step: tuple[int, int, int, int], f: Floats, state: Floats) -> None:
+    """An operation of arithmetic between plain registers."""
+    which, d, a, b = step[0], plain(step[1]), plain(step[2]), plain(step[3])
+    if which == PLAIN_ADD:
+        for i in range(ALL):
+            f[d + i] = f[a + i] + f[b + i]
+    elif which == PLAIN_SUBTRACT:
+        for i in range(ALL):
+            f[d + i] = f[a + i] - f[b + i]
+    elif which == PLAIN_MULTIPLY:
+        for i in range(ALL):
+            f[d + i] = f[a + i] * f[b + i]
+    elif which == PLAIN_DIVIDE:
+        for i in range(ALL):
+            state[i] = choose(state[i] == WORKS, choose(f[b + i] == 0.0, UNSURE, WORKS), state[i])
+            f[d + i] = f[a + i] / f[b + i]
+    elif which == PLAIN_ROOT:
+        for i in range(ALL):
+            state[i] = choose(state[i] == WORKS, choose(f[a + i] >= 0.0, WORKS, UNSURE), state[i])
+            f[d + i] = np.sqrt(f[a + i])
+    elif which == PLAIN_NEGATE:
+        for i in range(ALL):
+            f[d + i] = -f[a + i]
+    else:  # PLAIN_SIZE
+        for i in range(ALL):
+            f[d + i] = abs(f[a + i])
+
+
+@helper
+def _choice_step(step: tuple[int, int, int, int], c: int, f: Floats, state: Floats) -> None:
+    """Any other operation between plain registers."""
+    which, d, a, b = step[0], plain(step[1]), plain(step[2]), plain(step[3])
+    if which == GREATER:
+        for i in range(ALL):
+            f[d + i] = choose(f[b + i] > f[a + i], f[b + i], f[a + i])
+    elif which == ABOVE:
+        for i in range(ALL):
+            f[d + i] = next_float_up(f[a + i])
+    elif which == ABOVE_IF:
+        for i in range(ALL):
+            f[d + i] = choose(f[b + i] > 0.0, next_float_up(f[a + i]), f[a + i])
+    elif which == COUNT_NONZERO:
+        for i in range(ALL):
+            f[d + i] = f[a + i] + choose(f[b + i] != 0.0, 1.0, 0.0)
+    elif which == SEVERAL:
+        third = plain(c)
+        for i in range(ALL):
+            f[d + i] = choose(f[third + i] >= 2.0, f[a + i], f[b + i])
+    elif which == LEADING:
+        for i in range(ALL):
+            f[d + i] = choose(f[a + i] != 0.0, f[a + i], f[b + i])
+    elif which == UNIT_SIGN:
+        for i in range(ALL):
+            f[d + i] = choose(f[a + i] < 0.0, -1.0, 1.0)
+    else:  # POWER
+        for i in range(ALL):
+            size = abs(f[a + i])
+            known = choose(size > 2.0**-1000, choose(size < 2.0**1000, WORKS, UNSURE), UNSURE)
+            state[i] = choose(state[i] == WORKS, known, state[i])
+            f[d + i] = power_of_two(-1 - exponent_of(choose(known == WORKS, size, 1.0)))
+
+
+@helper
+def _test_turns(f: Floats, a: int, expected: int, state: Floats) -> None:
+    """The states of bodies whose angle is not the multiple of 30 degrees that is expected."""
+    a = plain(a)
+    for i in range(ALL):
+        if state[i] == WORKS and multiple_of_30_degrees(f[a + i]) != expected:
+            state[i] = FAILS
+
+
+@helper
+def _fill_register(
+    step: tuple[int, int, int], registers: tuple[Floats, Floats], numbers: Floats, constants: Floats, inputs: Floats,
+    given: Floats, lanes: Longs, rows: Ints,
+) -> None:  # fmt: skip
+    """A register filled with what is given: numbers of the tape, or of the bodies in the lanes."""
+    which, register, column = step
+    w, f = registers
+    if which == INPUT:
+        d = plain(register)
+        for i in range(LANES):
+            f[d + np.uint64(i)] = inputs[lanes[i], column]
+    elif which == NUMBER:
+        d = plain(register)
+        for i in range(ALL):
+            f[d + i] = numbers[column]
+    elif which == CONSTANT:
+        fill_rows(w, register, constants, column)
+    else:  # GIVEN
+        for i in range(LANES):
+            row = rows[lanes[i]]
+            for k in range(COLUMNS):
+                w[register * OF_WIDE + k * LANES + i] = given[row, column, k]
+
+
+@helper
+def _count_working(state: Floats, count: int) -> int:
+    """How many of the first lanes work."""
+    left = 0
+    for i in range(count):
+        left += 1 if state[i] == WORKS else 0
+    return left
+
+
+@helper
+def _write_wide(out: Floats, column: int, w: Floats, register: int, lanes: Longs, count: int) -> None:
+    """A wide output of the bodies in the first lanes."""
+    for i in range(count):
+        for k in range(COLUMNS):
+            out[lanes[i], column, k] = w[register * OF_WIDE + k * LANES + i]
+
+
+@helper
+def _run_lanes(
+    code: Ints, tables: tuple[Floats, Floats, Floats], written: Ints, registers: tuple[Floats, Floats, Floats],
+    inputs: Floats, given: Floats, rows: Ints, out: Floats, wide_out: Floats, lanes: Longs, count: int,
+) -> bool:  # fmt: skip
+    """Play for the bodies in the first lanes; False, and nothing is written, where few are left: they better wait."""
+    w, f, state = registers
+    numbers, constants, series = tables
+    free = len(w) // OF_WIDE - ROOM
+    for i in range(ALL):
+        state[i] = WORKS
+    for k in range(len(code)):
+        which, d, a, b, c = code[k, 0], code[k, 1], code[k, 2], code[k, 3], code[k, 4]
+        if ADD <= which <= SIZE:
+            _wide_step((which, d, a, b), w, state)
+        elif PLAIN_ADD <= which <= PLAIN_SIZE:
+            _sum_step((which, d, a, b), f, state)
+        elif GREATER <= which <= UNIT_SIGN:
+            _choice_step((which, d, a, b), c, f, state)
+        elif which == WIDEN:
+            widen_rows(w, d, f, a, state)
+        elif which == ROUND:
+            round_rows(f, d, w, a, state)
+        elif which == SINE_COSINE:
+            sine_cosine_rows(w, d, f, a, series, free, state)
+        elif which == WRITE_WIDE:
+            _write_wide(wide_out, d, w, a, lanes, count)
+        elif SIGN_IS <= which <= TURN_IS:
+            if which == SIGN_IS:
+                test_rows(w, a, b, state)
+            elif which == PLAIN_SIGN_IS:
+                test_plain_rows(f, a, b, state)
+            else:
+                _test_turns(f, a, b, state)
+            left = _count_working(state, count)
+            if left == 0:
+                return True
+            if _FEW * left <= count:
+                return False
+        else:
+            _fill_register((which, d, a), (w, f), numbers, constants, inputs, given, lanes, rows)
+    for i in range(count):
+        if state[i] == WORKS:
+            for k in range(len(written)):
+                out[lanes[i], k] = f[written[k] * LANES + i]
+    return True
+
+
+@kernel(
+    code="* 5", written="outputs", numbers="*", constants=f"* {COLUMNS}", series=f"* {COLUMNS}", inputs="n *",
+    given=f"* * {COLUMNS}", rows="n", out="out n outputs", wide_out=f"out n|0 * {COLUMNS}", state="out n",
+    wides="0..65536", plains="0..65536", begin="0..end", end="0..n",
+)  # fmt: skip
+def play_in_lanes(
+    code: Ints, written: Ints, numbers: Floats, constants: Floats, series: Floats, inputs: Floats, given: Floats,
+    rows: Ints, out: Floats, wide_out: Floats, state: Signs, wides: int, plains: int, begin: int, end: int,
+) -> None:  # fmt: skip
+    """`tape.play` in four floats.
+
+    A body that is one of few for which a test turns out as recorded waits until there are enough to fill the lanes.
+    """
+    outputs = wide_out.shape[1] if len(wide_out) == len(state) else 0
+    sizes = (wides, plains, len(numbers), len(constants), inputs.shape[1], given.shape[1], outputs)
+    all_there = fits(code, written, sizes) and len(series) >= LANE_CONSTANTS
+    w, f, states, lanes, waiting = _rows(wides, plains)
+    fresh, left = begin, 0
+    while fresh < end or left > 0:
+        count = 0
+        if left >= LANES or fresh == end:
+            while count < LANES and left > 0:
+                left -= 1
+                lanes[count] = waiting[left]
+                count += 1
+        else:
+            while count < LANES and fresh < end:
+                state[fresh] = STATE_UNDECIDED
+                if all_there and (given.shape[1] == 0 or is_within(rows[fresh], len(given))):
+                    lanes[count] = fresh
+                    count += 1
+                fresh += 1
+        if count == 0:
+            continue
+        for i in range(count, LANES):
+            lanes[i] = lanes[0]
+        done = _run_lanes(
+            code, (numbers, constants, series), written, (w, f, states), inputs, given, rows, out, wide_out, lanes,
+            count,
+        )  # fmt: skip
+        for i in range(count):
+            if not done and states[i] == WORKS:
+                waiting[left] = lanes[i]
+                left += 1
+            else:
+                state[lanes[i]] = int(states[i])

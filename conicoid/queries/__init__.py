@@ -1,0 +1,6 @@
+"""Rays and answers as users hold them."""
+
+from __future__ import annotations
+
+
+# Queries on a prepared scene.

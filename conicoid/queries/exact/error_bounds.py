@@ -1,0 +1,162 @@
+"""Error bounds of reported crossings, computed from the answer itself.
+
+With f(t + s) = A + 2 B s + a s² about the reported t, the root near it lies at most
+|A| / (|B| + sqrt(B² - |a A|)) away. A, B and a are taken about the hit point in numbers with error bounds
+(kernels/numbers/bounded_pair.py), of the surface as the user gave it, so that the bound is about as large as the error.
+"""
+
+from __future__ import annotations
+
+import math
+from math import inf, nextafter
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..._jit.decorators import helper, inline, kernel
+from ..._util.arrays import FloatArray
+from ...geometry.exact_crossings import integer_line
+from ...kernels.numbers.bounded_pair import BoundedPair
+from ...kernels.numbers.elementary import hypot
+from ...kernels.ray import Ray, scale_ray
+from ...kernels.surface.exact_crossing import RoundingRest, curved_terms, is_plane, plane_terms
+from ...kernels.tables import Floats, Geometry, Ints, Longs, whole
+from ...kernels.threads import run_chunks
+from ...numerics.quadratic_roots import Root, exact_real_roots
+from .surface_forms import exact_form
+
+if TYPE_CHECKING:
+    from ...prepare.prepared_scene import PreparedScene
+
+
+_MORE = 1.0 + 2.0**-40
+"""For the roundings of a bound itself."""
+_ROUNDING_BOUND = 2.0**-53
+_TINY = 2.0**-1000
+
+
+@inline
+def _most(x: BoundedPair) -> float:
+    """An upper bound of |x|."""
+    return (abs(x.high) + abs(x.low) + x.error) * _MORE
+
+
+@inline
+def _least(x: BoundedPair) -> float:
+    """A lower bound of |x|; it may be negative."""
+    return (abs(x.high) - abs(x.low) - x.error) * (2.0 - _MORE)
+
+
+@helper
+def error_of_t(geometry: Geometry, rest: RoundingRest, surface: int, ray: Ray, t: float) -> float:
+    """A bound on |t - t*| for a crossing t* of a surface that was found at t; infinite where none is proved."""
+    if is_plane(geometry, surface):
+        height, rate = plane_terms(geometry, rest, surface, ray, t)
+        slope = _least(rate)
+        return _most(height) / slope * _MORE if slope > 0.0 else math.inf
+    a, b, c, discriminant = curved_terms(geometry, rest, surface, ray, t)
+    value, slope, bend = _most(c), _least(b), _most(a)
+    apart = slope * slope - bend * value
+    if slope > 0.0 and apart > 0.0:
+        bound = value / (slope + math.sqrt(apart)) * _MORE
+        # The other root must be far enough, of t's rounding too, that the one near t is the one that was meant
+        if max(bound, abs(t) * 2.0**-50) * bend < 0.25 * math.sqrt(max(_least(discriminant), 0.0)):
+            return bound
+    if not _most(discriminant) < math.inf or not slope * slope < math.inf:
+        return _error_of_large(_most(c), _least(b), _most(a), t)
+    bend = _least(a)
+    both = _most(b) + math.sqrt(max(discriminant.high, 0.0) + abs(discriminant.low) + discriminant.error)
+    return both / bend * _MORE if bend > 0.0 else math.inf
+
+
+@inline
+def _error_of_large(value: float, slope: float, bend: float, t: float) -> float:
+    """The bound where squares of the coefficients are beyond float64: from their quotients."""
+    if not (value < math.inf and bend < math.inf and slope > 0.0):
+        return math.inf
+    apart = 1.0 - bend / slope * (value / slope) * _MORE
+    if not apart > 0.0:
+        return math.inf
+    bound = value / slope / (1.0 + math.sqrt(apart)) * _MORE
+    near = max(bound, abs(t) * 2.0**-50) * (bend / slope) < 0.25 * math.sqrt(apart)
+    return bound if near else math.inf
+
+
+@kernel(origins="r 3", directions="r 3", which="n|0", t="n", surfaces="n", begin="0..end", end="0..n", errors="out n")
+def errors_of_t(
+    geometry: Geometry,
+    rest: RoundingRest,
+    origins: Floats,
+    directions: Floats,
+    which: Longs,
+    t: Floats,
+    surfaces: Ints,
+    begin: int,
+    end: int,
+    errors: Floats,
+) -> None:
+    """errors[k]: the bound for crossing k, of ray which[k] (k, if empty) with surfaces[k] at t[k]; 0 for none (-1)."""
+    last = end if len(which) > 0 else min(end, len(origins))
+    for k in range(begin, last):
+        errors[k] = 0.0
+        if surfaces[k] >= 0:
+            i = which[k] if len(which) > 0 else k
+            ox, oy, oz = origins[i, 0], origins[i, 1], origins[i, 2]
+            dx, dy, dz = directions[i, 0], directions[i, 1], directions[i, 2]
+            ray, scale = scale_ray(Ray(ox, oy, oz, dx, dy, dz, 0.0, 1.0, whole(-1)))
+            errors[k] = error_of_t(geometry, rest, surfaces[k], ray, t[k] / scale) * scale
+
+
+@kernel(directions="n 3", points="n 3", t_errors="n", begin="0..end", end="0..n", errors="out n")
+def errors_of_points(
+    directions: Floats, points: Floats, t_errors: Floats, begin: int, end: int, errors: Floats
+) -> None:
+    """errors[i]: a bound on |points[i] - (o + t* d)|; NaN for misses."""
+    for i in range(begin, end):
+        speed = hypot(directions[i, 0], directions[i, 1], directions[i, 2])
+        size = hypot(points[i, 0], points[i, 1], points[i, 2])
+        errors[i] = (t_errors[i] * speed + _ROUNDING_BOUND * size) * _MORE + _TINY
+
+
+# Bounds on the t of crossings: from numbers in two floats (error_bounds.py), and exact where these say too little.
+#
+# That is so of roots along asymptotes of forms that are irrational. There the bound is the distance of what is reported
+# from the nearest exact root (conicoid.geometry.exact_crossings).
+
+_MUCH = 2.0**-24
+"""Of |t| and of |o| / |d|: a larger bound is replaced by an exact one."""
+_BITS = 128
+_CHUNK = 16384
+
+
+def bounds_of_t(
+    scene: PreparedScene, lines: tuple[FloatArray, FloatArray], starts: Any, which: Any, t: FloatArray, surfaces: Any
+) -> FloatArray:
+    """A bound on the error of each t, of a crossing of ray which[k] (k, if empty) with surfaces[k]; 0 for none (-1)."""
+    errors, arguments = np.empty(len(t)), (scene.geometry, scene.rest, *lines, which, t, surfaces)
+    run_chunks(lambda a, b: errors_of_t(*arguments, a, b, errors), len(t), _CHUNK)
+    large = np.flatnonzero(~(errors <= _MUCH * np.abs(t)) & (surfaces >= 0))
+    ray = which[large] if len(which) else large
+    origins, directions = lines[0][ray], lines[1][ray]
+    with np.errstate(over="ignore"):
+        size = np.abs(origins).max(axis=1, initial=0.0) / np.abs(directions).max(axis=1, initial=0.0)
+    some = ~(errors[large] <= _MUCH * (np.abs(t[large]) + size))
+    for k, origin, direction in zip(
+        large[some].tolist(), origins[some].tolist(), directions[some].tolist(), strict=True
+    ):
+        found = list(exact_real_roots(exact_form(scene, int(surfaces[k])).along(integer_line(origin, direction))))
+        i = int(which[k]) if len(which) else k
+        if found and starts.size and starts[i if len(starts) > 1 else 0] == surfaces[k]:
+            found.remove(min(found, key=lambda root: abs(float(root))))  # the one that the ray starts on
+        errors[k] = min((_distance(root, float(t[k])) for root in found), default=errors[k])
+    return errors
+
+
+def _distance(root: Root, t: float) -> float:
+    """How far a root is from t, rounded up."""
+    at, (above, below) = root.within(_BITS), t.as_integer_ratio()
+    apart = max(abs(end * below - above * at.unit) for end in (at.low, at.high))
+    try:
+        return nextafter(apart / (at.unit * below), inf)
+    except OverflowError:
+        return inf

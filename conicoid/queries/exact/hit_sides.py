@@ -1,0 +1,216 @@
+"""The bodies on both sides of first hits: in floats, and with certainty where these leave it open."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from ..._jit.decorators import helper, inline, kernel, record_shapes
+from ...kernels.body.boolean import read_crossing
+from ...kernels.body.entry import crossing_face, entry_crossings, is_solid
+from ...kernels.body.media import AFTER, BEFORE, BLOCKER, Sides, body_after, body_before, no_sides, sides_at, with_body
+from ...kernels.body.scratch import Scratch, new_scratch
+from ...kernels.ray import Ray, RayArrays, load_ray, scale_ray, span_inverse
+from ...kernels.tables import Floats, Geometry, Ints, Signs, is_halted, whole
+from ...kernels.threads import chunk_size, run_on
+from .canonical_surfaces import put_canonical_surfaces
+from .doubtful_rays import limits_of_hits, new_rank_scratch, prepare_ranked_ray, rank_exactly, run_one, share_halt_flag
+from .ranks import Doubtful, Ranks, RankScratch, clear_ranks, find_leaves, forget_leaves, rank_ray, ray_of_ranks, t_of
+
+if TYPE_CHECKING:
+    from ...prepare.prepared_scene import PreparedScene
+
+_SIDE_CHUNK = 4096
+_FEW = 256
+_EVERY = 1 << 30
+
+
+@record_shapes(t="n", surface="n", entry="n", turn="n")
+class HitPlaces(NamedTuple):
+    """Where rays hit: t, the surface, the entry of the tree, -1 for a miss, and the turn of `Found`."""
+
+    t: Floats
+    surface: Ints
+    entry: Ints
+    turn: Signs
+
+    def some(self, which: Any) -> HitPlaces:
+        """Hits of these numbers."""
+        return HitPlaces(*(part[which] for part in self))
+
+
+@inline
+def _put(sides: Ints, i: int, found: Sides) -> None:
+    sides[BEFORE, i], sides[AFTER, i], sides[BLOCKER, i] = body_before(found), body_after(found), found.blocker
+
+
+@kernel(kinds="body_face", begin="0..end", end="0..n", sides="out 3 n", doubts="out n")
+def trace_sides(
+    geometry: Geometry,
+    rays: RayArrays,
+    places: HitPlaces,
+    kinds: Signs,
+    begin: int,
+    end: int,
+    sides: Ints,
+    doubts: Signs,
+) -> None:
+    """sides (3, n): the bodies before and after hits, and the opaque one that is crossed; -1 for none, and of misses.
+
+    doubts[i] = 1 where rounding might change that.
+    """
+    scratch = new_scratch(geometry)
+    for i in range(begin, end):
+        sides[BEFORE, i], sides[AFTER, i], sides[BLOCKER, i], doubts[i] = -1, -1, -1, 0
+        if places.entry[i] < 0 or is_halted(geometry):
+            continue
+        ray, scale = scale_ray(load_ray(rays, i))
+        surface, entry = whole(places.surface[i]), whole(places.entry[i])
+        found, unsure = sides_at(geometry, scratch, ray, places.t[i] / scale, surface, entry, kinds)
+        _put(sides, i, found)
+        doubts[i] = 1 if unsure else 0
+
+
+@helper
+def _rank_of_hit(
+    geometry: Geometry, stand: Geometry, scratch: Scratch, ranks: Ranks, ray: Ray, t: float, surface: int, entry: int,
+    enters: bool,
+) -> float:  # fmt: skip
+    """The rank of a hit: of the nearest crossing of its entry with its surface that turns the same way; else NaN."""
+    find_leaves(geometry, scratch, entry, ray)
+    count, _, _ = entry_crossings(stand, scratch, entry, ray_of_ranks(ray.start), _EVERY)
+    rank, best = math.nan, math.inf
+    for n in range(count):
+        at, place, sense, turned = read_crossing(scratch, n)
+        if turned == enters and crossing_face(geometry, entry, place, sense)[0] == surface:
+            away = abs(t_of(ranks, surface, at) - t)
+            if away < best or math.isnan(rank):
+                rank, best = at, away
+    return rank
+
+
+@helper
+def _sides_of_ranks(
+    geometry: Geometry, stand: Geometry, scratch: Scratch, ranks: Ranks, ray: Ray, rank: float, count: int, kinds: Signs
+) -> Sides:
+    """What is on both sides of a rank, of the entries scratch.found[:count]."""
+    sides = no_sides()
+    for k in range(count):
+        entry = scratch.found[k]
+        find_leaves(geometry, scratch, entry, ray)
+        crossings, was, _ = entry_crossings(stand, scratch, entry, ray_of_ranks(ray.start), _EVERY)
+        solid, crossed, now = is_solid(geometry, entry), False, was
+        for n in range(crossings):
+            at = read_crossing(scratch, n)[0]
+            was ^= solid and at < rank
+            now ^= solid and at <= rank
+            crossed |= at == rank
+        body = whole(entry)
+        sides = with_body(sides, body, kinds[body], crossed, was, now)
+    forget_leaves(scratch)
+    return sides
+
+
+@inline
+def _put_ranked_sides(
+    geometry: Geometry, stand: Geometry, scratch: Scratch, ranks: Ranks, ray: Ray, scale: float, i: int, count: int,
+    places: HitPlaces, kinds: Signs, sides: Ints,
+) -> None:  # fmt: skip
+    """The sides of hit i of a ray whose ranks are known."""
+    t, surface, entry = places.t[i] / scale, whole(places.surface[i]), whole(places.entry[i])
+    enters = places.turn[i] == 2 or places.turn[i] == -2
+    rank = _rank_of_hit(geometry, stand, scratch, ranks, ray, t, surface, entry, enters)
+    _put(sides, i, _sides_of_ranks(geometry, stand, scratch, ranks, ray, rank, count, kinds))
+
+
+@kernel(
+    room="out", doubtful="out", kinds="body_face", begin="0..end", end="0..m", sides="out 3 n",
+)  # fmt: skip
+def settle_sides(
+    geometry: Geometry,
+    room: RankScratch,
+    rays: RayArrays,
+    doubtful: Doubtful,
+    places: HitPlaces,
+    kinds: Signs,
+    begin: int,
+    end: int,
+    sides: Ints,
+) -> None:
+    """The sides of doubtful hits begin to end, on rays cut off around them. Where ranks stay open, still[k] = 1."""
+    scratch = new_scratch(geometry)
+    rest, stand, ranks = room
+    for k in range(begin, end):
+        if is_halted(geometry):
+            break
+        i = doubtful.which[k]
+        ray, scale = scale_ray(load_ray(rays, i))
+        count = rank_ray(geometry, rest, scratch, ranks, ray, span_inverse(ray))
+        doubtful.still[k] = 1 if count < 0 else 0
+        if count >= 0:
+            put_canonical_surfaces(geometry, stand, scratch, ranks, ray.start, count)
+            _put_ranked_sides(geometry, stand, scratch, ranks, ray, scale, i, count, places, kinds, sides)
+        clear_ranks(ranks)
+
+
+@kernel(room="out", kinds="body_face", i="0..n-1", sides="out 3 n")
+def ranked_sides(
+    geometry: Geometry, room: RankScratch, rays: RayArrays, i: int, places: HitPlaces, kinds: Signs, sides: Ints
+) -> None:
+    """The sides of hit i, of a ray whose ranks are known."""
+    scratch, stand, ranks = new_scratch(geometry), room.stand, room.ranks
+    ray, scale = scale_ray(load_ray(rays, i))
+    count = prepare_ranked_ray(geometry, stand, scratch, ranks, ray)
+    _put_ranked_sides(geometry, stand, scratch, ranks, ray, scale, i, count, places, kinds, sides)
+    clear_ranks(ranks)
+
+
+def _writable(array: Any) -> Any:
+    """The array, or a copy of one that is read-only: kernels are compiled for one kind alone."""
+    return array if array.flags.writeable and array.flags.c_contiguous else array.copy()
+
+
+def sides_of(scene: PreparedScene, rays: RayArrays, places: HitPlaces) -> Ints:
+    """int32 (3, n): the bodies before and after hits, and the first opaque one that is crossed there; -1 for none."""
+    kinds, count = scene.kinds, len(places.t)
+    rays, places = RayArrays(*map(_writable, rays)), HitPlaces(*map(_writable, places))
+    sides, doubts = np.empty((3, count), np.int32), np.zeros(count, np.int8)
+
+    def work(geometry: Geometry, begin: int, end: int) -> None:
+        trace_sides(geometry, rays, places, kinds, begin, end, sides, doubts)
+
+    run_on(scene.geometry, work, count, chunk_size(count, _SIDE_CHUNK), count)
+    doubtful = np.flatnonzero(doubts)
+    if len(doubtful):
+        settled = _resolve_sides(scene, rays.some(doubtful), places.some(doubtful), kinds)
+        sides[:, doubtful] = settled
+    return sides
+
+
+def _resolve_sides(scene: PreparedScene, rays: RayArrays, places: HitPlaces, kinds: Signs) -> Ints:
+    """`sides_of` some hits, with certainty."""
+    count = len(places.t)
+    limits, sides = np.empty(count), np.full((3, count), -1, np.int32)
+    every = rays._replace(t_max=np.array([math.inf]), starts=places.entry)  # as if all began on surfaces: the widest
+    limits_of_hits(scene.geometry, every, places.t, places.entry, limits)
+    width = 4 * (limits - places.t + np.spacing(np.abs(places.t)))
+    rays = rays._replace(t_min=places.t - width, t_max=places.t + width)
+    asked = Doubtful(np.arange(count, dtype=np.int32), np.zeros(count, np.int8))
+
+    def work(geometry: Geometry, begin: int, end: int) -> None:
+        room = share_halt_flag(geometry, new_rank_scratch(scene))
+        settle_sides(geometry, room, rays, asked, places, kinds, begin, end, sides)
+
+    run_on(scene.geometry, work, count, max(_FEW, count // 64), count)
+    left = asked.which[asked.still == 1].tolist()
+    if left:
+        room = new_rank_scratch(scene)
+        for i in left:
+            rank_exactly(scene, room.ranks, rays, i)
+            run_one(scene, ranked_sides, room, rays, i, places, kinds, sides)
+    return sides
+
+
+__all__ = ["sides_of"]

@@ -1,0 +1,157 @@
+"""Is a point inside? Leaves are closed, Boolean combinations exact.
+
+A surface's value at a point has a sign: -1 inside, 0 on it, 1 outside, found in floats where they are certain of
+it, else in numbers with error bounds; OPEN where those are not.
+"""
+
+from __future__ import annotations
+
+import math
+
+from ..._jit.decorators import helper, inline, kernel
+from ...kernels import tables as table
+from ...kernels.body.entry import collect_entries
+from ...kernels.body.membership import INSIDE, entry_holds, point_ray
+from ...kernels.body.scratch import Scratch, new_scratch
+from ...kernels.packet.lanes import packet_row
+from ...kernels.packet.points import locate_packet, new_point_memory, put_points
+from ...kernels.surface.exact_crossing import OPEN, RoundingRest
+from ...kernels.tables import (
+    FORM_SIZE,
+    PLANE,
+    PLANE_SIZE,
+    SPHERE,
+    SPHERE_SIZE,
+    Floats,
+    Geometry,
+    Ints,
+    Signs,
+    integer,
+    whole,
+)
+from .canonical_surfaces import blank_quadric
+from .ranks import SURFACES, Ranks, RankScratch, clear_ranks, find_leaves, forget_leaves, list_surfaces
+
+_PATIENCE = 31
+"""So many packets, at most, are asked point by point before lanes are tried again."""
+
+
+@inline
+def _is_point(x: float, y: float, z: float) -> bool:
+    """Is a point finite?"""
+    return math.isfinite(x) and math.isfinite(y) and math.isfinite(z)
+
+
+@helper
+def _locate_one(
+    geometry: Geometry, rest: RoundingRest, scratch: Scratch, point: tuple[float, float, float], after: int
+) -> tuple[int, int]:
+    """(the first body after a number that holds a point or -1, 1 where that is not certain)"""
+    x, y, z = point
+    if not _is_point(x, y, z):
+        return whole(-1), 0
+    for k in range(collect_entries(geometry, scratch, point_ray(x, y, z))):
+        body = whole(scratch.found[k])
+        if body <= after:
+            continue
+        holds = entry_holds(geometry, rest, scratch, scratch.found[k], x, y, z)
+        if holds == OPEN:
+            return whole(-1), 1
+        if holds == INSIDE:
+            return body, 0
+    return whole(-1), 0
+
+
+@kernel(points="n 3", after="n|1", width="picture n", begin="0..end", end="0..n", bodies="out n", still="out n")
+def locate_packets(
+    geometry: Geometry, rest: RoundingRest, points: Floats, after: Ints, width: int, begin: int, end: int, bodies: Ints,
+    still: Signs,
+) -> None:  # fmt: skip
+    """bodies[i] = the first body after after[i] that contains points[i], or -1; still[i] = 1 where that is not certain.
+
+    Of packets begin to end. In lanes where the box around a packet has few bodies; where it has many, the packet and
+    some of those that follow, ever more, are asked point by point.
+    """
+    scratch, memory, count = new_scratch(geometry), new_point_memory(), len(points)
+    skipped, patience = 0, 0
+    for packet in range(begin, end):
+        if table.is_halted(geometry):
+            return
+        for row in range(8):
+            first, n = packet_row(packet, row, width, count)
+            for i in range(first, first + n):
+                bodies[i], still[i] = -1, 0
+        if skipped == 0 and put_points(memory, points, after, packet, width):
+            if locate_packet(geometry, rest, scratch, memory, bodies, still):
+                patience = 0
+                continue
+            patience = min(2 * patience + 1, _PATIENCE)
+            skipped = patience + 1
+        skipped = max(0, skipped - 1)
+        for row in range(8):
+            first, n = packet_row(packet, row, width, count)
+            for i in range(first, first + n):
+                if table.is_halted(geometry):
+                    return
+                place = points[i, 0], points[i, 1], points[i, 2]
+                bodies[i], still[i] = _locate_one(
+                    geometry, rest, scratch, place, integer_of(after, i if len(after) > 1 else 0)
+                )
+
+
+@inline
+def integer_of(numbers: Ints, i: int) -> int:
+    """An element of an array of integers, an int64."""
+    return whole(numbers[i])
+
+
+@kernel(ranks="out")
+def surfaces_near(geometry: Geometry, ranks: Ranks, x: float, y: float, z: float) -> int:
+    """How many surfaces decide what contains a point, into ranks.surfaces."""
+    scratch, ray = new_scratch(geometry), point_ray(x, y, z)
+    list_surfaces(geometry, scratch, ranks, ray, collect_entries(geometry, scratch, ray))
+    found = ranks.size[SURFACES]
+    clear_ranks(ranks)
+    return found
+
+
+@inline
+def _put_constant(stand: Geometry, surface: int, where: float) -> None:
+    """Write a record whose value at the origin is `where`: -1, 0 or 1."""
+    f, kind = stand.floats, integer(stand, table.SURFACE_KIND, surface)
+    row = integer(stand, table.SURFACE_ROW, surface)
+    if kind == PLANE:
+        at = stand.places[table.PLANES] + PLANE_SIZE * row
+        for k in range(PLANE_SIZE):
+            f[at + k] = 0.0
+        f[at], f[at + 3] = 1.0, where
+    elif kind == SPHERE:
+        at = stand.places[table.SPHERES] + SPHERE_SIZE * row
+        f[at], f[at + 1], f[at + 2], f[at + 3] = where + 1.0, 0.0, 0.0, 1.0
+    else:
+        _, form = blank_quadric(stand, row)
+        f[form + FORM_SIZE - 1] = -where
+
+
+@kernel(room="out")
+def located_by_ranks(geometry: Geometry, room: RankScratch, x: float, y: float, z: float, after: int) -> int:
+    """The first body after a number that contains a point, by the sides in ranks.verdict. Relies on no room.rest."""
+    nothing, stand, ranks = room
+    scratch, ray, body = new_scratch(geometry), point_ray(x, y, z), whole(-1)
+    count = collect_entries(geometry, scratch, ray)
+    list_surfaces(geometry, scratch, ranks, ray, count)
+    for k in range(ranks.size[SURFACES]):
+        _put_constant(stand, ranks.surfaces[k], float(ranks.verdict[ranks.surfaces[k]]))
+    for k in range(count):
+        if whole(scratch.found[k]) <= after:
+            continue
+        find_leaves(geometry, scratch, scratch.found[k], ray)
+        if entry_holds(stand, nothing, scratch, scratch.found[k], 0.0, 0.0, 0.0) == INSIDE:
+            body = whole(scratch.found[k])
+            break
+    forget_leaves(scratch)
+    clear_ranks(ranks)
+    return body
+
+
+__all__ = ["locate_packets", "located_by_ranks", "surfaces_near"]

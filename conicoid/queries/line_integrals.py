@@ -1,0 +1,106 @@
+"""Path lengths and line integrals of any number of rays: their spans are made and summed some at a time.
+
+Each ray's sum is that of its own spans in their order, so it does not depend on how many rays go together. Rows of
+pictures stay together, as neighbours are traced together.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from .._util.arrays import FloatArray
+from ..kernels.threads import Progress
+from ..prepare.prepared_scene import PreparedScene
+from .ray_queries import limits_of, row_length, spans
+from .rays import Rays, lines_of
+from .spans import Spans, check_overlaps, refuse_large_lengths
+from .weights import BODY, check_by, weights_of
+
+MOST_SPANS = 1 << 20
+"""So many spans are held at a time: of the order of 100 MB. A single row of a picture may have more."""
+_FIRST, _MOST, _TIMES = 256, 1 << 17, 4
+_SIDE = 8  # of the squares in which pictures are traced
+
+
+def line_integral(
+    scene: PreparedScene, values: Any, rays: Rays, t_min: Any, t_max: Any, otherwise: Any, progress: Progress | None,
+    overlaps: Any = None,
+) -> Any:  # fmt: skip
+    """`spans(...).line_integral(values)`, to the bit, in bounded memory."""
+    weights = weights_of(values, otherwise, scene.lowered.body_count, scene.labels.distinct)
+    how = check_overlaps("line_integral", overlaps)
+    total = _sum_in_chunks(
+        "line_integral", scene, rays, t_min, t_max, progress, lambda some: some._integral(weights, how), weights.shape
+    )
+    return total[()]
+
+
+def lengths(
+    scene: PreparedScene, rays: Rays, t_min: Any, t_max: Any, by: Any, progress: Progress | None, overlaps: Any = None
+) -> FloatArray:
+    """`spans(...).lengths(by)`, to the bit, in bounded memory but for the answer."""
+    count = scene.lowered.body_count if check_by("lengths", by) == BODY else len(scene.labels.distinct)
+    how: Any = check_overlaps("lengths", overlaps)
+    refuse_large_lengths(rays.origins.size // 3, count, by)
+    return _sum_in_chunks(
+        "lengths",
+        scene,
+        rays,
+        t_min,
+        t_max,
+        progress,
+        lambda some: some.lengths(by, overlaps=how).reshape(len(some), count),
+        (count,),
+    )
+
+
+def _sum_in_chunks(
+    query: str, scene: PreparedScene, rays: Rays, t_min: Any, t_max: Any, progress: Progress | None,
+    sums: Callable[[Spans], FloatArray], last: tuple[int, ...],
+) -> FloatArray:  # fmt: skip
+    """sums(spans) of some rays, (some, *last), for all rays."""
+    ends = limits_of(query, rays, "t_min", t_min), limits_of(query, rays, "t_max", t_max)
+    count = rays.origins.size // 3
+    result = np.empty((count, *last))
+    width = rays.shape[-1] if len(rays.shape) > 1 else row_length(rays)
+    done, some = 0, _FIRST
+    while done < count:
+        end = min(count, done + _whole_rows(some, width))
+        found = spans(
+            scene, _slice_rays(rays, done, end, width), *(_slice_limits(limits, done, end, width) for limits in ends)
+        )
+        result[done:end] = sums(found)
+        most = MOST_SPANS * (end - done) // max(1, len(found.body))
+        done, some = end, max(1, min(_TIMES * some, most, _MOST))
+        del found  # before the next ones are made
+        if progress is not None:
+            progress(done, count)
+    return result.reshape((*rays.shape, *last))
+
+
+def _whole_rows(some: int, width: int) -> int:
+    """About so many rays; where they make a picture and squares of it are not too many, whole rows of squares."""
+    rows = _SIDE * width
+    return some // rows * rows if 0 < rows <= some else some
+
+
+def _slice_rays(rays: Rays, begin: int, end: int, width: int) -> Rays:
+    """Some of the flat rays, as a piece of a picture where they are whole rows."""
+    shape = _slice_shape(begin, end, width)
+    origins, directions = (lines[begin:end].reshape((*shape, 3)) for lines in lines_of(rays))
+    starts = rays._starts[begin:end] if len(rays._starts) > 1 else rays._starts
+    return Rays._spawned(origins, directions, starts, rays._home)
+
+
+def _slice_limits(limits: FloatArray, begin: int, end: int, width: int) -> Any:
+    """The limits of some rays."""
+    return limits[begin:end].reshape(_slice_shape(begin, end, width)) if len(limits) > 1 else float(limits[0])
+
+
+def _slice_shape(begin: int, end: int, width: int) -> tuple[int, ...]:
+    """The shape of some rays: whole rows of a picture, or a list."""
+    count = end - begin
+    return (count // width, width) if width and begin % width == 0 == count % width else (count,)

@@ -1,0 +1,209 @@
+"""A picture that comes into being: passes over its tiles until it has all its samples, or noise enough is gone."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import numpy as np
+
+from .._util.arrays import FloatArray
+from ..kernels.threads import chunk_size, run_on
+from . import tiles
+from .camera_rays import lower_view
+from .film.film import COUNT, STEP, SUMS, mean_pixels, next_end, pixel_errors
+from .integrators.samples import Settings
+from .job import FilmResult, RenderJob, lower_scene_light, most_turns, render, scale_to_pixels
+from .tiles import SIDE, SQUARE, Film
+
+if TYPE_CHECKING:
+    from ..kernels.tables import Geometry, Longs
+    from ..kernels.threads import Progress
+
+
+Preview: TypeAlias = Callable[[Film, FloatArray], Any]
+TileSink: TypeAlias = Callable[[list[tuple[int, int]]], Any]
+_TILES = 16
+"""So many tiles of one sample a call fills at most: what it takes beside is as long as half a tile of a simple picture.
+
+Of many samples each is handed over as it is done.
+"""
+_PATIENCE = 60.0  # seconds for threads that were told to end
+
+
+class Exposure:
+    """A film, and the sums of its samples if they are kept, of which tiles `begin` to `end` are worked on.
+
+    Invariant: the sums of a square are those of whole samples, whenever no thread works on it.
+    """
+
+    def __init__(
+        self, scene: Any, job: RenderJob, keeps: bool, begin: int = 0, end: int | None = None, look: Any = None,
+        goes_on: bool = False,
+    ) -> None:  # fmt: skip
+        """goes_on: may samples be added also where the integrator is not progressive?"""
+        self.scene, self.job, self.keeps = scene, job, keeps
+        self.begin = begin
+        self.end = tiles.tile_total(job.width, job.height) if end is None else end
+        self.film = np.zeros((job.height, job.width, 3), np.float32)  # of which only what is filled takes memory
+        self.sums = np.zeros((job.height if keeps else 0, job.width, SUMS))
+        look = lower_scene_light(scene, job.view, job.integrator) if look is None else look
+        turns = most_turns(job.integrator, job.depth)
+        self._settings = Settings(job.samples, job.seed, turns, look and scale_to_pixels(look, job), int(goes_on))
+        self._view = lower_view(job.view, job.filter)
+        self._lock, self._busy = threading.Lock(), 0
+        self._finished: set[int] = set()
+        """Tiles that are done in this pass and not yet handed over."""
+        self._left: set[int] = set()
+        """The same, of the passes before."""
+        self._changed: set[int] = set()
+        """Tiles in which this pass adds samples."""
+        self._saved = time.monotonic()
+
+    def go_on(
+        self, progress: Progress | None = None, preview: Preview | None = None, keep: TileSink | None = None
+    ) -> None:
+        """Make what is missing.
+
+        keep([(begin, end), ...]) is called now and then with tiles whose sums are new, also where the work is broken
+        off. What is not handed over is that of some seconds.
+        """
+        if self.keeps:
+            self.film[:] = mean_pixels(self.sums)
+        begun = self._begun() if self.keeps else 0
+        for last, squares in self._passes(preview is not None or keep is not None):
+            self._run(last, squares, begun, progress, keep)
+            begun = last
+            if keep is not None and time.monotonic() - self._saved > SAVE_INTERVAL / 4:
+                self._hand_over(keep, True)
+            if preview is not None:
+                preview(self.film, self.sums)
+        if keep is not None:
+            self._hand_over(keep, True)
+
+    def _passes(self, is_watched: bool) -> Iterator[tuple[int, Any]]:
+        """(samples at its end, the squares that are wanted) of each pass: short ones first, where somebody looks."""
+        job = self.job
+        if not self.keeps:
+            yield job.samples, np.zeros(0, np.int8)
+            return
+        at = self._begun()
+        while at < job.samples:
+            after = next_end(at) if is_watched or job.noise is not None else at + STEP
+            at = min(job.samples, after) if job.is_progressive else job.samples
+            squares = self._wanted(at)
+            if squares.any():
+                yield at, squares
+
+    def _begun(self) -> int:
+        """The fewest samples that a square has which is to get more."""
+        count = self.sums[::SQUARE, ::SQUARE, COUNT].ravel()
+        return int(count[self._wanted(self.job.samples) != 0].min(initial=self.job.samples))
+
+    def _wanted(self, last: int) -> Any:
+        """(squares,): which get samples in a pass that ends with `last`."""
+        across = -(-self.job.width // SIDE)
+        top, bottom = self.begin // across, -(-self.end // across)
+        rows, columns = -(-self.job.height // SQUARE), -(-self.job.width // SQUARE)
+        found = np.zeros((rows, columns), np.int8)
+        part = self.job.wanted(self.sums[top * SIDE : bottom * SIDE], last, SQUARE)
+        places: Longs = np.indices(part.shape)
+        first = top * SIDE // SQUARE
+        tile = tiles.tiles_of_squares(first + places[0], places[1], self.job.width)
+        found[first : first + len(part)] = part & (self.begin <= tile) & (tile < self.end)
+        return found.ravel()
+
+    def _run(self, last: int, squares: Any, begun: int, progress: Progress | None, keep: TileSink | None) -> None:
+        """One pass."""
+        fill, across = tiles.tile_kernel(self.job.integrator), -(-self.job.width // SQUARE)
+        row, column = np.divmod(np.flatnonzero(squares), across)
+        changed = set(tiles.tiles_of_squares(row, column, self.job.width).tolist())
+        self._changed = changed
+
+        def work(geometry: Geometry, first: int, end: int) -> None:
+            with self._lock:
+                self._busy += 1
+            mine = range(self.begin + first, self.begin + end)
+            try:
+                fill(geometry, self._view, self.film, self.sums, squares, self._settings, last, mine.start, mine.stop)
+            finally:
+                with self._lock:
+                    self._busy -= 1
+                    self._finished.update(changed.intersection(mine))
+
+        def told(done: int, count: int) -> None:
+            if keep is not None:
+                self._hand_over(keep, False)
+            if progress is not None and self.keeps:
+                progress(begun * count + done * (last - begun), count * self.job.samples)
+            elif progress is not None:
+                progress(done, count)
+
+        count = self.end - self.begin
+        rays = min(count * SIDE * SIDE, self.job.width * self.job.height) * (last - begun)
+        try:
+            watched = told if progress is not None or keep is not None else None
+            most = max(1, _TILES // max(1, last - begun))
+            run_on(self.scene.geometry, work, count, chunk_size(count, most), rays, watched)
+        except BaseException:
+            self._after_end(keep)
+            raise
+        self._left |= self._finished
+        self._finished = set()
+
+    def _after_end(self, keep: TileSink | None) -> None:
+        """Hand over what there is, once all threads have ended: also squares of tiles that are not done."""
+        until = time.monotonic() + _PATIENCE
+        while self._busy > 0 and time.monotonic() < until:
+            time.sleep(0.01)
+        if keep is not None and self._busy == 0:
+            self._finished |= self._left | self._changed
+            self._hand_over(keep, True)
+
+    def _hand_over(self, keep: TileSink, is_end: bool) -> None:
+        """Tell which tiles are new, now and then; in the middle of a pass those that no thread will write into."""
+        if not is_end and time.monotonic() - self._saved < SAVE_INTERVAL:
+            return
+        with self._lock:
+            new, self._finished = self._finished, set()
+        if is_end:
+            new, self._left = new | self._left, set()
+        self._left -= new
+        self._saved = time.monotonic()
+        if new:
+            keep(tile_ranges(sorted(new)))
+
+
+def tile_ranges(numbers: list[int]) -> list[tuple[int, int]]:
+    """Numbers in order as ranges (begin, end)."""
+    steps = np.flatnonzero(np.diff(numbers) != 1) + 1
+    return [(int(part[0]), int(part[-1]) + 1) for part in np.split(np.array(numbers), steps)]
+
+
+SAVE_INTERVAL = 10.0
+"""Seconds after which finished tiles are handed over."""
+
+
+# What else is known of each pixel than its light: what is seen there, how far, how sure.
+
+
+def compute_layers(scene: Any, job: RenderJob, names: tuple[str, ...], exposed: FilmResult) -> dict[str, Any]:
+    """Name -> array, of the layers of a picture."""
+    found: dict[str, Any] = {}
+    if "albedo" in names:
+        found["albedo"] = render(
+            scene, replace(job, integrator="albedo", noise=None, samples=min(job.samples, 64))
+        ).film
+    if exposed.sums is not None:
+        found["samples"] = exposed.sums[..., COUNT].astype(np.int32)
+        found["error"] = pixel_errors(exposed.sums).astype(np.float32)
+    if {"normal", "depth", "position", "body"} & set(names):
+        hits = scene.first_hit(job.view.rays(job.width, job.height))
+        found["normal"] = np.nan_to_num(np.asarray(hits.normal)).astype(np.float32)
+        found["depth"] = np.asarray(hits.t).astype(np.float32)
+        found["position"] = np.asarray(hits.point).astype(np.float32)
+        found["body"] = hits.body
+    return {name: found[name] for name in names}

@@ -1,0 +1,27 @@
+"""Noise taken out of pictures by Open Image Denoise, an extra (pyoidn): by what it has learned, not by physics."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+
+def denoise(pixels: Any, layers: Mapping[str, Any]) -> Any:
+    """(height, width, 3) float32 of linear light; layers "albedo" and "normal" keep edges and textures.
+
+    Raises ImportError where pyoidn is not installed.
+    """
+    try:
+        library: Any = importlib.import_module("pyoidn")
+    except ImportError:
+        raise ImportError('noise is taken out by pyoidn: pip install ".[denoise]" in the repository') from None
+    light = np.nan_to_num(np.maximum(pixels, 0.0), nan=0.0, posinf=0.0).astype(np.float32)
+    guides: dict[str, Any] = {}
+    if "albedo" in layers:
+        guides["albedo"] = np.clip(layers["albedo"], 0.0, 1.0).astype(np.float32)
+        if "normal" in layers:
+            guides["normal"] = np.ascontiguousarray(layers["normal"], np.float32)
+    return np.asarray(library.denoise(light, hdr=True, **guides), np.float32)

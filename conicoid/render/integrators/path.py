@@ -1,0 +1,370 @@
+"""Paths that go on, and rays to sources that wait: collected from many packets, and traced together in streams.
+
+What was scattered goes anywhere. One by one such rays cost three times what they do in streams of an octant each, of
+some hundred or more (measured: 1,000 balls, bounces of 32 samples of 64 pixels); so they wait for those of other
+samples. Where a ray is traced changes no bit of what it meets.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ..._jit.decorators import allocator, helper, inline
+from ...kernels.body.hit import Hit, no_hit
+from ...kernels.body.scratch import Scratch
+from ...kernels.entry.first_hits import first_crossing
+from ...kernels.packet.lanes import LANES, lane_hit, lane_ray, prepare_lanes, put_idle, put_lane_beam, put_ray
+from ...kernels.packet.packet import Packet, new_lanes, new_rows, with_lanes
+from ...kernels.packet.traversal import PixelSquare, new_square, trace_packet
+from ...kernels.ray import Ray, scale_ray, with_limits
+from ...kernels.stream.stream import Stream, new_stream, octant_of, put_stream_ray, stream_hit, trace_stream
+from ...kernels.tables import Floats, Geometry, Longs, Signs, is_halted, whole
+from ..bsdf.medium import OUTSIDE
+from ..lights.light_tables import PathLight
+from ..lights.shadow import straight_transmittance
+from ..sampling import sobol_pair
+from .direct_packet import REMAINING, ROWS, add_direct_light, has_one_light, skip_all
+from .path_vertex import NO_DENSITY, LightQuery, PathState, extend_path, scale_path
+from .samples import Samples, Settings, trace_samples
+from .whitted import find_interaction, medium_at
+
+BATCH = 32
+"""So many samples of a square of pixels are traced together."""
+QUEUE_CAPACITY = BATCH * LANES
+_STATE, _LIGHT_QUERY, _HIT = 21, 14, 8
+_END = 7
+"""The column of a ray's end in both; what belongs to it follows."""
+_PLACE = 20
+_SINGLE, _KINDS = 8, 9
+"""Rays are of one of eight octants, or alone."""
+_FEW = 4
+"""So many rays are traced one by one."""
+PATHS, LIGHT_QUERIES, ROUND = 0, 1, 2
+"""What is counted: rows of both in use, and packets since the pool was emptied."""
+
+
+class PathQueue(NamedTuple):
+    """Memory of one thread. The first rows of tables are in use."""
+
+    paths: Floats  # (ROOM, _STATE) a ray, a `Path`, the place of its light: 64 · sample + pixel
+    asks: Floats  # (ROOM, _ASK) a ray to a source, the place of its light, rgb, the body it is to meet, its medium
+    hits: Floats  # (ROOM, _HIT) what the rays of one of them meet
+    counts: Longs  # (3,)
+    order: Longs  # (ROOM,) rows by octant
+    kinds: Longs  # (ROOM,) each row's octant
+    begins: Longs  # (_KINDS + 1,) where in the order an octant's rows begin
+    stream: Stream
+
+
+@allocator
+def new_path_queue(geometry: Geometry) -> PathQueue:
+    """Memory for one thread."""
+    return PathQueue(
+        np.empty((QUEUE_CAPACITY, _STATE)),
+        np.empty((QUEUE_CAPACITY, _LIGHT_QUERY)),
+        np.empty((QUEUE_CAPACITY, _HIT)),
+        np.zeros(3, np.int64),
+        np.empty(QUEUE_CAPACITY, np.int64),
+        np.empty(QUEUE_CAPACITY, np.int64),
+        np.empty(_KINDS + 1, np.int64),
+        new_stream(geometry, QUEUE_CAPACITY),
+    )
+
+
+@inline
+def load_ray(row: Floats) -> Ray:
+    """The ray in a row."""
+    return Ray(row[0], row[1], row[2], row[3], row[4], row[5], 0.0, row[_END], whole(row[6]))
+
+
+@inline
+def _put_ray(row: Floats, ray: Ray) -> None:
+    row[0], row[1], row[2], row[3], row[4], row[5], row[6], row[_END] = (
+        ray.ox, ray.oy, ray.oz, ray.dx, ray.dy, ray.dz, ray.start, ray.t_max,
+    )  # fmt: skip
+
+
+@inline
+def put_path(row: Floats, path: PathState, ray: Ray, place: int) -> None:
+    """A path and its ray into a row."""
+    _put_ray(row, ray)
+    row[8], row[9], row[10], row[11], row[12], row[13], row[14] = (
+        path.r, path.g, path.b, path.density, path.x, path.y, path.z,
+    )  # fmt: skip
+    row[15], row[16], row[17], row[18], row[19] = path.scale, path.medium, path.turns, path.wave, path.passed
+    row[_PLACE] = place
+
+
+@inline
+def load_path(row: Floats) -> tuple[PathState, int]:
+    """(the path in a row, its place)."""
+    path = PathState(
+        row[8], row[9], row[10], row[11], row[12], row[13], row[14], row[15], whole(row[16]), whole(row[17]), row[18],
+        whole(row[19]),
+    )  # fmt: skip
+    return path, whole(row[_PLACE])
+
+
+@inline
+def put_light_query(row: Floats, asked: LightQuery, start: int, place: int) -> None:
+    """A ray to a source, from the surface `start`, and what it brings, into a row."""
+    _put_ray(row, Ray(asked.x, asked.y, asked.z, asked.d[0], asked.d[1], asked.d[2], 0.0, asked.end, start))
+    row[8], row[9], row[10], row[11], row[12], row[13] = place, asked.r, asked.g, asked.b, asked.body, asked.medium
+
+
+@inline
+def load_light_query(row: Floats) -> tuple[int, float, float, float, int, int]:
+    """(place, rgb, the body that is to be met first, the medium that the ray starts in) of a row."""
+    return whole(row[8]), row[9], row[10], row[11], whole(row[12]), whole(row[13])
+
+
+@inline
+def put_hit(row: Floats, hit: Hit) -> None:
+    """A hit into a row."""
+    row[0], row[1], row[2], row[3], row[4], row[5], row[6] = (
+        hit.t, hit.body, hit.entry, hit.place, hit.sense, 1.0 if hit.enters else 0.0, hit.off,
+    )  # fmt: skip
+
+
+@inline
+def load_hit(row: Floats) -> Hit:
+    """The hit in a row."""
+    return Hit(row[0], whole(row[1]), whole(row[2]), whole(row[3]), whole(row[4]), row[5] != 0.0, row[6], False)
+
+
+@helper
+def _sort(pool: PathQueue, rows: Floats, count: int) -> None:
+    """Rows into the order of their rays' octants; those keep theirs that have the same."""
+    begins = pool.begins
+    for kind in range(_KINDS + 1):
+        begins[kind] = 0
+    for k in range(count):
+        ray = load_ray(rows[k])
+        kind = octant_of(ray.dx, ray.dy, ray.dz) if scale_ray(ray)[1] == 1.0 else _SINGLE
+        pool.kinds[k] = kind
+        begins[kind + 1] += 1
+    for kind in range(_KINDS):
+        begins[kind + 1] += begins[kind]
+    for k in range(count):
+        kind = pool.kinds[k]
+        pool.order[begins[kind]] = k
+        begins[kind] += 1
+
+
+@helper
+def trace_rows(
+    geometry: Geometry, scratch: Scratch, pool: PathQueue, rows: Floats, count: int, blocks: Signs, any_hit: bool
+) -> None:
+    """What the rays of the first `count` rows meet first, or any, into `hits`.
+
+    Only bodies with blocks[body] != 0 count, or all, if `blocks` is empty.
+    """
+    _sort(pool, rows, count)
+    first, stream = whole(0), pool.stream
+    for kind in range(_KINDS):
+        end = pool.begins[kind]  # as sorting has moved it on
+        together = kind != _SINGLE and end - first > _FEW
+        if together:
+            for j in range(first, end):
+                put_stream_ray(stream, j - first, load_ray(rows[pool.order[j]]))
+            trace_stream(geometry, scratch, stream, end - first, blocks, any_hit)
+        for j in range(first, end):
+            k = pool.order[j]
+            hit = stream_hit(stream, j - first) if together else no_hit()
+            if not together or hit.unsure:  # single rays doubt less
+                hit = first_crossing(geometry, scratch, load_ray(rows[k]), blocks, any_hit)
+            put_hit(pool.hits[k], hit)
+        first = end
+
+
+# Light transport by paths: what comes along a ray, followed backwards through one scattering after the other.
+#
+# At each point one source is asked for light (next-event estimation), and a direction is drawn from the surface; where
+# both could have found the same light they share it by the power heuristic (Veach, Robust Monte Carlo methods for light
+# transport simulation, 1997, section 9.2.3). Russian roulette ends paths that carry little. Camera rays, and theirs to
+# sources, are traced in packets; what was scattered waits in a pool, from which all paths of many samples go on
+# together,
+# a scattering at a time. Rays start on surfaces by identity, so none needs a distance to keep from them.
+#
+# After Pharr, Jakob and Humphreys, Physically Based Rendering, 4th edition, chapters 13 and 14.
+
+_ROULETTE = 3  # so many scatterings are followed in any case
+_FIRST_PAIR, _PAIRS = 4, 4
+"""Numbers of pairs of dimensions: the first, and how many a scattering takes."""
+
+
+class PathMemory(NamedTuple):
+    """Memory of one thread."""
+
+    shadow: Floats  # the lanes of rays to sources
+    pool: PathQueue
+    matte: Floats  # see `matte`
+    lit: PixelSquare  # of rays to the light of a picture that `is_plain`
+
+
+@allocator
+def new_memory(geometry: Geometry, settings: Settings) -> PathMemory:
+    """Memory for one thread."""
+    return PathMemory(new_lanes(), new_path_queue(geometry), new_rows(ROWS), new_square())
+
+
+@inline
+def _begin(
+    geometry: Geometry, scratch: Scratch, pool: PathQueue, transport: PathLight, samples: Samples, left: Floats
+) -> None:
+    """Paths of those camera rays that are left (left[LEFT:]), and what they meet, into further rows."""
+    materials, place, count = transport.look.materials, LANES * pool.counts[ROUND], pool.counts[PATHS]
+    for i in range(samples.size):
+        if left[REMAINING + np.uint64(i)] == 0.0:
+            continue
+        ray = lane_ray(samples.packet.lanes, i, math.inf)
+        medium = whole(OUTSIDE)
+        if materials.any_transparent:
+            medium = medium_at(geometry, scratch, materials, ray.ox, ray.oy, ray.oz)
+        path = PathState(1.0, 1.0, 1.0, NO_DENSITY, ray.ox, ray.oy, ray.oz, 1.0, medium, whole(0), 0.0, whole(0))
+        put_path(pool.paths[count], path, ray, place + i)
+        put_hit(pool.hits[count], lane_hit(samples.packet.lanes, i))
+        count += 1
+    pool.counts[PATHS] = count
+
+
+@helper
+def _round(
+    geometry: Geometry, scratch: Scratch, pool: PathQueue, settings: Settings, samples: Samples, first: int, shift: int
+) -> None:
+    """One scattering of the paths from row `first` on, which have met something; those that go on close up.
+
+    samples: whose first is the sample of places 0 to 63, where the light of place `shift` is its first row.
+    """
+    transport, colors = settings.look, samples.colors
+    left, asks = first, pool.counts[LIGHT_QUERIES]
+    for k in range(first, pool.counts[PATHS]):
+        path, place = load_path(pool.paths[k])
+        ray = load_ray(pool.paths[k])
+        sight = find_interaction(geometry, scratch, transport.look.materials, ray, load_hit(pool.hits[k]))
+        pixel, sample = samples.pixels[place & (LANES - 1)], samples.sample + ((place - shift) >> 6)
+        pair = _FIRST_PAIR + _PAIRS * (path.turns + path.passed)
+        random = settings.seed, pixel, sample, pair
+        found, path, ray, asked = extend_path(geometry, transport, settings.depth, random, path, ray, sight)
+        at = place - shift
+        colors[at, 0] += found[0]
+        colors[at, 1] += found[1]
+        colors[at, 2] += found[2]
+        if asked.end > 0.0:
+            put_light_query(pool.asks[asks], asked, sight.surface if asked.on_surface else whole(-1), place)
+            asks += 1
+        if max(path.r, max(path.g, path.b)) > 0.0:
+            path = _roulette(settings.seed, pixel, sample, pair + 3, path)
+            if max(path.r, max(path.g, path.b)) > 0.0:
+                put_path(pool.paths[left], path, ray, place)
+                left += 1
+    pool.counts[PATHS], pool.counts[LIGHT_QUERIES] = left, asks
+
+
+@inline
+def _roulette(seed: int, pixel: int, sample: int, pair: int, path: PathState) -> PathState:
+    """The path, ended or made stronger by what others lose."""
+    if path.turns < _ROULETTE:
+        return path
+    likely = max(path.r, max(path.g, path.b)) * path.scale
+    if likely >= 1.0:
+        return path
+    likely = max(0.05, likely)
+    u, _ = sobol_pair(seed, pixel, sample, pair)
+    keep = 1.0 / likely if u < likely else 0.0
+    return scale_path(path, keep, keep, keep)
+
+
+@inline
+def _reaches_lamp(pool: PathQueue, first: int) -> bool:
+    """Is any ray to a source, from row `first` on, to meet a body?"""
+    found = False
+    for k in range(first, pool.counts[LIGHT_QUERIES]):
+        found = found or pool.asks[k, 12] >= 0.0
+    return found
+
+
+@helper
+def _trace_light_queries(
+    geometry: Geometry, scratch: Scratch, walk: PathMemory, transport: PathLight, packet: Packet, first: int
+) -> None:
+    """What rays to sources meet, of one packet together: those of camera rays go to a lamp side by side."""
+    lanes, materials, pool = walk.shadow, transport.look.materials, walk.pool
+    count = pool.counts[LIGHT_QUERIES] - first
+    for k in range(count):
+        put_ray(lanes, k, load_ray(pool.asks[first + k]))
+    for k in range(count, LANES):
+        put_idle(lanes, k, 0)
+    prepare_lanes(lanes)
+    put_lane_beam(lanes, False)
+    blocks = materials.opaque if materials.any_transparent else scratch.nothing
+    trace_packet(geometry, scratch, with_lanes(packet, lanes), blocks, not _reaches_lamp(pool, first))
+    for k in range(count):
+        put_hit(pool.hits[first + k], lane_hit(lanes, k))
+
+
+@helper
+def _add_light_queries(
+    geometry: Geometry,
+    scratch: Scratch,
+    pool: PathQueue,
+    transport: PathLight,
+    samples: Samples,
+    first: int,
+    shift: int,
+) -> None:
+    """Add what arrives along rays to sources, from row `first` on, and forget them."""
+    materials, colors = transport.look.materials, samples.colors
+    for k in range(first, pool.counts[LIGHT_QUERIES]):
+        place, r, g, b, body, medium = load_light_query(pool.asks[k])
+        hit = load_hit(pool.hits[k])
+        if hit.body != body:
+            continue
+        if materials.any_transparent:
+            ray = load_ray(pool.asks[k])
+            ray = with_limits(ray, ray.t_min, min(ray.t_max, hit.t))
+            tr, tg, tb = straight_transmittance(geometry, scratch, materials, ray, medium)
+            r, g, b = r * tr, g * tg, b * tb
+        at = place - shift
+        colors[at, 0] += r
+        colors[at, 1] += g
+        colors[at, 2] += b
+    pool.counts[LIGHT_QUERIES] = first
+
+
+@helper
+def gather(geometry: Geometry, scratch: Scratch, walk: PathMemory, settings: Settings, samples: Samples) -> None:
+    """Add what camera rays find and are sent from sources straight; `finish` adds the rest."""
+    transport, pool = settings.look, walk.pool
+    trace_samples(geometry, scratch, samples)
+    paths, asks, shift = pool.counts[PATHS], pool.counts[LIGHT_QUERIES], LANES * pool.counts[ROUND]
+    if has_one_light(settings):
+        add_direct_light(geometry, scratch, walk.matte, walk.shadow, walk.lit, transport, samples)
+    else:
+        skip_all(walk.matte)
+    _begin(geometry, scratch, pool, transport, samples, walk.matte)
+    _round(geometry, scratch, pool, settings, samples, paths, shift)
+    if pool.counts[LIGHT_QUERIES] > asks and transport.surroundings.width == 0:
+        _trace_light_queries(geometry, scratch, walk, transport, samples.packet, asks)
+        _add_light_queries(geometry, scratch, pool, transport, samples, asks, shift)
+    pool.counts[ROUND] += 1
+
+
+@helper
+def finish(geometry: Geometry, scratch: Scratch, walk: PathMemory, settings: Settings, samples: Samples) -> None:
+    """Add what comes back along the paths of all samples since the last time, after at most `depth` scatterings."""
+    transport, pool = settings.look, walk.pool
+    materials = transport.look.materials
+    blocks = materials.opaque if materials.any_transparent else scratch.nothing
+    while pool.counts[PATHS] + pool.counts[LIGHT_QUERIES] > 0 and not is_halted(geometry):
+        if pool.counts[LIGHT_QUERIES] > 0:
+            trace_rows(
+                geometry, scratch, pool, pool.asks, pool.counts[LIGHT_QUERIES], blocks, not _reaches_lamp(pool, 0)
+            )
+            _add_light_queries(geometry, scratch, pool, transport, samples, 0, 0)
+        trace_rows(geometry, scratch, pool, pool.paths, pool.counts[PATHS], scratch.nothing, False)
+        _round(geometry, scratch, pool, settings, samples, 0, 0)
+    pool.counts[PATHS], pool.counts[LIGHT_QUERIES], pool.counts[ROUND] = 0, 0, 0

@@ -1,0 +1,75 @@
+"""What the tile loop hands to an integrator: records, so that a field more changes no integrator."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+from ..._jit.decorators import allocator, inline, record_shapes
+from ...kernels.body.hit import resolve_hit
+from ...kernels.body.scratch import Scratch
+from ...kernels.packet.lanes import close_lanes, lane_hit, lane_ray
+from ...kernels.packet.packet import Packet
+from ...kernels.packet.traversal import PixelSquare, trace_square
+from ...kernels.tables import Floats, Geometry, Longs
+
+
+@record_shapes(samples="1..1048576", depth="0..10000", sobol="0..1")
+class Settings(NamedTuple):
+    """The same for all of a picture. Each integrator has a kernel of its own, compiled for the type of `look`."""
+
+    samples: int  # rays per pixel
+    seed: int
+    depth: int  # reflections and refractions of a ray, at most
+    look: Any  # Lamplight or Transport; None for integrators that are not `lit`
+    sobol: int = 0  # 1: places in pixels are Sobol's also for integrators that are not progressive
+
+
+class Samples(NamedTuple):
+    """One camera ray through each of up to 64 pixels, in the first lanes of a packet."""
+
+    packet: Packet
+    colors: Floats  # (64, channels of the film) sums, to which the integrator adds; of `finish` 64 for each sample
+    size: int  # how many rays there are
+    pixels: Longs  # (64,) the number of each one's pixel
+    sample: int  # which of the samples of their pixels they are; of `finish` the first
+    square: PixelSquare  # what they share with the other samples of their pixels
+
+
+class FirstHit(NamedTuple):
+    """What a ray meets first, and where; body -1 if nothing."""
+
+    t: float
+    body: int
+    surface: int
+    face: int
+    side: int  # -1 where the surface's own normal points into the body, else 1
+    x: float
+    y: float
+    z: float
+
+
+@inline
+def trace_samples(geometry: Geometry, scratch: Scratch, samples: Samples) -> None:
+    """Trace the first hits of all rays together; `seen` then returns them ray by ray."""
+    close_lanes(samples.packet.lanes, samples.size)
+    trace_square(geometry, scratch, samples.packet, samples.square, samples.pixels[0], scratch.nothing, False)
+
+
+@inline
+def first_hit_of(geometry: Geometry, samples: Samples, i: int) -> FirstHit:
+    """The first hit of ray i. Relies on `trace_samples` having been called."""
+    t, body, surface, face, side = resolve_hit(geometry, lane_hit(samples.packet.lanes, i))
+    if body < 0:
+        return FirstHit(t, body, surface, face, side, 0.0, 0.0, 0.0)
+    ox, oy, oz, dx, dy, dz, _, _, _ = lane_ray(samples.packet.lanes, i, t)
+    return FirstHit(t, body, surface, face, side, ox + t * dx, oy + t * dy, oz + t * dz)
+
+
+@allocator
+def no_memory(geometry: Geometry, settings: Settings) -> None:
+    """For integrators that keep nothing from one packet to the next."""
+
+
+@inline
+def finish_nothing(geometry: Geometry, scratch: Scratch, memory: Any, settings: Settings, samples: Samples) -> None:
+    """For integrators that are done with a packet when they return."""

@@ -1,0 +1,159 @@
+"""The light that a surface sends to the eye by itself: ambient, diffuse and highlights."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from ..._jit.decorators import helper, inline
+from ...kernels.body.scratch import Scratch
+from ...kernels.body.uv import uv_at
+from ...kernels.entry.first_hits import is_blocked
+from ...kernels.numbers.vectors import dot
+from ...kernels.ray import Ray
+from ...kernels.tables import Floats, Geometry
+from ..bsdf.material_table import (
+    CHECKER_UV,
+    PLAIN,
+    TEXTURED,
+    MaterialTable,
+    checker_color,
+    color_in_space,
+    color_on_uv,
+    material_row,
+)
+from ..bsdf.phong import half_vector, phong
+from ..bsdf.shading_normal import bend_normal, has_relief, is_behind, texture_place
+from ..interaction import ShadingPoint, SurfaceInteraction, face_viewer, shows_light
+from ..textures.patterns import texture_color
+from .light_tables import ShadingTables
+from .point_lights import light_direction, light_share
+from .shadow import shadow_transmittance
+
+_FAINT = 1e-5  # a highlight under this is not worth a shadow ray
+
+
+@inline
+def surface_color(
+    geometry: Geometry, materials: MaterialTable, sight: SurfaceInteraction
+) -> tuple[float, float, float]:
+    """The diffuse colour at a point."""
+    row = materials.rows[material_row(geometry, materials, sight.body, sight.face)]
+    if row.pattern == PLAIN:
+        return checker_color(row, True)
+    if row.pattern == CHECKER_UV:
+        u, v = uv_at(geometry, sight.body, sight.face, sight.surface, sight.x, sight.y, sight.z)
+        return color_on_uv(row, u, v)
+    if row.pattern == TEXTURED:
+        return texture_color(
+            geometry, materials.textures, materials.texels, row.texture, texture_place(materials, sight)
+        )
+    return color_in_space(row, sight.x, sight.y, sight.z, sight.nx, sight.ny, sight.nz)
+
+
+@inline
+def highlight(row: Any, lx: float, ly: float, lz: float, point: ShadingPoint) -> float:
+    """The material's highlight, half-vector or Phong, of light from unit l."""
+    light, normal, eye = (lx, ly, lz), (point.nx, point.ny, point.nz), (point.ex, point.ey, point.ez)
+    if row.half_vector == 1:
+        return half_vector(light, eye, normal, row.shininess)
+    return phong(light, eye, normal, row.shininess)
+
+
+@inline
+def evaluate_light(light: Any, row: Any, point: ShadingPoint) -> tuple[float, float, float, float, float, float, float]:
+    """(l, end, N·L, highlight, share): the ray to a light and what its light would do there; share 0 if nothing."""
+    return _evaluate_light(light, row, point, True)
+
+
+@inline
+def _evaluate_light(
+    light: Any, row: Any, point: ShadingPoint, shines: bool
+) -> tuple[float, float, float, float, float, float, float]:
+    lx, ly, lz, end = light_direction(light, point.x, point.y, point.z)
+    distance = math.sqrt(dot(lx, ly, lz, lx, ly, lz))
+    if distance == 0.0:
+        return lx, ly, lz, end, 0.0, 0.0, 0.0
+    ux, uy, uz = lx / distance, ly / distance, lz / distance
+    cosine = dot(point.nx, point.ny, point.nz, ux, uy, uz)
+    if cosine <= 0.0:
+        return lx, ly, lz, end, cosine, 0.0, 0.0
+    shiny = shines and row.specular[0] + row.specular[1] + row.specular[2] > 0.0
+    shine = highlight(row, ux, uy, uz, point) if shiny else 0.0
+    part = light_share(light, ux, uy, uz, distance)
+    if row.diffuse == 0.0 and shine < _FAINT:
+        part = 0.0
+    return lx, ly, lz, end, cosine, shine, part
+
+
+@inline
+def shading_point_of(
+    geometry: Geometry, materials: MaterialTable, sight: SurfaceInteraction, dx: float, dy: float, dz: float
+) -> tuple[bool, int, ShadingPoint]:
+    """(does what is seen along d show the light of lights?, the row of its material, the point as it is shaded)."""
+    point, _, from_inside = face_viewer(sight, dx, dy, dz)
+    row = material_row(geometry, materials, sight.body, sight.face)
+    if has_relief(materials.rows[row]):
+        point = bend_normal(geometry, materials, sight, row, point, from_inside)
+    return shows_light(materials, sight, from_inside), row, point
+
+
+@inline
+def shadow_ray(light: Any, row: Any, point: ShadingPoint, surface: int) -> tuple[Ray, bool]:
+    """(the ray from a point of a surface to a light, is it worth tracing?)
+
+    Which lights are asked is decided here alone. The highlight, a costly power, is worked out only where it decides
+    that.
+    """
+    lx, ly, lz, end, _, _, part = _evaluate_light(light, row, point, row.diffuse == 0.0)
+    return Ray(point.x, point.y, point.z, lx, ly, lz, 0.0, end, surface), part != 0.0
+
+
+@helper
+def shadow_lights(
+    geometry: Geometry,
+    scratch: Scratch,
+    look: ShadingTables,
+    arrived: Floats,
+    sight: SurfaceInteraction,
+    dx: float,
+    dy: float,
+    dz: float,
+) -> None:
+    """How much of each light (rgb, into `arrived`) reaches what is seen along unit d, where it shows that.
+
+    As `wave` does for the rays of a packet.
+    """
+    materials = look.materials
+    shows, number, point = shading_point_of(geometry, materials, sight, dx, dy, dz)
+    if not shows:
+        return
+    row = materials.rows[number]
+    for k in range(len(look.lights)):
+        ray, asked = shadow_ray(look.lights[k], row, point, sight.surface)
+        if asked and has_relief(row) and is_behind(sight, dx, dy, dz, ray.dx, ray.dy, ray.dz):
+            arrived[3 * k], arrived[3 * k + 1], arrived[3 * k + 2] = 0.0, 0.0, 0.0
+        elif asked:
+            covered = is_blocked(geometry, scratch, ray, materials.opaque)
+            arrived[3 * k], arrived[3 * k + 1], arrived[3 * k + 2] = shadow_transmittance(
+                geometry, scratch, materials, ray, sight.before, covered
+            )
+
+
+@inline
+def direct_light(
+    look: ShadingTables, row: Any, arrived: Floats, at: int, point: ShadingPoint
+) -> tuple[float, float, float, float, float, float]:
+    """(Σ I N·L, Σ I h), each rgb, over the lights, of which arrived[at:] reaches the point."""
+    dr, dg, db, hr, hg, hb = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for k in range(len(look.lights)):
+        light = look.lights[k]
+        _, _, _, _, cosine, shine, part = evaluate_light(light, row, point)
+        if part == 0.0:
+            continue
+        r = arrived[at + 3 * k] * part * light.intensity[0]
+        g = arrived[at + 3 * k + 1] * part * light.intensity[1]
+        b = arrived[at + 3 * k + 2] * part * light.intensity[2]
+        dr, dg, db = dr + r * cosine, dg + g * cosine, db + b * cosine
+        hr, hg, hb = hr + r * shine, hg + g * shine, hb + b * shine
+    return dr, dg, db, hr, hg, hb

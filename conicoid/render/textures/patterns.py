@@ -1,0 +1,260 @@
+"""Gradient noise: Ken Perlin, Improving noise, SIGGRAPH 2002, with a hash in place of his table of permutations."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..._jit.decorators import helper, inline
+from ...kernels.body.uv import uv_at
+from ...kernels.numbers.elementary import acos
+from ...kernels.tables import Geometry
+from .texture_table import BOX, BRICK, GRADIENT, IMAGE, LATITUDE, NOISE, Texels, texel_of_size
+
+_FAR = 2.0**40
+"""From there on floats have too few places left for noise, and it is 0."""
+
+
+@inline
+def hash_cell(x: int, y: int, z: int) -> np.uint64:
+    """64 bits for a point of the lattice: SplitMix64's output function, thrice (Steele, Lea and Flood 2014)."""
+    h = np.uint64(0)
+    for k in range(3):
+        part = x if k == 0 else (y if k == 1 else z)
+        h = (h ^ np.uint64(part)) + np.uint64(0x9E3779B97F4A7C15)
+        h = (h ^ (h >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+        h = (h ^ (h >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+        h ^= h >> np.uint64(31)
+    return h
+
+
+@inline
+def fade(t: float) -> float:
+    """6t⁵ - 15t⁴ + 10t³"""
+    return t * t * t * (t * (t * 6.0 - 15.0) + 10.0)
+
+
+@inline
+def noise_slope(bits: np.uint64, x: float, y: float, z: float) -> float:
+    """The product of a vector with one of twelve directions to the middles of a cube's edges, four of them twice."""
+    h = bits & np.uint64(15)
+    u = x if h < np.uint64(8) else y
+    if h < np.uint64(4):
+        v = y
+    else:
+        v = x if (h == np.uint64(12)) | (h == np.uint64(14)) else z
+    return (u if h & np.uint64(1) == np.uint64(0) else -u) + (v if h & np.uint64(2) == np.uint64(0) else -v)
+
+
+@helper
+def noise(x: float, y: float, z: float) -> float:
+    """Between about -1 and 1; 0 where x, y and z are whole numbers."""
+    if not max(abs(x), max(abs(y), abs(z))) < _FAR:
+        return 0.0
+    fx, fy, fz = np.floor(x), np.floor(y), np.floor(z)
+    ix, iy, iz = int(fx), int(fy), int(fz)
+    x, y, z = x - fx, y - fy, z - fz
+    u, v, w = fade(x), fade(y), fade(z)
+    total = 0.0
+    for corner in range(8):
+        i, j, k = corner & 1, (corner >> 1) & 1, corner >> 2
+        weight = (u if i == 1 else 1.0 - u) * (v if j == 1 else 1.0 - v) * (w if k == 1 else 1.0 - w)
+        total += weight * noise_slope(hash_cell(ix + i, iy + j, iz + k), x - i, y - j, z - k)
+    return total
+
+
+@helper
+def turbulence(x: float, y: float, z: float, octaves: int) -> float:
+    """Octaves of noise, each half as large and as strong as the one before, over the sum of their strengths."""
+    total, weight, weights = 0.0, 1.0, 0.0
+    for _ in range(octaves):
+        total += weight * noise(x, y, z)
+        weights += weight
+        x, y, z, weight = 2.0 * x + 17.0, 2.0 * y + 31.0, 2.0 * z + 47.0, 0.5 * weight
+    return total / weights
+
+
+# The colour of a texture at a point of a surface.
+
+_UNEVEN = 0.35  # how large the bumps of a trunk are, in rings, against its roughness
+_AXIS_X, _AXIS_U, _AXIS_V = 2, 0, 1
+_PER_WORD = 2.0**-32
+_MOST_TAPS = 16.0
+"""How many times as long as wide an ellipse is taken for, at most."""
+
+
+class TexturePlace(NamedTuple):
+    """A point of a surface; `reach` is how large a pixel is there, in the world."""
+
+    body: Any
+    face: Any
+    surface: Any
+    x: float
+    y: float
+    z: float
+    nx: float
+    ny: float
+    nz: float
+    reach: float
+
+
+@inline
+def latitude_of(v: float) -> float:
+    """From 0 at the south pole to 1 at the north pole, for the height v of a point of a ball: 1 - acos(2 v - 1) / π."""
+    return 1.0 - acos(min(1.0, max(-1.0, 2.0 * v - 1.0))) / math.pi
+
+
+@inline
+def across_main_axis(nx: float, ny: float, nz: float, x: float, y: float, z: float) -> tuple[float, float]:
+    """Two axes of the world, across the one along which a normal is longest."""
+    a, b, c = abs(nx), abs(ny), abs(nz)
+    if c >= a and c >= b:
+        return x, y
+    return (x, z) if b >= a else (y, z)
+
+
+@inline
+def coordinates(
+    geometry: Geometry, mapping: int, at: TexturePlace, x: float, y: float, z: float
+) -> tuple[float, float]:
+    """The two coordinates that a texture is laid on, at a point on or near a place."""
+    if mapping == BOX:
+        return across_main_axis(at.nx, at.ny, at.nz, x, y, z)
+    u, v = uv_at(geometry, at.body, at.face, at.surface, x, y, z)
+    return u, latitude_of(v) if mapping == LATITUDE else v
+
+
+@inline
+def footprint(
+    geometry: Geometry, texture: Any, at: TexturePlace, u: float, v: float
+) -> tuple[float, float, float, float]:
+    """(du, dv, long, short): of a picture a pixel covers an ellipse, in texels, `long` along unit (du, dv).
+
+    Its matrix is J Jᵗ for the texture's coordinates along two directions across the surface, one pixel long.
+    """
+    if not at.reach > 0.0:
+        return 1.0, 0.0, 0.0, 0.0
+    # The two directions (Duff and others, Building an orthonormal basis, revisited, 2017)
+    sign = math.copysign(1.0, at.nz)
+    a = -1.0 / (sign + at.nz)
+    b = at.nx * at.ny * a
+    uu, uv, vv, r = 0.0, 0.0, 0.0, at.reach
+    for k in range(2):
+        if k == 0:
+            tx, ty, tz = 1.0 + sign * at.nx * at.nx * a, sign * b, -sign * at.nx
+        else:
+            tx, ty, tz = b, sign + at.ny * at.ny * a, -at.ny
+        p, q = coordinates(geometry, texture.mapping, at, at.x + r * tx, at.y + r * ty, at.z + r * tz)
+        du, dv = p - u, q - v
+        if texture.mapping != BOX:
+            du -= np.floor(du + 0.5)  # across the seam
+        du, dv = du / texture.scale[0] * texture.size[0], dv / texture.scale[1] * texture.size[1]
+        uu, uv, vv = uu + du * du, uv + du * dv, vv + dv * dv
+    middle, half = 0.5 * (uu + vv), 0.5 * (uu - vv)
+    root = math.sqrt(half * half + uv * uv)
+    long, short = math.sqrt(middle + root), math.sqrt(max(0.0, middle - root))
+    x, y = (half + root, uv) if half >= 0.0 else (uv, root - half)
+    size = math.sqrt(x * x + y * y)
+    if size == 0.0:
+        return 1.0, 0.0, long, short
+    return x / size, y / size, long, short
+
+
+@helper
+def image_color(geometry: Geometry, texels: Texels, texture: Any, at: TexturePlace) -> tuple[float, float, float]:
+    """Of a picture, at the size at which it is seen: several texels along what is long of the pixel there."""
+    u, v = coordinates(geometry, texture.mapping, at, at.x, at.y, at.z)
+    du, dv, long, short = footprint(geometry, texture, at, u, v)
+    size, wraps = (texture.size[0], texture.size[1], texture.size[2]), (texture.wraps[0], texture.wraps[1])
+    u, v = (u - texture.offset[0]) / texture.scale[0], (v - texture.offset[1]) / texture.scale[1]
+    taps = int(min(_MOST_TAPS, max(1.0, -np.floor(-long / max(short, 1.0)))))
+    reach = max(short, long / taps)
+    du, dv = du * long / texture.size[0], dv * long / texture.size[1]
+    r, g, b = 0.0, 0.0, 0.0
+    for k in range(taps):
+        along = (k + 0.5) / taps - 0.5
+        tr, tg, tb = texel_of_size(texels, texture.first, size, wraps, u + along * du, v + along * dv, reach)
+        r, g, b = r + tr, g + tg, b + tb
+    return r / taps, g / taps, b / taps
+
+
+@inline
+def mix_colors(texture: Any, share: float) -> tuple[float, float, float]:
+    """Between the two colours of a texture."""
+    s = min(1.0, max(0.0, share))
+    return (
+        texture.a[0] + s * (texture.b[0] - texture.a[0]),
+        texture.a[1] + s * (texture.b[1] - texture.a[1]),
+        texture.a[2] + s * (texture.b[2] - texture.a[2]),
+    )
+
+
+@helper
+def gradient_share(geometry: Geometry, texture: Any, at: TexturePlace) -> float:
+    """0 where a gradient begins, 1 where it ends."""
+    axis = int(texture.more[0])
+    if axis < _AXIS_X:
+        u, v = uv_at(geometry, at.body, at.face, at.surface, at.x, at.y, at.z)
+        c = u if axis == _AXIS_U else v
+    else:
+        c = at.x if axis == _AXIS_X else (at.y if axis == _AXIS_X + 1 else at.z)
+    return (c - texture.offset[0]) / texture.scale[0]
+
+
+@helper
+def wood_share(texture: Any, at: TexturePlace) -> float:
+    """How late in the year wood grew: rings, out of round, each slowly darker and then light at once."""
+    ring, rough = texture.scale[0], texture.more[0]
+    x, y, z = at.x - texture.offset[0], at.y - texture.offset[1], at.z
+    size = 4.0 * ring
+    r = math.sqrt(x * x + y * y) / ring + 2.0 * rough * turbulence(x / size, y / size, 0.15 * z / size, 3)
+    late = r - np.floor(r)
+    grain = turbulence(x / (_UNEVEN * ring), y / (_UNEVEN * ring), 0.05 * z / ring, 2)
+    edge = min(1.0, (1.0 - late) * 12.0)  # softly back to light
+    return late * late * late * edge + 0.12 * grain
+
+
+@helper
+def plain_color(geometry: Geometry, texels: Texels, texture: Any, at: TexturePlace) -> tuple[float, float, float]:
+    """The colour of a texture that holds no other ones."""
+    if texture.kind == IMAGE:
+        return image_color(geometry, texels, texture, at)
+    if texture.kind == GRADIENT:
+        return mix_colors(texture, gradient_share(geometry, texture, at))
+    if texture.kind == NOISE:
+        s = texture.scale[0]
+        n = turbulence(at.x / s, at.y / s, at.z / s, int(texture.more[0]))
+        return mix_colors(texture, 0.5 + 0.5 * texture.more[1] * n)
+    return mix_colors(texture, wood_share(texture, at))
+
+
+@helper
+def texture_color(
+    geometry: Geometry, textures: Any, texels: Texels, number: int, at: TexturePlace
+) -> tuple[float, float, float]:
+    """The colour of a texture at a place."""
+    texture = textures[number]
+    if texture.kind != BRICK:
+        return plain_color(geometry, texels, texture, at)
+    u, v = coordinates(geometry, texture.mapping, at, at.x, at.y, at.z)
+    length, height, joint = texture.scale[0], texture.scale[1], texture.more[0]
+    if not (abs(u) < 1e9 * length and abs(v) < 1e9 * height):
+        return texture.a[0], texture.a[1], texture.a[2]
+    course = np.floor(v / height)
+    along = u / length + 0.5 * (course - 2.0 * np.floor(0.5 * course))
+    brick = np.floor(along)
+    in_brick = (along - brick) * length >= joint and (v / height - course) * height >= joint
+    inner = texture.inner if in_brick else texture.outer
+    if inner >= 0:
+        r, g, b = plain_color(geometry, texels, textures[inner], at)
+    elif in_brick:
+        r, g, b = texture.a[0], texture.a[1], texture.a[2]
+    else:
+        r, g, b = texture.b[0], texture.b[1], texture.b[2]
+    if in_brick:
+        part = float(hash_cell(int(brick), int(course), 0) >> np.uint64(32)) * _PER_WORD
+        bright = 1.0 + texture.more[1] * (2.0 * part - 1.0)
+        r, g, b = min(1.0, r * bright), min(1.0, g * bright), min(1.0, b * bright)
+    return r, g, b

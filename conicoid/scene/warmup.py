@@ -1,0 +1,156 @@
+"""Compile every kernel now, rather than at first use."""
+
+from __future__ import annotations
+
+from .._util.hints import with_call_hints
+
+
+@with_call_hints
+def warmup() -> None:
+    """Compile and cache all kernels (a minute or two the first time, some seconds later).
+
+    There is nothing to do where the package came with machine code.
+    """
+    from .._jit.machine_code import SHIPPED
+
+    if SHIPPED is not None:
+        return
+    for call in (
+        _answers,
+        _pictures,
+        _coherent,
+        _incoherent,
+        _single_rays,
+        _exact,
+        _large_tree,
+        _batches,
+        _explanations,
+    ):
+        call()
+
+
+def _answers() -> None:
+    """Every field of every answer, for rays that are certain and that only touch a ball."""
+    from ..geometry.primitives import Sphere
+    from .scene import QUERIES, Scene
+
+    scene = Scene([Sphere(1.0), Sphere(1.0, (0.0, 0.0, 1.0)) - Sphere(0.5)])
+    along_rays = [name for name, first in QUERIES.items() if first == "origins"]
+    at_points = [name for name, first in QUERIES.items() if first == "points"]
+    certain, touching = (0.0, 0.0, 5.0), (1.0, 0.0, 5.0)
+    for origins in ([certain], [touching], [certain, touching]):
+        hits = scene.first_hit(origins, (0.0, 0.0, -1.0))
+        hits.before  # noqa: B018 (worked out when asked)
+        for rays in (hits.rays, hits.spawn((0.0, 0.0, 1.0)), hits.spawn((1.0, 0.0, 0.0))):
+            for name in along_rays:
+                answer = getattr(scene, name)(rays)
+                if hasattr(answer, "detached"):
+                    answer.detached()
+                    answer[:1].detached()
+    for name in at_points:
+        getattr(scene, name)([(0.0, 0.0, 0.0)])
+    scene.voxels(shape=1, fractions="body", samples=1)
+    scene.distance([(0.0, 0.0, 0.0)], exact=True).detached()
+    for answer in (scene.first_hit([certain], (0.0, 0.0, -1.0)), scene.spans([certain], (0.0, 0.0, -1.0))):
+        answer.jvp(d_origins=(0.0, 0.0, 1.0))
+        answer.vjp()
+
+
+def _pictures() -> None:
+    """What renders, by each integrator."""
+    from ..render.camera import EquirectangularCamera
+    from ..render.integrators import INTEGRATORS
+    from .scene import Scene
+
+    for integrator in INTEGRATORS:
+        Scene([]).render(1, 1, samples=1, integrator=integrator)
+    EquirectangularCamera((0.0, 0.0, 0.0), (0.0, 1.0, 0.0)).rays(1, 1)
+
+
+def _coherent() -> None:
+    """First hits of coherent rays: enough of them that their coherence is tested."""
+    import numpy as np
+
+    from .scene import Scene
+
+    Scene([]).first_hit(np.zeros((64, 64, 3)), (0.0, 0.0, 1.0))
+
+
+def _incoherent() -> None:
+    """First hits of rays in no order: what begins before its origin is in order only where it is parallel."""
+    import numpy as np
+
+    from .scene import Scene
+
+    every = np.random.default_rng(0).normal(size=(4096, 3))
+    Scene([]).first_hit(every, every, t_min=-1.0)
+
+
+def _single_rays() -> None:
+    """Rays each by itself: what exported pages call, from machine code of their own."""
+    import math
+
+    import numpy as np
+
+    from ..kernels.entry.crossings import trace_rows_alone
+    from ..kernels.entry.first_hits import HitBuffers, trace_first_alone
+    from ..queries.ray_queries import arrays_of
+    from ..queries.rays import Rays
+    from .scene import Scene
+
+    scene = Scene([]).prepared
+    arrays = arrays_of("warmup", scene, Rays((0.0, 0.0, 0.0), (0.0, 0.0, 1.0)), 0.0, math.inf)
+    trace_first_alone(scene.geometry, arrays, 0, 1, HitBuffers.new(1))
+    trace_rows_alone(scene.geometry, arrays, True, 0, 1, np.zeros(1, np.int32), np.zeros(1, np.int8))
+
+
+def _exact() -> None:
+    """What error bounds leave open: two roots that are one and irrational, and a point on an oblique wall."""
+    from ..geometry.general_quadric import Quadric
+    from ..geometry.primitives import Sphere
+    from .scene import Scene
+
+    two = Scene([Sphere(1.0), Sphere(1.0, (1.0, 0.0, 0.0))])
+    edge = (0.5, 0.0, 5.0), (0.0, 0.0, -1.0)
+    for query in (two.first_hit, two.spans, two.crossings):
+        query(*edge).detached()
+    Scene([Quadric(coefficients=dict(xx=1, xy=1, yy=1, zz=1, constant=-3))]).contains((1.0, 1.0, 0.0))
+
+
+def _batches() -> None:
+    """Bodies lowered together: in lanes, beside numbers halfway between floats; surfaces that may be one; no end."""
+    from ..geometry.bulk import Spheres
+    from ..geometry.general_quadric import Quadric
+    from ..geometry.primitives import HalfSpace, Sphere
+    from ..prepare.tape.recording_cache import FEWEST
+    from .scene import Scene
+
+    for beside in (0.0, 2.0**-120):
+        balls = [Sphere(1.0, (1.0, float(k), 0.0)) for k in range(FEWEST)]
+        Scene([ball.translate((2.0**-53, 0.0, 0.0)).translate((beside, 0.0, 0.0)) for ball in balls]).prepare()
+    slanted = [HalfSpace((1.0, 2.0, 3.0), float(k)) for k in range(2)]
+    Scene(
+        [*slanted, Sphere(1.0), Quadric(coefficients=dict(xx=2, yy=1, zz=1, constant=-1)), Spheres([(1, 2, 3)], 1)]
+    ).prepare()
+
+
+def _explanations() -> None:
+    """What writes down how an answer came about: of solids, and of sheets that are clipped."""
+    from ..geometry.primitives import Box, Sphere
+    from ..geometry.sheets import Polygon
+    from .scene import Scene
+
+    corners = ((-1.0, -1.0, 0.0), (1.0, -1.0, 0.0), (0.0, 1.0, 0.0))
+    Scene([Sphere(1.0) - Box(), Polygon(corners) & Sphere(1.0)]).explain((0.1, 0.2, 5.0), (0.0, 0.0, -1.0))
+
+
+def _large_tree() -> None:
+    """The tree of a scene that is built by all threads together."""
+    import numpy as np
+
+    from ..geometry.bulk import Spheres
+    from ..prepare.bvh.sah_binning import ONE_THREAD
+    from .scene import Scene
+
+    centers = np.random.default_rng(0).random((ONE_THREAD + 1, 3))
+    Scene([Spheres(centers, 0.001)]).first_hit((0.0, 0.0, 5.0), (0.0, 0.0, -1.0))

@@ -1,0 +1,268 @@
+"""How much of a scene the page takes: what every browser with WebGL 2 can be expected to hold."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..geometry.instance_labels import body_material_table
+from ..kernels import tables as table
+from ..kernels.body.uv import maps_of_faces
+from ..kernels.bvh.walk import FEW, ROWS
+from ..kernels.faces import cell_faces, plane_faces
+from ..kernels.programs import leaves_of_programs, row_of_leaf, rows_of_programs
+from ..kernels.tables import Ints, Tables, length
+from ..materials.material import DEFAULT_MATERIAL
+from ..render.auto_camera import fit_lights
+from ..render.bsdf.material_table import CHECKER_SPACE, CHECKER_UV, PLAIN
+from ..render.camera import Camera, EquirectangularCamera, FisheyeCamera, OrthographicCamera
+from ..render.lights.light_tables import ShadingTables, lower_shading_tables
+from ..scene.scene import Scene
+
+MOST_BYTES = 256 << 20
+"""Of all tables together, as they stand in the page."""
+MOST_GATES = 1024
+"""In the Boolean program of one body: the shader keeps a counter for each while it follows a ray."""
+
+
+def check_limits(tables: Mapping[str, Any]) -> None:
+    """Raise ValueError for tables that the page cannot take, naming the limit. The page checks its own GPU's."""
+    size = sum(array.size * max(4, array.itemsize) for array in tables.values())  # signs stand there as integers
+    if size > MOST_BYTES:
+        raise ValueError(
+            f"view: this scene's tables take {size / 2**20:,.0f} MiB, "
+            f"a page holds at most {MOST_BYTES / 2**20:,.0f} MiB"
+        )
+    gates = int(np.diff(tables["program_gate"]).max(initial=0))
+    if gates > MOST_GATES:
+        raise ValueError(
+            f"view: a body is a Boolean combination of {gates:,} nested steps, the shader counts at most {MOST_GATES:,}"
+        )
+
+
+# Tables in which every body has rows of its own, for the shaders: they know nothing of what bodies have in common.
+
+
+def expand_tables(tables: Tables) -> dict[str, npt.NDArray[Any]]:
+    """The columns that differ from those of `tables`: of leaves, gates and maps of faces, and trees of a few leaves."""
+    columns = _trees(tables)
+    if len(tables.program_shifts):
+        columns |= expand_programs(tables)
+    if len(tables.cell_likes):
+        columns |= expand_faces(tables)
+    if len(tables.body_maps):
+        columns["face_maps"] = maps_of_faces(tables)
+    return columns
+
+
+def expand_programs(tables: Tables) -> dict[str, npt.NDArray[Any]]:
+    """Leaves and gates of every program."""
+    rows, (leaf_of, leaves) = rows_of_programs(tables), leaves_of_programs(tables)
+    gates = np.diff(tables.program_gate)[rows]
+    first = _ends(gates)
+    shift = first[:-1] - tables.program_gate[rows]
+    of_gates, of_leaves = np.repeat(shift, gates), np.repeat(shift, leaves)
+    gate = np.arange(first[-1], dtype=np.int32) - of_gates
+    programs = np.repeat(np.arange(len(rows)), leaves)
+    begins = _ends(leaves)
+    number = np.repeat(leaf_of - begins[:-1], leaves) + np.arange(len(programs), dtype=np.int32)
+    leaf = row_of_leaf(tables, programs, number)
+    parent = tables.gate_parent[gate]
+    return dict(
+        program_leaf=begins,
+        program_gate=first,
+        leaf_cell=number,
+        leaf_gate=tables.leaf_gate[leaf] + of_leaves,
+        leaf_negated=tables.leaf_negated[leaf],
+        leaf_sense=tables.leaf_sense[leaf],
+        gate_parent=np.where(parent < 0, parent, parent + of_gates),
+        gate_need=tables.gate_need[gate],
+        gate_negated=tables.gate_negated[gate],
+        gate_start=tables.gate_start[gate],
+    )
+
+
+def expand_faces(tables: Tables) -> dict[str, npt.NDArray[Any]]:
+    """The faces of every cell."""
+    return dict(
+        cell_face=cell_faces(tables, np.arange(len(tables.cell_quadric))),
+        plane_face=plane_faces(tables, np.arange(len(tables.plane_surface))),
+    )
+
+
+def _trees(tables: Tables) -> dict[str, npt.NDArray[Any]]:
+    """The trees of bodies, whose leaves are numbered as they are written out.
+
+    Those of a few leaves, which have none, are one leaf of a tree each; their places come last.
+    """
+    leaf_of, leaves = leaves_of_programs(tables)
+    first = _ends(leaves)
+    few = np.flatnonzero((leaves > 0) & (leaves <= FEW))
+    known = _known_order(tables, leaf_of, leaves, first)
+    if not len(few):
+        return dict(tree_order=known)
+    own = np.diff(tables.tree_root, prepend=np.zeros(len(first) + 1 - len(tables.tree_root), np.int32))
+    own[few] = 1
+    ends = _ends(own)
+    roots = np.zeros(ends[-1], np.int32)
+    others = np.ones(len(roots), bool)
+    others[ends[few]] = False
+    roots[others] = tables.roots
+    places = len(tables.tree_order) + _ends(leaves[few])
+    roots[ends[few]] = -(places[:-1] << 4 | leaves[few]) - 1
+    held = np.repeat(first[few] - places[:-1], leaves[few]) + np.arange(len(tables.tree_order), places[-1])
+    order = np.concatenate([known, held]).astype(np.int32)
+    return dict(tree_root=ends, roots=roots, tree_order=order)
+
+
+def _known_order(tables: Tables, leaf_of: Ints, leaves: Ints, first: Ints) -> Ints:
+    """`Tables.tree_order`, in which leaves have the numbers from `first` on; they have those of cells with shifts."""
+    if not len(tables.program_shifts):
+        return tables.tree_order
+    renumbered = np.zeros(len(tables.cell_quadric), np.int32)
+    cells = np.repeat(leaf_of - first[:-1], leaves) + np.arange(first[-1], dtype=np.int32)
+    renumbered[cells] = np.arange(first[-1], dtype=np.int32)
+    order, of_bodies = tables.tree_order.copy(), len(tables.tree_order) - len(tables.leaf_items) // ROWS
+    order[:of_bodies] = renumbered[order[:of_bodies]]
+    return order
+
+
+def _ends(counts: Any) -> Ints:
+    """Where each begins, and the last ends."""
+    return np.concatenate([np.zeros(1, np.int32), np.cumsum(counts, dtype=np.int32)])
+
+
+# A scene as the page takes it: the lowered tables, the look, the camera and a list of bodies, as plain JSON.
+
+ASPECT = 4 / 3
+_UNUSED = {
+    "leaf_bounds",
+    "cell_likes",
+    "program_row",
+    "program_shifts",
+    "shifts",
+    "body_maps",
+    "leaf_items",
+    *(name for name in Tables._fields if name.endswith("_limits")),
+}
+_MOST_NAMED = 400
+"""Items that get a row each in the page's list."""
+
+
+def pack_scene(scene: Scene) -> dict[str, Any]:
+    """All that the page needs; every array as base64 of little-endian float64 or int32.
+
+    Raises ValueError for a scene beyond what a browser must be able to draw, naming the limit.
+    """
+    camera = view_of(scene)
+    lights = scene.lights or fit_lights(camera)
+    look = look_of(scene, lights)
+    low, high = scene.extent
+    tables = {name: _array(scene, number) for number, name in enumerate(Tables._fields) if name not in _UNUSED}
+    # The engine takes those that share rows, see `engine_data`
+    tables |= {name: column.ravel() for name, column in expand_tables(scene.prepared.lowered.tables).items()}
+    check_limits(tables)
+    return {
+        "tables": {name: _encoded(array) for name, array in tables.items()},
+        "look": look_data(look),
+        "lights": [_light(record, light) for record, light in zip(look.lights, _directed(lights), strict=True)],
+        "camera": camera_data(camera),
+        "bounds": [low.tolist(), high.tolist()],
+        "items": [_item(scene, i) for i in range(min(len(scene.bodies), _MOST_NAMED))],
+        "item_count": len(scene.bodies),
+        "body_item": _encoded(scene.lowered.body_item),
+    }
+
+
+def view_of(scene: Scene) -> Camera | OrthographicCamera:
+    """The scene's camera, or one that fits; one that sees all around is shown as a pinhole that looks the same way."""
+    camera = scene.camera or scene.fitting_camera(ASPECT)
+    if isinstance(camera, EquirectangularCamera | FisheyeCamera):
+        return Camera(camera.position, camera.look_at, camera.up)
+    if not isinstance(camera, Camera | OrthographicCamera):
+        raise TypeError(f"view: camera must be a Camera or an OrthographicCamera, got {type(camera).__name__}")
+    return camera
+
+
+def look_of(scene: Scene, lights: Any) -> ShadingTables:
+    """Materials and lights as records."""
+    lowered = scene.lowered
+    found, sheets, place_of = body_material_table(scene.bodies, lowered.body_item)
+    materials = [DEFAULT_MATERIAL if material is None else material for material in found]
+    return lower_shading_tables(materials, sheets, place_of, lights, scene.background, lowered.face_paint)
+
+
+def camera_data(camera: Camera | OrthographicCamera) -> dict[str, Any]:
+    """A camera by its fields."""
+    data = {"position": camera.position, "look_at": camera.look_at, "up": camera.up}
+    if isinstance(camera, Camera):
+        return data | {"field_of_view": camera.field_of_view}
+    return data | {"height": camera.height}
+
+
+def look_data(look: ShadingTables) -> dict[str, Any]:
+    """Eight rows of four numbers for each material, in the order of viewer/shaders/materials.glsl."""
+    rows = look.materials.rows
+    packed = np.zeros((len(rows), 8, 4))
+    for out, row in zip(packed, rows, strict=True):
+        columns = ("color", "second_color", "scale", "specular", "reflectivity", "transparency", "absorption")
+        for k, name in enumerate(columns):
+            out[k, :3] = row[name]
+        numbers = ("pattern", "ambient", "diffuse", "shininess", "half_vector", "fresnel", "index", "transparent")
+        for k, name in enumerate(numbers):
+            out[k, 3] = row[name] if name != "pattern" or row[name] <= CHECKER_SPACE else PLAIN
+    assert (CHECKER_UV, CHECKER_SPACE) == (1, 2), "the shader knows them by these numbers"
+    return {
+        "materials": _encoded(packed.ravel()),
+        "row_of": _encoded(look.materials.row_of),
+        "face_row": _encoded(look.materials.face_row),
+        "opaque": _encoded(look.materials.opaque),
+        "medium": _encoded(look.materials.medium),
+        "any_transparent": look.materials.any_transparent,
+        "ambient": look.ambient,
+        "sky": look.background,
+    }
+
+
+def _directed(lights: Any) -> list[Any]:
+    return [light for light in lights if hasattr(light, "position") or hasattr(light, "direction")]
+
+
+def _light(record: Any, light: Any) -> dict[str, Any]:
+    """A light's record; an angle without end becomes null."""
+    data: dict[str, Any] = {
+        name: record[name].tolist() for name in ("parallel", "position", "axis", "intensity", "fades")
+    }
+    for name in ("outer", "inner"):
+        data[name] = float(record[name]) if np.isfinite(record[name]) else None
+    return data | {"radius": float(getattr(light, "radius", 0.0) or 0.0)}
+
+
+def _item(scene: Scene, number: int) -> dict[str, Any]:
+    body = scene.bodies[number]
+    return {"name": body.name, "shape": type(body.shape).__name__, "sheet": body.shape.is_sheet}
+
+
+def _array(scene: Scene, number: int) -> npt.NDArray[Any]:
+    """A table from what the kernels take, flat."""
+    geometry = scene.geometry
+    start, count = int(geometry.places[number]), int(length(geometry, number))
+    real = number in _REAL
+    flat: npt.NDArray[Any] = geometry.floats if real else geometry.integers
+    return flat[start : start + count]
+
+
+_REAL = {
+    table.PLANES, table.SPHERES, table.QUADRICS, table.QUADRIC_FORMS, table.VERTICES, table.BALL_FRAMES,
+    table.MAP_ROWS, table.NODE_BOXES, table.EXTENT,
+}  # fmt: skip
+
+
+def _encoded(array: npt.NDArray[Any]) -> dict[str, str]:
+    real = array.dtype.kind == "f"
+    data = np.ascontiguousarray(array, "<f8" if real else "<i4").tobytes()
+    return {"f8" if real else "i4": base64.b64encode(data).decode()}
