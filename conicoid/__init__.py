@@ -11,7 +11,7 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
-__version__ = "0.1.0"
+from ._util.version import __version__
 
 _MODULES = {
     "._util.file_errors": "SceneFileError",
@@ -30,7 +30,6 @@ _MODULES = {
     ".geometry.bulk": "Spheres",
     ".geometry.bulk_shapes": "Boxes Capsules Cones Cylinders Discs Ellipsoids Triangles",
     ".geometry.conic": "Conic ConicSheet Stop",
-    ".geometry.csg": "Complement Difference Intersection Painted Union",
     ".geometry.general_quadric": "Quadric",
     ".geometry.lens": "Doublet Lens LensGroup Mirror",
     ".geometry.mesh": "Extrusion Mesh",
@@ -41,7 +40,7 @@ _MODULES = {
     ".geometry.quadrics": "DoubleCone Ellipsoid EllipticCone EllipticCylinder EllipticParaboloid "
     "HyperbolicCylinder HyperbolicParaboloid OneSheetHyperboloid ParabolicCylinder TwoSheetHyperboloid",
     ".geometry.revolution": "Polycone Revolution SphereSection",
-    ".geometry.shape": "Shape Sheet Solid",
+    ".geometry.shape": "Complement Difference Intersection Painted Shape Sheet Solid Union",
     ".geometry.sheets": "CylinderPatch Disc Plane Polygon Triangle Wall",
     ".geometry.tracks": "BodyTrack CameraTrack LightTrack",
     ".io.images.image": "Image",
@@ -108,11 +107,6 @@ if TYPE_CHECKING:
     from .geometry.conic import Conic as Conic
     from .geometry.conic import ConicSheet as ConicSheet
     from .geometry.conic import Stop as Stop
-    from .geometry.csg import Complement as Complement
-    from .geometry.csg import Difference as Difference
-    from .geometry.csg import Intersection as Intersection
-    from .geometry.csg import Painted as Painted
-    from .geometry.csg import Union as Union
     from .geometry.general_quadric import Quadric as Quadric
     from .geometry.lens import Doublet as Doublet
     from .geometry.lens import Lens as Lens
@@ -148,9 +142,14 @@ if TYPE_CHECKING:
     from .geometry.revolution import Polycone as Polycone
     from .geometry.revolution import Revolution as Revolution
     from .geometry.revolution import SphereSection as SphereSection
+    from .geometry.shape import Complement as Complement
+    from .geometry.shape import Difference as Difference
+    from .geometry.shape import Intersection as Intersection
+    from .geometry.shape import Painted as Painted
     from .geometry.shape import Shape as Shape
     from .geometry.shape import Sheet as Sheet
     from .geometry.shape import Solid as Solid
+    from .geometry.shape import Union as Union
     from .geometry.sheets import CylinderPatch as CylinderPatch
     from .geometry.sheets import Disc as Disc
     from .geometry.sheets import Plane as Plane

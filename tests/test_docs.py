@@ -18,7 +18,7 @@ from conicoid import queries
 from conicoid.geometry.registry import REGISTRY
 from conicoid.geometry.shape import REGISTERED
 from conicoid.render.integrators import INTEGRATORS, Integrator
-from conicoid.scene import scene as scene_queries
+from conicoid.scene import scene as scene_module
 
 from .machine_code import needs_compiler
 
@@ -71,7 +71,11 @@ def anchors(page: Path) -> set[str]:
 
 @pytest.mark.parametrize(
     "told",
-    [page.read_text(encoding="utf-8") for page in PAGES if page.name not in ("CONTRIBUTING.md", "CHANGELOG.md") and page.parent.name != "dev"]
+    [
+        page.read_text(encoding="utf-8")
+        for page in PAGES
+        if page.name not in ("CONTRIBUTING.md", "CHANGELOG.md") and page.parent.name != "dev"
+    ]
     + [getattr(co, name).__doc__ or "" for name in co.__all__],
 )
 def test_words_of_the_workshop_stay_there(told: str) -> None:
@@ -148,9 +152,9 @@ def test_the_query_of_contributing_works(monkeypatch: pytest.MonkeyPatch) -> Non
     code, method, test = recipe("add-a-query")
     module = loaded(monkeypatch, "conicoid.queries.thickness", code)
     monkeypatch.setattr(queries, "thickness", module, raising=False)
-    namespace = dict(vars(scene_queries))
+    namespace = dict(vars(scene_module))
     exec(compile(method, "docs/dev", "exec"), namespace)
-    monkeypatch.setattr(scene_queries.SceneQueries, "thickness", namespace["thickness"], raising=False)
+    monkeypatch.setattr(scene_module.Scene, "thickness", namespace["thickness"], raising=False)
     run_tests(test)
 
 
@@ -175,7 +179,7 @@ def test_the_examples_of_contributing_join_the_tree(tmp_path: Path) -> None:
         assert not (tmp_path / file).exists()
         (tmp_path / file).write_text(code.lstrip(), encoding="utf-8")
     insert(tmp_path / "conicoid" / "render" / "integrators" / "__init__.py", line, before="    )\n}\n")
-    insert(tmp_path / "conicoid" / "scene_queries.py", method, before="\nQUERIES:")
+    insert(tmp_path / "conicoid" / "scene" / "scene.py", method, before="    # --- Explanations\n")
     environment = {**os.environ, "PYTHONPATH": str(tmp_path), "CONICOID_CACHE_DIR": str(tmp_path / "cache")}
     chosen = "CoolingTower or cooling_tower or curvature or thickness or nothing_is_left"
     folders = ("contract", "shapes/test_cooling_tower.py", "integrators", "render", "engine/test_thickness.py")
@@ -194,10 +198,3 @@ def insert(file: Path, code: str, before: str) -> None:
     depth = "    " if code.lstrip().startswith("@") else 8 * " "
     lines = "".join(f"{depth}{each}".rstrip() + "\n" for each in code.strip().splitlines())
     file.write_text(text.replace(before, lines + before), encoding="utf-8")
-
-
-@needs_compiler
-def test_the_material_of_contributing_works(monkeypatch: pytest.MonkeyPatch) -> None:
-    code, test = recipe("add-a-material")
-    loaded(monkeypatch, "conicoid.materials.pearl", code)
-    run_tests(test)

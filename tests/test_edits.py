@@ -183,7 +183,7 @@ def test_refusals_of_moves(edit, error, message):
 def test_a_scene_takes_what_is_equal_in_one_that_is_prepared(monkeypatch):
     scene = co.Scene(_things())
     scene.prepare()
-    again = co.Scene(_things())._taking_from(scene)
+    again = co.Scene(_things())._reuse(scene)
     assert all(new is old for new, old in zip(again.bodies, scene.bodies, strict=True))
     lowered = []
     lower = edited.lower
@@ -194,7 +194,7 @@ def test_a_scene_takes_what_is_equal_in_one_that_is_prepared(monkeypatch):
         ([*_things()[:2], ball, *_things()[3:]], [ball]),
         (_things()[1:], []),
     ):
-        made = co.Scene(things)._taking_from(scene)
+        made = co.Scene(things)._reuse(scene)
         _same(made, co.Scene(things))
         assert lowered.pop() == new
 

@@ -163,7 +163,7 @@ def test_rays_and_hits_are_not_looped_over_at_once():
 
 @pytest.mark.parametrize(("ask", "told"), [
     (lambda: HITS["ball"], "hits[hits.name == 'ball']"), (lambda: SPANS["ball"], "spans.t_enter[spans.name == 'ball']"),
-    (lambda: SPANS[SPANS.body == 0], "a mask selects rays, of which there are 3, got one of 2 rows: spans.t_enter[mask]"),
+    (lambda: SPANS[SPANS.body == 0], "a mask selects rays and must have 3 items, got one of 2 rows: spans.t_enter[mask]"),
 ])  # fmt: skip
 def test_indices_of_answers(ask, told):
     assert told in refused(ask, IndexError)

@@ -10,8 +10,8 @@ from rich.console import Console
 
 import conicoid as co
 from conicoid._util.file_errors import SceneFileError
+from conicoid._util.text import format_bytes
 from conicoid.cli import terminal
-from conicoid.geometry import labels
 
 from .machine_code import needs_compiler
 
@@ -59,7 +59,7 @@ def test_the_first_compilation_is_announced_once(capsys):
 
 def test_numbers_for_people():
     assert [terminal.format_si(n) for n in (0, 12.345, 1234, 5.6e6, 7e9)] == ["0 ", "12.3 ", "1.23 k", "5.6 M", "7 G"]
-    assert [labels.format_bytes(n) for n in (0, 999, 1000, 12_300_000, 5 * 10**12)] == [
+    assert [format_bytes(n) for n in (0, 999, 1000, 12_300_000, 5 * 10**12)] == [
         "0 bytes",
         "999 bytes",
         "1 kB",

@@ -1,1 +1,1 @@
-"""The compiler: Numba's decorators as the engine uses them, kernels on disk."""
+"""Compiled functions: their decorators, the machine code of the package, the compiler, and its cache on disk."""

@@ -1,4 +1,4 @@
-"""Memory tested for beforehand: LLVM and the C library end a process that gets none in the middle of their work."""
+"""Test for free memory before work that cannot fail safely: without memory LLVM and the C library end the process."""
 
 from __future__ import annotations
 
@@ -6,13 +6,12 @@ import mmap
 import sys
 
 TO_RUN, TO_START, TO_LOAD, TO_COMPILE = 128, 512, 256, 512
-"""MiB that must be left where a limit is set: for what comes without a compiler, for the compiler itself, for a kernel
-of the cache and the threads that run it, and to compile one. About one and a half times of what was seen (2026-11,
-Linux)."""
+"""MiB that a memory limit must leave: to run without a compiler, to start the compiler, to load a cached kernel with
+the threads that run it, and to compile a kernel. About one and a half times the measured values (2026-11, Linux)."""
 
 
 def _is_limited() -> bool:
-    """Does this process have a limit of memory?"""
+    """True if this process has a memory limit."""
     if sys.platform in ("win32", "emscripten"):
         return False
     import resource
@@ -22,9 +21,23 @@ def _is_limited() -> bool:
 
 
 def require_memory(mebibytes: int, what: str) -> None:
-    """MemoryError, in one line, where a limit of this process (`ulimit -v`, `ulimit -d`) leaves less than that."""
+    """Check that a limit of this process (`ulimit -v`, `ulimit -d`) leaves `mebibytes` of memory.
+
+    Parameters
+    ----------
+    mebibytes : int
+        MiB that must be left.
+    what : str
+        The work that needs them, for the message.
+
+    Raises
+    ------
+    MemoryError
+        If less memory is left; the message is one line.
+    """
     if sys.platform == "win32" or not _is_limited():
         return
+    # Reserve the memory and release it at once
     try:
         mmap.mmap(-1, mebibytes << 20, flags=mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS).close()
     except (OSError, MemoryError):

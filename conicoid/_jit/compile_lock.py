@@ -1,4 +1,4 @@
-"""Whose turn it is to compile a kernel: processes that need the same one compile it once."""
+"""Locks so that processes that need the same kernel compile it once, and the waiting for another process."""
 
 from __future__ import annotations
 
@@ -11,9 +11,10 @@ from pathlib import Path
 
 
 class CompileLock:
-    """A lock on a file beside the kernel's. The system holds it, so that it ends with the process that has it.
+    """A lock on a file beside the kernel's file; the system releases it when the process ends.
 
-    Where there are no such locks it is everybody's turn: kernels are written in one step, and one more does no harm.
+    On file systems without locks every process gets the lock: kernels are written in one step, so compiling one twice
+    does no harm.
     """
 
     def __init__(self, path: Path) -> None:
@@ -21,19 +22,19 @@ class CompileLock:
         self._descriptor = -1
 
     def taken(self) -> bool:
-        """Take it, unless another process has it."""
+        """Take the lock unless another process has it; return False if another has."""
         try:
             if self._descriptor < 0:
                 self._descriptor = os.open(self._path, os.O_RDWR | os.O_CREAT | getattr(os, "O_CLOEXEC", 0), 0o600)
             _lock(self._descriptor)
         except (BlockingIOError, PermissionError):
-            return self._descriptor < 0
+            return self._descriptor < 0  # a file that cannot be opened is no lock: compile
         except OSError:
             pass
         return True
 
     def end(self) -> None:
-        """Give it up, also for forks of this process."""
+        """Release the lock, also for forks of this process."""
         if self._descriptor >= 0:
             with contextlib.suppress(OSError):
                 _unlock(self._descriptor)
@@ -60,20 +61,23 @@ else:
         fcntl.flock(descriptor, fcntl.LOCK_UN)
 
 
-# Other processes that compile: waiting for what one of them makes, and telling of it.
+# Waiting for a kernel that another process compiles
 
 Listener = Callable[[str], None]
 
 _STEP = 0.05  # seconds
 
 _listeners: list[Listener] = []
-_stopped = 0  # how often `stop` was called
+_stopped = 0  # number of calls of `stop_polling`
 
 
 def poll(done: Callable[[], bool], limit: float) -> None:
-    """Poll until `done()` is true, for some seconds at most.
+    """Poll until `done()` is true, for at most `limit` seconds.
 
-    Raises KeyboardInterrupt if `stop` is called meanwhile.
+    Raises
+    ------
+    KeyboardInterrupt
+        If `stop_polling` is called meanwhile.
     """
     before, deadline = _stopped, time.monotonic() + limit
     while not done() and time.monotonic() < deadline:
@@ -83,20 +87,20 @@ def poll(done: Callable[[], bool], limit: float) -> None:
 
 
 def stop_polling() -> None:
-    """Interrupt whoever polls, in whatever thread."""
+    """Interrupt every thread that polls."""
     global _stopped
     _stopped += 1
 
 
 def notify_compile(kernel: str) -> None:
-    """Notify listeners that another process is compiling a kernel, which is waited for."""
+    """Notify listeners that this process waits for a kernel that another one compiles."""
     for listener in list(_listeners):
         listener(kernel)
 
 
 @contextlib.contextmanager
 def on_begin(callback: Listener) -> Iterator[None]:
-    """Within the block, call `callback(name)` when a kernel of another process is waited for."""
+    """Within the block, call `callback(name)` when this process waits for a kernel that another one compiles."""
     _listeners.append(callback)
     try:
         yield

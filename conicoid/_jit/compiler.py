@@ -1,6 +1,9 @@
-"""What Numba does with an inner function, less what none of ours needs.
+"""Our compiler: Numba's dispatchers with fewer passes, memoized typing, and code that is optimised once per kernel.
 
-Inner functions have no closures, no `with`, no literal arguments and no arithmetic on whole arrays.
+Numba compiles every function as if Python called it: with all functions that it calls it is optimised and turned into
+machine code, then again as part of each caller, and so on at every level. That was more than half of the time of a
+first call. Here an inner function, which only kernels call, is type-checked and lowered once, and optimised only as a
+part of each kernel.
 """
 
 from __future__ import annotations
@@ -23,6 +26,8 @@ from .interruptible import run_interruptible
 from .numba_cache import KernelCache
 from .vector_width import bits, prefer_width
 
+# The passes that inner functions need: they have no closures, no `with`, no literal arguments and no arithmetic on
+# whole arrays
 _PASSES = (
     untyped_passes.TranslateByteCode,
     untyped_passes.FixupArgs,
@@ -40,7 +45,7 @@ _PASSES = (
 
 
 def inner_passes() -> PassManager:
-    """From the bytecode of an inner function to its LLVM code."""
+    """Return the passes from the bytecode of an inner function to its LLVM code."""
     manager = PassManager("inner")
     for each in _PASSES:
         manager.add_pass(each, each.__name__)
@@ -49,15 +54,16 @@ def inner_passes() -> PassManager:
 
 
 class _Typing(typing.Context):
-    """Numba's types of functions, with a memory: it tries some dozen templates for each + it meets."""
+    """Numba's typing context with a memory of call types: Numba tries some dozen templates for each `+`."""
 
     _memory: dict[Any, Any]
 
     def resolve_function_type(self, function: Any, arguments: Any, names: Any) -> Any:
-        """The type of a call, remembered for each function, arguments and flags."""
+        """Return the type of a call, memoized by function, arguments and flags."""
         if not isinstance(function, types.Function) or names:
             return super().resolve_function_type(function, arguments, names)
         flags = ConfigStack.top_or_none()
+        # The type of a call depends on these two flags of the caller
         key = function, arguments, flags and (flags.forceinline, flags.nrt)
         known = self._memory.get(key)
         if known is None:
@@ -69,11 +75,11 @@ _views: dict[int, _Typing] = {}
 
 
 def memoize_typing(context: Any) -> Any:
-    """The same context, all that it holds shared, with a memory."""
+    """Return a view of a typing context that shares its state and has a memory of call types."""
     if isinstance(context, _Typing):
         return context
     view = _views.get(id(context))
-    if view is None:
+    if view is None:  # no __init__: it would make a second, empty context
         view = object.__new__(_Typing)
         context._memory = {}
         view.__dict__ = context.__dict__
@@ -81,16 +87,11 @@ def memoize_typing(context: Any) -> Any:
     return view
 
 
-# The compiled functions: kernels, which Python calls, and inner ones, which only kernels call.
-#
-# Numba compiles every function as if it were called from Python: with all that it calls it is optimised
-# and turned into machine code, then again as part of each caller, and so on at every level. That was more
-# than half of the time of a first call. Here an inner function is type-checked and lowered once, and
-# optimised only as a part of each kernel.
+# The code of kernels, which Python calls, and of inner functions, which only kernels call
 
 
 class _NoAddressCodegen:
-    """A code generator for functions without an address: they have no Python objects to refer to."""
+    """A code generator for functions without an address: they refer to no Python objects."""
 
     def __init__(self, actual: Any) -> None:
         self._actual = actual
@@ -103,7 +104,7 @@ class _NoAddressCodegen:
 
 
 class _JitLibrary(codegen.JITCodeLibrary):
-    """The code of a function of ours, in vectors of the width that is ours to choose."""
+    """The code of a function of this package, with vectors of the width that vector_width.py chooses."""
 
     def add_ir_module(self, module: Any) -> None:
         prefer_width(module, bits(self._codegen))
@@ -111,7 +112,7 @@ class _JitLibrary(codegen.JITCodeLibrary):
 
 
 class _InnerLibrary(_JitLibrary):
-    """The code of an inner function by itself: not linked with what it calls, and not placed in memory."""
+    """The code of an inner function alone: not linked with the functions that it calls, and not placed in memory."""
 
     _linking_libraries: list[Any]
 
@@ -122,7 +123,7 @@ class _InnerLibrary(_JitLibrary):
         self._finalized = True
 
     def _get_module_for_linking(self) -> Any:
-        """With all that it calls: for functions that Numba's own `njit` compiles."""
+        """Return the code with all functions that it calls, for callers that Numba's own `njit` compiles."""
         whole = _own_module(self).clone()
         for library in _reachable_libraries(self._linking_libraries):
             whole.link_in(_own_module(library), preserve=True)
@@ -138,7 +139,7 @@ class _InnerLibrary(_JitLibrary):
 
 
 class _KernelLibrary(_JitLibrary):
-    """The code of a kernel, with all that it calls, directly or not."""
+    """The code of a kernel, with all functions that it calls, directly or not."""
 
     _linking_libraries: list[Any]
 
@@ -155,12 +156,12 @@ class _KernelLibrary(_JitLibrary):
 
 
 def _own_module(library: Any) -> Any:
-    """The code of a library, without that of inner functions that it calls."""
+    """Return the code of a library, without that of the inner functions that it calls."""
     return codegen.JITCodeLibrary._get_module_for_linking(library)
 
 
 def _reachable_libraries(libraries: list[Any]) -> list[Any]:
-    """Some libraries and those that inner functions among them call, each once."""
+    """Return some libraries and those that inner functions among them call, each once."""
     found: dict[Any, None] = {}
     waiting = list(libraries)
     while waiting:
@@ -173,7 +174,7 @@ def _reachable_libraries(libraries: list[Any]) -> list[Any]:
 
 
 class _Compiler(compiler.Compiler):
-    """Numba's compiler with our typing context and kind of library."""
+    """Numba's compiler with our typing context and library class."""
 
     library: type[Any] = _InnerLibrary
 
@@ -183,7 +184,7 @@ class _Compiler(compiler.Compiler):
 
 
 class _InnerCompiler(_Compiler):
-    """The compiler of inner functions, with fewer passes where they allocate nothing."""
+    """The compiler of inner functions, with fewer passes for those that do not allocate."""
 
     def define_pipelines(self) -> list[Any]:
         return super().define_pipelines() if self.state.flags.nrt else [inner_passes()]
@@ -195,18 +196,18 @@ class _KernelCompiler(_Compiler):
     library = _KernelLibrary
 
 
-_fork_holds: list[bool] = []  # by whoever forks: the compiler's lock
+_fork_holds: list[bool] = []  # an element while a thread that forks holds the compiler's lock
 
 
 def _lock_before_fork() -> None:
-    """A fork while another thread compiles would leave the child half a compiler."""
+    """Take the compiler's lock: a fork while another thread compiles would leave the child half a compiler."""
     global_compiler_lock.acquire()
     _fork_holds.append(True)
 
 
 def _unlock_after_fork() -> None:
-    """The compiler's lock is free again, in parent and child."""
-    if _fork_holds:  # not after Ctrl-C in `_hold`
+    """Release the compiler's lock, in parent and child."""
+    if _fork_holds:  # empty after Ctrl-C in `_lock_before_fork`
         _fork_holds.pop()
         global_compiler_lock.release()
 
@@ -217,23 +218,23 @@ if hasattr(os, "register_at_fork"):
 
 @contextlib.contextmanager
 def _rare_collections() -> Iterator[None]:
-    """Collect garbage rarely: a compiler makes millions of objects, nearly all of which it keeps."""
+    """Collect garbage rarely: a compiler makes millions of objects, and nearly all of them stay alive."""
     with global_compiler_lock:
-        usual = gc.get_threshold()
-        gc.set_threshold(*map(max, usual, (200_000, 50, 50)))
+        thresholds = gc.get_threshold()
+        gc.set_threshold(*map(max, thresholds, (200_000, 50, 50)))
         try:
             yield
         finally:
-            gc.set_threshold(*usual)
+            gc.set_threshold(*thresholds)
 
 
 def _is_being_imported(module: str) -> bool:
-    """Is a module only partly loaded?"""
+    """True if a module is only partly loaded."""
     return bool(getattr(getattr(sys.modules.get(module), "__spec__", None), "_initializing", False))
 
 
 class Kernel(CPUDispatcher):
-    """Numba's dispatcher of a function that Python calls, cached on disk."""
+    """Numba's dispatcher for a function that Python calls, cached on disk."""
 
     def __init__(self, function: Any, **options: Any) -> None:
         options |= dict(nopython=True, boundscheck=None, no_cfunc_wrapper=True)
@@ -241,9 +242,10 @@ class Kernel(CPUDispatcher):
         self._cache = KernelCache(self.py_func)
 
     def compile(self, signature: Any) -> Any:
-        """Numba's own, beside the main thread, which would not hear of Ctrl-C in LLVM. What is begun is also ended.
+        """Compile in another thread, as the main thread would not receive Ctrl-C in LLVM; a compilation always ends.
 
-        Not while the kernel's module is being imported: Numba imports it too, and another thread would wait for that.
+        While the kernel's module is being imported it compiles in this thread: Numba imports the module as well, and
+        another thread would wait for the import to end.
         """
         if global_compiler_lock.is_locked() or _is_being_imported(self.py_func.__module__):
             return self._compile(signature)
@@ -255,20 +257,20 @@ class Kernel(CPUDispatcher):
 
 
 def _plain_type(kind: Any) -> Any:
-    """The type of an argument, of any value and width."""
+    """Return the type of an argument without its value, and without the width of an integer."""
     kind = types.unliteral(kind)
     return types.int64 if kind == types.int32 else kind
 
 
 class Inner(CPUDispatcher):
-    """Numba's dispatcher of a function that kernels call. Called from Python, it is interpreted."""
+    """Numba's dispatcher for a function that kernels call; Python interprets it."""
 
     def __init__(self, function: Any, **options: Any) -> None:
         options |= dict(nopython=True, boundscheck=None, no_cfunc_wrapper=True, no_cpython_wrapper=True)
         super().__init__(function, targetoptions=options, pipeline_class=_InnerCompiler)
 
     def compile(self, signature: Any) -> Any:
-        """Numba's own, without a cache and without timers: each would hear of all that is compiled for this one."""
+        """Compile as Numba does, without a cache and without timers, which would count nested compilations."""
         with global_compiler_lock, self._compiling_counter:
             arguments, result = sigutils.normalize_signature(signature)
             known = self.overloads.get(tuple(arguments))
@@ -280,7 +282,7 @@ class Inner(CPUDispatcher):
             return known.entry_point
 
     def get_call_template(self, args: Any, kws: Any) -> Any:
-        """Numba would compile a function anew for each constant and each width of numbers that it is called with."""
+        """Return the template for plain types: Numba would compile a function for each constant and integer width."""
         return super().get_call_template(
             tuple(map(_plain_type, args)), {name: _plain_type(kind) for name, kind in kws.items()}
         )

@@ -1,11 +1,11 @@
 """The decorators that every compiled function uses.
 
-`kernel` marks entry points called from Python: they release the interpreter lock and say what their arguments are.
-`inline` marks the small functions inside them, which are merged into their callers, so that loops over lanes vectorise.
-None ever uses fastmath: infinities, NaN and error-free transformations must keep their IEEE meaning.
+`kernel` marks entry points called from Python: they release the interpreter lock and declare their arguments. `inline`
+marks the small functions inside them, which are inlined into their callers, so that loops over lanes vectorise. None
+ever uses fastmath: infinities, NaN and error-free transformations must keep their IEEE meaning.
 
-Where the package came with machine code (`machine_code`), a kernel is that, and nothing is compiled; Numba is not even
-imported. Elsewhere kernels are compiled as they are first called (`dispatch`), to the same bits.
+If the package came with machine code (machine_code.py), a kernel is that code, nothing is compiled, and Numba is not
+even imported. Otherwise kernels are compiled at their first call (dispatch.py), to the same bits.
 """
 
 from __future__ import annotations
@@ -20,18 +20,18 @@ from typing import Any, TypeVar, cast
 from .machine_code import SHIPPED, entry
 
 if SHIPPED is None:
-    from . import dispatch as dispatch  # before anything else of the compiler: it asks for room first
+    from . import dispatch as dispatch  # before other parts of the compiler: it first checks that memory is left
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 _PACKAGE = __name__.partition(".")[0] + "."
 
 DECLARED: dict[str, tuple[Callable[..., Any], dict[str, str]]] = {}
-"""Every kernel that has been declared in this process, and what it says of its arguments (`shapes`)."""
+"""Every kernel declared in this process, by name, with the declared shapes of its arguments."""
 
 
 class _LazyFunction:
-    """A function or intrinsic that only compiled code calls, made when a compiler asks for it, if ever one does."""
+    """A function or intrinsic that only compiled code calls, made at the first use by a compiler."""
 
     def __init__(self, function: Callable[..., Any], make: Callable[[], Any]) -> None:
         self.py_func, self._make = function, make
@@ -41,7 +41,7 @@ class _LazyFunction:
         return self.py_func(*arguments)
 
     def __getattr__(self, name: str) -> Any:
-        """All else is asked of what the compiler makes."""
+        """Return an attribute of the function that the compiler makes."""
         if name.startswith("__"):
             raise AttributeError(name)
         return getattr(self._made, name)
@@ -52,34 +52,34 @@ class _LazyFunction:
 
     @functools.cached_property
     def _numba_type_(self) -> Any:
-        """What Numba takes for the type of a value that it does not know."""
+        """The attribute by which Numba finds the type of a value that it does not know."""
         from numba.core.registry import cpu_target
 
         made = self._made
         for context in (cpu_target.typing_context, cpu_target.target_context):
-            context.refresh()  # an intrinsic has just been entered where they look for them
+            context.refresh()  # making an intrinsic registers it, but contexts see new registrations only after this
         return cpu_target.typing_context.resolve_value_type(made)
 
 
 def _compile(function: Any, entry: bool = False, **options: Any) -> Any:
-    """A function that Numba is to compile."""
+    """Return a function that Numba compiles at its first call."""
     from . import dispatch
 
     return dispatch.compile_function(function, entry, **options)
 
 
 def _inner(function: Function, **options: Any) -> Function:
-    """A function that only kernels call."""
+    """Return a function that only kernels call."""
     if SHIPPED is None:
         return cast(Function, _compile(function, **options))
     return cast(Function, _LazyFunction(function, lambda: _compile(function, **options)))
 
 
 def kernel(**shapes: str) -> Callable[[Function], Function]:
-    """Declare an entry point: no interpreter lock; its arguments are as `shapes` says."""
+    """Declare an entry point, which releases the interpreter lock; `shapes` declares its arguments (see below)."""
 
     def declare(function: Function) -> Function:
-        if not function.__module__.startswith(_PACKAGE):  # somebody else's: it is in no wheel
+        if not function.__module__.startswith(_PACKAGE):  # a kernel of another package: it is in no wheel
             return cast(Function, _compile(function, entry=True))
         DECLARED[function.__name__] = function, shapes
         found = entry(function.__name__)
@@ -89,25 +89,23 @@ def kernel(**shapes: str) -> Callable[[Function], Function]:
 
 
 def inline(function: Function) -> Function:
-    """Compile a function that is merged into each caller. It may not allocate (no reference counts)."""
+    """Compile a function that is inlined into each caller. It may not allocate (no reference counts)."""
     return _inner(function, forceinline=True, _nrt=False)
 
 
 def helper(function: Function) -> Function:
-    """Compile a function that is called, not merged: for large ones outside of inner loops. It may not allocate.
-
-    Numba hands forceinline down to the functions that an inlined one calls, unless they say no.
-    """
+    """Compile a function that is called, not inlined: for large ones outside of inner loops. It may not allocate."""
+    # forceinline=False explicitly: Numba hands the option down to the functions that an inlined one calls
     return _inner(function, forceinline=False, _nrt=False)
 
 
 def allocator(function: Function) -> Function:
-    """Compile a function that is called from kernels and allocates arrays."""
+    """Compile a function that kernels call and that allocates arrays."""
     return _inner(function, forceinline=False, _nrt=True)
 
 
 def intrinsic(function: Callable[..., Any]) -> Any:
-    """Declare an instruction: a function as Numba's own `intrinsic` takes it. Python cannot call it."""
+    """Declare an intrinsic, for a function as Numba's `intrinsic` takes it. Python cannot call it."""
 
     def make() -> Any:
         from numba.extending import intrinsic as numbas
@@ -118,27 +116,27 @@ def intrinsic(function: Callable[..., Any]) -> Any:
 
 
 def instructions(package: str, *modules: str) -> Callable[[str], Any]:
-    """What modules of a package write for LLVM, by name, where there is machine code (`SHIPPED`).
+    """Return a module `__getattr__` that gives lazy intrinsics of some modules of a package, where code is `SHIPPED`.
 
-    The modules, and with them Numba, are imported when a compiler asks for one of the names.
+    It imports the modules, and with them Numba, when a compiler needs one of the names.
     """
 
     def by_name(name: str) -> Any:
         if name.startswith("__"):
             raise AttributeError(name)
 
-        def found() -> Any:
+        def make() -> Any:
             every = (importlib.import_module(f"{package}.{module}") for module in modules)
             return next(getattr(module, name) for module in every if hasattr(module, name))
 
-        return _LazyFunction(by_name, found)
+        return _LazyFunction(by_name, make)
 
     return by_name
 
 
 @intrinsic
 def fma(typing_context: Any, a: Any, b: Any, c: Any) -> Any:
-    """a b + c with one rounding (IEEE 754 fusedMultiplyAdd), also in the lanes of a vectorised loop."""
+    """Return a b + c with one rounding (IEEE 754 fusedMultiplyAdd), also in the lanes of a vectorised loop."""
     from numba import types
 
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
@@ -149,7 +147,7 @@ def fma(typing_context: Any, a: Any, b: Any, c: Any) -> Any:
 
 @intrinsic
 def choose(typing_context: Any, condition: Any, a: Any, b: Any) -> Any:
-    """a where the condition holds, else b: floats, both at hand. Unlike `a if c else b` it never becomes a branch."""
+    """Return float a if the condition holds, else float b. Unlike `a if c else b` it never becomes a branch."""
     from numba import types
 
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
@@ -160,7 +158,7 @@ def choose(typing_context: Any, condition: Any, a: Any, b: Any) -> Any:
 
 @intrinsic
 def float_bits(typing_context: Any, x: Any) -> Any:
-    """The 64 bits of a float as an integer: sign, 11 of the exponent (1023 for 1 to 2), 52 of the fraction."""
+    """Return the 64 bits of a float as an integer: sign, 11 of the exponent (1023 for 1 to 2), 52 of the fraction."""
     from llvmlite import ir
     from numba import types
 
@@ -172,7 +170,7 @@ def float_bits(typing_context: Any, x: Any) -> Any:
 
 @intrinsic
 def float_from_bits(typing_context: Any, bits: Any) -> Any:
-    """The float of these 64 bits."""
+    """Return the float of 64 bits."""
     from llvmlite import ir
     from numba import types
 
@@ -184,7 +182,7 @@ def float_from_bits(typing_context: Any, bits: Any) -> Any:
 
 @intrinsic
 def load_atomic(typing_context: Any, array: Any, index: Any) -> Any:
-    """An element of an array of int64, read anew each time: another thread may have written it."""
+    """Return an element of an array of int64, read from memory each time: another thread may have written it."""
     from numba import types
 
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
@@ -196,7 +194,7 @@ def load_atomic(typing_context: Any, array: Any, index: Any) -> Any:
 
 @contextlib.contextmanager
 def on_compile(callback: Callable[[str], None]) -> Iterator[None]:
-    """Within the block, call `callback(name)` whenever a kernel starts to compile, or is waited for."""
+    """Within the block, call `callback(name)` when a kernel starts to compile, here or in a process to wait for."""
     if SHIPPED is not None and "numba" not in sys.modules:
         yield
         return
@@ -206,35 +204,30 @@ def on_compile(callback: Callable[[str], None]) -> Iterator[None]:
         yield
 
 
-# What kernels say of their arguments: the shapes of arrays, the limits of whole numbers, and what is written.
+# Declarations of kernels' arguments: shapes of arrays, limits of integers, and which arrays a kernel writes
 #
-# `@kernel(points="out n 3", begin="0..end", end="0..n")` says that `points` is an array of n rows of three numbers that
-# the kernel writes, and that begin and end are within it. Machine code relies on that: whoever hands over something
-# else
-# gets an error in place of a crash (`native/door.c`). The types are those of the annotations.
+# `@kernel(points="out n 3", begin="0..end", end="0..n")` declares that `points` is an array of n rows of three numbers
+# that the kernel writes, and that begin and end are within it. Machine code relies on that: a caller that passes
+# anything else gets an error in place of a crash (`native/door.c`). The types are those of the annotations.
 #
 # - An array has a length for each dimension: a number, a sum like `n`, `n+1`, `8*n` or `2*n+8`, two of these as in
-# `n|1`
-#   or `n|0`, or `*` for any. `out` before them, or alone before a record, says that it is written.
-# - A whole number has limits, `low..high`; either may be missing. `picture n` is what `packets.load` takes as width:
-#   0 or a divisor of n.
-# - A name is a length that all arguments share, or another whole number among them, or (a name of
-# `engine.tables.Tables`)
+#   `n|1` or `n|0`, or `*` for any. `out` before them, or alone before a record, marks an array that the kernel writes.
+# - An integer has limits, `low..high`; either may be missing. `picture n` is a width as `fill_lanes` takes it: 0 or a
+#   divisor of n.
+# - A name is a length that all arguments share, or another integer among them, or (a name of `kernels.tables.Tables`)
 #   the length of that table of the geometry.
 #
-# What is in an array is never looked at, only how long it is. So the rows of a table of any length, `*`, are where
-# other
-# tables say; those are the package's own work, as the geometry's `places` are, and a mistake in them is no caller's.
-# Each
-# such table has its reason in `tests/native/test_signature.py`.
+# The check looks at lengths of arrays only, never at their elements. So other tables determine which rows of a table of
+# any length, `*`, are read. The package itself makes these tables, as it makes the geometry's `places`, so a mistake in
+# them is no caller's. Each such table has its reason in `tests/native/test_signature.py`.
 #
-# A record says it of its fields once for all kernels, by `@shaped`.
+# A record declares the shapes of its fields once for all kernels, with `@record_shapes`.
 
 Record = TypeVar("Record", bound=type[Any])
 
 
 def record_shapes(**shapes: str) -> Callable[[Record], Record]:
-    """What the fields of a record are, for all kernels that take one."""
+    """Declare the shapes of a record's fields, for all kernels that take one."""
 
     def put(record: Record) -> Record:
         record.__shapes__ = shapes

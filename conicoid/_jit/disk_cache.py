@@ -1,9 +1,9 @@
-"""Compiled kernels on disk: where they are, whether they are trusted, their files, and the removal of old ones.
+"""Compiled kernels on disk: their folder, the trust in it, their files, and the removal of old ones.
 
-The folder's name has a hash over all sources of the package, so an edited package finds no old code. A file holds one
-kernel for one signature and processor, after a checksum. It is a pickle, that is, a program: it is read only where
-nobody else can have written it. What is damaged is dropped. Where nothing can be written kernels are compiled in
-memory, and the log says so in one line.
+The folder's name has a hash of all sources of the package, so an edited package finds no old code. A file holds one
+kernel for one signature and processor, after a checksum. It is a pickle, hence a program: it is read only if no other
+user can have written it. Damaged files are deleted. Where nothing can be written, kernels are compiled in memory, and
+the log has one line about it.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from pathlib import Path
 from . import sources
 from .sources import source_hash
 
-# Where kernels are kept, and whether what lies there can be ours.
+# The folder, and whether another user may have written to it
 
 PACKAGE = Path(__file__).resolve().parents[1]
 _log = logging.getLogger("conicoid")
@@ -31,18 +31,18 @@ _log = logging.getLogger("conicoid")
 
 @functools.cache
 def warn_once(message: str) -> None:
-    """A line on stderr, unless the program has a log of its own."""
+    """Log a warning once: a line on stderr, unless the program configures logging."""
     _log.warning("%s", "".join(letter if letter.isprintable() else "?" for letter in message))
 
 
 @functools.cache
 def _absolute(chosen: str) -> Path:
-    """A folder as it is meant at first use, whatever the working directory becomes."""
+    """Return the absolute path of a folder as of the first use: later changes of the working directory do not count."""
     return Path(chosen).absolute()
 
 
 def cache_directory() -> Path | None:
-    """CONICOID_CACHE_DIR, or the user's cache folder; None for a user without a home."""
+    """Return CONICOID_CACHE_DIR, or the user's cache folder; None for a user without a home."""
     import platformdirs
 
     chosen = os.environ.get("CONICOID_CACHE_DIR")
@@ -54,13 +54,13 @@ def cache_directory() -> Path | None:
 
 
 def kernel_directory() -> Path | None:
-    """The folder of these sources' kernels, which need not be there; None where it cannot be."""
+    """Return the folder for kernels of these sources, which may not exist; None if there can be none."""
     parent = cache_directory()
     return parent / f"kernels-{source_hash()}" if parent and source_hash() else None
 
 
 def objection(found: os.stat_result) -> str:
-    """Why another user might have written what was found; "" if only this user and the administrator could."""
+    """Return why another user might have written a file; "" if only this user and the administrator could."""
     if sys.platform == "win32":
         return ""
     if found.st_uid not in (os.geteuid(), 0):
@@ -71,13 +71,13 @@ def objection(found: os.stat_result) -> str:
 
 
 def _parent_objection(found: os.stat_result) -> str:
-    """Where everybody may make folders, but not rename other people's, ours are safe."""
+    """Return `objection`, but accept a sticky folder of the administrator: other users cannot rename ours there."""
     sticky = found.st_mode & stat.S_ISVTX
     return "" if sticky and found.st_uid == 0 else objection(found)
 
 
 def _acceptable(found: os.stat_result, place: Path, reason: str) -> bool:
-    """May a folder be used? Says once why not."""
+    """True if a folder may be used; warn once if not."""
     reason = reason if stat.S_ISDIR(found.st_mode) else "it is no folder"
     if reason:
         warn_once(f"{place} is not used for compiled kernels: {reason}. They are compiled in memory")
@@ -85,7 +85,7 @@ def _acceptable(found: os.stat_result, place: Path, reason: str) -> bool:
 
 
 def is_parent_trusted(folder: Path) -> bool:
-    """May ours be made beside a folder of kernels? False if there is nothing yet."""
+    """True if kernels' folders may be made in the parent of a folder; False if the parent does not exist."""
     try:
         found = os.stat(folder.parent)
     except OSError:
@@ -94,7 +94,7 @@ def is_parent_trusted(folder: Path) -> bool:
 
 
 def is_trusted(folder: Path) -> bool:
-    """May kernels be read from a folder? That it is not there needs no warning, that others can write to it does."""
+    """True if kernels may be read from a folder; warn if others can write to it, not if it does not exist."""
     try:
         found = os.lstat(folder)
     except OSError:
@@ -103,22 +103,22 @@ def is_trusted(folder: Path) -> bool:
 
 
 def open_regular(path: Path) -> int:
-    """A file for reading, but not by way of a link, and without waiting for the other end of a pipe."""
+    """Open a file for reading, without following a link or waiting for the other end of a pipe."""
     flags = os.O_RDONLY
     for name in ("O_BINARY", "O_CLOEXEC", "O_NOFOLLOW", "O_NONBLOCK"):
         flags |= getattr(os, name, 0)
     return os.open(path, flags)
 
 
-# Kernels of earlier sources, removed when a folder for new ones is made: surely ours, and nothing else.
+# Removal of kernels of earlier sources when a folder for new ones is made: only files that are certainly ours
 
 MARK = "CACHEDIR.TAG"
-"""A file in each folder of ours; many programs that make copies know its first line (bford.info/cachedir)."""
+"""A file in each folder of kernels; many backup programs know its first line (bford.info/cachedir)."""
 MARK_TEXT = (
     b"Signature: 8a477f597d28d172789f06886806bc55\n# Compiled kernels of Conicoid, which may be removed at any time.\n"
 )
 MOST_FOLDERS = 4
-"""Folders that are kept, the last used ones; besides them, all that were used within a day."""
+"""Number of other folders that stay, the last used ones; all that were used within a day stay as well."""
 
 _NAME = re.compile(r"kernels-[0-9a-f]{20}")
 _FILES = re.compile(r".+\.(nbc|lock|tmp)")
@@ -126,7 +126,7 @@ _DAY = 24 * 3600.0
 
 
 def remove_old(current: Path) -> None:
-    """Remove the folders beside one that are no longer used. Whoever does use one compiles some kernels once more."""
+    """Remove folders beside the current one that are no longer used; a process that still uses one compiles again."""
     with contextlib.suppress(OSError):
         others = [path for path in current.parent.iterdir() if path != current and _is_ours(path)]
         others.sort(key=_last_used, reverse=True)
@@ -136,7 +136,7 @@ def remove_old(current: Path) -> None:
 
 
 def _is_ours(path: Path) -> bool:
-    """By its name, its owner and its mark."""
+    """True if a folder is one of kernels, by its name, its owner and its mark."""
     try:
         found = os.lstat(path)
         if not _NAME.fullmatch(path.name) or not stat.S_ISDIR(found.st_mode) or objection(found):
@@ -148,7 +148,7 @@ def _is_ours(path: Path) -> bool:
 
 
 def _last_used(path: Path) -> float:
-    """When a folder of kernels was last used; 0 where that is unknown."""
+    """Return the time of the last use of a folder of kernels; 0 if unknown."""
     try:
         return os.stat(path / MARK).st_mtime
     except OSError:
@@ -156,7 +156,7 @@ def _last_used(path: Path) -> float:
 
 
 def _remove(folder: Path) -> None:
-    """Files of ours, then the mark, then the folder. Anything else in it stays, and the folder with it."""
+    """Remove the files of kernels, then the mark, then the folder; other files in it stay, and the folder with them."""
     with contextlib.suppress(OSError):
         for entry in list(os.scandir(folder)):
             if _FILES.fullmatch(entry.name) and entry.is_file(follow_symlinks=False):
@@ -166,7 +166,7 @@ def _remove(folder: Path) -> None:
             os.rmdir(folder)
 
 
-# Files of compiled kernels: read if they are whole and ours, written whole or not at all.
+# Files of kernels: read only if they are complete and trusted, written completely or not at all
 
 _HEAD = b"Conicoid kernel 1\n"
 _DIGEST = hashlib.sha256().digest_size
@@ -174,12 +174,12 @@ _LARGEST = 1 << 28
 
 
 def _digest(name: str, data: bytes) -> bytes:
-    """The checksum of a file's name and contents."""
+    """Return the checksum of a file's name and contents."""
     return hashlib.sha256(name.encode() + b"\n" + data).digest()
 
 
 def read_kernel(name: str) -> bytes | None:
-    """What was written under a name, to the bit. A file that holds anything else is dropped."""
+    """Return the data written under a name; None, and the file is deleted, if it holds anything else."""
     folder = kernel_directory()
     if folder is None or not is_trusted(folder):
         return None
@@ -198,7 +198,7 @@ def read_kernel(name: str) -> bytes | None:
 
 
 def drop_kernel(name: str) -> None:
-    """Remove a file that is of no use. Where that cannot be done it is passed over each time."""
+    """Remove an unusable file; if that fails, the next reader rejects it again."""
     folder = kernel_directory()
     if folder is not None:
         with contextlib.suppress(OSError):
@@ -207,13 +207,13 @@ def drop_kernel(name: str) -> None:
 
 @functools.cache
 def _note_use(folder: Path) -> None:
-    """The age of the mark is the time since a process last began to use the folder."""
+    """Touch the mark: its age is the time since a process last began to use the folder."""
     with contextlib.suppress(OSError):
         os.utime(folder / MARK)
 
 
 def prepare_directory() -> Path | None:
-    """The folder, there and writable, for what is about to be compiled; None, and a warning, if it cannot be."""
+    """Make the folder for kernels and check that it is writable; return None, with a warning, if it is not."""
     folder = kernel_directory()
     if folder is None:
         warn_once("There is no folder for compiled kernels (see CONICOID_CACHE_DIR). They are compiled in memory")
@@ -225,7 +225,7 @@ def prepare_directory() -> Path | None:
             return None
         if not (folder / MARK).exists():
             _replace(folder / MARK, MARK_TEXT)
-        tempfile.TemporaryFile(dir=folder).close()
+        tempfile.TemporaryFile(dir=folder).close()  # a test that the folder is writable
     except OSError as error:
         _warn_unwritable(folder, error)
         return None
@@ -235,7 +235,7 @@ def prepare_directory() -> Path | None:
 
 
 def _make_directory(folder: Path) -> bool:
-    """Make a folder of kernels, unless it is there, or its parent is not ours."""
+    """Make a folder of kernels, unless it exists or its parent is not trusted; return True if it is new."""
     if os.path.lexists(folder) or not is_parent_trusted(folder):
         return False
     try:
@@ -246,8 +246,8 @@ def _make_directory(folder: Path) -> bool:
 
 
 def write_kernel(name: str, data: bytes) -> bool:
-    """Keep data under a name. False if that cannot be done, or the sources have been edited since they were read."""
-    if sources.hash_of_sources() != sources.source_hash():
+    """Write data under a name; return False if that fails, or if the sources were edited since the start."""
+    if sources.hash_of_sources() != sources.source_hash():  # edited code might be saved under the hash of the old
         return False
     folder = prepare_directory()
     if folder is None:
@@ -261,13 +261,13 @@ def write_kernel(name: str, data: bytes) -> bool:
 
 
 def _warn_unwritable(folder: Path, error: OSError) -> None:
-    """Say once that kernels cannot be kept, and why."""
+    """Warn once that kernels cannot be saved, and why."""
     reason = (error.strerror or str(error)).lower()
     warn_once(f"{folder} cannot keep compiled kernels: {reason}. They are compiled in memory")
 
 
 def _replace(path: Path, data: bytes) -> None:
-    """Write a file under another name, and give it its own in one step."""
+    """Write a file under a temporary name, and rename it in one step."""
     descriptor, temporary = tempfile.mkstemp(prefix=f"{path.stem}.", suffix=".tmp", dir=path.parent)
     try:
         with open(descriptor, "wb") as file:

@@ -1,8 +1,7 @@
-"""Compiling as a kernel is first called: by Numba, in our own way or in its plain one, to the same bits.
+"""Compilation at the first call of a kernel: by our compiler or by Numba's plain `njit`, to the same bits.
 
-Our way (`functions`) is made of parts of Numba that are not public, is three times as fast and keeps kernels on disk;
-it is taken for the versions of Numba that it has been tested with. Any other gets Numba's plain `njit`, and so does
-everybody with `CONICOID_JIT=plain`.
+Our compiler (compiler.py) uses parts of Numba that are not public, is three times as fast and caches kernels on disk.
+It serves the versions of Numba with which it has been tested. Other versions, and `CONICOID_JIT=plain`, get `njit`.
 """
 
 from __future__ import annotations
@@ -24,11 +23,11 @@ from .._util.environment import read_jit_mode
 from .compile_lock import on_begin
 
 TESTED = (0, 65), (0, 68)
-"""The first and the last version of Numba that `functions` has been tested with."""
+"""The first and the last version of Numba with which compiler.py has been tested."""
 
 
 def _is_plain(wish: str, version: str) -> bool:
-    """Is Numba's own `njit` to be taken: by a wish ("plain", "own", or ""), or because of a version?"""
+    """True if Numba's `njit` shall compile: by a wish ("plain", "own", or "" for none), or for an untested version."""
     known = re.match(r"(\d+)\.(\d+)", version)
     tested = known is not None and TESTED[0] <= (int(known[1]), int(known[2])) <= TESTED[1]
     return wish == "plain" or (not wish and not tested)
@@ -40,7 +39,7 @@ if not PLAIN:
 
 
 def compile_function(function: Any, entry: bool = False, **options: Any) -> Any:
-    """A function compiled our way, or by plain `njit` (`PLAIN`)."""
+    """Return a function compiled by our compiler, or by plain `njit` (`PLAIN`); `entry`: Python calls it."""
     options |= dict(nogil=True, error_model="numpy")
     if PLAIN:
         return numba.njit(**options)(function)
@@ -48,7 +47,7 @@ def compile_function(function: Any, entry: bool = False, **options: Any) -> Any:
 
 
 class _Listener(event.Listener):
-    """Numba's events of our kernels, as calls with their names."""
+    """Calls a function with the name of each kernel of this package that Numba starts to compile."""
 
     def __init__(self, callback: Callable[[str], None]) -> None:
         self._callback = callback
@@ -65,7 +64,7 @@ class _Listener(event.Listener):
 
 @contextlib.contextmanager
 def on_compile(callback: Callable[[str], None]) -> Iterator[None]:
-    """Within the block, call `callback(name)` whenever a kernel starts to compile, or is waited for."""
+    """Within the block, call `callback(name)` when a kernel starts to compile, here or in a process to wait for."""
     listener = _Listener(callback)
     event.register("numba:compile", listener)
     try:

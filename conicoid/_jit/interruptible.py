@@ -1,7 +1,7 @@
-"""Work beside the main thread, which alone hears of Ctrl-C, and only while it is in Python.
+"""Work in threads beside the main thread, which alone receives Ctrl-C, and only while it runs Python code.
 
-What may stay in compiled code for seconds, the compiler too, runs in other threads while the main one waits. After
-Ctrl-C it waits a little for them to end, and no longer: they are left to end by themselves.
+Work that may stay in compiled code for seconds, such as the compiler, runs in other threads while the main one waits.
+After Ctrl-C the main thread waits for them for a short time only, and leaves them to end by themselves.
 """
 
 from __future__ import annotations
@@ -14,16 +14,16 @@ from typing import Any, TypeVar
 Result = TypeVar("Result")
 
 PATIENCE = 0.5
-"""Seconds that threads are waited for after Ctrl-C."""
+"""Seconds that the main thread waits for other threads after Ctrl-C."""
 
 
 def is_main_thread() -> bool:
-    """Is this the thread that hears of Ctrl-C?"""
+    """True in the main thread, which receives Ctrl-C."""
     return threading.current_thread() is threading.main_thread()
 
 
 def start_thread(work: Callable[[], Any], name: str) -> threading.Thread | None:
-    """A thread at work, which does not keep the process from ending; None if the system gives no more."""
+    """Start a daemon thread and return it; None if the system starts no more threads."""
     thread = threading.Thread(target=work, name=name, daemon=True)
     try:
         thread.start()
@@ -33,14 +33,14 @@ def start_thread(work: Callable[[], Any], name: str) -> threading.Thread | None:
 
 
 def join_threads(threads: Iterable[threading.Thread], seconds: float | None = None) -> None:
-    """Until all have ended, or for some seconds in all."""
+    """Wait until all threads have ended, or for `seconds` in all."""
     last = None if seconds is None else time.monotonic() + seconds
     for thread in threads:
         thread.join(None if last is None else max(0.0, last - time.monotonic()))
 
 
 def run_interruptible(work: Callable[[], Result], name: str) -> Result:
-    """The result of a call, or what it raises. Ctrl-C is heard meanwhile, and the call then goes on unheeded."""
+    """Return the result of a call, or raise its exception; Ctrl-C interrupts the wait, and the call runs on."""
     if not is_main_thread():
         return work()
     done: list[Result] = []

@@ -1,6 +1,6 @@
-"""The kernels as machine code, which comes with the package: `conicoid._kernels`, built by `native/`.
+"""The kernels as machine code of the package: the extension `conicoid._kernels`, which `native/` builds.
 
-It holds them for several levels of processor and takes the best that this one has; all give the same bits.
+It holds them for several processor levels and uses the best that this processor has; all give the same bits.
 """
 
 from __future__ import annotations
@@ -16,7 +16,13 @@ from .address_space import TO_RUN, require_memory
 
 
 def _load_extension() -> Any:
-    """The extension; None where there is none, where it was made of other sources, or where compiling is asked for."""
+    """Return the extension; None if there is none, if it was built from other sources, or if CONICOID_JIT is set.
+
+    Raises
+    ------
+    ValueError
+        If the requested processor level is not available.
+    """
     if read_jit_mode():
         return None
     require_memory(TO_RUN, "Conicoid")
@@ -24,25 +30,25 @@ def _load_extension() -> Any:
         _kernels: Any = importlib.import_module(__name__.partition(".")[0] + "._kernels")
     except ModuleNotFoundError:
         return None
-    if _kernels.sources:  # it was built in place: the sources may have been edited since
+    if _kernels.sources:  # built in place: the sources may have been edited since
         from .sources import hash_of_sources
 
         if _kernels.sources != hash_of_sources():
             return None
-    wanted, levels = read_processor_level(), _kernels.levels()
-    if wanted and wanted not in levels:
-        raise ValueError(f"{LEVEL} must be {' or '.join(levels)} on this processor, got {wanted[:80]!r}")
-    if wanted:
-        _kernels.use(wanted)
+    requested, levels = read_processor_level(), _kernels.levels()
+    if requested and requested not in levels:
+        raise ValueError(f"{LEVEL} must be {' or '.join(levels)} on this processor, got {requested[:80]!r}")
+    if requested:
+        _kernels.use(requested)
     return _kernels
 
 
 SHIPPED: Any = _load_extension()
-"""The extension module, or None: then kernels are compiled as they are called."""
+"""The extension module, or None: then kernels are compiled at their first call."""
 
 
 def _ask_for_compiler() -> None:
-    """ImportError where there is nothing to run kernels with."""
+    """Raise ImportError if no compiler is installed."""
     from importlib.util import find_spec
 
     if find_spec("numba") is None:
@@ -55,29 +61,29 @@ if SHIPPED is None:
 
 
 def entry(name: str) -> Callable[..., Any] | None:
-    """A kernel of the extension; None: it has to be compiled."""
+    """Return a kernel of the extension; None if it must be compiled."""
     if SHIPPED is None:
         return None
-    found: Callable[..., Any] = SHIPPED.kernel(name)
-    return _as_array(found) if SHIPPED.returns_array(name) else found
+    function: Callable[..., Any] = SHIPPED.kernel(name)
+    return _as_array(function) if SHIPPED.returns_array(name) else function
 
 
-def _as_array(found: Callable[..., Any]) -> Callable[..., Any]:
-    """A kernel whose result is memory of its own, as an array."""
+def _as_array(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Return a kernel that wraps the memory of its result as an array."""
 
     def call(*arguments: Any) -> Any:
-        return np.asarray(found(*arguments))
+        return np.asarray(function(*arguments))
 
     return call
 
 
 def levels() -> tuple[str, ...]:
-    """The levels of processor that this one can run and the package has machine code for, the best last."""
+    """Return the processor levels that this processor can run and the package has machine code for, the best last."""
     return () if SHIPPED is None else tuple(SHIPPED.levels())
 
 
 def describe_code() -> str:
-    """For a report: where kernels come from."""
+    """Return the origin of the kernels, for a report."""
     if SHIPPED is None:
         return "compiled by Numba"
     return f"machine code of the package, for {SHIPPED.level()}"

@@ -1,6 +1,6 @@
-"""A kernel's versions on disk, in place of Numba's cache, whose own places are never used for this package.
+"""Cache of a kernel's compiled versions on disk, in place of Numba's own cache.
 
-Numba stamps a function with its own file only and would serve stale code after an edit of a file that it calls into.
+Numba stamps a function with its own file only, and would return stale code after an edit of a file that it calls.
 """
 
 from __future__ import annotations
@@ -22,19 +22,19 @@ from .compile_lock import CompileLock
 from .sources import source_hash
 
 PATIENCE = 120.0
-"""Seconds to wait for another process that compiles the same kernel; then it is compiled here too."""
+"""Seconds to wait for another process that compiles the same kernel; then this process compiles it as well."""
 
 _SETTINGS = ("OPT", "LOOP_VECTORIZE", "SLP_VECTORIZE", "BOUNDSCHECK", "DEBUGINFO_DEFAULT")
 
 
 def _parts(function: Any) -> list[Any]:
-    """A function and all that it, and what it encloses, was made with: of compiled functions their Python ones."""
+    """Return a function and everything that it encloses, recursively; for compiled functions their Python ones."""
     enclosed = [cell.cell_contents for cell in getattr(function, "__closure__", None) or ()]
     return [function, *(part for each in enclosed for part in _parts(getattr(each, "py_func", each)))]
 
 
 def _is_ours(function: Any) -> bool:
-    """Is it a function of this package, so that the sources say all about it? Or a number, which says itself."""
+    """True for a function of this package, which the hash of sources identifies, and for an integer."""
     if isinstance(function, int):
         return True
     code = getattr(function, "__code__", None)
@@ -42,14 +42,14 @@ def _is_ours(function: Any) -> bool:
 
 
 def _place_of(function: Any) -> str:
-    """Module, name and line of a function; or what it says."""
+    """Return module, name and line of a function, or the text of an integer."""
     if isinstance(function, int):
         return str(function)
     return f"{function.__module__}.{function.__qualname__}:{function.__code__.co_firstlineno}"
 
 
 class KernelCache(caching.NullCache):
-    """Where Numba's dispatcher loads and saves compiled versions. Functions of other packages are not kept."""
+    """The cache from which Numba's dispatcher loads compiled versions; functions of other packages are not saved."""
 
     def __init__(self, function: Any) -> None:
         self._function = function
@@ -59,31 +59,31 @@ class KernelCache(caching.NullCache):
 
     @property
     def cache_path(self) -> str | None:
-        """The folder of the kernels; None where nothing is kept."""
+        """The folder of the kernels; None if nothing is saved."""
         folder = disk_cache.kernel_directory()
         return str(folder) if self._kept and folder else None
 
     def load_overload(self, signature: Any, target: Any) -> Any:
-        """A version from the disk, made by another process or at another time; None: compile it."""
+        """Return a version from the disk, if need be after another process has compiled it; None: compile it."""
         target.refresh()
         name = self._function.__name__
-        found = None
+        version = None
         if self._kept:
             file = self._file(signature, target.codegen())
-            found = self._loaded(file, target) or self._from_another(file, target)
-        if found is None:
+            version = self._loaded(file, target) or self._from_another(file, target)
+        if version is None:
             address_space.require_memory(address_space.TO_COMPILE, f"to compile the kernel {name}")
-        return found
+        return version
 
     def save_overload(self, signature: Any, data: Any) -> None:
-        """Keep what was compiled, if that can be done."""
-        if not self._kept or data.library.has_dynamic_globals:
+        """Save a compiled version, if that is possible."""
+        if not self._kept or data.library.has_dynamic_globals:  # these hold addresses of this process
             return
         disk_cache.write_kernel(self._file(signature, data.codegen), dumps(data._reduce()))
 
     @contextlib.contextmanager
     def until_saved(self) -> Iterator[None]:
-        """Within the block other processes leave the kernel that is compiled to this one."""
+        """Release the kernel's lock at the end of the block; until then other processes wait for this one."""
         try:
             yield
         finally:
@@ -92,7 +92,7 @@ class KernelCache(caching.NullCache):
                 turn.end()
 
     def _file(self, signature: Any, codegen: Any) -> str:
-        """The name says all that a version depends on, besides the sources, which the folder says."""
+        """Return the name of a version's file, with a hash of all that it depends on besides the sources."""
         code = self._function.__code__
         settings = [str(getattr(config, name, None)) for name in _SETTINGS]
         target = *codegen.magic_tuple(), vector_width.bits(codegen)
@@ -102,7 +102,7 @@ class KernelCache(caching.NullCache):
         return f"{self._function.__name__}-{number}.nbc"
 
     def _loaded(self, file: str, target: Any) -> Any:
-        """A version from a file; None where there is none of use."""
+        """Return the version in a file; None if there is no usable one."""
         data = disk_cache.read_kernel(file)
         if data is None:
             return None
@@ -111,18 +111,19 @@ class KernelCache(caching.NullCache):
             return CompileResult._rebuild(target, *pickle.loads(data))
         except MemoryError:
             raise
-        except Exception:  # whole, but of no use here
+        except Exception:  # a complete file that cannot be used here
             disk_cache.drop_kernel(file)
             return None
 
     def _from_another(self, file: str, target: Any) -> Any:
-        """What another process is making; else it is this one's turn."""
+        """Return the version that another process has compiled; None if this process shall compile it."""
         folder = disk_cache.prepare_directory()
         if folder is None:
             return None
         turn = self._turn = CompileLock(folder / f"{file}.lock")
         if turn.taken():
-            return self._loaded(file, target)  # it may have been made since
+            return self._loaded(file, target)  # another process may have saved it meanwhile
+        # Another process compiles it: wait until it releases the lock
         compile_lock.notify_compile(self._function.__name__)
         compile_lock.poll(lambda: turn.taken(), PATIENCE)
         return self._loaded(file, target)

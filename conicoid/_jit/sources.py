@@ -1,4 +1,4 @@
-"""What the sources are that code was compiled of: one hash over all of them, which costs milliseconds at each start."""
+"""Hash of all source files, which identifies compiled code; it costs milliseconds at each start."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ _PACKAGE = os.path.dirname(os.path.dirname(os.path.realpath(__file__)))
 
 
 def _version(package: str) -> str:
-    """The version of a package, which is not imported for that: the name of the folder that says all about it."""
+    """Return the names of a package's dist-info folders, which hold its version, without importing the package."""
     from importlib.util import find_spec
 
-    found = find_spec(package)
-    if found is None or found.origin is None:
+    spec = find_spec(package)
+    if spec is None or spec.origin is None:
         return ""
-    with os.scandir(os.path.dirname(os.path.dirname(found.origin))) as entries:
+    with os.scandir(os.path.dirname(os.path.dirname(spec.origin))) as entries:
         names = (each.name for each in entries)
         return " ".join(sorted(n for n in names if n.startswith(f"{package}-") and n.endswith(".dist-info")))
 
 
 def _files(folder: str) -> Iterator[str]:
-    """Every source below a folder."""
+    """Yield the path of every source file below a folder."""
     with os.scandir(folder) as entries:
         for entry in entries:
             if entry.name.endswith(".py"):
@@ -33,21 +33,22 @@ def _files(folder: str) -> Iterator[str]:
 
 
 def hash_of_sources() -> str:
-    """A hash over every source file of the package and the compilers' versions; empty where they cannot be read."""
+    """Return a hash of every source file of the package and of the compilers' versions; "" if they are unreadable."""
     from hashlib import sha256
 
     return _digest(sha256(" ".join(map(_version, ("numba", "llvmlite"))).encode()))[:20]
 
 
 def digest_of_files() -> str:
-    """A hash over every source file of the package alone; empty where they cannot be read."""
+    """Return a hash of every source file of the package alone; "" if they are unreadable."""
     from hashlib import sha256
 
     return _digest(sha256())
 
 
 def _digest(digest: Any) -> str:
-    """The hash with every source file in it, as hexadecimal digits; empty where they cannot be read."""
+    """Update a hash with every source file and return its hexadecimal digits; "" if a file is unreadable."""
+    # Names count as well, with slashes on every system: a file that is only renamed changes the hash
     try:
         paths = sorted(_files(_PACKAGE))
         for path in paths:
@@ -61,5 +62,5 @@ def _digest(digest: Any) -> str:
 
 @functools.cache
 def source_hash() -> str:
-    """The hash at the first call, which is when the first kernel is declared: later edits do not change it."""
+    """Return `hash_of_sources` as of the first call, when the first kernel is declared; later edits do not count."""
     return hash_of_sources()

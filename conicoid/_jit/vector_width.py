@@ -1,11 +1,11 @@
-"""How wide the vectors are that LLVM makes of loops over lanes: our choice for each processor, not LLVM's.
+"""Width of the vectors that LLVM makes of loops over lanes, chosen for each processor in place of LLVM's preference.
 
-Of the processors with AVX-512 LLVM prefers 256 bits for all of Intel's, also for those that lose nothing by 512: half
-as many instructions then do the same work. What is written in vectors of eight doubles has 512 bits wherever there are
-registers for them, so that a preference for 256 would not even keep the clock of an older processor up.
+For all Intel processors with AVX-512 LLVM prefers 256 bits, even for those that run 512 bits at full rate, where half
+as many instructions do the same work. Code with explicit vectors of eight doubles uses 512 bits wherever registers
+allow, so a preference for 256 would not even keep up the clock of an older processor.
 
-A function says by an attribute what it prefers, so that other people's functions in the process keep LLVM's choice.
-The width changes no result: neither way reorders arithmetic.
+An attribute of each function sets the width, so that functions of other packages in the process keep LLVM's choice. The
+width changes no result: neither way reorders arithmetic.
 """
 
 from __future__ import annotations
@@ -29,7 +29,8 @@ which lower their clock, nor Intel's processors for desktops and laptops, which 
 """
 
 _FULL_RATE_FEATURES = {"+avx512fp16"}, {"+avx512f", "+sse4a"}
-"""What only Sapphire Rapids and its successors have, and only AMD's: LLVM may not know the name, or guess another."""
+"""Features that only Sapphire Rapids and its successors have, and only AMD's processors: LLVM may not know the name of
+a processor, or report another."""
 
 _wish = read_vector_bits()
 
@@ -44,22 +45,22 @@ def _bits(triple: str, processor: str, features: str, wish: int) -> int:
 
 
 def bits(codegen: Any) -> int:
-    """The width for the processor that one of Numba's code generators makes code for; 0 where LLVM may choose.
+    """Return the width in bits for the processor of a code generator of Numba; 0 leaves the choice to LLVM.
 
-    It is the most: a processor without AVX-512 has no vectors of 512 bits.
+    It is an upper limit: a processor without AVX-512 has no vectors of 512 bits.
     """
     return _bits(*codegen.magic_tuple(), _wish)
 
 
 def prefer_width(module: Any, width: int) -> None:
-    """Let all functions that a module of `llvmlite.ir` defines prefer vectors of some bits; 0: what LLVM likes."""
+    """Set the preferred vector width, in bits, of all functions that an `llvmlite.ir` module defines; 0 sets none."""
     for function in module.functions if width else ():
         if not function.is_declaration:
             set.add(function.attributes, f'"prefer-vector-width"="{width}"')  # llvmlite's own `add` knows no such names
 
 
 def describe_vectors() -> str:
-    """For a report: what was chosen for this processor."""
+    """Return the vector width chosen for this processor, for a report."""
     from numba.core.registry import cpu_target
 
     width = bits(cpu_target.target_context.codegen())

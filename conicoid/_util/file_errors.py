@@ -19,7 +19,7 @@ __all__ = [
     "printable",
     "suggest_name",
     "unreadable_error",
-]  # fmt: skip
+]
 
 MAX_LISTED_PROBLEMS, MAX_MESSAGE_WIDTH = 18, 100
 """Lines of a message, of so many letters: with its first and last a screen."""

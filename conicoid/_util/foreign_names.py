@@ -744,9 +744,6 @@ _OPERATORS = {"+": "|", "*": "&", "|": "|", "&": "&", "-": "-"}
 
 def operator_error(thing: object, operator: str, other: Any) -> TypeError | None:
     """The error for an operator that a shape or a body does not have; None where others may know it."""
-    from ..geometry.body import Body
-    from ..geometry.shape import Shape
-
     kind = type(thing).__name__
     if operator == "*" and isinstance(other, int | float):
         return TypeError(f"{kind}: * {other} is no operation, {kind.lower()}.scale({other}) changes its size")
@@ -754,9 +751,10 @@ def operator_error(thing: object, operator: str, other: Any) -> TypeError | None
         return TypeError(f"{kind}: sum() adds nothing up here, co.Union([...]) unites many")
     if operator in "+-" and isinstance(other, tuple | list | np.ndarray) and _is_number_triple(other):
         return TypeError(f"{kind}: {operator} {other} is no operation, {kind.lower()}.translate(offset) moves it")
-    if not isinstance(other, Shape | Body):
+    operands = {getattr(type(one), "operand_kind", "") for one in (thing, other)}
+    if "" in operands:
         return None
-    if isinstance(thing, Body) or isinstance(other, Body):
+    if "body" in operands:
         combined = f"a.shape {_OPERATORS[operator]} b.shape"
         return TypeError(f"Body: bodies do not combine, shapes do: co.Body({combined}, material)")
     return TypeError(

@@ -61,9 +61,13 @@ class NamedPartTuple(PartTuple):
     material_of: Callable[[int], Any] | None
 
     def __new__(
-        cls, items: Iterable[Any], called: str, another: str = "", names: Iterable[str | None] | None = None,
+        cls,
+        items: Iterable[Any],
+        called: str,
+        another: str = "",
+        names: Iterable[str | None] | None = None,
         material_of: Callable[[int], Any] | None = None,
-    ) -> NamedPartTuple:  # fmt: skip
+    ) -> NamedPartTuple:
         kept = tuple(items)
         made = super().__new__(cls, kept, called, another)
         assert isinstance(made, NamedPartTuple)

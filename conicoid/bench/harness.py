@@ -1,4 +1,4 @@
-"""What the benchmark knows of a peer: is it here, how does one get it."""
+"""Rows of the benchmark and the peers that they compare with, run and printed as a table, Markdown or JSON."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ import platform
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from importlib import metadata
-from pathlib import Path
 from typing import Any
 
 from rich.table import Table
 
+from .._jit.machine import compiler, processor, versions
 from ..kernels.threads import thread_count
 
 
@@ -144,35 +144,6 @@ def machine(peers: Iterable[Peer]) -> list[str]:
         if version:
             lines.append(f"{version} ({peer.about})")
     return lines
-
-
-def versions(*packages: str) -> list[str]:
-    """Of those that are installed."""
-    names = {each.name for each in metadata.distributions()}
-    return [f"{name} {metadata.version(name)}" for name in packages if name in names]
-
-
-def compiler() -> str:
-    """How kernels are compiled: what a processor's figures depend on as well."""
-    from .._jit import machine_code
-
-    if machine_code.SHIPPED is not None:
-        return machine_code.describe_code()
-    from .._jit.dispatch import PLAIN
-    from .._jit.vector_width import describe_vectors
-
-    return "Numba's plain njit" if PLAIN else describe_vectors()
-
-
-def processor() -> str:
-    """The processor's name, as far as the system tells it."""
-    try:
-        for line in Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines():
-            if line.startswith("model name"):
-                return line.partition(":")[2].strip()
-    except OSError:
-        pass
-    return platform.processor() or platform.machine()
 
 
 def table(outcomes: Iterable[RowOutcome]) -> Table:

@@ -76,7 +76,7 @@ def main() -> None:
 
 def _version(wanted: bool) -> None:
     if wanted:
-        from .. import __version__
+        from .._util.version import __version__
 
         typer.echo(f"conicoid {__version__}")
         raise typer.Exit
@@ -241,7 +241,7 @@ def _trace_in_chunks(
     threads: int | None, options: dict[str, Any],
 ) -> None:  # fmt: skip
     """What `trace --chunk` does."""
-    from ..geometry.labels import format_count
+    from .._util.text import format_count
     from ..io.ray_file import check_output
     from ..io.ray_stream import RayStream
     from ..parallel.result_writer import SUFFIXES, trace_file

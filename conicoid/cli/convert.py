@@ -67,7 +67,7 @@ def import_(
         if output != STDOUT and output.suffix.lower() not in (".yaml", ".yml", ".json"):
             raise ValueError(f"{output}: scenes are saved as .yaml or .json")
         check_folder(output)
-        from ..geometry.labels import format_count
+        from .._util.text import format_count
         from ..io.importers import IMPORT_FORMATS, ImportOptions, detect_format
         from ..io.scene_file import scene_file
 
@@ -90,7 +90,7 @@ def import_(
 
 def _import_parts(file: Path, bar: Bar) -> Any:
     """Progress that states the number of bodies before the first of them is made."""
-    from ..geometry.labels import format_count
+    from .._util.text import format_count
 
     def progress(done: int, count: int) -> None:
         if done == 0:

@@ -129,7 +129,7 @@ def _values(texts: list[str]) -> dict[str, float]:
 
 def _summary(found: Any, rays: tuple[int, ...], columns: int, integral: bool, by: str) -> str:
     """One line on what was found."""
-    from ..geometry.labels import format_count
+    from .._util.text import format_count
 
     count = math.prod(rays)
     of_rays = format_count(count, "ray", "rays")

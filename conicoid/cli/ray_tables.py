@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..geometry.labels import format_count
+from .._util.text import format_count
 from ..io.ray_file import HIT_ARRAYS, HIT_ERROR_ARRAYS, SPAN_ARRAYS, SPAN_ERROR_ARRAYS
 from ..queries.rays import Rays, find_invalid_ray, lines_of
 

@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .._jit.disk_cache import cache_directory
+from .._jit.machine import compiler, processor, versions
 from .._jit.machine_code import SHIPPED, describe_code, levels
 from .._util.file_errors import printable
-from ..bench.harness import compiler, processor, versions
+from .._util.text import format_bytes, format_count
 from ..geometry.general_quadric import Quadric
-from ..geometry.labels import count_bodies, distinct_materials, format_bytes, format_count
+from ..geometry.labels import count_bodies, distinct_materials
 from ..kernels.threads import thread_count
 from ..materials.color import srgb_encode
 from ..materials.texture import PATTERNS
@@ -131,7 +132,7 @@ def _memory(memory: Memory) -> str:
 
 def system_report() -> list[str]:
     """Versions, the processor, where kernels come from, and where what is kept is kept."""
-    from .. import __version__
+    from .._util.version import __version__
 
     kept = cache_directory()
     lines = [

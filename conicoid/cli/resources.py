@@ -54,7 +54,7 @@ def load(path: Path, threads: int | None, outside: bool = False) -> Scene:
 
 def prepare(scene: Scene) -> None:
     """Make a scene ready, with progress where that takes long."""
-    from ..geometry.labels import format_count
+    from .._util.text import format_count
 
     with compile_notes(), Bar("preparing", "entry") as bar:
         scene.prepare(_progress(bar, lambda count: f"preparing {format_count(count, 'entry', 'entries')} ..."))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Iterable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -83,6 +83,7 @@ class Body:
     name: str | None = None
     materials: Any = field(default=None, kw_only=True)
     material_index: Any = field(default=None, kw_only=True, compare=False)
+    operand_kind: ClassVar[str] = "body"
 
     def __post_init__(self) -> None:
         if not isinstance(self.shape, Shape):

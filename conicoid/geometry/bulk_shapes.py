@@ -1,4 +1,7 @@
-"""Many solids of one kind in one entry of a scene: cylinders, capsules, cones, ellipsoids and boxes."""
+"""Many shapes of one kind in one entry of a scene.
+
+Solids: cylinders, capsules, cones, ellipsoids and boxes. Sheets: discs and triangles.
+"""
 
 from __future__ import annotations
 
@@ -10,10 +13,9 @@ import numpy as np
 from .._util.arrays import FloatArray, matmul_rows
 from .._util.validation import real_array
 from .bulk import Bulk, balls_reach, discs_reach, points_reach
-from .csg import Union
 from .primitives import Box, Cone, Cylinder, Sphere
 from .quadrics import Ellipsoid
-from .shape import Sheet, Solid
+from .shape import Sheet, Solid, Union
 from .sheets import CLEAR_AREA, Disc, Triangle
 
 _START, _END = ("start x", "start y", "start z"), ("end x", "end y", "end z")
@@ -161,7 +163,7 @@ def _frustums_reach(
     return discs_reach((starts, ends), ends - starts, (first, last), rows)
 
 
-# Many sheets of one kind in one entry of a scene: discs and triangles.
+# Sheets
 
 
 @dataclass(frozen=True, eq=False)
@@ -210,9 +212,19 @@ class Triangles(Bulk, Sheet):
 
     @classmethod
     def of_mesh(cls, vertices: Any, faces: Any) -> Triangles:
-        """The triangles of a mesh.
+        """Return the triangles of a mesh.
 
-        vertices: (V, 3) points. faces: (N, 3) indices of the corners of each triangle.
+        Parameters
+        ----------
+        vertices : array (V, 3)
+            The points.
+        faces : array (N, 3)
+            Indices of the three corners of each triangle.
+
+        Raises
+        ------
+        ValueError
+            For arrays of another shape, and for an index that is no integer or has no point.
         """
         points = real_array("Triangles", "vertices", vertices)
         if points.ndim != 2 or points.shape[1] != 3:
@@ -237,6 +249,7 @@ class Triangles(Bulk, Sheet):
         for i, j in ((1, 2), (2, 0), (0, 1)):
             one, other = x[i] * y[j], x[j] * y[i]
             clear |= np.abs(one - other) > CLEAR_AREA * (np.abs(one) + np.abs(other))
+        # Floats leave these open: the single triangle decides exactly
         for index in np.flatnonzero(~clear).tolist():
             try:
                 self.single(index)

@@ -1,8 +1,7 @@
-"""What a solid lowers to: Boolean trees over cells, and sheets clipped by such trees.
+"""Boolean trees over cells, which all solids reduce to, and sheets clipped by such trees.
 
-A *cell* is at most one quadric, cut by any number of planes. A *face* is one of its surfaces
-together with the side that is inside, a number that the user sees as ``hits.face``, and a map
-that gives its uv coordinates.
+A *cell* is at most one quadric, cut by any number of planes. A *face* is one of its surfaces, together with the side
+that is inside, a number that the user sees as ``hits.face``, and a map that gives its uv coordinates.
 """
 
 from __future__ import annotations
@@ -18,9 +17,10 @@ from .transform import Motion
 
 @dataclass(frozen=True, slots=True)
 class UV:
-    """uv from own coordinates p: rows (a, b, c) = matrix (p, 1), a 3 × 4 matrix as a tuple.
+    """A map from own coordinates p to uv, by (a, b, c) = matrix (p, 1), a 3 × 4 matrix as a tuple of rows.
 
-    angular: u = angle of (a, b) in turns, in [0, 1); v = c.   planar: u = a, v = b, c is not used (`NO_ROW`).
+    An `angular` map has u = angle of (a, b) in turns, in [0, 1), and v = c. A planar one has u = a and v = b; it does
+    not use c (`NO_ROW`).
     """
 
     angular: bool
@@ -28,28 +28,28 @@ class UV:
 
 
 NO_ROW = (0.0, 0.0, 0.0, 0.0)
-"""In place of the third row of a planar map."""
+"""The third row of a planar map."""
 
 
 def cylindrical_uv(low: float = 0.0, high: float = 1.0) -> UV:
-    """(angle about z / 360, height scaled from [low, high] to [0, 1]); infinite ends leave z unscaled."""
+    """Return the map (angle about z / 360, height scaled from [low, high] to [0, 1]); infinite ends do not scale z."""
     scale, shift = (1 / (high - low), -low / (high - low)) if high - low < float("inf") else (1.0, 0.0)
     return UV(True, ((1, 0, 0, 0), (0, 1, 0, 0), (0, 0, scale, shift)))
 
 
 def cartesian_uv(u: Vector, v: Vector, origin: Vector = (0.0, 0.0, 0.0)) -> UV:
-    """u and v are the components of (p - origin) along two vectors, divided by their squared lengths."""
+    """Return the map to the components of (p - origin) along the vectors u and v, divided by their squared lengths."""
     return UV(False, (component_row(u, origin), component_row(v, origin), NO_ROW))
 
 
 def component_row(a: Vector, origin: Vector) -> tuple[float, float, float, float]:
-    """The row of a map: the component of (p - origin) along a vector, divided by its squared length."""
+    """Return one row of a map: the component of (p - origin) along the vector `a`, divided by its squared length."""
     n = a[0] * a[0] + a[1] * a[1] + a[2] * a[2]
     return a[0] / n, a[1] / n, a[2] / n, -(a[0] * origin[0] + a[1] * origin[1] + a[2] * origin[2]) / n
 
 
 def transform_uv(uv: UV, motion: Motion) -> UV:
-    """The same map from world coordinates, when `motion` carries own coordinates to the world."""
+    """Return the same map from world coordinates, if `motion` carries own coordinates to the world."""
     if motion.is_identity:
         return uv
     back, shift = motion.inverse
@@ -68,7 +68,7 @@ PLAIN_UV = cartesian_uv((1, 0, 0), (0, 1, 0))
 
 @dataclass(frozen=True, slots=True)
 class Face:
-    """One surface of a cell. `inside` = +1 where surface <= 0 is inside, -1 where >= 0 is."""
+    """One surface of a cell. `inside` is +1 if surface <= 0 is inside, -1 if surface >= 0 is."""
 
     surface: Surface
     number: int
@@ -80,8 +80,8 @@ class Face:
 class Cell:
     """The points inside all faces.
 
-    At most one face is a quadric, and it then comes first; numbers rise along the tuple (ties at
-    equal t go to the lower number).
+    At most one face is a quadric, and it comes first. Numbers rise along the tuple: of several crossings at one t, the
+    face with the lower number counts.
     """
 
     faces: tuple[Face, ...]
@@ -89,21 +89,21 @@ class Cell:
 
 @dataclass(frozen=True, slots=True)
 class All:
-    """Inside every part; all of space when there is none."""
+    """The points inside every part; all of space without parts."""
 
     parts: tuple[Tree, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class Any_:
-    """Inside at least one part; nothing when there is none."""
+    """The points inside at least one part; none without parts."""
 
     parts: tuple[Tree, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class Not:
-    """Outside of the part."""
+    """The points outside of the part."""
 
     part: Tree
 
@@ -114,9 +114,9 @@ NOTHING = Any_(())
 
 @dataclass(frozen=True, slots=True)
 class SurfaceSheet:
-    """The part of a surface that lies in `clip` (all of it if None).
+    """The part of a surface in `clip`, all of it if None.
 
-    `side` +1: the sheet's normal is the surface's gradient; -1: its opposite.
+    The normal of the sheet is the gradient of the surface times `side`, +1 or -1.
     """
 
     surface: Surface
@@ -128,7 +128,7 @@ class SurfaceSheet:
 
 @dataclass(frozen=True, slots=True)
 class PolygonSheet:
-    """Even-odd inside of a closed loop of points in a plane, with exact coordinates."""
+    """The even-odd inside of a closed loop of points in a plane, with exact coordinates."""
 
     plane: PlaneSurface
     vertices: tuple[ex.Row, ...]
@@ -151,4 +151,4 @@ __all__ = [
     "cartesian_uv",
     "cylindrical_uv",
     "transform_uv",
-]  # fmt: skip
+]

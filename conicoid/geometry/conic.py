@@ -80,7 +80,7 @@ class ConicWall:
     def has_ring(self) -> bool:
         return not self.is_plane and self.semi < self.edge
 
-    def sag(self, distance: float) -> ex.Exact:
+    def sag(self, distance: float) -> ex.BigFloat:
         """z - vertex at a distance from the axis, which is not over `semi`."""
         if self.is_plane:
             return ex.ZERO
@@ -89,12 +89,12 @@ class ConicWall:
         return ex.exact(square) / (ex.exact(radius) * (ex.ONE + ex.sqrt(under)))
 
     @property
-    def rim(self) -> ex.Exact:
+    def rim(self) -> ex.BigFloat:
         """The height of the rim, and of the ring."""
         return ex.exact(self.vertex) + self.sag(self.semi)
 
     @property
-    def center(self) -> ex.Exact:
+    def center(self) -> ex.BigFloat:
         """The height of the centre of an ellipsoid or a hyperboloid."""
         return ex.exact(self.vertex) + ex.exact(ex.rational(self.radius) / (1 + ex.rational(self.conic)))
 
@@ -145,11 +145,11 @@ class ConicWall:
         end = self.rim if self.has_ring else self.center if self.conic > -1 else None
         return [Not(self.bowl())], [] if end is None else [self._flat(-far, end)]
 
-    def _flat(self, sense: int, height: ex.Exact) -> Face:
+    def _flat(self, sense: int, height: ex.BigFloat) -> Face:
         """The ring as a plane, or the one through the centre."""
         return Face(axial_plane(sense, height), self.ring if self.has_ring else self.hidden, self.ring_uv)
 
-    def _needed(self, reach: Any) -> ex.Exact | None:
+    def _needed(self, reach: Any) -> ex.BigFloat | None:
         """The height from which on an ellipsoid closes again, if the solid goes so far."""
         if self.conic <= -1:
             return None
@@ -176,7 +176,7 @@ class ConicWall:
         return max(best, sum_up((cap, lifted)) if lifted else cap)
 
 
-def ring_support(edge: float, height: ex.Exact, direction: Vector) -> float:
+def ring_support(edge: float, height: ex.BigFloat, direction: Vector) -> float:
     """sup of direction·p over a circle of radius `edge` about the axis."""
     z = direction[2]
     lifted = z * (round_up(height) if z > 0 else -round_up(-height)) if z else 0.0
@@ -291,9 +291,13 @@ def check_conic(shape: Conic | ConicSheet) -> None:
     object.__setattr__(shape, "conic_constant", check_number(owner, "conic_constant", shape.conic_constant))
     object.__setattr__(shape, "aperture", check_positive(owner, "aperture", shape.aperture))
     check_reach(
-        owner, "aperture", shape.radius_of_curvature, shape.conic_constant, shape.aperture,
+        owner,
+        "aperture",
+        shape.radius_of_curvature,
+        shape.conic_constant,
+        shape.aperture,
         "radius_of_curvature and conic_constant give",
-    )  # fmt: skip
+    )
 
 
 def conic_wall(shape: Conic | ConicSheet) -> ConicWall:

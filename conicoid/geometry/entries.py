@@ -19,9 +19,6 @@ from .instances_edited import EditedInstances, InstanceOrigins, collect_instance
 from .shape import Shape, Solid
 from .tracks import BodyTrack
 
-if TYPE_CHECKING:
-    from ..prepare.prepared_scene import PreparedScene
-
 _SUGGESTED = 1000
 """Bodies of many whose names are looked at for what may have been meant."""
 
@@ -131,17 +128,18 @@ def refuse_unknown_tracks(bodies: Bodies, animation: tuple[Any, ...]) -> None:
                 raise KeyError(f"Scene: animation[{i}]: {error.args[0]}") from None
 
 
-def boxes_of(bodies: Bodies, prepared: PreparedScene | None) -> FloatArray:
-    """Boxes around bodies, (n, 6) low and high: around each, or around all that are one another moved.
+def boxes_of(bodies: Bodies, prepared: Callable[[], FloatArray] | None) -> FloatArray:
+    """Return boxes around bodies, (n, 6) low and high: one for each body, or one for each group of moved copies.
 
-    Those of a prepared scene are at hand, and the same to the bit but for bulk balls, where they are an ulp wider.
+    `prepared` returns the boxes of the prepared scene, if there is one. They are the same to the bit, except those of
+    bulk balls, which are an ulp wider and are not used. It is a function because these boxes may be lazy.
     """
     if isinstance(bodies, InstanceList):
         boxes = bodies.boxes
     elif prepared is None or any(isinstance(body.shape, Spheres) for body in bodies):
         boxes = [body.shape.bounds for body in bodies]
     else:
-        return prepared.lowered.boxes
+        return prepared()
     return np.array(boxes, np.float64).reshape(-1, 6)
 
 
@@ -302,15 +300,6 @@ def apply_motion(shape: Shape, motion: Any) -> Shape:
     if np.shape(motion) != (3,):
         raise TypeError(f"moved: motion must be 3 numbers, a matrix (4, 4) or a function, got {format_value(motion)}")
     return shape.translate(motion)
-
-
-def as_camera(camera: Any) -> Any:
-    """A Camera, an OrthographicCamera, or None for one that fits; a TypeError otherwise."""
-    if camera is None:
-        return None
-    from ..render.camera import as_camera as checked
-
-    return checked("Scene", camera)
 
 
 def as_domain(domain: Any) -> Solid | None:

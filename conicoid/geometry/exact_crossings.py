@@ -132,7 +132,7 @@ def _form_of_coefficients(coefficients: Sequence[Any]) -> IntegerForm:
     )
 
 
-def _ratio(number: ex.Exact, other: ex.Exact) -> Fraction | None:
+def _ratio(number: ex.BigFloat, other: ex.BigFloat) -> Fraction | None:
     """number / other where that is a fraction; None where it is none, or a long one."""
     if not number.mantissa and not number.off:
         return Fraction(0)
@@ -259,12 +259,9 @@ def is_inside_loop(corners: Sequence[ex.Row], origin: Sequence[float], direction
     first, second = ((1, 2), (2, 0), (0, 1))[axis]
     o, d = ex.exact_row(origin), ex.exact_row(direction)
     seen = [
-        tuple(
-            ex.dot((d[axis], -d[axis], -d[k], d[k]), (p[k], o[k], p[axis], o[axis]))
-            for k in (first, second)
-        )
+        tuple(ex.dot((d[axis], -d[axis], -d[k], d[k]), (p[k], o[k], p[axis], o[axis])) for k in (first, second))
         for p in map(ex.exact_row, corners)
-    ]  # fmt: skip
+    ]
     odd = False
     ua, va = seen[-1]
     for ub, vb in seen:

@@ -56,21 +56,6 @@ def is_clear(material: Any) -> bool:
     return material is not None and max(amount_rgb(material.transparency)) > 0
 
 
-def format_count(count: int, one: str, many: str) -> str:
-    """A number with its noun."""
-    return f"{count:,} {one if count == 1 else many}"
-
-
-def format_bytes(count: int) -> str:
-    """A number of bytes for people: 12.3 MB."""
-    value, unit = float(count), "bytes"
-    for unit in ("bytes", "kB", "MB", "GB"):
-        if value < 1000 or unit == "GB":
-            break
-        value /= 1000
-    return f"{value:.3g} {unit}"
-
-
 def first_numbers(bodies: Sequence[Body]) -> npt.NDArray[np.int64]:
     """The first body number of each entry, and last how many there are."""
     if not any(issubclass(kind, Bulk) for kind in {type(body.shape) for body in bodies}):

@@ -139,13 +139,13 @@ def tree_between_walls(low: ConicWall, high: ConicWall, hole: float) -> Tree:
     return All((*lows, *highs, edge, *holes))
 
 
-def _highest(wall: ConicWall) -> ex.Exact:
+def _highest(wall: ConicWall) -> ex.BigFloat:
     """The greatest height of a wall."""
     vertex, rim = ex.exact(wall.vertex), wall.rim
     return rim if rim - vertex > 0 else vertex
 
 
-def _lowest(wall: ConicWall) -> ex.Exact:
+def _lowest(wall: ConicWall) -> ex.BigFloat:
     """The least height of a wall."""
     vertex, rim = ex.exact(wall.vertex), wall.rim
     return rim if rim - vertex < 0 else vertex
@@ -192,7 +192,7 @@ def _check_substrate(mirror: Mirror) -> None:
         )
 
 
-def _height(wall: ConicWall, distance: float) -> ex.Exact:
+def _height(wall: ConicWall, distance: float) -> ex.BigFloat:
     return ex.exact(wall.vertex) + wall.sag(min(distance, wall.semi))
 
 

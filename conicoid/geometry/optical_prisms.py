@@ -1,4 +1,4 @@
-"""Prisms of glass: the triangular one, the penta prism, and the corner cube."""
+"""Prisms of glass: the triangular prism, the penta prism and the corner cube."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ from .surface import PlaneSurface
 
 
 class FlatGlass(PrimitiveSolid, abstract=True):
-    """A convex solid of planes and corners that are known to thousands of bits. Face i is the plane i."""
+    """A convex solid whose planes and corners are known to thousands of bits. Face i is plane i."""
 
     @abstractmethod
     def planes(self) -> list[PlaneSurface]:
-        """The planes, outward, in the order of their numbers."""
+        """Return the planes, outward, in the order of their numbers."""
 
     @abstractmethod
     def corners(self) -> Sequence[ex.Row]:
-        """The corners, in any order."""
+        """Return the corners, in any order."""
 
     def tree(self) -> Cell:
         return Cell(tuple(Face(surface, i, plane_uv(surface)) for i, surface in enumerate(self.planes())))
@@ -56,8 +56,8 @@ class Prism(FlatGlass):
         object.__setattr__(self, "side", check_positive("Prism", "side", self.side))
         object.__setattr__(self, "length", check_positive("Prism", "length", self.length))
 
-    def _sizes(self) -> tuple[ex.Exact, ex.Exact, ex.Exact, ex.Exact]:
-        """(sine and cosine of half the apex angle, half the height, half the base)."""
+    def _sizes(self) -> tuple[ex.BigFloat, ex.BigFloat, ex.BigFloat, ex.BigFloat]:
+        """Return (sine and cosine of half the apex angle, half the height, half the base)."""
         s, c = ex.sin_cos_degrees(self.apex_angle / 2)
         side = ex.exact(self.side)
         return s, c, side * c / ex.exact(2.0), side * s
@@ -83,9 +83,9 @@ class Prism(FlatGlass):
 class PentaPrism(FlatGlass):
     """A penta prism: |x| <= length / 2, y >= 0, z >= 0, y <= side + (sqrt 2 - 1) z, z <= side + (sqrt 2 - 1) y.
 
-    Light that comes in along +z goes out along -y, however the prism is tilted about x: faces 2 and 3, which stand at
-    45 degrees and must be coated as mirrors, turn it by 90. The openings are `side` wide in y and z, `length` in x.
-    y + z <= (1 + sqrt 2) side cuts off what a full beam does not need.
+    Light that enters along +z leaves along -y, however the prism is tilted about x: faces 2 and 3, which are at 45
+    degrees and must be coated as mirrors, turn it by 90. The openings are `side` wide in y and z, `length` in x.
+    y + z <= (1 + sqrt 2) side cuts off the part that a full beam does not need.
     Faces: 0 z = 0, 1 y = 0, 2 mirror opposite of 0, 3 mirror opposite of 1, 4 the fifth, 5 and 6 the ends at low and
     high x. uv: Cartesian coordinates on the plane as of `HalfSpace`.
     """
@@ -121,8 +121,8 @@ class PentaPrism(FlatGlass):
 class CornerCube(FlatGlass):
     """The corner of a cube, a retroreflector: z >= 0, and sqrt 2 (x cos p + y sin p) + z <= height, p = 0, 120, 240.
 
-    The three mirrors stand across each other and meet at (0, 0, height); what comes in through the triangle z = 0 goes
-    back parallel to where it came from. A round one is ``CornerCube(height) & Cylinder(...)``.
+    The three mirrors are perpendicular to each other and meet at (0, 0, height). Light that enters through the triangle
+    z = 0 returns parallel to its incoming direction. A round one is ``CornerCube(height) & Cylinder(...)``.
     Faces: 0 the front z = 0, 1 to 3 the mirrors. uv: Cartesian coordinates on the plane as of `HalfSpace`.
     """
 

@@ -1,4 +1,7 @@
-"""The ball."""
+"""Common solids: ball, box, half-space, cylinder, cone and tube, the last three with angles if they are part of a turn.
+
+Their helpers for axes, wedges and caps serve other shapes too.
+"""
 
 from __future__ import annotations
 
@@ -6,12 +9,13 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from operator import sub
-from typing import Any
+from typing import Any, ClassVar
 
 from .._util.arrays import BoxEnds, Vector, VectorLike
 from .._util.validation import check_angle_range, check_nonnegative, check_number, check_positive, check_vector
 from ..numerics import bigfloat_linalg as ex
 from ..numerics.portable_math import hypot, negative_indicator, portable_max, sin_cos_degrees
+from .bounds.intersection import BoundingSurfaces, BoundsKind, orient_surface
 from .bounds.support import along_normal, half_space_bounds, plane_through, plane_uv, sum_up
 from .cell import NO_ROW, PLAIN_UV, UV, All, Any_, Cell, Face, Tree, cartesian_uv, component_row, cylindrical_uv
 from .shape import PrimitiveSolid
@@ -29,6 +33,7 @@ class Sphere(PrimitiveSolid):
 
     radius: float = 1.0
     center: VectorLike = (0.0, 0.0, 0.0)
+    bounds_kind: ClassVar[BoundsKind] = "ball"
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "radius", check_positive("Sphere", "radius", self.radius))
@@ -48,16 +53,14 @@ class Sphere(PrimitiveSolid):
 
 
 def _square_exact(x: float) -> object:
-    """x² without rounding."""
+    """Return x² without rounding."""
     return ex.rational(x) ** 2
 
-
-# The box.
 
 _SIZE_NAMES = (
     "size", "sizes", "half_size", "half_sizes", "extent", "extents", "half_extents", "dimensions", "edge", "edges",
 )  # fmt: skip
-"""What a box is given by elsewhere."""
+"""Arguments of boxes in other programs."""
 
 
 @dataclass(frozen=True)
@@ -71,6 +74,7 @@ class Box(PrimitiveSolid):
 
     low: VectorLike = (-1.0, -1.0, -1.0)
     high: VectorLike = (1.0, 1.0, 1.0)
+    bounds_kind: ClassVar[BoundsKind] = "box"
 
     def __post_init__(self) -> None:
         low, high = check_vector("Box", "low", self.low), check_vector("Box", "high", self.high)
@@ -82,7 +86,7 @@ class Box(PrimitiveSolid):
 
     @staticmethod
     def _refused_call(args: Sequence[Any], keywords: Mapping[str, Any]) -> str:
-        """Why a call is not taken: a size, or one argument, which may be meant for a size or half of it."""
+        """Return the error text for a call with a size, or with one argument, which may be a size or half of it."""
         sized = [name for name in _SIZE_NAMES if name in keywords]
         is_alone = len(args) == 1 and "high" not in keywords and args[0] is not None and not isinstance(args[0], str)
         if not is_alone and not sized:
@@ -110,9 +114,6 @@ def _axis_row(index: int, length: float) -> Vector:
     return x, y, z
 
 
-# The half-space.
-
-
 @dataclass(frozen=True)
 class HalfSpace(PrimitiveSolid):
     """normal·x <= offset, as written: the normal is not rescaled.
@@ -124,6 +125,7 @@ class HalfSpace(PrimitiveSolid):
 
     normal: VectorLike
     offset: float
+    bounds_kind: ClassVar[BoundsKind] = "half_space"
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "normal", check_vector("HalfSpace", "normal", self.normal, nonzero=True))
@@ -142,60 +144,61 @@ class HalfSpace(PrimitiveSolid):
         return math.inf if multiple is None or multiple < 0 else float(multiple * self.offset)
 
     def bounds_under(self, outer: Motion) -> BoxEnds:
-        """Finite along the normal, if that is an axis after the motion."""
+        """Return the bounds, which are finite along the normal if the motion turns it to an axis."""
         return half_space_bounds(self.surface.moved(self.under(outer)), above=False)
 
     def outside_bounds_under(self, outer: Motion) -> BoxEnds:
-        """The other side of the plane."""
+        """Return the bounds of the other side of the plane."""
         return half_space_bounds(self.surface.moved(self.under(outer)), below=False)
 
+    def bounding_surfaces(self, outer: Motion, inside: bool) -> BoundingSurfaces:
+        return [orient_surface(self.surface.moved(self.under(outer)), 1 if inside else -1)]
 
-# The axis from start to end that cylinders and cones stand on.
+
+# The axis of cylinders and cones, from start to end
 
 
 def check_axis(owner: str, start: Vector, end: Vector) -> None:
-    """Refuse ends that are equal."""
+    """Raise ValueError if the ends are equal."""
     if start == end:
         raise ValueError(f"{owner}: end must differ from start, got {end} for both")
 
 
 def axis_vector(start: Vector, end: Vector) -> ex.Row:
-    """end - start, exact."""
+    """Return end - start, exact."""
     x, y, z = (ex.exact(b) - ex.exact(a) for a, b in zip(start, end, strict=True))
     return x, y, z
 
 
 def axis_frame(start: Vector, end: Vector, reference: Vector | None) -> Motion:
-    """Own frame to world: origin at start, z towards end, x towards the reference (Sasaki 2021)."""
+    """Return the motion from own frame to world: origin at start, z to end, x to the reference (Sasaki 2021)."""
     return Motion((AxisFrame(start, axis_vector(start, end), reference),))
 
 
-def axis_length(start: Vector, end: Vector) -> ex.Exact:
-    """|end - start| in 3000 bits."""
+def axis_length(start: Vector, end: Vector) -> ex.BigFloat:
+    """Return |end - start| in 3000 bits."""
     axis = axis_vector(start, end)
     return ex.sqrt(ex.dot(axis, axis))
 
 
-# The curved side of a frustum about the z axis: a cylinder or a cone through two circles.
-
-
 def frustum_side(r0: Any, z0: Any, r1: Any, z1: Any) -> QuadricSurface:
-    """x² + y² = r² with r = r0 at z0 and r1 at z1, inside towards the axis; fractions or 3000-bit numbers.
+    """Return the cylinder or cone x² + y² = r² through two circles about z, r = r0 at z0 and r = r1 at z1.
 
-    A cone is kept about the end with the smaller radius r, as x² + y² - m² z² - 2 m r z - r² = 0: there all terms of
-    the radius have one sign, so that neither the nearly cylindrical nor the nearly pointed one loses digits. Which end
-    that is decides a factor of 0 or 1, and is no test: one recording serves both.
+    The inside is towards the axis; radii and heights are fractions or 3000-bit numbers. The equation of a cone,
+    x² + y² - m² z² - 2 m r z - r² = 0, has its origin at the end with the smaller radius r: there all terms of the
+    radius have one sign, so that neither nearly cylindrical nor nearly pointed cones lose digits.
     """
     growth = r1 - r0
     if not growth:
         return QuadricSurface((1.0, 1.0, 0.0), constant=r0 * r0)
     slope = growth / (z1 - z0)
+    # A factor of 0 or 1 and no test chooses the end, so that one recording of the formula serves both
     shrinks = ex.rational(negative_indicator(growth))
     r, z = ((1 - shrinks) * first + shrinks * second for first, second in ((r0, r1), (z0, z1)))
     return QuadricSurface((1.0, 1.0, -slope * slope), (0.0, 0.0, -slope * r), r * r, anchor=(0.0, 0.0, z))
 
 
-# The closed cylinder and its wedge.
+# Cylinders, cones and tubes, and their wedges
 
 
 @dataclass(frozen=True)
@@ -249,7 +252,10 @@ class Cylinder(PrimitiveSolid):
 
 
 def check_angles(shape: Any, owner: str) -> None:
-    """Check and normalise start_angle, end_angle and reference of a frozen shape."""
+    """Check start_angle, end_angle and reference of a frozen shape, and set the checked values.
+
+    Raise ValueError if angles have no reference, or if the reference is on the axis.
+    """
     first, last = check_angle_range(owner, shape.start_angle, shape.end_angle)
     reference = shape.reference
     if reference is not None:
@@ -267,6 +273,7 @@ def check_angles(shape: Any, owner: str) -> None:
 
 
 def side_and_caps(radius: float, start: Vector, end: Vector) -> tuple[Face, Face, Face]:
+    """Return the faces 0 (side), 1 (start cap) and 2 (end cap) of a cylinder in its own frame."""
     length = axis_length(start, end)
     side = QuadricSurface(squares=(1.0, 1.0, 0.0), constant=ex.rational(radius) ** 2)
     cap_uv = cartesian_uv((radius, 0, 0), (0, radius, 0))
@@ -280,7 +287,7 @@ def side_and_caps(radius: float, start: Vector, end: Vector) -> tuple[Face, Face
 
 
 def wedge_walls(start_angle: float, end_angle: float, radius: float, length: float) -> tuple[Face, ...]:
-    """The half-spaces of a wedge, faces 3 and 4; none for a full turn, one for half a turn."""
+    """Return the half-spaces of a wedge, faces 3 and 4: none for a full turn, one for half a turn."""
     turn = end_angle - start_angle
     if turn >= 360:
         return ()
@@ -289,22 +296,23 @@ def wedge_walls(start_angle: float, end_angle: float, radius: float, length: flo
         s, c = ex.sin_cos_degrees(angle)
         uv = cartesian_uv((radius * ex.rounded(c), radius * ex.rounded(s), 0), (0, 0, length))
         walls.append(Face(PlaneSurface((sense * s, -sense * c, ex.ZERO), ex.ZERO), number_, uv))
-    return tuple(walls[:1] if 180 <= turn <= 180 else walls)  # by its value, which may be one that moves
+    # Inequalities compare the value alone, also of a number that carries derivatives
+    return tuple(walls[:1] if 180 <= turn <= 180 else walls)
 
 
 def cut_wedge(faces: tuple[Face, ...], walls: tuple[Face, ...], turn: float, *more: Tree) -> Tree:
-    """A cell less what the walls of a wedge leave out, and in everything else that is given."""
+    """Return the tree of a cell within the wedge of `walls` and within the trees `more`."""
     parts = (Cell(faces + walls), *more) if turn <= 180 or not walls else (Cell(faces), union_of_walls(walls), *more)
     return parts[0] if len(parts) == 1 else All(parts)
 
 
 def union_of_walls(walls: tuple[Face, ...]) -> Any_:
-    """Inside at least one of the walls: a wedge over 180°."""
+    """Return the tree of points inside at least one of the walls: a wedge over 180°."""
     return Any_(tuple(Cell((wall,)) for wall in walls))
 
 
 def arc_support(radius: float, start_angle: float, end_angle: float, direction: Vector) -> float:
-    """sup of u·p over a circular arc about the origin of the xy plane."""
+    """Return sup u·p over a circular arc about the origin of the xy plane, angles in degrees."""
     x, y, _ = direction
     if end_angle - start_angle == 360:
         return radius * hypot(x, y)
@@ -313,9 +321,6 @@ def arc_support(radius: float, start_angle: float, end_angle: float, direction: 
     if (after_start and before_end) if end_angle - start_angle <= 180 else (after_start or before_end):
         return radius * hypot(x, y)
     return portable_max(sum_up((radius * x * c, radius * y * s)), sum_up((radius * x * d, radius * y * t)))
-
-
-# The closed cone and frustum.
 
 
 @dataclass(frozen=True)
@@ -388,9 +393,6 @@ def _cap_uv(radius: float) -> UV:
     return cartesian_uv((radius, 0, 0), (0, radius, 0)) if radius > 0 else PLAIN_UV
 
 
-# The tube: a cylinder with a bore about the same axis.
-
-
 @dataclass(frozen=True)
 class Tube(PrimitiveSolid):
     """Closed circular tube between two points of its axis, any direction; a part of a turn with angles.
@@ -424,7 +426,7 @@ class Tube(PrimitiveSolid):
 
     @property
     def length(self) -> float:
-        """From start to end."""
+        """The distance from start to end."""
         return hypot(*map(sub, self.end, self.start))
 
     @property
@@ -449,6 +451,6 @@ class Tube(PrimitiveSolid):
 
 
 def check_inner_radius(owner: str, outer_field: str, inner: float, outer: float) -> None:
-    """Refuse a hollow that leaves nothing."""
+    """Raise ValueError unless inner < outer."""
     if not inner < outer:
         raise ValueError(f"{owner}: inner_radius must be < {outer_field} = {outer:g}, got {inner:g}")

@@ -142,7 +142,7 @@ class RegularSides(Prismatoid, abstract=True):
     def heights(self) -> tuple[Any, Any]:
         return ex.rational(self.z_range[0]), ex.rational(self.z_range[1])
 
-    def _directions(self, first: Fraction) -> list[tuple[ex.Exact, ex.Exact]]:
+    def _directions(self, first: Fraction) -> list[tuple[ex.BigFloat, ex.BigFloat]]:
         """(cosine, sine) of start_angle and a part of the angle between sides, for every side."""
         s, c = ex.sin_cos_degrees(self.start_angle)
         found = []
@@ -151,7 +151,7 @@ class RegularSides(Prismatoid, abstract=True):
             found.append((ex.dot((c, -s), (d, t)), ex.dot((s, c), (d, t))))
         return found
 
-    def _reach(self, radius: float, to: RadiusTo) -> ex.Exact:
+    def _reach(self, radius: float, to: RadiusTo) -> ex.BigFloat:
         """The distance of sides, or of corners, from the axis."""
         _, c = ex.sin_cos_degrees(Fraction(180, self.sides))  # type: ignore[arg-type]
         given = ex.exact(radius)

@@ -157,11 +157,11 @@ def _mpmath_precision(bits: int) -> Iterator[Any]:
         yield mp
 
 
-def _from_mpmath(value: Any, places: int) -> ex.Exact:
+def _from_mpmath(value: Any, places: int) -> ex.BigFloat:
     """A number of mpmath's whose error is below 2^-places, within `_mpmath_of` at least so many bits."""
     mp = _mpmath()
     scaled = int(mp.nint(mp.ldexp(value, places)))
-    return ex.settled(ex.Exact(scaled, -places, 2))
+    return ex.settled(ex.BigFloat(scaled, -places, 2))
 
 
 def principal_quadric(matrix: Symmetric) -> QuadricSurface:
@@ -207,14 +207,14 @@ def eigen_decomposition(matrix: Symmetric, rank: int | None = None) -> tuple[lis
     return values, rows  # type: ignore[return-value]
 
 
-def _denoise_entry(entry: ex.Exact) -> ex.Exact:
+def _denoise_entry(entry: ex.BigFloat) -> ex.BigFloat:
     """An entry of a unit vector; zero where it is only rounding."""
     return ex.ZERO if abs(entry) < _EIGENVECTOR_NOISE else entry
 
 
 def _anchor(
-    squares: list[ex.Exact], slopes: list[ex.Exact], constant: ex.Exact
-) -> tuple[list[ex.Exact], list[ex.Exact], ex.Exact]:
+    squares: list[ex.BigFloat], slopes: list[ex.BigFloat], constant: ex.BigFloat
+) -> tuple[list[ex.BigFloat], list[ex.BigFloat], ex.BigFloat]:
     """(anchor, linear terms and constant about it), all along the principal axes.
 
     Strong axes go to their center first. Then weak and flat ones go to their center if it is near, else
@@ -234,7 +234,7 @@ def _anchor(
     return place, linear, constant
 
 
-def _vertex(s: ex.Exact, b: ex.Exact, constant: ex.Exact, largest: ex.Exact) -> ex.Exact:
+def _vertex(s: ex.BigFloat, b: ex.BigFloat, constant: ex.BigFloat, largest: ex.BigFloat) -> ex.BigFloat:
     """Where to put the anchor on a weak axis, along which the quadric is s y² + 2 b y + constant."""
     root = ex.sqrt
     discriminant = ex.cancelling_sum((b * b, -s * constant))
@@ -313,7 +313,7 @@ def _transform_matrix(matrix: Symmetric, motion: Motion) -> Symmetric:
     return _substitute_rows(matrix, *motion.inverse)
 
 
-def _substitute_rows(matrix: Symmetric, rows: Iterable[ex.Row], shift: Iterable[ex.Exact]) -> Symmetric:
+def _substitute_rows(matrix: Symmetric, rows: Iterable[ex.Row], shift: Iterable[ex.BigFloat]) -> Symmetric:
     """The quadric of points x for which rows x + shift are on one."""
     back = [[*(ex.fraction(c) for c in row), ex.fraction(t)] for row, t in zip(rows, shift, strict=True)]
     back.append([Fraction(0), Fraction(0), Fraction(0), Fraction(1)])
@@ -390,7 +390,7 @@ class _PlacedQuadric:
         t = -self._value(x) / (2 * rational_linalg.dot(gradient, gradient))
         return [c + t * g for c, g in zip(x, gradient, strict=True)]
 
-    def _equal(self, squares: list[ex.Exact]) -> bool:
+    def _equal(self, squares: list[ex.BigFloat]) -> bool:
         """Are two eigenvalues other than zero equal?"""
         if len(self.null) > 1 or self.kind in DEGENERATE:
             return False
@@ -401,7 +401,7 @@ class _PlacedQuadric:
         gaps = [abs(a - b) for i, a in enumerate(found) for b in found[:i]]
         return bool(min(gaps) <= _EQUAL_SHARE * largest)
 
-    def _order(self, squares: list[ex.Exact], same: bool) -> list[int]:
+    def _order(self, squares: list[ex.BigFloat], same: bool) -> list[int]:
         """Which eigenvalue stands first, second and last."""
         if self.kind in (TROUGHS, CROSSING, SADDLE):
             first_is_positive = self.kind == SADDLE or (self.kind == TROUGHS and self._constant < 0)
@@ -428,7 +428,7 @@ class _PlacedQuadric:
             first = ex.unit(ex.cross(opening, ex.IDENTITY[least]))
         return first, ex.cross(opening, first), opening
 
-    def _measures(self, sizes: list[ex.Exact]) -> list[ex.Exact]:
+    def _measures(self, sizes: list[ex.BigFloat]) -> list[ex.BigFloat]:
         root, kind = ex.sqrt, self.kind
         sizes = [s for s in sizes if s]
         if kind in (BOWL, SADDLE, TROUGH):
@@ -445,7 +445,7 @@ class _PlacedQuadric:
         return [root(constant / s) for s in sizes]
 
 
-def _all_equal(squares: list[ex.Exact]) -> bool:
+def _all_equal(squares: list[ex.BigFloat]) -> bool:
     return bool(max(squares) - min(squares) <= _EQUAL_SHARE * max(abs(s) for s in squares))
 
 
@@ -455,7 +455,7 @@ def _orient_axis(row: ex.Row) -> ex.Row:
     return row if sign > 0 else (-row[0], -row[1], -row[2])
 
 
-def _denoise_point(point: list[Fraction], size: ex.Exact) -> ex.Row:
+def _denoise_point(point: list[Fraction], size: ex.BigFloat) -> ex.Row:
     """3000 bits of a point, with zeros for what is only their rounding."""
     x, y, z = (ex.exact(c) for c in point)
     noise = _CENTER_NOISE * max(size, abs(x), abs(y), abs(z))

@@ -1,4 +1,4 @@
-"""The named coefficients of a quadric: a mapping that does not change, and the matrix they stand for."""
+"""The named coefficients of a quadric, an immutable mapping, and its symmetric matrix."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Symmetric: TypeAlias = tuple[tuple[Fraction, ...], ...]
 
 
 class Coefficients(dict[str, float]):
-    """The nonzero coefficients, in the order of `NAMES`; a dict that can be hashed and not changed."""
+    """The nonzero coefficients in the order of `COEFFICIENT_NAMES`, a dict that is hashable and immutable."""
 
     def __init__(self, values: Mapping[str, float]) -> None:
         super().__init__({name: values[name] for name in COEFFICIENT_NAMES if values.get(name, 0.0) != 0})
@@ -38,7 +38,7 @@ class Coefficients(dict[str, float]):
 
 
 def check_coefficients(owner: str, value: Any) -> Coefficients:
-    """`value`, a mapping from names to numbers, with missing ones zero; unknown names are refused."""
+    """Return a mapping from names to numbers as `Coefficients`. Missing ones are 0; unknown names raise ValueError."""
     if not isinstance(value, Mapping):
         raise ValueError(
             f"{owner}: coefficients must be a mapping such as {{'xx': 1, 'constant': -1}}, got {format_value(value)}"
@@ -52,7 +52,7 @@ def check_coefficients(owner: str, value: Any) -> Coefficients:
 
 
 def matrix_of_coefficients(values: Mapping[str, float]) -> Symmetric:
-    """The symmetric 4 × 4 matrix: a mixed or linear coefficient stands half on either side of the diagonal."""
+    """Return the symmetric 4 × 4 matrix; half of a mixed or linear coefficient is on either side of the diagonal."""
     rows = [[Fraction(0)] * 4 for _ in range(4)]
     for name, value in values.items():
         i, j = _PLACES[name]
@@ -62,6 +62,6 @@ def matrix_of_coefficients(values: Mapping[str, float]) -> Symmetric:
 
 
 def symmetric_part(matrix: Iterable[Iterable[float]]) -> Symmetric:
-    """(Q + Qᵀ) / 2, exact."""
+    """Return (Q + Qᵀ) / 2, exact."""
     rows = [[Fraction(value) for value in row] for row in matrix]
     return tuple(tuple((rows[i][j] + rows[j][i]) / 2 for j in range(4)) for i in range(4))

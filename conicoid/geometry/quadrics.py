@@ -1,6 +1,8 @@
-"""What the surfaces with elliptic sections across z share: cell, caps, uv and bounds.
+"""The quadric solids in their canonical frames.
 
-Each of them is sx x² + sy y² <= g(z) with g(z) = g0 + g1 z + g2 z², cut by low <= z <= high.
+Solids with elliptic sections across z are sx x² + sy y² <= g(z) with g(z) = g0 + g1 z + g2 z², cut by
+low <= z <= high: `EllipticSolid` has their cell, caps, uv and bounds. The saddle and the hyperbolic and parabolic
+cylinders may be cut by a box: `BoxedQuadric`.
 """
 
 from __future__ import annotations
@@ -14,7 +16,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
-from typing import Any, TypeAlias
+from typing import Any, ClassVar, TypeAlias
 
 import numpy as np
 
@@ -24,6 +26,7 @@ from .._util.hints import with_call_hints
 from .._util.validation import check_interval, check_positive, check_vector, format_value
 from ..numerics import bigfloat_linalg as ex
 from ..numerics.portable_math import hypot, is_finite, portable_max, portable_sqrt
+from .bounds.intersection import BoundsKind
 from .bounds.support import elliptic_support, inverse_root, real_roots, sum_up
 from .cell import PLAIN_UV, UV, Cell, Face, cartesian_uv, cylindrical_uv, transform_uv
 from .primitives import Box
@@ -58,11 +61,11 @@ class EllipticSolid(PrimitiveSolid, abstract=True):
 
     @property
     def extent(self) -> Interval:
-        """The heights between which g >= 0, where that is an interval."""
+        """The heights with g >= 0, if they are an interval; else all of z."""
         return -math.inf, math.inf
 
     def check_range(self) -> None:
-        """Refuse a range in which there is nothing of the solid, or but a point: g <= 0 all over it."""
+        """Raise ValueError if the range holds nothing of the solid or only a point: if g <= 0 in all of it."""
         if self.z_range is None or self._reaches_into(*self.z_range):
             return
         name, (low, high) = type(self).__name__, self.z_range
@@ -71,7 +74,7 @@ class EllipticSolid(PrimitiveSolid, abstract=True):
         )
 
     def _reaches_into(self, low: float, high: float) -> bool:
-        """Whether g > 0 somewhere in the open range; exactly."""
+        """Return True if g > 0 somewhere in the open range, decided exactly."""
         _, g1, g2 = (Fraction(g) for g in self.profile)
         summit = -g1 / (2 * g2) if g2 else Fraction(0)
         places = [Fraction(z) for z in (low, high) if math.isfinite(z)]
@@ -84,13 +87,13 @@ class EllipticSolid(PrimitiveSolid, abstract=True):
 
     @cached_property
     def widths(self) -> tuple[float, float]:
-        """The half-axes of the section where g = 1."""
+        """The half-axes of the section with g = 1."""
         sx, sy = self.squares
         return inverse_root(sx), inverse_root(sy)
 
     @property
     def heights(self) -> Interval:
-        """The part of the extent in the range; low > high where there is none."""
+        """The part of the extent in the range; low > high if there is none."""
         (low, high), (bottom, top) = self.z_range or (-math.inf, math.inf), self.extent
         return max(low, bottom), min(high, top)
 
@@ -103,7 +106,7 @@ class EllipticSolid(PrimitiveSolid, abstract=True):
 
     @cached_property
     def caps(self) -> list[Face]:
-        """The planes of the range, without those that the surface does not reach."""
+        """The planes of the range, without planes that the surface does not reach."""
         caps = []
         for number, z, sense in ((1, self.z_range[0], -1.0), (2, self.z_range[1], 1.0)) if self.z_range else ():
             if is_finite(z) and not self._beyond(z, sense):
@@ -112,7 +115,7 @@ class EllipticSolid(PrimitiveSolid, abstract=True):
         return caps
 
     def _beyond(self, z: float, sense: float) -> bool:
-        """Whether z lies on the outer side of an end of the surface: g concave, g <= 0 and falling outward."""
+        """Return True if z is beyond an end of the surface: g is concave, <= 0 at z and falls outward."""
         _, g1, g2 = self.profile
         return bool(g2 <= 0 and self._g(z) <= 0 and sense * (g1 + 2 * ex.rational(g2) * ex.rational(z)) < 0)
 
@@ -131,8 +134,6 @@ class EllipticSolid(PrimitiveSolid, abstract=True):
     def support(self, direction: Vector) -> float:
         return elliptic_support(*self.widths, self.profile, *self.heights, direction)
 
-
-# The ellipsoid and, cut by two planes, the barrel.
 
 _DEFAULT_RADII: Vector = (1.0, 2.0, 3.0)
 
@@ -154,6 +155,7 @@ class Ellipsoid(EllipticSolid):
     center: VectorLike = (0.0, 0.0, 0.0)
     z_range: Interval | None = None
     coefficients: Vector | None = field(default=None, kw_only=True)
+    bounds_kind: ClassVar[BoundsKind] = "round"
 
     def __post_init__(self) -> None:
         radii = check_vector("Ellipsoid", "radii", self.radii)
@@ -162,7 +164,7 @@ class Ellipsoid(EllipticSolid):
                 check_positive("Ellipsoid", f"radii[{i}]", r)
         if self.coefficients is not None:
             given, radii = radii, self._from_coefficients()
-            if self.radii is not _DEFAULT_RADII and given != radii:  # a motion gives both again
+            if self.radii is not _DEFAULT_RADII and given != radii:  # `dataclasses.replace` passes both
                 raise ValueError(f"Ellipsoid: radii must be left out where coefficients are given, got {given}")
         object.__setattr__(self, "radii", radii)
         object.__setattr__(self, "center", check_vector("Ellipsoid", "center", self.center))
@@ -180,7 +182,15 @@ class Ellipsoid(EllipticSolid):
     def from_coefficients(
         cls, A: float, E: float, H: float, center: Any = (0.0, 0.0, 0.0), z_range: Any = None
     ) -> Ellipsoid:
-        """A x² + E y² + H z² <= 1 about `center`, cut by `z_range`, with A, E, H > 0; they are kept as they are."""
+        """Return A x² + E y² + H z² <= 1 about `center`, cut by `z_range`.
+
+        Parameters
+        ----------
+        A, E, H : float
+            The coefficients, > 0, which are kept to the bit.
+        center, z_range
+            As for `Ellipsoid`.
+        """
         given = (
             check_positive("Ellipsoid", "A", A),
             check_positive("Ellipsoid", "E", E),
@@ -194,7 +204,7 @@ class Ellipsoid(EllipticSolid):
 
     @cached_property
     def equation(self) -> tuple[Any, Any, Any, Any]:
-        """(sx, sy, sz, k) of sx x² + sy y² + sz z² <= k, exact; a ball has squares 1."""
+        """(sx, sy, sz, k) of sx x² + sy y² + sz z² <= k, exact. A ball has sx = sy = sz = 1."""
         if self.coefficients is not None:
             return (*self.coefficients, 1.0)
         largest = ex.rational(functools.reduce(portable_max, self.radii)) ** 2
@@ -215,7 +225,7 @@ class Ellipsoid(EllipticSolid):
         return -self.radii[2], self.radii[2]
 
     def _reaches_into(self, low: float, high: float) -> bool:
-        """The same without fractions where radii are given: then g > 0 is |z| < c, exactly."""
+        """Return the same without fractions for radii: then g > 0 is |z| < c, exactly."""
         if self.coefficients is not None:
             return super()._reaches_into(low, high)
         bottom, top = self.extent
@@ -227,9 +237,6 @@ class Ellipsoid(EllipticSolid):
             return hypot(a * direction[0], b * direction[1], c * direction[2])
         _, _, sz, k = self.equation
         return elliptic_support(a, b, (1, 0, -Fraction(sz) / Fraction(k)), *self.heights, direction)
-
-
-# The elliptic cylinder.
 
 
 @dataclass(frozen=True)
@@ -258,9 +265,6 @@ class EllipticCylinder(EllipticSolid):
     @property
     def profile(self) -> EllipticProfile:
         return 1, 0, 0
-
-
-# The elliptic cone.
 
 
 @dataclass(frozen=True)
@@ -292,9 +296,6 @@ class EllipticCone(EllipticSolid):
     @property
     def profile(self) -> EllipticProfile:
         return 0, 0, self.H
-
-
-# The elliptic paraboloid.
 
 
 @dataclass(frozen=True)
@@ -331,9 +332,6 @@ class EllipticParaboloid(EllipticSolid):
         return 0.0, math.inf
 
 
-# The hyperboloid of one sheet.
-
-
 @dataclass(frozen=True)
 class OneSheetHyperboloid(EllipticSolid):
     """A x² + E y² - H z² <= 1, cut by `z_range`: the solid within the one-sheeted hyperboloid about z.
@@ -363,9 +361,6 @@ class OneSheetHyperboloid(EllipticSolid):
     @property
     def profile(self) -> EllipticProfile:
         return 1, 0, self.H
-
-
-# The hyperboloid of two sheets.
 
 
 @dataclass(frozen=True)
@@ -400,9 +395,6 @@ class TwoSheetHyperboloid(EllipticSolid):
         return -1, 0, self.H
 
 
-# The double cone and the bow tie.
-
-
 @dataclass(frozen=True)
 class DoubleCone(EllipticSolid):
     """x² + y² <= slope² z²: both nappes about z, `slope` > 0; with a `z_range` across the apex, the bow tie.
@@ -428,10 +420,10 @@ class DoubleCone(EllipticSolid):
         return 0, 0, ex.rational(self.slope) ** 2
 
 
-# What the saddle and the hyperbolic and parabolic cylinders share: a box that they may be cut by.
+# Quadrics without a bounded part of their own, which a box may cut
 
 _BOUNDARY, _BOX_GROWTH = 1e-13, 64 * 2.0**-53
-"""By these shares the box is grown, and the quadric of its terms: bounds err outward."""
+"""The box grows by the first share, the quadric by the second share of its terms: bounds err outward."""
 
 
 class BoxedQuadric(PrimitiveSolid, abstract=True):
@@ -446,7 +438,7 @@ class BoxedQuadric(PrimitiveSolid, abstract=True):
 
     @ignore_fp_errors
     def check_within(self) -> None:
-        """Refuse anything but None and a box that holds something of the solid."""
+        """Raise ValueError for anything but None and a box that holds a part of the solid."""
         owner, box = type(self).__name__, self.within
         if box is None:
             return
@@ -465,11 +457,11 @@ class BoxedQuadric(PrimitiveSolid, abstract=True):
     @property
     @abstractmethod
     def uv_axes(self) -> tuple[int, int]:
-        """The coordinates that are u and v on face 0."""
+        """The two coordinates that are u and v on face 0."""
 
     @abstractmethod
     def unbounded_support(self, direction: Vector) -> float:
-        """The support without a box."""
+        """Return the support without a box."""
 
     def tree(self) -> Cell:
         if self.within is None:
@@ -489,7 +481,7 @@ class BoxedQuadric(PrimitiveSolid, abstract=True):
 
 
 class _BoxCut:
-    """A quadric f <= 0 cut by a box, which is the parallelepiped corner + edges t, 0 <= t <= 1."""
+    """A quadric f <= 0 cut by a box, the parallelepiped corner + edges t, 0 <= t <= 1."""
 
     def __init__(self, surface: QuadricSurface, box: Box) -> None:
         squares, linear = (np.array([float(v) for v in row]) for row in (surface.squares, surface.linear))
@@ -505,17 +497,16 @@ class _BoxCut:
         terms = float(
             dot_rows(abs(squares), reach**2) + 2 * dot_rows(abs(linear), reach) + abs(float(surface.constant))
         )
-        # Much more than rounding takes from f, and than roots lose where f is nearly flat
+        # Much more than the rounding error of f, and of its roots where f is nearly flat
         self.zeroth = (
             float(dot_rows(corner, squares * corner + 2 * linear) - float(surface.constant)) - _BOX_GROWTH * terms
         )
 
     def support(self, direction: FloatArray) -> float:
-        """Largest value among corners, ends of edges on the quadric, and stationary points in faces.
+        """Return the largest value at corners, at ends of edges on the quadric and at stationary points in faces.
 
-        None of the three quadrics has a stationary point of a linear function in the open solid's boundary
-        that is not also reached on the box: saddles and hyperbolic cylinders are nowhere locally convex,
-        and a parabolic cylinder is stationary along whole rulings.
+        No stationary point inside the box is missed. Saddles and hyperbolic cylinders are nowhere locally convex, and
+        on a parabolic cylinder a linear function is stationary along whole rulings, which reach the box.
         """
         best, whole = -math.inf, -math.inf
         for t, point in self._corners():
@@ -533,7 +524,7 @@ class _BoxCut:
         return float(dot_rows(matmul_rows(t, self.second), t) + 2 * dot_rows(self.first, t) + self.zeroth)
 
     def _corners(self) -> Iterator[tuple[FloatArray, FloatArray]]:
-        """(t, point) of each corner of the box."""
+        """Yield (t, point) for each corner of the box."""
         for pick in itertools.product((0, 1), repeat=3):
             yield (
                 np.array(pick, dtype=np.float64),
@@ -547,7 +538,7 @@ class _BoxCut:
                 yield from self._on_line(t, np.eye(3)[i])
 
     def _in_faces(self, slope: FloatArray) -> Iterator[FloatArray]:
-        """Where f = 0 and the gradient of f in the face is along that of the linear function."""
+        """Yield t in each face with f = 0 and the gradient of f along that of the linear function."""
         for i in range(3):
             j, k = (m for m in range(3) if m != i)
             along, line = np.zeros(3), np.zeros(3)
@@ -580,7 +571,7 @@ class _BoxCut:
 
 
 def _coordinates(axes: tuple[int, int], box: Box | None = None) -> UV:
-    """Two coordinates, scaled over the box if there is one."""
+    """Return the uv map of two coordinates, scaled over the box if there is one."""
     first, second = axes
     if box is None:
         return cartesian_uv(_unit_row(first, 1.0), _unit_row(second, 1.0))
@@ -591,9 +582,6 @@ def _coordinates(axes: tuple[int, int], box: Box | None = None) -> UV:
 def _unit_row(index: int, length: float) -> Vector:
     x, y, z = (length if i == index else 0.0 for i in range(3))
     return x, y, z
-
-
-# The hyperbolic paraboloid, the saddle.
 
 
 @dataclass(frozen=True)
@@ -627,9 +615,6 @@ class HyperbolicParaboloid(BoxedQuadric):
         return math.inf if any(direction) else 0.0
 
 
-# The hyperbolic cylinder.
-
-
 @dataclass(frozen=True)
 class HyperbolicCylinder(BoxedQuadric):
     """A x² - E y² <= 1, cut by the box `within`: what lies between the two walls x = ±sqrt((1 + E y²) / A).
@@ -661,9 +646,6 @@ class HyperbolicCylinder(BoxedQuadric):
         return math.inf if any(direction) else 0.0
 
 
-# The parabolic cylinder.
-
-
 @dataclass(frozen=True)
 class ParabolicCylinder(BoxedQuadric):
     """x² - 2 G y <= 0, cut by the box `within`: a trough along z, open towards y, its bottom the z axis.
@@ -689,7 +671,7 @@ class ParabolicCylinder(BoxedQuadric):
         return 0, 2
 
     def unbounded_support(self, direction: Vector) -> float:
-        """u_x x + u_y y is largest at x = -G u_x / u_y: -G u_x² / (2 u_y), finite only for u_y < 0, u_z = 0."""
+        """Return the maximum of u_x x + u_y y, at x = -G u_x / u_y: -G u_x² / (2 u_y), finite for u_y < 0, u_z = 0."""
         x, y, z = direction
         if z != 0 or y > 0 or (y == 0 and x != 0):
             return math.inf

@@ -1,4 +1,4 @@
-"""The registry of shapes: scene-file name -> class, for every shape that a user can write."""
+"""The registry of shapes: scene-file name -> class, for every shape of scene files."""
 
 from __future__ import annotations
 
@@ -46,12 +46,12 @@ _MODULES = {
     "PentaPrism": "optical_prisms",
     "CornerCube": "optical_prisms",
     "Quadric": "general_quadric",
-    "Union": "csg",
-    "Intersection": "csg",
-    "Difference": "csg",
-    "Complement": "csg",
-    "Painted": "csg",
-    "ClippedSheet": "csg",
+    "Union": "shape",
+    "Intersection": "shape",
+    "Difference": "shape",
+    "Complement": "shape",
+    "Painted": "shape",
+    "ClippedSheet": "shape",
     "RegularPrism": "prismatoids",
     "Pyramid": "prismatoids",
     "Revolution": "revolution",
@@ -66,14 +66,14 @@ _MODULES = {
     "TwoSheetHyperboloid": "quadrics",
     "Wall": "sheets",
 }
-"""Name -> the module that defines it, in the order of the reference. A new shape is one line here."""
+"""Name -> the module that defines it, in the order of the reference. A new shape needs one line here."""
 
 
 class Registry(Mapping[str, type[Shape]]):
-    """Scene-file name -> class, in the order of the table; classes that a user defines come last.
+    """Scene-file name -> class, in the order of the table; classes of users come last.
 
-    A module is imported when one of its names is looked up, so a program that makes a ball loads only its file. Where
-    another thread imports the module, the lookup waits for it.
+    A lookup imports the module of the name, so that a scene file loads only the shapes it has. If another thread is
+    importing the module, the lookup waits for it.
     """
 
     def __getitem__(self, name: str) -> type[Shape]:

@@ -1,9 +1,11 @@
-"""What every shape has: motions, bounds, Boolean operators, a name in scene files.
+"""The base classes of shapes, and their Boolean combinations.
 
-To add a primitive, subclass `Solid` or `Sheet` in a file of this folder and give data: fields,
-`tree` (or `sheet`) and `support` in the shape's own frame, and `placement` where the fields put
-that frame somewhere. Motions, Booleans, bounds, rays, uv, scene files and the contract tests
-then work.
+Every shape has motions, bounds, operators and a name in scene files. To add a primitive, subclass `PrimitiveSolid` or
+`PrimitiveSheet` in a file of this package and supply data: the fields, `tree` (or `sheet`) and `support` in the shape's
+own frame, and `placement` if the fields put that frame somewhere. Motions, Booleans, bounds, rays, uv, scene files and
+the contract tests then work.
+
+Operators return Boolean nodes and Boolean nodes are shapes, so both are in this file.
 """
 
 from __future__ import annotations
@@ -11,10 +13,10 @@ from __future__ import annotations
 import dataclasses
 import functools
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar, NoReturn, Self, overload
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, NoReturn, Self, overload
 
 import numpy as np
 
@@ -23,19 +25,28 @@ from .._util.errstate import ignore_fp_errors
 from .._util.foreign_names import operator_error, shape_attribute_error
 from .._util.hints import frozen_with_hints, with_call_hints
 from .._util.pickling import pickle_state, restore_state
-from .._util.validation import format_value
-from .bounds.aabb import Bounds
+from .._util.validation import describe_kind, format_value
+from ..materials.material import Material
+from ..materials.presets import as_material
+from .bounds.aabb import Bounds, enclose_boxes, intersect_boxes, is_empty
+from .bounds.intersection import (
+    NO_CUTS,
+    NO_KNOWN_BOXES,
+    BoundingSurfaces,
+    BoundsKind,
+    Cuts,
+    KnownBoxes,
+    cut_bounds,
+    surfaces_around,
+)
 from .bounds.support import bound_by_support
-from .cell import PolygonSheet, SurfaceSheet, Tree
+from .cell import Cell, PolygonSheet, SurfaceSheet, Tree
 from .transform import IDENTITY_MOTION, Motion
 from .transform import apply_about as moved_about
 
-if TYPE_CHECKING:
-    from .csg import ClippedSheet, Complement, Difference, Intersection, Painted, Union
-
 
 def _check_motion_first(check: Callable[[Any], None]) -> Callable[[Any], None]:
-    """What checks the fields of a class, and before that the one that all classes have."""
+    """Return a `__post_init__` that checks the motion, which all shapes have, and then the fields of the class."""
 
     @functools.wraps(check)
     def checked(self: Any) -> None:
@@ -46,26 +57,37 @@ def _check_motion_first(check: Callable[[Any], None]) -> Callable[[Any], None]:
 
 
 REGISTERED: dict[str, type[Shape]] = {}
-"""Scene-file name -> class, for the shapes whose files have been imported; `shapes.REGISTRY` has all."""
+"""Scene-file name -> class, for the shapes whose files have been imported; `registry.REGISTRY` has all."""
 
 
 @dataclass(frozen=True)
 class Shape(ABC):
-    """A solid or a sheet, immutable. `motion` holds the steps it was moved by."""
+    """A solid or a sheet, immutable.
+
+    `motion` holds the steps that move it. The methods `translate`, `rotate`, `scale` and `transform` return a shape
+    with one step more; the constructor leaves `motion` out.
+    """
 
     motion: Motion = field(default=IDENTITY_MOTION, kw_only=True, repr=False)
     abstract: ClassVar[bool] = True
+    operand_kind: ClassVar[str] = "shape"
+    """For messages about operators: "shape", or "body" for a `Body`."""
+    bounds_kind: ClassVar[BoundsKind] = ""
+    is_sheet: ClassVar[bool]
+    """True for open surfaces, which bound no volume."""
 
     def __init_subclass__(cls, abstract: bool = False) -> None:
         cls.abstract = abstract
         if cls.__repr__ is Shape.__repr__:
-            setattr(cls, "__repr__", Shape.__repr__)  # noqa: B010 (a dataclass leaves one that is there)
+            # `dataclass` writes a repr of its own unless the class itself has one
+            setattr(cls, "__repr__", Shape.__repr__)  # noqa: B010 - mypy refuses to assign a method
         if "__post_init__" in vars(cls):
-            setattr(cls, "__post_init__", _check_motion_first(vars(cls)["__post_init__"]))  # noqa: B010 (as above)
+            setattr(cls, "__post_init__", _check_motion_first(vars(cls)["__post_init__"]))  # noqa: B010 - as above
         known = REGISTERED.get(cls.__name__)
         is_ours = cls.__module__.startswith(f"{__package__}.")
+        # A user's class keeps its name when a file of this package, imported later, defines a class of the same name
         if not abstract and (known is None or not is_ours or known.__module__.startswith(f"{__package__}.")):
-            REGISTERED[cls.__name__] = cls  # in place of a user's own of this name only another of theirs
+            REGISTERED[cls.__name__] = cls
 
     def __post_init__(self) -> None:
         self._check_motion()
@@ -83,23 +105,23 @@ class Shape(ABC):
         restore_state(self, state)
 
     def __repr__(self) -> str:
-        """The fields as a call has them, and the steps that it was moved by."""
-        shown = [each.name for each in dataclasses.fields(self) if each.repr]
-        fields = ", ".join(f"{name}={getattr(self, name)!r}" for name in shown)
+        """The call that makes the shape, followed by the steps that move it."""
+        names = [each.name for each in dataclasses.fields(self) if each.repr]
+        fields = ", ".join(f"{name}={getattr(self, name)!r}" for name in names)
         return f"{type(self).__qualname__}({fields}){self.motion.calls}"
 
     @property
     def placement(self) -> Motion:
-        """The motion that takes the shape's own frame to where its fields put it."""
+        """The motion from the shape's own frame to the place that its fields give."""
         return IDENTITY_MOTION
 
     def under(self, outer: Motion = IDENTITY_MOTION) -> Motion:
-        """Own frame to world, when the whole shape is moved by `outer` as well."""
+        """Return the motion from the shape's own frame to the world if `outer` moves the whole shape as well."""
         return self._placed if not outer.steps else self.motion.then(outer).placed(self.placement)
 
     @cached_property
     def kept(self) -> dict[str, Any]:
-        """What later stages have worked out for the shape, by name: it never changes, as the shape does not."""
+        """A cache, by name, of what later stages derive from the shape. Entries stay valid: the shape is immutable."""
         return {}
 
     @cached_property
@@ -107,52 +129,65 @@ class Shape(ABC):
         return self.motion.placed(self.placement)
 
     def _moved(self, motion: Motion) -> Self:
-        """The shape under another motion: its fields have been checked and are those of this one."""
+        """Return this shape with another motion. Raise ValueError if the motion leaves the domain of numbers."""
         motion.check(type(self).__name__)
         return self._with_motion(motion)
 
     def _with_motion(self, motion: Motion) -> Self:
-        """`_moved`, by a motion that was checked."""
+        """Return this shape with another motion, which the caller has checked."""
+        # The fields are those of this shape and were checked once: no constructor runs
         kind = type(self)
-        made = kind.__new__(kind)
-        vars(made).update(pickle_state(self), motion=motion)
-        return made
+        shape = kind.__new__(kind)
+        vars(shape).update(pickle_state(self), motion=motion)
+        return shape
 
     @with_call_hints
     def translate(self, offset: Any) -> Self:
-        """Moved by `offset`, three numbers."""
+        """Return the shape moved by `offset`, three numbers."""
         return self._moved(self.motion.translate(offset))
 
     @with_call_hints
     def rotate(self, axis: Any, degrees: float, *, about: Any = None) -> Self:
-        """Turned about an axis through the world's origin, or through the point `about`.
+        """Return the shape turned about an axis through the world's origin, or through the point `about`.
 
-        axis: three numbers, its direction, of any length; or "x", "y", "z", "-x", "-y", "-z".
-        degrees: the angle, right-handed: counter-clockwise for one who sees the axis come towards him.
-        about: a point of the axis, three numbers: the shape is moved by -about, turned and moved back, exactly.
+        Parameters
+        ----------
+        axis : three numbers, or "x", "y", "z", "-x", "-y", "-z"
+            The direction of the axis, of any length.
+        degrees : float
+            The angle, right-handed: counter-clockwise if the axis points towards the viewer.
+        about : three numbers, optional
+            A point of the axis: the shape is moved by -about, turned and moved back, exactly.
         """
         return self._moved(moved_about("rotate", self.motion, about, lambda motion: motion.rotate(axis, degrees)))
 
     @with_call_hints
     def scale(self, factors: Any, *, about: Any = None) -> Self:
-        """Scaled about the world's origin, or about the point `about`.
+        """Return the shape scaled about the world's origin, or about the point `about`.
 
-        factors: one number for all axes, or three; negative ones mirror, 0 is refused.
-        about: the point that stays where it is, three numbers.
+        Parameters
+        ----------
+        factors : float or three numbers
+            One factor for all axes, or one for each. Negative factors mirror; 0 raises ValueError.
+        about : three numbers, optional
+            The point that stays where it is.
         """
         return self._moved(moved_about("scale", self.motion, about, lambda motion: motion.scale(factors)))
 
     @with_call_hints
     def transform(self, matrix: Any) -> Self:
-        """Carried by an affine motion.
+        """Return the shape carried by an affine motion.
 
-        matrix: (4, 4), invertible, with the last row (0, 0, 0, 1); points are columns (x, y, z, 1).
+        Parameters
+        ----------
+        matrix : array (4, 4)
+            Invertible, with the last row (0, 0, 0, 1). Points are columns (x, y, z, 1).
         """
         return self._moved(self.motion.transform(matrix))
 
     @property
     def bounds(self) -> Bounds:
-        """(low, high), two (3,) arrays: the tightest box, ±inf where unbounded; low > high if empty."""
+        """The tightest box, (low, high), two arrays (3,): ±inf where unbounded, low > high if the shape is empty."""
         low, high = self._bounds
         return Bounds(low.copy(), high.copy())
 
@@ -163,7 +198,7 @@ class Shape(ABC):
 
     @abstractmethod
     def bounds_under(self, outer: Motion) -> BoxEnds:
-        """Bounds of the shape after a further motion."""
+        """Return the bounds (low, high) of the shape after the further motion `outer`."""
 
     def __bool__(self) -> NoReturn:
         raise TypeError(
@@ -171,7 +206,7 @@ class Shape(ABC):
             "not with `and`, `or`, `not`; whether there is one: `shape is not None`"
         )
 
-    if not TYPE_CHECKING:  # else checkers would let any attribute be asked for
+    if not TYPE_CHECKING:  # type checkers would otherwise accept any attribute and these operators
 
         def __getattr__(self, name: str) -> Any:
             raise shape_attribute_error(self, name)
@@ -191,47 +226,44 @@ class Shape(ABC):
             )
 
         def __xor__(self, other: Any) -> Any:
-            told = "^ is no operation of shapes; (a | b) - (a & b) is what either of two has alone"
-            raise TypeError(f"{type(self).__name__}: {told}")
+            hint = "^ is no operation of shapes; (a | b) - (a & b) is the part that only one of two shapes has"
+            raise TypeError(f"{type(self).__name__}: {hint}")
 
         def __contains__(self, other: Any) -> bool:
-            told = f"points are asked of a scene: co.Scene({type(self).__name__.lower()}).contains(points)"
-            raise TypeError(f"{type(self).__name__}: `in` means nothing here; {told}")
+            hint = f"a scene tests points: co.Scene({type(self).__name__.lower()}).contains(points)"
+            raise TypeError(f"{type(self).__name__}: `in` means nothing here; {hint}")
 
         __rmul__, __pos__, __rxor__ = __mul__, __neg__, __xor__
 
-    is_sheet: ClassVar[bool]
-    """True for open surfaces, which bound no volume."""
-
 
 def _reject_operator(shape: Shape, operator: str, other: Any) -> Any:
-    """NotImplemented, unless there is something to tell."""
-    told = operator_error(shape, operator, other)
-    if told is None:
+    """Raise a TypeError with a hint if there is one; return NotImplemented otherwise."""
+    error = operator_error(shape, operator, other)
+    if error is None:
         return NotImplemented
-    raise told
+    raise error
 
 
 def _refuse_body(shape: Shape, operator: str, other: Any) -> None:
-    """TypeError for what is no shape and can be told of: a body, or an offset."""
-    if not isinstance(other, Shape) and (told := operator_error(shape, operator, other)) is not None:
-        raise told
+    """Raise a TypeError with a hint for an operand that is no shape: a body, or an offset."""
+    if not isinstance(other, Shape) and (error := operator_error(shape, operator, other)) is not None:
+        raise error
 
 
 class Primitive(Shape, abstract=True):
-    """A shape with a frame of its own and a support function there."""
+    """A shape with a frame of its own and a support function in it."""
 
     @abstractmethod
     def support(self, direction: Vector) -> float:
-        """sup of direction·p over the shape in its own frame; inf where unbounded, -inf if empty."""
+        """Return sup direction·p over the shape in its own frame; inf where unbounded, -inf if empty."""
 
     def bounds_under(self, outer: Motion) -> BoxEnds:
-        """Bounds of the shape after a further motion (`ends`)."""
+        """Return the bounds (low, high) of the shape after the further motion `outer`."""
         ends = self.ends(self.under(outer))
         return np.array(ends[:3]), np.array(ends[3:])
 
     def ends(self, motion: Motion) -> list[float]:
-        """(low x, y, z, high x, y, z) of the shape where a motion puts its own frame."""
+        """Return (low x, y, z, high x, y, z) of the shape if `motion` carries its own frame to the world."""
         return bound_by_support(self.support, motion)
 
 
@@ -240,17 +272,28 @@ class Solid(Shape, abstract=True):
 
     is_sheet = False
     combines: ClassVar[bool] = True
+    """False for entries of many bodies, such as `Spheres`, which are no operands."""
 
     def outside_bounds_under(self, outer: Motion) -> BoxEnds:
-        """Bounds of the complement: all of space, unless the shape knows better (half-spaces do)."""
+        """Return the bounds of the complement after `outer`: all of space, unless a subclass knows better."""
         del outer
         return np.full(3, -np.inf), np.full(3, np.inf)
 
+    def has_unbounded_outside(self) -> bool:
+        """Return True if surely no plane and no quadric bounds the complement."""
+        return False
+
+    def bounding_surfaces(self, outer: Motion, inside: bool) -> BoundingSurfaces:
+        """Return surfaces in the world that contain the inside (or the outside) of the solid after `outer`.
+
+        All of that part lies inside of each of them. The list may leave out any of them: bounds stay valid.
+        """
+        del outer, inside
+        return []
+
     def __or__(self, other: Solid) -> Union:
         _refuse_body(self, "|", other)
-        from .csg import union
-
-        return union(self, other)
+        return _unite(self, other)
 
     @overload
     def __and__(self, other: Solid) -> Intersection: ...
@@ -260,29 +303,24 @@ class Solid(Shape, abstract=True):
 
     def __and__(self, other: Any) -> Intersection | ClippedSheet:
         _refuse_body(self, "&", other)
-        from .csg import intersection
-
-        return intersection(self, other)
+        return _intersect(self, other)
 
     def __sub__(self, other: Solid) -> Difference:
         _refuse_body(self, "-", other)
-        from .csg import difference
-
-        return difference(self, other)
+        return _subtract(self, other)
 
     def __invert__(self) -> Complement:
-        from .csg import Complement
-
         return Complement(self)
 
     @with_call_hints
     def painted(self, material: Any) -> Painted:
-        """The solid with its faces in a material of their own: ``body - bore.painted(red)`` has red cuts.
+        """Return the solid with a material of its own for its faces: ``body - bore.painted(red)`` has red cuts.
 
-        material: a Material or a colour, as of a `Body`.
+        Parameters
+        ----------
+        material : Material or colour
+            As for `Body`.
         """
-        from .csg import Painted
-
         return Painted(self, material)
 
 
@@ -291,7 +329,20 @@ class PrimitiveSolid(Solid, Primitive, abstract=True):
 
     @abstractmethod
     def tree(self) -> Tree:
-        """The cells, in the shape's own frame."""
+        """Return the cells in the shape's own frame."""
+
+    def has_unbounded_outside(self) -> bool:
+        # A class that bounds its complement (half-spaces do) says so by this method
+        if type(self).outside_bounds_under is not Solid.outside_bounds_under:
+            return False
+        if self.bounds_kind in ("ball", "box", "round"):
+            return True
+        # The outside of a cell with several faces is a union: none of its surfaces bounds all of it
+        tree = self.tree()
+        return isinstance(tree, Cell) and len(tree.faces) > 1
+
+    def bounding_surfaces(self, outer: Motion, inside: bool) -> BoundingSurfaces:
+        return surfaces_around(self.tree(), self.under(outer), inside)
 
 
 class Sheet(Shape, abstract=True):
@@ -300,17 +351,13 @@ class Sheet(Shape, abstract=True):
     is_sheet = True
 
     def __and__(self, solid: Solid) -> ClippedSheet:
-        from .csg import clip
-
-        return clip(self, solid, keep_inside=True)
+        return _clip_sheet(self, solid, keep_inside=True)
 
     def __rand__(self, solid: Solid) -> ClippedSheet:
         return self & solid
 
     def __sub__(self, solid: Solid) -> ClippedSheet:
-        from .csg import clip
-
-        return clip(self, solid, keep_inside=False)
+        return _clip_sheet(self, solid, keep_inside=False)
 
     def __or__(self, other: Any) -> Any:
         raise TypeError(f"{type(self).__name__} is a sheet: only `sheet & solid` and `sheet - solid` clip it")
@@ -326,11 +373,313 @@ class PrimitiveSheet(Sheet, Primitive, abstract=True):
 
     @abstractmethod
     def sheet(self, motion: Motion) -> SurfaceSheet | PolygonSheet:
-        """The sheet, carried by `motion` from its own frame to the world."""
+        """Return the sheet after `motion`, which carries its own frame to the world."""
+
+
+# Boolean combinations of solids, and sheets clipped by solids
+#
+# Trees may be thousands of levels deep, as a sum of many solids in a loop makes them. So every function here walks a
+# tree with a list of pending nodes; none calls itself from level to level.
+
+
+class Boolean(Solid, abstract=True):
+    """A combination of solids, of any depth."""
+
+    operands: tuple[Solid, ...]
+
+    def bounds_under(self, outer: Motion) -> BoxEnds:
+        return region_bounds(self, outer)
+
+    def outside_bounds_under(self, outer: Motion) -> BoxEnds:
+        return region_bounds(Complement(self), outer)
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Boolean):
+            return NotImplemented
+        return self is other or list(_flatten_tree(self)) == list(_flatten_tree(other))
+
+    def __hash__(self) -> int:
+        return hash(tuple(_flatten_tree(self)))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _rebuild_tree, (list(_flatten_tree(self)),)
+
+    def __repr__(self) -> str:
+        first = ", ".join(map(_short_repr, self.operands[:8]))
+        more = f", ... {len(self.operands) - 8} more" if len(self.operands) > 8 else ""
+        return f"{type(self).__name__}(({first}{more})){self.motion.calls}"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Union(Boolean):
+    """The union ``a | b``: inside at least one of the `operands`.
+
+    Its faces are those of the operands, numbered on from left to right.
+    """
+
+    operands: tuple[Solid, ...]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "operands", _check_solids("Union", self.operands))
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Intersection(Boolean):
+    """The intersection ``a & b``: inside all `operands`.
+
+    Its faces are those of the operands, numbered on from left to right.
+    """
+
+    operands: tuple[Solid, ...]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "operands", _check_solids("Intersection", self.operands))
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Difference(Boolean):
+    """The difference ``a - b``: inside the first of the `operands` and outside the others.
+
+    A cut has the face number of the cutter.
+    """
+
+    operands: tuple[Solid, ...]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "operands", _check_solids("Difference", self.operands))
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Complement(Boolean):
+    """The complement ``~a``: exactly the points that the solid `operand` does not contain."""
+
+    operand: Solid
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "operand", _check_solids("Complement", (self.operand,))[0])
+
+    @property
+    def operands(self) -> tuple[Solid, ...]:  # type: ignore[override]
+        """The one operand, as a tuple."""
+        return (self.operand,)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Painted(Boolean):
+    """The solid `operand`, whose faces have a `material` of their own and keep it in any Boolean combination.
+
+    ``body - bore.painted(red)`` has red cuts. All other faces have the material of the body, and so has the inside of
+    a transparent body. Of two paints on one face the inner one stays. A colour stands for the matte material.
+    """
+
+    operand: Solid
+    material: Material
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "operand", _check_solids("Painted", (self.operand,))[0])
+        object.__setattr__(self, "material", as_material("Painted", self.material))
+
+    @property
+    def operands(self) -> tuple[Solid, ...]:  # type: ignore[override]
+        """The one operand, as a tuple."""
+        return (self.operand,)
+
+    def __repr__(self) -> str:
+        return f"Painted({_short_repr(self.operand)}, {self.material!r}){self.motion.calls}"
+
+
+def _short_repr(solid: Solid) -> str:
+    """Return the repr of an operand; a Boolean one without its own operands."""
+    return f"{type(solid).__name__}(...){solid.motion.calls}" if isinstance(solid, Boolean) else repr(solid)
+
+
+def _flatten_tree(solid: Solid) -> Iterator[Any]:
+    """Yield the nodes of a tree, parents first. Two trees are equal if these sequences are."""
+    pending = [solid]
+    while pending:
+        node = pending.pop()
+        if isinstance(node, Boolean):
+            yield type(node), node.motion, len(node.operands), getattr(node, "material", None)
+            pending.extend(reversed(node.operands))
+        else:
+            yield node
+
+
+def _rebuild_tree(nodes: Sequence[Any]) -> Solid:
+    """Return the tree of a sequence of `_flatten_tree`, for pickle and copy."""
+    # From the end: operands come before their parents
+    done: list[Solid] = []
+    for part in reversed(nodes):
+        if isinstance(part, Solid):
+            done.append(part)
+            continue
+        kind, motion, count, material = part
+        operands = tuple(done.pop() for _ in range(count))
+        if issubclass(kind, (Union, Intersection, Difference)):
+            done.append(kind(operands, motion=motion))
+        elif issubclass(kind, Painted):
+            done.append(kind(operands[0], material, motion=motion))
+        else:
+            done.append(kind(operands[0], motion=motion))
+    return done[0]
+
+
+@dataclass(frozen=True, slots=True)
+class _BoundsNode:
+    """The inside or the outside of a solid under a motion, cut by planes of nodes above it."""
+
+    solid: Solid
+    motion: Motion
+    inside: bool
+    cuts: Cuts = NO_CUTS
+    depth: int = 0
+
+    @property
+    def children(self) -> list[_BoundsNode]:
+        """The operands (De Morgan): a `Complement` flips its operand, a `Difference` flips all but the first."""
+        solid = self.solid
+        assert isinstance(solid, Boolean)
+        motion, flipped = solid.motion.then(self.motion), not self.inside
+        first = flipped if isinstance(solid, Complement) else self.inside
+        rest = flipped if isinstance(solid, Difference) else self.inside
+        return [_BoundsNode(part, motion, rest if k else first) for k, part in enumerate(solid.operands)]
+
+    @property
+    def is_intersection(self) -> bool:
+        """True for the intersection of the children, False for their union."""
+        return isinstance(self.solid, (Complement, Painted)) or isinstance(self.solid, Union) != self.inside
+
+
+_CUT_DEPTH_LIMIT = 8
+_CUT_WIDTH_LIMIT = 256
+"""Planes cut unions at most so many levels below them and so many operands wide: deeper nodes seldom need them."""
+
+
+def region_bounds(solid: Solid, outer: Motion, known: KnownBoxes = NO_KNOWN_BOXES) -> BoxEnds:
+    """Return the bounds (low, high) of a Boolean tree after `outer`.
+
+    The box of a union encloses those of its parts, the box of an intersection is common to its parts, and complements
+    move down to the primitives (De Morgan). Nested intersections count as one. The planes of an intersection cut its
+    quadrics, and those of the unions in it.
+
+    Parameters
+    ----------
+    solid : Solid
+        The tree.
+    outer : Motion
+        A motion of the whole tree.
+    known : KnownBoxes, optional
+        Bounds of primitives that the caller has computed before.
+    """
+    results: list[BoxEnds] = []
+    # Nodes to bound, and (function, count) entries: combine the last `count` results
+    pending: list[_BoundsNode | tuple[Callable[[list[BoxEnds]], BoxEnds], int]] = [_BoundsNode(solid, outer, True)]
+    while pending:
+        node = pending.pop()
+        if not isinstance(node, _BoundsNode):
+            combined, count = node
+            parts = results[-count:]
+            del results[-count:]
+            results.append(combined(parts))
+            continue
+        primitives, unions = _split_conjuncts(node)
+        box, cuts = cut_bounds([(n.solid, n.motion, n.inside) for n in primitives], node.cuts, bool(unions), known)
+        results.append(box)
+        if is_empty(box) or not unions:
+            continue
+        pending.append((intersect_boxes, 1 + len(unions)))
+        for union_ in unions:
+            children = union_.children
+            inherited = cuts if node.depth < _CUT_DEPTH_LIMIT and len(children) <= _CUT_WIDTH_LIMIT else NO_CUTS
+            pending.append((enclose_boxes, len(children)))
+            pending.extend(replace(child, cuts=inherited, depth=node.depth + 1) for child in children)
+    return results[0]
+
+
+def _split_conjuncts(node: _BoundsNode) -> tuple[list[_BoundsNode], list[_BoundsNode]]:
+    """Return (primitives, unions) whose intersection the node is."""
+    primitives, unions, pending = [], [], [node]
+    while pending:
+        part = pending.pop()
+        if not isinstance(part.solid, Boolean):
+            primitives.append(part)
+        elif part.is_intersection:
+            pending.extend(reversed(part.children))
+        else:
+            unions.append(part)
+    return primitives, unions
+
+
+@dataclass(frozen=True)
+class ClippedSheet(Sheet):
+    """The part of the sheet `base` that is inside (`keep` = "inside") or outside ("outside") the `solid`."""
+
+    base: Sheet
+    solid: Solid
+    keep: Literal["inside", "outside"] = "inside"
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.base, Sheet):
+            raise TypeError(f"ClippedSheet: base must be a sheet, got {describe_kind(self.base)}")
+        object.__setattr__(self, "solid", _check_solids("ClippedSheet", (self.solid,))[0])
+        if not isinstance(self.keep, str) or self.keep not in ("inside", "outside"):
+            raise ValueError(f"ClippedSheet: keep must be 'inside' or 'outside', got {format_value(self.keep)}")
+
+    def bounds_under(self, outer: Motion) -> BoxEnds:
+        motion = self.motion.then(outer)
+        clip = self.solid if self.keep == "inside" else Complement(self.solid)
+        return intersect_boxes([self.base.bounds_under(motion), clip.bounds_under(motion)])
+
+
+def _check_solids(owner: str, operands: Any) -> tuple[Solid, ...]:
+    """Return `operands` as a tuple of at least one solid. Raise TypeError for anything else, sheets too."""
+    if isinstance(operands, (str, bytes)) or not isinstance(operands, Iterable):
+        raise TypeError(f"{owner}: operands must be a list of solids, got {describe_kind(operands)}")
+    items = tuple(operands)
+    if not items:
+        raise ValueError(f"{owner}: operands must hold at least one solid, got none")
+    for item in items:
+        if isinstance(item, Sheet):
+            raise TypeError(
+                f"{owner}: {type(item).__name__} is a sheet: only `sheet & solid` and `sheet - solid` clip it"
+            )
+        if not isinstance(item, Solid) or not getattr(item, "combines", True):
+            raise TypeError(f"{owner}: operands must be solids, got {describe_kind(item)}")
+    return items
+
+
+def _merge_operands(kind: type, shapes: Sequence[Solid]) -> tuple[Solid, ...]:
+    """Return the operands of a new node; an unmoved node of the same kind gives its own, so that a | b | c is one."""
+    parts: list[Solid] = []
+    for shape in shapes:
+        merged = isinstance(shape, kind) and isinstance(shape, Boolean) and shape.motion == IDENTITY_MOTION
+        parts.extend(shape.operands if isinstance(shape, Boolean) and merged else (shape,))
+    return tuple(parts)
+
+
+def _unite(a: Solid, b: Solid) -> Union:
+    return Union(_merge_operands(Union, (a, b)) if isinstance(b, Solid) else (a, b))
+
+
+def _intersect(a: Solid, b: Any) -> Intersection | ClippedSheet:
+    if isinstance(b, Sheet):
+        return _clip_sheet(b, a, keep_inside=True)
+    return Intersection(_merge_operands(Intersection, (a, b)) if isinstance(b, Solid) else (a, b))
+
+
+def _subtract(a: Solid, b: Solid) -> Difference:
+    first = a.operands if isinstance(a, Difference) and a.motion == IDENTITY_MOTION else (a,)
+    return Difference((*first, b))
+
+
+def _clip_sheet(sheet: Sheet, solid: Any, *, keep_inside: bool) -> ClippedSheet:
+    if not isinstance(solid, Solid):
+        raise TypeError(f"{type(sheet).__name__}: only a solid can clip it, got {describe_kind(solid)}")
+    return ClippedSheet(sheet, solid, "inside" if keep_inside else "outside")
 
 
 def leaves(shape: Shape) -> Iterator[Shape]:
-    """The primitives a shape is made of, left to right."""
+    """Yield the primitives of a shape from left to right."""
     pending = [shape]
     while pending:
         node = pending.pop()

@@ -1,8 +1,8 @@
-"""The two kinds of surface that everything is cut from, with exact parameters.
+"""The two kinds of surface that bound all shapes, planes and quadrics, with exact parameters.
 
-A surface is data: numbers about an anchor near the part that is used. Its numbers may be floats,
-fractions or 3000-bit numbers; `moved` carries it by a motion without rounding, and lowering rounds
-each number once. `key` names the surface itself, whatever its anchor, sign and scale.
+A surface is data: numbers about an anchor near the part in use. The numbers may be floats, fractions or 3000-bit
+numbers. `moved` carries a surface by a motion without rounding, and lowering rounds each number once. `key` is equal
+for equal surfaces, whatever their anchor, sign and scale.
 """
 
 from __future__ import annotations
@@ -21,8 +21,9 @@ Key: TypeAlias = tuple[Any, ...]
 
 ORIGIN: Triple = (0.0, 0.0, 0.0)
 _KEY_BITS = 1500
+"""Keys compare coefficients to so many bits."""
 _BALL_CENTER_SHARE = 2.0**-47
-"""Balls whose centers are rounded by less than this share of their radius stay balls in every table."""
+"""A ball whose center is rounded by less than this share of its radius stays a ball in every table."""
 UPRIGHT: Triples = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
@@ -34,17 +35,17 @@ class PlaneSurface:
     offset: Any
     anchor: Triple = ORIGIN
     over: Any = field(default=None, compare=False)
-    """normal·anchor - offset, where that is known: no motion changes it."""
+    """normal·anchor - offset if it is known: no motion changes it."""
 
     @property
-    def height(self) -> ex.Exact:
+    def height(self) -> ex.BigFloat:
         """normal·anchor - offset"""
         if self.over is not None:
             return ex.exact(self.over)
         return ex.dot(ex.exact_row(self.normal), ex.exact_row(self.anchor), -ex.exact(self.offset))
 
     def moved(self, motion: Motion) -> PlaneSurface:
-        """The image: normals are carried by the inverse transpose."""
+        """Return the image. The inverse transpose of the motion carries normals."""
         if motion.is_identity:
             return self
         back, back_shift = motion.inverse
@@ -53,7 +54,7 @@ class PlaneSurface:
         return PlaneSurface(ex.apply(ex.transpose(back), normal), offset, motion.carried(anchor), self.height)
 
     def key(self) -> tuple[Key, int]:
-        """(name of the plane, +1 or -1 for the sense of its normal)."""
+        """Return (a key of the plane, +1 or -1 for the sense of its normal)."""
         return _normalize_key("plane", (*ex.exact_row(self.normal), ex.exact(self.offset)))
 
 
@@ -72,12 +73,12 @@ class QuadricSurface:
     anchor: Triple = ORIGIN
 
     def moved(self, motion: Motion) -> QuadricSurface:
-        """The image; a ball that stays one keeps its rows."""
+        """Return the image. A ball that stays a ball keeps its rows."""
         ball = None if motion.is_identity or motion.shift is not None else self._moved_ball(motion)
         return ball or self.moved_rows(motion)
 
     def moved_rows(self, motion: Motion) -> QuadricSurface:
-        """The image: own coordinates, which keep their equation, are reached by the inverse motion."""
+        """Return the image: the inverse motion leads to own coordinates, in which the equation stays the same."""
         if motion.is_identity:
             return self
         if motion.shift is not None and self.anchor is ORIGIN:
@@ -88,13 +89,14 @@ class QuadricSurface:
         return QuadricSurface(self.squares, self.linear, self.constant, rows, motion.carried(ex.exact_row(self.anchor)))
 
     def _moved_ball(self, motion: Motion) -> QuadricSurface | None:
-        """The image of a ball under a similarity, with the square of its radius.
+        """Return the image of a ball under a similarity, with the square of its radius.
 
-        None for anything else, and for a ball so small that rounding its center matters: records go by the rows then.
+        Return None for any other surface or motion, and for a ball so small that the rounding of its center matters:
+        its record then uses the rows.
         """
         if self.rows is not UPRIGHT or any(self.linear) or not self.constant > 0:
             return None
-        if count_nonzero([ex.rounded(square - 1) for square in self.squares]):  # one test of three numbers
+        if count_nonzero([ex.rounded(square - 1) for square in self.squares]):  # a single test of three numbers
             return None
         factor = motion.similarity
         if factor is None:
@@ -107,15 +109,15 @@ class QuadricSurface:
             return None
         return QuadricSurface(self.squares, self.linear, square, self.rows, anchor)
 
-    def coefficients(self) -> tuple[ex.Exact, ...]:
-        """(xx, yy, zz, xy, xz, yz, x, y, z, 1) of the polynomial about the world's origin.
+    def coefficients(self) -> tuple[ex.BigFloat, ...]:
+        """Return the coefficients (xx, yy, zz, xy, xz, yz, x, y, z, 1) of the polynomial about the world's origin.
 
         The mixed and linear entries are half the coefficients, as in a symmetric matrix.
         """
         return tuple(ex.cancelling_sum(terms) for terms in self.terms())
 
-    def terms(self) -> list[list[ex.Exact]]:
-        """The terms that each of the coefficients is the sum of."""
+    def terms(self) -> list[list[ex.BigFloat]]:
+        """Return for each of `coefficients` the terms of its sum."""
         w = tuple(ex.exact_row(row) for row in self.rows)
         s, b = ex.exact_row(self.squares), ex.exact_row(self.linear)
         anchor = ex.exact_row(self.anchor)
@@ -129,15 +131,15 @@ class QuadricSurface:
         return [*second, *first, [*constant, -ex.exact(self.constant)]]
 
     def key(self) -> tuple[Key, int]:
-        """(name of the quadric, +1 or -1 for the sense of its inside)."""
+        """Return (a key of the quadric, +1 or -1 for the sense of its inside)."""
         return _normalize_key("quadric", self.coefficients())
 
 
 Surface: TypeAlias = PlaneSurface | QuadricSurface
 
 
-def _normalize_key(kind: str, coefficients: Sequence[ex.Exact]) -> tuple[Key, int]:
-    """Coefficients up to a factor: divided by the first nonzero one and rounded to 1500 bits."""
+def _normalize_key(kind: str, coefficients: Sequence[ex.BigFloat]) -> tuple[Key, int]:
+    """Return the coefficients divided by the first nonzero one and rounded to `_KEY_BITS`, and the sign of that one."""
     lead = next((c for c in coefficients if c), ex.ONE)
     ratios = tuple(ex.cut(c / lead, _KEY_BITS) for c in coefficients)
     return (kind, *ratios), 1 if lead > 0 else -1

@@ -1,7 +1,7 @@
-"""Motion by keyframes: where a body, the camera or a light is at given times, and in between.
+"""Motion by keyframes: tracks that place a body, the camera or a light at given times and in between.
 
-Between two keys all numbers go evenly from one to the other ("linear"), or slowly at first and at last ("smooth", with
-3s² - 2s³ of the share s of the time). Before the first key and after the last nothing moves.
+Between two keys all numbers are interpolated linearly ("linear"), or with ease in and out ("smooth": 3s² - 2s³ of the
+share s of the time). Before the first key and after the last nothing moves.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ Ease: TypeAlias = Literal["linear", "smooth"]
 
 
 def _times(owner: str, value: Any) -> tuple[float, ...]:
-    """Times in order, one at least."""
+    """Return the times as floats. Raise ValueError unless there is one or more, ascending."""
     given = real_array(owner, "times", value, "a list of times in seconds")
     if given.ndim != 1 or not given.size:
         raise ValueError(f"{owner}: times must be a list of one time or more, got {format_value(value)}")
@@ -42,7 +42,7 @@ def _times(owner: str, value: Any) -> tuple[float, ...]:
 
 
 def _keys(owner: str, field: str, value: Any, count: int, size: int) -> Any:
-    """One key for each time: numbers, or vectors of `size`."""
+    """Return one key for each time, checked: numbers, or vectors of `size`."""
     if not isinstance(value, list | tuple | np.ndarray) or len(value) != count:
         got = f"{len(value)}" if isinstance(value, list | tuple | np.ndarray) else describe_kind(value)
         raise ValueError(f"{owner}: {field} must be a list of {count}, one for each of times, got {got}")
@@ -52,7 +52,7 @@ def _keys(owner: str, field: str, value: Any, count: int, size: int) -> Any:
 
 
 def _key_share(times: tuple[float, ...], time: float, ease: Ease) -> tuple[int, float]:
-    """(the key before, how much of the way to the next)."""
+    """Return (index of the key before `time`, share of the way to the next key)."""
     if time <= times[0] or len(times) == 1:
         return 0, 0.0
     if time >= times[-1]:
@@ -63,7 +63,7 @@ def _key_share(times: tuple[float, ...], time: float, ease: Ease) -> tuple[int, 
 
 
 def _interpolate_keys(keys: Any, k: int, s: float) -> Any:
-    """A number or a vector between two keys: exactly a key at its end."""
+    """Return the number or vector between two keys. At a key it is that key to the bit."""
     if s == 0.0 or s == 1.0:
         return keys[k + (s == 1.0)]
     a, b = keys[k], keys[k + 1]
@@ -74,14 +74,24 @@ def _interpolate_keys(keys: Any, k: int, s: float) -> Any:
 
 @dataclass(frozen=True)
 class BodyTrack:
-    """How a body moves: turned about a fixed axis and then translated, from where the scene has it.
+    """The motion of a body: turned about a fixed axis and then translated, from its place in the scene.
 
-    body: its name.
-    times: of the keys, in seconds, growing.
-    translate: for each key by how much, three numbers.
-    degrees: for each key the angle about `axis`, right-handed; several turns are several times 360.
-    axis: three numbers or "x", "y", "z", "-x", "-y", "-z"; about: a point of it.
-    ease: "linear", or "smooth": slow at each key.
+    Parameters
+    ----------
+    body : str
+        The name of the body.
+    times : list of float
+        The times of the keys in seconds, ascending.
+    translate : list of three numbers each, optional
+        The translation at each key.
+    degrees : list of float, optional
+        The angle about `axis` at each key, right-handed; several turns are several times 360.
+    axis : three numbers, or "x", "y", "z", "-x", "-y", "-z"
+        The direction of the axis.
+    about : three numbers
+        A point of the axis.
+    ease : "linear" or "smooth"
+        "smooth" is slow at each key.
     """
 
     body: str
@@ -113,7 +123,7 @@ class BodyTrack:
         object.__setattr__(self, "ease", check_choice(owner, "ease", self.ease, get_args(Ease)))
 
     def moved(self, shape: Shape, time: float) -> Shape:
-        """A shape where the track has it at a time: turned and translated, which is rounded once."""
+        """Return a `shape` at a `time` in seconds: turned and translated, which is rounded once."""
         k, s = _key_share(self.times, time, self.ease)
         angle = 0.0 if self.degrees is None else _interpolate_keys(self.degrees, k, s)
         offset = (0.0, 0.0, 0.0) if self.translate is None else _interpolate_keys(self.translate, k, s)
@@ -124,12 +134,18 @@ class BodyTrack:
 
 @dataclass(frozen=True)
 class CameraTrack:
-    """How the scene's camera moves.
+    """The motion of the scene's camera.
 
-    times: of the keys, in seconds, growing.
-    position, look_at: for each key, three numbers.
-    field_of_view, focus_distance: for each key, of a `Camera`.
-    ease: "linear", or "smooth": slow at each key.
+    Parameters
+    ----------
+    times : list of float
+        The times of the keys in seconds, ascending.
+    position, look_at : list of three numbers each, optional
+        The position and the viewed point at each key.
+    field_of_view, focus_distance : list of float, optional
+        These fields of a `Camera` at each key.
+    ease : "linear" or "smooth"
+        "smooth" is slow at each key.
     """
 
     times: tuple[float, ...]
@@ -156,7 +172,7 @@ class CameraTrack:
         return [field for field in _CAMERA_FIELDS if getattr(self, field) is not None]
 
     def moved(self, camera: Any, time: float) -> Any:
-        """A camera where the track has it at a time."""
+        """Return a `camera` at a `time` in seconds. Raise ValueError for a field that the camera does not have."""
         k, s = _key_share(self.times, time, self.ease)
         for field in self._moving:
             if not hasattr(camera, field):
@@ -168,13 +184,20 @@ class CameraTrack:
 
 @dataclass(frozen=True)
 class LightTrack:
-    """How one of the scene's lights moves, or grows brighter; lamps are bodies, and move by a `BodyTrack`.
+    """The motion or brightness of one of the scene's lights. Lamps are bodies and move by a `BodyTrack`.
 
-    light: which of the scene's lights, from 0.
-    times: of the keys, in seconds, growing.
-    position, direction: for each key, three numbers.
-    intensity: for each key one number.
-    ease: "linear", or "smooth": slow at each key.
+    Parameters
+    ----------
+    light : int
+        The index of the light in the scene, from 0.
+    times : list of float
+        The times of the keys in seconds, ascending.
+    position, direction : list of three numbers each, optional
+        The position or direction at each key.
+    intensity : list of float, optional
+        The intensity at each key.
+    ease : "linear" or "smooth"
+        "smooth" is slow at each key.
     """
 
     light: int
@@ -202,7 +225,7 @@ class LightTrack:
         return [field for field in _LIGHT_FIELDS if getattr(self, field) is not None]
 
     def moved(self, light: Any, time: float) -> Any:
-        """A light where the track has it at a time."""
+        """Return a `light` at a `time` in seconds. Raise ValueError for a field that the light does not have."""
         k, s = _key_share(self.times, time, self.ease)
         for field in self._moving:
             if not hasattr(light, field):
@@ -221,7 +244,7 @@ TRACKS: dict[str, type[Track]] = {kind.__name__: kind for kind in get_args(Track
 
 
 def as_tracks(tracks: Any) -> tuple[Track, ...]:
-    """Tracks as a tuple, checked; one stands for a list of it."""
+    """Return tracks as a tuple; one alone stands for a list of it, None for none. Raise TypeError for anything else."""
     if isinstance(tracks, get_args(Track)):
         return (tracks,)
     if tracks is None:
@@ -238,5 +261,5 @@ def as_tracks(tracks: Any) -> tuple[Track, ...]:
 
 
 def last_time(tracks: tuple[Track, ...]) -> float:
-    """The last time at which anything moves."""
+    """Return the time of the last key of all tracks, 0 without tracks."""
     return max((track.times[-1] for track in tracks), default=0.0)

@@ -82,7 +82,7 @@ class Translate(_Step):
         x, y, z = ex.exact_row(self.offset)
         return ex.IDENTITY, (-x, -y, -z)
 
-    def similarity(self) -> ex.Exact | None:
+    def similarity(self) -> ex.BigFloat | None:
         return ex.ONE
 
     def reach(self) -> Reach:
@@ -102,7 +102,7 @@ class Rotate(_Step):
     def inverse(self) -> Affine:
         return ex.transpose(self._rows()), ZERO_SHIFT
 
-    def similarity(self) -> ex.Exact | None:
+    def similarity(self) -> ex.BigFloat | None:
         return ex.ONE
 
     def reach(self) -> Reach:
@@ -135,7 +135,7 @@ class Scale(_Step):
         x, y, z = ex.exact_row(self.factors)
         return _diagonal((1 / x, 1 / y, 1 / z)), ZERO_SHIFT
 
-    def similarity(self) -> ex.Exact | None:
+    def similarity(self) -> ex.BigFloat | None:
         x, y, z = map(abs, self.factors)
         return ex.exact(x) if x == y == z else None
 
@@ -160,7 +160,7 @@ class Transform(_Step):
         x, y, z = ex.apply(back, shift)
         return back, (-x, -y, -z)
 
-    def similarity(self) -> ex.Exact | None:
+    def similarity(self) -> ex.BigFloat | None:
         """The root of the Gram matrix, where that is a multiple q of the identity: |det| / q, which is rational."""
         rows, _ = self.affine()
         square = ex.dot(rows[0], rows[0])
@@ -198,7 +198,7 @@ class AxisFrame(_Step):
         x, y, z = ex.apply(rows, ex.exact_row(self.origin))
         return rows, (-x, -y, -z)
 
-    def similarity(self) -> ex.Exact | None:
+    def similarity(self) -> ex.BigFloat | None:
         return ex.ONE
 
     def reach(self) -> Reach:
@@ -231,7 +231,7 @@ def _diagonal(factors: ex.Row) -> ex.Rows:
     return (x, ex.ZERO, ex.ZERO), (ex.ZERO, y, ex.ZERO), (ex.ZERO, ex.ZERO, z)
 
 
-def _rotation_about_axis(axis: int, s: ex.Exact, c: ex.Exact) -> ex.Rows:
+def _rotation_about_axis(axis: int, s: ex.BigFloat, c: ex.BigFloat) -> ex.Rows:
     """The turn about a coordinate axis with this sine and cosine."""
     o, i = ex.ZERO, ex.ONE
     if axis == 0:
@@ -366,7 +366,7 @@ class Motion:
         )
 
     @cached_property
-    def similarity(self) -> ex.Exact | None:
+    def similarity(self) -> ex.BigFloat | None:
         """The factor by which all lengths change, where each step is a similarity by itself; else None."""
         before, other = self._before("similarity")
         factors = [before, other.similarity] if before is not None else [step.similarity() for step in self.steps]

@@ -1,1 +1,1 @@
-"""One file per format: scene files and what they are made of, rays and hits, PNG, OpenEXR."""
+"""Files: scene files, files of other programs, rays and results, images and movies."""

@@ -1,4 +1,8 @@
-"""Arrays in files beside a scene: .npy and .csv, data only, inside the scene's own folder."""
+"""Arrays in .npy and .csv files beside a scene: data only, inside the folder of the scene.
+
+Readers check paths, sizes and headings, and name file and line in errors; .npy files are written under names that carry
+their digest.
+"""
 
 from __future__ import annotations
 
@@ -21,12 +25,15 @@ MAX_LINE_LENGTH = 10_000
 
 
 def resolve_data_file(folder: Path, name: str) -> Path:
-    """The file `name` below `folder`; ValueError for an absolute path, a way out of it, or no file."""
+    """Return the file `name` below `folder`.
+
+    Raise ValueError for an absolute path, a path (or link) that leads out of the folder, or no file.
+    """
     if PurePosixPath(name).is_absolute() or PureWindowsPath(name).drive or "\\" in name or "\0" in name:
         raise ValueError(f"must be a relative path with forward slashes, got {name!r}")
     try:
         path = (folder / name).resolve()
-    except RuntimeError:
+    except RuntimeError:  # Python's error for a circle of links
         raise ValueError(f"must not lead in a circle of links, got {name!r}") from None
     if not path.is_relative_to(folder.resolve()):
         raise ValueError(f"must stay inside the scene's folder, got {name!r}")
@@ -36,10 +43,11 @@ def resolve_data_file(folder: Path, name: str) -> Path:
 
 
 def read_rows(path: Path, columns: int, header: tuple[str, ...]) -> tuple[FloatArray, Sequence[int]]:
-    """(N, columns) float64 from a .npy or .csv file, and of the latter the line of each; ValueError for what is wrong.
+    """Return (N, columns) float64 from a .npy or .csv file, and for a .csv file the line number of each row.
 
     A .csv file has `columns` numbers in each line, after one header line or none; empty lines and
-    lines that begin with # do not count. `header` names the columns, also in messages.
+    lines that begin with # do not count. `header` names the columns, also in messages. Raise ValueError for a file of
+    another kind, shape or size, and for a bad line.
     """
     suffix = path.suffix.lower()
     if suffix not in (".npy", ".csv"):
@@ -56,7 +64,10 @@ def read_rows(path: Path, columns: int, header: tuple[str, ...]) -> tuple[FloatA
 
 
 def read_array(path: Path) -> tuple[NpyHeader, FloatArray | None]:
-    """The header of a .npy file and its numbers as float64, None if they are none; ValueError if it is no such file."""
+    """Return the header of a .npy file and its numbers as float64, or None if its items are not numbers.
+
+    Raise ValueError if it is not a .npy file.
+    """
     with open_regular(path) as file:
         try:
             header = read_npy_header(file)
@@ -76,7 +87,10 @@ def _read_csv(path: Path, columns: int, header: tuple[str, ...]) -> tuple[FloatA
 def read_csv_chunks(
     path: Path, columns: int, header: tuple[str, ...], most: int | None
 ) -> Iterator[tuple[FloatArray, Sequence[int]]]:
-    """The rows of a .csv file and their lines, at most so many at a time; all of them, at least none, for None."""
+    """Yield the rows of a .csv file (n, columns) and their line numbers, at most `most` rows at a time.
+
+    For `most` = None yield all rows once, even if there are none. Raise ValueError, with file and line, as `read_rows`.
+    """
     lines, values, heading, expected = array("q"), array("d"), "", f"{columns} numbers ({', '.join(header)})"
     found_any = False
     try:
@@ -86,6 +100,7 @@ def read_csv_chunks(
                 if not words or words[0].startswith("#"):
                     continue
                 row = [_number(word) for word in words]
+                # A heading is the first line with content, if none of its words is a number.
                 if not found_any and not heading and all(value is None for value in row):
                     heading = line.strip()
                     check_heading(f"{path.name}:{number}", heading, header)
@@ -115,13 +130,16 @@ _COSINES = {"direction x": "u", "direction y": "v", "direction z": "w"}
 
 
 def _aliases(name: str) -> set[str]:
-    """What a column may be called: of "origin x" originx, ox and x; of directions also u, v, w."""
+    """Return the names that a column may have: for "origin x" originx, ox and x; for directions also u, v, w."""
     words = name.split()
     return {"".join(words), words[0][0] + "".join(words[1:]), words[-1], _COSINES.get(name, words[-1])}
 
 
 def match_columns(names: Sequence[str], header: tuple[str, ...]) -> list[str] | None:
-    """Which of some names stand for the columns, each by one of its own; None where not all of them are there."""
+    """Return the name that stands for each column of `header`, or None if a column has no name of its own.
+
+    A name such as x, which an origin and a direction share, is not enough.
+    """
     plain = {"".join(c for c in name.casefold() if c.isalnum()): name for name in names}
     found = [[plain[own] for own in sorted(_aliases(name) - {name.split()[-1]}) if own in plain] for name in header]
     return [one[0] for one in found] if all(found) else None
@@ -143,13 +161,14 @@ _END_POINT_SUFFIXES = ("2", "end", "target", "stop", "last", "final")
 
 
 def _is_foreign_column(plain: str) -> bool:
-    """Does a heading name what no file of points, balls or rays holds: an angle, a diameter, a coordinate of an end?"""
+    """Return True for the name of an angle, a diameter or an end point, which no file of points, balls or rays has."""
     of_end = any(plain == axis + end or plain == end + axis for axis in "xyz" for end in _END_POINT_SUFFIXES)
     return plain in _FOREIGN_COLUMNS or of_end
 
 
 def check_heading(place: str, heading: str, header: tuple[str, ...]) -> None:
-    """ValueError for a header line that has the name of a column in the place of another."""
+    """Raise ValueError for a header line with the name of a column in another's place, or with a foreign column."""
+    # A file with its columns in another order would be read without any sign of it.
     for i, cell in enumerate(_cells(heading)):
         plain = "".join(c for c in cell.casefold() if c.isalnum())
         places = [k for k, name in enumerate(header) if plain in _aliases(name)]
@@ -162,7 +181,7 @@ def check_heading(place: str, heading: str, header: tuple[str, ...]) -> None:
 
 
 def _lines(path: Path, file: io.TextIOWrapper) -> Iterator[str]:
-    """The lines of a text, none of them longer than any line of numbers is."""
+    """Yield the lines of a text. Raise ValueError for one that is longer than any line of numbers."""
     number = 0
     while line := file.readline(MAX_LINE_LENGTH + 1):
         number += 1
@@ -172,52 +191,53 @@ def _lines(path: Path, file: io.TextIOWrapper) -> Iterator[str]:
 
 
 def _number(word: str) -> float | None:
-    """A number that float64 holds, infinities and NaN as they are written; None for anything else."""
+    """Return a number that float64 holds, written infinities and NaN included; None for anything else."""
     try:
-        value = None if "_" in word else float(word)
+        value = None if "_" in word else float(word)  # float() accepts 1_000
     except ValueError:
         return None
     return None if value is not None and is_beyond_float64(word, value) else value
 
 
 def save_array(path: Path, values: FloatArray) -> None:
-    """Write a .npy file, whole or not at all."""
+    """Write a .npy file; it appears whole or not at all."""
     with replace_file(path) as partial, partial.open("wb") as file:
         for piece in npy_chunks(values):
             file.write(piece)
 
 
 def array_file_name(folder: Path, stem: str, values: FloatArray) -> str:
-    """The name in `folder` of a .npy file that holds the values and only ever these: it carries their SHA-256.
+    """Return a name in `folder` for a .npy file that holds exactly these values: it contains their SHA-256.
 
-    Where a file of that name holds anything else, since somebody wrote into it, another name is found.
+    If a file of that name holds something else, because somebody wrote into it, the name gets a number.
     """
     digest = content_digest(values)
     for attempt in itertools.count(1):
         name = f"{stem}-{digest[:32]}{f'-{attempt}' if attempt > 1 else ''}.npy"
+        # lexists: a broken link is a name that somebody uses, too.
         if not os.path.lexists(folder / name) or _holds(folder / name, digest):
             return name
     raise AssertionError("unreachable")
 
 
 def save_array_once(path: Path, values: FloatArray) -> None:
-    """Write a file whose name `array_name` gave, unless it is there already."""
+    """Write a file with a name from `array_file_name`, unless it exists."""
     if not os.path.lexists(path):
         save_array(path, values)
 
 
 def content_digest(values: FloatArray) -> str:
-    """SHA-256 of the .npy file of an array, in hexadecimal digits."""
+    """Return the SHA-256 of the .npy file of an array, in hexadecimal digits."""
     import hashlib
 
-    found = hashlib.sha256()
+    digest = hashlib.sha256()
     for piece in npy_chunks(values):
-        found.update(piece)
-    return found.hexdigest()
+        digest.update(piece)
+    return digest.hexdigest()
 
 
 def _holds(path: Path, digest: str) -> bool:
-    """Whether a file, no link, has this content: somebody may have written into it."""
+    """Return True if a file, not a link, has the content of this digest: somebody may have written into it."""
     import hashlib
 
     try:

@@ -1,4 +1,8 @@
-"""What an import gives: bodies, the legend of their materials, and what there is to say about it."""
+"""Import of other programs' files: results, options, formats and their detection, and palette colours.
+
+Every format is a module with `import_file(path, options)`, which returns an `ImportResult`; the module is loaded when a
+file of the format is read. `detect_format` recognises a format by the contents of a file, not by its name alone.
+"""
 
 from __future__ import annotations
 
@@ -15,6 +19,7 @@ from typing import Any, NamedTuple
 
 from .._util.file_errors import MAX_LISTED_PROBLEMS, printable
 from .._util.hints import check_choice
+from .._util.text import format_count
 from .._util.validation import check_callback, check_flag, check_integer, format_value
 from ..geometry.body import Body
 from ..geometry.shape import Solid
@@ -26,9 +31,9 @@ from .scene_file.nodes import shorten
 
 @dataclass(frozen=True)
 class LegendEntry:
-    """A material with its colour and how many bodies have it.
+    """A material with its colour and the number of bodies that have it.
 
-    `material` is its number in the file; None where it has none, and for void, whose `color` is None too.
+    `material` is its number in the file; None for a material without a number and for void, whose `color` is None too.
     """
 
     material: int | None
@@ -45,68 +50,65 @@ class LegendEntry:
 
 @dataclass(frozen=True)
 class ImportResult:
-    """The parts of a scene, which `conicoid.Scene` and `conicoid.save` take, with `legend` and `notes`."""
+    """The parts of a scene, as `conicoid.Scene` and `conicoid.save` take them, with `legend` and `notes`."""
 
     bodies: Sequence[Body]
     legend: tuple[LegendEntry, ...]
     notes: tuple[str, ...]
-    """All that there is to say: how large it is, and the remarks."""
+    """All notes for the user: sizes and remarks."""
     remarks: tuple[str, ...] = ()
-    """Those of the notes that tell what is not as the file says, or may not be meant."""
-    material_names: Mapping[Material, str] = field(default_factory=dict)  # as in the legend, for scene files
+    """Notes about parts that differ from the file, or that the file may not intend."""
+    material_names: Mapping[Material, str] = field(default_factory=dict)  # names of the legend, for scene files
     lights: tuple[Any, ...] = ()
     camera: Any = None
     background: Any = None
     domain: Solid | None = None
-    """What bodies are to fill, where the file says that."""
+    """The region that bodies must fill, if the file defines one."""
 
 
 def select_bodies(imported: ImportResult, pattern: str) -> ImportResult:
-    """Only the bodies that a pattern names (`is_named`). Raises ValueError where it names none."""
+    """Return the import with only the bodies that a pattern names (`matches_name`).
+
+    The selection has no legend and no domain. Raise ValueError if the pattern names no body.
+    """
     bodies = [body for body in imported.bodies if matches_name(pattern, body.name or "")]
     if not bodies:
         raise ValueError(f"load: only {pattern!r} names none of {format_count(len(imported.bodies), 'body')}")
     left = Counter(body.material for body in bodies)
     names = {material: name for material, name in imported.material_names.items() if material in left}
-    told = f"{format_count(len(bodies), 'body')} of {len(imported.bodies):,} named by {pattern!r}"
-    notes = (*imported.notes, told)
+    note = f"{format_count(len(bodies), 'body')} of {len(imported.bodies):,} named by {pattern!r}"
+    notes = (*imported.notes, note)
     return replace(imported, bodies=bodies, legend=(), notes=notes, material_names=names, domain=None)
 
 
 def matches_name(pattern: str, name: str) -> bool:
-    """Is a text in a name or, with * and ?, a pattern of all of it? Capital letters count."""
+    """Return True if a name contains the text or, with * or ?, matches it as a whole; case matters."""
     if "*" in pattern or "?" in pattern:
         return fnmatchcase(name, pattern)
     return pattern in name
 
 
-def format_count(count: int, what: str) -> str:
-    """3 cells"""
-    plural = what[:-1] + "ies" if what.endswith("y") else what + "s"
-    return f"{count:,} {what if count == 1 else plural}"
-
-
 def limit_notes(notes: Iterable[str]) -> Iterator[str]:
-    """The first few of many notes of a kind, and how many more there are."""
-    kept = list(islice(notes := iter(notes), MAX_LISTED_PROBLEMS))
-    yield from kept
+    """Yield the first `MAX_LISTED_PROBLEMS` notes of a kind, then one line with the number of further notes."""
+    first = list(islice(notes := iter(notes), MAX_LISTED_PROBLEMS))
+    yield from first
     more = sum(1 for _ in notes)
     if more:
         yield f"... and {more:,} more like this"
 
 
-# What an import may be asked for, the same for every format.
+# Options, the same for every format
 
 
 class BodyLimits(NamedTuple):
-    """How many bodies there may be. Those that are others moved take a seventh of the memory, and next to no time."""
+    """Most bodies of an import. Translated copies take a seventh of the memory of others, and next to no time."""
 
     bodies: int
-    alone: int  # that are no others moved
+    alone: int  # bodies that are no translated copies
 
     @classmethod
     def of(cls, max_bodies: int | None) -> BodyLimits:
-        """As many as a user says, of either kind; None for what fits into 2 or 3 GB."""
+        """Return the limits for the option `max_bodies`, the same for both kinds; None for what fits into 2 or 3 GB."""
         return DEFAULT_BODY_LIMITS if max_bodies is None else cls(max_bodies, max_bodies)
 
 
@@ -115,17 +117,34 @@ DEFAULT_BODY_LIMITS = BodyLimits(4_000_000, 500_000)
 
 @dataclass(frozen=True)
 class ImportOptions:
-    """How a file of another program is read.
+    """Options for reading a file of another program.
 
-    void: are parts without material invisible bodies, so that `scene.body_at` finds every one of them?
-    max_bodies: what expands into more is refused, before they are made; None for 4,000,000, of which 500,000 are no
-    others moved, and for molecules, whose balls are cheap, no limit.
-    strict: is whatever is not read as the file says an error, in place of a remark?
-    only: only volumes on whose path of names this text or pattern ("detector/*") is; None for all.
-    depth: how many levels of nested volumes are opened; what lies deeper is part of the volume around it. None for all.
-    smooth: are circles round where a file asks for prisms of so many sides (OpenSCAD's $fn)?
-    entities: are files in its folder read that an XML file takes in by entities, as parts of GDML files?
-    progress: progress(done, count) is called with numbers of bodies.
+    Parameters
+    ----------
+    void
+        Whether parts without a material become invisible bodies, so that `scene.body_at` finds each of them.
+    max_bodies
+        Most bodies; a file that expands into more is refused before they are built. None allows 4,000,000 bodies, of
+        them 500,000 that are no translated copies, and any number of atoms of molecules, which are cheap.
+    strict
+        Whether anything that is read differently from the file is an error instead of a remark.
+    only
+        Text or pattern ("detector/*"): import only volumes whose path of names contains or matches it; None for all.
+    depth
+        Number of levels of nested volumes that are opened; deeper volumes are part of the volume around them. None for
+        all levels.
+    smooth
+        Whether circles stay round if the file requests prisms of a number of sides (OpenSCAD's $fn).
+    entities
+        Whether to read files of the same folder that an XML file includes by entities, such as parts of GDML files.
+    progress
+        Called as progress(done, count) with numbers of bodies.
+
+    Raises
+    ------
+    TypeError, ValueError
+        An option has a wrong type or value.
+
     """
 
     void: bool = True
@@ -150,63 +169,91 @@ class ImportOptions:
 
     @property
     def most(self) -> BodyLimits:
-        """How many bodies there may be, of formats whose bodies are not cheap."""
+        """Most bodies, for formats whose bodies are not cheap."""
         return BodyLimits.of(self.max_bodies)
 
     @classmethod
     def of(cls, **options: Any) -> ImportOptions:
-        """By name. Raises TypeError for one that there is not."""
+        """Return options by name. Raise TypeError for an unknown name."""
         for name in options:
             check_choice("load", "option", name, [field.name for field in fields(cls)])
         return cls(**options)
 
     def refuse_others(self, what: str, *known: str) -> None:
-        """ValueError for what is asked for and means nothing in a format; progress and max_bodies always do."""
+        """Raise ValueError for an option that is set but does not apply to a format.
+
+        Parameters
+        ----------
+        what
+            The format, for the message.
+        *known
+            Options that apply; progress and max_bodies always do.
+
+        """
         for option in fields(self):
             if option.name in (*known, "progress", "max_bodies") or getattr(self, option.name) == option.default:
                 continue
             raise ValueError(f"load: {option.name} means nothing for {what}: there are {', '.join(known)}")
 
 
-# The formats of other programs that Conicoid reads, each known by what is in a file, not by its name.
-#
-# A format is a module with `imported(path, options)`, which gives an `Imported`, and is loaded when a file of it is
-# read.
+# Formats and their detection
 
 DETECTION_BYTES = 1 << 16
-"""Bytes of a file that are looked at to know its format."""
+"""Bytes at the start of a file that detection reads."""
 
 
 @dataclass(frozen=True)
 class ImportFormat:
-    """A format: its name in messages, its module, and whether a file is of it, by its first text and its suffix."""
+    """A format: its name in messages, its module, and a test of the first text of a file and its suffix."""
 
     name: str
     module: str
     recognises: Callable[[str, str], bool]
 
     def read(self, path: str | os.PathLike[str], options: ImportOptions) -> ImportResult:
-        """The parts of the scene in a file. Raises ValueError for remarks, where none are wanted (`strict`)."""
-        found: ImportResult = importlib.import_module(self.module, __package__).import_file(path, options)
-        if options.strict and found.remarks:
-            told = "\n".join(limit_notes(found.remarks))
-            raise ValueError(f"{os.fspath(path)}: is not read as it says, and strict is asked for:\n{told}")
-        return found
+        """Import a file.
+
+        Parameters
+        ----------
+        path
+            The file.
+        options
+            Options of the import.
+
+        Returns
+        -------
+        ImportResult
+            The parts of the scene in the file.
+
+        Raises
+        ------
+        SceneFileError
+            The file has errors.
+        ValueError
+            An option does not apply to the format, or the option `strict` is set and the file gives remarks.
+
+        """
+        result: ImportResult = importlib.import_module(self.module, __package__).import_file(path, options)
+        if options.strict and result.remarks:
+            remarks = "\n".join(limit_notes(result.remarks))
+            raise ValueError(f"{os.fspath(path)}: is not read exactly as written, and strict is set:\n{remarks}")
+        return result
 
 
 def find_root_element(head: str) -> str | None:
-    """The name of the first element of an XML text; None where it is no XML."""
+    """Return the name of the first element of an XML text, "" if none has begun yet; None for other texts."""
     text = re.sub(r"\A\ufeff?\s*", "", head)
     if not text.startswith("<"):
         return None
     text = re.sub(r"<\?.*?\?>|<!--.*?-->|<!DOCTYPE[^\[>]*(\[.*?\]\s*)?>", "", text, flags=re.S)
-    found = re.match(r"\s*<(?:[\w.-]+:)?([\w.-]+)", text)
-    return found[1] if found else ""
+    match = re.match(r"\s*<(?:[\w.-]+:)?([\w.-]+)", text)
+    return match[1] if match else ""
 
 
 def _is_openmc(head: str, suffix: str) -> bool:
     root = find_root_element(head)
-    return root in ("geometry", "model") or (suffix == ".xml" and root is None)  # the latter to be refused as no XML
+    # A file .xml that is no XML goes to OpenMC's reader, which refuses it with that reason.
+    return root in ("geometry", "model") or (suffix == ".xml" and root is None)
 
 
 def _is_gdml(head: str, suffix: str) -> bool:
@@ -224,7 +271,7 @@ def _is_csg(head: str, suffix: str) -> bool:
 
 
 def _is_zemax(head: str, suffix: str) -> bool:
-    text = head.replace("\0", "")  # of UTF-16
+    text = head.replace("\0", "")  # UTF-16 has a zero byte in each of these characters
     return suffix == ".zmx" or re.search(r"^SURF 0\s*$", text, re.M) is not None
 
 
@@ -241,24 +288,21 @@ IMPORT_FORMATS: tuple[ImportFormat, ...] = (
     ImportFormat("Zemax lens files", "..apps.optics.zmx", _is_zemax),
     ImportFormat("MCNP decks", ".mcnp.importer", _is_mcnp),
 )  # fmt: skip
-"""In the order in which they are asked."""
+"""In the order in which detection tries them."""
 
 
 def detect_format(path: str | os.PathLike[str]) -> ImportFormat | None:
-    """The format of a file of another program; None for what is none of these, as scene files are."""
+    """Return the format of another program's file; None for other files, such as scene files and unreadable files."""
     try:
         with open(path, "rb") as file:
             head = file.read(DETECTION_BYTES)
     except OSError:
-        return None  # the reader of scene files says what is the matter
+        return None  # the reader of scene files reports the error
     text, suffix = head.decode("utf-8", "replace"), os.path.splitext(os.fspath(path))[1].lower()
     return next((each for each in IMPORT_FORMATS if each.recognises(text, suffix)), None)
 
 
-# Files of other programs as scenes: which formats there are, what may be asked of all, and what they give.
-
-
-# Colours for materials: by their number alone, far apart for neighbouring numbers.
+# Palette colours: a colour depends on the number of a material alone, and neighbouring numbers have distant colours.
 #
 # Hue and lightness follow the two-dimensional sequence of Roberts ("The unreasonable effectiveness of
 # quasirandom sequences", 2018), whose points keep apart however many are taken, in the perceptual
@@ -269,10 +313,11 @@ _CHROMA = 0.15
 
 
 def palette_color(number: int) -> str:
-    """The colour of the material with this number, as #rrggbb."""
+    """Return the colour of the material with a number, as #rrggbb."""
     hue = 2 * math.pi * ((0.385 + number / _PLASTIC) % 1)
     lightness = 0.55 + 0.32 * ((0.5 + number / (_PLASTIC * _PLASTIC)) % 1)
     chroma = _CHROMA
+    # Less chroma until a screen can show the colour.
     while not all(-1e-9 <= channel <= 1 + 1e-9 for channel in oklch_to_linear(lightness, chroma, hue)):
         chroma *= 0.95
     channels = srgb_encode([min(max(c, 0.0), 1.0) for c in oklch_to_linear(lightness, chroma, hue)])
@@ -280,7 +325,11 @@ def palette_color(number: int) -> str:
 
 
 def oklch_to_linear(lightness: float, chroma: float, hue: float) -> tuple[float, float, float]:
-    """Linear light (Rec. 709 primaries) of OKLCh, hue in radians; outside of [0, 1] where no screen can show it."""
+    """Return linear red, green and blue (Rec. 709 primaries) of a colour in OKLCh.
+
+    The hue is in radians. Channels lie outside [0, 1] for colours that no screen can show.
+    Source: Björn Ottosson, "A perceptual color space for image processing", 2020.
+    """
     s, c = sin_cos(hue)
     a, b = chroma * c, chroma * s
     long = _cube(lightness + 0.3963377774 * a + 0.2158037573 * b)
@@ -297,7 +346,7 @@ def _cube(x: float) -> float:
     return x * x * x
 
 
-# Whether a file is an MCNP deck: by its suffix, or by a cell card after its title.
+# Detection of MCNP decks: by suffix, or by a cell card after the title
 
 MCNP_SUFFIXES = (".mcnp", ".mcn", ".imcnp", ".inp", ".i")
 _MCNP_CELL = re.compile(
@@ -307,8 +356,8 @@ _OTHER_SUFFIXES = (".yaml", ".yml", ".json", ".csv", ".xyz", ".pdb", ".cif")
 
 
 def is_mcnp(head: str, suffix: str) -> bool:
-    """By the first text of a file and its suffix."""
-    if suffix in MCNP_SUFFIXES:
+    """Return True for an MCNP deck, by the first text of a file and its suffix."""
+    if suffix in MCNP_SUFFIXES:  # XML is no deck, whatever its suffix
         return not head.lstrip("\ufeff \t\r\n").startswith("<")
     if suffix in _OTHER_SUFFIXES or "\0" in head:
         return False
@@ -321,7 +370,7 @@ def is_mcnp(head: str, suffix: str) -> bool:
     return False
 
 
-# What files of molecules are known by, before anything that reads them is loaded.
+# Detection of molecules, here so that it does not load their readers
 
 _CIF_DATA = re.compile(r"\A(\s*(#[^\n]*)?\n)*\s*data_\S*", re.I)
 _PDB_RECORDS = re.compile(r"^(ATOM  |HETATM)[ \d]{5}.{19}[ \d.+-]{24}", re.M)
@@ -329,28 +378,28 @@ _XYZ_HEAD = re.compile(r"\A\s*\d+[ \t]*\r?\n[^\n]*(\n\s*([A-Za-z]{1,3}|\d{1,3})(
 
 
 def is_cif(head: str, suffix: str) -> bool:
-    """Is a text a CIF or mmCIF, by its first block?"""
+    """Return True for a CIF or mmCIF, by its first data block."""
     return _CIF_DATA.match(head.removeprefix("\ufeff")) is not None
 
 
 def is_pdb(head: str, suffix: str) -> bool:
-    """Is a text a PDB: has it a line of an atom, or the first lines of a long header?"""
+    """Return True for a PDB: it has a record of an atom, or the first records of a long header."""
     return _PDB_RECORDS.search(head) is not None or (
         head.startswith("HEADER    ") and re.search(r"^(TITLE|COMPND|REMARK)", head, re.M) is not None
     )
 
 
 def is_xyz(head: str, suffix: str) -> bool:
-    """Is a text an XYZ, by its first three lines?"""
+    """Return True for an XYZ, by its suffix or its first three lines."""
     return suffix == ".xyz" or _XYZ_HEAD.match(head) is not None
 
 
 def is_molecule(head: str, suffix: str) -> bool:
-    """Is a text one of these, by its beginning?"""
+    """Return True for a file of a molecule in any of these formats."""
     return any(recognises(head, suffix) for recognises in (is_cif, is_pdb, is_xyz))
 
 
-# Whether a file is OpenSCAD's: by its suffix, or by its first call.
+# Detection of OpenSCAD's .csg: by suffix, or by the first call
 
 _CSG_CALLS = "group|multmatrix|union|difference|intersection|color|cube|sphere|cylinder|polyhedron|linear_extrude|"
 _CSG_CALLS += "rotate_extrude|hull|minkowski|render"
@@ -358,5 +407,5 @@ _CSG_FIRST_CALL = re.compile(rf"\A\ufeff?(\s|//[^\n]*\n|/\*.*?\*/)*[%#!*]?({_CSG
 
 
 def is_csg(head: str, suffix: str) -> bool:
-    """Is a text one, by its first call, or by the name of the file?"""
+    """Return True for a file of OpenSCAD, by its suffix or its first call."""
     return suffix in (".csg", ".scad") or _CSG_FIRST_CALL.match(head) is not None

@@ -1,7 +1,8 @@
-"""NumPy's .npy files, read without trust: a header that must be plain, then exactly the numbers that it declares.
+"""NumPy's .npy and .npz files: readers for untrusted files, and writers for arrays that lie in files.
 
-Unlike NumPy's own reader this one evaluates nothing, warns of nothing, and knows no objects. The format:
-https://numpy.org/doc/stable/reference/generated/numpy.lib.format.html
+A .npy file must have a plain header and then exactly the numbers that it declares. Unlike NumPy's reader this one
+evaluates nothing, warns of nothing and knows no objects. Of a .npz file only requested arrays are read, and never more
+than they declare. Format: https://numpy.org/doc/stable/reference/generated/numpy.lib.format.html
 """
 
 from __future__ import annotations
@@ -22,13 +23,16 @@ from .._util.arrays import FloatArray
 from .._util.file_errors import printable
 from .._util.safe_files import check_memory, replace_file
 
+# .npy files.
+
 MAGIC = b"\x93NUMPY"
 BOOL_DTYPE = "|b1"
-"""The type of truth values, as files name it."""
+"""The name of the boolean type in files."""
 MAX_HEADER_BYTES = 10_000
 MAX_AXES = 32
 NPY_CHUNK = 1 << 20
 
+# One entry of the header's dict literal. The header is matched, never evaluated.
 _HEADER_ENTRY = re.compile(
     r"""\s*(['"])(?P<key>\w{1,20})\1\s*:\s*
         (?: (?P<flag>True|False) | (['"])(?P<text>[^'"]{0,100})\4 | \((?P<axes>[\s\d,L]*)\) )
@@ -39,21 +43,21 @@ _NUMBER_DTYPE = re.compile(r"[<>=|]?(?:[iu][1248]|f(?:2|4|8|16))")
 
 
 class NpyFormatError(ValueError):
-    """Not the file of an array of numbers; the text says why."""
+    """Raised for a file that is not an array of numbers; the message gives the reason."""
 
 
 @dataclass(frozen=True)
 class NpyHeader:
-    """What stands in a file: the type as the file names it, the shape, and whether columns come first."""
+    """The header of a .npy file: the name of the type, the shape, and whether the order is Fortran's."""
 
     type_name: str
     shape: tuple[int, ...]
     fortran: bool
-    length: int  # of the header itself, in bytes
+    length: int  # bytes of the header itself, magic and lengths included
 
     @property
     def kind(self) -> np.dtype[Any] | None:
-        """The type, if it is one of integers or floating-point numbers that this machine has."""
+        """The dtype, or None if it is not a type of integers or floating-point numbers of this machine."""
         try:
             return np.dtype(self.type_name) if _NUMBER_DTYPE.fullmatch(self.type_name) else None
         except TypeError:
@@ -61,6 +65,7 @@ class NpyHeader:
 
     @property
     def count(self) -> int:
+        """The number of items."""
         return math.prod(self.shape)
 
     def __str__(self) -> str:
@@ -68,7 +73,7 @@ class NpyHeader:
 
 
 def read_npy_header(file: IO[bytes]) -> NpyHeader:
-    """The header at the start of a file. Raises NotPlain."""
+    """Read the header at the start of a .npy file. Raise NpyFormatError if it is not plain."""
     start = _read_exactly(file, 8)
     if start[:6] != MAGIC:
         raise NpyFormatError("it does not begin like one")
@@ -86,15 +91,15 @@ def _parse_header(text: str, length: int) -> NpyHeader:
     if not (text.startswith("{") and text.endswith("}")):
         raise NpyFormatError("its header is not that of an array of numbers")
     inner, position = text[1:-1].strip(), 0
-    found: dict[str, re.Match[str]] = {}
+    entries: dict[str, re.Match[str]] = {}
     while position < len(inner):
         match = _HEADER_ENTRY.match(inner, position)
-        if match is None or match["key"] in found:
+        if match is None or match["key"] in entries:
             raise NpyFormatError("its header is not that of an array of numbers")
-        found[match["key"]], position = match, match.end()
-    if set(found) != {"descr", "fortran_order", "shape"}:
+        entries[match["key"]], position = match, match.end()
+    if set(entries) != {"descr", "fortran_order", "shape"}:
         raise NpyFormatError("its header must say descr, fortran_order and shape, and nothing else")
-    name, flag, axes = found["descr"]["text"], found["fortran_order"]["flag"], found["shape"]["axes"]
+    name, flag, axes = entries["descr"]["text"], entries["fortran_order"]["flag"], entries["shape"]["axes"]
     if name is None or flag is None or axes is None:
         raise NpyFormatError("its header is not that of an array of numbers")
     if "O" in name:
@@ -108,15 +113,16 @@ def _parse_shape(text: str) -> tuple[int, ...]:
     if len(axes) > MAX_AXES or not all(axis.isdecimal() and len(axis) < 19 for axis in axes):
         raise NpyFormatError(f"its shape ({' '.join(text.split())[:60]}) is not that of an array")
     shape = tuple(map(int, axes))
+    # Zero axes count as 1, so that no axis of an empty array is too long for NumPy either.
     if math.prod(max(axis, 1) for axis in shape) >= 1 << 56:
         raise NpyFormatError(f"its shape {shape} is that of no array")
     return shape
 
 
 def read_npy_values(file: IO[bytes], header: NpyHeader, kind: np.dtype[Any], size: int) -> FloatArray:
-    """The numbers that follow a header, as float64, from a file of `size` bytes that must hold nothing else.
+    """Read the numbers after a header as float64, from a file of `size` bytes that must hold nothing else.
 
-    Raises NotPlain, and ValueError for what does not fit into memory or into float64.
+    Raise NpyFormatError if the size is another, and ValueError for numbers that do not fit into memory or into float64.
     """
     expected = header.length + header.count * kind.itemsize
     if size != expected:
@@ -132,9 +138,10 @@ def read_npy_values(file: IO[bytes], header: NpyHeader, kind: np.dtype[Any], siz
         raw = np.frombuffer(_read_exactly(file, len(part) * kind.itemsize), kind)
         with np.errstate(all="ignore"):
             part[:] = raw
+            # Only long doubles have a larger range than float64.
             if kind.itemsize > 8 and (np.isinf(part) & ~np.isinf(raw)).any():
                 raise ValueError("holds numbers beyond the range of float64")
-    file.read(1)  # its end, where an archive compares a checksum
+    file.read(1)  # the end of the file, where an archive compares the checksum
     return values.reshape(header.shape[::-1]).T if header.fortran else values.reshape(header.shape)
 
 
@@ -146,29 +153,30 @@ def _read_exactly(file: IO[bytes], count: int) -> bytes:
 
 
 def npy_chunks(values: FloatArray) -> list[bytes | memoryview]:
-    """The bytes of the file of a float64 array, in pieces: version 1.0, little-endian, rows first."""
+    """Return the bytes of a .npy file of an array as float64, in pieces: version 1.0, little-endian, C order."""
     table = np.ascontiguousarray(values, dtype="<f8")
     text = repr({"descr": "<f8", "fortran_order": False, "shape": table.shape})
-    padding = -(len(MAGIC) + 4 + len(text) + 1) % 64
+    padding = -(len(MAGIC) + 4 + len(text) + 1) % 64  # the format aligns the numbers to 64 bytes
     header = f"{text}{' ' * padding}\n".encode("latin-1")
     content = table.data.cast("B") if table.size else b""
     return [MAGIC + b"\x01\x00" + len(header).to_bytes(2, "little") + header, content]
 
 
-# NumPy's .npz files, read without trust: only the arrays that are asked for, and never more than they declare.
+# .npz files, read without trust.
 
 FREE_BYTES, MAX_COMPRESSION = 256 << 20, 50
-"""Compressed arrays may always take so much memory, and so many times the size of their file in addition."""
+"""Compressed arrays of a file may unpack to `FREE_BYTES` and `MAX_COMPRESSION` times the size of the file."""
 _MAX_READ = 4 << 20
+"""Most bytes of one read of an archive; an archive with a longer directory is refused."""
 ZIP_ERRORS = (
     zipfile.BadZipFile, zipfile.LargeZipFile, zlib.error, struct.error, EOFError, OSError, LookupError,
     NotImplementedError, RuntimeError, ArithmeticError, AttributeError, TypeError, ValueError, MemoryError,
 )  # fmt: skip
-"""What the standard library's reader raises for archives that are none."""
+"""Errors that the standard library's reader raises for damaged archives."""
 
 
 class _BoundedFile:
-    """A file of which nobody can ask for much at once: an archive's directory is not read into memory unseen."""
+    """A file that limits the size of one read, so that `zipfile` cannot load a huge directory into memory."""
 
     def __init__(self, file: BinaryIO) -> None:
         self.file = file
@@ -190,11 +198,11 @@ class _BoundedFile:
 
 
 class NpzArchive:
-    """The directory of a .npz file of `size` bytes. Raises NotPlain."""
+    """A .npz file of `size` bytes: its directory, and the arrays on request. Raise NpyFormatError if it is none."""
 
     def __init__(self, file: BinaryIO, size: int) -> None:
         self.size = size
-        self.left = FREE_BYTES + MAX_COMPRESSION * size
+        self.left = FREE_BYTES + MAX_COMPRESSION * size  # bytes that compressed arrays may still take
         try:
             self.zip = zipfile.ZipFile(_BoundedFile(file))
         except ZIP_ERRORS as error:
@@ -207,20 +215,21 @@ class NpzArchive:
             self.members[name] = info
 
     def arrays(self, wanted: Collection[str], flags: Collection[str] = ()) -> dict[str, FloatArray]:
-        """Those of the wanted arrays that are there, as float64. Raises ValueError, naming the array.
+        """Return those of the `wanted` arrays that the file has, as float64.
 
-        flags: those that may also be truth values, as NumPy writes them: bytes, 0 or 1.
+        Arrays in `flags` may also be booleans, which NumPy writes as bytes 0 or 1. Raise ValueError, with the name of
+        the array, if one is not of numbers or too large.
         """
-        found = {}
+        arrays = {}
         for name in wanted:
             if name in self.members:
                 try:
-                    found[name] = self._array(self.members[name], name in flags)
+                    arrays[name] = self._array(self.members[name], name in flags)
                 except NpyFormatError as error:
                     raise ValueError(f"{name} is not an array of numbers ({error})") from None
                 except ValueError as error:
                     raise ValueError(f"{name} {error}") from None
-        return found
+        return arrays
 
     def _array(self, info: zipfile.ZipInfo, is_flag: bool) -> FloatArray:
         if info.flag_bits & 0x1:
@@ -249,7 +258,7 @@ class NpzArchive:
             raise _RefusedArray(str(error)) from None
 
     def _charge(self, info: zipfile.ZipInfo, header: NpyHeader) -> None:
-        """Refuse small files that unpack to what no such file should."""
+        """Raise _RefusedArray if the compressed arrays of a file become too large for a file of its size."""
         if info.compress_type != zipfile.ZIP_STORED:
             self.left -= header.count * 8
         if self.left < 0:
@@ -259,34 +268,36 @@ class NpzArchive:
 
 
 class _RefusedArray(ValueError):
-    """An array that could be read and is not: the text says why."""
+    """Raised for an array of a sound file that is refused; the message gives the reason."""
 
 
 def failure_reason(error: BaseException) -> str:
+    """Return the first line of an error's message, printable and short, or the name of its class."""
     if isinstance(error, MemoryError):
         return "there is not enough memory for it"
     return printable((str(error).splitlines() or [type(error).__name__])[0][:120])
 
 
-# Arrays whose numbers lie in files, written into files of arrays without being held.
+# Writers of arrays that lie in memory-mapped files: they are copied in pieces, never held whole.
 
 _COPY_CHUNK = 1 << 20  # items
 
 
 @dataclass(frozen=True)
 class StoredArray:
-    """An array: the numbers of its columns one after the other, as rows of a first axis where they are several."""
+    """An array in files: its columns one after the other, as rows along a first axis if there are several."""
 
     columns: tuple[np.ndarray[Any, Any], ...]
     shape: tuple[int, ...]
 
     @property
     def dtype(self) -> Any:
+        """The dtype, which all columns share."""
         return self.columns[0].dtype
 
 
 def write_npz(path: str | os.PathLike[str], arrays: Mapping[str, StoredArray], more: Mapping[str, Any]) -> None:
-    """A .npz file of stored arrays and of some in memory. It appears whole or not at all; raises OSError."""
+    """Write a .npz file of stored arrays and of `more` in memory; it appears whole or not at all. Raise OSError."""
     with (
         replace_file(path) as partial,
         zipfile.ZipFile(partial, "w", zipfile.ZIP_STORED, allowZip64=True) as archive,
@@ -300,13 +311,13 @@ def write_npz(path: str | os.PathLike[str], arrays: Mapping[str, StoredArray], m
 
 
 def write_npy(path: str | os.PathLike[str], array: StoredArray) -> None:
-    """A .npy file of a stored array. It appears whole or not at all; raises OSError."""
+    """Write a .npy file of a stored array; it appears whole or not at all. Raise OSError."""
     with replace_file(path) as partial, partial.open("wb") as file:
         _write_stored_array(file, array)
 
 
 def _write_stored_array(file: IO[bytes], array: StoredArray) -> None:
-    """An array as .npy files and members of .npz files have it."""
+    """Write an array in .npy format, for a file or a member of a .npz file."""
     kind = np.lib.format.dtype_to_descr(array.dtype)
     np.lib.format.write_array_header_1_0(file, dict(descr=kind, fortran_order=False, shape=array.shape))
     for column in array.columns:

@@ -1,4 +1,8 @@
-"""Files of rays, and files of what rays found: see docs/files.md for the columns."""
+"""Files of rays, and tables of hits, spans, crossings, lengths and line integrals as .npz or .csv files.
+
+`docs/files.md` describes the columns. `RayTable` holds a file of rays that was read whole; `ray_stream.py` reads larger
+files in pieces.
+"""
 
 from __future__ import annotations
 
@@ -22,7 +26,7 @@ from .npz import NpyFormatError, NpzArchive
 from .scene_file.nodes import shorten
 
 if TYPE_CHECKING:
-    from ..scene.scene import Scene
+    from ..queries.scene_protocol import SceneLike
 
 
 RAY_COLUMNS = ("origin x", "origin y", "origin z", "direction x", "direction y", "direction z")
@@ -31,20 +35,23 @@ START_ARRAYS = ("starts", "starts_home")
 HIT_ARRAYS = ("t", "point", "normal", "uv", "body", "face", "surface", "entering")
 SPAN_ARRAYS = ("t_enter", "t_exit", "body", "enter_clipped", "exit_clipped")
 CROSSING_ARRAYS = ("t", "point", "normal", "body", "face", "surface", "entering", "before", "after")
-"""The fields of hits, spans and crossings that tables of results have, but for error bounds."""
+"""The fields of hits, spans and crossings in tables of results, without error bounds."""
 HIT_ERROR_ARRAYS, SPAN_ERROR_ARRAYS, CROSSING_ERROR_ARRAYS = (
     ("t_error",),
     ("t_enter_error", "t_exit_error"),
     ("t_error",),
 )
 RAY_BYTES = 400
-"""Its numbers and those of its hit, while they are put together."""
+"""Bytes that a ray and its hit take at most while results are assembled."""
 Arrays = Mapping[str, np.ndarray[Any, Any]]
 
 
 @dataclass(frozen=True)
 class RayTable:
-    """Rays of any leading shape, with one interval for all or one for each."""
+    """The rays of a file, of any leading shape, with one interval for all or one for each.
+
+    `origins` and `directions` (..., 3) broadcast together; `t_min` and `t_max` broadcast to the shape of the rays.
+    """
 
     origins: FloatArray
     directions: FloatArray
@@ -55,13 +62,16 @@ class RayTable:
     """The surfaces that rays start on, with the key of their scene, as `Rays.save` writes them."""
     starts_home: Any = None
     ignored: tuple[str, ...] = ()
-    """Arrays of a .npz file that are none of these."""
+    """Names of other arrays in a .npz file."""
     lines: Sequence[int] = ()
-    """Of a .csv file, the line of each ray."""
+    """The line number of each ray in a .csv file."""
 
     def within(self, t_min: float | None, t_max: float | None) -> RayTable:
-        """The rays within an interval for all; None leaves an end as it is. ValueError where the file has that end."""
-        ends: dict[str, Any] = {n: end for n, end in (("t_min", t_min), ("t_max", t_max)) if end is not None}
+        """Return the rays with one interval for all; None leaves an end as it is.
+
+        Raise ValueError if the file has the same end for each ray, and for NaN.
+        """
+        ends: dict[str, Any] = {field: end for field, end in (("t_min", t_min), ("t_max", t_max)) if end is not None}
         for name, end in ends.items():
             if isinstance(getattr(self, name), np.ndarray):
                 option = "--" + name.replace("_", "-")
@@ -79,14 +89,14 @@ class RayTable:
 
 
 def read_rays(path: str | os.PathLike[str]) -> RayTable:
-    """Rays from a .npy (..., 6), .npz or .csv file. Raises ValueError, naming the file, and OSError."""
+    """Read rays from a .npy (..., 6), .npz or .csv file. Raise ValueError, with the name of the file, or OSError."""
     file = Path(path)
     suffix = file.suffix.lower()
     if suffix not in (".npy", ".npz", ".csv"):
         raise ValueError(
             f"{file}: rays are read from .npy, .npz or .csv files, by trace and scene.stream also .parquet and .zarr"
         )
-    open_regular(file).close()
+    open_regular(file).close()  # OSError for a missing file, before its content is judged
     try:
         table = _from_npz(file) if suffix == ".npz" else _from_columns(file, suffix)
         _check_shapes(table)
@@ -96,7 +106,7 @@ def read_rays(path: str | os.PathLike[str]) -> RayTable:
 
 
 def ray_notes(table: RayTable) -> Iterator[str]:
-    """What a user may not have meant with a file of rays, though it can be read."""
+    """Yield notes on a readable file of rays that may not be as its user intends: no rays, or unknown arrays."""
     if not (table.origins.size and table.directions.size):
         yield f"{table.source}: holds no rays"
     if table.ignored:
@@ -108,9 +118,9 @@ def _from_columns(file: Path, suffix: str) -> RayTable:
     if suffix == ".csv":
         rows, lines = read_rows(file, 6, RAY_COLUMNS)
         return RayTable(rows[:, :3], rows[:, 3:], source=str(file), lines=lines)
-    found, table = read_array(file)
+    header, table = read_array(file)
     if table is None or table.ndim == 0 or table.shape[-1] != 6:
-        raise ValueError(f"rays must be numbers of shape (..., 6), {', '.join(RAY_COLUMNS)}; got {found}")
+        raise ValueError(f"rays must be numbers of shape (..., 6), {', '.join(RAY_COLUMNS)}; got {header}")
     return RayTable(table[..., :3], table[..., 3:], source=str(file))
 
 
@@ -132,7 +142,10 @@ def _from_npz(file: Path) -> RayTable:
 
 
 def _check_shapes(table: RayTable) -> None:
-    """ValueError for arrays that are not of rays, and for so many rays that their hits would fill any memory."""
+    """Raise ValueError for arrays that are not of rays, and for so many rays that their hits would not fit into memory.
+
+    Shapes are checked before broadcasting, so that a small file cannot make huge arrays.
+    """
     origins, directions = table.origins.shape, table.directions.shape
     for name, shape in (("origins", origins), ("directions", directions)):
         if not shape or shape[-1] != 3:
@@ -159,12 +172,12 @@ def _check_shapes(table: RayTable) -> None:
 
 
 def write_hits(path: str | os.PathLike[str], arrays: Arrays) -> None:
-    """First hits to .npz (arrays of the rays' leading shape) or .csv (a line for each ray)."""
+    """Write first hits to .npz (arrays of the rays' leading shape) or .csv (a line for each ray)."""
     write_table(path, arrays, hit_columns(arrays))
 
 
 def hit_columns(arrays: Arrays) -> dict[str, Any]:
-    """The columns of first hits in a .csv file."""
+    """Return the columns of first hits in a .csv file."""
     return {
         **_point_columns(arrays),
         **{name: arrays["uv"][..., i] for i, name in enumerate(("u", "v"))},
@@ -182,26 +195,26 @@ def _point_columns(arrays: Arrays) -> dict[str, Any]:
 
 
 def write_spans(path: str | os.PathLike[str], arrays: Arrays) -> None:
-    """Spans to .npz (offsets and rows) or .csv (a line for each span, beginning with its ray's number)."""
+    """Write spans to .npz (offsets and rows) or .csv (a line for each span, beginning with the number of its ray)."""
     write_table(path, arrays, span_columns(arrays))
 
 
 def span_columns(arrays: Arrays, first: int = 0) -> dict[str, Any]:
-    """The columns of spans in a .csv file; `first` is the number of the first ray."""
+    """Return the columns of spans in a .csv file; `first` is the number of the first ray."""
     columns = _ray_column(arrays, first)
     columns |= {name: arrays[name] for name in ("body", "t_enter", "t_exit", "enter_clipped", "exit_clipped")}
     return columns | {name: arrays[name] for name in SPAN_ERROR_ARRAYS if name in arrays}
 
 
 def crossing_columns(arrays: Arrays, first: int = 0) -> dict[str, Any]:
-    """The columns of crossings in a .csv file; `first` is the number of the first ray."""
+    """Return the columns of crossings in a .csv file; `first` is the number of the first ray."""
     columns = _ray_column(arrays, first) | _point_columns(arrays)
     columns |= {name: arrays[name] for name in ("body", "face", "surface", "entering", "before", "after")}
     return columns | {name: arrays[name] for name in CROSSING_ERROR_ARRAYS if name in arrays}
 
 
 def _ray_column(arrays: Arrays, first: int) -> dict[str, Any]:
-    """The number of the ray of each row."""
+    """Return the column of ray numbers: row i of the lists belongs to the ray whose offsets enclose i."""
     counts = np.diff(arrays["offsets"])
     return {"ray": np.repeat(np.arange(first, first + len(counts)), counts)}
 
@@ -209,9 +222,9 @@ def _ray_column(arrays: Arrays, first: int) -> dict[str, Any]:
 def write_values(
     path: str | os.PathLike[str], name: str, values: Any, columns: Sequence[str], *, with_names: bool
 ) -> None:
-    """Numbers for each ray, (...) or (..., columns): an array of that name in .npz, a line for each ray in .csv.
+    """Write numbers for each ray, (...) or (..., columns), to .npz (an array `name`) or .csv (a line for each ray).
 
-    with_names: whether a .npz file also has an array of texts, `columns`.
+    `with_names`: a .npz file also gets an array of texts, `columns`.
     """
     rows = np.asarray(values).reshape(-1, max(1, len(columns)))
     more = {"columns": np.array(columns, dtype=np.str_)} if with_names else {}
@@ -219,26 +232,26 @@ def write_values(
 
 
 def quote_csv(text: str) -> str:
-    """A text of a .csv file, between quotes where a reader of such files would see something else."""
+    """Return a text for a .csv file, in quotes if a reader of such files would misread it."""
     line = printable(text)
     plain = not any(letter in line for letter in ',"') and line == line.strip() and not line.startswith("#")
     return line if plain else '"' + line.replace('"', '""') + '"'
 
 
 def is_npz(path: str | os.PathLike[str]) -> bool:
-    """Whether results go to a .npz file."""
+    """Return True for the path of a .npz file."""
     return Path(path).suffix.lower() == ".npz"
 
 
 def check_output(path: str | os.PathLike[str], suffixes: tuple[str, ...] = (".npz", ".csv")) -> None:
-    """ValueError now, rather than after the work, where the results could not be written."""
+    """Raise ValueError for a path with another suffix; callers check before they compute results."""
     file = Path(path)
     if file.suffix.lower() not in suffixes:
         raise ValueError(f"{file}: results are written as {', '.join(suffixes[:-1])} or {suffixes[-1]}")
 
 
 def write_table(path: str | os.PathLike[str], arrays: Arrays, columns: Arrays) -> None:
-    """Arrays to .npz, or columns to .csv. The file appears whole or not at all."""
+    """Write arrays to .npz, or columns to .csv; the file appears whole or not at all."""
     check_output(path)
     with replace_file(path) as partial:
         if is_npz(partial):
@@ -249,27 +262,31 @@ def write_table(path: str | os.PathLike[str], arrays: Arrays, columns: Arrays) -
 
 
 def csv_lines(columns: Arrays) -> Iterator[str]:
-    """The lines of a .csv file, its heading first."""
+    """Yield the lines of a .csv file, the heading first; booleans become 0 and 1."""
     yield ",".join(columns) + "\n"
     flat = [np.asarray(column).reshape(-1) for column in columns.values()]
     if not flat:
         return
     plain = [column.astype(np.int8) if column.dtype == np.bool_ else column for column in flat]
+    # In pieces, as lists of Python numbers take several times the memory of arrays.
     for begin in range(0, len(plain[0]), 65536):
         rows = zip(*(column[begin : begin + 65536].tolist() for column in plain), strict=True)
         yield from (",".join(map(_format_csv_cell, row)) + "\n" for row in rows)
 
 
 def _format_csv_cell(value: Any) -> str:
-    """A number as it reads back exactly, or a text."""
+    """Return a text, quoted where needed, or the shortest decimal number that reads back exactly."""
     return quote_csv(value) if isinstance(value, str) else repr(value)
 
 
-# What the columns of lengths and line integrals are called in files.
+# Names of the columns of lengths and line integrals.
 
 
-def length_columns(scene: Scene, by: str) -> list[str]:
-    """Names of bodies or materials, or else their numbers."""
+def length_columns(scene: SceneLike, by: str) -> list[str]:
+    """Return a column name for each body or material of a scene: its name, or its number.
+
+    `by` is "body" or "material". A name that occurs twice, or looks like a number's column, gets the number too.
+    """
     if by == "body":
         names = [body.name for body in scene[:]]
     else:
@@ -283,5 +300,8 @@ def length_columns(scene: Scene, by: str) -> list[str]:
 
 
 def integral_columns(energies: tuple[int, ...]) -> list[str]:
-    """One name, or one for each energy; energies: what follows the shape of the rays."""
+    """Return one column name, or one for each energy.
+
+    `energies` is the part of an array's shape after the shape of the rays: () or (number of energies,).
+    """
     return [f"line_integral_{k}" for k in range(energies[0])] if energies else ["line_integral"]

@@ -1,4 +1,8 @@
-"""What the .npz files of rays and answers have in common: rays, and what bodies are called and made of. No pickles."""
+"""Files of rays, hits, spans and crossings, from which the objects are read back; and results in parts.
+
+The .npz files hold every field, the rays, and the names and materials of bodies, but neither a scene nor a pickle.
+`ResultParts` collects results that are written piece by piece and can be resumed.
+"""
 
 from __future__ import annotations
 
@@ -35,14 +39,16 @@ if TYPE_CHECKING:
     from ..queries.spans import RayLists
 
 
+# Parts that all these files share: rays, and labels (names and materials of bodies).
+
 RAY_FIELDS = ("origins", "directions", "starts", "starts_home")
 LABEL_FIELDS = ("first_bodies", "labels")
-"""`labels` holds the bytes of a scene file: a ball stands for a solid, else a disc."""
+"""`labels` holds the bytes of a scene file, in which a ball stands for any solid and a disc for any sheet."""
 Arrays = dict[str, Any]
 
 
 def write_arrays(path: str | os.PathLike[str], arrays: Arrays) -> None:
-    """A .npz file, whole or not at all. Raises OSError."""
+    """Write a .npz file; it appears whole or not at all. Raise OSError."""
     with replace_file(path) as partial, partial.open("wb") as file:
         np.savez(file, **arrays)
 
@@ -51,7 +57,10 @@ def read_arrays(
     path: str | os.PathLike[str], wanted: Collection[str], needed: Collection[str], what: str,
     flags: Collection[str] = (),
 ) -> Arrays:  # fmt: skip
-    """The wanted arrays, of which some must be there; flags may be truth values. ValueError: not a file of `what`."""
+    """Read the `wanted` arrays of a .npz file; those in `needed` must exist, those in `flags` may be booleans.
+
+    `what` is the method that writes such files. Raise ValueError if the file lacks an array or holds others.
+    """
     with open_regular(path) as file:
         try:
             archive = NpzArchive(file, os.fstat(file.fileno()).st_size)
@@ -64,8 +73,8 @@ def read_arrays(
             raise ValueError(f"is not a file of {what}: {lacks}{_guess_reader(archive.members, what)}")
         others = [printable(name) for name in archive.members if name not in wanted]
         if others:
-            told = f"it also holds {format_list(others, 5)}{_guess_reader(archive.members, what)}"
-            raise ValueError(f"is not a file of {what}: {told}")
+            extra = f"it also holds {format_list(others, 5)}{_guess_reader(archive.members, what)}"
+            raise ValueError(f"is not a file of {what}: {extra}")
         return dict(archive.arrays(wanted, flags))
 
 
@@ -73,7 +82,7 @@ _MARKER_FIELDS = {"crossings": ("offsets", "point"), "spans": ("offsets", "ends"
 
 
 def _guess_reader(members: Collection[str], what: str) -> str:
-    """What reads a file that holds such arrays, if it is known and not `what`, for a message."""
+    """Return a hint for a message: the function that reads a file with these arrays, unless `what` writes such files"""
     for kind, marks in _MARKER_FIELDS.items():
         if set(marks) <= set(members):
             return f"; co.{kind.capitalize()}.load reads it" if what != f"{kind}.save" else ""
@@ -85,7 +94,7 @@ def _guess_reader(members: Collection[str], what: str) -> str:
 
 @contextlib.contextmanager
 def name_file_in_errors(path: str | os.PathLike[str]) -> Iterator[None]:
-    """What is wrong in a file, as a ValueError that names it."""
+    """Convert errors of decoding into a ValueError that names the file."""
     try:
         yield
     except SceneFileError as error:
@@ -100,7 +109,10 @@ def write_rays_file(path: str | os.PathLike[str], rays: Rays) -> None:
 
 
 def read_rays_file(path: str | os.PathLike[str]) -> Rays:
-    """Rays with the surfaces that they start on, if the file knows them. Raises ValueError, naming it, and OSError."""
+    """Read rays with the surfaces that they start on, if a .npz file has them; or from a .npy or .csv file.
+
+    Raise ValueError, with the name of the file, or OSError.
+    """
     suffix = os.path.splitext(path)[1].lower()
     if suffix in (".npy", ".csv"):
         table = read_rays(path)
@@ -116,12 +128,13 @@ def read_rays_file(path: str | os.PathLike[str]) -> Rays:
 
 
 def encode_rays(rays: Rays) -> Arrays:
+    """Return the arrays of `RAY_FIELDS`; `starts_home` holds the key of the scene of the starts, or no bytes."""
     home = encode_bytes(rays._home or b"")
     return {"origins": rays.origins, "directions": rays.directions, "starts": rays._starts, "starts_home": home}
 
 
 def decode_rays(arrays: Arrays) -> Rays:
-    """Those of a file's arrays; ValueError for what cannot be traced."""
+    """Return the rays of a file's arrays. Raise ValueError for arrays of other shapes and for invalid rays."""
     origins, directions = arrays["origins"], arrays["directions"]
     for name, array in (("origins", origins), ("directions", directions)):
         if array.ndim == 0 or array.shape != origins.shape or array.shape[-1] != 3:
@@ -131,18 +144,19 @@ def decode_rays(arrays: Arrays) -> Rays:
     if starts.shape not in ((1,), (count,)):
         raise ValueError(f"starts must have shape (1,) or ({count},), got {starts.shape}")
     alive = np.broadcast_to(starts, (count,)).reshape(shape) != DEAD
-    Rays(origins[alive], directions[alive])  # refuses what cannot be traced
+    Rays(origins[alive], directions[alive])  # raises for invalid rays; dead rays need not be valid
     home = decode_text("starts_home", arrays) if "starts_home" in arrays else b""
     return Rays._spawned(origins, directions, starts, home or None)
 
 
 def encode_labels(labels: Labels) -> Arrays:
+    """Return the arrays of `LABEL_FIELDS`."""
     entries = zip(labels.solid, labels.materials, labels.names, strict=True)
     return {"first_bodies": labels.firsts, "labels": encode_bodies(entries)}
 
 
 def encode_bodies(entries: Any) -> Any:
-    """(is it solid, material, name) of some entries, as the bytes of a scene file."""
+    """Return entries (is solid, material, name) as the bytes of a scene file, an array of uint8."""
     bodies = tuple(
         Body(Sphere() if solid else Disc((0, 0, 0), (0, 0, 1), 1), material, name) for solid, material, name in entries
     )
@@ -150,12 +164,12 @@ def encode_bodies(entries: Any) -> Any:
 
 
 def decode_bodies(name: str, arrays: Arrays, path: str | os.PathLike[str]) -> Sequence[Body]:
-    """What `bodies_array` has written."""
+    """Return the bodies that `encode_bodies` wrote: balls and discs with names and materials."""
     return parse_scene(decode_text(name, arrays).decode(), path).bodies
 
 
 def decode_labels(arrays: Arrays, bodies: Any, path: str | os.PathLike[str]) -> Labels:
-    """The labels of a file, which cover the numbers of `bodies`."""
+    """Return the labels of a file. Raise ValueError if they do not cover the body numbers in `bodies`."""
     entries = decode_bodies("labels", arrays, path)
     firsts = check_integers("first_bodies", arrays["first_bodies"], 0, 2**53, np.int64)
     if firsts.shape != (len(entries),) or (np.diff(firsts) <= 0).any():
@@ -166,29 +180,31 @@ def decode_labels(arrays: Arrays, bodies: Any, path: str | os.PathLike[str]) -> 
 
 
 def check_array_shapes(arrays: Arrays, shape: tuple[int, ...], lasts: dict[str, tuple[int, ...]]) -> None:
-    """ValueError for arrays of another shape than the common one and what follows it."""
+    """Raise ValueError unless each array has the shape `shape` + `lasts[name]`."""
     for name, last in lasts.items():
         if arrays[name].shape != (*shape, *last):
             raise ValueError(f"{name} must have shape {(*shape, *last)}, got {arrays[name].shape}")
 
 
 def check_integers(name: str, array: Any, least: int, most: int, kind: Any) -> Any:
-    """Numbers of a file as integers of a kind; ValueError for others."""
+    """Return the floats of a file as integers of dtype `kind`. Raise ValueError for others than `least` to `most`."""
     if not ((array == np.floor(array)) & (array >= least) & (array <= most)).all():
         raise ValueError(f"{name} must hold integers from {least} to {most}")
     return array.astype(kind)
 
 
 def encode_bytes(content: bytes) -> Any:
+    """Return bytes as an array of uint8."""
     return np.frombuffer(content, np.uint8)
 
 
 def decode_text(name: str, arrays: Arrays) -> bytes:
+    """Return the bytes that `encode_bytes` stored. Raise ValueError for numbers that are not bytes."""
     content: bytes = check_integers(name, arrays[name], 0, 255, np.uint8).tobytes()
     return content
 
 
-# First hits in a .npz file: every field, the rays, and what bodies are called and made of. No scene, and no pickle.
+# First hits.
 
 _HIT_FLOATS = {
     "t": (),
@@ -202,21 +218,21 @@ _HIT_FLOATS = {
 _HIT_INTS = dict.fromkeys(("body", "face", "surface", "before", "after", "side"), np.int32)
 _HIT_FLAGS = ("hit", "entering", "doubtful")
 _HIT_FIELDS = (*_HIT_FLOATS, *_HIT_INTS, *_HIT_FLAGS, *RAY_FIELDS, "home", *LABEL_FIELDS)
-"""The arrays of such a file. `home` holds the bytes of a scene's key."""
+"""The arrays of a file of hits. `home` holds the bytes of the key of their scene."""
 
 
 HIT_ROW_FIELDS = tuple(name for name in _HIT_FIELDS if name not in ("home", "starts_home", *LABEL_FIELDS))
-"""Those that have an item for each ray."""
+"""The arrays with an item for each ray."""
 
 
 def write_hits_file(path: str | os.PathLike[str], hits: Hits) -> None:
-    """Write hits, with or without their scene. The file appears whole or not at all; raises OSError."""
-    kept = hits.detached()
-    write_arrays(path, hit_row_arrays(kept) | hit_head_arrays(kept.rays, kept._home, kept._labels))
+    """Write hits, with or without their scene; the file appears whole or not at all. Raise OSError."""
+    detached = hits.detached()
+    write_arrays(path, hit_row_arrays(detached) | hit_head_arrays(detached.rays, detached._home, detached._labels))
 
 
 def hit_row_arrays(hits: Hits) -> dict[str, Any]:
-    """The arrays that have an item for each ray; `starts` is flat, and one item where all have the same."""
+    """Return the arrays with an item for each ray; `starts` is flat, and has one item if all rays share it."""
     rays = encode_rays(hits.rays)
     arrays: dict[str, Any] = {
         name: getattr(hits, name) for name in (*_HIT_FLOATS, *_HIT_INTS, *_HIT_FLAGS) if name != "side"
@@ -226,12 +242,12 @@ def hit_row_arrays(hits: Hits) -> dict[str, Any]:
 
 
 def hit_head_arrays(rays: Rays, home: bytes, labels: Labels) -> dict[str, Any]:
-    """The other arrays: whose surfaces rays start on, whose are hit, and what bodies are called."""
+    """Return the other arrays: the keys of the scenes that rays start in and hit, and the labels."""
     return {"starts_home": encode_rays(rays)["starts_home"], "home": encode_bytes(home)} | encode_labels(labels)
 
 
 def read_hits_file(path: str | os.PathLike[str]) -> Hits:
-    """Hits without their scene, as `hits.detached()`. Raises ValueError, naming the file, and OSError."""
+    """Read hits without their scene, as `hits.detached()`. Raise ValueError, with the name of the file, or OSError."""
     with name_file_in_errors(path):
         return _decode_hits(read_arrays(path, _HIT_FIELDS, _HIT_FIELDS, "hits.save", _HIT_FLAGS), path)
 
@@ -263,7 +279,7 @@ def _decode_hits(arrays: dict[str, Any], path: str | os.PathLike[str]) -> Hits:
     return result
 
 
-# Spans and crossings in .npz files: every field, the rays, and what bodies are called and made of.
+# Spans and crossings: rows by ray, with offsets.
 
 RowsByRay = TypeVar("RowsByRay", bound="RayLists")
 _VECTOR = (3,)
@@ -271,16 +287,17 @@ _VECTOR = (3,)
 
 @dataclass(frozen=True)
 class _ListFields:
-    """The rows of a kind of answer: numbers, with what follows their number, integers, and truth values."""
+    """The row arrays of spans or of crossings: floats with their last axes, integers, and flags."""
 
     floats: dict[str, tuple[int, ...]]
     ints: tuple[str, ...]
     flags: tuple[str, ...]
     materials: bool
-    """Whether the scene's materials are known, with the number of its bodies and the surfaces at both ends."""
+    """True if the file also has the scene's materials, its number of bodies and the surfaces at both ends."""
 
     @property
     def names(self) -> tuple[str, ...]:
+        """The names of all arrays of a file."""
         more = ("ends", "body_count", "materials") if self.materials else ()
         return (*self.floats, *self.ints, *self.flags, "offsets", *more, *RAY_FIELDS, "home", *LABEL_FIELDS)
 
@@ -300,28 +317,32 @@ _FIELDS_BY_CLASS = {"Spans": _SPAN_FIELDS, "Crossings": _CROSSING_FIELDS}
 
 
 def write_lists_file(path: str | os.PathLike[str], answer: Any) -> None:
-    """Write spans or crossings, with or without their scene. The file appears whole or not at all; raises OSError."""
+    """Write spans or crossings, with or without their scene; the file appears whole or not at all. Raise OSError."""
     write_arrays(path, encode_lists(answer.detached()))
 
 
-def encode_lists(kept: Any) -> Arrays:
-    """All that is written of spans or crossings without their scene."""
-    fields = _FIELDS_BY_CLASS[type(kept).__name__]
-    arrays: Arrays = {name: getattr(kept, name) for name in (*fields.floats, *fields.ints, "offsets", *fields.flags)}
+def encode_lists(detached: Any) -> Arrays:
+    """Return the arrays of a file of spans or crossings, which are detached from their scene."""
+    fields = _FIELDS_BY_CLASS[type(detached).__name__]
+    arrays: Arrays = {
+        name: getattr(detached, name) for name in (*fields.floats, *fields.ints, "offsets", *fields.flags)
+    }
     if fields.materials:
-        arrays["ends"], arrays["body_count"] = kept._ends, np.array(kept._body_count)
-        arrays["materials"] = encode_bodies((of_solids, material, None) for material, of_solids in kept._distinct)
-    return arrays | encode_rays(kept._rays) | {"home": encode_bytes(kept._home)} | encode_labels(kept._labels)
+        arrays["ends"], arrays["body_count"] = detached._ends, np.array(detached._body_count)
+        arrays["materials"] = encode_bodies((of_solids, material, None) for material, of_solids in detached._distinct)
+    return (
+        arrays | encode_rays(detached._rays) | {"home": encode_bytes(detached._home)} | encode_labels(detached._labels)
+    )
 
 
 def list_row_arrays(answer: Any) -> tuple[str, ...]:
-    """The arrays that have a row for each span or crossing, but for `ends`."""
+    """Return the names of the arrays with a row for each span or crossing, except `ends`, which has two."""
     fields = _FIELDS_BY_CLASS[type(answer).__name__]
     return (*fields.floats, *fields.ints, *fields.flags)
 
 
 def read_lists_file(path: str | os.PathLike[str], kind: type[RowsByRay]) -> RowsByRay:
-    """Spans or crossings without their scene. Raises ValueError, naming the file, and OSError."""
+    """Read spans or crossings without their scene. Raise ValueError, with the name of the file, or OSError."""
     fields = _FIELDS_BY_CLASS[kind.__name__]
     with name_file_in_errors(path):
         arrays = read_arrays(path, fields.names, fields.names, f"{kind.__name__.lower()}.save", fields.flags)
@@ -344,6 +365,7 @@ def _decode_list_rows(arrays: Arrays, fields: _ListFields) -> dict[str, Any]:
     return {
         **{name: arrays[name] for name in fields.floats},
         **{
+            # -1 stands for "outside" in before and after only.
             name: check_integers(name, arrays[name], -(name in _SIDE_NAMES), 2**31 - 1, np.int32)
             for name in fields.ints
         },
@@ -355,7 +377,7 @@ def _decode_list_rows(arrays: Arrays, fields: _ListFields) -> dict[str, Any]:
 
 
 def _decode_scene_fields(arrays: Arrays, path: str | os.PathLike[str]) -> dict[str, Any]:
-    """What only spans know: surfaces at their ends, how many bodies there are, and the materials of all of them."""
+    """Return the fields that only spans have: surfaces at both ends, the number of bodies, and all materials."""
     check_array_shapes(arrays, (2, len(arrays["t_enter"])), {"ends": ()})
     check_array_shapes(arrays, (), {"body_count": ()})
     count = int(check_integers("body_count", arrays["body_count"], 0, 2**31 - 1, np.int64))
@@ -369,15 +391,19 @@ def _decode_scene_fields(arrays: Arrays, path: str | os.PathLike[str]) -> dict[s
     }
 
 
-# Results that are written as they come, and gone on with after a stop: a folder of columns until they are whole.
+# Results that are written piece by piece and can be resumed.
 #
-# Beside `hits.csv` there is `hits.csv.parts` meanwhile: a file for each column, and `state.json`, which says for how
-# many
-# rays they hold the answers, and up to which byte. What stands behind that byte is of a part that was not finished.
+# Until `hits.csv` is complete, the folder `hits.csv.parts` holds a file for each column, and `state.json` with the
+# number of rays that are done and the number of valid bytes of each file. Bytes beyond belong to a piece that was not
+# finished; they are cut off on resuming. `state.json` is replaced after the columns are written, so it never counts
+# more than they hold.
 
 
 class ResultParts:
-    """The parts of results at `output`, for the work of a key. Raises ValueError where the folder is of other work."""
+    """The parts of the results at `output`. `key` identifies the work: rays, scene and version.
+
+    Raise ValueError if the folder of parts exists and `resume` is false, or if it belongs to other work.
+    """
 
     def __init__(self, output: Path, key: str, resume: bool) -> None:
         self.output, self.key = output, key
@@ -394,18 +420,18 @@ class ResultParts:
 
     def _read(self) -> None:
         state = self.folder / "state.json"
-        if not state.exists():  # it was stopped before its first part
+        if not state.exists():  # the earlier run stopped before its first part
             return
-        found = json.loads(state.read_text(encoding="utf-8"))
-        if found["key"] != self.key:
+        saved = json.loads(state.read_text(encoding="utf-8"))
+        if saved["key"] != self.key:
             raise ValueError(f"{self.folder}: holds results of other rays, another scene or version; remove it")
-        self.rays, self.found = found["rays"], found["found"]
-        self.sizes, self.kinds = found["sizes"], found["kinds"]
+        self.rays, self.found = saved["rays"], saved["found"]
+        self.sizes, self.kinds = saved["sizes"], saved["kinds"]
         for name, size in self.sizes.items():
             os.truncate(self.folder / name, size)
 
     def add(self, columns: Mapping[str, bytes | np.ndarray[Any, Any]], rays: int, found: int) -> None:
-        """Append the answers to some more rays, and what they found: bytes of a text, or rows of arrays."""
+        """Append the columns of `rays` more rays with `found` results: bytes of a text, or rows of arrays."""
         for name, rows in columns.items():
             if not isinstance(rows, bytes):
                 self.kinds[name] = [np.lib.format.dtype_to_descr(rows.dtype), list(rows.shape[1:])]
@@ -422,25 +448,25 @@ class ResultParts:
         write_text(self.folder / "state.json", json.dumps(state))
 
     def column(self, name: str) -> np.ndarray[Any, Any]:
-        """A column of numbers, mapped from the disk."""
+        """Return a column of numbers, memory-mapped."""
         kind, last = np.dtype(self.kinds[name][0]), tuple(self.kinds[name][1])
         if not self.sizes[name]:
             return np.zeros((0, *last), kind)
         return np.memmap(self.folder / name, kind, "r").reshape(-1, *last)
 
     def finish_text(self, name: str) -> None:
-        """The text of one column becomes the output."""
+        """Move the text of one column to the output, and remove the parts."""
         with replace_file(self.output) as partial:
             os.replace(self.folder / name, partial)
         shutil.rmtree(self.folder)
 
     def stored(self, name: str, shape: tuple[int, ...]) -> StoredArray:
-        """A column as an array whose rows have a leading shape."""
+        """Return a column as an array whose rows have the leading shape `shape`."""
         column = self.column(name)
         return StoredArray((column,), (*shape, *column.shape[1:]))
 
     def finish_arrays(self, arrays: Mapping[str, StoredArray], more: Mapping[str, Any]) -> None:
-        """Stored arrays and some in memory become the output, a .npz file or a .zarr folder."""
+        """Write stored arrays and `more` in memory to the output, a .npz file or a .zarr folder; remove the parts."""
         if self.output.suffix.lower() == ".zarr":
             write_zarr(self.output, arrays, more)
         else:
@@ -448,11 +474,11 @@ class ResultParts:
         shutil.rmtree(self.folder)
 
     def finish_array(self, array: StoredArray) -> None:
-        """One stored array becomes the output, a .npy file."""
+        """Write one stored array to the output, a .npy file, and remove the parts."""
         write_npy(self.output, array)
         shutil.rmtree(self.folder)
 
     def finish_table(self) -> None:
-        """All columns become the output, a .parquet file."""
+        """Write all columns to the output, a .parquet file, and remove the parts."""
         write_parquet(self.output, {name: self.column(name) for name in self.kinds})
         shutil.rmtree(self.folder)

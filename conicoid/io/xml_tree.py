@@ -1,7 +1,8 @@
-"""XML as a tree with line numbers, from files that nobody vouches for.
+"""Reader of untrusted XML files into a tree with line numbers.
 
-The parser is defusedxml's: document types, entities and external references are refused, so that no
-bomb can go off and no other file is opened. Size, depth and the number of elements are limited.
+The parser is that of defusedxml: document types, entities and external references are refused, so that no entity bomb
+can go off and no other file is opened. Size, depth and the number of elements are limited. `XmlEntityBuilder` allows
+entities that stand for whole files, if the caller accepts their paths.
 """
 
 from __future__ import annotations
@@ -23,11 +24,12 @@ from .._util.safe_files import open_regular
 
 MAX_XML_BYTES = 64 << 20
 MAX_ATTRIBUTES = 3_000_000
+"""Most bytes of a file with all its parts, and most '=' signs of one file, which bound its attributes."""
 
 
 @dataclass(slots=True, eq=False)
 class XmlElement:
-    """One element: its attributes, its own text (without that of its children), and where it begins."""
+    """An element: attributes, children, its own text without that of its children, and line and column of its start."""
 
     tag: str
     line: int
@@ -38,26 +40,40 @@ class XmlElement:
 
     @property
     def text(self) -> str:
+        """The element's own text."""
         return "".join(self.pieces)
 
     def all(self, tag: str) -> list[XmlElement]:
-        """The children of a kind, in the order of the file."""
+        """Return the children with a tag, in the order of the file."""
         return [child for child in self.children if child.tag == tag]
 
 
 def read_xml(
     path: str | os.PathLike[str], doctype: bool = False, parts: Callable[[str], str] | None = None, hint: str = ""
 ) -> XmlElement:
-    """The root element of a file. Raises SceneFileError for anything that is no harmless XML of bearable size.
+    """Return the root element of an XML file.
 
-    doctype: is a document type allowed, if it declares no entity? What it may refer to is not read.
-    parts: gives the path of a file that an entity stands for, or raises ValueError; None where entities are refused,
-    with a `hint` at what may be done.
+    Parameters
+    ----------
+    path
+        The file.
+    doctype
+        Whether a document type that declares no entity is allowed. Files that it refers to are not read.
+    parts
+        Returns the path of the file that an entity stands for, or raises ValueError; None refuses all entities.
+    hint
+        Text that is appended to the error for a refused entity.
+
+    Raises
+    ------
+    SceneFileError
+        The file cannot be read, is not XML, is too large or too deep, or declares something that is refused.
+
     """
     from defusedxml.common import DefusedXmlException, DTDForbidden
 
     raw = read_bounded_bytes(path, 0)
-    # All at once: an attribute of many megabytes that comes in small pieces is scanned anew with each
+    # Parse all bytes at once: an attribute of many megabytes that arrives in pieces is scanned again with each piece.
     builder: XmlTreeBuilder
     if parts is None:
         builder = XmlTreeBuilder(bufsize=MAX_XML_BYTES + 1, forbid_dtd=not doctype)
@@ -72,8 +88,8 @@ def read_xml(
         raise SceneFileError(path, [Problem(line, column, "", f"is not XML: {error.getMessage()}")]) from None
     except DefusedXmlException as error:
         what = "a document type (DOCTYPE)" if isinstance(error, DTDForbidden) else "an entity or an external reference"
-        told = "" if isinstance(error, DTDForbidden) else hint
-        raise SceneFileError(path, [Problem(*builder.place, "", f"is refused: it declares {what}{told}")]) from None
+        advice = "" if isinstance(error, DTDForbidden) else hint
+        raise SceneFileError(path, [Problem(*builder.place, "", f"is refused: it declares {what}{advice}")]) from None
     except XmlLimitError as error:
         raise SceneFileError(path, [Problem(*builder.place, "", str(error))]) from None
     except (LookupError, ValueError) as error:
@@ -82,22 +98,23 @@ def read_xml(
 
 
 def read_bounded_bytes(path: str | os.PathLike[str], before: int) -> bytes:
-    """The contents of a file, where what was read before and it are bearable."""
+    """Return the contents of a file. Raise SceneFileError if it is too large, with the `before` bytes read already."""
     raw = _read_bytes(path)
     if raw.count(b"=") > MAX_ATTRIBUTES:
         raise SceneFileError(path, [Problem(0, 0, "", f"has more than {MAX_ATTRIBUTES:,} attributes (or '=' signs)")])
     if before + len(raw) > MAX_XML_BYTES:
-        found = f"is too large with all its parts: at most {MAX_XML_BYTES >> 20} MB are read"
-        raise SceneFileError(path, [Problem(0, 0, "", found)])
+        message = f"is too large with all its parts: at most {MAX_XML_BYTES >> 20} MB are read"
+        raise SceneFileError(path, [Problem(0, 0, "", message)])
     return raw
 
 
 def _read_bytes(path: str | os.PathLike[str]) -> bytes:
-    """The contents of a regular file of bearable size."""
+    """Return the contents of a regular file of at most `MAX_XML_BYTES` bytes. Raise SceneFileError for others."""
     try:
         if "\0" in os.fspath(path):
             raise OSError(22, "a path cannot hold a zero character")
         with open_regular(path) as file:
+            # One byte more than allowed, to notice a file that is too large without reading all of it.
             raw = file.read(min(os.fstat(file.fileno()).st_size, MAX_XML_BYTES) + 1)
     except OSError as error:
         raise unreadable_error(path, error) from None
@@ -106,34 +123,34 @@ def _read_bytes(path: str | os.PathLike[str]) -> bytes:
     return raw
 
 
-# The parser of XML that nobody vouches for: elements are made of what expat reports, without a layer between.
+# Parser for untrusted XML; it builds elements directly in expat callbacks, without SAX events between.
 
 MAX_DEPTH = 32
 MAX_ELEMENTS = 1_000_000
 
 
 class XmlLimitError(Exception):
-    """A limit is passed."""
+    """Raised when a document exceeds a limit."""
 
 
 class XmlTreeBuilder(DefusedExpatParser):  # type: ignore[misc]
-    """Makes a tree."""
+    """A parser that builds a tree of elements, whose root is `root`."""
 
     root: XmlElement
 
-    def __init__(self, **given: Any) -> None:
+    def __init__(self, **options: Any) -> None:
         self._parser: Any = None
-        super().__init__(**given)
+        super().__init__(**options)
         self.open: list[XmlElement] = []
         self.count = 0
 
     @property
     def place(self) -> tuple[int, int]:
-        """Line and column of what is being read, from 1."""
+        """Line and column of the parser's position, from 1."""
         return self.getLineNumber() or 0, (self.getColumnNumber() or 0) + 1
 
     def reset(self) -> None:
-        """Have everything reported here, and not to a handler of SAX."""
+        """Connect expat to the methods of this class in place of a SAX handler."""
         super().reset()
         self._parser.StartElementHandler = self._begin
         self._parser.EndElementHandler = self._end
@@ -160,37 +177,45 @@ class XmlTreeBuilder(DefusedExpatParser):  # type: ignore[misc]
         self.open[-1].pieces.append(data)
 
 
-# XML files that take in others by entities: `<!ENTITY materials SYSTEM "materials.xml">`, then `&materials;`.
+# XML files that include others by entities: `<!ENTITY materials SYSTEM "materials.xml">`, then `&materials;`.
 #
-# Only whole files are taken in, that whoever asks finds harmless. Entities of text, which may grow without bounds,
-# parameter entities, and external subsets of document types are not read.
+# Only whole files are included, and only those that the caller accepts. Entities of text, which may grow without
+# bounds, parameter entities, and external subsets of document types are not read.
 
 MAX_XML_FILES, MAX_XML_FILE_DEPTH = 200, 8
-"""How often files are taken in, and how deep they may take in others."""
+"""Most inclusions of files, and most levels of files within files."""
 
 
 class XmlEntityBuilder(XmlTreeBuilder):
-    """Takes in files: declarations are looked at one by one, references are followed by itself.
+    """A parser that includes files: it checks each declaration of an entity and follows references itself.
 
-    path_of gives the path of a file or raises ValueError; size: of the first file.
+    Parameters
+    ----------
+    path_of
+        Returns the path of the file that an entity names, or raises ValueError.
+    size
+        Bytes of the first file.
+    **options
+        Options of the parser.
+
     """
 
-    def __init__(self, path_of: Callable[[str], str], size: int, **given: Any) -> None:
+    def __init__(self, path_of: Callable[[str], str], size: int, **options: Any) -> None:
         self.path_of, self.size = path_of, size
         self.declared: set[str] = set()
         self.taken = self.depth = 0
-        super().__init__(forbid_dtd=False, forbid_external=False, **given)
+        super().__init__(forbid_dtd=False, forbid_external=False, **options)
 
     def defused_entity_decl(
         self, name: str, is_parameter_entity: bool, value: Any, base: Any, sysid: Any, pubid: Any, notation_name: Any
     ) -> None:
-        """Only files are allowed."""
+        """Accept an entity that stands for a file. Raise EntitiesForbidden for any other."""
         if is_parameter_entity or value is not None or pubid or notation_name or not sysid:
             raise EntitiesForbidden(name, value, base, sysid, pubid, notation_name)
         self.declared.add(sysid)
 
     def external_entity_ref(self, context: Any, base: Any, sysid: Any, pubid: Any) -> int:
-        """Parse a file in place of its entity."""
+        """Parse the file that an entity stands for. Raise SceneFileError if it is refused or invalid."""
         del base, pubid
         if sysid not in self.declared:
             return 1  # the external part of a document type
@@ -198,8 +223,8 @@ class XmlEntityBuilder(XmlTreeBuilder):
         first = self._source.getSystemId()
         self.taken += 1
         if self.taken > MAX_XML_FILES or self.depth >= MAX_XML_FILE_DEPTH:
-            told = f"takes in files more than {MAX_XML_FILES} times, or nested deeper than {MAX_XML_FILE_DEPTH} levels"
-            raise SceneFileError(first, [Problem(*place, "", told)])
+            limit = f"takes in files more than {MAX_XML_FILES} times, or nested deeper than {MAX_XML_FILE_DEPTH} levels"
+            raise SceneFileError(first, [Problem(*place, "", limit)])
         try:
             path = self.path_of(sysid)
         except ValueError as error:
@@ -211,8 +236,8 @@ class XmlEntityBuilder(XmlTreeBuilder):
         try:
             self._parser.Parse(raw, True)
         except expat.ExpatError as error:
-            found = Problem(error.lineno, error.offset + 1, "", f"is not XML: {expat.ErrorString(error.code)}")
-            raise SceneFileError(path, [found]) from None
+            problem = Problem(error.lineno, error.offset + 1, "", f"is not XML: {expat.ErrorString(error.code)}")
+            raise SceneFileError(path, [problem]) from None
         except SAXParseException as error:
             raise SceneFileError(path, [Problem(0, 0, "", f"is not XML: {error.getMessage()}")]) from None
         finally:

@@ -1,1 +1,1 @@
-"""The engine: from the tables of a lowered scene and arrays of rays to certified answers."""
+"""Compiled kernels: from the tables of a prepared scene and arrays of rays to crossings, each with its doubt."""

@@ -1,11 +1,10 @@
-"""Faces of cells: their numbers, and on which side of its surface a cell is.
+"""Faces of cells: their numbers, and the side of its surface on which a cell lies.
 
-Both are in one number of `cell_face` and `plane_face`: 1 + the number of the face, negative where a cell is inside
-where its quadric, or the height over its plane, is at least 0.
+One number of `cell_face` or `plane_face` holds both: 1 + the number of the face, negated where the inside of the cell
+is where its quadric, or the height over its plane, is at least 0.
 
-Cells that are one another moved have their face in the tables once: `cell_likes` is twice its row, and 1 more if the
-side is -1. Of a scene with such cells, numbers of `plane_face` that fit in a byte have no more than that: four are in
-an integer.
+Cells that are translated copies of each other share a row of faces: `cell_likes` is twice the row, plus 1 if the side
+is -1. In a scene with such cells `plane_face` holds four numbers in an integer, if each fits in a byte.
 """
 
 from __future__ import annotations
@@ -18,12 +17,12 @@ from .._jit.decorators import inline
 from . import tables as table
 from .tables import Geometry, Ints, Tables, integer, length, whole
 
-_MOST = 127
+_MOST = 127  # largest int8
 
 
 @inline
 def row_of_cell(geometry: Geometry, cell: int) -> int:
-    """The row of a cell in `cell_face` and `cell_limits`."""
+    """Return the row of a cell in `cell_face` and `cell_limits`."""
     if length(geometry, table.CELL_LIKES) == 0:
         return whole(cell)
     return integer(geometry, table.CELL_LIKES, cell) >> 1
@@ -31,7 +30,7 @@ def row_of_cell(geometry: Geometry, cell: int) -> int:
 
 @inline
 def _cell_face(geometry: Geometry, cell: int) -> int:
-    """1 + the number of a cell's face, with its side."""
+    """Return 1 + the number of the face of a cell's quadric, negated where the side is -1."""
     if length(geometry, table.CELL_LIKES) == 0:
         return integer(geometry, table.CELL_FACE, cell)
     like = integer(geometry, table.CELL_LIKES, cell)
@@ -41,16 +40,17 @@ def _cell_face(geometry: Geometry, cell: int) -> int:
 
 @inline
 def _plane_face(geometry: Geometry, place: int) -> int:
-    """1 + the number of a plane's face, with its side."""
+    """Return 1 + the number of a plane's face, negated where the side is -1."""
     if length(geometry, table.PLANE_FACE) == length(geometry, table.PLANE_SURFACE):
         return integer(geometry, table.PLANE_FACE, place)
+    # Byte `place & 3` of the integer, then its sign extended
     byte = (integer(geometry, table.PLANE_FACE, place >> 2) >> 8 * (place & 3)) & 255
     return byte - 2 * (byte & 128)
 
 
 @inline
 def cell_side(geometry: Geometry, cell: int) -> int:
-    """+1: a cell is inside where its quadric is <= 0; -1: where >= 0. 1 where it has none."""
+    """Return +1 if the inside of a cell is where its quadric is <= 0, -1 if where it is >= 0; 1 without a quadric."""
     if length(geometry, table.CELL_LIKES) == 0:
         return whole(1) if integer(geometry, table.CELL_FACE, cell) > 0 else whole(-1)
     return 1 - 2 * (integer(geometry, table.CELL_LIKES, cell) & 1)
@@ -58,68 +58,79 @@ def cell_side(geometry: Geometry, cell: int) -> int:
 
 @inline
 def plane_side(geometry: Geometry, place: int) -> int:
-    """+1: a cell is inside where n·x <= offset; -1: where >=."""
+    """Return +1 if the inside of a cell is where n·x <= offset of this plane, -1 if where it is >= offset."""
     return whole(1) if _plane_face(geometry, place) > 0 else whole(-1)
 
 
 @inline
 def cell_face_and_side(geometry: Geometry, cell: int) -> tuple[int, int]:
-    """(number of the face, side) of a cell's quadric."""
+    """Return (number of the face, side) of a cell's quadric."""
     return _face_and_side(_cell_face(geometry, cell))
 
 
 @inline
 def plane_face_and_side(geometry: Geometry, place: int) -> tuple[int, int]:
-    """(number of the face, side) of a plane of a cell."""
+    """Return (number of the face, side) of a plane of a cell."""
     return _face_and_side(_plane_face(geometry, place))
 
 
 @inline
 def _face_and_side(both: int) -> tuple[int, int]:
-    """A number of these columns taken apart."""
+    """Split a number of `cell_face` or `plane_face` into (number of the face, side)."""
     return (both - 1, whole(1)) if both > 0 else (-1 - both, whole(-1))
 
 
 def rows_of_cells(tables: Tables, cells: Any) -> Any:
-    """The rows of some cells in `cell_face` and `cell_limits`."""
+    """Return the rows of some cells in `cell_face` and `cell_limits`."""
     return tables.cell_likes[cells] >> 1 if len(tables.cell_likes) else cells
 
 
 def cell_faces(tables: Tables, cells: Any) -> Any:
-    """1 + the numbers of the faces of some cells, with their sides."""
+    """Return 1 + the numbers of the faces of some cells' quadrics, negated where the side is -1."""
     if not len(tables.cell_likes):
         return tables.cell_face[cells]
     return tables.cell_face[rows_of_cells(tables, cells)] * (1 - 2 * (tables.cell_likes[cells] & 1))
 
 
 def plane_faces(tables: Tables, places: Any) -> Any:
-    """The same of some planes of cells."""
+    """Return 1 + the numbers of the faces of some planes of cells, negated where the side is -1."""
     if len(tables.plane_face) == len(tables.plane_surface):
         return tables.plane_face[places]
     return np.ascontiguousarray(tables.plane_face, "<i4").view(np.int8)[places].astype(np.int32)
 
 
 def numbers_of(faces: Any) -> Any:
-    """The numbers of faces, from 1 + numbers with sides."""
+    """Return the numbers of faces from the numbers of `cell_faces` or `plane_faces`."""
     return abs(faces) - 1
 
 
 def sides_of(faces: Any) -> Any:
-    """The sides, +1 or -1, from the same."""
+    """Return the sides, +1 or -1, from the numbers of `cell_faces` or `plane_faces`."""
     return 2 * (faces > 0) - 1
 
 
 def deduplicate_rows(likes: Ints, faces: Ints, rows: int) -> tuple[Ints, Ints]:
-    """(`cell_likes`, `cell_face`) of cells by the rows that they have in common, of which there are so many."""
+    """Return `cell_likes` and `cell_face` of cells that share rows.
+
+    Parameters
+    ----------
+    likes : array of int32, shape (cells,)
+        The row of each cell; cells of one row have equal numbers of the face.
+    faces : array of int32, shape (cells,)
+        1 + the number of the face, negated where the side is -1.
+    rows : int
+        Number of rows.
+    """
     column = np.zeros(rows, np.int32)
     column[likes] = np.abs(faces)
     return 2 * likes + (faces < 0), column
 
 
 def as_bytes(faces: Ints) -> Ints:
-    """Numbers of `plane_face`, four in an integer; as they are where one has no room, or there are few."""
+    """Return numbers of `plane_face` four to an integer; unchanged if one does not fit in a byte or there are < 2."""
     if len(faces) < 2 or np.abs(faces).max() > _MOST:
         return faces
+    # Little-endian on every processor, as `_plane_face` shifts the bytes out
     packed = np.zeros(-(-len(faces) // 4) * 4, np.int8)
     packed[: len(faces)] = faces
     return packed.view("<i4").astype(np.int32, copy=False)

@@ -1,9 +1,9 @@
-"""Programs in the tables: where their leaves and gates are.
+"""Boolean programs: where the tables hold their leaves and gates, their value as counting gates, boxes of leaves.
 
-What leaves feed, and the gates, are alike in programs that are one another moved: these are in the tables once, and
-`program_shifts` says of each program where. The leaves of such a scene have the numbers of their cells. A scene without
-such bodies has no `program_shifts`: its leaves are numbered by themselves, `leaf_cell` says which cell each is, and the
-rows of its programs, and of their leaves, are those of their numbers.
+Programs that are translated copies of each other share the rows of their gates and leaves; `program_shifts` holds the
+row of each program. In such a scene the number of a leaf is the number of its cell. A scene without copies has no
+`program_shifts`: leaves have numbers of their own, `leaf_cell` gives the cell of each, and the rows of programs and
+leaves are their numbers.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ from . import tables as table
 from .tables import BOUNDS_SIZE, SHIFT_SIZE, Geometry, Ints, Tables, integer, length, whole
 
 ALIKE = SHIFT_SIZE - 1
-"""In a row of `program_shifts`: the row of a program in what programs have in common."""
+"""Column of `program_shifts`: the row of a program in the shared tables."""
 
 
 @inline
 def row_of_program(geometry: Geometry, program: int) -> int:
-    """The row of a program in `program_gate` and `program_limits`."""
+    """Return the row of a program in `program_gate` and `program_limits`."""
     if length(geometry, table.PROGRAM_SHIFTS) == 0:
         return whole(program)
     return integer(geometry, table.PROGRAM_SHIFTS, SHIFT_SIZE * program + ALIKE)
@@ -30,7 +30,7 @@ def row_of_program(geometry: Geometry, program: int) -> int:
 
 @inline
 def rows_of_leaves(geometry: Geometry, program: int) -> int:
-    """What is to be added to the number of a leaf of a program for its row in `leaf_gate` and the like."""
+    """Return the number that, added to the number of a leaf of a program, gives its row in `leaf_gate` and the like."""
     if length(geometry, table.PROGRAM_SHIFTS) == 0:
         return whole(0)
     return first_leaf(geometry, program) - integer(geometry, table.PROGRAM_LEAF, program)
@@ -38,7 +38,7 @@ def rows_of_leaves(geometry: Geometry, program: int) -> int:
 
 @inline
 def first_leaf(geometry: Geometry, program: int) -> int:
-    """The row of the first leaf of a program in `leaf_gate` and the like."""
+    """Return the row of the first leaf of a program in `leaf_gate` and the like."""
     if length(geometry, table.PROGRAM_SHIFTS) == 0:
         return integer(geometry, table.PROGRAM_LEAF, program)
     return integer(geometry, table.PROGRAM_ROW, row_of_program(geometry, program))
@@ -46,13 +46,13 @@ def first_leaf(geometry: Geometry, program: int) -> int:
 
 @inline
 def sense_of(geometry: Geometry, program: int, leaf: int) -> int:
-    """Which way the faces of a leaf of a program look (`leaf_sense`)."""
+    """Return `leaf_sense` of a leaf: -1 if its faces' normals are reversed in the program, else +1."""
     return integer(geometry, table.LEAF_SENSE, leaf + rows_of_leaves(geometry, program))
 
 
 @inline
 def leaves_of(geometry: Geometry, program: int) -> tuple[int, int]:
-    """(first, end) numbers of the leaves of a program."""
+    """Return (first, end) numbers of the leaves of a program."""
     first = integer(geometry, table.PROGRAM_LEAF, program)
     if length(geometry, table.PROGRAM_SHIFTS) == 0:
         return first, integer(geometry, table.PROGRAM_LEAF, program + 1)
@@ -63,25 +63,25 @@ def leaves_of(geometry: Geometry, program: int) -> tuple[int, int]:
 
 @inline
 def cell_of_leaf(geometry: Geometry, leaf: int) -> int:
-    """The cell that a leaf is."""
+    """Return the cell of a leaf."""
     return whole(leaf) if length(geometry, table.PROGRAM_SHIFTS) > 0 else integer(geometry, table.LEAF_CELL, leaf)
 
 
 @inline
 def gates_of(geometry: Geometry, program: int) -> tuple[int, int]:
-    """(first, end) rows of the gates of a program; the first is its root."""
+    """Return (first, end) rows of the gates of a program; the first is its root."""
     row = row_of_program(geometry, program)
     return integer(geometry, table.PROGRAM_GATE, row), integer(geometry, table.PROGRAM_GATE, row + 1)
 
 
 @inline
 def root_of(geometry: Geometry, program: int) -> int:
-    """The row of the root of a program."""
+    """Return the row of the root gate of a program."""
     return integer(geometry, table.PROGRAM_GATE, row_of_program(geometry, program))
 
 
 def rows_of_programs(tables: Tables) -> Ints:
-    """(programs,) the row of each in `program_gate` and `program_limits`."""
+    """Return (programs,) the row of each program in `program_gate` and `program_limits`."""
     if len(tables.program_shifts):
         rows: Ints = tables.program_shifts[:, ALIKE]
         return rows
@@ -89,14 +89,14 @@ def rows_of_programs(tables: Tables) -> Ints:
 
 
 def leaves_of_programs(tables: Tables) -> tuple[Ints, Ints]:
-    """(the first leaf, how many) of each program."""
+    """Return two arrays over the programs: the number of the first leaf, and the count of leaves."""
     first = tables.program_leaf
     count = np.diff(tables.program_row)[rows_of_programs(tables)] if len(tables.program_shifts) else np.diff(first)
     return first[:-1], count
 
 
 def leaves_of_program(tables: Tables, program: int) -> range:
-    """The leaves of a program."""
+    """Return the numbers of the leaves of a program."""
     first, end = tables.program_leaf[program : program + 2].tolist()
     if len(tables.program_shifts):
         row = int(tables.program_shifts[program, ALIKE])
@@ -105,47 +105,47 @@ def leaves_of_program(tables: Tables, program: int) -> range:
 
 
 def cells_of_leaves(tables: Tables, leaves: Any) -> Any:
-    """The cells that some leaves are."""
+    """Return the cells of some leaves."""
     return leaves if len(tables.program_shifts) else tables.leaf_cell[leaves]
 
 
 def row_of_leaf(tables: Tables, program: Any, leaf: Any) -> Any:
-    """The rows of some leaves of a program, or of several, in `leaf_gate` and the like."""
+    """Return the rows of some leaves, of one program or of one program each, in `leaf_gate` and the like."""
     if not len(tables.program_shifts):
         return leaf
     return leaf + (tables.program_row[tables.program_shifts[program, ALIKE]] - tables.program_leaf[program])
 
 
 def gates_of_program(tables: Tables, program: int) -> range:
-    """The rows of the gates of a program; the first is its root."""
+    """Return the rows of the gates of a program; the first is its root."""
     row = int(tables.program_shifts[program, ALIKE]) if len(tables.program_shifts) else program
     return range(int(tables.program_gate[row]), int(tables.program_gate[row + 1]))
 
 
-# Boolean programs as counting gates.
+# Counting gates
 #
-# A gate is true when at least `need` of its inputs are: 1 makes it a union, all of them an
-# intersection. When a leaf turns, only the gates on its path to the root are updated, and only
-# while they change; a wide union is one gate.
+# A gate is true when at least `gate_need` of its inputs are true: 1 makes it a union, all inputs an intersection. When
+# a leaf changes, only the gates on its path to the root are updated, and only while they change; a wide union is one
+# gate.
 #
-# `counts` has the true inputs of all gates of a scene that has few of them, or not many more than its largest program.
-# Else it has those of one program, so that memory is of the order of the largest program, and what a program begins
-# with
-# is written where the one before was another.
+# `counts` holds the true inputs of all gates if the scene has few gates, or not many more than its largest program.
+# Otherwise it holds the gates of one program at a time, so that memory stays of the order of the largest program;
+# `hold_program` then writes the start values when the program changes.
 
 HELD_PROGRAM = -1
-"""Where in `counts` the gate is that the first count is of; -1 for none."""
+"""Index in `counts`: the gate to which the first count belongs; its value is -1 for none."""
 _ALL = -2
-"""Where in `counts` 1 stands for those of all gates."""
+"""Index in `counts`: 1 if `counts` holds all gates."""
 _FEW = 1 << 15
-"""Gates of a scene whose counts are held together: 128 KB."""
+"""Most gates of a scene that are always held together: 128 KB."""
 _TIMES = 4
-"""And so many times those of the largest program: else two large ones behind one another would begin anew in turn."""
+"""Gates are also held together up to this multiple of the largest program's: otherwise rays that alternate between two
+large programs would write the start values again each time."""
 
 
 @allocator
 def new_counts(geometry: Geometry) -> Ints:
-    """Counts with every leaf outside."""
+    """Return counts with every leaf outside, int32."""
     total = length(geometry, table.GATE_START)
     few = total <= max(_FEW, _TIMES * geometry.places[table.GATES])
     counts = np.empty((total if few else geometry.places[table.GATES]) + 2, np.int32)
@@ -157,7 +157,10 @@ def new_counts(geometry: Geometry) -> Ints:
 
 @inline
 def hold_program(geometry: Geometry, counts: Ints, program: int) -> None:
-    """Let `counts` have those of a program, with every leaf outside; so it has, if that was the last that was held."""
+    """Make `counts` hold the gates of a program, with every leaf outside.
+
+    Relies on every leaf being outside already if the program is the one held.
+    """
     first = root_of(geometry, program)
     if counts[_ALL] == 0 and counts[HELD_PROGRAM] != first:
         counts[HELD_PROGRAM] = first
@@ -166,7 +169,7 @@ def hold_program(geometry: Geometry, counts: Ints, program: int) -> None:
 
 @inline
 def put_outside(geometry: Geometry, counts: Ints, program: int) -> None:
-    """Put every leaf of a program that is held outside."""
+    """Set the counts of the held program to every leaf outside."""
     first, last = gates_of(geometry, program)
     for gate in range(first, last):
         counts[gate - counts[HELD_PROGRAM]] = integer(geometry, table.GATE_START, gate)
@@ -174,48 +177,48 @@ def put_outside(geometry: Geometry, counts: Ints, program: int) -> None:
 
 @inline
 def gate_value(geometry: Geometry, counts: Ints, gate: int) -> bool:
-    """Are enough of the inputs of a gate of the program that is held true? Its negation is not applied yet."""
+    """True if enough inputs of a gate of the held program are true; its negation is not applied."""
     return counts[gate - counts[HELD_PROGRAM]] >= integer(geometry, table.GATE_NEED, gate)
 
 
 @inline
 def root_count(geometry: Geometry, counts: Ints, program: int) -> int:
-    """How many inputs of the root of a program, which is held, are true."""
+    """Return the number of true inputs of the root of the held program."""
     return counts[root_of(geometry, program) - counts[HELD_PROGRAM]]
 
 
 @inline
 def root_value(geometry: Geometry, counts: Ints, program: int) -> bool:
-    """The value of a whole program, which is held."""
+    """Return the value of the held program."""
     root = root_of(geometry, program)
     return gate_value(geometry, counts, root) != (integer(geometry, table.GATE_NEGATED, root) == 1)
 
 
 @inline
 def turn_leaf(geometry: Geometry, counts: Ints, program: int, leaf: int, on: bool) -> None:
-    """Count a leaf's change from off to on, or back, up to the first gate that keeps its value.
+    """Count a leaf's change to inside (`on`) or outside, up to the first gate that keeps its value.
 
-    Keeps `counts` the true inputs of every gate of the program, which is held; relies on the leaf having been the other
-    way before.
+    Keeps `counts` equal to the true inputs of every gate of the held program; relies on the leaf having been on the
+    other side before.
     """
     row = leaf + rows_of_leaves(geometry, program)
     gate = integer(geometry, table.LEAF_GATE, row)
-    rises = on != (integer(geometry, table.LEAF_NEGATED, row) == 1)
+    rises = on != (integer(geometry, table.LEAF_NEGATED, row) == 1)  # of the gate's input, after the leaf's negation
     while gate >= 0:
         before = gate_value(geometry, counts, gate)
         counts[gate - counts[HELD_PROGRAM]] += 1 if rises else -1
         after = gate_value(geometry, counts, gate)
-        if before == after:
+        if before == after:  # gates above see no change
             return
         rises = after != (integer(geometry, table.GATE_NEGATED, gate) == 1)
         gate = integer(geometry, table.GATE_PARENT, gate)
 
 
-# Boxes around the leaves of a program: programs that are one another moved have those of the first.
+# Boxes around the leaves of a program. Translated copies share the boxes of the first copy, and add their shift.
 
 
 class LeafBounds(NamedTuple):
-    """Where in the floats the boxes of a program's leaves begin, and what is to be added to them."""
+    """The place in the floats where the boxes of a program's leaves begin, and the shift to add to them."""
 
     at: Any
     x: float
@@ -225,7 +228,7 @@ class LeafBounds(NamedTuple):
 
 @inline
 def leaf_bounds(geometry: Geometry, program: int) -> LeafBounds:
-    """The boxes of the leaves of a program."""
+    """Return the boxes of the leaves of a program."""
     f, places, first = geometry.floats, geometry.places, first_leaf(geometry, program)
     x, y, z = 0.0, 0.0, 0.0
     if length(geometry, table.PROGRAM_SHIFTS) > 0:
@@ -238,13 +241,13 @@ def leaf_bounds(geometry: Geometry, program: int) -> LeafBounds:
 
 @inline
 def leaf_low(geometry: Geometry, bounds: LeafBounds, number: int, axis: int) -> float:
-    """Where along an axis the box of one of the leaves begins; numbers count from 0."""
+    """Return the low end of a leaf's box along an axis; leaves of the program count from 0."""
     shift = bounds.x if axis == 0 else (bounds.y if axis == 1 else bounds.z)
     return geometry.floats[bounds.at + BOUNDS_SIZE * number + axis] + shift
 
 
 @inline
 def leaf_high(geometry: Geometry, bounds: LeafBounds, number: int, axis: int) -> float:
-    """Where it ends."""
+    """Return the high end of a leaf's box along an axis; leaves of the program count from 0."""
     shift = bounds.x if axis == 0 else (bounds.y if axis == 1 else bounds.z)
     return geometry.floats[bounds.at + BOUNDS_SIZE * number + axis + 3] + shift

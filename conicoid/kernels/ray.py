@@ -1,4 +1,4 @@
-"""A ray as the engine takes it, out of a user's arrays."""
+"""Rays in kernels: one ray, many as arrays, and the scaling that keeps squares of a direction finite."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ class Ray(NamedTuple):
     dz: float
     t_min: float
     t_max: float
-    start: Any  # int64: the surface that it starts on, -1 for none, DEAD
+    start: Any  # int64: the surface on which it starts, -1 for none, or DEAD
 
 
 class RayLine(NamedTuple):
-    """Origin and direction of a ray."""
+    """Origin and direction of a ray, without its interval."""
 
     ox: float
     oy: float
@@ -39,19 +39,19 @@ class RayLine(NamedTuple):
 
 @inline
 def line_of(ray: Ray) -> RayLine:
-    """The line of a ray."""
+    """Return the line of a ray."""
     return RayLine(ray.ox, ray.oy, ray.oz, ray.dx, ray.dy, ray.dz)
 
 
 @inline
 def with_limits(ray: Ray, t_min: float, t_max: float) -> Ray:
-    """A ray within another interval."""
+    """Return the ray with the interval (t_min, t_max)."""
     return Ray(ray.ox, ray.oy, ray.oz, ray.dx, ray.dy, ray.dz, t_min, t_max, ray.start)
 
 
 @record_shapes(origins="n 3", directions="n 3", t_min="n|1", t_max="n|1", starts="n|1")
 class RayArrays(NamedTuple):
-    """Rays as kernels take them. Limits and starts are arrays of one value for all rays, or of one for each."""
+    """Many rays. `t_min`, `t_max` and `starts` have one value for all rays, or one for each ray."""
 
     origins: Floats  # (n, 3)
     directions: Floats  # (n, 3)
@@ -60,18 +60,19 @@ class RayArrays(NamedTuple):
     starts: Ints  # as `Ray.start`
 
     def some(self, which: Any) -> RayArrays:
-        """Rays of these numbers."""
+        """Return the rays that an index array, mask or slice selects."""
         parts: tuple[Any, ...] = self
         return RayArrays(*(part if len(part) == 1 else part[which] for part in parts))
 
 
 DEAD = -2
-"""Start of a ray that does not exist: the continuation of a miss."""
+"""`Ray.start` of a ray that does not exist: the continuation of a miss."""
 
 
 @inline
 def load_ray(rays: RayArrays, i: int) -> Ray:
-    """Ray i, with zeros that are positive, so that equal origins are the same to the bit."""
+    """Return ray i."""
+    # x + 0.0 turns -0.0 into +0.0, so that equal origins are equal to the bit
     origins, directions, t_min, t_max, starts = rays
     start = np.int64(starts[i if len(starts) > 1 else 0])
     first, last = t_min[i if len(t_min) > 1 else 0], t_max[i if len(t_max) > 1 else 0]
@@ -80,13 +81,13 @@ def load_ray(rays: RayArrays, i: int) -> Ray:
     return Ray(ox, oy, oz, dx, dy, dz, first, last, start)
 
 
-_FAR = 2.0**100
+_FAR = 2.0**100  # `scale_ray` leaves a direction alone whose largest component lies between 1 / _FAR and _FAR
 _LARGEST = sys.float_info.max
 
 
 @inline
 def _finite(t: float, scaled: float) -> float:
-    """A scaled end of an interval; beyond all crossings, but finite, if it was."""
+    """Return the scaled end of an interval; the largest float where scaling a finite t overflowed."""
     return scaled if abs(scaled) < math.inf or abs(t) == math.inf else math.copysign(_LARGEST, t)
 
 
@@ -95,7 +96,8 @@ _POWERS = (2.0**512, 2.0**256, 2.0**128, 2.0**64, 2.0**32, 2.0**16, 2.0**8, 2.0*
 
 @helper
 def _scale(x: float) -> float:
-    """The power of two that brings a number above 1e-300 to [1/2, 1). No bits are read: Python calls this as well."""
+    """Return the power of two that brings a number above 1e-300 to [1/2, 1)."""
+    # By comparisons, not by reading the exponent's bits: plain Python calls this as well
     scale = 1.0
     for power in _POWERS:
         if x >= power:
@@ -109,10 +111,14 @@ def _scale(x: float) -> float:
 
 @inline
 def scale_ray(ray: Ray) -> tuple[Ray, float]:
-    """The ray with a direction whose squares neither overflow nor underflow, by a power of two; and that power."""
+    """Return the ray with its direction scaled by a power of two, and that power.
+
+    Squares of the scaled direction neither overflow nor underflow. The interval is divided by the power, so that a t of
+    the scaled ray times the power is the t of the given one.
+    """
     ox, oy, oz, dx, dy, dz, t_min, t_max, start = ray
     largest = max(abs(dx), max(abs(dy), abs(dz)))
-    if 1.0 / _FAR < largest < _FAR:
+    if 1.0 / _FAR < largest < _FAR:  # nearly every ray
         return ray, 1.0
     scale = _scale(largest) if largest > 1e-300 else 2.0**1000
     low, high = _finite(t_min, t_min / scale), _finite(t_max, t_max / scale)
@@ -121,5 +127,5 @@ def scale_ray(ray: Ray) -> tuple[Ray, float]:
 
 @inline
 def span_inverse(ray: Ray) -> float:
-    """1 / d·d"""
+    """Return 1 / d·d."""
     return 1.0 / (ray.dx * ray.dx + ray.dy * ray.dy + ray.dz * ray.dz)

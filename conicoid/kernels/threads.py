@@ -1,11 +1,11 @@
-"""Our own thread pool: chunks of rays or tiles, progress, and Ctrl-C that stops at once.
+"""Thread pool for kernels: chunks of rays or tiles, progress, and Ctrl-C that stops at once.
 
-Kernels release the interpreter lock, so plain threads run them in parallel, side by side with
-other threads, Dask workers or notebooks (Numba's own pool is not safe to share).
+Kernels release the interpreter lock, so plain threads run them in parallel, side by side with other threads, Dask
+workers or notebooks (Numba's own pool is not safe to share).
 
-Only the main thread receives Ctrl-C, and only while it is in Python. So it waits for the others, except for work of
-a moment. Work on a scene (`run_on`) gets a copy of the geometry's places, in which kernels read
-whether they are to end: one ray may cross a hundred thousand leaves.
+Only the main thread receives Ctrl-C, and only while it runs Python code. So it waits for the other threads, except for
+very short work. Work on a scene (`run_on`) gets a copy of the geometry's places, in which kernels read the halt flag:
+a single ray may cross a hundred thousand leaves, too many to wait for.
 """
 
 from __future__ import annotations
@@ -24,21 +24,21 @@ from .._util.validation import as_integer, format_value
 from .tables import HALT, STEPS, Geometry
 
 Progress = Callable[[int, int], None]
-"""Called now and then as progress(done, count)."""
+"""Callback progress(done, count), called from time to time."""
 
 _AT_ONCE = 1 << 24
-"""So many steps of rays the main thread takes itself: some tens of milliseconds."""
+"""Most steps of rays that the main thread takes itself, without watching for Ctrl-C: some tens of milliseconds."""
 _BRIEF = 1 << 11
-"""So many steps of rays are too few for several threads: a millisecond of work, and starting them takes some tenths."""
+"""Most steps of rays for one thread: a millisecond of work, where starting threads takes some tenths of one."""
 _SHORT, _LONG = 0.01, 0.04
-"""Seconds that a chunk should take, at least and at most, where its number of rays does not predict it."""
-_FIRST = 8  # the first chunk is so many times smaller than the largest
+"""Shortest and longest time in seconds that a chunk should take, if its number of rays does not predict the time."""
+_FIRST = 8  # the first chunk is smaller than the largest by this factor
 
 _chosen: list[int] = []
 
 
 class _Limit(threading.local):
-    """Threads that work begun in this thread may use; None for no limit."""
+    """Number of threads for work that starts in this thread; None for no limit."""
 
     count: int | None = None
 
@@ -47,17 +47,23 @@ _limit = _Limit()
 
 
 def thread_count() -> int:
-    """Threads in use: `limited_to`, `set_threads`, CONICOID_THREADS, or the processors that the process may use.
+    """Return the number of threads that queries use.
 
-    Raises ValueError where CONICOID_THREADS says something else than a number.
+    The first of these counts: `limit_threads`, `set_threads`, CONICOID_THREADS, the processors that the process may
+    use.
+
+    Raises
+    ------
+    ValueError
+        If CONICOID_THREADS is not a number of threads.
     """
     if _limit.count is not None:
         return _limit.count
     if _chosen:
         return _chosen[-1]
-    wanted = read_threads()
-    if wanted is not None:
-        return wanted
+    requested = read_threads()
+    if requested is not None:
+        return requested
     if hasattr(os, "sched_getaffinity"):
         return max(1, len(os.sched_getaffinity(0)))
     return max(1, os.cpu_count() or 1)
@@ -65,18 +71,32 @@ def thread_count() -> int:
 
 @with_call_hints
 def set_threads(count: int | None) -> None:
-    """Use `count` threads from now on; None returns to the default."""
-    wanted = None if count is None else as_integer(count)
-    if count is not None and (wanted is None or not 1 <= wanted <= MOST_THREADS):
+    """Use `count` threads from now on.
+
+    Parameters
+    ----------
+    count : int or None
+        Number of threads; None returns to the default.
+
+    Raises
+    ------
+    ValueError
+        If `count` is not an integer from 1 to the largest allowed number.
+    """
+    requested = None if count is None else as_integer(count)
+    if count is not None and (requested is None or not 1 <= requested <= MOST_THREADS):
         raise ValueError(
             f"set_threads: count must be an integer from 1 to {MOST_THREADS} or None, got {format_value(count)}"
         )
-    _chosen[:] = [] if wanted is None else [wanted]
+    _chosen[:] = [] if requested is None else [requested]
 
 
 @contextlib.contextmanager
 def limit_threads(count: int | None) -> Iterator[None]:
-    """A block of this thread whose work takes `count` threads: a task of a worker that has others beside it."""
+    """Limit the work that starts in this thread within a `with` block to `count` threads, None for no limit.
+
+    Tasks of a worker process use it if other workers share the machine.
+    """
     before = _limit.count
     _limit.count = count
     try:
@@ -86,12 +106,12 @@ def limit_threads(count: int | None) -> Iterator[None]:
 
 
 def chunk_size(count: int, most: int) -> int:
-    """How much of some work a thread should take at a time: `most`, or so little that each has several turns."""
+    """Return the number of items that a thread takes at a time: at most `most`, and about 8 chunks for each thread."""
     return max(1, min(most, count // (8 * thread_count()))) if count >= 8 else 1
 
 
 class _Work:
-    """Chunks still to be done, shared by a few threads."""
+    """The remaining chunks of some work, shared by the threads that do it."""
 
     def __init__(self, work: Callable[[int, int], Any], count: int, chunk: int, timed: bool) -> None:
         self.work, self.count, self.chunk, self.timed = work, count, chunk, timed
@@ -102,7 +122,7 @@ class _Work:
         self.changed = threading.Condition(self.lock)
 
     def take(self, size: int) -> tuple[int, int] | None:
-        """The next chunk of about a size; None if there is none, or after an error."""
+        """Return (begin, end) of the next chunk of at most `size` items; None if none is left, or after an error."""
         with self.lock:
             if self.next >= self.count or self.error is not None:
                 return None
@@ -111,13 +131,13 @@ class _Work:
             return begin, self.next
 
     def run(self) -> None:
-        """Work on chunks until there are none: what each thread does."""
+        """Work on chunks until none is left: the body of each thread."""
         size = max(1, self.chunk // _FIRST) if self.timed else self.chunk
         while (piece := self.take(size)) is not None:
             began = time.perf_counter()
             try:
                 self.work(*piece)
-            except BaseException as error:  # handed to the caller's thread
+            except BaseException as error:  # the caller's thread raises it
                 with self.changed:
                     self.error = self.error or error
                     self.changed.notify_all()
@@ -129,13 +149,13 @@ class _Work:
                 self.changed.notify_all()
 
     def stop(self) -> None:
-        """Give out no more chunks."""
+        """Hand out no more chunks."""
         with self.changed:
             self.next = self.count
 
 
 def next_size(size: int, seconds: float, most: int) -> int:
-    """How large the next chunk should be after one that took some seconds."""
+    """Return the size of the next chunk after one of `size` items that took `seconds`."""
     if seconds < _SHORT:
         return min(most, 2 * size)
     return max(1, int(size * _SHORT / seconds)) if seconds > _LONG else size
@@ -144,8 +164,8 @@ def next_size(size: int, seconds: float, most: int) -> int:
 def run_chunks(work: Callable[[int, int], Any], count: int, chunk: int, progress: Progress | None = None) -> None:
     """Call work(begin, end) for every chunk of range(count) on all threads; return when all are done.
 
-    The first exception of any chunk is raised here. KeyboardInterrupt stops after the chunks in
-    hand, so chunks should take milliseconds.
+    Raises the first exception of any chunk. KeyboardInterrupt stops after the chunks in progress, so a chunk should
+    take milliseconds.
     """
     if count <= 0:
         return
@@ -159,9 +179,9 @@ def run_on(
     geometry: Geometry, work: Callable[[Geometry, int, int], Any], count: int, chunk: int, rays: int,
     progress: Progress | None = None,
 ) -> None:  # fmt: skip
-    """`run_chunks` for work(geometry, begin, end) on `rays` rays in all, by kernels that end early at Ctrl-C.
+    """`run_chunks` for work(geometry, begin, end) whose kernels end early at Ctrl-C; `rays` is the number of all rays.
 
-    Chunks grow up to the given size, or shrink to one, so that each takes some tens of milliseconds.
+    Chunks grow up to `chunk` or shrink down to 1, so that each takes some tens of milliseconds.
     """
     if count <= 0:
         return
@@ -171,34 +191,32 @@ def run_on(
     mine = geometry._replace(places=geometry.places.copy())
 
     def halt() -> None:
-        """Have the kernels end early."""
+        """Make the kernels end early."""
         mine.places[HALT] = 1
 
     _run_on_threads(_Work(lambda begin, end: work(mine, begin, end), count, chunk, True), progress, halt)
 
 
 def chunk_of_rays(geometry: Geometry, count: int, most: int, rays: int) -> int:
-    """`chunk_size` of `count` packets of `rays` rays in all; the whole where it is too brief for several threads.
-
-    Of the steps that a ray may take at most, a line through many bodies takes about the square root.
-    """
+    """Return `chunk_size` for `count` packets of `rays` rays in all; `count` if the work is too brief for threads."""
+    # A line through many bodies takes about the square root of the steps that it could take at most: squares of both
     brief = rays * rays * int(geometry.places[STEPS]) <= _BRIEF * _BRIEF
     return count if brief else chunk_size(count, most)
 
 
 def _keeps_waiting(geometry: Geometry, rays: int) -> bool:
-    """Might this thread react late to Ctrl-C, if it did the work itself?"""
+    """True if this thread would react late to Ctrl-C if it did the work itself."""
     return is_main_thread() and rays * int(geometry.places[STEPS]) > _AT_ONCE
 
 
 def _run_serially(work: Callable[[int, int], Any], count: int, chunk: int) -> None:
-    """Do all of the work on this thread."""
+    """Do all work on this thread."""
     for begin in range(0, count, chunk):
         work(begin, min(count, begin + chunk))
 
 
 def _run_on_threads(state: _Work, progress: Progress | None, halt: Callable[[], None]) -> None:
-    """Do the work on several threads, as many as the system gives; this one waits, and reports the progress."""
+    """Do the work on as many threads as the system starts; this thread waits, and reports the progress."""
     crew: list[threading.Thread] = []
     finished = False
     try:
@@ -207,7 +225,7 @@ def _run_on_threads(state: _Work, progress: Progress | None, halt: Callable[[], 
             if thread is None:
                 break
             crew.append(thread)
-        if not crew:
+        if not crew:  # the system refused even one thread
             state.run()
         while not finished:
             with state.changed:
@@ -220,7 +238,7 @@ def _run_on_threads(state: _Work, progress: Progress | None, halt: Callable[[], 
     finally:
         state.stop()
         whole = state.done == state.count
-        if not whole:
+        if not whole:  # an error, or Ctrl-C: kernels shall end early
             halt()
         join_threads(crew, None if whole else PATIENCE)
     if state.error is not None:

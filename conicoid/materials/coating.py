@@ -58,7 +58,7 @@ class Coating:
 
     @ignore_fp_errors
     def at(self, wavelength: Any, cos: Any = 1.0, n1: Any = 1.0, n2: Any = 1.5) -> Fresnel:
-        """What becomes of light that comes from outside of the coat, by polarisation, as `co.fresnel` tells it.
+        """What becomes of light that comes from outside of the coat, by polarisation, as `co.optics.fresnel` tells it.
 
         wavelength: in μm, in vacuum; cos: cosine of the angle of incidence.
         n1, n2: indices of the medium outside, real, and of what is coated, maybe complex. All broadcast together.

@@ -381,8 +381,11 @@ def _metal_table(name: str) -> Dispersion:
 
     rows = [tuple(map(float, item.split())) for item in getattr(metals, name.upper()).replace("\n", ";").split(";")]
     w, n, k = zip(*(row for row in rows if row), strict=True)
-    source = "A. D. Rakić, Appl. Opt. 34 (1995), 4755" if name == "aluminium" else (
-        "P. B. Johnson and R. W. Christy, Phys. Rev. B 6 (1972), 4370")  # fmt: skip
+    source = (
+        "A. D. Rakić, Appl. Opt. 34 (1995), 4755"
+        if name == "aluminium"
+        else ("P. B. Johnson and R. W. Christy, Phys. Rev. B 6 (1972), 4370")
+    )
     return Tabulated(w, n, k, name, source)
 
 
@@ -413,9 +416,11 @@ class Glasses(Mapping[str, Dispersion]):
         from .glass_tables import makers, schott
 
         tables = (
-            (schott.SCHOTT, "Schott, catalogue of 2017-01-20"), (makers.OHARA, "Ohara, catalogue of 2017-11-30"),
-            (makers.CDGM, "CDGM, catalogue of 2022-06"), (makers.HOYA, "Hoya, catalogue of 2017-04-01"),
-        )  # fmt: skip
+            (schott.SCHOTT, "Schott, catalogue of 2017-01-20"),
+            (makers.OHARA, "Ohara, catalogue of 2017-11-30"),
+            (makers.CDGM, "CDGM, catalogue of 2022-06"),
+            (makers.HOYA, "Hoya, catalogue of 2017-04-01"),
+        )
         found = dict(_glass_formula(line, source) for text, source in tables for line in text.strip().split("\n"))
         for name, formula, span, a, terms, source in _CRYSTALS:
             found[name] = found[formula] = _crystal_formula(name, span, a, terms, source)

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+import functools
+import inspect
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Literal, NoReturn, TypeAlias, get_args
 
@@ -100,7 +102,7 @@ class Material:
         n(λ) = refractive_index + B (1/λ² - 1/λ_d²), λ_d = 0.5876 μm. Of an index that depends on the wavelength it is
         the B through n_F and n_C unless it is given.
 
-    coating: thin films on its walls, a `co.optics.Coating`; `co.trace_paths` goes by it, pictures do not.
+    coating: thin films on its walls, a `co.optics.Coating`; `co.optics.trace_paths` goes by it, pictures do not.
 
     And for all pictures:
 
@@ -171,8 +173,6 @@ class Material:
 
     def __repr__(self) -> str:
         """The call that makes it, without what it leaves out."""
-        from .presets import constructor_call  # which knows the functions that make materials
-
         maker, given = constructor_call(self)
         shown_fields = ", ".join(f"{name}={value!r}" for name, value in given.items())
         return f"{maker}({shown_fields})"
@@ -265,18 +265,45 @@ def _name_hint(material: Material, value: Any) -> str:
     return f"; a name is given by its argument, name={format_value(value)}"
 
 
+MaterialMaker: TypeAlias = Callable[..., Material]
+"""A function that makes materials, such as `matte`, or the class itself."""
+
+
 def rename_material(material: Material, name: str) -> Material:
     """The same under another name, made by the same function."""
-    return record_maker(dataclasses.replace(material, name=name), *vars(material).get("_made", ("Material", {})))
+    return record_maker(dataclasses.replace(material, name=name), *_maker_of(material))
 
 
-def record_maker(material: Material, maker: str, own: Mapping[str, Any]) -> Material:
-    """A material that knows which function made it, and `own`, those of its arguments that are no fields.
+def record_maker(material: Material, maker: MaterialMaker, own: Mapping[str, Any]) -> Material:
+    """Store on a material the function that made it, and return the material.
 
-    It is said again by its repr and in scene files; equality does not ask for it.
+    `own` holds the arguments of the function that are no fields of the material. The repr and scene files write the
+    call from both; equality ignores them. Pickles name the function by its module.
     """
     object.__setattr__(material, "_made", (maker, dict(own)))
     return material
+
+
+def _maker_of(material: Material) -> tuple[MaterialMaker, dict[str, Any]]:
+    made: tuple[MaterialMaker, dict[str, Any]] = vars(material).get("_made", (Material, {}))
+    return made
+
+
+def constructor_call(material: Material) -> tuple[str, dict[str, Any]]:
+    """Return the name of the function, or of the class, that made a material, and its arguments without defaults."""
+    maker, own = _maker_of(material)
+    given = {}
+    for name, default in _defaults(maker).items():
+        value = own[name] if name in own else getattr(material, name)
+        if repr(value) != default:
+            given[name] = value
+    return maker.__name__, given
+
+
+@functools.cache
+def _defaults(maker: MaterialMaker) -> dict[str, str]:
+    """Argument of a function that makes materials -> the repr of its default."""
+    return {name: repr(one.default) for name, one in inspect.signature(maker).parameters.items()}
 
 
 DEFAULT_MATERIAL = Material()

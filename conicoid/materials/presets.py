@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import functools
-import inspect
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from functools import lru_cache
 from types import FunctionType
 from typing import Any
@@ -17,7 +15,7 @@ from .._util.validation import check_number, check_numbers, describe_kind
 from .coating import Coating
 from .color import Amount, Color, check_color, linear_rgb
 from .dispersion import Index
-from .material import GLASS, Material, record_maker, typical_roughness
+from .material import GLASS, Material, MaterialMaker, record_maker, typical_roughness
 from .properties import NO_PROPERTIES
 from .texture import PATTERNS, Pattern, Texture
 
@@ -42,7 +40,7 @@ def matte(
     made = Material(
         color=color, ambient=ambient, diffuse=diffuse, roughness=roughness, name=name, properties=properties
     )
-    return record_maker(made, "matte", {})
+    return record_maker(made, matte, {})
 
 
 @with_call_hints
@@ -69,7 +67,7 @@ def phong(
     made = Material(
         color, ambient, diffuse, specular, shininess, "phong", reflectivity, name=name, properties=properties
     )
-    return record_maker(made, "phong", {})
+    return record_maker(made, phong, {})
 
 
 @with_call_hints
@@ -96,7 +94,7 @@ def blinn_phong(
     made = Material(
         color, ambient, diffuse, specular, shininess, "blinn_phong", reflectivity, name=name, properties=properties
     )
-    return record_maker(made, "blinn_phong", {})
+    return record_maker(made, blinn_phong, {})
 
 
 @with_call_hints
@@ -118,10 +116,15 @@ def lacquer(
     name, properties: the user's own, as in `Material`.
     """
     made = Material(
-        color, specular=specular, shininess=shininess, reflectivity=reflectivity, fresnel=True,
-        name=name, properties=properties,
-    )  # fmt: skip
-    return record_maker(made, "lacquer", {})
+        color,
+        specular=specular,
+        shininess=shininess,
+        reflectivity=reflectivity,
+        fresnel=True,
+        name=name,
+        properties=properties,
+    )
+    return record_maker(made, lacquer, {})
 
 
 @with_call_hints
@@ -135,7 +138,7 @@ def mirror(
     """
     black = (0.0, 0.0, 0.0)
     made = Material(black, ambient=0.0, diffuse=0.0, reflectivity=reflectivity, name=name, properties=properties)
-    return record_maker(made, "mirror", {})
+    return record_maker(made, mirror, {})
 
 
 @with_call_hints
@@ -158,7 +161,7 @@ def glass(
     absorption: per unit length inside, for each channel: light fades by exp(-absorption · length).
     transparency: the share of light that passes each wall unless mirrored, in [0, 1]: one number, or a colour.
     specular: how strong the highlights of lights are, in [0, 1]: one number, or a colour.
-    roughness, dispersion, coating: of light transport and `co.trace_paths`, as in `Material`.
+    roughness, dispersion, coating: of light transport and `co.optics.trace_paths`, as in `Material`.
     name, properties: the user's own, as in `Material`.
     """
     made = Material(
@@ -176,7 +179,7 @@ def glass(
         name=name,
         properties=properties,
     )
-    return record_maker(made, "glass", {})
+    return record_maker(made, glass, {})
 
 
 @with_call_hints
@@ -199,10 +202,17 @@ def metal(
     r, g, b = linear_rgb(color, "metal", "color")
     tint = (share * r, share * g, share * b)
     made = Material(
-        color, 0.4, 0.4, specular=color, shininess=shininess, reflectivity=tint, fresnel=True,
-        name=name, properties=properties,
-    )  # fmt: skip
-    return record_maker(made, "metal", {"reflectivity": share})
+        color,
+        0.4,
+        0.4,
+        specular=color,
+        shininess=shininess,
+        reflectivity=tint,
+        fresnel=True,
+        name=name,
+        properties=properties,
+    )
+    return record_maker(made, metal, {"reflectivity": share})
 
 
 @with_call_hints
@@ -219,7 +229,7 @@ def glow(
     color: its diffuse reflectance besides.
     name, properties: the user's own, as in `Material`.
     """
-    return record_maker(Material(color, emission=emission, name=name, properties=properties), "glow", {})
+    return record_maker(Material(color, emission=emission, name=name, properties=properties), glow, {})
 
 
 @with_call_hints
@@ -243,10 +253,17 @@ def plastic(
         raise ValueError(f"plastic: refractive_index must be >= 1, got {index}")
     at_normal = ((index - 1) / (index + 1)) ** 2
     made = Material(
-        color, specular=0.5, shininess=shininess_of(typical_roughness("plastic", roughness)), reflectivity=at_normal,
-        fresnel=True, coat=index, roughness=roughness, name=name, properties=properties,
-    )  # fmt: skip
-    return record_maker(made, "plastic", {"refractive_index": index})
+        color,
+        specular=0.5,
+        shininess=shininess_of(typical_roughness("plastic", roughness)),
+        reflectivity=at_normal,
+        fresnel=True,
+        coat=index,
+        roughness=roughness,
+        name=name,
+        properties=properties,
+    )
+    return record_maker(made, plastic, {"refractive_index": index})
 
 
 @with_call_hints
@@ -265,10 +282,17 @@ def fog(
     name, properties: the user's own, as in `Material`.
     """
     made = Material(
-        (0.0, 0.0, 0.0), 0.0, 0.0, transparency=1.0, absorption=absorption, scattering=scattering,
-        anisotropy=anisotropy, name=name, properties=properties,
-    )  # fmt: skip
-    return record_maker(made, "fog", {})
+        (0.0, 0.0, 0.0),
+        0.0,
+        0.0,
+        transparency=1.0,
+        absorption=absorption,
+        scattering=scattering,
+        anisotropy=anisotropy,
+        name=name,
+        properties=properties,
+    )
+    return record_maker(made, fog, {})
 
 
 def shininess_of(roughness: float) -> float:
@@ -294,23 +318,33 @@ def conductor(
     roughness: the α of GGX in [0, 1], or a texture of it.
     name, properties: the user's own, as in `Material`.
     """
-    return _conductor("conductor", index, extinction, roughness, name, properties)
+    return _conductor(conductor, index, extinction, roughness, name, properties)
 
 
 def _conductor(
-    maker: str, index: Any, extinction: Any, roughness: Any, name: str | None, properties: Mapping[str, Any]
+    maker: MaterialMaker, index: Any, extinction: Any, roughness: Any, name: str | None, properties: Mapping[str, Any]
 ) -> Material:
     """A metal; Whitted's pictures show its reflectance at normal incidence, ((n - 1)² + k²) / ((n + 1)² + k²)."""
-    n, k = check_numbers(maker, "index", index, 3), check_numbers(maker, "extinction", extinction, 3)
+    owner = maker.__name__
+    n, k = check_numbers(owner, "index", index, 3), check_numbers(owner, "extinction", extinction, 3)
     share = [((a - 1) ** 2 + b * b) / max((a + 1) ** 2 + b * b, 1e-300) for a, b in zip(n, k, strict=True)]
     tint = (min(1.0, share[0]), min(1.0, share[1]), min(1.0, share[2]))
-    rough = typical_roughness(maker, roughness)
+    rough = typical_roughness(owner, roughness)
     made = Material(
-        tint, 0.4, 0.4, specular=tint, shininess=shininess_of(rough), reflectivity=tint, fresnel=True,
+        tint,
+        0.4,
+        0.4,
+        specular=tint,
+        shininess=shininess_of(rough),
+        reflectivity=tint,
+        fresnel=True,
         roughness=roughness,
-        metal_index=(n[0], n[1], n[2]), metal_extinction=(k[0], k[1], k[2]), name=name, properties=properties,
-    )  # fmt: skip
-    own = {"index": made.metal_index, "extinction": made.metal_extinction} if maker == "conductor" else {}
+        metal_index=(n[0], n[1], n[2]),
+        metal_extinction=(k[0], k[1], k[2]),
+        name=name,
+        properties=properties,
+    )
+    own = {"index": made.metal_index, "extinction": made.metal_extinction} if maker is conductor else {}
     return record_maker(made, maker, own)
 
 
@@ -323,7 +357,7 @@ def gold(
     roughness: the α of GGX in [0, 1], or a texture of it.
     name, properties: the user's own, as in `Material`.
     """
-    return _conductor("gold", (0.21, 0.43, 1.31), (3.272, 2.455, 1.849), roughness, name, properties)
+    return _conductor(gold, (0.21, 0.43, 1.31), (3.272, 2.455, 1.849), roughness, name, properties)
 
 
 @with_call_hints
@@ -335,7 +369,7 @@ def silver(
     roughness: the α of GGX in [0, 1], or a texture of it.
     name, properties: the user's own, as in `Material`.
     """
-    return _conductor("silver", (0.06, 0.06, 0.05), (4.152, 3.586, 2.869), roughness, name, properties)
+    return _conductor(silver, (0.06, 0.06, 0.05), (4.152, 3.586, 2.869), roughness, name, properties)
 
 
 @with_call_hints
@@ -347,7 +381,7 @@ def copper(
     roughness: the α of GGX in [0, 1], or a texture of it.
     name, properties: the user's own, as in `Material`.
     """
-    return _conductor("copper", (0.3, 1.02, 1.15), (3.205, 2.577, 2.5), roughness, name, properties)
+    return _conductor(copper, (0.3, 1.02, 1.15), (3.205, 2.577, 2.5), roughness, name, properties)
 
 
 @with_call_hints
@@ -359,7 +393,7 @@ def aluminium(
     roughness: the α of GGX in [0, 1], or a texture of it.
     name, properties: the user's own, as in `Material`.
     """
-    return _conductor("aluminium", (1.3456, 0.96521, 0.61722), (7.4746, 6.3995, 5.3031), roughness, name, properties)
+    return _conductor(aluminium, (1.3456, 0.96521, 0.61722), (7.4746, 6.3995, 5.3031), roughness, name, properties)
 
 
 @with_call_hints
@@ -371,19 +405,32 @@ def iron(
     roughness: the α of GGX in [0, 1], or a texture of it.
     name, properties: the user's own, as in `Material`.
     """
-    return _conductor("iron", (2.9114, 2.9497, 2.5845), (3.0893, 2.9318, 2.767), roughness, name, properties)
+    return _conductor(iron, (2.9114, 2.9497, 2.5845), (3.0893, 2.9318, 2.767), roughness, name, properties)
 
 
 # What makes materials, by name, and what is taken for a material.
 
 _PRESETS = (
-    matte, phong, blinn_phong, lacquer, mirror, glass, metal, glow, plastic, conductor, gold, silver, copper, aluminium,
-    iron, fog,
-)  # fmt: skip
+    matte,
+    phong,
+    blinn_phong,
+    lacquer,
+    mirror,
+    glass,
+    metal,
+    glow,
+    plastic,
+    conductor,
+    gold,
+    silver,
+    copper,
+    aluminium,
+    iron,
+    fog,
+)
+"""The registry of presets: one line makes a function known to scene files, to `repr` and to hints."""
 CONSTRUCTORS = {f.__name__: f for f in _PRESETS}
 """Name -> function, for scene files that name a look instead of listing the fields."""
-MAKERS: dict[str, Callable[..., Material]] = {"Material": Material, **CONSTRUCTORS}
-_FUNCTIONS = tuple(MAKERS.values())
 
 
 def as_material(owner: str, value: Any, hint: str = "") -> Material:
@@ -419,22 +466,5 @@ def _material_of_color(owner: str, color: str, hint: str) -> Material:
 
 def describe_non_material(value: Any) -> str:
     """What stands in place of a material; of what makes one, how it is meant."""
-    hint = f"; call it: {value.__name__}(...)" if isinstance(value, type | FunctionType) and value in _FUNCTIONS else ""
-    return describe_kind(value) + hint
-
-
-def constructor_call(material: Material) -> tuple[str, dict[str, Any]]:
-    """The name of the function, or of the class, that made a material, and the arguments that were not its defaults."""
-    maker, own = vars(material).get("_made", ("Material", {}))
-    given = {}
-    for name, default in _defaults(maker).items():
-        value = own[name] if name in own else getattr(material, name)
-        if repr(value) != default:
-            given[name] = value
-    return maker, given
-
-
-@functools.cache
-def _defaults(maker: str) -> dict[str, str]:
-    """The arguments of what makes materials, and the reprs of their defaults."""
-    return {name: repr(one.default) for name, one in inspect.signature(MAKERS[maker]).parameters.items()}
+    makes_materials = isinstance(value, type | FunctionType) and value in (Material, *_PRESETS)
+    return describe_kind(value) + (f"; call it: {value.__name__}(...)" if makes_materials else "")

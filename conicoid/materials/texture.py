@@ -157,8 +157,11 @@ class ImageTexture:
         from_file = isinstance(self.image, str)
         width, height = self.pixels.size
         image = repr(str(self.image)) if from_file else f"<{width} x {height}, {self.pixels.digest}>"
-        rest = [f"{one.name}={getattr(self, one.name)!r}" for one in fields(self)[1:]
-                if repr(getattr(self, one.name)) != repr(one.default)]  # fmt: skip
+        rest = [
+            f"{one.name}={getattr(self, one.name)!r}"
+            for one in fields(self)[1:]
+            if repr(getattr(self, one.name)) != repr(one.default)
+        ]
         return f"ImageTexture({', '.join([image, *rest])})"
 
     def _key(self) -> tuple[Any, ...]:

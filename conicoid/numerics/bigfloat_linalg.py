@@ -17,6 +17,7 @@ from .bigfloat import (
     BITS,
     ONE,
     ZERO,
+    BigFloat,
     Writable,
     cut,
     exact,
@@ -32,16 +33,15 @@ from .bigfloat import (
     sqrt,
     total,
 )
-from .bigfloat import BigFloat as Exact
 
 __all__ = [
-    "BITS", "CANCELLED", "IDENTITY", "ONE", "ZERO", "Exact", "Row", "Rows", "Writable", "apply", "cancelling_sum",
+    "BITS", "CANCELLED", "IDENTITY", "ONE", "ZERO", "BigFloat", "Row", "Rows", "Writable", "apply", "cancelling_sum",
     "cross", "cut", "determinant", "dot", "exact", "exact_row", "fraction", "inverse", "is_rounded", "minus",
     "multiply", "plus", "power_of_two", "rational", "rounded", "settled", "simplest_ratio", "sin_cos_degrees",
     "sqrt", "total", "transpose", "unit",
 ]  # fmt: skip
 
-Row: TypeAlias = tuple[Exact, Exact, Exact]
+Row: TypeAlias = tuple[BigFloat, BigFloat, BigFloat]
 Rows: TypeAlias = tuple[Row, Row, Row]
 
 CANCELLED = 2200
@@ -55,14 +55,14 @@ def exact_row(values: Iterable[Writable]) -> Row:
     return exact(x), exact(y), exact(z)
 
 
-def dot(a: Sequence[Exact], b: Sequence[Exact], *more: Exact) -> Exact:
+def dot(a: Sequence[BigFloat], b: Sequence[BigFloat], *more: BigFloat) -> BigFloat:
     """a·b plus any further terms, settled."""
     terms = [x * y for x, y in zip(a, b, strict=True) if not (is_nothing(x) or is_nothing(y))]
     terms.extend(more)
     return settled(total(terms))
 
 
-def cancelling_sum(terms: Sequence[Exact]) -> Exact:
+def cancelling_sum(terms: Sequence[BigFloat]) -> BigFloat:
     """The sum, settled."""
     return settled(total(terms))
 
@@ -105,7 +105,7 @@ def multiply(a: Rows, b: Rows) -> Rows:
     return apply(columns, a[0]), apply(columns, a[1]), apply(columns, a[2])
 
 
-def determinant(rows: Rows) -> Exact:
+def determinant(rows: Rows) -> BigFloat:
     return dot(rows[0], cross(rows[1], rows[2]))
 
 

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 
+from .._util.text import format_count
 from .._util.validation import describe_kind
-from ..geometry.labels import format_count
 from ..kernels.threads import limit_threads
 from ..queries.hits import Hits
 from ..queries.spans import Crossings, Spans
@@ -22,7 +22,7 @@ from .scheduler import worker_name
 from .shared_state import find_shared, shared_scene, source_version
 
 if TYPE_CHECKING:
-    from ..scene.scene import Scene
+    from ..queries.scene_protocol import SceneLike
 
 _SCALARS: dict[str, Any] = dict(
     t=float, body=np.int32, face=np.int32, surface=np.int32, hit=bool, entering=bool, doubtful=bool,
@@ -115,7 +115,9 @@ class LazyLists:
         return f"LazyLists(shape={self.shape}, {_chunks(self.blocks)})"
 
 
-def lazy_ray_query(scene: Scene, query: str, origins: Any, directions: Any, t_min: Any, t_max: Any, *more: Any) -> Any:
+def lazy_ray_query(
+    scene: SceneLike, query: str, origins: Any, directions: Any, t_min: Any, t_max: Any, *more: Any
+) -> Any:
     """A query of rays in arrays of Dask."""
     arrays = _arrays(query, origins, directions, t_min, t_max)
     if query in ("lengths", "line_integral"):
@@ -129,7 +131,7 @@ def lazy_ray_query(scene: Scene, query: str, origins: Any, directions: Any, t_mi
     return LazyLists(blocks, sums)
 
 
-def lazy_point_query(scene: Scene, query: str, points: Any) -> Any:
+def lazy_point_query(scene: SceneLike, query: str, points: Any) -> Any:
     """A query of points in an array of Dask."""
     rows = _whole_rows(query, "points", points)
     kind = bool if query == "contains" else np.int32
@@ -145,7 +147,7 @@ def lazy_point_query(scene: Scene, query: str, points: Any) -> Any:
     )
 
 
-def _sums(scene: Scene, query: str, arrays: list[Any], *more: Any) -> Any:
+def _sums(scene: SceneLike, query: str, arrays: list[Any], *more: Any) -> Any:
     """Lengths or line integrals of rays."""
     prepared = scene.prepared
     if query == "lengths":
@@ -196,7 +198,7 @@ def _whole_rows(query: str, name: str, array: Any) -> Any:
 
 
 def _map_query(
-    scene: Scene, query: str, arrays: list[Any], options: dict[str, Any], dtype: Any, last: tuple[int, ...] = ()
+    scene: SceneLike, query: str, arrays: list[Any], options: dict[str, Any], dtype: Any, last: tuple[int, ...] = ()
 ) -> Any:
     """One task for each block: the query of its rays."""
     shape = (
@@ -231,7 +233,7 @@ def _token(arrays: Any, more: Any) -> str:
     return found
 
 
-def _scene(scene: Scene) -> Any:
+def _scene(scene: SceneLike) -> Any:
     """The recipe of a scene as one key of a graph."""
     from dask.delayed import delayed
 
@@ -288,7 +290,7 @@ def _chunks(blocks: Any) -> str:
     return format_count(blocks.npartitions, "block", "blocks")
 
 
-def lazy_parts(scene: Scene, call: Any, shares: list[Any], options: Any, shapes: list[tuple[int, ...]]) -> Any:
+def lazy_parts(scene: SceneLike, call: Any, shares: list[Any], options: Any, shapes: list[tuple[int, ...]]) -> Any:
     """call(scene, share, options) of each share as a block along the first axis."""
     import dask.array as da
     from dask.delayed import delayed

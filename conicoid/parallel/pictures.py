@@ -31,8 +31,8 @@ from .shared_state import SharedObject, shared_scene, source_version
 
 if TYPE_CHECKING:
     from ..kernels.threads import Progress
+    from ..queries.scene_protocol import SceneLike
     from ..render.exposure import Preview
-    from ..scene.scene import Scene
 
 
 _MAGIC = b"conicoid parts 2\n"
@@ -136,7 +136,7 @@ _OF_DASK = 1 << 9  # less than Dask warns of
 
 
 @prepare_first
-def tiles_part(scene: Scene, job: RenderJob, keeps: bool, begin: int, end: int, before: Any) -> Any:
+def tiles_part(scene: SceneLike, job: RenderJob, keeps: bool, begin: int, end: int, before: Any) -> Any:
     """The pixels of tiles `begin` to `end`, each tile's rows one after the other: (pixels, 3).
 
     keeps: their sums instead, (pixels, SUMS). before: those that there were.
@@ -149,7 +149,7 @@ def tiles_part(scene: Scene, job: RenderJob, keeps: bool, begin: int, end: int, 
     return tiles_of(exposure.sums if keeps else exposure.film, begin, end)
 
 
-def _look(scene: Scene, job: RenderJob) -> Any:
+def _look(scene: SceneLike, job: RenderJob) -> Any:
     """Materials, lights and background as kernels take them, kept with the scene for the camera of the last picture."""
     asked = job.view, INTEGRATORS[job.integrator].module
     known = vars(scene).get("_look")
@@ -176,7 +176,7 @@ def put_tiles(film: Any, begin: int, end: int, pixels: Any) -> None:
 
 
 def render_tiles(
-    scene: Scene, job: RenderJob, keeps: bool, executor: Any, resume: str | os.PathLike[str] | None,
+    scene: SceneLike, job: RenderJob, keeps: bool, executor: Any, resume: str | os.PathLike[str] | None,
     progress: Progress | None, preview: Preview | None, fixed: bool = False,
 ) -> FilmResult:  # fmt: skip
     """A picture whose tiles are made on workers, or that goes on where it was stopped.
@@ -218,7 +218,7 @@ def _job_identity(job: RenderJob) -> RenderJob:
 
 
 def _open(
-    scene: Scene, job: RenderJob, fixed: bool, executor: Any, resume: str | os.PathLike[str] | None,
+    scene: SceneLike, job: RenderJob, fixed: bool, executor: Any, resume: str | os.PathLike[str] | None,
     progress: Progress | None, preview: Preview | None,
 ) -> FilmResult:  # fmt: skip
     """A picture with a shutter: one moment after the other, whose samples share the sums."""
@@ -247,7 +247,7 @@ def _of_moment(progress: Progress, begun: int, end: int, of: int) -> Progress:
 
 
 def _render_here(
-    scene: Scene, job: RenderJob, progress: Progress | None, preview: Preview | None, kept: TileCheckpoint
+    scene: SceneLike, job: RenderJob, progress: Progress | None, preview: Preview | None, kept: TileCheckpoint
 ) -> FilmResult:
     """By the threads of this process, which go over all tiles again and again."""
     exposure = Exposure(scene, job, True)
@@ -257,7 +257,7 @@ def _render_here(
 
 
 def _render_on_workers(
-    scene: Scene,
+    scene: SceneLike,
     job: RenderJob,
     executor: Any,
     recipes: tuple[SharedObject, SharedObject],

@@ -32,7 +32,7 @@ from .workers import Workers, as_workers, inline_workers
 if TYPE_CHECKING:
     from ..kernels.threads import Progress
     from ..queries.rays import Rays
-    from ..scene.scene import Scene
+    from ..queries.scene_protocol import SceneLike
 
 
 RAY_BYTES = 48
@@ -125,7 +125,7 @@ def workers_of(query: str, executor: Any, progress: Progress | None = None) -> W
 
 def run_parts(
     query: str,
-    scene: Scene,
+    scene: SceneLike,
     asked: RayRequest,
     workers: Workers,
     call: Callable[..., Any],
@@ -145,12 +145,12 @@ def run_parts(
 
 
 @prepare_first
-def _hits_part(scene: Scene, share: RayShare) -> tuple[tuple[Any, ...], Any]:
+def _hits_part(scene: SceneLike, share: RayShare) -> tuple[tuple[Any, ...], Any]:
     hits = ray_queries.first_hit(scene.prepared, share.made(), share.t_min, share.t_max)
     return tuple(map(np.ascontiguousarray, hits._found)), hits._doubtful
 
 
-def first_hit(scene: Scene, asked: RayRequest, executor: Any) -> Hits:
+def first_hit(scene: SceneLike, asked: RayRequest, executor: Any) -> Hits:
     """`scene.first_hit` in parts."""
     workers = workers_of("first_hit", executor)
     found, doubtful = HitBuffers.new(asked.count), [np.zeros(0, np.int64)]
@@ -162,11 +162,11 @@ def first_hit(scene: Scene, asked: RayRequest, executor: Any) -> Hits:
 
 
 @prepare_first
-def _occluded_part(scene: Scene, share: RayShare) -> Any:
+def _occluded_part(scene: SceneLike, share: RayShare) -> Any:
     return np.asarray(ray_queries.occluded(scene.prepared, share.made(), share.t_min, share.t_max)).ravel()
 
 
-def occluded(scene: Scene, asked: RayRequest, executor: Any) -> Any:
+def occluded(scene: SceneLike, asked: RayRequest, executor: Any) -> Any:
     """`scene.occluded` in parts."""
     result = np.zeros(asked.count, np.bool_)
     for begin, end, part in run_parts(
@@ -177,12 +177,12 @@ def occluded(scene: Scene, asked: RayRequest, executor: Any) -> Any:
 
 
 @prepare_first
-def _spans_part(scene: Scene, share: RayShare) -> Any:
+def _spans_part(scene: SceneLike, share: RayShare) -> Any:
     return _columns(ray_queries.spans(scene.prepared, share.made(), share.t_min, share.t_max))
 
 
 @prepare_first
-def _crossings_part(scene: Scene, share: RayShare) -> Any:
+def _crossings_part(scene: SceneLike, share: RayShare) -> Any:
     return _columns(ray_queries.crossings(scene.prepared, share.made(), share.t_min, share.t_max))
 
 
@@ -191,18 +191,18 @@ def _columns(lists: Spans | Crossings) -> tuple[Any, ...]:
     return np.diff(lists.offsets), *(getattr(lists, name) for name in lists._columns)
 
 
-def spans(scene: Scene, asked: RayRequest, executor: Any) -> Spans:
+def spans(scene: SceneLike, asked: RayRequest, executor: Any) -> Spans:
     """`scene.spans` in parts."""
     return _lists("spans", Spans, scene, asked, executor, _spans_part)
 
 
-def crossings(scene: Scene, asked: RayRequest, executor: Any) -> Crossings:
+def crossings(scene: SceneLike, asked: RayRequest, executor: Any) -> Crossings:
     """`scene.crossings` in parts."""
     return _lists("crossings", Crossings, scene, asked, executor, _crossings_part)
 
 
 def _lists(
-    query: str, kind: type[Lists], scene: Scene, asked: RayRequest, executor: Any, call: Callable[..., Any]
+    query: str, kind: type[Lists], scene: SceneLike, asked: RayRequest, executor: Any, call: Callable[..., Any]
 ) -> Lists:
     """Rows of all rays, one part after the other."""
     pieces = [_columns(_empty_lists(kind, scene))]  # which have the types
@@ -212,13 +212,13 @@ def _lists(
     return lists_of(kind, scene, asked.made(), np.concatenate([[0], np.cumsum(counts)]), columns)
 
 
-def _empty_lists(kind: type[Lists], scene: Scene) -> Any:
+def _empty_lists(kind: type[Lists], scene: SceneLike) -> Any:
     """The rows of no rays."""
     ask = ray_queries.spans if kind is Spans else ray_queries.crossings
     return ask(scene.prepared, ray_queries.as_rays("lists", np.zeros((0, 3)), np.zeros((0, 3))), 0.0, 1.0)
 
 
-def lists_of(kind: type[Lists], scene: Scene, rays: Rays, offsets: Any, columns: Any) -> Lists:
+def lists_of(kind: type[Lists], scene: SceneLike, rays: Rays, offsets: Any, columns: Any) -> Lists:
     """Spans or crossings of a scene from their columns."""
     nothing, result = _empty_lists(kind, scene), object.__new__(kind)
     vars(result).update(vars(nothing), offsets=offsets.astype(nothing.offsets.dtype), _rays=rays)
@@ -229,13 +229,15 @@ def lists_of(kind: type[Lists], scene: Scene, rays: Rays, offsets: Any, columns:
 
 
 @prepare_first
-def _lengths_part(scene: Scene, options: tuple[Any, Any], share: RayShare) -> Any:
+def _lengths_part(scene: SceneLike, options: tuple[Any, Any], share: RayShare) -> Any:
     by, overlaps = options
     found = line_integrals.lengths(scene.prepared, share.made(), share.t_min, share.t_max, by, None, overlaps)
     return found.reshape(-1, found.shape[-1])
 
 
-def lengths(scene: Scene, asked: RayRequest, by: Any, overlaps: Any, executor: Any, progress: Progress | None) -> Any:
+def lengths(
+    scene: SceneLike, asked: RayRequest, by: Any, overlaps: Any, executor: Any, progress: Progress | None
+) -> Any:
     """`scene.lengths` in parts."""
     prepared = scene.prepared
     count = prepared.lowered.body_count if check_by("lengths", by) == BODY else len(prepared.labels.distinct)
@@ -247,7 +249,7 @@ def lengths(scene: Scene, asked: RayRequest, by: Any, overlaps: Any, executor: A
 
 
 @prepare_first
-def _integral_part(scene: Scene, options: tuple[Any, Any, Any], share: RayShare) -> Any:
+def _integral_part(scene: SceneLike, options: tuple[Any, Any, Any], share: RayShare) -> Any:
     (values, otherwise, overlaps), made = options, share.made()
     found = np.asarray(
         line_integrals.line_integral(scene.prepared, values, made, share.t_min, share.t_max, otherwise, None, overlaps)
@@ -256,7 +258,7 @@ def _integral_part(scene: Scene, options: tuple[Any, Any, Any], share: RayShare)
 
 
 def integral_parts(
-    scene: Scene, values: Any, asked: RayRequest, options: tuple[Any, Any], executor: Any, progress: Progress | None
+    scene: SceneLike, values: Any, asked: RayRequest, options: tuple[Any, Any], executor: Any, progress: Progress | None
 ) -> tuple[tuple[int, ...], Iterator[tuple[int, int, Any]]]:
     """(what follows the rays' shape, parts) of `scene.line_integral`; options are `otherwise` and `overlaps`."""
     prepared, otherwise = scene.prepared, options[0]
@@ -267,7 +269,7 @@ def integral_parts(
 
 
 def line_integral(
-    scene: Scene, values: Any, asked: RayRequest, options: tuple[Any, Any], executor: Any, progress: Progress | None
+    scene: SceneLike, values: Any, asked: RayRequest, options: tuple[Any, Any], executor: Any, progress: Progress | None
 ) -> Any:
     """`scene.line_integral` in parts; options as for `integral_parts`."""
     last, found = integral_parts(scene, values, asked, options, executor, progress)
@@ -278,12 +280,12 @@ def line_integral(
 
 
 @prepare_first
-def _bodies_part(scene: Scene, points: Any, after: Any) -> Any:
+def _bodies_part(scene: SceneLike, points: Any, after: Any) -> Any:
     return at_points.first_after(scene.prepared, points, after)
 
 
 def body_at(
-    scene: Scene, points: Any, executor: Any, owner: str = "body_at", after: Any = at_points.BEFORE_FIRST
+    scene: SceneLike, points: Any, executor: Any, owner: str = "body_at", after: Any = at_points.BEFORE_FIRST
 ) -> Any:
     """`scene.body_at` in parts; of each point the first body after a number, or after one number for all."""
     flat, shape = at_points.points_of(owner, points)
@@ -299,7 +301,7 @@ def body_at(
     return as_id_array("body", result.reshape(shape)[()])
 
 
-def bodies_at(scene: Scene, points: Any, executor: Any) -> BodiesAt:
+def bodies_at(scene: SceneLike, points: Any, executor: Any) -> BodiesAt:
     """`scene.bodies_at` in parts."""
     return at_points.bodies_at(
         scene.prepared, points, lambda some, after: body_at(scene, some, executor, "bodies_at", after)
@@ -307,12 +309,12 @@ def bodies_at(scene: Scene, points: Any, executor: Any) -> BodiesAt:
 
 
 @prepare_first
-def _distances_part(scene: Scene, exact: bool, points: Any, reach: Any) -> Any:
+def _distances_part(scene: SceneLike, exact: bool, points: Any, reach: Any) -> Any:
     return tuple((distances.exact_distances if exact else distances.distance_bounds)(scene.prepared, points, reach))
 
 
 def distance(
-    scene: Scene, points: Any, max_distance: Any, exact: bool, executor: Any, progress: Progress | None
+    scene: SceneLike, points: Any, max_distance: Any, exact: bool, executor: Any, progress: Progress | None
 ) -> Distances:
     """`scene.distance` in parts."""
     flat, shape = at_points.points_of("distance", points)
@@ -399,13 +401,13 @@ _LEAST_COLUMNS, _MOST_COLUMNS = 16, 1 << 16  # columns of a task
 
 
 @prepare_first
-def _columns_part(scene: Scene, options: tuple[Any, ...], begin: int, end: int) -> Any:
+def _columns_part(scene: SceneLike, options: tuple[Any, ...], begin: int, end: int) -> Any:
     frame, axis, samples, groups, count, voxels = options
     return columns_here(scene.prepared, ColumnGrid(frame, axis, samples), groups, count, voxels, begin, end)
 
 
 def column_shares(
-    scene: Scene, grid: ColumnGrid, groups: Any, count: int, voxels: int, which: tuple[int, int], executor: Any,
+    scene: SceneLike, grid: ColumnGrid, groups: Any, count: int, voxels: int, which: tuple[int, int], executor: Any,
     progress: Progress | None,
 ) -> tuple[FloatArray, FloatArray]:  # fmt: skip
     """`engine.queries.columns.columns` of the columns from which[0] to which[1], in parts."""

@@ -37,7 +37,7 @@ from .shared_state import shared_scene, source_version
 
 if TYPE_CHECKING:
     from ..queries.hits import Hits
-    from ..scene.scene import Scene
+    from ..queries.scene_protocol import SceneLike
 
 
 VALUE_SUFFIXES = (".npy", ".npz", ".csv", ".parquet", ".zarr")
@@ -47,7 +47,7 @@ _VALUE_TEXT = "lines"
 class ValueWriter:
     """An array (...) or (..., columns) in .npy, .npz and .zarr, there by the query's name; else a table of columns."""
 
-    def __init__(self, scene: Scene, query: str, output: Path, options: Mapping[str, Any]) -> None:
+    def __init__(self, scene: SceneLike, query: str, output: Path, options: Mapping[str, Any]) -> None:
         check_output(output, VALUE_SUFFIXES)
         self.scene, self.query, self.options = scene, query, dict(options)
         self.suffix = output.suffix.lower()
@@ -131,7 +131,7 @@ class ResultWriter:
     other work, and for suffixes of no such files.
     """
 
-    def __init__(self, scene: Scene, query: str, output: Path, key: str, *, errors: bool, resume: bool) -> None:
+    def __init__(self, scene: SceneLike, query: str, output: Path, key: str, *, errors: bool, resume: bool) -> None:
         check_output(output, SUFFIXES)
         self.scene, self.query, self.errors = scene, query, errors
         self.suffix = output.suffix.lower()
@@ -250,7 +250,7 @@ def _distinct(column: Any) -> Any:
 
 
 def trace_file(
-    scene: Scene, rays: RayStream, output: Path, query: str, *, chunk: int, resume: bool, errors: bool,
+    scene: SceneLike, rays: RayStream, output: Path, query: str, *, chunk: int, resume: bool, errors: bool,
     t_min: float | None, t_max: float | None, executor: Any, told: Callable[[int, int], Any],
 ) -> tuple[int, int]:  # fmt: skip
     """Trace a file of rays into a file of answers; returns how many were found, and of how many rays."""
@@ -267,7 +267,7 @@ def trace_file(
 
 
 def write_answers(
-    scene: Scene, query: str, out: Path, shape: tuple[int, ...] | None, home: bytes | None, answers: Iterator[Any],
+    scene: SceneLike, query: str, out: Path, shape: tuple[int, ...] | None, home: bytes | None, answers: Iterator[Any],
     options: Mapping[str, Any],
 ) -> int:  # fmt: skip
     """Write all answers into a new file, whole or not at all; returns of how many rays they were."""

@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .._util.pickling import align_array
+from .._util.version import __version__
 from ..kernels.threads import limit_threads
 from ..queries.spans import collect_notes, log_once
 from .shared_state import SharedObject, SharedReference, find_shared, source_version
@@ -199,8 +200,6 @@ class Scheduler:
 
     def _ask_version(self) -> None:
         """Refuse workers without Conicoid, or with another version, in words: nothing of Conicoid is needed to ask."""
-        from .. import __version__
-
         probe = ScheduledTask(0, 0, ())
         while True:
             probe.sent_to = self.workers.executor

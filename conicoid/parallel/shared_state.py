@@ -24,6 +24,7 @@ import numpy as np
 
 from .._util.fork_safe_locks import fork_safe_lock
 from .._util.safe_files import replace_file
+from .._util.version import __version__
 from ..geometry.bulk import Spheres
 from ..geometry.instances import InstanceList
 from ..geometry.labels import Labels
@@ -35,7 +36,6 @@ from ..prepare.prepared_scene import PreparedScene
 @functools.cache
 def source_version() -> str:
     """Version and sources of this process' Conicoid: tasks are done only by the same."""
-    from .. import __version__
     from .._jit.sources import digest_of_files
 
     return f"{__version__} (sources {digest_of_files()[:8] or 'unknown'})"

@@ -23,7 +23,7 @@ from .shared_state import SharedObject, shared_scene
 from .workers import Workers
 
 if TYPE_CHECKING:
-    from ..scene.scene import Scene
+    from ..queries.scene_protocol import SceneLike
 
 QUERIES = ("first_hit", "occluded", "spans", "crossings", "lengths", "line_integral")
 _LEAST, _MOST = 4096, 1 << 20
@@ -32,7 +32,7 @@ _LIMITS = DEFAULT_T_MIN, DEFAULT_T_MAX
 
 
 @prepare_first
-def _part(scene: Scene, query: str, options: dict[str, Any], share: RayShare) -> Any:
+def _part(scene: SceneLike, query: str, options: dict[str, Any], share: RayShare) -> Any:
     """The answer to one share, as it travels: without the scene, to whose tables the asker adds it again."""
     made = share.made()
     if query == "line_integral":
@@ -76,7 +76,7 @@ def stream(
 
 
 def _iterate_answers(
-    scene: Scene, sources: Iterator[Any], query: str, options: dict[str, Any], limits: tuple[Any, Any],
+    scene: SceneLike, sources: Iterator[Any], query: str, options: dict[str, Any], limits: tuple[Any, Any],
     workers: Workers,
 ) -> Iterator[Any]:  # fmt: skip
     pace = ChunkSize(workers.chunk, _LEAST, _MOST, workers.count)
@@ -96,7 +96,7 @@ def _iterate_answers(
             yield _assemble(scene, query, value)
 
 
-def _assemble(scene: Scene, query: str, value: Any) -> Any:
+def _assemble(scene: SceneLike, query: str, value: Any) -> Any:
     """An answer as the query gives it, with the scene of the one who asked."""
     if not isinstance(value, tuple):
         return value

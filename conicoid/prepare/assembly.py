@@ -1,4 +1,4 @@
-"""Records of surfaces, as kernels read them, and what rounding takes from their numbers."""
+"""Round surfaces to the records that kernels read, and assemble the parts of one body."""
 
 from __future__ import annotations
 
@@ -17,23 +17,23 @@ from ..numerics.bigfloat import Symbol
 from ..numerics.portable_math import is_float, leading_sign, portable_max, portable_sqrt, power_of_two_scale
 
 CENTER_TOLERANCE = 2.0**-46
-"""A ball whose center was rounded by more than this share of its radius is a general quadric, with its own bounds."""
+"""A sphere whose center is rounded by more than this share of its radius becomes a quadric with its own bounds."""
 
 
 @dataclass(frozen=True, slots=True)
 class SurfaceRecord:
-    """A surface as kernels read it, and what rounding took from its numbers."""
+    """A surface as kernels read it, and the remainders that rounding removed from its numbers."""
 
     kind: int
     numbers: tuple[float, ...]
     rests: tuple[float, ...]
-    sense: float  # +1, or -1 where the record is the surface turned over
+    sense: float  # +1, or -1 where the record is the negated surface
 
 
 def round_surface(surface: Surface) -> SurfaceRecord:
-    """The record of a surface. A plane's normal leads with a positive number.
+    """Round a surface to its record. The first non-zero number of a plane's normal is positive.
 
-    Which side a ray within a plane counts to must not depend on who wrote it first.
+    So the side to which a ray within a plane counts does not depend on who wrote the plane first.
     """
     kind, numbers = surface_record(surface)
     rounded, lost = round_numbers(numbers), rounding_rests(numbers)
@@ -44,12 +44,12 @@ def round_surface(surface: Surface) -> SurfaceRecord:
 
 
 def _flip_plane(numbers: tuple[float, ...], sense: float) -> tuple[float, ...]:
-    """A plane's normal and height times a sign, without negative zeros; its anchor as it is."""
+    """Multiply a plane's normal and height by a sign, without negative zeros; its anchor stays."""
     return (*(number * sense + 0.0 for number in numbers[:4]), *numbers[4:])
 
 
 def surface_record(surface: Surface) -> tuple[int, tuple[ex.Writable, ...]]:
-    """(kind, numbers of the record before they are rounded)."""
+    """Return (kind, numbers of the record before rounding)."""
     if isinstance(surface, PlaneSurface):
         anchor = round_numbers(surface.anchor)
         factor = _factor(surface.normal)
@@ -65,13 +65,14 @@ def surface_record(surface: Surface) -> tuple[int, tuple[ex.Writable, ...]]:
 
 
 def _factor(values: Iterable[Any]) -> float:
-    """2^n that brings the largest of some numbers near 1 and changes no digit."""
+    """Return the power of two that brings the largest of some numbers near 1; scaling by it is exact."""
     return power_of_two_scale(functools.reduce(portable_max, (abs(ex.rounded(v)) for v in values)))
 
 
 def _times(value: ex.Writable, factor: float) -> ex.Writable:
-    """A product with a power of two, exact."""
-    if isinstance(factor, Symbol) and type(value) in (Fraction, ex.Exact):  # a constant of a formula that is recorded
+    """Multiply by a power of two, exactly."""
+    # A constant of a traced formula
+    if isinstance(factor, Symbol) and type(value) in (Fraction, ex.BigFloat):
         return ex.exact(factor) * value
     if isinstance(value, Fraction):
         return value * Fraction(factor)
@@ -79,8 +80,8 @@ def _times(value: ex.Writable, factor: float) -> ex.Writable:
 
 
 def _height_of_anchor(surface: PlaneSurface, anchor: tuple[float, ...]) -> ex.Writable:
-    """The height of an anchor over a plane, exactly."""
-    if surface.over is None:  # without what division by a count of corners, or by n·n, has left of the exact anchor
+    """Return the exact height of an anchor over a plane."""
+    if surface.over is None:  # skips the remainder of dividing the exact anchor by a count of corners, or by n·n
         if not any(anchor):
             return -surface.offset
         return ex.dot(ex.exact_row(surface.normal), ex.exact_row(anchor), -ex.exact(surface.offset))
@@ -89,7 +90,7 @@ def _height_of_anchor(surface: PlaneSurface, anchor: tuple[float, ...]) -> ex.Wr
 
 
 def _as_sphere(surface: QuadricSurface) -> tuple[ex.Writable, ...] | None:
-    """(center, radius) where the quadric is a sphere with its inside inside."""
+    """Return (center, radius) where the quadric is a sphere with its inside inside; else None."""
     a, b, c = surface.squares
     if not (a == b == c and a > 0 and not any(surface.linear) and surface.constant > 0):
         return None
@@ -109,38 +110,38 @@ def _as_sphere(surface: QuadricSurface) -> tuple[ex.Writable, ...] | None:
 
 
 def _center_sphere(surface: QuadricSurface, radius: ex.Writable) -> tuple[ex.Writable, ...] | None:
-    """(center, radius), or None where rounding the center would move the sphere too far (`CENTERED`)."""
+    """Return (center, radius), or None where rounding the center moves the sphere too far (`CENTER_TOLERANCE`)."""
     if any(abs(rest) > CENTER_TOLERANCE * ex.rounded(radius) for rest in rounding_rests(surface.anchor)):
         return None
     return (*surface.anchor, radius)
 
 
 def round_numbers(values: Iterable[Any]) -> tuple[float, ...]:
-    """Each number rounded to float64."""
+    """Round each number to float64."""
     return tuple(ex.rounded(v) for v in values)
 
 
 def rounding_rests(values: Iterable[Any]) -> tuple[float, ...]:
-    """What rounding to float64 takes from each number."""
+    """Return what rounding to float64 removes from each number."""
     return tuple(0.0 if is_float(v) else _rest(v) for v in values)
 
 
 def _rest(value: Any) -> float:
-    """What rounding to float64 takes from a number."""
+    """Return what rounding to float64 removes from a number."""
     if isinstance(value, Fraction):
         return float(value - Fraction(float(value)))
     rest = ex.cancelling_sum((value, -ex.exact(ex.rounded(value))))  # the last of many bits are noise
     return ex.rounded(rest)
 
 
-# What one body alone consists of, in lists: surfaces, cells, programs and sheets, numbered from 0.
+# The assembly of one body: surfaces, cells, programs and sheets, numbered from 0
 
 UNBOUNDED: tuple[float, ...] = (-math.inf,) * 3 + (math.inf,) * 3
 LeafBounds = dict[int, Any]
 
 
 class SurfaceSlot(NamedTuple):
-    """A surface that is known elsewhere: of which part of a body, and which of its surfaces."""
+    """A placeholder for a surface of a part of a body: which part, and which of its surfaces."""
 
     kind: int
     part: int
@@ -149,12 +150,12 @@ class SurfaceSlot(NamedTuple):
 
 @dataclass
 class Assembly:
-    """Growing lists, one per column of `Tables`."""
+    """The lists that a body is assembled in, one per column of `Tables`."""
 
     surfaces: list[SurfaceRecord | SurfaceSlot] = field(default_factory=list)
     exact: list[Any] = field(default_factory=list)
-    """The surfaces before they were rounded."""
-    # (quadric or -1, side, face), how many planes each has, and these: (surface, side, face)
+    """The surfaces before rounding."""
+    # (quadric or -1, side, face); the number of planes of each cell; the planes: (surface, side, face).
     cells: list[tuple[int, int, int]] = field(default_factory=list)
     cell_planes: list[int] = field(default_factory=list)
     planes: list[tuple[int, int, int]] = field(default_factory=list)
@@ -167,13 +168,13 @@ class Assembly:
     outlines: list[tuple[ex.Row, ...]] = field(default_factory=list)
 
     def surface(self, surface: Any) -> int:
-        """Add a surface; returns its number."""
+        """Add a surface; return its number."""
         self.surfaces.append(surface if isinstance(surface, SurfaceSlot) else round_surface(surface))
         self.exact.append(surface)
         return len(self.surfaces) - 1
 
     def cell(self, cell: Cell) -> int:
-        """Add a cell; returns its number. Raises ValueError for a second quadric."""
+        """Add a cell; return its number. Raise ValueError for a second quadric."""
         quadric, side, number, first = -1, 1, -1, len(self.planes)
         for face in cell.faces:
             surface = self.surface(face.surface)
@@ -188,9 +189,12 @@ class Assembly:
         return len(self.cells) - 1
 
     def program(self, tree: Tree, bounds: LeafBounds) -> int:
-        """Gates and leaves for a Boolean tree, parents before children; `bounds` as in `Faces`."""
+        """Add gates and leaves for a Boolean tree, parents before children; return the number of the program.
+
+        `bounds` maps the id of a cell to its box, as `BodyFaces.bounds` does.
+        """
         first, first_leaf = len(self.gates), len(self.leaves)
-        pending: list[tuple[Tree, int, int]] = [(tree, -1, 1)]  # part, the gate it feeds, sense
+        pending: list[tuple[Tree, int, int]] = [(tree, -1, 1)]  # (part, the gate it feeds, sense)
         while pending:
             part, gate, sense = pending.pop()
             negated = isinstance(part, Not)
@@ -212,12 +216,12 @@ class Assembly:
         return len(self.programs) - 1
 
     def _gate(self, parent: int, need: int, negated: bool) -> int:
-        """Add a gate; returns its number."""
+        """Add a gate; return its number."""
         self.gates.append((parent, need, int(negated), 0))
         return len(self.gates) - 1
 
     def _count_at_start(self, first_gate: int, first_leaf: int) -> None:
-        """How many inputs of each gate are true while every leaf is outside; children come after parents."""
+        """Count for each gate its true inputs while every leaf is outside; children come after parents."""
         true = [0] * (len(self.gates) - first_gate)
         for _, gate, negated, _ in self.leaves[first_leaf:]:
             true[gate - first_gate] += negated
@@ -229,7 +233,7 @@ class Assembly:
                 true[parent - first_gate] += (count >= need) != bool(negated)
 
     def sheet(self, sheet: SurfaceSheet | PolygonSheet, program: int) -> tuple[int, int]:
-        """(kind of entry, index)"""
+        """Add a sheet; return (kind of entry, index)."""
         if isinstance(sheet, SurfaceSheet):
             self.sheets.append((self.surface(sheet.surface), program, sheet.side, int(sheet.one_sided)))
             return SHEET, len(self.sheets) - 1

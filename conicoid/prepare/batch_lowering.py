@@ -1,9 +1,9 @@
-"""Many primitives lowered at once: what `parts` does for one is recorded, and worked out for all that are made alike.
+"""Batch lowering: record the lowering of one primitive on a tape, and play it for all primitives of equal structure.
 
-Alike are shapes of one kind whose fields have the same forms (so many numbers, or none), moved or not. For each kind
-there are a few recordings, as tests of numbers turn out one way or the other. What they cannot settle is left to
-`parts`: numbers that 253 bits leave open, kinds that look at their numbers in other ways, and shapes of which there are
-too few.
+Shapes are alike if their types and the structure of their fields agree (as many numbers, or none), whatever their
+motions. Each kind has a few recordings, because comparisons of numbers turn out one way or the other. What they cannot
+decide is left to `lower_shape`: numbers that 253 bits leave open, kinds that inspect their numbers in untraceable ways,
+and kinds with too few shapes.
 """
 
 from __future__ import annotations
@@ -17,8 +17,7 @@ import numpy as np
 
 from .._util.arrays import unique_first_with_inverse, unique_sorted, unique_with_inverse
 from ..geometry.bulk import Bulk
-from ..geometry.csg import Boolean, Painted, region_bounds
-from ..geometry.shape import Primitive, Shape
+from ..geometry.shape import Boolean, Painted, Primitive, Shape, region_bounds
 from ..geometry.transform import IDENTITY_MOTION, Motion, Step
 from ..kernels.tables import Floats, Ints, Longs, Signs
 from ..materials.material import Material
@@ -46,22 +45,22 @@ from .tape.program import NO_INPUTS, WideInputs
 
 
 class ShapeBatch(Protocol):
-    """Shapes that are made alike, and what was said of each."""
+    """Shapes of equal structure, with their parameters."""
 
     def __len__(self) -> int: ...
 
     def of(self, index: int) -> tuple[Shape, tuple[Step, ...]]:
-        """One of the shapes, and the steps that move it."""
+        """Return one of the shapes, and the steps that move it."""
         ...
 
     def columns(self) -> tuple[Floats, Ints, Ints]:
-        """(n, numbers) what was said, and of each shape its motion and its place."""
+        """Return the parameters (n, numbers), and for each shape its motion and its place."""
         ...
 
 
 @dataclass
 class _ShapeList:
-    """Shapes of bodies that stand alone, or in Boolean ones, some at a time."""
+    """Shapes of single bodies, and of parts of Boolean ones, added block by block."""
 
     shapes: list[Shape] = field(default_factory=list)
     steps: list[tuple[Step, ...]] = field(default_factory=list)
@@ -73,23 +72,23 @@ class _ShapeList:
         return len(self.shapes)
 
     def add(self, shapes: Sequence[Shape], steps: list[tuple[Step, ...]], which: Longs, places: Ints) -> None:
-        """Take in some of these shapes, with the steps of each of them."""
+        """Add some of these shapes, with the steps of each."""
         self.shapes += [shapes[k] for k in which.tolist()]
         self.steps += steps
         self.places.append(places[which])
 
     def of(self, index: int) -> tuple[Shape, tuple[Step, ...]]:
-        """`Like.of`"""
+        """`ShapeBatch.of`"""
         return self.shapes[index], self.steps[index]
 
     def columns(self) -> tuple[Floats, Ints, Ints]:
-        """`Like.columns`"""
+        """`ShapeBatch.columns`"""
         return np.concatenate(self.numbers), np.concatenate(self.motions), np.concatenate(self.places)
 
 
 @dataclass
 class _ShapeArray:
-    """One primitive of each of many bodies in one entry."""
+    """One primitive of each of the many bodies of a bulk entry."""
 
     shape: Bulk
     leaf: int
@@ -102,17 +101,17 @@ class _ShapeArray:
         return len(self.places)
 
     def of(self, index: int) -> tuple[Shape, tuple[Step, ...]]:
-        """`Like.of`"""
+        """`ShapeBatch.of`"""
         return placed_primitives(self.shape.single(index))[self.leaf]
 
     def columns(self) -> tuple[Floats, Ints, Ints]:
-        """`Like.columns`"""
+        """`ShapeBatch.columns`"""
         return self.numbers, np.full(len(self), self.motion, np.int32), self.places
 
 
 @dataclass
 class _BatchInputs:
-    """Some shapes that are made alike: which, their numbers, the numbers of motions, and the motion of each."""
+    """Some shapes of equal structure: which ones, their parameters, the numbers of motions, and the motion of each."""
 
     like: ShapeBatch
     chosen: Longs
@@ -122,22 +121,22 @@ class _BatchInputs:
 
 
 class PrimitiveBatch:
-    """Primitives to be lowered together, each for a place of its own."""
+    """Primitives to be lowered together; each has a place in a common numbering."""
 
     def __init__(self) -> None:
         self._motions = MotionBatch()
         self.frames = np.zeros((0, FRAME_NUMBERS))
-        """Of motions, by the numbers that `frame` gave, the way back; NaN where that is not known."""
+        """(motions, 12) the inverse of each motion that `frame` numbered; NaN where it is not known."""
         self._like: dict[Hashable, _ShapeList] = {}
         self._many: list[tuple[Hashable, _ShapeArray]] = []
 
     def add_many(self, shape: Bulk, places: Ints) -> None:
-        """Take in the primitives of many bodies; places (bodies, primitives)."""
+        """Add the primitives of the bodies of a bulk entry; places (bodies, primitives)."""
         for leaf, (primitive, steps) in enumerate(placed_primitives(shape.single(0))):
-            told = flatten(primitive)
-            assert told is not None
+            flat = flatten(primitive)
+            assert flat is not None
             numbers = shape.numbers(leaf)
-            key, more, row = self._motion(told.form, steps, len(shape))
+            key, more, row = self._motion(flat.form, steps, len(shape))
             if more:
                 numbers = np.concatenate([numbers, np.tile(np.array(more), (len(numbers), 1))], axis=1)
             self._many.append(
@@ -145,13 +144,19 @@ class PrimitiveBatch:
             )
 
     def _motion(self, form: Hashable, steps: tuple[Step, ...], uses: int = 1) -> tuple[Hashable, list[float], int]:
-        """(what is alike in shapes of a form under such steps, the steps' numbers where these count, their motion)."""
+        """Return (key of equal structure, numbers of the steps where the recording reads them, number of the motion).
+
+        Translations are recorded with their offsets as inputs; any other motion is an input itself.
+        """
         if count_translations(steps) >= 0:
             return (form, len(steps)), [x for step in steps for x in step.offset], 0  # type: ignore[union-attr]
         return (form, "moved"), [], self._motions.row(steps, uses)
 
     def add(self, shapes: Sequence[Shape], chains: MotionChains, places: Ints) -> Longs:
-        """Take in shapes, each moved by steps and for a place; which are left, as they have to be lowered alone."""
+        """Add shapes, each moved by steps and for a place.
+
+        Return the positions of those that must be lowered singly.
+        """
         taken = np.zeros(len(shapes), bool)
         for alike in flatten_all(shapes):
             taken[alike.which] = True
@@ -172,43 +177,49 @@ class PrimitiveBatch:
         return np.flatnonzero(~taken)
 
     def frames_of(self, chains: MotionChains) -> Ints:
-        """`frame` of many; -1 for those of at most one translation."""
+        """`frame` of many chains of steps; -1 for chains of at most one translation."""
         more = np.flatnonzero((chains.translations < 0) | (chains.translations > 1))
         found = np.full(len(chains.steps), -1, np.int32)
         found[more] = self._motions.rows(chains, more)
         return found
 
     def frame(self, steps: tuple[Step, ...], uses: int = 1) -> int:
-        """A number by which `frames` knows the motion of these steps; to be asked for before they are lowered."""
+        """Number the motion of these steps in `frames`; to be called before the primitives are lowered."""
         return self._motions.row(steps, uses)
 
     @property
     def kinds(self) -> int:
-        """How many kinds there are of what is made alike."""
+        """How many kinds of equal structure were added."""
         return len(self._like) + len(self._many)
 
     def lowered(
-        self, told: Callable[[int], Any] = lambda _: None
+        self, report: Callable[[int], Any] = lambda _: None
     ) -> tuple[list[tuple[PrimitiveForm, Ints, RowTable]], list[tuple[Shape, int]]]:
-        """(form, places, rows) of those that could be lowered together, and the shapes and places that are left."""
-        motions_given, similar, self.frames = self._motions.work_out()
+        """Lower all primitives; `report` receives the count of kinds done.
+
+        Return (form, places, rows) of those lowered together, and the shapes and places that are left.
+        """
+        motions_given, similar, self.frames = self._motions.compute()
         results: list[tuple[PrimitiveForm, Ints, RowTable]] = []
         left: list[tuple[Shape, int]] = []
         every: list[tuple[Hashable, ShapeBatch]] = [*self._like.items(), *self._many]
         for done, (key, like) in enumerate(every):
-            told(done)
+            report(done)
             numbers, motions, places = like.columns()
             for kind, chosen in _split_by_motion(key, motions, similar):
                 given = _BatchInputs(like, chosen, numbers[chosen], motions_given, motions[chosen])
-                found, rest = self._of_a_kind(key, kind, given)
+                found, rest = self._lower_kind(key, kind, given)
                 results += [(form, places[chosen[which]], rows) for form, which, rows in found]
                 left += [(like.of(i)[0], int(places[i])) for i in chosen[rest].tolist()]
         return results, left
 
-    def _of_a_kind(
+    def _lower_kind(
         self, key: Hashable, similar: bool | None, of: _BatchInputs
     ) -> tuple[list[tuple[PrimitiveForm, Longs, RowTable]], Longs]:
-        """`lowered` for some shapes that are made alike, by their numbers among them; those that are left."""
+        """`lowered` for some shapes of equal structure, by their positions among them; and the positions that are left.
+
+        `similar` says whether their motions are similarities; where that is None, all are left.
+        """
         if similar is None:
             return [], np.arange(len(of.chosen))
         moved = isinstance(key, tuple) and key[1] == "moved"
@@ -216,9 +227,11 @@ class PrimitiveBatch:
         def record(which: int, tape: Tape) -> tuple[PrimitiveForm, Ints]:
             shape, steps = of.like.of(int(of.chosen[which]))
             part = _record_shape(shape, steps, tape, moved, similar)
-            alone = compute_shape(dataclasses.replace(shape, motion=Motion(steps)))
-            if part.pattern != alone.pattern or list(map(_float_key, part.row)) != list(map(_float_key, alone.row)):
-                raise TypeError("it is not the same where it is recorded")
+            expected = compute_shape(dataclasses.replace(shape, motion=Motion(steps)))
+            if part.pattern != expected.pattern or list(map(_float_key, part.row)) != list(
+                map(_float_key, expected.row)
+            ):
+                raise TypeError("a traced shape has another pattern or other numbers than the shape itself")
             return FORMS.of(part.pattern, part.tree), _write_row(part, tape)
 
         given = of.motions_given if moved else NO_INPUTS
@@ -227,7 +240,7 @@ class PrimitiveBatch:
 
 
 def _write_row(part: LoweredShape, tape: Tape) -> Ints:
-    """Have a tape write each number of a row once; which of those that it writes is in each column."""
+    """Make a tape write each number of a row once; return which of the written numbers is in each column."""
     places: dict[int, int] = {}
     columns = [places.setdefault(tape.plain_of(number).register, len(places)) for number in part.row]
     tape.written += places
@@ -235,12 +248,12 @@ def _write_row(part: LoweredShape, tape: Tape) -> Ints:
 
 
 def _float_key(number: Any) -> str:
-    """A float, recorded or not, to the last bit."""
+    """Return a float, traced or not, in full precision."""
     return float(number.value if isinstance(number, TracedFloat) else number).hex()
 
 
 def _split_by_motion(key: Hashable, motions: Ints, similar: Signs) -> list[tuple[bool | None, Longs]]:
-    """Those whose motions are similarities, those whose are none, and those of which it is not known."""
+    """Split shapes by their motions: similarities (True), other maps (False), and undecided ones (None)."""
     if not (isinstance(key, tuple) and key[1] == "moved"):
         return [(True, np.arange(len(motions)))]
     kinds = similar[motions]
@@ -249,7 +262,7 @@ def _split_by_motion(key: Hashable, motions: Ints, similar: Signs) -> list[tuple
 
 
 def _record_shape(shape: Shape, steps: tuple[Step, ...], tape: Tape, moved: bool, similar: bool) -> LoweredShape:
-    """A shape worked out on a tape."""
+    """Lower a shape on a tape."""
     traced = unflatten(shape, tape)
     if not moved:
         motion = Motion(tuple(unflatten(step, tape) for step in steps)) if steps else IDENTITY_MOTION
@@ -259,25 +272,25 @@ def _record_shape(shape: Shape, steps: tuple[Step, ...], tape: Tape, moved: bool
     return compute_shape(traced)
 
 
-# Bodies lowered together: primitives as they are recorded, and Boolean bodies put together from theirs.
+# Batches of bodies: primitives as they are recorded, and Boolean bodies composed of theirs
 
 LoweredGroup = tuple[BodyPattern, Ints, RowTable]
 ProgressCallback = Callable[[int, int], Any]
 _AT_ONCE = 8192
-"""Primitives, alone or in Boolean bodies, that are lowered together where there are many."""
+"""Where there are many primitives, single or in Boolean bodies, so many are lowered at a time."""
 
 
 @dataclass
 class _RowLocations:
-    """Where the rows of places are: in which rows, and which of these."""
+    """Where the row of each place is: in which table of rows, and at which row of it."""
 
     forms: list[PrimitiveForm]
     rows: list[RowTable]
-    number: Ints  # -1 where there are none
+    number: Ints  # the table of each place; -1 for none
     row: Ints
 
     def of(self, places: Ints) -> RowTable:
-        """The rows of places whose forms are one."""
+        """Return the rows of places that have one form."""
         numbers, row = self.number[places], self.row[places]
         rows = self.rows[numbers[0]]
         if (numbers == numbers[0]).all():
@@ -292,11 +305,11 @@ class _RowLocations:
 
 
 class BatchLowering:
-    """Collects bodies, and lowers those that can be."""
+    """Collects bodies, and lowers those that can be lowered together."""
 
     def __init__(self) -> None:
         self._primitives = PrimitiveBatch()
-        self._owners: list[Ints] = []  # of each place: the number of its body, -1 for a part of one
+        self._owners: list[Ints] = []  # for each place the number of its body, -1 for a part of one
         self._places = 0
         self._single: tuple[list[Shape], list[int]] = [], []  # shapes and numbers
         self._templates: dict[Hashable, tuple[Sequence[Shape], CsgPlan | None]] = {}
@@ -305,7 +318,7 @@ class BatchLowering:
         self.paints: dict[int, dict[int, Material]] = {}
 
     def add(self, shape: Shape, number: int) -> bool:
-        """Take in the body of a number; False where it has to be lowered alone."""
+        """Add a body under a number; return False where it must be lowered singly."""
         kind = type(shape)
         if is_subclass(kind, Boolean):
             return self._add_planned(shape, number)  # type: ignore[arg-type]
@@ -316,15 +329,15 @@ class BatchLowering:
         numbers.append(number)
         return True
 
-    def _own(self, owners: Ints) -> Ints:
-        """The next places, which belong to these bodies."""
+    def _reserve(self, owners: Ints) -> Ints:
+        """Reserve the next places for these bodies."""
         first = self._places
         self._places += len(owners)
         self._owners.append(owners)
         return np.arange(first, self._places, dtype=np.int32)
 
     def add_many(self, shape: Bulk, number: int) -> None:
-        """Take in many bodies in one entry, from a number on."""
+        """Add the bodies of a bulk entry, numbered from `number` on."""
         if not len(shape):
             return
         leaves = len(shape.leaves)
@@ -333,18 +346,22 @@ class BatchLowering:
         else:
             owners = np.full(len(shape) * leaves, -1, np.int32)
             self._many.append(CsgArray(shape, number, self._places, self._frame_of(shape.motion, len(shape))))
-        self._primitives.add_many(shape, self._own(owners).reshape(-1, leaves))
+        self._primitives.add_many(shape, self._reserve(owners).reshape(-1, leaves))
 
     def _frame_of(self, motion: Motion, uses: int = 1) -> int:
-        """The number by which the frames of primitives know a motion; -1 for one that is known at once."""
+        """Return the number by which `PrimitiveBatch.frames` knows a motion.
+
+        -1 for a translation, which needs no lookup.
+        """
         return self._primitives.frame(motion.steps, uses) if exceeds_translation(motion) else -1
 
     def _add_planned(self, shape: Boolean, number: int) -> bool:
-        # What a combination of the same objects is built like need not be found out again for each of its copies
+        # Copies of a Boolean shape share their operands: the plan is built once for each combination of these.
         key = type(shape), *map(id, shape.operands), id(shape.material) if isinstance(shape, Painted) else None
         found = self._templates.get(key)
         if found is None:
-            found = self._templates[key] = (shape,), csg_plan(shape, still=True)  # which keeps the operands
+            # The tuple keeps the operands alive, and with them their ids
+            found = self._templates[key] = (shape,), csg_plan(shape, still=True)
         plan = found[1]
         if plan is None:
             return False
@@ -357,19 +374,22 @@ class BatchLowering:
         return True
 
     def _take_single(self) -> list[tuple[Shape, int]]:
-        """Hand on the bodies that are primitives; those that are left."""
+        """Pass the bodies that are primitives to the batch; return those that are left."""
         shapes, numbers = self._single
         if not shapes:
             return []
-        places = self._own(np.array(numbers, np.int32))
+        places = self._reserve(np.array(numbers, np.int32))
         left = self._primitives.add(shapes, MotionChains([shape.motion.steps for shape in shapes]), places)
         return [(shapes[k], numbers[k]) for k in left.tolist()]
 
     def _take_planned(self) -> None:
-        """Hand on the primitives of Boolean bodies; one that is left, its body is left for."""
+        """Pass the primitives of Boolean bodies to the batch.
+
+        A body with a primitive that is left is left as a whole.
+        """
         for like in self._plans.values():
             count, leaves = len(like.shapes), len(like.plans[0].leaves)
-            places = self._own(np.full(count * leaves, -1, np.int32)).reshape(count, leaves)
+            places = self._reserve(np.full(count * leaves, -1, np.int32)).reshape(count, leaves)
             own = MotionChains([shape.motion.steps for shape in like.shapes])
             for leaf in range(leaves):
                 listed = [plan.leaves[leaf] for plan in like.plans]
@@ -377,32 +397,42 @@ class BatchLowering:
                 if any(inner for _, inner in listed):
                     chains = MotionChains([inner + mine for (_, inner), mine in zip(listed, own.steps, strict=True)])
                 self._primitives.add([shape for shape, _ in listed], chains, places[:, leaf])
-            # A translation, or none, is known at once
+            # Frames of at most one translation need no lookup.
             like.first, like.frames = places[:, 0].copy(), self._primitives.frames_of(own)
 
-    def lowered(self, told: ProgressCallback = lambda *_: None) -> tuple[list[LoweredGroup], list[tuple[Shape, int]]]:
-        """(pattern, numbers, rows) of bodies that could be lowered together; shapes and numbers of those left.
+    def lowered(self, report: ProgressCallback = lambda *_: None) -> tuple[list[LoweredGroup], list[tuple[Shape, int]]]:
+        """Lower all bodies.
 
-        Where there are many of a kind, so many at a time that what they are made of stays in the cache. Bodies that are
-        left then may find enough of their like among those that others left. told(done, count) is called now and then.
+        Many bodies of a kind are lowered in blocks, so that intermediate results stay in the cache. Bodies that a block
+        leaves may find enough of their kind among those that other blocks left.
+
+        Parameters
+        ----------
+        report : ProgressCallback, optional
+            Called now and then with (parts done, parts in all).
+
+        Returns
+        -------
+        tuple[list[LoweredGroup], list[tuple[Shape, int]]]
+            (pattern, body numbers, rows) of bodies lowered together; shapes and numbers of those that are left.
         """
         results: list[LoweredGroup] = []
         pending = [*self._blocks_of_plans(), *self._blocks_of_single()]
         count = len(pending)
         for done in range(count):
-            told(done, count + 1)
-            block = pending.pop(0)  # then nobody holds it, nor what its bodies are made of
-            found, left = block._all(lambda *_: None)
+            report(done, count + 1)
+            block = pending.pop(0)  # the last reference: frees the inputs after the block
+            found, left = block._lower_block(lambda *_: None)
             results += found
             self.paints.update(block.paints)
             for shape, number in left:
                 if not self.add(shape, number):
-                    raise AssertionError("a shape was lowered with others once, and is not taken again")
-        found, rest = self._all((lambda *_: None) if count else told)
+                    raise AssertionError("a shape that was in a batch cannot be added to one again")
+        found, rest = self._lower_block((lambda *_: None) if count else report)
         return results + found, rest
 
     def _blocks_of_plans(self) -> Iterator[BatchLowering]:
-        """Boolean bodies of which there are many, no longer here."""
+        """Move the Boolean bodies of large kinds to blocks."""
         for key, like in list(self._plans.items()):
             size = _AT_ONCE // len(like.plans[0].leaves) + 1
             if len(like.shapes) > 2 * size:
@@ -413,7 +443,7 @@ class BatchLowering:
                     yield block
 
     def _blocks_of_single(self) -> Iterator[BatchLowering]:
-        """Primitives of which there are many, no longer here."""
+        """Move the primitives of large kinds to blocks."""
         shapes, numbers = self._single
         if len(shapes) <= 2 * _AT_ONCE:
             return
@@ -428,35 +458,35 @@ class BatchLowering:
                 yield block
         self._single = [shapes[k] for k in left], [numbers[k] for k in left]
 
-    def _all(self, told: ProgressCallback) -> tuple[list[LoweredGroup], list[tuple[Shape, int]]]:
-        """`lowered`, all at once."""
+    def _lower_block(self, report: ProgressCallback) -> tuple[list[LoweredGroup], list[tuple[Shape, int]]]:
+        """`lowered`, in one block."""
         rest = self._take_single()
         self._take_planned()
         kinds = self._primitives.kinds + len(self._plans) + len(self._many)
-        found, left = self._primitives.lowered(lambda done: told(done, kinds))
+        found, left = self._primitives.lowered(lambda done: report(done, kinds))
         owners = np.concatenate([np.zeros(0, np.int32), *self._owners])
         results: list[LoweredGroup] = []
         for form, places, rows in found:
-            alone = owners[places] >= 0
-            if alone.all():
+            single = owners[places] >= 0
+            if single.all():
                 results.append((form.pattern, owners[places], rows))
-            elif alone.any():
-                results.append((form.pattern, owners[places[alone]], rows[alone]))
+            elif single.any():
+                results.append((form.pattern, owners[places[single]], rows[single]))
         rest += [(shape, int(owners[place])) for shape, place in left if owners[place] >= 0]
         if self._plans or self._many:
             rows_of = _rows_by_place(found, len(owners))
             every: list[CsgBatch | CsgArray] = [*self._plans.values(), *self._many]
             for done, like in enumerate(every, start=self._primitives.kinds):
-                told(done, kinds)
-                composed, others = self._composed(like, rows_of)
+                report(done, kinds)
+                composed, others = self._compose(like, rows_of)
                 results += composed
                 rest += others
         return results, rest
 
-    def _composed(
+    def _compose(
         self, like: CsgBatch | CsgArray, rows: _RowLocations
     ) -> tuple[list[LoweredGroup], list[tuple[Shape, int]]]:
-        """Bodies of one plan; those that are left."""
+        """Compose the bodies of one plan; return also those that are left."""
         _, plan = like.of(0)
         key, count = plan.key, len(plan.leaves)
         bodies, first, frame_rows = like.columns()
@@ -468,24 +498,25 @@ class BatchLowering:
         form_of = np.array([numbers[id(form)] for form in rows.forms], np.int32)
         results: list[LoweredGroup] = []
         for forms, chosen in _group_by_forms(form_of, rows.number[places], np.flatnonzero(known)):
-            made = CsgComposition.of(key, [rows.forms[form] for form in forms])
+            composition = CsgComposition.of(key, [rows.forms[form] for form in forms])
             some: Any = slice(None) if len(chosen) == len(bodies) else chosen
             parts = [rows.of(places[some, part]) for part in range(count)]
-            leaves = [leaf for leaf, _ in like.of(int(chosen[0]))[1].leaves]  # those of the others have the same forms
+            # The leaves of the others have the same forms
+            leaves = [leaf for leaf, _ in like.of(int(chosen[0]))[1].leaves]
             boxes, known_boxes = _csg_boxes_in_blocks(key, leaves, parts)
             others = np.flatnonzero(~known_boxes)
             if len(others):
                 narrowed = [like.of(i) for i in chosen[others].tolist()]
                 boxes[others] = _narrow_bounds(narrowed, [box_columns(part[others]) for part in parts])
-            results.append((made.pattern, bodies[chosen], made.rows(parts, boxes, frames[some])))
+            results.append((composition.pattern, bodies[chosen], composition.rows(parts, boxes, frames[some])))
             for i in chosen.tolist() if plan.painted else ():
                 painted = like.plans[i].painted if isinstance(like, CsgBatch) else like.of(i)[1].painted
-                self._paint(int(bodies[i]), painted, made)
+                self._paint(int(bodies[i]), painted, composition)
         return results, left
 
-    def _paint(self, number: int, painted: list[tuple[int, int, Material]], made: CsgComposition) -> None:
-        """The materials of faces that have their own; paint further in stays."""
-        ends = [*made.faces, len(made.pattern.angular)]
+    def _paint(self, number: int, painted: list[tuple[int, int, Material]], composition: CsgComposition) -> None:
+        """Record the materials of faces that have their own; paint further in takes precedence."""
+        ends = [*composition.faces, len(composition.pattern.angular)]
         paints = self.paints.setdefault(number, {})
         for first, last, material in painted:
             for face in range(ends[first], ends[last]):
@@ -495,7 +526,7 @@ class BatchLowering:
 def _csg_boxes_in_blocks(
     key: Sequence[Hashable], leaves: Sequence[Shape], parts: Sequence[RowTable]
 ) -> tuple[Floats, Any]:
-    """`boxes_of`, some bodies at a time."""
+    """`csg_boxes`, in blocks of bodies."""
     boxes, known = np.empty((len(parts[0]), BOX_NUMBERS)), np.empty(len(parts[0]), bool)
     for some in row_blocks(len(boxes)):
         boxes[some], known[some] = csg_boxes(key, leaves, [part[some] for part in parts])
@@ -503,7 +534,7 @@ def _csg_boxes_in_blocks(
 
 
 def _narrow_bounds(bodies: Sequence[tuple[Boolean, CsgPlan]], parts: Sequence[Floats]) -> Floats:
-    """Bounds of bodies whose parts may narrow one another, from the boxes of their parts."""
+    """Compute bounds of bodies whose parts may narrow one another, from the boxes of their parts."""
     found = np.empty((len(bodies), 6))
     for row, (shape, plan) in enumerate(bodies):
         known = {
@@ -515,7 +546,7 @@ def _narrow_bounds(bodies: Sequence[tuple[Boolean, CsgPlan]], parts: Sequence[Fl
 
 
 def _group_by_forms(form_of: Ints, tables: Ints, which: Any) -> Iterator[tuple[list[int], Any]]:
-    """(the forms of their parts, bodies of these forms) of some bodies; tables (bodies, parts) has numbers of forms."""
+    """Yield (forms of the parts, bodies with these forms); `tables` (bodies, parts) holds numbers of forms."""
     if not len(which):
         return
     forms = form_of[tables[which]].astype(np.int64)
@@ -531,7 +562,7 @@ def _group_by_forms(form_of: Ints, tables: Ints, which: Any) -> Iterator[tuple[l
 
 
 def _rows_by_place(found: list[tuple[PrimitiveForm, Ints, RowTable]], count: int) -> _RowLocations:
-    """Rows by places."""
+    """Index rows by places."""
     table, row = np.full(count, -1, np.int32), np.zeros(count, np.int32)
     for number, (_, places, rows) in enumerate(found):
         table[places] = number

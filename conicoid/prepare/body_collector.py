@@ -1,4 +1,4 @@
-"""What the bodies of a scene become: groups of like bodies with their numbers. What is exact is there on demand."""
+"""Collect the bodies of a scene into groups of equal pattern, with their rows of numbers; exact surfaces on demand."""
 
 from __future__ import annotations
 
@@ -30,13 +30,13 @@ _CHUNK = 1 << 13
 
 
 class ShapeSource(Protocol):
-    """Shapes by the numbers of their entries."""
+    """A source of shapes, by the number of their entry."""
 
     def __getitem__(self, number: int, /) -> Shape: ...
 
 
 class BodyShapes:
-    """The shapes of bodies, each read when it is asked for, as not all of the bodies may be there yet."""
+    """The shapes of bodies, read one by one on demand, because not all bodies may exist yet."""
 
     def __init__(self, bodies: Sequence[Body]) -> None:
         self._bodies = bodies
@@ -46,69 +46,76 @@ class BodyShapes:
 
 
 class ExactBodySurfaces:
-    """The surfaces of a scene's bodies before they were rounded, in the order of the bodies; outlines of polygons.
+    """The exact surfaces of a scene's bodies, in body order, and the exact outlines of polygons.
 
-    Only few are ever asked for: those that may be one with others, and those that a ray in doubt meets. A shape's
-    are worked out at the first question and kept with the shape.
+    Few are ever needed: surfaces that may coincide with others, and those that a doubtful ray hits. The surfaces of a
+    shape are computed on first use and cached with the shape.
     """
 
     def __init__(self, shapes: ShapeSource, starts: Any, first: Any, first_outline: Any) -> None:
-        """shapes: of the entries of a scene; starts: the number of each one's first body; None: each has one.
+        """Create the source.
 
-        first, first_outline: of each body, the number of its first surface, and of its first outline.
+        `shapes` gives the shape of each entry; `starts` the number of its first body (None: each entry has one body).
+        `first` and `first_outline` give for each body the number of its first surface and first outline.
         """
         self._shapes, self._starts, self._first, self._first_outline = shapes, starts, first, first_outline
 
     def of(self, shapes: ShapeSource) -> ExactBodySurfaces:
-        """The same of other entries that have as many bodies and surfaces."""
+        """Return the same for other entries with as many bodies and surfaces."""
         return ExactBodySurfaces(shapes, self._starts, self._first, self._first_outline)
 
     def __getitem__(self, index: int) -> Surface:
         return _body_surface(*self._of(index))
 
     def name(self, index: int) -> tuple[Key, int]:
-        """The exact name of a surface, and its sense."""
+        """Return the exact name of a surface, and its sense."""
         shape, own = self._of(index)
         names: dict[int, tuple[Key, int]] = shape.kept.setdefault("names", {})
         if own not in names:
             names[own] = _body_surface(shape, own).key()
         return names[own]
 
-    def said(self, indices: Longs) -> dict[int, Hashable]:
-        """What is equal for surfaces that are surely one, where it is seen without their names; of many."""
+    def known_names(self, indices: Longs) -> dict[int, Hashable]:
+        """Return keys, visible without exact names, that are equal only for surfaces that are certainly equal.
+
+        Empty for few surfaces, for which exact names are as quick.
+        """
         if len(indices) < FEWEST_SURFACES:
             return {}
-        asked = surface_owners(self._first, indices)
-        shapes = {body: self._single(body) for body in asked}
-        known = names_before_rotation(shapes, asked)
+        owners = surface_owners(self._first, indices)
+        shapes = {body: self._single(body) for body in owners}
+        known = names_before_rotation(shapes, owners)
         return {int(self._first[body]) + own: name for (body, own), name in known.items()}
 
     def outline(self, polygon: int) -> tuple[ex.Row, ...]:
-        """The corners of a polygon."""
+        """Return the exact corners of a polygon."""
         body = int(np.searchsorted(self._first_outline, polygon, side="right")) - 1
         return lower_shape(self._shape(body)).outlines[polygon - int(self._first_outline[body])]
 
     def _of(self, index: int) -> tuple[Shape, int]:
-        """The shape of the body that a surface belongs to, and which of all its surfaces it is."""
+        """Return the shape that a surface belongs to, and the number of the surface within that shape."""
         body = int(np.searchsorted(self._first, index, side="right")) - 1
         shape = self._shape(body)
         return shape, body - self._start(body) if isinstance(shape, Spheres) else index - int(self._first[body])
 
     def _entry(self, body: int) -> int:
-        """The entry that a body belongs to."""
+        """Return the entry that a body belongs to."""
         return body if self._starts is None else int(np.searchsorted(self._starts, body, side="right")) - 1
 
     def _start(self, body: int) -> int:
-        """The first body of the entry that one belongs to."""
+        """Return the first body of the entry that a body belongs to."""
         return body if self._starts is None else int(self._starts[self._entry(body)])
 
     def _single(self, body: int) -> Shape:
-        """The shape of a body, which need not be kept."""
+        """Return the shape of a body, which nobody needs to cache."""
         shape = self._shapes[self._entry(body)]
         return shape.single(body - self._start(body)) if isinstance(shape, Bulk) else shape
 
     def _shape(self, body: int) -> Shape:
-        """The shape of a body, where its surfaces and their names are kept; a `Spheres` keeps those of its balls."""
+        """Return the shape of a body in which its surfaces and their names are cached.
+
+        A `Spheres` caches those of its balls.
+        """
         shape = self._shapes[self._entry(body)]
         if not isinstance(shape, Bulk) or isinstance(shape, Spheres):
             return shape
@@ -120,47 +127,48 @@ class ExactBodySurfaces:
 
 
 def _body_surface(shape: Shape, number: int) -> Surface:
-    """A surface of a body; of balls, that of one of them."""
+    """Return an exact surface of a body; of a `Spheres`, the surface of one of its balls."""
     if isinstance(shape, Spheres):
         return shape.kept["balls"][2][number]
     return exact_surface(shape, number)
 
 
 class BodyCollector:
-    """A scene's bodies, sorted into groups; their number in the scene is that of their turn."""
+    """Sorts a scene's bodies into groups, and numbers them in the order of the entries."""
 
     def __init__(self) -> None:
         self.contents = BodyGroups(0)
-        self.items: Sequence[int] = []  # how many bodies each entry of the scene has
-        self.frames: Sequence[int] = []  # how many frames of balls there are up to it
-        self.paints: dict[int, dict[int, Material]] = {}  # body -> its faces with materials of their own
-        self._together = BatchLowering()
-        self._alone: list[tuple[Shape, int]] = []
-        self._like: dict[BodyPattern, tuple[list[int], list[list[float]]]] = {}
+        self.items: Sequence[int] = []  # bodies of each entry of the scene
+        self.frames: Sequence[int] = []  # frames of balls up to and with each entry
+        self.paints: dict[int, dict[int, Material]] = {}  # body -> face -> material, where it is not the body's
+        self._batch = BatchLowering()
+        self._single_shapes: list[tuple[Shape, int]] = []
+        self._rows_by_pattern: dict[BodyPattern, tuple[list[int], list[list[float]]]] = {}
 
     def collect(self, bodies: Sequence[Body], stages: ProgressStages) -> None:
-        """Take in all bodies of a scene, and tell of it now and then."""
+        """Lower all bodies of a scene, and report progress."""
         if isinstance(bodies, InstanceList):
-            self._take_moved(bodies, stages)
+            self._take_instances(bodies, stages)
         else:
             self._take(bodies, stages)
-        found, left = self._together.lowered(lambda part, of: stages.reached(AFTER_READING, AFTER_BATCH, part, of))
-        alone = [*self._alone, *left]
-        done = len(bodies) - len(alone)
+        found, left = self._batch.lowered(lambda part, of: stages.reached(AFTER_READING, AFTER_BATCH, part, of))
+        single = [*self._single_shapes, *left]
+        done = len(bodies) - len(single)
         stages.bodies(done)
         self.contents.groups.extend(BodyGroup(pattern, numbers, rows) for pattern, numbers, rows in found)
-        self.paints.update(self._together.paints)
-        self._together = BatchLowering()  # what the bodies are made of is not needed any more
-        for more, (shape, number) in enumerate(alone, start=1):
+        self.paints.update(self._batch.paints)
+        self._batch = BatchLowering()  # releases the inputs of the batch
+        for more, (shape, number) in enumerate(single, start=1):
             self._add(shape, number)
             stages.bodies(done + more)
-        for pattern, (numbers, rows) in self._like.items():
+        for pattern, (numbers, rows) in self._rows_by_pattern.items():
             self.contents.groups.append(BodyGroup(pattern, np.array(numbers, np.int32), np.array(rows)))
 
     def _take(self, bodies: Sequence[Body], stages: ProgressStages) -> None:
-        """Sort bodies by how they are to be lowered."""
+        """Sort bodies by the way in which they are lowered: in batches, one by one, or as bulk balls."""
         done, items, frames = 0, [], []
         for number, body in enumerate(bodies):
+            # Progress costs time: report every 1,024 entries.
             if number & 1023 == 0:
                 stages.reached(0.0, AFTER_READING, number, len(bodies))
             before, shape = self.contents.body_count, body.shape
@@ -173,43 +181,44 @@ class BodyCollector:
                 if not stages.many:
                     stages.bodies(done)
             elif isinstance(shape, Bulk):
-                self._together.add_many(shape, before)
+                self._batch.add_many(shape, before)
                 self.contents.body_count += len(shape)
             items.append(self.contents.body_count - before)
             frames.append(len(self.contents.ball_frames))
         self.items, self.frames = items, frames
 
     def _add_one(self, shape: Shape, number: int) -> None:
-        """A body that is lowered together with others, or alone."""
-        if "part" in vars(shape).get("kept", ()) or not self._together.add(shape, number):
-            self._alone.append((shape, number))
+        """Queue a body for the batch, or for single lowering where it is lowered already or cannot be batched."""
+        # A shape that was lowered before is in its own cache already.
+        if "part" in vars(shape).get("kept", ()) or not self._batch.add(shape, number):
+            self._single_shapes.append((shape, number))
 
-    def _take_moved(self, bodies: InstanceList, stages: ProgressStages) -> None:
-        """`_take` for bodies that are one another moved."""
+    def _take_instances(self, bodies: InstanceList, stages: ProgressStages) -> None:
+        """`_take` for a scene with instances: each kind of body is lowered from few of its copies, where possible."""
         self.contents.body_count, done = len(bodies), 0
         self.items = [1] * len(bodies)
-        alone, carried = PrimitiveCache(), PointPlaneMover()
+        primitives, mover = PrimitiveCache(), PointPlaneMover()
         for kind, numbers in enumerate(bodies.members):
             stages.reached(0.0, AFTER_READING, done, len(bodies))
-            found = instance_rows(bodies, kind, numbers, alone, carried)
+            rows = instance_rows(bodies, kind, numbers, primitives, mover)
             done += len(numbers)
-            if found is not None:
-                self.contents.groups.append(BodyGroup(found[0], numbers, found[1]))
+            if rows is not None:
+                self.contents.groups.append(BodyGroup(rows[0], numbers, rows[1]))
                 continue
             for number in numbers.tolist():
                 self._add_one(bodies.shape(number), number)
 
     def _add(self, shape: Shape, place: int) -> None:
-        """A body that is lowered alone."""
+        """Lower one body by itself."""
         part = lower_shape(shape)
-        numbers, rows = self._like.setdefault(part.pattern, ([], []))
+        numbers, rows = self._rows_by_pattern.setdefault(part.pattern, ([], []))
         numbers.append(place)
         rows.append(part.row)
         if part.paints:
             self.paints[place] = part.paints
 
     def _add_spheres(self, shape: Spheres) -> None:
-        """Balls straight from arrays; ellipsoids where a motion is no similarity."""
+        """Add balls straight from arrays; as ellipsoids where the motion is no similarity."""
         contents = self.contents
         centers, linear, factor = shape.placed(IDENTITY_MOTION)
         boxes = _ball_boxes(centers, shape.radii, np.sqrt((linear**2).sum(axis=1)))
@@ -230,16 +239,17 @@ class BodyCollector:
 
 @cache
 def _is_bulk(kind: type) -> bool:
-    """Does an entry of a kind have many bodies?"""
+    """Return whether entries of a type have many bodies."""
     return issubclass(kind, Bulk)
 
 
 def _ball_boxes(centers: FloatArray, radii: FloatArray, stretch: FloatArray) -> Floats:
-    """(n, 6) around balls whose radius is stretched along each axis; a part at a time, to stay in the cache."""
+    """Return boxes (n, 6) around balls whose radius is stretched along each axis, in blocks that stay in the cache."""
     boxes = np.empty((len(radii), 6))
     for begin in range(0, len(radii), _CHUNK):
         rows = slice(begin, begin + _CHUNK)
         reach = radii[rows, None] * stretch
+        # One ulp outward covers the rounding of the sum.
         np.nextafter(centers[rows] - reach, -np.inf, out=boxes[rows, :3])
         np.nextafter(centers[rows] + reach, np.inf, out=boxes[rows, 3:])
     return boxes

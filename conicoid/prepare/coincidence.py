@@ -1,9 +1,10 @@
-"""Numbers by which surfaces that may be one lie side by side, for `surfaces`: one surface after the other.
+"""Coincident surfaces: find the planes and quadrics that are equal, and build the scene-wide table with each once.
 
-A plane has four features, its unit normal and its offset about the middle of the scene; what is curved has the ten
-coefficients about that, the largest of the second order being 1. Lengths are in a unit that fits the scene. The sign
-is that by which the leading three, or six, lie before a direction. Where a surface lies in a direction through the
-space of these features is its place there.
+Every surface has features: a plane four, its unit normal and its offset about the middle of the scene; a curved surface
+ten, the coefficients of its polynomial about that point, the largest of second order scaled to 1. Lengths are in a unit
+that fits the scene. The sign is the one that gives the leading three (or six) features a positive component along a
+fixed direction. The place of a surface is its component along a direction through the space of these features: equal
+surfaces have nearly equal places. Exact names decide among the surfaces that are close.
 """
 
 from __future__ import annotations
@@ -23,13 +24,14 @@ from ..geometry.surface import ORIGIN, UPRIGHT, Key, QuadricSurface, Surface
 from ..kernels.tables import ANCHOR_SIZE, FORM_SIZE, PLANE, QUADRIC, SPHERE, Floats, Ints, Longs, Signs, whole_quadrics
 from .pattern import row_blocks
 
+# Kernels: the places of surfaces, one after the other
 Point: TypeAlias = tuple[float, float, float]
 _Ten: TypeAlias = tuple[float, float, float, float, float, float, float, float, float, float]
 
 
 @inline
 def _signed_feature(before: float, place: float) -> float:
-    """A place of features whose sign is that of what leads."""
+    """Give a place the sign that makes the leading features positive."""
     return -place if before < 0.0 else place
 
 
@@ -37,7 +39,7 @@ def _signed_feature(before: float, place: float) -> float:
 def put_places_of_planes(
     planes: Floats, rows: Ints, middle: Point, unit: float, along: Floats, leading: Floats, places: Floats
 ) -> float:
-    """Where planes lie in a direction; returns the largest offset, in the unit."""
+    """Write the places of planes along a direction; return the largest offset, in the unit."""
     most = 0.0
     for i in range(len(rows)):
         row = rows[i]
@@ -56,7 +58,7 @@ def put_places_of_planes(
 
 @inline
 def _second_order(quadrics: Floats, row: int, i: int, j: int) -> float:
-    """A coefficient of second order: the sum of s w w over the rows w of a quadric."""
+    """Return a coefficient of second order: the sum of s w_i w_j over the rows w of a quadric, with squares s."""
     found = 0.0
     for k in range(3):
         found += quadrics[row, 12 + k] * quadrics[row, 3 + 3 * k + i] * quadrics[row, 3 + 3 * k + j]
@@ -65,7 +67,7 @@ def _second_order(quadrics: Floats, row: int, i: int, j: int) -> float:
 
 @inline
 def _quadric_coefficients(quadrics: Floats, row: int, middle: Point) -> _Ten:
-    """Coefficients of x², y², z², xy, xz, yz, x, y, z (half of them), 1 about a point."""
+    """Return the coefficients of x², y², z², xy, xz, yz, x, y, z, 1 about a point; those of xy to z are halved."""
     p, q, r = quadrics[row, 0] - middle[0], quadrics[row, 1] - middle[1], quadrics[row, 2] - middle[2]
     x = y = z = constant = 0.0
     for k in range(3):
@@ -84,7 +86,7 @@ def _quadric_coefficients(quadrics: Floats, row: int, middle: Point) -> _Ten:
 
 @inline
 def _ball_coefficients(spheres: Floats, row: int, middle: Point) -> _Ten:
-    """`_of_quadric`"""
+    """`_quadric_coefficients` of a sphere."""
     p, q, r = spheres[row, 0] - middle[0], spheres[row, 1] - middle[1], spheres[row, 2] - middle[2]
     return 1.0, 1.0, 1.0, 0.0, 0.0, 0.0, -p, -q, -r, p * p + q * q + r * r - spheres[row, 3] * spheres[row, 3]
 
@@ -93,7 +95,10 @@ def _ball_coefficients(spheres: Floats, row: int, middle: Point) -> _Ten:
 def _put_coefficients(
     kind: int, row: int, spheres: Floats, quadrics: Floats, middle: Point, found: Floats, at: int
 ) -> None:
-    """The coefficients of what is curved, the largest of the second order 1; zeros where there is no such record."""
+    """Write the coefficients of a curved surface, scaled so that the largest of second order is 1.
+
+    Zeros without a record.
+    """
     numbers = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     if kind == SPHERE:
         if 0 <= row < len(spheres):
@@ -111,7 +116,10 @@ def _put_coefficients(
 
 @kernel(kind="n", row="n", spheres="b 4", quadrics="q 19", found="out n 10")
 def put_coefficients(kind: Signs, row: Ints, spheres: Floats, quadrics: Floats, middle: Point, found: Floats) -> None:
-    """(n, 10) of x², y², z², xy, xz, yz, x, y, z (half of them), 1 about a point, the largest of the first six 1."""
+    """Write (n, 10) the coefficients of x², y², z², xy, xz, yz, x, y, z, 1 about a point; those of xy to z are halved.
+
+    Each row is scaled so that the largest of the first six is 1.
+    """
     for i in range(len(kind)):
         _put_coefficients(kind[i], row[i], spheres, quadrics, middle, found, i)
 
@@ -123,9 +131,10 @@ def put_places_of_curved(
     kind: Signs, row: Ints, spheres: Floats, quadrics: Floats, middle: Point, unit: float, along: Floats,
     leading: Floats, room: Floats, places: Floats,
 ) -> float:  # fmt: skip
-    """Where what is curved lies in a direction; returns the largest coefficient but those of second order, in lengths.
+    """Write the places of curved surfaces along a direction.
 
-    room: for the coefficients of one.
+    Return the largest of their linear and constant coefficients, as lengths in the unit. `room` holds the coefficients
+    of one surface.
     """
     most = 0.0
     for i in range(len(kind)):
@@ -138,7 +147,7 @@ def put_places_of_curved(
             part = room[0, k] / unit
             most = abs(part) if abs(part) > most else most
             place += part * along[k]
-        constant = room[0, 9] / unit / unit  # unit² may be beyond the floats
+        constant = room[0, 9] / unit / unit  # unit² may overflow
         length = math.sqrt(abs(constant))
         most = length if length > most else most
         places[i] = _signed_feature(before, place + constant * along[9])
@@ -147,7 +156,10 @@ def put_places_of_curved(
 
 @kernel(planes="p 7", rows="n", axes="out n", places="out n")
 def put_across_axes(planes: Floats, rows: Ints, axes: Signs, places: Floats) -> None:
-    """The axis that planes lie across, whose anchors lie on them, and where; -1 for others."""
+    """Write for each plane the axis that it is perpendicular to and its coordinate there; axis -1 for all others.
+
+    Only planes whose anchor lies exactly on them count.
+    """
     for i in range(len(rows)):
         axes[i], row = -1, rows[i]
         if not (0 <= row < len(planes) and planes[row, 3] == 0.0):
@@ -159,7 +171,7 @@ def put_across_axes(planes: Floats, rows: Ints, axes: Signs, places: Floats) -> 
 
 @inline
 def _comes_before(planes: Floats, row: int, other: int) -> bool:
-    """Does one record come before another, by the first number in which they differ?"""
+    """Return whether one record precedes another, by the first number in which they differ."""
     for k in range(7):
         if planes[row, k] != planes[other, k]:
             return planes[row, k] < planes[other, k]
@@ -168,9 +180,9 @@ def _comes_before(planes: Floats, row: int, other: int) -> bool:
 
 @kernel(planes="p 7", rows="n", axes="n", places="n", order="n", first="out n")
 def put_first_across_axes(planes: Floats, rows: Ints, axes: Signs, places: Floats, order: Longs, first: Longs) -> None:
-    """For each plane the one across the same axis at the same place whose record comes first: by their positions.
+    """Write for each plane the first plane, by its record, across the same axis at the same place, as a position.
 
-    order: of the places, rising. Of equal records the one with the least position comes first.
+    `order` sorts the places in rising order. Among equal records the lowest position wins.
     """
     for i in range(len(rows)):
         first[i] = i
@@ -196,31 +208,31 @@ def put_first_across_axes(planes: Floats, rows: Ints, axes: Signs, places: Float
         begin = end
 
 
-# Quadrics as anchors and forms: what are one another moved share all numbers but those of their anchors.
+# Quadrics as anchors and forms: translated copies share all numbers but their anchors
 
 
 @dataclass
 class QuadricTable:
-    """Two tables, as `Tables` has them. `quadrics[which]` are whole rows (n, 19), made when they are asked for."""
+    """Two tables, as `Tables` has them. `quadrics[which]` assembles whole rows (n, 19) on demand."""
 
     rows: Floats  # (n, 4) anchor, row of the form
     forms: Floats  # (forms, 16)
 
     @classmethod
     def of(cls, anchors: Floats, forms: Floats) -> QuadricTable:
-        """Those with a form each."""
+        """Build a table in which each quadric has a form of its own."""
         return cls(np.column_stack([anchors[:, :3], np.arange(len(anchors), dtype=np.float64)]), forms)
 
     @classmethod
     def empty(cls, form_of: Ints, forms: int) -> QuadricTable:
-        """Room for those with these rows of so many forms."""
+        """Allocate a table of quadrics with these rows among `forms` forms; only the form numbers are filled in."""
         rows = np.empty((len(form_of), ANCHOR_SIZE))
         rows[:, 3] = form_of
         return cls(rows, np.empty((forms, FORM_SIZE)))
 
     @property
     def form_of(self) -> Any:
-        """(n,) the row of each one's form."""
+        """(n,) the row of the form of each quadric."""
         return self.rows[:, 3].astype(np.intp)
 
     def __len__(self) -> int:
@@ -230,40 +242,42 @@ class QuadricTable:
         return whole_quadrics(self.rows[which], self.forms)
 
     def chosen(self, which: Any) -> QuadricTable:
-        """Some of them; the table of forms stays."""
+        """Select some quadrics; the table of forms is shared."""
         return QuadricTable(self.rows[which], self.forms)
 
     def compact(self) -> tuple[QuadricTable, Any]:
-        """The same without forms that nothing has, and which forms these are."""
+        """Return the table without unused forms, and the rows of the forms that remain."""
         used, of = unique_with_inverse(self.form_of)
         rows = self.rows.copy()
         rows[:, 3] = of
         return QuadricTable(rows, self.forms[used]), used
 
 
-# Surfaces whose records are so close that they may be one: `surfaces` lets their exact names decide.
+# Clusters of surfaces whose records are so close that they may be one; their exact names decide later
 
+# Places of equal surfaces differ by rounding alone, and agree to this.
 CLOSENESS = 1e-11
 FIRST_DIRECTION = 1.0 / np.sqrt([2.0, 3.0, 5.0, 7.0, 11.0, 13.0, 17.0, 19.0, 23.0, 29.0])
-"""A direction in which surfaces of different rational coefficients have different places."""
+"""A direction in which surfaces with different rational coefficients have different places."""
 SECOND_DIRECTION = 1.0 / np.sqrt([31.0, 37.0, 41.0, 43.0, 47.0, 53.0, 59.0, 61.0, 67.0, 71.0]) * np.tile([1.0, -1.0], 5)
 """Another such direction."""
+# Places along the second direction separate clusters only at gaps a thousand times as wide as `CLOSENESS`.
 _SEPARATION = 1000 * CLOSENESS
 _ROUNDING_SHARE = 2.0**-12
-"""Share of the largest coordinate: `CLOSE` of it is ten times as much as rounding takes from one."""
+"""Share of the largest coordinate: `CLOSENESS` times it is ten times what rounding removes from a coordinate."""
 
 
 class SurfaceFeatures(Protocol):
-    """What is known of surfaces that says where they lie side by side."""
+    """Surfaces with features, which have places along directions."""
 
     def places(self, along: Floats, which: Any, /) -> Floats:
-        """Where some of them, or all for a slice, lie in a direction."""
+        """Return the places of some surfaces (all for a slice) along a direction."""
         ...
 
 
 @dataclass
 class PlaneFeatures:
-    """Some planes, by their features (`features`)."""
+    """The features of some planes."""
 
     rows: Ints
     planes: Floats
@@ -272,7 +286,7 @@ class PlaneFeatures:
 
     @classmethod
     def of(cls, rows: Ints, planes: Floats) -> PlaneFeatures:
-        """In the unit of the scene."""
+        """Choose the middle and the unit that fit these planes."""
         found = cls(rows, planes, _point(planes[rows, 4:].mean(axis=0)))
         most = put_places_of_planes(
             planes, rows, found.middle, 1.0, FIRST_DIRECTION[:4], FIRST_DIRECTION[:3], np.empty(len(rows))
@@ -280,7 +294,7 @@ class PlaneFeatures:
         return replace(found, unit=_unit(most, planes[rows, 4:]))
 
     def places(self, along: Floats, which: Any) -> Floats:
-        """`Features.places`"""
+        """`SurfaceFeatures.places`"""
         rows = self.rows[which]
         found = np.empty(len(rows))
         put_places_of_planes(self.planes, rows, self.middle, self.unit, along[:4], FIRST_DIRECTION[:3], found)
@@ -289,7 +303,7 @@ class PlaneFeatures:
 
 @dataclass
 class CurvedFeatures:
-    """What is curved, by its features."""
+    """The features of some spheres and quadrics."""
 
     kinds: Signs
     rows: Ints
@@ -300,7 +314,7 @@ class CurvedFeatures:
 
     @classmethod
     def of(cls, kinds: Signs, rows: Ints, spheres: Floats, quadrics: QuadricTable) -> CurvedFeatures:
-        """In the unit of the scene."""
+        """Choose the middle and the unit that fit these surfaces."""
         ball = kinds == SPHERE
         anchors = np.concatenate([spheres[rows[ball], :3], quadrics.rows[rows[~ball], :3]])
         found = cls(kinds, rows, spheres, quadrics, _point(anchors.mean(axis=0)))
@@ -325,7 +339,7 @@ class CurvedFeatures:
         return most
 
     def places(self, along: Floats, which: Any) -> Floats:
-        """`Features.places`"""
+        """`SurfaceFeatures.places`"""
         found = np.empty(len(self.rows[which]))
         self._put(along, self.kinds[which], self.rows[which], found)
         return found
@@ -337,9 +351,9 @@ def _point(numbers: Floats) -> Point:
 
 
 def _unit(most: float, anchors: Floats) -> float:
-    """What the largest length is measured in, so that it is 1, or less where it may be what rounding left of nothing.
+    """Return the unit that makes the largest length 1, or less where that length may be rounding noise about zero.
 
-    Planes that are all one have no offset about their middle but by the rounding of their anchors.
+    Planes that are all equal have no offset about their middle but the rounding of their anchors.
     """
     least = _ROUNDING_SHARE * float(np.abs(anchors).max(initial=0.0))
     found = max(most, least) if least < math.inf else most
@@ -347,9 +361,9 @@ def _unit(most: float, anchors: Floats) -> float:
 
 
 def coefficients(kind: Signs, row: Ints, spheres: Floats, quadrics: QuadricTable | Floats, middle: Floats) -> Floats:
-    """(n, 10) of x², y², z², xy, xz, yz, x, y, z (half of them), 1 about a point, the largest of the first six 1.
+    """Return (n, 10) the coefficients of x², y², z², xy, xz, yz, x, y, z, 1 about a point; those of xy to z are halved.
 
-    quadrics: also as whole rows.
+    Each row is scaled so that the largest of the first six is 1. `quadrics` may also be an array of whole rows.
     """
     result = np.empty((len(kind), 10))
     for some, own, whole in _in_blocks(kind, row, quadrics):
@@ -358,7 +372,7 @@ def coefficients(kind: Signs, row: Ints, spheres: Floats, quadrics: QuadricTable
 
 
 def _in_blocks(kind: Signs, row: Ints, quadrics: QuadricTable | Floats) -> Iterator[tuple[slice, Ints, Floats]]:
-    """Some of what is curved at a time: (which, their rows, the whole rows of quadrics among them, numbered anew)."""
+    """Yield blocks of curved surfaces: (which, their rows, whole rows of the quadrics among them, renumbered)."""
     for some in row_blocks(len(kind)):
         own, which = row[some].copy(), np.flatnonzero(kind[some] != SPHERE)
         whole = quadrics[own[which]]
@@ -367,11 +381,11 @@ def _in_blocks(kind: Signs, row: Ints, quadrics: QuadricTable | Floats) -> Itera
 
 
 def find_clusters(members: Any, features: SurfaceFeatures) -> Iterable[Any]:
-    """Groups of members whose features agree to about 1e-11 along `ALONG`, and nearly along another direction.
+    """Yield groups of members whose features agree to about 1e-11 along one direction, and nearly along a second one.
 
-    Of N members N² 1e-11 agree along one direction by chance, which for millions are more than can be named exactly. A
-    direction that has nothing to do with the first parts those, and none that are equal, by gaps a thousand times as
-    wide.
+    Among N members, N² 1e-11 pairs agree along one direction by chance; for millions of members these are more than can
+    be named exactly. The unrelated second direction separates such pairs: it splits at gaps a thousand times as wide,
+    which never part equal surfaces.
     """
     place = features.places(FIRST_DIRECTION, slice(None))
     ordered = np.sort(place)
@@ -393,20 +407,21 @@ def find_clusters(members: Any, features: SurfaceFeatures) -> Iterable[Any]:
                 yield members[np.sort(group[part])]
 
 
-# The scene-wide table of surfaces: each distinct plane or quadric once.
+# The scene-wide table of surfaces: each distinct plane or quadric once
 #
-# Surfaces are rounded to float64 records; records that are equal to the bit, and that nothing was rounded in, are
-# one surface. Where records are merely close, the exact names (`key`, 3000-bit arithmetic) decide: surfaces written
-# twice, scaled, negated, or reached by different motions that are equal on paper become one. Which of
-# their records represents all, and so gives the anchor, does not depend on the order in which they were added.
+# Surfaces are rounded to float64 records. Exact surfaces (nothing rounded) with records equal to the bit are one
+# surface. Where records are merely close, the exact names (`key`, 3000-bit arithmetic) decide: surfaces written twice,
+# scaled, negated, or reached by different motions that are equal on paper become one. The record that represents a
+# class, and so its anchor, does not depend on the order in which the surfaces were added.
 
+# Relative tolerance of the search for bulk balls that may equal another surface
 _NEARLY = 1e-6
 _CHUNK = 1 << 13
 
 
 @dataclass
 class SurfaceTable:
-    """The finished table, and for each surface added its id and the sense it has there (+1 or -1)."""
+    """The finished table of surfaces; for each input surface its id there and its sense (+1 or -1)."""
 
     kind: Signs
     row: Ints
@@ -416,31 +431,31 @@ class SurfaceTable:
     ids: Ints
     senses: Signs
     rest: Remainders
-    single: Any  # (n,) of whole numbers, of the first of them, the number each came with; the others are bulk balls
-    given: RawSurfaces
-    first: Ints | None  # for each that was added the one whose record it takes; None where that is its own
+    single: Any  # (n,) integers: the input number of each of the first surfaces of the table; the others are bulk balls
+    raw: RawSurfaces
+    first: Ints | None  # for each input surface the one whose record represents it; None where each represents itself
 
     def forget_numbers(self) -> None:
-        """Keep no longer which of the table each surface is that was added."""
+        """Release the ids and senses of the input surfaces."""
         self.ids, self.senses = self.ids[:0].copy(), self.senses[:0].copy()
 
 
 @dataclass
 class Remainders:
-    """What rounding took from the numbers of each record: the exact number is the record's plus this, to 2^-106."""
+    """What rounding removed from the numbers of each record: record plus remainder is exact to 2^-106."""
 
     planes: Floats
-    spheres: Floats  # shorter than the table: bulk balls have none
-    quadrics: Floats  # of the numbers of those that have one form (`Quadrics.form_of`)
-    vertices: Floats = field(default_factory=lambda: np.zeros((0, 3)))  # of polygons
+    spheres: Floats  # shorter than the table: bulk balls have no remainders
+    quadrics: Floats  # (forms, 19): quadrics of one form share it (`QuadricTable.form_of`)
+    vertices: Floats = field(default_factory=lambda: np.zeros((0, 3)))  # corners of polygons
 
 
 @dataclass
 class RawSurfaces:
-    """All surfaces that bodies were made of, bulk balls apart, as they came; `_first` finds which are the same."""
+    """The surfaces of all bodies, bulk balls apart, in input order, before equal ones are merged."""
 
     kinds: Signs
-    senses: Signs  # +1, or -1 where the record is the surface turned over
+    senses: Signs  # +1, or -1 where the record is the negated surface
     planes: Floats
     spheres: Floats
     quadrics: QuadricTable
@@ -448,11 +463,11 @@ class RawSurfaces:
     balls: list[Floats]
     exact: ExactSurfaces
     compact: bool = False
-    """Are rows of planes and quadrics to go for which another stands? Scenes that are edited keep them."""
+    """Drop the rows of planes and quadrics that another row represents? Scenes that may be edited keep them."""
 
     @property
     def plain(self) -> npt.NDArray[np.bool_]:
-        """From which of them nothing was rounded: those are equal where their records are."""
+        """(n,) whether nothing was rounded in each record: such surfaces are equal exactly where their records are."""
         plain = np.empty(len(self.kinds), bool)
         for kind, lost in ((PLANE, self.rest.planes), (SPHERE, self.rest.spheres), (QUADRIC, self.rest.quadrics)):
             whole = ~(lost != 0.0).any(axis=1)
@@ -461,84 +476,91 @@ class RawSurfaces:
 
 
 class ExactSurfaces(Protocol):
-    """What surfaces were before they were rounded, by their numbers; worked out where it is asked for."""
+    """Exact surfaces by number, computed on demand."""
 
     def __getitem__(self, index: int) -> Surface: ...
 
     def name(self, index: int) -> tuple[Key, int]:
-        """The exact name of a surface, and its sense."""
+        """Return the exact name of a surface, and its sense."""
         ...
 
-    def said(self, indices: Longs) -> dict[int, Hashable]:
-        """What is equal for surfaces that are surely one, of those of which that is seen."""
+    def known_names(self, indices: Longs) -> dict[int, Hashable]:
+        """Return keys that are equal only for surfaces that are certainly equal.
+
+        Surfaces without such a key are left out.
+        """
         ...
 
 
 def exact_names_at(exact: ExactSurfaces, numbers: Ints | Longs, indices: Longs) -> dict[int, Hashable]:
-    """`ExactSurfaces.said` for surfaces that have other numbers there: `numbers[indices]`."""
+    """`ExactSurfaces.known_names` for surfaces that have other numbers there: `numbers[indices]`."""
     there = numbers[indices].astype(np.int64)
-    known = exact.said(there)
+    known = exact.known_names(there)
     pairs = zip(indices.tolist(), there.tolist(), strict=True)
     return {index: known[number] for index, number in pairs if number in known}
 
 
 def merge_surfaces(surfaces: RawSurfaces) -> SurfaceTable:
-    """Number the distinct surfaces. ids and senses are ordered as they came, bulk balls after the rest."""
+    """Build the table of distinct surfaces.
+
+    Ids and senses are in input order, bulk balls after the rest.
+    """
     return _SurfaceMerger(surfaces).arrays()
 
 
 class _SurfaceMerger:
-    """One run of `finished`."""
+    """One run of `merge_surfaces`."""
 
     def __init__(self, surfaces: RawSurfaces) -> None:
-        self.given, self.exact = surfaces, surfaces.exact
+        self.raw, self.exact = surfaces, surfaces.exact
         self.single, self.ball_count = len(surfaces.kinds), sum(map(len, surfaces.balls))
 
     def arrays(self) -> SurfaceTable:
-        """`finished`"""
-        given, single = self.given, self.single
-        kinds, planes, quadrics, rest = given.kinds, given.planes, given.quadrics, given.rest
-        all_spheres = concatenate([given.spheres, *given.balls])
+        """Run the merge: equal records, planes across axes, then exact names."""
+        raw, single = self.raw, self.single
+        kinds, planes, quadrics, rest = raw.kinds, raw.planes, raw.quadrics, raw.rest
+        all_spheres = concatenate([raw.spheres, *raw.balls])
         count = single + self.ball_count
         kind, row = np.full(count, SPHERE, np.int8), np.arange(count, dtype=np.int32)
         kind[:single] = kinds
-        row[single:] += np.int32(len(given.spheres) - single)
+        row[single:] += np.int32(len(raw.spheres) - single)
         for k in (PLANE, SPHERE, QUADRIC):
             member = kinds == k
             row[:single][member] = np.arange(member.sum())
         first = np.arange(count, dtype=np.int32)
         is_plain = np.ones(count, bool)
-        is_plain[:single] = given.plain
+        is_plain[:single] = raw.plain
         for k, table in ((PLANE, planes), (SPHERE, all_spheres), (QUADRIC, quadrics)):
             if _has_equal(table):
                 members = np.flatnonzero(kind == k)
                 plain = is_plain[members]
                 some = table.chosen(plain) if isinstance(table, QuadricTable) else table[plain]
                 _merge_equal(first, members[plain], some)
+        # Planes across the axes are compared without exact names, which take about a millisecond each.
         flat = np.flatnonzero((kind[:single] == PLANE) & is_plain[:single])
         settled = _merge_across_axes(first, flat, row, planes)
         senses = np.ones(count, np.int8)
-        senses[:single] = given.senses
+        senses[:single] = raw.senses
         self._merge_exact(first, senses, kind, row, planes, all_spheres, quadrics, settled)
-        # Number the representatives in the order they came
+        # Number the representatives in input order.
         leads = first == np.arange(count, dtype=np.int32)
         chosen = np.flatnonzero(leads[:single])
         if leads.all():
-            return SurfaceTable(kind, row, planes, all_spheres, quadrics, first, senses, rest, chosen, given, None)
+            return SurfaceTable(kind, row, planes, all_spheres, quadrics, first, senses, rest, chosen, raw, None)
         number = np.cumsum(leads, dtype=np.int32) - np.int32(1)
         kind, row = kind[leads], row[leads]
-        if given.compact:
-            kept = {k: row[kind == k] for k in (PLANE, QUADRIC)}
-            for k, rows in kept.items():
+        if raw.compact:
+            rows_of = {k: row[kind == k] for k in (PLANE, QUADRIC)}
+            for k, rows in rows_of.items():
                 row[kind == k] = np.arange(len(rows))
-            planes, rest = planes[kept[PLANE]], replace(rest, planes=rest.planes[kept[PLANE]])
-            if len(kept[QUADRIC]) < len(quadrics):
-                quadrics, used = quadrics.chosen(kept[QUADRIC]).compact()
+            planes, rest = planes[rows_of[PLANE]], replace(rest, planes=rest.planes[rows_of[PLANE]])
+            if len(rows_of[QUADRIC]) < len(quadrics):
+                quadrics, used = quadrics.chosen(rows_of[QUADRIC]).compact()
                 rest = replace(rest, quadrics=rest.quadrics[used])
-        return SurfaceTable(kind, row, planes, all_spheres, quadrics, number[first], senses, rest, chosen, given, first)
+        return SurfaceTable(kind, row, planes, all_spheres, quadrics, number[first], senses, rest, chosen, raw, first)
 
     def _name(self, index: int, spheres: Floats, row: Ints) -> tuple[Key, int]:
-        """The exact name of a surface, and its sense."""
+        """Return the exact name of a surface or bulk ball, and its sense."""
         if index >= self.single:
             x, y, z, r = (float(v) for v in spheres[row[index]])
             return QuadricSurface((1.0, 1.0, 1.0), ORIGIN, Fraction(r) ** 2, UPRIGHT, (x, y, z)).key()
@@ -555,12 +577,12 @@ class _SurfaceMerger:
         quadrics: QuadricTable,
         settled: int,
     ) -> None:
-        """Among records that are close, let the exact names decide; of so many planes it is settled which are one."""
+        """Merge close records by their exact names; `settled` counts the planes that are already compared."""
         distinct = np.flatnonzero(first[: self.single] == np.arange(self.single))
         is_flat = kind[distinct] == PLANE
         flat, curved = distinct[is_flat], distinct[~is_flat]
         close = list(find_clusters(flat, PlaneFeatures.of(row[flat], planes))) if len(flat) > settled else []
-        if len(curved):  # bulk balls among themselves are equal to the bit or not at all
+        if len(curved):  # bulk balls are equal to each other to the bit or not at all
             curved = np.concatenate([curved, self._balls_near(curved, first, kind, row, spheres, quadrics)])
             close += find_clusters(curved, CurvedFeatures.of(kind[curved], row[curved], spheres, quadrics))
         tables: dict[int, Floats | QuadricTable] = {PLANE: planes, SPHERE: spheres, QUADRIC: quadrics}
@@ -569,25 +591,26 @@ class _SurfaceMerger:
             at = int(row[index])
             return kind[index] != SPHERE, *tables[kind[index]][at : at + 1][0]
 
-        asked = np.concatenate(close) if close else np.zeros(0, np.int64)
-        said = self.exact.said(asked[asked < self.single])
-        named: dict[int, tuple[int, int]] = {}
+        candidates = np.concatenate(close) if close else np.zeros(0, np.int64)
+        known_names = self.exact.known_names(candidates[candidates < self.single])
+        representatives: dict[int, tuple[int, int]] = {}
         for cluster in close:
             same: dict[Any, list[int]] = {}
             for index in cluster.tolist():
-                same.setdefault(said.get(index, index), []).append(index)
+                same.setdefault(known_names.get(index, index), []).append(index)
             equal: dict[Any, list[tuple[int, int]]] = {}
             for some in same.values():
                 key, sense = self._name(some[0], spheres, row) if len(same) > 1 else (None, 1)
                 equal.setdefault(key, []).extend((index, sense) for index in some)
             for members in equal.values():
-                # Which record represents them does not depend on the order in which they were added
+                # The least record represents the class: this does not depend on the order of input.
                 chosen, its_sense = min(members, key=lambda m: record(m[0]))
                 for index, sense in members:
-                    named[index] = (chosen, 1 if kind[index] == PLANE else sense * its_sense)
-        if named:
-            merged = np.fromiter(named, np.int64, len(named))
-            found = np.array([named[index] for index in named])
+                    representatives[index] = (chosen, 1 if kind[index] == PLANE else sense * its_sense)
+        if representatives:
+            # Redirect every surface that pointed at a merged one.
+            merged = np.fromiter(representatives, np.int64, len(representatives))
+            found = np.array([representatives[index] for index in representatives])
             representative, turned = np.arange(len(first)), np.ones(len(first), np.int8)
             representative[merged], turned[merged] = found[:, 0], found[:, 1]
             senses *= turned[first]
@@ -596,7 +619,7 @@ class _SurfaceMerger:
     def _balls_near(
         self, curved: Any, first: Any, kind: Signs, row: Ints, spheres: Floats, quadrics: QuadricTable
     ) -> npt.NDArray[np.int64]:
-        """Distinct bulk balls that may be one of some other surfaces, by a coordinate of their centers."""
+        """Return the distinct bulk balls that may equal another surface, found by one coordinate of their centers."""
         if self.ball_count == 0:
             return np.zeros(0, np.int64)
         single = self.single
@@ -619,13 +642,13 @@ class _SurfaceMerger:
 
 
 def concatenate(parts: Sequence[npt.NDArray[Any]]) -> npt.NDArray[Any]:
-    """Concatenated; no copy where all but one are empty."""
+    """Concatenate arrays; no copy where at most one has rows."""
     filled = [part for part in parts if len(part)]
     return np.concatenate(filled) if len(filled) > 1 else (filled or parts)[0]
 
 
 def _row_hashes(table: Floats | QuadricTable) -> npt.NDArray[np.uint64]:
-    """A number for each row, equal for equal rows (zeros of both signs alike)."""
+    """Hash each row to uint64; equal rows, zeros of both signs alike, have equal hashes."""
     mixed = np.zeros(len(table), np.uint64)
     for begin in range(0, len(table), _CHUNK):
         words = (table[begin : begin + _CHUNK] + 0.0).view(np.uint64)
@@ -638,14 +661,14 @@ def _row_hashes(table: Floats | QuadricTable) -> npt.NDArray[np.uint64]:
 
 
 def _has_equal(table: Floats | QuadricTable) -> bool:
-    """Might two rows be equal?  In a large table without any, much faster than to look for them."""
+    """Return whether two rows may be equal: in a large table without equal rows much faster than a full comparison."""
     mixed = _row_hashes(table)
     mixed.sort()
     return bool((mixed[1:] == mixed[:-1]).any())
 
 
 def _merge_equal(first: Any, members: Any, table: Floats | QuadricTable) -> None:
-    """Point each member at the earliest one with the same record to the bit (zeros of both signs alike)."""
+    """Point each member at the earliest one with a record equal to the bit, zeros of both signs alike."""
     order = np.argsort(_row_hashes(table), kind="stable")
     same = np.zeros(len(order), bool)
     for begin in range(1, len(order), _CHUNK):
@@ -656,10 +679,10 @@ def _merge_equal(first: Any, members: Any, table: Floats | QuadricTable) -> None
 
 
 def _merge_across_axes(first: Any, members: Any, row: Ints, planes: Floats) -> int:
-    """Point planes that lie across an axis at the same place at the one whose record comes first in order.
+    """Point planes across one axis at one place at the plane whose record comes first in order.
 
-    For planes that nothing was rounded in, and whose anchors lie on them. Their exact names would say the same. Returns
-    how many of those that lead have been settled so.
+    `members` are planes from which nothing was rounded and whose anchors lie on them, so that their exact names would
+    give the same. Return how many of the leading planes are settled so.
     """
     members = members[first[members] == members]
     axes, places = np.empty(len(members), np.int8), np.empty(len(members))

@@ -1,4 +1,4 @@
-"""How a Boolean body is built: its nodes with places for the primitives, which are alike in many bodies."""
+"""Boolean bodies in batches: plans of how they are built, bounds, and composition from the rows of their primitives."""
 
 from __future__ import annotations
 
@@ -11,12 +11,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..geometry.bounds.intersection import are_balls_or_boxes, bound_ball_intersections, has_unbounded_outside
+from ..geometry.bounds.intersection import BoundsKind, are_balls_or_boxes, bound_ball_intersections
 from ..geometry.bulk import Bulk
 from ..geometry.cell import Cell, Not, Tree
-from ..geometry.csg import Boolean, Complement, Difference, Intersection, Painted, Union
-from ..geometry.primitives import Sphere
-from ..geometry.shape import PrimitiveSolid, Shape, Solid
+from ..geometry.shape import Boolean, Complement, Difference, Intersection, Painted, PrimitiveSolid, Shape, Solid, Union
 from ..geometry.transform import Motion, Step
 from ..kernels.tables import CELL, REGION, Floats, Ints
 from ..materials.material import Material
@@ -27,23 +25,23 @@ from .pattern import BOX_NUMBERS, FRAME_NUMBERS, BodyPattern, RowTable, row_bloc
 
 @dataclass(slots=True)
 class CsgPlan:
-    """How a Boolean body is built, and its primitives from left to right with the steps that move each."""
+    """The structure of a Boolean body, and its primitives from left to right with the steps that move each."""
 
     key: tuple[Hashable, ...]
     leaves: list[tuple[Shape, tuple[Step, ...]]]
-    painted: list[tuple[int, int, Material]]  # first and last leaf, from the innermost paint outward
+    painted: list[tuple[int, int, Material]]  # (first leaf, last leaf, material), from the innermost paint outward
 
 
 @cache
 def is_subclass(kind: Any, of: Any) -> bool:
-    """`issubclass`, which is asked of every node, from a table."""
+    """Cached `issubclass`: it is called for every node."""
     return issubclass(kind, of)
 
 
 def csg_plan(solid: Boolean, still: bool = False) -> CsgPlan | None:
-    """The plan of a solid; None where there is more in it than primitives and Boolean nodes.
+    """Build the plan of a solid; None where it holds more than primitives and Boolean nodes.
 
-    still: without the solid's own motion, which comes last among the steps of every leaf.
+    With `still` the solid's own motion, which comes last among the steps of every leaf, is left out.
     """
     key: list[Hashable] = []
     leaves: list[tuple[Shape, tuple[Step, ...]]] = []
@@ -72,13 +70,13 @@ def csg_plan(solid: Boolean, still: bool = False) -> CsgPlan | None:
 
 
 def placed_primitives(shape: Shape) -> list[tuple[Shape, tuple[Step, ...]]]:
-    """The primitives of a shape with the steps that move each: its own where it is one."""
+    """List the primitives of a shape with the steps that move each; the shape itself where it has no plan."""
     plan = csg_plan(shape) if isinstance(shape, Boolean) else None
     return [(shape, shape.motion.steps)] if plan is None else plan.leaves
 
 
 def fold_plan(key: Sequence[Hashable], leaves: Sequence[Any], combined: Callable[[Any, list[Any]], Any]) -> Any:
-    """What a plan makes of something for each of its leaves: combined(kind of node, operands), from the leaves up."""
+    """Fold a plan over one value for each leaf, from the leaves up: `combined(node type, operands)`."""
     results: list[Any] = []
     rest = list(leaves)
     for entry in reversed(key):  # nodes come before their operands
@@ -92,16 +90,16 @@ def fold_plan(key: Sequence[Hashable], leaves: Sequence[Any], combined: Callable
     return results[0]
 
 
-# Boolean bodies that are built alike: listed one by one, or many in one entry.
+# Boolean bodies of one plan: listed one by one, or many in one entry
 
 _IN_PLACE = np.array([1.0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0])
 
 
 @dataclass
 class CsgBatch:
-    """Boolean bodies that are built alike: shapes, and their plans but for their own motions; numbers.
+    """Boolean bodies of one plan: shapes, plans without their own motions, body numbers.
 
-    Then the places of their first leaves, and frames.
+    Then the places of their first leaves, and the rows of their frames.
     """
 
     shapes: list[Boolean] = field(default_factory=list)
@@ -111,19 +109,20 @@ class CsgBatch:
     frames: Ints = field(default_factory=lambda: np.zeros(0, np.int32))
 
     def some(self, begin: int, end: int) -> CsgBatch:
-        """Some of the bodies, before they have places."""
+        """Select some of the bodies, before they have places."""
         return CsgBatch(self.shapes[begin:end], self.plans[begin:end], self.numbers[begin:end])
 
     def of(self, index: int) -> tuple[Boolean, CsgPlan]:
-        """One of the bodies, and its plan."""
+        """Return one of the bodies, and its plan."""
         plan = csg_plan(self.shapes[index])
         assert plan is not None
         return self.shapes[index], plan
 
     def frames_of(self, rows: Ints, known: Floats) -> Floats:
-        """World to own coordinates of each body, from rows of those that are known; the others stand, or are shifted.
+        """Return maps from world to local coordinates of the bodies (n, 12).
 
-        Nothing is rounded in a translation, so its way back is the offset turned over, as in `Motion.inverse_rows`.
+        `rows` are rows of `known`; a negative row stands for a body with a translation or no motion. Nothing is rounded
+        in a translation, so its inverse is the negated offset, as in `Motion.inverse_rows`.
         """
         if len(known):
             found = known[rows]
@@ -136,13 +135,13 @@ class CsgBatch:
         return found
 
     def columns(self) -> tuple[Ints, Ints, Ints]:
-        """Numbers, places and frames as arrays."""
+        """Return body numbers, places and rows of frames as arrays."""
         return np.array(self.numbers, np.int32), self.first, self.frames
 
 
 @dataclass
 class CsgArray:
-    """Many Boolean bodies in one entry: the number of the first, the place of its first leaf, and the frame of all."""
+    """Many Boolean bodies in one entry: number of the first body, place of its first leaf, and the frame of all."""
 
     shape: Bulk
     number: int
@@ -150,7 +149,7 @@ class CsgArray:
     frame: int
 
     def of(self, index: int) -> tuple[Boolean, CsgPlan]:
-        """`Planned.of`"""
+        """`CsgBatch.of`"""
         shape = self.shape.single(index)
         assert isinstance(shape, Boolean)
         plan = csg_plan(shape)
@@ -158,67 +157,68 @@ class CsgArray:
         return shape, plan
 
     def frames_of(self, rows: Ints, known: Floats) -> Floats:
-        """`Planned.frames_of`"""
+        """`CsgBatch.frames_of`"""
         own = known[self.frame] if self.frame >= 0 else translation_frame(self.shape.motion)
         return np.broadcast_to(own, (len(rows), FRAME_NUMBERS))
 
     def columns(self) -> tuple[Ints, Ints, Ints]:
-        """`Planned.columns`"""
+        """`CsgBatch.columns`"""
         count, leaves = len(self.shape), len(self.shape.leaves)
         every = np.arange(count, dtype=np.int32)
         return self.number + every, self.first + leaves * every, np.full(count, self.frame, np.int32)
 
 
 def exceeds_translation(motion: Motion) -> bool:
-    """Is it more than a translation?"""
+    """Return whether a motion is more than a translation."""
     steps = motion.steps
     return len(steps) > 1 or (len(steps) == 1 and motion.shift is None)
 
 
 def translation_frame(motion: Motion) -> Any:
-    """World to own coordinates of a body whose motion is a translation, or none."""
+    """Return the map from world to local coordinates of a body with a translation, or no motion."""
     return np.array(Motion(motion.steps).inverse_rows).ravel() if motion.steps else _IN_PLACE
 
 
-# Bounds of Boolean bodies of one plan by the boxes of their primitives, where these say enough.
+# Bounds of Boolean bodies of one plan from the boxes of their primitives, where these suffice
 #
-# They are what `shapes.region.region_bounds` finds with more work: unions surround, and parts of an intersection narrow
-# one another. Where only one part of an intersection has a bound, and the others are complements of what has none
-# outside, the box is that part's. Where several have, and these are balls and boxes along the axes, it is that of
-# `shapes.ball_bounds`.
+# They are the bounds that `region_bounds` computes with more work: a union surrounds its parts, and the
+# parts of an intersection narrow one another. Where only one part of an intersection has a bound, and the others are
+# complements of shapes with an unbounded outside, the box is that part's. Where several parts have bounds, and these
+# are balls and axis-aligned boxes, it is that of `geometry.bounds.intersection`.
 
 Mask = npt.NDArray[np.bool_]
 
 
 def box_columns(rows: RowTable) -> Floats:
-    """The boxes in rows of primitives without polygons, which end with box and frame."""
+    """Return the boxes in rows of primitives without polygons: these rows end with box and frame."""
     boxes: Floats = rows[:, -BOX_NUMBERS - FRAME_NUMBERS : -FRAME_NUMBERS]
     return boxes
 
 
 @dataclass
 class _BoundPart:
-    """A primitive of each body: its boxes, and what kind of shape it is."""
+    """One primitive of each body: its boxes, its type, and its rows."""
 
     boxes: Floats
-    kind: type
+    kind: BoundsKind
     rows: RowTable
 
     @property
     def is_ball(self) -> bool:
-        """Is it a ball, where it is `simple`?"""
-        return issubclass(self.kind, Sphere)
+        """Is it a ball, where `simple` holds?"""
+        return self.kind == "ball"
 
     def simple(self) -> Mask:
-        """For which bodies is it a ball, or an upright box?"""
+        """Return for which bodies it is a ball, or an axis-aligned box."""
         return are_balls_or_boxes(self.kind, self.rows[:, -FRAME_NUMBERS:].reshape(-1, 3, 4)[:, :, :3])
 
 
 @dataclass
 class _BoundNode:
-    """A node of a plan: boxes, or None for all of space; for which bodies these are right.
+    """A node of a plan: its boxes (None for all of space), and for which bodies they are right.
 
-    hole: is there nothing that would bound its outside? parts: the primitives that it is common to; None for a union.
+    `hole`: nothing bounds the outside of the node. `parts`: the primitives whose intersection holds the node; None for
+    a union.
     """
 
     boxes: Floats | None
@@ -228,7 +228,10 @@ class _BoundNode:
 
 
 def csg_boxes(key: Sequence[Hashable], leaves: Sequence[Shape], rows: Sequence[RowTable]) -> tuple[Floats, Mask]:
-    """Boxes (n, 6) of bodies with a row for each of their primitives, and for which of them they are known."""
+    """Compute the boxes (n, 6) of bodies from rows of their primitives.
+
+    Return also for which of them they are known.
+    """
     primitives = [_primitive_bounds(shape, of_part) for shape, of_part in zip(leaves, rows, strict=True)]
     whole: _BoundNode = fold_plan(key, primitives, _combine_bounds)
     found = whole.boxes
@@ -239,20 +242,20 @@ def csg_boxes(key: Sequence[Hashable], leaves: Sequence[Shape], rows: Sequence[R
 
 def _primitive_bounds(shape: Shape, rows: RowTable) -> _BoundNode:
     boxes = box_columns(rows)
-    part = _BoundPart(boxes, type(shape), rows)
+    part = _BoundPart(boxes, shape.bounds_kind, rows)
     return _BoundNode(boxes, np.ones(len(rows), bool), _is_hole(shape), (part,))
 
 
 def _is_hole(shape: Shape) -> bool:
-    """Is there nothing that would bound the outside of a primitive? Kept with it, as copies of a body share theirs."""
+    """Return whether the outside of a primitive is unbounded; cached with the shape, which copies of a body share."""
     found: bool | None = shape.kept.get("hole")
     if found is None:
-        found = shape.kept["hole"] = isinstance(shape, Solid) and has_unbounded_outside(shape)
+        found = shape.kept["hole"] = isinstance(shape, Solid) and shape.has_unbounded_outside()
     return found
 
 
 def _combine_bounds(kind: Hashable, parts: Sequence[_BoundNode]) -> _BoundNode:
-    """A node from its operands."""
+    """Combine operands to a node of a type."""
     known = np.asarray(np.logical_and.reduce([part.known for part in parts]))
     nowhere = _BoundNode(None, np.zeros(len(known), bool), False, None)
     if kind is Complement:
@@ -271,15 +274,15 @@ def _combine_bounds(kind: Hashable, parts: Sequence[_BoundNode]) -> _BoundNode:
     if len(bounded) < 2:
         one = bounded[0] if bounded else _BoundNode(None, known)
         return _BoundNode(one.boxes, known, False, one.parts)
-    if any(part.parts is None for part in bounded):  # planes would be handed on to the parts of a union
+    if any(part.parts is None for part in bounded):  # `region_bounds` would pass planes on to the parts of a union
         return nowhere
-    together = tuple(each for part in bounded for each in part.parts or ())
-    boxes_in_common, good = _intersect_boxes(together)
-    return _BoundNode(boxes_in_common, known & good, False, together)
+    common = tuple(each for part in bounded for each in part.parts or ())
+    boxes_in_common, good = _intersect_boxes(common)
+    return _BoundNode(boxes_in_common, known & good, False, common)
 
 
 def _union_boxes(boxes: Sequence[Floats]) -> Floats:
-    """Boxes around boxes, row by row; empty ones do not count."""
+    """Compute boxes around boxes, row by row; empty ones do not count."""
     low = np.full((len(boxes[0]), 3), np.inf)
     high = -low
     for box in boxes:
@@ -290,33 +293,34 @@ def _union_boxes(boxes: Sequence[Floats]) -> Floats:
 
 
 def _intersect_boxes(parts: Sequence[_BoundPart]) -> tuple[Floats, Mask]:
-    """(the boxes around what primitives have in common, are these known)."""
+    """Return (boxes around the intersection of primitives, for which bodies these are known)."""
     boxes, good = bound_ball_intersections([part.boxes for part in parts], [part.is_ball for part in parts])
     return boxes, np.asarray(np.logical_and.reduce([good, *(part.simple() for part in parts)]))
 
 
-# Boolean bodies from the rows of their primitives: bodies that are built alike are put together at once.
+# Composition: the pattern and rows of Boolean bodies from those of their primitives
 #
-# How a body is built is a `Plan`: its tree of Boolean nodes with places for the primitives. What primitives have become
-# (`Form`: pattern and tree of cells) and the plan give the body's pattern, and where each of its columns comes from.
+# A `CsgPlan` gives the tree of Boolean nodes with places for the primitives. The form of each primitive
+# (`PrimitiveForm`: pattern and tree of cells) and the plan give the body's pattern, and the source of each of its
+# columns.
 
 
 @dataclass(frozen=True, eq=False)
 class PrimitiveForm:
-    """What primitives of one kind have become. There is one of each (`Forms`)."""
+    """The lowered structure of primitives of one kind. There is one object of each (`PrimitiveForms`)."""
 
     pattern: BodyPattern
     tree: Tree | None
 
 
 class PrimitiveForms:
-    """The forms that there are."""
+    """A registry of forms: equal pattern and tree give the same object."""
 
     def __init__(self) -> None:
         self._known: dict[Hashable, PrimitiveForm] = {}
 
     def of(self, pattern: BodyPattern, tree: Tree | None) -> PrimitiveForm:
-        """The one of a pattern and a tree."""
+        """Return the form of a pattern and a tree."""
         return self._known.setdefault((pattern, tree), PrimitiveForm(pattern, tree))
 
 
@@ -325,11 +329,11 @@ FORMS = PrimitiveForms()
 
 @dataclass
 class CsgComposition:
-    """The pattern of bodies of one plan and these forms, and where the columns of their rows come from."""
+    """The pattern of bodies of one plan with primitives of these forms, and the sources of their columns."""
 
     pattern: BodyPattern
     sources: list[tuple[int, int, int]] = field(default_factory=list)
-    """Up to the boxes of leaves: (part, first column, last column)."""
+    """(part, first column, last column) of each piece of a row up to the boxes of leaves."""
     boxes: list[int] = field(default_factory=list)
     """For each leaf of the program the part whose box holds it; -1 for none."""
     faces: list[int] = field(default_factory=list)
@@ -337,12 +341,12 @@ class CsgComposition:
 
     @classmethod
     def of(cls, key: Sequence[Hashable], forms: Sequence[PrimitiveForm]) -> CsgComposition:
-        """Put the trees of the forms together as the plan says; what was put together of late is known."""
+        """Compose the trees of the forms as the plan says; recent compositions are cached."""
         return _cached_composition(tuple(key), tuple(forms))
 
     @classmethod
-    def put_together(cls, key: Sequence[Hashable], forms: Sequence[PrimitiveForm]) -> CsgComposition:
-        """`of`, done anew."""
+    def compose(cls, key: Sequence[Hashable], forms: Sequence[PrimitiveForm]) -> CsgComposition:
+        """`of`, without the cache."""
         trees, faces, count = [], [], 0
         for part, form in enumerate(forms):
             assert form.tree is not None
@@ -371,7 +375,7 @@ class CsgComposition:
         return cls(BodyPattern.of(assembly, kind, index, angular, maps), sources, boxes, faces)
 
     def rows(self, parts: Sequence[RowTable], boxes: Floats, frames: Floats) -> RowTable:
-        """Rows of bodies from those of their parts, their boxes and their frames."""
+        """Compose rows of bodies from the rows of their parts, their boxes and their frames."""
         grown = {part: _column_table(_widen_part_boxes(parts[part])) for part in set(self.boxes) if part >= 0}
         if -1 in self.boxes:
             grown[-1] = _column_table(np.broadcast_to(np.array(UNBOUNDED), (len(boxes), BOX_NUMBERS)))
@@ -383,7 +387,7 @@ class CsgComposition:
 
 
 def _widen_part_boxes(rows: RowTable) -> Floats:
-    """The boxes of parts as those of leaves, which are wider."""
+    """Widen the boxes of parts to boxes of leaves."""
     found = np.empty((len(rows), BOX_NUMBERS))
     for some in row_blocks(len(rows)):
         found[some] = widen_boxes(box_columns(rows[some]))
@@ -391,18 +395,18 @@ def _widen_part_boxes(rows: RowTable) -> Floats:
 
 
 def _column_table(values: Floats) -> RowTable:
-    """A table with all of its columns, in their order."""
+    """Wrap an array as rows with all its columns in order."""
     return RowTable.of(values, np.arange(values.shape[1], dtype=np.int32))
 
 
 @lru_cache(maxsize=64)
 def _cached_composition(key: tuple[Hashable, ...], forms: tuple[PrimitiveForm, ...]) -> CsgComposition:
-    """There is one form of each kind, and nobody changes a composition."""
-    return CsgComposition.put_together(key, forms)
+    """`CsgComposition.compose`, cached: forms are unique objects, and nobody changes a composition."""
+    return CsgComposition.compose(key, forms)
 
 
 def _place_tree(tree: Tree, part: int, first_face: int, pattern: BodyPattern) -> Tree:
-    """The tree of a form as one part of a body."""
+    """Renumber the tree of a form as one part of a body."""
     if isinstance(tree, Cell):
         return Cell(
             tuple(

@@ -1,6 +1,9 @@
-"""Every use of a surface, by a cell, a sheet or a polygon in the box of an entry, weighed for `limits`: one by one.
+"""Limits of the fast formulas: how far they can be trusted, and from where on a ray is marked as doubtful.
 
-The kernels read each number once and keep nothing, where arrays of all uses would be larger than the scene.
+Every bound of docs/exactness.md depends on a scene only through a few numbers of each surface and cell. They are
+computed here, once, from the constants of `kernels/surface/doubt.py`. R is how far the bodies that a surface bounds
+reach from its anchor; kappa is the share of a value's terms by which rounding may change it; the bounds hold for rays
+within `far` of the scene.
 """
 
 from __future__ import annotations
@@ -20,10 +23,12 @@ from ..kernels.tables import CELL, PLANE, POLYGON, QUADRIC, REGION, SHEET, SPHER
 from .coincidence import Remainders
 from .mmap_arrays import mapped_zeros, own_memory
 
+# Kernels: every use of a surface, by a cell, a sheet or a polygon in the box of an entry, is weighed one by one.
+# They read each number once and store nothing, where arrays of all uses would be larger than the scene.
 _LEAST = 1e-100
-"""Times the square of a direction's least component that is still a number."""
+"""Times the square of the least component of a direction, this still does not underflow."""
 _WIDE, _WIDEST = 2.0**10, 2.0**20
-"""Bodies without an end are taken to be so many times as large as the scene; those of exact planes, so many times."""
+"""Unbounded bodies count as so many times as large as the scene; those of exact planes as so many times."""
 
 
 @record_shapes(
@@ -31,7 +36,7 @@ _WIDE, _WIDEST = 2.0**10, 2.0**20
     lost_of_quadrics="l 19",
 )  # fmt: skip
 class RecordTables(NamedTuple):
-    """The surfaces of a scene, and what rounding took from planes and quadrics."""
+    """The surface records of a scene, and the remainders of planes and quadrics."""
 
     kind: Signs
     row: Ints
@@ -44,14 +49,14 @@ class RecordTables(NamedTuple):
 
     @classmethod
     def of(cls, tables: Tables, rest: Remainders) -> RecordTables:
-        """Those of a scene. In finished tables all integers are of one type."""
+        """Collect the records of a scene. In finished tables all integers have one type: kinds are narrowed here."""
         t, kind = tables, tables.surface_kind.astype(np.int8, copy=False)
         return cls(kind, t.surface_row, t.planes, t.spheres, t.quadrics, t.quadric_forms, rest.planes, rest.quadrics)
 
 
 @inline
 def _is_row(records: RecordTables, surface: int) -> bool:
-    """Is there a surface of this number, with a record?"""
+    """Return whether a surface has this number, with a record."""
     if not 0 <= surface < len(records.kind):
         return False
     kind, row = records.kind[surface], records.row[surface]
@@ -67,7 +72,7 @@ def _is_row(records: RecordTables, surface: int) -> bool:
 
 @inline
 def _form(records: RecordTables, row: int) -> int:
-    """The row of a quadric's form, and of what rounding took from its numbers."""
+    """Return the row of a quadric's form, which is also that of its remainders."""
     return whole(records.quadrics[row, 3])
 
 
@@ -81,7 +86,7 @@ def _anchor(records: RecordTables, surface: int, axis: int) -> float:
 
 @inline
 def _is_inexact(lost: Floats, row: int) -> bool:
-    """Was anything rounded in a record?"""
+    """Return whether anything was rounded in a record."""
     found = 0
     for k in range(lost.shape[1]):
         found += 1 if lost[row, k] != 0.0 else 0
@@ -98,7 +103,7 @@ def _is_bounded(boxes: Floats, entry: int) -> bool:
 
 @inline
 def _reach(records: RecordTables, boxes: Floats, surface: int, entry: int, bounded: bool, size: float) -> float:
-    """How far from its anchor a surface is used."""
+    """Return how far from its anchor a surface is used: a sphere its radius, others the farthest corner of the box."""
     if records.kind[surface] == SPHERE:
         return records.spheres[records.row[surface], 3]
     if not bounded:
@@ -114,7 +119,7 @@ def _reach(records: RecordTables, boxes: Floats, surface: int, entry: int, bound
 
 @inline
 def _kappa(records: RecordTables, surface: int, reach: float) -> float:
-    """The share of a value's terms by which rounding may change it."""
+    """Return kappa: the share of a value's terms by which rounding may change it."""
     kind, row = records.kind[surface], records.row[surface]
     if kind == SPHERE:
         return KAPPA_OF_BALLS
@@ -128,7 +133,7 @@ def _kappa(records: RecordTables, surface: int, reach: float) -> float:
 
 @inline
 def _larger(known: float, x: float) -> float:
-    """The larger one of two; no number, if one is."""
+    """Return the larger of two numbers; NaN if `known` or `x` is NaN."""
     return known if known >= x or known != known else x
 
 
@@ -140,10 +145,11 @@ def weigh(
     records: RecordTables, boxes: Floats, size: float, surface: Ints, place: Ints, owner: Ints, entry: Ints, begin: int,
     end: int, limits: Floats, most: Floats,
 ) -> int:  # fmt: skip
-    """Take some uses into the limits of their owners, and into the most of their surfaces, which have places in it.
+    """Add uses begin..end to the limits of their owners, and to the maxima of their surfaces.
 
-    most: the largest reach, the largest kappa, 1 if some use has no end. size: that of the scene. Returns how many uses
-    name what is not there.
+    surface, place, owner, entry: for each use its surface, that surface's column of `most`, the row of its owner in
+    `limits`, and the entry whose box it lies in. size: that of the scene. most: the largest reach, the largest kappa,
+    and 1 if some use is unbounded. Return how many uses name rows that do not exist.
     """
     strange = 0
     for use in range(begin, end):
@@ -154,6 +160,7 @@ def weigh(
         bounded = _is_bounded(boxes, e)
         reach = _reach(records, boxes, s, e, bounded, size)
         kappa = _kappa(records, s, reach)
+        # The bounds hold within `far`; rounding of positions adds RELATIVE times the distance `around`.
         around, far = _WIDE * size, FAR * reach
         if bounded:
             around = 0.0
@@ -172,7 +179,10 @@ def weigh(
 
 @kernel(surface="n", most="3 n", limits="out p 2")
 def put_limits_of_planes(records: RecordTables, surface: Ints, most: Floats, limits: Floats) -> None:
-    """Those of some surfaces that are planes: square of the least certain rate, for |d| = 1; the least height."""
+    """Write the limits of some planes: square of the least certain rate, for |d| = 1; the least certain height.
+
+    `most` has a column for each of `surface`. Surfaces of other kinds are skipped.
+    """
     for i in range(len(surface)):
         if not _is_row(records, surface[i]) or records.kind[surface[i]] != PLANE:
             continue
@@ -190,7 +200,7 @@ def put_limits_of_planes(records: RecordTables, surface: Ints, most: Floats, lim
 
 @inline
 def _row_size(forms: Floats, form: int, line: int) -> float:
-    """The length of one of the rows of a quadric."""
+    """Return the length of one of the rows of a quadric."""
     square = 0.0
     for k in range(3):
         square += forms[form, 3 * line + k] * forms[form, 3 * line + k]
@@ -199,7 +209,7 @@ def _row_size(forms: Floats, form: int, line: int) -> float:
 
 @inline
 def _sizes(forms: Floats, form: int) -> tuple[float, float, float]:
-    """Bounds on the second-order, linear and constant terms at distance 1 from the anchor."""
+    """Return bounds on the second-order, linear and constant terms at distance 1 from the anchor."""
     squares = linear = 0.0
     for line in range(3):
         length = _row_size(forms, form, line)
@@ -210,7 +220,7 @@ def _sizes(forms: Floats, form: int) -> tuple[float, float, float]:
 
 @inline
 def _is_plain(forms: Floats, form: int) -> bool:
-    """Is each axis along which a quadric bends one of the world's, and its coefficient no number that underflows?"""
+    """Return whether each axis along which a quadric bends is a world axis, and no coefficient underflows."""
     for line in range(3):
         square, linear = abs(forms[form, 9 + line]), abs(forms[form, 12 + line])
         if square == 0.0 and linear == 0.0:
@@ -228,10 +238,10 @@ def _is_plain(forms: Floats, form: int) -> bool:
 
 @kernel(surface="n", most="3 n", limits="out f 2")
 def put_limits_of_quadrics(records: RecordTables, surface: Ints, most: Floats, limits: Floats) -> None:
-    """Those of the forms of some quadrics: the least certain discriminant, for |d| = 1; least value along rulings.
+    """Write the limits of the forms of quadrics: least certain discriminant, for |d| = 1; least value along rulings.
 
-    The latter is infinite where a body has no end and a direction's part along an axis that bends is a sum: rounding
-    may have made that 0, where the ray comes to a wall, however far away.
+    The latter is infinite where a body is unbounded and a direction's component along a bending axis is a sum: rounding
+    may have made that 0, where the ray does reach a wall, however far away.
     """
     for i in range(len(surface)):
         if not _is_row(records, surface[i]) or records.kind[surface[i]] != QUADRIC:
@@ -246,13 +256,13 @@ def put_limits_of_quadrics(records: RecordTables, surface: Ints, most: Floats, l
 
 @inline
 def _larger_finite(size: float, x: float) -> float:
-    """The larger one of two, where the second is finite; else the first."""
+    """Return the larger of two numbers, where the second is finite; else the first."""
     return x if size < x < math.inf else size
 
 
 @kernel(planes="p 7", quadrics="q 4", forms="f 16", boxes="e 6")
 def size_of_records(planes: Floats, quadrics: Floats, forms: Floats, boxes: Floats) -> float:
-    """Of what is finite in a scene: coordinates, radii, the own sizes of quadrics; 0 where there is nothing."""
+    """Return the largest finite length of a scene: coordinates and the own sizes of quadrics; 0 where there is none."""
     size = 0.0
     for row in range(len(planes)):
         for k in range(4, 7):
@@ -269,13 +279,7 @@ def size_of_records(planes: Floats, quadrics: Floats, forms: Floats, boxes: Floa
     return size
 
 
-# How far the fast formulas can be trusted: the limits by which rays are marked as doubtful.
-#
-# Every bound of docs/exactness.md depends on a scene only through a few numbers of each surface and cell.
-# They are computed here, once, from the constants of kernels/surface/doubt.py. R is how far from a surface's anchor
-# the bodies
-# reach that it bounds, kappa the share of a value's terms by which rounding may change it, and the bounds hold for rays
-# within `far` of the scene.
+# Limits of all tables
 
 Whole = npt.NDArray[Any]
 
@@ -283,12 +287,12 @@ _USES = 1 << 17
 
 
 def with_limits(tables: Tables, boxes: Floats, rest: Remainders) -> Tables:
-    """The tables with `limits_of` them."""
+    """Return the tables with `compute_limits` of them."""
     return tables._replace(**compute_limits(tables, boxes, rest))
 
 
 def limit_shapes(tables: Tables) -> dict[str, Floats]:
-    """Arrays of the shapes of `limits_of`."""
+    """Return arrays with the shapes of `compute_limits`, without memory."""
     counts = dict(
         plane=len(tables.planes), quadric=len(tables.quadric_forms), cell=_rows_of_cells(tables),
         program=len(_model_programs(tables)), sheet=len(tables.sheet_surface), polygon=len(tables.polygon_surface),
@@ -297,17 +301,37 @@ def limit_shapes(tables: Tables) -> dict[str, Floats]:
 
 
 def compute_limits(tables: Tables, boxes: Floats, rest: Remainders) -> dict[str, Any]:
-    """`plane_limits`, `quadric_limits`, and those of cells, programs, sheets and polygons."""
+    """Compute `plane_limits`, `quadric_limits`, and the limits of cells, programs, sheets and polygons.
+
+    Parameters
+    ----------
+    tables : Tables
+        Tables of a scene, without limits.
+    boxes : Floats
+        (entries, 6) bounding boxes.
+    rest : Remainders
+        What rounding removed from the surface records.
+
+    Returns
+    -------
+    dict[str, Floats]
+        The columns (n, 2) by name.
+
+    Raises
+    ------
+    IndexError
+        If a use names a surface, an owner or a box that does not exist.
+    """
     cells, sheets, polygons = _rows_of_cells(tables), len(tables.sheet_surface), len(tables.polygon_surface)
     cell_entry = _entries_of_cells(tables)
-    size = 1.0 if np.isfinite(boxes).all() else scene_size(tables, boxes)  # else nothing depends on it
+    size = 1.0 if np.isfinite(boxes).all() else scene_size(tables, boxes)  # for bounded bodies nothing depends on it
     limits = no_limits(cells + sheets + polygons)
     last = max((int(surface.max(initial=-1)) for surface, _, _ in _uses(tables, cell_entry)), default=-1)
     place, used = _places(tables, last)
     most = mapped_zeros((3, len(used)), np.float64)
     records = RecordTables.of(tables, rest)
     for surface, owner, users in _uses(tables, cell_entry):
-        places = place.take(surface, mode="clip")  # of one that is not there whichever, as it is refused
+        places = place.take(surface, mode="clip")  # any place for a missing surface: `weigh` refuses it
         weigh_all(records, boxes, size, (surface, places, owner, users), limits, most)
     of_cells = own_memory(limits[:cells])
     of_planes, of_quadrics = (
@@ -326,21 +350,21 @@ def compute_limits(tables: Tables, boxes: Floats, rest: Remainders) -> dict[str,
 
 
 def _rows_of_cells(tables: Tables) -> int:
-    """How many limits cells have: those that are one another moved share them."""
+    """Count the limits of cells, which translated copies share."""
     return len(tables.cell_face)
 
 
 def _model_programs(tables: Tables) -> Whole:
-    """Of each of the limits that programs have, one of the programs that share them."""
+    """Return for each row of limits of programs one of the programs that share it."""
     models = np.empty(len(tables.program_gate) - 1, np.int32)
     models[rows_of_programs(tables)] = np.arange(len(tables.program_leaf) - 1, dtype=np.int32)
     return models
 
 
 def _places(tables: Tables, last: int) -> tuple[Whole, Whole]:
-    """(the place of each surface in what is known of them, the surface of each place; -1: none up to the last).
+    """Return (the column of each surface in `most`, the surface of each column; -1 for none up to `last`).
 
-    Planes have one each, and quadrics of one form share one; spheres need none, and have one together.
+    Each plane has a column, and quadrics of one form share one; spheres need none, and share the last.
     """
     planes, row = len(tables.planes), tables.surface_row
     place = np.full(len(row), planes + len(tables.quadric_forms), np.int32)
@@ -355,7 +379,7 @@ def _places(tables: Tables, last: int) -> tuple[Whole, Whole]:
 
 
 def _entries_of_cells(tables: Tables) -> Whole:
-    """The entry that each cell belongs to; -1 for none."""
+    """Return the entry of each cell; -1 for none."""
     kind, index = tables.entry_kind, tables.entry_index
     cell_entry = mapped_zeros(len(tables.cell_quadric), np.int32)
     cell_entry.fill(-1)
@@ -373,14 +397,14 @@ def _entries_of_cells(tables: Tables) -> Whole:
 
 
 def _ends(counts: Whole) -> Whole:
-    """Where each begins, and the last ends."""
+    """Return where the rows of each begin, with the end of the last: (n + 1,)."""
     return np.concatenate([np.zeros(1, np.int32), np.cumsum(counts, dtype=np.int32)])
 
 
 def _uses(tables: Tables, cell_entry: Whole) -> Iterator[tuple[Whole, Whole, Whole]]:
-    """Which surface bounds which cell, sheet or polygon, and in which entry's box; a part at a time.
+    """Yield blocks of uses: (surface, owner, entry), which surface bounds which cell, sheet or polygon in which entry.
 
-    Those that are missing, or in no entry, are left out.
+    Missing surfaces, and owners in no entry, are left out.
     """
     kind, index, cells = tables.entry_kind, tables.entry_index, len(cell_entry)
     for begin in range(0, cells, _USES):
@@ -400,13 +424,13 @@ def _uses(tables: Tables, cell_entry: Whole) -> Iterator[tuple[Whole, Whole, Who
 
 
 def _drop_missing(surfaces: Whole, owners: Whole, entries: Whole) -> tuple[Whole, Whole, Whole]:
-    """What is not missing, and in an entry."""
+    """Drop missing surfaces, and owners in no entry."""
     known = (surfaces >= 0) & (entries >= 0)
     return surfaces[known], owners[known], entries[known]
 
 
 def _parts(first: Whole) -> Iterator[tuple[int, int]]:
-    """Parts of what has its rows from first[k] to first[k + 1]: about `_USES` of these, or those of one."""
+    """Yield ranges of items, with rows first[k] to first[k + 1], of about `_USES` rows, or of one item."""
     begin, count = 0, len(first) - 1
     while begin < count:
         end = min(count, max(begin + 1, int(np.searchsorted(first, first[begin] + _USES, side="right")) - 1))
@@ -415,7 +439,7 @@ def _parts(first: Whole) -> Iterator[tuple[int, int]]:
 
 
 def _entries_of_programs(tables: Tables) -> Whole:
-    """The entry that each program belongs to; -1 for none."""
+    """Return the entry of each program; -1 for none."""
     entries = np.full(len(tables.program_leaf) - 1, -1, np.int32)
     for kind, clip in ((REGION, None), (SHEET, tables.sheet_program), (POLYGON, tables.polygon_program)):
         own = np.flatnonzero(tables.entry_kind == kind)
@@ -425,12 +449,15 @@ def _entries_of_programs(tables: Tables) -> Whole:
 
 
 def scene_size(tables: Tables, boxes: Floats) -> float:
-    """Of what is finite in a scene: coordinates, radii, the own sizes of quadrics."""
+    """Return the largest finite length of a scene; 1 where there is none."""
     return size_of_records(tables.planes, tables.quadrics, tables.quadric_forms, boxes) or 1.0
 
 
 def no_limits(count: int) -> Floats:
-    """(count, 2): what t may be off by, for |d| = 1; how far |o| + |t d| may be. Nothing is known yet."""
+    """Allocate limits (count, 2): the error of t for |d| = 1, and how large |o| + |t d| may be.
+
+    Nothing is known yet.
+    """
     limits = mapped_zeros((count, 2), np.float64)
     limits[:, 1] = math.inf
     return limits
@@ -444,19 +471,19 @@ def weigh_all(
     limits: Floats,
     most: Floats,
 ) -> None:
-    """`weigh` for all uses: their surfaces, the places of these in `most`, their owners and entries.
+    """`weigh` for all uses: their surfaces, the columns of these in `most`, their owners and entries.
 
-    Raises IndexError if one names what is not there: its owner would be trusted without a limit.
+    Raises IndexError if a use names what does not exist: its owner would be trusted without a limit.
     """
     surface, place, owner, entry = (np.ascontiguousarray(each, np.int32) for each in uses)
-    for begin in range(0, len(surface), _USES):  # Ctrl-C is heard in between
+    for begin in range(0, len(surface), _USES):  # Ctrl-C takes effect between calls
         end = min(len(surface), begin + _USES)
         if weigh(records, boxes, size, surface, place, owner, entry, begin, end, limits, most):
             raise IndexError("the tables of a scene name surfaces, cells or boxes that they do not have")
 
 
 def _merge_leaf_limits(tables: Tables, cells: Floats) -> Floats:
-    """The limits of programs: the widest of their leaves'."""
+    """Merge the limits of leaves to those of programs: the widest."""
     models = _model_programs(tables)
     first, count = (each[models] for each in leaves_of_programs(tables))
     ends = _ends(count)
@@ -470,7 +497,7 @@ def _merge_leaf_limits(tables: Tables, cells: Floats) -> Floats:
 
 
 def program_limits(program: Whole, leaves: Floats, count: int) -> Floats:
-    """(count, 2): those of programs from those of their leaves' cells."""
+    """Compute the limits of programs (count, 2) from those of their leaves' cells."""
     result = np.zeros((count, 2))
     result[:, 1] = math.inf
     np.maximum.at(result[:, 0], program, leaves[:, 0])

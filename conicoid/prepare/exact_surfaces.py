@@ -1,6 +1,7 @@
-"""Single surfaces of a body before they are rounded: of the primitive alone that one belongs to.
+"""Exact surfaces of a body, one at a time, from the primitive alone that a surface belongs to.
 
-A volume may be a Boolean of thousands of primitives, of which one is asked for.
+A volume may be a Boolean shape of thousands of primitives, and only one of them is needed. The second part finds
+surfaces that coincide before a rotation that they have in common.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ from .pattern import SIZES
 
 @dataclass
 class _ShapeLeaves:
-    """The primitives of a body, and the numbers of the first surface of each; surfaces that were asked for."""
+    """The primitives of a body, the number of the first surface of each, and the surfaces computed so far."""
 
     moved: list[tuple[Shape, tuple[Step, ...]]]
     first: list[int]
@@ -35,7 +36,7 @@ class _ShapeLeaves:
 
 
 def exact_surface(shape: Shape, number: int) -> Surface:
-    """A surface of a body, by its number among those of all its primitives."""
+    """Return an exact surface of a body, by its number among those of all its primitives."""
     if "part" in shape.kept:
         return lower_shape(shape).exact[number]
     leaves: _ShapeLeaves | None = shape.kept.get("leaves")
@@ -54,7 +55,7 @@ def exact_surface(shape: Shape, number: int) -> Surface:
 
 
 def _tree_surfaces(tree: Tree) -> list[Surface]:
-    """Those of all cells, from left to right."""
+    """List the surfaces of all cells, from left to right."""
     found: list[Surface] = []
     pending = [tree]
     while pending:
@@ -66,63 +67,71 @@ def _tree_surfaces(tree: Tree) -> list[Surface]:
     return found
 
 
-# Which surfaces are one, as it is seen before a turn that they have in common.
+# Coincident surfaces in the frame before a common rotation, where they compare exactly
 #
-# The walls of crystals in a module that is turned, or of boxes in a row at an angle, coincide by the hundred. Their
-# exact
-# names would say so, at a millisecond each. But before the turn they have numbers that nothing was rounded in; those
-# that
-# are equal there, under the same steps of a motion, are equal after it.
+# The walls of crystals in a rotated module, or of boxes in an oblique row, coincide by the hundred. Exact names would
+# show it, at a millisecond each. But before the rotation their numbers are exact (nothing was rounded), and surfaces
+# that are equal there are equal after the same steps of a motion.
 
 FEWEST_SURFACES = 64
-"""Surfaces that are worth it; of fewer, exact names are as quick."""
+"""For fewer surfaces exact names are as quick."""
 
 _PlacedPrimitive: TypeAlias = tuple[Shape, tuple[Step, ...], tuple[Step, ...]]
-"""A primitive, its translations before anything else, and the other steps."""
+"""A primitive, its leading translations, and the other steps."""
 
 
 def names_before_rotation(
-    shapes: Mapping[int, Shape], asked: Mapping[int, list[int]]
+    shapes: Mapping[int, Shape], requested: Mapping[int, list[int]]
 ) -> dict[tuple[int, int], Hashable]:
-    """What is equal for surfaces that are surely one, by the numbers of bodies and of surfaces of each.
+    """Return keys that are equal only for surfaces that are certainly equal, by (body, surface).
 
-    asked: of each body, which of its surfaces. Those of which it is not seen are left out.
+    Parameters
+    ----------
+    shapes : Mapping[int, Shape]
+        The shapes of bodies, by body number.
+    requested : Mapping[int, list[int]]
+        For each body, which of its surfaces.
+
+    Returns
+    -------
+    dict[tuple[int, int], Hashable]
+        Surfaces of unknown key are left out.
     """
     moved = {
         number: list(map(_split_steps, placed_primitives(shape)))
-        for number, shape in shapes.items() if "said" not in shape.kept
+        for number, shape in shapes.items() if "unrotated names" not in shape.kept
     }  # fmt: skip
-    alone = PrimitiveCache()
-    alone.prepare_primitives(
+    primitives = PrimitiveCache()
+    primitives.prepare_primitives(
         (leaf, first) for parts in moved.values() if _is_rotated(parts) for leaf, first, _ in parts
     )
     for number, parts in moved.items():
         names: list[Hashable] = []
         for leaf, first, rest in parts if _is_rotated(parts) else ():
-            numbers, _, kinds = alone.of(leaf, first)
+            numbers, _, kinds = primitives.of(leaf, first)
             names += _names_of_surfaces(numbers, kinds, rest)
-        shapes[number].kept["said"] = names
+        shapes[number].kept["unrotated names"] = names
     return {
         (number, own): names[own]
-        for number, some in asked.items() for names in (shapes[number].kept["said"],) for own in some
+        for number, some in requested.items() for names in (shapes[number].kept["unrotated names"],) for own in some
         if own < len(names) and names[own] is not None
     }  # fmt: skip
 
 
 def _is_rotated(parts: list[_PlacedPrimitive]) -> bool:
-    """Is any of the primitives of a solid more than moved elsewhere?"""
+    """Return whether a solid consists of primitives, and at least one of them is more than translated."""
     return any(rest for _, _, rest in parts) and all(isinstance(leaf, PrimitiveSolid) for leaf, _, _ in parts)
 
 
 def _split_steps(moved: tuple[Shape, tuple[Step, ...]]) -> _PlacedPrimitive:
-    """A primitive with its steps in two parts."""
+    """Split the steps of a primitive after the leading translations."""
     leaf, steps = moved
     count = next((k for k, step in enumerate(steps) if type(step) is not Translate), len(steps))
     return leaf, steps[:count], steps[count:]
 
 
 def _names_of_surfaces(numbers: list[float], kinds: tuple[int, ...], rest: tuple[Step, ...]) -> list[Hashable]:
-    """Of each surface of a primitive before a turn; None where something was rounded, or there is none."""
+    """Name each surface of a primitive before the rotation; None where it was rounded, or no rotation follows."""
     names: list[Hashable] = []
     at = 0
     for kind in kinds:
@@ -139,17 +148,18 @@ def _names_of_surfaces(numbers: list[float], kinds: tuple[int, ...], rest: tuple
 
 
 def _anchorless_plane(record: list[float]) -> tuple[Hashable, ...]:
-    """A plane of a record, whatever its anchor."""
+    """Describe the plane of a record independently of its anchor."""
     normal, height, anchor = record[:3], record[3], record[4:PLANE_SIZE]
     along = [axis for axis in range(3) if normal[axis]]
     if len(along) == 1 and not height:
         return along[0], anchor[along[0]] + 0.0
+    # The offset n·a - height, exact.
     terms = (Fraction(n) * Fraction(a) for n, a in zip(normal, anchor, strict=True) if n and a)
     return *(number + 0.0 for number in normal), sum(terms, Fraction(-height))
 
 
 def surface_owners(first: np.ndarray, surfaces: np.ndarray) -> dict[int, list[int]]:
-    """Which surfaces of which bodies these are; first: of each body, the number of its first."""
+    """Map bodies to their surfaces among these; `first` gives the first surface of each body."""
     bodies = np.searchsorted(first, surfaces, side="right") - 1
     found: dict[int, list[int]] = {}
     for body, own in zip(bodies.tolist(), (surfaces - first[bodies]).tolist(), strict=True):

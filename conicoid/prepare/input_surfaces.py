@@ -1,4 +1,4 @@
-"""The surfaces that bodies come with, and which of them are surely the same before any is compared."""
+"""Input surfaces: the surfaces of all bodies, grouped where equality is known without comparing records."""
 
 from __future__ import annotations
 
@@ -17,24 +17,24 @@ from .coincidence import ExactSurfaces, SurfaceTable, exact_names_at
 from .pattern import SIZES, BodyGroup, FactoredRows, RowPlaces
 
 _Anchors: TypeAlias = list[tuple[Floats, Ints]]
-"""Of each axis the different coordinates of anchors, and which of them each anchor has."""
+"""For each axis the distinct coordinates of anchors, and which of them each anchor has."""
 
 
 @dataclass
 class InputSurfaces:
-    """The surfaces of all bodies as they came, and of each one that it is surely the same as: its lead."""
+    """The surfaces of all bodies in input order; each has a lead, a surface that it certainly equals."""
 
     kinds: Signs
     lead: Ints
-    leads: Ints  # those that lead, rising
+    leads: Ints  # the surfaces that are their own lead, rising
     is_lead: npt.NDArray[np.bool_]
-    rank: Ints  # of one that leads, its number among these
-    row: Ints  # its number among those of its kind
-    turned: Signs | None  # -1 where its record is that of its lead turned over; None where none is
+    rank: Ints  # of a lead, its number among the leads
+    row: Ints  # of a lead, its number among the leads of its kind
+    turned: Signs | None  # -1 where its record is its lead's negated; None where no record is
 
     @classmethod
     def of(cls, groups: Sequence[BodyGroup], places: RowPlaces) -> InputSurfaces:
-        """Those of the bodies of all groups."""
+        """Collect the surfaces of the bodies of all groups."""
         kinds, lead = np.empty(places.count, np.int8), np.arange(places.count, dtype=np.int32)
         for group in groups:
             at = places.rows(group, len(group.pattern.kinds))
@@ -64,13 +64,16 @@ class InputSurfaces:
         return cls(kinds, lead, np.flatnonzero(is_lead).astype(np.int32), is_lead, rank, row, turned)
 
     def count(self, kind: int) -> int:
-        """How many of a kind lead."""
+        """Count the leads of a kind."""
         return int((self.kinds[self.leads] == kind).sum())
 
     def places_of(
         self, groups: Sequence[BodyGroup], places: RowPlaces
     ) -> Iterator[tuple[BodyGroup, int, Ints, Ints | None]]:
-        """Of each group each surface of its pattern: (group, which, those that lead, of which bodies; None: of all)."""
+        """Yield for each surface of each group's pattern: (group, which, its leads, their bodies.
+
+        None for all bodies).
+        """
         for group in groups:
             first = places.first[group.bodies]
             for number in range(len(group.pattern.kinds)):
@@ -80,9 +83,9 @@ class InputSurfaces:
                 yield group, number, mine if which is None else mine[which], which
 
     def rows_of_forms(self, groups: Sequence[BodyGroup], places: RowPlaces) -> tuple[Ints, int]:
-        """(of each quadric the row of its form and of what was rounded, how many have rows of their own).
+        """Return (for each quadric the row of its form and of its remainders, how many have rows of their own).
 
-        These come first, in order; then there is one for all of a group that have one form.
+        Own rows come first, in order; then one for each form that a whole group shares.
         """
         form = np.full(self.count(QUADRIC), -1, np.int32)
         count = 0
@@ -96,8 +99,8 @@ class InputSurfaces:
         rows[~own] = form[~own] + np.int32(own.sum())
         return rows, int(own.sum())
 
-    def all_of(self, surfaces: SurfaceTable) -> SurfaceTable:
-        """What is known of those that lead, for all."""
+    def expand(self, surfaces: SurfaceTable) -> SurfaceTable:
+        """Expand a table of the leads to all input surfaces."""
         if len(self.leads) == len(self.lead):
             return surfaces
         rank, count = self.rank[self.lead], len(self.leads)
@@ -108,8 +111,8 @@ class InputSurfaces:
 
 
 def _group_by_form(groups: Sequence[BodyGroup], places: RowPlaces) -> list[list[tuple[Ints, _Anchors, int]]]:
-    """Numbers, anchors and senses of surfaces that are one if their anchors are."""
-    found: dict[Hashable, list[tuple[Ints, _Anchors, int]]] = {}
+    """List (numbers, anchors, senses) of surfaces that are equal exactly where their anchors are."""
+    by_form: dict[Hashable, list[tuple[Ints, _Anchors, int]]] = {}
     for group in groups:
         if isinstance(group.rows, FactoredRows):
             first = places.first[group.bodies]
@@ -117,12 +120,12 @@ def _group_by_form(groups: Sequence[BodyGroup], places: RowPlaces) -> list[list[
                 named = group.rows.name(column)
                 if named is not None:
                     form, anchors = named
-                    found.setdefault(form, []).append((first + number, anchors, int(group.rows.base[sense])))
-    return list(found.values())
+                    by_form.setdefault(form, []).append((first + number, anchors, int(group.rows.base[sense])))
+    return list(by_form.values())
 
 
 def _number_anchors(parts: Sequence[_Anchors]) -> tuple[int, npt.NDArray[np.int64]]:
-    """(how many numbers there are, one for each anchor), the same for anchors that are equal."""
+    """Number the anchors so that equal anchors have equal numbers; return (count of numbers, number of each anchor)."""
     total = sum(len(part[0][1]) for part in parts)
     count, number = 1, np.zeros(total, np.int64)
     for axis in range(3):
@@ -132,6 +135,7 @@ def _number_anchors(parts: Sequence[_Anchors]) -> tuple[int, npt.NDArray[np.int6
         places = np.split(place, ends[:-1])
         index = np.concatenate([mine[which] for mine, (_, which) in zip(places, columns, strict=True)])
         count, number = count * len(values), number * len(values) + index
+        # Compact the numbers so that the products above stay within int64.
         if count > 2 * total:
             values, number = unique_with_inverse(number)
             count = len(values)
@@ -139,13 +143,13 @@ def _number_anchors(parts: Sequence[_Anchors]) -> tuple[int, npt.NDArray[np.int6
 
 
 def shares_form(group: BodyGroup, column: int) -> bool:
-    """Are surfaces whose records begin at a column alike in all but their anchors, of which nothing was rounded?"""
+    """Return whether the surfaces at a column are equal but for their anchors, and no anchor was rounded."""
     return isinstance(group.rows, FactoredRows) and group.rows.forms.get(column) is not None
 
 
 @dataclass
 class LeadSurfaces:
-    """Exact surfaces by their numbers among those that lead."""
+    """Exact surfaces by their numbers among the leads."""
 
     exact: ExactSurfaces
     leads: Ints
@@ -154,16 +158,16 @@ class LeadSurfaces:
         return self.exact[int(self.leads[index])]
 
     def name(self, index: int) -> tuple[Key, int]:
-        """The exact name of a surface, and its sense."""
+        """Return the exact name of a surface, and its sense."""
         return self.exact.name(int(self.leads[index]))
 
-    def said(self, indices: Longs) -> dict[int, Hashable]:
-        """What is equal for surfaces that are surely one."""
+    def known_names(self, indices: Longs) -> dict[int, Hashable]:
+        """`ExactSurfaces.known_names`"""
         return exact_names_at(self.exact, self.leads, indices)
 
 
 def group_columns(group: BodyGroup, which: Ints | None, some: slice, first: int, last: int) -> Floats:
-    """Some columns of some of a group's bodies, which are a part of these; None: of all."""
+    """Return some columns of a block of bodies; `which` lists the bodies of the group to choose from, None: all."""
     if which is None:
         return group.rows[some, first:last]
     if isinstance(group.rows, FactoredRows):

@@ -1,7 +1,8 @@
-"""The numbers of bodies worked out alone, but for their boxes: those of primitives that several bodies share, once.
+"""Lower instances: bodies that are copies of each other, shifted, or shifted before a common motion.
 
-Cells of one universe meet at its surfaces, so that each surface bounds several bodies, and bodies that are one another
-moved have some in common.
+`PrimitiveCache` computes the numbers of single bodies; `translated_rows` lowers shifted copies; `instance_rows` lowers
+those that a motion, a rotation say, carries as a whole. Cells of one universe meet at its surfaces, so that each
+surface bounds several bodies, and copies have primitives in common: each primitive is computed once.
 """
 
 from __future__ import annotations
@@ -33,45 +34,50 @@ from .tape import recording_cache
 from .tape.program import NO_INPUTS
 
 _NumberLists: TypeAlias = tuple[list[float], list[float], tuple[int, ...]]
-"""Numbers of surfaces and of uv, and the kinds of the surfaces."""
+"""Numbers of surfaces and of uv maps, and the kinds of the surfaces."""
 
 
 class PrimitiveCache:
-    """Works out bodies, and remembers their primitives; those of many bodies together, from recordings."""
+    """Computes the numbers of bodies, and caches those of their primitives.
+
+    Many primitives of one form are computed by tapes.
+    """
 
     def __init__(self) -> None:
         self._known: dict[Hashable, _NumberLists] = {}
 
     def prepare(self, shapes: Iterable[Shape]) -> None:
-        """Work out the primitives of solids whose numbers will be asked for."""
+        """Compute the primitives of solids whose numbers are needed next."""
         self.prepare_primitives(primitive for shape in shapes for primitive in placed_primitives(shape))
 
     def prepare_primitives(self, moved: Iterable[tuple[Shape, tuple[Step, ...]]]) -> None:
-        """Work out primitives that steps move."""
+        """Compute primitives that steps move."""
         missing: dict[Hashable, dict[Hashable, tuple[Shape, tuple[Step, ...], Floats]]] = {}
         for leaf, steps in moved:
-            told = _flatten_primitive(leaf, steps)
-            if told is not None and told.key not in self._known:
-                missing.setdefault(told.forms, {})[told.key] = leaf, steps, told.numbers
+            flat = _flatten_primitive(leaf, steps)
+            if flat is not None and flat.key not in self._known:
+                missing.setdefault(flat.forms, {})[flat.key] = leaf, steps, flat.numbers
         for forms, alike in missing.items():
             if len(alike) >= recording_cache.FEWEST:
-                self._play(forms, list(alike), list(alike.values()))
+                self._play_tape(forms, list(alike), list(alike.values()))
 
-    def _play(self, forms: Hashable, keys: list[Hashable], alike: list[tuple[Shape, tuple[Step, ...], Floats]]) -> None:
-        """Work out primitives of which the same was said but for its numbers; those that are left open are left."""
+    def _play_tape(
+        self, forms: Hashable, keys: list[Hashable], alike: list[tuple[Shape, tuple[Step, ...], Floats]]
+    ) -> None:
+        """Compute primitives of equal structure on one tape; those that it leaves undecided are not cached."""
 
         def record(which: int, tape: Tape) -> tuple[int, int, tuple[int, ...]]:
             leaf, steps, _ = alike[which]
             traced = unflatten(leaf, tape)
             object.__setattr__(traced, "motion", Motion(tuple(unflatten(step, tape) for step in steps)))
             surfaces, uv, kinds = _primitive_numbers(traced)
-            found = [float(x.value if isinstance(x, TracedFloat) else x) for x in (*surfaces, *uv)]
-            alone = _compute_numbers(leaf, steps)
-            if not _same_bits(found, [*alone[0], *alone[1]]) or kinds != alone[2]:
-                raise TypeError("it is not the same where it is recorded")
+            traced_numbers = [float(x.value if isinstance(x, TracedFloat) else x) for x in (*surfaces, *uv)]
+            expected = _compute_numbers(leaf, steps)
+            if not _same_bits(traced_numbers, [*expected[0], *expected[1]]) or kinds != expected[2]:
+                raise TypeError("a traced primitive has other numbers than the primitive itself")
             for number in (*surfaces, *uv):
                 tape.write(number)
-            return len(surfaces), len(found), kinds
+            return len(surfaces), len(traced_numbers), kinds
 
         numbers = np.array([each for _, _, each in alike])
         rows = np.zeros(len(alike), np.int32)
@@ -83,7 +89,7 @@ class PrimitiveCache:
                 self._known[keys[k]] = row[:first_uv], row[first_uv:], kinds
 
     def numbers(self, shape: Shape) -> Floats:
-        """The row of a solid's numbers but for its boxes: its surfaces, the uv of its faces, the way to its frame."""
+        """Return a solid's row of numbers without its boxes: surfaces, uv of its faces, the inverse of its frame."""
         surfaces: list[float] = []
         uv: list[float] = []
         for leaf, steps in placed_primitives(shape):
@@ -93,45 +99,45 @@ class PrimitiveCache:
         return np.array([*surfaces, *uv, *(number for line in own_frame(shape).inverse_rows for number in line)])
 
     def of(self, leaf: Shape, steps: tuple[Step, ...]) -> _NumberLists:
-        """(numbers of surfaces, of uv, kinds of surfaces) of a primitive that steps move."""
-        told = _flatten_primitive(leaf, steps)
-        if told is None:
+        """Return (numbers of surfaces, of uv, kinds of surfaces) of a primitive that steps move."""
+        flat = _flatten_primitive(leaf, steps)
+        if flat is None:
             return _compute_numbers(leaf, steps)
-        if told.key not in self._known:
-            self._known[told.key] = _compute_numbers(leaf, steps)
-        return self._known[told.key]
+        if flat.key not in self._known:
+            self._known[flat.key] = _compute_numbers(leaf, steps)
+        return self._known[flat.key]
 
 
 class _FlatPrimitive(NamedTuple):
-    """What was said of a primitive and of the steps that move it."""
+    """A primitive and the steps that move it, flattened to a structure and a list of numbers."""
 
     forms: Hashable
     numbers: Floats
     key: Hashable
-    """All of it to the last bit."""
+    """A key of structure and numbers, exact to the last bit."""
 
 
 def _flatten_primitive(leaf: Shape, steps: tuple[Step, ...]) -> _FlatPrimitive | None:
-    """None where there is more to them than numbers."""
+    """Flatten a primitive and its steps; None where they hold more than numbers."""
     forms: list[Hashable] = []
     numbers: list[float] = []
     for thing in (leaf, *steps):
-        told = flatten(thing)
-        if told is None:
+        flat = flatten(thing)
+        if flat is None:
             return None
-        forms.append(told.form)
-        numbers += told.numbers
+        forms.append(flat.form)
+        numbers += flat.numbers
     every, all_forms = np.array(numbers), tuple(forms)
     return _FlatPrimitive(all_forms, every, (all_forms, every.tobytes()))
 
 
 def _compute_numbers(leaf: Shape, steps: tuple[Step, ...]) -> _NumberLists:
-    """`Alone.of`, computed."""
+    """`PrimitiveCache.of` without the cache."""
     return _primitive_numbers(replace(leaf, motion=Motion(steps)))
 
 
 def _primitive_numbers(leaf: Any) -> _NumberLists:
-    """(numbers of surfaces, of uv, kinds of surfaces) of a primitive, which may be recorded."""
+    """Compute (numbers of surfaces, of uv, kinds of surfaces) of a primitive, which may be traced."""
     assembly, faces = Assembly(), BodyFaces()
     tree = world_tree(leaf, IDENTITY_MOTION, faces)
     if isinstance(tree, Cell):
@@ -143,28 +149,27 @@ def _primitive_numbers(leaf: Any) -> _NumberLists:
 
 
 def _same_bits(some: list[float], others: list[float]) -> bool:
-    """Are numbers equal to the last bit?"""
+    """Return whether numbers are equal to the last bit."""
     return np.array(some).tobytes() == np.array(others).tobytes()
 
 
-# Bodies that are one another moved: the first is lowered as ever, of the others only what moving changes.
+# Translated copies: the first body is lowered in full, and of the others only the numbers that a shift changes
 #
-# A shift moves the anchors of surfaces, and with them uv and frames. Along each axis there are few different shifts, so
-# what depends on one axis is lowered from one body for each of them, and gathered: the numbers are those that every
-# body
-# would have alone, to the bit. Boxes are the first body's, moved and a little wider.
+# A shift moves the anchors of surfaces, and with them uv maps and frames. Along each axis few different shifts occur,
+# so the numbers that depend on one axis are lowered from one body for each shift and gathered: to the bit the numbers
+# that every body would have by itself. Boxes are the first body's, shifted and a little wider.
 #
-# What a number depends on is not taken on trust: all bodies that were lowered for some axis are compared with what is
-# told of them, and where one differs, every body is lowered alone.
+# The dependence of numbers on axes is verified, not assumed: every body that was lowered for some axis is compared with
+# what the gathered rows give for it. Where one differs, all bodies are lowered one by one.
 
 FEWEST_INSTANCES = 24
-"""Bodies of a kind that are worth it."""
+"""Fewer bodies of a kind are lowered one by one."""
 SAME_SHIFT = 2.0**-40
-"""Relative difference of uv and frames of slanted bodies, which are computed, from those worked out alone."""
+"""Largest relative difference of the computed uv maps and frames of slanted bodies from those lowered singly."""
 
 
 class TranslatedBodies(Protocol):
-    """What `moved_rows` asks of `Repeated`."""
+    """The part of `InstanceList` that `translated_rows` needs."""
 
     @property
     def shifts(self) -> ShiftTable: ...
@@ -182,9 +187,23 @@ class TranslatedBodies(Protocol):
 def translated_rows(
     bodies: TranslatedBodies, kind: int, numbers: Ints, alone: PrimitiveCache | None = None
 ) -> tuple[BodyPattern, FactoredRows] | None:
-    """The pattern and the rows of the bodies of a kind; None where they have to be lowered one by one.
+    """Lower the translated bodies of a kind.
 
-    alone: what is known of primitives that other kinds have in common with this one.
+    Parameters
+    ----------
+    bodies : TranslatedBodies
+        The instances of a scene.
+    kind : int
+        The kind of the bodies to lower.
+    numbers : Ints
+        (n,) the numbers of these bodies, rising.
+    alone : PrimitiveCache, optional
+        Primitives that other kinds share with this one.
+
+    Returns
+    -------
+    tuple[BodyPattern, FactoredRows] or None
+        Pattern and rows; None where the bodies must be lowered one by one.
     """
     if len(numbers) < FEWEST_INSTANCES or not bodies.is_rigid(kind):
         return None
@@ -199,20 +218,20 @@ def translated_rows(
 
 
 class _StructureDiffers(Exception):
-    """Of bodies that are one another moved one has more or fewer numbers, as rounding has made two of them one."""
+    """A translated copy has more or fewer numbers than the first, because rounding made two of them equal."""
 
 
 @dataclass
 class _AxisBodies:
-    """What bodies with all the different shifts along an axis are, each alone."""
+    """The numbers of one body for each different shift along an axis, each lowered by itself."""
 
-    leads: Ints  # among the bodies of the kind
-    index: Ints  # of each body, which of them has its shift
+    leads: Ints  # positions among the bodies of the kind
+    index: Ints  # for each body the lead with its shift
     numbers: Floats  # (leads, columns up to the boxes, then the frame)
 
 
 class _TranslatedRows:
-    """One run of `moved_rows`."""
+    """One run of `translated_rows`."""
 
     def __init__(
         self, bodies: TranslatedBodies, kind: int, numbers: Ints, part: LoweredShape, alone: PrimitiveCache
@@ -220,95 +239,100 @@ class _TranslatedRows:
         self.bodies, self.kind, self.part, self.alone = bodies, kind, part, alone
         self.shifts: ShiftTable = bodies.shifts.chosen(numbers)
         self.known: dict[int, Floats] = {}
-        self.taken: list[int] = []  # columns that are those of another body with the same plane
+        self.taken: list[int] = []  # columns that stand for another body's equal plane
         p = part.pattern
         self.ends = p.bounds_at, p.frame_at
 
     def rows(self) -> tuple[BodyPattern, FactoredRows] | None:
-        """`moved_rows`"""
+        """Build the rows, and verify them."""
         pattern, base = self.part.pattern, np.array(self.part.row)
-        moved = FactoredRows(base, Offsets.of(self.shifts), boxes=(pattern.bounds_at, pattern.frame_at))
+        factored = FactoredRows(base, Offsets.of(self.shifts), boxes=(pattern.bounds_at, pattern.frame_at))
         axes = [self._along(axis) for axis in range(3)]
         for slot, (kind, column, sense) in enumerate(pattern.records):
             normal = np.flatnonzero(base[column : column + 3])
             if kind == PLANE and len(normal) > 1:
-                found = self._slanted(slot)
-                if found is None:
+                planes = self._slanted(slot)
+                if planes is None:
                     return None
-                moved.gathered.append(self._gathered(found, column, sense + 1))
-                moved.leads[column] = found.leads.astype(np.int32)[found.index]
+                factored.indexed_columns.append(self._gather(planes, column, sense + 1))
+                factored.leads[column] = planes.leads.astype(np.int32)[planes.index]
                 self.taken += range(column, sense + 1)
                 continue
             anchor = column + SIZES[kind] - 3 if kind == PLANE else column
             for axis, along in enumerate(axes):
                 for at in (anchor + axis, anchor + SIZES[kind] + axis):
-                    moved.gathered.append(self._gathered(along, at, at + 1))
+                    factored.indexed_columns.append(self._gather(along, at, at + 1))
             if kind != PLANE:
-                moved.forms[column] = self._form(slot, kind, column, moved)
+                factored.forms[column] = self._form(slot, kind, column, factored)
             else:
-                moved.leads[column] = _first_records(axes[normal[0]].index, moved[:, column : column + PLANE_SIZE])
+                factored.leads[column] = _first_records(
+                    axes[normal[0]].index, factored[:, column : column + PLANE_SIZE]
+                )
         for begin, end in ((pattern.uv_at, pattern.bounds_at), (pattern.frame_at, pattern.corners_at)):
             for at in range(begin, end, 4):
                 used = np.flatnonzero(base[at : at + 3])
                 if len(used) == 1:
-                    moved.gathered.append(self._gathered(axes[used[0]], at, at + 4))
+                    factored.indexed_columns.append(self._gather(axes[used[0]], at, at + 4))
                 elif len(used) > 1 and self._moves(at):
-                    moved.slanted.append(at)
-        return (pattern, moved) if self._holds(moved) else None
+                    factored.slanted.append(at)
+        return (pattern, factored) if self._is_verified(factored) else None
 
     def _form(self, slot: int, kind: int, column: int, moved: FactoredRows) -> Hashable:
-        """What says that surfaces are one whose anchors are; None where anchors are rounded."""
+        """Return a key of a curved surface apart from its anchor; None where anchors are rounded."""
         surface, size = self.part.exact[slot], SIZES[kind]
         if moved[:, column + size : column + size + 3].any() or not isinstance(surface, QuadricSurface):
             return None
         numbers = np.delete(moved.base[column : column + 2 * size + 1], [0, 1, 2])
         return replace(surface, anchor=ORIGIN).key(), numbers.tobytes()
 
-    def _made(self, which: int) -> Solid:
-        """The shape of one of the bodies."""
+    def _shape_of(self, which: int) -> Solid:
+        """Return the shape of one of the bodies."""
         return self.bodies.made(self.kind, self.shifts.of(which))
 
     def _numbers(self, shape: Solid) -> Floats:
-        """The columns of a body but for its boxes, worked out alone."""
+        """Compute the columns of a body without its boxes; raise `_StructureDiffers` where their count differs."""
         numbers = self.alone.numbers(shape)
         if len(numbers) != self._column(self.part.pattern.corners_at):
             raise _StructureDiffers
         return numbers
 
     def _alone(self, which: int) -> Floats:
-        """Those of one of the bodies."""
-        if which not in self.known and not self._is_kept(which):
-            self._keep(which, self._numbers(self._made(which)))
+        """Return the columns of one of the bodies."""
+        if which not in self.known and not self._look_up(which):
+            self._record(which, self._numbers(self._shape_of(which)))
         return self.known[which]
 
-    def _work_out(self, leads: list[int]) -> None:
-        """Make sure that bodies are known: those of several parts together, which is to the bit the same."""
-        missing = [lead for lead in leads if lead not in self.known and not self._is_kept(lead)]
+    def _compute(self, leads: list[int]) -> None:
+        """Compute the columns of bodies that are not known yet.
+
+        Bodies of several cells go through a batch, which gives the same bits.
+        """
+        missing = [lead for lead in leads if lead not in self.known and not self._look_up(lead)]
         if len(missing) < FEWEST_INSTANCES or len(self.part.pattern.cells) < FEWEST_INSTANCES:
-            shapes = list(map(self._made, missing))
+            shapes = list(map(self._shape_of, missing))
             self.alone.prepare(shapes)
             for lead, shape in zip(missing, shapes, strict=True):
-                self._keep(lead, self._numbers(shape))
+                self._record(lead, self._numbers(shape))
             return
-        together = BatchLowering()
+        batch = BatchLowering()
         for lead in missing:
-            if not together.add(self.bodies.made(self.kind, self.shifts.of(lead)), lead):
+            if not batch.add(self.bodies.made(self.kind, self.shifts.of(lead)), lead):
                 return
         before_boxes, after_boxes = self.ends
-        found, _ = together.lowered()
+        found, _ = batch.lowered()
         for pattern, numbers, rows in found:
             if pattern != self.part.pattern:
                 raise _StructureDiffers
             some = np.concatenate([rows[:, :before_boxes], rows[:, after_boxes : pattern.corners_at]], axis=1)
             for lead, row in zip(numbers.tolist(), some, strict=True):
-                self._keep(lead, row)
+                self._record(lead, row)
 
-    def _keep(self, lead: int, numbers: Floats) -> None:
-        """Know a body, for edited lists as well."""
+    def _record(self, lead: int, numbers: Floats) -> None:
+        """Record the columns of a body, here and in the list of instances, where edited lists find them."""
         self.known[lead] = self.bodies.alone[self._place(lead)] = numbers
 
-    def _is_kept(self, lead: int) -> bool:
-        """Is a body known to the list? Then it is known here."""
+    def _look_up(self, lead: int) -> bool:
+        """Look a body up in the list of instances; where it is there, record it here."""
         found = self.bodies.alone.get(self._place(lead))
         if found is None or len(found) != self._column(self.part.pattern.corners_at):
             return False
@@ -316,20 +340,20 @@ class _TranslatedRows:
         return True
 
     def _place(self, lead: int) -> tuple[int, ...]:
-        """The kind of a body, and the places of its shift."""
+        """Return the key of a body in the list: its kind, and the indices of its shift."""
         x, y, z = self.shifts.index[:, lead].tolist()
         return self.kind, x, y, z
 
     @cached_property
     def _aside(self) -> Floats:
-        """How far the bodies are from the diagonal of their shifts."""
+        """(bodies,) how far each body is from the diagonal of the shifts."""
         index = self.shifts.index
         share = index / (1.0 + index.max(axis=1, keepdims=True))
         some = index.max(axis=1) > 0
         return np.ptp(share[some], axis=0) if some.any() else np.zeros(index.shape[1])
 
     def _leads(self, key: Any) -> _AxisBodies:
-        """One body for each value of a key; those on the diagonal, if there are some, as they serve several axes."""
+        """Choose one body for each value of a key, near the diagonal of the shifts: such a body serves several axes."""
         key = np.asarray(key)
         least = np.full(int(key.max()) + 1, np.inf)
         np.minimum.at(least, key, self._aside)
@@ -338,16 +362,19 @@ class _TranslatedRows:
         nearest = np.flatnonzero(self._aside == least[key])[::-1]
         leads = np.empty(int(there.sum()), np.int64)
         leads[which[nearest]] = nearest  # of equal ones the first
-        self._work_out(leads.tolist())
+        self._compute(leads.tolist())
         alone = np.array([self._alone(lead) for lead in leads.tolist()])
         return _AxisBodies(leads.astype(np.int32), which, alone)
 
     def _along(self, axis: int) -> _AxisBodies:
-        """By the shift along an axis."""
+        """Choose bodies by the shift along an axis."""
         return self._leads(self.shifts.index[axis])
 
     def _slanted(self, slot: int) -> _AxisBodies | None:
-        """By what a plane depends on: how far the shift is along its normal. None where it differs too often."""
+        """Choose bodies by the shift along a plane's normal, which the plane depends on.
+
+        None for too many different shifts.
+        """
         surface = self.part.exact[slot]
         if not isinstance(surface, PlaneSurface):
             return None
@@ -363,123 +390,129 @@ class _TranslatedRows:
         ]
         return self._leads(np.array(keys)) if len(distances) <= max(FEWEST_INSTANCES, len(keys) // 8) else None
 
-    def _gathered(self, alone: _AxisBodies, first: int, last: int) -> IndexedColumns:
-        """Columns by what they depend on."""
+    def _gather(self, alone: _AxisBodies, first: int, last: int) -> IndexedColumns:
+        """Gather columns by the bodies that they depend on."""
         begin = self._column(first)
         return IndexedColumns(first, last, alone.numbers[:, begin : begin + last - first], alone.index)
 
     def _column(self, column: int) -> int:
-        """A column of rows among those without boxes."""
+        """Return the place of a column among the columns without boxes."""
         before_boxes, after_boxes = self.ends
         return column if column < before_boxes else column - (after_boxes - before_boxes)
 
     def _moves(self, at: int) -> bool:
-        """Does an affine map, of which the row begins at a column, move with the bodies?"""
+        """Return whether the affine map row at a column changes with the bodies."""
         column = self._column(at)
         return any(numbers[column + 3] != self.part.row[at + 3] for numbers in self.known.values())
 
-    def _holds(self, moved: FactoredRows) -> bool:
-        """Are all bodies that were worked out alone as the rows say?"""
+    def _is_verified(self, moved: FactoredRows) -> bool:
+        """Return whether the rows reproduce every body that was lowered by itself.
+
+        Maps of slanted bodies may differ by rounding; columns that stand for another body's plane are not compared.
+        """
         which = np.array(sorted(self.known))
         before_boxes, after_boxes = self.ends
-        told = np.concatenate(
+        computed = np.concatenate(
             [moved.of(which, 0, before_boxes), moved.of(which, after_boxes, self.part.pattern.corners_at)], axis=1
         )
-        found = np.array([self.known[int(each)] for each in which])
-        if told.shape != found.shape:
+        expected = np.array([self.known[int(each)] for each in which])
+        if computed.shape != expected.shape:
             return False
-        exact, own = np.ones(told.shape[1], bool), np.ones(told.shape[1], bool)
+        exact, own = np.ones(computed.shape[1], bool), np.ones(computed.shape[1], bool)
         exact[[self._column(at) + 3 for at in moved.slanted]] = False
         own[self.taken] = False
-        near = np.abs(told - found) <= SAME_SHIFT * (
-            1.0 + np.abs(found) + np.abs(moved.away[which]).max(axis=1)[:, None]
+        near = np.abs(computed - expected) <= SAME_SHIFT * (
+            1.0 + np.abs(expected) + np.abs(moved.offsets[which]).max(axis=1)[:, None]
         )
-        return bool((told.view(np.int64) == found.view(np.int64))[:, exact & own].all() and near[:, own].all())
+        return bool((computed.view(np.int64) == expected.view(np.int64))[:, exact & own].all() and near[:, own].all())
 
 
 def _first_records(groups: Ints, records: Floats) -> Ints:
-    """For each row the one of its group whose record comes first in order, as `surfaces` chooses among equals."""
+    """Return for each row the row of its group whose record comes first, as `coincidence.py` chooses among equals."""
     differing = [column for column in records.T[::-1] if (column != column[0]).any()]
     order = np.lexsort((*differing, groups))
     begins = np.concatenate([[True], np.diff(groups[order]) != 0])
-    found = np.empty(len(groups), np.int32)
-    found[order] = order[np.maximum.accumulate(np.where(begins, np.arange(len(order)), 0))]
-    return found
+    firsts = np.empty(len(groups), np.int32)
+    firsts[order] = order[np.maximum.accumulate(np.where(begins, np.arange(len(order)), 0))]
+    return firsts
 
 
-# Bodies of a lattice that is turned: one another moved before a motion that all of them have.
+# Rotated copies: bodies of a lattice that one motion carries as a whole
 #
-# Before the motion they are lowered as all that are one another moved (`moved`), and few of their numbers differ. The
-# motion then carries anchors of curved surfaces, each once, and planes, each once; squares, rows and normals are
-# those of
-# the first body. In the world, too, the bodies are one another moved, so they share what such bodies share.
+# Before the motion they are lowered as translated copies, in which few numbers differ. The motion then carries the
+# anchors of curved surfaces, each once, and planes, each once; squares, rows and normals are those of the first body.
+# In the world the bodies are translated copies as well, so they share what such bodies share.
 #
-# Which of their surfaces are one is said by what they are before the motion, where it is seen without rounding.
+# Which of their surfaces coincide follows from the surfaces before the motion, which are compared there without
+# rounding.
 
 _SAMPLES = 3
-"""Bodies of a kind that are worked out alone, to be compared."""
+"""Bodies of a kind that are lowered by themselves for comparison."""
 
 
 def instance_rows(
-    bodies: InstanceList, kind: int, numbers: Ints, alone: PrimitiveCache, carried: PointPlaneMover
+    bodies: InstanceList, kind: int, numbers: Ints, primitives: PrimitiveCache, mover: PointPlaneMover
 ) -> tuple[BodyPattern, FactoredRows] | None:
-    """The pattern and the rows of the bodies of a kind; None where they have to be lowered one by one."""
+    """Lower the bodies of a kind: translated, or translated before the motion of the kind.
+
+    None: lower them one by one.
+    """
     motion = bodies.motion(kind)
     if motion.is_identity:
-        return translated_rows(bodies, kind, numbers, alone)
-    still = translated_rows(UnrotatedBodies(bodies), kind, numbers, alone)
-    if still is None:
+        return translated_rows(bodies, kind, numbers, primitives)
+    translated = translated_rows(UnrotatedBodies(bodies), kind, numbers, primitives)
+    if translated is None:
         return None
     part = lower_shape(bodies.shape(int(numbers[0])))
-    if part.pattern.kinds.tolist() != still[0].kinds.tolist() or part.paints:
+    if part.pattern.kinds.tolist() != translated[0].kinds.tolist() or part.paints:
         return None
-    return _RotatedRows(bodies, kind, numbers, part, still[0], still[1], alone, carried).rows()
+    return _RotatedRows(bodies, kind, numbers, part, translated[0], translated[1], primitives, mover).rows()
 
 
 @dataclass(frozen=True)
 class UnrotatedBodies:
-    """Bodies before the motions of their kinds, as `moved_rows` asks for them."""
+    """Instances before the motions of their kinds, as `translated_rows` needs them."""
 
     bodies: InstanceList
 
     @property
     def shifts(self) -> ShiftTable:
-        """Those of the bodies."""
+        """The shifts of the bodies."""
         return self.bodies.shifts
 
     @property
     def alone(self) -> dict[tuple[int, ...], Floats]:
-        """What was worked out alone before."""
+        """The columns of bodies that were lowered by themselves before."""
         return self.bodies.alone
 
     def is_rigid(self, kind: int) -> bool:
-        """`Repeated.is_rigid`"""
+        """`InstanceList.is_rigid`"""
         return self.bodies.is_rigid(kind)
 
     def made(self, kind: int, shift: Shift) -> Solid:
-        """`Repeated.made`"""
+        """`InstanceList.made` before the motion of the kind."""
         return self.bodies.before(kind, shift)
 
     def shape(self, number: int) -> Solid:
-        """`Repeated.shape`"""
+        """`InstanceList.shape` before the motion of the kind."""
         return self.made(int(self.bodies.kinds[number]), self.shifts.of(number))
 
 
 @dataclass
 class _RotatedRows:
-    """One run of `rows_of_kind`."""
+    """One run of `instance_rows` for a kind with a motion."""
 
     bodies: InstanceList
     kind: int
     numbers: Ints
     part: LoweredShape
     before: BodyPattern
-    still: FactoredRows
+    translated: FactoredRows
     alone: PrimitiveCache
-    carried: PointPlaneMover
+    mover: PointPlaneMover
 
     def rows(self) -> tuple[BodyPattern, FactoredRows] | None:
-        """`rows_of_kind`"""
+        """Build the rows, and verify some."""
         pattern, away = self.part.pattern, Offsets.among(self.bodies, self.numbers)
         moved = FactoredRows(np.array(self.part.row), away, boxes=(pattern.bounds_at, pattern.frame_at))
         for kind, column, sense in pattern.records:
@@ -491,40 +524,45 @@ class _RotatedRows:
         for begin, end, own in ends:
             for at in range(0, end - begin, MAP_SIZE):
                 self._map(moved, begin + at, own + at)
-        return (pattern, moved) if self._holds(moved) else None
+        return (pattern, moved) if self._is_verified(moved) else None
 
     @property
     def motion(self) -> Motion:
-        """That of the kind."""
+        """The motion of the kind."""
         return self.bodies.motion(self.kind)
 
     def _curved(self, moved: FactoredRows, kind: int, column: int) -> bool:
-        """Carry the anchors of a surface of all bodies; False where rounding was in the way before."""
-        form, size = self.still.forms.get(column), SIZES[kind]
+        """Carry the anchors of a curved surface of all bodies; False where they were rounded before the motion.
+
+        False also for a sphere whose carried center is rounded by more than `CENTER_TOLERANCE` of its radius.
+        """
+        form, size = self.translated.forms.get(column), SIZES[kind]
         if form is None:
             return False
-        coordinates = [self.still.distinct(column + axis) for axis in range(POINT_SIZE)]
+        coordinates = [self.translated.distinct(column + axis) for axis in range(POINT_SIZE)]
         first, index = _distinct_points(coordinates)
         points = np.stack([values[which[first]] for values, which in coordinates], axis=1) + 0.0
-        found = self.carried.points(self.motion, points)
+        found = self.mover.points(self.motion, points)
         if kind == SPHERE and (
             np.abs(found[:, POINT_SIZE:]).max() > CENTER_TOLERANCE * moved.base[column + POINT_SIZE]
         ):
             return False
-        moved.gathered.append(IndexedColumns(column, column + POINT_SIZE, found[:, :POINT_SIZE], index))
-        moved.gathered.append(IndexedColumns(column + size, column + size + POINT_SIZE, found[:, POINT_SIZE:], index))
+        moved.indexed_columns.append(IndexedColumns(column, column + POINT_SIZE, found[:, :POINT_SIZE], index))
+        moved.indexed_columns.append(
+            IndexedColumns(column + size, column + size + POINT_SIZE, found[:, POINT_SIZE:], index)
+        )
         moved.names[column] = (self.motion, form), coordinates
         return True
 
     def _plane(self, moved: FactoredRows, column: int, sense: int) -> bool:
-        """Carry a plane of all bodies, each different one once: that of the first of those that have it."""
-        leads, index = unique_with_inverse(self.still.leads[column])
-        records, which = self.still.of(leads, column, sense + 1), index.astype(np.int32)
+        """Carry a plane of all bodies: each distinct plane once, as that of the first body that has it."""
+        leads, index = unique_with_inverse(self.translated.leads[column])
+        records, which = self.translated.of(leads, column, sense + 1), index.astype(np.int32)
         rests = records[:, PLANE_SIZE:-1]
         if rests.any():
             found = np.array([self._alone(lead)[column : sense + 1] for lead in leads.tolist()])
         else:
-            found = self.carried.planes(self.motion, records[:, :PLANE_SIZE])
+            found = self.mover.planes(self.motion, records[:, :PLANE_SIZE])
             found[:, -1] *= records[:, -1]
             normal = records[0, :POINT_SIZE]
             along = np.flatnonzero(normal)
@@ -536,51 +574,58 @@ class _RotatedRows:
                 once = np.zeros(1), np.zeros(len(which), np.int32)
                 place = records[:, POINT_SIZE + 1 + along[0]], which
                 moved.names[column] = ("plane", int(along[0]), self.motion), [place, once, once]
-        moved.gathered.append(IndexedColumns(column, sense + 1, found, which))
+        moved.indexed_columns.append(IndexedColumns(column, sense + 1, found, which))
         if column not in moved.names:
             moved.leads[column] = leads[index].astype(np.int32)
         return True
 
     def _map(self, moved: FactoredRows, at: int, own: int) -> None:
-        """A row of an affine map: what is before it, the motion, is alike; its height moves as it did before."""
-        values, index = self.still.maps(own)
+        """Carry a row of an affine map: the motion leaves its linear part equal for all.
+
+        Its constant moves as before.
+        """
+        values, index = self.translated.maps(own)
         if len(values) > 1:
-            first = self.still.of(np.zeros(1, np.int64), own, own + MAP_SIZE)[0]
+            first = self.translated.of(np.zeros(1, np.int64), own, own + MAP_SIZE)[0]
             rows = np.tile(moved.base[at : at + MAP_SIZE], (len(values), 1))
             rows[:, -1] += values[:, -1] - first[-1]
-            moved.gathered.append(IndexedColumns(at, at + MAP_SIZE, rows, index))
+            moved.indexed_columns.append(IndexedColumns(at, at + MAP_SIZE, rows, index))
 
     def _alone(self, which: int) -> Floats:
-        """The numbers of one of the bodies but for its boxes, worked out alone; edited lists know them too."""
+        """Return the columns of one of the bodies without boxes, lowered by itself; edited lists find them, too."""
         number = int(self.numbers[which])
         x, y, z = self.bodies.shifts.index[:, number].tolist()
-        known, place = self.bodies.alone, (-1 - self.kind, x, y, z)  # not those before the turn
+        # A negative kind: not the columns before the motion
+        known, place = self.bodies.alone, (-1 - self.kind, x, y, z)
         if place not in known:
             known[place] = self.alone.numbers(self.bodies.shape(number))
         return known[place]
 
-    def _holds(self, moved: FactoredRows) -> bool:
-        """Are some bodies that are worked out alone as the rows say? Planes need not be, of which others have one."""
+    def _is_verified(self, moved: FactoredRows) -> bool:
+        """Return whether the rows reproduce some bodies that are lowered by themselves.
+
+        Of planes only normal and sense are compared: another body's equal plane may stand for them.
+        """
         pattern, count = self.part.pattern, len(moved)
         for which in {count - 1 - k * (count - 1) // _SAMPLES for k in range(_SAMPLES)}:
-            some, found = np.array([which]), self._alone(which)
-            told = np.concatenate(
+            some, expected = np.array([which]), self._alone(which)
+            computed = np.concatenate(
                 [moved.of(some, 0, pattern.bounds_at)[0], moved.of(some, pattern.frame_at, pattern.corners_at)[0]]
             )
-            if told.shape != found.shape:
+            if computed.shape != expected.shape:
                 return False
             for kind, column, sense in pattern.records:
-                same: Any = told[column : sense + 1].view(np.int64) == found[column : sense + 1].view(np.int64)
+                same: Any = computed[column : sense + 1].view(np.int64) == expected[column : sense + 1].view(np.int64)
                 if not same[[0, 1, 2, -1] if kind == PLANE else slice(None)].all():
                     return False
-            far = 1.0 + np.abs(found) + np.abs(moved.away[some]).max()
-            if not (np.abs(told - found)[pattern.uv_at :] <= SAME_SHIFT * far[pattern.uv_at :]).all():
+            far = 1.0 + np.abs(expected) + np.abs(moved.offsets[some]).max()
+            if not (np.abs(computed - expected)[pattern.uv_at :] <= SAME_SHIFT * far[pattern.uv_at :]).all():
                 return False
         return True
 
 
 def _distinct_points(coordinates: list[tuple[Floats, Ints]]) -> tuple[Any, Ints]:
-    """(the first thing of each different place, of each thing the number of its place)."""
+    """Return (the first item at each distinct point, for each item the number of its point)."""
     code = np.zeros(len(coordinates[0][1]), np.int64)
     for values, which in coordinates:
         code = code * len(values) + which

@@ -1,4 +1,8 @@
-"""From shapes to Boolean trees of cells in the world, with faces numbered through a whole body."""
+"""Lower one shape: from the shape to a Boolean tree of cells in the world, and to the pattern and row of its body.
+
+The faces of a body are numbered through all its primitives. Arithmetic has 3,000 bits, and the result is cached with
+the shape.
+"""
 
 from __future__ import annotations
 
@@ -11,8 +15,20 @@ import numpy as np
 
 from ..geometry.bulk import Spheres
 from ..geometry.cell import PLAIN_UV, UV, All, Any_, Cell, Face, Not, PolygonSheet, SurfaceSheet, Tree
-from ..geometry.csg import Boolean, ClippedSheet, Complement, Difference, Painted, Union
-from ..geometry.shape import Primitive, PrimitiveSheet, PrimitiveSolid, Shape, Sheet, Solid
+from ..geometry.shape import (
+    Boolean,
+    ClippedSheet,
+    Complement,
+    Difference,
+    Painted,
+    Primitive,
+    PrimitiveSheet,
+    PrimitiveSolid,
+    Shape,
+    Sheet,
+    Solid,
+    Union,
+)
 from ..geometry.surface import QuadricSurface
 from ..geometry.transform import IDENTITY_MOTION, FloatRows, Motion
 from ..kernels.bvh.culling_constants import BOUNDS, WALL
@@ -27,15 +43,15 @@ EMPTY_BOX = np.array([np.inf] * 3 + [-np.inf] * 3)
 
 @dataclass(frozen=True, eq=False)
 class MapRow:
-    """The four numbers of a row of a map to uv, from coordinates of the world."""
+    """A row of a uv map from world coordinates: four numbers."""
 
     numbers: tuple[float, ...]
     made_of: tuple[object, ...] = ()
-    """What it was known by, which is held as long as it."""
+    """The objects whose ids are its cache key: held, so that their ids stay unique."""
 
 
 _NO_MAP = MapRow((0.0, 0.0, 0.0, 0.0))
-"""Of numbers that no face has."""
+"""For face numbers that no face has."""
 
 
 @dataclass
@@ -43,14 +59,14 @@ class BodyFaces:
     """The uv maps of a body's faces, in the order of their numbers, and boxes around its cells."""
 
     rows: list[tuple[bool, tuple[MapRow, ...]]] = field(default_factory=list)
-    """(is u an angle, the rows of the map from world coordinates: three for an angle, else two) of each face."""
+    """For each face (is u an angle, rows of the map from world coordinates: three for an angle, else two)."""
     paints: dict[int, Material] = field(default_factory=dict)
-    """Material of a face, where it is not the body's."""
+    """Face -> material, where it is not the body's."""
     primitives: list[tuple[PrimitiveSolid, Motion, Tree]] = field(default_factory=list)
     _known: dict[tuple[int, int, int], MapRow] = field(default_factory=dict)
 
     def bounds(self) -> dict[int, tuple[float, ...]]:
-        """id of a cell -> low, high: outside of them the cell does not matter to its body."""
+        """Map the id of a cell to its box (low, high): outside the box the cell does not matter to its body."""
         boxes: dict[int, tuple[float, ...]] = {}
         for solid, outer, tree in self.primitives:
             box = tuple(widen_boxes(np.array(solid.bounds_under(outer)).reshape(1, 6))[0].tolist())
@@ -58,17 +74,18 @@ class BodyFaces:
         return boxes
 
     def put(self, number: int, uv: UV, motion: Motion) -> None:
-        """Set the uv map of a face, by a number within the body; `motion` carries its coordinates to the world."""
+        """Set the uv map of a face, by its number in the body; `motion` carries its coordinates to the world."""
+        # Faces may arrive in any order.
         while len(self.rows) <= number:
             self.rows.append((False, (_NO_MAP, _NO_MAP)))
         own = uv.matrix if uv.angular else uv.matrix[:2]
         self.rows[number] = uv.angular, tuple(self._in_world(row, motion) for row in own)
 
     def maps(self) -> tuple[list[tuple[float, ...]], list[tuple[int, int, int]]]:
-        """Each row of the maps once, and for each face which rows are its own; of a flat one the third is its first.
+        """Return the distinct rows of the maps, and for each face its rows; a flat face repeats its first row as third.
 
-        Rows are one where shapes make them once, for several faces, and not where numbers happen to agree: so how many
-        a body has is told by how it is built.
+        Rows are equal where a shape builds them once for several faces, not where numbers happen to agree: so the
+        structure of a body alone decides how many rows it has.
         """
         places: dict[int, int] = {}
         distinct: list[tuple[float, ...]] = []
@@ -79,10 +96,11 @@ class BodyFaces:
         return distinct, [(*(places[id(row)] for row in (*rows, rows[0])[:3]),) for _, rows in self.rows]  # type: ignore[misc]
 
     def _in_world(self, own: tuple[float, float, float, float], motion: Motion) -> MapRow:
-        """A row of a map after the motion is undone: the same object for the same row and motion of one primitive.
+        """Return a row of a map after the motion is undone: one object for one row and motion of one primitive.
 
-        Of one primitive, as two are two even where they are one object that is used twice.
+        Two primitives have two rows even where one object is used twice.
         """
+        # The ids stay unique because the row holds both objects.
         key = len(self.primitives), id(own), id(motion)
         if key not in self._known:
             self._known[key] = MapRow(_compose_maps(own, motion.inverse_rows), (own, motion))
@@ -90,13 +108,16 @@ class BodyFaces:
 
 
 def _compose_maps(own: tuple[float, float, float, float], then: FloatRows) -> tuple[float, ...]:
-    """A row of an affine map after another map; the sums are those of a product of 4 × 4 matrices."""
+    """Compose a row of an affine map with another map; the sums have the order of a product of 4 × 4 matrices."""
     (a, b, c, d), last = own, (0.0, 0.0, 0.0, 1.0)
     return tuple(((a * then[0][k] + b * then[1][k]) + c * then[2][k]) + d * last[k] for k in range(4))
 
 
 def world_tree(solid: Solid, outer: Motion, faces: BodyFaces) -> Tree:
-    """The tree of a solid moved by `outer`; its faces take the next numbers."""
+    """Return the tree of a solid moved by `outer`; its faces take the next numbers of `faces`.
+
+    Raises TypeError for a part that is neither a primitive solid nor a Boolean node.
+    """
     results: list[Tree] = []
     pending: list[tuple[Solid, Motion, int]] = [(solid, outer, -1)]
     while pending:
@@ -108,6 +129,7 @@ def world_tree(solid: Solid, outer: Motion, faces: BodyFaces) -> Tree:
         elif not isinstance(node, Boolean):
             raise TypeError(f"{type(node).__name__} cannot be part of a Boolean combination")
         elif first_face >= 0:
+            # Second visit of a Boolean node: the trees of its operands are on top of the results.
             parts = results[-len(node.operands) :]
             del results[-len(node.operands) :]
             results.append(combine_trees(type(node), parts))
@@ -122,7 +144,7 @@ def world_tree(solid: Solid, outer: Motion, faces: BodyFaces) -> Tree:
 
 
 def combine_trees(kind: type[Boolean], parts: list[Tree]) -> Tree:
-    """The tree of a Boolean node of a kind from those of its operands."""
+    """Combine the trees of the operands of a Boolean node."""
     if kind is Complement:
         return negate_tree(parts[0])
     if kind is Painted:
@@ -135,12 +157,12 @@ def combine_trees(kind: type[Boolean], parts: list[Tree]) -> Tree:
 
 
 def negate_tree(tree: Tree) -> Tree:
-    """The complement of a tree, of which there are never two in a row."""
+    """Return the complement of a tree; two complements never follow each other."""
     return tree.part if isinstance(tree, Not) else Not(tree)
 
 
 def _join_nodes(kind: type[All] | type[Any_], parts: list[Tree]) -> Tree:
-    """One node of a kind, nodes of the same kind among its parts opened up."""
+    """Join parts to one node of a kind; parts of the same kind are flattened into it."""
     opened: list[Tree] = []
     for part in parts:
         opened.extend(part.parts if isinstance(part, kind) else (part,))
@@ -148,7 +170,7 @@ def _join_nodes(kind: type[All] | type[Any_], parts: list[Tree]) -> Tree:
 
 
 def _move_tree(tree: Tree, motion: Motion, faces: BodyFaces, first: int) -> Tree:
-    """A primitive's tree carried to the world, face numbers raised by `first`."""
+    """Carry a primitive's tree to the world, with face numbers raised by `first`."""
     if isinstance(tree, Cell):
         moved = []
         for face in tree.faces:
@@ -162,9 +184,9 @@ def _move_tree(tree: Tree, motion: Motion, faces: BodyFaces, first: int) -> Tree
 
 
 def cullable_cells(tree: Tree) -> list[Cell]:
-    """All cells of a primitive, which may be culled where a ray misses the primitive's box.
+    """List the cells of a primitive that may be culled where a ray misses the primitive's box.
 
-    None where its tree has a complement: it might be inside although all of its cells are not.
+    Empty where its tree has a complement: the ray may be inside the primitive although it is outside all of its cells.
     """
     found, pending = [], [tree]
     while pending:
@@ -179,7 +201,7 @@ def cullable_cells(tree: Tree) -> list[Cell]:
 
 
 def widen_boxes(boxes: Floats) -> Floats:
-    """Boxes (n, 6) grown by some ulps; (inf, -inf) where they are empty."""
+    """Widen boxes (n, 6) by some ulps; empty ones become (inf, -inf)."""
     low, high = boxes[:, :3], boxes[:, 3:]
     size = np.maximum(np.where(np.isfinite(low), np.abs(low), 0.0), np.where(np.isfinite(high), np.abs(high), 0.0))
     margin = BOUNDS * size + WALL
@@ -187,26 +209,44 @@ def widen_boxes(boxes: Floats) -> Floats:
     return np.where(np.asarray((low > high).any(axis=1))[:, None], EMPTY_BOX, grown)
 
 
-# What one body alone lowers to, by arithmetic of 3,000 bits. It is kept with the shape, for all scenes with it.
+# One lowered body
 
 
 @dataclass(frozen=True)
 class LoweredShape:
-    """A body's pattern and its row, and what is exact about it."""
+    """The pattern and the row of one body, with its exact surfaces."""
 
     pattern: BodyPattern
     row: list[float]
     paints: dict[int, Material]
     exact: list[Any]
-    """Its surfaces, before they were rounded."""
+    """The surfaces before rounding."""
     outlines: list[tuple[ex.Row, ...]]
-    """Of its polygons."""
+    """Exact corners of its polygons."""
     tree: Tree | None = None
-    """Of a solid, the cells with the numbers of their surfaces in place of these."""
+    """The tree of cells of a solid, with the numbers of surfaces in place of these."""
 
 
 def lower_shape(shape: Shape) -> LoweredShape:
-    """What a shape lowers to, worked out once."""
+    """Lower a shape, once: the result is cached with it.
+
+    Parameters
+    ----------
+    shape : Shape
+        A solid or a sheet.
+
+    Returns
+    -------
+    LoweredShape
+        Its pattern and row; exact surfaces, outlines and the materials of its faces.
+
+    Raises
+    ------
+    TypeError
+        For other shapes, and for parts that cannot be combined.
+    ValueError
+        For sizes whose squares overflow float64.
+    """
     part: LoweredShape = _cache_with_shape(shape, "part", compute_shape)
     return part
 
@@ -214,10 +254,10 @@ def lower_shape(shape: Shape) -> LoweredShape:
 def lower_stretched_balls(
     shape: Spheres, centers: Floats, boxes: Floats, back: Floats
 ) -> tuple[BodyPattern, Floats, list[Any]]:
-    """(pattern, rows, exact surfaces) of balls that a motion has made ellipsoids; `back` undoes the motion."""
+    """Lower balls that a motion turns into ellipsoids: (pattern, rows, exact surfaces); `back` undoes the motion."""
 
     def cells(_: Shape) -> tuple[BodyPattern, Floats, list[Any]]:
-        """Of all balls."""
+        """Lower all balls."""
         rows, exact = [], []
         turned = tuple(tuple(float(x) for x in row) for row in back)
         for center, radius, box in zip(centers.tolist(), shape.radii.tolist(), boxes.tolist(), strict=True):
@@ -233,7 +273,7 @@ def lower_stretched_balls(
 
 
 def _cache_with_shape(shape: Shape, name: str, work: Callable[[Shape], Any]) -> Any:
-    """What `work` makes of a shape, kept with the shape under a name."""
+    """Return `work(shape)`, cached with the shape under a name; raise ValueError for sizes that overflow."""
     found = shape.kept.get(name)
     if found is None:
         try:
@@ -247,7 +287,7 @@ def _cache_with_shape(shape: Shape, name: str, work: Callable[[Shape], Any]) -> 
 
 
 def surface_numbers(assembly: Assembly) -> list[float]:
-    """The numbers of its surfaces, in the order of a row."""
+    """List the numbers of the surfaces of an assembly, in the order of a row."""
     return [
         number
         for record in assembly.surfaces
@@ -257,7 +297,7 @@ def surface_numbers(assembly: Assembly) -> list[float]:
 
 
 def compute_shape(shape: Shape) -> LoweredShape:
-    """`part_of`, computed."""
+    """`lower_shape` without the cache."""
     assembly, faces = Assembly(), BodyFaces()
     if isinstance(shape, Solid):
         tree = world_tree(shape, IDENTITY_MOTION, faces)
@@ -288,7 +328,7 @@ def compute_shape(shape: Shape) -> LoweredShape:
 
 
 def _number_surfaces(tree: Tree, numbers: Iterator[int]) -> Tree:
-    """A tree with numbers for its surfaces, in the order in which an `Assembly` takes them; no maps of uv."""
+    """Replace the surfaces of a tree by their numbers, in the order in which an `Assembly` adds them; drop uv maps."""
     if isinstance(tree, Cell):
         return Cell(tuple(Face(next(numbers), face.number, PLAIN_UV, face.inside) for face in tree.faces))  # type: ignore[arg-type]
     if isinstance(tree, Not):
@@ -297,7 +337,7 @@ def _number_surfaces(tree: Tree, numbers: Iterator[int]) -> Tree:
 
 
 def _box(shape: Shape) -> list[float]:
-    """The bounds of a shape as six numbers."""
+    """Return the bounds of a shape as six numbers."""
     if isinstance(shape, Primitive) and type(shape).bounds_under is Primitive.bounds_under:
         return shape.ends(shape.under())
     low, high = shape.bounds
@@ -305,12 +345,12 @@ def _box(shape: Shape) -> list[float]:
 
 
 def own_frame(shape: Shape) -> Motion:
-    """The motion from the frame of `hits.local_point` to the world."""
+    """Return the motion from the frame of `hits.local_point` to the world."""
     return own_frame(shape.base).then(shape.motion) if isinstance(shape, ClippedSheet) else shape.under()
 
 
 def _world_sheet(sheet: Any, outer: Motion, faces: BodyFaces) -> tuple[SurfaceSheet | PolygonSheet, Tree | None]:
-    """The sheet itself, in the world, and everything that clips it."""
+    """Return the sheet itself, in the world, and the tree of everything that clips it."""
     if isinstance(sheet, ClippedSheet):
         motion = sheet.motion.then(outer)
         base, clip = _world_sheet(sheet.base, motion, faces)

@@ -1,4 +1,8 @@
-"""Boxes around bodies that are one another moved: they are let go once a scene is prepared, and made when asked for."""
+"""Lower a list of bodies to a `LoweredScene`: flat tables, without trees and limits.
+
+This module is the only bridge between shapes (objects) and kernels (arrays). Motions are applied here, in exact
+arithmetic, and every number is rounded to float64 once.
+"""
 
 from __future__ import annotations
 
@@ -27,14 +31,19 @@ from .tables_builder import TablesBuilder
 
 @dataclass(frozen=True)
 class LazyBounds:
-    """Of each group of bodies the box of the first, or those of all where they were lowered one by one."""
+    """Bounding boxes of the bodies of a scene with instances, computed on demand.
+
+    For each group of translated copies only the box of the first body is stored; for a group that was lowered body by
+    body, the boxes of all. A scene releases the boxes once it is prepared, and recomputes them when they are needed
+    again.
+    """
 
     bodies: InstanceList
-    groups: Sequence[tuple[Ints, Floats]]  # numbers of bodies, and (6,) or (bodies, 6)
+    groups: Sequence[tuple[Ints, Floats]]  # body numbers, and their boxes: (6,) of the first, or (bodies, 6)
 
     @classmethod
     def of(cls, bodies: InstanceList, groups: Sequence[BodyGroup], boxes: Floats) -> LazyBounds:
-        """Of bodies that are in these groups, whose boxes are known."""
+        """Store the bounds of the bodies of these groups; `boxes` (bodies, 6) are known and cached."""
         parts = []
         for group in groups:
             at, rows = group.pattern.box_at, group.rows
@@ -46,7 +55,7 @@ class LazyBounds:
 
     @cached_property
     def boxes(self) -> Floats:
-        """(bodies, 6) low, high: to the bit those that they had when the scene was lowered."""
+        """Low and high corners, (bodies, 6): the same bits as when the scene was lowered."""
         boxes = mapped_zeros((len(self.bodies), BOX_NUMBERS), np.float64)
         for numbers, known in self.groups:
             if known.ndim > 1:
@@ -57,73 +66,85 @@ class LazyBounds:
                 boxes[numbers[some]] = shift_boxes(known, away[some])
         return boxes
 
-    def let_go(self) -> None:
-        """Keep the boxes no longer."""
+    def release(self) -> None:
+        """Release the cached boxes."""
         vars(self).pop("boxes", None)
 
 
-# Shapes to flat arrays: the only bridge between objects and kernels.
-#
-# Motions are baked here, in exact arithmetic, and every number is rounded once.
+# Lowered scenes
 
 
 @dataclass(frozen=True)
 class LoweredScene:
-    """A scene as arrays. `tables` become what kernels take."""
+    """A scene as arrays. `pack` turns `tables` into the geometry that kernels take."""
 
-    tables: Tables  # without trees and limits, until they are packed
-    around: Floats | LazyBounds  # (entries, 6) low, high; or what these are worked out from, see `boxes`
-    frames: Floats  # (n, 3, 4) world to own coordinates
-    body_frame: Ints  # (bodies,) row in frames; -1 - k: about the ball's center, by ball frame k
-    body_item: Ints  # (bodies,) which entry of the scene's list a body comes from
-    face_paint: dict[int, Material]  # row of a face -> its material, where it is not the body's
+    tables: Tables  # without trees and limits until they are packed
+    around: Floats | LazyBounds  # (entries, 6) low, high; or their lazy form, see `boxes`
+    frames: Floats  # (n, 3, 4) maps from world to local coordinates
+    body_frame: Ints  # (bodies,) row of `frames`; -1 - k: about the ball's center, with the axes of ball frame k
+    body_item: Ints  # (bodies,) index of the entry of the scene's list that the body comes from
+    face_paint: dict[int, Material]  # row of a face -> its material, where it differs from the body's
     body_count: int
-    rest: Remainders  # what rounding took from the records of surfaces
+    rest: Remainders  # what rounding removed from the surface records
     exact: ExactTables
+    # None for scenes with instances, which are not edited
     laid: RowLayout | None
 
     @property
     def boxes(self) -> Floats:
-        """(entries, 6) low, high of the boxes around entries."""
+        """Bounding boxes of the entries, (entries, 6) low and high."""
         return self.around.boxes if isinstance(self.around, LazyBounds) else self.around
 
-    def taken(self) -> Tables:
-        """Its tables, of which it keeps the shapes alone: whoever packs them frees each as soon as it is copied."""
+    def take_tables(self) -> Tables:
+        """Hand over the tables and keep their shapes alone, so that the packer can free each one once it is copied."""
         tables = self.tables
         empty: list[Any] = [np.broadcast_to(column.dtype.type(), column.shape) for column in tables]
         object.__setattr__(self, "tables", Tables(*empty))
         return tables
 
     def limited(self) -> LoweredScene:
-        """The same with limits."""
+        """Return this scene with the limits of its tables filled in."""
         return dataclasses.replace(self, tables=with_limits(self.tables, self.boxes, self.rest))
 
-    def sharing(self, geometry: Geometry) -> LoweredScene:
-        """The same with tables that share the memory of what was packed from them."""
+    def with_geometry(self, geometry: Geometry) -> LoweredScene:
+        """Return this scene with tables that are views of a geometry packed from them."""
         return dataclasses.replace(self, tables=unpack_tables(self.tables, geometry))
 
 
 @dataclass(frozen=True)
 class ExactTables:
-    """What tables were before they were rounded, by the numbers of tables. The last surfaces, bulk balls, have none."""
+    """The exact surfaces behind the rows of the tables. The last surfaces, bulk balls, have none."""
 
     bodies: ExactBodySurfaces
-    single: Longs  # of a surface, which it was among those of the bodies
+    single: Longs  # (surfaces,) the number of each among the surfaces that the bodies came with
 
     def __len__(self) -> int:
         return len(self.single)
 
     def __getitem__(self, surface: int) -> Any:
-        """A surface of the table."""
+        """Return the exact surface of a row of the table."""
         return self.bodies[int(self.single[surface])]
 
     def outline(self, polygon: int) -> Any:
-        """The corners of a polygon."""
+        """Return the exact corners of a polygon."""
         return self.bodies.outline(polygon)
 
 
 def lower(bodies: Sequence[Body], stages: ProgressStages | None = None) -> LoweredScene:
-    """Flat arrays for a list of bodies, without trees and limits; a `Spheres` entry takes one number for each ball."""
+    """Lower bodies to flat arrays, without trees and limits.
+
+    Parameters
+    ----------
+    bodies : Sequence[Body]
+        The entries of a scene. A `Spheres` entry, or another bulk entry, takes one body number for each of its bodies.
+    stages : ProgressStages, optional
+        Receives the progress.
+
+    Returns
+    -------
+    LoweredScene
+        The tables, the boxes of the bodies, their frames, and the exact surfaces on demand.
+    """
     stages, collected = stages or ProgressStages(None, 0), BodyCollector()
     collected.collect(bodies, stages)
     layout, count = TablesBuilder(collected.contents), collected.contents.body_count
@@ -146,7 +167,7 @@ def lower(bodies: Sequence[Body], stages: ProgressStages | None = None) -> Lower
         np.repeat(np.arange(len(bodies), dtype=np.int32), counts),
         {int(first_face[body]) + face: one for body, faces in collected.paints.items() for face, one in faces.items()},
         collected.contents.body_count,
-        dataclasses.replace(surfaces.rest, vertices=layout.lost_of_corners()),
+        dataclasses.replace(surfaces.rest, vertices=layout.corner_rests()),
         ExactTables(exact, surfaces.single),
         None
         if isinstance(bodies, InstanceList)
@@ -155,7 +176,7 @@ def lower(bodies: Sequence[Body], stages: ProgressStages | None = None) -> Lower
 
 
 class _InstanceShapes:
-    """The shapes of bodies that are made when they are asked for."""
+    """The shapes of instances, which the list builds on demand."""
 
     def __init__(self, bodies: InstanceList) -> None:
         self._bodies = bodies
@@ -165,5 +186,5 @@ class _InstanceShapes:
 
 
 def _shapes(bodies: Sequence[Body]) -> ShapeSource:
-    """The shape of each body."""
+    """Return a source of the shape of each entry."""
     return _InstanceShapes(bodies) if isinstance(bodies, InstanceList) else [body.shape for body in bodies]

@@ -1,4 +1,4 @@
-"""What a scene takes in memory, as `conicoid info` says it."""
+"""The memory of a scene, as `conicoid info` prints it."""
 
 from __future__ import annotations
 
@@ -38,16 +38,21 @@ class _Sizes(NamedTuple):
 
 
 class Memory(_Sizes):
-    """Bytes of the arrays that a prepared scene is traced by.
+    """Bytes of the arrays that hold a prepared scene.
 
-    primitives   how many there are: balls, sheets, primitives that are bodies or parts of Boolean bodies
-    tables       bytes of what is known of them
-    tree         bytes of the tree of boxes over them
+    Attributes
+    ----------
+    primitives : int
+        Number of balls, sheets, and primitives that are bodies or parts of Boolean bodies.
+    tables : int
+        Bytes of the tables of these.
+    tree : int
+        Bytes of the tree of boxes over them.
     """
 
     __slots__ = ()
 
-    if not TYPE_CHECKING:  # else checkers would let any name be asked for
+    if not TYPE_CHECKING:  # type checkers would accept any name otherwise
 
         def __getattr__(self, name: str) -> Any:
             hint = f": {_HINTS[name]}" if name in _HINTS else ""
@@ -55,7 +60,7 @@ class Memory(_Sizes):
 
 
 def measure_memory(geometry: Geometry) -> Memory:
-    """Count the bytes of a geometry."""
+    """Measure the memory of a geometry."""
     every = geometry.integers.nbytes + geometry.floats.nbytes
     boxes = int(length(geometry, NODE_BOXES) + length(geometry, LEAF_ITEMS)) * geometry.floats.itemsize
     tree = boxes + sum(int(length(geometry, k)) for k in _TREE) * geometry.integers.itemsize
@@ -65,7 +70,7 @@ def measure_memory(geometry: Geometry) -> Memory:
 
 
 def _leaves(geometry: Geometry) -> int:
-    """How many leaves all programs have."""
+    """Count the leaves of all programs."""
     rows, row = (
         geometry.integers[int(geometry.places[k]) :][: int(length(geometry, k))] for k in (PROGRAM_SHIFTS, PROGRAM_ROW)
     )

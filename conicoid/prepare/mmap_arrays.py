@@ -1,7 +1,7 @@
-"""Arrays in memory of their own, which the system has back as soon as nobody holds them.
+"""Arrays in anonymous memory maps, which return to the system as soon as nobody holds them.
 
-C libraries keep smaller parts of what was freed, so that the columns of a large scene, once copied to where kernels
-read them, would be in memory twice.
+C libraries keep small parts of freed memory for themselves. With ordinary arrays the columns of a large scene, once
+copied to where kernels read them, would occupy memory twice.
 """
 
 from __future__ import annotations
@@ -16,13 +16,16 @@ import numpy as np
 import numpy.typing as npt
 
 _LEAST = 1 << 20
-"""Bytes that are worth it."""
+"""Arrays of fewer bytes are ordinary ones."""
 _MANY = 1 << 16
-"""Bodies of which temporary arrays are worth giving back at once."""
+"""Temporary arrays of fewer bodies are not worth a call of the C library."""
 
 
 def mapped_zeros(shape: int | tuple[int, ...], dtype: Any, sparse: bool = False) -> npt.NDArray[Any]:
-    """An array of zeros, like `np.zeros`. `sparse`: little of it will be written to, and only that takes memory."""
+    """Allocate an array of zeros, like `np.zeros`; raise MemoryError where the system refuses.
+
+    With `sparse` little of it will be written, and only those pages take memory.
+    """
     sizes = shape if isinstance(shape, tuple) else (shape,)
     count = math.prod(sizes)
     if count * np.dtype(dtype).itemsize < _LEAST:
@@ -31,15 +34,15 @@ def mapped_zeros(shape: int | tuple[int, ...], dtype: Any, sparse: bool = False)
     try:
         memory = mmap.mmap(-1, count * np.dtype(dtype).itemsize, **flags)
     except OSError:
-        raise MemoryError(f"the system gives no {count * np.dtype(dtype).itemsize:,} bytes more") from None
+        raise MemoryError(f"the system refuses {count * np.dtype(dtype).itemsize:,} more bytes") from None
     if hasattr(mmap, "MADV_HUGEPAGE") and not sparse:
-        with suppress(OSError):  # as NumPy asks for, where the system has large pages
+        with suppress(OSError):  # as NumPy does, where the system has large pages
             memory.madvise(mmap.MADV_HUGEPAGE)
     return np.frombuffer(memory, dtype, count).reshape(sizes)
 
 
 def own_memory(array: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    """A copy of an array in memory of its own; itself, if it is small and no view of something larger, or has it."""
+    """Copy an array to a map of its own; return it as it is if it is small and no view, or has one."""
     if (array.nbytes < _LEAST and array.base is None) or _has_own_memory(array):
         return array
     copy = mapped_zeros(array.shape, array.dtype)
@@ -48,7 +51,7 @@ def own_memory(array: npt.NDArray[Any]) -> npt.NDArray[Any]:
 
 
 def concatenate_mapped(parts: Sequence[npt.NDArray[Any]]) -> npt.NDArray[Any]:
-    """Arrays of one dimension and one type, at least one, end to end in memory of their own."""
+    """Concatenate one-dimensional arrays of one type, at least one, into a map of their own."""
     joined, end = mapped_zeros(sum(map(len, parts)), parts[0].dtype), 0
     for part in parts:
         joined[end : end + len(part)] = part
@@ -57,20 +60,20 @@ def concatenate_mapped(parts: Sequence[npt.NDArray[Any]]) -> npt.NDArray[Any]:
 
 
 def trim_heap(count: int) -> None:
-    """Let the C library return what it keeps of freed memory to the system, where it is one that can: glibc.
+    """Make the C library return freed memory to the system, where it can (glibc).
 
-    count: of bodies whose arrays were freed; of a few they are not worth it.
+    `count` is the number of bodies whose arrays were freed: for few it does nothing.
     """
     if count < _MANY:
         return
-    with suppress(Exception):  # other libraries and systems, a Python without ctypes, one that may not use it
+    with suppress(Exception):  # other C libraries and systems; Python without ctypes
         import ctypes
 
         ctypes.CDLL(None).malloc_trim(ctypes.c_size_t(0))
 
 
 def _has_own_memory(array: npt.NDArray[Any]) -> bool:
-    """Is it all of what `empty` has given?"""
+    """Return whether an array covers all of a memory map of its own."""
     owner: Any = array
     while isinstance(owner, np.ndarray) and owner.base is not None:
         owner = owner.base

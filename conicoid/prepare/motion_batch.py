@@ -1,4 +1,7 @@
-"""The motions of many shapes, each worked out once: by recordings, or alone."""
+"""Compute the motions of many shapes, each once: by tapes, or one by one.
+
+`MotionBatch` gives products, inverses and similarity factors; `PointPlaneMover` carries points and planes.
+"""
 
 from __future__ import annotations
 
@@ -25,24 +28,24 @@ from .tape.simd_registers import COLUMNS
 
 _TRANSLATE = {Translate}
 _NUMBERS = 25
-"""Of a motion: both ways, and its factor if it is a similarity."""
+"""Numbers of a motion: forward and inverse (12 each), and the factor if it is a similarity."""
 
 
 @dataclass(frozen=True)
 class KnownStep:
-    """A step that is known by what it does: a whole chain of them, worked out before."""
+    """A whole chain of steps, known by its maps and its similarity factor."""
 
     forth_and_back: tuple[Affine, Affine]
-    factor: ex.Exact | None
+    factor: ex.BigFloat | None
 
-    def similarity(self) -> ex.Exact | None:
-        """The factor of all lengths, if there is one."""
+    def similarity(self) -> ex.BigFloat | None:
+        """Return the factor of all lengths, or None."""
         return self.factor
 
 
 @dataclass
 class _MotionForm:
-    """Motions that are told in one form: their numbers and steps, and by these numbers their rows, in that order."""
+    """Motions of one structure: their parameters and steps, and parameters -> row, in that order."""
 
     rows: dict[bytes, int] = field(default_factory=dict)
     numbers: list[Floats] = field(default_factory=list)
@@ -50,38 +53,38 @@ class _MotionForm:
 
 
 class MotionChains:
-    """The steps that many shapes are moved by, and what has been found out of them."""
+    """The steps that move many shapes, and their classification."""
 
     def __init__(self, steps: Sequence[tuple[Step, ...]]) -> None:
         self.steps = steps
 
     @cached_property
     def translations(self) -> Ints:
-        """How many steps there are where all of them translate; else -1."""
+        """(n,) the number of steps where all of them translate; else -1."""
         return np.array(list(map(count_translations, self.steps)), np.int32)
 
     @cached_property
     def rows(self) -> dict[MotionBatch, Ints]:
-        """The numbers of those that were asked for; -1 for others."""
+        """For each batch the rows of the motions that it was given; -1 for others."""
         return {}
 
 
 class MotionBatch:
-    """The motions of many shapes, each once: their products, inverses and factors in numbers of 253 bits and more."""
+    """The motions of many shapes, each once: products, inverses and factors in numbers of 253 bits and more."""
 
     def __init__(self) -> None:
         self._steps: list[tuple[Step, ...]] = []
         self._forms: dict[Hashable, _MotionForm] = {}
-        self._alone: dict[tuple[Step, ...], int] = {}  # of more than numbers
+        self._alone: dict[tuple[Step, ...], int] = {}  # motions with more than numbers
         self._uses: list[tuple[Ints, int]] = []
 
     def row(self, steps: tuple[Step, ...], uses: int = 1) -> int:
-        """The number of a motion, which so many more shapes have."""
+        """Return the row of a motion, and count `uses` more shapes with it."""
         self._uses.append((self._rows([steps]), uses))
         return int(self._uses[-1][0][0])
 
     def rows(self, chains: MotionChains, which: Longs) -> Ints:
-        """The numbers of some motions, each of which one more shape has."""
+        """Return the rows of some motions, and count one more shape for each."""
         known = chains.rows.setdefault(self, np.full(len(chains.steps), -1, np.int32))
         fresh = which[known[which] < 0]
         known[fresh] = self._rows([chains.steps[k] for k in fresh.tolist()])
@@ -93,43 +96,45 @@ class MotionBatch:
         numbers = np.full(len(chains), -1, np.int32)
         for kinds, places in positions_by_key([tuple(map(type, steps)) for steps in chains]).items():
             some = [chains[place] for place in places] if len(places) < len(chains) else chains
-            numbers[places] = self._rows_alike(some, len(kinds))
+            numbers[places] = self._rows_of_types(some, len(kinds))
         return numbers
 
-    def _rows_alike(self, chains: Sequence[tuple[Step, ...]], length: int) -> list[int]:
-        """`_rows` of motions whose steps are of the same kinds."""
+    def _rows_of_types(self, chains: Sequence[tuple[Step, ...]], length: int) -> list[int]:
+        """`_rows` of motions whose steps have the same types."""
         forms: list[Hashable] = []
         columns = [np.zeros((len(chains), 0))]
         for step in range(length):
             alike = flatten_all([steps[step] for steps in chains])
             if len(alike) != 1 or len(alike[0].which) < len(chains):
-                return [self._row_alone(steps) for steps in chains]
+                return [self._row_of_one(steps) for steps in chains]
             forms.append(alike[0].form)
             columns.append(alike[0].numbers)
         return self._known_rows(tuple(forms), np.concatenate(columns, axis=1), chains)
 
-    def _row_alone(self, steps: tuple[Step, ...]) -> int:
-        """The number of one motion, whose steps may have more to them than numbers."""
-        told = [flatten(step) for step in steps]
-        if any(one is None for one in told):
+    def _row_of_one(self, steps: tuple[Step, ...]) -> int:
+        """Return the row of one motion, whose steps may hold more than numbers."""
+        flat = [flatten(step) for step in steps]
+        if any(one is None for one in flat):
             row = self._alone.setdefault(steps, len(self._steps))
             if row == len(self._steps):
                 self._steps.append(steps)
             return row
-        form = tuple(one.form for one in told if one is not None)
-        numbers = [x for one in told if one is not None for x in one.numbers]
+        form = tuple(one.form for one in flat if one is not None)
+        numbers = [x for one in flat if one is not None for x in one.numbers]
         return self._known_rows(form, np.array([numbers]), [steps])[0]
 
     def _known_rows(self, form: Hashable, numbers: Floats, chains: Sequence[tuple[Step, ...]]) -> list[int]:
-        """The numbers of motions of one form; zeros of both signs are alike."""
-        known, told, width = (
+        """Return the rows of motions of one structure; zeros of both signs count as equal."""
+        # Adding 0.0 turns -0.0 into 0.0: motions that differ in these signs only are equal.
+        known, raw, width = (
             self._forms.setdefault(form, _MotionForm()),
             (numbers + 0.0).tobytes(),
             8 * numbers.shape[1],
         )
-        keys = [told[at : at + width] for at in range(0, len(told), width)] if width else [b""] * len(chains)
+        keys = [raw[at : at + width] for at in range(0, len(raw), width)] if width else [b""] * len(chains)
         fresh = [key for key in dict.fromkeys(keys) if key not in known.rows]
         if fresh:
+            # Reversed, so that the first position of each key wins.
             first = dict(zip(reversed(keys), range(len(keys) - 1, -1, -1), strict=True))
             new = list(map(first.__getitem__, fresh))
             known.rows.update(zip(fresh, range(len(self._steps), len(self._steps) + len(fresh)), strict=True))
@@ -138,14 +143,21 @@ class MotionBatch:
             self._steps += known.steps[-len(new) :]
         return list(map(known.rows.__getitem__, keys))
 
-    def work_out(self) -> tuple[WideInputs, Signs, Floats]:
-        """The numbers of all motions; of each, 1 if it is a similarity, 0 if not, -1 where it is not known.
+    def compute(self) -> tuple[WideInputs, Signs, Floats]:
+        """Compute all motions.
 
-        And (motions, 12), the rows of the inverse, rounded.
+        Returns
+        -------
+        WideInputs
+            (motions, 25) the numbers of each motion.
+        Signs
+            (motions,) 1 for similarities, 0 for other motions, -1 where it is not known.
+        Floats
+            (motions, 12) the rows of the inverses, rounded; NaN where not known.
         """
         count = len(self._steps)
         table, kinds = np.zeros((count, _NUMBERS, COLUMNS)), np.full(count, -1, np.int8)
-        back, few, digits = np.full((count, FRAME_NUMBERS), np.nan), np.zeros(count, bool), _Digits(self._steps)
+        back, few, digits = np.full((count, FRAME_NUMBERS), np.nan), np.zeros(count, bool), _MotionDigits(self._steps)
         for form, told in self._forms.items():
             rows, numbers = np.fromiter(told.rows.values(), np.int64, len(told.rows)), np.concatenate(told.numbers)
 
@@ -159,36 +171,39 @@ class MotionBatch:
                 at = rows[which]
                 table[at, : _NUMBERS - 1 + similar] = played.fours
                 back[at], kinds[at] = played.floats, similar
-                digits.played(at, played.recording, numbers[which])
-            if len(left) < recording_cache.FEWEST:  # too few for a recording
+                digits.add_recording(at, played.recording, numbers[which])
+            # Few undecided motions are computed exactly below, however rarely used; of many, only those of many shapes.
+            if len(left) < recording_cache.FEWEST:  # fewer than a recording is worth
                 few[rows[left]] = True
         uses = np.zeros(count, np.int64)
         for found, each in self._uses:
             uses += each * np.bincount(found, minlength=count)
         for row in np.flatnonzero((kinds < 0) & (few | (uses >= recording_cache.FEWEST))).tolist():
-            kinds[row], wides, back[row] = _exact_motion_rows(Motion(self._steps[row]))  # of a body, or of many
+            # Exact arithmetic, for one shape or many
+            kinds[row], wides, back[row] = _exact_motion_rows(Motion(self._steps[row]))
             table[row] = quads_from_bigfloats(wides)
             digits.alone[row] = wides
         return WideInputs(table, digits), kinds, back
 
 
-class _Digits:
-    """All digits of motions' numbers, worked out for those of which they are asked."""
+class _MotionDigits:
+    """The numbers of motions to all digits, computed for those that are needed."""
 
     def __init__(self, steps: Sequence[tuple[Step, ...]]) -> None:
         self.alone: dict[int, Longs] = {}
         self._steps, self._sources = steps, list[tuple[TapeProgram, Floats]]()
         self._source, self._place = np.full(len(steps), -1, np.int32), np.zeros(len(steps), np.int32)
 
-    def played(self, rows: Longs, recording: TapeProgram, inputs: Floats) -> None:
-        """These motions are what a recording gives for inputs."""
+    def add_recording(self, rows: Longs, recording: TapeProgram, inputs: Floats) -> None:
+        """Note that a recording gives these motions for these inputs."""
         self._source[rows], self._place[rows] = len(self._sources), np.arange(len(rows))
         self._sources.append((recording, inputs))
 
     def __call__(self, rows: Ints) -> Longs:
-        """(rows, 25, WIDTH) of some motions.
+        """Return the numbers of some motions, (rows, 25, WIDTH).
 
-        Four floats may settle what 253 bits leave open, as their sums have gaps: such a motion is worked out alone.
+        Four floats may decide what 253 bits leave open, because their sums have gaps: such a motion is computed
+        exactly.
         """
         found = np.zeros((len(rows), _NUMBERS, WIDTH), np.int64)
         for number, (recording, inputs) in enumerate(self._sources):
@@ -206,12 +221,12 @@ class _Digits:
 
 
 def count_translations(steps: tuple[Step, ...]) -> int:
-    """How many steps there are, if all of them translate; else -1."""
+    """Count the steps if all of them translate; else return -1."""
     return len(steps) if not steps or set(map(type, steps)) == _TRANSLATE else -1
 
 
 def _record_motion(steps: tuple[Step, ...], tape: Tape) -> bool:
-    """Work a motion out on a tape; is it a similarity?"""
+    """Compute a motion on a tape; return whether it is a similarity."""
     motion = Motion(tuple(unflatten(step, tape) for step in steps))
     for linear, shift in (motion.affine, motion.inverse):
         for number in (*(x for line in linear for x in line), *shift):
@@ -226,7 +241,7 @@ def _record_motion(steps: tuple[Step, ...], tape: Tape) -> bool:
 
 
 def _exact_motion_rows(motion: Motion) -> tuple[bool, Longs, Any]:
-    """A row of each of the three that `Motions.work_out` gives, by arithmetic of 3,000 bits."""
+    """Return a row of each of the three results of `MotionBatch.compute`, by arithmetic of 3,000 bits."""
     wides = np.zeros((_NUMBERS, WIDTH), np.int64)
     numbers = [x for linear, shift in (motion.affine, motion.inverse) for line in (*linear, shift) for x in line]
     factor = motion.similarity
@@ -236,9 +251,9 @@ def _exact_motion_rows(motion: Motion) -> tuple[bool, Longs, Any]:
 
 
 def input_motion(tape: Tape, similar: bool, motion: Motion) -> Motion:
-    """A motion whose numbers come with each body."""
+    """Return a motion whose numbers are inputs of each body."""
 
-    def take(values: Sequence[ex.Exact], first: int) -> Any:
+    def take(values: Sequence[ex.BigFloat], first: int) -> Any:
         return tuple(tape.given(value, first + k) for k, value in enumerate(values))
 
     def taken(affine: Affine, first: int) -> Affine:
@@ -252,70 +267,70 @@ def input_motion(tape: Tape, similar: bool, motion: Motion) -> Motion:
     return Motion((known,))  # type: ignore[arg-type]
 
 
-# Points and planes carried by motions, every number rounded once: many by one motion, from recordings.
+# Points and planes carried by motions: many by one motion, from recordings; every result is rounded once
 
 POINT_SIZE = 3
 """Numbers of a point."""
 
 
 class PointPlaneMover:
-    """Carries points and planes whose numbers are floats; what it has carried it knows."""
+    """Carries points and planes with float coordinates, and caches the results for points."""
 
     def __init__(self) -> None:
         self._motions: dict[Motion, tuple[WideInputs, Signs]] = {}
         self._known: dict[tuple[Motion, bytes], Floats] = {}
 
     def points(self, motion: Motion, points: Floats) -> Floats:
-        """(n, 6): where it takes points (n, 3), and what rounding took from that."""
+        """Carry points (n, 3) by a motion: (n, 6) rounded coordinates and their remainders."""
         key = motion, points.tobytes()
         if key not in self._known:
-            self._known[key] = self._played("point", _move_point, motion, points)
+            self._known[key] = self._carry("point", _move_point, motion, points)
         return self._known[key]
 
     def planes(self, motion: Motion, planes: Floats) -> Floats:
-        """(n, 15) of records of planes (n, 7) from which nothing was rounded: records, their rests, and senses."""
-        return self._played("plane", _move_plane, motion, planes)
+        """Carry exact records of planes (n, 7): (n, 15) records, remainders and senses."""
+        return self._carry("plane", _move_plane, motion, planes)
 
-    def _played(self, name: str, carried: Callable[[Motion, Any], Sequence[Any]], motion: Motion, of: Floats) -> Floats:
-        """What carrying gives for each row, all of one length."""
-        given, similar = self._given(motion)
+    def _carry(self, name: str, carry: Callable[[Motion, Any], Sequence[Any]], motion: Motion, rows: Floats) -> Floats:
+        """Carry each row on a tape; rows that it leaves undecided by exact arithmetic. All results have one length."""
+        given, similar = self._motion_numbers(motion)
 
         def record(which: int, tape: Tape) -> None:
-            row = of[which].tolist()
+            row = rows[which].tolist()
             moved = input_motion(tape, bool(similar[0] == 1), motion)
-            for number in carried(moved, [tape.input(x) for x in row]):
+            for number in carry(moved, [tape.input(x) for x in row]):
                 tape.write(number)
 
         found: Any = None
         results, left = recording_cache.RECORDINGS.play(
-            ("carried", name, int(similar[0])), record, of, given, np.zeros(len(of), np.int32)
+            ("carried", name, int(similar[0])), record, rows, given, np.zeros(len(rows), np.int32)
         )
         for _, which, played in results:
-            found = np.empty((len(of), played.floats.shape[1])) if found is None else found
+            found = np.empty((len(rows), played.floats.shape[1])) if found is None else found
             found[which] = played.floats
         for row in left.tolist():
-            numbers = [float(x) for x in carried(motion, of[row].tolist())]
-            found = np.empty((len(of), len(numbers))) if found is None else found
+            numbers = [float(x) for x in carry(motion, rows[row].tolist())]
+            found = np.empty((len(rows), len(numbers))) if found is None else found
             found[row] = numbers
         return found
 
-    def _given(self, motion: Motion) -> tuple[WideInputs, Signs]:
-        """The numbers of a motion; 1 where it is a similarity."""
+    def _motion_numbers(self, motion: Motion) -> tuple[WideInputs, Signs]:
+        """Return the numbers of a motion, and (1,) 1 if it is a similarity."""
         if motion not in self._motions:
             motions = MotionBatch()
             motions.row(motion.steps, recording_cache.FEWEST)
-            self._motions[motion] = motions.work_out()[:2]
+            self._motions[motion] = motions.compute()[:2]
         return self._motions[motion]
 
 
 def _move_point(motion: Motion, numbers: Sequence[Any]) -> Sequence[Any]:
-    """Where it takes a point, and the rests."""
+    """Return the rounded coordinates of a carried point, and their remainders."""
     place = motion.carried(ex.exact_row(numbers))
     return *round_numbers(place), *rounding_rests(place)
 
 
 def _move_plane(motion: Motion, numbers: Sequence[Any]) -> Sequence[Any]:
-    """The record of a plane that had one, the rests, and the sense of its normal."""
+    """Return the record of a carried plane, its remainders, and the sense of its normal."""
     normal, over, anchor = tuple(numbers[:3]), numbers[3], tuple(numbers[4:PLANE_SIZE])
     offset = ex.dot(ex.exact_row(normal), ex.exact_row(anchor), -ex.exact(over))
     record = round_surface(PlaneSurface(normal, offset, anchor, over).moved(motion))

@@ -1,9 +1,9 @@
-"""Patterns: what bodies of one kind have in common, as arrays, so that the tables of thousands are laid out at once.
+"""Patterns: the structure that bodies of one kind share, as arrays, so that thousands are laid out at once.
 
 A body is its pattern (how its cells, gates, faces and sheets hang together) and a row of numbers: for each surface its
-record, what rounding took from that, and its sense; 4 numbers for each row of its maps to uv; a box for each leaf of
-its programs; its own box; the frame of its local points; the corners of its polygons, and what rounding took from
-these.
+record, the remainders that rounding removed, and its sense; 4 numbers for each row of its uv maps; a box for each leaf
+of its programs; its own box; the frame of its local points; the corners of its polygons, and their remainders. Rows
+come as an array, as a `RowTable`, or, for translated copies, as `FactoredRows`.
 """
 
 from __future__ import annotations
@@ -27,12 +27,12 @@ BOX_NUMBERS, FRAME_NUMBERS = 6, 12
 
 @dataclass(frozen=True, eq=False)
 class BodyPattern:
-    """All that is alike in bodies of one kind. Columns of the lists are those of `Assembly`."""
+    """The structure that bodies of one kind share. The columns of the lists are those of `Assembly`."""
 
     kind: int
     index: int
     angular: Ints
-    maps: Ints  # (faces, 3) rows of the map to uv of each face, which faces may have in common
+    maps: Ints  # (faces, 3) the rows of the uv map of each face; faces may share rows
     kinds: Ints
     cells: Ints  # (cells, 3)
     cell_planes: Ints
@@ -42,11 +42,11 @@ class BodyPattern:
     gates: Ints  # (gates, 4)
     sheets: Ints  # (sheets, 4)
     polygons: Ints  # (polygons, 2)
-    corners: Ints  # of each polygon
+    corners: Ints  # (polygons,) count of each polygon's corners
     framed: bool = True
-    """Has it faces and a frame of its own? Balls of many share one."""
+    """Has the body faces and a frame of its own? The balls of a bulk entry share one frame."""
 
-    # Columns of a row
+    # Where the parts of a row begin
     records: list[tuple[int, int, int]] = field(init=False)  # kind, first column, column of the sense
     uv_at: int = field(init=False)
     bounds_at: int = field(init=False)
@@ -79,7 +79,10 @@ class BodyPattern:
         maps: Sequence[tuple[int, int, int]],
         framed: bool = True,
     ) -> BodyPattern:
-        """The pattern of a body that has been put together."""
+        """Build the pattern of an assembled body.
+
+        `kind` and `index` name its entry in the tree; `angular` and `maps` have an item for each face.
+        """
         return cls(
             kind,
             index,
@@ -106,12 +109,12 @@ class BodyPattern:
 
     @property
     def map_rows(self) -> int:
-        """How many rows the maps of its faces have."""
+        """How many rows the uv maps of its faces have."""
         return int(self.maps.max(initial=-1)) + 1
 
     @cached_property
     def key(self) -> tuple[Any, ...]:
-        """What says that two patterns are one."""
+        """A key that is equal for equal patterns."""
         arrays = (
             self.angular, self.maps, self.kinds, self.cells, self.cell_planes, self.planes, self.programs, self.leaves,
             self.gates, self.sheets, self.polygons, self.corners,
@@ -125,41 +128,42 @@ def _table(rows: Sequence[tuple[int, ...]], width: int) -> Ints:
 
 @dataclass
 class BodyGroup:
-    """Bodies of one pattern: their numbers in the scene, in rising order, and their rows."""
+    """Bodies of one pattern: their numbers in the scene, rising, and their rows."""
 
     pattern: BodyPattern
     bodies: Ints
     rows: Floats | FactoredRows | RowTable
     ball_frame: int = 0
-    """-1 - k for balls that share frame k; 0 for bodies with faces of their own."""
+    """-1 - k for balls that share frame k; 0 for bodies with faces."""
 
 
-# The rows of bodies of one pattern (`pattern`), by the numbers in them that differ.
+# Rows of bodies that were lowered one by one or in batches
 #
-# Most numbers of a row stand in it several times, or are the same in every row: of 180 of a box, 34 differ.
+# Most numbers of a row stand in it several times, or are equal in every row: of the 180 numbers of a box, 34 differ.
 
+# So many bodies at a time stay in the cache.
 _AT_ONCE = 1 << 13
 
 
 @dataclass(frozen=True)
 class RowTable:
-    """Tables with a row for each body, and for each column of a row where its number stands in them.
+    """Rows as tables of distinct numbers (one row for each body), and for each column its place in them.
 
-    `rows[:, a:b]` and `rows[:, a]` are arrays, as `rows[which, a:b]` is for some bodies; `rows[which]` are rows.
+    `rows[:, a:b]`, `rows[:, a]` and `rows[which, a:b]` are arrays; `rows[which]` is a `RowTable` of some bodies.
     """
 
-    tables: tuple[Floats, ...]  # (bodies, any) each
+    tables: tuple[Floats, ...]  # (bodies, any width) each
     table: Ints  # (columns,)
     column: Ints  # (columns,)
 
     @classmethod
     def of(cls, values: Floats, columns: Ints) -> RowTable:
-        """Rows whose columns are these of one table."""
+        """Build rows whose columns are these columns of one table."""
         return cls((values,), np.zeros(len(columns), np.int32), columns)
 
     @classmethod
     def joined(cls, parts: Sequence[tuple[RowTable, int, int]]) -> RowTable:
-        """Side by side: of each part the columns from one to another."""
+        """Concatenate rows side by side: from each part its columns first to last."""
         first: dict[int, int] = {}
         tables: list[Floats] = []
         for rows, _, _ in parts:
@@ -192,7 +196,7 @@ class RowTable:
 
 
 def _take_columns(table: Floats, some: Any, columns: Ints) -> Floats:
-    """Some columns of some rows."""
+    """Take some columns of some rows; columns that follow each other are a slice."""
     first, count = int(columns[0]), len(columns)
     if int(columns[-1]) == first + count - 1 and (columns[1:] > columns[:-1]).all():
         found: Floats = table[some, first : first + count]
@@ -201,24 +205,27 @@ def _take_columns(table: Floats, some: Any, columns: Ints) -> Floats:
 
 
 def row_blocks(count: int) -> Iterator[slice]:
-    """So many bodies, some at a time: what is made of these is still in the cache when it is read."""
+    """Yield blocks of bodies, so small that intermediate arrays stay in the cache."""
     for begin in range(0, count, _AT_ONCE):
         yield slice(begin, min(count, begin + _AT_ONCE))
 
 
-# How far bodies of a kind are from the first of them.
+# Offsets of translated copies from the first
 
 
 @dataclass(frozen=True)
 class Offsets:
-    """Along each axis the different distances, rounded once, and which of them each body has. `away[which]`: (n, 3)."""
+    """The distinct distances along each axis, rounded once, and which of them each body has.
+
+    `offsets[which]`: (n, 3).
+    """
 
     values: tuple[Floats, Floats, Floats]
     index: Ints  # (3, bodies)
 
     @classmethod
     def of(cls, shifts: ShiftTable) -> Offsets:
-        """Of bodies with these shifts, of which there is at least one."""
+        """Compute the offsets of bodies with these shifts; there is at least one."""
         base, index = shifts.of(0), np.empty_like(shifts.index)
         values = []
         for axis, known in enumerate(shifts.values):
@@ -229,7 +236,7 @@ class Offsets:
 
     @classmethod
     def among(cls, bodies: InstanceList, numbers: Ints) -> Offsets:
-        """Of some bodies of one kind."""
+        """Compute the offsets of some bodies of one kind, after the motion of the kind."""
         found, motion = cls.of(bodies.shifts.chosen(numbers)), bodies.motion(int(bodies.kinds[numbers[0]]))
         if motion.is_identity:
             return found
@@ -245,51 +252,54 @@ class Offsets:
 
     @property
     def most(self) -> float:
-        """The largest of all along any axis."""
+        """The largest distance along any axis."""
         return max(float(np.abs(values).max()) for values in self.values)
 
 
-# The rows of bodies that are one another moved (`moved`), made when they are asked for: few differ along each axis.
+# Rows of translated copies, computed on demand: along each axis few numbers differ
 
 _WIDER = 2.0**-20
-"""Boxes are wider by this share of their size and of how far they are moved (the geometric mean). Their ends are roots
-of quadratic equations in numbers that moving rounds, so what they are off by is of the order of its square root."""
+"""Boxes are widened by this share of their size and of their offset (geometric mean).
+
+Their ends are roots of quadratic equations in numbers that the shift rounds, so their error is of the order of the
+square root of that rounding.
+"""
 
 
 @dataclass(frozen=True)
 class IndexedColumns:
-    """Columns of rows that depend on one thing: a table by its values, and which of these each body has."""
+    """Columns of rows that depend on one thing: a table of its values, and which value each body has."""
 
     first: int
     last: int
-    values: Floats  # (different ones, last - first)
+    values: Floats  # (distinct, last - first)
     index: InstancesInts  # (bodies,)
 
 
 ColumnNames: TypeAlias = tuple[Hashable, list[tuple[Floats, InstancesInts]]]
-"""A form; of each axis the different coordinates, and which of them each body has."""
+"""A form; for each axis the distinct coordinates, and which of them each body has."""
 
 
 @dataclass
 class FactoredRows:
-    """The rows of bodies, worked out when columns are asked for: `rows[:, a:b]` and `rows[:, a]`."""
+    """The rows of translated copies, computed for the columns that are read: `rows[:, a:b]` and `rows[:, a]`."""
 
     base: Floats
-    away: Offsets  # from the first
-    gathered: list[IndexedColumns] = field(default_factory=list)
+    offsets: Offsets  # of the bodies from the first
+    indexed_columns: list[IndexedColumns] = field(default_factory=list)
     slanted: list[int] = field(default_factory=list)
-    """Where rows of four begin, an affine map each, that depend on several axes."""
+    """First columns of affine map rows (four numbers) that depend on several axes."""
     boxes: tuple[int, int] = (0, 0)
-    """The columns that are boxes."""
+    """First and last column of the boxes."""
     leads: dict[int, InstancesInts] = field(default_factory=dict)
-    """Of a plane that begins at a column, for each body the one whose record stands for all that have the same."""
+    """First column of a plane -> for each body the one whose record stands for all bodies with the same plane."""
     forms: dict[int, Hashable] = field(default_factory=dict)
-    """Of a curved surface that begins at a column, what it is but for its anchor, which nothing was rounded in."""
+    """First column of a curved surface with an exact anchor -> a key of the surface apart from its anchor."""
     names: dict[int, ColumnNames] = field(default_factory=dict)
-    """Of other surfaces that begin at a column, what says which are one."""
+    """First column of another surface -> a name that is equal for equal surfaces."""
 
     def __len__(self) -> int:
-        return len(self.away)
+        return len(self.offsets)
 
     def __getitem__(self, where: tuple[slice, Any]) -> Floats:
         every, columns = where
@@ -298,16 +308,17 @@ class FactoredRows:
         return self.of(np.arange(*every.indices(len(self))), columns.start, columns.stop)
 
     def of(self, bodies: Any, first: int, last: int) -> Floats:
-        """Some columns of some bodies."""
+        """Compute some columns of some bodies."""
         rows = np.empty((len(bodies), last - first))
         rows[:] = self.base[first:last]
-        for each in self.gathered:
+        for each in self.indexed_columns:
             a, b = max(first, each.first), min(last, each.last)
             if a < b:
                 rows[:, a - first : b - first] = each.values[:, a - each.first : b - each.first][each.index[bodies]]
         for at in self.slanted:
             if first <= at + 3 < last:
-                rows[:, at + 3 - first] -= (self.base[at : at + 3] * self.away[bodies]).sum(axis=1)
+                # The constant of an affine map after a shift: its linear part times the offset is subtracted.
+                rows[:, at + 3 - first] -= (self.base[at : at + 3] * self.offsets[bodies]).sum(axis=1)
         for at in range(*self.boxes, BOX_NUMBERS):
             a, b = max(first, at), min(last, at + BOX_NUMBERS)
             if a < b:
@@ -315,22 +326,25 @@ class FactoredRows:
         return rows
 
     def distinct(self, column: int) -> tuple[Floats, InstancesInts]:
-        """Of a column that depends on at most one thing: (the different values, which of them each body has)."""
-        for each in self.gathered:
+        """For a column that depends on at most one thing, return (its distinct values, which of them each body has)."""
+        for each in self.indexed_columns:
             if each.first <= column < each.last:
                 return each.values[:, column - each.first], each.index
         return self.base[column : column + 1], np.zeros(len(self), np.int32)
 
     def name(self, column: int) -> ColumnNames | None:
-        """What says of surfaces that begin at a column which are one: those of one form with equal coordinates."""
+        """Return the name of the surfaces at a column: equal form and coordinates mean equal surfaces.
+
+        None without a form.
+        """
         form = self.forms.get(column)
         if form is None:
             return self.names.get(column)
         return form, [self.distinct(column + axis) for axis in range(3)]
 
     def maps(self, at: int) -> tuple[Floats, InstancesInts]:
-        """Of the row of an affine map that begins at a column: (the different ones (n, 4), which each body has)."""
-        for each in self.gathered:
+        """For the affine map row at a column, return (the distinct rows (n, 4), which of them each body has)."""
+        for each in self.indexed_columns:
             if (each.first, each.last) == (at, at + 4) and (each.values != each.values[0]).any():
                 return each.values, each.index
         if at in self.slanted:
@@ -338,12 +352,12 @@ class FactoredRows:
         return self.base[None, at : at + 4], np.zeros(len(self), np.int32)
 
     def _boxes(self, bodies: Any, at: int) -> Floats:
-        """A box of the first body, moved to others."""
-        return shift_boxes(self.base[at : at + BOX_NUMBERS], self.away[bodies])
+        """Shift a box of the first body to others."""
+        return shift_boxes(self.base[at : at + BOX_NUMBERS], self.offsets[bodies])
 
     def around_all(self, at: int, count: int) -> Floats:
-        """So many boxes of the first body, from a column on, wide enough for those of all bodies less `away`."""
-        boxes, far = self.base[at : at + BOX_NUMBERS * count].reshape(-1, BOX_NUMBERS).copy(), self.away.most
+        """Return `count` boxes of the first body, widened so that each holds the boxes of all bodies shifted back."""
+        boxes, far = self.base[at : at + BOX_NUMBERS * count].reshape(-1, BOX_NUMBERS).copy(), self.offsets.most
         for box in boxes:
             wider = _box_slack(box, far)
             box[:3] -= wider
@@ -351,25 +365,25 @@ class FactoredRows:
         return boxes
 
 
-def shift_boxes(box: Floats, away: Floats) -> Floats:
-    """A box (6,) low and high, moved by each of (n, 3)."""
-    wider = _box_slack(box, np.abs(away).max(axis=1))[:, None]
-    return np.concatenate([box[:3] + (away - wider), box[3:] + (away + wider)], axis=1)
+def shift_boxes(box: Floats, offsets: Floats) -> Floats:
+    """Shift a box (6,) low and high by each of (n, 3), and widen it."""
+    wider = _box_slack(box, np.abs(offsets).max(axis=1))[:, None]
+    return np.concatenate([box[:3] + (offsets - wider), box[3:] + (offsets + wider)], axis=1)
 
 
-def _box_slack(box: Floats, away: Any) -> Any:
-    """By how much a box is wider that is moved so far (see `_WIDER`)."""
+def _box_slack(box: Floats, distance: Any) -> Any:
+    """Return the widening of a box that is shifted so far (see `_WIDER`)."""
     ends = np.where(np.isfinite(box), box, 0.0)
     size = np.abs(ends[3:] - ends[:3]).max()
-    return _WIDER * np.sqrt(size * (size + np.abs(ends).max() + away))
+    return _WIDER * np.sqrt(size * (size + np.abs(ends).max() + distance))
 
 
-# What the bodies of a scene have become, and where the rows of each are in the tables.
+# Groups of a scene, and the places of their rows in the tables
 
 
 @dataclass
 class BulkBalls:
-    """Bulk balls: the numbers of their bodies, (n, 4) centers and radii, boxes (n, 6) and -1 - k for their frame k."""
+    """Bulk balls: body numbers, (n, 4) centers and radii, boxes (n, 6), and -1 - k for their frame k."""
 
     bodies: Ints
     spheres: Floats
@@ -379,7 +393,7 @@ class BulkBalls:
 
 @dataclass
 class BodyGroups:
-    """What a scene's bodies have become: groups of one pattern each, bulk balls, and the frames of balls."""
+    """The lowered bodies of a scene: groups of one pattern each, bulk balls, and the frames of balls."""
 
     body_count: int
     groups: list[BodyGroup] = field(default_factory=list)
@@ -389,14 +403,14 @@ class BodyGroups:
 
 @dataclass
 class RowPlaces:
-    """Where the rows of each body begin in a column of the tables, and how many there are in all."""
+    """Where the rows of each body begin in a column of the tables, and how many rows there are."""
 
     first: Ints
     count: int
 
     @classmethod
     def of(cls, contents: BodyGroups, each: Sequence[int]) -> RowPlaces:
-        """`each`: how many the bodies of each group have."""
+        """Place the rows in body order; `each` says how many rows a body of each group has."""
         if not any(each):
             return cls(np.broadcast_to(np.int32(0), contents.body_count), 0)
         counts = np.zeros(contents.body_count, np.int32)
@@ -407,7 +421,7 @@ class RowPlaces:
 
     @classmethod
     def alike(cls, contents: BodyGroups, each: Sequence[int]) -> RowPlaces:
-        """The same, where those of a group that are one another moved (`MovedRows`) have one: behind all others'."""
+        """Place the rows where a group of translated copies (`FactoredRows`) has one set of rows, behind all others."""
         shares = [isinstance(group.rows, FactoredRows) for group in contents.groups]
         if not any(shares):
             return cls.of(contents, each)
@@ -420,6 +434,6 @@ class RowPlaces:
         return cls(first, count)
 
     def rows(self, group: BodyGroup, each: int) -> Ints:
-        """(bodies, each) rows of a group's bodies."""
+        """Return the row numbers (bodies, each) of a group's bodies."""
         rows: Any = self.first[group.bodies][:, None] + np.arange(each, dtype=np.int32)
         return rows

@@ -1,4 +1,4 @@
-"""A prepared scene: its tables and trees, and what makes it known again."""
+"""A scene prepared for queries, from scratch or from the scene before an edit."""
 
 from __future__ import annotations
 
@@ -34,57 +34,73 @@ from .progress import AFTER_TREES, Progress, ProgressStages
 
 @dataclass(frozen=True)
 class PreparedScene:
-    """A scene prepared for queries: lowered, with its trees. Immutable, except that `forms` is filled on demand."""
+    """A scene prepared for queries: lowered, with its trees. Immutable, except that `forms` is filled on demand.
+
+    Parameters
+    ----------
+    lowered : LoweredScene
+        The tables, boxes and frames.
+    geometry : Geometry
+        The tables packed for kernels.
+    rest : RoundingRest
+        What rounding removed from the surface records, flat, as kernels take it.
+    woods : SceneTrees
+        Where the trees end in the tables, for edits.
+    forms : dict
+        Row of a surface -> its polynomial in integers, for exact crossings.
+    entries : Sequence[Body]
+        The entries of the scene, which give names and materials.
+    kept : EditState
+        What the next edit needs to know about this scene.
+    """
 
     lowered: LoweredScene
     geometry: Geometry
     rest: RoundingRest
     woods: SceneTrees = field(repr=False, compare=False)
-    forms: dict[int, IntegerForm] = field(
-        default_factory=dict, repr=False, compare=False
-    )  # surfaces in exact arithmetic
+    forms: dict[int, IntegerForm] = field(default_factory=dict, repr=False, compare=False)  # surface -> its exact form
 
-    entries: Sequence[Body] = ()  # they give the names and materials
+    entries: Sequence[Body] = ()  # names and materials come from these
     kept: EditState = field(default_factory=EditState, repr=False, compare=False)
     can_be_edited: ClassVar[bool] = True
 
     @classmethod
     def of(cls, lowered: LoweredScene, bodies: Sequence[Body] = ()) -> PreparedScene:
-        """Build the trees of a lowered scene, whose tables it takes; `bodies` give the names and materials."""
-        if lowered.laid is None:  # which is not edited
+        """Build the trees of a lowered scene and take over its tables; `bodies` give the names and materials."""
+        if lowered.laid is None:  # scenes with instances are not edited: their memory needs no pool
             geometry, woods = build_scene_trees(lowered)
-            return cls(lowered.sharing(geometry), geometry, _flat_rest(lowered), woods, entries=bodies)
-        found: list[OpenBuffer] = []
-        geometry, woods = build_scene_trees(lowered, lambda tables: _reserve(found, tables))
-        lowered, kept = adopt_buffer(lowered.sharing(geometry), found[0])
+            return cls(lowered.with_geometry(geometry), geometry, _flat_rest(lowered), woods, entries=bodies)
+        buffers: list[OpenBuffer] = []
+        geometry, woods = build_scene_trees(lowered, lambda tables: _reserve(buffers, tables))
+        lowered, kept = adopt_buffer(lowered.with_geometry(geometry), buffers[0])
         return cls(lowered, geometry, _flat_rest(lowered), woods, entries=bodies, kept=kept)
 
     def edited(self, bodies: Sequence[Body], progress: Progress | None = None) -> PreparedScene | None:
-        """A scene of other bodies, many of them the same; None where it is as well prepared from the beginning."""
+        """Return a scene of other bodies that shares most with this one; None where a fresh preparation is as quick."""
         return prepare_edit([self], bodies, progress)
 
     def labelled(self, bodies: Sequence[Body]) -> PreparedScene:
-        """The same shapes with the names and materials of other bodies."""
+        """Return this scene with the names and materials of other bodies, which have the same shapes."""
         return replace(self, entries=bodies)
 
     @cached_property
     def labels(self) -> Labels:
-        """Names and materials by body number."""
+        """Return names and materials by body number."""
         return body_labels(self.entries)
 
     @cached_property
     def sources(self) -> dict[int, Any]:
-        """Surfaces as `scene.surface` and `scene.explain` have worked them out."""
+        """Surfaces that `scene.surface` and `scene.explain` have computed."""
         return {}
 
     @cached_property
     def kinds(self) -> npt.NDArray[np.int8]:
-        """What each body is to light: see `kernels/body/media.py`."""
+        """(bodies,) what each body is to light, as `Labels.kinds` defines it."""
         return self.labels.kinds(self.lowered.body_count)
 
     @cached_property
     def key(self) -> bytes:
-        """Whose the numbers of surfaces are: scenes with one key have the same surfaces by the same numbers."""
+        """A digest of all surfaces: scenes with equal keys have the same surfaces under the same numbers."""
         from hashlib import blake2b
 
         tables, rest = self.lowered.tables, self.lowered.rest
@@ -99,74 +115,84 @@ class PreparedScene:
 def prepare(
     bodies: Sequence[Body], before: list[PreparedScene] | None = None, progress: Progress | None = None
 ) -> PreparedScene:
-    """Prepare a scene; from the one that it was made from, if that is known and has enough in common.
+    """Prepare a scene, from the scene before an edit where both have enough in common.
 
-    before: that one, or none. It is taken out of the list: where nobody else has it, it is written over.
+    Parameters
+    ----------
+    bodies : Sequence[Body]
+        The entries of the scene.
+    before : list[PreparedScene], optional
+        At most one scene. It is removed from the list: where nobody else holds it, its memory is overwritten.
+    progress : Progress, optional
+        Called with (entries done, entries in all).
     """
-    made = prepare_edit(before, bodies, progress) if before else None
-    if made is None:
+    scene = prepare_edit(before, bodies, progress) if before else None
+    if scene is None:
         stages = ProgressStages(progress, len(bodies))
         lowered = lowering.lower(bodies) if progress is None else lowering.lower(bodies, stages)
-        made = PreparedScene.of(lowered, bodies)
+        scene = PreparedScene.of(lowered, bodies)
         stages.reached(AFTER_TREES)
-    return made
+    return scene
 
 
 def prepare_edit(
     before: list[PreparedScene], bodies: Sequence[Body], progress: Progress | None = None
 ) -> PreparedScene | None:
-    """`Prepared.edited`, of the one that is taken out of a list."""
+    """`PreparedScene.edited` for the one scene in a list, which is removed from it; None as there."""
     old = before.pop()
+    # Instances have shared tables, which cannot be spliced: only their labels can change.
     if not old.can_be_edited or isinstance(old.entries, InstanceList) or isinstance(bodies, InstanceList):
         return old.labelled(bodies) if have_same_shapes(old.entries, bodies) else None
-    found = find_runs(old.entries, bodies)
-    if not found.fresh and len(bodies) == len(old.entries):
+    runs = find_runs(old.entries, bodies)
+    if not runs.fresh and len(bodies) == len(old.entries):
         return old.labelled(bodies)
     kept, woods, known = old.kept, old.woods, weakref.ref(old)
     lowered = release_memory(old.lowered, old.geometry, kept.memory) if kept.memory else old.lowered
+    # The last strong reference here: afterwards `known` tells whether somebody else holds the scene.
     del old
     claim = kept.memory.claim() if kept.memory else BufferClaim()
-    made = edit_scene(lowered, bodies, found, kept, claim, progress) if claim else None
-    if made is None:
+    edit = edit_scene(lowered, bodies, runs, kept, claim, progress) if claim else None
+    if edit is None:
         return None
-    there = known()
-    if there is not None:
-        vars(there)["kept"] = made.kept
-    return _finish_edit(made, lowered.tables, woods, bodies)
+    holder = known()
+    if holder is not None:
+        vars(holder)["kept"] = edit.kept
+    return _finish_edit(edit, lowered.tables, woods, bodies)
 
 
 def _finish_edit(
-    made: SpliceEdit | InPlaceEdit, old: Tables, woods: SceneTrees, bodies: Sequence[Body]
+    edit: SpliceEdit | InPlaceEdit, old: Tables, woods: SceneTrees, bodies: Sequence[Body]
 ) -> PreparedScene:
-    """An edited scene with its trees; tables and woods of the old one."""
-    trees = patch_trees(old, woods, made)
-    if made.in_place:
-        trees.apart()
-    empty = Tables(**made.shapes, **trees.tables)
-    geometry = made.geometry(empty)
+    """Complete an edited scene with its trees; `old` and `woods` are the tables and trees of the scene before."""
+    trees = patch_trees(old, woods, edit)
+    # The boxes of nodes are views of the memory that is about to be overwritten.
+    if edit.in_place:
+        trees.copy_boxes()
+    empty = Tables(**edit.shapes, **trees.tables)
+    geometry = edit.geometry(empty)
     tables = unpack_tables(empty, geometry)
     for name, column in trees.tables.items():
         if name not in ("node_boxes", "leaf_items"):
             getattr(tables, name)[...] = column
     trees.put_boxes(tables.node_boxes)
-    lowered, kept = made.fill(geometry, tables)
-    trees.keep_items(tables, None if made.in_place else old)
+    lowered, kept = edit.fill(geometry, tables)
+    trees.keep_items(tables, None if edit.in_place else old)
     end = int(geometry.places[LEAF_ITEMS]) + tables.leaf_items.size
-    geometry.floats[end : end + -end % LINE] = 0.0  # up to the next table, whatever was there
+    geometry.floats[end : end + -end % LINE] = 0.0  # zero the padding up to the next table
     put_items(geometry, lowered.boxes, int(trees.woods.places[-1]), trees.parts)
-    made.close(kept)
+    edit.close(kept)
     return PreparedScene(lowered, geometry, _flat_rest(lowered), trees.woods, entries=bodies, kept=kept)
 
 
-def _reserve(found: list[OpenBuffer], tables: Tables) -> Geometry:
-    """Memory for tables of these shapes that edited scenes may take."""
-    found.append(OpenBuffer.new(tables))
-    made = found[0].geometry(tables)
-    assert made is not None
-    return made
+def _reserve(buffers: list[OpenBuffer], tables: Tables) -> Geometry:
+    """Reserve a buffer for tables of these shapes, which edited scenes may reuse; append it to a list."""
+    buffers.append(OpenBuffer.new(tables))
+    geometry = buffers[0].geometry(tables)
+    assert geometry is not None
+    return geometry
 
 
 def _flat_rest(lowered: LoweredScene) -> RoundingRest:
-    """What rounding took, as kernels take it."""
+    """Flatten the remainders of a lowered scene, as kernels take them."""
     rest = lowered.rest
     return RoundingRest(rest.planes.ravel(), rest.spheres.ravel(), rest.quadrics.ravel(), rest.vertices.ravel())

@@ -1,6 +1,6 @@
-"""What was said of a shape or of a step of a motion: the form of its fields, and their numbers.
+"""Flatten shapes and steps of motions into a hashable structure and a list of float parameters, and back.
 
-Those of one form can be lowered by one recording.
+Shapes of one structure can be lowered by one recording.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from ..numerics.tracing import Tape
 
 @dataclass(slots=True)
 class ShapeParameters:
-    """What was said of a shape: the form of its fields, and their numbers from the first to the last."""
+    """A shape or step flattened: the structure of its fields, and their numbers in order."""
 
     form: tuple[Hashable, ...]
     numbers: list[float]
@@ -29,17 +29,17 @@ class ShapeParameters:
 
 @cache
 def _field_readers(kind: Any) -> list[Callable[[Any], Any]]:
-    """What reads each of the fields of a kind of shape or step, but for the motion."""
+    """Return readers of the fields of a type of shape or step, except its motion."""
     return [operator.attrgetter(each.name) for each in dataclasses.fields(kind) if each.name != "motion"]
 
 
 def _field_columns(kind: Any, things: Sequence[Any]) -> list[list[Any]]:
-    """Each field of all things of a kind."""
+    """Read each field of all things of one type."""
     return [list(map(get, things)) for get in _field_readers(kind)]
 
 
 def flatten(thing: Any) -> ShapeParameters | None:
-    """What was said of a shape or a step; None where there is more to it than numbers."""
+    """Flatten a shape or a step; None where it holds more than numbers, strings, None and tuples of these."""
     form: list[Hashable] = [cast(Hashable, type(thing))]
     numbers: list[float] = []
     for get in _field_readers(cast(Any, type(thing))):
@@ -49,7 +49,7 @@ def flatten(thing: Any) -> ShapeParameters | None:
 
 
 def _flatten_value(value: Any, form: list[Hashable], numbers: list[float]) -> bool:
-    """Add a value of a field; False for what has another form."""
+    """Flatten a value of a field into `form` and `numbers`; return False for a value of another type."""
     kind = type(value)
     if kind is float:
         form.append(float)
@@ -60,6 +60,7 @@ def _flatten_value(value: Any, form: list[Hashable], numbers: list[float]) -> bo
             if type(each) is float:
                 numbers.append(each)
                 continue
+            # Places of items that are no floats separate, say, ((1.0, 2.0), 3.0) from (1.0, (2.0, 3.0)).
             form.append((place,))
             if not _flatten_value(each, form, numbers):
                 return False
@@ -72,7 +73,7 @@ def _flatten_value(value: Any, form: list[Hashable], numbers: list[float]) -> bo
 
 @dataclass(frozen=True)
 class ParameterRows:
-    """Those of some shapes or steps that have one form: which, and (n, numbers) what was said of them."""
+    """The parameters of shapes or steps of one structure: which ones, and their numbers (n, numbers)."""
 
     form: tuple[Hashable, ...]
     which: Longs
@@ -80,11 +81,12 @@ class ParameterRows:
 
 
 def flatten_all(things: Sequence[Any]) -> list[ParameterRows]:
-    """`said` of many, those of one form together; those of which there is more to be said are in none.
+    """Flatten many shapes or steps, grouped by structure; those that cannot be flattened are in no group.
 
-    A field is read of all of them at once. What is there more than once, as a part that is shared by many bodies is,
+    A field is read for all of them at once. An object that occurs several times, such as a part that many bodies share,
     is read once.
     """
+    # Grouping by identity pays where many objects occur several times.
     place = dict(zip(map(id, things), range(len(things)), strict=True))
     if 2 * len(place) > len(things):
         return _flatten_distinct(things, np.arange(len(things)))
@@ -101,7 +103,7 @@ def flatten_all(things: Sequence[Any]) -> list[ParameterRows]:
 
 
 def _flatten_distinct(things: Sequence[Any], which: Longs) -> list[ParameterRows]:
-    """`said_of_all` for things that are not the same."""
+    """`flatten_all` for distinct things."""
     kinds = list(map(type, things))
     if len(set(kinds)) > 1:
         return _flatten_by_key(things, which, kinds)
@@ -112,12 +114,12 @@ def _flatten_distinct(things: Sequence[Any], which: Longs) -> list[ParameterRows
             keys = list(map(_value_key, column))
             return _flatten_by_key(things, which, keys) if len(set(keys)) > 1 else _one_by_one(things, which)
         columns.append(np.array(numbers, np.float64).reshape(len(things), -1))
-    told = flatten(things[0]) if things else None
-    return [ParameterRows(told.form, which, np.concatenate(columns, axis=1))] if told is not None else []
+    flat = flatten(things[0]) if things else None
+    return [ParameterRows(flat.form, which, np.concatenate(columns, axis=1))] if flat is not None else []
 
 
 def _flatten_by_key(things: Sequence[Any], which: Longs, keys: Sequence[Hashable]) -> list[ParameterRows]:
-    """`_said_of` for those of each key by themselves, of which there are several."""
+    """`_flatten_distinct` for the things of each key; there are several keys."""
     found: list[ParameterRows] = []
     for part in positions_by_key(keys).values():
         found += _flatten_distinct([things[k] for k in part], which[part])
@@ -125,7 +127,7 @@ def _flatten_by_key(things: Sequence[Any], which: Longs, keys: Sequence[Hashable
 
 
 def positions_by_key(keys: Sequence[Hashable]) -> dict[Any, list[int]]:
-    """Where each key stands among these."""
+    """Return the positions of each key."""
     parts: dict[Any, list[int]] = {}
     if len(set(keys)) == 1:
         return {keys[0]: list(range(len(keys)))}
@@ -135,20 +137,20 @@ def positions_by_key(keys: Sequence[Hashable]) -> dict[Any, list[int]]:
 
 
 def _one_by_one(things: Sequence[Any], which: Longs) -> list[ParameterRows]:
-    """`_said_of` for things whose fields are too deep to be read together."""
-    told = list(map(flatten, things))
-    parts = positions_by_key([None if each is None else each.form for each in told])
+    """`_flatten_distinct` for things whose fields are too deep to read together."""
+    flat = list(map(flatten, things))
+    parts = positions_by_key([None if each is None else each.form for each in flat])
     parts.pop(None, None)
     return [
         ParameterRows(
-            form, which[part], np.array([cast(ShapeParameters, told[k]).numbers for k in part]).reshape(len(part), -1)
+            form, which[part], np.array([cast(ShapeParameters, flat[k]).numbers for k in part]).reshape(len(part), -1)
         )
         for form, part in parts.items()
     ]
 
 
 def _column_numbers(column: Sequence[Any]) -> Sequence[float] | None:
-    """The numbers in a field of all things, where they are told alike of each: one after the other."""
+    """Return the numbers in a field of all things, one thing after the other; None where their structures differ."""
     kinds = set(map(type, column))
     if len(kinds) > 1:
         return None
@@ -164,23 +166,23 @@ def _column_numbers(column: Sequence[Any]) -> Sequence[float] | None:
 
 
 def _value_key(value: Any) -> Hashable:
-    """What differs between values that are not told alike, as far as one level goes."""
+    """Return a key that separates values of different structure, one level deep."""
     if type(value) is tuple:
         return tuple, len(value)
     return (type(value), value) if type(value) in (str, bool, int) else cast(Hashable, type(value))
 
 
 def _rebuild_value(value: Any, tape: Tape) -> Any:
-    """A value of a field with numbers that are recorded."""
+    """Rebuild a value of a field with traced numbers."""
     if type(value) is float:
         return tape.input(value)
     return tuple(_rebuild_value(each, tape) for each in value) if type(value) is tuple else value
 
 
 def unflatten(thing: Any, tape: Tape) -> Any:
-    """A shape or a step whose numbers are recorded; nothing of it is checked anew."""
-    made = object.__new__(type(thing))
+    """Rebuild a shape or a step with traced numbers; nothing of it is validated again."""
+    rebuilt = object.__new__(type(thing))
     for each in dataclasses.fields(thing):
         if each.name != "motion":
-            object.__setattr__(made, each.name, _rebuild_value(getattr(thing, each.name), tape))
-    return made
+            object.__setattr__(rebuilt, each.name, _rebuild_value(getattr(thing, each.name), tape))
+    return rebuilt

@@ -1,4 +1,4 @@
-"""Which rows of a scene's tables are whose: kept, so that a scene made from it can take them."""
+"""Row layout: which rows of a scene's tables belong to which body. It is kept so that an edited scene can copy them."""
 
 from __future__ import annotations
 
@@ -15,15 +15,18 @@ from .pattern import BodyGroups, BodyPattern
     SURFACES, PLANES, SPHERES, QUADRICS, CELLS, CELL_PLANES, PROGRAMS, LEAVES, GATES, SHEETS, POLYGONS, CORNERS, FACES,
     MAP_ROWS, FRAMES, BALLS, BODIES, ENTRIES, BALL_FRAMES,
 ) = range(19)  # fmt: skip
-"""What the tables have rows of. Surfaces are those that bodies came with, bulk balls apart."""
+"""The kinds of rows that tables have. Surfaces are those that bodies came with, without bulk balls."""
 AXES_OF_ROWS = BALL_FRAMES + 1
 OF_PATTERNS = 17
-"""So many of these a body has by its pattern; the entries of a list and the frames of bulk balls come with entries."""
+"""The first 17 kinds follow from a body's pattern.
+
+Entries and the frames of bulk balls follow from the scene's list.
+"""
 KINDS = {CELL: CELLS, REGION: PROGRAMS, SHEET: SHEETS, POLYGON: POLYGONS}
 
 
 def _counts(pattern: BodyPattern | None) -> list[int]:
-    """How many rows a body of a pattern has; None: a bulk ball."""
+    """Count the rows of each kind of a body of a pattern; None: a bulk ball."""
     if pattern is None:
         return [0] * BALLS + [1, 1]
     p = pattern
@@ -34,7 +37,7 @@ def _counts(pattern: BodyPattern | None) -> list[int]:
 
 
 def _entry(pattern: BodyPattern | None) -> tuple[int, int, int]:
-    """What the tree holds of a body of a pattern: kind, row; and kind, if cells that are balls are told apart."""
+    """Return the tree entry of a body of a pattern: (kind, row, kind where cells that are balls count as balls)."""
     if pattern is None:
         return BALL, 0, BALL
     ball = pattern.kind == CELL and pattern.kinds.tolist() == [SPHERE] and pattern.cells.tolist() == [[0, 1, 0]]
@@ -43,24 +46,24 @@ def _entry(pattern: BodyPattern | None) -> tuple[int, int, int]:
 
 @dataclass(frozen=True)
 class ScenePatterns:
-    """The patterns of a scene's bodies; number 0 are bulk balls, which have none."""
+    """The distinct patterns of a scene's bodies; number 0 stands for bulk balls, which have none."""
 
     known: tuple[BodyPattern | None, ...]
     numbers: dict[BodyPattern, int]
     counts: Longs  # (patterns, OF_PATTERNS)
-    entries: Longs  # (patterns, 3) kind of entry, which of its rows of that kind it is; and the kind, balls told apart
+    entries: Longs  # (patterns, 3) kind of entry, its row among the body's of that kind, kind with balls for ball cells
 
     @classmethod
     def of(cls, patterns: Iterable[BodyPattern]) -> ScenePatterns:
-        """These, each once."""
+        """Collect patterns, each once."""
         known: list[BodyPattern | None] = [None, *dict.fromkeys(patterns)]
         numbers = {pattern: number for number, pattern in enumerate(known) if pattern is not None}
         counts = np.array([_counts(pattern) for pattern in known], np.int64)
         entries = np.array([_entry(pattern) for pattern in known], np.int64)
         return cls(tuple(known), numbers, counts, entries)
 
-    def joined(self, others: ScenePatterns) -> tuple[ScenePatterns, Ints]:
-        """Those of both, and the numbers of the others in it."""
+    def union(self, others: ScenePatterns) -> tuple[ScenePatterns, Ints]:
+        """Return the union of both, and the numbers of the others' patterns in it."""
         new = ScenePatterns.of(pattern for pattern in others.numbers if pattern not in self.numbers)
         both = self
         if new.numbers:
@@ -76,24 +79,27 @@ class ScenePatterns:
 
 @dataclass(frozen=True)
 class RowLayout:
-    """Which rows of the tables are whose: those of every kind are in the order of the bodies."""
+    """Which rows of the tables belong to which body. Rows of every kind are in body order."""
 
     patterns: ScenePatterns
     which: Ints  # (bodies,) number of the pattern
     first_body: Longs  # (entries + 1,)
-    first_frame: Longs  # (entries + 1,) of bulk balls
-    kinds: Signs  # (surfaces,) of those that bodies came with
-    given: Signs  # (surfaces,) the senses that these came with
-    senses: Signs | None  # (surfaces and bulk balls,) those they have in the table; None where they are those given
-    first: Ints | None  # (the same,) whose record each takes; None: its own
-    ids: Ints | None  # (the same,) which surface of the table each is; None: that of its number
+    first_frame: Longs  # (entries + 1,) first frame of bulk balls
+    kinds: Signs  # (surfaces,) kinds of the surfaces that bodies came with
+    input_senses: Signs  # (surfaces,) the senses they came with
+    senses: Signs | None  # (surfaces and bulk balls,) their senses in the table; None: the input senses
+    first: Ints | None  # (the same,) the surface whose record each takes; None: its own
+    ids: Ints | None  # (the same,) number in the table of surfaces; None: the input number
     _starts: dict[int, Longs] = field(default_factory=dict, repr=False)
 
     @classmethod
     def of(
         cls, contents: BodyGroups, items: Sequence[int], frames: Sequence[int], surfaces: SurfaceTable
     ) -> RowLayout | None:
-        """Of a scene with so many bodies, and frames of balls up to there, for each entry; None for others' bodies."""
+        """Build the layout of a scene; None where some bodies belong to no group.
+
+        `items` counts the bodies of each entry; `frames` counts the frames of bulk balls up to and with each entry.
+        """
         patterns = ScenePatterns.of(group.pattern for group in contents.groups)
         which = np.full(contents.body_count, -1, np.int32)
         for group in contents.groups:
@@ -103,11 +109,11 @@ class RowLayout:
         if (which < 0).any():
             return None
         bodies, ball_frames = np.cumsum([0, *items]), np.array([0, *frames], np.int64)
-        kept = (None, None, None) if surfaces.first is None else (surfaces.senses, surfaces.first, surfaces.ids)
-        return cls(patterns, which, bodies, ball_frames, surfaces.given.kinds, surfaces.given.senses, *kept)
+        classes = (None, None, None) if surfaces.first is None else (surfaces.senses, surfaces.first, surfaces.ids)
+        return cls(patterns, which, bodies, ball_frames, surfaces.raw.kinds, surfaces.raw.senses, *classes)
 
     def rows_up_to(self, entries: Longs) -> Longs:
-        """(entries, AXES_OF_ROWS): how many rows of each kind there are before these entries, in rising order."""
+        """Count the rows of each kind before these entries, which rise: (entries, AXES_OF_ROWS)."""
         bounds = self.first_body[entries]
         found = np.zeros((len(entries), AXES_OF_ROWS), np.int64)
         done, before = np.zeros(OF_PATTERNS, np.int64), 0
@@ -121,7 +127,7 @@ class RowLayout:
         return found
 
     def starts(self, axis: int) -> Longs:
-        """(bodies + 1,) where the rows of each body begin; for the last, where they end."""
+        """Return where the rows of one kind begin for each body, with the end of the last: (bodies + 1,)."""
         if axis not in self._starts:
             ends = np.cumsum(self.patterns.counts[:, axis][self.which])
             self._starts[axis] = np.concatenate([np.zeros(1, np.int64), ends])

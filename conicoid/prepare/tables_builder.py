@@ -1,4 +1,8 @@
-"""Columns of tables that are filled group by group."""
+"""Lay out groups of bodies as the columns of `Tables`: every column of every body at once, in the order of the bodies.
+
+`TablesBuilder` fills surfaces, cells, programs, sheets, polygons, faces, frames and entries. The tree and the limits
+come later (`bvh/trees.py`, `error_limits.py`).
+"""
 
 from __future__ import annotations
 
@@ -43,18 +47,23 @@ from .pattern import (
 
 
 class TableColumns:
-    """Columns of one table, which are filled group by group: "b" for those of small numbers, "i" for others."""
+    """Columns of one table, filled group by group.
+
+    `kinds` has one letter for each column: "b" for int8, "i" for int32.
+    """
 
     def __init__(self, places: RowPlaces, kinds: str) -> None:
         self.places = places
         self.columns: list[Any] = [mapped_zeros(places.count, np.int8 if kind == "b" else np.int32) for kind in kinds]
 
     def put(self, group: BodyGroup, rows: Ints, shifts: dict[int, Ints]) -> None:
-        """Rows of a pattern for each body of a group; numbers in some columns count on from a body's first one.
+        """Write the rows of a pattern for each body of a group.
 
-        Of bodies that have the rows in common they are written once.
+        `shifts` maps a column to the first row of each body in another table: numbers >= 0 in that column count from
+        there. Bodies that share their rows have them written once.
         """
         first = self.places.first[group.bodies].astype(np.intp)
+        # Translated copies share one set of rows: the first and the last body then have the same place.
         if len(first) > 1 and first[0] == first[-1]:
             first, shifts = first[:1], {column: counted[:1] for column, counted in shifts.items()}
         for k, row in enumerate(rows.tolist()):
@@ -63,29 +72,32 @@ class TableColumns:
                 values[at] = shifts[column] + np.int32(number) if column in shifts and number >= 0 else number
 
     def signed(self, column: int, senses: Signs) -> Any:
-        """A column of numbers with signs, each times a sense."""
+        """Multiply a column by senses in place, and return it."""
         values = self.columns[column]
         values *= senses
         return values
 
 
 def row_ends(counts: Ints) -> Ints:
-    """Where each begins, and the last ends."""
+    """Return where the rows of each begin, with the end of the last: (n + 1,)."""
     return np.concatenate([np.zeros(1, np.int32), np.cumsum(counts, dtype=np.int32)])
 
 
-# Affine maps of bodies: those from the world to uv of each face, and those to a body's own coordinates.
+# Affine maps of bodies: from the world to uv of each face, and to a body's local coordinates
 #
-# Rows of maps that are one another's are in the table once, of bodies that are one another moved.
+# Translated copies have few different rows of maps; each is in the table once.
 
 _SHIFT = 3
-"""Bits of a number of `face_maps` of moved bodies that say what its row depends on (`kernels/body/uv.py`)."""
+"""Low bits of a number in `face_maps` of translated bodies: the column of `body_maps` that selects the row.
+
+See `kernels/body/uv.py`.
+"""
 
 
 def build_face_maps(contents: BodyGroups, faces: RowPlaces) -> tuple[Ints, Ints, Floats]:
-    """`Tables.face_maps`, `body_maps`, `map_rows`: first the rows of bodies that have their own, in order.
+    """Build `Tables.face_maps`, `body_maps` and `map_rows`; rows of bodies with maps of their own come first, in order.
 
-    faces: which are whose.
+    `faces` gives the rows of `face_maps` of each body.
     """
     groups = contents.groups
     moved = [(group, group.rows) for group in groups if isinstance(group.rows, FactoredRows)]
@@ -93,8 +105,8 @@ def build_face_maps(contents: BodyGroups, faces: RowPlaces) -> tuple[Ints, Ints,
         contents, [0 if isinstance(each.rows, FactoredRows) else each.pattern.map_rows for each in groups]
     )
     if moved:
-        alone = [0 if isinstance(each.rows, FactoredRows) else len(each.pattern.angular) for each in groups]
-        faces = RowPlaces.of(contents, alone)
+        own_counts = [0 if isinstance(each.rows, FactoredRows) else len(each.pattern.angular) for each in groups]
+        faces = RowPlaces.of(contents, own_counts)
     maps, rows = mapped_zeros((faces.count, 3), np.int32), np.empty((own.count, MAP_SIZE))
     for group in groups:
         if isinstance(group.rows, FactoredRows):
@@ -126,7 +138,7 @@ def build_face_maps(contents: BodyGroups, faces: RowPlaces) -> tuple[Ints, Ints,
 
 
 def _number_map_rows(group: BodyGroup, rows: Any) -> list[list[Any]]:
-    """For each face the numbers of its rows, from those of the rows of its body; of angular ones -1 - the first."""
+    """List the map rows of each face, given those of its body; an angular face has -1 - first instead of its first."""
     p = group.pattern
     found = [[rows[row] for row in mine] for mine in p.maps.tolist()]
     for face in np.flatnonzero(p.angular).tolist():
@@ -135,7 +147,7 @@ def _number_map_rows(group: BodyGroup, rows: Any) -> list[list[Any]]:
 
 
 def _group_maps(moving: FactoredRows, columns: range) -> list[tuple[Floats, Ints]]:
-    """`MovedRows.maps` of columns; rows that depend on more than `_Which` has numbers for are written out."""
+    """`FactoredRows.maps` of columns. Rows that depend on more than `_MapSources` can number are written per body."""
     found, which = [moving.maps(column) for column in columns], _MapSources()
     try:
         for _, index in found:
@@ -147,15 +159,15 @@ def _group_maps(moving: FactoredRows, columns: range) -> list[tuple[Floats, Ints
 
 
 class _MapSources:
-    """What the rows of maps depend on, by the numbers that `body_maps` has for it."""
+    """Number the things that rows of maps depend on, as the columns of `body_maps` do."""
 
     def __init__(self) -> None:
         self.known: list[tuple[int, Ints]] = []
 
     def of(self, index: Ints) -> int:
-        """The number of what the rows depend on by which each body has this one; 0 where all have the first.
+        """Return the column of `body_maps` for this index of rows; 0 where all bodies have the first row.
 
-        Raises ValueError for more than three.
+        Raises ValueError for more than three different ones.
         """
         if not index.any():
             return 0
@@ -169,7 +181,7 @@ class _MapSources:
 
 
 def shares_frame(group: BodyGroup) -> bool:
-    """Have all bodies of a group the same own coordinates?"""
+    """Return whether all bodies of a group have the same local coordinates."""
     p = group.pattern
     return isinstance(group.rows, FactoredRows) and all(
         len(group.rows.maps(column)[0]) == 1 for column in range(p.frame_at, p.corners_at, MAP_SIZE)
@@ -177,9 +189,9 @@ def shares_frame(group: BodyGroup) -> bool:
 
 
 def collect_frames(groups: Sequence[BodyGroup], frames: RowPlaces) -> tuple[Floats, Ints]:
-    """((n, 3, 4) from the world to own coordinates, the row of each body), without those of bulk balls.
+    """Return maps from world to local coordinates (n, 3, 4) and the row of each body, without those of bulk balls.
 
-    frames: which rows are of bodies with one each; those that groups share come behind.
+    `frames` gives the rows of bodies with a frame each; frames that a group shares follow behind.
     """
     rows, which = [np.empty((frames.count, FRAME_NUMBERS))], frames.first.astype(np.int32)
     for group in groups:
@@ -194,15 +206,16 @@ def collect_frames(groups: Sequence[BodyGroup], frames: RowPlaces) -> tuple[Floa
     return concatenate(rows).reshape(-1, 3, 4), which
 
 
-# What cells and Boolean bodies have that are one another moved is in the tables once.
+# Programs: leaves and gates of Boolean bodies
 #
-# That is how leaves feed gates, the gates, the boxes around leaves, the numbers of faces, and the limits.
+# Translated copies share how leaves feed gates, the gates, the boxes around leaves, the numbers of faces, and the
+# limits: each is in the tables once.
 
 
 def program_columns(contents: BodyGroups, programs: RowPlaces, cells: RowPlaces) -> dict[str, Any]:
-    """The columns of programs, their leaves and gates (kernels/programs.py).
+    """Build the columns of programs, their leaves and gates (`kernels/programs.py`).
 
-    programs, cells: where those of each body are.
+    `programs` and `cells` give the rows of each body.
     """
     alike, leaves, gates = (
         RowPlaces.alike(contents, [len(getattr(group.pattern, rows)) for group in contents.groups])
@@ -236,7 +249,10 @@ def program_columns(contents: BodyGroups, programs: RowPlaces, cells: RowPlaces)
 
 
 def _first_cells(pattern: BodyPattern) -> Ints:
-    """(programs, 1) the cell of the first leaf of each, any of one without leaves: the others follow behind it."""
+    """Return the cell of the first leaf of each program, (programs, 1); any cell for a program without leaves.
+
+    The other cells of a program follow it in order, which is asserted.
+    """
     first = np.cumsum(pattern.programs[:, 0]) - pattern.programs[:, 0]
     cells = np.append(pattern.leaves[:, 0], 0)
     assert (cells[:-1] - np.repeat(cells[first] - first, pattern.programs[:, 0]) == np.arange(len(cells) - 1)).all()
@@ -244,10 +260,9 @@ def _first_cells(pattern: BodyPattern) -> Ints:
 
 
 def _leaf_bounds(contents: BodyGroups, programs: RowPlaces, leaves: RowPlaces, alike: RowPlaces) -> dict[str, Any]:
-    """`Tables.leaf_bounds`, `program_shifts` and `shifts`.
+    """Build `Tables.leaf_bounds`, `program_shifts` and `shifts`.
 
-    programs: where those of each body are; leaves, alike: where, in what programs have in common, its leaves are and
-    its programs.
+    `programs` gives the programs of each body; `leaves` and `alike` its leaves and programs among the shared rows.
     """
     groups = [group for group in contents.groups if len(group.pattern.leaves)]
     rows = mapped_zeros((leaves.count, BOX_NUMBERS), np.float64)
@@ -259,8 +274,8 @@ def _leaf_bounds(contents: BodyGroups, programs: RowPlaces, leaves: RowPlaces, a
         places: list[Any] = [0, 0, 0, alike.first[group.bodies]]
         if isinstance(group.rows, FactoredRows):
             rows[first[0] : first[0] + len(p.leaves)] = group.rows.around_all(p.bounds_at, len(p.leaves))
-            for axis, values in enumerate(group.rows.away.values):
-                places[axis] = group.rows.away.index[axis] + np.int32(shift)
+            for axis, values in enumerate(group.rows.offsets.values):
+                places[axis] = group.rows.offsets.index[axis] + np.int32(shift)
                 shifts.append(values)
                 shift += len(values)
         else:
@@ -274,7 +289,7 @@ def _leaf_bounds(contents: BodyGroups, programs: RowPlaces, leaves: RowPlaces, a
 
 
 def share_faces(contents: BodyGroups, cells: RowPlaces, faces: Ints, planes: Ints) -> dict[str, Ints]:
-    """`Tables.cell_likes`, `cell_face` and `plane_face`, from 1 + the numbers of all faces with their sides."""
+    """Build `Tables.cell_likes`, `cell_face`, `plane_face` from 1 + the numbers of all faces, signed by their sides."""
     if not any(isinstance(group.rows, FactoredRows) for group in contents.groups):
         return dict(cell_likes=faces[:0], cell_face=faces, plane_face=planes)
     alike = RowPlaces.alike(contents, [len(group.pattern.cells) for group in contents.groups])
@@ -287,17 +302,17 @@ def share_faces(contents: BodyGroups, cells: RowPlaces, faces: Ints, planes: Int
 
 
 def _shares_topology(group: BodyGroup) -> bool:
-    """Are the bodies of a group one another moved, and have leaves?"""
+    """Return whether the bodies of a group are translated copies with leaves."""
     return isinstance(group.rows, FactoredRows) and len(group.pattern.leaves) > 0
 
 
-# Groups of bodies laid out as tables: every column of every body at once, in the order of the bodies.
+# The builder
 
 _CHUNK = 1 << 15
 
 
 class TablesBuilder:
-    """The columns of `Tables` but for the tree, from the contents of a scene."""
+    """Builds the columns of `Tables`, except the tree and the limits, from the groups of bodies of a scene."""
 
     def __init__(self, contents: BodyGroups) -> None:
         self.contents, groups = contents, contents.groups
@@ -316,25 +331,25 @@ class TablesBuilder:
         )
 
     def surface_columns(self, exact: ExactSurfaces) -> SurfaceTable:
-        """The table of surfaces, each once. `exact` gives the surfaces before they were rounded."""
-        given = InputSurfaces.of(self.contents.groups, self.surfaces)
-        form_of, own = given.rows_of_forms(self.contents.groups, self.surfaces)
+        """Build the table of surfaces, each once; `exact` gives the surfaces before they were rounded."""
+        inputs = InputSurfaces.of(self.contents.groups, self.surfaces)
+        form_of, own = inputs.rows_of_forms(self.contents.groups, self.surfaces)
         quadrics = QuadricTable.empty(form_of, own)
-        counts = {PLANE: given.count(PLANE), SPHERE: given.count(SPHERE), QUADRIC: own}
+        counts = {PLANE: inputs.count(PLANE), SPHERE: inputs.count(SPHERE), QUADRIC: own}
         records = {kind: np.empty((counts[kind], SIZES[kind])) for kind in (PLANE, SPHERE)}
-        # Of walls along the axes nothing is lost: memory that nobody writes to is never taken
+        # Planes along the axes lose nothing: pages of zeros that nobody writes to take no memory.
         lost = {kind: np.zeros((count, SIZES[kind])) for kind, count in counts.items()}
         forms, rests_of_forms = [quadrics.forms], [lost[QUADRIC]]
-        senses = np.ones(len(given.leads), np.int8)
-        for group, number, mine, which in given.places_of(self.contents.groups, self.surfaces):
+        senses = np.ones(len(inputs.leads), np.int8)
+        for group, number, mine, which in inputs.places_of(self.contents.groups, self.surfaces):
             kind, column, sense = group.pattern.records[number]
             size, formed = SIZES[kind], kind == QUADRIC and shares_form(group, column)
             if formed and len(mine):
                 forms.append(group.rows[:1, column + 3 : column + size])
                 rests_of_forms.append(group.rows[:1, column + size : sense])
             for some in row_blocks(len(mine)):
-                row: Any = given.row[mine[some]]
-                senses[given.rank[mine[some]]] = group_columns(group, which, some, sense, sense + 1)[:, 0]
+                row: Any = inputs.row[mine[some]]
+                senses[inputs.rank[mine[some]]] = group_columns(group, which, some, sense, sense + 1)[:, 0]
                 if kind == QUADRIC:
                     quadrics.rows[row, :3] = group_columns(group, which, some, column, column + 3)
                     if formed:
@@ -349,17 +364,17 @@ class TablesBuilder:
         quadrics = QuadricTable(quadrics.rows, concatenate(forms))
         rest = Remainders(lost[PLANE], lost[SPHERE], concatenate(rests_of_forms))
         balls = [balls.spheres for balls in self.contents.balls]
-        kinds = given.kinds[given.leads]
+        kinds = inputs.kinds[inputs.leads]
         known = RawSurfaces(
-            kinds, senses, records[PLANE], records[SPHERE], quadrics, rest, balls, LeadSurfaces(exact, given.leads),
-            compact=len(given.leads) < len(given.lead),
+            kinds, senses, records[PLANE], records[SPHERE], quadrics, rest, balls, LeadSurfaces(exact, inputs.leads),
+            compact=len(inputs.leads) < len(inputs.lead),
         )  # fmt: skip
-        return given.all_of(merge_surfaces(known))
+        return inputs.expand(merge_surfaces(known))
 
     def tables(self, surfaces: SurfaceTable) -> tuple[Tables, Floats]:
-        """The finished arrays (without trees and limits), and the entries' boxes (n, 6)."""
+        """Return the finished tables, without trees and limits, and the boxes of the entries (n, 6)."""
         columns = self._columns(surfaces)
-        if any(isinstance(group.rows, FactoredRows) for group in self.contents.groups):  # of which edits do not ask
+        if any(isinstance(group.rows, FactoredRows) for group in self.contents.groups):  # no edit reads them
             surfaces.forget_numbers()
         trim_heap(self.contents.body_count)
         entries, boxes = self._entries(surfaces)
@@ -371,11 +386,11 @@ class TablesBuilder:
         return replace_ball_cells(tables), boxes
 
     def _columns(self, surfaces: SurfaceTable) -> dict[str, Any]:
-        """Cells, programs, sheets and polygons."""
+        """Build the columns of cells, programs, sheets and polygons."""
         cell, plane = TableColumns(self.cells, "ii"), TableColumns(self.planes, "ii")
         sheet = TableColumns(self.sheets, "iibb")
         polygon, corners = TableColumns(self.polygons, "ii"), np.zeros(self.polygons.count, np.int32)
-        cell_first = mapped_zeros(self.cells.count + 1, np.int32)  # first how many planes each has
+        cell_first = mapped_zeros(self.cells.count + 1, np.int32)  # counts of planes until the cumulative sum
         vertices = np.empty((self.corners.count, 3))
         for group in self.contents.groups:
             p = group.pattern
@@ -415,7 +430,7 @@ class TablesBuilder:
         return {name: own_memory(column) for name, column in columns.items()}
 
     def _entries(self, surfaces: SurfaceTable) -> tuple[dict[str, Any], Floats]:
-        """The leaves of the scene's tree in the order of their bodies, and what bodies need besides; boxes."""
+        """Build the entries of the scene's tree in the order of their bodies, with frames and maps; and their boxes."""
         contents = self.contents
         count = contents.body_count
         kind, index = mapped_zeros(count, np.int8), mapped_zeros(count, np.int32)
@@ -448,14 +463,17 @@ class TablesBuilder:
         return columns, boxes
 
     def frames_of_bodies(self) -> tuple[Floats, Ints]:
-        """((n, 3, 4) world to own coordinates, (bodies,) row; -1 - k: about the ball's center, by ball frame k)."""
+        """Return maps from world to local coordinates (n, 3, 4), and the row of each body.
+
+        A negative row -1 - k stands for coordinates about the ball's center, with the axes of ball frame k.
+        """
         frames, which = collect_frames(self.contents.groups, self.frames)
         for balls in self.contents.balls:
             which[balls.bodies] = balls.frame
         return frames, which
 
-    def lost_of_corners(self) -> Floats:
-        """What rounding took from the corners of polygons, (n, 3)."""
+    def corner_rests(self) -> Floats:
+        """Return what rounding removed from the corners of polygons, (n, 3)."""
         lost = np.empty((self.corners.count, 3))
         for group in self.contents.groups:
             p = group.pattern
@@ -468,12 +486,12 @@ class TablesBuilder:
 
 
 def _sign_rows(rows: Ints) -> Ints:
-    """Rows of a surface, a side and a face as those of a surface and of both (kernels/faces.py); 1 for no surface."""
+    """Turn rows (surface, side, face) into (surface, side * (face + 1)); 1 for no surface (`kernels/faces.py`)."""
     return np.stack([rows[:, 0], np.where(rows[:, 0] < 0, 1, rows[:, 1] * (rows[:, 2] + 1))], axis=1)
 
 
 def _resolve_surfaces(surfaces: SurfaceTable, numbers: Ints) -> tuple[Ints, Signs]:
-    """(ids, senses) in the finished table of surfaces as they were added, which they take the place of; -1 stays."""
+    """Replace surface numbers, in place, by ids in the finished table; return these and the senses there. -1 stays."""
     senses = mapped_zeros(len(numbers), np.int8)
     if not len(surfaces.ids):
         senses.fill(1)
@@ -487,7 +505,7 @@ def _resolve_surfaces(surfaces: SurfaceTable, numbers: Ints) -> tuple[Ints, Sign
 
 
 def _later_columns() -> dict[str, Any]:
-    """What later steps fill in: the tree and the limits."""
+    """Return empty columns for what later steps fill in: the tree and the limits."""
     return dict(
         node_boxes=np.zeros((0, 6, 8)),
         node_children=np.zeros((0, 8), np.int32),
@@ -507,7 +525,7 @@ def _later_columns() -> dict[str, Any]:
 
 
 def replace_ball_cells(tables: Tables) -> Tables:
-    """Cells that are nothing but a sphere become balls, which are traced without their cell."""
+    """Turn cells that are a single sphere into balls, which are traced without their cell."""
     at = np.flatnonzero(tables.entry_kind == CELL)
     if not len(at):
         return tables

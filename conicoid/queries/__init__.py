@@ -1,6 +1,1 @@
-"""Rays and answers as users hold them."""
-
-from __future__ import annotations
-
-
-# Queries on a prepared scene.
+"""Queries on a prepared scene, and their arguments and results: rays, hits, spans, crossings, distances."""

@@ -1,97 +1,147 @@
-"""Methods of results that differentiate them; `conicoid.apps.derivatives` computes the derivatives."""
+"""Methods by which hits and spans differentiate themselves; `conicoid.apps.derivatives` computes the derivatives."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
 from .._util.errstate import ignore_fp_errors
+from .extensions import extension
 
 if TYPE_CHECKING:
-    from ..apps.derivatives.autodiff import Cotangents, SpanTangents, Tangents
-    from ..apps.derivatives.curvature import Curvature
+    from .tangents import Cotangents, Curvature, SpanTangents, Tangents
 
 
 class HitDerivatives:
-    """The derivatives of first hits, by the implicit function at the wall that is met."""
+    """Derivatives of first hits, by the implicit function theorem at the wall that the ray hits."""
 
     @ignore_fp_errors
     def jvp(
         self, parameters: Any = None, d_parameters: Any = None, *, d_origins: Any = None, d_directions: Any = None
     ) -> Tangents:
-        """How t, point, normal and uv change when the rays and the numbers of the shapes change by so much.
+        """Return the change of t, point, normal and uv for a change of the rays and of shape parameters (forward mode).
 
-        parameters: those of `co.parameters(scene)`; None where no shape changes.
-        d_parameters: (parameters,), how they change.
-        d_origins, d_directions: (..., 3), how the rays change; None where they stay.
+        Parameters
+        ----------
+        parameters : Parameters, optional
+            Those of `co.parameters(scene)`; None if no shape changes.
+        d_parameters : array_like (parameters,), optional
+            Change of the parameters.
+        d_origins, d_directions : array_like (..., 3), optional
+            Change of the rays; None if they stay.
 
-        NaN for misses and where there is no derivative: where walls tie, and at the apex of a cone. Raises ValueError
-        for parameters of another scene, for shapes that do not fit, and for hits without their scene.
+        Returns
+        -------
+        Tangents
+            NaN for misses and where no derivative exists: where walls tie, and at the apex of a cone.
+
+        Raises
+        ------
+        ValueError
+            For parameters of another scene, for arrays of other shapes, and for detached hits.
         """
-        from ..apps.derivatives.autodiff import hits_jvp
-
-        return hits_jvp(self, parameters, d_parameters, d_origins, d_directions)  # type: ignore[arg-type]
+        tangents: Tangents = extension("hits.jvp")(self, parameters, d_parameters, d_origins, d_directions)
+        return tangents
 
     @ignore_fp_errors
     def vjp(
         self, parameters: Any = None, *, t: Any = None, point: Any = None, normal: Any = None, uv: Any = None
     ) -> Cotangents:
-        """The gradient of Σ asked · answer by the rays and by the numbers of the shapes: the transpose of `jvp`.
+        """Return the gradient of Σ cotangent · field by the rays and by shape parameters (reverse mode).
 
-        parameters: those of `co.parameters(scene)`; None where only the rays are of interest.
-        t, point, normal, uv: what is asked of these fields, of their shapes; 0 where they do not count, as for misses.
+        This is the transpose of `jvp`.
 
-        NaN comes back to rays, and to what moves the wall, where something is asked of a hit without derivative. Raises
-        ValueError where something is asked of a miss, and as `jvp` does.
+        Parameters
+        ----------
+        parameters : Parameters, optional
+            Those of `co.parameters(scene)`; None for the gradient by the rays alone.
+        t, point, normal, uv : array_like, optional
+            Cotangents of these fields, of their shapes: the derivatives of a scalar by the fields. They must be 0 for
+            misses.
+
+        Returns
+        -------
+        Cotangents
+            NaN for rays whose hits have no derivative but a cotangent other than 0, and for parameters of their walls.
+
+        Raises
+        ------
+        ValueError
+            If the cotangent of a miss is not 0, and for the reasons of `jvp`.
         """
-        from ..apps.derivatives.autodiff import hits_vjp
-
-        return hits_vjp(self, parameters, t, point, normal, uv)  # type: ignore[arg-type]
+        cotangents: Cotangents = extension("hits.vjp")(self, parameters, t, point, normal, uv)
+        return cotangents
 
     @ignore_fp_errors
     def curvature(self) -> Curvature:
-        """Principal curvatures and directions of the walls at the hits: `.k1`, `.k2`, `.direction1`, `.direction2`.
+        """Return the principal curvatures and directions of the walls at the hits.
 
-        A wall that bulges outward has positive ones, 1 / r on a ball; k1 >= k2. See docs/derivatives.md.
+        Returns
+        -------
+        Curvature
+            `.k1` >= `.k2`, positive where the wall bulges outward (1 / r on a ball), with unit directions
+            `.direction1` and `.direction2`. See docs/derivatives.md.
         """
-        from ..apps.derivatives.curvature import curvature
-
-        return curvature(self)  # type: ignore[arg-type]
+        curvature: Curvature = extension("hits.curvature")(self)
+        return curvature
 
 
 class SpanDerivatives:
-    """The derivatives of spans."""
+    """Derivatives of spans: of their ends, of lengths and of line integrals."""
 
     @ignore_fp_errors
     def jvp(
         self, parameters: Any = None, d_parameters: Any = None, *, d_origins: Any = None, d_directions: Any = None
     ) -> SpanTangents:
-        """How the ends of spans change when the rays and the numbers of the shapes change by so much.
+        """Return the change of the ends of spans for a change of the rays and of shape parameters (forward mode).
 
-        parameters: those of `co.parameters(scene)`; None where no shape changes.
-        d_parameters: (parameters,), how they change.
-        d_origins, d_directions: (..., 3), how the rays change; None where they stay.
+        Parameters
+        ----------
+        parameters : Parameters, optional
+            Those of `co.parameters(scene)`; None if no shape changes.
+        d_parameters : array_like (parameters,), optional
+            Change of the parameters.
+        d_origins, d_directions : array_like (..., 3), optional
+            Change of the rays; None if they stay.
 
-        `.lengths()` and `.line_integral(values)` of the answer tell how those change. NaN where walls of a body tie. An
-        end that is the interval's stays. Raises ValueError as `Hits.jvp` does.
+        Returns
+        -------
+        SpanTangents
+            Its methods `lengths()` and `line_integral(values)` return the change of those sums. NaN where walls of a
+            body tie; 0 for an end that is the end of the interval.
+
+        Raises
+        ------
+        ValueError
+            For the reasons of `Hits.jvp`.
         """
-        from ..apps.derivatives.autodiff import spans_jvp
-
-        return spans_jvp(self, parameters, d_parameters, d_origins, d_directions)  # type: ignore[arg-type]
+        tangents: SpanTangents = extension("spans.jvp")(self, parameters, d_parameters, d_origins, d_directions)
+        return tangents
 
     @ignore_fp_errors
     def vjp(
         self, parameters: Any = None, *, t_enter: Any = None, t_exit: Any = None, line_integral: Any = None,
         values: Any = None, otherwise: Any = None,
     ) -> Cotangents:  # fmt: skip
-        """The gradient of Σ asked · answer by the rays and by the numbers of the shapes: the transpose of `jvp`.
+        """Return the gradient of Σ cotangent · field by the rays and by shape parameters (reverse mode).
 
-        parameters: those of `co.parameters(scene)`; None where only the rays are of interest.
-        t_enter, t_exit: (spans,), what is asked of the ends.
-        line_integral: (...) or (..., energies), what is asked of `spans.line_integral(values, otherwise)`.
-        values, otherwise: those of that integral.
+        This is the transpose of `jvp`. NaN and errors are as for `Hits.vjp`.
 
-        NaN and errors as for `Hits.vjp`.
+        Parameters
+        ----------
+        parameters : Parameters, optional
+            Those of `co.parameters(scene)`; None for the gradient by the rays alone.
+        t_enter, t_exit : array_like (spans,), optional
+            Cotangents of the ends.
+        line_integral : array_like (...) or (..., energies), optional
+            Cotangent of `spans.line_integral(values, otherwise)`.
+        values, otherwise
+            The arguments of that integral.
+
+        Returns
+        -------
+        Cotangents
         """
-        from ..apps.derivatives.autodiff import spans_vjp
-
-        return spans_vjp(self, parameters, t_enter, t_exit, line_integral, values, otherwise)  # type: ignore[arg-type]
+        cotangents: Cotangents = extension("spans.vjp")(
+            self, parameters, t_enter, t_exit, line_integral, values, otherwise
+        )
+        return cotangents

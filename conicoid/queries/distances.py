@@ -1,4 +1,4 @@
-"""The answer to `distance`: how far points are from the nearest walls, and whose these are."""
+"""Distances of points from the nearest walls: the query `distance` and its result `Distances`."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ import numpy.typing as npt
 from .._util.arrays import FloatArray
 from .._util.errstate import ignore_fp_errors
 from .._util.hints import with_method_hints
+from .._util.text import format_count
 from .._util.validation import format_value, real_array, zero_negligible
-from ..geometry.labels import format_count
 from ..kernels.closest.nearest_walls import nearest_walls
 from ..kernels.closest.safety import bounds_of_points
 from ..kernels.threads import chunk_size, run_chunks, run_on
@@ -22,7 +22,7 @@ from .hit_fields import faces_of, normals_of
 from .id_arrays import as_id_array
 from .points import body_at, packets_of, points_of, width_of
 from .rays import refuse_name_index
-from .result import NO_SCENE, QueryResult, format_body, format_field
+from .result import NO_SCENE, QueryResult, check_parts, common_scene_state, format_body, format_field
 
 if TYPE_CHECKING:
     from ..kernels.tables import Geometry
@@ -30,11 +30,11 @@ if TYPE_CHECKING:
     from ..prepare.prepared_scene import PreparedScene
 
 
-_FIELD_CHUNK = 16384
+_FIELD_CHUNK = 16384  # points that a thread takes at a time when it computes a field
 
 
 class Nearest(NamedTuple):
-    """What was found for each point, flat."""
+    """The nearest wall of each point, as flat arrays that kernels fill."""
 
     distance: FloatArray  # (n,) signed
     lower: FloatArray
@@ -47,7 +47,7 @@ class Nearest(NamedTuple):
 
     @classmethod
     def nothing(cls, count: int) -> Nearest:
-        """Nothing found yet."""
+        """Return arrays without walls: all numbers -1, all points NaN, the distances undefined."""
         distance, lower, error = (np.empty(count) for _ in range(3))
         body, entry, place = (np.full(count, -1, np.int32) for _ in range(3))
         return cls(distance, lower, error, np.full((count, 3), np.nan), body, entry, place, np.ones(count, np.int8))
@@ -57,17 +57,27 @@ class Nearest(NamedTuple):
 class Distances(QueryResult):
     """Distances of points from the nearest walls, shaped like the points; one point gives scalars. Read-only.
 
-    Made by `scene.distance` of what was found in a scene.
+    `scene.distance` makes it. Without `exact=True` it holds bounds, and no nearest walls.
 
-    distance  float64 (...): negative inside a solid; -inf or inf where there is no wall, or none within max_distance;
-              a bound, with the size of `lower`, unless the nearest points were asked for (exact=True)
-    lower     float64 (...): certified: no wall is nearer
-    error     float64 (...): the true distance is in [|distance| - error, |distance| + error]; inf for a bound
-    point, normal   float64 (..., 3): of the nearest wall, the normal unit and outward; NaN where it was not looked for
-    body, face, surface   int32 (...): whose wall it is; -1 where it was not looked for, or there is none
-    name, material  objects (...): what that body is called and made of
-    points    float64 (..., 3): those that were asked for
-    shape, ndim, size   those of `distance`
+    Attributes
+    ----------
+    distance : float64 (...)
+        Negative inside a solid; -inf or inf if there is no wall, or none within max_distance. A bound, of the size of
+        `lower`, unless the query had exact=True.
+    lower : float64 (...)
+        A certified bound: no wall is nearer.
+    error : float64 (...)
+        The true distance is in [|distance| - error, |distance| + error]; inf for a bound.
+    point, normal : float64 (..., 3)
+        The nearest point of a wall, and its unit outward normal; NaN where no wall was searched for or found.
+    body, face, surface : int32 (...)
+        Numbers of that wall; -1 where no wall was searched for or found.
+    name, material : object (...)
+        Name and material of that body.
+    points : float64 (..., 3)
+        The points of the query.
+    shape, ndim, size
+        Those of `distance`.
     """
 
     instead = "distances.distance, distances.lower and distances.point"
@@ -86,12 +96,12 @@ class Distances(QueryResult):
 
     @property
     def ndim(self) -> int:
-        """How many axes `distance` has; 0 for a single point."""
+        """Number of axes of `distance`; 0 for a single point."""
         return len(self.shape)
 
     @property
     def size(self) -> int:
-        """How many points there are."""
+        """Number of points."""
         return len(self._found.distance)
 
     def _shaped(self, array: Any, *last: int) -> Any:
@@ -126,7 +136,7 @@ class Distances(QueryResult):
 
     @cached_property
     def _faces(self) -> Any:
-        """(3, n): surface, face number, side."""
+        """int32 (3, n): surface number, face number, side; -1, -1, 0 without a wall."""
         found = self._found
         faces = np.empty((3, len(found.distance)), np.int32)
         arguments = (self._scene.geometry, found.entry, found.place, found.turn)
@@ -164,47 +174,77 @@ class Distances(QueryResult):
             yield self[i]
 
     def __getitem__(self, index: Any) -> Distances:
-        """Those that an index or mask over the points' shape selects."""
+        """Return the distances that an index or mask over the points' shape selects."""
         refuse_name_index(self, index)
         rows = np.arange(self.size).reshape(self.shape)[index]
         flat = np.atleast_1d(rows).ravel()
         picked = Distances(self._scene, self.points[index], Nearest(*(array[flat] for array in self._found)))
-        if self._scene is NO_SCENE:  # what only the scene could work out again
+        if self._scene is NO_SCENE:  # `picked` could not compute these again
             vars(picked).update(_faces=self._faces[:, flat], _normals=self._normals[flat])
             vars(picked).update(_home=self._home, _labels=self._labels)
         return picked
 
     @staticmethod
     def concatenate(parts: Iterable[Distances]) -> Distances:
-        """Distances one after the other along the first axis; single ones count as rows of one.
+        """Join distances along the first axis; a single point counts as a row of one.
 
-        parts: of one scene, with it or without. Raises TypeError for what is no Distances, ValueError for none at all,
-        for shapes that do not fit and for distances in different scenes.
+        Parameters
+        ----------
+        parts : iterable of Distances
+            Distances of one scene, detached or not.
+
+        Raises
+        ------
+        TypeError
+            If a part is not a Distances.
+        ValueError
+            If `parts` is empty, if shapes differ in another axis than the first, or for different scenes.
         """
-        from .concatenate import concatenate_distances
-
-        return concatenate_distances(parts)
+        return _concatenate_distances(parts)
 
     def __repr__(self) -> str:
         if self.shape:
             inside = int((self._found.distance < 0.0).sum())
             return f"Distances(shape={self.shape}, {inside:,} of {format_count(self.size, 'point', 'points')} inside)"
         names = ("distance", "error", "point", "normal", "face") if self._found.body[0] >= 0 else ("distance", "lower")
-        told = ", ".join(f"{name}={format_field(getattr(self, name))}" for name in names)
-        return f"Distances({f'body {format_body(self.body, self.name)}, ' if self._found.body[0] >= 0 else ''}{told})"
+        fields = ", ".join(f"{name}={format_field(getattr(self, name))}" for name in names)
+        return f"Distances({f'body {format_body(self.body, self.name)}, ' if self._found.body[0] >= 0 else ''}{fields})"
 
 
-# How far points are from the walls of a scene: a certified bound at once, or the nearest wall itself.
+def _concatenate_distances(parts: Any) -> Distances:
+    """Join distances (see `Distances.concatenate`). They keep their scene if all parts have the same one."""
+    given = check_parts(Distances, parts)
+    if not given:
+        raise ValueError("Distances: parts must hold at least one Distances, got none")
+    shapes = [part.points.shape if part.shape else (1, 3) for part in given]
+    if len({shape[1:] for shape in shapes}) > 1:
+        raise ValueError(f"Distances: parts must have one shape but for the first axis, got {shapes[:4]}")
+    points = np.concatenate([part.points.reshape(shape) for part, shape in zip(given, shapes, strict=True)])
+    found = Nearest(*(np.concatenate(columns) for columns in zip(*(part._found for part in given), strict=True)))
+    scene = given[0]._scene
+    if scene is not NO_SCENE and all(part._scene is scene for part in given):
+        return Distances(scene, points, found)
+    rows = [part.detached() for part in given]
+    state: dict[str, Any] = {"points": points, "_found": found, "_home": rows[0]._home}
+    state |= common_scene_state(rows, "Distances")
+    state["_faces"] = np.concatenate([part._faces for part in rows], axis=1)
+    state["_normals"] = np.concatenate([part._normals for part in rows])
+    result = object.__new__(Distances)
+    result.__setstate__(state)
+    return result
+
+
+# The query: certified bounds for packets of points, or the nearest wall of each point
 
 _BOUND_CHUNK, _EXACT_CHUNK = 64, 256  # packets, points
 
 
 def reach_of(max_distance: Any, shape: tuple[int, ...]) -> FloatArray:
-    """How far walls are looked for from each point, flat; a named ValueError for what is no such distance."""
+    """Return `max_distance` for each point, flat. Raise ValueError if it is not positive or does not broadcast."""
     expected = f"a positive number or broadcast to {shape}"
-    given = real_array("distance", "max_distance", max_distance, expected)
+    array = real_array("distance", "max_distance", max_distance, expected)
     try:
-        reach = np.broadcast_to(given, shape).ravel()
+        reach = np.broadcast_to(array, shape).ravel()
     except ValueError:
         raise ValueError(f"distance: max_distance must be {expected}, got {format_value(max_distance)}") from None
     bad = np.flatnonzero(~(reach > 0.0))
@@ -220,7 +260,7 @@ def distance(
     exact: bool = False,
     progress: Progress | None = None,
 ) -> Distances:
-    """Signed distances of points from the nearest walls."""
+    """Return signed distances of points from the nearest walls; see `Scene.distance` for the arguments."""
     flat, shape = points_of("distance", points)
     reach = reach_of(max_distance, shape)
     found = (
@@ -234,7 +274,7 @@ def distance(
 def distance_bounds(
     scene: PreparedScene, flat: FloatArray, reach: FloatArray, progress: Progress | None = None, width: int = 0
 ) -> Nearest:
-    """Certified bounds alone. `width`: of the picture that the points make, or 0."""
+    """Return certified bounds without walls. width: of the picture that the points make, or 0."""
     count, bounds = len(flat), np.empty(len(flat))
     packets = packets_of(count, width)
 
@@ -258,7 +298,7 @@ def distance_bounds(
 
 
 def _progress_in_points(progress: Progress | None, packets: int, count: int) -> Progress | None:
-    """Told of points, where packets are counted."""
+    """Return a callback that counts packets and reports points."""
     if progress is None:
         return None
     return lambda done, _: progress(count if done == packets else min(count, 64 * done), count)
@@ -267,7 +307,7 @@ def _progress_in_points(progress: Progress | None, packets: int, count: int) -> 
 def exact_distances(
     scene: PreparedScene, flat: FloatArray, reach: FloatArray, progress: Progress | None = None
 ) -> Nearest:
-    """The nearest wall of each point."""
+    """Return the nearest wall of each point, with an error bound."""
     count, found = len(flat), Nearest.nothing(len(flat))
     lower, upper, away = np.empty(count), np.empty(count), np.empty(count)
 
@@ -292,6 +332,6 @@ def exact_distances(
 
 
 def _sign_distances(scene: PreparedScene, flat: FloatArray, away: FloatArray) -> FloatArray:
-    """Distances with their signs: negative inside any solid."""
+    """Return distances with their signs: negative inside any solid."""
     inside = body_at(scene, flat, "distance") >= 0
     return np.where(inside, -away, away)

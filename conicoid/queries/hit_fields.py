@@ -1,4 +1,4 @@
-"""The compiled loops behind the fields of answers: points, normals, faces, uv of hits."""
+"""Compiled loops that compute fields of results: faces, points, normals and uv of hits; and the check of input rays."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from ..kernels.tables import Floats, Geometry, Ints, Signs, whole
 
 @inline
 def _is_outside_domain(x: float) -> bool:
-    """Is a number outside of the domain?"""
+    """Return True if a number is neither 0 nor within the domain of magnitudes."""
     return x != 0.0 and not SMALLEST <= abs(x) <= LARGEST
 
 
 @kernel(origins="n 3", directions="n 3")
 def first_invalid(origins: Floats, directions: Floats) -> tuple[int, int]:
-    """(index, reason) of the first ray that cannot be traced, (-1, 0) if none.
+    """Return (index, reason) of the first ray that cannot be traced, (-1, 0) if there is none.
 
     Reasons: 1 the origin is not finite, 2 the direction is not finite, 3 the direction is zero, 4 and 5 a component of
     the origin or direction is outside of the domain.
@@ -44,7 +44,7 @@ def first_invalid(origins: Floats, directions: Floats) -> tuple[int, int]:
 
 @kernel(entry="n", place="n", turn="n", begin="0..end", end="0..n", faces="out 3 n")
 def faces_of(geometry: Geometry, entry: Ints, place: Ints, turn: Signs, begin: int, end: int, faces: Ints) -> None:
-    """faces (3, n): surface, face number and side of hits; -1, -1, 0 for misses."""
+    """Write faces (3, n): surface, face number and side of hits; -1, -1, 0 for misses."""
     for i in range(begin, end):
         faces[0, i], faces[1, i], faces[2, i] = -1, -1, 0
         if entry[i] >= 0:
@@ -55,7 +55,7 @@ def faces_of(geometry: Geometry, entry: Ints, place: Ints, turn: Signs, begin: i
 
 @kernel(origins="n 3", directions="n 3", t="n", begin="0..end", end="0..n", points="out n 3")
 def points_along(origins: Floats, directions: Floats, t: Floats, begin: int, end: int, points: Floats) -> None:
-    """origin + t direction with one rounding; NaN for misses."""
+    """Write origin + t direction, rounded once by a fused multiply-add; NaN for misses."""
     for i in range(begin, end):
         for k in range(3):
             points[i, k] = fma(t[i], directions[i, k], origins[i, k]) if t[i] < math.inf else math.nan
@@ -63,7 +63,7 @@ def points_along(origins: Floats, directions: Floats, t: Floats, begin: int, end
 
 @kernel(faces="3 n", points="n 3", begin="0..end", end="0..n", normals="out n 3")
 def normals_of(geometry: Geometry, faces: Ints, points: Floats, begin: int, end: int, normals: Floats) -> None:
-    """Outward unit normals at points of faces (3, n), as `faces_of` gives them; NaN for misses."""
+    """Write outward unit normals at points on faces (3, n), as `faces_of` writes them; NaN for misses."""
     for i in range(begin, end):
         x, y, z = math.nan, math.nan, math.nan
         if faces[0, i] >= 0:
@@ -73,7 +73,7 @@ def normals_of(geometry: Geometry, faces: Ints, points: Floats, begin: int, end:
 
 @kernel(body="n", faces="3 n", points="n 3", begin="0..end", end="0..n", uv="out n 2")
 def uvs_of(geometry: Geometry, body: Ints, faces: Ints, points: Floats, begin: int, end: int, uv: Floats) -> None:
-    """uv coordinates of hit points; NaN for misses."""
+    """Write uv coordinates of hit points; NaN for misses."""
     for i in range(begin, end):
         u, v = math.nan, math.nan
         if body[i] >= 0:
@@ -89,14 +89,14 @@ def local_points_of(
     geometry: Geometry, frames: Floats, body_frame: Ints, bodies: Ints, faces: Ints, points: Floats,
     begin: int, end: int, local: Floats,
 ) -> None:  # fmt: skip
-    """Hit points in the own frames of their bodies; NaN for misses."""
+    """Write hit points in the frames of their bodies' own shapes; NaN for misses."""
     for i in range(begin, end):
         body = bodies[i]
         if body < 0:
             local[i, 0], local[i, 1], local[i, 2] = math.nan, math.nan, math.nan
             continue
         row = body_frame[body]
-        if row < 0:
+        if row < 0:  # a ball of a `Spheres`: coordinates about its center, with the axes of ball frame -1 - row
             own = from_center(geometry, -1 - row, faces[0, i], points[i, 0], points[i, 1], points[i, 2])
             local[i, 0], local[i, 1], local[i, 2] = own
             continue

@@ -1,9 +1,9 @@
-"""The answer to `first_hit`: what was found, and fields that are computed on demand."""
+"""`Hits`, the result of `first_hit`: the arrays that the kernels filled, and fields computed on demand."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -14,22 +14,23 @@ from .._util.arrays import FloatArray
 from .._util.errstate import ignore_fp_errors
 from .._util.foreign_names import with_attribute_hints
 from .._util.hints import with_method_hints
+from .._util.text import format_count
 from .._util.validation import DOMAIN, check_npz_path, is_outside_domain, zero_negligible
-from ..geometry.labels import format_count
 from ..kernels.body.media import AFTER, BEFORE
 from ..kernels.entry.first_hits import HitBuffers
 from ..kernels.ray import DEAD, RayArrays
 from ..kernels.threads import run_chunks
 from .derivative_methods import HitDerivatives
+from .extensions import extension
 from .hit_fields import faces_of, local_points_of, normals_of, points_along, uvs_of
 from .id_arrays import as_id_array
 from .rays import Rays, lines_of, points_array, refuse_name_index, refuse_pairs
-from .result import NO_SCENE, QueryResult, format_hit
+from .result import NO_SCENE, QueryResult, check_parts, format_body, format_field, merge_labels
 
 if TYPE_CHECKING:
     from ..prepare.prepared_scene import PreparedScene
 
-_FIELD_CHUNK = 16384
+_FIELD_CHUNK = 16384  # hits that a thread takes at a time when it computes a field
 
 
 @with_attribute_hints
@@ -37,21 +38,38 @@ _FIELD_CHUNK = 16384
 class Hits(QueryResult, HitDerivatives):
     """First hits of rays, shaped like the rays; one ray gives scalars. All arrays are read-only.
 
-    t         float64 (...), in units of the direction's length; inf for a miss
-    body, face, surface   int32 (...), -1 for a miss
-    hit       bool (...): whether the ray hit anything; of a single ray also `if hits:`
-    entering  bool (...): normal·direction < 0; False for a miss
-    doubtful  bool (...): the ray took more than the fast formulas
-    t_error   float64 (...): t is at most so far from the exact crossing; 0 for a miss
-    point_error   float64 (...): so is the point, in length; NaN for a miss
-    point, local_point, normal   float64 (..., 3); NaN for a miss; the normal is unit and outward
-    uv        float64 (..., 2); NaN for a miss
-    before, after   int32 (...): the body that the ray is in before the wall and after it; -1 outside and for a miss
-    name, material   objects (...): what the body is called and made of; None for a miss
-    rays      Rays (...): those that were asked; of one hit, its own ray
-    shape, ndim, size   those of `t`
+    Attributes
+    ----------
+    t : float64 (...)
+        In units of the direction's length; inf for a miss.
+    body, face, surface : int32 (...)
+        Numbers; -1 for a miss.
+    hit : bool (...)
+        Whether the ray hit anything. `if hits:` tests a single ray.
+    entering : bool (...)
+        normal·direction < 0; False for a miss.
+    doubtful : bool (...)
+        Whether the fast formulas were not enough for the ray.
+    t_error : float64 (...)
+        A bound on the distance of t from the exact crossing; 0 for a miss.
+    point_error : float64 (...)
+        A bound on the distance of the point from the exact one, in length; NaN for a miss.
+    point, local_point, normal : float64 (..., 3)
+        The normal is unit and outward; NaN for a miss.
+    uv : float64 (..., 2)
+        NaN for a miss.
+    before, after : int32 (...)
+        The body that the ray is in before and after the wall; -1 outside all bodies and for a miss.
+    name, material : object (...)
+        Name and material of the body; None for a miss.
+    rays : Rays (...)
+        The traced rays.
+    shape, ndim, size
+        Those of `t`.
 
-    Pickled, or `detached`, hits keep all these fields and do not keep the scene.
+    Notes
+    -----
+    Pickled or `detached` hits keep all these fields and drop the scene.
     """
 
     rays: Rays
@@ -70,15 +88,16 @@ class Hits(QueryResult, HitDerivatives):
 
     @property
     def ndim(self) -> int:
-        """How many axes `t` has; 0 for a single ray."""
+        """Number of axes of `t`; 0 for a single ray."""
         return len(self.rays.shape)
 
     @property
     def size(self) -> int:
-        """How many hits there are, misses among them."""
+        """Number of hits, including misses."""
         return len(self._found.t)
 
     def _shaped(self, array: Any, *last: int) -> Any:
+        """Return a flat array in the rays' shape, with more axes `last`, read-only; one ray gives a scalar."""
         result = array.reshape((*self.rays.shape, *last))
         result.flags.writeable = False
         return result if last else result[()]
@@ -95,13 +114,13 @@ class Hits(QueryResult, HitDerivatives):
 
     @property
     def hit(self) -> npt.NDArray[np.bool_]:
-        """bool (...): did the ray hit anything?"""
+        """bool (...): whether the ray hit anything."""
         result: npt.NDArray[np.bool_] = self._shaped(self._found.body >= 0)
         return result
 
     @cached_property
     def _faces(self) -> Any:
-        """(3, n): surface, face number, side."""
+        """int32 (3, n): surface number, face number, side; -1, -1, 0 for a miss."""
         found = self._found
         faces = np.empty((3, len(found.t)), np.int32)
         arguments = (self._scene.geometry, found.entry, found.place, found.turn)
@@ -118,7 +137,7 @@ class Hits(QueryResult, HitDerivatives):
 
     @cached_property
     def _sides(self) -> Any:
-        """(3, n): bodies before and after the wall, and the first opaque one that is crossed there."""
+        """(3, n): the bodies before and after the wall, and the first opaque body that the ray crosses there."""
         from .exact.hit_sides import HitPlaces, sides_of
 
         scene, rays = self._scene, self.rays
@@ -131,9 +150,9 @@ class Hits(QueryResult, HitDerivatives):
     def before(self) -> Any:
         """int32 (...): the body that the ray is in just before the wall; -1 for none, and for a miss.
 
-        Of bodies that overlap a transparent one counts before an opaque one, among equals the one listed first, as
-        where pictures show glass in water. What coincides at the wall is taken together: between two blocks that abut
-        there is no gap, and where a nested body ends the one around it goes on.
+        Among overlapping bodies a transparent one takes precedence over an opaque one, then the one listed first; this
+        is how pictures show glass in water. Coinciding walls act together: two blocks that abut leave no gap, and where
+        a nested body ends, the body around it continues.
         """
         return as_id_array("before", self._shaped(self._sides[BEFORE]))
 
@@ -156,7 +175,7 @@ class Hits(QueryResult, HitDerivatives):
 
     @cached_property
     def doubtful(self) -> Any:
-        """bool (...): rays that rounding might have got wrong, and that were decided again with certainty."""
+        """bool (...): rays for which rounding might have changed the answer, so that exact methods decided it."""
         result = np.zeros(len(self._found.t), np.bool_)
         result[self._doubtful] = True
         return self._shaped(result)
@@ -171,12 +190,12 @@ class Hits(QueryResult, HitDerivatives):
 
     @property
     def t_error(self) -> Any:
-        """A bound on |t - t*|, t* being where the ray as given crosses the surface as given (docs/exactness.md)."""
+        """A bound on |t - t*|, where t* is the exact crossing of ray and surface as given (docs/exactness.md)."""
         return self._shaped(self._errors)
 
     @cached_property
     def point_error(self) -> Any:
-        """A bound on the distance of `point` from the exact one, in length."""
+        """A bound on the distance of `point` from the exact point, in length; NaN for a miss."""
         from .exact.error_bounds import errors_of_points
 
         errors = np.empty(len(self._errors))
@@ -191,7 +210,7 @@ class Hits(QueryResult, HitDerivatives):
 
     @cached_property
     def local_point(self) -> FloatArray:
-        """The point in the own frame of the body's shape (for a ball of `Spheres`: from its center)."""
+        """The point in the frame of the body's own shape; of a ball of `Spheres` relative to its center."""
         local, lowered = np.empty_like(self._points), self._scene.lowered
         arguments = (
             self._scene.geometry,
@@ -224,15 +243,22 @@ class Hits(QueryResult, HitDerivatives):
 
     @ignore_fp_errors
     def spawn(self, directions: Any) -> Rays:
-        """Rays that start on the hits: no offset, the surface they start on is known and left out.
+        """Return rays that start exactly on the hits. They skip the crossing at their origin, without an offset.
 
-        `directions` (..., 3) broadcasts to the hits, or has axes before theirs: (many, *hits.shape, 3) starts many rays
-        on each. Misses stay misses, whatever their direction.
-        Raises ValueError for a NaN, infinite or zero direction of a hit, with its index.
+        Parameters
+        ----------
+        directions : array_like (..., 3)
+            Broadcasts to the hits, or has axes before theirs: (many, *hits.shape, 3) starts many rays on each hit.
+            Rays from misses miss everything, whatever their direction.
+
+        Raises
+        ------
+        ValueError
+            For a NaN, infinite or zero direction of a hit, with its index.
         """
-        given = points_array("spawn", "directions", directions)
-        shape = self._grown(given)
-        d = np.array(np.broadcast_to(given, (*shape, 3)), order="C")
+        array = points_array("spawn", "directions", directions)
+        shape = self._spawned_shape(array)
+        d = np.array(np.broadcast_to(array, (*shape, 3)), order="C")
         mine = self.rays.shape
         hit = np.broadcast_to((self._found.body >= 0).reshape(mine), shape).ravel()
         flat = d.reshape(-1, 3)
@@ -253,48 +279,73 @@ class Hits(QueryResult, HitDerivatives):
         points = np.array(np.broadcast_to(self._points.reshape((*mine, 3)), (*shape, 3)), order="C")
         return Rays._spawned(points, d, starts, self._home)
 
-    def _grown(self, directions: FloatArray) -> tuple[int, ...]:
-        """The shape of spawned rays: that of the hits, or of directions with axes before theirs."""
-        mine, given = self.rays.shape, directions.shape[:-1]
+    def _spawned_shape(self, directions: FloatArray) -> tuple[int, ...]:
+        """Return the shape of spawned rays: that of the hits, or of directions with axes before theirs."""
+        mine, wanted = self.rays.shape, directions.shape[:-1]
         try:
-            shape = np.broadcast_shapes(mine, given)
+            shape = np.broadcast_shapes(mine, wanted)
         except ValueError:
             shape = ()
-        if shape == mine or (shape == given and shape):
+        if shape == mine or (shape == wanted and shape):
             return shape
         many = f"; for several of each hit, (many, {', '.join(map(str, (*mine, 3)))})"
-        hint = f"{many}, or hits[..., None].spawn(directions)" if len(given) > len(mine) else ""
+        hint = f"{many}, or hits[..., None].spawn(directions)" if len(wanted) > len(mine) else ""
         raise ValueError(f"spawn: directions must broadcast to {(*mine, 3)}, got {directions.shape}{hint}")
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write all fields as a .npz file at `path`, which `co.Hits.load` reads; the scene stays behind.
+        """Write all fields, without the scene, as a .npz file that `co.Hits.load` reads.
 
-        The file appears whole or not at all. Raises ValueError for another suffix, OSError where it cannot be written.
+        Parameters
+        ----------
+        path : path
+            Must end with .npz. The complete file appears at once, or none.
+
+        Raises
+        ------
+        ValueError
+            For another suffix.
+        OSError
+            If the file cannot be written.
         """
-        from ..io.result_file import write_hits_file
-
-        write_hits_file(check_npz_path("save", "hits", path), self)
+        extension("hits.write")(check_npz_path("save", "hits", path), self)
 
     @staticmethod
     def load(path: str | os.PathLike[str]) -> Hits:
-        """The hits in the file at `path` that `save` wrote, detached from their scene. Nothing in a file is executed.
+        """Return the hits in a file, detached from their scene. Loading executes nothing that the file contains.
 
-        Raises ValueError for what is no such file, naming it, and OSError where it cannot be read.
+        Parameters
+        ----------
+        path : path
+            A .npz file that `save` wrote.
+
+        Raises
+        ------
+        ValueError
+            If the file has another format; the message names the file.
+        OSError
+            If the file cannot be read.
         """
-        from ..io.result_file import read_hits_file
-
-        return read_hits_file(check_npz_path("load", "hits", path))
+        hits: Hits = extension("hits.read")(check_npz_path("load", "hits", path))
+        return hits
 
     @staticmethod
     def concatenate(parts: Iterable[Hits]) -> Hits:
-        """Hits one after the other along the first axis, like `np.concatenate`; single ones count as rows of one.
+        """Join hits along the first axis, like `np.concatenate`; a single hit counts as a row of one.
 
-        `parts` are of one scene, with it or without. Raises TypeError for what is no Hits, ValueError for none at all,
-        for shapes that do not fit and for hits of different scenes, whose body numbers mean different things.
+        Parameters
+        ----------
+        parts : iterable of Hits
+            Hits of one scene, detached or not.
+
+        Raises
+        ------
+        TypeError
+            If a part is not a Hits.
+        ValueError
+            If `parts` is empty, if shapes differ in another axis than the first, or if the hits belong to different
+            scenes, in which body numbers have different meanings.
         """
-        from .concatenate import concatenate_hits
-
-        return concatenate_hits(parts)
+        return _concatenate_hits(parts)
 
     def __len__(self) -> int:
         return len(self.rays)
@@ -313,31 +364,82 @@ class Hits(QueryResult, HitDerivatives):
             yield self[i]
 
     def __getitem__(self, index: Any) -> Hits:
-        """The hits that an index or mask over the rays' shape selects."""
+        """Return the hits that an index or mask over the rays' shape selects."""
         refuse_name_index(self, index)
         rows = np.arange(len(self._found.t)).reshape(self.rays.shape)[index]
         flat = np.atleast_1d(rows).ravel()
         doubtful = np.flatnonzero(np.isin(flat, self._doubtful)) if len(self._doubtful) else ()
         picked = Hits(self._scene, self.rays[index], HitBuffers(*(array[flat] for array in self._found)), doubtful)
         if self._scene is NO_SCENE:
-            self._hand_on(picked, flat)
+            self._copy_fields(picked, flat)
         return picked
 
-    def _hand_on(self, picked: Hits, flat: Any) -> None:
-        """What only the scene could work out again."""
+    def _copy_fields(self, picked: Hits, flat: Any) -> None:
+        """Copy rows `flat` of all cached fields, which `picked` could not compute without the scene."""
         rows = {"_points": self._points[flat], "_errors": self._errors[flat], "_faces": self._faces[:, flat]}
         fields = (name for name in vars(self) if not name.startswith("_") and name not in (*self._views, "rays"))
         mine, size = self.rays.ndim, self.size
         shaped = {}
         for name in fields:
             field = np.asarray(getattr(self, name))
-            last = field.shape[mine:]
+            last = field.shape[mine:]  # the axes after those of the rays
             shaped[name] = np.array(field.reshape((size, *last))[flat]).reshape((*picked.rays.shape, *last))[()]
         picked.__setstate__({**rows, **shaped, **vars(picked)})
         vars(picked).update(_home=self._home, _labels=self._labels)
 
     def __repr__(self) -> str:
         if not self.rays.shape:
-            return f"Hits({format_hit(self)})"
-        found = int((self._found.body >= 0).sum())
-        return f"Hits(shape={self.rays.shape}, {found:,} of {format_count(len(self._found.t), 'ray', 'rays')} hit)"
+            return f"Hits({_format_hit(self)})"
+        count = int((self._found.body >= 0).sum())
+        return f"Hits(shape={self.rays.shape}, {count:,} of {format_count(len(self._found.t), 'ray', 'rays')} hit)"
+
+
+def _format_hit(hits: Hits) -> str:
+    """Return the main fields of one hit as text."""
+    if not hits.hit:
+        return "a miss, t=inf"
+    fields = [f"{name}={format_field(getattr(hits, name))}" for name in ("t", "point", "normal", "face", "entering")]
+    return f"body {format_body(hits.body, hits.name)}, " + ", ".join(fields)
+
+
+# Hits of several queries joined into one
+
+_HIT_ROWS = ("point_error", "local_point", "normal", "uv", "before", "after")
+"""Computed fields of detached hits, each an array shaped like the rays."""
+
+
+def _concatenate_hits(parts: Any) -> Hits:
+    """Join hits (see `Hits.concatenate`). They keep their scene if all parts have the same one."""
+    results = check_parts(Hits, parts)
+    if not results:
+        raise ValueError("Hits: parts must hold at least one Hits, got none")
+    try:
+        rays = Rays.concatenate(part.rays for part in results)
+    except ValueError as error:
+        raise ValueError(str(error).replace("Rays:", "Hits:", 1)) from None
+    found = HitBuffers(*(np.concatenate(columns) for columns in zip(*(part._found for part in results), strict=True)))
+    firsts = np.cumsum([0, *(len(part._found.t) for part in results)])
+    doubtful = np.concatenate([first + part._doubtful for first, part in zip(firsts, results, strict=False)])
+    scene = results[0]._scene
+    if scene is not NO_SCENE and all(part._scene is scene for part in results):
+        return Hits(scene, rays, found, doubtful)
+    return _concatenate_detached_hits([part.detached() for part in results], rays, found, doubtful)
+
+
+def _concatenate_detached_hits(parts: Sequence[Hits], rays: Rays, found: HitBuffers, doubtful: Any) -> Hits:
+    """Join detached hits. Raise ValueError if they belong to different scenes."""
+    for i, part in enumerate(parts):
+        if part._home != parts[0]._home:
+            raise ValueError(f"Hits: parts must be of one scene, got parts[0] and parts[{i}] of different ones")
+    state: dict[str, Any] = {"rays": rays, "_found": found, "_doubtful": doubtful, "_home": parts[0]._home}
+    state["_labels"] = merge_labels([part._labels for part in parts], "Hits")
+    state["_faces"] = np.concatenate([part._faces for part in parts], axis=1)
+    state["_points"] = np.concatenate([part._points for part in parts])
+    state["_errors"] = np.concatenate([part._errors for part in parts])
+    for name in _HIT_ROWS:
+        arrays = [np.asarray(getattr(part, name)) for part in parts]
+        rows = [array if part.rays.shape else array[None] for part, array in zip(parts, arrays, strict=True)]
+        state[name] = np.concatenate(rows)
+    result = object.__new__(Hits)
+    result.__setstate__(state)
+    return result

@@ -1,7 +1,7 @@
-"""Numbers of bodies, surfaces and faces, which are arrays and integers of NumPy but for this: they equal no text.
+"""Arrays of body, surface and face numbers that raise TypeError when a program compares them with a text.
 
-NumPy's own comparison with a text is false throughout, and `hits[hits.body == "pillar"]` would be empty without a word.
-Anything that is computed with them is plain, and so are their pickles.
+NumPy's own comparison with a text is False throughout, so `hits[hits.body == "pillar"]` would silently be empty.
+Results computed from these arrays are plain NumPy arrays, and so are their pickles.
 """
 
 from __future__ import annotations
@@ -14,12 +14,13 @@ import numpy as np
 
 from .._util.validation import format_value
 
-_TEXTS = "SUT"
+_TEXTS = "SUT"  # the kinds of dtypes that hold texts
+# NumPy functions that compare the items of their arguments
 _SETS = ("isin", "in1d", "array_equal", "array_equiv", "intersect1d", "setdiff1d", "union1d", "setxor1d")
 
 
 def _text_in(other: Any) -> Any:
-    """A text, or the first of a list or array of texts; None where there is none."""
+    """Return `other` if it is a text, or the first text in a list or array; None if there is none."""
     if isinstance(other, (str, bytes)):
         return other
     if isinstance(other, np.ndarray):
@@ -33,16 +34,16 @@ def _text_in(other: Any) -> Any:
 
 @dataclass(frozen=True)
 class NumberKind:
-    """What is numbered, and what to tell of a name of one, where {} stands."""
+    """A kind of numbered things, and the hint for a comparison with a name, which replaces {} in it."""
 
     what: str
     instead: str
 
     def refuse(self, other: Any) -> None:
-        """TypeError for a text, or for a list or array of texts."""
+        """Raise TypeError for a text, or for a list or array of texts."""
         if type(other) is not int and (name := _text_in(other)) is not None:
-            told = self.instead.replace("{}", format_value(name))
-            raise TypeError(f"numbers of {self.what} are no names, got {format_value(name)}: {told}")
+            hint = self.instead.replace("{}", format_value(name))
+            raise TypeError(f"numbers of {self.what} are no names, got {format_value(name)}: {hint}")
 
 
 BODIES = NumberKind("bodies", "names are compared by hits.name == {}, and scene.body(number).name is that of a number")
@@ -54,7 +55,10 @@ MATERIALS = NumberKind("materials", "scene.materials.index({}) is the number of 
 
 
 class _Number(np.int32):
-    """One number. (A second base would be the end of the process: NumPy looks at the first for an integer.)"""
+    """One number.
+
+    The class must have a single base: NumPy looks for the integer at the first one and would crash the process.
+    """
 
     __slots__ = ()
     kind: ClassVar[NumberKind]
@@ -77,12 +81,14 @@ class _Number(np.int32):
 
 
 class _Numbers(np.ndarray[Any, Any]):
+    """An array of numbers of one kind."""
+
     kind: ClassVar[NumberKind]
     one: ClassVar[type[_Number]]
 
     @property
     def _is_numbers(self) -> bool:
-        """As texts (`hits.body.astype(str)`) they are compared with texts."""
+        """False after a conversion to texts, as by `hits.body.astype(str)`, which may be compared with texts."""
         return self.dtype.kind in "iuf"
 
     def __eq__(self, other: object) -> Any:
@@ -109,13 +115,13 @@ class _Numbers(np.ndarray[Any, Any]):
 
     def __array_function__(self, function: Any, types: Any, args: Any, kwargs: Any) -> Any:
         if function.__name__ in _SETS and self._is_numbers:
-            for given in (*args, *kwargs.values()):
-                self.kind.refuse(given)
+            for argument in (*args, *kwargs.values()):
+                self.kind.refuse(argument)
         return super().__array_function__(function, types, args, kwargs)
 
     def __getitem__(self, index: Any) -> Any:
-        found = super().__getitem__(index)
-        return self.one(found) if type(found) is np.int32 else found
+        item = super().__getitem__(index)
+        return self.one(item) if type(item) is np.int32 else item
 
     def __iter__(self) -> Iterator[Any]:
         if self.ndim != 1 or self.dtype != np.int32:
@@ -163,14 +169,14 @@ class FaceNumbers(_Numbers):
 
 
 class MaterialNumber(_Number):
-    """The place of a material."""
+    """The place of a material in `scene.materials`."""
 
     __slots__ = ()
     kind = MATERIALS
 
 
 class MaterialNumbers(_Numbers):
-    """Places of materials."""
+    """Places of materials in `scene.materials`."""
 
     kind, one = MATERIALS, MaterialNumber
 
@@ -180,12 +186,12 @@ _KINDS |= {"surface": SurfaceNumbers, "face": FaceNumbers, "material": MaterialN
 
 
 def as_id_array(field: str, values: Any) -> Any:
-    """The values of a field as numbers that equal no text, without a copy: an array int32, or one integer of it."""
+    """Return the values of a field, without a copy, as numbers that refuse texts: an int32 array, or one integer."""
     kind = _KINDS[field]
     return values.view(kind) if isinstance(values, np.ndarray) else kind.one(int(values))
 
 
 def number_fields(fields: dict[str, Any]) -> dict[str, Any]:
-    """Those of some fields that are numbers, as `numbers_of` has them."""
+    """Return the fields that hold numbers, as `as_id_array` returns them."""
     names = ("body", "before", "after", "surface", "face", "wall")
     return {name: as_id_array(name, fields[name]) for name in names if name in fields}

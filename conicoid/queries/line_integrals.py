@@ -1,7 +1,7 @@
-"""Path lengths and line integrals of any number of rays: their spans are made and summed some at a time.
+"""Path lengths and line integrals of any number of rays in bounded memory: spans are traced and summed in chunks.
 
-Each ray's sum is that of its own spans in their order, so it does not depend on how many rays go together. Rows of
-pictures stay together, as neighbours are traced together.
+The sum of a ray is that of its own spans in their order, so it does not depend on the chunks. Chunks are whole rows of
+pictures where possible, since packets of neighbouring rays are faster.
 """
 
 from __future__ import annotations
@@ -20,16 +20,16 @@ from .spans import Spans, check_overlaps, refuse_large_lengths
 from .weights import BODY, check_by, weights_of
 
 MOST_SPANS = 1 << 20
-"""So many spans are held at a time: of the order of 100 MB. A single row of a picture may have more."""
-_FIRST, _MOST, _TIMES = 256, 1 << 17, 4
-_SIDE = 8  # of the squares in which pictures are traced
+"""Spans in memory at a time, of the order of 100 MB. A single row of a picture may have more."""
+_FIRST, _MOST, _TIMES = 256, 1 << 17, 4  # rays of the first chunk and of the largest; growth from one to the next
+_SIDE = 8  # side of the squares in which pictures are traced
 
 
 def line_integral(
     scene: PreparedScene, values: Any, rays: Rays, t_min: Any, t_max: Any, otherwise: Any, progress: Progress | None,
     overlaps: Any = None,
 ) -> Any:  # fmt: skip
-    """`spans(...).line_integral(values)`, to the bit, in bounded memory."""
+    """Return `spans(...).line_integral(values)`, to the bit, in bounded memory."""
     weights = weights_of(values, otherwise, scene.lowered.body_count, scene.labels.distinct)
     how = check_overlaps("line_integral", overlaps)
     total = _sum_in_chunks(
@@ -41,7 +41,7 @@ def line_integral(
 def lengths(
     scene: PreparedScene, rays: Rays, t_min: Any, t_max: Any, by: Any, progress: Progress | None, overlaps: Any = None
 ) -> FloatArray:
-    """`spans(...).lengths(by)`, to the bit, in bounded memory but for the answer."""
+    """Return `spans(...).lengths(by)`, to the bit; beyond the result itself memory is bounded."""
     count = scene.lowered.body_count if check_by("lengths", by) == BODY else len(scene.labels.distinct)
     how: Any = check_overlaps("lengths", overlaps)
     refuse_large_lengths(rays.origins.size // 3, count, by)
@@ -61,7 +61,7 @@ def _sum_in_chunks(
     query: str, scene: PreparedScene, rays: Rays, t_min: Any, t_max: Any, progress: Progress | None,
     sums: Callable[[Spans], FloatArray], last: tuple[int, ...],
 ) -> FloatArray:  # fmt: skip
-    """sums(spans) of some rays, (some, *last), for all rays."""
+    """Return sums(spans) for all rays, (..., *last), where sums(spans) of a chunk is (rays, *last)."""
     ends = limits_of(query, rays, "t_min", t_min), limits_of(query, rays, "t_max", t_max)
     count = rays.origins.size // 3
     result = np.empty((count, *last))
@@ -73,22 +73,22 @@ def _sum_in_chunks(
             scene, _slice_rays(rays, done, end, width), *(_slice_limits(limits, done, end, width) for limits in ends)
         )
         result[done:end] = sums(found)
-        most = MOST_SPANS * (end - done) // max(1, len(found.body))
+        most = MOST_SPANS * (end - done) // max(1, len(found.body))  # rays, at the spans per ray of this chunk
         done, some = end, max(1, min(_TIMES * some, most, _MOST))
-        del found  # before the next ones are made
+        del found  # frees this chunk's spans before the next chunk needs memory
         if progress is not None:
             progress(done, count)
     return result.reshape((*rays.shape, *last))
 
 
 def _whole_rows(some: int, width: int) -> int:
-    """About so many rays; where they make a picture and squares of it are not too many, whole rows of squares."""
+    """Return `some`, rounded down to whole rows of squares if the rays make a picture and one such row fits."""
     rows = _SIDE * width
     return some // rows * rows if 0 < rows <= some else some
 
 
 def _slice_rays(rays: Rays, begin: int, end: int, width: int) -> Rays:
-    """Some of the flat rays, as a piece of a picture where they are whole rows."""
+    """Return rays begin to end of the flat list, in the shape of a picture if they are whole rows."""
     shape = _slice_shape(begin, end, width)
     origins, directions = (lines[begin:end].reshape((*shape, 3)) for lines in lines_of(rays))
     starts = rays._starts[begin:end] if len(rays._starts) > 1 else rays._starts
@@ -96,11 +96,11 @@ def _slice_rays(rays: Rays, begin: int, end: int, width: int) -> Rays:
 
 
 def _slice_limits(limits: FloatArray, begin: int, end: int, width: int) -> Any:
-    """The limits of some rays."""
+    """Return the limits of rays begin to end."""
     return limits[begin:end].reshape(_slice_shape(begin, end, width)) if len(limits) > 1 else float(limits[0])
 
 
 def _slice_shape(begin: int, end: int, width: int) -> tuple[int, ...]:
-    """The shape of some rays: whole rows of a picture, or a list."""
+    """Return the shape of rays begin to end: (rows, width) for whole rows of a picture, else a list."""
     count = end - begin
     return (count // width, width) if width and begin % width == 0 == count % width else (count,)

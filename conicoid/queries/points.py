@@ -1,4 +1,4 @@
-"""All bodies at each of some points, as lists of different length one after the other."""
+"""Queries at points: the first body that contains each point, and `BodiesAt`, all bodies that do."""
 
 from __future__ import annotations
 
@@ -10,8 +10,9 @@ import numpy.typing as npt
 
 from .._util.arrays import FloatArray
 from .._util.hints import with_method_hints
+from .._util.text import format_count
 from .._util.validation import LARGEST, rows_outside_domain
-from ..geometry.labels import Labels, format_count
+from ..geometry.labels import Labels
 from ..kernels.threads import chunk_of_rays, run_on
 from ..prepare.prepared_scene import PreparedScene
 from .exact.doubtful_rays import resolve_bodies
@@ -23,16 +24,20 @@ from .result import object_array
 
 @with_method_hints
 class BodiesAt:
-    """The bodies that contain each point. Those of flat point i are body[offsets[i]:offsets[i + 1]], in their order.
+    """The bodies that contain each point, in listing order. Those of point i are body[offsets[i]:offsets[i + 1]].
 
-    offsets   int64 (points + 1,)
-    body      int32: numbers of bodies
-    counts    int64, of the points' shape: how many bodies each point is in
-    name, material   objects: what each of `body` is called and made of
-    shape     the leading shape of the points
-    labels    of the scene's bodies; answers are made by `Scene.bodies_at`
+    `Scene.bodies_at` makes it. It is a sequence over points, numbered in C order: x[i] has the bodies of one point.
 
-    It is a sequence over flat points: at[i] are the bodies of one.
+    Parameters
+    ----------
+    offsets : int64 (points + 1,)
+        The first row of each point.
+    body : int32 (n,)
+        Numbers of bodies.
+    shape : tuple of int
+        The leading shape of the points.
+    labels : Labels
+        Names and materials of the scene's bodies.
     """
 
     def __init__(self, offsets: Any, body: npt.NDArray[np.int32], shape: tuple[int, ...], labels: Labels) -> None:
@@ -43,17 +48,17 @@ class BodiesAt:
 
     @property
     def counts(self) -> Any:
-        """How many bodies each point is in, of the points' shape."""
+        """int64 (...): the number of bodies that contain each point."""
         return np.diff(self.offsets).reshape(self.shape)[()]
 
     @property
     def name(self) -> Any:
-        """What each of `body` is called, or None."""
+        """object (n,): the name of each of `body`, or None."""
         return object_array(self._labels.names_of(self.body))
 
     @property
     def material(self) -> Any:
-        """What each of `body` is made of, or None."""
+        """object (n,): the material of each of `body`, or None."""
         return object_array(self._labels.materials_of(self.body))
 
     def __eq__(self, other: object) -> bool:
@@ -81,17 +86,17 @@ class BodiesAt:
         return f"BodiesAt(shape={self.shape}, {format_count(len(self.body), 'body', 'bodies')})"
 
 
-# Queries on arrays of points: which body contains each, and all bodies that do.
+# Queries on arrays of points, in packets of 64
 
 _CHUNK = 64  # packets that a thread takes at a time
 _PACKET = 64  # points of a packet
-_LEAST = 16  # rows and columns of a picture whose squares are asked about together
+_LEAST = 16  # rows and columns of a picture, from which on its squares are packets
 BEFORE_FIRST = np.full(1, -1, np.int32)
-"""After no body: the first is sought."""
+"""The number before all bodies, so that `first_after` returns the first body."""
 
 
 def points_of(owner: str, points: Any) -> tuple[FloatArray, tuple[int, ...]]:
-    """The points of a query as kernels take them, (n, 3), and the shape of its answer; a named ValueError otherwise."""
+    """Return points as kernels take them, (n, 3), and their leading shape. Raise ValueError for invalid points."""
     array = points_array(owner, "points", points)
     flat = np.ascontiguousarray(array.reshape(-1, 3))
     bad = rows_outside_domain(flat)
@@ -103,23 +108,26 @@ def points_of(owner: str, points: Any) -> tuple[FloatArray, tuple[int, ...]]:
 
 
 def body_at(scene: PreparedScene, points: Any, owner: str = "body_at") -> Any:
-    """The lowest-numbered body that contains each point, -1 for none; int32 of the points' shape."""
+    """Return the lowest-numbered body that contains each point, -1 for none; int32 of the points' shape."""
     flat, shape = points_of(owner, points)
     return as_id_array("body", first_after(scene, flat, BEFORE_FIRST, width_of(shape)).reshape(shape)[()])
 
 
 def width_of(shape: tuple[int, ...]) -> int:
-    """The width of the picture that points make, or 0."""
+    """Return the width of the picture that points of a shape make, or 0."""
     return shape[-1] if len(shape) > 1 and min(shape[-2:]) >= _LEAST else 0
 
 
 def packets_of(count: int, width: int) -> int:
-    """How many packets some points make: squares of a picture of a width, or 64 in a row."""
+    """Return the number of packets: of squares in a picture of that width, or of 64 points in a row."""
     return -(-width // 8) * -(-count // (8 * width)) if width else -(-count // _PACKET)
 
 
 def first_after(scene: PreparedScene, points: FloatArray, after: Any, width: int = 0) -> Any:
-    """The first body after a number, or one number for all, that contains each of some flat points, -1 for none."""
+    """Return the first body with a number above `after` that contains each of the points (n, 3), -1 for none.
+
+    after: (n,), or (1,) for all points. width: of the picture that the points make, or 0.
+    """
     count = len(points)
     bodies, still = np.empty(count, np.int32), np.empty(count, np.int8)
     packets = packets_of(count, width)
@@ -135,9 +143,10 @@ def first_after(scene: PreparedScene, points: FloatArray, after: Any, width: int
 
 
 def bodies_at(scene: PreparedScene, points: Any, ask: Callable[[FloatArray, Any], Any] | None = None) -> BodiesAt:
-    """All bodies that contain each point. ask(points, after) is `first_after`, or the same elsewhere.
+    """Return all bodies that contain each point.
 
-    Round after round those points are asked for the next body that had one before.
+    ask: a function (points, after) with the result of `first_after`, as on workers. Each round finds the next body of
+    the points that had one in the round before.
     """
     flat, shape = points_of("bodies_at", points)
     width = width_of(shape)

@@ -1,8 +1,7 @@
-"""The rows of a picture in a flat list of rays, found by looking at the rays.
+"""Queries along rays on a prepared scene: first hits, occlusion, spans and crossings.
 
-In the order in which a camera scans, rays move away from the first one until a row ends, and then
-jump back to next to it. Where the list is made of rows like that, squares of neighbours can be traced together
-instead of stretches of a row. A wrong guess costs time, never a hit.
+Rays are traced in packets of 64, or in streams of sorted rays where packets are not coherent. The route changes no bit
+of a result. Kernels mark rays in doubt, which exact methods then decide.
 """
 
 from __future__ import annotations
@@ -28,18 +27,24 @@ if TYPE_CHECKING:
     from .spans import Crossings, Spans
 
 
+# Rows of a picture in a flat list of rays
+#
+# In the order in which a camera scans, rays move away from the first ray until a row ends, and then jump back to beside
+# it. If the list consists of such rows, a packet can be a square of neighbours instead of a stretch of one row. A wrong
+# guess costs time, never a hit.
+
 FEW_RAYS = 1 << 14
-"""Shorter lists are not examined: it would take longer than it saves."""
-_LEAST = 32  # rays in a row: a few idle lanes at its end do not matter
-_PICTURE_SIDE = 8  # of a square
+"""Shorter lists are not examined, since this would take longer than it saves."""
+_LEAST = 32  # rays in a row; a few idle lanes at the end of such a row do not matter
+_PICTURE_SIDE = 8  # side of a square
 _LOOKS = (1 << 10, 1 << 14)  # how far the end of the first row is searched
-_STEEP = 4.0  # the next row is at most so many neighbours away: of 64 rays in a square none is further than in a row
+_STEEP = 4.0  # distance of rows in distances of neighbours, up to which a square of 64 rays is no wider than a row
 
 
 def row_length(rays: Rays) -> int:
-    """How many rays each row of a flat list has, 0 if it has none.
+    """Return the length of the rows of a flat list of rays, 0 if it has none.
 
-    Rows are looked for in the directions (a camera of perspective), then in the origins (an orthographic one).
+    The search uses directions first (a perspective camera), then origins (an orthographic camera).
     """
     if len(rays.shape) != 1 or len(rays) < FEW_RAYS:
         return 0
@@ -51,12 +56,12 @@ def row_length(rays: Rays) -> int:
 
 
 def _squared(vectors: FloatArray) -> Any:
-    """Squared lengths of vectors."""
+    """Return the squared lengths of vectors."""
     return dot_rows(vectors, vectors)
 
 
 def _first_return(lines: FloatArray) -> int:
-    """The first place where lines (n, 3) jump back to near the first of them, 0 if there is none."""
+    """Return the first index at which vectors (n, 3) jump back to near the first of them, 0 if there is none."""
     for look in _LOOKS:
         away = _squared(lines[: min(look, len(lines) // _PICTURE_SIDE) + 1] - lines[0])
         back = np.flatnonzero(16.0 * away[_PICTURE_SIDE:] < away[_PICTURE_SIDE - 1 : -1])
@@ -66,7 +71,7 @@ def _first_return(lines: FloatArray) -> int:
 
 
 def _is_picture(rows: FloatArray) -> bool:
-    """Do a few rows (height, width, 3) begin, pass and end beside those before them?"""
+    """Return True if a few of the rows (height, width, 3) start, pass and end beside the row before."""
     height, width, _ = rows.shape
     some = np.linspace(1, height - 1, _PICTURE_SIDE).astype(np.int64)
     columns = np.array([0, width // 2, width - 1])
@@ -76,15 +81,15 @@ def _is_picture(rows: FloatArray) -> bool:
     return bool((down <= _STEEP * across).all())
 
 
-# Queries on arrays of rays: chunked over threads, any leading shape in, the same shape out.
+# Arguments of queries
 
-_TILE_CHUNK = 32
-_FEW_PACKETS = 32
-_STREAM_RAYS = 8192
+_TILE_CHUNK = 32  # tiles that a thread takes at a time, at most
+_FEW_PACKETS = 32  # fewer packets are not tested for coherence
+_STREAM_RAYS = 8192  # rays of a stream
 
 
 def as_rays(query: str, origins: Any, directions: Any) -> Rays:
-    """The Rays of a query's first two arguments: arrays, or a `Rays` alone."""
+    """Return the rays of a query's first two arguments: arrays, or a `Rays` alone. Raise TypeError with a hint."""
     if isinstance(origins, Rays):
         if directions is not None:
             numbers = np.ndim(directions) == 0 and isinstance(directions, int | float | np.number)
@@ -110,7 +115,7 @@ def as_rays(query: str, origins: Any, directions: Any) -> Rays:
 
 
 def refuse_no_rays(query: str, given: Any) -> None:
-    """TypeError for what is of this package and no rays: an answer, a camera, a shape."""
+    """Raise TypeError for an object of this package other than rays, such as a result, a camera or a shape."""
     if isinstance(given, Rays | LazyRays) or not type(given).__module__.startswith("conicoid."):
         return
     hint = ""
@@ -124,7 +129,7 @@ def refuse_no_rays(query: str, given: Any) -> None:
 
 
 def _pair_hint(query: str, given: Any) -> str:
-    """What to tell where origins and directions come as one."""
+    """Return a hint for origins and directions passed as one argument."""
     if (
         isinstance(given, tuple | list)
         and len(given) == 2
@@ -136,7 +141,7 @@ def _pair_hint(query: str, given: Any) -> str:
 
 
 def rays_after_values(values: Any, origins: Any, directions: Any) -> Rays:
-    """The Rays of a line integral, whose values come first: what looks like another order is a TypeError."""
+    """Return the rays of a line integral. Raise TypeError or ValueError if the values do not come first."""
     order = "line_integral: values come first, and then the rays: line_integral(values, rays)"
     if isinstance(values, Rays | QueryResult):
         raise TypeError(f"{order} or line_integral(values, origins, directions); got {describe_kind(values)} first")
@@ -149,7 +154,7 @@ def rays_after_values(values: Any, origins: Any, directions: Any) -> Rays:
 
 
 def _looks_like_points(values: Any) -> bool:
-    """Whether something may be meant for origins or directions."""
+    """Return True for an array of shape (..., 3), which may be origins or directions."""
     try:
         return bool(np.shape(values)[-1:] == (3,))
     except ValueError:
@@ -157,8 +162,8 @@ def _looks_like_points(values: Any) -> bool:
 
 
 def limits_of(query: str, rays: Rays, name: str, value: Any) -> FloatArray:
-    """t_min or t_max as one value, or one for each ray."""
-    if isinstance(value, float) and value == value:  # as almost always
+    """Return t_min or t_max as an array of one value for all rays, or of one for each ray."""
+    if isinstance(value, float) and value == value:  # the common case, without the checks below; False for NaN
         return np.array([value])
     expected = f"a number or broadcast to {rays.shape}"
     array = real_array(query, name, value, expected)
@@ -174,7 +179,7 @@ def limits_of(query: str, rays: Rays, name: str, value: Any) -> FloatArray:
 
 
 def arrays_of(query: str, scene: PreparedScene, rays: Rays, t_min: Any, t_max: Any) -> RayArrays:
-    """The rays of a query as kernels take them: an item, or one for all, of each. Messages begin with its name."""
+    """Return rays and limits as kernels take them, an item for each ray or one for all; messages name `query`."""
     return RayArrays(
         rays.origins.reshape(-1, 3),
         rays.directions.reshape(-1, 3),
@@ -185,7 +190,7 @@ def arrays_of(query: str, scene: PreparedScene, rays: Rays, t_min: Any, t_max: A
 
 
 def _packets(rays: Rays) -> tuple[int, int]:
-    """(width of the picture that the rays make or 0, how many packets of 64 they make)."""
+    """Return the width of the picture that the rays make, or 0, and the number of packets of 64 rays."""
     shape, count = rays.shape, rays.origins.size // 3
     width = row_length(rays) if len(shape) == 1 else shape[-1] if len(shape) > 1 and min(shape[-2:]) >= 8 else 0
     if width == 0:
@@ -193,12 +198,11 @@ def _packets(rays: Rays) -> tuple[int, int]:
     return width, -(-width // 8) * -(-count // (8 * width))
 
 
-def first_hit(scene: PreparedScene, rays: Rays, t_min: Any, t_max: Any) -> Hits:
-    """The nearest crossing of each ray in (t_min, t_max).
+# The queries: chunks of packets on several threads; results have the rays' shape
 
-    In packets, or in streams where rays are not coherent; then what the kernels left in doubt is settled. Which route
-    a ray took changes no bit of the answer.
-    """
+
+def first_hit(scene: PreparedScene, rays: Rays, t_min: Any, t_max: Any) -> Hits:
+    """Return the nearest crossing of each ray in (t_min, t_max)."""
     arrays = arrays_of("first_hit", scene, rays, t_min, t_max)
     found = HitBuffers.new(len(arrays.origins))
     width, packets = _packets(rays)
@@ -223,7 +227,7 @@ def first_hit(scene: PreparedScene, rays: Rays, t_min: Any, t_max: Any) -> Hits:
 
 
 def _trace_streams(scene: PreparedScene, arrays: RayArrays, any_hit: bool, found: HitBuffers) -> None:
-    """First hits, or any, of rays in no order: sorted, and in streams."""
+    """Trace first hits, or any hits, of rays without order: sort them and trace streams of neighbours."""
     order = ray_order(scene.geometry, arrays.origins, arrays.directions)
     streams = -(-len(order) // _STREAM_RAYS)
     run_on(
@@ -236,15 +240,18 @@ def _trace_streams(scene: PreparedScene, arrays: RayArrays, any_hit: bool, found
 
 
 def _is_coherent(scene: PreparedScene, arrays: RayArrays, width: int, packets: int) -> bool:
-    """Should rays be traced in packets, in the order given? Yes if they are few, or every other packet is coherent."""
+    """Return True if rays should be traced in packets in their own order.
+
+    That is so for few rays, and if at least half of a sample of the packets are coherent.
+    """
     if packets < _FEW_PACKETS:
         return True
-    asked = 64
-    return coherent_packets(scene.geometry, arrays, width, packets, asked) >= asked // 2
+    sampled = 64
+    return coherent_packets(scene.geometry, arrays, width, packets, sampled) >= sampled // 2
 
 
 def occluded(scene: PreparedScene, rays: Rays, t_min: Any, t_max: Any) -> Any:
-    """Is there any crossing in (t_min, t_max)?  bool of the rays' shape."""
+    """Return bool of the rays' shape: whether there is any crossing in (t_min, t_max)."""
     arrays = arrays_of("occluded", scene, rays, t_min, t_max)
     width, packets = _packets(rays)
     tiles = tile_count(width, len(arrays.origins))
@@ -268,7 +275,7 @@ def occluded(scene: PreparedScene, rays: Rays, t_min: Any, t_max: Any) -> Any:
 
 
 def _resolve_occlusion(scene: PreparedScene, arrays: RayArrays, which: Any) -> Any:
-    """Do these rays hit anything?  In exact arithmetic; bool."""
+    """Return bool: whether doubtful rays hit anything, decided with certainty."""
     from .exact.doubtful_rays import resolve_hits
 
     some = arrays.some(which)
@@ -278,14 +285,14 @@ def _resolve_occlusion(scene: PreparedScene, arrays: RayArrays, which: Any) -> A
 
 
 def spans(scene: PreparedScene, rays: Rays, t_min: Any, t_max: Any) -> Spans:
-    """Every stretch of each ray inside each solid, clipped to [t_min, t_max]."""
+    """Return every stretch of each ray inside each solid, clipped to [t_min, t_max]."""
     from .spans import Spans, trace_lists
 
     return Spans(scene, rays, trace_lists(scene, arrays_of("spans", scene, rays, t_min, t_max), *_packets(rays), True))
 
 
 def crossings(scene: PreparedScene, rays: Rays, t_min: Any, t_max: Any) -> Crossings:
-    """Every crossing of each ray with every body in (t_min, t_max), sheets too."""
+    """Return every crossing of each ray with every body, solid or sheet, in (t_min, t_max)."""
     from .spans import Crossings, trace_lists
 
     return Crossings(

@@ -1,4 +1,4 @@
-"""Rays unpack to two arrays, so `zip(rays, hits)` would pair the origins with the first hit: it is refused."""
+"""`Rays`, arrays of rays as queries take them, and `LazyRays`, which are computed where they are traced."""
 
 from __future__ import annotations
 
@@ -20,18 +20,23 @@ from .._util.pickling import align_array
 from .._util.validation import DOMAIN, check_npz_path, describe_kind, format_value, real_array, refuse_columns
 from .._util.validation import check_path as checked_path
 from ..kernels.threads import run_chunks
+from .extensions import extension
 from .result import NoArray, check_parts
 
 if TYPE_CHECKING:
     from ..prepare.prepared_scene import PreparedScene
 
 
+# Rays unpack to two arrays, so `zip(rays, hits)` would pair the array of origins with the first hit. An iterator of
+# rays therefore records that it stands between the two arrays, and iterators of results refuse to advance then. Plain
+# unpacking never leaves an iterator in that state while other iterators advance.
+
 _UNPACKING = threading.local()
-"""Which iterator of this thread has given origins and not yet directions, as in no unpacking when others go on."""
+"""`iterator`: a weak reference to the iterator of this thread that has yielded origins and not yet directions."""
 
 
 class RayUnpacking(Iterator[FloatArray]):
-    """Origins and directions, one after the other."""
+    """Yield the origins, then the directions."""
 
     __slots__ = ("__weakref__", "_left")
 
@@ -49,7 +54,7 @@ class RayUnpacking(Iterator[FloatArray]):
 
 
 def refuse_pairs(kind: str) -> None:
-    """TypeError where the loop that goes on to the next answer goes over rays at the same time."""
+    """Raise TypeError if a loop over results of class `kind` advances while an iterator of rays does too."""
     begun = getattr(_UNPACKING, "iterator", None)
     if begun is None or begun() is None:
         return
@@ -61,7 +66,7 @@ def refuse_pairs(kind: str) -> None:
     )
 
 
-# Rays: origins and directions, and the surface each may start on.
+# Arrays of rays
 
 _REASONS = {
     1: "origin must be finite",
@@ -73,7 +78,7 @@ _REASONS = {
 
 
 def points_array(owner: str, field: str, values: Any) -> FloatArray:
-    """`values` as a float64 array (..., 3); a named ValueError otherwise."""
+    """Return `values` as a float64 array (..., 3). Raise ValueError, naming owner and field, for anything else."""
     array = real_array(owner, field, values, "an array of numbers (..., 3)")
     if array.ndim == 1 and array.size == 0:
         array = array.reshape(0, 3)
@@ -84,14 +89,14 @@ def points_array(owner: str, field: str, values: Any) -> FloatArray:
 
 
 def _shape_hint(shape: tuple[int, ...]) -> str:
-    """What to tell of an array of another shape."""
+    """Return a hint for an array of another shape: origins beside directions, or a transposed array."""
     if shape[-1:] == (6,):
         return "; origins and directions are two arrays, a[..., :3] and a[..., 3:]"
     return f"; its transpose, .T, has shape {shape[::-1]}" if len(shape) == 2 and shape[0] == 3 else ""
 
 
 def find_invalid_ray(origins: FloatArray, directions: FloatArray) -> tuple[int, str] | None:
-    """The first of some lines (n, 3) that cannot be traced, and why; None where there is none."""
+    """Return (index, reason) of the first ray of arrays (n, 3) that cannot be traced; None if all are valid."""
     from .hit_fields import first_invalid
 
     index, reason = first_invalid(origins, directions)
@@ -104,17 +109,27 @@ def find_invalid_ray(origins: FloatArray, directions: FloatArray) -> tuple[int, 
 @with_attribute_hints
 @with_method_hints
 class Rays(NoArray):
-    """Rays of any leading shape: `origins` and `directions` (..., 3), read-only float64, which broadcast.
+    """Rays of any leading shape, read-only.
 
-    Directions need not be unit; t is in units of their length. Unpacks to (origins, directions);
-    the surfaces that spawned rays start on are then lost. So a loop over rays gives these two arrays and not ray after
-    ray, and `zip(rays, hits)` is refused: `rays[i]` is one ray, `rays[2:5]` are three, `len(rays)` goes along the first
-    axis, and `for hit in hits` has the ray of each as `hit.rays`.
+    Parameters
+    ----------
+    origins, directions : array_like (..., 3)
+        Finite float64 arrays that broadcast against each other. Directions may have any length except 0; t is in
+        units of that length.
 
-    Spawned rays know the surface that they start on, by its number, and whose number that is: in a scene with
-    other surfaces they are plain rays, with the same origins and directions.
+    Raises
+    ------
+    ValueError
+        For NaN, infinite or zero input, with the index of the first such ray.
 
-    Raises ValueError for NaN, infinite or zero input, with the index of the first such ray.
+    Notes
+    -----
+    Rays unpack to (origins, directions), so a loop over rays yields these two arrays, and `zip(rays, hits)` raises
+    TypeError. `rays[i]` is one ray, `rays[2:5]` are three, `len(rays)` is the length of the first axis, and
+    `for hit in hits` gives the ray of each hit as `hit.rays`.
+
+    Spawned rays store the number of the surface on which they start, and the key of its scene. In a scene with other
+    surfaces they act as plain rays with the same origins and directions. Unpacking drops the surface.
     """
 
     __slots__ = ("_home", "_starts", "directions", "origins")
@@ -122,8 +137,8 @@ class Rays(NoArray):
     instead = "rays.origins and rays.directions"
     origins: FloatArray
     directions: FloatArray
-    _starts: npt.NDArray[np.int32]  # numbers of surfaces, -1 for none, DEAD; one for all rays or one for each
-    _home: bytes | None  # `Prepared.key` of the scene whose surfaces they are
+    _starts: npt.NDArray[np.int32]  # surface numbers, -1 for none, or DEAD; one for all rays or one for each
+    _home: bytes | None  # `PreparedScene.key` of the scene of these surfaces
 
     @ignore_fp_errors
     def __init__(self, origins: Any, directions: Any) -> None:
@@ -158,25 +173,31 @@ class Rays(NoArray):
     def _spawned(
         cls, origins: FloatArray, directions: FloatArray, starts: npt.NDArray[np.int32], home: bytes | None = None
     ) -> Rays:
-        """Rays that start on surfaces (ids, or DEAD) of the scene of a key, without checking them again."""
+        """Return rays without validating them.
+
+        starts: surface numbers, -1 or DEAD; home: the key of the scene of these surfaces.
+        """
         rays = object.__new__(cls)
         rays._keep(origins, directions, starts, home)
         return rays
 
     def _starts_in(self, scene: PreparedScene) -> npt.NDArray[np.int32]:
-        """The surfaces of a scene that the rays start on. In one with other surfaces: none, and misses stay misses."""
+        """Return the surfaces of `scene` on which the rays start: -1 for all in a scene with other surfaces.
+
+        DEAD rays, spawned from misses, stay dead in every scene.
+        """
         starts = self._starts
         if not starts.size:
             return np.array([-1], np.int32)
         if (len(starts) == 1 and starts[0] < 0) or (self._home is not None and self._home == scene.key):
             return starts
-        return np.minimum(starts, np.int32(-1))
+        return np.minimum(starts, np.int32(-1))  # DEAD is below -1
 
     def __delattr__(self, name: str) -> None:
         raise AttributeError(f"Rays are read-only: {name} cannot be deleted")
 
     def __eq__(self, other: object) -> bool:
-        """Whether origins, directions and the surfaces that rays start on are equal; never an array."""
+        """Return True if origins, directions and start surfaces are equal; never an array."""
         if not isinstance(other, Rays):
             return NotImplemented
         mine, its = (np.broadcast_to(r._starts, (r.origins.size // 3,)) for r in (self, other))
@@ -190,10 +211,19 @@ class Rays(NoArray):
 
     @classmethod
     def concatenate(cls, parts: Iterable[Rays]) -> Rays:
-        """Rays one after the other along the first axis, like `np.concatenate`; single ones count as rows of one.
+        """Join rays along the first axis, like `np.concatenate`; a single ray counts as a row of one.
 
-        Spawned rays among `parts` keep the surfaces that they start on if these are all of one scene. Raises TypeError
-        for what is no Rays, ValueError for none at all and for shapes that do not fit.
+        Parameters
+        ----------
+        parts : iterable of Rays
+            Spawned rays keep their start surfaces if all of these belong to one scene.
+
+        Raises
+        ------
+        TypeError
+            If a part is not a Rays.
+        ValueError
+            If `parts` is empty, or if shapes differ in another axis than the first.
         """
         rows = [part if part.shape else part[None] for part in check_parts(Rays, parts)]
         if len({part.shape[1:] for part in rows}) != 1:
@@ -208,12 +238,20 @@ class Rays(NoArray):
         return cls._spawned(origins, directions, together, homes.pop() if homes else None)
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the rays as a .npz file at `path`, which `co.Rays.load` and `conicoid trace` read, as NumPy does.
+        """Write the rays as a .npz file that `co.Rays.load`, `conicoid trace` and NumPy read.
 
-        The file appears whole or not at all. Raises ValueError for another suffix, OSError where it cannot be written.
+        Parameters
+        ----------
+        path : path
+            Must end with .npz. The complete file appears at once, or none.
+
+        Raises
+        ------
+        ValueError
+            For another suffix.
+        OSError
+            If the file cannot be written.
         """
-        from ..io.result_file import write_rays_file
-
         suffix = os.path.splitext(checked_path("save", path))[1].lower()
         if suffix in (".npy", ".csv"):
             both = "np.concatenate([*rays], axis=-1)"
@@ -221,43 +259,73 @@ class Rays(NoArray):
             raise ValueError(
                 f"save: path of rays must end with .npz, got {format_value(os.fspath(path))}; {written} writes that"
             )
-        write_rays_file(check_npz_path("save", "rays", path), self)
+        extension("rays.write")(check_npz_path("save", "rays", path), self)
 
     @staticmethod
     def load(path: str | os.PathLike[str]) -> Rays:
-        """The rays in the file at `path` that `save` wrote, or in one that `conicoid trace` reads (docs/files.md).
+        """Return the rays in a file.
 
-        Such are a .npz file with arrays `origins` and `directions`, a .npy file (..., 6), and a .csv file.
-        Raises ValueError for what is no such file, naming it, and OSError where it cannot be read.
+        Parameters
+        ----------
+        path : path
+            A file that `save` wrote, or another that `conicoid trace` reads (docs/files.md): a .npz file with arrays
+            `origins` and `directions`, a .npy file (..., 6), or a .csv file.
+
+        Raises
+        ------
+        ValueError
+            If the file has none of these formats; the message names the file.
+        OSError
+            If the file cannot be read.
         """
-        from ..io.result_file import read_rays_file
-
-        return read_rays_file(checked_path("load", path))
+        rays: Rays = extension("rays.read")(checked_path("load", path))
+        return rays
 
     @staticmethod
     def from_camera(camera: Any, width: int, height: int) -> LazyRays:
-        """`camera.rays(width, height)`, made where they are traced: part by part, and on workers by them."""
-        made = getattr(camera, "lazy_rays", None)
-        if not callable(made):
+        """Return the rays of the pixels of a camera, computed in parts where they are traced, on workers too.
+
+        Parameters
+        ----------
+        camera : Camera, OrthographicCamera or another camera
+            For example `scene.camera`.
+        width, height : int
+            Pixels of the picture. The rays equal `camera.rays(width, height)` to the bit.
+
+        Raises
+        ------
+        TypeError
+            If `camera` is not a camera.
+        """
+        make = getattr(camera, "lazy_rays", None)
+        if not callable(make):
             hint = "; scene.rays(width, height) are those of the camera that fits, scene.fitting_camera() is that one"
             hint = hint if camera is None or hasattr(camera, "fitting_camera") else ""
             raise TypeError(
                 f"from_camera: camera must be a Camera or an OrthographicCamera, got {describe_kind(camera)}{hint}"
             )
-        found = made(width, height)
-        assert isinstance(found, LazyRays)
-        return found
+        rays = make(width, height)
+        assert isinstance(rays, LazyRays)
+        return rays
 
     @staticmethod
     def from_scan(geometry: Any) -> LazyRays:
-        """The rays of all pixels of a scan, the `geometry` of `co.ct`, made where they are traced.
+        """Return the rays of all pixels of a scan, computed where they are traced.
 
-        Queries follow them as far as the scan does, its `interval`, unless they are given another.
+        Parameters
+        ----------
+        geometry : ScanGeometry
+            A scan of `co.ct`. Queries use its `interval` unless they get another one.
+
+        Raises
+        ------
+        TypeError
+            If `geometry` is not a scan.
         """
-        found = getattr(geometry, "lazy_rays", None)
-        if not isinstance(found, LazyRays):
+        rays = getattr(geometry, "lazy_rays", None)
+        if not isinstance(rays, LazyRays):
             raise TypeError(f"from_scan: geometry must be one of co.ct, got {describe_kind(geometry)}")
-        return found
+        return rays
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -266,12 +334,12 @@ class Rays(NoArray):
 
     @property
     def ndim(self) -> int:
-        """How many axes `shape` has; 0 for a single ray."""
+        """Number of axes of `shape`; 0 for a single ray."""
         return self.origins.ndim - 1
 
     @property
     def size(self) -> int:
-        """How many rays there are."""
+        """Number of rays."""
         return self.origins.size // 3
 
     def __len__(self) -> int:
@@ -287,7 +355,7 @@ class Rays(NoArray):
         starts = self._starts
         if len(starts) > 1 or self.origins.size == 3:
             starts = np.atleast_1d(np.broadcast_to(starts, (self.origins.size // 3,)).reshape(self.shape)[index])
-        if isinstance(index, tuple) and any(part is Ellipsis for part in index):  # which would reach x, y and z
+        if isinstance(index, tuple) and any(part is Ellipsis for part in index):  # it must not select x, y or z
             index = np.arange(self.size).reshape(self.shape)[index]
             o, d = (line[index] for line in lines_of(self))
         else:
@@ -307,11 +375,11 @@ _NAME_INDEX_HINTS = {
     "Spans": "; spans.t_enter[spans.name == {0}] are those in a body, and so is any field",
     "Crossings": "; crossings.t[crossings.name == {0}] are those of a body, and so is any field",
 }
-"""What may be meant by a text as an index."""
+"""Hints for a text as an index, which is perhaps the name of a body."""
 
 
 def refuse_name_index(thing: Any, index: Any) -> None:
-    """IndexError for the name of a field as an index."""
+    """Raise IndexError for a text as an index, with a hint to the field or body of that name."""
     if isinstance(index, str):
         kind = type(thing).__name__
         known = hasattr(type(thing), index) or index in getattr(thing, "__dict__", {})
@@ -322,31 +390,33 @@ def refuse_name_index(thing: Any, index: Any) -> None:
 
 
 def lines_of(rays: Rays) -> tuple[FloatArray, FloatArray]:
-    """(origins, directions), both (n, 3)."""
+    """Return origins and directions, both (n, 3)."""
     return rays.origins.reshape(-1, 3), rays.directions.reshape(-1, 3)
 
 
 def _own_copy(array: FloatArray, shape: tuple[int, ...]) -> FloatArray:
-    whole = array if array.shape == shape else np.broadcast_to(array, shape)  # which costs as much as tracing a ray
+    """Return a contiguous copy, broadcast to a shape."""
+    whole = array if array.shape == shape else np.broadcast_to(array, shape)  # broadcast_to takes as long as one query
     return np.array(whole, dtype=np.float64, order="C")
 
 
-# Rays that are said and not yet made: each part of them is made where it is traced.
+# Rays computed or read in parts, each where it is traced
 
-_BLOCK = 1 << 12
+_BLOCK = 1 << 12  # rays; their arrays (192 KiB) stay in the processor's cache while they are computed and checked
 
 
 @with_attribute_hints
 @with_method_hints
 class LazyRays(NoArray):
-    """Rays of a camera or a scan, which take a few bytes until they are traced, also on other machines.
+    """Rays of a camera, a scan or a file that are computed in parts, so that they take a few bytes until then.
 
-    Every query takes them in place of `Rays`; `made()` has them as such. Those of any part are the same to the bit.
+    Every query accepts them in place of `Rays`; `made()` returns them as `Rays`. Each ray has the same bits in whatever
+    part it is computed.
     """
 
     instead = "rays.made()"
     _in_blocks = True
-    """Are they worked out, and not read?"""
+    """Whether the rays are computed, in blocks and by several threads, rather than read."""
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -355,17 +425,17 @@ class LazyRays(NoArray):
 
     @property
     def interval(self) -> tuple[float, float]:
-        """t_min and t_max of queries that say nothing else."""
+        """The default t_min and t_max of queries."""
         return 0.0, math.inf
 
     @property
     def ndim(self) -> int:
-        """How many axes `shape` has."""
+        """Number of axes of `shape`."""
         return len(self.shape)
 
     @property
     def size(self) -> int:
-        """How many rays there are."""
+        """Number of rays."""
         count = 1
         for length in self.shape:
             count *= length
@@ -374,34 +444,42 @@ class LazyRays(NoArray):
     def __len__(self) -> int:
         return self.shape[0]
 
-    if not TYPE_CHECKING:  # else checkers would let rays that are not made be told apart
+    if not TYPE_CHECKING:  # a type checker that saw these would accept indexing and loops
 
         def __getitem__(self, index: Any) -> NoReturn:
-            told = "rays.part(begin, end) are some of them, and rays.made()[...] any"
-            raise TypeError(f"{type(self).__name__}: rays are made where they are traced: {told}")
+            hint = "rays.part(begin, end) returns some of them, and rays.made()[...] any"
+            raise TypeError(f"{type(self).__name__}: rays are made where they are traced: {hint}")
 
         def __iter__(self) -> NoReturn:
-            told = "origins, directions = rays.made() are two arrays of all"
-            raise TypeError(f"{type(self).__name__}: rays are made where they are traced: {told}")
+            hint = "origins, directions = rays.made() are two arrays of all"
+            raise TypeError(f"{type(self).__name__}: rays are made where they are traced: {hint}")
 
     def made(self) -> Rays:
-        """All of them as `Rays`, 48 bytes each; these have no interval of their own, so queries of them start at 0."""
+        """Return all rays as `Rays`, 48 bytes each. These have no interval of their own: queries of them start at 0."""
         return self.part(0, self.size, self.shape)
 
     @ignore_fp_errors
     def part(self, begin: int, end: int, shape: tuple[int, ...] | None = None) -> Rays:
-        """Flat rays `begin` to `end`, counted with the last axis the fastest; in another shape of so many if given."""
-        made = (*(shape or (end - begin,)), 3)
+        """Return rays `begin` to `end` of the flat list, in which the last axis varies fastest.
+
+        Parameters
+        ----------
+        begin, end : int
+            The first ray, and the one after the last.
+        shape : tuple of int, optional
+            A shape of `end - begin` rays; (end - begin,) by default.
+        """
+        array_shape = (*(shape or (end - begin,)), 3)
         if not self._in_blocks:
             origins, directions = self._lines(begin, end)
-            return Rays(origins.reshape(made), directions.reshape(made))
-        origins, directions = np.empty(made), np.empty(made)
+            return Rays(origins.reshape(array_shape), directions.reshape(array_shape))
+        origins, directions = np.empty(array_shape), np.empty(array_shape)
         if self._fill_all(begin, origins.reshape(-1, 3), directions.reshape(-1, 3)):
             return Rays._spawned(origins, directions, np.array([-1], np.int32))
-        return Rays(origins, directions)  # which says what is wrong, and where
+        return Rays(origins, directions)  # raises for the first invalid ray
 
     def _fill_all(self, begin: int, origins: FloatArray, directions: FloatArray) -> bool:
-        """`_fill`, some at a time, that what is worked out stays near the processor, and by all threads: all right?"""
+        """Call `_fill` in blocks, on all threads. Return True if all rays are valid."""
         wrong = []
 
         def fill(first: int, last: int) -> None:
@@ -414,15 +492,15 @@ class LazyRays(NoArray):
         return not wrong
 
     def _fill(self, begin: int, origins: FloatArray, directions: FloatArray) -> None:
-        """Write `_lines` from the flat ray `begin` on into arrays (n, 3)."""
+        """Write rays from number `begin` of the flat list into arrays (n, 3)."""
         origins[:], directions[:] = self._lines(begin, begin + len(origins))
 
     def _lines(self, begin: int, end: int) -> tuple[FloatArray, FloatArray]:
-        """Origins and directions (n, 3) of flat rays `begin` to `end`."""
+        """Return origins and directions (n, 3) of rays `begin` to `end` of the flat list."""
         raise NotImplementedError
 
     def _share(self, begin: int, end: int) -> tuple[LazyRays, int, int]:
-        """What makes flat rays `begin` to `end`, in as few bytes as may be, and their numbers there."""
+        """Return lazy rays that include rays `begin` to `end` and pickle small, and the range of these rays in them."""
         return self, begin, end
 
     def __repr__(self) -> str:
@@ -430,7 +508,7 @@ class LazyRays(NoArray):
 
 
 class ArrayRays(LazyRays):
-    """Rays in two arrays (n, 3), or one (n, 6), which may be on a disk: what is sliced is read, and nothing else."""
+    """Rays in two arrays (n, 3), or one (n, 6), that may lie on a disk: a part reads only its own slice."""
 
     _in_blocks = False
 
@@ -441,8 +519,9 @@ class ArrayRays(LazyRays):
             if array is not None and (shape is None or len(shape) != 2 or shape[1] != last):
                 raise ValueError(f"rays: {name} must be an array of shape (n, {last}), got {shape}")
         if directions is not None and len(origins) != len(directions):
-            told = f"{len(origins)} and {len(directions)}"
-            raise ValueError(f"rays: origins and directions must be as many, got {told}")
+            raise ValueError(
+                f"rays: origins and directions must have equal lengths, got {len(origins)} and {len(directions)}"
+            )
 
     @property
     def shape(self) -> tuple[int, ...]:

@@ -1,8 +1,12 @@
-"""Answers and rays are no arrays of numbers: NumPy's functions are told so, but for those that keep things in files."""
+"""Base classes of query results: `NoArray`, which keeps NumPy from treating a result as numbers, and `QueryResult`.
+
+A result has arrays as fields and is no array itself. `ObjectArray` holds names and materials of bodies. The functions
+at the end format one-ray results and join results for `concatenate`.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, NoReturn, Self, TypeVar
 
@@ -11,25 +15,26 @@ import numpy as np
 from .._util.foreign_names import HintingType
 from .._util.hints import describe_names, with_method_hints
 from .._util.pickling import restore_state
+from .._util.text import format_count
 from .._util.user_warnings import warn
 from .._util.validation import describe_kind, format_value
-from ..geometry.labels import Labels, format_count
+from ..geometry.labels import Labels
 from .id_arrays import number_fields
 
 if TYPE_CHECKING:
     from ..prepare.prepared_scene import PreparedScene
-    from .hits import Hits
-    from .spans import Crossings, Spans
 
 
 _NUMPY_SAVERS = (np.save, np.savez, np.savez_compressed)
+"""NumPy functions that accept a result, since they only store it."""
 
 
 class NoArray(metaclass=HintingType):
-    """What has arrays as its fields. Each message that refuses the whole names them (`instead`)."""
+    """An object whose fields are arrays. NumPy functions and operators raise a TypeError that names fields to use."""
 
     __slots__ = ()
     instead: ClassVar[str]
+    """The fields that messages recommend."""
 
     def _refusal(self, what: str = "") -> TypeError:
         kind = type(self).__name__
@@ -44,10 +49,10 @@ class NoArray(metaclass=HintingType):
     def __array_function__(self, function: Any, types: Any, args: Any, keywords: Any) -> Any:
         if function not in _NUMPY_SAVERS:
             raise self._refusal(f"{function.__name__}: ")
-        kept = {name: _box_result(value) for name, value in keywords.items()}
-        return function(*map(_box_result, args), **kept)
+        boxed = {name: _box_result(value) for name, value in keywords.items()}
+        return function(*map(_box_result, args), **boxed)
 
-    if not TYPE_CHECKING:  # else checkers would let items be set
+    if not TYPE_CHECKING:  # a type checker that saw __setitem__ would accept assignments to items
 
         def __setitem__(self, index: Any, value: Any) -> NoReturn:
             raise self._read_only()
@@ -66,7 +71,7 @@ _OPERATORS = {
     "__neg__": "-", "__abs__": "abs", "__float__": "float", "__int__": "int",
     "__lt__": "<", "__le__": "<=", "__gt__": ">", "__ge__": ">=",
 }  # fmt: skip
-"""Operators that numbers have, and how they are written."""
+"""Special methods of numbers, and the operator that each implements."""
 
 
 def _refusing_operator(sign: str) -> Any:
@@ -81,7 +86,10 @@ for _method, _sign in _OPERATORS.items():
 
 
 def box_object(thing: Any, dtype: Any = None) -> Any:
-    """An object as an array () of itself, which is how NumPy's files can keep it; never one of its parts."""
+    """Return an array of shape () that holds `thing` itself, so that NumPy can store it in a file.
+
+    Without the box NumPy would unpack a sequence into its parts. Raise TypeError for a `dtype` other than object.
+    """
     if dtype is not None and np.dtype(dtype) != np.dtype(object):
         raise TypeError(f"{type(thing).__name__} is no array of numbers")
     box = np.empty((), object)
@@ -90,44 +98,48 @@ def box_object(thing: Any, dtype: Any = None) -> Any:
 
 
 def _box_result(value: Any) -> Any:
+    """Return a result in a box, and anything else unchanged."""
     return box_object(value) if isinstance(value, NoArray) else value
 
 
-# Names and materials of answers: arrays of objects, of which `np.unique` can tell the different ones.
+# Names and materials of results: arrays of objects that `np.unique` accepts.
 #
-# NumPy sorts for that, and neither None, the name of a miss, nor a material can be sorted. Here names are, None comes
-# last, and materials come in the order in which they first appear. Whatever is computed with them is plain.
+# NumPy sorts in `unique`, and neither None (the name of a miss) nor a material has an order. Here names sort as texts,
+# None comes last, and materials keep the order of their first appearance. Arrays computed from these are plain.
 
 _UNIQUE_FUNCTIONS = ("unique", "unique_values", "unique_counts", "unique_inverse", "unique_all")
 
 
 _ORDER_FUNCTIONS = ("sort", "argsort", "lexsort", "min", "max", "amin", "amax", "searchsorted")
-_MOST_NAMES = 100_000
+_MOST_NAMES = 100_000  # above this a scene's names are not searched, since each comparison would take too long
 
 
 class ObjectArray(np.ndarray[Any, Any]):
-    """An array of objects, most of them equal to others in it.
+    """An array of names or materials, many of them equal.
 
-    Names know those of the whole scene: one that there is not equals none, and a warning tells of it.
+    Comparing an array of names with a name that no body of the scene has gives False throughout, and warns.
     """
 
     labels: Labels | None = None
+    """Names and materials of the whole scene; None where they are unknown."""
 
     def __eq__(self, other: object) -> Any:
         found = super().__eq__(other)
         if isinstance(other, str) and self.labels is not None:
-            self._tell_unknown(other, self.labels)
+            self._warn_unknown(other, self.labels)
         return found
 
     def __ne__(self, other: object) -> Any:
         found = super().__ne__(other)
         if isinstance(other, str) and self.labels is not None:
-            self._tell_unknown(other, self.labels)
+            self._warn_unknown(other, self.labels)
         return found
 
     __hash__ = None
 
-    def _tell_unknown(self, name: str, labels: Labels) -> None:
+    def _warn_unknown(self, name: str, labels: Labels) -> None:
+        """Warn if no body of the scene has this name."""
+        # A subclass of Labels makes names on demand, so testing for one there would make all of them
         if type(labels) is Labels and len(labels.names) <= _MOST_NAMES and name not in labels.names:
             known = [one for one in labels.names if one is not None]
             warn(
@@ -157,21 +169,21 @@ class ObjectArray(np.ndarray[Any, Any]):
 
 
 def object_array(values: Any, labels: Labels | None = None) -> Any:
-    """The same, read-only if it is an array: one of which `np.unique` can tell the different ones.
+    """Return `values` as a read-only `ObjectArray`; a single value is returned unchanged.
 
-    labels: of names, those of the whole scene.
+    labels: of names, the labels of the whole scene.
     """
     if not isinstance(values, np.ndarray):
         return values
     values.flags.writeable = False
-    found = values.view(ObjectArray)
-    found.labels = labels
-    return found
+    array = values.view(ObjectArray)
+    array.labels = labels
+    return array
 
 
 def _unique(function: Any, values: Any, args: Any, kwargs: Any) -> Any:
-    """NumPy's function of the places of values among the different ones."""
-    by_identity = {id(value): value for value in values.ravel().tolist()}  # comparing materials takes longer
+    """Apply one of NumPy's `unique` functions to objects: to the place of each among the distinct ones, in order."""
+    by_identity = {id(value): value for value in values.ravel().tolist()}  # faster than comparing materials
     different = list(dict.fromkeys(by_identity.values()))
     texts = sorted(value for value in different if isinstance(value, str))
     others = [value for value in different if value is not None and not isinstance(value, str)]
@@ -184,44 +196,44 @@ def _unique(function: Any, values: Any, args: Any, kwargs: Any) -> Any:
     found = function(codes, *args, **kwargs)
     if isinstance(found, np.ndarray):
         return table[found]
-    kept = [table[found[0]], *found[1:]]
-    return type(found)(*kept) if hasattr(found, "_fields") else tuple(kept)
+    parts = [table[found[0]], *found[1:]]
+    return type(found)(*parts) if hasattr(found, "_fields") else tuple(parts)
 
 
-# What answers of a scene have in common: names and materials of the bodies in them, and a life without the scene.
+# The base class of results: names and materials of their bodies, comparison, pickles, and results without a scene.
 
 
 class NoScene:
-    """In place of the scene of an answer that has been taken from it."""
+    """The stand-in for the scene of a detached result: every attribute raises ValueError."""
 
     def __getattr__(self, name: str) -> Any:
         if name.startswith("__"):
             raise AttributeError(name)
-        raise ValueError("this answer was detached from its scene, or pickled, and holds nothing that can tell")
+        raise ValueError("this result was detached from its scene, or pickled, and can compute no further fields")
 
 
 NO_SCENE: Any = NoScene()
 
 
 _SCENE_FIELDS = "_scene", "_met", "_moving"
-"""What an answer keeps only as long as it has its scene: it, and what derivatives have found of its walls."""
+"""Attributes that pickles and `detached` leave out: the scene, and data of its walls that derivatives have cached."""
 
 
 @with_method_hints
 class QueryResult(NoArray):
-    """Hits, spans or crossings: read-only, and equal where all their fields are.
+    """The base class of hits, spans, crossings and distances: read-only, and equal if all fields are equal.
 
-    Pickled or `detached`, they keep all their fields and do not keep the scene.
+    A pickled or `detached` result keeps all fields and drops the scene.
     """
 
     __hash__ = None  # type: ignore[assignment]
     _scene: PreparedScene
     _views: ClassVar[tuple[str, ...]] = ()
-    """Fields that are other attributes in another form: these are not kept twice."""
+    """Fields that another attribute holds in another form; pickles leave them out."""
 
     @cached_property
     def _home(self) -> bytes:
-        """Which scene's surfaces the numbers belong to (`Prepared.key`)."""
+        """The key of the scene that surface numbers refer to (`PreparedScene.key`)."""
         return self._scene.key
 
     @cached_property
@@ -231,32 +243,32 @@ class QueryResult(NoArray):
 
     @property
     def _numbers(self) -> Any:
-        """The bodies that `name` and `material` are of."""
+        """The body numbers for `name` and `material`."""
         return self.body  # type: ignore[attr-defined]
 
     @property
     def name(self) -> Any:
-        """The name of each body, objects of the shape of `body`: a text, or None for a body without and for a miss."""
+        """The name of each body, an object array of the shape of `body`; None for a nameless body and for a miss."""
         return object_array(self._labels.names_of(self._numbers), None if self._scene is NO_SCENE else self._labels)
 
     @property
     def material(self) -> Any:
-        """The material of each body, objects of the shape of `body`: as `scene.body(number).material`, None for a miss.
+        """The material of each body, an object array of the shape of `body`, as `scene.body(number).material`.
 
-        None is also that of a body without, which is the default one. The paint of single faces is not included.
+        It is None for a miss and for a body with the default material. The paint of single faces is not included.
         """
         return object_array(self._labels.materials_of(self._numbers))
 
     def detached(self) -> Self:
-        """The same without the scene, which then need not be kept: all fields are worked out, and stay.
+        """Return a copy that does not keep the scene in memory: it computes all fields first.
 
-        Pickles are like that. Rays spawned from them still know their surface, in any scene with the same surfaces.
+        Pickles do the same. Rays spawned from a copy still start on their surface, in any scene with the same surfaces.
         """
         result = object.__new__(type(self))
         result.__setstate__(self.__getstate__())
         return result
 
-    if not TYPE_CHECKING:  # else checkers would let any name be set
+    if not TYPE_CHECKING:  # a type checker that saw __setattr__ would accept any attribute
 
         def __setattr__(self, name: str, value: Any) -> None:
             raise AttributeError(f"{type(self).__name__} are read-only: {name} cannot be set")
@@ -265,21 +277,21 @@ class QueryResult(NoArray):
             raise AttributeError(f"{type(self).__name__} are read-only: {name} cannot be deleted")
 
     def __eq__(self, other: object) -> bool:
-        """Whether all fields are equal, NaN counting as equal to NaN; never an array."""
+        """Return True if all fields are equal, with NaN equal to NaN; never an array."""
         if type(other) is not type(self):
             return NotImplemented
         fields = (*self._fields(), *(["_rays"] if "_rays" in vars(self) else []))
         return all(_fields_equal(getattr(self, field), getattr(other, field)) for field in fields)
 
     def _fields(self) -> list[str]:
-        """The public attributes and properties."""
+        """Return the names of the public attributes and properties."""
         kind = type(self)
-        worked_out = (f for f in dir(kind) if isinstance(getattr(kind, f), (property, cached_property)))
-        return [field for field in {**dict.fromkeys(worked_out), **vars(self)} if not field.startswith("_")]
+        properties = (f for f in dir(kind) if isinstance(getattr(kind, f), (property, cached_property)))
+        return [field for field in {**dict.fromkeys(properties), **vars(self)} if not field.startswith("_")]
 
     def __getstate__(self) -> dict[str, Any]:
         for field in self._fields():
-            getattr(self, field)
+            getattr(self, field)  # computes and caches the field, which needs the scene
         state = {name: value for name, value in vars(self).items() if name not in (*_SCENE_FIELDS, *self._views)}
         return {**state, "_home": self._home, "_labels": self._labels.of_only(self._numbers)}
 
@@ -293,76 +305,72 @@ class QueryResult(NoArray):
         return result
 
     def __deepcopy__(self, memo: Any) -> Self:
-        del memo  # all of it is read-only
+        del memo  # all parts are read-only, so copies may share them
         return self.__copy__()
 
 
 def _fields_equal(one: Any, other: Any) -> bool:
-    """Are two fields equal, NaN counting as equal to NaN?"""
+    """Return True if two fields are equal, with NaN equal to NaN."""
     if isinstance(one, np.ndarray | np.generic):
         return np.array_equal(one, other, equal_nan=one.dtype.kind == "f")
     return bool(one == other)
 
 
-# What answers to a single ray tell of themselves, in full digits.
+# Texts of results of a single ray, with full precision.
 
 _MOST_ROWS_SHOWN = 4
 
 
-def format_hit(hits: Hits) -> str:
-    """The fields of one hit."""
-    if not hits.hit:
-        return "a miss, t=inf"
-    told = {name: format_field(getattr(hits, name)) for name in ("t", "point", "normal", "face", "entering")}
-    return f"body {format_body(hits.body, hits.name)}, " + ", ".join(f"{name}={value}" for name, value in told.items())
-
-
-def format_spans(spans: Spans) -> str:
-    """The first spans of one ray."""
-    rows = zip(spans.body, spans.name, spans.t_enter, spans.t_exit, strict=True)
-    return _format_rows(
-        len(spans.body),
-        "span",
-        (f"body {format_body(b, n)} [{format_field(a)}, {format_field(e)}]" for b, n, a, e in rows),
-    )
-
-
-def format_crossings(crossings: Crossings) -> str:
-    """The first crossings of one ray."""
-    rows = zip(crossings.body, crossings.name, crossings.t, strict=True)
-    return _format_rows(
-        len(crossings.body), "crossing", (f"body {format_body(b, n)} t={format_field(t)}" for b, n, t in rows)
-    )
-
-
-def _format_rows(count: int, noun: str, rows: Iterable[str]) -> str:
+def format_rows(count: int, noun: str, rows: Iterable[str]) -> str:
+    """Return the number of rows and the first few of them, as "2 spans: ..., ..."."""
     first = [row for row, _ in zip(rows, range(_MOST_ROWS_SHOWN), strict=False)]
     more = ", ..." if count > _MOST_ROWS_SHOWN else ""
     return format_count(count, noun, f"{noun}s") + (f": {', '.join(first)}{more}" if first else "")
 
 
 def format_body(number: Any, name: Any) -> str:
+    """Return the number of a body, and its name if it has one."""
     return f"{int(number)}" + (f" {format_value(name)}" if name else "")
 
 
 def format_field(value: Any) -> str:
-    """Numbers without NumPy's types around them."""
+    """Return the repr of a field in plain Python types, arrays as tuples."""
     plain = value.tolist() if hasattr(value, "tolist") else value
     return repr(tuple(plain) if isinstance(plain, list) else plain)
 
 
-# What is joined by `concatenate`: a list of answers of one kind.
+# Results of several queries joined into one, for the `concatenate` methods.
 
 ResultType = TypeVar("ResultType")
 
 
 def check_parts(kind: type[ResultType], parts: Any) -> list[ResultType]:
-    """The parts as a list; TypeError for what is none, or holds something else than answers of a kind."""
+    """Return `parts` as a list. Raise TypeError if it is no list of results of class `kind`."""
     name = kind.__name__
     if isinstance(parts, kind) or not isinstance(parts, Iterable):
         raise TypeError(f"{name}: parts must be a list of {name}, got {describe_kind(parts)}")
-    given = list(parts)
-    for i, part in enumerate(given):
+    results = list(parts)
+    for i, part in enumerate(results):
         if not isinstance(part, kind):
             raise TypeError(f"{name}: parts[{i}] must be {name}, got {describe_kind(part)}")
-    return given
+    return results
+
+
+def common_scene_state(parts: Sequence[Any], name: str) -> dict[str, Any]:
+    """Return the attributes of detached results that describe their scene. Raise ValueError for different scenes."""
+    for i, part in enumerate(parts):
+        if part._home != parts[0]._home or getattr(part, "_distinct", ()) != getattr(parts[0], "_distinct", ()):
+            raise ValueError(f"{name}: parts must be of one scene, got parts[0] and parts[{i}] of different ones")
+    return {"_labels": merge_labels([part._labels for part in parts], name)}
+
+
+def merge_labels(labels: Sequence[Labels], owner: str) -> Labels:
+    """Return the union of labels. Raise ValueError if two of them disagree about a body."""
+    known: dict[int, tuple[Any, ...]] = {}
+    for one in labels:
+        for first, *label in zip(one.firsts.tolist(), one.names, one.materials, one.solid, strict=True):
+            if known.setdefault(first, tuple(label)) != tuple(label):
+                raise ValueError(f"{owner}: parts must be of one scene, got two names or materials of body {first}")
+    firsts = sorted(known)
+    names, materials, solid = ([known[first][k] for first in firsts] for k in range(3))
+    return Labels(np.array(firsts, np.int64), tuple(names), tuple(materials), tuple(solid))

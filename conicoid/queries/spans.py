@@ -1,4 +1,8 @@
-"""Lists of rows for each ray, indexed by ray: `spans[i]`, `len(crossings)`, `for one in spans`."""
+"""`Spans` and `Crossings`: for each ray a list of rows, stored one after the other (the CSR layout).
+
+The rows of ray i are offsets[i]:offsets[i + 1], where rays are numbered in C order. `RayLists` holds what both classes
+share; the functions at the end trace rays in chunks and join the rows.
+"""
 
 from __future__ import annotations
 
@@ -19,8 +23,9 @@ from .._util.foreign_names import with_attribute_hints
 from .._util.hints import closest_name, with_method_hints
 from .._util.name_tuples import NamedPartTuple
 from .._util.pickling import freeze_arrays
+from .._util.text import format_count
 from .._util.validation import check_npz_path, format_value, zero_negligible
-from ..geometry.labels import Labels, format_count
+from ..geometry.labels import Labels
 from ..kernels.body.media import AFTER, BEFORE
 from ..kernels.entry.crossings import (
     CrossingColumns,
@@ -39,10 +44,11 @@ from .derivative_methods import SpanDerivatives
 from .exact.doubtful_rays import resolve_rows
 from .exact.error_bounds import bounds_of_t
 from .exact.hit_sides import HitPlaces, sides_of
+from .extensions import extension
 from .hit_fields import normals_of, points_along
 from .id_arrays import as_id_array, number_fields
 from .rays import Rays, lines_of, refuse_name_index, refuse_pairs
-from .result import QueryResult, format_crossings, format_spans
+from .result import NO_SCENE, QueryResult, check_parts, common_scene_state, format_body, format_field, format_rows
 from .weights import BODY, DistinctMaterials, Weights, check_by, weights_of
 
 if TYPE_CHECKING:
@@ -51,9 +57,9 @@ if TYPE_CHECKING:
 
 @with_method_hints
 class RayLists:
-    """A sequence over flat rays (in C order). A number selects one ray's rows; a slice, numbers or a mask several rays.
+    """A sequence over rays, numbered in C order: `x[i]` has the rows of one ray; a slice, list or mask selects several.
 
-    One ray's rows are true where there are any.
+    The rows of one ray are true if there are any.
     """
 
     _columns: ClassVar[tuple[str, ...]]
@@ -62,53 +68,78 @@ class RayLists:
 
     @property
     def rays(self) -> Rays:
-        """Those that were asked."""
+        """The traced rays."""
         return self._rays
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """The leading shape of the rays; how many rows each has is np.diff(offsets)."""
+        """The leading shape of the rays; np.diff(offsets) counts the rows of each."""
         return self._rays.shape
 
     @classmethod
     def concatenate(cls, parts: Iterable[Self]) -> Self:
-        """Rows of rays one after the other along the first axis of the rays; single ones count as rows of one.
+        """Join results along the first axis of their rays; a single ray counts as a row of one.
 
-        `parts` are of one scene, with it or without. Raises TypeError for what is of another kind, ValueError for none
-        at all, for shapes that do not fit and for different scenes, whose body numbers mean different things.
+        Parameters
+        ----------
+        parts : iterable
+            Results of this class and of one scene, detached or not.
+
+        Raises
+        ------
+        TypeError
+            If a part has another class.
+        ValueError
+            If `parts` is empty, if the rays' shapes differ in another axis than the first, or if the parts belong to
+            different scenes, in which body numbers have different meanings.
         """
-        from .concatenate import concatenate_lists
-
-        return concatenate_lists(cls, parts)
+        return _concatenate_lists(cls, parts)
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write all fields as a .npz file at `path`, which `load` reads; the scene stays behind, as with `detached`.
+        """Write all fields, without the scene, as a .npz file that `load` reads.
 
-        The file appears whole or not at all. Raises ValueError for another suffix, OSError where it cannot be written.
+        Parameters
+        ----------
+        path : path
+            Must end with .npz. The complete file appears at once, or none.
+
+        Raises
+        ------
+        ValueError
+            For another suffix.
+        OSError
+            If the file cannot be written.
         """
-        from ..io.result_file import write_lists_file
-
-        write_lists_file(check_npz_path("save", type(self).__name__.lower(), path), self)
+        extension("lists.write")(check_npz_path("save", type(self).__name__.lower(), path), self)
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Self:
-        """What is in the file at `path` that `save` wrote, detached from its scene. Nothing in a file is executed.
+        """Return the result in a file, detached from its scene. Loading executes nothing that the file contains.
 
-        Raises ValueError for what is no such file, naming it, and OSError where it cannot be read.
+        Parameters
+        ----------
+        path : path
+            A .npz file that `save` of this class wrote.
+
+        Raises
+        ------
+        ValueError
+            If the file has another format; the message names the file.
+        OSError
+            If the file cannot be read.
         """
-        from ..io.result_file import read_lists_file
-
-        return read_lists_file(check_npz_path("load", cls.__name__.lower(), path), cls)
+        lists: Self = extension("lists.read")(check_npz_path("load", cls.__name__.lower(), path), cls)
+        return lists
 
     def __len__(self) -> int:
-        """How many rays there are; one for a single ray."""
+        """Number of rays; 1 for a single ray."""
         return len(self.offsets) - 1
 
     def __bool__(self) -> bool:
         if len(self) != 1:
             raise ValueError(
                 f"{type(self).__name__}: the truth value of the rows of {len(self)} rays is ambiguous; "
-                "np.diff(offsets) > 0 tells it for each"
+                "np.diff(offsets) > 0 has the value for each ray"
             )
         return bool(self.offsets[1] > 0)
 
@@ -118,7 +149,7 @@ class RayLists:
             yield self[i]
 
     def __getitem__(self, index: Any) -> Self:
-        """The rows of a flat ray, or of several."""
+        """Return the rows of one ray, or of several."""
         refuse_name_index(self, index)
         which = self._which(index)
         flat = np.ravel(which)
@@ -127,27 +158,27 @@ class RayLists:
         first = np.repeat(self.offsets[flat], counts)
         rows = first + np.arange(offsets[-1]) - np.repeat(offsets[:-1], counts)
         part = object.__new__(type(self))
-        kept = {name: value for name, value in vars(self).items() if not hasattr(type(self), name)}
-        # What has been worked out stays, as answers without their scene cannot do it again
-        known = {name: vars(self)[name] for name in vars(self) if hasattr(type(self), name)}
-        kept |= {name: value[rows] if isinstance(value, np.ndarray) else value for name, value in known.items()}
+        state = {name: value for name, value in vars(self).items() if not hasattr(type(self), name)}
+        # Cached fields are copied, since a detached result could not compute them again
+        cached = {name: vars(self)[name] for name in vars(self) if hasattr(type(self), name)}
+        state |= {name: value[rows] if isinstance(value, np.ndarray) else value for name, value in cached.items()}
         rays = self._rays if self._rays.shape else self._rays[None]
         part.__dict__.update(
-            kept,
+            state,
             offsets=offsets.astype(self.offsets.dtype),
             _rays=rays[np.unravel_index(which, rays.shape)],
-            # in C order, as kernels were compiled for
+            # np.take gives C order, which the compiled kernels expect
             **{name: np.take(getattr(self, name), rows, axis=-1) for name in self._columns},
         )
         freeze_arrays(part)
         return part
 
     def _which(self, index: Any) -> Any:
-        """The numbers of the flat rays that an index selects."""
+        """Return the numbers of the rays that an index selects, scalar for one ray. Raise IndexError with a hint."""
         if np.asarray(index).dtype == np.bool_ and np.shape(index) == (int(self.offsets[-1]),) != (len(self),):
             name, field = type(self).__name__.lower(), self._columns[0]
             raise IndexError(
-                f"{type(self).__name__}: a mask selects rays, of which there are {len(self)}, got one of "
+                f"{type(self).__name__}: a mask selects rays and must have {len(self)} items, got one of "
                 f"{int(self.offsets[-1])} rows: {name}.{field}[mask] has the rows of a field"
             )
         if np.shape(index) == self._rays.shape != () and np.asarray(index).dtype == np.bool_:
@@ -157,12 +188,12 @@ class RayLists:
         if which is None or which.ndim > 1:
             raise IndexError(
                 f"{type(self).__name__}: index must be a number, a slice, a list of numbers or a mask over the "
-                f"{format_count(len(self), 'ray', 'rays')}, got {format_value(index)}{self._meant(index)}"
+                f"{format_count(len(self), 'ray', 'rays')}, got {format_value(index)}{self._index_hint(index)}"
             )
         return which
 
-    def _meant(self, index: Any) -> str:
-        """What may be meant by several numbers: a ray of a picture by its axes, or a row of a ray."""
+    def _index_hint(self, index: Any) -> str:
+        """Return a hint for several numbers as an index: a ray of a picture by its axes, or one row of a ray."""
         if not isinstance(index, tuple) or not all(isinstance(i, int) for i in index):
             return ""
         name, shape = type(self).__name__.lower(), self._rays.shape
@@ -174,14 +205,14 @@ class RayLists:
         return ""
 
 
-# What is told of answers beside them, once for each scene: in the log, or, in a task, to the one who asked.
+# Notes beside a result, once for each scene: in the log, or, in a task on a worker, returned to the caller's process.
 
 _task_notes = threading.local()
 
 
 @contextlib.contextmanager
 def collect_notes() -> Iterator[list[str]]:
-    """What this thread tells within the block, which is not logged here."""
+    """Collect the notes of this thread within the block instead of logging them."""
     before, notes = getattr(_task_notes, "notes", None), list[str]()
     _task_notes.notes = notes
     try:
@@ -191,7 +222,7 @@ def collect_notes() -> Iterator[list[str]]:
 
 
 def log_once(labels: Labels, text: Callable[[], str]) -> None:
-    """Log a text, of the first answer of a scene alone, which its labels stand for; a task has one for its asker."""
+    """Log a text once for each scene, which `labels` identify; within `collect_notes` collect the first text."""
     notes = getattr(_task_notes, "notes", None)
     if notes is not None:
         notes.extend([] if notes else [text()])
@@ -202,45 +233,49 @@ def log_once(labels: Labels, text: Callable[[], str]) -> None:
         logging.getLogger("conicoid").warning("%s", text())
 
 
-# Stretches of rays that lie in two bodies at once, which sums over bodies count twice: they are told of.
+# Stretches of rays that lie in two bodies at once, which sums over bodies count twice
 
 COUNT_BOTH, REFUSE_OVERLAPS = "both", "error"
 _THIN_OVERLAP, _ROUNDING_OVERLAP = 1e-5, 1e-9
-"""Of the longest stretch, and of the distance: less is what numbers with few digits leave between walls."""
+"""Thinner overlaps are ignored, since walls given with few digits leave them: shares of the longest stretch, of t."""
 
 
 def check_overlaps(owner: str, overlaps: Any) -> str | None:
-    """How stretches within two bodies count; a ValueError for anything but "both", "error" and None."""
+    """Return `overlaps`. Raise ValueError unless it is "both", "error" or None."""
     if overlaps is not None and overlaps not in (COUNT_BOTH, REFUSE_OVERLAPS):
         close = closest_name(overlaps, (COUNT_BOTH, REFUSE_OVERLAPS)) if isinstance(overlaps, str) else ""
-        meant = f" (did you mean {close!r}?)" if close else ""
-        raise ValueError(f"{owner}: overlaps must be 'both', 'error' or None, got {format_value(overlaps)}{meant}")
+        hint = f" (did you mean {close!r}?)" if close else ""
+        raise ValueError(f"{owner}: overlaps must be 'both', 'error' or None, got {format_value(overlaps)}{hint}")
     return overlaps
 
 
 def report_overlaps(owner: str, spans: Spans, overlaps: str | None, kinds: Any, counts: Any) -> None:
-    """Refuse overlaps of stretches that are added up, for "error"; for None log them, once for a scene.
+    """Raise ValueError for overlaps if `overlaps` is "error"; if it is None, log them once for each scene.
 
-    kinds: what each stretch is added up with, a number, or None where all are added up; counts: which count at all.
+    kinds: the group of each row, within which lengths are summed, or None for a single group; counts: mask of the rows
+    that contribute, or None for all.
     """
     if overlaps == COUNT_BOTH or not len(spans.body):
         return
     rows = np.arange(len(spans.body)) if counts is None else np.flatnonzero(counts)
-    found = _find_overlaps(spans, rows)
-    if len(found[0]) and kinds is not None:
-        found = _find_overlaps(spans, rows[np.lexsort((rows, kinds[rows], _rays_of_rows(spans)[rows]))], kinds)
-    if not len(found[0]):
+    pairs = _find_overlaps(spans, rows)
+    if len(pairs[0]) and kinds is not None:  # sorting by group is only needed where some overlap exists
+        pairs = _find_overlaps(spans, rows[np.lexsort((rows, kinds[rows], _rays_of_rows(spans)[rows]))], kinds)
+    if not len(pairs[0]):
         return
     if overlaps == REFUSE_OVERLAPS:
-        raise ValueError(_overlap_message(owner, spans, *found) + "; co.check(scene) finds all")
-    log_once(spans._labels, lambda: _overlap_message(owner, spans, *found) + _OVERLAP_HINT)
+        raise ValueError(_overlap_message(owner, spans, *pairs) + "; co.check(scene) finds all")
+    log_once(spans._labels, lambda: _overlap_message(owner, spans, *pairs) + _OVERLAP_HINT)
 
 
 _OVERLAP_HINT = "; overlaps='both' says that it is meant, and overlaps='error' refuses it"
 
 
 def _find_overlaps(spans: Spans, rows: Any, kinds: Any = None) -> tuple[Any, Any]:
-    """Neighbours among some rows, sorted by ray and start, that overlap. If any two of a ray do, two neighbours do."""
+    """Return the pairs of neighbouring rows that overlap; `rows` are sorted by ray, group and start.
+
+    Neighbours are enough: if any two rows of a ray overlap, then two neighbours do.
+    """
     one, other = rows[:-1], rows[1:]
     ray = _rays_of_rows(spans)
     same = ray[one] == ray[other]
@@ -252,17 +287,17 @@ def _find_overlaps(spans: Spans, rows: Any, kinds: Any = None) -> tuple[Any, Any
     longest = stretches.max(initial=0.0, where=np.isfinite(stretches))
     far = np.maximum(np.abs(start), np.abs(end))
     thick = np.isinf(common) | ((common > _THIN_OVERLAP * longest) & (common > _ROUNDING_OVERLAP * far))
-    found = same & (common > 0) & thick
-    return one[found], other[found]
+    overlap = same & (common > 0) & thick
+    return one[overlap], other[overlap]
 
 
 def _rays_of_rows(spans: Spans) -> Any:
-    """The flat ray of every row."""
+    """Return the number of the ray of every row."""
     return row_owners(spans.offsets)
 
 
 def _overlap_message(owner: str, spans: Spans, one: Any, other: Any) -> str:
-    """What is told of the first overlap."""
+    """Return a message on the number of rays with overlaps, and on the first overlap."""
     ray = _rays_of_rows(spans)[one]
     rays, first = format_count(len(np.unique(ray)), "ray goes", "rays go"), int(ray[0])
     origin, direction = (tuple(part.reshape(-1, 3)[first].tolist()) for part in spans.rays)
@@ -276,29 +311,31 @@ def _overlap_message(owner: str, spans: Spans, one: Any, other: Any) -> str:
 
 
 def _body_label(number: int, name: Any) -> str:
+    """Return "body 3" with the name if there is one."""
     return f"body {number}" + (f" {format_value(name)}" if name else "")
 
 
-# Lists of different length for each ray, one after the other: spans and crossings (CSR layout).
+# Spans and crossings
 
 LARGEST_LENGTHS = 4 << 30
-_SPAN_CHUNK = 16384
+"""The largest array of lengths in bytes."""
+_SPAN_CHUNK = 16384  # rows that a thread takes at a time when it computes a field
 
 
 def refuse_large_lengths(rays: int, columns: int, by: str) -> None:
-    """ValueError for an array of lengths that would be absurd."""
+    """Raise ValueError if an array of lengths would take more than `LARGEST_LENGTHS` bytes."""
     if rays * columns * 8 > LARGEST_LENGTHS:
-        what = "bodies" if by == BODY else "materials"
+        noun = "bodies" if by == BODY else "materials"
         raise ValueError(
-            f"lengths: an array of {rays} rays x {columns} {what} would take {rays * columns * 8 / 2**30:.0f} GiB; "
+            f"lengths: an array of {rays} rays x {columns} {noun} would take {rays * columns * 8 / 2**30:.0f} GiB; "
             "use line_integral(values), or t_enter, t_exit and body"
         )
 
 
 def _crossing_errors(scene: PreparedScene, rays: Rays, offsets: Any, t: FloatArray, surfaces: Any) -> FloatArray:
-    """The bounds on the crossings of rays with surfaces, rows offsets[i]:offsets[i + 1] of ray i."""
-    which = row_owners(offsets)
-    errors = bounds_of_t(scene, lines_of(rays), rays._starts_in(scene), which, t, surfaces)
+    """Return bounds on the errors of t of crossings with surfaces, rows offsets[i]:offsets[i + 1] of ray i."""
+    owners = row_owners(offsets)
+    errors = bounds_of_t(scene, lines_of(rays), rays._starts_in(scene), owners, t, surfaces)
     errors.flags.writeable = False
     return errors
 
@@ -306,17 +343,30 @@ def _crossing_errors(scene: PreparedScene, rays: Rays, offsets: Any, t: FloatArr
 @with_attribute_hints
 @with_method_hints
 class Spans(QueryResult, RayLists, SpanDerivatives):
-    """Stretches of rays inside solids. Those of flat ray i are rows offsets[i]:offsets[i + 1], sorted by t_enter.
+    """Stretches of rays inside solids. Those of ray i are rows offsets[i]:offsets[i + 1], sorted by t_enter.
 
-    t_enter, t_exit   float64, in units of the direction's length
-    body              int32
-    enter_clipped, exit_clipped   bool: the end is the interval's (or infinity), not a wall
-    t_enter_error, t_exit_error   float64: each end is at most so far from the exact one; 0 where it is clipped
-    name, material    objects: what the body is called and made of
-    materials         tuple: the different materials of the scene's bodies, the columns of lengths(by="material")
-    rays, shape       the rays that were asked, and their leading shape
+    Attributes
+    ----------
+    t_enter, t_exit : float64 (spans,)
+        In units of the direction's length.
+    body : int32 (spans,)
+        Number of the body.
+    enter_clipped, exit_clipped : bool (spans,)
+        Whether the end is that of the interval (or infinity) rather than a wall.
+    t_enter_error, t_exit_error : float64 (spans,)
+        Bounds on the distance of each end from the exact one; 0 for a clipped end.
+    name, material : object (spans,)
+        Name and material of the body.
+    materials : tuple
+        The different materials of the scene's bodies, the columns of lengths(by="material").
+    offsets : int (rays + 1,)
+        The first row of each ray.
+    rays, shape
+        The traced rays, and their leading shape.
 
-    Pickled, or `detached`, spans keep all these fields and do not keep the scene.
+    Notes
+    -----
+    Pickled or `detached` spans keep all these fields and drop the scene.
     """
 
     instead = "spans.t_enter, spans.t_exit and spans.body"
@@ -349,9 +399,10 @@ class Spans(QueryResult, RayLists, SpanDerivatives):
         return _crossing_errors(self._scene, self._rays, self.offsets, self.t_exit, self._ends[1])
 
     def _chords(self) -> tuple[Any, FloatArray]:
-        """(flat index of the ray, true length) of every span."""
+        """Return the ray's number and the true length of every span."""
         ray = row_owners(self.offsets)
         directions = self._rays.directions.reshape(-1, 3)
+        # Dividing by the largest component keeps the squares finite
         scale = np.abs(directions).max(axis=1, initial=0.0)
         scale = np.where(scale > 0, scale, 1.0)
         length = scale * np.sqrt(((directions / scale[:, None]) ** 2).sum(axis=1))
@@ -370,7 +421,7 @@ class Spans(QueryResult, RayLists, SpanDerivatives):
         return {"_distinct": self._distinct, **super().__getstate__()}
 
     def _places(self, by: str) -> tuple[Any, int]:
-        """(column of every span, how many columns there are)."""
+        """Return the column of every span in an array of sums, and the number of columns."""
         if by == BODY:
             return self.body, self._body_count
         return self._labels.columns_of(self.body, self.materials), len(self.materials)
@@ -379,15 +430,25 @@ class Spans(QueryResult, RayLists, SpanDerivatives):
     def lengths(
         self, by: Literal["body", "material"] = "body", *, overlaps: Literal["both", "error"] | None = None
     ) -> FloatArray:
-        """True length of each ray inside each body, (t_exit - t_enter)·|direction|: (..., bodies).
+        """Return the true length of each ray inside each body, (t_exit - t_enter)·|direction|.
 
-        by: "body", or "material" for the sums over the bodies of each material, in the order of `materials`:
-            (..., materials). Two materials of one name that differ in anything are two columns.
+        Parameters
+        ----------
+        by : {"body", "material"}
+            "material" sums over the bodies of each material, in the order of `materials`. Materials of one name that
+            differ in any property have separate columns.
+        overlaps : {"both", "error"}, optional
+            Where bodies overlap, the stretch counts for each of them, and twice in the sum of a material that both
+            have. "both" accepts this, "error" raises ValueError, None logs the first overlap of a scene.
 
-        overlaps: where bodies overlap, the stretch counts for each of them, and where they have one material, twice in
-            its sum. "both" says that this is meant and "error" raises a ValueError; None logs the first of a scene.
+        Returns
+        -------
+        float64 (..., bodies) or (..., materials)
 
-        Raises ValueError where that array would take more than 4 GiB: `line_integral` needs none.
+        Raises
+        ------
+        ValueError
+            If the array would take more than 4 GiB; `line_integral` needs no such array.
         """
         places, count = self._places(check_by("lengths", by))
         rays = len(self.offsets) - 1
@@ -404,20 +465,34 @@ class Spans(QueryResult, RayLists, SpanDerivatives):
     def line_integral(
         self, values: Any, otherwise: Any = None, *, overlaps: Literal["both", "error"] | None = None
     ) -> Any:
-        """Sum over spans of value × length: (...), or (..., energies). A zero stays zero on infinite spans.
+        """Return the sum over spans of value × length. A value of 0 contributes 0 even on an infinite span.
 
-        values: an array (bodies,) or (bodies, energies); or a mapping from the names of materials to numbers or
-            arrays (energies,), a name standing for all materials that have it; or the name of a property of materials.
-        otherwise: stands for materials without such a value, which are a ValueError if it is not given.
-        overlaps: where bodies overlap, the stretch counts for each of them. "both" says that this is meant and "error"
-            raises a ValueError; None logs the first of a scene, unless values of both signs say that it is meant.
+        Parameters
+        ----------
+        values : array_like, mapping or str
+            An array (bodies,) or (bodies, energies); or a mapping from names of materials to numbers or arrays
+            (energies,), each for all materials of that name; or the name of a property of materials.
+        otherwise : number or array_like (energies,), optional
+            The value for materials without one.
+        overlaps : {"both", "error"}, optional
+            Where bodies overlap, the stretch counts for each of them. "both" accepts this, "error" raises ValueError.
+            None logs the first overlap of a scene, unless a value is negative: then overlaps count as intended.
+
+        Returns
+        -------
+        float64 (...) or (..., energies)
+
+        Raises
+        ------
+        ValueError
+            If a material of a solid has no value and `otherwise` is None, or if shapes do not fit.
         """
         weights = weights_of(values, otherwise, self._body_count, self._distinct)
         total = self._integral(weights, check_overlaps("line_integral", overlaps))
         return total.reshape((*self._rays.shape, *total.shape[1:]))[()]
 
     def _integral(self, weights: Weights, overlaps: str | None) -> FloatArray:
-        """(rays,) or (rays, energies)."""
+        """Return the line integrals, (rays,) or (rays, energies)."""
         places, _ = self._places(weights.by)
         table = weights.values.reshape(len(weights.values), math.prod(weights.shape))
         if overlaps == REFUSE_OVERLAPS or not (weights.values < 0).any():
@@ -428,31 +503,46 @@ class Spans(QueryResult, RayLists, SpanDerivatives):
         total = np.zeros((count, len(columns)))
         for energy, column in enumerate(columns if count else ()):
             weight = column[places]
+            # The inner `where` avoids 0 * inf, which is NaN
             part = np.where(weight == 0, 0.0, weight * np.where(weight == 0, 0.0, chord))
             total[:, energy] = np.bincount(ray, part, count)
         return total.reshape((count, *weights.shape))
 
     def __repr__(self) -> str:
         if not self.shape:
-            return f"Spans(shape=(), {format_spans(self)})"
+            return f"Spans(shape=(), {_format_spans(self)})"
         return f"Spans(shape={self._rays.shape}, {format_count(len(self.body), 'span', 'spans')})"
 
 
 @with_attribute_hints
 @with_method_hints
 class Crossings(QueryResult, RayLists):
-    """Every crossing of rays with bodies. Those of flat ray i are rows offsets[i]:offsets[i + 1], sorted by t.
+    """Every crossing of rays with bodies. Those of ray i are rows offsets[i]:offsets[i + 1], sorted by t.
 
-    t                    float64, in units of the direction's length
-    body, face, surface  int32
-    entering             bool: against the outward normal
-    point, normal        float64 (n, 3): the place, and the unit outward normal there
-    t_error              float64: t is at most so far from the exact crossing
-    before, after        int32: the body that the ray is in before and after it, as in `Hits`; -1 for none
-    name, material       objects: what the body is called and made of
-    rays, shape          the rays that were asked, and their leading shape
+    Attributes
+    ----------
+    t : float64 (n,)
+        In units of the direction's length.
+    body, face, surface : int32 (n,)
+        Numbers.
+    entering : bool (n,)
+        Whether the ray runs against the outward normal.
+    point, normal : float64 (n, 3)
+        The point, and the unit outward normal there.
+    t_error : float64 (n,)
+        A bound on the distance of t from the exact crossing.
+    before, after : int32 (n,)
+        The body that the ray is in before and after the crossing, as in `Hits`; -1 for none.
+    name, material : object (n,)
+        Name and material of the body.
+    offsets : int (rays + 1,)
+        The first row of each ray.
+    rays, shape
+        The traced rays, and their leading shape.
 
-    Pickled, or `detached`, crossings keep all these fields and do not keep the scene.
+    Notes
+    -----
+    Pickled or `detached` crossings keep all these fields and drop the scene.
     """
 
     instead = "crossings.t, crossings.point and crossings.body"
@@ -475,7 +565,7 @@ class Crossings(QueryResult, RayLists):
 
     @property
     def _rows_rays(self) -> tuple[FloatArray, FloatArray]:
-        """(origins, directions) of every row."""
+        """The origin and direction of every row, (n, 3) each."""
         rays = row_owners(self.offsets)
         origins, directions = lines_of(self._rays)
         return origins[rays], directions[rays]
@@ -496,6 +586,7 @@ class Crossings(QueryResult, RayLists):
         geometry = self._scene.geometry
         run_chunks(lambda a, b: normals_of(geometry, faces, points, a, b, normals), len(points), _SPAN_CHUNK)
         along = (normals * self._rows_rays[1]).sum(axis=1)
+        # `faces` assumes side 1; `entering` shows where the outward normal is the opposite one
         normals[(along < 0) != self.entering] *= -1
         result = zero_negligible(normals)
         result.flags.writeable = False
@@ -507,7 +598,7 @@ class Crossings(QueryResult, RayLists):
 
     @cached_property
     def _sides(self) -> Any:
-        """(n, 3): bodies before and after each crossing, and the first opaque one that is crossed there."""
+        """(n, 3): the bodies before and after each crossing, and the first opaque body that the ray crosses there."""
         scene, starts = self._scene, self._rays._starts_in(self._scene)
         starts = starts if len(starts) == 1 else starts[row_owners(self.offsets)]
         limits = np.array([-np.inf]), np.array([np.inf])
@@ -531,23 +622,81 @@ class Crossings(QueryResult, RayLists):
 
     def __repr__(self) -> str:
         if not self.shape:
-            return f"Crossings(shape=(), {format_crossings(self)})"
+            return f"Crossings(shape=(), {_format_crossings(self)})"
         return f"Crossings(shape={self._rays.shape}, {format_count(len(self.t), 'crossing', 'crossings')})"
 
 
-# Spans and crossings of arrays of rays: traced in chunks, put together in the rays' order.
+def _format_spans(spans: Spans) -> str:
+    """Return the first spans of one ray as text."""
+    rows = zip(spans.body, spans.name, spans.t_enter, spans.t_exit, strict=True)
+    return format_rows(
+        len(spans.body),
+        "span",
+        (f"body {format_body(b, n)} [{format_field(a)}, {format_field(e)}]" for b, n, a, e in rows),
+    )
 
-_LIST_PACKETS = 64
+
+def _format_crossings(crossings: Crossings) -> str:
+    """Return the first crossings of one ray as text."""
+    rows = zip(crossings.body, crossings.name, crossings.t, strict=True)
+    return format_rows(
+        len(crossings.body), "crossing", (f"body {format_body(b, n)} t={format_field(t)}" for b, n, t in rows)
+    )
+
+
+# Rows of several queries joined into one
+
+
+def _concatenate_lists(kind: Any, parts: Any) -> Any:
+    """Join spans or crossings (see `RayLists.concatenate`). They keep their scene if all parts have the same one."""
+    name = kind.__name__
+    results = check_parts(kind, parts)
+    if not results:
+        raise ValueError(f"{name}: parts must hold at least one {name}, got none")
+    try:
+        rays = Rays.concatenate(part._rays for part in results)
+    except ValueError as error:
+        raise ValueError(str(error).replace("Rays:", f"{name}:", 1)) from None
+    is_one = results[0]._scene is not NO_SCENE and all(part._scene is results[0]._scene for part in results)
+    rows = results if is_one else [part.detached() for part in results]
+    counts = np.concatenate([np.diff(part.offsets) for part in rows])
+    state = {"_rays": rays, "offsets": np.concatenate([[0], np.cumsum(counts)]).astype(rows[0].offsets.dtype)}
+    columns = kind._columns if is_one else [n for n, v in vars(rows[0]).items() if isinstance(v, np.ndarray)]
+    for column in columns:
+        if column not in state:
+            axis = -1 if column in kind._columns else 0
+            state[column] = np.concatenate([getattr(part, column) for part in rows], axis=axis)
+    result = object.__new__(kind)
+    result.__setstate__({**vars(rows[0]), **state} if not is_one else state | _counts(rows[0]))
+    if is_one:
+        vars(result)["_scene"] = results[0]._scene
+    else:
+        vars(result).update(common_scene_state(rows, name))
+    return result
+
+
+def _counts(part: Any) -> dict[str, Any]:
+    """Return the number of bodies, which spans have and crossings have not."""
+    return {"_body_count": part._body_count} if hasattr(part, "_body_count") else {}
+
+
+# Tracing: chunks of rays on several threads, whose rows are joined in the rays' order
+
+_LIST_PACKETS = 64  # packets that a thread takes at a time, at most
 
 
 def trace_lists(scene: PreparedScene, rays: RayArrays, width: int, packets: int, spans: bool) -> CrossingLists:
-    """All spans, or crossings, of some packets of rays; `width`: see `packet_row` of kernels/packet/lanes.py."""
+    """Return all spans, or all crossings, of rays in packets.
+
+    width: of the picture that the rays make, whose squares are the packets, or 0 (`packet_row` in
+    kernels/packet/lanes.py).
+    """
     count = len(rays.origins)
     counts, doubts = np.zeros(count, np.int32), np.zeros(count, np.int8)
     offsets, pieces = np.zeros(count + 1, np.int64), []
 
     def work(geometry: Geometry, begin: int, end: int) -> None:
-        """Trace some packets, and keep their rows as a piece."""
+        """Trace a chunk of packets and append their rows as a piece."""
         rows = trace_rows(geometry, rays, width, spans, begin, end, counts, doubts)
         pieces.append(_Piece(rows, counts, offsets[:-1], width, begin, end))
 
@@ -556,10 +705,11 @@ def trace_lists(scene: PreparedScene, rays: RayArrays, width: int, packets: int,
     if not len(doubtful):
         np.cumsum(counts, out=offsets[1:])
         return CrossingLists(offsets, pieces)
-    settled = resolve_rows(scene, rays, doubtful, spans)
-    own = np.array([len(rows) for rows in settled], np.int32)
+    # Exact methods trace the doubtful rays, whose rows form one more piece
+    resolved = resolve_rows(scene, rays, doubtful, spans)
+    own = np.array([len(rows) for rows in resolved], np.int32)
     every = counts.copy()
     every[doubtful] = own
     np.cumsum(every, out=offsets[1:])
-    last = _Piece(np.concatenate(settled), own, offsets[doubtful], 0, 0, -(-len(doubtful) // 64))
+    last = _Piece(np.concatenate(resolved), own, offsets[doubtful], 0, 0, -(-len(doubtful) // 64))
     return CrossingLists(offsets, [*pieces, last])

@@ -1,7 +1,7 @@
-"""Shares of voxels that bodies take, from the chords of rays along columns, each with a bound on its error.
+"""Volume fractions of bodies in voxels, from the chords of rays along columns, each with a bound on its error.
 
-A column is cut into n x n narrower ones with a ray through the middle of each; kernels/body/volume_fraction.py says
-what is known of a voxel of such a column.
+A column of voxels is cut into n x n narrower columns with a ray through the middle of each;
+kernels/body/volume_fraction.py bounds the share of a body in a voxel of such a column.
 """
 
 from __future__ import annotations
@@ -26,28 +26,29 @@ from ..kernels.threads import Progress, chunk_size, run_on
 from ..prepare.prepared_scene import PreparedScene
 
 _ROUNDING = 2.0**-46
-"""Of the sum of some thousands of shares."""
+"""A bound on the rounding error of a sum of some thousands of shares."""
 
 
 @record_shapes(frame="8", axis="0..2", samples="1..1024")
 class ColumnGrid(NamedTuple):
-    """Voxels: frame = (low corner, steps) along the two axes across the columns, and along them; how many across."""
+    """A grid of voxels in columns: a and b are the axes across the columns, c the axis along them."""
 
-    frame: Floats  # low a, b, c, steps a, b, c, columns of the first axis, of the second
-    axis: int  # along the columns: 0, 1 or 2; those across are the next ones
-    samples: int  # rays for a column along each side
+    frame: Floats  # low corner a, b, c; steps a, b, c; number of columns along a and along b
+    axis: int  # c: 0, 1 or 2; a and b are the next axes in cyclic order
+    samples: int  # rays along each side of a column
 
 
 class ColumnScratch(NamedTuple):
-    """Memory of a thread."""
+    """Memory of one thread."""
 
-    ends: Floats  # where the ray of a column crosses a body
-    state: Ints  # how many of them, -1 while that is not known; is its beginning inside; leaves found
-    turned: Ints  # leaves that hold all of a voxel
+    ends: Floats  # t of the crossings of a column's ray with a body
+    state: Ints  # number of crossings, or -1 before they are computed; 1 if the ray starts inside; number of leaves
+    turned: Ints  # leaves that contain a whole voxel
 
 
 @allocator
 def _new_column_scratch(scratch: Scratch) -> ColumnScratch:
+    """Allocate memory for one thread."""
     return ColumnScratch(
         np.empty(len(scratch.time)), np.empty(3, np.int32), np.empty(len(scratch.found_leaves), np.int32)
     )
@@ -57,9 +58,9 @@ def _new_column_scratch(scratch: Scratch) -> ColumnScratch:
 def _chord_of_region(
     geometry: Geometry, scratch: Scratch, room: ColumnScratch, program: int, ray: Ray, begin: float, end: float
 ) -> float:
-    """The share of [begin, end] of a ray within a Boolean body; its crossings are found once for a column.
+    """Return the share of [begin, end] of a ray inside a Boolean body, whose crossings are computed once per column.
 
-    Relies on room.state[2] leaves in scratch.found_leaves, and leaves them there.
+    Invariant: scratch.found_leaves holds room.state[2] leaves, before and after.
     """
     if room.state[0] < 0:
         scratch.found_leaves[LEAF_COUNT] = room.state[2]  # the ray is within the column, so it meets no other leaves
@@ -90,9 +91,11 @@ def _region_shares(
     begin: float,
     end: float,
 ) -> VoxelShares:
-    """Of a Boolean body. Where several of its parts cross the voxel, each may be off by what lies between its bounds.
+    """Return the bounds on the share of a Boolean body in a voxel, and the share by its chord.
 
-    Relies on room.state[2] leaves in scratch.found_leaves.
+    If several leaves cross the voxel, the error bound is the sum of the widths of their bounds. If only one does, the
+    share of the body is that of this leaf, or its complement. Invariant: scratch.found_leaves holds room.state[2]
+    leaves.
     """
     turned, parts, off, only, of_only = 0, 0, 0.0, whole(-1), VoxelShares(0.0, 0.0, 0.0)
     hold_program(geometry, scratch.counts, program)
@@ -128,7 +131,7 @@ def _region_shares(
 
 @inline
 def _in_world_order(axis: int, a: float, b: float, c: float) -> tuple[float, float, float]:
-    """Numbers along the two axes across columns and along them, in the world's order."""
+    """Return components a, b, c (across and along the columns) in the order x, y, z."""
     if axis == 0:
         return c, a, b
     return (b, c, a) if axis == 1 else (a, b, c)
@@ -151,7 +154,7 @@ def _entry_into(
     at: int,
     count: int,
 ) -> None:
-    """Add what an entry takes of the voxels of a narrow column about (a, b) to shares[i, at:] and bounds[i, at:]."""
+    """Add an entry's shares of the voxels of a narrow column about (a, b) to shares[i, at:], and bounds likewise."""
     f, axis = grid.frame, whole(grid.axis)
     kind, index = integer(geometry, table.ENTRY_KIND, entry), integer(geometry, table.ENTRY_INDEX, entry)
     low, step = f[2], f[5]
@@ -160,6 +163,7 @@ def _entry_into(
     dx, dy, dz = _in_world_order(axis, 0.0, 0.0, 1.0)
     ox, oy, oz = _in_world_order(axis, a, b, low)
     ray = Ray(ox, oy, oz, dx, dy, dz, 0.0, count * step, whole(-1))
+    # The range of voxels that the entry's box reaches, with one more on either side
     begin, end = (boxes[entry, axis] - low) / step - 1.0, (boxes[entry, axis + 3] - low) / step + 1.0
     first = whole(min(max(begin, 0.0), float(count)))
     last = whole(min(max(end + 1.0, 0.0), float(count)))
@@ -193,7 +197,10 @@ def fill_columns(
     shares: Floats,
     bounds: Floats,
 ) -> None:
-    """shares[i] and bounds[i], `voxels` numbers a group, of columns offset + begin to offset + end, in voxels."""
+    """Write shares[i] and bounds[i], `voxels` numbers for each group, of column offset + i for i from begin to end.
+
+    Values are sums over the n x n narrow columns.
+    """
     scratch = new_scratch(geometry)
     room, f, axis, n = _new_column_scratch(scratch), grid.frame, whole(grid.axis), whole(grid.samples)
     ha, hb, across = 0.5 * f[3] / n, 0.5 * f[4] / n, max(1, whole(f[7]))
@@ -222,16 +229,17 @@ def fill_columns(
                     )  # fmt: skip
 
 
-_CHUNK = 256
+_CHUNK = 256  # columns that a thread takes at a time, at most
 
 
 def voxel_shares(
     scene: PreparedScene, grid: ColumnGrid, groups: Any, count: int, voxels: int, begin: int, end: int,
     progress: Progress | None = None,
 ) -> tuple[FloatArray, FloatArray]:  # fmt: skip
-    """(shares, bounds on what these are off by), (columns, groups, voxels) each, of columns begin to end.
+    """Return the shares and bounds on their errors, (columns, groups, voxels) each, of columns begin to end.
 
-    groups: of each body, from 0 to `count`. A share that is neither 0 nor 1 may also be off by rounding.
+    groups: the group of each body, from 0 to `count` (exclusive). The bound of a share other than 0 and 1 includes
+    rounding.
     """
     shares, bounds = np.empty((2, end - begin, count * voxels))
 

@@ -6,7 +6,7 @@ coordinates u = (2x - w) / h to the right and v = (h - 2y) / h upwards. The usua
     origin = o₀ + u o₁ + v o₂,   direction = d₀ + u d₁ + v d₂,
 
 so for kernels they are `lens`, these six vectors, and pixels are square whatever w and h are. What else a camera is, an
-opening or another way to lay directions on a picture, is `optics` (see `view`).
+opening or another way to lay directions on a picture, is `optics` (see `camera_rays.CameraView`).
 """
 
 from __future__ import annotations
@@ -31,16 +31,22 @@ from .._util.validation import (
     format_value,
 )
 from ..numerics.portable_math import sin_cos_degrees, tan_degrees
+from .camera_kinds import (
+    EQUIDISTANT,
+    EQUIRECTANGULAR,
+    EQUISOLID,
+    FISHEYE,
+    LINEAR,
+    STEREOGRAPHIC,
+    THIN_LENS,
+    check_size,
+)
 
 if TYPE_CHECKING:
     from ..queries.rays import LazyRays, Rays
 
 
 UP = (0.0, 0.0, 1.0)
-LINEAR, THIN_LENS, EQUIRECTANGULAR, FISHEYE = range(4)
-"""Kinds of camera, as kernels know them."""
-CAMERA_NUMBERS = 4
-"""What a kind has beside its lens."""
 MOST_BLADES = 100
 
 
@@ -59,7 +65,7 @@ class AnyCamera:
 
     @property
     def optics(self) -> tuple[int, tuple[float, float, float, float]]:
-        """The kind of camera, and its numbers (`view.View`)."""
+        """The kind of camera, and its numbers (`camera_rays.CameraView`)."""
         return LINEAR, (0.0, 0.0, 0.0, 0.0)
 
     def pixel(self, width: int, height: int) -> tuple[float, float]:
@@ -215,15 +221,6 @@ def project_points(camera: AnyCamera, points: Any, width: int, height: int) -> F
     return pixels
 
 
-def check_size(width: int, height: int, owner: str = "rays") -> tuple[int, int]:
-    """Width and height of what asks for them, as positive integers, or an error."""
-    for name, value in (("width", width), ("height", height)):
-        pixels = as_integer(value)
-        if pixels is None or not 1 <= pixels < 1 << 31:
-            raise ValueError(f"{owner}: {name} must be a whole number of pixels >= 1, got {format_value(value)}")
-    return int(width), int(height)
-
-
 @ignore_fp_errors
 def _check_camera(camera: AnyCamera) -> None:
     """Check and normalise the fields that all cameras have."""
@@ -252,7 +249,6 @@ def _unit(v: FloatArray) -> FloatArray:
 # Cameras that see more than a plane film can hold: all around, or a hemisphere and more in a circle.
 
 Projection: TypeAlias = Literal["equidistant", "equisolid", "stereographic"]
-EQUIDISTANT, EQUISOLID, STEREOGRAPHIC = range(3)
 
 
 class _PanoramicCamera(AnyCamera):

@@ -16,7 +16,16 @@ from ..kernels.numbers.elementary import cos_sin_turns
 from ..kernels.numbers.vectors import normalize, quotient, unit_vector
 from ..kernels.tables import Floats
 from ..queries.rays import LazyRays
-from .camera import CAMERA_NUMBERS, EQUIDISTANT, EQUIRECTANGULAR, EQUISOLID, LINEAR, THIN_LENS, AnyCamera, check_size
+from .camera_kinds import (
+    CAMERA_NUMBERS,
+    EQUIDISTANT,
+    EQUIRECTANGULAR,
+    EQUISOLID,
+    LINEAR,
+    THIN_LENS,
+    CameraModel,
+    check_size,
+)
 from .film.filter import QUANTILES, lower_filter
 from .film.options import Filter
 
@@ -25,7 +34,7 @@ from .film.options import Filter
 class CameraRays(LazyRays):
     """`camera.rays(width, height)`, of shape (height, width)."""
 
-    def __init__(self, camera: AnyCamera, width: int, height: int) -> None:
+    def __init__(self, camera: CameraModel, width: int, height: int) -> None:
         self.camera = camera
         self.width, self.height = check_size(width, height)
 
@@ -39,14 +48,11 @@ class CameraRays(LazyRays):
         return origins, directions
 
     def _fill(self, begin: int, origins: FloatArray, directions: FloatArray) -> None:
-
         fill_lines(self._view, begin, self.width, self.height, origins, directions)
 
     @cached_property
     def _view(self) -> CameraView:
         """Of a lens that of its middle, as a pinhole has it."""
-        from .camera import LINEAR, THIN_LENS
-
         view = lower_view(self.camera, "box")
         return view._replace(kind=LINEAR) if view.kind == THIN_LENS else view
 
@@ -80,7 +86,7 @@ class CameraView(NamedTuple):
     """What every sample counts, so that they make 1 in the mean."""
 
 
-def lower_view(camera: AnyCamera, form: Filter) -> CameraView:
+def lower_view(camera: CameraModel, form: Filter) -> CameraView:
     """What kernels take."""
     kind, numbers = camera.optics
     quantiles, sign_change, scale = lower_filter(form)
@@ -161,7 +167,7 @@ def lens_ray(
 def panoramic_ray(
     view: CameraView, x: float, y: float, width: int, height: int
 ) -> tuple[float, float, float, float, float, float, bool]:
-    """(ray, does the camera see there?) of a camera whose film is no plane: see `wide_cameras`."""
+    """Return a ray, and whether the camera sees there, of an `EquirectangularCamera` or a `FisheyeCamera`."""
     lens, seen = view.lens, True
     if view.kind == EQUIRECTANGULAR:
         c, s = cos_sin_turns(x / width - 0.5)

@@ -16,7 +16,7 @@ from . import tiles
 from .camera_rays import lower_view
 from .film.film import COUNT, STEP, SUMS, mean_pixels, next_end, pixel_errors
 from .integrators.samples import Settings
-from .job import FilmResult, RenderJob, lower_scene_light, most_turns, render, scale_to_pixels
+from .job import FilmResult, RenderJob, lower_scene_light, most_turns, scale_to_pixels
 from .tiles import SIDE, SQUARE, Film
 
 if TYPE_CHECKING:
@@ -185,6 +185,31 @@ def tile_ranges(numbers: list[int]) -> list[tuple[int, int]]:
 
 SAVE_INTERVAL = 10.0
 """Seconds after which finished tiles are handed over."""
+
+
+def render(
+    scene: Any, job: RenderJob, keeps: bool = False, progress: Progress | None = None, preview: Preview | None = None
+) -> FilmResult:
+    """Render a picture of a scene with the threads of this process: (height, width, 3) float32 of linear light.
+
+    The same job gives the same picture to the bit, for any number of threads.
+
+    Parameters
+    ----------
+    scene : Scene
+        With the bodies, lights and background.
+    job : RenderJob
+        The camera, the integrator and all options.
+    keeps : bool
+        Return the sums of the samples as well.
+    progress : callable, optional
+        progress(done, count) is called with numbers of tiles.
+    preview : callable, optional
+        preview(film, sums) is called after each pass of a progressive picture.
+    """
+    exposure = Exposure(scene, job, keeps or job.keeps_sums)
+    exposure.go_on(progress, preview)
+    return FilmResult(exposure.film, exposure.sums if exposure.keeps else None)
 
 
 # What else is known of each pixel than its light: what is seen there, how far, how sure.

@@ -1,4 +1,4 @@
-"""What a ray of light or sight arrives at: a wall, and a point of it as an eye sees it."""
+"""The end of a ray: the wall that it meets, and the point of that wall as an eye sees it."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from .bsdf.material_table import MaterialTable
 
 
 class SurfaceInteraction(NamedTuple):
-    """The first wall that light notices along a ray; body -1 if there is none."""
+    """The first visible wall along a ray; body -1 if there is none."""
 
     t: float
     body: Any  # int64, as those that follow
@@ -28,7 +28,7 @@ class SurfaceInteraction(NamedTuple):
 
 
 class ShadingPoint(NamedTuple):
-    """A point of a surface as an eye sees it; both vectors are unit."""
+    """A point of a surface as an eye sees it; both vectors are of unit length."""
 
     x: float
     y: float
@@ -43,7 +43,7 @@ class ShadingPoint(NamedTuple):
 
 @inline
 def face_viewer(sight: SurfaceInteraction, dx: float, dy: float, dz: float) -> tuple[ShadingPoint, float, bool]:
-    """(the point seen along unit d, the cosine of its normal with the way back, seen from inside of the body?)"""
+    """Return (the point seen along unit d, the cosine of its normal and -d, whether the body is seen from inside)."""
     x, y, z, nx, ny, nz = sight.x, sight.y, sight.z, sight.nx, sight.ny, sight.nz
     cosine = -dot(nx, ny, nz, dx, dy, dz)
     if cosine < 0.0:
@@ -53,5 +53,5 @@ def face_viewer(sight: SurfaceInteraction, dx: float, dy: float, dz: float) -> t
 
 @inline
 def shows_light(materials: MaterialTable, sight: SurfaceInteraction, from_inside: bool) -> bool:
-    """Does a surface show what lights fall on it? The inner side of glass does not."""
+    """Return whether a surface shows the light of lights. The inner side of glass does not."""
     return not (from_inside and materials.medium[sight.body] == 1)

@@ -15,15 +15,14 @@ from ..geometry.instance_labels import body_material_table
 from ..materials.light import AmbientLight
 from ..materials.material import DEFAULT_MATERIAL, Material
 from .auto_camera import fit_lights
-from .camera import AnyCamera, as_camera, check_size
+from .camera import AnyCamera, as_camera
+from .camera_kinds import check_size
 from .film.film import STEP, is_end, select_squares
 from .film.filter import check_filter
 from .film.options import MOST_SAMPLES, SAMPLES, Filter
 from .integrators import INTEGRATORS
 
 if TYPE_CHECKING:
-    from ..kernels.threads import Progress
-    from .exposure import Preview
     from .tiles import Film
 
 
@@ -110,22 +109,6 @@ def _shutter(value: Any) -> tuple[float, float]:
     if not opens <= closes:
         raise ValueError(f"render: shutter must close after it opens, got {opens:g} to {closes:g}")
     return opens, closes
-
-
-def render(
-    scene: Any, job: RenderJob, keeps: bool = False, progress: Progress | None = None, preview: Preview | None = None
-) -> FilmResult:
-    """The scene's picture as (height, width, 3) float32 of linear light, made by this process' threads.
-
-    keeps: are the sums of its samples wanted?
-    The same job gives the same picture to the bit, for any number of threads.
-    progress(done, count) is called with numbers of tiles, preview(film, sums) after each pass of a progressive picture.
-    """
-    from .exposure import Exposure
-
-    exposure = Exposure(scene, job, keeps or job.keeps_sums)
-    exposure.go_on(progress, preview)
-    return FilmResult(exposure.film, exposure.sums if exposure.keeps else None)
 
 
 def most_turns(integrator: str, depth: int) -> int:

@@ -12,21 +12,20 @@ import numpy.typing as npt
 from .._util.arrays import dot_rows, row_lengths
 from .._util.errstate import ignore_fp_errors
 from .._util.file_errors import printable
-from ..io.images.image import Image
 from ..numerics.portable_math import hypot
 from .camera import Camera, FisheyeCamera, OrthographicCamera
 from .canvas import Canvas, is_in_font, round_down_125
 
 if TYPE_CHECKING:
     from .._util.arrays import FloatArray
-    from ..scene.scene import Scene
+    from ..queries.scene_protocol import SceneLike
     from .camera import AnyCamera
 
 
 _ALMOST = 1 - 1e-6  # of the way to a point: what it lies on does not hide it
 
 
-def find_hidden(scene: Scene, camera: AnyCamera, points: Any) -> Any:
+def find_hidden(scene: SceneLike, camera: AnyCamera, points: Any) -> Any:
     """bool (n,): do bodies stand between the camera and points (n, 3) in front of it?"""
     lens = camera.lens
     depths = dot_rows(points - lens[0], lens[3])
@@ -49,7 +48,7 @@ def pixel_sizes(camera: AnyCamera, points: Any, height: int) -> Any:
     return 2 * dot_rows(points - lens[0], lens[3]) * row_lengths(lens[5]) / height
 
 
-def grid_of_hits(scene: Scene, camera: AnyCamera, width: int, height: int, step: float) -> Any:
+def grid_of_hits(scene: SceneLike, camera: AnyCamera, width: int, height: int, step: float) -> Any:
     """The first hits (rows, columns) of rays about `step` pixels apart."""
     return scene.first_hit(camera.rays(max(1, round(width / step)), max(1, round(height / step))))
 
@@ -61,7 +60,7 @@ _AXIS_STEPS = 240
 _NUMBER_GAP = 30  # pixels between two numbers, at least
 
 
-def draw_axes(sheet: Canvas, scene: Scene, camera: AnyCamera) -> None:
+def draw_axes(sheet: Canvas, scene: SceneLike, camera: AnyCamera) -> None:
     """x in red, y in green, z in blue, with ticks and numbers."""
     low, high = scene.extent
     size = float((high - low).max())
@@ -74,7 +73,7 @@ def draw_axes(sheet: Canvas, scene: Scene, camera: AnyCamera) -> None:
 
 
 def _draw_axis(
-    sheet: Canvas, scene: Scene, camera: AnyCamera, axis: int, start: FloatArray, end: FloatArray, step: float
+    sheet: Canvas, scene: SceneLike, camera: AnyCamera, axis: int, start: FloatArray, end: FloatArray, step: float
 ) -> None:
     points = start + np.linspace(0, 1, _AXIS_STEPS + 1)[:, None] * (end - start)
     places = camera.project(points, sheet.width, sheet.height)
@@ -129,7 +128,7 @@ Box = tuple[float, float, float, float]
 Ints = npt.NDArray[np.int32]
 
 
-def draw_labels(sheet: Canvas, scene: Scene, camera: AnyCamera) -> None:
+def draw_labels(sheet: Canvas, scene: SceneLike, camera: AnyCamera) -> None:
     """The name of each entry that is seen, or the number of its first body where it has none."""
     step = max(1.0, max(sheet.width, sheet.height) / _FINEST)
     hits = grid_of_hits(scene, camera, sheet.width, sheet.height, step)
@@ -161,7 +160,7 @@ def _depths(entries: Ints) -> Ints:
     return depths
 
 
-def _entry_label(scene: Scene, entry: int) -> str:
+def _entry_label(scene: SceneLike, entry: int) -> str:
     name = printable_label(scene.bodies[entry].name or str(int(np.searchsorted(scene.lowered.body_item, entry))))
     return name if len(name) <= _LONGEST else f"{name[: _LONGEST - 1]}…"
 
@@ -196,7 +195,7 @@ _ARROW_SPACING, _ARROW_LENGTH, _ARROW_HEAD = 30, 22, 5  # pixels of a small pict
 _ARROW_COLOR = "#7a1fa2"
 
 
-def draw_normals(sheet: Canvas, scene: Scene, camera: AnyCamera) -> None:
+def draw_normals(sheet: Canvas, scene: SceneLike, camera: AnyCamera) -> None:
     """An arrow on each point of a grid of pixels that shows a body."""
     hits = grid_of_hits(scene, camera, sheet.width, sheet.height, _ARROW_SPACING * sheet.unit)
     hits = hits[hits.hit]
@@ -230,10 +229,14 @@ def _arrow(start: np.ndarray, end: np.ndarray, head: float) -> list[list[list[fl
 
 
 @ignore_fp_errors
-def draw_overlay(image: Image, scene: Scene, camera: AnyCamera, *, axes: bool, labels: bool, normals: bool) -> Image:
-    """The picture of a scene by a camera with what is asked for drawn over it."""
-    sheet = Canvas(image.width, image.height)
+def draw_overlay(
+    pixels: npt.NDArray[np.float32], scene: SceneLike, camera: AnyCamera, *, axes: bool, labels: bool, normals: bool
+) -> npt.NDArray[np.float32]:
+    """Return linear pixels (height, width, 3) with axes, names of bodies and normals drawn over them, as chosen."""
+    height, width = pixels.shape[:2]
+    sheet = Canvas(width, height)
     for wanted, draw in ((normals, draw_normals), (axes, draw_axes), (labels, draw_labels)):
         if wanted:
             draw(sheet, scene, camera)
-    return Image._of_light(sheet.over(image.pixels), image.layers)
+    drawn: npt.NDArray[np.float32] = sheet.over(pixels)
+    return drawn

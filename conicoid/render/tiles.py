@@ -23,12 +23,11 @@ from ..kernels.packet.traversal import PixelSquare, new_square
 from ..kernels.ray import Ray
 from ..kernels.tables import Floats, Geometry, Longs, Signs, is_halted, whole
 from . import integrators
-from .camera import LINEAR, THIN_LENS
+from .camera_kinds import LINEAR, THIN_LENS
 from .camera_rays import CameraView, camera_ray, filtered_offset, general_ray
-from .film.film import COUNT, SQUARES, SUMS, luminance
+from .film.film import BLUE, COUNT, GREEN, RED, SQUARES, SUMS
 from .integrators import INTEGRATORS
-from .integrators.samples import Samples, Settings, finish_nothing, no_memory
-from .integrators.whitted import NO_SURFACE
+from .integrators.samples import NO_SURFACE, Samples, Settings, finish_nothing, no_memory
 from .lights.light_tables import PathLight, WhittedLight
 from .sampling import pair_by_keys, sample_in_pixel, sobol_keys, sobol_pair
 
@@ -102,6 +101,12 @@ def clear_colors(colors: Floats, rows: int) -> None:
     """Let the first rows of some colours be black."""
     for i in range(rows):
         colors[i, 0], colors[i, 1], colors[i, 2] = 0.0, 0.0, 0.0
+
+
+@inline
+def luminance(r: float, g: float, b: float) -> float:
+    """Return the luminance of linear light."""
+    return RED * r + GREEN * g + BLUE * b
 
 
 @helper

@@ -13,8 +13,8 @@ from .._util.foreign_names import with_attribute_hints
 from .._util.hints import check_choice, with_method_hints
 from .._util.validation import check_flag, check_nonnegative, check_positive, format_value
 from ..geometry.body import Body
-from ..geometry.csg import Union
 from ..geometry.primitives import Sphere
+from ..geometry.shape import Union
 from ..io.molecules.atoms import SYMBOLS, VAN_DER_WAALS_RADII, Atoms, atomic_number, read_atoms_object
 from ..io.molecules.importer import read_atoms
 from ..io.molecules.styles import STYLES, MoleculeStyle, StyleName, build_molecule_bodies

@@ -25,7 +25,8 @@ from ..parallel.scheduler import ScheduledTask, Scheduler, cancel_on_exit, prepa
 from ..parallel.shared_state import SharedObject, shared_scene
 from ..parallel.workers import Workers, as_workers
 from ..render.auto_camera import fit_camera, snap_to_domain
-from ..render.camera import AnyCamera, as_camera, check_size
+from ..render.camera import AnyCamera, as_camera
+from ..render.camera_kinds import check_size
 from ..render.job import check_options, lower_scene_light, lower_scene_shading
 from .scene import Scene, as_scene
 

@@ -9,10 +9,10 @@ from typing import Any
 from .._util.hints import check_choice
 from .._util.validation import check_callback, check_flag
 from ..io.images.image import Image
-from ..render.exposure import compute_layers
+from ..render.exposure import compute_layers, render
 from ..render.film.film import image_error
 from ..render.film.layers import SUM_LAYERS, check_layers
-from ..render.job import FilmResult, RenderJob, make_job, render
+from ..render.job import FilmResult, RenderJob, make_job
 
 
 def render_image(
@@ -39,7 +39,7 @@ def render_image(
         return image
     from ..render.overlay import draw_overlay
 
-    return draw_overlay(image, seen, job.view, **flags)
+    return Image._of_light(draw_overlay(image.pixels, seen, job.view, **flags), image.layers)
 
 
 def _expose_film(

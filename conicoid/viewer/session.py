@@ -62,7 +62,7 @@ def with_number(scene: Scene, path: list[Step], value: float) -> Scene:
         old = scene.bodies[entry]
         changed = _changed(Scene(old), ["bodies", 0, *path[2:]], value).bodies[0]
         return scene._with_entry(entry, old, dataclasses.replace(old, shape=changed.shape))
-    return _changed(scene, path, value)._taking_from(scene)
+    return _changed(scene, path, value)._reuse(scene)
 
 
 def _changed(scene: Scene, path: list[Step], value: float) -> Scene:
@@ -267,7 +267,7 @@ class Session:
     def _load(self, path: Path) -> str | None:
         """Take the scene from the file, or say why that is impossible: nothing that goes wrong here is passed over."""
         try:
-            scene = load(path)._taking_from(self._scene)
+            scene = load(path)._reuse(self._scene)
             pack_scene(scene)
         except ValueError as error:
             return str(error) or type(error).__name__

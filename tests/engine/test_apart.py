@@ -18,7 +18,7 @@ def test_a_lack_of_memory_is_called_so(monkeypatch: pytest.MonkeyPatch) -> None:
         raise OSError(12, "Cannot allocate memory")
 
     monkeypatch.setattr(mmap, "mmap", refuse)
-    with pytest.raises(MemoryError, match="8,000,000 bytes"):
+    with pytest.raises(MemoryError, match="8,000,000 more bytes"):
         apart.mapped_zeros(1_000_000, np.float64)
     assert not apart.mapped_zeros(10, np.float64).any()
 

@@ -20,7 +20,7 @@ def same(scene):
     fresh = co.Scene(scene.bodies)
     same_tables(scene, fresh)
     ours, others = scene.lowered.laid, fresh.lowered.laid
-    for name in ("kinds", "given", "senses", "first", "ids", "first_body"):
+    for name in ("kinds", "input_senses", "senses", "first", "ids", "first_body"):
         one, other = getattr(ours, name), getattr(others, name)
         assert (one is None) == (other is None), name
         assert one is None or np.array_equal(one, other), name

@@ -30,7 +30,7 @@ def test_what_is_refused_is_refused_with_its_line(tmp_path):
         co.load(path)
     obscured = [SINGLET[0] | dict(more=["STOP", "OBSC 0 1 2"]), SINGLET[1]]
     path.write_text(file(obscured), encoding="utf-8")
-    with pytest.raises(ValueError, match="strict is asked for"):
+    with pytest.raises(ValueError, match="strict is set"):
         co.load(path, strict=True)
 
 

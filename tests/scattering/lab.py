@@ -7,10 +7,9 @@ from typing import Any, NamedTuple
 import numba
 import numpy as np
 
-from conicoid.render.bsdf.albedo_tables import lower_albedos
 from conicoid.render.bsdf.bsdf import evaluate_lobes, sample_lobes
 from conicoid.render.bsdf.bsdf_sample import LobeSurface
-from conicoid.render.bsdf.material_table import lower_materials
+from conicoid.render.bsdf.lower_materials import lower_albedos, lower_materials
 
 OUTSIDE, INSIDE = True, False
 

@@ -9,8 +9,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from conicoid.geometry.bounds.linear_program import half_spaces_support
-from conicoid.geometry.polyhedron import half_spaces_bounds
+from conicoid.geometry.bounds.linear_program import half_spaces_bounds, half_spaces_support
 from conicoid.geometry.surface import PlaneSurface
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from ..._util.errstate import ignore_fp_errors
 from ..._util.validation import check_callback, check_integer
 from ...kernels.tables import BALL
+from ...queries.extensions import extension
 from .conditioning import SINGLE_PRECISION_DIGITS, Conditioning, conditioning
 from .findings import COINCIDENCE, DIGITS, EMPTY, OVERLAP, SLIVER, Finding, Findings, body_titles
 from .near_coincidence import NearPair, near_pairs
@@ -19,7 +20,7 @@ from .undefined_regions import skipped_checks, undefined_regions
 if TYPE_CHECKING:
     from ...geometry.body import Body
     from ...geometry.shape import Shape
-    from ...scene.scene import Scene
+    from ...queries.scene_protocol import SceneLike
 
 _FOR_A_PAIR = 64
 _FOR_THE_UNSEEN = 256
@@ -31,7 +32,7 @@ Progress = Callable[[int, int], Any]
 
 @ignore_fp_errors
 def check(
-    scene: Scene | Shape | Body, rays: int = 200_000, seed: int = 0, progress: Progress | None = None
+    scene: SceneLike | Shape | Body, rays: int = 200_000, seed: int = 0, progress: Progress | None = None
 ) -> Findings:
     """Overlaps, slivers, nearly coincident surfaces, empty bodies, lost digits, undefined regions; worst first of each.
 
@@ -46,16 +47,14 @@ def check(
     where a scene has a `domain`, as imported models have, and points of it are in no body; `not_looked_for` of the
     answer says so where there is none.
     """
-    from ...scene.scene import as_scene
-
-    scene = as_scene("check", scene)
+    whole: SceneLike = extension("as_scene")("check", scene)
     check_callback("check", "progress", progress)
     rays, seed = check_integer("check", "rays", rays, 1, _MOST_RAYS), check_integer("check", "seed", seed, 0)
-    lowered = scene.lowered
+    lowered = whole.lowered
     targets, random = ProbeTargets.of(lowered), np.random.default_rng(seed)
     if lowered.body_count == 0:
-        return Findings(undefined_regions(scene, targets, rays, random), skipped_checks(scene))
-    scan = ProbeScan(scene, targets.sizes, np.zeros(lowered.body_count, bool))
+        return Findings(undefined_regions(whole, targets, rays, random), skipped_checks(whole))
+    scan = ProbeScan(whole, targets.sizes, np.zeros(lowered.body_count, bool))
     for part, step in enumerate((_probe_window, _probe_bodies, _probe_pairs)):
         step(scan, targets, rays // 3, random)
         if progress is not None:
@@ -69,8 +68,8 @@ def check(
     unseen = _probe_unseen(scan, targets, rays, random)
     if progress is not None:
         progress(5, 6)
-    undefined = undefined_regions(scene, targets, rays // 3, random)
-    few = conditioning(scene, SINGLE_PRECISION_DIGITS, _MOST_BALLS)
+    undefined = undefined_regions(whole, targets, rays // 3, random)
+    few = conditioning(whole, SINGLE_PRECISION_DIGITS, _MOST_BALLS)
     if progress is not None:
         progress(6, 6)
     found = [
@@ -78,10 +77,10 @@ def check(
         *_slivers(scan),
         *(_coincidence(scan, pair) for pair in near),
         *_empty(scan, targets, unseen),
-        *(_few_digits(scene, one) for one in sorted(few, key=lambda one: (one.digits, one.body))),
+        *(_few_digits(whole, one) for one in sorted(few, key=lambda one: (one.digits, one.body))),
         *undefined,
     ]
-    return Findings(found, skipped_checks(scene))
+    return Findings(found, skipped_checks(whole))
 
 
 def _probe_window(scan: ProbeScan, targets: ProbeTargets, rays: int, random: np.random.Generator) -> None:
@@ -171,7 +170,7 @@ def _empty(scan: ProbeScan, targets: ProbeTargets, bodies: Any) -> list[Finding]
     return found
 
 
-def _few_digits(scene: Scene, one: Conditioning) -> Finding:
+def _few_digits(scene: SceneLike, one: Conditioning) -> Finding:
     place = ", ".join(f"{c:.6g}" for c in one.point.tolist())
     message = (
         f"{body_titles(scene, (one.body,))} keeps {one.digits:.1f} of 16 digits near ({place}): {one.reason}; "

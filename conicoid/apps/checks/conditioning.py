@@ -14,9 +14,8 @@ import numpy as np
 
 from ..._util.arrays import FloatArray, Vector
 from ...geometry.bulk import Bulk, Spheres
-from ...geometry.csg import Boolean, ClippedSheet
 from ...geometry.primitives import Sphere
-from ...geometry.shape import Shape
+from ...geometry.shape import Boolean, ClippedSheet, Shape
 from ...geometry.sheets import Polygon, Triangle, newell_sum
 from ...geometry.transform import IDENTITY_MOTION, Motion
 from ...numerics import bigfloat_linalg as ex
@@ -25,7 +24,7 @@ from .perturbation import HALF_ULP, Extent, LocalFrame, MotionFields, fields_of,
 from .probe_rays import ProbeTargets
 
 if TYPE_CHECKING:
-    from ...scene.scene import Scene
+    from ...queries.scene_protocol import SceneLike
 
 
 ALL_DIGITS = 53 * math.log10(2)
@@ -280,7 +279,7 @@ Progress = Callable[[int, int], Any]
 
 
 def conditioning(
-    scene: Scene, below: float = math.inf, most: int | None = None, progress: Progress | None = None
+    scene: SceneLike, below: float = math.inf, most: int | None = None, progress: Progress | None = None
 ) -> list[Conditioning]:
     """The worst place of every body with fewer than `below` digits, in order of their ids.
 
@@ -297,7 +296,7 @@ def conditioning(
     return found
 
 
-def digits(scene: Scene) -> FloatArray:
+def digits(scene: SceneLike) -> FloatArray:
     """(bodies,) decimal digits that remain of every body, NaN where nothing is left to look at."""
     result = np.full(scene.body_count, np.nan)
     for one in _examine_bodies(scene, None):
@@ -308,7 +307,7 @@ def digits(scene: Scene) -> FloatArray:
     return result
 
 
-def _examine_bodies(scene: Scene, progress: Progress | None) -> Iterator[Conditioning | BallsConditioning]:
+def _examine_bodies(scene: SceneLike, progress: Progress | None) -> Iterator[Conditioning | BallsConditioning]:
     lowered = scene.lowered
     if lowered.body_count == 0:
         return

@@ -12,7 +12,7 @@ from ..._util.foreign_names import with_attribute_hints
 from ..._util.hints import frozen_with_hints
 
 if TYPE_CHECKING:
-    from ...scene.scene import Scene
+    from ...queries.scene_protocol import SceneLike
 
 OVERLAP, SLIVER, COINCIDENCE, EMPTY, DIGITS = "overlap", "sliver", "near-coincidence", "empty", "lost digits"
 UNDEFINED = "undefined"
@@ -83,7 +83,7 @@ class Findings(list[Finding]):
         return "\n".join(lines + [f"not looked for: {text}" for text in self.not_looked_for])
 
 
-def body_titles(scene: Scene, bodies: tuple[int, ...]) -> str:
+def body_titles(scene: SceneLike, bodies: tuple[int, ...]) -> str:
     """Bodies as a person would call them: 'body 3 (barrel)' or 'bodies 3 (barrel) and 5'."""
     items = scene.lowered.body_item
     names = [scene.bodies[int(items[body])].name for body in bodies]

@@ -126,17 +126,17 @@ class ExactForm:
 
     second: ex.Rows | None
     first: ex.Row
-    zeroth: ex.Exact
+    zeroth: ex.BigFloat
 
     @property
-    def entries(self) -> tuple[ex.Exact, ...]:
+    def entries(self) -> tuple[ex.BigFloat, ...]:
         second = self.second or ((ex.ZERO,) * 3,) * 3
         return (*second[0], *second[1], *second[2], *self.first, *self.first, self.zeroth)
 
-    def minus(self, factor: ex.Exact, other: ExactForm) -> ExactForm:
+    def minus(self, factor: ex.BigFloat, other: ExactForm) -> ExactForm:
         """self - factor other"""
 
-        def row(a: Sequence[ex.Exact], b: Sequence[ex.Exact]) -> ex.Row:
+        def row(a: Sequence[ex.BigFloat], b: Sequence[ex.BigFloat]) -> ex.Row:
             return a[0] - factor * b[0], a[1] - factor * b[1], a[2] - factor * b[2]
 
         second = self.second
@@ -166,7 +166,7 @@ class ExactForm:
         return result
 
 
-def dot(a: Sequence[ex.Exact], b: Sequence[ex.Exact]) -> ex.Exact:
+def dot(a: Sequence[ex.BigFloat], b: Sequence[ex.BigFloat]) -> ex.BigFloat:
     """a·b to 3000 bits. What cancels leaves its rounding, unlike in `exact.dot`: here all is rounded to float64."""
     return ex.total(x * y for x, y in zip(a, b, strict=True))
 
@@ -316,7 +316,7 @@ def own_frame(leaf: Any) -> tuple[LocalFrame, Extent, FloatArray]:
     return frame, (low, high), _size(curved) if curved is not None else np.zeros(3)
 
 
-def _distance_beyond(reach: float, middle: ex.Exact) -> float:
+def _distance_beyond(reach: float, middle: ex.BigFloat) -> float:
     return float(ex.exact(reach) + middle) if math.isfinite(reach) else reach
 
 
@@ -387,7 +387,7 @@ def _difference(changed: ExactForm, form: ExactForm) -> ExactForm:
     return changed.minus(dot(changed.entries, own) / dot(own, own), form)
 
 
-def _divide_form(form: ExactForm, divisor: ex.Exact) -> FloatArray:
+def _divide_form(form: ExactForm, divisor: ex.BigFloat) -> FloatArray:
     return ExactForm(
         None if form.second is None else (_divide_row(form.second[0], divisor), _divide_row(form.second[1], divisor),
                                           _divide_row(form.second[2], divisor)),
@@ -396,7 +396,7 @@ def _divide_form(form: ExactForm, divisor: ex.Exact) -> FloatArray:
     ).rounded()  # fmt: skip
 
 
-def _divide_row(row: ex.Row, divisor: ex.Exact) -> ex.Row:
+def _divide_row(row: ex.Row, divisor: ex.BigFloat) -> ex.Row:
     return row[0] / divisor, row[1] / divisor, row[2] / divisor
 
 
@@ -460,7 +460,7 @@ def fields_of(motion: Motion, frame: LocalFrame) -> MotionFields:
     return MotionFields(fields, tuple(change.number for change in found))
 
 
-def _times(factor: ex.Exact, rows: ex.Rows) -> ex.Rows:
+def _times(factor: ex.BigFloat, rows: ex.Rows) -> ex.Rows:
     (a, b, c), (d, e, f), (g, h, i) = rows
     return (
         (factor * a, factor * b, factor * c),

@@ -14,7 +14,7 @@ from ...kernels.entry.crossings import row_owners
 from ...prepare.lowering import LoweredScene
 
 if TYPE_CHECKING:
-    from ...scene.scene import Scene
+    from ...queries.scene_protocol import SceneLike
 
 
 Indices = npt.NDArray[np.int64]
@@ -159,7 +159,7 @@ class Sighting:
 class ProbeScan:
     """Collects what rays through a scene see. `overlaps` by pair of bodies, `slivers` by bodies and surfaces."""
 
-    scene: Scene
+    scene: SceneLike
     sizes: FloatArray
     seen: Any  # (bodies,) bool: some ray meets it
     overlaps: dict[tuple[int, int], Sighting] = field(default_factory=dict)

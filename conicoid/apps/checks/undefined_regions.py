@@ -10,13 +10,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..._util.arrays import FloatArray
-from ...geometry.labels import format_count
+from ..._util.text import format_count
 from ...kernels.entry.crossings import row_owners
+from ...queries.extensions import extension
 from .findings import UNDEFINED, Finding, body_titles
 from .probe_rays import CHUNK, THIN, ProbeTargets
 
 if TYPE_CHECKING:
-    from ...scene.scene import Scene
+    from ...queries.scene_protocol import SceneLike
 
 
 GapWall = tuple[int, int]
@@ -245,13 +246,11 @@ _MOST_REGIONS_BOXED = 64
 """Regions that are told apart where their boxes meet."""
 
 
-def undefined_regions(scene: Scene, targets: ProbeTargets, rays: int, random: np.random.Generator) -> list[Finding]:
+def undefined_regions(scene: SceneLike, targets: ProbeTargets, rays: int, random: np.random.Generator) -> list[Finding]:
     """One finding for each region, told apart by what sees what; the largest first."""
-    from ...scene.scene import Scene
-
     if scene.domain is None or skip_reason(scene):
         return []
-    domain = Scene(scene.domain)
+    domain: SceneLike = extension("Scene")(scene.domain)
     around = ProbeTargets.of(domain.lowered)
     low, high = around.window
     bodies = np.flatnonzero(~targets.empty)
@@ -270,24 +269,24 @@ def undefined_regions(scene: Scene, targets: ProbeTargets, rays: int, random: np
     return sorted(found, key=lambda finding: -finding.size)
 
 
-def skipped_checks(scene: Scene) -> list[str]:
+def skipped_checks(scene: SceneLike) -> list[str]:
     """What a check has left out, and why."""
     reason = skip_reason(scene)
     return [f"undefined regions ({reason})"] if reason else []
 
 
-def skip_reason(scene: Scene) -> str:
+def skip_reason(scene: SceneLike) -> str:
     """Why undefined regions of a scene are not looked for; empty where they are."""
-    from ...scene.scene import Scene
-
     if scene.domain is None:
         return "the scene has no domain, which says where bodies are to be"
-    around = ProbeTargets.of(Scene(scene.domain).lowered)
+    around = ProbeTargets.of(extension("Scene")(scene.domain).lowered)
     low, high = around.window
     return "the scene's domain is empty" if around.empty.all() or not (low < high).all() else ""
 
 
-def _find_gaps(scene: Scene, domain: Scene, origins: FloatArray, directions: FloatArray, size: float) -> Iterator[Gap]:
+def _find_gaps(
+    scene: SceneLike, domain: SceneLike, origins: FloatArray, directions: FloatArray, size: float
+) -> Iterator[Gap]:
     """Stretches within the domain and in no body, longer than what rounding leaves between walls."""
     parts = [(scene.spans(origins, directions), 0), (domain.spans(origins, directions), 1)]
     ray = np.concatenate([np.tile(row_owners(s.offsets), 2) for s, _ in parts])
@@ -310,12 +309,12 @@ def _find_gaps(scene: Scene, domain: Scene, origins: FloatArray, directions: Flo
         yield Gap(o + t[row : row + 2, None] * d, (walls[0], walls[1]), o, d)
 
 
-def _is_undefined(scene: Scene, domain: Scene, points: FloatArray) -> Any:
+def _is_undefined(scene: SceneLike, domain: SceneLike, points: FloatArray) -> Any:
     return domain.contains(points) & ~scene.contains(points)
 
 
 def _finding(
-    scene: Scene, domain: Scene, regions: UndefinedRegions, which: int, random: np.random.Generator
+    scene: SceneLike, domain: SceneLike, regions: UndefinedRegions, which: int, random: np.random.Generator
 ) -> Finding:
     gaps = regions.stretches[which]
     own, volume, error = _sample_region(scene, domain, regions, which, random)
@@ -339,7 +338,7 @@ def _finding(
 
 
 def _sample_region(
-    scene: Scene, domain: Scene, regions: UndefinedRegions, which: int, random: np.random.Generator
+    scene: SceneLike, domain: SceneLike, regions: UndefinedRegions, which: int, random: np.random.Generator
 ) -> tuple[FloatArray, float, float]:
     """Points of a region, its volume and the standard error of that, by points of a box around what was seen of it."""
     low, high = _box(regions.stretches[which])
@@ -370,7 +369,7 @@ def _box(gaps: list[Gap]) -> tuple[FloatArray, FloatArray]:
     return low - margin, high + margin
 
 
-def _make_free(scene: Scene, domain: Scene) -> Free:
+def _make_free(scene: SceneLike, domain: SceneLike) -> Free:
     def free(one: FloatArray, other: FloatArray) -> Any:
         """Whether all between two points is in the domain and in no body, by the exact spans of the way."""
         way = other - one
@@ -384,7 +383,7 @@ def _make_free(scene: Scene, domain: Scene) -> Free:
     return free
 
 
-def _make_reach(scene: Scene, domain: Scene) -> Reach:
+def _make_reach(scene: SceneLike, domain: SceneLike) -> Reach:
     def reach(points: FloatArray, ways: FloatArray) -> tuple[FloatArray, FloatArray]:
         """How far it is to the first body or the end of the domain, and the normal there."""
         still: Any = ~ways.any(axis=1)
@@ -399,7 +398,7 @@ def _make_reach(scene: Scene, domain: Scene) -> Reach:
     return reach
 
 
-def _make_around(scene: Scene, domain: Scene) -> Around:
+def _make_around(scene: SceneLike, domain: SceneLike) -> Around:
     def around(one: FloatArray, other: FloatArray) -> Any:
         """The surface by which the way between two points enters a first body and leaves the last, if it is one."""
         found = scene.spans(one, other - one, 0, 1)

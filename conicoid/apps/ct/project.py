@@ -13,19 +13,20 @@ from ..._util.safe_files import replace_file
 from ..._util.validation import check_callback, check_integer, describe_kind
 from ..._util.validation import check_path as checked_path
 from ...parallel.queries import RayRequest, integral_parts
+from ...queries.extensions import extension
 from ...queries.weights import weights_of
-from ...scene.scene import Scene, as_scene
 from .scan_geometry import ScanGeometry
 
 if TYPE_CHECKING:
     from ...geometry.body import Body
     from ...geometry.shape import Shape
     from ...kernels.threads import Progress
+    from ...queries.scene_protocol import SceneLike
 
 
 @ignore_fp_errors
 def project(
-    scene: Scene | Shape | Body,
+    scene: SceneLike | Shape | Body,
     geometry: ScanGeometry,
     values: Any,
     *,
@@ -51,7 +52,7 @@ def project(
 
     Raises what `line_integral` raises; TypeError for what is no scan; OSError where the file cannot be written.
     """
-    asked_of = as_scene("project", scene)
+    asked_of = extension("as_scene")("project", scene)
     if not isinstance(geometry, ScanGeometry):
         raise TypeError(
             f"project: geometry must be one of co.ct, got {describe_kind(geometry)}; "
@@ -92,7 +93,7 @@ def _file(path: str, shape: tuple[int, ...], last: tuple[int, ...], parts: Itera
     return np.load(path, mmap_mode="r")
 
 
-def _lazy(scene: Scene, geometry: ScanGeometry, values: Any, otherwise: Any, views: int) -> Any:
+def _lazy(scene: SceneLike, geometry: ScanGeometry, values: Any, otherwise: Any, views: int) -> Any:
     """The sinogram as an array of Dask, a task for some views."""
     from ...parallel.dask_arrays import lazy_parts
 
@@ -103,6 +104,6 @@ def _lazy(scene: Scene, geometry: ScanGeometry, values: Any, otherwise: Any, vie
     return lazy_parts(scene, _views, shares, (values, otherwise), [(*share.shape, *last) for share in shares])
 
 
-def _views(scene: Scene, geometry: ScanGeometry, values: tuple[Any, Any]) -> Any:
+def _views(scene: SceneLike, geometry: ScanGeometry, values: tuple[Any, Any]) -> Any:
     """The sinogram of some views, in a task."""
     return project(scene, geometry, values[0], otherwise=values[1])

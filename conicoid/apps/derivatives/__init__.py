@@ -10,8 +10,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from ..._util.foreign_names import module_attribute_error
-from .autodiff import Cotangents, SpanTangents, Tangents
-from .curvature import Curvature
+from ...queries.tangents import Cotangents, Curvature, SpanTangents, Tangents
 from .parameters import Parameters
 from .refraction import reflect_jvp, reflect_vjp, refract_jvp, refract_vjp
 from .volume import VolumeGradient, volume_gradient

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,6 +12,7 @@ from ..._util.validation import describe_kind, real_array
 from ...kernels.entry.crossings import row_owners
 from ...queries.rays import lines_of
 from ...queries.result import NO_SCENE
+from ...queries.tangents import Cotangents, SpanTangents, Tangents
 from ...queries.weights import weights_of
 from .crossing_derivatives import CrossingRows, make_crossing_rows, pull_back, push_forward, split_forms_maps
 from .hit_surfaces import (
@@ -29,32 +30,6 @@ if TYPE_CHECKING:
     from ...prepare.prepared_scene import PreparedScene
     from ...queries.hits import Hits
     from ...queries.spans import Spans
-    from .hit_surfaces import HitSurfaces
-
-
-@dataclass(frozen=True)
-class Tangents:
-    """How first hits change: of t (...), of point and normal (..., 3), of uv (..., 2).
-
-    NaN where there is no derivative, and for misses (docs/derivatives.md).
-    """
-
-    t: Any
-    point: FloatArray
-    normal: FloatArray
-    uv: FloatArray
-
-
-@dataclass(frozen=True)
-class Cotangents:
-    """What is asked of an answer, handed back to what it depends on: the gradient of Σ asked · answer.
-
-    parameters (parameters,), None where none were named; origins and directions (..., 3), shaped like the rays.
-    """
-
-    parameters: FloatArray | None
-    origins: FloatArray
-    directions: FloatArray
 
 
 def check_parameters(owner: str, parameters: Any, prepared: PreparedScene) -> Parameters:
@@ -182,48 +157,6 @@ def _hit_walls(hits: Hits) -> tuple[HitSurfaces, CrossingRows]:
 # the interval's stays where it is. A span that is about to vanish has ends that move ever faster, and a length that
 # does
 # not jump: integrals over rays lose nothing at outlines.
-
-
-@dataclass(frozen=True)
-class SpanTangents:
-    """How the ends of spans change, t_enter and t_exit (spans,); 0 for what is clipped, NaN without a derivative."""
-
-    t_enter: FloatArray
-    t_exit: FloatArray
-    _spans: Spans = field(repr=False)
-    _stretch: FloatArray = field(repr=False)  # (rays,) how much longer directions become
-
-    def lengths(self, by: Any = "body") -> FloatArray:
-        """How `spans.lengths(by)` changes: (..., bodies), or (..., materials) `by` "material"."""
-        spans = self._spans
-        places, count = spans._places(by)
-        ray, change = self._chords()
-        rays = len(spans.offsets) - 1
-        found: FloatArray = np.bincount(ray * count + places, change, rays * count).astype(np.float64)
-        return found.reshape((*spans.shape, count))
-
-    def line_integral(self, values: Any, otherwise: Any = None) -> Any:
-        """How `spans.line_integral(values, otherwise)` changes, where the values stay: (...), or (..., energies).
-
-        By the values it changes as it does by its definition: by the lengths.
-        """
-        spans = self._spans
-        weights = weights_of(values, otherwise, spans._body_count, spans._distinct)
-        places, _ = spans._places(weights.by)
-        ray, change = self._chords()
-        columns = weights.values.reshape(len(weights.values), -1).T
-        rays = len(spans.offsets) - 1
-        parts = [np.where(column[places] == 0, 0.0, column[places]) for column in columns]
-        found = [np.bincount(ray, np.where(part == 0, 0.0, part * change), rays) for part in parts]
-        return np.array(found).T.reshape((*spans.shape, *weights.shape))[()]
-
-    def _chords(self) -> tuple[Any, FloatArray]:
-        """(ray, change of the true length) of every span."""
-        ray, chord = self._spans._chords()
-        size = np.sqrt((lines_of(self._spans.rays)[1] ** 2).sum(axis=1))
-        with np.errstate(invalid="ignore"):
-            longer = np.where(self._stretch[ray] == 0, 0.0, chord * self._stretch[ray])
-        return ray, (self.t_exit - self.t_enter) * size[ray] + longer
 
 
 @dataclass

@@ -6,12 +6,12 @@ curvatures, its eigenvectors their directions (Goldman, Curvature formulas for i
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
 from ..._util.arrays import FloatArray
+from ...queries.tangents import Curvature
 from .quadric_form import forms_of
 
 if TYPE_CHECKING:
@@ -19,29 +19,6 @@ if TYPE_CHECKING:
 
 Columns: TypeAlias = list[Any]
 """The x, y and z of many vectors, or the numbers of their walls."""
-
-
-@dataclass(frozen=True)
-class Curvature:
-    """k1 >= k2 (...): 1 / radius, positive where the wall bulges outward; directions (..., 3), unit, across the normal.
-
-    Where k1 = k2 any two directions that are orthogonal serve. NaN for misses, and at the apex of a cone.
-    """
-
-    k1: Any
-    k2: Any
-    direction1: FloatArray
-    direction2: FloatArray
-
-    @property
-    def mean(self) -> Any:
-        """(k1 + k2) / 2"""
-        return (self.k1 + self.k2) / 2
-
-    @property
-    def gaussian(self) -> Any:
-        """k1 k2"""
-        return self.k1 * self.k2
 
 
 def curvature(hits: Hits) -> Curvature:

@@ -11,7 +11,7 @@ import fnmatch
 import math
 from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -26,10 +26,7 @@ from ...geometry.quadrics import Ellipsoid
 from ...geometry.revolution import Revolution
 from ...geometry.shape import Shape
 from ...geometry.transform import IDENTITY_MOTION, Motion, Rotate, Scale, Step, Transform, Translate
-
-if TYPE_CHECKING:
-    from ...scene.scene import Scene
-
+from ...queries.scene_protocol import SceneLike, is_scene
 
 Take: TypeAlias = Callable[[str, float], Any]
 """What is to stand in place of a number, by its name."""
@@ -240,9 +237,7 @@ def parameters(scene: Any, only: str | Iterable[str] | None = None) -> Parameter
 
     Raises TypeError for what is no scene, ValueError for a name or pattern that nothing has.
     """
-    from ...scene.scene import Scene
-
-    if not isinstance(scene, Scene):
+    if not is_scene(scene):
         raise TypeError(f"parameters: scene must be a Scene, got {describe_kind(scene)}")
     found = Parameters(scene)
     return found if only is None else found.only(only)
@@ -260,7 +255,7 @@ class Parameters:
     turn without a reference.
     """
 
-    def __init__(self, scene: Scene, chosen: Any = None, full: FloatArray | None = None) -> None:
+    def __init__(self, scene: SceneLike, chosen: Any = None, full: FloatArray | None = None) -> None:
         bodies = scene.bodies
         self._scene, self._bodies = scene, () if isinstance(bodies, InstanceList) else tuple(bodies)
         parts = [values_of(body.shape) for body in self._bodies]
@@ -336,7 +331,7 @@ class Parameters:
         return vector
 
     @ignore_fp_errors
-    def scene(self, vector: Any) -> Scene:
+    def scene(self, vector: Any) -> SceneLike:
         """The scene with the numbers of a `vector` (parameters,); shapes that do not change stay what they are.
 
         So it prepares only what is new. Raises ValueError for a vector of another shape, or what a shape cannot be.
@@ -412,7 +407,7 @@ def _with_numbers(body: Body, numbers: FloatArray) -> Body:
     return dataclasses.replace(body, shape=map_numbers(body.shape, take, replace_checked, None))
 
 
-def _replace_bodies(scene: Scene, bodies: Sequence[Body]) -> Scene:
+def _replace_bodies(scene: SceneLike, bodies: Sequence[Body]) -> SceneLike:
     """The scene with other bodies, as `scene.replace` makes it: it takes what is prepared, and prepares what is new."""
     from ...geometry.entries import Entries
 

@@ -26,7 +26,7 @@ from .parameters import Parameters
 from .ties import find_ties_within
 
 if TYPE_CHECKING:
-    from ...scene.scene import Scene
+    from ...queries.scene_protocol import SceneLike
 
 _ROUNDS = 16
 _FEWEST, _MOST = 3 * _ROUNDS, 10**12
@@ -77,7 +77,7 @@ def volume_gradient(parameters: Parameters, body: Any, rays: int = 300_000, seed
     return VolumeGradient(gradient, error, 3 * _ROUNDS * side * side)
 
 
-def _entry(scene: Scene, body: Any) -> tuple[int, int]:
+def _entry(scene: SceneLike, body: Any) -> tuple[int, int]:
     """The entry of a body, and its number among those of the entry."""
     if isinstance(body, str):
         return scene.bodies.index(body), 0
@@ -86,7 +86,7 @@ def _entry(scene: Scene, body: Any) -> tuple[int, int]:
     return entry, int(body - scene._firsts[entry])
 
 
-def _rounds(alone: Scene, index: int, box: BoxEnds, side: int, seed: int) -> Iterator[FloatArray]:
+def _rounds(alone: SceneLike, index: int, box: BoxEnds, side: int, seed: int) -> Iterator[FloatArray]:
     """Independent estimates (numbers of the shape,), each of a ray through every square of the box's three sides."""
     own = Parameters(alone)
     low, size = box[0], np.maximum(box[1] - box[0], 0.0)
@@ -105,7 +105,7 @@ def _rounds(alone: Scene, index: int, box: BoxEnds, side: int, seed: int) -> Ite
         yield total
 
 
-def _integral(alone: Scene, own: Parameters, index: int, origins: FloatArray, axis: int) -> FloatArray:
+def _integral(alone: SceneLike, own: Parameters, index: int, origins: FloatArray, axis: int) -> FloatArray:
     """Σ |n·a| v over the crossings of some rays along an axis a, by every number of the shape.
 
     v = |n·a| dt where the body is left and -|n·a| dt where it is entered: so what is asked of t is ±(n·a)².

@@ -19,14 +19,13 @@ from ...geometry.bounds.support import plane_through, plane_uv
 from ...geometry.bulk import Bulk
 from ...geometry.cell import UV, Cell, Face, Not, PolygonSheet, Tree, transform_uv
 from ...geometry.convex_decomposition import newell_normal
-from ...geometry.csg import Boolean, ClippedSheet
 from ...geometry.general_quadric import Quadric
 from ...geometry.mesh import Extrusion, Mesh
 from ...geometry.polyhedron import Polyhedron
 from ...geometry.quadric_coefficients import _PLACES as PLACES
 from ...geometry.quadrics import Ellipsoid
 from ...geometry.revolution import Revolution, SphereSection
-from ...geometry.shape import PrimitiveSheet, PrimitiveSolid, Shape
+from ...geometry.shape import Boolean, ClippedSheet, PrimitiveSheet, PrimitiveSolid, Shape
 from ...geometry.sheets import Wall as OpenWall
 from ...geometry.surface import PlaneSurface, QuadricSurface, Surface
 from ...geometry.transform import IDENTITY_MOTION, AxisFrame, Motion, Translate

@@ -33,7 +33,6 @@ from .steps import (
     BallTest,
     BodyStep,
     BoxTest,
-    Candidate,
     CellStep,
     Crossing,
     FaceStep,
@@ -42,8 +41,9 @@ from .steps import (
     SurfaceStep,
     Sweep,
     SweepRow,
+    slab_pairs,
 )
-from .textbook import outline_board, slab_pairs, solve_slabs
+from .textbook import outline_board, solve_slabs
 
 
 class SurfaceSteps:
@@ -133,26 +133,6 @@ def _faces(recording: RayRecording, surfaces: SurfaceSteps, cell: int) -> tuple[
 
 def _finite(values: Sequence[float]) -> tuple[float, ...]:
     return tuple(value for value in values if math.isfinite(value))
-
-
-def candidates_of(faces: Sequence[FaceStep], spans: Any, line: ExactRay) -> tuple[Candidate, ...]:
-    """All crossings with faces in order of t, false ones with a face that they lie outside of (NA8FIR)."""
-    true = {(t, face, True) for t, face, _, _ in spans} | {(t, face, False) for _, _, t, face in spans}
-    found = []
-    for face in faces:
-        for entering, places in ((True, face.entered), (False, face.left)):
-            for t in places:
-                is_true = (t, face.face, entering) in true
-                found.append(Candidate(t, face.face, entering, None if is_true else _outside_of(faces, face, t, line)))
-    return tuple(sorted(found, key=lambda one: (one.t, one.face)))
-
-
-def _outside_of(faces: Sequence[FaceStep], own: FaceStep, t: float, line: ExactRay) -> int:
-    """The face whose function says most strongly that a point lies outside; -1 where it lies on an edge."""
-    point = line.at(t)
-    values = [(one.inside * one.surface.polynomial.value(point), one.face) for one in faces if one is not own]
-    value, face = max(values, default=(Fraction(0), -1))
-    return face if value > 0 else -1
 
 
 def _why(curved: FaceStep | None, slab: tuple[float, float], line: ExactRay) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import html
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TypeAlias
 
 
@@ -37,6 +37,17 @@ class TextTable:
 
 
 Block: TypeAlias = Heading | TextLine | TextTable
+
+
+@dataclass(frozen=True)
+class Board:
+    """What a lecturer writes of one step: lines with their source, and the numbers in them by name.
+
+    The numbers come from exact arithmetic and are rounded once; they are not the kernels'.
+    """
+
+    blocks: tuple[Block, ...]
+    numbers: dict[str, float] = field(default_factory=dict)
 
 
 # Blocks as HTML in itself: no script, no style sheet, nothing from a network.

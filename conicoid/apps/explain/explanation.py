@@ -5,7 +5,7 @@ from __future__ import annotations
 import html
 import math
 import os
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -34,16 +34,15 @@ from .body_steps import (
 from .document import Block
 from .polynomial import ExactRay
 from .ray_records import RayRecording
-from .steps import BodyStep, Crossing, Decision, RankedPlace, Span, SurfaceStep
+from .steps import BodyStep, Crossing, Decision, RankedPlace, RayRecord, Span
 
 if TYPE_CHECKING:
-    from ...queries.hits import Hits
-    from ...scene.scene import Scene
+    from ...queries.scene_protocol import SceneLike
     from .figure import Figure
 
 
 @dataclass(frozen=True)
-class Explanation:
+class Explanation(RayRecord):
     """One ray worked out: what every body does with it, and why. `scene.explain` makes it.
 
     origin, direction, t_min, t_max   the ray, and the open interval that was asked for
@@ -56,26 +55,6 @@ class Explanation:
 
     `str()` is the text, a notebook shows it as HTML, `figure()` is a drawing.
     """
-
-    origin: tuple[float, float, float]
-    direction: tuple[float, float, float]
-    t_min: float
-    t_max: float
-    hit: Hits
-    bodies: tuple[BodyStep, ...]
-    missed: int
-    surfaces: dict[int, SurfaceStep]
-    crossings: tuple[Crossing, ...]
-    decision: Decision
-    scene: Scene = field(repr=False)
-
-    def __getitem__(self, which: Any) -> BodyStep:
-        """The step of a body, by its number or name. A LookupError where it is none of `bodies`."""
-        for step in self.bodies:
-            if which in (step.body, step.name) and not isinstance(which, bool):
-                return step
-        known = ", ".join(repr(step.name) for step in self.bodies[:8])
-        raise LookupError(f"explanation: no step of body {which!r}; there are {known}")
 
     @cached_property
     def blocks(self) -> tuple[Block, ...]:
@@ -174,7 +153,7 @@ FEW_BODIES = 8
 _LONGEST_REPR = 160
 
 
-def explain(scene: Scene, origin: Any, direction: Any, t_min: Any, t_max: Any, body: Any) -> Explanation:
+def explain(scene: SceneLike, origin: Any, direction: Any, t_min: Any, t_max: Any, body: Any) -> Explanation:
     """The explanation of a single ray; of `body` alone, a number or name, if it is given."""
     ray = as_rays("explain", origin, direction)
     if ray.shape:
@@ -196,7 +175,7 @@ def explain(scene: Scene, origin: Any, direction: Any, t_min: Any, t_max: Any, b
     )  # fmt: skip
 
 
-def _body_range(scene: Scene, body: Any) -> range:
+def _body_range(scene: SceneLike, body: Any) -> range:
     """The numbers of the bodies that are meant."""
     if isinstance(body, str):
         entry = find_entry(scene.bodies, body)
@@ -206,7 +185,7 @@ def _body_range(scene: Scene, body: Any) -> range:
     return range(int(body), int(body) + 1)
 
 
-def _trace_all(scene: Scene, ray: Rays, recording: RayRecording) -> tuple[list[Crossing], dict[int, list[Span]]]:
+def _trace_all(scene: SceneLike, ray: Rays, recording: RayRecording) -> tuple[list[Crossing], dict[int, list[Span]]]:
     """All crossings and spans, as the queries tell them."""
     limits = dict(t_min=recording.t_min, t_max=recording.t_max)
     found, inside = scene.crossings(ray, **limits), scene.spans(ray, **limits)
@@ -220,7 +199,7 @@ def _trace_all(scene: Scene, ray: Rays, recording: RayRecording) -> tuple[list[C
 
 
 def _steps(
-    scene: Scene, recording: RayRecording, surfaces: SurfaceSteps, line: ExactRay, asked: range | None
+    scene: SceneLike, recording: RayRecording, surfaces: SurfaceSteps, line: ExactRay, asked: range | None
 ) -> tuple[list[BodyStep], int]:
     """(bodies met, and the first of those left out by the tree; how many more there are of these)."""
     reached, balls = recording.walk()
@@ -247,7 +226,7 @@ def _steps(
     return steps, max(0, len(left) - MOST_MISSED)
 
 
-def _initial_step(scene: Scene, number: int, kind: int) -> BodyStep:
+def _initial_step(scene: SceneLike, number: int, kind: int) -> BodyStep:
     """A body before anything is known of the ray."""
     body = scene.body(number)
     shape = repr(body.shape)

@@ -6,7 +6,7 @@ import html
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -14,19 +14,16 @@ from ..._util.arrays import FloatArray
 from ..._util.validation import check_integer
 from ...geometry.quadric_classification import PLANE, SPHERE
 from ...kernels.programs import cells_of_leaves, leaves_of_program
+from ...queries.extensions import extension
 from .conics import ELLIPSE, HYPERBOLA, PARABOLA, Arc, DrawingPlane, branches, restrict_to_plane, wall_arcs
 from .polynomial import SurfaceSource, format_float
-from .steps import BALL_MISSED, BOX_MISSED, BodyStep
-
-if TYPE_CHECKING:
-    from .explanation import Explanation
-
+from .steps import BALL_MISSED, BOX_MISSED, BodyStep, RayRecord
 
 _PARALLEL = 1e-9
 _MARGIN = 0.08
 
 
-def plane_of(found: Explanation, main: BodyStep | None, shown: Sequence[int]) -> tuple[DrawingPlane, str]:
+def plane_of(found: RayRecord, main: BodyStep | None, shown: Sequence[int]) -> tuple[DrawingPlane, str]:
     """(the plane, a sentence about it)."""
     origin, direction = np.array(found.origin), np.array(found.direction)
     along = direction / np.linalg.norm(direction)
@@ -60,7 +57,7 @@ def plane_of(found: Explanation, main: BodyStep | None, shown: Sequence[int]) ->
     return DrawingPlane(foot, np.array([along, across]), reach), about
 
 
-def _axis(found: Explanation, main: BodyStep | None, middle: FloatArray) -> tuple[FloatArray, Any, str]:
+def _axis(found: RayRecord, main: BodyStep | None, middle: FloatArray) -> tuple[FloatArray, Any, str]:
     """(a point, a direction or None, the name) of the axis of a body: of its first curved surface that has one."""
     if main is None:
         return middle, None, ""
@@ -79,14 +76,14 @@ def _axis(found: Explanation, main: BodyStep | None, middle: FloatArray) -> tupl
     return ((low + high) / 2 if bounded else middle), None, main.name
 
 
-def _box(found: Explanation, shown: Sequence[int]) -> tuple[FloatArray, FloatArray]:
+def _box(found: RayRecord, shown: Sequence[int]) -> tuple[FloatArray, FloatArray]:
     """(low, high) around some bodies, infinite where they are."""
     lowered = found.scene.prepared.lowered
     rows = lowered.boxes[np.array(shown, np.intp)]
     return rows[:, :3].min(axis=0, initial=math.inf), rows[:, 3:].max(axis=0, initial=-math.inf)
 
 
-def _middle(found: Explanation, shown: Sequence[int]) -> tuple[FloatArray, float]:
+def _middle(found: RayRecord, shown: Sequence[int]) -> tuple[FloatArray, float]:
     """(the middle of what is drawn, how far it reaches): of boxes that have an end, and of the crossings."""
     origin, direction = np.array(found.origin), np.array(found.direction)
     points = [origin + one.t * direction for one in found.crossings[:16]]
@@ -103,7 +100,7 @@ def _middle(found: Explanation, shown: Sequence[int]) -> tuple[FloatArray, float
 
 
 def window(
-    found: Explanation, plane: DrawingPlane, arcs: Mapping[int, Sequence[Arc]]
+    found: RayRecord, plane: DrawingPlane, arcs: Mapping[int, Sequence[Arc]]
 ) -> tuple[float, float, float, float]:
     """(x0, x1, y0, y1) that holds what is drawn, and the ray's origin unless it is far away."""
     length = float(np.linalg.norm(found.direction))
@@ -279,7 +276,7 @@ class Figure:
         return f"Figure({self.about})"
 
 
-def figure_of(found: Explanation, body: Any, width: Any) -> Figure:
+def figure_of(found: RayRecord, body: Any, width: Any) -> Figure:
     """The figure, through the axis of a body: of the one that is hit first, if none is given."""
     width = check_integer("figure", "width", width, 200, 4000)
     shown = _drawn_bodies(found, None if body is None else found[body])
@@ -295,7 +292,7 @@ def figure_of(found: Explanation, body: Any, width: Any) -> Figure:
     return Figure(drawing.svg(_BELOW, about), arcs, plane, about)
 
 
-def _drawn_bodies(found: Explanation, first: BodyStep | None) -> list[BodyStep]:
+def _drawn_bodies(found: RayRecord, first: BodyStep | None) -> list[BodyStep]:
     """The bodies that are drawn: the one that matters, those met, and a few of the others."""
     rank = {step.body: k for k, step in enumerate(found.bodies)}
     hit = int(found.hit.body)
@@ -306,11 +303,9 @@ def _drawn_bodies(found: Explanation, first: BodyStep | None) -> list[BodyStep]:
     return sorted(found.bodies, key=order)[:_MOST]
 
 
-def _walls(found: Explanation, step: BodyStep, plane: DrawingPlane) -> list[Arc]:
+def _walls(found: RayRecord, step: BodyStep, plane: DrawingPlane) -> list[Arc]:
     """The section of a body: the parts of its surfaces' conics that are its walls."""
-    from ...scene.scene import Scene
-
-    alone = Scene([found.scene.body(step.body)])
+    alone = extension("Scene")([found.scene.body(step.body)])
     arcs = []
     for number in surfaces_of(found.scene.prepared, step.body):
         polynomial = SurfaceSource.of(found.scene.prepared, number).polynomial
@@ -345,7 +340,7 @@ def _surfaces_of_cell(tables: Any, cell: int) -> set[int]:
 
 
 def _draw_body(
-    drawing: SvgDrawing, found: Explanation, step: BodyStep, arcs: tuple[Arc, ...], plane: DrawingPlane, color: str
+    drawing: SvgDrawing, found: RayRecord, step: BodyStep, arcs: tuple[Arc, ...], plane: DrawingPlane, color: str
 ) -> None:
     """The hatched section of a body and its walls."""
     drawing.lines(_hatching(drawing, found, step, plane), f'stroke="{color}" stroke-width="1" stroke-opacity="0.28"')
@@ -363,11 +358,9 @@ def _draw_body(
 
 
 def _hatching(
-    drawing: SvgDrawing, found: Explanation, step: BodyStep, plane: DrawingPlane
+    drawing: SvgDrawing, found: RayRecord, step: BodyStep, plane: DrawingPlane
 ) -> list[tuple[FloatArray, FloatArray]]:
     """Slanted lines in the section: the spans of rays in the plane, by the same engine."""
-    from ...scene.scene import Scene
-
     body = found.scene.body(step.body)
     if body.shape.is_sheet:
         return []
@@ -376,7 +369,7 @@ def _hatching(
     middle, reach = (corner + far) / 2, float(np.linalg.norm(far - corner)) / 2
     steps = np.arange(-reach, reach, _GAP / drawing.scale)
     starts = middle + steps[:, None] * across - reach * along
-    spans = Scene([body]).spans(plane.points(starts), plane.directions(along), 0.0, 2 * reach)
+    spans = extension("Scene")([body]).spans(plane.points(starts), plane.directions(along), 0.0, 2 * reach)
     rows = np.repeat(np.arange(len(steps)), np.diff(spans.offsets))
     pairs = []
     for k, enter, leave in zip(rows.tolist(), spans.t_enter.tolist(), spans.t_exit.tolist(), strict=True):
@@ -384,7 +377,7 @@ def _hatching(
     return pairs
 
 
-def _draw_ray(drawing: SvgDrawing, found: Explanation, plane: DrawingPlane) -> None:
+def _draw_ray(drawing: SvgDrawing, found: RayRecord, plane: DrawingPlane) -> None:
     """The ray, its origin, and the crossings with their t."""
     direction = np.array(found.direction)
     length = float(np.linalg.norm(direction))
@@ -406,7 +399,7 @@ def _draw_ray(drawing: SvgDrawing, found: Explanation, plane: DrawingPlane) -> N
     _mark_crossings(drawing, found, float(origin[0]), length)
 
 
-def _mark_crossings(drawing: SvgDrawing, found: Explanation, origin: float, length: float) -> None:
+def _mark_crossings(drawing: SvgDrawing, found: RayRecord, origin: float, length: float) -> None:
     """Dots with their t, above and below the ray in turn where they are close."""
     taken = [-math.inf, -math.inf, -math.inf]
     for one in found.crossings:

@@ -4,16 +4,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING
 
 from . import sources
 from .document import Block, Heading, TextLine, TextTable
 from .polynomial import format_float, format_fraction, format_vector
-from .steps import BodyStep, BoxTest, CellStep, Crossing, OutlineStep, RankedPlace, SurfaceStep, Sweep, SweepRow
-
-if TYPE_CHECKING:
-    from .explanation import Explanation
-
+from .steps import (
+    BodyStep,
+    BoxTest,
+    CellStep,
+    Crossing,
+    OutlineStep,
+    RankedPlace,
+    RayRecord,
+    SurfaceStep,
+    Sweep,
+    SweepRow,
+)
 
 _CASES = (
     "", "c₁ c₂ b₁ b₂: miss", "c₁ b₁ c₂ b₂: hit body, exit cap", "c₁ b₁ b₂ c₂: hit body, exit body",
@@ -21,7 +27,7 @@ _CASES = (
 )  # fmt: skip
 
 
-def body_blocks(step: BodyStep, found: Explanation) -> Iterator[Block]:
+def body_blocks(step: BodyStep, found: RayRecord) -> Iterator[Block]:
     """A body met or missed, and why."""
     yield Heading(f"Body {step.body} “{step.name}”: {step.outcome}", 2)
     yield TextLine(f"{step.kind}: {step.shape}")
@@ -186,7 +192,7 @@ _HOW = {
 }
 
 
-def blocks_of(found: Explanation) -> Iterator[Block]:
+def blocks_of(found: RayRecord) -> Iterator[Block]:
     """The ray, the answer, what decided it, every body, and all that is along the ray."""
     yield Heading("The ray")
     yield TextLine(f"p(t) = o + t d,  o = {format_vector(found.origin)},  d = {format_vector(found.direction)}")
@@ -215,21 +221,21 @@ def blocks_of(found: Explanation) -> Iterator[Block]:
         yield _along(found)
 
 
-def _told_whole(found: Explanation) -> set[int]:
+def _told_whole(found: RayRecord) -> set[int]:
     """The bodies whose working is told: all, or of many those that are met first, and then those that are not."""
     first = {one.body: one.t for one in reversed(found.crossings)}
     order = sorted(found.bodies, key=lambda step: (step.body != int(found.hit.body), first.get(step.body, math.inf)))
     return {step.body for step in order[:_MOST_BODIES]}
 
 
-def _length(found: Explanation) -> str:
+def _length(found: RayRecord) -> str:
     from .polynomial import ExactRay as Ray
 
     square = Ray.of(found.origin, found.direction, 0.0, 1.0).square
     return "" if square == 1 else f" (d·d = {format_fraction(square)})"
 
 
-def _answer(found: Explanation) -> Iterator[Block]:
+def _answer(found: RayRecord) -> Iterator[Block]:
     """The first hit, with its point and normal."""
     hit = found.hit
     if not hit.hit:
@@ -242,7 +248,7 @@ def _answer(found: Explanation) -> Iterator[Block]:
     yield from _normal(found)
 
 
-def _normal(found: Explanation) -> Iterator[Block]:
+def _normal(found: RayRecord) -> Iterator[Block]:
     hit, step = found.hit, found.surfaces.get(int(found.hit.surface))
     normal = format_vector(hit.normal.tolist())
     if step is None or step.flat:
@@ -260,14 +266,14 @@ def _normal(found: Explanation) -> Iterator[Block]:
         yield TextLine(f"made unit and outward {normal}")
 
 
-def _name(found: Explanation, number: int) -> str:
+def _name(found: RayRecord, number: int) -> str:
     for step in found.bodies:
         if step.body == number:
             return f"body {number} “{step.name}”"
     return f"body {number}"
 
 
-def _decision(found: Explanation) -> Iterator[Block]:
+def _decision(found: RayRecord) -> Iterator[Block]:
     """Which formulas decided, with what bound; of a doubtful ray the order of all crossings."""
     decision = found.decision
     bound = f": |t − t*| ≤ {decision.t_error:.2e}" if decision.t_error else ": t is exact"
@@ -285,17 +291,17 @@ def _decision(found: Explanation) -> Iterator[Block]:
         yield TextTable(("order", "surface", "certainly at", "± at most", "told as t"), rows, sources.DOUBT)
 
 
-def _place(place: RankedPlace, found: Explanation) -> tuple[str, ...]:
+def _place(place: RankedPlace, found: RayRecord) -> tuple[str, ...]:
     low = f" {'+' if place.low >= 0 else '−'} {abs(place.low):.3g}" if place.low else ""
     certain = f"{format_float(place.high)}{low}"
     return str(place.rank), f"surface {place.surface}", certain, f"{place.error:.1e}", format_float(place.t)
 
 
-def _along(found: Explanation) -> TextTable:
+def _along(found: RayRecord) -> TextTable:
     rows = tuple(_crossing(one, found) for one in found.crossings[:_MOST_ROWS])
     return TextTable(("t", "± at most", "body", "", "face", "surface"), rows, sources.DOUBT)
 
 
-def _crossing(one: Crossing, found: Explanation) -> tuple[str, ...]:
+def _crossing(one: Crossing, found: RayRecord) -> tuple[str, ...]:
     enters = "enters" if one.entering else "leaves"
     return format_float(one.t), f"{one.t_error:.1e}", _name(found, one.body), enters, str(one.face), str(one.surface)

@@ -16,7 +16,7 @@ from .polynomial import SurfaceSource
 
 if TYPE_CHECKING:
     from ...prepare.prepared_scene import PreparedScene
-    from ...scene.scene import Scene
+    from ...queries.scene_protocol import SceneLike
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ class SceneSurface:
         return "\n".join([*lines, f"shared by {', '.join(faces)}" if len(faces) > 1 else "".join(faces)])
 
 
-def surface_of(scene: Scene, number: int) -> SceneSurface:
+def surface_of(scene: SceneLike, number: int) -> SceneSurface:
     """The surface of a number. Raises TypeError and IndexError for numbers that there are not."""
     source = SurfaceSource.of(scene.prepared, number)
     polynomial = source.polynomial

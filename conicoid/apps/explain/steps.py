@@ -5,14 +5,23 @@ Floats are the kernels' own, to the bit. Everything is immutable.
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
+from fractions import Fraction
 from functools import cached_property
+from typing import TYPE_CHECKING, Any
 
 from ..._util.arrays import Vector
 from ...geometry.quadric_classification import PLANE
-from .document import Block
+from .document import Board
 from .polynomial import ExactRay as Ray
-from .polynomial import Polynomial, SurfaceSource
+from .polynomial import Polynomial, SurfaceSource, as_float, dot
+from .textbook import Slab, board_of, solve_slabs
+
+if TYPE_CHECKING:
+    from ...queries.hits import Hits
+    from ...queries.scene_protocol import SceneLike
 
 # How a body ends
 HIT, CROSSED, STARTED = "hit", "crossed", "started on"
@@ -63,17 +72,6 @@ class Span:
     t_exit: float
     enter_clipped: bool
     exit_clipped: bool
-
-
-@dataclass(frozen=True)
-class Board:
-    """What a lecturer writes of one step: lines with their source, and the numbers in them by name.
-
-    The numbers come from exact arithmetic and are rounded once; they are not the kernels'.
-    """
-
-    blocks: tuple[Block, ...]
-    numbers: dict[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -128,8 +126,6 @@ class SurfaceStep:
     @cached_property
     def board(self) -> Board:
         """What the documents make of it, in exact arithmetic."""
-        from .textbook import board_of
-
         return board_of(self.source, self.line)
 
 
@@ -182,17 +178,13 @@ class CellStep:
     @cached_property
     def candidates(self) -> tuple[Candidate, ...]:
         """All crossings with its faces in order of t, which are true or false (NA8FIR of the graphics textbook)."""
-        from .body_steps import candidates_of
-
-        return candidates_of(self.faces, self.spans, self.line)
+        return _candidates_of(self.faces, self.spans, self.line)
 
     @cached_property
     def board(self) -> Board:
         """Of a cell of planes alone: its slabs, worked out as the ray tracing notes do with a box."""
-        from .textbook import slab_pairs, slabs_board
-
         flat = all(face.surface.flat for face in self.faces)
-        return slabs_board(slab_pairs(self.faces), self.faces, self.line) if flat else Board(())
+        return _slabs_board(slab_pairs(self.faces), self.faces, self.line) if flat else Board(())
 
 
 @dataclass(frozen=True)
@@ -313,3 +305,105 @@ class Decision:
     all: str
     t_error: float = 0.0
     places: tuple[RankedPlace, ...] = ()
+
+
+@dataclass(frozen=True)
+class RayRecord:
+    """All steps of one ray as data, which figures and texts are made of; `Explanation` documents the fields."""
+
+    origin: tuple[float, float, float]
+    direction: tuple[float, float, float]
+    t_min: float
+    t_max: float
+    hit: Hits
+    bodies: tuple[BodyStep, ...]
+    missed: int
+    surfaces: dict[int, SurfaceStep]
+    crossings: tuple[Crossing, ...]
+    decision: Decision
+    scene: SceneLike = field(repr=False)
+
+    def __getitem__(self, which: Any) -> BodyStep:
+        """The step of a body, by its number or name. A LookupError where it is none of `bodies`."""
+        for step in self.bodies:
+            if which in (step.body, step.name) and not isinstance(which, bool):
+                return step
+        known = ", ".join(repr(step.name) for step in self.bodies[:8])
+        raise LookupError(f"explanation: no step of body {which!r}; there are {known}")
+
+
+# Crossings with the faces of a cell, true and false.
+
+
+def _candidates_of(faces: Sequence[FaceStep], spans: Any, line: Ray) -> tuple[Candidate, ...]:
+    """All crossings with faces in order of t, false ones with a face that they lie outside of (NA8FIR)."""
+    true = {(t, face, True) for t, face, _, _ in spans} | {(t, face, False) for _, _, t, face in spans}
+    found = []
+    for face in faces:
+        for entering, places in ((True, face.entered), (False, face.left)):
+            for t in places:
+                is_true = (t, face.face, entering) in true
+                found.append(Candidate(t, face.face, entering, None if is_true else _outside_of(faces, face, t, line)))
+    return tuple(sorted(found, key=lambda one: (one.t, one.face)))
+
+
+def _outside_of(faces: Sequence[FaceStep], own: FaceStep, t: float, line: Ray) -> int:
+    """The face whose function says most strongly that a point lies outside; -1 where it lies on an edge."""
+    point = line.at(t)
+    values = [(one.inside * one.surface.polynomial.value(point), one.face) for one in faces if one is not own]
+    value, face = max(values, default=(Fraction(0), -1))
+    return face if value > 0 else -1
+
+
+# Planes of a cell in pairs: slabs, which the textbook solves.
+
+_PARALLEL = 1e-12
+
+
+def slab_pairs(faces: Sequence[FaceStep]) -> list[tuple[int, int]]:
+    """Which planes are two sides of a slab: (the one with the lower offset along the axis, the other)."""
+    flat = [k for k, face in enumerate(faces) if face.surface.flat]
+    pairs: list[tuple[int, int]] = []
+    for k, i in enumerate(flat):
+        for j in flat[k + 1 :]:
+            used = {each for pair in pairs for each in pair}
+            if i not in used and j not in used and _opposite(outward(faces[i]), outward(faces[j])):
+                low, high = (i, j) if _leads(outward(faces[j])) else (j, i)
+                pairs.append((low, high))
+    return pairs
+
+
+def outward(face: FaceStep) -> list[Fraction]:
+    """The outward normal of a plane, of any length."""
+    return [2 * face.inside * half for half in face.surface.polynomial.ten[6:9]]
+
+
+def _leads(normal: Sequence[Fraction]) -> bool:
+    """Is the first component that counts positive?"""
+    largest = max(map(abs, normal))
+    return next(c for c in normal if abs(c) > _PARALLEL * largest) > 0
+
+
+def _opposite(m: Sequence[Fraction], n: Sequence[Fraction]) -> bool:
+    along = as_float(dot(m, n))
+    return along < 0 and as_float(dot(m, m)) * as_float(dot(n, n)) - along * along <= _PARALLEL * along * along
+
+
+def _slabs_board(pairs: Sequence[tuple[int, int]], faces: Sequence[FaceStep], line: Ray) -> Board:
+    """The slabs of a cell, one after the other."""
+    return solve_slabs([_slab(faces[i], faces[j], line, k) for k, (i, j) in enumerate(pairs)], line)
+
+
+def _slab(low: FaceStep, high: FaceStep, line: Ray, k: int) -> Slab:
+    """(name, low <= n·p <= high, n·o, n·d); along an axis n is the axis."""
+    normal = outward(high)
+    axes = [i for i in range(3) if normal[i]]
+    scale = abs(normal[axes[0]]) if len(axes) == 1 else Fraction(1)
+    normal = [value / scale for value in normal]
+    name = "xyz"[axes[0]] if len(axes) == 1 else f"slab {k + 1}"
+    top = -high.inside * high.surface.polynomial.ten[9] / scale
+    other = outward(low)
+    length = math.sqrt(as_float(dot(other, other)) / as_float(dot(normal, normal)))
+    ratio = Fraction(length) if len(axes) != 1 else abs(other[axes[0]])
+    bottom = low.inside * low.surface.polynomial.ten[9] / ratio
+    return name, bottom, top, dot(normal, line.origin), dot(normal, line.direction)

@@ -11,7 +11,7 @@ from ...geometry.surface import QuadricSurface
 from ...kernels.tables import SPHERE
 from ...numerics import bigfloat_linalg as ex
 from . import sources
-from .document import Block
+from .document import Block, Board
 from .document import TextLine as Words
 from .polynomial import (
     ExactRay,
@@ -25,7 +25,6 @@ from .polynomial import (
     join_terms,
     sqrt_fraction,
 )
-from .steps import Board, FaceStep
 
 _LETTERS = "AEHBCFDGIJ"
 
@@ -319,43 +318,8 @@ def _areas(corners: Sequence[tuple[Fraction, ...]], numbers: dict[str, float]) -
 
 # Planes of a cell in pairs: slabs, worked out as the ray tracing notes do with a box.
 
-_PARALLEL = 1e-12
 Slab: TypeAlias = tuple[str, Fraction, Fraction, Fraction, Fraction]
 """A name, low <= n·p <= high, n·o and n·d."""
-
-
-def slab_pairs(faces: Sequence[FaceStep]) -> list[tuple[int, int]]:
-    """Which planes are two sides of a slab: (the one with the lower offset along the axis, the other)."""
-    flat = [k for k, face in enumerate(faces) if face.surface.flat]
-    pairs: list[tuple[int, int]] = []
-    for k, i in enumerate(flat):
-        for j in flat[k + 1 :]:
-            used = {each for pair in pairs for each in pair}
-            if i not in used and j not in used and _opposite(outward(faces[i]), outward(faces[j])):
-                low, high = (i, j) if _leads(outward(faces[j])) else (j, i)
-                pairs.append((low, high))
-    return pairs
-
-
-def outward(face: FaceStep) -> list[Fraction]:
-    """The outward normal of a plane, of any length."""
-    return [2 * face.inside * half for half in face.surface.polynomial.ten[6:9]]
-
-
-def _leads(normal: Sequence[Fraction]) -> bool:
-    """Is the first component that counts positive?"""
-    largest = max(map(abs, normal))
-    return next(c for c in normal if abs(c) > _PARALLEL * largest) > 0
-
-
-def _opposite(m: Sequence[Fraction], n: Sequence[Fraction]) -> bool:
-    along = as_float(dot(m, n))
-    return along < 0 and as_float(dot(m, m)) * as_float(dot(n, n)) - along * along <= _PARALLEL * along * along
-
-
-def slabs_board(pairs: Sequence[tuple[int, int]], faces: Sequence[FaceStep], line: ExactRay) -> Board:
-    """The slabs of a cell, one after the other."""
-    return solve_slabs([_slab(faces[i], faces[j], line, k) for k, (i, j) in enumerate(pairs)], line)
 
 
 def solve_slabs(slabs: Sequence[Slab], line: ExactRay) -> Board:
@@ -395,18 +359,3 @@ def solve_slabs(slabs: Sequence[Slab], line: ExactRay) -> Board:
     if near is not None:
         words.append(Words("all slabs have t_near ≤ t_far: a hit", "", 2))
     return Board(tuple(words), numbers)
-
-
-def _slab(low: FaceStep, high: FaceStep, line: ExactRay, k: int) -> Slab:
-    """(name, low <= n·p <= high, n·o, n·d); along an axis n is the axis."""
-    normal = outward(high)
-    axes = [i for i in range(3) if normal[i]]
-    scale = abs(normal[axes[0]]) if len(axes) == 1 else Fraction(1)
-    normal = [value / scale for value in normal]
-    name = "xyz"[axes[0]] if len(axes) == 1 else f"slab {k + 1}"
-    top = -high.inside * high.surface.polynomial.ten[9] / scale
-    other = outward(low)
-    length = math.sqrt(as_float(dot(other, other)) / as_float(dot(normal, normal)))
-    ratio = Fraction(length) if len(axes) != 1 else abs(other[axes[0]])
-    bottom = low.inside * low.surface.polynomial.ten[9] / ratio
-    return name, bottom, top, dot(normal, line.origin), dot(normal, line.direction)

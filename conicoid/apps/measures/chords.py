@@ -21,13 +21,13 @@ from ..._util.validation import SMALLEST
 from ...geometry.shape import Shape
 from ...kernels.entry.crossings import row_owners
 from ...parallel.scheduler import prepare_first
-from ...scene.scene import Scene
+from ...queries.extensions import extension
 from .hull import FittedBox, Hull, Rectangles, ViewDirection, directions_for, hull_of
 from .parallel import follow_on_workers
 
 if TYPE_CHECKING:
     from ...parallel.workers import Workers
-    from ...scene.scene import Scene
+    from ...queries.scene_protocol import SceneLike
 
 
 VOLUME, FIRST, SECOND, AREA = 0, slice(1, 4), slice(4, 10), 10
@@ -57,7 +57,7 @@ class AxisRays:
     box: FittedBox
     axis: int
 
-    def integrals(self, scene: Scene, places: FloatArray) -> FloatArray:
+    def integrals(self, scene: SceneLike, places: FloatArray) -> FloatArray:
         """What each ray adds for a unit of the area across, (n, 11); places (n, 2) across the axis."""
         axis, across = self.axis, [i for i in range(3) if i != self.axis]
         start = np.zeros((len(places), 3))
@@ -87,7 +87,7 @@ class ChordFamily:
     wherever the pieces are followed.
     """
 
-    scene: Scene
+    scene: SceneLike
     box: FittedBox
     sight: ViewDirection
     seed: int
@@ -141,7 +141,7 @@ class ChordFamily:
 
 @prepare_first
 def _estimate_piece(
-    scene: Scene, view: AxisRays, item: tuple[int, int, Rectangles, int]
+    scene: SceneLike, view: AxisRays, item: tuple[int, int, Rectangles, int]
 ) -> tuple[FloatArray, FloatArray]:
     """The sums (11,) of a piece of rectangles, and their covariance (11, 11)."""
     seed, begin, part, count = item
@@ -158,7 +158,7 @@ def _estimate_piece(
 
 
 @prepare_first
-def _chords_at_corners(scene: Scene, view: AxisRays, places: FloatArray) -> FloatArray:
+def _chords_at_corners(scene: SceneLike, view: AxisRays, places: FloatArray) -> FloatArray:
     """Volume and area of rays, (n, 2)."""
     return np.ascontiguousarray(view.integrals(scene, places)[:, (VOLUME, AREA)])
 
@@ -171,7 +171,7 @@ def _snap_origins(points: FloatArray) -> FloatArray:
 _CORNERS = np.array([(0, 0), (0, 1), (1, 0), (1, 1)])
 
 
-def _crossings(scene: Scene, origins: FloatArray, direction: FloatArray) -> Iterator[Any]:
+def _crossings(scene: SceneLike, origins: FloatArray, direction: FloatArray) -> Iterator[Any]:
     """ray, t, +1 where a solid is left and -1 where it is entered, and |normal·direction| of every crossing."""
     from ...queries.hit_fields import normals_of
 
@@ -251,7 +251,7 @@ def sample_integrals(
 ) -> ChordSums:
     """Follow about `rays` rays, a third along each axis. A seed gives the same sums for any threads and workers."""
     sums = ChordSums(np.zeros(11), np.zeros((11, 11)))
-    scene, directions = Scene([shape]), directions_for(shape, box)
+    scene, directions = extension("Scene")([shape]), directions_for(shape, box)
     hull = hull_of(shape, box, directions)
     for axis in range(3):
         last, sight = (axis + 1) * rays // 3, ViewDirection.along(axis, directions)

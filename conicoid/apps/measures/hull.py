@@ -11,9 +11,8 @@ import numpy as np
 import numpy.typing as npt
 
 from ..._util.arrays import BoxEnds, FloatArray
-from ...geometry.csg import Boolean, ClippedSheet, Complement, Difference, Union
 from ...geometry.polyhedron import Polyhedron
-from ...geometry.shape import Primitive, Shape
+from ...geometry.shape import Boolean, ClippedSheet, Complement, Difference, Primitive, Shape, Union
 from ...geometry.transform import IDENTITY_MOTION, Motion, Transform
 
 

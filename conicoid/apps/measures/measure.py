@@ -20,12 +20,12 @@ from ..._util.name_tuples import NamedPartTuple
 from ..._util.validation import check_callback, check_integer, describe_kind, format_value
 from ...geometry.body import Body
 from ...geometry.bulk import Bulk
-from ...geometry.csg import Boolean, Complement, Union
 from ...geometry.entries import find_body
 from ...geometry.primitives import Sphere
-from ...geometry.shape import Shape
+from ...geometry.shape import Boolean, Complement, Shape, Union
 from ...geometry.transform import IDENTITY_MOTION
 from ...parallel.workers import as_workers
+from ...queries.scene_protocol import is_scene
 from . import closed_forms as _prismatoids  # noqa: F401 (it registers closed forms, as the next does)
 from . import closed_forms as _turned  # noqa: F401
 from .chords import AREA, FIRST, PAIRS, SECOND, VOLUME, ChordSums, Progress, sample_integrals
@@ -35,7 +35,7 @@ from .hull import FittedBox, UnboundedShapeError, fitted_box
 
 if TYPE_CHECKING:
     from ...parallel.workers import Workers
-    from ...scene.scene import Scene
+    from ...queries.scene_protocol import SceneLike
 
 
 FEWEST_RAYS, RAYS = 60, 1_000_000
@@ -101,7 +101,7 @@ def measure(
 
 @overload
 def measure(
-    shape: Scene, rays: int | None = None, seed: int = 0, progress: Progress | None = None, *, executor: Any = None
+    shape: SceneLike, rays: int | None = None, seed: int = 0, progress: Progress | None = None, *, executor: Any = None
 ) -> SceneMeasures: ...
 
 
@@ -129,23 +129,22 @@ def measure(
 
     Raises ValueError for an unbounded shape, naming the axes, and for fewer than 60 rays.
     """
-    from ...scene.scene import Scene
-
+    scene = shape if is_scene(shape) else None
     shape = shape.shape if isinstance(shape, Body) else shape
-    if not isinstance(shape, (Shape, Scene)):
+    if scene is None and not isinstance(shape, Shape):
         hint = "; co.load(path) reads a scene file" if isinstance(shape, str) else ""
         raise TypeError(
             f"measure: shape must be a shape or a Body, got {describe_kind(shape)}; "
             f"of a Scene every body is measured{hint}"
         )
     check_callback("measure", "progress", progress)
-    if isinstance(rays, str) and isinstance(shape, Scene):
+    if isinstance(rays, str) and scene is not None:
         told = f"got {rays!r}; of one body it is measure(scene)[{rays!r}]"
         raise ValueError(f"measure: rays must be an integer >= {FEWEST_RAYS}, {told}")
     rays = None if rays is None else check_integer("measure", "rays", rays, FEWEST_RAYS, _MOST_RAYS)
     seed = check_integer("measure", "seed", seed, 0)
-    if isinstance(shape, Scene):
-        return measure_scene(shape, rays, seed, progress, executor)
+    if scene is not None:
+        return measure_scene(scene, rays, seed, progress, executor)
     workers = None if executor is None else as_workers("measure", executor)
     return measure_shape(shape, RAYS if rays is None else rays, rays is None, seed, progress, workers)
 
@@ -415,7 +414,7 @@ def _line(title: str, found: Measures, width: int) -> str:
 
 
 def measure_scene(
-    scene: Scene, rays: int | None, seed: int, progress: Progress | None, executor: Any = None
+    scene: SceneLike, rays: int | None, seed: int, progress: Progress | None, executor: Any = None
 ) -> SceneMeasures:
     """Each body by itself. The rays are for all together, but for at least ten thousand for each that needs them."""
     share = max(_FEWEST, (RAYS if rays is None else rays) // max(1, scene.body_count))

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from ..._util.hints import with_call_hints
 from ..._util.validation import describe_kind
 from ...queries.rays import Rays
-from ...scene.scene import Scene
+from ...queries.scene_protocol import SceneLike, is_scene
 from .medium import D_LINE, check_wavelength
 from .prescriptions import Prescription
 from .ray_trace import follow, trace
@@ -55,7 +55,7 @@ class _Side:
 
 
 @with_call_hints
-def cardinal_points(system: Prescription | Scene, wavelength: Any = None) -> CardinalPoints:
+def cardinal_points(system: Prescription | SceneLike, wavelength: Any = None) -> CardinalPoints:
     """Focal lengths, focal points and principal planes, by real rays.
 
     system: a `Prescription`, or a `Scene` of transparent and mirroring bodies about the z axis, finite, with light
@@ -63,7 +63,7 @@ def cardinal_points(system: Prescription | Scene, wavelength: Any = None) -> Car
     Two rays near the axis from each side, at the heights h and 2 h; the error of both, which grows with h², is
     taken out. Raises ValueError where no ray near the axis gets through.
     """
-    if not isinstance(system, Prescription | Scene):
+    if not isinstance(system, Prescription) and not is_scene(system):
         raise TypeError(f"cardinal_points: system must be a Prescription or a Scene, got {describe_kind(system)}")
     default = system.wavelength if isinstance(system, Prescription) else D_LINE
     wave = default if wavelength is None else check_wavelength("cardinal_points", wavelength)
@@ -82,7 +82,7 @@ def cardinal_points(system: Prescription | Scene, wavelength: Any = None) -> Car
 
 
 @with_call_hints
-def focal_length(system: Prescription | Scene, wavelength: Any = None) -> float:
+def focal_length(system: Prescription | SceneLike, wavelength: Any = None) -> float:
     """The effective focal length: over 0 of what collects light, infinite of what is afocal.
 
     system: a `Prescription`, or a `Scene` about the z axis. wavelength: in μm. See `cardinal_points`, which has the
@@ -91,7 +91,7 @@ def focal_length(system: Prescription | Scene, wavelength: Any = None) -> float:
     return cardinal_points(system, wavelength).focal_length
 
 
-def _side(system: Prescription | Scene, wave: float, backwards: bool) -> _Side:
+def _side(system: Prescription | SceneLike, wave: float, backwards: bool) -> _Side:
     """Rays along the axis from one side: forwards, or backwards."""
     if isinstance(system, Prescription):
         return _of_prescription(system, wave, backwards)
@@ -116,7 +116,7 @@ def _of_prescription(system: Prescription, wave: float, backwards: bool) -> _Sid
     return _extrapolate(found.rays, height, system.vertices[found.rows[-1] if found.rows else 0])
 
 
-def _of_scene(scene: Scene, wave: float, backwards: bool) -> _Side:
+def _of_scene(scene: SceneLike, wave: float, backwards: bool) -> _Side:
     low, high = np.asarray(scene.bounds)
     if not np.isfinite([low, high]).all() or (low > high).any():
         raise ValueError("cardinal_points: system must be a scene of finite size, with bodies")

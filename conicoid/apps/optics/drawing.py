@@ -19,14 +19,13 @@ import numpy.typing as npt
 from ..._util.hints import with_call_hints, with_method_hints
 from ..._util.validation import check_integer, check_number, check_path, describe_kind
 from ...geometry.conic import Conic, ConicSheet, ConicWall, Stop
-from ...geometry.csg import Painted
 from ...geometry.lens import Lens, Mirror
 from ...geometry.optical_prisms import FlatGlass
 from ...geometry.primitives import Sphere
-from ...geometry.shape import Shape
+from ...geometry.shape import Painted, Shape
 from ...materials.material import Material
 from ...queries.rays import Rays
-from ...scene.scene import Scene
+from ...queries.scene_protocol import SceneLike, is_scene
 from .prescriptions import Prescription
 from .ray_trace import follow, trace
 from .spot_diagram import beam
@@ -248,7 +247,7 @@ class Layout:
 
 @with_call_hints
 def layout(
-    system: Prescription | Scene,
+    system: Prescription | SceneLike,
     *,
     fields: Any = None,
     rays: Any = 5,
@@ -263,7 +262,7 @@ def layout(
     rays: how many rays of each beam; or `co.Rays`, which a scene needs to have any, in the plane x = 0.
     width: of the drawing, in pixels. z_end: where rays end, at the image where left out.
     """
-    if not isinstance(system, Prescription | Scene):
+    if not isinstance(system, Prescription) and not is_scene(system):
         raise TypeError(f"layout: system must be a Prescription or a Scene, got {describe_kind(system)}")
     pixels = check_number("layout", "width", width)
     if not 10 <= pixels <= 100_000:
@@ -282,7 +281,7 @@ Extent = tuple[float, float, float, float]
 """low z, low y, high z, high y"""
 
 
-def _box(scene: Scene, system: Prescription | Scene) -> Extent:
+def _box(scene: SceneLike, system: Prescription | SceneLike) -> Extent:
     """What is drawn, before rays: the bodies, the image, and some room in front."""
     low, high = (np.asarray(end) for end in scene.bounds)
     if not np.isfinite([low, high]).all() or (low > high).any():
@@ -296,7 +295,7 @@ def _box(scene: Scene, system: Prescription | Scene) -> Extent:
 
 
 def _lines(
-    system: Prescription | Scene, scene: Scene, fields: Any, rays: Any, start: float, end: float
+    system: Prescription | SceneLike, scene: SceneLike, fields: Any, rays: Any, start: float, end: float
 ) -> list[tuple[str, Floats]]:
     """(colour, corners (n, 2)) of each ray, corners as z and y."""
     if isinstance(rays, Rays):
@@ -351,7 +350,7 @@ def _around(boxes: list[Extent]) -> Extent:
     return float(low[0]), float(low[1]), float(high[0]), float(high[1])
 
 
-def _bodies(scene: Scene, box: Extent) -> tuple[list[str], tuple[str, ...]]:
+def _bodies(scene: SceneLike, box: Extent) -> tuple[list[str], tuple[str, ...]]:
     """The path of each body, and what has none."""
     del box
     drawn, left_out = [], []

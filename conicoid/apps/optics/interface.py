@@ -131,8 +131,8 @@ class SceneMedia:
     def unseen(self, wall: Any, before: Any, after: Any, wavelength: Any) -> Any:
         """Does light pass the wall of a transparent solid as if nothing were there? By numbers of materials.
 
-        As `render/bsdf/medium.py` says it for pictures, but for one wavelength: the material is the same on both
-        sides, or index and absorption are, and the wall itself neither takes any light away nor is coated.
+        As the medium module says it for pictures, but for one wavelength: the material is the same on both sides, or
+        index and absorption are, and the wall itself neither takes any light away nor is coated.
         """
         same = before == after
         rest = np.flatnonzero(~same)
@@ -165,9 +165,8 @@ class WallHits:
 def find_walls(scene: Any, media: SceneMedia, rays: Rays, medium: Any, wavelength: Any) -> WallHits:
     """What rays meet; `medium`: the bodies that they are in, which counts where they meet nothing.
 
-    The rule is that of Whitted's pictures (`render/integrators/whitted.py`): what coincides is taken together, an
-    opaque surface is always noticed, and so is a transparent one unless what is before and after it is the same to
-    light.
+    As in Whitted's pictures (`render/integrators/whitted.py`): what coincides is taken together, an opaque
+    surface is always noticed, and so is a transparent one unless what is before and after it is the same to light.
     """
     rows, t_min = np.arange(rays.size), np.zeros(rays.size)
     parts: list[tuple[Any, Hits, Any, Any, Any, Any]] = []
@@ -176,7 +175,9 @@ def find_walls(scene: Any, media: SceneMedia, rays: Rays, medium: Any, wavelengt
         sides, body = hits._sides, hits.body
         before, after = media.clear(sides[BEFORE]), media.clear(sides[AFTER])
         opaque = sides[BLOCKER] >= 0
-        wall = np.where(opaque & (sides[BLOCKER] != body), media.inside(sides[BLOCKER]), media.walls(body, hits.face))
+        wall = np.where(
+            opaque & (sides[BLOCKER] != body), media.inside(sides[BLOCKER]), media.walls(body, hits.face)
+        )  # fmt: skip
         on = hits.hit & ~opaque & (np.append(media.kinds, np.int8(0))[body] == CLEAR)
         some = np.flatnonzero(on)
         on[some] = media.unseen(

@@ -12,8 +12,8 @@ import numpy.typing as npt
 from ..._util.errstate import ignore_fp_errors
 from ..._util.foreign_names import with_attribute_hints
 from ..._util.hints import frozen_with_hints, with_call_hints
+from ..._util.text import format_count
 from ..._util.validation import check_flag, check_integer, check_nonnegative, check_positive, describe_kind, real_array
-from ...geometry.labels import format_count
 from ...materials.dispersion import LINE_D, check_wavelengths
 from ...queries.id_arrays import number_fields
 from ...queries.ray_queries import as_rays

@@ -26,8 +26,8 @@ from ...geometry.conic import ConicSheet, Stop
 from ...geometry.primitives import Cone, Sphere
 from ...geometry.shape import Shape, Solid
 from ...geometry.sheets import Polygon, Wall
+from ...queries.extensions import extension
 from ...queries.rays import Rays
-from ...scene.scene import Scene
 
 Floats = npt.NDArray[np.float64]
 HitArrays = tuple[Floats, Floats, npt.NDArray[np.int32], Floats]
@@ -54,7 +54,7 @@ class SolidGeometry(SphereGeometry):
         if not np.isfinite([low, high]).all() or (low > high).any():
             raise ValueError("optiland_component: solid must be of finite size and not empty")
         super().__init__(radius=float(np.linalg.norm(np.maximum(abs(low), abs(high)))))
-        self.shape, self._scene = shape, Scene([shape])
+        self.shape, self._scene = shape, extension("Scene")([shape])
 
     def ray_intersect(self, origins: Any, directions: Any) -> tuple[Any, Any, Any, Any]:
         """Distances, normals towards the rays, mask of hits, and inward normals; in the component's frame.
@@ -167,7 +167,7 @@ class _ShapeCache:
             bodies.append(Body(shape.transform(_matrix(_get_transform(component.cs)))))
             numbers.append(i)
             senses.append(sense)
-        self.scene = Scene(bodies)
+        self.scene = extension("Scene")(bodies)
         self.numbers = np.array(numbers or [0], np.int32)
         self.senses = np.array(senses or [0.0])
         self.home = self.scene.first_hit((0.0, 0.0, 0.0), (0.0, 0.0, 1.0)).spawn((0.0, 0.0, 1.0))._home

@@ -16,7 +16,8 @@ from ...geometry.conic import ConicSheet, Stop, check_radius
 from ...geometry.lens import Lens
 from ...geometry.shape import Shape
 from ...materials.presets import matte, mirror
-from ...scene.scene import Scene
+from ...queries.extensions import extension
+from ...queries.scene_protocol import SceneLike
 from . import paraxial
 from .medium import AIR, D_LINE, MIRROR, Medium, check_wavelength, parse_medium
 from .paraxial import ParaxialSurface
@@ -304,9 +305,10 @@ class Prescription:
         return self.elements.bodies
 
     @cached_property
-    def scene(self) -> Scene:
+    def scene(self) -> SceneLike:
         """The bodies as a scene."""
-        return Scene(self.bodies)
+        scene: SceneLike = extension("Scene")(self.bodies)
+        return scene
 
     def __repr__(self) -> str:
         name = f"{self.name!r}, " if self.name else ""

@@ -11,11 +11,12 @@ import numpy as np
 import numpy.typing as npt
 
 from ..._util.hints import with_call_hints
+from ..._util.text import format_count
 from ..._util.validation import check_integer, describe_kind
-from ...geometry.labels import format_count
 from ...materials.material import Material
+from ...queries.extensions import extension
 from ...queries.rays import Rays
-from ...scene.scene import Scene
+from ...queries.scene_protocol import SceneLike, is_scene
 from .interface import material_index
 from .medium import D_LINE, check_wavelength
 from .prescriptions import Prescription, row_sheet
@@ -124,11 +125,11 @@ def _hit_of_scene(hits: Any, faces: Sequence[tuple[int, int]]) -> Bools:
     return found
 
 
-def _hit_of_row(system: Prescription, i: int) -> Scene:
+def _hit_of_row(system: Prescription, i: int) -> SceneLike:
     """The surface of row i as a scene of its own, made once."""
-    known: dict[int, Scene] = vars(system).setdefault("_surfaces", {})
+    known: dict[int, SceneLike] = vars(system).setdefault("_surfaces", {})
     if i not in known:
-        known[i] = Scene([row_sheet(system, i, whole=True)])
+        known[i] = extension("Scene")([row_sheet(system, i, whole=True)])
     return known[i]
 
 
@@ -169,7 +170,7 @@ class _RayState:
 
 
 @with_call_hints
-def follow(scene: Scene, rays: Rays, wavelength: Any = D_LINE, most: int = 100) -> Followed:
+def follow(scene: SceneLike, rays: Rays, wavelength: Any = D_LINE, most: int = 100) -> Followed:
     """Follow rays until they leave a scene.
 
     A ray is refracted where it enters or leaves a transparent body, reflected by an opaque body that mirrors and in
@@ -179,7 +180,7 @@ def follow(scene: Scene, rays: Rays, wavelength: Any = D_LINE, most: int = 100) 
     most: of surfaces that a ray may meet, 1,000 at most; one that has not left by then has not arrived.
     Raises TypeError or ValueError for anything else.
     """
-    if not isinstance(scene, Scene) or not isinstance(rays, Rays):
+    if not is_scene(scene) or not isinstance(rays, Rays):
         raise TypeError(
             f"follow: scene must be a Scene and rays be Rays, got {describe_kind(scene)} and {describe_kind(rays)}"
         )
@@ -225,7 +226,7 @@ def _amount(value: Any) -> Any:
     return value if isinstance(value, float | int) else tuple(value)
 
 
-def _turn_rays(scene: Scene, rays: Rays, hits: Any, state: _RayState, optics: list[_WallOptics]) -> RayFloats:
+def _turn_rays(scene: SceneLike, rays: Rays, hits: Any, state: _RayState, optics: list[_WallOptics]) -> RayFloats:
     """The directions in which rays go on."""
     indices = np.array([*(one.index for one in optics), 1.0])  # the last, -1, is that of none
     clear, mirrors = np.array([one.clear for one in optics]), np.array([one.mirrors for one in optics])

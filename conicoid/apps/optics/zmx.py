@@ -12,9 +12,10 @@ from typing import Any
 
 from ..._util.file_errors import Problem, SceneFileError
 from ..._util.hints import with_call_hints
+from ..._util.text import format_count
 from ..._util.validation import check_path as checked_path
 from ..._util.validation import describe_kind, format_value
-from ...io.importers import ImportOptions, ImportResult, format_count, select_bodies
+from ...io.importers import ImportOptions, ImportResult, select_bodies
 from . import paraxial
 from .medium import D_LINE, Medium, find_glass, medium_by_abbe, parse_medium
 from .prescriptions import MOST_ROWS, Prescription, Row, prescription

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..._util.arrays import FloatArray
-from ...geometry.labels import format_count
+from ..._util.text import format_count
 from ...io.images.codecs import srgb_bytes
 from .outline import Outline
 from .section_image import material_color

@@ -13,7 +13,8 @@ from ..._util.validation import as_integer, check_number, describe_kind, format_
 from ...geometry.instance_labels import body_material_table
 from ...materials.material import Material
 from ...materials.texture import mean_color
-from ...render.camera import OrthographicCamera, check_size
+from ...render.camera import OrthographicCamera
+from ...render.camera_kinds import check_size
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

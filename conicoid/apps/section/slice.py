@@ -24,7 +24,7 @@ from .window import Window, make_window
 
 if TYPE_CHECKING:
     from ...kernels.threads import Progress
-    from ...scene.scene import Scene
+    from ...queries.scene_protocol import SceneLike
 
 _ROWS = 1 << 21  # points asked at a time
 Mask = npt.NDArray[np.bool_]
@@ -41,7 +41,7 @@ class Slice:
     corner, u, v   the window: corner + s u + t v with 0 <= s, t <= 1
     """
 
-    def __init__(self, scene: Scene, window: Window, body: npt.NDArray[np.int32]) -> None:
+    def __init__(self, scene: SceneLike, window: Window, body: npt.NDArray[np.int32]) -> None:
         self._scene, self._window = scene, window
         body.setflags(write=False)
         self.body: npt.NDArray[np.int32] = as_id_array("body", body)
@@ -223,7 +223,7 @@ def _blocks(window: Window) -> list[tuple[int, int]]:
 
 
 def cut_scene(
-    scene: Scene, origin: Any, u: Any, v: Any, pixels: Any, at: Any, progress: Progress | None, executor: Any
+    scene: SceneLike, origin: Any, u: Any, v: Any, pixels: Any, at: Any, progress: Progress | None, executor: Any
 ) -> Slice:
     """`Scene.slice`"""
     check_callback("slice", "progress", progress)

@@ -29,7 +29,7 @@ from .window import AXES
 
 if TYPE_CHECKING:
     from ...kernels.threads import Progress
-    from ...scene.scene import Scene
+    from ...queries.scene_protocol import SceneLike
 
 
 def write_voxels(path: str | os.PathLike[str], voxels: Voxels) -> None:
@@ -323,7 +323,7 @@ class Voxels:
 
 
 def compute_voxels(
-    scene: Scene, bounds: Any, shape: Any, fractions: Any, samples: Any, axis: Any, path: Any,
+    scene: SceneLike, bounds: Any, shape: Any, fractions: Any, samples: Any, axis: Any, path: Any,
     progress: Progress | None, executor: Any,
 ) -> Voxels:  # fmt: skip
     """`Scene.voxels`"""
@@ -345,7 +345,7 @@ def compute_voxels(
     return _shares(asked, check_choice("voxels", "fractions", fractions, BY), rays, along)
 
 
-def _checked_bounds(bounds: Any, scene: Scene) -> BoxEnds:
+def _checked_bounds(bounds: Any, scene: SceneLike) -> BoxEnds:
     """(low, high), the scene's where they are not given."""
     if bounds is None:
         low, high = scene.bounds
@@ -380,7 +380,7 @@ def _checked_shape(shape: Any, size: FloatArray) -> tuple[int, int, int]:
 class _VoxelRequest(NamedTuple):
     """What voxels of which scene are asked for, and where they go: a path, or None for memory."""
 
-    scene: Scene
+    scene: SceneLike
     low: FloatArray
     high: FloatArray
     counts: tuple[int, int, int]

@@ -1,4 +1,4 @@
-"""The box around a shape or a scene, as users get it."""
+"""Axis-aligned boxes: `Bounds`, which users get for shapes and scenes, and operations on boxes (low, high)."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ class _BoundsEnds(NamedTuple):
 
 
 class Bounds(_BoundsEnds):
-    """(low, high), which it unpacks to: the two ends along x, y and z, ±inf where there is none.
+    """The box around a shape or a scene, a pair (low, high).
 
-    low, high   (3,)
+    low, high   (3,), its ends along x, y and z: ±inf where it is unbounded, low > high where it is empty
     """
 
     __slots__ = ()
@@ -41,7 +41,7 @@ class Bounds(_BoundsEnds):
     def __ne__(self, other: object) -> bool:
         return not self == other
 
-    if not TYPE_CHECKING:  # else checkers would let any name be asked for
+    if not TYPE_CHECKING:  # type checkers would otherwise accept any name
 
         def __getattr__(self, name: str) -> Any:
             hint = f": {_BOUNDS_HINTS[name]}" if name in _BOUNDS_HINTS else ""
@@ -51,13 +51,13 @@ class Bounds(_BoundsEnds):
         return repr(tuple(self))
 
 
-# Axis-aligned boxes (low, high), ±inf where unbounded, low > high where empty.
+# Operations on boxes (low, high): ±inf where unbounded, low > high where empty
 
 EVERYWHERE: BoxEnds = (np.full(3, -np.inf), np.full(3, np.inf))
 
 
 def enclose_boxes(boxes: Sequence[BoxEnds]) -> BoxEnds:
-    """The box around boxes; empty ones (low > high) do not count."""
+    """Return the box around boxes. Empty ones (low > high) do not count."""
     low, high = np.full(3, np.inf), np.full(3, -np.inf)
     for a, b in boxes:
         if (a <= b).all():
@@ -66,13 +66,13 @@ def enclose_boxes(boxes: Sequence[BoxEnds]) -> BoxEnds:
 
 
 def enclose_rows(boxes: FloatArray) -> BoxEnds:
-    """The same of boxes in an array (n, 6), low and high."""
-    some = boxes[(boxes[:, :3] <= boxes[:, 3:]).all(axis=1)]
-    return some[:, :3].min(axis=0, initial=np.inf), some[:, 3:].max(axis=0, initial=-np.inf)
+    """Return the box around the rows of an array (n, 6), low and high. Empty rows do not count."""
+    nonempty = boxes[(boxes[:, :3] <= boxes[:, 3:]).all(axis=1)]
+    return nonempty[:, :3].min(axis=0, initial=np.inf), nonempty[:, 3:].max(axis=0, initial=-np.inf)
 
 
 def intersect_boxes(boxes: Sequence[BoxEnds]) -> BoxEnds:
-    """The box common to boxes; (inf, -inf) where they have no point in common."""
+    """Return the box common to boxes, (inf, -inf) if they have no point in common."""
     low = np.max([a for a, _ in boxes], axis=0)
     high = np.min([b for _, b in boxes], axis=0)
     if (low > high).any():
@@ -81,4 +81,5 @@ def intersect_boxes(boxes: Sequence[BoxEnds]) -> BoxEnds:
 
 
 def is_empty(box: BoxEnds) -> bool:
+    """Return True if low > high along any axis."""
     return bool((box[0] > box[1]).any())

@@ -1,9 +1,6 @@
-"""Bounds of what balls have in common with one another and with boxes along the axes, by a formula.
+"""Bounds of intersections: balls and upright boxes by a formula, and primitives whose planes cut one another.
 
-Within a box, the part of a ball that reaches farthest along an axis is over the point nearest to its center across that
-axis: at sqrt(r² - d²), d being the distance across the axis from the center to the box. Each ball narrows the box that
-is common to all, one after the other. What is not known to the last bit is rounded outward by far more than it may be
-off. The same few operations serve one body and arrays of them, so both get the same floats.
+The functions know no class of shapes: they take any `BoundedSolid`.
 """
 
 from __future__ import annotations
@@ -12,58 +9,70 @@ import dataclasses
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TypeAlias
+from typing import ClassVar, Literal, Protocol, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from ..._util.arrays import BoxEnds, FloatArray
 from ..cell import All, Any_, Cell, Face, Not, Tree
-from ..polyhedron import Polyhedron, half_spaces_bounds
-from ..primitives import Box as BoxSolid
-from ..primitives import HalfSpace, Sphere
-from ..quadrics import Ellipsoid
-from ..shape import PrimitiveSolid, Solid
 from ..surface import PlaneSurface, QuadricSurface
 from ..transform import Motion, Step
 from .aabb import EVERYWHERE, intersect_boxes, is_empty
+from .linear_program import half_spaces_bounds
 from .quadric_extent import cut_quadric_bounds
 from .support import half_space_bounds
 
 Mask: TypeAlias = npt.NDArray[np.bool_]
-ROUND_KINDS = (Sphere, Ellipsoid)
-"""Kinds whose outside no box bounds, if nothing cuts them."""
+BoundingSurfaces: TypeAlias = list[PlaneSurface | QuadricSurface]
+BoundsKind: TypeAlias = Literal["", "ball", "box", "half_space", "round"]
+"""How bounds treat a kind of solid. "round": other solids without a plane, whose outside no box bounds; "": no rule."""
+
+
+class BoundedSolid(Protocol):
+    """The members of `Solid` that bounds use; see there."""
+
+    bounds_kind: ClassVar[BoundsKind]
+
+    def under(self, outer: Motion) -> Motion: ...
+
+    def bounds_under(self, outer: Motion) -> BoxEnds: ...
+
+    def outside_bounds_under(self, outer: Motion) -> BoxEnds: ...
+
+    def has_unbounded_outside(self) -> bool: ...
+
+    def bounding_surfaces(self, outer: Motion, inside: bool) -> BoundingSurfaces: ...
+
+
+# Intersections of balls and upright boxes
+#
+# Within a box, the part of a ball that reaches farthest along an axis is over the point nearest to its center across
+# that axis: at sqrt(r² - d²), where d is the distance across the axis from the center to the box. Each ball narrows the
+# common box, one after the other. Numbers that are not exact to the last bit are rounded outward by far more than their
+# error. The same few operations serve one body and arrays of bodies, so that both get the same floats.
+
 _SIMILARITY_ERROR = 2.0**-45
-"""Rows of a motion that are orthogonal and of one length by this share are those of a similarity, or nearly."""
+"""Rows of a motion that are orthogonal and of one length up to this share are those of a similarity, or nearly."""
 _BALL_ERROR = 2.0**-42
-"""What centers and radii that are read off boxes may be off by, as a share of places and sizes: much less in truth."""
+"""A bound on the error of centers and radii read off boxes, as a share of places and sizes, well above the true one."""
 _REACH_MARGIN = 2.0**-20
-"""Balls that are reached by less than this share of their radius, squared, are left to other formulas."""
+"""The formula needs r² - d² above this share of r²; otherwise other formulas bound the intersection."""
 
 
-def has_unbounded_outside(shape: Solid) -> bool:
-    """Is the outside of a solid without a plane or a quadric that would bound it?"""
-    if not isinstance(shape, PrimitiveSolid) or type(shape).outside_bounds_under is not Solid.outside_bounds_under:
-        return False
-    if isinstance(shape, (BoxSolid, *ROUND_KINDS)):
-        return True
-    tree = shape.tree()
-    return isinstance(tree, Cell) and len(tree.faces) > 1
+def are_balls_or_boxes(kind: BoundsKind, back: FloatArray) -> Mask:
+    """Return for solids of one kind whether their motions leave them balls, or boxes along the axes, (n,).
 
-
-def are_balls_or_boxes(kind: type, back: FloatArray) -> Mask:
-    """Are solids of one kind still balls, or boxes along the axes?
-
-    back: the linear parts (n, 3, 3) of the ways back to their own frames.
+    `back` holds the linear parts (n, 3, 3) of the motions from the world to their own frames.
     """
-    if issubclass(kind, BoxSolid):
+    if kind == "box":
         return np.asarray(((back != 0).sum(axis=2) == 1).all(axis=1))
-    if not issubclass(kind, Sphere):
+    if kind != "ball":
         return np.zeros(len(back), bool)
     x, y, z = back[:, 0], back[:, 1], back[:, 2]
     xx, yy, zz, xy, xz, yz = (_dot(a, b) for a, b in ((x, x), (y, y), (z, z), (x, y), (x, z), (y, z)))
-    off = np.abs(np.stack([xx - yy, xx - zz, xy, xz, yz])).max(axis=0)
-    return np.asarray(off <= _SIMILARITY_ERROR * xx)
+    error = np.abs(np.stack([xx - yy, xx - zz, xy, xz, yz])).max(axis=0)
+    return np.asarray(error <= _SIMILARITY_ERROR * xx)
 
 
 def _dot(a: FloatArray, b: FloatArray) -> FloatArray:
@@ -72,9 +81,14 @@ def _dot(a: FloatArray, b: FloatArray) -> FloatArray:
 
 
 def bound_ball_intersections(boxes: Sequence[FloatArray], balls: Sequence[bool]) -> tuple[FloatArray, Mask]:
-    """(boxes (n, 6) around what parts have in common, for which bodies these are good), from boxes of the parts.
+    """Return (boxes (n, 6) around the intersections of parts, whether each box holds (n,)), from boxes of the parts.
 
-    balls: which of the parts are balls; the others are boxes.
+    Parameters
+    ----------
+    boxes : sequence of arrays (n, 6)
+        One array for each part: its boxes in n bodies, low and high.
+    balls : sequence of bool
+        Which parts are balls; the others are boxes.
     """
     low = np.max([box[:, :3] for box in boxes], axis=0)
     high = np.min([box[:, 3:] for box in boxes], axis=0)
@@ -84,13 +98,13 @@ def bound_ball_intersections(boxes: Sequence[FloatArray], balls: Sequence[bool])
             if not is_ball:
                 continue
             middle, half = (box[:, :3] + box[:, 3:]) / 2, ((box[:, 3:] - box[:, :3]) / 2).max(axis=1)
-            off = _BALL_ERROR * (half + np.abs(middle).max(axis=1))
-            away = np.maximum(np.maximum(low - middle, middle - high), 0.0) ** 2
+            error = _BALL_ERROR * (half + np.abs(middle).max(axis=1))
+            distance2 = np.maximum(np.maximum(low - middle, middle - high), 0.0) ** 2
             square = half * half
             for axis in range(3):
-                left = square - (away[:, axis - 1] + away[:, axis - 2])
+                left = square - (distance2[:, axis - 1] + distance2[:, axis - 2])
                 good &= np.asarray(left > _REACH_MARGIN * square)
-                reach = np.sqrt(left + 8 * off * half) + off
+                reach = np.sqrt(left + 8 * error * half) + error
                 low[:, axis] = np.maximum(low[:, axis], middle[:, axis] - reach)
                 high[:, axis] = np.minimum(high[:, axis], middle[:, axis] + reach)
         good &= np.asarray((low < high).all(axis=1))
@@ -98,52 +112,57 @@ def bound_ball_intersections(boxes: Sequence[FloatArray], balls: Sequence[bool])
 
 
 def bound_ball_intersection(
-    parts: Sequence[tuple[Solid, Motion, bool]], boxes: Sequence[tuple[FloatArray, FloatArray]]
+    parts: Sequence[tuple[BoundedSolid, Motion, bool]], boxes: Sequence[tuple[FloatArray, FloatArray]]
 ) -> FloatArray | None:
-    """The six ends of the box around what some parts have in common, from their boxes; None where that needs more.
+    """Return the six ends of the box around an intersection of balls and upright boxes; None for other parts.
 
-    parts: each with its motion, and whether it is its inside that counts.
+    Parameters
+    ----------
+    parts : sequence of (solid, motion, inside)
+        Outsides may be among them if nothing bounds them: they do not narrow the box.
+    boxes : sequence of (low, high)
+        The bounds of each part.
     """
     inside = [(solid, motion, box) for (solid, motion, inner), box in zip(parts, boxes, strict=True) if inner]
-    if len(inside) < 2 or not all(inner or has_unbounded_outside(solid) for solid, _, inner in parts):
+    if len(inside) < 2 or not all(inner or solid.has_unbounded_outside() for solid, _, inner in parts):
         return None
     for solid, motion, _ in inside:
-        if not isinstance(solid, (Sphere, BoxSolid)):
+        if solid.bounds_kind not in ("ball", "box"):
             return None
         back = np.array(solid.under(motion).inverse_rows)[None, :, :3]
-        if not are_balls_or_boxes(type(solid), back)[0]:
+        if not are_balls_or_boxes(solid.bounds_kind, back)[0]:
             return None
     found, good = bound_ball_intersections(
-        [np.concatenate(box)[None] for *_, box in inside], [isinstance(solid, Sphere) for solid, *_ in inside]
+        [np.concatenate(box)[None] for *_, box in inside], [solid.bounds_kind == "ball" for solid, *_ in inside]
     )
     return found[0] if good[0] else None
 
 
-# Bounds of primitives that cut one another: all of an intersection's planes, with one quadric at a time.
+# Primitives that cut one another: all planes of an intersection, with one quadric at a time
 #
 # The box common to the parts of an intersection is rarely tight: a prism of half-spaces has no finite part at all, and
 # a cap of a ball is narrower than the ball. Here the plane faces of all parts make one polyhedron, whose bounds a
-# linear
-# program finds, and each quadric among the parts is cut by it (`cut_quadric`). Any subset of the faces gives valid
-# bounds, so what is too much to ask is left out.
+# linear program finds, and it cuts each quadric among the parts (`cut_quadric_bounds`). Any subset of the faces gives
+# valid bounds, so that expensive ones can be left out.
 
-Part: TypeAlias = tuple[Solid, Motion, bool]
-"""A primitive, the motion that it stands under, and whether its inside or its outside counts."""
+Part: TypeAlias = tuple[BoundedSolid, Motion, bool]
+"""A primitive, its motion, and True for its inside or False for its outside."""
 
 KnownBoxes: TypeAlias = Mapping[tuple[int, tuple[Step, ...]], BoxEnds]
-"""Bounds of primitives that have been worked out before, by the `id` of each and the steps that move it."""
+"""(`id` of a primitive, the steps that move it) -> its bounds, computed before."""
 NO_KNOWN_BOXES: KnownBoxes = {}
 
 MAX_PLANES = 24
 """Candidates grow with the third power of the number of planes that cut one quadric."""
 _MAX_COMPLEMENTS = 32
-"""Of more complements than this only half-spaces are looked at: holes seldom narrow a body."""
+"""With more complements than this, only half-spaces among them count: holes seldom narrow a body."""
 _PLANE_MARGIN = 2.0**-40
+"""A plane counts as clear of a box only by this share of the terms of normal·x - offset."""
 
 
 @dataclass(frozen=True)
 class Cuts:
-    """Half-spaces normal·x <= offset that all of an intersection lies in."""
+    """Half-spaces normal·x <= offset that contain all of an intersection."""
 
     planes: tuple[PlaneSurface, ...] = ()
 
@@ -154,13 +173,13 @@ class Cuts:
 
     @cached_property
     def box(self) -> BoxEnds:
-        """What the planes across the axes alone bound."""
+        """The bounds that the planes across the axes give alone."""
         return intersect_boxes(
             [EVERYWHERE, *(half_space_bounds(plane, above=False) for plane in self.planes if _is_axial(plane))]
         )
 
     def crossing(self, box: BoxEnds) -> tuple[PlaneSurface, ...]:
-        """The planes that may cut a box: all but those that certainly hold all of it."""
+        """Return the planes that may cut a box: all but those whose half-space surely contains it."""
         if not self.planes:
             return ()
         normals, offsets = self._floats
@@ -176,7 +195,19 @@ NO_CUTS = Cuts()
 def cut_bounds(
     parts: Sequence[Part], cuts: Cuts, share: bool, known: KnownBoxes = NO_KNOWN_BOXES
 ) -> tuple[BoxEnds, Cuts]:
-    """Bounds of the intersection of `parts` within `cuts`, and the planes around it, to `share` with what it meets."""
+    """Return the bounds of the intersection of `parts` within `cuts`, and the planes around it.
+
+    Parameters
+    ----------
+    parts : sequence of Part
+        The primitives of the intersection.
+    cuts : Cuts
+        Half-spaces that contain the intersection.
+    share : bool
+        True if the caller needs the planes, for unions in the intersection; otherwise `NO_CUTS` is returned.
+    known : KnownBoxes, optional
+        Bounds of primitives that the caller has computed before.
+    """
     boxes = [_uncut_box(part, known) for part in parts]
     box = intersect_boxes([cuts.box, *boxes])
     if is_empty(box) or (len(parts) < 2 and not cuts.planes and not share):
@@ -186,6 +217,7 @@ def cut_bounds(
     faces = _part_surfaces(parts)
     own = [[s for s in surfaces if isinstance(s, PlaneSurface)] for surfaces in faces]
     everything = Cuts((*cuts.planes, *(plane for planes in own for plane in planes)))
+    # A source alone has the bounds of its own planes already, and planes across the axes are in the boxes
     sources = [source for source in (cuts, *map(Cuts, map(tuple, own))) if source.crossing(box)]
     crossing = everything.crossing(box)
     if len(sources) > 1 and not all(map(_is_axial, crossing)):
@@ -210,12 +242,16 @@ def _uncut_box(part: Part, known: KnownBoxes) -> BoxEnds:
 
 
 def _cut_box(quadric: QuadricSurface, plain: BoxEnds, own: list[PlaneSurface], planes: Cuts, box: BoxEnds) -> BoxEnds:
-    """Bounds of a part's quadric within its own planes and those of others that cut its `plain` box."""
+    """Return the bounds of a part's quadric within its own planes and those of other parts that cut its `plain` box.
+
+    `box` is common to all parts: its sides are planes too where it is narrower.
+    """
     foreign = [plane for plane in planes.crossing(plain) if not any(plane is mine for mine in own)]
     narrower = (np.where(box[0] > plain[0], box[0], -np.inf), np.where(box[1] < plain[1], box[1], np.inf))
     sides = _sides(narrower, [*own, *foreign])
     if not foreign and not sides:
         return plain
+    # With too many planes, the box stands for those of the other parts
     for chosen in ([*own, *foreign, *sides], [*own, *_sides(narrower, own)]):
         if len(chosen) <= MAX_PLANES:
             return cut_quadric_bounds(quadric, chosen)
@@ -223,7 +259,7 @@ def _cut_box(quadric: QuadricSurface, plain: BoxEnds, own: list[PlaneSurface], p
 
 
 def _sides(box: BoxEnds, planes: Sequence[PlaneSurface]) -> list[PlaneSurface]:
-    """The finite sides of a box as planes, but for those that are parallel to one of `planes`."""
+    """Return the finite sides of a box as planes, except sides with the normal of one of `planes`."""
     taken = {_signs(plane) for plane in planes if _is_axial(plane)}
     sides = []
     for i in range(3):
@@ -242,34 +278,38 @@ def _signs(plane: PlaneSurface) -> tuple[float, ...]:
     return tuple(float((c > 0) - (c < 0)) for c in plane.normal)
 
 
-def _part_surfaces(parts: Sequence[Part]) -> list[list[PlaneSurface | QuadricSurface]]:
-    """For each part the surfaces that all of it lies inside of, in the world."""
+def _part_surfaces(parts: Sequence[Part]) -> list[BoundingSurfaces]:
+    """Return for each part the surfaces in the world that contain it."""
     many = sum(not inside for _, _, inside in parts) > _MAX_COMPLEMENTS
     return [
-        [] if many and not inside and not isinstance(solid, HalfSpace) else _bounding_surfaces(solid, motion, inside)
+        [] if many and not inside and solid.bounds_kind != "half_space" else solid.bounding_surfaces(motion, inside)
         for solid, motion, inside in parts
     ]
 
 
-def _bounding_surfaces(solid: Solid, outer: Motion, inside: bool) -> list[PlaneSurface | QuadricSurface]:
-    if not isinstance(solid, PrimitiveSolid):
-        return []
-    motion = solid.under(outer)
-    if isinstance(solid, HalfSpace):
-        return [_orient_surface(solid.surface.moved(motion), 1 if inside else -1)]
-    if isinstance(solid, Polyhedron) and inside:
-        return [surface.moved(motion) for surface in solid.surfaces]
-    found: list[PlaneSurface | QuadricSurface] = []
-    pending: list[tuple[Tree, bool]] = [(solid.tree(), inside)]
+def surfaces_around(own: Tree, motion: Motion, inside: bool) -> BoundingSurfaces:
+    """Return the surfaces in the world that contain the inside, or the outside, of a tree of cells.
+
+    Parameters
+    ----------
+    own : Tree
+        The cells in the shape's own frame.
+    motion : Motion
+        The motion from that frame to the world.
+    inside : bool
+        False for the outside of the tree.
+    """
+    found: BoundingSurfaces = []
+    pending: list[tuple[Tree, bool]] = [(own, inside)]
     while pending:
         tree, inner = pending.pop()
         if isinstance(tree, Not):
             pending.append((tree.part, not inner))
         elif isinstance(tree, Cell):
-            if inner or len(tree.faces) == 1:
+            if inner or len(tree.faces) == 1:  # the outside of several faces is a union, in none of their outsides
                 sense = 1 if inner else -1
                 found.extend(
-                    _orient_surface(_transform_surface(f.surface, motion), sense * f.inside)
+                    orient_surface(_transform_surface(f.surface, motion), sense * f.inside)
                     for f in tree.faces
                     if _can_bound(f, sense)
                 )
@@ -283,13 +323,13 @@ def _transform_surface(surface: PlaneSurface | QuadricSurface, motion: Motion) -
 
 
 def _can_bound(face: Face, sense: int) -> bool:
-    """Whether a face can bound anything: outside of a convex quadric is nearly everywhere."""
+    """Return True if a face can bound anything; the outside of a convex quadric is nearly everywhere."""
     surface = face.surface
     return isinstance(surface, PlaneSurface) or any(sense * face.inside * s > 0 for s in surface.squares)
 
 
-def _orient_surface(surface: PlaneSurface | QuadricSurface, sense: int) -> PlaneSurface | QuadricSurface:
-    """The surface with its inside where sense · surface <= 0."""
+def orient_surface(surface: PlaneSurface | QuadricSurface, sense: int) -> PlaneSurface | QuadricSurface:
+    """Return the surface oriented so that its inside is where sense · surface <= 0."""
     if sense > 0:
         return surface
     if isinstance(surface, PlaneSurface):

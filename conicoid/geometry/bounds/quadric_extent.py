@@ -1,8 +1,8 @@
-"""The support of a solid quadric: the dual quadric, and where it is infinite.
+"""Bounds of quadric solids: of a whole quadric by its dual, and of a quadric between planes by candidate points.
 
-In coordinates along the principal axes f = Σ λ_i y_i² + 2 β·y + γ. If any λ is negative the solid
-spans all of space. If none is, completing the squares leaves an ellipsoid or elliptic cylinder
-(Σ λ_i y_i² <= -γ), or a paraboloid, which has linear terms along directions with λ = 0.
+In coordinates along the principal axes f = Σ λ_i y_i² + 2 β·y + γ. If any λ is negative, the solid f <= 0 spans all of
+space. Otherwise completing the squares leaves an ellipsoid or elliptic cylinder (Σ λ_i y_i² <= -γ), or a paraboloid,
+which has linear terms along directions with λ = 0.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from .support import round_up
 
 
 def quadric_bounds(surface: QuadricSurface) -> BoxEnds:
-    """(low, high) of the solid in the coordinates that the surface is given in, rounded outward."""
+    """Return (low, high) of the solid inside a quadric surface, rounded outward, in the surface's coordinates x."""
     w = ex.exact_row(surface.rows[0]), ex.exact_row(surface.rows[1]), ex.exact_row(surface.rows[2])
     anchor = ex.exact_row(surface.anchor)
     columns = ex.inverse(w)
@@ -34,14 +34,17 @@ def quadric_bounds(surface: QuadricSurface) -> BoxEnds:
     return low + 0.0, high
 
 
-def _shift_support(support: ex.Exact | float, shift: ex.Exact) -> float:
+def _shift_support(support: ex.BigFloat | float, shift: ex.BigFloat) -> float:
     if isinstance(support, float):
         return support
     return round_up(ex.cancelling_sum((support, shift)))
 
 
-def dual_support(surface: QuadricSurface, direction: ex.Row) -> ex.Exact | float:
-    """sup of e·y over f <= 0 in the surface's own coordinates y; the float inf or -inf where not finite."""
+def dual_support(surface: QuadricSurface, direction: ex.Row) -> ex.BigFloat | float:
+    """Return sup e·y over f <= 0 in the surface's own coordinates y, e = `direction`.
+
+    The result is an exact number, or the float inf (unbounded) or -inf (empty).
+    """
     squares, slopes = ex.exact_row(surface.squares), ex.exact_row(surface.linear)
     gamma = -ex.exact(surface.constant)
     if any(s < 0 for s in squares):
@@ -65,29 +68,38 @@ def dual_support(surface: QuadricSurface, direction: ex.Row) -> ex.Exact | float
     return ex.cancelling_sum([ex.sqrt(-gamma * spread), *center])
 
 
-def _multiple(vector: list[ex.Exact], base: list[ex.Exact]) -> ex.Exact | None:
-    """k where vector = k base, None where there is none."""
+def _multiple(vector: list[ex.BigFloat], base: list[ex.BigFloat]) -> ex.BigFloat | None:
+    """Return k with vector = k base, None if there is none."""
     lead = max(range(len(base)), key=lambda i: abs(base[i]))
     k = vector[lead] / base[lead]
     return k if not any(ex.cancelling_sum((v, -k * b)) for v, b in zip(vector, base, strict=True)) else None
 
 
-# Whether a quadric solid between planes ends: the directions in which it may go to infinity.
+# Whether a quadric solid between planes is bounded: the directions in which it may go to infinity
 #
 # A sequence of its points that leaves every ball does so along a v != 0 with n_i·v <= 0 and vᵀA v <= 0. Where A has no
 # negative eigenvalue the solid is convex and v satisfies more: A v = 0 and l·v <= 0. The same holds where planes
 # across them bound the axes of all negative eigenvalues, since the terms along those are then bounded.
 
 _RECESSION_MARGIN = 2.0**-16
-"""A cone of directions that is only this close to empty counts as not empty."""
+"""A cone of directions that is empty by less than this margin counts as not empty."""
 _RECESSION_PARALLEL = 2.0**-49
+"""Normals whose sine is below this count as parallel: they have no common edge."""
 _RECESSION_SLACK = 2.0**-44
+"""The margin of an edge grows by this over the sine of its two normals, as its rounding error does."""
 
 
 def is_bounded(normals: FloatArray, squares: FloatArray, linear: FloatArray) -> bool:
-    """True if Σ squares u² + 2 linear·u <= constant, normals·u <= offsets is certainly bounded.
+    """Return True if Σ squares u² + 2 linear·u <= constant, normals·u <= offsets is certainly bounded.
 
-    `squares` are 1, 0 or -1, `normals` (n, 3) of unit length.
+    Parameters
+    ----------
+    normals : array (n, 3)
+        Of unit length.
+    squares : array (3,)
+        Each 1, 0 or -1.
+    linear : array (3,)
+        The linear coefficients.
     """
     falling = [k for k in range(3) if squares[k] < 0]
     if falling and _only_zero(normals, squares):
@@ -105,15 +117,15 @@ def is_bounded(normals: FloatArray, squares: FloatArray, linear: FloatArray) -> 
 
 
 def _planes_bound_axis(normals: FloatArray, axis: int) -> bool:
-    """Whether two of the planes, exactly across a coordinate axis, bound it on both sides."""
+    """Return True if two of the planes, exactly across a coordinate axis, bound it on both sides."""
     across = normals[(normals != 0).sum(axis=1) == 1][:, axis]
     return bool((across > 0).any() and (across < 0).any())
 
 
 def _only_zero(normals: FloatArray, squares: FloatArray) -> bool:
-    """Whether no v != 0 has normals·v <= 0 and Σ squares v² <= 0, by a margin.
+    """Return True if no v != 0 has normals·v <= 0 and Σ squares v² <= 0, by a margin.
 
-    The least Σ squares v² over unit v lies on an axis, is stationary across one normal, or lies across two.
+    The minimum of Σ squares v² over unit v lies on an axis, is stationary across one normal, or lies across two.
     """
     count = len(normals)
     in_planes = _stationary_directions(normals, squares)
@@ -133,64 +145,62 @@ def _only_zero(normals: FloatArray, squares: FloatArray) -> bool:
 
 
 def _stationary_directions(normals: FloatArray, squares: FloatArray) -> FloatArray:
-    """Two unit vectors v across each normal, at which Σ squares v² of those across it is stationary, (2 n, 3).
+    """Return for each normal the two unit vectors v across it at which Σ squares v² is stationary, (2 n, 3).
 
-    In a basis of the plane the form is (p, q; q, r), and v a multiple of (q, -d ± sqrt(d² + q²)), d = (p - r) / 2.
+    In a basis of the plane across it the form is (p, q; q, r), and v a multiple of (q, -d ± sqrt(d² + q²)),
+    d = (p - r) / 2.
     """
     a = unit_rows(cross_rows(normals, np.eye(3)[np.abs(normals).argmin(axis=1)]))[0]
     b = cross_rows(normals, a)
     d = (dot_rows(a * a, squares) - dot_rows(b * b, squares)) / 2
     q = dot_rows(a * b, squares)
     more = np.abs(d) + np.sqrt(d * d + q * q)
-    x, y = np.where(d < 0, q, more), np.where(d < 0, more, q)  # whatever does not cancel
+    x, y = np.where(d < 0, q, more), np.where(d < 0, more, q)  # the form without cancellation
     x = np.where(more > 0, x, 1.0)
     first = unit_rows(x[:, None] * a + y[:, None] * b)[0]
     return np.concatenate([first, cross_rows(normals, first)])
 
 
-# The extent of a quadric solid between planes, along the axes of the world.
+# The extent of a quadric solid between planes, along the axes of the world
 #
 # A linear function over {f <= 0} ∩ {n_i·x <= d_i} is largest, if at all, in a common point of three planes, where a
 # line common to two planes meets f = 0, or at a stationary point of f = 0 or of its section by a plane. A stationary
 # point for direction e has ∇f·a = 0 for all a across e (and n_i, in a section); ∇f·a = 0 is a plane. So all but the
-# first are points where a line common to two planes meets f = 0. What is not cut off by another plane counts.
+# first are points where a line common to two planes meets f = 0. The points that no other plane cuts off count.
 #
-# All of that is done in floats, in coordinates in which f = Σ ±u_k² + 2 l·u - c (by congruence), anchored where
-# the surface is. Every point carries a bound of its own rounding error, by which tests are relaxed and values raised.
-# A direction in which the solid cannot be shown to end stays infinite.
+# All of this is done in floats, in coordinates in which f = Σ ±u_k² + 2 l·u - c (by congruence), about the anchor of
+# the surface. Every point carries a bound of its own rounding error, by which tests are relaxed and values raised. A
+# direction in which the solid cannot be shown to end stays infinite.
 #
-# Along axes without a square the unit is free: u = y / stretch holds for any stretch > 0, so the choice decides how
-# well
-# the floats are used, and never what is found. Good is the height at which planes cut the axis through the anchor; but
-# what looks like a height may be what rounding left of none, as the side of a box that touches a vertex stands 1e-17,
-# or
-# one least float, beside it. So cuts below 2^-40 of the largest, more than `_SLACK` leaves, set no unit, nor do those
-# across the blind side of a bowl. With H for the unit the extents of a solid of height h come out to 2^-46 sqrt(H /
-# h) of
-# themselves, so one that is in truth so low has bounds that hold and are a little loose.
+# Along axes without a square the unit is free: u = y / stretch holds for any stretch > 0, so the choice decides only
+# how well floats resolve the solid, not the result. A good unit is the height at which planes cut the axis through the
+# anchor. But a height may be a residue of rounding: the side of a box that touches a vertex lies 1e-17, or the least
+# float, beside it. So cuts below 2^-40 of the largest, more than `_CUT_SLACK` leaves, set no unit, nor do those across
+# the closed side of a bowl. With the unit H, the extents of a solid of height h have a relative error of
+# 2^-46 sqrt(H / h): bounds of a solid that is really so low hold and are a little loose.
 
 _CUT_SLACK = 2.0**-46
-"""More than the relative rounding of any chain of operations here."""
+"""More than the relative rounding error of any chain of operations here."""
 _PARALLEL_SINE = 2.0**-49
 """Sines and determinants of unit normals below this are rounding."""
 _DISTINCT_SINE, _COINCIDENT_SHARE = 2.0**-36, 2.0**-40
-"""What is apart in the world by more than one of these and not by more than the other here is not told apart here."""
+"""Directions apart by more than the first in the world and by no more than the second in u cannot be distinguished."""
 _FAR = 2.0**18
-"""No point so far out, in units of the linear term, constant and offsets, belongs to a solid that ends by the margin of
-`recession`, where the line it is on is so nearly along a ruling or an asymptote that rounding decides where it is."""
+"""A limit for distances, in units of the linear term, constant and offsets. No point beyond it belongs to a solid that
+ends by `_RECESSION_MARGIN`: its line is so nearly along a ruling or an asymptote that rounding decides where it is."""
 
 
 _WIDEST = 500
 """Sizes beyond 2^±500 have no squares in float64."""
 _RESIDUE = 2.0**-40
-"""Cuts of this share of the largest may be none."""
+"""Cuts of this share of the largest may be residues of rounding."""
 
 
 @dataclass(frozen=True)
 class _CanonicalCut:
     """f = Σ squares u² + 2 linear·u - constant <= 0 with squares 1, 0, -1, and normals·u <= offsets, unit normals.
 
-    World axis i is directions[i]·u (times `scale`, from the anchor).
+    World axis i is directions[i]·u, times the scale of `_canonical`, from the anchor.
     """
 
     squares: FloatArray
@@ -202,9 +212,16 @@ class _CanonicalCut:
 
 
 def cut_quadric_bounds(surface: QuadricSurface, planes: Sequence[PlaneSurface]) -> BoxEnds:
-    """(low, high) of the quadric's inside where every normal·x <= offset, rounded outward; low > high if empty.
+    """Return (low, high) of the part of a quadric solid with every normal·x <= offset, rounded outward.
 
-    An end that is not found for sure is infinite.
+    low > high if that part is empty. An end that is not certain is infinite.
+
+    Parameters
+    ----------
+    surface : QuadricSurface
+        The solid is its inside.
+    planes : sequence of PlaneSurface
+        The half-spaces.
     """
     anchor = ex.exact_row(surface.anchor)
     with np.errstate(all="ignore"):
@@ -221,14 +238,14 @@ def cut_quadric_bounds(surface: QuadricSurface, planes: Sequence[PlaneSurface]) 
     return low + 0.0, high
 
 
-def _unscale_reach(reach: float, scale: float, shift: ex.Exact) -> float:
+def _unscale_reach(reach: float, scale: float, shift: ex.BigFloat) -> float:
     return reach if math.isinf(reach) else round_up(ex.exact(reach) * ex.exact(scale) + shift)
 
 
 def _canonical(
     surface: QuadricSurface, anchor: ex.Row, planes: Sequence[PlaneSurface]
 ) -> tuple[_CanonicalCut | None, float]:
-    """The problem in coordinates u, y = scale · stretch · u; None where float64 cannot hold it."""
+    """Return (the problem in coordinates u, scale), y = scale · stretch · u; None if float64 cannot hold it."""
     columns, rows = ex.IDENTITY, ex.IDENTITY
     if surface.rows is not UPRIGHT:
         w = surface.rows
@@ -260,9 +277,9 @@ def _canonical(
 
 
 def _is_blurred(cut: _CanonicalCut, planes: Sequence[PlaneSurface]) -> bool:
-    """Whether planes or axes that differ in the world are parallel here but for rounding, as across a needle.
+    """Return True if planes or axes that differ in the world are parallel in u up to rounding, as across a needle.
 
-    Lines and corners that they have in common would be left out.
+    Their common lines and corners would be missing.
     """
     given = np.array([[float(c) for c in plane.normal] for plane in planes]).reshape(-1, 3)
     there, here = (unit_rows(np.concatenate(rows))[0] for rows in ((given, np.eye(3)), (cut.normals, cut.directions)))
@@ -274,14 +291,14 @@ def _is_blurred(cut: _CanonicalCut, planes: Sequence[PlaneSurface]) -> bool:
 
 
 def _volumes(a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray:
-    """The determinants of rows a, b, c, each (n, 3)."""
+    """Return the determinants of rows a, b, c, each (n, 3)."""
     return dot_rows(a, cross_rows(b, c))
 
 
 def _flat_stretch(
     squares: FloatArray, linear: FloatArray, constant: float, normals: FloatArray, offsets: FloatArray
 ) -> float:
-    """The unit along axes without a square: there a paraboloid is about as wide as it is high where it is cut."""
+    """Return the unit along axes without a square, in which a paraboloid is about as wide as high where it is cut."""
     flat = squares == 0
     slope = float(np.abs(linear[flat]).max(initial=0.0))
     if not slope:

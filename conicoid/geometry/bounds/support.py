@@ -1,7 +1,7 @@
-"""Support functions in closed form: sup of u·p over a solid, from which tight bounds follow.
+"""Support functions in closed form, sup u·p over a solid, and the tight bounds of moved shapes that follow from them.
 
-Values are never below the true one by more than the direction's own rounding: a product is rounded
-up where that matters, a sum of several terms is raised by the rounding it may have suffered.
+Values are below the true one by no more than the direction's own rounding: products are rounded up where that matters,
+and a sum of several terms is raised by a bound on its rounding error.
 """
 
 from __future__ import annotations
@@ -36,17 +36,17 @@ from ..surface import PlaneSurface, Triple
 from ..transform import Motion
 
 _SLACK = 8 * 2.0**-53
-"""More than the relative rounding of the few operations behind one term."""
+"""More than the relative rounding error of the few operations behind one term."""
 
 
 def elliptic_support(
     width_x: float, width_y: float, profile: tuple[Any, Any, Any], low: float, high: float, direction: Vector
 ) -> float:
-    """sup of u·p over (x / width_x)² + (y / width_y)² <= g(z), low <= z <= high.
+    """Return sup u·p over (x / width_x)² + (y / width_y)² <= g(z), low <= z <= high, in the direction u.
 
-    `profile` = (g0, g1, g2) of g(z) = g0 + g1 z + g2 z², floats or fractions. At height z the section
-    is an ellipse with support w sqrt(g), w = |(u_x width_x, u_y width_y)|, so the sup of u_z z + w sqrt(g(z))
-    over one variable remains: at an end, a root of g, a stationary point, or at infinity.
+    `profile` = (g0, g1, g2) of g(z) = g0 + g1 z + g2 z², floats or fractions. At height z the section is an ellipse
+    with support w sqrt(g), w = |(u_x width_x, u_y width_y)|. So the sup of u_z z + w sqrt(g(z)) over one variable
+    remains: at an end, a root of g, a stationary point, or at infinity.
     """
     w, uz = hypot(direction[0] * width_x, direction[1] * width_y), float(direction[2])
     g0, g1, g2 = (float(g) for g in profile)
@@ -66,7 +66,7 @@ def elliptic_support(
 
 
 def _stationary_heights(w: Any, uz: Any, g0: Any, g1: Any, g2: Any) -> tuple[float, float, float]:
-    """Coefficients, highest power first, of w² g'² = 4 u_z² g; divided by the largest where they are beyond float64."""
+    """Return the coefficients, highest power first, of w² g'² = 4 u_z² g, scaled if float64 overflows."""
     steep = w * w * g2 - uz * uz
     a, b, c = 4 * g2 * steep, 4 * g1 * steep, w * w * g1 * g1 - 4 * uz * uz * g0
     if isinstance(a, Fraction):
@@ -78,7 +78,7 @@ def _stationary_heights(w: Any, uz: Any, g0: Any, g1: Any, g2: Any) -> tuple[flo
 
 
 def sum_up(terms: Iterable[float]) -> float:
-    """The sum of terms, raised by what the rounding of its terms may have cost if there are several."""
+    """Return the sum of terms, raised by a bound on the rounding error if several terms are not 0."""
     items = list(terms)
     count = count_nonzero(items)
     total = rounded_sum(items) + 0.0
@@ -86,7 +86,7 @@ def sum_up(terms: Iterable[float]) -> float:
 
 
 def product_with_root(w: float, g: Any) -> float:
-    """w sqrt(g), not below the exact value."""
+    """Return w sqrt(g), not below the exact value."""
     if w == 0 or g == 0:
         return 0.0
     value = w * math.sqrt(g)
@@ -96,7 +96,7 @@ def product_with_root(w: float, g: Any) -> float:
 
 
 def inverse_root(a: Any) -> float:
-    """1 / sqrt(a), a > 0 a float or fraction: the half-axis of a x² = 1, not below the exact value."""
+    """Return 1 / sqrt(a), the half-axis of a x² = 1, not below the exact value; a > 0 is a float or fraction."""
     if isinstance(a, Symbol):
         return 1 / portable_sqrt(a)
     value = 1 / math.sqrt(a)
@@ -104,21 +104,21 @@ def inverse_root(a: Any) -> float:
 
 
 def points_support(points: Iterable[Vector], direction: Vector) -> float:
-    """sup of u·p over points, and so over their convex hull."""
+    """Return sup u·p over points, and so over their convex hull."""
     return functools.reduce(
         portable_max, (sum_up(u * c for u, c in zip(direction, point, strict=True)) for point in points)
     )
 
 
 def _evaluate_profile(profile: tuple[Any, Any, Any], z: float) -> Any:
-    """g(z), in rational arithmetic: near the end of a solid its terms cancel."""
+    """Return g(z) in rational arithmetic: near the end of a solid its terms cancel."""
     g0, g1, g2 = (Fraction(g) for g in profile)
     height = Fraction(z)
     return g0 + height * (g1 + height * g2)
 
 
 def _limit_at_infinity(w: float, uz: float, g0: float, g1: float, g2: float) -> float:
-    """The limit of u_z z + w sqrt(g(z)) as z grows, -inf where g turns negative; inf where rounding leaves it open."""
+    """Return the limit of u_z z + w sqrt(g(z)) as z grows: -inf if g turns negative, inf if rounding leaves it open."""
     if g2 < 0 or (g2 == 0 and (g1 < 0 or (g1 == 0 and g0 < 0))):
         return -math.inf
     spread = w * math.sqrt(g2)
@@ -131,7 +131,7 @@ def _limit_at_infinity(w: float, uz: float, g0: float, g1: float, g2: float) -> 
 
 
 def real_roots(a: float, b: float, c: float) -> Iterator[float]:
-    """Real roots of a z² + b z + c, by the stable formula; none where all of it vanishes."""
+    """Yield the real roots of a z² + b z + c, by the formula without cancellation; none if all of it vanishes."""
     scale = -math.frexp(max(abs(a), abs(b), abs(c)))[1]
     a, b, c = math.ldexp(a, scale), math.ldexp(b, scale), math.ldexp(c, scale)
     d = b * b - 4 * a * c
@@ -145,18 +145,18 @@ def real_roots(a: float, b: float, c: float) -> Iterator[float]:
 
 
 def along_normal(normal: Vector, direction: Vector) -> float | None:
-    """k where direction = k normal, exactly; None where they are not parallel."""
+    """Return k with direction = k normal, decided exactly; None if they are not parallel."""
     n, u = tuple(Fraction(c) for c in normal), tuple(Fraction(c) for c in direction)
     largest = max(range(3), key=lambda i: abs(n[i]))
     multiple = u[largest] / n[largest]
     return float(multiple) if all(c == multiple * d for c, d in zip(u, n, strict=True)) else None
 
 
-# What everything flat shares: a plane with its anchor, uv coordinates on it, and its bounds.
+# Planes: their anchor, uv coordinates and bounds
 
 
 def plane_through(normal: Triple, offset: Any, near: Sequence[Any] = (0.0, 0.0, 0.0)) -> PlaneSurface:
-    """normal·x = offset as written, anchored at the foot of the perpendicular from `near`."""
+    """Return the plane normal·x = offset, not rescaled, anchored at the foot of the perpendicular from `near`."""
     n = [ex.rational(c) for c in normal]
     point = [ex.rational(c) for c in near]
     over = (ex.rational(offset) - sum(a * b for a, b in zip(n, point, strict=True))) / sum(c * c for c in n)
@@ -165,9 +165,9 @@ def plane_through(normal: Triple, offset: Any, near: Sequence[Any] = (0.0, 0.0, 
 
 
 def plane_uv(surface: PlaneSurface) -> UV:
-    """Cartesian coordinates on a plane, about its anchor.
+    """Return Cartesian coordinates on a plane about its anchor.
 
-    u points to the coordinate axis that is least along the normal, v = normal × u, both of unit length.
+    u points to the coordinate axis along which the normal is least, v = normal × u, both of unit length.
     """
     normal, anchor = ex.unit(ex.exact_row(surface.normal)), ex.exact_row(surface.anchor)
     towards = ex.exact_row(least_axis(ex.exact_row(surface.normal)))
@@ -178,9 +178,9 @@ def plane_uv(surface: PlaneSurface) -> UV:
 
 
 def half_space_bounds(surface: PlaneSurface, below: bool = True, above: bool = True) -> BoxEnds:
-    """Bounds of normal·x <= offset (`below`), >= offset (`above`), or of the plane itself (both).
+    """Return the bounds of normal·x <= offset (`below`), of >= offset (`above`), or of the plane itself (both).
 
-    Finite only where the normal lies along an axis.
+    An end is finite only if the normal lies along an axis.
     """
     low, high = np.full(3, -np.inf), np.full(3, np.inf)
     normal = ex.exact_row(surface.normal)
@@ -195,8 +195,8 @@ def half_space_bounds(surface: PlaneSurface, below: bool = True, above: bool = T
     return low + 0.0, high
 
 
-def round_up(value: ex.Exact) -> float:
-    """The least float64 that is not below a 3000-bit number."""
+def round_up(value: ex.BigFloat) -> float:
+    """Return the least float64 that is not below a 3000-bit number."""
     result = ex.rounded(value)
     if not is_finite(result):
         return result if result > 0 else -sys.float_info.max
@@ -204,7 +204,7 @@ def round_up(value: ex.Exact) -> float:
 
 
 def corners_support(corners: Iterable[ex.Row], direction: Vector) -> float:
-    """sup of u·p over points known to thousands of bits, and so over their convex hull."""
+    """Return sup u·p over points known to thousands of bits, and so over their convex hull."""
     best = -float("inf")
     for corner in corners:
         terms = [u * (round_up(c) if u > 0 else -round_up(-c)) for u, c in zip(direction, corner, strict=True)]
@@ -216,18 +216,19 @@ def _floats(row: ex.Row) -> Vector:
     return ex.rounded(row[0]), ex.rounded(row[1]), ex.rounded(row[2])
 
 
-# Bounds of a moved shape from its support, rounded outward.
+# Bounds of a moved shape from its support, rounded outward
 
 _NO_UNDERFLOW = 1e-150
-"""Products with a number of the domain do not underflow."""
+"""Products of numbers above this with numbers of the domain do not underflow."""
 
 
 def bound_by_support(support: Callable[[Vector], float], motion: Motion) -> list[float]:
-    """(low x, y, z, high x, y, z) of a shape with this support in its own frame, where a motion puts that frame.
+    """Return (low x, y, z, high x, y, z) of a shape if `motion` carries its own frame to the world.
 
-    Support of the moved shape along each axis: h(Lᵀ e) + t·e, rounded outward.
-    Where row e of L has one entry k alone, h(Lᵀ e) = |k| h(±e'), so only h itself and the end are rounded: what is
-    0 on paper is 0. So it is in other rows where h is 0 in floats, as `support` raises every sum of several terms.
+    `support` is h, the support in that frame. The moved shape has h(Lᵀ e) + t·e along each axis e, rounded outward. If
+    row e of L has a single entry k, then h(Lᵀ e) = |k| h(±e'): only h itself and the end are rounded, and an end that
+    is 0 in exact arithmetic is 0. The same holds in other rows if h is 0 in floats, since `support` raises every sum of
+    several terms.
     """
     simple = motion.is_identity or motion.shift is not None
     low: list[float] = []
@@ -248,7 +249,7 @@ def bound_by_support(support: Callable[[Vector], float], motion: Motion) -> list
 
 
 def _is_nothing(motion: Motion, row: int) -> bool:
-    """Whether a row shifts by nothing on paper, and no product with it that is not 0 is 0 in floats."""
+    """Return True if a row's exact shift is 0 and no product of its entries underflows to 0."""
     if motion.shift is not None:
         return True
     rows, shift = motion.affine
@@ -256,7 +257,7 @@ def _is_nothing(motion: Motion, row: int) -> bool:
 
 
 def _scale_end(reach: float, motion: Motion, row: int, sign: float) -> float:
-    """The least float64 not below |k| reach + sign·shift, k being the one entry of the motion's row that is not 0."""
+    """Return the least float64 not below |k| reach + sign·shift, where k is the one entry of the row that is not 0."""
     if not is_finite(reach):
         return reach
     rows, shift = motion.affine
@@ -265,13 +266,13 @@ def _scale_end(reach: float, motion: Motion, row: int, sign: float) -> float:
 
 
 def _round_outward(reach: float, shift: float, exact: bool) -> float:
-    """An upper bound of reach + shift; the nearest one if there is only a translation, whose floats are exact."""
+    """Return an upper bound of reach + shift; the nearest one for a translation alone, whose floats are exact."""
     total = reach + shift
     if not is_finite(total):
         return total
     if not exact:
         return next_float(total + 4 * 2.0**-53 * (abs(reach) + abs(shift)))
-    # Knuth's TwoSum: what the sum has lost
+    # Knuth's TwoSum: the rounding error of the sum
     part = total - reach
     lost = (reach - (total - part)) + (shift - part)
     return next_float_if(total, lost)

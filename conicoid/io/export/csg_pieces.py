@@ -13,13 +13,12 @@ import numpy as np
 
 from ..._util.arrays import Matrix4, Vector
 from ...geometry.cell import Any_, Cell, Face, Not, Tree
-from ...geometry.csg import Boolean, Complement, Difference, Painted, Union
 from ...geometry.mesh import Extrusion, Mesh
 from ...geometry.polyhedron import Polyhedron
 from ...geometry.primitives import Box, Cone, Cylinder, HalfSpace, Sphere, axis_length
 from ...geometry.quadrics import Ellipsoid
 from ...geometry.revolution import Revolution
-from ...geometry.shape import PrimitiveSolid, Solid
+from ...geometry.shape import Boolean, Complement, Difference, Painted, PrimitiveSolid, Solid, Union
 from ...geometry.surface import UPRIGHT, PlaneSurface, QuadricSurface
 from ...geometry.transform import IDENTITY_MOTION, Motion, Scale, Step, Transform, Translate
 from ...numerics import bigfloat_linalg as ex
@@ -138,7 +137,7 @@ def _frame_steps(surface: QuadricSurface) -> tuple[Steps, bool]:
     return tuple(steps), is_rounded
 
 
-def _about_z(squares: ex.Row, s: ex.Exact, constant: ex.Exact, room: BodyBox) -> PieceNode | None:
+def _about_z(squares: ex.Row, s: ex.BigFloat, constant: ex.BigFloat, room: BodyBox) -> PieceNode | None:
     """a x² + b y² + c z² + 2 s z <= k with a, b > 0; None where another axis may do better."""
     a, b, c = squares
     if c > 0:
@@ -169,7 +168,9 @@ def _about_z(squares: ex.Row, s: ex.Exact, constant: ex.Exact, room: BodyBox) ->
     return PieceLeaf(QuadricPiece(ex.fraction(g0), ex.fraction(g1), ex.fraction(g2), low, high), steps, rounded)
 
 
-def _double_cone(g1: ex.Exact, g2: ex.Exact, low: float, high: float, steps: Steps, is_rounded: bool) -> PieceNode:
+def _double_cone(
+    g1: ex.BigFloat, g2: ex.BigFloat, low: float, high: float, steps: Steps, is_rounded: bool
+) -> PieceNode:
     """x² + y² <= g2 (z - apex)²: both nappes, as far as the room goes."""
     apex, slope = ex.cancelling_sum((-g1 / (2 * g2),)), _root(g2)
     at = ex.rounded(apex)
@@ -189,7 +190,7 @@ def _double_cone(g1: ex.Exact, g2: ex.Exact, low: float, high: float, steps: Ste
     return PieceBoolean(whole.kind, whole.parts, steps)
 
 
-def _root(value: ex.Exact) -> tuple[float, bool]:
+def _root(value: ex.BigFloat) -> tuple[float, bool]:
     """The square root as a float, and whether it is that exactly."""
     found = ex.cancelling_sum((ex.sqrt(value),))
     near = ex.rounded(found)
@@ -376,7 +377,7 @@ def _polyhedron_faces(planes: list[tuple[Any, float]], room: BodyBox) -> PieceNo
     return PieceLeaf(replace(faces, planes=tuple(planes)))
 
 
-def _plane_number(value: ex.Exact) -> Fraction:
+def _plane_number(value: ex.BigFloat) -> Fraction:
     """A number of a plane; the nearest float of one without an end."""
     return Fraction(ex.rounded(value)) if ex.is_rounded(value) else ex.fraction(value)
 

@@ -10,12 +10,11 @@ from functools import lru_cache
 from itertools import chain
 
 from ..._util.arrays import Vector
-from ...geometry.csg import Boolean, Difference, Intersection
 from ...geometry.general_quadric import Quadric
 from ...geometry.polyhedron import Polyhedron
 from ...geometry.primitives import Box, HalfSpace
 from ...geometry.revolution import Revolution
-from ...geometry.shape import Solid
+from ...geometry.shape import Boolean, Difference, Intersection, Solid
 from ...geometry.transform import IDENTITY_MOTION, Scale, Translate
 from ..gdml.solids import read_template
 from ..gdml.values import GdmlError, GdmlReader, GdmlUnsupported

@@ -16,13 +16,14 @@ import numpy as np
 from ..._util.arrays import BoxEnds
 from ..._util.file_errors import MAX_LISTED_PROBLEMS, printable
 from ..._util.safe_files import write_text
+from ..._util.text import format_count
 from ..._util.validation import check_callback, check_flag
 from ...geometry.labels import count_bodies, is_clear, single_body
 from ...geometry.shape import Solid
 from ...materials.color import amount_rgb, linear_rgb, srgb_encode
 from ...materials.material import Material
 from ...numerics import bigfloat_linalg as ex
-from ..importers import format_count, limit_notes
+from ..importers import limit_notes
 from ..scene_file.nodes import shorten
 from ..scene_file.scene_file import WritableScene
 

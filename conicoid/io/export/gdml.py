@@ -10,11 +10,10 @@ from typing import Any
 from xml.sax.saxutils import quoteattr
 
 from ..._util.file_errors import printable
-from ...geometry.csg import Difference
-from ...geometry.shape import Solid
+from ..._util.text import format_count
+from ...geometry.shape import Difference, Solid
 from ...materials.material import Material
 from ..gdml.materials import GAS_DENSITY
-from ..importers import format_count
 from ..importers import palette_color as color_of_number
 from ..openmc.region import Region
 from ..scene_file.scene_file import WritableScene

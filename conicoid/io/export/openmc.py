@@ -16,12 +16,11 @@ from typing import Any
 from xml.sax.saxutils import quoteattr
 
 from ..._util.file_errors import printable
-from ...geometry.csg import Boolean, Complement, Difference, Intersection, Union
+from ..._util.text import format_count
 from ...geometry.general_quadric import Quadric
-from ...geometry.shape import Solid
+from ...geometry.shape import Boolean, Complement, Difference, Intersection, Solid, Union
 from ...geometry.transform import IDENTITY_MOTION, Motion, Rotate, Step, Transform, Translate
 from ...materials.material import Material
-from ..importers import format_count
 from ..openmc.placement import Rows, invert_rows
 from ..openmc.region import HalfSpaceNode, IntersectionNode, Region, list_half_spaces
 from ..scene_file.scene_file import WritableScene

@@ -8,9 +8,8 @@ from fractions import Fraction
 from typing import TypeAlias
 
 from ...geometry.cell import All, Cell, Not, Tree
-from ...geometry.csg import Boolean, Complement, Difference, Painted, Union
 from ...geometry.general_quadric import Quadric
-from ...geometry.shape import PrimitiveSolid, Solid
+from ...geometry.shape import Boolean, Complement, Difference, Painted, PrimitiveSolid, Solid, Union
 from ...geometry.surface import PlaneSurface, Surface
 from ...geometry.transform import IDENTITY_MOTION, Motion
 from ...numerics import bigfloat_linalg as ex
@@ -82,7 +81,7 @@ class _SurfaceElement:
     is_exact: bool
 
 
-def _make_surface_element(kind: str, numbers: list[ex.Exact], sense: int) -> _SurfaceElement:
+def _make_surface_element(kind: str, numbers: list[ex.BigFloat], sense: int) -> _SurfaceElement:
     said = [shorten_fraction(number) for number in numbers]
     return _SurfaceElement(kind, tuple(value for value, _ in said), sense, all(is_exact for _, is_exact in said))
 
@@ -96,7 +95,7 @@ def _plane(surface: PlaneSurface) -> _SurfaceElement:
     return _make_surface_element("plane", [number * sense for number in (*normal, offset)], sense)
 
 
-def _curved(terms: tuple[ex.Exact, ...]) -> _SurfaceElement:
+def _curved(terms: tuple[ex.BigFloat, ...]) -> _SurfaceElement:
     """By (xx, yy, zz, xy, xz, yz, x, y, z, 1), the mixed and linear ones halved."""
     squares, mixed, linear = terms[:3], terms[3:6], terms[6:9]
     if not any(mixed):
@@ -107,7 +106,7 @@ def _curved(terms: tuple[ex.Exact, ...]) -> _SurfaceElement:
     return _general(list(terms))
 
 
-def _of_revolution(squares: ex.Row | tuple[ex.Exact, ...], linear: tuple[ex.Exact, ...], constant: ex.Exact,
+def _of_revolution(squares: ex.Row | tuple[ex.BigFloat, ...], linear: tuple[ex.BigFloat, ...], constant: ex.BigFloat,
                    axis: int | None) -> _SurfaceElement | None:  # fmt: skip
     """A sphere (no axis), or a cylinder or cone about an axis of coordinates; None where it is none."""
     across = [i for i in range(3) if i != axis]
@@ -132,11 +131,11 @@ def _of_revolution(squares: ex.Row | tuple[ex.Exact, ...], linear: tuple[ex.Exac
     return _make_surface_element(f"{_AXES[axis]}-cone", [*center, slope], sense)
 
 
-def _differ(a: ex.Exact, b: ex.Exact) -> bool:
+def _differ(a: ex.BigFloat, b: ex.BigFloat) -> bool:
     return bool(ex.cancelling_sum((a, -b)))
 
 
-def _general(terms: list[ex.Exact]) -> _SurfaceElement:
+def _general(terms: list[ex.BigFloat]) -> _SurfaceElement:
     """All ten coefficients, the mixed and linear ones doubled."""
     xx, yy, zz, xy, xz, yz, x, y, z, constant = terms
     numbers = [xx, yy, zz, 2 * xy, 2 * yz, 2 * xz, 2 * x, 2 * y, 2 * z, constant]

@@ -9,10 +9,10 @@ from fractions import Fraction
 from typing import Any
 
 from ..._util.file_errors import printable
+from ..._util.text import format_count
 from ..._util.validation import SMALLEST
 from ...geometry.transform import Motion, Scale, Step, Translate
 from ...numerics import bigfloat_linalg as ex
-from ..importers import format_count
 from ..scene_file.scene_file import WritableScene
 from .csg_pieces import split_into_pieces
 from .element_guesses import guess_ball

@@ -1,6 +1,7 @@
-"""Bounded solids in words that other programs know: balls, boxes, what is turned or drawn, closed faces, Booleans.
+"""Bounded pieces that other programs have: balls, boxes, revolutions, extrusions, closed faces, and Booleans of them.
 
-What has no end is cut beyond the body that it is a part of, by a room around that: nothing of the body is lost.
+Unbounded parts of a body are cut by a box around the body, beyond it, so that nothing of the body is lost.
+`csg_pieces.py` splits solids into these pieces.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ class BallPiece:
 
 @dataclass(frozen=True)
 class EllipsoidPiece:
-    """An ellipsoid about the origin."""
+    """An ellipsoid about the origin, by its half-axes along x, y and z."""
 
     radii: Vector
 
@@ -42,7 +43,7 @@ class BoxPiece:
 
 @dataclass(frozen=True)
 class FrustumPiece:
-    """About z, from a circle of one radius at `low` to one of another at `high`."""
+    """A cylinder or cone about z, from a circle of radius `first` at `low` to one of radius `second` at `high`."""
 
     first: float
     second: float
@@ -52,7 +53,7 @@ class FrustumPiece:
 
 @dataclass(frozen=True)
 class RevolutionPiece:
-    """A polygon of (r, z) about z, from one angle to another."""
+    """A polygon of (r, z) that turns about z, from one angle to another in degrees."""
 
     profile: tuple[tuple[float, float], ...]
     start: float = 0.0
@@ -61,7 +62,7 @@ class RevolutionPiece:
 
 @dataclass(frozen=True)
 class ExtrusionPiece:
-    """A polygon of (x, y) from `low` to `high`, scaled there about the z axis."""
+    """A polygon of (x, y) from z = `low` to z = `high`, where it is scaled about the z axis by `scale`."""
 
     outline: tuple[tuple[float, float], ...]
     low: float
@@ -71,7 +72,7 @@ class ExtrusionPiece:
 
 @dataclass(frozen=True)
 class QuadricPiece:
-    """x² + y² <= g0 + g1 z + g2 z² between two heights: a paraboloid or hyperboloid; coefficients as they are."""
+    """x² + y² <= g0 + g1 z + g2 z² between two heights: a paraboloid or hyperboloid, with exact coefficients."""
 
     g0: Fraction
     g1: Fraction
@@ -82,9 +83,14 @@ class QuadricPiece:
 
 @dataclass(frozen=True)
 class PolyhedronPiece:
-    """What flat faces enclose, counter-clockwise as seen from outside if `is_convex`.
+    """A solid that flat faces enclose; each face lists the numbers of its corners.
 
-    planes: those of the shape, (normal, offset), where it was given by such.
+    Attributes
+    ----------
+    is_convex
+        The solid is convex, and its faces are counter-clockwise as seen from outside.
+    planes
+        The planes (normal, offset) of the shape, if it was defined by planes.
     """
 
     corners: tuple[PieceCorner, ...]
@@ -95,7 +101,7 @@ class PolyhedronPiece:
 
 @dataclass(frozen=True)
 class NativePiece:
-    """An element of the format itself, as text: its tag, attributes and children; and where its middle is."""
+    """An element of the format itself, as text: its tag, attributes and children; `shift` moves it to its place."""
 
     tag: str
     attributes: str
@@ -118,7 +124,7 @@ Piece: TypeAlias = (
 
 @dataclass(frozen=True)
 class PieceLeaf:
-    """A piece that is moved by steps. `is_rounded` where its numbers are not those of the shape."""
+    """A piece and the steps that move it. `is_rounded` if its numbers are not exactly those of the shape."""
 
     piece: Piece
     steps: Steps = ()
@@ -127,7 +133,10 @@ class PieceLeaf:
 
 @dataclass(frozen=True)
 class PieceBoolean:
-    """Several of them, moved by steps; of a difference the first without the others. `color`: of what is painted."""
+    """A Boolean of nodes and the steps that move it; a difference is the first part without the others.
+
+    `color` is the colour of a painted solid, #rrggbb.
+    """
 
     kind: PieceBooleanKind
     parts: tuple[PieceNode, ...]
@@ -138,19 +147,22 @@ class PieceBoolean:
 PieceNode: TypeAlias = PieceLeaf | PieceBoolean
 
 
-# Solids along an axis of coordinates, which quarter turns take there exactly.
+# Solids along an axis of coordinates: quarter turns from the z axis, which are exact.
 
 _AXIS_TURNS: tuple[Matrix4, Matrix4] = (
     ((0.0, 0.0, 1.0, 0.0), (1.0, 0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)),
     ((0.0, 1.0, 0.0, 0.0), (0.0, 0.0, 1.0, 0.0), (1.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)),
 )
-"""What takes z to x, and z to y."""
+"""The rotations that take z to x, and z to y."""
 _AXIS_MIRROR: Matrix4 = ((1.0, 0.0, 0.0, 0.0), (0.0, -1.0, 0.0, 0.0), (0.0, 0.0, -1.0, 0.0), (0.0, 0.0, 0.0, 1.0))
-"""Half a turn about x."""
+"""Half a turn about x, which takes z to -z."""
 
 
 def axis_steps(start: Vector, end: Vector) -> tuple[tuple[float, float], tuple[Step, ...]] | None:
-    """Heights about the z axis and the steps from there, for what stands along an axis of coordinates; else None."""
+    """Return heights along z, and the steps that take the z axis to the line from `start` to `end`.
+
+    Return None for a line that is not parallel to an axis of coordinates.
+    """
     along = [i for i in range(3) if start[i] != end[i]]
     if len(along) != 1:
         return None
@@ -166,7 +178,7 @@ def axis_steps(start: Vector, end: Vector) -> tuple[tuple[float, float], tuple[S
 
 
 def upright_box(faces: PolyhedronPiece) -> BoxPiece | None:
-    """The box that a convex polyhedron is, if its sides are across the axes and its ends are floats."""
+    """Return a convex polyhedron as a box, if its sides are across the axes and its ends are floats; else None."""
     if len(faces.corners) != 8 or len(faces.faces) != 6:
         return None
     ends: list[tuple[float, float]] = []
@@ -179,15 +191,16 @@ def upright_box(faces: PolyhedronPiece) -> BoxPiece | None:
     return BoxPiece((x, y, z), (a, b, c))
 
 
-# Convex polyhedra by their faces: a box that planes cut, in exact fractions.
+# Convex polyhedra: a box, clipped by planes in exact fractions.
 
 ClipPlane = tuple[PieceCorner, Fraction]
 """normal·x <= offset"""
 _BOX_FACES = ((0, 4, 6, 2), (1, 3, 7, 5), (0, 1, 5, 4), (2, 6, 7, 3), (0, 2, 3, 1), (4, 5, 7, 6))
+"""The faces of a box, counter-clockwise from outside; bit i of a corner's number chooses the high end along axis i."""
 
 
 def clip_box(box: BoxPiece, planes: Iterable[ClipPlane]) -> PolyhedronPiece | None:
-    """What of a box is inside of all planes; None where nothing is."""
+    """Return the part of a box that is inside of all planes; None if it is empty."""
     ends = tuple(tuple(map(Fraction, end)) for end in (box.low, box.high))
     corners = [(ends[k & 1][0], ends[k >> 1 & 1][1], ends[k >> 2 & 1][2]) for k in range(8)]
     loops = [[corners[k] for k in face] for face in _BOX_FACES]
@@ -201,15 +214,15 @@ def clip_box(box: BoxPiece, planes: Iterable[ClipPlane]) -> PolyhedronPiece | No
 
 
 def _clip_faces(loops: list[list[PieceCorner]], plane: ClipPlane) -> list[list[PieceCorner]]:
-    """Faces of a convex polyhedron without what is beyond a plane, and the face in the plane."""
+    """Clip the faces of a convex polyhedron by a plane, and add the face in the plane."""
     heights = {corner: _plane_height(plane, corner) for loop in loops for corner in loop}
     if not any(height > 0 for height in heights.values()):
         return loops
-    kept, edges = [], {}
+    kept, edges = [], {}  # edges: end -> start, in the order in which the new face runs
     for loop in loops:
         left = _clip_face(loop, heights, plane)
-        on = [corner for corner in left if not heights.get(corner, 0)]
-        if len(left) < 3 or len(on) == len(left):
+        on = [corner for corner in left if not heights.get(corner, 0)]  # new corners lie in the plane
+        if len(left) < 3 or len(on) == len(left):  # nothing of the face is left, or only an edge or face in the plane
             continue
         kept.append(left)
         for a, b in zip(left, [*left[1:], left[0]], strict=True):
@@ -218,7 +231,7 @@ def _clip_faces(loops: list[list[PieceCorner]], plane: ClipPlane) -> list[list[P
     if len(edges) >= 3:
         first = next(iter(edges))
         cap, at = [first], edges[first]
-        while at != first and len(cap) <= len(edges):
+        while at != first and len(cap) <= len(edges):  # the count ends the walk on any broken loop
             cap.append(at)
             at = edges.get(at, first)
         kept.append(cap)
@@ -228,7 +241,7 @@ def _clip_faces(loops: list[list[PieceCorner]], plane: ClipPlane) -> list[list[P
 def _clip_face(
     loop: Sequence[PieceCorner], heights: dict[PieceCorner, Fraction], plane: ClipPlane
 ) -> list[PieceCorner]:
-    """A face's part on the inner side."""
+    """Return the part of a face on the inner side of a plane."""
     found: list[PieceCorner] = []
     for a, b in zip(loop, [*loop[1:], loop[0]], strict=True):
         ha, hb = heights[a], heights[b]
@@ -242,5 +255,6 @@ def _clip_face(
 
 
 def _plane_height(plane: ClipPlane, corner: PieceCorner) -> Fraction:
+    """Return normal·corner - offset: above 0 outside."""
     (a, b, c), offset = plane
     return a * corner[0] + b * corner[1] + c * corner[2] - offset

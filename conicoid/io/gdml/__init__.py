@@ -1,1 +1,1 @@
-"""GDML, the geometry files of Geant4 and ROOT."""
+"""Reader of GDML, the geometry files of Geant4 and ROOT."""

@@ -1,6 +1,7 @@
-"""Expressions of GDML: sums, products, powers, comparisons and functions of names, in fractions; nothing is executed.
+"""Parser and evaluator of GDML expressions, in fractions; nothing is executed.
 
-What fractions cannot say, roots and sines, is a float's value. Numbers that become too long are rounded to floats.
+Expressions consist of numbers, names, units, sums, products, powers, comparisons and functions. Results that are no
+fractions, such as roots and sines, have the value of a float. Numbers that become too long are rounded to floats.
 """
 
 from __future__ import annotations
@@ -12,8 +13,9 @@ from fractions import Fraction
 from functools import lru_cache
 
 MAX_EXPRESSION_LENGTH, MAX_EXPRESSION_DEPTH = 2000, 50
-"""Letters of an expression; brackets within brackets."""
+"""Most characters of an expression, and most levels of nested brackets."""
 _BITS = 1500
+"""Most bits of a numerator or denominator before a result is rounded to a float."""
 
 _TOKEN = re.compile(
     r"\s*(?:((?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)|([A-Za-z_][\w.:]*)|(\*\*|&&|\|\||[<>=!]=|[-+*/^()<>!,]))", re.ASCII
@@ -23,7 +25,7 @@ _NUMBER = re.compile(r"\s*(-?)((?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,4})?)\s*", re
 
 
 class ExpressionError(ValueError):
-    """What is wrong with an expression."""
+    """Raised for an invalid expression; its message follows the name of an attribute, as in "z divides by zero"."""
 
 
 def _binary_function(function: Callable[[float, float], float]) -> tuple[int, Callable[..., Fraction]]:
@@ -35,7 +37,7 @@ def _unary_function(function: Callable[[float], float]) -> tuple[int, Callable[.
 
 
 def _exact_root(value: Fraction) -> Fraction:
-    """The exact root, where it is a fraction."""
+    """Return the square root: exact if it is a fraction, else a float's value."""
     if value < 0:
         raise ExpressionError("takes the square root of a negative number")
     above, below = math.isqrt(value.numerator), math.isqrt(value.denominator)
@@ -45,15 +47,15 @@ def _exact_root(value: Fraction) -> Fraction:
 
 
 def power(base: Fraction, exponent: Fraction) -> Fraction:
-    """Exact for small whole exponents."""
+    """Return base to the power of exponent, exact for whole exponents up to 64 in size. Raise ExpressionError."""
     if exponent.denominator == 1 and abs(exponent) <= 64:
         if not base and exponent < 0:
             raise ExpressionError("divides by zero")
         return base ** int(exponent)
-    found = float(base) ** float(exponent)
-    if isinstance(found, complex):
+    result = float(base) ** float(exponent)
+    if isinstance(result, complex):
         raise ExpressionError("raises a negative number to a broken power")
-    return Fraction(found)
+    return Fraction(result)
 
 
 _FUNCTIONS: dict[str, tuple[int, Callable[..., Fraction]]] = {
@@ -77,12 +79,29 @@ _FUNCTIONS: dict[str, tuple[int, Callable[..., Fraction]]] = {
     "log10": _unary_function(math.log10),
 }
 
+# Binary operators from the loosest to the tightest binding.
 _LEVELS: tuple[tuple[str, ...], ...] = (("||",), ("&&",), ("==", "!="), ("<", "<=", ">", ">="), ("+", "-"), ("*", "/"))
 
 
 def evaluate(text: str, names: Mapping[str, Fraction]) -> Fraction:
-    """The value of an expression. Raises ExpressionError for what is none, KeyError for an unknown name."""
-    if len(text) <= _MAX_PLAIN_LENGTH:  # most are a number or a name
+    """Return the value of an expression.
+
+    Parameters
+    ----------
+    text
+        The expression.
+    names
+        Values of names, units among them.
+
+    Raises
+    ------
+    ExpressionError
+        The expression is invalid.
+    KeyError
+        A name is unknown.
+
+    """
+    if len(text) <= _MAX_PLAIN_LENGTH:  # most expressions are a number or a name
         known = names.get(text)
         if known is None:
             known = _plain_number(text)
@@ -96,13 +115,13 @@ _MAX_PLAIN_LENGTH = 40
 
 @lru_cache(1 << 14)
 def _plain_number(text: str) -> Fraction | None:
-    """The value of a number with a sign perhaps; None for other expressions."""
-    found = _NUMBER.fullmatch(text)
-    return None if found is None else (-parse_number(found[2]) if found[1] == "-" else parse_number(found[2]))
+    """Return the value of a number with or without a minus sign; None for other expressions."""
+    match = _NUMBER.fullmatch(text)
+    return None if match is None else (-parse_number(match[2]) if match[1] == "-" else parse_number(match[2]))
 
 
 class _ExpressionParser:
-    """Recursive descent, of bounded depth."""
+    """A recursive descent parser of bounded depth, which evaluates while it parses."""
 
     def __init__(self, text: str, names: Mapping[str, Fraction]) -> None:
         if len(text) > MAX_EXPRESSION_LENGTH:
@@ -111,9 +130,9 @@ class _ExpressionParser:
         self.tokens = _tokens(text)
 
     def value(self) -> Fraction:
-        """All of it."""
+        """Return the value of the whole expression. Raise ExpressionError or KeyError."""
         try:
-            found = self.level(0)
+            result = self.level(0)
         except ZeroDivisionError:
             raise ExpressionError("divides by zero") from None
         except (OverflowError, ValueError) as error:
@@ -122,31 +141,35 @@ class _ExpressionParser:
             raise ExpressionError("is no finite number") from None
         if self.at < len(self.tokens):
             raise ExpressionError(f"has {self.tokens[self.at]!r} where it should end or go on with an operator")
-        return found
+        return result
 
     @property
     def next(self) -> str:
+        """The current token; empty at the end."""
         return self.tokens[self.at] if self.at < len(self.tokens) else ""
 
     def take(self) -> str:
+        """Return the current token and go on."""
         token = self.next
         self.at += 1
         return token
 
     def expect(self, token: str) -> None:
+        """Take a token that must follow."""
         if self.take() != token:
             raise ExpressionError(f"lacks a {token!r}")
 
     def level(self, number: int) -> Fraction:
-        """Operators of a level, from left to right."""
+        """Evaluate the operators of one level of precedence, from left to right."""
         if number == len(_LEVELS):
             return self.signed()
-        found = self.level(number + 1)
+        result = self.level(number + 1)
         while self.next in _LEVELS[number]:
-            found = _check_size(_OPERATORS[self.take()](found, self.level(number + 1)))
-        return found
+            result = _check_size(_OPERATORS[self.take()](result, self.level(number + 1)))
+        return result
 
     def signed(self) -> Fraction:
+        """Evaluate a value after signs and negations."""
         sign = self.next
         if sign not in ("-", "+", "!"):
             return self.powers()
@@ -157,24 +180,25 @@ class _ExpressionParser:
         return -value if sign == "-" else Fraction(not value) if sign == "!" else value
 
     def powers(self) -> Fraction:
-        """From left to right, as CLHEP does: 2^3^2 is 64."""
-        found = self.atom()
+        """Evaluate powers from left to right, as CLHEP does: 2^3^2 is 64."""
+        result = self.atom()
         while self.next in ("^", "**"):
             self.take()
             sign = -1 if self.next == "-" else 1
             if self.next in ("-", "+"):
                 self.take()
-            found = _check_size(power(found, sign * self.atom()))
-        return found
+            result = _check_size(power(result, sign * self.atom()))
+        return result
 
     def atom(self) -> Fraction:
+        """Evaluate a number, a name, a call or a bracket."""
         token = self.take()
         if token == "(":
             self.deeper()
-            found = self.level(0)
+            result = self.level(0)
             self.expect(")")
             self.depth -= 1
-            return found
+            return result
         if token[:1].isdigit() or token[:1] == ".":
             return parse_number(token)
         if token[:1].isalpha() or token[:1] == "_":
@@ -182,6 +206,7 @@ class _ExpressionParser:
         raise ExpressionError("ends too early" if not token else f"has {token!r} where a number should be")
 
     def call(self, name: str) -> Fraction:
+        """Evaluate a call of a function."""
         if name not in _FUNCTIONS:
             raise ExpressionError(f"calls {name!r}; functions are {', '.join(_FUNCTIONS)}")
         count, function = _FUNCTIONS[name]
@@ -198,11 +223,13 @@ class _ExpressionParser:
         return _check_size(function(*values))
 
     def deeper(self) -> None:
+        """Enter one more level of nesting; the caller leaves it by `depth`."""
         self.depth += 1
         if self.depth > MAX_EXPRESSION_DEPTH:
             raise ExpressionError(f"nests deeper than {MAX_EXPRESSION_DEPTH} levels")
 
 
+# && and || evaluate both sides, so that an error on either side is an error.
 _OPERATORS: dict[str, Callable[[Fraction, Fraction], Fraction]] = {
     "+": lambda a, b: a + b, "-": lambda a, b: a - b, "*": lambda a, b: a * b, "/": lambda a, b: a / b,
     "<": lambda a, b: Fraction(a < b), "<=": lambda a, b: Fraction(a <= b), ">": lambda a, b: Fraction(a > b),
@@ -212,37 +239,39 @@ _OPERATORS: dict[str, Callable[[Fraction, Fraction], Fraction]] = {
 
 
 def _tokens(text: str) -> list[str]:
-    found, at = [], 0
+    """Split an expression into tokens. Raise ExpressionError for characters that begin none."""
+    tokens, at = [], 0
     stripped = text.strip()
     while at < len(stripped):
         match = _TOKEN.match(stripped, at)
         if match is None:
             raise ExpressionError(f"has {stripped[at : at + 20].strip()!r} in it")
-        found.append(match[1] or match[2] or match[3])
+        tokens.append(match[1] or match[2] or match[3])
         at = match.end()
-    return found
+    return tokens
 
 
 def parse_number(token: str) -> Fraction:
-    """A number as written; one that no float can hold is refused."""
+    """Return the exact value of a decimal number. Raise ExpressionError above 1e300, as floats end soon after."""
     if abs(float(token)) > 1e300:
         raise ExpressionError("has a number above 1e300")
     _, _, exponent = token.lower().partition("e")
-    if exponent and abs(int(exponent)) > 340:
+    if exponent and abs(int(exponent)) > 340:  # below any float; the fraction would have very many digits
         return Fraction(0)
     return Fraction(token)
 
 
 def _check_size(value: Fraction) -> Fraction:
+    """Return the value, rounded to a float if it has more than `_BITS` bits, so that expressions take bounded time."""
     if value.numerator.bit_length() <= _BITS and value.denominator.bit_length() <= _BITS:
         return value
     return Fraction(float(value))
 
 
-# Names that GDML's expressions know without a definition: units, in mm, ns, MeV and radians, and π.
+# Predefined names: units, in mm, ns, MeV and radians, and π
 
 PI = Fraction("3.14159265358979323846264338327950288")
-"""So exact that angles which come back from radians are the floats on paper."""
+"""Precise enough that degrees converted to radians and back are the same floats."""
 
 _MM = {
     "fm": "1e-12", "fermi": "1e-12", "angstrom": "1e-7", "Ang": "1e-7", "nm": "1e-6", "nanometer": "1e-6",
@@ -261,7 +290,7 @@ _OTHER_UNITS = {
     "kilogram": "1e3", "pascal": "1", "Pa": "1", "hPa": "100", "kPa": "1e3", "MPa": "1e6", "bar": "1e5",
     "mbar": "100", "atmosphere": "101325", "atm": "101325", "becquerel": "1e-9", "curie": "37",
 }  # fmt: skip
-"""Pressures in pascal and masses in grams, since only ratios within each count here."""
+"""Pressures in pascal and masses in grams: only ratios within each matter here."""
 
 UNIT_VALUES: dict[str, Fraction] = {name: Fraction(value) for name, value in (_MM | _OTHER_UNITS).items()} | {
     "rad": Fraction(1), "radian": Fraction(1), "mrad": Fraction(1, 1000), "milliradian": Fraction(1, 1000),
@@ -271,5 +300,5 @@ UNIT_VALUES: dict[str, Fraction] = {name: Fraction(value) for name, value in (_M
 
 
 def to_degrees(radians: Fraction) -> Fraction:
-    """An angle in degrees; to the float that it is on paper, where it came through radians in double precision."""
+    """Return an angle in degrees, rounded to a float: the float that was converted to radians, if one was."""
     return Fraction(float(radians * 180 / PI))

@@ -1,4 +1,10 @@
-"""Convex solids of flat faces from their corners, and what encloses them in fractions."""
+"""GDML solids of flat and ruled faces, from their corners, in fractions.
+
+First the geometry of planes and convex polyhedra, then solids with ruled sides (twisted tubes, twisted trapezoids),
+then the readers of boxes, trapezoids, parallelepipeds, tetrahedra, arb8 and tessellated solids. Each reader returns a
+`SolidFactory`, which builds the solid translated by a shift. Lengths are in mm, angles in degrees. Wrong attributes
+raise GdmlError or ValueError; solids that cannot be built from quadrics raise GdmlUnsupported.
+"""
 
 from __future__ import annotations
 
@@ -11,12 +17,11 @@ from math import lcm
 
 import numpy as np
 
-from ...geometry.csg import Difference, Intersection, Union
 from ...geometry.general_quadric import Quadric
 from ...geometry.mesh import Mesh
 from ...geometry.polyhedron import Polyhedron
 from ...geometry.primitives import Box
-from ...geometry.shape import Solid
+from ...geometry.shape import Difference, Intersection, Solid, Union
 from ...numerics.portable_math import sin_cos_degrees
 from ..openmc.placement import Point, shift_point
 from ..xml_tree import XmlElement
@@ -25,41 +30,46 @@ from .solid_template import SolidFactory
 from .values import MAX_CONVEX_FACES, GdmlError, GdmlUnsupported, GdmlValues, look_up, read_reference
 
 _FLATNESS = Fraction(1, 100_000)
-"""How far a corner may be off the plane of its face, as a share of the size."""
+"""Largest distance of a corner from the plane of its face, as a share of the size of the face."""
 FacePlane = tuple[Point, Fraction]
+"""(outward normal, offset): normal·p <= offset inside."""
 
 
 class NonPlanarFace(GdmlUnsupported):
-    """A face is not flat."""
+    """Raised for a face that is not flat."""
 
 
 def cross(a: Point, b: Point) -> Point:
-    """The vector product."""
+    """Return the cross product."""
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
 def dot(a: Point, b: Point) -> Fraction:
-    """The scalar product."""
+    """Return the dot product."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 def subtract(a: Point, b: Point) -> Point:
-    """The difference."""
+    """Return a - b."""
     return a[0] - b[0], a[1] - b[1], a[2] - b[2]
 
 
 def mean(points: Sequence[Point]) -> Point:
-    """The mean of points."""
+    """Return the mean of points."""
     x, y, z = (sum((point[i] for point in points), Fraction(0)) / len(points) for i in range(3))
     return x, y, z
 
 
 def fit_plane(points: Sequence[Point], inside: Point) -> FacePlane | None:
-    """The plane of a face, outward; None where its corners enclose nothing. Raises LeftOut where it is not flat."""
-    kept = [point for k, point in enumerate(points) if point != points[k - 1]]
-    if len(kept) < 3:
+    """Return the plane of a face, with its normal away from `inside`; None if the face has no area.
+
+    Raise NonPlanarFace if a corner is farther than `_FLATNESS` from the plane.
+    """
+    corners = [point for k, point in enumerate(points) if point != points[k - 1]]
+    if len(corners) < 3:
         return None
-    spokes = [subtract(point, kept[0]) for point in kept[1:]]
+    spokes = [subtract(point, corners[0]) for point in corners[1:]]
+    # The sum of the cross products of a fan is twice the vector area, whatever the shape of the polygon.
     terms = [cross(a, b) for a, b in itertools.pairwise(spokes)]
     normal = tuple(sum((term[i] for term in terms), Fraction(0)) for i in range(3))
     size = max(abs(c) for spoke in spokes for c in spoke)
@@ -68,28 +78,44 @@ def fit_plane(points: Sequence[Point], inside: Point) -> FacePlane | None:
         return None
     x, y, z = (c / largest for c in normal)
     outward: Point = (x, y, z)
-    center = mean(kept)
+    center = mean(corners)
     if dot(outward, subtract(center, inside)) < 0:
         outward = (-x, -y, -z)
-    if max(abs(dot(outward, subtract(point, center))) for point in kept) > _FLATNESS * size:
+    if max(abs(dot(outward, subtract(point, center))) for point in corners) > _FLATNESS * size:
         raise NonPlanarFace("a face of it is not flat")
     return _integer_normal(outward), dot(_integer_normal(outward), center)
 
 
 def _integer_normal(normal: Point) -> Point:
-    """The same direction by whole numbers where these are short, so that it needs no rounding."""
+    """Return the same direction in whole numbers if these are short, so that floats hold it without rounding."""
     factor = lcm(*(c.denominator for c in normal))
-    if factor.bit_length() > 50:
+    if factor.bit_length() > 50:  # a float has 53 bits, and components are at most 1 before
         return normal
     x, y, z = (c * factor for c in normal)
     return x, y, z
 
 
 def convex_solid(corners: Sequence[Point], faces: Sequence[Sequence[int]]) -> SolidFactory:
-    """Inside the planes of faces, given by numbers of corners in any sense."""
+    """Return the factory of the convex solid bounded by faces.
+
+    Parameters
+    ----------
+    corners
+        Points in mm.
+    faces
+        For each face the indices of its corners, in either sense.
+
+    Raises
+    ------
+    ValueError
+        The solid has no volume.
+    GdmlUnsupported
+        The solid is not convex, or a face is not flat.
+
+    """
     inside = mean(list(dict.fromkeys(corners)))
-    found = [fit_plane([corners[k] for k in face], inside) for face in faces]
-    planes = list(dict.fromkeys(plane for plane in found if plane is not None))
+    fitted = [fit_plane([corners[k] for k in face], inside) for face in faces]
+    planes = list(dict.fromkeys(plane for plane in fitted if plane is not None))
     size = max(abs(c) for corner in corners for c in subtract(corner, inside))
     for normal, offset in planes:
         if dot(normal, inside) >= offset:
@@ -103,7 +129,8 @@ def convex_solid(corners: Sequence[Point], faces: Sequence[Sequence[int]]) -> So
 
 
 def convex_planes(corners: Sequence[Point], faces: Sequence[Sequence[int]]) -> list[FacePlane] | None:
-    """The planes of a closed surface that is convex, exactly, and whose faces are flat; None for any other."""
+    """Return the planes of a closed, exactly convex surface with exactly flat faces; None for any other surface."""
+    # Closed and oriented: every directed edge occurs once, and once in the other direction.
     edges = Counter((face[k - 1], face[k]) for face in faces for k in range(len(face)))
     if len(faces) < 4 or any(count != 1 or edges[b, a] != 1 for (a, b), count in edges.items()):
         return None
@@ -124,7 +151,8 @@ def convex_planes(corners: Sequence[Point], faces: Sequence[Sequence[int]]) -> l
 
 
 def polyhedron_factory(planes: Sequence[FacePlane]) -> SolidFactory:
-    """What is inside all of some planes."""
+    """Return the factory of the polyhedron inside all planes."""
+    # The shift of a plane is computed from the rounded normal, which the solid has, so that only the sum is rounded.
     normals = tuple((float(a), float(b), float(c)) for (a, b, c), _ in planes)
     exact = [(Fraction(a), Fraction(b), Fraction(c)) for a, b, c in normals]
     return partial(_polyhedron, normals, [(normal, offset) for normal, (_, offset) in zip(exact, planes, strict=True)])
@@ -135,30 +163,30 @@ def _polyhedron(normals: tuple[tuple[float, float, float], ...], planes: Sequenc
 
 
 HEXAHEDRON_FACES = ((3, 2, 1, 0), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7))
-"""Of eight corners, four around the bottom and four around the top."""
+"""Corner indices of the faces of a hexahedron: corners 0 to 3 go around the bottom, 4 to 7 around the top."""
 
 
-# GDML's solids whose sides are twisted, where these are quadrics: ruled by lines between two planes across z.
+# Solids with ruled sides, which are quadrics: at each z the side is a straight line between two points.
 #
-# A side through the lines from a(z) to b(z), whose ends go evenly with z, is where (b - a) × ((x, y) - a) = 0: at
-# each z
-# a straight line, and of degree two in x, y and z together, a hyperbolic paraboloid. The sides of a twisted tube are
-# the
-# same about the axis, y = k x z; its walls are the hyperboloids that lines at both ends sweep. G4TwistedBox,
-# G4TwistedTrd
-# and G4TwistedTrap turn evenly in angle, so theirs are not: x sin(c z) = y cos(c z) has no such form.
+# If the points a(z) and b(z) are linear in z, the side is (b - a) × ((x, y) - a) = 0. This is a straight line at each z
+# and of degree two in x, y and z together: a hyperbolic paraboloid. The sides of a twisted tube are the same about the
+# axis, y = k x z; its walls are the hyperboloids that lines between both ends sweep. G4TwistedBox, G4TwistedTrd and
+# G4TwistedTrap turn evenly in angle: their sides x sin(c z) = y cos(c z) are no quadrics, so these are not supported.
 
 PlanePoint = tuple[Fraction, Fraction]
+"""(x, y)."""
 QuadricTerms = dict[str, Fraction]
-"""Of a quadric, <= 0 inside."""
+"""Coefficients of a quadric by monomial, <= 0 inside."""
 _ZERO, _ONE = Fraction(0), Fraction(1)
 
 
 def twisted_tubs(values: GdmlValues) -> SolidFactory:
-    """twistedangle, endinnerrad and endouterrad at z = ± zlen / 2, phi; or mid radii, negativeEndz and positiveEndz.
+    """<twistedtubs>: a tube whose sides are twisted by `twistedangle` from end to end.
 
-    r² from inner² to outer² times 1 + k² z², of radii at z = 0, and angles within ± phi / 2 of atan(k z), where
-    k = tan(twistedangle / 2) / the height of the farther end (G4TwistedTubs::SetFields, G4TwistTubsSide::SurfacePoint).
+    Radii are `endinnerrad` and `endouterrad` at z = ±zlen / 2, or `midinnerrad` and `midouterrad` at z = 0 with ends
+    at `negativeEndz` and `positiveEndz`. With the radii at z = 0, the solid is inner² (1 + k² z²) <= r² <=
+    outer² (1 + k² z²) and azimuths within ±phi / 2 of atan(k z), where k = tan(twistedangle / 2) / |z of the farther
+    end|. Source: G4TwistedTubs::SetFields, G4TwistTubsSide::SurfacePoint.
     """
     half = values.length("zlen", 0) / 2
     s, c = (Fraction(part) for part in sin_cos_degrees(float(values.angle("twistedangle") / 2)))
@@ -185,7 +213,10 @@ def _build_twisted_tube(
     squares: PlanePoint, bend: Fraction, ends: tuple[Fraction, Fraction, Fraction, Fraction], sides: list[QuadricTerms],
     narrow: bool, shift: Point,
 ) -> Solid:  # fmt: skip
-    """Between two radii, given by their squares, of a slab and within both of its sides; within one if it is wide."""
+    """Return the part of a slab between two hyperboloids (`squares` of their waists) and between two sides.
+
+    A tube of more than 180 degrees (not `narrow`) is the union of the half spaces of its sides, not the intersection.
+    """
     parts: list[Solid] = [slab(*ends, shift), quadric_about_z(squares[1], _ZERO, squares[1] * bend, shift)]
     walls = [_build_quadric(side, shift) for side in sides]
     parts += walls if narrow or not walls else [Union(tuple(walls))]
@@ -194,7 +225,7 @@ def _build_twisted_tube(
 
 
 def _segment_angle(values: GdmlValues) -> Fraction:
-    """The angle of a segment in degrees."""
+    """Return the angle of a segment in degrees: totphi / nseg, or phi."""
     count = values.integer("nseg", 0)
     width = values.angle("totphi") / count if count else values.angle("phi", 360)
     if width <= 0:
@@ -203,22 +234,36 @@ def _segment_angle(values: GdmlValues) -> Fraction:
 
 
 def _twisted_side(twist: Fraction, degrees: float, sense: int) -> QuadricTerms:
-    """sense (y - twist x z) <= 0 in axes that are turned."""
+    """Return the terms of sense (y - twist x z) <= 0, rotated about z by `degrees`."""
     s, c = (Fraction(part) for part in sin_cos_degrees(degrees))
     return {"x": -sense * s, "y": sense * c, "xz": -sense * twist * c, "yz": -sense * twist * s}
 
 
 def ruled_solid(low: Sequence[PlanePoint], high: Sequence[PlanePoint], half: Fraction) -> SolidFactory:
-    """Between as many corners at -half and at half, all sections convex; sides that are not flat are quadrics.
+    """Return the factory of the solid between polygons at z = -half and z = half, joined by straight lines.
 
-    Raises LeftOut where a section between the ends is not convex.
+    Parameters
+    ----------
+    low, high
+        Corners (x, y) in mm at the lower and the upper end, as many at both. Sides that are not flat become quadrics.
+    half
+        Half the length in mm.
+
+    Raises
+    ------
+    ValueError
+        The solid has no volume.
+    GdmlUnsupported
+        A section between the ends is not convex.
+
     """
     count = len(low)
     middle = [((a[0] + b[0]) / 2, (a[1] + b[1]) / 2) for a, b in zip(low, high, strict=True)]
+    # Counter-clockwise, so that the solid lies to the left of each side.
     if sum((_cross_2d(a, b) for a, b in zip(middle, [*middle[1:], middle[0]], strict=True)), _ZERO) < 0:
         low, high = low[::-1], high[::-1]
-    kept = [k for k in range(count) if (low[k], high[k]) != (low[(k + 1) % count], high[(k + 1) % count])]
-    edges = [_RuledSide(low[k], high[k], low[(k + 1) % count], high[(k + 1) % count]) for k in kept]
+    distinct = [k for k in range(count) if (low[k], high[k]) != (low[(k + 1) % count], high[(k + 1) % count])]
+    edges = [_RuledSide(low[k], high[k], low[(k + 1) % count], high[(k + 1) % count]) for k in distinct]
     if len(edges) < 3:
         raise ValueError("it must enclose a volume")
     for first, second in zip(edges, [*edges[1:], edges[0]], strict=True):
@@ -235,29 +280,33 @@ def _build_ruled_solid(flat: SolidFactory, curved: list[QuadricTerms], shift: Po
 
 
 def _bounding_planes(corners: Sequence[PlanePoint]) -> list[FacePlane]:
-    """Planes a little beyond all corners, as twisted sides alone do not say how far a body reaches."""
-    found: list[FacePlane] = []
+    """Return planes in x and y a little beyond all corners: ruled sides alone do not bound a body."""
+    planes: list[FacePlane] = []
     for axis in (0, 1):
         least, most = min(corner[axis] for corner in corners), max(corner[axis] for corner in corners)
         beyond = (most - least) / 1024
         across = (_ONE, _ZERO, _ZERO) if axis == 0 else (_ZERO, _ONE, _ZERO)
-        found += [(across, most + beyond), ((-across[0], -across[1], _ZERO), beyond - least)]
-    return found
+        planes += [(across, most + beyond), ((-across[0], -across[1], _ZERO), beyond - least)]
+    return planes
 
 
 class _RuledSide:
-    """A side between the ends: from a to b below, from c to d above, all else to its left."""
+    """A ruled side from a to b at the lower end and from c to d at the upper end; the solid lies to its left.
+
+    With u = z / half, the side goes from begin + u drift in the direction along + u turning.
+    """
 
     def __init__(self, a: PlanePoint, c: PlanePoint, b: PlanePoint, d: PlanePoint) -> None:
         self.begin = (a[0] + c[0]) / 2, (a[1] + c[1]) / 2
         self.drift = (c[0] - a[0]) / 2, (c[1] - a[1]) / 2
-        end, its = ((b[0] + d[0]) / 2, (b[1] + d[1]) / 2), ((d[0] - b[0]) / 2, (d[1] - b[1]) / 2)
+        end, end_drift = ((b[0] + d[0]) / 2, (b[1] + d[1]) / 2), ((d[0] - b[0]) / 2, (d[1] - b[1]) / 2)
         self.along = end[0] - self.begin[0], end[1] - self.begin[1]
-        self.turning = its[0] - self.drift[0], its[1] - self.drift[1]
+        self.turning = end_drift[0] - self.drift[0], end_drift[1] - self.drift[1]
         self.low, self.high = (a, b), (c, d)
 
     def turns_left(self, following: _RuledSide) -> bool:
-        """Does the outline bend to the left after this side, or go straight on, at every height?"""
+        """Return True if the outline bends to the left after this side, or goes straight on, at every height."""
+        # The cross product of both directions is a u² + b u + c: its least value for u in [-1, 1] must be >= 0.
         a = _cross_2d(self.turning, following.turning)
         b = _cross_2d(self.along, following.turning) + _cross_2d(self.turning, following.along)
         c = _cross_2d(self.along, following.along)
@@ -267,7 +316,7 @@ class _RuledSide:
         return least >= 0
 
     def plane(self, half: Fraction) -> FacePlane | None:
-        """The plane of all four corners; None where there is none."""
+        """Return the plane through all four corners; None if the side is twisted."""
         below, above = ((q[0] - p[0], q[1] - p[1]) for p, q in (self.low, self.high))
         if _cross_2d(below, above):
             return None
@@ -280,16 +329,16 @@ class _RuledSide:
         return (n[0] / size, n[1] / size, -slope), (offsets[0] + offsets[1]) / 2 / size
 
     def terms(self, half: Fraction) -> QuadricTerms:
-        """-(b - a) × ((x, y) - a), a and b going evenly with z, divided by its largest number."""
+        """Return -(b - a) × ((x, y) - a) with a and b linear in z, divided by its largest coefficient."""
         (ax, ay), (mx, my), (px, py), (qx, qy) = self.along, self.turning, self.begin, self.drift
-        found = {
+        terms = {
             "x": ay, "y": -ax, "xz": my / half, "yz": -mx / half,
             "constant": ax * py - ay * px,
             "z": (ax * qy + mx * py - ay * qx - my * px) / half,
             "zz": (mx * qy - my * qx) / half**2,
         }  # fmt: skip
-        size = max(map(abs, found.values()))
-        return {name: value / size for name, value in found.items()}
+        size = max(map(abs, terms.values()))
+        return {name: value / size for name, value in terms.items()}
 
 
 def _cross_2d(a: PlanePoint, b: PlanePoint) -> Fraction:
@@ -297,16 +346,16 @@ def _cross_2d(a: PlanePoint, b: PlanePoint) -> Fraction:
 
 
 def _build_quadric(terms: QuadricTerms, shift: Point) -> Solid:
-    made = Quadric(coefficients={name: float(value) for name, value in terms.items() if value})
+    solid = Quadric(coefficients={name: float(value) for name, value in terms.items() if value})
     x, y, z = map(float, shift)
-    return made.translate((x, y, z)) if any((x, y, z)) else made
+    return solid.translate((x, y, z)) if any((x, y, z)) else solid
 
 
-# GDML's solids of flat faces, but for those of outlines and sections.
+# Readers of solids with flat faces; polyhedra.py has those of outlines and sections.
 
 
 def box(values: GdmlValues) -> SolidFactory:
-    """x, y, z in all."""
+    """<box>: full lengths x, y, z."""
     x, y, z = (values.positive(name) / 2 for name in "xyz")
     low, high = (-x, -y, -z), (x, y, z)
     return partial(_box, low, high)
@@ -317,7 +366,7 @@ def _box(low: Point, high: Point, shift: Point) -> Box:
 
 
 def exact_tangent(degrees: Fraction) -> Fraction:
-    """Exact of 0 and 45 degrees. Raises ValueError at 90."""
+    """Return the tangent of an angle, exact at 0 and 45 degrees. Raise ValueError at 90 degrees."""
     s, c = sin_cos_degrees(float(degrees))
     if abs(c) < 1e-12:
         raise ValueError("an angle must not be 90 degrees")
@@ -325,7 +374,7 @@ def exact_tangent(degrees: Fraction) -> Fraction:
 
 
 def trd(values: GdmlValues) -> SolidFactory:
-    """x1, y1 at the lower end, x2, y2 at the upper, z, all in all."""
+    """<trd>: full lengths x1, y1 at the lower end, x2, y2 at the upper end, and z."""
     half = values.positive("z") / 2
     x1, x2, y1, y2 = (values.radius(name) / 2 for name in ("x1", "x2", "y1", "y2"))
     return convex_solid(_frustum((x1, x1, y1), (x2, x2, y2), half), HEXAHEDRON_FACES)
@@ -338,22 +387,23 @@ def _frustum(
     slants: tuple[Fraction, Fraction] = (Fraction(0), Fraction(0)),
     lean: tuple[Fraction, Fraction] = (Fraction(0), Fraction(0)),
 ) -> list[Point]:
-    """Eight corners of two trapezoids across z: half-widths at -y and at y, and half the height in y of each.
+    """Return the eight corners of a solid between two trapezoids at z = -half and z = half.
 
-    slants: how x grows with y in each; lean: how x and y grow with z.
+    `low` and `high` hold half widths at -y and at y, and half the height in y; `slants` is dx/dy of the middle line in
+    each trapezoid; `lean` is dx/dz and dy/dz of the axis.
     """
-    found: list[Point] = []
+    corners: list[Point] = []
     for (below, above, y), z, slant in ((low, -half, slants[0]), (high, half, slants[1])):
         a, b = lean[0] * z, lean[1] * z
-        found += [
+        corners += [
             (a - slant * y - below, b - y, z), (a - slant * y + below, b - y, z),
             (a + slant * y + above, b + y, z), (a + slant * y - above, b + y, z),
         ]  # fmt: skip
-    return found
+    return corners
 
 
 def trap(values: GdmlValues) -> SolidFactory:
-    """The general trapezoid of Geant4: z, theta, phi, y1, x1, x2, alpha1, y2, x3, x4, alpha2, lengths in all."""
+    """<trap>: Geant4's general trapezoid; full lengths z, y1, x1, x2, y2, x3, x4 and theta, phi, alpha1, alpha2."""
     half = values.positive("z") / 2
     y1, x1, x2, y2, x3, x4 = (values.radius(name) / 2 for name in ("y1", "x1", "x2", "y2", "x3", "x4"))
     slants = exact_tangent(values.angle("alpha1", 0)), exact_tangent(values.angle("alpha2", 0))
@@ -361,7 +411,7 @@ def trap(values: GdmlValues) -> SolidFactory:
 
 
 def _hexahedron(corners: list[Point], half: Fraction) -> SolidFactory:
-    """Between four corners at -half and four at half; sides that are not flat are quadrics."""
+    """Return the solid between four corners at -half and four at half; sides that are not flat become quadrics."""
     try:
         return convex_solid(corners, HEXAHEDRON_FACES)
     except NonPlanarFace:
@@ -370,21 +420,21 @@ def _hexahedron(corners: list[Point], half: Fraction) -> SolidFactory:
 
 
 def read_lean(values: GdmlValues) -> tuple[Fraction, Fraction]:
-    """How x and y grow with z, by theta and phi."""
+    """Return dx/dz and dy/dz of the axis, from the attributes theta and phi."""
     slope = exact_tangent(values.angle("theta", 0))
     s, c = sin_cos_degrees(float(values.angle("phi", 0)))
     return slope * Fraction(c), slope * Fraction(s)
 
 
 def para(values: GdmlValues) -> SolidFactory:
-    """A parallelepiped: x, y, z in all, alpha, theta, phi."""
+    """<para>: a parallelepiped of full lengths x, y, z and alpha, theta, phi."""
     x, y, half = (values.positive(name) / 2 for name in "xyz")
     slant = exact_tangent(values.angle("alpha", 0))
     return convex_solid(_frustum((x, x, y), (x, x, y), half, (slant, slant), read_lean(values)), HEXAHEDRON_FACES)
 
 
 def tet(values: GdmlValues) -> SolidFactory:
-    """Four corners, named positions."""
+    """<tet>: four corners vertex1 to vertex4, which name defined positions."""
     corners = [_position(values, values.element, f"vertex{k}") for k in range(1, 5)]
     a, b, c = (subtract(corner, corners[0]) for corner in corners[1:])
     if not dot(cross(a, b), c):
@@ -395,12 +445,12 @@ def tet(values: GdmlValues) -> SolidFactory:
 def _position(values: GdmlValues, element: XmlElement, attribute: str) -> Point:
     reading = values.reading
     table = reading.vectors.setdefault("position", {})
-    found: Point = look_up(reading, table, read_reference(reading, element, attribute), element, "position")
-    return found
+    position: Point = look_up(reading, table, read_reference(reading, element, attribute), element, "position")
+    return position
 
 
 def arb8(values: GdmlValues) -> SolidFactory:
-    """v1x, v1y to v8x, v8y: four corners at -dz, four at dz."""
+    """<arb8>: v1x, v1y to v8x, v8y, four corners at -dz and four at dz."""
     half = values.positive("dz")
     corners: list[Point] = []
     for k in range(8):
@@ -409,7 +459,7 @@ def arb8(values: GdmlValues) -> SolidFactory:
 
 
 def tessellated(values: GdmlValues) -> SolidFactory:
-    """Triangles and quadrangles that close."""
+    """<tessellated>: a closed surface of triangular and quadrangular facets."""
     places: dict[Point, int] = {}
     faces = []
     for element in values.element.children:
@@ -417,22 +467,23 @@ def tessellated(values: GdmlValues) -> SolidFactory:
         if count is None:
             continue
         corners = [_position(values, element, f"vertex{k}") for k in range(1, count + 1)]
-        if element.attributes.get("type", "ABSOLUTE") == "RELATIVE":
+        if element.attributes.get("type", "ABSOLUTE") == "RELATIVE":  # the other corners count from the first
             x, y, z = corners[0]
             corners[1:] = [(a + x, b + y, c + z) for a, b, c in corners[1:]]
         face = tuple(dict.fromkeys(places.setdefault(corner, len(places)) for corner in corners))
         if len(face) > 2:
             faces.append(face)
-    convex_ones = _is_convex_mesh(list(places), faces)
-    planes = convex_planes(list(places), faces) if convex_ones else None
+    # The quick test in floating point saves the exact one for most concave solids.
+    is_convex = _is_convex_mesh(list(places), faces)
+    planes = convex_planes(list(places), faces) if is_convex else None
     if planes is not None:
         return polyhedron_factory(planes)
-    values.reading.spend(len(faces), convex_ones)
+    values.reading.spend(len(faces), is_convex)
     return closed_mesh(list(places), faces)
 
 
 def _is_convex_mesh(vertices: list[Point], faces: list[tuple[int, ...]]) -> bool:
-    """Are all corners on one side of each face, about?"""
+    """Return True if all corners lie on one side of each face, up to rounding; False for too many faces."""
     if len(faces) > MAX_CONVEX_FACES or not faces:
         return False
     points = np.array([tuple(map(float, vertex)) for vertex in vertices])
@@ -447,7 +498,10 @@ def _is_convex_mesh(vertices: list[Point], faces: list[tuple[int, ...]]) -> bool
 
 
 def closed_mesh(vertices: list[Point], faces: list[tuple[int, ...]]) -> SolidFactory:
-    """A closed surface, its faces all in one sense. LeftOut where it is none."""
+    """Return the factory of a closed surface whose faces have one sense; the sense is reversed if it is inward.
+
+    The factory raises GdmlUnsupported if the surface is not closed.
+    """
     volume = Fraction(0)
     for face in faces:
         for k in range(2, len(face)):

@@ -1,4 +1,12 @@
-"""Volumes at their places: worked out once for each way in which they stand, and then moved."""
+"""Import of GDML files: placed volumes become bodies.
+
+`read_gdml` reads a file and its modules into a `GdmlGeometry`; `GdmlExpansion` expands the world into bodies: each
+volume at each of its places, less the volumes placed in it; `import_file` does both by the options of all imports.
+
+A volume is expanded once for each of its orientations, about its own origin, into a block. Wherever the volume stands
+in that orientation, the block is translated. Translations are fractions, so that every body has the numbers that it
+would have if it were built at its place.
+"""
 
 from __future__ import annotations
 
@@ -11,16 +19,16 @@ from itertools import pairwise
 from typing import Any
 
 from ..._util.file_errors import MAX_PROBLEMS, Problem, SceneFileError
-from ...geometry.csg import Difference, Intersection, Union
+from ..._util.text import format_count
 from ...geometry.instances import Shift
 from ...geometry.polyhedron import Polyhedron
 from ...geometry.primitives import Box, Sphere
 from ...geometry.quadrics import Ellipsoid
 from ...geometry.revolution import Revolution
-from ...geometry.shape import Solid
+from ...geometry.shape import Difference, Intersection, Solid, Union
 from ...geometry.transform import IDENTITY_MOTION, Motion
 from ...materials.material import Material
-from ..importers import BodyLimits, ImportOptions, ImportResult, LegendEntry, format_count, limit_notes, select_bodies
+from ..importers import BodyLimits, ImportOptions, ImportResult, LegendEntry, limit_notes, select_bodies
 from ..openmc.placement import (
     NO_TURN,
     ORIGIN,
@@ -44,9 +52,10 @@ from .values import GdmlError, GdmlReader, GdmlUnsupported, local_tag, look_up, 
 
 @dataclass(frozen=True)
 class GdmlPlacement:
-    """Where something stands within a block: turned and shifted, then turned by `outer`, then shifted by `lift`.
+    """A placement within a block: quarter turn and shift, then the motion `outer`, then the shift `lift` (mm).
 
-    Where nothing turns by other angles than quarter turns, `shift` is all of it, and the block may stand anywhere.
+    If all rotations are quarter turns, `outer` is the identity, `shift` is the whole translation, and the block may
+    stand anywhere.
     """
 
     turn: AxisTurn = NO_TURN
@@ -56,22 +65,22 @@ class GdmlPlacement:
 
     @property
     def is_straight(self) -> bool:
-        """Is it only turned by quarter turns and shifted?"""
+        """Return True for quarter turns and shifts only."""
         return self.outer is IDENTITY_MOTION or self.outer.is_identity
 
     @property
     def may_stand_anywhere(self) -> bool:
-        """Is it turned about its own origin, so that only a shift in the world says where it is?"""
+        """Return True if the rotation is about the own origin, so that a shift in the world moves it exactly."""
         return self.is_straight or not any(self.shift)
 
     def about_itself(self) -> tuple[GdmlPlacement, Point]:
-        """The place about its own origin, and where that is."""
+        """Return the placement about its own origin, and the position of that origin."""
         if self.is_straight:
             return GdmlPlacement(self.turn), self.shift
         return GdmlPlacement(self.turn, ORIGIN, self.outer), self.lift
 
     def lifted(self, by: Point) -> GdmlPlacement:
-        """The whole moved."""
+        """Return the placement translated."""
         if not any(by):
             return self
         if self.is_straight:
@@ -79,18 +88,22 @@ class GdmlPlacement:
         return GdmlPlacement(self.turn, self.shift, self.outer, add_points(self.lift, by))
 
     def inner(self, shift: Point, rotation: CellRotation) -> GdmlPlacement:
-        """The place of what is rotated and then shifted within this."""
+        """Return the placement of a daughter that is rotated and then shifted within this placement.
+
+        Raise ValueError or OverflowError if its numbers make no motion.
+        """
         before = UniversePlacement(self.turn, self.shift)
+        # Quarter turns and shifts stay exact before `outer`; any other rotation begins a new outer motion.
         if rotation.motion.is_identity:
-            there = before.inner(shift, rotation)
-            return GdmlPlacement(there.turn, there.shift, self.outer, self.lift)
+            daughter = before.inner(shift, rotation)
+            return GdmlPlacement(daughter.turn, daughter.shift, self.outer, self.lift)
         if self.is_straight:
             return GdmlPlacement(outer=turn_motion(rotation.motion, self.turn), lift=before.point(shift))
         whole = before.inner(shift, rotation)
         return GdmlPlacement(outer=whole.outer.then(self.outer), lift=self.lift)
 
     def moved(self, by: Shift) -> UniversePlacement:
-        """In the world, the block being moved."""
+        """Return the placement in the world when the block is translated by `by`."""
         if self.is_straight:
             return UniversePlacement(self.turn, add_points(self.shift, by))
         whole = add_points(self.lift, by)
@@ -99,59 +112,68 @@ class GdmlPlacement:
 
 
 PlacedTemplate = tuple[SolidTemplate, GdmlPlacement]
-"""A solid at a place of a block."""
+"""A solid and its placement in a block."""
 
 
 @dataclass(eq=False)
 class VolumePiece(BlockPiece):
-    """A volume's solid, and what is placed in it."""
+    """A volume's solid, and the solids placed in it, which it loses."""
 
     volume: LogicalVolume
     own: PlacedTemplate
     displaced: tuple[PlacedTemplate, ...]
 
     def made(self, shift: Shift) -> Solid:
-        """The solid less what is placed in it, the block being moved. Raises LeftOut, ValueError, OverflowError."""
+        """Build the solid less the solids placed in it, with the block translated by `shift`.
+
+        Raise GdmlUnsupported, ValueError or OverflowError if the numbers make no solid there.
+        """
         own, *others = (template.at(place.moved(shift)) for template, place in (self.own, *self.displaced))
         return Difference((own, *others)) if others else own
 
 
 class VolumeBlock(UniverseBlock[VolumePiece]):
-    """Volumes are called by the way to them."""
+    """A block of volumes, which are named by their paths."""
 
     @staticmethod
     def called(title: str, path: PlacePath) -> str:
-        """world/calorimeter[3]/layer"""
+        """Return the name of a volume, such as world/calorimeter[3]/layer."""
         return "/".join((*path, title) if title else path)
 
     @staticmethod
     def may_lead(path: PlacePath, name: str) -> bool:
-        """Is the way the beginning of the name?"""
-        way = "/".join(path)
-        return name.startswith(way) and name[len(way) : len(way) + 1] in ("", "/")
+        """Return True if the name begins with the path."""
+        start = "/".join(path)
+        return name.startswith(start) and name[len(start) : len(start) + 1] in ("", "/")
 
 
 class VolumeBodies(BlockBodies[VolumePiece]):
     """The bodies of a GDML file."""
 
     def made(self, kind: int, shift: Shift) -> Solid:
-        """A volume less what is placed in it, moved by a shift. Raises ValueError where it cannot be made there."""
+        """Build a volume less its daughters, translated by a shift. Raise ValueError if it cannot be built there."""
         try:
             return self._pieces[kind].made(shift)
         except GdmlUnsupported as left:
             raise ValueError(str(left)) from None
 
     def is_rigid(self, kind: int) -> bool:
-        """Are its parts of kinds that rounding cannot change, and none of them so thin that it may close?"""
+        """Return True if rounding cannot change the structure of the piece at any of its places.
+
+        All parts must be of kinds whose structure is the same everywhere, and none so thin that rounding may close it.
+        """
         piece = self._pieces[kind]
         straight = all(place.is_straight for _, place in (piece.own, *piece.displaced))
         return straight and is_rigid(self.shape(int(self.members[kind][0])), self.farthest)
 
 
 def is_rigid(solid: Solid, far: Fraction) -> bool:
-    """Has a solid the same structure wherever it is made within some distance, however its numbers are rounded?"""
+    """Return True if a solid has the same structure wherever it is built within the distance `far`, despite rounding.
+
+    Each primitive must be thicker along the axes than `RIGID_TOLERANCE` times its largest coordinate.
+    """
     pending = [solid]
-    while pending:
+    while pending:  # a loop in place of a recursion, as Booleans may be deep
         each = pending.pop()
         if isinstance(each, Union | Difference | Intersection):
             pending.extend(each.operands)
@@ -163,7 +185,7 @@ def is_rigid(solid: Solid, far: Fraction) -> bool:
 
 
 def _rounding_margin(solid: Solid) -> tuple[Fraction, Fraction] | None:
-    """(the least thickness along an axis that rounding must leave, how far it reaches); None for other kinds."""
+    """Return (least thickness that rounding must not close, largest coordinate); None for other kinds of solids."""
     if isinstance(solid, Box):
         ends = list(zip(map(Fraction, solid.low), map(Fraction, solid.high), strict=True))
         return min(b - a for a, b in ends), max(max(abs(a), abs(b)) for a, b in ends)
@@ -180,28 +202,29 @@ def _rounding_margin(solid: Solid) -> tuple[Fraction, Fraction] | None:
 
 
 def _plane_margin(solid: Polyhedron) -> tuple[Fraction, Fraction]:
-    """Between parallel planes, the normals being as they are wherever it stands."""
+    """Return the least distance between parallel planes and the largest offset; normals are the same everywhere."""
     planes: dict[tuple[Fraction, ...], set[Fraction]] = {}
     for normal, offset in zip(solid.normals, solid.offsets, strict=True):
         size = max(abs(Fraction(c)) for c in normal)
         unit = tuple(Fraction(c) / size for c in normal)
-        sign = 1 if unit > ORIGIN else -1
+        sign = 1 if unit > ORIGIN else -1  # opposite normals are parallel planes too
         planes.setdefault(tuple(sign * c for c in unit), set()).add(sign * Fraction(offset) / size)
     gaps = [b - a for offsets in planes.values() for a, b in pairwise(sorted(offsets))]
     reach = max(abs(offset) for offsets in planes.values() for offset in offsets)
     return min(gaps, default=reach or Fraction(1)), reach
 
 
-# A GDML file, read: the volume that is the world, and what there is to say.
+# Reading of a file and its modules
 
 MAX_FILES = 200
 MAX_FILE_DEPTH = 8
+"""Most module files of one import, and most levels of modules within modules."""
 _SECTIONS = ("define", "materials", "solids", "structure", "setup", "userinfo", "display", "parallel_world")
 
 
 @dataclass(eq=False)
 class GdmlGeometry:
-    """A file and the modules that it refers to."""
+    """A file that was read, its world volume, and the readers of the modules that it refers to."""
 
     path: str
     reading: GdmlReader
@@ -211,13 +234,13 @@ class GdmlGeometry:
 
     @property
     def readings(self) -> list[GdmlReader]:
-        """Of the file and of all modules."""
+        """The readers of the file and of all modules."""
         return [self.reading, *self.modules]
 
 
 @dataclass
 class _ModuleFiles:
-    """The files that are read."""
+    """Files read so far: `folder` by path, and `open` the paths that are being read, outermost first."""
 
     entities: bool
     folder: dict[str, GdmlGeometry] = field(default_factory=dict)
@@ -225,9 +248,20 @@ class _ModuleFiles:
 
 
 def read_gdml(path: str | os.PathLike[str], entities: bool = False) -> GdmlGeometry:
-    """All of a file. Raises SceneFileError with all mistakes in it, or in the first module that has some.
+    """Read a GDML file and the modules that it refers to.
 
-    entities: are files of its folder read that it takes in by entities?
+    Parameters
+    ----------
+    path
+        The file.
+    entities
+        Whether to read files of the same folder that the file includes by entities.
+
+    Raises
+    ------
+    SceneFileError
+        The file or one of its modules has errors; all errors of the first such file are listed.
+
     """
     return _read_file(os.fspath(path), _ModuleFiles(entities), None)
 
@@ -236,6 +270,7 @@ _HINT = ", such as files that are parts of it: entities=True (--entities) reads 
 
 
 def _read_file(path: str, files: _ModuleFiles, first: GdmlReader | None) -> GdmlGeometry:
+    """Read one file; `first` is the reader of the file that refers to it, whose numbering of materials it continues."""
     parts = (lambda name: resolve_module_file(path, name.removeprefix("./"))) if files.entities else None
     root = read_xml(path, doctype=True, parts=parts, hint="" if files.entities else _HINT)
     reading = GdmlReader(path)
@@ -246,14 +281,15 @@ def _read_file(path: str, files: _ModuleFiles, first: GdmlReader | None) -> Gdml
     modules: list[GdmlReader] = []
 
     def module(element: XmlElement) -> LogicalVolume:
-        found = _read_module(reading, element, files)
-        modules.extend(one for one in found.readings if one not in modules)
+        geometry = _read_module(reading, element, files)
+        modules.extend(one for one in geometry.readings if one not in modules)
         name = element.attributes.get("volname")
         if not name:
-            return found.world
-        volume: LogicalVolume = look_up(reading, found.structure.volumes, name, element, "volume in the file")
+            return geometry.world
+        volume: LogicalVolume = look_up(reading, geometry.structure.volumes, name, element, "volume in the file")
         return volume
 
+    # Sections are read in the order of the file: names refer back only.
     structure = StructureReader(reading, solids, {}, materials, module)
     world = None
     for section in root.children:
@@ -279,7 +315,7 @@ def _read_file(path: str, files: _ModuleFiles, first: GdmlReader | None) -> Gdml
 
 
 def _find_world(reading: GdmlReader, root: XmlElement, structure: StructureReader) -> LogicalVolume:
-    """The world of the setup "Default", or else of the first."""
+    """Return the world of the setup "Default", or of the first setup."""
     setups = [child for child in root.children if local_tag(child) == "setup"]
     if not setups:
         raise GdmlError(root, "the file must have a setup element with the world")
@@ -290,13 +326,13 @@ def _find_world(reading: GdmlReader, root: XmlElement, structure: StructureReade
     for child in chosen.children:
         if child.tag == "world":
             name = read_reference(reading, child)
-            found: LogicalVolume = look_up(reading, structure.volumes, name, child, "volume")
-            return found
+            world: LogicalVolume = look_up(reading, structure.volumes, name, child, "volume")
+            return world
     raise GdmlError(chosen, "must have a world element")
 
 
 def _read_module(reading: GdmlReader, element: XmlElement, files: _ModuleFiles) -> GdmlGeometry:
-    """Another file of the folder."""
+    """Return the geometry of a module, another file of the same folder; each file is read once."""
     name = element.attributes.get("name", "")
     try:
         path = resolve_module_file(reading.path, name)
@@ -317,24 +353,24 @@ def _read_module(reading: GdmlReader, element: XmlElement, files: _ModuleFiles) 
 
 
 def collect_remarks(geometry: GdmlGeometry) -> Iterator[list[str]]:
-    """Remarks, by kind."""
+    """Yield the remarks of all files, grouped by kind."""
     for reading in geometry.readings:
         yield from reading.remarks.values()
 
 
-# The bodies of a GDML geometry: each volume at each of its places, less what is placed in it.
+# Expansion into bodies
 
 MAX_VOLUME_DEPTH = 100
-"""Levels of volumes in volumes."""
+"""Most levels of volumes within volumes."""
 PARTS_FOR_A_BODY = 4
-"""Primitives for each body that is allowed."""
+"""Most primitives, for each body that the limit allows."""
 
 NO_MATERIAL = Material((0.0, 0.0, 0.0), ambient=0.0, diffuse=0.0, transparency=1.0, name="no material")
 
 
 @dataclass(frozen=True)
 class ExpandedVolume:
-    """What a volume has become: what it displaces, how many volumes in it others fill, and its block."""
+    """An expanded volume: the solids that it displaces, its count of filled volumes, and its block, if it has one."""
 
     solids: tuple[PlacedTemplate, ...] = ()
     filled: int = 0
@@ -343,10 +379,10 @@ class ExpandedVolume:
 
 @dataclass
 class GdmlExpansion:
-    """Makes the bodies of a geometry. `levels`: how many of nested volumes are opened.
+    """Expands a geometry into bodies. `levels` is the number of levels of nested volumes that are opened.
 
-    A volume is worked out once, about its own origin, for each way in which it is turned; where it stands, that block
-    is moved. Within what is turned by other angles than quarter turns every place is worked out.
+    A volume is expanded once for each orientation, about its own origin, and this block is translated to its places.
+    Within a volume that is rotated by angles other than quarter turns, every place is expanded on its own.
     """
 
     geometry: GdmlGeometry
@@ -363,10 +399,10 @@ class GdmlExpansion:
     labels: dict[int, list[str]] = field(default_factory=dict)
     problems: dict[int, Problem] = field(default_factory=dict)
     most: int = 0
-    alone: int = 0  # bodies that are no others moved
+    alone: int = 0  # bodies that are no translated copies
 
     def run(self) -> None:
-        """All of it. Raises SceneFileError for mistakes, and for too many bodies before any is made."""
+        """Expand the world into `bodies`. Raise SceneFileError for errors, and for too many before any is built."""
         world = self.geometry.world
         self.most, parts = self.count(world, self.levels, 0)
         allowed = self.allowed.bodies
@@ -374,6 +410,7 @@ class GdmlExpansion:
             raise self._too_many(
                 format_count(self.most, "body") if self.most > allowed else format_count(parts, "solid"), allowed
             )
+        # The counts above bound the work: only now volumes are expanded.
         self.expand(world, GdmlPlacement(), root_path(world), self.levels, self.whole)
         pieces, flat = flatten_block(self.whole)
         self.bodies = VolumeBodies(self.whole, pieces, flat)
@@ -385,92 +422,98 @@ class GdmlExpansion:
             raise SceneFileError(self.geometry.path, self.problems.values())
 
     def _too_many(self, found: str, allowed: int) -> SceneFileError:
-        """Refuses what expands into more than is allowed."""
-        element, told = (
+        """Return the error for an expansion into more than the limit allows."""
+        element, advice = (
             self.geometry.world.element,
             "raise it where there is memory for them, or open fewer levels (depth)",
         )
-        message = f"expands into {found}; the limit is {allowed:,} (max_bodies): {told}"
+        message = f"expands into {found}; the limit is {allowed:,} (max_bodies): {advice}"
         return SceneFileError(self.geometry.path, [Problem(element.line, element.column, "", message)])
 
     @property
     def materials(self) -> Counter[GdmlMaterial | None]:
-        """How many bodies there are of each material."""
+        """The number of bodies of each material."""
         return self.whole.materials
 
     def count(self, volume: LogicalVolume, levels: int, depth: int) -> tuple[int, int]:
-        """Bodies and primitives of a volume and all in it."""
-        found = self.known.get((id(volume), levels))
-        if found is not None:
-            return found
+        """Return the numbers of bodies and primitives of a volume and all its descendants."""
+        counts = self.known.get((id(volume), levels))
+        if counts is not None:
+            return counts
         if depth > MAX_VOLUME_DEPTH:
             message = f"volumes nest deeper than {MAX_VOLUME_DEPTH} levels"
             raise SceneFileError(self.geometry.path, [Problem(volume.element.line, volume.element.column, "", message)])
         bodies, parts = (0, 0) if volume.template is None else (1, volume.template.parts)
         if levels > 0 or volume.is_open:
-            inner = levels if volume.is_open else levels - 1
+            inner = levels if volume.is_open else levels - 1  # assemblies and containers are no levels
             for daughter in volume.daughters:
-                more, its = self.count(daughter.volume, inner, depth + 1)
-                bodies, parts = bodies + more, parts + its
+                more_bodies, more_parts = self.count(daughter.volume, inner, depth + 1)
+                bodies, parts = bodies + more_bodies, parts + more_parts
         self.known[id(volume), levels] = bodies, parts
         return bodies, parts
 
     def expand(
         self, volume: LogicalVolume, place: GdmlPlacement, path: PlacePath, levels: int, block: VolumeBlock
     ) -> ExpandedVolume:
-        """Put the bodies of a volume, and of all in it, into a block."""
+        """Add the bodies of a volume and of its descendants to a block.
+
+        A volume that its daughters fill is no body; nor is one of gas or without material, unless `void` is set. Both
+        still displace their mother.
+        """
         own = None if volume.template is None else (volume.template, place)
         opened = levels > 0 or volume.is_open
         if own is None:
             displaced = self._daughters(volume, place, path, levels, block) if opened else ExpandedVolume()
             return ExpandedVolume(displaced.solids, displaced.filled)
-        inside = VolumeBlock()
-        found = self._daughters(volume, place, path, levels, inside) if opened else ExpandedVolume()
-        is_filled = volume.is_filled and bool(found.solids)
+        inside = VolumeBlock()  # apart, as the volume's own body comes before those of its daughters
+        content = self._daughters(volume, place, path, levels, inside) if opened else ExpandedVolume()
+        is_filled = volume.is_filled and bool(content.solids)
         if not is_filled and (self.void or not (volume.material is None or volume.material.is_thin)):
             look = self._look(volume.material)
             self.alone += 1
             if self.alone > self.allowed.alone:
-                told = f"at least {format_count(self.alone, 'body')} that are no others moved"
-                raise self._too_many(told, self.allowed.alone)
-            block.add(VolumePiece("", path, look, volume, own, () if is_filled else found.solids), volume.material)
+                count = f"at least {format_count(self.alone, 'body')} that are no others moved"
+                raise self._too_many(count, self.allowed.alone)
+            block.add(VolumePiece("", path, look, volume, own, () if is_filled else content.solids), volume.material)
         block.take(inside)
-        return ExpandedVolume((own,), found.filled + is_filled)
+        return ExpandedVolume((own,), content.filled + is_filled)
 
     def _daughters(
         self, volume: LogicalVolume, place: GdmlPlacement, path: PlacePath, levels: int, block: VolumeBlock
     ) -> ExpandedVolume:
-        """All that is placed in a volume: what it displaces of its surroundings."""
+        """Add the bodies of a volume's daughters to a block; return the solids that the daughters displace."""
         inner = levels if volume.is_open else levels - 1
         solids: list[PlacedTemplate] = []
         filled = 0
         for daughter, label in zip(volume.daughters, self._labels(volume), strict=True):
             try:
-                there = place.inner(daughter.shift, daughter.rotation)
+                daughter_place = place.inner(daughter.shift, daughter.rotation)
             except (ValueError, OverflowError) as error:
                 self._report(volume, "/".join(path), error)
                 continue
-            made = self._shared(daughter.volume, there, (*path, label), inner, block)
-            solids += made.solids
-            filled += made.filled
+            expanded = self._shared(daughter.volume, daughter_place, (*path, label), inner, block)
+            solids += expanded.solids
+            filled += expanded.filled
         return ExpandedVolume(tuple(solids), filled)
 
     def _shared(
         self, volume: LogicalVolume, place: GdmlPlacement, path: PlacePath, levels: int, block: VolumeBlock
     ) -> ExpandedVolume:
-        """A volume as a block of its own, which stands wherever it is turned alike."""
+        """Expand a volume as a block of its own, which all places of the same orientation share."""
         if not place.may_stand_anywhere:
             return self.expand(volume, place, path, levels, block)
         about, shift = place.about_itself()
+        # Equal keys give equal bodies up to the shift. Volumes are compared by identity: each is one object.
         key = id(volume), levels, about.turn, None if about.is_straight else about.outer
-        made = self.blocks.get(key)
-        if made is None:
+        shared = self.blocks.get(key)
+        if shared is None:
             inside = VolumeBlock()
-            made = self.expand(volume, about, (), levels, inside)
-            made = self.blocks[key] = ExpandedVolume(made.solids, made.filled, inside)
-        assert made.block is not None
-        block.place(made.block, shift, path)
-        return ExpandedVolume(tuple((template, inner.lifted(shift)) for template, inner in made.solids), made.filled)
+            shared = self.expand(volume, about, (), levels, inside)
+            shared = self.blocks[key] = ExpandedVolume(shared.solids, shared.filled, inside)
+        assert shared.block is not None
+        block.place(shared.block, shift, path)
+        solids = tuple((template, inner.lifted(shift)) for template, inner in shared.solids)
+        return ExpandedVolume(solids, shared.filled)
 
     def _look(self, material: GdmlMaterial | None) -> Material:
         if material not in self.looks:
@@ -479,35 +522,40 @@ class GdmlExpansion:
         return self.looks[material]
 
     def _check(self, number: int, piece: VolumePiece) -> None:
-        """Make a body, so that what is wrong is told."""
+        """Build a body once, to report errors in its volume."""
         try:
             self.bodies.shape(number)
         except (ValueError, OverflowError) as error:
             self._report(piece.volume, self.bodies.name(number), error)
 
     def _report(self, volume: LogicalVolume, path: str, error: Exception) -> None:
-        told = "a number is too large" if isinstance(error, OverflowError) else str(error)
+        """Record the first error of a volume. Raise SceneFileError once there are `MAX_PROBLEMS`."""
+        message = "a number is too large" if isinstance(error, OverflowError) else str(error)
         element = volume.element
-        self.problems.setdefault(id(volume), Problem(element.line, element.column, path, told))
+        self.problems.setdefault(id(volume), Problem(element.line, element.column, path, message))
         if len(self.problems) >= MAX_PROBLEMS:
             raise SceneFileError(self.geometry.path, self.problems.values())
 
     def _labels(self, volume: LogicalVolume) -> list[str]:
-        """What daughters are called, no two alike: with the copy number where that tells them apart."""
+        """Return the unique labels of a volume's daughters."""
         if id(volume) not in self.labels:
             self.labels[id(volume)] = daughter_labels(volume)
         return self.labels[id(volume)]
 
 
 def daughter_labels(volume: LogicalVolume) -> list[str]:
-    """layer, calorimeter[3]; of those that are still alike, the second gets a #2."""
+    """Return unique labels of a volume's daughters, such as layer and calorimeter[3] (a copy number).
+
+    Labels that are still equal get #2, #3 and so on from the second on.
+    """
     numbered = [
         daughter.label if daughter.copy is None else f"{daughter.label}[{daughter.copy}]"
         for daughter in volume.daughters
     ]
+    # A label with #2 must not collide with a label of the file, so all of these are taken from the start.
     taken: set[str] = set(numbered)
     seen: Counter[str] = Counter()
-    found = []
+    labels = []
     for label in numbered:
         seen[label] += 1
         unique = label
@@ -515,22 +563,38 @@ def daughter_labels(volume: LogicalVolume) -> list[str]:
             while (unique := f"{label}#{seen[label]}") in taken:
                 seen[label] += 1
             taken.add(unique)
-        found.append(unique)
-    return found
+        labels.append(unique)
+    return labels
 
 
 def root_path(world: LogicalVolume) -> PlacePath:
-    """The beginning of every path; nothing for a world that is no body."""
+    """Return the first part of all paths: the name of the world, or nothing if the world is no body."""
     from .values import strip_pointer
 
     return () if world.is_container else (strip_pointer(world.name) or "world",)
 
 
-# A GDML file as bodies, by the options of all imports.
+# Import by the options of all formats
 
 
 def import_file(path: str | os.PathLike[str], options: ImportOptions) -> ImportResult:
-    """Each volume at each of its places is a body, less the volumes in it, named by the path to it."""
+    """Import a GDML file: each volume at each of its places is a body, less the volumes in it, named by its path.
+
+    Parameters
+    ----------
+    path
+        The file.
+    options
+        Options of the import; `void`, `strict`, `only`, `depth` and `entities` apply.
+
+    Raises
+    ------
+    SceneFileError
+        The file has errors or expands into too many bodies.
+    ValueError
+        An option does not apply to GDML, or `only` names no body.
+
+    """
     options.refuse_others("a GDML file", "void", "strict", "only", "depth", "entities")
     geometry = read_gdml(path, options.entities)
     levels = MAX_VOLUME_DEPTH + 1 if options.depth is None else options.depth
@@ -541,8 +605,8 @@ def import_file(path: str | os.PathLike[str], options: ImportOptions) -> ImportR
         expansion.looks[material]: "no material" if material is None else material.title
         for material in expansion.materials
     }
-    found = ImportResult(expansion.bodies, _legend(expansion), facts + remarks, remarks, names)
-    return found if options.only is None else select_bodies(found, options.only)
+    result = ImportResult(expansion.bodies, _legend(expansion), facts + remarks, remarks, names)
+    return result if options.only is None else select_bodies(result, options.only)
 
 
 def _legend(expansion: GdmlExpansion) -> tuple[LegendEntry, ...]:
@@ -570,6 +634,6 @@ def _facts(geometry: GdmlGeometry, expansion: GdmlExpansion) -> Iterator[str]:
 
 
 def _remarks(geometry: GdmlGeometry) -> Iterator[str]:
-    """What is left out or not as it says, the first few of each kind."""
+    """Yield the first few remarks of each kind."""
     for remarks in collect_remarks(geometry):
         yield from limit_notes(remarks)

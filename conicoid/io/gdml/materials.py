@@ -1,4 +1,8 @@
-"""GDML's <materials>: names, densities, what they are made of; and which of them are shown."""
+"""The <materials> section of a GDML file, and the colours of materials.
+
+Materials have a name, a density and a composition. Gases and vacuum are invisible; other materials get the colour that
+a volume hints at, or a palette colour by their number.
+"""
 
 from __future__ import annotations
 
@@ -16,14 +20,14 @@ from ..xml_tree import XmlElement
 from .values import GdmlError, GdmlReader, local_tag, strip_pointer
 
 GAS_DENSITY = 0.01
-"""g/cm3: gases are thinner, as vacuum is; all solids and liquids are denser."""
+"""Density in g/cm3 that gases and vacuum do not reach and that all solids and liquids exceed."""
 _GASES = {"G4_Galactic": 1e-25, "G4_AIR": 0.00120479, "Galactic": 1e-25}
-"""Those of Geant4's own list that stand in many files without a definition."""
+"""Densities in g/cm3 of gases of Geant4's own list, which many files use without a definition."""
 
 
 @dataclass(frozen=True, eq=False)
 class GdmlMaterial:
-    """A material of a file, with its place among them."""
+    """A material of a file; `number` counts them, `is_thin` is True for gases and vacuum, `hint` is a colour."""
 
     number: int
     name: str
@@ -33,17 +37,17 @@ class GdmlMaterial:
 
     @property
     def color(self) -> str | None:
-        """What the file hints at, else by its number; None for gases and vacuum, which are invisible."""
+        """The colour that the file hints at, or a palette colour by number; None for gases and vacuum."""
         return None if self.is_thin else self.hint or palette_color(self.number)
 
     @property
     def title(self) -> str:
-        """A name that none of the same file's has."""
+        """A name that is unique in the file: the same material in another colour has another title."""
         return self.name if self.hint is None else f"{self.name} {self.hint}"
 
     @property
     def look(self) -> Material:
-        """As bodies have it."""
+        """The material of bodies in the scene."""
         if self.is_thin:
             return Material(
                 (0.0, 0.0, 0.0), ambient=0.0, diffuse=0.0, transparency=1.0, name=self.name, properties=self.properties
@@ -55,7 +59,7 @@ MaterialTable = dict[str, GdmlMaterial]
 
 
 def read_materials(reading: GdmlReader, section: XmlElement, materials: MaterialTable) -> None:
-    """All of a section; isotopes and elements are of no use here but in names."""
+    """Read a section into `materials`; errors are reported. Isotopes and elements are not needed and are skipped."""
     for element in reading.each(section.children):
         if local_tag(element) != "material":
             if local_tag(element) not in ("element", "isotope", "property"):
@@ -70,7 +74,10 @@ def read_materials(reading: GdmlReader, section: XmlElement, materials: Material
 
 
 def find_material(reading: GdmlReader, materials: MaterialTable, name: str) -> GdmlMaterial | None:
-    """A material of the file, or one of Geant4's own list that it only names; None for one that there is not."""
+    """Return a material of the file or of Geant4's own list; None for an unknown name.
+
+    A material of Geant4's list that the file uses without defining it is added to `materials`.
+    """
     if name not in materials:
         if not name.startswith("G4_") and name not in _GASES:
             return None
@@ -83,33 +90,33 @@ def find_material(reading: GdmlReader, materials: MaterialTable, name: str) -> G
 def _material(reading: GdmlReader, element: XmlElement, name: str) -> GdmlMaterial:
     if not name:
         raise GdmlError(element, "name must be given")
-    found: dict[str, Any] = {}
+    properties: dict[str, Any] = {}
     shares: dict[str, float] = {}
     for child in element.children:
         if child.tag in ("D", "Dref"):
-            found["density"] = _density(reading, child)
+            properties["density"] = _density(reading, child)
         elif child.tag in ("fraction", "composite") and "ref" in child.attributes:
             part = strip_pointer(child.attributes["ref"])
             shares[part] = shares.get(part, 0.0) + _float(
                 reading.value(child.attributes.get("n", "1"), child, "n"), child
             )
     if shares:
-        found["fractions" if element.all("fraction") else "composite"] = shares
+        properties["fractions" if element.all("fraction") else "composite"] = shares
     for key in ("formula", "state"):
         if element.attributes.get(key):
-            found[key] = element.attributes[key]
+            properties[key] = element.attributes[key]
     if "Z" in element.attributes:
-        found["Z"] = _float(reading.value(element.attributes["Z"], element, "Z"), element)
-    is_gas = found.get("state") == "gas" or found.get("density", 1.0) < GAS_DENSITY
+        properties["Z"] = _float(reading.value(element.attributes["Z"], element, "Z"), element)
+    is_gas = properties.get("state") == "gas" or properties.get("density", 1.0) < GAS_DENSITY
     try:
-        return GdmlMaterial(next(reading.counter), strip_pointer(name), Properties(found), is_gas)
+        return GdmlMaterial(next(reading.counter), strip_pointer(name), Properties(properties), is_gas)
     except (ValueError, TypeError) as error:
         raise GdmlError(element, str(error)) from None
 
 
 def _density(reading: GdmlReader, element: XmlElement) -> float:
-    """In g/cm3."""
-    if element.tag == "Dref":
+    """Return the density of a <D> or <Dref> element in g/cm3."""
+    if element.tag == "Dref":  # quantities hold g/mm3, the unit g/cm3 being 1/1000
         value = reading.value(element.attributes.get("ref", ""), element, "ref") * 1000
     else:
         unit = element.attributes.get("unit") or "g/cm3"
@@ -127,23 +134,24 @@ def _float(value: Fraction, element: XmlElement) -> float:
         raise GdmlError(element, "has a number that is too large") from None
 
 
-# Colours that volumes have as auxiliary information: a custom of several programs, no part of GDML itself.
+# Colours of volumes as auxiliary information: a custom of several programs, no part of GDML itself
 
 _COLOR_NAMES = {
     "white": "#ffffff", "gray": "#808080", "grey": "#808080", "black": "#000000", "brown": "#734000", "red": "#ff0000",
     "green": "#00ff00", "blue": "#0000ff", "cyan": "#00ffff", "magenta": "#ff00ff", "yellow": "#ffff00",
 }  # fmt: skip
-"""Those of Geant4 (G4Colour), with its shares of red, green and blue taken for sRGB."""
+"""Geant4's named colours (G4Colour), with its shares of red, green and blue taken as sRGB."""
 _COLOR_CODE = re.compile(r"#([0-9a-fA-F]{6})([0-9a-fA-F]{2})?")
 _COLOR_CHANNEL = re.compile(r"\d{1,9}(?:\.\d{0,20})?|\.\d{1,20}", re.ASCII)
 
 
 def read_color_hint(reading: GdmlReader, volume: XmlElement) -> str | None:
-    """#rrggbb of the last <auxiliary auxtype="Color">; None without one, or for a value that is not understood.
+    """Return #rrggbb of the last valid <auxiliary auxtype="Color"> of a volume; None if it has none.
 
-    Values are names, #rrggbb or #rrggbbaa, and three or four shares from 0 to 1, with commas and brackets or without.
+    Values are names, #rrggbb or #rrggbbaa, and three or four shares from 0 to 1, with or without commas and brackets.
+    Invalid values and opacities below 1 are remarked.
     """
-    found = None
+    hint = None
     for child in volume.children:
         if local_tag(child) != "auxiliary" or child.attributes.get("auxtype", "").lower() not in ("color", "colour"):
             continue
@@ -153,14 +161,14 @@ def read_color_hint(reading: GdmlReader, volume: XmlElement) -> str | None:
         if color is None:
             reading.remark(child, where, f"has the colour {shorten(text)!r}, which is not understood")
             continue
-        found, opacity = color
+        hint, opacity = color
         if opacity < 1:
             reading.remark(child, where, f"has a colour of opacity {opacity:.3g}, which is not read")
-    return found
+    return hint
 
 
 def _parse_color(text: str) -> tuple[str, float] | None:
-    """Colour and opacity."""
+    """Return colour (#rrggbb) and opacity; None for an invalid text."""
     name = _COLOR_NAMES.get(text.lower())
     if name is not None:
         return name, 1.0

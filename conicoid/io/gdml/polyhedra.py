@@ -1,4 +1,10 @@
-"""GDML's solids of outlines and sections: polyhedra about z, and outlines drawn along z."""
+"""GDML solids of outlines and sections: polycones and polyhedra about z, and extruded outlines.
+
+Polycones revolve an outline of (r, z); polyhedra replace the circle by a polygon of `numsides` sides; <xtru> sweeps an
+outline of (x, y) through sections along z. Each public reader returns a `SolidFactory`, which builds the solid
+translated by a shift. Lengths are in mm, angles in degrees. Wrong attributes raise GdmlError; outlines that no solid
+has raise GdmlUnsupported.
+"""
 
 from __future__ import annotations
 
@@ -7,25 +13,100 @@ from fractions import Fraction
 from functools import partial
 from itertools import pairwise
 
-from ...geometry.csg import Difference, Union
 from ...geometry.mesh import Extrusion
-from ...geometry.shape import Solid
+from ...geometry.shape import Difference, Solid, Union
 from ...numerics.portable_math import sin_cos_degrees
 from ..openmc.placement import Point
 from .flat_solids import FacePlane, closed_mesh, convex_planes, polyhedron_factory
-from .round_solids import read_angles, read_rzpoints, read_zplanes, zplane_ring
+from .round_solids import AngleRange, ProfileCorners, read_angles, revolve_profile
 from .solid_template import SolidFactory
 from .values import GdmlError, GdmlUnsupported, GdmlValues
 
 _ZERO = Fraction(0)
 RadiusLine = tuple[Fraction, Fraction]
-"""(distance at z = 0, its growth with z)."""
+"""A distance from the axis that is linear in z: (distance at z = 0, slope)."""
 SideRing = tuple[Fraction, Fraction, RadiusLine, RadiusLine]
-"""Between two heights, from one edge to another."""
+"""(lower z, upper z, inner edge, outer edge)."""
+ZPlane = tuple[Fraction, Fraction, Fraction]
+"""(z, rmin, rmax)."""
+
+# Polycones
+
+
+def polycone(values: GdmlValues) -> SolidFactory:
+    """<polycone>: a stack of truncated cones between zplane elements with z, rmin, rmax."""
+    planes = read_zplanes(values)
+    angles = read_angles(values)
+    rings = [ring for ring in map(zplane_ring, planes, planes[1:]) if ring]
+    if not rings:
+        raise GdmlError(values.element, "zplane elements must leave a volume")
+    outline = [(outer, z) for z, _, outer in planes] + [(inner, z) for z, inner, _ in reversed(planes)]
+    return partial(_stack, outline, rings, angles)
+
+
+def _stack(outline: ProfileCorners, rings: Sequence[ProfileCorners], angles: AngleRange, shift: Point) -> Solid:
+    """Return the revolved outline; the union of its rings if the outline touches itself."""
+    if len(rings) > 1:
+        try:
+            return revolve_profile(outline, angles, shift)
+        except ValueError:  # the outline touches itself, which no Revolution may
+            return Union(tuple(revolve_profile(ring, angles, shift) for ring in rings))
+    return revolve_profile(rings[0], angles, shift)
+
+
+def read_zplanes(values: GdmlValues) -> list[ZPlane]:
+    """Return (z, rmin, rmax) of the zplane elements, in rising z.
+
+    Raise GdmlError for fewer than two planes or rmin > rmax, and GdmlUnsupported for planes in no order.
+    """
+    planes = []
+    for element in values.element.all("zplane"):
+        part = GdmlValues(values.reading, element, values.element)
+        z, inner, outer = part.length("z"), part.radius("rmin"), part.radius("rmax")
+        if inner > outer:
+            raise GdmlError(element, f"rmin must be <= rmax = {float(outer):g} mm, got {float(inner):g} mm")
+        planes.append((z, inner, outer))
+    heights = [z for z, _, _ in planes]
+    if len(planes) < 2:
+        raise GdmlError(values.element, "must have two or more zplane elements")
+    if heights == sorted(heights, reverse=True):
+        planes.reverse()
+    elif heights != sorted(heights):
+        raise GdmlUnsupported("its zplane elements neither rise nor fall in z")
+    return planes
+
+
+def zplane_ring(low: ZPlane, high: ZPlane) -> list[tuple[Fraction, Fraction]]:
+    """Return the profile (r, z) between two planes; empty if it has no area."""
+    (z0, a, b), (z1, c, d) = low, high
+    return [(a, z0), (b, z0), (d, z1), (c, z1)] if z0 < z1 and a + c < b + d else []
+
+
+def generic_polycone(values: GdmlValues) -> SolidFactory:
+    """<genericPolycone>: a polygon of rzpoint elements with r and z, revolved about z."""
+    return partial(_revolve_outline, read_rzpoints(values), read_angles(values))
+
+
+def _revolve_outline(corners: ProfileCorners, angles: AngleRange, shift: Point) -> Solid:
+    try:
+        return revolve_profile(corners, angles, shift)
+    except ValueError as error:
+        raise GdmlUnsupported(f"its rzpoint elements make no simple outline: {error}") from None
+
+
+def read_rzpoints(values: GdmlValues) -> list[tuple[Fraction, Fraction]]:
+    """Return (r, z) of the rzpoint elements. Raise GdmlError for fewer than three."""
+    parts = [GdmlValues(values.reading, element, values.element) for element in values.element.all("rzpoint")]
+    if len(parts) < 3:
+        raise GdmlError(values.element, "must have three or more rzpoint elements")
+    return [(part.radius("r"), part.length("z")) for part in parts]
+
+
+# Polyhedra
 
 
 def polyhedra(values: GdmlValues) -> SolidFactory:
-    """numsides sides about z; radii are distances to the sides."""
+    """<polyhedra>: `numsides` sides about z; the radii of zplane elements are distances to the sides."""
     planes = read_zplanes(values)
     rings = []
     for (z0, a, b), (z1, c, d) in pairwise(planes):
@@ -35,7 +116,7 @@ def polyhedra(values: GdmlValues) -> SolidFactory:
 
 
 def generic_polyhedra(values: GdmlValues) -> SolidFactory:
-    """numsides sides about z; radii of rzpoint elements are those of corners."""
+    """<genericPolyhedra>: `numsides` sides about z; the radii of rzpoint elements are distances to the corners."""
     s, c = _half_side(values)
     del s
     return _stack_sides(values, _side_rings(read_rzpoints(values)), Fraction(c))
@@ -49,7 +130,7 @@ def _side_count(values: GdmlValues) -> int:
 
 
 def _half_side(values: GdmlValues) -> tuple[float, float]:
-    """Sine and cosine of half the angle of a side."""
+    """Return sine and cosine of half the angle of a side. Raise GdmlError if a side has 180 degrees or more."""
     first, last = read_angles(values)
     width = (last - first) / _side_count(values)
     if width >= 180:
@@ -58,15 +139,16 @@ def _half_side(values: GdmlValues) -> tuple[float, float]:
 
 
 def _radius_line(r0: Fraction, z0: Fraction, r1: Fraction, z1: Fraction) -> RadiusLine:
+    """Return the line through (r0, z0) and (r1, z1)."""
     growth = (r1 - r0) / (z1 - z0)
     return r0 - growth * z0, growth
 
 
 def _side_rings(corners: Sequence[tuple[Fraction, Fraction]]) -> list[SideRing]:
-    """A polygon of (r, z), cut at the heights of its corners."""
+    """Cut a polygon of (r, z) into rings at the heights of its corners. Raise GdmlUnsupported if it has no area."""
     ends = list(zip(corners, [*corners[1:], corners[0]], strict=True))
     heights = sorted({z for _, z in corners})
-    found = []
+    rings = []
     for low, high in pairwise(heights):
         middle = (low + high) / 2
         across = []
@@ -74,22 +156,28 @@ def _side_rings(corners: Sequence[tuple[Fraction, Fraction]]) -> list[SideRing]:
             if min(z0, z1) <= low and high <= max(z0, z1):
                 across.append(_radius_line(r0, z0, r1, z1))
         across.sort(key=lambda edge: edge[0] + edge[1] * middle)
+        # No corner lies between low and high, so the edges do not cross: they enter and leave the polygon in turn.
         for inner, outer in zip(across[::2], across[1::2], strict=True):
             if inner != outer:
-                found.append((low, high, inner, outer))
-    if not found:
+                rings.append((low, high, inner, outer))
+    if not rings:
         raise GdmlUnsupported("its rzpoint elements enclose nothing")
-    return found
+    return rings
 
 
 def _stack_sides(values: GdmlValues, rings: Sequence[SideRing], share: Fraction) -> SolidFactory:
-    """Rings of sides. `share`: of the radii, the distances to the sides."""
+    """Return the factory of rings with flat sides.
+
+    `share` is the distance to a side divided by the radius: 1 for radii of sides, cos(half angle) for radii of corners.
+    A full turn of more than two sides is a convex body less a convex bore for each ring; otherwise every side is a
+    wedge of its own. Raise GdmlUnsupported for more than 20,000 sides.
+    """
     count, (first, last) = _side_count(values), read_angles(values)
     if not rings:
         raise GdmlError(values.element, "must leave a volume")
     if count * len(rings) > 20_000:
         raise GdmlUnsupported("it has more than 20,000 sides")
-    _half_side(values)
+    _half_side(values)  # checks that sides are less than 180 degrees
     whole = (first, last) == (0.0, 360.0)
     begin = float(values.angle("startphi", 0)) if whole else first
     step = (last - first) / count
@@ -102,6 +190,7 @@ def _stack_sides(values: GdmlValues, rings: Sequence[SideRing], share: Fraction)
             body = polyhedron_factory([*ends, *(_side_plane(n, outer, share, 1) for n in normals)])
             bore = None
             if inner[0] + inner[1] * (low + high) / 2 > 0:
+                # The bore reaches beyond the ends of the body, so that no faces coincide.
                 far = (high - low) + abs(low) + abs(high)
                 outside: list[FacePlane] = [((_ZERO, _ZERO, Fraction(-1)), far), ((_ZERO, _ZERO, Fraction(1)), far)]
                 bore = polyhedron_factory([*outside, *(_side_plane(n, inner, share, 1) for n in normals)])
@@ -116,9 +205,9 @@ def _stack_sides(values: GdmlValues, rings: Sequence[SideRing], share: Fraction)
 
 
 def _bore_pieces(pieces: Sequence[tuple[SolidFactory, SolidFactory | None]], shift: Point) -> Solid:
-    """All pieces, each less its bore, if it has one."""
-    made = [body(shift) if bore is None else Difference((body(shift), bore(shift))) for body, bore in pieces]
-    return made[0] if len(made) == 1 else Union(tuple(made))
+    """Return the union of all pieces, each less its bore if it has one."""
+    solids = [body(shift) if bore is None else Difference((body(shift), bore(shift))) for body, bore in pieces]
+    return solids[0] if len(solids) == 1 else Union(tuple(solids))
 
 
 def _direction(degrees: float) -> tuple[Fraction, Fraction]:
@@ -127,14 +216,17 @@ def _direction(degrees: float) -> tuple[Fraction, Fraction]:
 
 
 def _side_plane(normal: tuple[Fraction, Fraction], edge: RadiusLine, share: Fraction, sense: int) -> FacePlane:
-    """normal·(x, y) <= share (distance + growth z), or >= where `sense` is -1."""
+    """Return the plane normal·(x, y) <= share (distance + growth z); with >= if `sense` is -1."""
     x, y = normal
     distance, growth = edge
     return (sense * x, sense * y, -sense * share * growth), sense * share * distance
 
 
+# Extruded outlines
+
+
 def xtru(values: GdmlValues) -> SolidFactory:
-    """An outline of twoDimVertex elements, drawn through section elements that shift and scale it."""
+    """<xtru>: an outline of twoDimVertex elements, swept through section elements that shift and scale it."""
     parts = [GdmlValues(values.reading, element, values.element) for element in values.element.all("twoDimVertex")]
     outline = [(part.length("x"), part.length("y")) for part in parts]
     if outline and outline[0] == outline[-1]:
@@ -161,18 +253,22 @@ def xtru(values: GdmlValues) -> SolidFactory:
 
 
 def _is_convex_outline(outline: Sequence[tuple[Fraction, Fraction]]) -> bool:
-    """Does it bend to one side only?"""
+    """Return True if the outline bends to one side only, in floating point."""
     points = [(float(x), float(y)) for x, y in outline]
-    ways = [(b[0] - a[0], b[1] - a[1]) for a, b in zip(points, [*points[1:], points[0]], strict=True)]
-    bends = [a[0] * b[1] - a[1] * b[0] for a, b in zip(ways, [*ways[1:], ways[0]], strict=True)]
+    edges = [(b[0] - a[0], b[1] - a[1]) for a, b in zip(points, [*points[1:], points[0]], strict=True)]
+    bends = [a[0] * b[1] - a[1] * b[0] for a, b in zip(edges, [*edges[1:], edges[0]], strict=True)]
     return min(bends) >= 0 or max(bends) <= 0
 
 
 _XtruSection = tuple[Fraction, Fraction, Fraction, Fraction]
+"""(z, x offset, y offset, scale)."""
 
 
 def _sweep_outline(outline: Sequence[tuple[Fraction, Fraction]], low: _XtruSection, high: _XtruSection) -> SolidFactory:
-    """Between two sections (z, x, y, scale)."""
+    """Return the solid between two sections: an extrusion, a convex polyhedron or a closed mesh.
+
+    Sections that differ by z alone make an extrusion. Corners that coincide (a section of scale 0) are merged.
+    """
     if low[1:] == high[1:]:
         return partial(_extrude_outline, outline, low, high[0])
     points = [(s * x + x0, s * y + y0, z) for z, x0, y0, s in (low, high) for x, y in outline]
@@ -182,15 +278,16 @@ def _sweep_outline(outline: Sequence[tuple[Fraction, Fraction]], low: _XtruSecti
     faces = [(k, (k + 1) % count, count + (k + 1) % count, count + k) for k in range(count)]
     rings = [tuple(reversed(range(count))), tuple(range(count, 2 * count))]
     merged = [tuple(dict.fromkeys(number[points[k]] for k in face)) for face in [*faces, *rings]]
-    kept = [face for face in merged if len(face) > 2]
-    planes = convex_planes(places, kept)  # as of a tessellated solid, which it is exported as
-    return closed_mesh(places, kept) if planes is None else polyhedron_factory(planes)
+    polygons = [face for face in merged if len(face) > 2]
+    # The rule of tessellated solids: the export writes this solid as one, and must get the same shape back.
+    planes = convex_planes(places, polygons)
+    return closed_mesh(places, polygons) if planes is None else polyhedron_factory(planes)
 
 
 def _extrude_outline(
     outline: Sequence[tuple[Fraction, Fraction]], low: _XtruSection, end: Fraction, shift: Point
 ) -> Solid:
-    """From a section up to a height, without a change."""
+    """Return the extrusion of a section up to the height `end`. Raise GdmlUnsupported if the outline is not simple."""
     z0, x0, y0, scale = low
     a, b, c = shift
     corners = tuple((float(scale * x + x0 + a), float(scale * y + y0 + b)) for x, y in outline)

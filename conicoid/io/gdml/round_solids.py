@@ -1,6 +1,8 @@
-"""GDML's solids about the z axis, and those that are such solids stretched: as quadrics.
+"""GDML solids of revolution about the z axis, and stretched solids of revolution.
 
-Each function takes the values of an element and gives what makes the solid, moved by a shift.
+Tubes, cones, spheres, ellipsoids, paraboloids and hyperboloids. Each public function reads the attributes of an
+element and returns a `SolidFactory`, which builds the solid translated by a shift. Lengths are in mm, angles in
+degrees. Wrong attributes raise GdmlError.
 """
 
 from __future__ import annotations
@@ -10,40 +12,43 @@ from collections.abc import Sequence
 from fractions import Fraction
 from functools import partial
 
-from ...geometry.csg import Difference, Intersection, Union
 from ...geometry.general_quadric import Quadric
 from ...geometry.primitives import Box, HalfSpace, Sphere
 from ...geometry.quadrics import Ellipsoid
 from ...geometry.revolution import Revolution
-from ...geometry.shape import Solid
+from ...geometry.shape import Difference, Intersection, Solid
 from ...numerics.portable_math import sin_cos_degrees
 from ..openmc.placement import Point
 from .solid_template import SolidFactory
-from .values import GdmlError, GdmlUnsupported, GdmlValues
+from .values import GdmlError, GdmlValues
 
 ProfileCorners = Sequence[tuple[Fraction, Fraction]]
-"""(r, z) around a profile."""
+"""Corners (r, z) around a profile, in mm."""
 AngleRange = tuple[float, float]
+"""First and last azimuth in degrees."""
 _FULL_TURN: AngleRange = (0.0, 360.0)
 _ZERO = Fraction(0)
 
 
 def read_angles(values: GdmlValues, start: str = "startphi", delta: str = "deltaphi") -> AngleRange:
-    """From where to where a solid goes about z; (0, 360) for all around."""
+    """Return the azimuths at which a solid begins and ends, in degrees; (0, 360) for a full turn."""
     width = values.angle(delta, 360)
     if width <= 0:
         raise GdmlError(values.element, f"{delta} must be > 0, got {float(width):g} degrees")
-    if width > 360 - Fraction(1, 10**9):
+    if width > 360 - Fraction(1, 10**9):  # 2 pi that was written with few digits is a full turn
         return _FULL_TURN
     first = values.angle(start, 0)
     return float(first), float(first + width)
 
 
 def revolve_profile(corners: ProfileCorners, angles: AngleRange, shift: Point) -> Solid:
-    """A profile about the z axis through a point."""
+    """Return a profile revolved about the axis through `shift` that is parallel to z.
+
+    The shift in z is added to the profile in fractions; the shift in x and y becomes a translation.
+    """
     x, y, z = shift
-    made = Revolution(tuple((float(r), float(height + z)) for r, height in corners), *angles)
-    return made.translate((float(x), float(y), 0.0)) if x or y else made
+    solid = Revolution(tuple((float(r), float(height + z)) for r, height in corners), *angles)
+    return solid.translate((float(x), float(y), 0.0)) if x or y else solid
 
 
 def _profile_factory(corners: ProfileCorners, angles: AngleRange) -> SolidFactory:
@@ -51,7 +56,7 @@ def _profile_factory(corners: ProfileCorners, angles: AngleRange) -> SolidFactor
 
 
 def tube(values: GdmlValues) -> SolidFactory:
-    """rmin, rmax, z in all, startphi, deltaphi."""
+    """<tube>: rmin, rmax, full length z, startphi, deltaphi."""
     inner, outer, half = values.radius("rmin"), values.positive("rmax"), values.positive("z") / 2
     _check_radii(values, inner, outer)
     return _profile_factory([(inner, -half), (outer, -half), (outer, half), (inner, half)], read_angles(values))
@@ -63,13 +68,15 @@ def _check_radii(values: GdmlValues, inner: Fraction, outer: Fraction) -> None:
 
 
 def cut_tube(values: GdmlValues) -> SolidFactory:
-    """A tube between two planes through (0, 0, -z/2) and (0, 0, z/2), given by outward normals."""
+    """<cutTube>: a tube between planes through (0, 0, -z/2) and (0, 0, z/2) with given outward normals."""
     inner, outer, half = values.radius("rmin"), values.positive("rmax"), values.positive("z") / 2
     _check_radii(values, inner, outer)
     low, high = ([values.number(f"{name}{axis}") for axis in "XYZ"] for name in ("low", "high"))
     if low[2] >= 0 or high[2] <= 0:
         raise GdmlError(values.element, "lowZ must be < 0 and highZ > 0: normals point outward")
+    # A plane rises by at most `slope` times the distance from the axis.
     slope = max(max(abs(n[0]), abs(n[1])) / abs(n[2]) for n in (low, high))
+    # Beyond the cutting planes everywhere within the outer radius, so that they alone bound the tube.
     end = half + 2 * outer * slope + half
     corners = [(inner, -end), (outer, -end), (outer, end), (inner, end)]
     return partial(_cut_profile, corners, read_angles(values), ((low, -half), (high, half)))
@@ -78,7 +85,7 @@ def cut_tube(values: GdmlValues) -> SolidFactory:
 def _cut_profile(
     corners: ProfileCorners, angles: AngleRange, planes: Sequence[tuple[list[Fraction], Fraction]], shift: Point
 ) -> Solid:
-    """A profile within planes of some normals, each through a height of the axis."""
+    """Return a revolved profile cut by planes (outward normal, height at which the plane meets the axis)."""
     x, y, z = shift
     sides = []
     for (a, b, c), height in planes:
@@ -87,7 +94,7 @@ def _cut_profile(
 
 
 def cone(values: GdmlValues) -> SolidFactory:
-    """rmin1, rmax1 at the lower end, rmin2, rmax2 at the upper, z in all."""
+    """<cone>: rmin1 and rmax1 at the lower end, rmin2 and rmax2 at the upper end, full length z."""
     half = values.positive("z") / 2
     r1, r2, r3, r4 = (values.radius(name) for name in ("rmin1", "rmax1", "rmin2", "rmax2"))
     if r1 > r2 or r3 > r4 or r1 + r3 >= r2 + r4:
@@ -96,7 +103,7 @@ def cone(values: GdmlValues) -> SolidFactory:
 
 
 def orb(values: GdmlValues) -> SolidFactory:
-    """A ball of radius r."""
+    """<orb>: a ball of radius r."""
     radius = float(values.positive("r"))
     return partial(_ball, radius)
 
@@ -106,7 +113,7 @@ def _ball(radius: float, shift: Point) -> Sphere:
 
 
 def sphere(values: GdmlValues) -> SolidFactory:
-    """A shell from rmin to rmax, of a range of azimuths and one of polar angles."""
+    """<sphere>: a shell from rmin to rmax, limited to a range of azimuths and a range of polar angles."""
     inner, outer = values.radius("rmin"), values.positive("rmax")
     _check_radii(values, inner, outer)
     angles = read_angles(values)
@@ -119,7 +126,7 @@ def sphere(values: GdmlValues) -> SolidFactory:
 
 
 def _shell(inner: float, outer: float, sector: list[tuple[float, float]], angles: AngleRange, shift: Point) -> Solid:
-    """Between two balls, and within a sector that is turned about z; without a sector in all directions."""
+    """Return the shell between two balls, within a sector revolved about z; the whole shell if `sector` is empty."""
     whole: Solid = _ball(outer, shift)
     if sector:
         whole = Intersection((whole, Revolution(tuple(sector), *angles).translate(_floats(shift))))
@@ -127,16 +134,19 @@ def _shell(inner: float, outer: float, sector: list[tuple[float, float]], angles
 
 
 def _sector(low: Fraction, high: Fraction, reach: Fraction) -> list[tuple[float, float]]:
-    """The profile (r, z) of a range of polar angles, out to beyond a ball a quarter as large."""
-    found = [(0.0, 0.0)]
+    """Return the profile (r, z) of a range of polar angles, with corners at the distance `reach`.
+
+    `reach` is four times the radius of the ball that it cuts: chords of 45 degrees at most stay outside that ball.
+    """
+    corners = [(0.0, 0.0)]
     for k in range(5):
         s, c = sin_cos_degrees(float(low + (high - low) * k / 4))
-        found.append((float(reach) * max(s, 0.0), float(reach) * c))
-    return found
+        corners.append((float(reach) * max(s, 0.0), float(reach) * c))
+    return corners
 
 
 def ellipsoid(values: GdmlValues) -> SolidFactory:
-    """Half-axes ax, by, cz, cut at zcut1 and zcut2; both 0 mean no cut."""
+    """<ellipsoid>: semi-axes ax, by, cz, cut at the heights zcut1 and zcut2; both 0 mean no cut."""
     a, b, c = (values.positive(name) for name in ("ax", "by", "cz"))
     low, high = values.length("zcut1", 0), values.length("zcut2", 0)
     if low == high == 0:
@@ -160,7 +170,10 @@ def _cut_ellipsoid(
 
 
 def slab(low: Fraction, high: Fraction, end: Fraction, beyond: Fraction, shift: Point) -> Box:
-    """What is between two heights; a height that is no cut, beyond the ends, is moved out."""
+    """Return the box between two heights that contains |x|, |y| <= beyond.
+
+    A height at or beyond ±`end` cuts nothing; the face is moved out to ±2 `end`, away from the surface it would touch.
+    """
     x, y, z = shift
     bottom, top = (low if low > -end else -2 * end), (high if high < end else 2 * end)
     corner = float(x - beyond), float(y - beyond), float(z + bottom)
@@ -168,33 +181,35 @@ def slab(low: Fraction, high: Fraction, end: Fraction, beyond: Fraction, shift: 
 
 
 def elliptic_tube(values: GdmlValues) -> SolidFactory:
-    """Half-axes dx, dy, half its length dz."""
+    """<eltube>: semi-axes dx and dy, half length dz."""
     a, b, half = (values.positive(name) for name in ("dx", "dy", "dz"))
     return _stretch_profile([(_ZERO, -half), (Fraction(1), -half), (Fraction(1), half), (_ZERO, half)], a, b)
 
 
 def elliptic_cone(values: GdmlValues) -> SolidFactory:
-    """(x / dx)² + (y / dy)² <= (zmax - z)², |z| <= zcut."""
+    """<elcone>: (x / dx)² + (y / dy)² <= (zmax - z)², |z| <= zcut."""
     a, b = values.number("dx"), values.number("dy")
     top, cut = values.positive("zmax"), values.positive("zcut")
     if a <= 0 or b <= 0:
         raise GdmlError(values.element, "dx and dy must be > 0")
-    cut = min(cut, top)
+    cut = min(cut, top)  # beyond the apex at zmax there is nothing
     return _stretch_profile([(_ZERO, -cut), (top + cut, -cut), (top - cut, cut), (_ZERO, cut)], a, b)
 
 
 def _stretch_profile(corners: ProfileCorners, a: Fraction, b: Fraction) -> SolidFactory:
+    """Return the factory of a revolved profile, scaled by a along x and by b along y."""
     return partial(_elliptic, corners, (float(a), float(b), 1.0))
 
 
 def _elliptic(corners: ProfileCorners, factors: tuple[float, float, float], shift: Point) -> Solid:
     x, y, z = shift
+    # Scaling follows the shift in z, which it keeps, and precedes the shift in x and y, which it would scale.
     whole = revolve_profile(corners, _FULL_TURN, (_ZERO, _ZERO, z)).scale(factors)
     return whole.translate((float(x), float(y), 0.0)) if x or y else whole
 
 
 def paraboloid(values: GdmlValues) -> SolidFactory:
-    """Radii rlo at -dz and rhi at dz, r² linear in z."""
+    """<paraboloid>: radii rlo at -dz and rhi at dz, with r² linear in z."""
     low, high, half = values.radius("rlo"), values.positive("rhi"), values.positive("dz")
     _check_radii(values, low, high)
     slope = (high * high - low * low) / (2 * half)
@@ -202,25 +217,29 @@ def paraboloid(values: GdmlValues) -> SolidFactory:
 
 
 def _conic(square: Fraction, slope: Fraction, half: Fraction, beyond: Fraction, shift: Point) -> Solid:
-    """x² + y² <= square + slope z for |z| <= half."""
+    """Return x² + y² <= square + slope z for |z| <= half."""
     within = slab(-half, half, 2 * half, beyond, shift)
     return Intersection((quadric_about_z(square, slope, _ZERO, shift), within))
 
 
 def quadric_about_z(square: Fraction, slope: Fraction, bend: Fraction, shift: Point) -> Solid:
-    """x² + y² <= square + slope z + bend z², z within some range of 0."""
+    """Return x² + y² <= square + slope z + bend z², for use near z = 0: a cylinder is cut at a distance.
+
+    The cylinder (no slope, no bend) is a solid of revolution of length 4 sqrt(square) about z = 0.
+    """
     x, y, z = shift
     if not slope and not bend:
         beyond = 2 * Fraction(math.sqrt(square))
         return revolve_profile([(_ZERO, -beyond), (beyond, -beyond), (beyond, beyond)], _FULL_TURN, shift)
+    # With z' = z - shift: expand square + slope z' + bend z'² in fractions and round each coefficient once.
     constant = slope * z - bend * z * z - square
     coefficients = {"xx": 1.0, "yy": 1.0, "zz": float(-bend), "z": float(2 * bend * z - slope)}
-    made = Quadric(coefficients=coefficients | {"constant": float(constant)})
-    return made.translate((float(x), float(y), 0.0)) if x or y else made
+    solid = Quadric(coefficients=coefficients | {"constant": float(constant)})
+    return solid.translate((float(x), float(y), 0.0)) if x or y else solid
 
 
 def hyperboloid(values: GdmlValues) -> SolidFactory:
-    """r² <= rmax² + tan²(outst) z², and >= rmin² + tan²(inst) z², z in all."""
+    """<hype>: r² <= rmax² + tan²(outst) z² and r² >= rmin² + tan²(inst) z², full length z."""
     inner, outer, half = values.radius("rmin"), values.positive("rmax"), values.positive("z") / 2
     _check_radii(values, inner, outer)
     bends = []
@@ -238,87 +257,19 @@ def hyperboloid(values: GdmlValues) -> SolidFactory:
 def _waists(
     inner: tuple[Fraction, Fraction], outer: tuple[Fraction, Fraction], half: Fraction, beyond: Fraction, shift: Point
 ) -> Solid:
-    """Between two surfaces of a radius and a bend each, |z| <= half."""
+    """Return the solid between two hyperboloids or cylinders (waist radius, bend), |z| <= half."""
+    # The slab cuts the ends; both surfaces reach beyond it, so that no faces of theirs coincide with it.
     whole = Intersection((slab(-half, half, 2 * half, beyond, shift), _waist(*outer, half, shift)))
     return Difference((whole, _waist(*inner, half, shift))) if any(inner) else whole
 
 
 def _waist(radius: Fraction, bend: Fraction, half: Fraction, shift: Point) -> Solid:
-    """A hyperboloid or cylinder, longer than a slab."""
+    """Return a hyperboloid, or a cylinder that reaches beyond |z| = half."""
     if bend:
         return quadric_about_z(radius * radius, _ZERO, bend, shift)
     return revolve_profile(
         [(_ZERO, -2 * half), (radius, -2 * half), (radius, 2 * half), (_ZERO, 2 * half)], _FULL_TURN, shift
     )
-
-
-def polycone(values: GdmlValues) -> SolidFactory:
-    """A stack of cones: zplane elements with z, rmin, rmax."""
-    planes = read_zplanes(values)
-    angles = read_angles(values)
-    rings = [ring for ring in map(zplane_ring, planes, planes[1:]) if ring]
-    if not rings:
-        raise GdmlError(values.element, "zplane elements must leave a volume")
-    outline = [(outer, z) for z, _, outer in planes] + [(inner, z) for z, inner, _ in reversed(planes)]
-    return partial(_stack, outline, rings, angles)
-
-
-def _stack(outline: ProfileCorners, rings: Sequence[ProfileCorners], angles: AngleRange, shift: Point) -> Solid:
-    """An outline that is turned about z, or the rings that it is of."""
-    if len(rings) > 1:
-        try:
-            return revolve_profile(outline, angles, shift)
-        except ValueError:  # an outline that touches itself is one of several rings
-            return Union(tuple(revolve_profile(ring, angles, shift) for ring in rings))
-    return revolve_profile(rings[0], angles, shift)
-
-
-ZPlane = tuple[Fraction, Fraction, Fraction]
-
-
-def read_zplanes(values: GdmlValues) -> list[ZPlane]:
-    """(z, rmin, rmax) of the zplane elements, rising or falling."""
-    found = []
-    for element in values.element.all("zplane"):
-        part = GdmlValues(values.reading, element, values.element)
-        z, inner, outer = part.length("z"), part.radius("rmin"), part.radius("rmax")
-        if inner > outer:
-            raise GdmlError(element, f"rmin must be <= rmax = {float(outer):g} mm, got {float(inner):g} mm")
-        found.append((z, inner, outer))
-    heights = [z for z, _, _ in found]
-    if len(found) < 2:
-        raise GdmlError(values.element, "must have two or more zplane elements")
-    if heights == sorted(heights, reverse=True):
-        found.reverse()
-    elif heights != sorted(heights):
-        raise GdmlUnsupported("its zplane elements neither rise nor fall in z")
-    return found
-
-
-def zplane_ring(low: ZPlane, high: ZPlane) -> list[tuple[Fraction, Fraction]]:
-    """The profile between two planes; empty where it has no area."""
-    (z0, a, b), (z1, c, d) = low, high
-    return [(a, z0), (b, z0), (d, z1), (c, z1)] if z0 < z1 and a + c < b + d else []
-
-
-def generic_polycone(values: GdmlValues) -> SolidFactory:
-    """A polygon of rzpoint elements with r and z, turned about z."""
-    return partial(_revolve_outline, read_rzpoints(values), read_angles(values))
-
-
-def _revolve_outline(corners: ProfileCorners, angles: AngleRange, shift: Point) -> Solid:
-    try:
-        return revolve_profile(corners, angles, shift)
-    except ValueError as error:
-        raise GdmlUnsupported(f"its rzpoint elements make no simple outline: {error}") from None
-
-
-def read_rzpoints(values: GdmlValues) -> list[tuple[Fraction, Fraction]]:
-    """(r, z) of the rzpoint elements."""
-    parts = [GdmlValues(values.reading, element, values.element) for element in values.element.all("rzpoint")]
-    if len(parts) < 3:
-        raise GdmlError(values.element, "must have three or more rzpoint elements")
-    return [(part.radius("r"), part.length("z")) for part in parts]
 
 
 def _floats(point: Point) -> tuple[float, float, float]:

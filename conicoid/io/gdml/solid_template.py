@@ -1,7 +1,8 @@
-"""Solids before they stand anywhere: made where they are wanted, so that what coincides on paper gets equal numbers.
+"""Solid templates: solids without a place, built at each place where they are needed.
 
-A translation is carried out in fractions on the numbers that describe a solid, which are then rounded once; quarter
-turns follow, which are exact; other turns are a motion.
+Building at the place keeps walls that coincide on paper equal in floating point: the translation is applied in
+fractions to the numbers that describe the solid, which are then rounded once; quarter turns follow and are exact; other
+rotations become a motion.
 """
 
 from __future__ import annotations
@@ -11,52 +12,54 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
-from ...geometry.csg import Difference, Intersection, Union
-from ...geometry.shape import Solid
+from ...geometry.shape import Difference, Intersection, Solid, Union
 from ...geometry.transform import IDENTITY_MOTION, Motion
 from ..openmc.placement import NO_TURN, CellRotation, Point, UniversePlacement
 
 SolidFactory = Callable[[Point], Solid]
+"""Builds a solid, translated by a shift in mm."""
 BooleanKind = Literal["union", "subtraction", "intersection"]
 MAX_SOLID_PARTS, MAX_BOOLEAN_DEPTH = 4_000, 100
-"""Primitives of one solid, and Booleans within Booleans where these are no chain."""
+"""Most primitives of one solid, and most levels of nested Booleans; a chain of one kind counts as one level."""
 
 
 class SolidTemplate(ABC):
-    """A solid to be made at places. `parts` counts its primitives, `depth` its Booleans within Booleans."""
+    """A solid that can be built at any placement. `parts` counts its primitives, `depth` its nested Booleans."""
 
     parts: int
     depth: int
 
     @abstractmethod
     def at(self, placement: UniversePlacement) -> Solid:
-        """The solid there."""
+        """Build the solid at a placement. Raise ValueError or OverflowError if its numbers make no solid there."""
 
 
 @dataclass(eq=False)
 class PrimitiveTemplate(SolidTemplate):
-    """A solid from numbers; `make` gives it moved by a shift."""
+    """A primitive: `make` builds it from its numbers, translated by a shift. `known` caches solids by shift."""
 
     make: SolidFactory
     parts: int = 1
     depth: int = 0
-    known: dict[tuple[tuple[int, int], ...], Solid] = field(default_factory=dict)  # by terms of fractions
+    # Keys are numerators and denominators: integers hash faster than fractions.
+    known: dict[tuple[tuple[int, int], ...], Solid] = field(default_factory=dict)
 
     def at(self, placement: UniversePlacement) -> Solid:
+        # The shift follows the turn, so the inverse turn brings it before the turn, where it is exact.
         x, y, z = placement.turn.inverse.apply(placement.shift)
         key = x.as_integer_ratio(), y.as_integer_ratio(), z.as_integer_ratio()
-        found = self.known.get(key)
-        if found is None:
-            found = self.make((x, y, z))
+        solid = self.known.get(key)
+        if solid is None:
+            solid = self.make((x, y, z))
             if len(self.known) < 64:
-                self.known[key] = found
+                self.known[key] = solid
         if placement.turn is NO_TURN and placement.outer is IDENTITY_MOTION:
-            return found
+            return solid
         motion = IDENTITY_MOTION if placement.turn == NO_TURN else _motion_of(placement)
-        whole = found.motion.then(motion).then(placement.outer)
-        if whole == found.motion:
-            return found
-        return found._moved(whole)
+        whole = solid.motion.then(motion).then(placement.outer)
+        if whole == solid.motion:
+            return solid
+        return solid._moved(whole)
 
 
 def _motion_of(placement: UniversePlacement) -> Motion:
@@ -65,11 +68,12 @@ def _motion_of(placement: UniversePlacement) -> Motion:
 
 
 TemplateOperand = tuple[SolidTemplate, Point, CellRotation]
+"""A template that is rotated and then shifted."""
 
 
 @dataclass(eq=False)
 class BooleanTemplate(SolidTemplate):
-    """A Boolean of operands, each turned and then shifted."""
+    """A Boolean of operands, each rotated and then shifted. Its placement is passed down to the primitives."""
 
     kind: BooleanKind
     operands: tuple[TemplateOperand, ...]
@@ -77,25 +81,29 @@ class BooleanTemplate(SolidTemplate):
     depth: int
 
     def at(self, placement: UniversePlacement) -> Solid:
-        made = tuple(template.at(placement.inner(shift, rotation)) for template, shift, rotation in self.operands)
-        if len(made) == 1:
-            return made[0]
-        return {"union": Union, "subtraction": Difference, "intersection": Intersection}[self.kind](made)
+        solids = tuple(template.at(placement.inner(shift, rotation)) for template, shift, rotation in self.operands)
+        if len(solids) == 1:
+            return solids[0]
+        return {"union": Union, "subtraction": Difference, "intersection": Intersection}[self.kind](solids)
 
 
 def combine_templates(kind: BooleanKind, operands: Sequence[TemplateOperand]) -> BooleanTemplate:
-    """A Boolean; a chain of one kind is one. Raises ValueError where it is too large."""
-    found: list[TemplateOperand] = []
+    """Return a Boolean of operands, with nested Booleans of the same kind merged into it.
+
+    Raise ValueError if it has more than `MAX_SOLID_PARTS` primitives or `MAX_BOOLEAN_DEPTH` levels.
+    """
+    merged: list[TemplateOperand] = []
     for number, (template, shift, rotation) in enumerate(operands):
         opens = isinstance(template, BooleanTemplate) and template.kind == kind and not any(shift)
+        # (a - b) - c is a - b - c, but a - (b - c) is not: only the first operand of a subtraction can be merged.
         if opens and rotation == CellRotation() and (number == 0 or kind != "subtraction"):
             assert isinstance(template, BooleanTemplate)
-            found += template.operands
+            merged += template.operands
         else:
-            found.append((template, shift, rotation))
-    parts, depth = sum(part.parts for part, _, _ in found), 1 + max(part.depth for part, _, _ in found)
+            merged.append((template, shift, rotation))
+    parts, depth = sum(part.parts for part, _, _ in merged), 1 + max(part.depth for part, _, _ in merged)
     if parts > MAX_SOLID_PARTS:
         raise ValueError(f"must be of at most {MAX_SOLID_PARTS:,} solids, got {parts:,}")
     if depth > MAX_BOOLEAN_DEPTH:
         raise ValueError(f"must nest at most {MAX_BOOLEAN_DEPTH} levels of Booleans")
-    return BooleanTemplate(kind, tuple(found), parts, depth)
+    return BooleanTemplate(kind, tuple(merged), parts, depth)

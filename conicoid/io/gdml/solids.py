@@ -1,4 +1,8 @@
-"""GDML's <solids>: templates by name."""
+"""The <solids> section of a GDML file: solid templates by name.
+
+`SOLID_READERS` maps each tag of a primitive to the function that reads it. Booleans, multi-unions, scaled and reflected
+solids combine templates that stand before them in the file.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +12,6 @@ from typing import cast
 from ..openmc.placement import NO_ROTATION, ORIGIN, UniversePlacement
 from ..xml_tree import XmlElement
 from . import flat_solids, polyhedra, round_solids
-from . import flat_solids as twisted
 from .solid_template import (
     BooleanKind,
     PrimitiveTemplate,
@@ -37,19 +40,23 @@ SOLID_READERS: dict[str, Callable[[GdmlValues], SolidFactory]] = {
     "eltube": round_solids.elliptic_tube, "elcone": round_solids.elliptic_cone,
     "paraboloid": round_solids.paraboloid, "hype": round_solids.hyperboloid, "trd": flat_solids.trd,
     "trap": flat_solids.trap, "para": flat_solids.para, "tet": flat_solids.tet, "arb8": flat_solids.arb8,
-    "polycone": round_solids.polycone, "genericPolycone": round_solids.generic_polycone,
+    "polycone": polyhedra.polycone, "genericPolycone": polyhedra.generic_polycone,
     "polyhedra": polyhedra.polyhedra, "genericPolyhedra": polyhedra.generic_polyhedra, "xtru": polyhedra.xtru,
-    "tessellated": flat_solids.tessellated, "twistedtubs": twisted.twisted_tubs,
+    "tessellated": flat_solids.tessellated, "twistedtubs": flat_solids.twisted_tubs,
 }  # fmt: skip
+# Surfaces of degree four, or that turn evenly in angle.
 _UNSUPPORTED_SOLIDS = ("torus", "twistedbox", "twistedtrd", "twistedtrap")
 _BOOLEANS = ("union", "subtraction", "intersection")
 _IGNORED_ELEMENTS = ("opticalsurface", "property", "userinfo")
 SolidTable = dict[str, "SolidTemplate | None"]
-"""By name; None for one that is left out."""
+"""Templates by name; None for a solid that is left out."""
 
 
 def read_solids(reading: GdmlReader, section: XmlElement, solids: SolidTable) -> None:
-    """All of a section, in the order of the file; what is wrong is reported, what cannot be is left out."""
+    """Read a section into `solids`, in the order of the file.
+
+    Errors are reported; solids that are not supported are remarked and left out (None).
+    """
     for element in reading.each(section.children):
         if local_tag(element) in _IGNORED_ELEMENTS:
             continue
@@ -57,47 +64,59 @@ def read_solids(reading: GdmlReader, section: XmlElement, solids: SolidTable) ->
         where = f"{local_tag(element)} {name!r}"
         try:
             name = reading.solved(name, element)
-            solids[name] = None  # what is said of it is said once
+            solids[name] = None  # so that references to a wrong solid report no second error
             solids[name] = read_template(reading, element, solids)
         except GdmlError as mistake:
             reading.report(mistake.element, where, mistake.message)
         except GdmlUnsupported as left:
             reading.remark(element, where, f"{left}; left out")
         except (ValueError, OverflowError) as error:
-            told = "a number is too large" if isinstance(error, OverflowError) else str(error)
-            reading.report(element, where, told)
+            message = "a number is too large" if isinstance(error, OverflowError) else str(error)
+            reading.report(element, where, message)
 
 
 def read_template(reading: GdmlReader, element: XmlElement, solids: SolidTable) -> SolidTemplate:
-    """One solid, made once at the origin, so that what is wrong with it is told here."""
+    """Return the template of one solid.
+
+    A primitive is built once at the origin to validate it, so that errors are reported with this element's line.
+
+    Raises
+    ------
+    GdmlError, ValueError, OverflowError
+        The element is wrong.
+    GdmlUnsupported
+        The solid is valid GDML but cannot be built from quadrics.
+
+    """
     tag = local_tag(element)
     if tag in SOLID_READERS:
-        made: SolidTemplate = PrimitiveTemplate(SOLID_READERS[tag](GdmlValues(reading, element)))
+        template: SolidTemplate = PrimitiveTemplate(SOLID_READERS[tag](GdmlValues(reading, element)))
     elif tag in _BOOLEANS:
-        made = combine_templates(cast("BooleanKind", tag), _read_operands(reading, element, solids))
+        template = combine_templates(cast("BooleanKind", tag), _read_operands(reading, element, solids))
     elif tag == "multiUnion":
-        made = combine_templates("union", _read_union_nodes(reading, element, solids))
+        template = combine_templates("union", _read_union_nodes(reading, element, solids))
     elif tag in ("scaledSolid", "reflectedSolid"):
         return combine_templates("union", [_read_transformed(reading, element, solids)])
     elif tag in _UNSUPPORTED_SOLIDS:
         raise GdmlUnsupported("is no quadric")
     else:
         raise GdmlUnsupported("is no solid that is known")
-    if isinstance(made, PrimitiveTemplate):
-        made.at(UniversePlacement())
-    return made
+    if isinstance(template, PrimitiveTemplate):
+        template.at(UniversePlacement())
+    return template
 
 
 def _look_up_solid(
     reading: GdmlReader, element: XmlElement, solids: SolidTable, attribute: str = "ref"
 ) -> SolidTemplate:
+    """Return the template that an attribute names. Raise GdmlUnsupported if that solid is left out."""
     name = read_reference(reading, element, attribute)
-    found: SolidTemplate | None = (
+    template: SolidTemplate | None = (
         look_up(reading, dict(solids), name, element, "solid") if name not in solids else solids[name]
     )
-    if found is None:
+    if template is None:
         raise GdmlUnsupported(f"is of {name!r}, which is left out")
-    return found
+    return template
 
 
 def _find_child(element: XmlElement, tag: str) -> XmlElement:
@@ -108,28 +127,29 @@ def _find_child(element: XmlElement, tag: str) -> XmlElement:
 
 
 def _read_operands(reading: GdmlReader, element: XmlElement, solids: SolidTable) -> list[TemplateOperand]:
-    found: list[TemplateOperand] = []
+    operands: list[TemplateOperand] = []
+    # <firstposition> and <firstrotation> move the first operand, <position> and <rotation> the second.
     for tag, prefix in (("first", "first"), ("second", "")):
         template = _look_up_solid(reading, _find_child(element, tag), solids)
         shift, rotation, _ = read_motion(reading, element, operand_rotation, prefix)
-        found.append((template, shift, rotation))
-    return found
+        operands.append((template, shift, rotation))
+    return operands
 
 
 def _read_union_nodes(reading: GdmlReader, element: XmlElement, solids: SolidTable) -> list[TemplateOperand]:
-    found = []
+    operands = []
     for node in reading.each(element.children):
         if local_tag(node) == "multiUnionNode":
             template = _look_up_solid(reading, _find_child(node, "solid"), solids)
             shift, rotation, _ = read_motion(reading, node, operand_rotation)
-            found.append((template, shift, rotation))
-    if not found:
+            operands.append((template, shift, rotation))
+    if not operands:
         raise GdmlError(element, "must have multiUnionNode elements")
-    return found
+    return operands
 
 
 def _read_transformed(reading: GdmlReader, element: XmlElement, solids: SolidTable) -> TemplateOperand:
-    """A solid that is scaled; or one that is scaled, turned and shifted, all by attributes."""
+    """Return the operand of a <scaledSolid>, or of a <reflectedSolid>: scaled, rotated and shifted by attributes."""
     if local_tag(element) == "scaledSolid":
         template = _look_up_solid(reading, _find_child(element, "solidref"), solids)
         _, _, scale = read_motion(reading, element, operand_rotation)

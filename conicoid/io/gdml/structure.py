@@ -1,4 +1,8 @@
-"""GDML's <structure>: volumes with what is placed in them."""
+"""The <structure> section of a GDML file: logical volumes and the volumes placed in them.
+
+`StructureReader` reads volumes, assemblies and physical volumes. The functions after it read what places a volume many
+times by a rule: replicas, parameterised volumes and divisions.
+"""
 
 from __future__ import annotations
 
@@ -33,33 +37,33 @@ from .values import (
 )
 
 MAX_PLACEMENTS = 2_000_000
-"""Volumes that are placed in others, before those that stand at several places are counted more than once."""
+"""Most placements in a file, each counted once however often its mother is placed."""
 
 
 @dataclass(eq=False)
 class LogicalVolume:
-    """A solid of a material, with volumes in it; an assembly has neither, only volumes."""
+    """A solid of a material with daughter volumes; an assembly has daughters only."""
 
     name: str
     element: XmlElement
     template: SolidTemplate | None
     material: GdmlMaterial | None
-    source: XmlElement | None = None  # of the solid
+    source: XmlElement | None = None  # element of the solid
     daughters: list[PhysicalVolume] = field(default_factory=list)
     is_assembly: bool = False
-    is_filled: bool = False  # by replicas, all of it
-    is_container: bool = False  # around bodies of a scene that was exported: no body itself
+    is_filled: bool = False  # replicas or slices leave nothing of it
+    is_container: bool = False  # world around the bodies of an exported scene: no body itself
     counted: int | None = None
 
     @property
     def is_open(self) -> bool:
-        """Is it no level of its own, as what is in it stands beside it?"""
+        """Return True if the volume counts as no level: its daughters belong to the level of its siblings."""
         return self.is_assembly or self.is_container
 
 
 @dataclass(eq=False, slots=True)
 class PhysicalVolume:
-    """A volume within another: turned, then shifted."""
+    """A volume placed in another: rotated, then shifted (mm)."""
 
     label: str
     volume: LogicalVolume
@@ -70,7 +74,10 @@ class PhysicalVolume:
 
 @dataclass
 class StructureReader:
-    """What is known while volumes are read. `module` reads another file and gives one of its volumes."""
+    """The state of reading volumes. `module` reads another file and returns one of its volumes.
+
+    `sources` holds the elements of solids by name; `placed` counts placements; `colored` caches recoloured materials.
+    """
 
     reading: GdmlReader
     solids: SolidTable
@@ -82,7 +89,10 @@ class StructureReader:
     colored: dict[tuple[GdmlMaterial, str], GdmlMaterial] = field(default_factory=dict)
 
     def read(self, section: XmlElement) -> None:
-        """All volumes; one may hold only those before it, as Geant4 demands, so that none holds itself."""
+        """Read the volumes of a section and report errors.
+
+        A volume may hold only volumes before it, as Geant4 demands, so that no volume contains itself.
+        """
         for element in self.reading.each(section.children):
             tag = local_tag(element)
             if tag in ("volume", "assembly"):
@@ -90,9 +100,10 @@ class StructureReader:
             elif tag not in ("bordersurface", "skinsurface", "userinfo"):
                 self.reading.remark(element, tag, "is nothing that is known in a structure, left out")
 
-    def _attempt(self, element: XmlElement, read: Callable[..., None], *of: LogicalVolume) -> None:
+    def _attempt(self, element: XmlElement, read: Callable[..., None], *mother: LogicalVolume) -> None:
+        """Call a reader; report its errors, and remark elements that are left out."""
         try:
-            read(self, *of, element)
+            read(self, *mother, element)
         except GdmlError as mistake:
             self.reading.report(mistake.element, _volume_title(element), mistake.message)
         except GdmlUnsupported as left:
@@ -117,7 +128,7 @@ class StructureReader:
             if not volume.is_assembly and not element.all("solidref"):
                 raise GdmlError(element, "must have a solidref")
         finally:
-            self.volumes[name] = volume  # so that what refers to it is no second mistake
+            self.volumes[name] = volume  # so that references to a wrong volume report no second error
         if any(_is_container(child) for child in element.children):
             volume.template, volume.is_container = None, True
         readers = _placement_readers()
@@ -130,31 +141,31 @@ class StructureReader:
         name = read_reference(self.reading, child)
         found = find_material(self.reading, self.materials, name)
         if found is None:
-            told = self.reading.suggest(name, self.materials)
-            raise GdmlError(child, f"there is no material {shorten(name)!r}{told}")
+            hint = self.reading.suggest(name, self.materials)
+            raise GdmlError(child, f"there is no material {shorten(name)!r}{hint}")
         return found
 
     def _colored(self, material: GdmlMaterial, element: XmlElement) -> GdmlMaterial:
-        """In the colour that a volume is to have; what is invisible stays so."""
+        """Return the material in the colour that the volume hints at; invisible materials stay invisible."""
         color = read_color_hint(self.reading, element)
         if color is None or color == material.color or material.is_thin:
             return material
         return self.colored.setdefault((material, color), replace(material, hint=color))
 
     def volume_in(self, element: XmlElement) -> LogicalVolume:
-        """The volume that a placement is of."""
+        """Return the volume that a placement names. Raise GdmlError if it names none or an unknown one."""
         for child in element.children:
             if child.tag == "volumeref":
-                found: LogicalVolume = look_up(
+                volume: LogicalVolume = look_up(
                     self.reading, self.volumes, read_reference(self.reading, child), child, "volume"
                 )
-                return found
+                return volume
             if child.tag == "file":
                 return self.module(child)
         raise GdmlError(element, "must have a volumeref or a file")
 
     def add(self, volume: LogicalVolume, daughter: PhysicalVolume) -> None:
-        """One more placement. LeftOut where there are too many."""
+        """Add a daughter. Raise GdmlError if it is the volume itself, or after `MAX_PLACEMENTS` placements."""
         if daughter.volume is volume:
             raise GdmlError(volume.element, "is placed in itself")
         self.placed += 1
@@ -175,7 +186,7 @@ class StructureReader:
 
 
 def _placement_readers() -> dict[str, Callable[[StructureReader, LogicalVolume, XmlElement], None]]:
-    """What reads the elements that place volumes."""
+    """Return the readers of elements that place volumes, by tag."""
     return {
         "physvol": StructureReader._physvol, "replicavol": read_replicas, "divisionvol": read_divisions,
         "paramvol": read_parameterised,
@@ -187,40 +198,44 @@ def _volume_title(element: XmlElement) -> str:
 
 
 def _is_container(element: XmlElement) -> bool:
-    """Does it say that a volume is only there because a world must be?"""
-    given = element.attributes
-    return element.tag == "auxiliary" and (given.get("auxtype"), given.get("auxvalue")) == ("Conicoid", "container")
+    """Return True for the <auxiliary> by which Conicoid's export marks a world that is no body of the scene."""
+    attributes = element.attributes
+    kind = attributes.get("auxtype"), attributes.get("auxvalue")
+    return element.tag == "auxiliary" and kind == ("Conicoid", "container")
 
 
 def resolve_module_file(path: str, name: str) -> str:
-    """A file in the folder of another. Raises ValueError for one elsewhere."""
+    """Return the path of a file in the same folder as `path`. Raise ValueError for other folders and for links."""
     if not name or os.path.basename(name) != name or name in (".", "..") or "\0" in name or "\\" in name:
         raise ValueError(f"file must be the name of a file in the same folder, got {shorten(name)!r}")
     folder = os.path.dirname(os.path.abspath(path))
-    found = os.path.join(folder, name)
-    if os.path.realpath(found) != os.path.join(os.path.realpath(folder), name):
+    resolved = os.path.join(folder, name)
+    if os.path.realpath(resolved) != os.path.join(os.path.realpath(folder), name):
         raise ValueError(f"file must be in the same folder, and {shorten(name)!r} is a link")
-    return found
+    return resolved
 
 
-# Volumes that stand in their mother many times by a rule: replicas, parameterised volumes; and what divisions need.
+# Replicas and parameterised volumes: one volume placed many times in its mother by a rule.
 
 MAX_COPIES = 1_000_000
 
 
 def axis_shift(axis: str, amount: Fraction) -> Point:
-    """A shift along x, y or z."""
-    none = Fraction(0)
-    return (amount if axis == "x" else none, amount if axis == "y" else none, amount if axis == "z" else none)
+    """Return a shift of `amount` mm along the axis x, y or z."""
+    zero = Fraction(0)
+    return (amount if axis == "x" else zero, amount if axis == "y" else zero, amount if axis == "z" else zero)
 
 
 def rotation_about_z(radians: Fraction) -> CellRotation:
-    """Counter-clockwise."""
+    """Return a counter-clockwise rotation about z."""
     return operand_rotation((Fraction(0), Fraction(0), to_degrees(radians)))
 
 
 def read_replicas(structure: StructureReader, volume: LogicalVolume, element: XmlElement) -> None:
-    """<replicavol number><replicate_along_axis><direction/><width/><offset/>: they fill the mother."""
+    """Place the copies of <replicavol number><replicate_along_axis><direction/><width/><offset/>.
+
+    Copies along x, y or z are shifted, copies along phi are rotated, and copies along rho are tubes of other radii.
+    """
     inner = structure.volume_in(element)
     count = GdmlValues(structure.reading, element).integer("number", most=MAX_COPIES)
     rule = next((child for child in element.children if child.tag in ("replicate_along_axis", "replicate")), None)
@@ -239,13 +254,13 @@ def read_replicas(structure: StructureReader, volume: LogicalVolume, element: Xm
             changes = {"rmin": offset + k * width, "rmax": offset + (k + 1) * width}
             part = resize_volume(structure, element, inner, inner.source, changes, ("tube",))
         else:
-            shift = axis_shift(axis, (k - Fraction(count - 1, 2)) * width)
+            shift = axis_shift(axis, (k - Fraction(count - 1, 2)) * width)  # centred on the mother
         structure.add(volume, PhysicalVolume(base, part, shift, rotation, k))
     volume.is_filled = _fills_mother(structure, volume, axis, count * width)
 
 
 def _fills_mother(structure: StructureReader, volume: LogicalVolume, axis: str, width: Fraction) -> bool:
-    """Do replicas leave nothing of their mother? Of a box along an axis, if they are as long."""
+    """Return True if replicas leave nothing of their mother: a box that is as long as they are along their axis."""
     source = volume.source
     if source is None or local_tag(source) != "box" or axis not in ("x", "y", "z"):
         return False
@@ -262,7 +277,7 @@ def _replica_direction(structure: StructureReader, rule: XmlElement) -> str:
 
 
 def _replica_measure(structure: StructureReader, rule: XmlElement, tag: str) -> Fraction:
-    """A width or an offset, in mm or radians."""
+    """Return a width or an offset in mm or radians; 0 if the rule has none."""
     for child in rule.children:
         if child.tag == tag:
             values = GdmlValues(structure.reading, child)
@@ -280,22 +295,45 @@ def resize_volume(
     sections: tuple[Point, ...] | None = None,
     kind: str | None = None,
 ) -> LogicalVolume:
-    """A volume with a solid whose attributes, or sections (z, rmin, rmax), are other numbers, in mm and radians.
+    """Return the volume `inner` with a changed copy of the solid `source`.
 
-    kind: of which the solid becomes, of the changes alone.
+    Parameters
+    ----------
+    structure
+        The reader.
+    element
+        The element that places the copies.
+    inner
+        The volume to be resized.
+    source
+        The element of the solid to start from.
+    changes
+        New values of attributes, in mm and radians.
+    kinds
+        Tags of solids that can be changed.
+    sections
+        New zplane elements (z, rmin, rmax) in mm, if any.
+    kind
+        The tag of a new solid that has the changed attributes only; None keeps tag and attributes of `source`.
+
+    Raises
+    ------
+    GdmlUnsupported
+        The solid is of no such kind.
+
     """
     if source is None or local_tag(source) not in kinds:
         raise GdmlUnsupported(f"is of what is no {' and no '.join(kinds)}, which is not built yet")
     reading = structure.reading
     if inner.source is not None and _is_whole_slice(structure, inner.source, source, changes):
-        return inner
+        return inner  # shares one template among all slices
     units = {name: reading.value(source.attributes.get(name, unit), source, name) for name, unit in _UNITS.items()}
-    given = dict(source.attributes) if kind is None else {"name": inner.name}
-    if kind is not None:
+    attributes = dict(source.attributes) if kind is None else {"name": inner.name}
+    if kind is not None:  # a new element without lunit and aunit: mm and radians
         units = {"lunit": Fraction(1), "aunit": Fraction(1)}
     for name, value in changes.items():
         unit = units["aunit" if name.endswith("phi") else "lunit"] if name != "numsides" else Fraction(1)
-        given[name] = _format_expression(value / unit)
+        attributes[name] = _format_expression(value / unit)
     children = source.children
     if sections is not None:
         rows = [[_format_expression(value / units["lunit"]) for value in section] for section in sections]
@@ -303,26 +341,26 @@ def resize_volume(
             XmlElement("zplane", source.line, source.column, dict(zip(("z", "rmin", "rmax"), row, strict=True)))
             for row in rows
         ]
-    made = XmlElement(kind or source.tag, source.line, source.column, given, children)
-    template = read_template(reading, made, {})
-    return replace(inner, template=template, source=made, is_filled=False)
+    resized = XmlElement(kind or source.tag, source.line, source.column, attributes, children)
+    template = read_template(reading, resized, {})
+    return replace(inner, template=template, source=resized, is_filled=False)
 
 
 def _is_whole_slice(
     structure: StructureReader, own: XmlElement, source: XmlElement, changes: dict[str, Fraction]
 ) -> bool:
-    """Is a volume's own solid, a box, what a slice of its mother is?"""
+    """Return True if the volume's own solid is a box of the size of a slice of its mother, also a box."""
     if local_tag(own) != "box" or local_tag(source) != "box":
         return False
-    mine, its = GdmlValues(structure.reading, own), GdmlValues(structure.reading, source)
-    return all(mine.length(axis) == changes.get(axis, its.length(axis)) for axis in "xyz")
+    own_values, source_values = GdmlValues(structure.reading, own), GdmlValues(structure.reading, source)
+    return all(own_values.length(axis) == changes.get(axis, source_values.length(axis)) for axis in "xyz")
 
 
 _UNITS = {"lunit": "mm", "aunit": "rad"}
 
 
 def _format_expression(value: Fraction) -> str:
-    """As an expression."""
+    """Return a fraction as a GDML expression, which is read back exactly."""
     return f"{value.numerator}/{value.denominator}"
 
 
@@ -338,11 +376,14 @@ _DIMENSIONS: dict[str, dict[str, str]] = {
     "polycone": {"startPhi": "startphi", "openPhi": "deltaphi"},
     "polyhedra": {"startPhi": "startphi", "openPhi": "deltaphi", "numSide": "numsides"},
 }
-"""How the attributes of <box_dimensions> and others are called in <box>."""
+"""For each kind of solid, the names of attributes in <kind_dimensions> and in <kind>."""
 
 
 def read_parameterised(structure: StructureReader, volume: LogicalVolume, element: XmlElement) -> None:
-    """<paramvol><parameterised_position_size><parameters><position/><rotation/><box_dimensions/>."""
+    """Place the copies of <paramvol><parameterised_position_size><parameters>.
+
+    Each <parameters> element has <position/>, <rotation/> and dimensions such as <box_dimensions/>.
+    """
     inner = structure.volume_in(element)
     base = strip_pointer(element.attributes.get("name", "") or inner.name)
     number = 0
@@ -364,31 +405,34 @@ def read_parameterised(structure: StructureReader, volume: LogicalVolume, elemen
 
 
 def _resize_copy(structure: StructureReader, inner: LogicalVolume, dimensions: XmlElement) -> LogicalVolume:
+    """Return the volume with a solid of the given dimensions."""
     kind = dimensions.tag.removesuffix("_dimensions")
     if kind not in _DIMENSIONS:
         raise GdmlUnsupported(f"has {dimensions.tag}, which is no solid that is read")
-    given = {new: dimensions.attributes[old] for old, new in _DIMENSIONS[kind].items() if old in dimensions.attributes}
-    given |= {name: dimensions.attributes[name] for name in _UNITS if name in dimensions.attributes}
-    made = XmlElement(kind, dimensions.line, dimensions.column, given, dimensions.children)
+    present = dimensions.attributes
+    attributes = {new: present[old] for old, new in _DIMENSIONS[kind].items() if old in present}
+    attributes |= {name: present[name] for name in _UNITS if name in present}
+    resized = XmlElement(kind, dimensions.line, dimensions.column, attributes, dimensions.children)
     try:
-        template = read_template(structure.reading, made, {})
+        template = read_template(structure.reading, resized, {})
     except ValueError as error:
         raise GdmlError(dimensions, str(error)) from None
-    return replace(inner, template=template, source=made, is_filled=False)
+    return replace(inner, template=template, source=resized, is_filled=False)
 
 
-# <divisionvol>: slices of the mother's solid along an axis, as Geant4 divides each kind (geometry/divisions).
+# Divisions: slices of the mother's solid along an axis, as Geant4 divides each kind (geometry/divisions).
 
 _DIVISION_AXES = {"kXAxis": "x", "kYAxis": "y", "kZAxis": "z", "kRho": "rho", "kPhi": "phi"}
 _ROUNDING = Fraction(1, 10**9)
 DIVISIBLE_KINDS = ("box", "tube", "cone", "trd", "para", "polycone", "polyhedra")
 
 SolidChanges = dict[str, Fraction]
+"""New values of attributes of a solid, in mm and radians."""
 
 
 @dataclass(frozen=True)
 class DivisionSlice:
-    """What is changed of the mother's solid, in mm and radians; its sections in z, if it has such; where it stands."""
+    """One slice: changes of the mother's solid, its placement, its new zplane sections and its new kind, if any."""
 
     changes: SolidChanges
     shift: Point = ORIGIN
@@ -398,7 +442,7 @@ class DivisionSlice:
 
 
 def read_divisions(structure: StructureReader, volume: LogicalVolume, element: XmlElement) -> None:
-    """<divisionvol axis number width offset unit>: slices of the mother; they replace the solid of the volume."""
+    """Place the slices of <divisionvol axis number width offset unit>; they replace the solid of the placed volume."""
     reading, inner = structure.reading, structure.volume_in(element)
     axis = _DIVISION_AXES.get(element.attributes.get("axis", ""))
     if axis is None:
@@ -406,23 +450,23 @@ def read_divisions(structure: StructureReader, volume: LogicalVolume, element: X
     source = volume.source
     if source is None or local_tag(source) not in DIVISIBLE_KINDS:
         raise GdmlUnsupported(f"divides what is no {', '.join(DIVISIBLE_KINDS[:-1])} or {DIVISIBLE_KINDS[-1]}")
-    given = GdmlValues(reading, element)
+    values = GdmlValues(reading, element)
     unit = reading.value(element.attributes.get("unit") or "mm", element, "unit")
-    width, offset = given.number("width", 0) * unit, given.number("offset", 0) * unit
-    count = given.integer("number", 0, MAX_COPIES)
+    width, offset = values.number("width", 0) * unit, values.number("offset", 0) * unit
+    count = values.integer("number", 0, MAX_COPIES)
     mother = _DividedSolid(structure, source)
     whole = mother.extent(axis)
     by_number = count > 0 and not width
     if not count:
         if width <= 0:
             raise GdmlError(element, "number or width must be given")
-        count = int((whole - offset) / width + _ROUNDING)
+        count = int((whole - offset) / width + _ROUNDING)  # angles are rounded: 3 slices may come out as 2.999...
     width = width or (whole - offset) / count
     if width <= 0 or offset < 0 or not 0 < count <= MAX_COPIES or offset + count * width > whole * (1 + _ROUNDING):
         raise GdmlError(element, "number, width and offset must fit into the mother")
     base = strip_pointer(element.attributes.get("name", "") or inner.name)
     for k, part in enumerate(mother.slices(axis, width, offset, count, by_number)):
-        made = resize_volume(
+        slice_volume = resize_volume(
             structure,
             element,
             inner,
@@ -432,12 +476,12 @@ def read_divisions(structure: StructureReader, volume: LogicalVolume, element: X
             sections=part.sections,
             kind=part.kind,
         )
-        structure.add(volume, PhysicalVolume(base, made, part.shift, part.rotation, k))
+        structure.add(volume, PhysicalVolume(base, slice_volume, part.shift, part.rotation, k))
     volume.is_filled = offset == 0 and count * width == whole
 
 
 class _DividedSolid:
-    """The solid that is divided."""
+    """The mother's solid, which divisions cut into slices; `sections` holds its zplane elements in rising z."""
 
     def __init__(self, structure: StructureReader, source: XmlElement) -> None:
         self.values, self.kind = GdmlValues(structure.reading, source), local_tag(source)
@@ -450,7 +494,7 @@ class _DividedSolid:
             raise GdmlUnsupported("divides a solid without sections")
 
     def extent(self, axis: str) -> Fraction:
-        """How much there is to be divided, in mm or radians. Raises LeftOut for an axis that the kind has not."""
+        """Return the extent along an axis, in mm or radians. Raise GdmlUnsupported if the kind has no such axis."""
         values, kind = self.values, self.kind
         if axis == "phi" and kind in ("tube", "cone", "polycone", "polyhedra"):
             return values.angle("deltaphi", 360) * PI / 180
@@ -471,7 +515,10 @@ class _DividedSolid:
     def slices(
         self, axis: str, width: Fraction, offset: Fraction, count: int, by_number: bool
     ) -> Iterator[DivisionSlice]:
-        """One after the other."""
+        """Yield `count` slices of a width, from `offset` on, in mm or radians.
+
+        `by_number`: the file states the number of slices only, and not their width.
+        """
         if axis == "phi":
             yield from self._about(width, offset, count)
         elif self.sections:
@@ -481,6 +528,7 @@ class _DividedSolid:
                 yield self._slice(axis, offset + k * width, offset + (k + 1) * width, k, count, offset)
 
     def _about(self, width: Fraction, offset: Fraction, count: int) -> Iterator[DivisionSlice]:
+        """Yield slices about the z axis. Raise GdmlUnsupported for a polyhedra that is cut within its sides."""
         start = self.values.angle("startphi", 0) * PI / 180
         changes = {"startphi": start, "deltaphi": width}
         if self.kind == "polyhedra":
@@ -493,6 +541,7 @@ class _DividedSolid:
             yield DivisionSlice(changes, rotation=rotation_about_z(offset + k * width))
 
     def _slice(self, axis: str, low: Fraction, high: Fraction, k: int, count: int, offset: Fraction) -> DivisionSlice:
+        """Return slice number k of a solid without sections, from `low` to `high` along an axis."""
         values, middle = self.values, (low + high) / 2
         if self.kind == "tube" and axis == "rho":
             inner = values.length("rmin", 0)
@@ -513,7 +562,7 @@ class _DividedSolid:
         return DivisionSlice({axis: high - low}, shift)
 
     def _leaning(self, axis: str, amount: Fraction) -> Point:
-        """A shift along an axis of a parallelepiped."""
+        """Return the shift by `amount` mm along an axis of a parallelepiped, whose y and z axes lean."""
         from .flat_solids import exact_tangent, read_lean
 
         if axis == "y":
@@ -524,16 +573,16 @@ class _DividedSolid:
         return axis_shift(axis, amount)
 
     def _between(self, low: Fraction, high: Fraction) -> SolidChanges:
-        """The sizes of both ends of a slice of what goes evenly with z, from shares of the height."""
-        found: SolidChanges = {}
+        """Return the sizes of both ends of a slice of a solid that is linear in z, from shares of its height."""
+        changes: SolidChanges = {}
         for name in ("rmin", "rmax") if self.kind == "cone" else ("x", "y"):
             ends = [self.values.length(f"{name}{end}", 0) for end in (1, 2)]
             for end, share in ((1, low), (2, high)):
-                found[f"{name}{end}"] = ends[0] + (ends[1] - ends[0]) * share
-        return found
+                changes[f"{name}{end}"] = ends[0] + (ends[1] - ends[0]) * share
+        return changes
 
     def _of_trd(self, axis: str, low: Fraction, high: Fraction, shift: Point) -> DivisionSlice:
-        """Slices of one width; where the sides lean, they share both ends alike and lean with them."""
+        """Return a slice of a <trd>; if its sides lean, both ends are divided in the same ratio (an <arb8>)."""
         a, b = self.values.length(f"{axis}1"), self.values.length(f"{axis}2")
         if a == b:
             return DivisionSlice({f"{axis}1": high - low, f"{axis}2": high - low}, shift)
@@ -552,11 +601,12 @@ class _DividedSolid:
     def _of_sections(
         self, axis: str, width: Fraction, offset: Fraction, count: int, by_number: bool
     ) -> Iterator[DivisionSlice]:
+        """Yield slices of a polycone or polyhedra along z or rho, with their zplane sections."""
         sections = self.sections
         if axis == "z":
             begin, kinks = sections[0][0], [z for z, _, _ in sections]
             ends = [begin + offset + k * width for k in range(count + 1)]
-            if by_number:  # of which there must be as many as sections, and are these
+            if by_number:  # Geant4 then makes one slice of each section
                 if count != len(sections) - 1:
                     raise GdmlUnsupported(
                         f"has {count} slices of {len(sections) - 1} sections, which Geant4 does not divide either"
@@ -567,14 +617,14 @@ class _DividedSolid:
                 yield DivisionSlice({}, sections=tuple(self._at(z) for z in (low, *inside, high)))
             return
         for k in range(count):
-            found = []
+            sliced = []
             for number, (z, inner, outer) in enumerate(sections):
                 wide = width if number == 0 else (outer - inner - offset) / count
-                found.append((z, inner + offset + k * wide, inner + offset + (k + 1) * wide))
-            yield DivisionSlice({}, sections=tuple(found))
+                sliced.append((z, inner + offset + k * wide, inner + offset + (k + 1) * wide))
+            yield DivisionSlice({}, sections=tuple(sliced))
 
     def _at(self, z: Fraction) -> Point:
-        """The section at a height."""
+        """Return the section (z, rmin, rmax) at a height, interpolated linearly."""
         for (z0, a, b), (z1, c, d) in pairwise(self.sections):
             if z0 <= z <= z1 and z0 < z1:
                 share = (z - z0) / (z1 - z0)

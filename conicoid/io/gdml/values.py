@@ -1,4 +1,11 @@
-"""What is known while a GDML file is read: names, mistakes and remarks with their lines, loops."""
+"""State of a GDML reader, the numbers of its elements, and the <define> section.
+
+`GdmlReader` holds the defined names, unrolls loops and collects errors and remarks with their lines. `GdmlValues` reads
+the attributes of one element in mm and degrees. `read_motion` and the rotation functions turn <position>, <rotation>
+and <scale> into shifts and rotations. `read_defines` reads numbers, vectors and matrices.
+
+All numbers are fractions, so that walls which coincide on paper get equal numbers after one rounding.
+"""
 
 from __future__ import annotations
 
@@ -19,17 +26,18 @@ from . import expressions
 from .expressions import ExpressionError, evaluate, to_degrees
 
 MAX_LOOP_TURNS = 200_000
-"""Turns of all loops of a file together."""
+"""Iterations of all loops of a file together."""
 MAX_FACES, MAX_CONVEX_FACES, MAX_FACE_EFFORT = 400, 3_000, 4_000_000
-"""Faces of a concave solid and of a convex one whose parts are found in time; the sum of their squares in a file, of
-which those of convex ones count a tenth."""
+"""Limits on the time that meshes take: most faces of a concave solid, most faces of a convex solid, and most of the sum
+of squared face counts in a file, to which a convex solid contributes a tenth of its square."""
 
 _BRACKETS = re.compile(r"\[([^\[\]]*)\]")
+# The address that Geant4 appends to names of volumes and solids that it writes.
 _POINTER = re.compile(r"(?<=.)0x[0-9a-fA-F]{4,}$")
 
 
 class GdmlError(Exception):
-    """What is wrong with an element."""
+    """An error in a file, with the element that it is in."""
 
     def __init__(self, element: XmlElement, message: str) -> None:
         super().__init__(message)
@@ -37,39 +45,49 @@ class GdmlError(Exception):
 
 
 class GdmlUnsupported(Exception):
-    """Why an element cannot be what the file says, and the rest of the file may still be read."""
+    """Raised for an element that is valid but not supported; the reader leaves it out and reads on."""
 
 
 @dataclass
 class GdmlReader:
-    """The state of reading one file. `names` are constants, quantities, variables and entries of matrices."""
+    """The state of reading one file.
+
+    `names` holds constants, quantities, variables and entries of matrices; `vectors` holds positions, rotations and
+    scales by tag and name; `turns` and `effort` count what `MAX_LOOP_TURNS` and `MAX_FACE_EFFORT` limit.
+    """
 
     path: str
     names: dict[str, Fraction] = field(default_factory=lambda: dict(expressions.UNIT_VALUES))
     variables: set[str] = field(default_factory=set)
     vectors: dict[str, dict[str, tuple[Fraction, Fraction, Fraction]]] = field(default_factory=dict)
-    columns: dict[str, int] = field(default_factory=dict)  # of matrices
+    columns: dict[str, int] = field(default_factory=dict)  # columns of each matrix
     problems: list[Problem] = field(default_factory=list)
     remarks: dict[str, list[str]] = field(default_factory=dict)
     turns: int = 0
     effort: int = 0
-    counter: Iterator[int] = field(default_factory=lambda: itertools.count(1))  # of materials
+    counter: Iterator[int] = field(default_factory=lambda: itertools.count(1))  # numbers materials
     suggest: Suggestions = field(default_factory=Suggestions)
 
     def report(self, element: XmlElement, where: str, message: str) -> None:
-        """A mistake; after very many of them the file is given up."""
+        """Record an error. Raise SceneFileError with all of them once there are `MAX_PROBLEMS`."""
         self.problems.append(Problem(element.line, element.column, where, message))
         if len(self.problems) >= MAX_PROBLEMS:
             raise SceneFileError(self.path, self.problems)
 
     def remark(self, element: XmlElement, where: str, message: str) -> None:
-        """What is not as the file says, by kind of element, so that no kind hides the others."""
+        """Record a remark about something that is read differently from the file or left out.
+
+        Remarks are grouped by tag, so that many of one kind do not hide the others.
+        """
         file = os.path.basename(self.path)
         text = f"{file}:{element.line}: {printable(shorten(where))}: {printable(message)}"
         self.remarks.setdefault(element.tag, []).append(text)
 
     def spend(self, faces: int, is_convex: bool) -> None:
-        """Raises LeftOut where to cut what has so many faces into convex parts would take too long."""
+        """Charge the time to cut a solid of `faces` faces into convex parts; raise GdmlUnsupported if it is too long.
+
+        The time grows with the square of the face count.
+        """
         most, kind = (MAX_CONVEX_FACES, "") if is_convex else (MAX_FACES, "concave ")
         if faces > most:
             raise GdmlUnsupported(
@@ -80,8 +98,8 @@ class GdmlReader:
             raise GdmlUnsupported("the file has too many solids of many faces before it")
 
     def solved(self, text: str, element: XmlElement) -> str:
-        """A name whose [i] and [i, j] are replaced by _1 and _1_2, as Geant4 does."""
-        for _ in range(8):
+        """Return a name with [i] and [i, j] replaced by _1 and _1_2, as Geant4 does."""
+        for _ in range(8):  # each pass replaces one innermost pair of brackets
             found = _BRACKETS.search(text)
             if found is None:
                 return text
@@ -92,18 +110,21 @@ class GdmlReader:
         raise GdmlError(element, "has too many brackets in a name")
 
     def value(self, text: str, element: XmlElement, name: str) -> Fraction:
-        """The value of an expression. Raises Mistake."""
+        """Return the value of an expression in the attribute `name`. Raise GdmlError if it has none."""
         try:
             return evaluate(self.solved(text, element) if "[" in text else text, self.names)
         except ExpressionError as error:
             raise GdmlError(element, f"{name} {error}, got {shorten(text)!r}") from None
         except KeyError as error:
             unknown = str(error.args[0])
-            told = self.suggest(unknown, self.names)
-            raise GdmlError(element, f"{name} has {shorten(unknown)!r}, which is not defined{told}") from None
+            hint = self.suggest(unknown, self.names)
+            raise GdmlError(element, f"{name} has {shorten(unknown)!r}, which is not defined{hint}") from None
 
     def each(self, children: list[XmlElement], depth: int = 0) -> Iterator[XmlElement]:
-        """The elements, those in loops as often as these turn, their variable set meanwhile."""
+        """Yield elements with loops unrolled: `names` holds the loop variable while its elements are yielded.
+
+        Errors in a loop are reported, and the loop is skipped. Raise SceneFileError after `MAX_LOOP_TURNS` iterations.
+        """
         for child in children:
             if child.tag != "loop":
                 yield child
@@ -117,37 +138,40 @@ class GdmlReader:
             while (value <= last) if step > 0 else (value >= last):
                 self.turns += 1
                 if self.turns > MAX_LOOP_TURNS:
-                    found = Problem(child.line, child.column, "loop", f"loops turn more than {MAX_LOOP_TURNS:,} times")
-                    raise SceneFileError(self.path, [found])
+                    problem = Problem(
+                        child.line, child.column, "loop", f"loops turn more than {MAX_LOOP_TURNS:,} times"
+                    )
+                    raise SceneFileError(self.path, [problem])
                 self.names[name] = value
                 yield from self.each(child.children, depth + 1)
                 value += step
 
     def _loop(self, loop: XmlElement, depth: int) -> tuple[Fraction, Fraction, Fraction, str]:
+        """Return first value, last value, step and variable of a loop."""
         name = loop.attributes.get("for", "")
         if name not in self.variables:
             raise GdmlError(loop, f"for must be a variable that is defined before, got {shorten(name)!r}")
-        given = loop.attributes
-        first = self.value(given["from"], loop, "from") if "from" in given else self.names[name]
-        last = self.value(given.get("to", ""), loop, "to")
-        step = self.value(given.get("step", "1"), loop, "step")
+        attributes = loop.attributes
+        first = self.value(attributes["from"], loop, "from") if "from" in attributes else self.names[name]
+        last = self.value(attributes.get("to", ""), loop, "to")
+        step = self.value(attributes.get("step", "1"), loop, "step")
         if not step:
             raise GdmlError(loop, "step must not be 0")
         return first, last, step, name
 
 
 def strip_pointer(name: str) -> str:
-    """Without the address that Geant4 adds to a name."""
+    """Return a name without the address that Geant4 appends to it."""
     return _POINTER.sub("", name)
 
 
 def local_tag(element: XmlElement) -> str:
-    """A tag without its namespace."""
+    """Return the tag of an element without its namespace."""
     return element.tag.rpartition(":")[2]
 
 
 def read_reference(reading: GdmlReader, element: XmlElement, attribute: str = "ref") -> str:
-    """What an element refers to."""
+    """Return the name that an attribute of an element refers to. Raise GdmlError if the attribute is missing."""
     text = element.attributes.get(attribute)
     if not text:
         raise GdmlError(element, f"{attribute} must be given")
@@ -155,36 +179,42 @@ def read_reference(reading: GdmlReader, element: XmlElement, attribute: str = "r
 
 
 def look_up(reading: GdmlReader, table: dict[str, Any], name: str, element: XmlElement, what: str) -> Any:
-    """What a table has by a name. Raises Mistake."""
+    """Return the entry of a table. Raise GdmlError, with similar names, if the table has no such entry."""
     if name not in table:
-        told = reading.suggest(name, table)
-        raise GdmlError(element, f"there is no {what} {shorten(name)!r} before this{told}")
+        hint = reading.suggest(name, table)
+        raise GdmlError(element, f"there is no {what} {shorten(name)!r} before this{hint}")
     return table[name]
 
 
-# How GDML turns and mirrors: about x, then y, then z; Booleans as written, placements the other way.
+# Rotations and mirrors. GDML rotates about x, then y, then z: Booleans as written, placements by the inverse.
 
 _ZERO_ANGLE = Fraction(0)
 
 
 def operand_rotation(angles: Point) -> CellRotation:
-    """In degrees, about x, then y, then z: what a Boolean does to its operand."""
-    found = NO_ROTATION
+    """Return the rotation that a Boolean applies to its operand: about x, then y, then z, in degrees."""
+    rotation = NO_ROTATION
     for axis, angle in enumerate(angles):
-        alone = [_ZERO_ANGLE, _ZERO_ANGLE, _ZERO_ANGLE]
-        alone[axis] = angle
-        found = compose_rotations(rotation_by_angles((alone[0], alone[1], alone[2])), found)
-    return found
+        single = [_ZERO_ANGLE, _ZERO_ANGLE, _ZERO_ANGLE]
+        single[axis] = angle
+        rotation = compose_rotations(rotation_by_angles((single[0], single[1], single[2])), rotation)
+    return rotation
 
 
 def placement_rotation(angles: Point) -> CellRotation:
-    """The inverse of `turned`: what a placement does to its volume (G4GDMLReadStructure::PhysvolRead)."""
+    """Return the inverse of `operand_rotation`, which a placement applies to its volume.
+
+    Source: G4GDMLReadStructure::PhysvolRead. Angles are in degrees.
+    """
     x, y, z = angles
     return rotation_by_angles((-x, -y, -z))
 
 
 def scaling(factors: Point) -> CellRotation:
-    """Mirrors are exchanges of axes; other factors are motions. Raises ValueError for one that is zero."""
+    """Return the scaling by three factors: exact changes of sign if all are ±1, else a motion.
+
+    Raise ValueError for a factor of zero.
+    """
     if all(abs(factor) == 1 for factor in factors):
         x, y, z = (int(factor) for factor in factors)
         return CellRotation(AxisTurn(signs=(x, y, z)))
@@ -192,7 +222,7 @@ def scaling(factors: Point) -> CellRotation:
 
 
 def compose_rotations(last: CellRotation, first: CellRotation) -> CellRotation:
-    """`first`, then `last`."""
+    """Return the rotation that applies `first`, then `last`; exact if both are quarter turns."""
     if first.motion.is_identity and last.motion.is_identity:
         return CellRotation(last.turn.after(first.turn))
     motion = IDENTITY_MOTION
@@ -204,27 +234,31 @@ def compose_rotations(last: CellRotation, first: CellRotation) -> CellRotation:
     return CellRotation(motion=motion)
 
 
-# The numbers of an element, in mm and degrees.
+# Numbers of an element, in mm and degrees.
 
 UNIT_SCALE: Point = (Fraction(1), Fraction(1), Fraction(1))
 _MOTIONS = ("position", "rotation", "scale")
 
 
 class GdmlValues:
-    """The attributes of a solid or of one of its parts; its units are those of `units_of`."""
+    """The attributes of a solid or of one of its parts.
+
+    `lunit` and `aunit` are read from `units_of`, or else from the element itself; the defaults are mm and rad.
+    All methods raise GdmlError for a missing attribute without a default and for a value out of range.
+    """
 
     def __init__(self, reading: GdmlReader, element: XmlElement, units_of: XmlElement | None = None) -> None:
         self.reading, self.element = reading, element
-        given = (units_of or element).attributes
-        self.length_unit = reading.value(given.get("lunit") or "mm", element, "lunit")
-        self.angle_unit = reading.value(given.get("aunit") or "rad", element, "aunit")
+        attributes = (units_of or element).attributes
+        self.length_unit = reading.value(attributes.get("lunit") or "mm", element, "lunit")
+        self.angle_unit = reading.value(attributes.get("aunit") or "rad", element, "aunit")
 
     def has(self, name: str) -> bool:
-        """Is it given?"""
+        """Return True if the element has the attribute."""
         return name in self.element.attributes
 
     def number(self, name: str, default: Fraction | int | None = None) -> Fraction:
-        """A number without a unit."""
+        """Return a number without a unit."""
         text = self.element.attributes.get(name)
         if text is None or not text.strip():
             if default is None:
@@ -233,51 +267,55 @@ class GdmlValues:
         return self.reading.value(text, self.element, name)
 
     def length(self, name: str, default: Fraction | int | None = None) -> Fraction:
-        """In mm."""
+        """Return a length in mm."""
         return self.number(name, default) * self.length_unit
 
     def positive(self, name: str) -> Fraction:
-        """A length above 0."""
-        found = self.length(name)
-        if found <= 0:
-            raise GdmlError(self.element, f"{name} must be > 0, got {float(found):g} mm")
-        return found
+        """Return a length above 0 in mm."""
+        value = self.length(name)
+        if value <= 0:
+            raise GdmlError(self.element, f"{name} must be > 0, got {float(value):g} mm")
+        return value
 
     def radius(self, name: str, default: Fraction | int | None = 0) -> Fraction:
-        """A length that may be 0."""
-        found = self.length(name, default)
-        if found < 0:
-            raise GdmlError(self.element, f"{name} must be >= 0, got {float(found):g} mm")
-        return found
+        """Return a length in mm that is 0 or more."""
+        value = self.length(name, default)
+        if value < 0:
+            raise GdmlError(self.element, f"{name} must be >= 0, got {float(value):g} mm")
+        return value
 
     def angle(self, name: str, default: Fraction | int | None = None) -> Fraction:
-        """In degrees, a float's value; the default is in degrees."""
+        """Return an angle in degrees as the value of a float; `default` is in degrees too."""
         if not self.has(name) and default is not None:
             return Fraction(default)
         return to_degrees(self.number(name) * self.angle_unit)
 
     def integer(self, name: str, default: int | None = None, most: int = 10**6, least: int = 0) -> int:
-        """A whole number between two."""
-        found = self.number(name, default)
-        if found.denominator != 1 or not least <= found <= most:
-            told = f"{name} must be a whole number from {least:,} to {most:,}, got {float(found):g}"
-            raise GdmlError(self.element, told)
-        return int(found)
+        """Return a whole number from `least` to `most`."""
+        value = self.number(name, default)
+        if value.denominator != 1 or not least <= value <= most:
+            message = f"{name} must be a whole number from {least:,} to {most:,}, got {float(value):g}"
+            raise GdmlError(self.element, message)
+        return int(value)
 
 
 def read_vector(reading: GdmlReader, element: XmlElement, kind: str) -> Point:
-    """A position in mm, a rotation in degrees, or a scale: written out, or what a <positionref> names."""
+    """Return a position in mm, a rotation in degrees, or a scale.
+
+    The element holds the numbers itself, or it is a reference such as <positionref> to a defined vector.
+    """
     if element.tag.endswith("ref"):
         table = reading.vectors.setdefault(kind, {})
-        found: Point = look_up(reading, table, read_reference(reading, element), element, kind)
-        return found
-    given, default = element.attributes, UNIT_SCALE[0] if kind == "scale" else ORIGIN[0]
-    x = reading.value(given["x"], element, "x") if "x" in given else default
-    y = reading.value(given["y"], element, "y") if "y" in given else default
-    z = reading.value(given["z"], element, "z") if "z" in given else default
+        vector: Point = look_up(reading, table, read_reference(reading, element), element, kind)
+        return vector
+    attributes, default = element.attributes, UNIT_SCALE[0] if kind == "scale" else ORIGIN[0]
+    x = reading.value(attributes["x"], element, "x") if "x" in attributes else default
+    y = reading.value(attributes["y"], element, "y") if "y" in attributes else default
+    z = reading.value(attributes["z"], element, "z") if "z" in attributes else default
     if kind == "scale":
         return x, y, z
-    unit = reading.value(given.get("unit") or ("mm" if kind == "position" else "rad"), element, "unit")
+    unit = reading.value(attributes.get("unit") or ("mm" if kind == "position" else "rad"), element, "unit")
+    # Positions in mm are the common case: skip three multiplications of fractions by 1.
     if kind == "position":
         return (x, y, z) if unit == 1 else (x * unit, y * unit, z * unit)
     return to_degrees(x * unit), to_degrees(y * unit), to_degrees(z * unit)
@@ -286,26 +324,30 @@ def read_vector(reading: GdmlReader, element: XmlElement, kind: str) -> Point:
 def read_motion(
     reading: GdmlReader, element: XmlElement, turn: Callable[[Point], CellRotation], prefix: str = ""
 ) -> tuple[Point, CellRotation, Point]:
-    """Shift, rotation and scale of an element's children, such as <position> or <firstrotationref>."""
-    found: dict[str, Point] = {}
+    """Return shift in mm, rotation and scale, read from the children of an element.
+
+    `turn` makes a rotation from angles in degrees (`operand_rotation` or `placement_rotation`); `prefix` stands before
+    the tags, such as "first" in <firstrotationref>. Raise GdmlError for a scale of zero.
+    """
+    vectors: dict[str, Point] = {}
     for child in element.children:
         kind = child.tag.removeprefix(prefix).removesuffix("ref")
         if kind in _MOTIONS and child.tag.startswith(prefix):
-            found[kind] = read_vector(reading, child, kind)
-    angles, scale = found.get("rotation", ORIGIN), found.get("scale", UNIT_SCALE)
+            vectors[kind] = read_vector(reading, child, kind)
+    angles, scale = vectors.get("rotation", ORIGIN), vectors.get("scale", UNIT_SCALE)
     if not all(scale):
         raise GdmlError(element, f"scale must not be zero, got {shorten(str(tuple(map(float, scale))))}")
-    return found.get("position", ORIGIN), turn(angles) if any(angles) else NO_ROTATION, scale
+    return vectors.get("position", ORIGIN), turn(angles) if any(angles) else NO_ROTATION, scale
 
 
-# GDML's <define>: numbers, vectors and matrices by name.
+# The <define> section: numbers, vectors and matrices by name.
 
 MAX_MATRIX_ENTRIES = 1_000_000
 _VECTOR_TAGS = ("position", "rotation", "scale")
 
 
 def read_defines(reading: GdmlReader, section: XmlElement) -> None:
-    """All of a section; what is wrong is reported."""
+    """Read a <define> section into `reading`; errors are reported, and unknown tags are remarked."""
     for element in reading.each(section.children):
         name = element.attributes.get("name", "")
         try:
@@ -348,7 +390,7 @@ def _define_number(reading: GdmlReader, element: XmlElement) -> Fraction:
 
 
 def _define_matrix(reading: GdmlReader, element: XmlElement, name: str) -> None:
-    """Entries are name_1_1, and name_1 where there is one row or column."""
+    """Define the entries of a matrix as name_1_1, and also as name_1 if it has one row or column."""
     words = element.attributes.get("values", "").split()
     columns = reading.value(element.attributes.get("coldim", "1"), element, "coldim")
     if columns.denominator != 1 or columns < 1 or not words or len(words) % int(columns):

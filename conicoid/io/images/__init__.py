@@ -1,1 +1,1 @@
-"""Image files."""
+"""Images and movies, and the codecs of their files."""

@@ -1,4 +1,7 @@
-"""OpenEXR pictures: linear light, whatever its range, in floats of 32 or 16 bits, and layers of what else is known."""
+"""Codecs of images: OpenEXR, sRGB bytes, JPEG and WebP, and half blocks in a terminal.
+
+Pixels are linear light, 1 being white, of shape (height, width, 3) with rows from top to bottom.
+"""
 
 from __future__ import annotations
 
@@ -20,18 +23,33 @@ if TYPE_CHECKING:
     from rich.text import Text
 
 
+# OpenEXR: linear light of any range, as floats of 32 or 16 bits, with further layers as channels.
+
 _LAYER_CHANNELS = {"normal": "XYZ", "position": "XYZ"}
-"""What the channels of a layer are called that has no colours."""
+"""Channel letters of the layers that hold vectors; layers of colours use RGB."""
 
 
 def write_exr(
     path: str | os.PathLike[str], values: Any, layers: Mapping[str, Any] | None = None, half: bool = False
 ) -> None:
-    """Write (height, width, 3) as channels R, G, B, or (height, width) as the channel Y.
+    """Write an OpenEXR file; it appears whole or not at all.
 
-    layers: arrays of as many pixels, as channels such as albedo.R, normal.X, depth.V and body.V. Integers become
-        unsigned ones of 32 bits, in which -1 is the largest number.
-    half: floats of 16 bits; what is too large for them becomes infinite.
+    Parameters
+    ----------
+    path
+        The file to write.
+    values
+        (height, width, 3), written as channels R, G and B, or (height, width), written as channel Y.
+    layers
+        Further arrays with as many pixels, written as channels such as albedo.R, normal.X, depth.V and body.V.
+        Integers become unsigned integers of 32 bits, so that -1 becomes the largest number.
+    half
+        Write floats of 16 bits. Numbers that are too large for them become infinite.
+
+    Raises
+    ------
+    OSError
+        If the file cannot be written.
     """
     import OpenEXR
 
@@ -60,65 +78,73 @@ def _exr_float(values: Any, kind: Any) -> Any:
 
 
 def _exr_os_error(text: str) -> OSError:
-    """What the library says in its own words, as Python would say it."""
+    """Convert the message of the OpenEXR library, which hides errno, to the OSError that Python would raise."""
     for code in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EACCES, errno.EIO):
         if os.strerror(code) in text:
             return OSError(code, os.strerror(code))
     return OSError(errno.EIO, f"cannot be written: {text.splitlines()[0] if text else 'OpenEXR does not say why'}")
 
 
-# Linear light as bytes of sRGB, as pictures hold them.
+# Linear light as bytes of sRGB.
 #
-# A byte is what `srgb_encode` gives, rounded. That takes two roots for each number; but it only rises, so the byte is
-# the
-# number of thresholds that a value has reached: of the two that the first eight bits of its fraction leave open, one
-# comparison decides.
+# A byte is `srgb_encode` of a value, rounded. The formula takes two roots for each number; but it increases, so the
+# byte equals the number of thresholds that the value has reached. The first eight bits of the value's fraction leave at
+# most two bytes possible, and one comparison decides between them.
 
-_BUCKET_SHIFT = 44  # what follows the first eight bits of the fraction of a float64
-_FIRST_BUCKET = (1023 - 13) << 8  # the beginning of 2^-13; what is less is black
-_SRGB_CHUNK = 1 << 14  # numbers: they stay in the cache
+_BUCKET_SHIFT = 44  # bits after the first eight of the fraction of a float64
+_FIRST_BUCKET = (1023 - 13) << 8  # exponent and first fraction bits of 2^-13; smaller values are black
+_SRGB_CHUNK = 1 << 14  # numbers at a time, so that they stay in the cache
 
 
 def srgb_bytes(pixels: Any) -> Any:
-    """Linear pixels as uint8 of sRGB: cut to [0, 1], NaN is black."""
-    given = np.ascontiguousarray(pixels)
-    values, codes = given.reshape(-1), np.empty(given.size, np.uint8)
+    """Return linear pixels of any shape as sRGB bytes (uint8): values are clipped to [0, 1], NaN becomes black."""
+    linear = np.ascontiguousarray(pixels)
+    values, codes = linear.reshape(-1), np.empty(linear.size, np.uint8)
     below, next_above = _srgb_table()
     for begin in range(0, len(values), _SRGB_CHUNK):
         part = values[begin : begin + _SRGB_CHUNK].astype(np.float64)
         with np.errstate(invalid="ignore"):
-            np.copyto(part, 0.0, where=~(part > 0.0))
+            np.copyto(part, 0.0, where=~(part > 0.0))  # NaN too
         np.minimum(part, 1.0, out=part)
+        # The bits of floats >= 0, read as integers, have the order of the floats: shifted, they number the buckets.
         first = below[np.maximum((part.view(np.int64) >> _BUCKET_SHIFT) - _FIRST_BUCKET, 0)]
         np.add(first, part >= next_above[first], out=codes[begin : begin + _SRGB_CHUNK])
-    return codes.reshape(given.shape)
+    return codes.reshape(linear.shape)
 
 
 def srgb_words(pixels: Any) -> Any:
-    """The same as uint16, 65,535 being white: by the formula, as a table of so many thresholds takes as long."""
+    """Return linear pixels as uint16 of sRGB, 65,535 being white, clipped as in `srgb_bytes`.
+
+    They are computed by the formula: a table of so many thresholds takes as long.
+    """
     cut = np.clip(np.nan_to_num(np.asarray(pixels, dtype=np.float64), nan=0.0, posinf=1.0), 0.0, 1.0)
     return np.rint(65535 * srgb_encode(cut)).astype(np.uint16)
 
 
 def _srgb_codes(values: Floats) -> Any:
-    """Bytes of linear values in [0, 1], by the formula."""
+    """Return the sRGB bytes of linear values in [0, 1] by the formula."""
     return np.rint(255 * srgb_encode(values)).astype(np.uint8)
 
 
 @lru_cache(maxsize=1)
 def _srgb_table() -> tuple[Any, Floats]:
-    """The byte of the least number with each beginning, and the least number of the byte that follows each."""
+    """Return the byte of the least number of each bucket, and for each byte the least number of the next byte.
+
+    A bucket holds the numbers that share their exponent and the first eight bits of their fraction. The thresholds are
+    found by bisection of the bits of floats.
+    """
     beginnings = np.arange(_FIRST_BUCKET, (1023 << 52 >> _BUCKET_SHIFT) + 1)
-    low, high = np.zeros(255, np.int64), np.full(255, 1023 << 52, np.int64)  # bits of 0 and of 1, in the same order
-    wanted = np.arange(1, 256)
+    # The bits of 0 and of 1. Bits of floats >= 0 have the order of the floats.
+    low, high = np.zeros(255, np.int64), np.full(255, 1023 << 52, np.int64)
+    byte_numbers = np.arange(1, 256)
     while (high - low > 1).any():
         middle = (low + high) >> 1
-        reached = _srgb_codes(middle.view(np.float64)) >= wanted
+        reached = _srgb_codes(middle.view(np.float64)) >= byte_numbers
         low, high = np.where(reached, low, middle), np.where(reached, middle, high)
     return _srgb_codes((beginnings << _BUCKET_SHIFT).view(np.float64)), np.append(high.view(np.float64), np.inf)
 
 
-# Pictures for mail and pages: JPEG, which loses a little, and WebP, which loses nothing. Both in 8 bits of sRGB.
+# Images for mail and web pages: JPEG, slightly lossy, and WebP, lossless. Both hold 8 bits of sRGB per channel.
 
 PHOTO_OPTIONS: dict[str, tuple[str, dict[str, Any]]] = {
     ".jpg": ("JPEG", dict(quality=92, subsampling=0)),
@@ -129,7 +155,10 @@ PHOTO_OPTIONS: dict[str, tuple[str, dict[str, Any]]] = {
 
 
 def write_photo(path: str | os.PathLike[str], pixels: Any, suffix: str) -> None:
-    """Write linear (height, width, 3) pixels. Raises ValueError for more pixels a side than the format has."""
+    """Write linear pixels (height, width, 3) as JPEG or WebP; the file appears whole or not at all.
+
+    `suffix` is a key of `PHOTO_OPTIONS`. Raise ValueError if an image has more pixels a side than the format allows.
+    """
     from PIL import Image
 
     kind, options = PHOTO_OPTIONS[suffix]
@@ -142,13 +171,16 @@ def write_photo(path: str | os.PathLike[str], pixels: Any, suffix: str) -> None:
         part.write_bytes(stream.getvalue())
 
 
-# A picture in a terminal: each character shows two pixels, one over the other, as half a block on a background.
+# Images in a terminal: each character shows two pixels, one above the other, as an upper half block on a background.
 
 UPPER_HALF = "▀"
 
 
 def downsample(pixels: FloatArray, columns: int, rows: int) -> FloatArray:
-    """(height, width, 3): the means of light over as few equal parts as fit into columns x rows; never enlarged."""
+    """Return an image (height, width, 3) shrunk to fit into `columns` x `rows` pixels, by means of light.
+
+    The sides keep their ratio, and images are never enlarged.
+    """
     height, width = pixels.shape[:2]
     share = min(1.0, columns / width, rows / height)
     high, wide = max(1, int(height * share)), max(1, int(width * share))
@@ -159,7 +191,7 @@ def downsample(pixels: FloatArray, columns: int, rows: int) -> FloatArray:
 
 
 def render_half_blocks(pixels: Any, columns: int, rows: int) -> Text:
-    """A picture (height, width, 3) of linear light in at most so many columns and rows of characters."""
+    """Return an image (height, width, 3) of linear light as text of at most `columns` x `rows` characters."""
     from rich.text import Text
 
     shown = np.asarray(srgb_bytes(downsample(pixels, columns, 2 * rows).astype(np.float32)))
@@ -173,13 +205,16 @@ def render_half_blocks(pixels: Any, columns: int, rows: int) -> Text:
 
 
 def _half_block_style(pair: Any) -> str:
-    """The colours of one character."""
+    """Return the rich style of one character: the colours of its two pixels, or of one in an odd last row."""
     over, under = ("#" + bytes(pixel.tolist()).hex() for pixel in (pair[0], pair[-1]))
     return f"{over} on {under}" if len(pair) == 2 else over
 
 
 def terminal_preview() -> Callable[[Any], None]:
-    """What draws pictures in the terminal that stderr is, each over the one before; nothing where it is none."""
+    """Return a function that draws an Image in the terminal at stderr, each over the one before.
+
+    The function does nothing if stderr is not a terminal.
+    """
     from rich.console import Console
     from rich.control import Control
     from rich.segment import ControlType

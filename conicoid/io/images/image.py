@@ -1,4 +1,4 @@
-"""A picture that one can look at and save."""
+"""`Image`: an array of light or of numbers per pixel that shows itself in notebooks and saves itself as a file."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from ...render.film.options import Tone
 from ...render.film.tone import apply_tone, check_exposure, check_tone
 
 SUFFIXES = (".png", ".exr", ".jpg", ".jpeg", ".webp")
-"""Of pictures' files."""
+"""Suffixes of the files that `Image.save` writes."""
 Pixels = npt.NDArray[np.float32]
 
 
@@ -34,27 +34,41 @@ Pixels = npt.NDArray[np.float32]
 @with_method_hints
 @compare_by_value("values", "pixels", "exposure", "tone", "layers")
 class Image(metaclass=HintingType):
-    """Linear colours (height, width, 3), or a number per pixel (height, width) seen through a colour map.
+    """An image: linear colours (height, width, 3), or a number per pixel (height, width) seen through a colour map.
 
-    array: any real numbers; rows from top to bottom. Colours in uint8 are taken for sRGB bytes, as PNG has them.
-        Colours in floats are linear light, of which 1 is white: a channel below 0, or NaN, is shown as 0, and one above
-        1 as 1. Floats that are all whole, up to 255, are refused, since they are bytes in another type.
-    colormap: "dusk" (dark blue over violet and orange to pale yellow, in even steps of lightness; the default), or
-        "grey" or "gray". It goes with a number per pixel alone, as vmin and vmax do.
-    vmin, vmax: the numbers at the two ends of the map; by default the least and the greatest finite one.
-        Of a number per pixel, those that are not finite are shown in pale grey.
+    An Image shows itself in a notebook. `pixels` (height, width, 3) float32 holds the visible linear light, `values`
+    the array that was passed.
 
-    `pixels` (height, width, 3) float32 is what is seen, `values` the array as it was given.
-    Shows itself in a notebook. Raises ValueError for other shapes, for an unknown map and for vmin > vmax, and warns of
-    floats most of which are beyond white, some far.
+    Parameters
+    ----------
+    array
+        Real numbers with rows from top to bottom. Colours in uint8 are read as sRGB bytes, as in PNG files. Colours in
+        floats are linear light, 1 being white: a channel below 0, or NaN, is shown as 0, and one above 1 as 1.
+    colormap
+        "dusk" (dark blue over violet and orange to pale yellow, in even steps of lightness; the default), or "grey" or
+        "gray". Only for a number per pixel, like `vmin` and `vmax`.
+    vmin, vmax
+        The numbers at the two ends of the map; by default the least and the greatest finite number. Numbers that are
+        not finite are shown in pale grey.
+
+    Raises
+    ------
+    ValueError
+        For other shapes, for an unknown map, for vmin > vmax, and for floats that are all whole and reach from above 1
+        to 255 or less, since these are bytes in another type.
+
+    Warns
+    -----
+    UserWarning
+        If most numbers of an array of floats are above 1, which is white, and some far above.
     """
 
     values: Any
     pixels: Pixels
     layers: Mapping[str, Any]
-    """What `render(layers=...)` was asked for beside the light, by name."""
+    """The arrays that `render(layers=...)` returned beside the light, by name."""
     noise: float | None = None
-    """Of a preview, and where `noise` or the layers of samples were asked for: the error of the whole picture."""
+    """The error of the whole image: of previews, and where `render` got `noise` or layers of samples."""
     exposure: float = 0.0
     tone: Tone = "srgb"
 
@@ -90,7 +104,7 @@ class Image(metaclass=HintingType):
 
     @classmethod
     def _of_light(cls, film: Pixels, layers: Mapping[str, Any] | None = None) -> Image:
-        """A film of linear light, which is not looked at again."""
+        """Return an image of a film of linear light, whose values are not checked, with its layers."""
         image = cls.__new__(cls)
         image._keep(np.array(film), film)
         if layers:
@@ -101,26 +115,42 @@ class Image(metaclass=HintingType):
 
     @ignore_fp_errors
     def developed(self, exposure: float = 0.0, tone: Tone = "srgb") -> Image:
-        """The same light shown otherwise: on screens and in files of 8 or 16 bits; `pixels` and .exr files stay.
+        """Return the same light with another exposure and tone curve.
 
-        exposure: stops; each makes all twice as bright.
-        tone: the curve from light to what is displayed: "srgb" cuts off at white; "filmic" (Hable) and "agx" (Sobotka)
-            roll off what is bright, and take the place of the cut.
-        Raises ValueError for another curve, and for a number per pixel, which a colour map shows.
+        These change the display on screens and files of 8 or 16 bits; `pixels` and .exr files stay as they are.
+
+        Parameters
+        ----------
+        exposure
+            Stops; each doubles the brightness.
+        tone
+            The curve from light to displayed light: "srgb" clips at white; "filmic" (Hable) and "agx" (Sobotka) roll
+            off bright light instead.
+
+        Raises
+        ------
+        ValueError
+            For another curve, and for an image of a number per pixel, which a colour map shows.
         """
         stops, curve = check_exposure("developed", exposure), check_tone("developed", tone)
         if self.values.ndim == 2:
             raise ValueError("developed: image must be of light, not a number per pixel through a colour map")
         other = type(self).__new__(type(self))
-        vars(other).update(vars(self), exposure=stops, tone=curve)
+        vars(other).update(vars(self), exposure=stops, tone=curve)  # arrays are read-only, so both may hold them
         return other
 
     @ignore_fp_errors
     def denoised(self) -> Image:
-        """The same picture without its noise, as Intel's Open Image Denoise guesses it: to look at, not to measure.
+        """Return the image with its noise removed by Intel's Open Image Denoise: to look at, not to measure.
 
-        The layers "albedo" and "normal" help, `render(layers=["albedo", "normal"])`. Raises ImportError without the
-        extra `denoise`, ValueError for a number per pixel.
+        The layers "albedo" and "normal" improve the result: `render(layers=["albedo", "normal"])`.
+
+        Raises
+        ------
+        ImportError
+            If the extra `denoise` is not installed.
+        ValueError
+            For an image of a number per pixel.
         """
         from ...render.film.denoise import denoise
 
@@ -132,7 +162,7 @@ class Image(metaclass=HintingType):
 
     @property
     def _shown(self) -> Any:
-        """What is displayed, as linear light."""
+        """The displayed light, linear: `pixels` after exposure and tone curve."""
         return apply_tone(self.pixels, self.exposure, self.tone)
 
     def _keep(self, values: Any, colors: Any) -> None:
@@ -144,7 +174,7 @@ class Image(metaclass=HintingType):
     def __getitem__(self, index: Any) -> Any:
         raise TypeError("Image: image.pixels[...] is linear light, np.asarray(image)[...] the bytes that are shown")
 
-    if not TYPE_CHECKING:  # else checkers would let pictures be reckoned with
+    if not TYPE_CHECKING:  # type checkers would accept arithmetic with images if they saw these methods
 
         def _no_number(self, *_: Any) -> NoReturn:
             raise TypeError("Image: pictures are no numbers: co.Image(2 * image.pixels) is one of twice the light")
@@ -157,24 +187,33 @@ class Image(metaclass=HintingType):
 
     @property
     def width(self) -> int:
-        """Pixels in a row."""
+        """The number of pixels in a row."""
         return int(self.pixels.shape[1])
 
     @property
     def height(self) -> int:
-        """Number of rows."""
+        """The number of rows."""
         return int(self.pixels.shape[0])
 
     def save(self, path: str | os.PathLike[str], *, bits: int | None = None) -> None:
-        """Save at `path` as .png (sRGB, 8 bits) or .exr (linear floats; of a number per pixel the numbers themselves).
+        """Save the image; an existing file is replaced only when the new one is complete.
 
-        Also as .jpg or .jpeg, which loses a little, and .webp, lossless; both in 8 bits of sRGB. An .exr has the
-        `layers` as well, as channels such as albedo.R.
-        bits: 16 for a .png with as many for each channel, or an .exr of half floats, whose numbers of bodies and
-            samples stay whole numbers of 32 bits; else 8 and 32.
+        Parameters
+        ----------
+        path
+            A file with one of these suffixes: .png (sRGB), .jpg or .jpeg (slightly lossy, 8 bits of sRGB), .webp
+            (lossless, 8 bits of sRGB), or .exr (linear floats; for a number per pixel, the numbers themselves). An .exr
+            file also holds the `layers`, as channels such as albedo.R.
+        bits
+            Bits per channel: 8 (default) or 16 for a .png; 32 (default) or 16, half floats, for an .exr, in which
+            numbers of bodies and samples stay whole numbers of 32 bits.
 
-        The file is replaced only when it is complete. Raises ValueError for any other suffix,
-        FileNotFoundError if the folder does not exist.
+        Raises
+        ------
+        ValueError
+            For any other suffix or number of bits.
+        FileNotFoundError
+            If the folder does not exist.
         """
         path = checked_path("Image", path)
         suffix = os.path.splitext(os.fspath(path))[1].lower()
@@ -199,7 +238,7 @@ class Image(metaclass=HintingType):
             write_photo(path, self._shown, suffix)
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> Any:
-        """(height, width, 3) uint8 of sRGB, what a PNG holds: for `np.asarray` and `plt.imshow`."""
+        """Return (height, width, 3) uint8 of sRGB, the bytes of a PNG file, for `np.asarray` and `plt.imshow`."""
         from .codecs import srgb_bytes
 
         if copy is False:
@@ -207,7 +246,7 @@ class Image(metaclass=HintingType):
         return srgb_bytes(self._shown).astype(dtype or np.uint8, copy=False)
 
     def show(self) -> None:
-        """Show in the notebook, or else in the viewer that Pillow finds on this machine."""
+        """Show the image in the notebook, or else in the viewer that Pillow finds on this machine."""
         if _in_notebook():
             front: Any = importlib.import_module("IPython.display")
             front.display(self)
@@ -226,13 +265,13 @@ class Image(metaclass=HintingType):
 
 
 def _in_notebook() -> bool:
-    """Whether IPython runs with a kernel, whose front end shows pictures."""
+    """Return True if IPython runs with a kernel, whose front end shows images."""
     shell = getattr(sys.modules.get("IPython"), "get_ipython", lambda: None)()
     return getattr(shell, "kernel", None) is not None
 
 
 def _named_map(colormap: Any) -> str:
-    """The name of a colour map, or of the default one."""
+    """Return the name of a colour map, by default the first. Raise ValueError for an unknown one."""
     if colormap is None:
         return next(iter(COLORMAPS))
     name = "grey" if isinstance(colormap, str) and colormap == "gray" else colormap
@@ -247,10 +286,14 @@ def _named_map(colormap: Any) -> str:
 
 
 _BYTE, _BRIGHT = 255, 16
+"""The largest byte, and the light above which an array is far beyond white."""
 
 
 def _check_colors(values: Any) -> None:
-    """Refuse, or doubt, colours that are bytes in another type: they would be white nearly everywhere."""
+    """Raise ValueError, or warn, for colours that seem to be bytes in another type.
+
+    As linear light they would be white nearly everywhere.
+    """
     if values.dtype == np.uint8 or values.dtype.kind == "b":
         return
     most = values.max()
@@ -272,8 +315,8 @@ def _check_colors(values: Any) -> None:
 
 
 def _real(field: str, value: Any) -> float:
-    """Any finite number, of any magnitude."""
-    found = real_array("Image", field, value, "a number")
-    if found.ndim or not np.isfinite(found):
+    """Return a finite number of any magnitude. Raise ValueError for anything else."""
+    number = real_array("Image", field, value, "a number")
+    if number.ndim or not np.isfinite(number):
         raise ValueError(f"Image: {field} must be a finite number, got {format_value(value)}")
-    return float(found)
+    return float(number)

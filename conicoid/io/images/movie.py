@@ -1,4 +1,4 @@
-"""Pictures that move: GIF and WebP by Pillow, MP4 (H.264) by PyAV, an extra. They appear whole or not at all."""
+"""Movies: GIF and WebP by Pillow, MP4 (H.264) by PyAV, an extra. Files appear whole or not at all."""
 
 from __future__ import annotations
 
@@ -13,21 +13,23 @@ from typing import Any
 from ..._util.safe_files import replace_file
 
 MOVIE_SUFFIXES = (".gif", ".webp", ".mp4")
-"""Suffixes of their files."""
+"""Suffixes of the files of movies."""
 _FASTEST = 50  # frames a second of a GIF: browsers show faster ones slowly
 _LONGEST = {".gif": 655, ".webp": 16777, ".mp4": 1000}
-"""Seconds that a frame is shown at most: 16 bits of hundredths, 24 bits of milliseconds, and the rates we write."""
+"""Most seconds of a frame: 16 bits of hundredths, 24 bits of milliseconds, and the least frame rate that we write."""
 _LONGEST_SIDE = {".gif": 65535, ".webp": 16383, ".mp4": 16384}
+"""Most pixels of a side."""
 _SAMPLED = 12  # frames that the colours of a GIF are chosen from
-_BT709 = 1
+_BT709 = 1  # the code of BT.709 for matrix, primaries and transfer curve alike
 
 MovieProgress = Callable[[int, int], Any]
 
 
 def check_movie(path: str | os.PathLike[str], width: int, height: int, frames: int, seconds: float) -> None:
-    """Refuse what could not be written, before there are frames.
+    """Raise ValueError for a movie that could not be written; callers check before they render frames.
 
-    Raises ValueError, and ImportError where a .mp4 is asked for and PyAV is not installed.
+    `width` and `height` are in pixels, `seconds` is the time of all frames. Raise ImportError for a .mp4 if PyAV is
+    not installed.
     """
     suffix = Path(path).suffix.lower()
     if suffix not in MOVIE_SUFFIXES:
@@ -54,14 +56,17 @@ def check_movie(path: str | os.PathLike[str], width: int, height: int, frames: i
 def write_movie(
     path: str | os.PathLike[str], frames: Sequence[Path], seconds: float, progress: MovieProgress | None = None
 ) -> None:
-    """Put pictures of one size together, shown one after the other in so many seconds, again and again."""
+    """Write a movie of `seconds` from image files of one size. GIF and WebP repeat for ever.
+
+    `progress(done, count)` is called after each frame. The suffix of `path` chooses the format.
+    """
     write = {".gif": _write_gif, ".webp": _write_webp, ".mp4": _write_mp4}[Path(path).suffix.lower()]
     with replace_file(path) as partial:
         write(partial, frames, seconds, progress or (lambda done, count: None))
 
 
 def _write_gif(path: Path, frames: Sequence[Path], seconds: float, progress: MovieProgress) -> None:
-    """One palette for all frames, so that what stands still does not flicker."""
+    """Write a GIF with one palette for all frames, so that parts that stand still do not flicker."""
     from PIL import Image
 
     some = [_open_frame(frames[i]) for i in range(0, len(frames), -(-len(frames) // _SAMPLED))]
@@ -82,7 +87,7 @@ def _write_webp(path: Path, frames: Sequence[Path], seconds: float, progress: Mo
 
 
 def _write_mp4(path: Path, frames: Sequence[Path], seconds: float, progress: MovieProgress) -> None:
-    """H.264 in BT.709, the matrix that players take pictures for."""
+    """Write H.264 in BT.709, the colour matrix that players assume."""
     av = _av()
     rate = (Fraction(len(frames)) / Fraction(seconds)).limit_denominator(1000)
     with av.open(str(path), "w", options={"movflags": "faststart"}) as movie:
@@ -97,7 +102,7 @@ def _write_mp4(path: Path, frames: Sequence[Path], seconds: float, progress: Mov
 
 
 def _report_frames(frames: Sequence[Path], progress: MovieProgress) -> Iterator[Any]:
-    """The pictures, with progress."""
+    """Yield the frames, and report progress after each."""
     for done, frame in enumerate(frames, 1):
         yield _open_frame(frame)
         progress(done, len(frames))
@@ -111,7 +116,10 @@ def _open_frame(frame: Path) -> Any:
 
 
 def _durations(count: int, seconds: float, unit: int) -> list[int]:
-    """Milliseconds of each frame, whole units that add up to the time of all."""
+    """Return the milliseconds of each frame: multiples of `unit` that add up to the time of all, up to rounding.
+
+    Ends are rounded, not durations, so that errors do not add up.
+    """
     ends = [round(i * seconds * 1000 / (count * unit)) * unit for i in range(count + 1)]
     return [max(unit, end - begin) for begin, end in itertools.pairwise(ends)]
 

@@ -1,4 +1,4 @@
-"""PNG pictures: 8 or 16 bits of sRGB per channel."""
+"""PNG files: 8 or 16 bits of sRGB per channel."""
 
 from __future__ import annotations
 
@@ -13,33 +13,33 @@ from ..._util.safe_files import replace_file
 from .codecs import srgb_bytes, srgb_words
 
 _PERCEPTUAL = b"\x00"  # rendering intent in the sRGB chunk
-_LEVEL = 3  # of zlib: half the time of 6, and pictures of smooth bodies are no larger
+_LEVEL = 3  # zlib level of 8-bit files: half the time of level 6, and images of smooth bodies are no larger
 _DEEP_LEVEL = 6
 _MOST = 1 << 30  # bytes of a chunk, which must be fewer than 2^31
-_RGB, _UP = 2, 2  # the type of colour, and the filter of a row
+_RGB, _UP = 2, 2  # colour type, and the filter "Up" of a row
 
 
 def png_bytes(pixels: Any) -> bytes:
-    """Linear (height, width, 3) pixels as a PNG file; values are cut to [0, 1], NaN is black."""
+    """Return a PNG file of linear pixels (height, width, 3); values are clipped to [0, 1], NaN becomes black."""
     return _file(srgb_bytes(pixels), 8, _LEVEL)
 
 
 def deep_png_bytes(pixels: Any) -> bytes:
-    """The same with 16 bits for each channel."""
+    """Return a PNG file of linear pixels (height, width, 3) with 16 bits per channel, clipped as in `png_bytes`."""
     return _file(srgb_words(pixels).astype(">u2"), 16, _DEEP_LEVEL)
 
 
 def _file(codes: Any, bits: int, level: int) -> bytes:
-    """A file of codes (height, width, 3), by the PNG specification, third edition, 2025.
+    """Return a PNG file of codes (height, width, 3), by the PNG specification, third edition, 2025.
 
-    Each row is told by its differences from the one above (filter 2), modulo 256 in each byte. Pillow, which chooses
+    Each row holds its differences from the row above (filter 2, "Up"), modulo 256 in each byte. Pillow, which chooses
     a filter for each row, takes twice the time for files as large, and as long again to be imported.
     """
     height, width, _ = codes.shape
     rows = codes.view(np.uint8).reshape(height, -1)
     lines = np.empty((height, 1 + rows.shape[1]), np.uint8)
     lines[:, 0] = _UP
-    lines[:1, 1:] = rows[:1]
+    lines[:1, 1:] = rows[:1]  # the row above the first counts as zeros
     np.subtract(rows[1:], rows[:-1], out=lines[1:, 1:])
     header = struct.pack(">IIBBBBB", width, height, bits, _RGB, 0, 0, 0)
     data = zlib.compress(lines.data, level)
@@ -51,6 +51,6 @@ def _file(codes: Any, bits: int, level: int) -> bytes:
 
 
 def write_png(path: str | os.PathLike[str], pixels: Any, bits: int = 8) -> None:
-    """Write linear (height, width, 3) pixels with 8 or 16 bits for each channel."""
+    """Write linear pixels (height, width, 3) with 8 or 16 bits per channel; the file appears whole or not at all."""
     with replace_file(path) as part:
         part.write_bytes(png_bytes(pixels) if bits == 8 else deep_png_bytes(pixels))

@@ -1,5 +1,5 @@
-"""MCNP decks as scenes: cells, universes, lattices and macrobodies, exactly. See docs/mcnp.md.
+"""Import of MCNP decks: cells, universes, lattices and macrobodies, exactly. See docs/mcnp.md.
 
-The format is described in Los Alamos' manuals of MCNP, "Description of MCNP Input"; where those leave something open,
-what is done is said in docs/mcnp.md, or it is refused.
+The format is that of Los Alamos' manuals of MCNP, "Description of MCNP Input". docs/mcnp.md states how the reader
+decides where those leave something open; some such inputs are refused.
 """

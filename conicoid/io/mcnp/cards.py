@@ -1,4 +1,10 @@
-"""The lines of a deck as cards in three blocks: comments dropped, continued lines joined, line numbers kept."""
+"""Cards of MCNP decks: lines, numbers, cell cards, data cards and materials.
+
+`read_cards` splits a file into the cards of its three blocks, with comments removed, continued lines joined and line
+numbers recorded. The other parts read numbers with Fortran's notation and shortcuts, cell cards, the data cards that
+concern the geometry (TR, M and entries for cells), and materials by number and density. Readers of cards raise
+ValueError; the importer adds the line.
+"""
 
 from __future__ import annotations
 
@@ -19,27 +25,29 @@ from .transformations import FrameChange, parse_transformation
 
 MAX_DECK_BYTES = 64 << 20
 MAX_CARDS = 1_000_000
+"""Most bytes and most cards of a file."""
 MAX_COLUMNS = 128
 """Columns of a line that MCNP reads."""
+# "c" in one of the first five columns, followed by a blank.
 _COMMENT = re.compile(r" {0,4}c(?: |$)")
 
 
 @dataclass(frozen=True, slots=True)
 class Card:
-    """A card in small letters, on one line, and where it begins."""
+    """A card: its text in lower case, joined into one line, and the number of its first line."""
 
     line: int
     text: str
 
     @property
     def element(self) -> XmlElement:
-        """Where it stands, as the records of geometries keep it."""
+        """The place of the card, in the form in which `CellGeometry` records places."""
         return XmlElement("card", self.line, 1, {})
 
 
 @dataclass
 class Deck:
-    """The title, the cards of the three blocks, and remarks."""
+    """A deck: the title, the cards of the three blocks, and remarks."""
 
     title: str
     cells: list[Card] = field(default_factory=list)
@@ -49,7 +57,7 @@ class Deck:
 
 
 def read_cards(path: str | os.PathLike[str]) -> Deck:
-    """The cards of a file. Raises SceneFileError for what is no deck of bearable size."""
+    """Read the cards of a file. Raise SceneFileError if it cannot be read, is too large, or is no deck."""
     try:
         with open_regular(path) as file:
             raw = file.read(MAX_DECK_BYTES + 1)
@@ -65,7 +73,7 @@ def read_cards(path: str | os.PathLike[str]) -> Deck:
 
 
 def parse_deck(lines: list[str]) -> tuple[Deck, list[Problem]]:
-    """The cards in some lines, and what is wrong."""
+    """Return the cards in lines of text, and the errors."""
     first = _title_line(lines)
     deck = Deck(lines[first].strip() if first < len(lines) else "")
     blocks = iter((deck.cells, deck.surfaces, deck.data))
@@ -73,7 +81,7 @@ def parse_deck(lines: list[str]) -> tuple[Deck, list[Problem]]:
     if deck.title.lower().startswith("continue"):
         problems.append(Problem(first + 1, 1, "", "continues another run, and holds no geometry"))
         return deck, problems
-    for number, text in _join_lines(lines, first + 1, blocks, problems):
+    for number, text in _join_lines(lines, first + 1, blocks, problems):  # runs the generator, which fills the blocks
         del number, text
     if sum(map(len, (deck.cells, deck.surfaces, deck.data))) > MAX_CARDS:
         problems.append(Problem(0, 0, "", f"has more than {MAX_CARDS:,} cards"))
@@ -93,7 +101,7 @@ def parse_deck(lines: list[str]) -> tuple[Deck, list[Problem]]:
 
 
 def _title_line(lines: list[str]) -> int:
-    """Where the title is: first, or after a message block and its blank line."""
+    """Return the index of the title: the first line, or the line after a message block and its blank line."""
     if not lines or not lines[0].lower().lstrip().startswith("message:"):
         return 0
     return next((n + 1 for n, line in enumerate(lines) if not line.strip()), len(lines))
@@ -102,11 +110,14 @@ def _title_line(lines: list[str]) -> int:
 def _join_lines(
     lines: list[str], start: int, blocks: Iterator[list[Card]], problems: list[Problem]
 ) -> Iterator[tuple[int, str]]:
-    """Fill the blocks; a blank line ends each."""
+    """Join continued lines into cards and fill the blocks; a blank line ends a block.
+
+    A line continues a card after `&` at the end of the line before, or with five blanks at its beginning.
+    """
     block, pieces, begin, goes_on = next(blocks), [""], 0, False
 
     def close() -> None:
-        text = " ".join(pieces).replace("=", " ").strip()
+        text = " ".join(pieces).replace("=", " ").strip()  # "=" is a blank in MCNP
         if text:
             block.append(Card(begin, text))
         pieces.clear()
@@ -125,7 +136,7 @@ def _join_lines(
             continue
         text = _strip_comment(line)
         if not text.strip():
-            continue  # only a comment after $
+            continue  # nothing but a comment after $
         if not goes_on and not line.startswith("     "):
             close()
             begin = number + 1
@@ -142,27 +153,30 @@ def _is_comment(line: str) -> bool:
 
 
 def _strip_comment(line: str) -> str:
-    """Without what stands after $."""
+    """Return a line without the comment after $."""
     return line.split("$", 1)[0].rstrip()
 
 
-# Numbers as Fortran reads them, kept as the decimal fractions that were written; and shortcuts nR, nI, nM, nJ.
+# Numbers in Fortran's notation, as exact decimal fractions, and the shortcuts nR, nI, nM, nJ
 
 MAX_NUMBER_LENGTH = 400
 MAX_ENTRIES = 1_000_000
-"""Entries of one card, shortcuts written out."""
+"""Most entries of one card, with shortcuts expanded."""
 _NUMBER = re.compile(r"([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+))(?:[ed]?([-+][0-9]+)|[ed]([0-9]+))?")
 _SHORTCUT = re.compile(r"([0-9]{0,9})(r|i|j)|(.+)m")
 _INTEGER = re.compile(r"[-+]?[0-9]{1,15}")
 
 
 def parse_number(word: str) -> Fraction:
-    """1.5, 1.5e-3, 1.5d-3 or 1.5-3. Raises ValueError."""
-    found = _NUMBER.fullmatch(word) if len(word) <= MAX_NUMBER_LENGTH else None
-    if found is None:
+    """Return the exact value of a number such as 1.5, 1.5e-3, 1.5d-3 or 1.5-3.
+
+    Raise ValueError for other words and for numbers beyond double precision. Numbers that round to 0 are 0.
+    """
+    match = _NUMBER.fullmatch(word) if len(word) <= MAX_NUMBER_LENGTH else None
+    if match is None:
         raise ValueError(f"{shorten(word, 40)!r} is no number")
-    exponent = found[2] or found[3]
-    plain = found[1] + (f"e{exponent}" if exponent else "")
+    exponent = match[2] or match[3]
+    plain = match[1] + (f"e{exponent}" if exponent else "")
     nearest = float(plain)
     if is_beyond_float64(plain, nearest):
         raise ValueError(f"{shorten(word, 40)!r} is beyond double precision")
@@ -170,7 +184,7 @@ def parse_number(word: str) -> Fraction:
 
 
 def parse_integer(what: str, word: str | Fraction) -> int:
-    """A whole number. Raises ValueError."""
+    """Return a whole number; `what` names it in the message. Raise ValueError for other values."""
     if isinstance(word, Fraction):
         if word.denominator != 1:
             raise ValueError(f"{what} must be an integer, got {float(word):g}")
@@ -181,16 +195,19 @@ def parse_integer(what: str, word: str | Fraction) -> int:
 
 
 def parse_numbers(words: Iterable[str]) -> list[Fraction]:
-    """The entries of a card, none of them jumped over. Raises ValueError."""
-    found = expand_entries(words)
-    values = [value for value in found if value is not None]
-    if len(values) < len(found):
+    """Return the entries of a card that has no defaults. Raise ValueError if an entry is skipped or no number."""
+    entries = expand_entries(words)
+    values = [value for value in entries if value is not None]
+    if len(values) < len(entries):
         raise ValueError("jumps over an entry (nJ) that has no default here")
     return values
 
 
 def expand_entries(words: Iterable[str]) -> list[Fraction | None]:
-    """The entries of a card with shortcuts written out; None where one is jumped over. Raises ValueError."""
+    """Return the entries of a card with shortcuts expanded; None for entries that nJ skips.
+
+    nR repeats the entry before it, nI interpolates n entries, nM multiplies. Raise ValueError for wrong entries.
+    """
     result: list[Fraction | None] = []
     steps = 0
     for word in words:
@@ -220,6 +237,7 @@ def expand_entries(words: Iterable[str]) -> list[Fraction | None]:
 
 
 def _repeat_count(word: str, before: list[Fraction | None]) -> int:
+    """Return n of a shortcut, 1 if it is missing. Raise ValueError before a list becomes too long."""
     times = int(word or 1)
     if times + len(before) > MAX_ENTRIES:
         raise ValueError(f"has more than {MAX_ENTRIES:,} entries")
@@ -227,14 +245,14 @@ def _repeat_count(word: str, before: list[Fraction | None]) -> int:
 
 
 def _interpolate(result: list[Fraction | None], steps: int, end: Fraction) -> None:
-    """Insert so many numbers between the last one and `end`."""
+    """Append `steps` evenly spaced numbers between the last entry and `end`."""
     if steps:
         start = result[-1]
         assert start is not None
         result += [start + (end - start) * i / (steps + 1) for i in range(1, steps + 1)]
 
 
-# MCNP's cell cards: number, material, density, region and what else is said of a cell.
+# Cell cards: number, material, density, region and parameters
 
 _CELL_WORD = re.compile(r"\*?[a-z]+[0-9]*(?::[^\s()=]+)?|[():#]|[^\s():#=]+")
 _CELL_PARAMETER_NAME = re.compile(r"\*?[a-z]+[0-9]*(?::.+)?")
@@ -242,12 +260,12 @@ GEOMETRY_PARAMETERS = ("u", "fill", "lat", "trcl", "imp", "mat", "rho")
 OTHER_PARAMETERS = (
     "vol", "pwt", "ext", "fcl", "wwn", "dxc", "nonu", "pd", "tmp", "cosy", "bflcl", "elpt", "unc",
 )  # fmt: skip
-"""About particles and tallies: not read."""
+"""Parameters of particles and tallies, which are not read."""
 
 
 @dataclass(frozen=True)
 class CellCard:
-    """A cell as its card says it; `given` has the words after each name, such as "fill" or "imp:n"."""
+    """A cell card; `given` holds the words after each parameter's name, such as "fill" or "imp:n"."""
 
     number: int
     card: Card
@@ -257,7 +275,7 @@ class CellCard:
     given: dict[str, list[str]] = field(default_factory=dict)
 
     def words(self, name: str) -> tuple[list[str], bool] | None:
-        """The words of a name, and whether it was written with a star (in degrees)."""
+        """Return the words of a parameter, and True if its name has a star (angles in degrees); None without it."""
         for star in ("", "*"):
             if star + name in self.given:
                 return self.given[star + name], bool(star)
@@ -265,39 +283,39 @@ class CellCard:
 
 
 def read_cell_card(card: Card, earlier: Mapping[int, CellCard]) -> CellCard:
-    """Raises ValueError."""
+    """Return the cell of a card; LIKE n BUT copies one of the `earlier` cells. Raise ValueError for a wrong card."""
     words = _CELL_WORD.findall(card.text)
     if not words:
         raise ValueError("a cell begins with its number")
-    found = parse_integer("the number of a cell", words[0])
-    if found < 1:
-        raise ValueError(f"the number of a cell must be > 0, got {found}")
+    cell_number = parse_integer("the number of a cell", words[0])
+    if cell_number < 1:
+        raise ValueError(f"the number of a cell must be > 0, got {cell_number}")
     if words[1:2] == ["like"]:
-        return _read_like_card(found, card, words[2:], earlier)
+        return _read_like_card(cell_number, card, words[2:], earlier)
     if len(words) < 2:
         raise ValueError("a cell needs a material (0 for void)")
     material, at, density = parse_integer("the material", words[1]), 2, None
     if material < 0:
         raise ValueError(f"the material must be >= 0, got {material}")
-    if material:
+    if material:  # void (0) has no density
         if len(words) < 3:
             raise ValueError("a cell with a material needs its density")
         density, at = parse_number(words[2]), 3
         if not density:
             raise ValueError("the density must not be 0")
     end = next((i for i in range(at, len(words)) if _CELL_PARAMETER_NAME.fullmatch(words[i])), len(words))
-    return CellCard(found, card, material, density, words[at:end], _split_parameters(words[end:]))
+    return CellCard(cell_number, card, material, density, words[at:end], _split_parameters(words[end:]))
 
 
-def _read_like_card(found: int, card: Card, words: list[str], earlier: Mapping[int, CellCard]) -> CellCard:
-    """LIKE n BUT"""
+def _read_like_card(cell_number: int, card: Card, words: list[str], earlier: Mapping[int, CellCard]) -> CellCard:
+    """Return the cell of a card LIKE n BUT, from the words after LIKE."""
     if not words:
         raise ValueError("like: 'LIKE n BUT ...' needs the number of a cell")
     other = parse_integer("the cell after LIKE", words[0])
     if other not in earlier:
         raise ValueError(f"like: cell {other} is not defined before")
     model, given = earlier[other], _split_parameters(words[2:] if words[1:2] == ["but"] else words[1:])
-    for name in ("fill", "trcl"):  # with or without a star: one takes the place of the other
+    for name in ("fill", "trcl"):  # the same parameter with and without a star: the new one replaces the old one
         if name in given or "*" + name in given:
             model = replace(model, given={k: v for k, v in model.given.items() if k.removeprefix("*") != name})
     material, density = model.material, model.density
@@ -307,7 +325,8 @@ def _read_like_card(found: int, card: Card, words: list[str], earlier: Mapping[i
         density = parse_number(_single_word("rho", given["rho"]))
     if material and not density:
         raise ValueError("a cell with a material needs its density (rho)")
-    return CellCard(found, card, material, density if material else None, model.region, {**model.given, **given})
+    parameters = {**model.given, **given}
+    return CellCard(cell_number, card, material, density if material else None, model.region, parameters)
 
 
 def _single_word(name: str, words: list[str]) -> str:
@@ -317,8 +336,8 @@ def _single_word(name: str, words: list[str]) -> str:
 
 
 def _split_parameters(words: list[str]) -> dict[str, list[str]]:
-    """Names with the words up to the next one. Shortcuts without a number (r, i, j, m) are words."""
-    found: dict[str, list[str]] = {}
+    """Return the words after each parameter's name. Shortcuts without a number (r, i, j, m) are words, not names."""
+    parameters: dict[str, list[str]] = {}
     last: list[str] | None = None
     for word in words:
         if not _CELL_PARAMETER_NAME.fullmatch(word) or (word in ("r", "i", "j", "m") and last is not None):
@@ -332,13 +351,13 @@ def _split_parameters(words: list[str]) -> dict[str, list[str]]:
                 f"{shorten(word, 20)!r} is nothing that a cell "
                 f"has{suggest_name(plain, GEOMETRY_PARAMETERS + OTHER_PARAMETERS)}"
             )
-        if word in found:
+        if word in parameters:
             raise ValueError(f"{shorten(word, 20)!r} is given twice")
-        last = found[word] = []
-    return found
+        last = parameters[word] = []
+    return parameters
 
 
-# The cards of the data block that say something of the geometry: TR, M, and what may be said of cells there.
+# Data cards that concern the geometry: TR, M, and parameters of cells
 
 _DATA_CARD_NAME = re.compile(r"(\*?)([a-z]+)([0-9]{0,9})(\*|:\S+)?")
 PER_CELL_CARDS = ("imp", "u", "lat", "fill", "trcl")
@@ -347,7 +366,7 @@ NuclideShares = dict[str, dict[str, Fraction]]
 
 @dataclass
 class DataCards:
-    """Transformations and materials by number; entries for the cells in their order, by name."""
+    """Transformations and materials by number, and parameters of the cells, in their order, by name."""
 
     changes: dict[int, FrameChange] = field(default_factory=dict)
     materials: dict[int, NuclideShares] = field(default_factory=dict)
@@ -355,20 +374,20 @@ class DataCards:
     remarks: list[str] = field(default_factory=list)
 
     def read(self, card: Card) -> None:
-        """One card. Raises ValueError."""
+        """Read one card; cards that do not concern the geometry are ignored. Raise ValueError for a wrong card."""
         name, *words = card.text.split()
-        found = _DATA_CARD_NAME.fullmatch(name)
-        if found is None:
+        match = _DATA_CARD_NAME.fullmatch(name)
+        if match is None:
             self.remarks.append(f"line {card.line}: {shorten(name, 20)!r} is not read")
             return
-        star, kind, digits, particles = found.groups()
-        if particles == "*":
+        star, kind, digits, particles = match.groups()
+        if particles == "*":  # the star may also follow the number
             star, particles = "*", None
         if kind == "tr":
             key = int(digits or 1)
             if key in self.changes:
                 raise ValueError(f"tr{key} is given twice")
-            self.changes[key] = FrameChange()  # so that nothing is said against those that refer to a broken one
+            self.changes[key] = FrameChange()  # so that references to a wrong card report no second error
             self.changes[key] = parse_transformation(expand_entries(words), bool(star))
         elif kind == "m" and digits and int(digits):
             if int(digits) in self.materials:
@@ -383,8 +402,8 @@ class DataCards:
 
 
 def _nuclide_shares(words: list[str]) -> NuclideShares:
-    """Atom fractions ("ao"), or, written as negative numbers, weight fractions ("wo")."""
-    found: NuclideShares = {"ao": {}, "wo": {}}
+    """Return atom fractions ("ao") and weight fractions ("wo"), which a deck writes as negative numbers."""
+    fractions: NuclideShares = {"ao": {}, "wo": {}}
     at = 0
     while at < len(words):
         name = words[at]
@@ -392,46 +411,47 @@ def _nuclide_shares(words: list[str]) -> NuclideShares:
             raise ValueError(f"a fraction is missing after {shorten(name, 20)!r}")
         if re.fullmatch(r"[0-9]+(\.[0-9a-z]+)?", name):
             share = parse_number(words[at + 1])
-            shares = found["wo" if share < 0 else "ao"]
+            shares = fractions["wo" if share < 0 else "ao"]
             shares[name] = shares.get(name, Fraction(0)) + abs(share)
         elif not re.match(r"[a-z]", name):
             raise ValueError(f"{shorten(name, 20)!r} is no nuclide")
         at += 2
-    return found
+    return fractions
 
 
-# Materials by number and density, as names and properties: MCNP gives densities by cells.
+# Materials by number and density: an MCNP deck gives densities in cells, not in materials.
 
 FIRST_FREE_KEY = 10**12
-"""Keys of what has no number of its own."""
+"""First key of objects without a number of their own, above all numbers of cells and surfaces."""
 
 
 @dataclass
 class McnpMaterials:
-    """One for each number and density that cells have; the first of a number has it as its key."""
+    """Materials, one for each number and density in cells; the first with a number has the number as its key."""
 
     shares: Mapping[int, NuclideShares]
     found: dict[int, OpenmcMaterial] = field(default_factory=dict)
     keys: dict[tuple[int, Fraction], int] = field(default_factory=dict)
 
     def key(self, number: int, density: Fraction) -> int:
-        """Of a material in a cell."""
+        """Return the key of a material with a density: atoms per barn and cm, or, if negative, g/cm3."""
         known = self.keys.get((number, density))
         if known is not None:
             return known
         key = number if number not in self.found else FIRST_FREE_KEY + len(self.keys)
         self.keys[number, density] = key
-        said = {"density": float(-density)} if density < 0 else {"atom_density": float(density)}
+        density_property = {"density": float(-density)} if density < 0 else {"atom_density": float(density)}
         shares = {
             kind: {name: float(share) for name, share in parts.items()}
             for kind, parts in self.shares.get(number, {}).items()
             if parts
         }
-        self.found[key] = OpenmcMaterial(number, f"m{number}", Properties({"id": number, **said, **shares}))
+        properties = Properties({"id": number, **density_property, **shares})
+        self.found[key] = OpenmcMaterial(number, f"m{number}", properties)
         return key
 
     def named(self) -> dict[int, OpenmcMaterial]:
-        """Materials of several densities are told apart by them."""
+        """Return the materials by key; the names of those with several densities contain the density."""
         several = {n for n, _ in self.keys if sum(m == n for m, _ in self.keys) > 1}
         result = dict(self.found)
         for (number, density), key in self.keys.items():

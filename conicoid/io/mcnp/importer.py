@@ -1,4 +1,8 @@
-"""From cards to a checked geometry in the records of OpenMC's: every mistake is collected, with its line."""
+"""Import of MCNP decks: cards become a checked `CellGeometry`, which is expanded like an OpenMC geometry.
+
+`read_deck` reads a deck and collects all errors with their lines; `import_file` expands it into bodies, legend and
+notes.
+"""
 
 from __future__ import annotations
 
@@ -9,15 +13,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 
 from ..._util.file_errors import MAX_PROBLEMS, Problem, SceneFileError, printable
-from ..importers import (
-    ImportOptions,
-    ImportResult,
-    LegendEntry,
-    format_count,
-    limit_notes,
-    palette_color,
-    select_bodies,
-)
+from ..._util.text import format_count
+from ..importers import ImportOptions, ImportResult, LegendEntry, limit_notes, palette_color, select_bodies
 from ..openmc import geometry
 from ..openmc.expansion import UniverseExpansion
 from ..openmc.geometry import VOID, CellGeometry, lattice_fillings
@@ -34,12 +31,12 @@ from .universes import UniverseBuilder, read_trcl
 
 
 class _DependentError(ValueError):
-    """What only follows from another mistake, which is told."""
+    """Raised for an error that only follows from another one, which is reported already."""
 
 
 @dataclass(frozen=True)
 class DeckGeometry:
-    """A deck's geometry, its title, and remarks."""
+    """A deck's geometry, its title, notes and remarks."""
 
     geometry: CellGeometry
     title: str
@@ -48,30 +45,31 @@ class DeckGeometry:
 
 
 def read_deck(path: str | os.PathLike[str]) -> DeckGeometry:
-    """Raises SceneFileError with every mistake found."""
+    """Return the geometry of a deck. Raise SceneFileError with all errors in it."""
     return _DeckReader(path).read()
 
 
 @dataclass
 class _DeckReader:
-    """Reads one deck."""
+    """Reader of one deck. Numbers of broken cells and surfaces are noted, so that references report no second error."""
 
     path: str | os.PathLike[str]
     problems: list[Problem] = field(default_factory=list)
     cards: dict[int, CellCard] = field(default_factory=dict)
     data: DataCards = field(default_factory=DataCards)
     sheets: SurfaceSheets = field(default_factory=SurfaceSheets)
-    regions: dict[int, Region | None] = field(default_factory=dict)  # None: all of space
-    unmoved: dict[int, Region | None] = field(default_factory=dict)  # before the TRCL
-    changes: dict[int, FrameChange] = field(default_factory=dict)  # by cell
+    regions: dict[int, Region | None] = field(default_factory=dict)  # by cell; None is all of space
+    unmoved: dict[int, Region | None] = field(default_factory=dict)  # regions before TRCL
+    changes: dict[int, FrameChange] = field(default_factory=dict)  # TRCL by cell
     broken_surfaces: set[int] = field(default_factory=set)
     broken_cells: set[int] = field(default_factory=set)
     remarks: list[str] = field(default_factory=list)
 
     def read(self) -> DeckGeometry:
+        """Read the deck: transformations first, as surfaces and cells need them."""
         deck = read_cards(self.path)
         for card in deck.data:
-            with self._telling(card, card.text.split()[0]):
+            with self._reporting(card, card.text.split()[0]):
                 self.data.read(card)
         for card in deck.surfaces:
             self._surface(card)
@@ -82,49 +80,48 @@ class _DeckReader:
         self._per_cell()
         self._changes()
         self._regions()
-        made = self._universes()
+        builder = self._universes()
         self._raise()
-        notes = tuple(self._left_out(made))
+        notes = tuple(self._left_out(builder))
         remarks = (*deck.remarks, *self.data.remarks, *self._skewed(), *self.remarks)
-        return DeckGeometry(self._geometry(made), deck.title, notes, remarks)
+        return DeckGeometry(self._geometry(builder), deck.title, notes, remarks)
 
     def _surface(self, card: Card) -> None:
         where = f"surface {card.text.split()[0].lstrip('*+')[:20]}"
-        with self._telling(card, where):
+        with self._reporting(card, where):
             try:
-                found = read_surface_card(card)
-                self._add_surface(found)
+                self._add_surface(read_surface_card(card))
             except ValueError:
                 digits = where.removeprefix("surface ")
                 self.broken_surfaces |= {int(digits)} if digits.isdecimal() and len(digits) < 10 else set()
                 raise
 
-    def _add_surface(self, found: SurfaceCard) -> None:
-        if found.number in self.sheets.facets:
+    def _add_surface(self, surface: SurfaceCard) -> None:
+        if surface.number in self.sheets.facets:
             raise ValueError("its number is taken by another surface")
         change = None
-        if found.change is not None:
-            change = self.data.changes.get(found.change)
+        if surface.change is not None:
+            change = self.data.changes.get(surface.change)
             if change is None:
-                raise ValueError(f"the transformation tr{found.change} is not in the data block")
-        self.sheets.add(found, change)
+                raise ValueError(f"the transformation tr{surface.change} is not in the data block")
+        self.sheets.add(surface, change)
 
     def _cell_card(self, card: Card) -> None:
         digits = card.text.split()[0][:20]
-        with self._telling(card, f"cell {digits}"):
+        with self._reporting(card, f"cell {digits}"):
             try:
-                found = read_cell_card(card, self.cards)
-                if found.number in self.cards:
+                cell = read_cell_card(card, self.cards)
+                if cell.number in self.cards:
                     raise ValueError("its number is taken by another cell")
-                self.cards[found.number] = found
+                self.cards[cell.number] = cell
             except ValueError:
                 self.broken_cells |= {int(digits)} if digits.isdecimal() and len(digits) < 16 else set()
                 raise
 
     def _per_cell(self) -> None:
-        """What the data block says of cells, in their order."""
+        """Add the parameters of cells that the data block lists in the order of cells; cell cards take precedence."""
         for name, (card, values) in self.data.cells.items():
-            with self._telling(card, name):
+            with self._reporting(card, name):
                 if len(values) > len(self.cards) and not self.broken_cells:
                     raise ValueError(f"has {len(values):,} entries for {len(self.cards):,} cells")
                 for number, value in zip(list(self.cards), values, strict=False):
@@ -134,13 +131,15 @@ class _DeckReader:
                         self.cards[number] = replace(cell, given={**cell.given, name: [word]})
 
     def _changes(self) -> None:
+        """Read the transformations of cells."""
         for number, cell in self.cards.items():
-            with self._telling(cell.card, f"cell {number}"):
+            with self._reporting(cell.card, f"cell {number}"):
                 change = read_trcl(cell, self.data.changes)
                 if change is not None:
                     self.changes[number] = change
 
     def _regions(self) -> None:
+        """Read the regions of cells, each after those to which it refers."""
         reader = RegionReader(self._side, self._region)
         order, circle = sort_cells({n: cell.region for n, cell in self.cards.items()})
         for number in circle:
@@ -148,7 +147,7 @@ class _DeckReader:
             self._report(self.cards[number].card.line, f"cell {number}", "region: refers to itself, by '#'")
         for number in order:
             cell = self.cards[number]
-            with self._telling(cell.card, f"cell {number}"):
+            with self._reporting(cell.card, f"cell {number}"):
                 try:
                     region = reader.read(cell.region) if cell.region else None
                 except ValueError:
@@ -159,7 +158,10 @@ class _DeckReader:
                 self.regions[number] = region if change is None or region is None else self.sheets.moved(region, change)
 
     def _side(self, number: int, facet: int | None) -> Region:
-        """The negative side of a surface; 1000 c + s is surface s as TRCL moves it with cell c."""
+        """Return the negative side of a surface or facet.
+
+        Number 1000 c + s names surface s, moved by TRCL with cell c.
+        """
         if number in self.sheets.facets:
             return self.sheets.side(number, facet)
         change = self.changes.get(number // 1000)
@@ -170,6 +172,7 @@ class _DeckReader:
         raise ValueError(f"region: refers to unknown surface {number}")
 
     def _region(self, number: int) -> Region:
+        """Return the region of a cell after '#'."""
         if number in self.broken_cells:
             raise _DependentError
         if number not in self.cards:
@@ -180,27 +183,31 @@ class _DeckReader:
         return region
 
     def _universes(self) -> UniverseBuilder:
-        made = UniverseBuilder(self.sheets.found, McnpMaterials(self.data.materials), self.data.changes)
+        """Build cells, universes and lattices."""
+        builder = UniverseBuilder(self.sheets.found, McnpMaterials(self.data.materials), self.data.changes)
         for number, cell in self.cards.items():
             if number in self.broken_cells:
-                made.broken.add(made.universe_of(cell))
+                builder.broken.add(builder.universe_of(cell))
                 continue
-            with self._telling(cell.card, f"cell {number}"):
+            with self._reporting(cell.card, f"cell {number}"):
                 try:
+                    # The cell of a lattice defines its elements, which the transformation moves as a whole.
                     region = self.unmoved if "lat" in cell.given else self.regions
-                    made.add(cell, region[number], self.changes.get(number))
+                    builder.add(cell, region[number], self.changes.get(number))
                 except ValueError:
-                    made.broken.add(made.universe_of(cell))
+                    builder.broken.add(builder.universe_of(cell))
                     raise
-        for cell, message in made.missing():
+        for cell, message in builder.missing():
             self._report(cell.card.line, f"cell {cell.number}", message)
-        return made
+        return builder
 
-    def _left_out(self, made: UniverseBuilder) -> Iterator[str]:
-        if made.outside:
-            yield f"importance 0, outside: cell{'s' if len(made.outside) > 1 else ''} {join_limited(made.outside)}"
+    def _left_out(self, builder: UniverseBuilder) -> Iterator[str]:
+        cells = builder.outside
+        if cells:
+            yield f"importance 0, outside: cell{'s' if len(cells) > 1 else ''} {join_limited(cells)}"
 
     def _skewed(self) -> Iterator[str]:
+        """Yield remarks about transformations that are no rotations, or that the file leaves open."""
         for what, changes in (("tr", self.data.changes), ("trcl of cell ", self.changes)):
             for number, change in changes.items():
                 if change.skew > 1e-9:
@@ -208,34 +215,37 @@ class _DeckReader:
                 if change.is_free:
                     yield f"{what}{number}: gives one axis; MCNP chooses the other two, and may choose others"
 
-    def _geometry(self, made: UniverseBuilder) -> CellGeometry:
+    def _geometry(self, builder: UniverseBuilder) -> CellGeometry:
+        """Return the checked geometry. Raise SceneFileError for circles, too many levels, or an empty world."""
         root = XmlElement("deck", 1, 1, {})
-        inside = geometry.count_fillings(made.cells, made.lattices)
+        inside = geometry.count_fillings(builder.cells, builder.lattices)
         order = geometry.sort_universes(inside)
         circle = geometry.find_circle(inside, order)
         if circle:
-            self._report(1, "", f"has universes that contain themselves: {made.readable(circle)}")
+            self._report(1, "", f"has universes that contain themselves: {builder.readable(circle)}")
         elif geometry.nesting_depth(inside, order) > MAX_NESTING:
             self._report(1, "", f"nests universes deeper than {MAX_NESTING} levels")
-        if 0 not in made.cells:
+        if 0 not in builder.cells:
             self._report(1, "", "has no cells outside of universes, of an importance above 0")
         self._raise()
-        counts = geometry.count_bodies(made.cells, inside, order)
-        used = {n for lattice in made.lattices.values() for n in lattice_fillings(lattice)}
-        used |= {cell.fill for cells in made.cells.values() for cell in cells if cell.fill is not None}
-        idle = sorted(n for n in made.cells.keys() - used - {0})
+        counts = geometry.count_bodies(builder.cells, inside, order)
+        used = {n for lattice in builder.lattices.values() for n in lattice_fillings(lattice)}
+        used |= {cell.fill for cells in builder.cells.values() for cell in cells if cell.fill is not None}
+        idle = sorted(n for n in builder.cells.keys() - used - {0})
         if idle:
             self.remarks.append(f"universe{'s' if len(idle) > 1 else ''} {join_limited(idle)}: fills no cell")
-        world = [negate_region(region) for n in made.root_outside if (region := self.regions[n]) is not None]
-        cells = {cell.id: cell for cells in made.cells.values() for cell in cells}
+        # The model ends where cells of importance 0 begin.
+        world = [negate_region(region) for n in builder.root_outside if (region := self.regions[n]) is not None]
+        cells = {cell.id: cell for cells in builder.cells.values() for cell in cells}
         whole = join_regions(IntersectionNode, world) if world else None
-        materials = made.materials.named()
+        materials = builder.materials.named()
         return CellGeometry(
-            self.sheets.found, cells, made.cells, made.lattices, materials, 0, counts, root, world=whole
+            self.sheets.found, cells, builder.cells, builder.lattices, materials, 0, counts, root, world=whole
         )  # fmt: skip
 
     @contextmanager
-    def _telling(self, card: Card, where: str) -> Iterator[None]:
+    def _reporting(self, card: Card, where: str) -> Iterator[None]:
+        """Record an error of a card, so that the other cards are checked too."""
         try:
             yield
         except _DependentError:
@@ -254,14 +264,29 @@ class _DeckReader:
             raise SceneFileError(self.path, self.problems)
 
 
-# A deck as bodies, the legend of their colours, and what there is to say about it.
+# Import as bodies, legend and notes
 
 
 def import_file(path: str | os.PathLike[str], options: ImportOptions) -> ImportResult:
-    """A cell gives one body for each place where it stands, such as "cell 5 @ cell 9, cell 2, lattice [3, 4, 0]".
+    """Import an MCNP deck.
 
-    Raises `SceneFileError`, a ValueError, that lists the mistakes found with their lines; also for tori, which are no
-    quadrics, and for more bodies than `options` allows, which are counted before they are made.
+    A cell becomes one body for each of its places, named such as "cell 5 @ cell 9, cell 2, lattice [3, 4, 0]".
+
+    Parameters
+    ----------
+    path
+        The file.
+    options
+        Options of the import; `void`, `strict` and `only` apply.
+
+    Raises
+    ------
+    SceneFileError
+        A ValueError that lists all errors with their lines; also for tori, which are no quadrics, and for more bodies
+        than `options` allows, which are counted before they are built.
+    ValueError
+        An option does not apply to MCNP, or `only` names no body.
+
     """
     options.refuse_others("an MCNP deck", "void", "strict", "only")
     deck = read_deck(path)
@@ -271,8 +296,8 @@ def import_file(path: str | os.PathLike[str], options: ImportOptions) -> ImportR
     notes = (*_facts(deck, expansion), *deck.notes, *remarks)
     geometry, looks = deck.geometry, expansion.looks
     names = {looks[n]: VOID if n is None else geometry.material_names[n] for n in expansion.materials}
-    found = ImportResult(expansion.bodies, _legend(expansion), notes, remarks, names, domain=expansion.domain)
-    return found if options.only is None else select_bodies(found, options.only)
+    result = ImportResult(expansion.bodies, _legend(expansion), notes, remarks, names, domain=expansion.domain)
+    return result if options.only is None else select_bodies(result, options.only)
 
 
 def _legend(expansion: UniverseExpansion) -> tuple[LegendEntry, ...]:
@@ -288,7 +313,7 @@ def _legend(expansion: UniverseExpansion) -> tuple[LegendEntry, ...]:
 
 
 def _facts(deck: DeckGeometry, expansion: UniverseExpansion) -> Iterator[str]:
-    """How large the model is, and what changes no shape."""
+    """Yield notes about the title, the size of the model, and boundary conditions, which change no shape."""
     geometry = deck.geometry
     if deck.title:
         yield f"title: {printable(shorten(deck.title, 80))}"
@@ -304,7 +329,7 @@ def _facts(deck: DeckGeometry, expansion: UniverseExpansion) -> Iterator[str]:
 
 
 def _boundaries(geometry: CellGeometry) -> Iterator[str]:
-    """Boundary conditions are about particles: they change no shape."""
+    """Yield notes about boundary conditions; they concern particles and change no shape."""
     kinds = Counter(surface.boundary for surface in geometry.surfaces.values())
     for kind in sorted(set(kinds) - {"transmission"}):
         numbers = sorted({surface.id for surface in geometry.surfaces.values() if surface.boundary == kind})
@@ -312,7 +337,7 @@ def _boundaries(geometry: CellGeometry) -> Iterator[str]:
 
 
 def _remarks(expansion: UniverseExpansion) -> Iterator[str]:
-    """What is not as the file says, or may not be meant."""
+    """Yield remarks about parts that differ from the file, or that the file may not intend."""
     geometry = expansion.geometry
     yield from limit_notes(expansion.left_out.notes(geometry))
     yield from limit_notes(

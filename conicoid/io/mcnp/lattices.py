@@ -1,4 +1,8 @@
-"""MCNP's lattices: parallelepipeds (LAT=1) and hexagonal prisms (LAT=2), whose elements are copies of a cell."""
+"""MCNP's lattices of parallelepipeds (LAT=1) and hexagonal prisms (LAT=2), whose elements are copies of a cell.
+
+`parallelepiped_element` and `hexagonal_element` find the translations from the planes of the cell, and `CellLattice` is
+the lattice of these elements.
+"""
 
 from __future__ import annotations
 
@@ -13,12 +17,12 @@ from ..openmc.placement import ORIGIN, Extent, ExtentEnd, Point, UniversePlaceme
 from .transformations import add_scaled, cross, dot, dual_vectors, scale_vector
 
 MAX_SKEW = Fraction(1, 10_000)
-"""How far the sides of a hexagon may be from being symmetric, as a share of its width."""
+"""Largest asymmetry of the sides of a hexagon, as a share of half its width."""
 
 
 @dataclass(frozen=True)
 class LatticeSlab:
-    """low <= normal·x <= high"""
+    """The slab low <= normal·x <= high."""
 
     normal: Point
     low: Fraction
@@ -26,27 +30,30 @@ class LatticeSlab:
 
     @property
     def half(self) -> Fraction:
+        """Half the width, in units of the normal."""
         return (self.high - self.low) / 2
 
     @property
     def middle(self) -> Fraction:
+        """The offset of the middle plane."""
         return (self.high + self.low) / 2
 
 
 @dataclass(frozen=True)
 class LatticeElement:
-    """The element [0, 0, 0], and the ways to the next ones."""
+    """The element [0, 0, 0] of a lattice, and the translations (`ways`) to its neighbours."""
 
     slabs: tuple[LatticeSlab, ...]
     ways: tuple[Point, ...]
     extent: Extent
     reach: tuple[tuple[Point, Fraction, Fraction], ...]
-    """For each way a functional that grows by one along it, and by no other, and between what ends the element lies."""
+    """For each way (w, low, high): w·x grows by one along this way and by zero along the others, and low <= w·x <= high
+    in the element."""
 
 
 @dataclass(frozen=True)
 class CellLattice(Lattice):
-    """Element [i, j, k] is the cell moved by i, j and k times the ways; so is the universe in it."""
+    """A lattice of a cell: element [i, j, k], and the universe in it, are translated by i, j and k times the ways."""
 
     first: LatticeElement
     entries: dict[Index, int] = field(repr=False)
@@ -61,23 +68,26 @@ class CellLattice(Lattice):
 
     @property
     def universes(self) -> dict[Index, int]:
+        """The universe of each element that is not empty."""
         return self.entries
 
     def order(self) -> Iterable[Index]:
+        """Return the indices of the elements."""
         return self.entries
 
     def center(self, index: Index) -> Point:
-        """Where the origin of the universe is."""
+        """Return the origin of the universe in an element."""
         shift = ORIGIN
         for steps, way in zip(index, self.first.ways, strict=False):
             shift = add_scaled(shift, way, steps)
         return shift
 
     def prism(self, index: Index) -> LatticePrism:
+        """Return the prism of an element."""
         return self._between(index, index)
 
     def _between(self, first: Index, last: Index) -> LatticePrism:
-        """What the planes of two elements enclose."""
+        """Return the prism that the planes of two elements enclose."""
         low, high = self.center(first), self.center(last)
         planes = []
         for slab in self.first.slabs:
@@ -89,12 +99,13 @@ class CellLattice(Lattice):
 
     @property
     def hull(self) -> list[LatticePrism]:
-        """One prism where the elements fill it, else all of them."""
+        """One prism if the elements fill it, else the prisms of all elements."""
         if not self.entries:
             return []
         ends = [(min(axis), max(axis)) for axis in zip(*self.entries, strict=True)]
         low, high = (tuple(end[i] for end in ends) for i in (0, 1))
         is_full = len(self.entries) == math.prod(b - a + 1 for a, b in ends)
+        # Hexagonal elements (more slabs than ways) have a jagged union, unless they form one column.
         if is_full and (len(self.first.slabs) == len(self.first.ways) or low[:2] == high[:2]):
             return [self._between(low, high)]
         return [self.prism(index) for index in self.entries]
@@ -104,19 +115,21 @@ class CellLattice(Lattice):
         return list(self.first.ways)
 
     def tiles_around(self, extent: Extent) -> LatticeTiles | None:
+        """Return all elements that reach into a box, and perhaps more; None if the box is infinite across them."""
         ends: list[tuple[int, int]] = []
         for functional, low, high in self.first.reach:
             least, most = extent.least(functional), extent.most(functional)
             if least is None or most is None:
                 return None
+            # Element i reaches from i + low to i + high of the functional.
             ends.append((math.floor(least - high), math.ceil(most - low) + 1))
         ends += [(0, 1)] * (3 - len(ends))
         return LatticeTiles(math.prod(max(end - first, 0) for first, end in ends), grid_indices(ends))
 
 
 def parallelepiped_element(slabs: list[LatticeSlab]) -> LatticeElement:
-    """LAT=1, of one to three pairs of planes. Raises ValueError."""
-    across = _slab_duals(slabs)
+    """Return the element of LAT=1 from one to three slabs. Raise ValueError if their directions depend."""
+    across = _slab_duals(slabs)  # along w[i] only slab i changes
     ways = tuple(scale_vector(w, slab.high - slab.low) for w, slab in zip(across, slabs, strict=True))
     center = _sum_points(scale_vector(w, slab.middle) for w, slab in zip(across, slabs, strict=True))
     lows: list[ExtentEnd] = []
@@ -136,6 +149,7 @@ def parallelepiped_element(slabs: list[LatticeSlab]) -> LatticeElement:
 
 
 def _is_in_span(normals: list[Point], axis: int) -> bool:
+    """Return True if an axis is in the span of normals, so that their slabs bound it."""
     if len(normals) == 3:
         return True
     if len(normals) == 2:
@@ -144,7 +158,10 @@ def _is_in_span(normals: list[Point], axis: int) -> bool:
 
 
 def hexagonal_element(slabs: list[LatticeSlab]) -> LatticeElement:
-    """LAT=2, of three pairs of sides, and the ends. Raises ValueError."""
+    """Return the element of LAT=2 from three slabs of sides and, if there is one, the slab of the ends.
+
+    Raise ValueError if the sides make no hexagonal prism with a centre of symmetry.
+    """
     a, b, c = slabs[:3]
     along = cross(a.normal, b.normal)
     if dot(along, c.normal):
@@ -154,15 +171,15 @@ def hexagonal_element(slabs: list[LatticeSlab]) -> LatticeElement:
     off = dot(c.normal, center) - c.middle
     if abs(off) > MAX_SKEW * c.half:
         raise ValueError("LAT=2: opposite sides of the hexagon must be as far from its centre as each other")
-    c = LatticeSlab(
-        c.normal, c.low + off, c.high + off
-    )  # what the file says to rounding, and elements fit without gaps
+    # Equal to the file up to rounding, but exactly symmetric, so that elements fit without gaps.
+    c = LatticeSlab(c.normal, c.low + off, c.high + off)
+    # Three neighbouring corners; the other three are their opposites about the centre.
     corners = [_corner(a, b), _corner(b, c), _corner(c, _flip_slab(a))]
     for corner, slab in zip(corners, (c, a, b), strict=True):
         if abs(dot(slab.normal, corner)) >= slab.half:
             raise ValueError("LAT=2: the sides must be listed so that the fifth is between the third and the second")
     ways = [add_scaled(corners[0], corners[2], -1), add_scaled(corners[1], corners[0])]
-    kept = [a, b, c]
+    sides = [a, b, c]
     if len(slabs) > 3:
         end = slabs[3]
         rise = dot(end.normal, along)
@@ -171,7 +188,7 @@ def hexagonal_element(slabs: list[LatticeSlab]) -> LatticeElement:
         center = add_scaled(center, along, (end.middle - dot(end.normal, center)) / rise)
         corners = [add_scaled(p, along, -dot(end.normal, p) / rise) for p in corners]
         ways.append(scale_vector(along, (end.high - end.low) / rise))
-        kept.append(end)
+        sides.append(end)
     lows: list[ExtentEnd] = []
     highs: list[ExtentEnd] = []
     for axis in range(3):
@@ -180,12 +197,13 @@ def hexagonal_element(slabs: list[LatticeSlab]) -> LatticeElement:
         lows.append(center[axis] - half if is_bounded else None)
         highs.append(center[axis] + half if is_bounded else None)
     extent = Extent((lows[0], lows[1], lows[2]), (highs[0], highs[1], highs[2]))
+    # A hexagon reaches less than one way from its centre, so these bounds are safe.
     reach = tuple((d, dot(d, center) - 1, dot(d, center) + 1) for d in dual_vectors(ways))
-    return LatticeElement(tuple(kept), tuple(ways), extent, reach)
+    return LatticeElement(tuple(sides), tuple(ways), extent, reach)
 
 
 def _corner(a: LatticeSlab, b: LatticeSlab) -> Point:
-    """Where the upper sides of two slabs meet, about the centre."""
+    """Return the point where the upper sides of two slabs meet, relative to the centre."""
     u, v = _slab_duals([a, b])
     return add_scaled(scale_vector(u, a.half), v, b.half)
 
@@ -195,6 +213,7 @@ def _flip_slab(slab: LatticeSlab) -> LatticeSlab:
 
 
 def _slab_duals(slabs: list[LatticeSlab]) -> list[Point]:
+    """Return the dual vectors of the normals. Raise ValueError if the normals are dependent."""
     try:
         return dual_vectors([slab.normal for slab in slabs])
     except (ValueError, ZeroDivisionError):
@@ -209,6 +228,6 @@ def _sum_points(points: Iterable[Point]) -> Point:
 
 
 def index_order(ranges: list[tuple[int, int]]) -> Iterable[Index]:
-    """The indices in the order of a FILL: the first runs fastest."""
+    """Yield the indices in the order of a FILL: the first index runs fastest."""
     for k, j, i in product(*(range(low, high + 1) for low, high in reversed(ranges))):
         yield i, j, k

@@ -1,4 +1,7 @@
-"""MCNP's regions: blank is an intersection and binds before ":", "#" is a complement and binds first."""
+"""Parser of MCNP's regions: a blank is an intersection, ":" a union, "#" a complement, in falling precedence # blank :.
+
+A complement is of a parenthesis or of a cell ("#5"). `sort_cells` orders cells so that complements refer back only.
+"""
 
 from __future__ import annotations
 
@@ -19,19 +22,23 @@ from ..scene_file.nodes import shorten
 from .cards import parse_integer
 
 MAX_REGION_DEPTH = 60
-"""Levels of unions within intersections within unions."""
+"""Most levels of unions within intersections within unions."""
+# A signed surface, perhaps with a facet: "-3", "3.2".
 _HALF = re.compile(r"([-+]?)([0-9]{1,9})(?:\.([0-9]{1,2}))?")
 
 
 class RegionReader:
-    """Reads regions; `side` gives the negative side of a surface or facet, `cell` the region of a cell."""
+    """Reader of regions: `side` returns the negative side of a surface or facet, `cell` the region of a cell.
+
+    `left` is the number of half-spaces that the regions still to be read may have together.
+    """
 
     def __init__(self, side: Callable[[int, int | None], Region], cell: Callable[[int], Region]) -> None:
         self.side, self.cell = side, cell
         self.left = MAX_HALF_SPACES
 
     def read(self, words: list[str]) -> Region:
-        """The region of some words. Raises ValueError."""
+        """Return the region of the words of a cell card. Raise ValueError for a wrong or too large region."""
         reader = _RegionWords(self, words)
         region = reader.union()
         if reader.word:
@@ -43,7 +50,7 @@ class RegionReader:
 
 
 class _RegionWords:
-    """Recursive descent over words."""
+    """A recursive descent parser over words, with one method for each level of precedence."""
 
     def __init__(self, regions: RegionReader, words: list[str]) -> None:
         self.regions, self.words = regions, words
@@ -51,9 +58,11 @@ class _RegionWords:
 
     @property
     def word(self) -> str:
+        """The current word; empty at the end."""
         return self.words[self.at] if self.at < len(self.words) else ""
 
     def union(self) -> Region:
+        """Return operands joined by ':'."""
         parts = [self.intersection()]
         while self.word == ":":
             self.at += 1
@@ -61,38 +70,43 @@ class _RegionWords:
         return join_regions(UnionNode, parts)
 
     def intersection(self) -> Region:
+        """Return operands separated by blanks."""
         parts = [self.operand()]
         while self.word not in ("", ":", ")"):
             parts.append(self.operand())
         return join_regions(IntersectionNode, parts)
 
     def operand(self) -> Region:
+        """Return a surface's side, a complement or a parenthesis."""
         word = self.word
         self.at += 1
         if word == "#":
             return negate_region(self.complemented())
         if word == "(":
             return self.parenthesis()
-        found = _HALF.fullmatch(word)
-        if found is None:
+        match = _HALF.fullmatch(word)
+        if match is None:
             raise ValueError(
                 f"region: {shorten(word, 20)!r} is no surface, '#' or '('" if word else "region: ends early"
             )
-        side = self.regions.side(int(found[2]), None if found[3] is None else int(found[3]))
-        side = side if found[1] == "-" else negate_region(side)
-        self._counted(side)
+        # `side` is the negative side, a region of one or more half-spaces; the positive side is its complement.
+        side = self.regions.side(int(match[2]), None if match[3] is None else int(match[3]))
+        side = side if match[1] == "-" else negate_region(side)
+        self._count_region(side)
         return side
 
     def complemented(self) -> Region:
+        """Return the region after '#'; the caller takes its complement."""
         word = self.word
         if word in ("(", "#"):
             return self.operand()
         self.at += 1
         region = self.regions.cell(parse_integer("the cell after '#'", word))
-        self._counted(region)
+        self._count_region(region)
         return region
 
     def parenthesis(self) -> Region:
+        """Return the region up to ')', after '('."""
         if self.inside >= MAX_PARENTHESES:
             raise ValueError(f"region: parentheses nest deeper than {MAX_PARENTHESES} levels")
         self.inside += 1
@@ -103,7 +117,11 @@ class _RegionWords:
         self.inside -= 1
         return region
 
-    def _counted(self, region: Region) -> None:
+    def _count_region(self, region: Region) -> None:
+        """Add the half-spaces of a region. Raise ValueError if there are too many.
+
+        Surfaces may have several facets and complements repeat whole cells, so words alone do not bound the size.
+        """
         self.count += count_half_spaces(region)
         if self.count > min(LONGEST_REGION, self.regions.left):
             raise ValueError(
@@ -113,7 +131,7 @@ class _RegionWords:
 
 
 def join_regions(kind: type[IntersectionNode] | type[UnionNode], parts: list[Region]) -> Region:
-    """One node of a kind, nodes of the same kind among the parts opened up."""
+    """Return one node of a kind; parts of the same kind are merged into it."""
     opened: list[Region] = []
     for part in parts:
         opened.extend(part.parts if isinstance(part, kind) else (part,))
@@ -121,7 +139,7 @@ def join_regions(kind: type[IntersectionNode] | type[UnionNode], parts: list[Reg
 
 
 def negate_region(region: Region) -> Region:
-    """The complement, carried down to the half-spaces."""
+    """Return the complement, pushed down to the half-spaces (De Morgan)."""
     if isinstance(region, HalfSpaceNode):
         return HalfSpaceNode(region.surface, not region.positive)
     kind = UnionNode if isinstance(region, IntersectionNode) else IntersectionNode
@@ -129,31 +147,37 @@ def negate_region(region: Region) -> Region:
 
 
 def renumber_region(region: Region, number: Callable[[int], int]) -> Region:
-    """With other surfaces in their place."""
+    """Return the region with the number of each surface replaced."""
     if isinstance(region, HalfSpaceNode):
         return HalfSpaceNode(number(region.surface), region.positive)
     return type(region)(tuple(renumber_region(part, number) for part in region.parts))
 
 
 def count_half_spaces(region: Region) -> int:
+    """Return the number of half-spaces of a region."""
     return 1 if isinstance(region, HalfSpaceNode) else sum(map(count_half_spaces, region.parts))
 
 
 def region_depth(region: Region) -> int:
+    """Return the number of levels of nested unions and intersections."""
     return 0 if isinstance(region, HalfSpaceNode) else 1 + max(map(region_depth, region.parts))
 
 
-# Cells after those that their regions refer to by '#n'.
+# Order of cells: each after the cells that its region refers to by '#n'
 
 
 def sort_cells(regions: Mapping[int, list[str]]) -> tuple[list[int], list[int]]:
-    """All cells but those that refer to themselves, and these; the others in an order without forward references."""
+    """Return cells in an order without forward references, and the cells left over, which refer to themselves.
+
+    `regions` holds the words of each cell's region.
+    """
     needs = {number: _complements(words) & regions.keys() for number, words in regions.items()}
     users: dict[int, list[int]] = {}
     for user, others in needs.items():
         for other in others:
             users.setdefault(other, []).append(user)
     waiting = {number: len(others) for number, others in needs.items()}
+    # Reversed for `pop`, so that cells without references stay in the order of the deck.
     ready = [number for number in reversed([*regions]) if not waiting[number]]
     order = []
     while ready:
@@ -168,5 +192,6 @@ def sort_cells(regions: Mapping[int, list[str]]) -> tuple[list[int], list[int]]:
 
 
 def _complements(words: list[str]) -> set[int]:
+    """Return the numbers of cells after '#'."""
     pairs = pairwise(words)
     return {int(then) for word, then in pairs if word == "#" and then.isdecimal() and len(then) < 16}

@@ -1,4 +1,9 @@
-"""MCNP's surfaces by their mnemonics: the negative side of each is the common part of negative sides of one or more."""
+"""MCNP's surfaces: mnemonics, surface cards, and macrobodies.
+
+The negative side of an MCNP surface is the intersection of the negative sides of one or more single surfaces: a cone of
+one nappe is a cone and a plane, a macrobody has several facets. `SurfaceSheets` numbers these single surfaces and
+returns the regions of MCNP's numbers. Functions raise ValueError for wrong numbers. Lengths are in cm.
+"""
 
 from __future__ import annotations
 
@@ -37,14 +42,28 @@ TORUS_MNEMONICS = ("tx", "ty", "tz")
 
 @dataclass(frozen=True)
 class SurfaceBounds:
-    """What bounds the negative side, all of it; each bound a facet of its own, or none."""
+    """The surfaces whose negative sides intersect in the negative side; `has_facets` if each is a numbered facet."""
 
     surfaces: tuple[Surface, ...]
     has_facets: bool = False
 
 
 def build_bounds(kind: str, numbers: Numbers) -> SurfaceBounds:
-    """Raises ValueError for what is wrong and for tori, which are no quadrics."""
+    """Return the surfaces of a mnemonic with its numbers.
+
+    Parameters
+    ----------
+    kind
+        The mnemonic in lower case, such as "px" or "rpp".
+    numbers
+        Its numbers, in cm.
+
+    Raises
+    ------
+    ValueError
+        The mnemonic is unknown, its numbers are wrong, or it is a torus, which is no quadric.
+
+    """
     if kind in TORUS_MNEMONICS:
         raise ValueError(f"is a torus ({kind}), which is no quadric: Conicoid cannot express it")
     known = SURFACE_KINDS | MACROBODIES
@@ -58,6 +77,7 @@ def build_bounds(kind: str, numbers: Numbers) -> SurfaceBounds:
 
 
 def check_positive(what: str, value: Fraction) -> Fraction:
+    """Return a value above 0. Raise ValueError for others; `what` names it."""
     if value <= 0:
         raise ValueError(f"the {what} must be > 0, got {float(value):g}")
     return value
@@ -68,7 +88,7 @@ def _single_bound(surface: Surface) -> SurfaceBounds:
 
 
 def _plane(numbers: Numbers) -> SurfaceBounds:
-    """A x + B y + C z = D, or by three points."""
+    """Return the plane A x + B y + C z = D, or the plane through three points."""
     if len(numbers) == 4:
         normal, offset = to_point(numbers[:3]), numbers[3]
         if not any(normal):
@@ -79,7 +99,8 @@ def _plane(numbers: Numbers) -> SurfaceBounds:
     if not any(normal):
         raise ValueError("the three points of a plane lie on a line")
     offset = dot(normal, a)
-    # The origin is on the negative side; else (0, 0, ∞) on the positive one, else (0, ∞, 0), else (∞, 0, 0)
+    # MCNP's rule for the sense: the origin is on the negative side. If the plane goes through the origin, (0, 0, ∞) is
+    # on the positive side; if the plane contains that direction too, (0, ∞, 0) is, and then (∞, 0, 0).
     if next(value for value in (offset, *reversed(normal)) if value) < 0:
         normal, offset = scale_vector(normal, -1), -offset
     return _single_bound(FlatSurface(normal, offset))
@@ -98,7 +119,7 @@ def _axis_sphere(axis: int) -> Callable[[Numbers], SurfaceBounds]:
 
 
 def _cylinder(axis: int) -> Callable[[Numbers], SurfaceBounds]:
-    """Two coordinates of the axis, in the order x, y, z, or none; and the radius."""
+    """Return a builder from two coordinates of the axis, in the order x, y, z, or none, and the radius."""
 
     def make(numbers: Numbers) -> SurfaceBounds:
         center = [*numbers[:-1]] or [_ZERO, _ZERO]
@@ -109,7 +130,7 @@ def _cylinder(axis: int) -> Callable[[Numbers], SurfaceBounds]:
 
 
 def _cone(axis: int, on_axis: bool) -> Callable[[Numbers], SurfaceBounds]:
-    """The apex, the squared slope, and 1 or -1 for one nappe."""
+    """Return a builder from the apex, the squared slope, and 1 or -1 for one nappe."""
 
     def make(numbers: Numbers) -> SurfaceBounds:
         count = 2 if on_axis else 4
@@ -124,7 +145,7 @@ def _cone(axis: int, on_axis: bool) -> Callable[[Numbers], SurfaceBounds]:
 
 
 def cone_nappe(axis: int, apex: Point, square: Fraction, nappe: int) -> SurfaceBounds:
-    """A cone, or its part above (1) or below (-1) the apex."""
+    """Return a cone (nappe 0), or its part above (1) or below (-1) the apex."""
     cone = ConeSurface(axis, apex, square)
     if not nappe:
         return _single_bound(cone)
@@ -132,12 +153,13 @@ def cone_nappe(axis: int, apex: Point, square: Fraction, nappe: int) -> SurfaceB
 
 
 def _special(numbers: Numbers) -> SurfaceBounds:
-    """A (x-x0)² + B (y-y0)² + C (z-z0)² + 2D (x-x0) + 2E (y-y0) + 2F (z-z0) + G"""
+    """Return A (x-x0)² + B (y-y0)² + C (z-z0)² + 2D (x-x0) + 2E (y-y0) + 2F (z-z0) + G = 0."""
     a, b, c, d, e, f, g = numbers[:7]
     return _quadric([a, b, c, _ZERO, _ZERO, _ZERO, 2 * d, 2 * e, 2 * f, g], to_point(numbers[7:]))
 
 
 def _quadric(numbers: Numbers, shift: Point = ORIGIN) -> SurfaceBounds:
+    """Return the quadric with ten coefficients, in the order of `TERMS`, about a point; a plane if it is linear."""
     if any(numbers[:6]):
         return _single_bound(GeneralSurface(tuple(numbers), shift))
     normal = to_point(numbers[6:9])
@@ -147,7 +169,7 @@ def _quadric(numbers: Numbers, shift: Point = ORIGIN) -> SurfaceBounds:
 
 
 def _surface_by_points(axis: int) -> Callable[[Numbers], SurfaceBounds]:
-    """Through one to three points (coordinate along the axis, distance from it)."""
+    """Return a builder of the surface of revolution through one to three points (coordinate, distance from axis)."""
 
     def make(numbers: Numbers) -> SurfaceBounds:
         pairs = list(zip(numbers[::2], numbers[1::2], strict=True))
@@ -166,16 +188,17 @@ def _surface_by_points(axis: int) -> Callable[[Numbers], SurfaceBounds]:
 
 
 def _line_through_points(axis: int, pairs: list[tuple[Fraction, Fraction]]) -> SurfaceBounds:
-    """A cylinder, or the nappe of a cone on which both points are."""
+    """Return the cylinder or the nappe of a cone through two points."""
     (s, p), (t, q) = pairs
     if p == q:
         return _single_bound(RoundSurface(axis, ORIGIN, check_positive("radius", p)))
-    slope = (q - p) / (t - s)
+    slope = (q - p) / (t - s)  # the apex is where the line through both points meets the axis
     return cone_nappe(axis, scale_vector(IDENTITY[axis], s - p / slope), slope * slope, 1 if slope > 0 else -1)
 
 
 def _conic_through_points(axis: int, pairs: list[tuple[Fraction, Fraction]]) -> SurfaceBounds:
-    """r² = a t² + b t + c through three points."""
+    """Return r² = a t² + b t + c through three points (t, r)."""
+    # Newton's divided differences of r² at the three coordinates.
     (s, p), (t, q), (u, r) = ((height, radius**2) for height, radius in pairs)
     first, second = (q - p) / (t - s), (r - q) / (u - t)
     a = (second - first) / (u - s)
@@ -186,6 +209,7 @@ def _conic_through_points(axis: int, pairs: list[tuple[Fraction, Fraction]]) -> 
 
 
 SurfaceKind = tuple[tuple[int, ...], Callable[[Numbers], SurfaceBounds]]
+"""(numbers that a mnemonic may have, builder)."""
 SURFACE_KINDS: dict[str, SurfaceKind] = {
     "p": ((4, 9), _plane),
     "so": ((1,), lambda numbers: _sphere([_ZERO] * 3, numbers[0])),
@@ -206,7 +230,7 @@ for _axis, _letter in enumerate("xyz"):
     }
 
 
-# MCNP's surface cards, and surfaces as regions of numbered sheets: macrobodies have several.
+# Surface cards, and surfaces as regions of numbered sheets
 
 _CARD_NUMBER = re.compile(r"([*+]?)([0-9]{1,9})")
 _BOUNDARIES = {"": "transmission", "*": "reflective", "+": "white"}
@@ -214,106 +238,111 @@ _BOUNDARIES = {"": "transmission", "*": "reflective", "+": "white"}
 
 @dataclass(frozen=True)
 class SurfaceCard:
-    """A surface as its card says it."""
+    """A surface card."""
 
     number: int
     boundary: str
-    change: int | None  # of a TR card
-    partner: int | None  # periodic with another surface
+    change: int | None  # number of a TR card
+    partner: int | None  # number of the other surface of a periodic pair
     form: SurfaceBounds
 
 
 def read_surface_card(card: Card) -> SurfaceCard:
-    """Raises ValueError."""
+    """Return the surface of a card. Raise ValueError for a wrong card."""
     words = card.text.split()
-    found = _CARD_NUMBER.fullmatch(words[0])
-    if found is None or not int(found[2]):
+    match = _CARD_NUMBER.fullmatch(words[0])
+    if match is None or not int(match[2]):
         raise ValueError(f"a surface begins with its number, got {words[0][:20]!r}")
     change = partner = None
     rest = words[1:]
+    # A number before the mnemonic is a transformation if positive, the partner of a periodic surface if negative.
     if rest and re.fullmatch(r"[-+]?[0-9]+", rest[0]):
         other = parse_integer("a transformation", rest.pop(0))
         change, partner = (other, None) if other > 0 else (None, -other or None)
     if not rest:
         raise ValueError("a surface needs a kind, such as px")
-    boundary = "periodic" if partner else _BOUNDARIES[found[1]]
-    return SurfaceCard(int(found[2]), boundary, change, partner, build_bounds(rest[0], parse_numbers(rest[1:])))
+    boundary = "periodic" if partner else _BOUNDARIES[match[1]]
+    return SurfaceCard(int(match[2]), boundary, change, partner, build_bounds(rest[0], parse_numbers(rest[1:])))
 
 
 @dataclass
 class SurfaceSheets:
-    """The single surfaces of all cards, each with a key: the card's number where it has one sheet, else a new one."""
+    """The single surfaces ("sheets") of all cards by key: the card's number if it has one sheet, else a new number."""
 
     found: dict[int, OpenmcSurface] = field(default_factory=dict)
-    facets: dict[int, list[Region]] = field(default_factory=dict)  # by the number of a card: the negative sides
+    facets: dict[int, list[Region]] = field(default_factory=dict)  # negative sides of all sheets by number of card
     copies: dict[tuple[int, FrameChange], int] = field(default_factory=dict)
     with_facets: set[int] = field(default_factory=set)
 
     def add(self, card: SurfaceCard, change: FrameChange | None) -> None:
-        """The sheets of a card, moved."""
+        """Add the sheets of a card, moved by its transformation."""
         regions: list[Region] = []
         for surface in card.form.surfaces:
             own = surface if change is None else transform_surface(surface, change)
             key = card.number if len(card.form.surfaces) == 1 else FIRST_FREE_KEY + len(self.found)
-            regions.append(HalfSpaceNode(self._kept(key, card.number, own, card.boundary), False))
+            regions.append(HalfSpaceNode(self._store(key, card.number, own, card.boundary), False))
         self.facets[card.number] = regions
         if card.form.has_facets:
             self.with_facets.add(card.number)
 
-    def _kept(self, key: int, number: int, surface: Surface, boundary: str) -> int:
+    def _store(self, key: int, number: int, surface: Surface, boundary: str) -> int:
+        """Store a sheet and return its key."""
         self.found[key] = OpenmcSurface(number, "", surface, boundary)
         return key
 
     def side(self, number: int, facet: int | None) -> Region:
-        """The negative side of a surface or of a facet. Raises ValueError."""
+        """Return the negative side of a surface or of a facet. Raise ValueError for a facet that does not exist."""
         regions = self.facets[number]
         if facet is None:
             return join_regions(IntersectionNode, regions)
         if number not in self.with_facets:
-            raise ValueError(f"region: surface {number} has no facets, {number}.{facet} is asked for")
+            raise ValueError(f"region: surface {number} has no facets, got {number}.{facet}")
         if not 1 <= facet <= len(regions):
-            raise ValueError(f"region: surface {number} has facets 1 to {len(regions)}, {number}.{facet} is asked for")
+            raise ValueError(f"region: surface {number} has facets 1 to {len(regions)}, got {number}.{facet}")
         return regions[facet - 1]
 
     def moved(self, region: Region, change: FrameChange) -> Region:
-        """A region elsewhere."""
+        """Return a region moved by a transformation, with moved copies of its sheets."""
         return renumber_region(region, lambda key: self._copy(key, change))
 
     def _copy(self, key: int, change: FrameChange) -> int:
+        """Return the key of a sheet moved by a transformation; equal copies are one."""
         if (key, change) not in self.copies:
             old = self.found[key]
-            copy = self._kept(
+            copy = self._store(
                 FIRST_FREE_KEY + len(self.found), old.id, transform_surface(old.surface, change), old.boundary
             )
             self.copies[key, change] = copy
         return self.copies[key, change]
 
 
-# MCNP's macrobodies: all of a body is on the negative side of each of its facets, which are numbered from 1.
+# Macrobodies: a body is on the negative side of each of its facets, which are numbered from 1.
 
 _ZERO_OFFSET = Fraction(0)
 _ROOT_3_4 = Fraction(portable_sqrt(Fraction(3, 4)))
 MAX_SKEW = Fraction(1, 1000)
-"""Cosines up to this between vectors that ought to be perpendicular."""
+"""Largest cosine between vectors that must be perpendicular."""
 
 
 def _vectors(numbers: Numbers) -> list[Point]:
+    """Return numbers as vectors of three; a rest of one or two numbers is left out."""
     return [to_point(numbers[i : i + 3]) for i in range(0, len(numbers) - 2, 3)]
 
 
 def _facet(normal: Point, through: Point) -> FlatSurface:
-    """The plane across a vector that points out of the body."""
+    """Return the plane through a point, across a vector that points out of the body."""
     if not any(normal):
         raise ValueError("a vector must not be zero")
     return FlatSurface(normal, dot(normal, through))
 
 
 def _end_planes(vector: Point, base: Point) -> tuple[FlatSurface, FlatSurface]:
-    """At the end of a vector and at its beginning."""
+    """Return the planes across a vector at its end and at its beginning."""
     return _facet(vector, add_scaled(base, vector)), _facet(scale_vector(vector, -1), base)
 
 
 def _check_across(*vectors: Point) -> None:
+    """Raise ValueError unless all vectors are perpendicular to each other, up to `MAX_SKEW`."""
     for i, u in enumerate(vectors):
         for v in vectors[i + 1 :]:
             if dot(u, v) ** 2 > MAX_SKEW**2 * dot(u, u) * dot(v, v):
@@ -321,6 +350,7 @@ def _check_across(*vectors: Point) -> None:
 
 
 def _rpp(numbers: Numbers) -> SurfaceBounds:
+    """Return a box along the axes from xmin xmax ymin ymax zmin zmax."""
     facets: list[Surface] = []
     for axis in range(3):
         low, high = numbers[2 * axis : 2 * axis + 2]
@@ -331,13 +361,14 @@ def _rpp(numbers: Numbers) -> SurfaceBounds:
 
 
 def _box(numbers: Numbers) -> SurfaceBounds:
-    """Three edges from a corner; two for one without ends."""
+    """Return a box of three edges from a corner; of two edges, a box that is infinite along the third."""
     corner, *edges = _vectors(numbers)
     _check_across(*edges)
     return SurfaceBounds(tuple(facet for edge in edges for facet in _end_planes(edge, corner)), True)
 
 
 def _rcc(numbers: Numbers) -> SurfaceBounds:
+    """Return a cylinder from base, height vector and radius."""
     base, height = _vectors(numbers)
     return SurfaceBounds(
         (_cylinder_about(base, height, check_positive("radius", numbers[6])), *_end_planes(height, base)), True
@@ -345,18 +376,20 @@ def _rcc(numbers: Numbers) -> SurfaceBounds:
 
 
 def _cylinder_about(base: Point, height: Point, radius: Fraction) -> Surface:
-    """The cylinder about a vector."""
+    """Return the infinite cylinder about a vector: a `RoundSurface` along an axis, else a general quadric."""
     along = [i for i in range(3) if height[i]]
     if len(along) == 1:
         x, y, z = (_ZERO_OFFSET if i == along[0] else value for i, value in enumerate(base))
         return RoundSurface(along[0], (x, y, z), radius)
     if not along:
         raise ValueError("a vector must not be zero")
+    # |q|² - (q·H)²/H² = r² with q = x - base.
     across = add_rows(IDENTITY, outer_product(height), -1 / dot(height, height))
     return shift_quadric(across, (_ZERO_OFFSET, _ZERO_OFFSET, _ZERO_OFFSET), -(radius**2), base)
 
 
 def _trc(numbers: Numbers) -> SurfaceBounds:
+    """Return a truncated cone from base, height vector H and the radii R1 and R2 at both ends."""
     base, height = _vectors(numbers[:6])
     first, last = numbers[6:]
     if min(first, last) < 0 or first == last == 0:
@@ -365,7 +398,7 @@ def _trc(numbers: Numbers) -> SurfaceBounds:
     if first == last:
         return SurfaceBounds((_cylinder_about(base, height, first), *ends), True)
     square, step = dot(height, height), last - first
-    # |q|² - (q·H)²/H² = (R1 + (R2 - R1) q·H/H²)²
+    # With q = x - base: |q|² - (q·H)²/H² = (R1 + (R2 - R1) q·H/H²)².
     matrix = add_rows(IDENTITY, outer_product(height), -1 / square - (step / square) ** 2)
     return SurfaceBounds(
         (shift_quadric(matrix, scale_vector(height, -2 * first * step / square), -(first**2), base), *ends), True
@@ -373,7 +406,7 @@ def _trc(numbers: Numbers) -> SurfaceBounds:
 
 
 def _rec(numbers: Numbers) -> SurfaceBounds:
-    """Two half axes, or one and the length of the other."""
+    """Return an elliptic cylinder from base, height and two semi-axes, or one and the length of the other."""
     base, height, major = _vectors(numbers[:9])
     minor = to_point(numbers[9:]) if len(numbers) == 12 else cross(height, major)
     if not (any(height) and any(major) and any(minor)):
@@ -394,7 +427,11 @@ def _rec(numbers: Numbers) -> SurfaceBounds:
 
 
 def _ell(numbers: Numbers) -> SurfaceBounds:
-    """By foci and half of the long axis, or by the centre, half of the long axis and the other radius, negative."""
+    """Return an ellipsoid of revolution.
+
+    The seventh number decides: positive, it is the long semi-axis and the vectors are the foci; negative, it is minus
+    the other radius and the vectors are the centre and the semi-axis of revolution.
+    """
     a, b = _vectors(numbers[:6])
     radius = numbers[6]
     if radius > 0:
@@ -413,13 +450,17 @@ def _ell(numbers: Numbers) -> SurfaceBounds:
         if long == short and radius < 0:
             return SurfaceBounds((RoundSurface(None, center, -radius),))
         return SurfaceBounds((RoundSurface(None, center, radius),))
+    # |q|²/b² + (1/a² - 1/b²) (q·A)²/A² = 1 with q = x - centre and the axis A; `long` is a², `short` is b².
     size = dot(along, along)
     matrix = add_rows(scale_rows(IDENTITY, 1 / short), outer_product(along), (1 / long - 1 / short) / size)
     return SurfaceBounds((shift_quadric(matrix, (_ZERO_OFFSET, _ZERO_OFFSET, _ZERO_OFFSET), Fraction(-1), center),))
 
 
 def _rhp(numbers: Numbers) -> SurfaceBounds:
-    """A hexagonal prism by its height and the ways to three of its sides; two of them may follow from the first."""
+    """Return a hexagonal prism from base, height and the vectors to the middles of three sides.
+
+    With one vector r only, the other two are r turned by 60 and 120 degrees.
+    """
     base, height, r, *others = _vectors(numbers)
     if others:
         s, t = others
@@ -435,11 +476,13 @@ def _rhp(numbers: Numbers) -> SurfaceBounds:
 
 
 def _length(vector: Point) -> Fraction:
+    """Return the length of a vector, exact along an axis."""
     along = [abs(value) for value in vector if value]
     return along[0] if len(along) == 1 else Fraction(portable_sqrt(dot(vector, vector)))
 
 
 def _wed(numbers: Numbers) -> SurfaceBounds:
+    """Return a wedge: a triangular prism from a corner, two edges a and b of the triangle, and the height."""
     corner, a, b, height = _vectors(numbers)
     _check_across(a, height)
     _check_across(b, height)
@@ -447,7 +490,7 @@ def _wed(numbers: Numbers) -> SurfaceBounds:
     if dot(slant, a) < 0:
         slant = scale_vector(slant, -1)
     facets = [_facet(slant, add_scaled(corner, a))]
-    for u, v, inward in ((b, height, a), (a, height, b)):
+    for u, v, inward in ((b, height, a), (a, height, b)):  # the vectors may be left- or right-handed
         normal = cross(u, v)
         facets.append(_facet(scale_vector(normal, -1 if dot(normal, inward) > 0 else 1), corner))
     top = cross(a, b)
@@ -460,7 +503,7 @@ def _wed(numbers: Numbers) -> SurfaceBounds:
 
 
 def _arb(numbers: Numbers) -> SurfaceBounds:
-    """Eight corners and six sides, each by the digits of its three or four corners."""
+    """Return a convex polyhedron from eight corners and six sides, each a number whose digits are its corners."""
     corners = _vectors(numbers[:24])
     sides = [str(int(value)).rstrip("0") for value in numbers[24:] if value]
     if not all(value.denominator == 1 and value >= 0 for value in numbers[24:]):
@@ -483,6 +526,7 @@ def _arb(numbers: Numbers) -> SurfaceBounds:
             raise ValueError(f"arb: the corners of the side {side} lie on a line")
         if dot(normal, add_scaled(middle, a, -1)) > 0:
             normal = scale_vector(normal, -1)
+        # Corners are rounded in decks: a fourth corner may be a little off the plane of the first three.
         slack = MAX_SKEW * Fraction(portable_sqrt(dot(normal, normal) * size))
         if any(abs(dot(normal, add_scaled(p, a, -1))) > slack for p in rest):
             raise ValueError(f"arb: the corners of the side {side} do not lie in a plane")

@@ -1,4 +1,8 @@
-"""Vectors and matrices of fractions."""
+"""Vectors and matrices of fractions, and MCNP's transformations (TR and TRCL).
+
+`parse_transformation` reads the entries of a transformation and completes its matrix; `transform_surface` moves a
+surface. Lengths are in cm, angles in degrees.
+"""
 
 from __future__ import annotations
 
@@ -23,52 +27,60 @@ from ..openmc.surfaces import TERMS, ConeSurface, FlatSurface, GeneralSurface, R
 
 
 def to_point(values: Sequence[Fraction]) -> Point:
+    """Return three values as a point."""
     x, y, z = values
     return x, y, z
 
 
 def dot(u: Point, v: Point) -> Fraction:
+    """Return the dot product."""
     return u[0] * v[0] + u[1] * v[1] + u[2] * v[2]
 
 
 def cross(u: Point, v: Point) -> Point:
+    """Return the cross product."""
     return u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]
 
 
 def add_scaled(u: Point, v: Point, times: Fraction | int = 1) -> Point:
-    """u + times v"""
+    """Return u + times v."""
     return u[0] + times * v[0], u[1] + times * v[1], u[2] + times * v[2]
 
 
 def scale_vector(u: Point, times: Fraction | int) -> Point:
+    """Return times u."""
     return u[0] * times, u[1] * times, u[2] * times
 
 
 def apply_rows(rows: Rows, u: Point) -> Point:
+    """Return the product of a matrix and a vector."""
     return dot(rows[0], u), dot(rows[1], u), dot(rows[2], u)
 
 
 def transpose(rows: Rows) -> Rows:
+    """Return the transposed matrix."""
     a, b, c = rows
     return (a[0], b[0], c[0]), (a[1], b[1], c[1]), (a[2], b[2], c[2])
 
 
 def multiply_rows(a: Rows, b: Rows) -> Rows:
+    """Return the product of two matrices."""
     x, y, z = (apply_rows(transpose(b), row) for row in a)
     return x, y, z
 
 
 def outer_product(u: Point) -> Rows:
-    """u uᵀ"""
+    """Return u uᵀ."""
     return scale_vector(u, u[0]), scale_vector(u, u[1]), scale_vector(u, u[2])
 
 
 def add_rows(a: Rows, b: Rows, times: Fraction | int = 1) -> Rows:
-    """a + times b"""
+    """Return a + times b."""
     return add_scaled(a[0], b[0], times), add_scaled(a[1], b[1], times), add_scaled(a[2], b[2], times)
 
 
 def scale_rows(a: Rows, factor: Fraction | int) -> Rows:
+    """Return factor a."""
     return scale_vector(a[0], factor), scale_vector(a[1], factor), scale_vector(a[2], factor)
 
 
@@ -77,10 +89,14 @@ IDENTITY: Rows = ((_ONE, _ZERO, _ZERO), (_ZERO, _ONE, _ZERO), (_ZERO, _ZERO, _ON
 
 
 def dual_vectors(vectors: Sequence[Point]) -> list[Point]:
-    """Of one to three independent vectors v: w with v[i]·w[j] = 1 or 0, in their span. Raises ValueError."""
-    found = []
+    """Return the dual basis of one to three vectors v: vectors w in their span with v[i]·w[j] = 1 if i = j, else 0.
+
+    Raise ValueError if the vectors are linearly dependent.
+    """
+    duals = []
     for i, vector in enumerate(vectors):
         rest = [other for j, other in enumerate(vectors) if j != i]
+        # Subtract the components along the other vectors: w must be perpendicular to all of them.
         if not rest:
             across = vector
         elif len(rest) == 1:
@@ -90,50 +106,69 @@ def dual_vectors(vectors: Sequence[Point]) -> list[Point]:
         size = dot(across, vector)
         if not size:
             raise ValueError("directions depend on each other")
-        found.append(scale_vector(across, 1 / size))
-    return found
+        duals.append(scale_vector(across, 1 / size))
+    return duals
 
 
-# TR cards: where an auxiliary system stands in the main one; and surfaces that are given in it.
+# Transformations: an auxiliary coordinate system in the main one, and surfaces in it
 
 MAX_ROTATION_ERROR = Fraction(1, 100)
-"""How far a matrix may be from a rotation."""
+"""Largest distance of a matrix from a rotation (`rotation_error`)."""
 
 
 @dataclass(frozen=True)
 class FrameChange:
-    """x' = rows (x - origin): rows are the auxiliary axes in the main system, `origin` is where they meet there."""
+    """The change x' = rows (x - origin) from main to auxiliary coordinates.
+
+    `rows` are the auxiliary axes and `origin` is the auxiliary origin, both in main coordinates.
+    """
 
     origin: Point = ORIGIN
     rows: Rows = IDENTITY
-    is_free: bool = False  # two of the axes may be turned about the third
+    is_free: bool = False  # the file defines one axis; the other two may be turned about it
 
     @cached_property
     def rotation(self) -> CellRotation:
-        """How the contents move."""
-        found = NO_ROTATION if self.rows == IDENTITY else rotation_by_matrix(self.rows)
-        assert found is not None
-        return found
+        """The rotation of content from the auxiliary to the main system."""
+        rotation = NO_ROTATION if self.rows == IDENTITY else rotation_by_matrix(self.rows)
+        assert rotation is not None
+        return rotation
 
     @property
     def skew(self) -> float:
-        """How far the matrix is from a rotation."""
+        """The distance of the matrix from a rotation."""
         return rotation_error(self.rows)
 
     def __hash__(self) -> int:
+        # One point is enough for a hash; equality compares all fields.
         return hash(self.origin)
 
 
 def parse_transformation(values: Sequence[Fraction | None], degrees: bool) -> FrameChange:
-    """Of the entries of a TR card: displacement, cosines or degrees, and m. Raises ValueError."""
-    given = [*values]
-    if not 1 <= len(given) <= 13:
-        raise ValueError(f"a transformation has 1 to 13 numbers, got {len(given)}")
-    flip = len(given) == 13 and given.pop() == -1
+    """Return the transformation of a TR card.
+
+    Parameters
+    ----------
+    values
+        Displacement (3), matrix (9 entries or fewer) and m; None for skipped entries. With m = -1 the displacement is
+        that of the main origin in the auxiliary system.
+    degrees
+        Whether the matrix holds angles in degrees instead of cosines.
+
+    Raises
+    ------
+    ValueError
+        The entries are too many, do not complete a matrix, or the matrix is no rotation.
+
+    """
+    entries = [*values]
+    if not 1 <= len(entries) <= 13:
+        raise ValueError(f"a transformation has 1 to 13 numbers, got {len(entries)}")
+    flip = len(entries) == 13 and entries.pop() == -1
     if len(values) == 13 and not flip and values[-1] not in (1, None):
         raise ValueError("the last of 13 numbers of a transformation must be 1 or -1")
-    shift = to_point([value or Fraction(0) for value in (*given, None, None, None)[:3]])
-    rest = [None if value is None else _cosine(value) if degrees else value for value in given[3:]]
+    shift = to_point([value or Fraction(0) for value in (*entries, None, None, None)[:3]])
+    rest = [None if value is None else _cosine(value) if degrees else value for value in entries[3:]]
     rows, is_free = _complete_rows([*rest, *[None] * (9 - len(rest))])
     back = invert_rows(rows)
     if back is None or rotation_error(rows) > MAX_ROTATION_ERROR:
@@ -144,7 +179,7 @@ def parse_transformation(values: Sequence[Fraction | None], degrees: bool) -> Fr
 
 
 def _cosine(angle: Fraction) -> Fraction:
-    """Of degrees; halves and whole numbers exactly."""
+    """Return the cosine of an angle in degrees, exact where it is 0, ±1/2 or ±1."""
     if angle % 60 == 0 or angle % 90 == 0:
         halves = {0: 2, 60: 1, 90: 0, 120: -1, 180: -2, 240: -1, 270: 0, 300: 1}
         return Fraction(halves[int(angle % 360)], 2)
@@ -152,7 +187,7 @@ def _cosine(angle: Fraction) -> Fraction:
 
 
 def _complete_rows(given: list[Fraction | None]) -> tuple[Rows, bool]:
-    """All nine cosines of 9, 6, 5, 3 or none; and whether MCNP is free to choose some."""
+    """Return all nine cosines from 9, 6, 5, 3 or none, and True if MCNP is free to choose some of them."""
     rows = [given[0:3], given[3:6], given[6:9]]
     columns = [given[i::3] for i in range(3)]
     count = sum(value is not None for value in given)
@@ -179,30 +214,35 @@ def _complete_rows(given: list[Fraction | None]) -> tuple[Rows, bool]:
 
 
 def _complete_two_rows(lines: list[list[Fraction | None]], known: list[int]) -> Rows:
-    """With the third line across two."""
+    """Return the matrix whose third row is across the two known ones."""
     i, j = known
     third = 3 - i - j
     a, b = to_point(lines[i]), to_point(lines[j])  # type: ignore[arg-type]
     across = cross(a, b) if (j - i) % 3 == 1 else cross(b, a)
-    found = {i: a, j: b, third: across}
-    return found[0], found[1], found[2]
+    rows = {i: a, j: b, third: across}
+    return rows[0], rows[1], rows[2]
 
 
 def _complete_one_row(lines: list[list[Fraction | None]], known: int) -> Rows:
-    """With two lines across one, the first of them as near to an axis as can be."""
+    """Return a matrix with two rows across the known one, the first of them as near to an axis as possible."""
     a = to_point(lines[known])  # type: ignore[arg-type]
     size = Fraction(portable_sqrt(dot(a, a)))
     if not size:
         raise ValueError("an axis of a transformation must not be zero")
+    # The axis most nearly perpendicular to `a`; of equal ones the first, so that the choice is defined.
     least = min(range(3), key=lambda i: (abs(a[i]), i))
     b = add_scaled(IDENTITY[least], a, -a[least] / dot(a, a))
     b = scale_vector(b, 1 / Fraction(portable_sqrt(dot(b, b))))
-    found = {known: a, (known + 1) % 3: b, (known + 2) % 3: scale_vector(cross(a, b), 1 / size)}
-    return found[0], found[1], found[2]
+    rows = {known: a, (known + 1) % 3: b, (known + 2) % 3: scale_vector(cross(a, b), 1 / size)}
+    return rows[0], rows[1], rows[2]
 
 
 def _complete_cross(given: list[Fraction | None], row: int, column: int) -> Rows:
-    """Of a rotation's row and column, which meet in c: the rest follows from its cofactors."""
+    """Return a rotation from one row and one column, which meet in c.
+
+    The other four entries follow from the cofactors: each entry of a rotation equals its cofactor.
+    """
+    # The known entries in cyclic order, so that c comes first: row c a b, column c p q.
     places = ((0, 0), (0, 1), (0, 2), (1, 0), (2, 0))
     at = [given[3 * ((row + i) % 3) + (column + j) % 3] for i, j in places]
     c, a, b, p, q = (value or Fraction(0) for value in at)
@@ -219,8 +259,8 @@ def _complete_cross(given: list[Fraction | None], row: int, column: int) -> Rows
 
 
 def transform_surface(surface: Surface, change: FrameChange) -> Surface:
-    """A surface that is given in the auxiliary system, in the main one."""
-    if change.rotation.motion.is_identity:
+    """Return a surface of the auxiliary system in the main system."""
+    if change.rotation.motion.is_identity:  # quarter turns keep the kind of every surface
         return surface.placed(UniversePlacement(change.rotation.turn, change.origin))
     rows = change.rows
     if isinstance(surface, FlatSurface):
@@ -228,8 +268,9 @@ def transform_surface(surface: Surface, change: FrameChange) -> Surface:
         return FlatSurface(normal, surface.offset + dot(normal, change.origin))
     back = invert_rows(rows)
     assert back is not None
-    if isinstance(surface, RoundSurface) and surface.axis is None:
+    if isinstance(surface, RoundSurface) and surface.axis is None:  # a sphere stays one
         return RoundSurface(None, add_scaled(change.origin, apply_rows(back, surface.center)), surface.radius)
+    # With x' = rows (x - origin), f(x') has the matrix rowsᵀ M rows about the moved point.
     matrix, linear, constant, shift = quadric_parts(surface)
     turned = multiply_rows(transpose(rows), multiply_rows(matrix, rows))
     place = add_scaled(change.origin, apply_rows(back, shift))
@@ -237,7 +278,7 @@ def transform_surface(surface: Surface, change: FrameChange) -> Surface:
 
 
 def quadric_parts(surface: RoundSurface | ConeSurface | GeneralSurface) -> tuple[Rows, Point, Fraction, Point]:
-    """The matrix, the linear part and the constant of f about a point."""
+    """Return matrix, linear part and constant of a quadric about a point, and the point."""
     if isinstance(surface, GeneralSurface):
         f = dict(zip(TERMS, surface.coefficients, strict=True))
         xy, yz, xz = f["xy"] / 2, f["yz"] / 2, f["xz"] / 2
@@ -251,6 +292,6 @@ def quadric_parts(surface: RoundSurface | ConeSurface | GeneralSurface) -> tuple
 
 
 def shift_quadric(matrix: Rows, linear: Point, constant: Fraction, shift: Point = ORIGIN) -> GeneralSurface:
-    """(x - shift)ᵀ matrix (x - shift) + linear·(x - shift) + constant"""
+    """Return the quadric (x - shift)ᵀ matrix (x - shift) + linear·(x - shift) + constant."""
     (xx, xy, xz), (_, yy, yz), (_, _, zz) = matrix
     return GeneralSurface((xx, yy, zz, 2 * xy, 2 * yz, 2 * xz, *linear, constant), shift)

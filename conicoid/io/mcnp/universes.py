@@ -1,4 +1,9 @@
-"""What fills a cell: a universe, or the universes of a lattice, each with a transformation of its own perhaps."""
+"""Universes of MCNP decks: fillings of cells, transformations of cells, and lattices.
+
+`read_filling` and `read_trcl` read FILL and TRCL of a cell card. `UniverseBuilder` turns cells into the records of a
+`CellGeometry`. A universe in a lattice element that has a transformation of its own is wrapped into a new universe with
+one anonymous cell, which carries the transformation.
+"""
 
 from __future__ import annotations
 
@@ -18,18 +23,22 @@ from .lattices import CellLattice, LatticeElement, LatticeSlab, hexagonal_elemen
 from .transformations import FrameChange, cross, dot, parse_transformation, scale_vector
 
 FillEntry = tuple[int, FrameChange | None]
+"""A universe and its transformation, if it has one."""
 
 
 @dataclass(frozen=True)
 class CellFilling:
-    """Entries in the order of `ranges`; without ranges one that fills everything."""
+    """The filling of a cell: entries in the order of the index `ranges`; without ranges one entry that fills all."""
 
     entries: tuple[FillEntry, ...]
     ranges: tuple[tuple[int, int], ...] = ()
 
 
 def read_transformation(words: list[str], degrees: bool, changes: Mapping[int, FrameChange]) -> FrameChange:
-    """A number of a TR card, or a transformation written out. Raises ValueError."""
+    """Return a transformation from the number of a TR card or from its entries.
+
+    Number 0 is the identity. Raise ValueError for wrong entries and unknown numbers.
+    """
     values = expand_entries(words)
     if len(values) != 1:
         return parse_transformation(values, degrees)
@@ -42,11 +51,11 @@ def read_transformation(words: list[str], degrees: bool, changes: Mapping[int, F
 
 
 def read_trcl(cell: CellCard, changes: Mapping[int, FrameChange]) -> FrameChange | None:
-    """How a cell is moved. Raises ValueError."""
-    given = cell.words("trcl")
-    if given is None:
+    """Return the transformation of a cell (TRCL), or None. Raise ValueError if it is wrong."""
+    parameter = cell.words("trcl")
+    if parameter is None:
         return None
-    words, degrees = given
+    words, degrees = parameter
     inner = words[1:-1] if words[:1] == ["("] and words[-1:] == [")"] else words
     if not inner or "(" in inner or ")" in inner:
         raise ValueError("trcl must be a number of a TR card, or numbers in parentheses")
@@ -54,19 +63,19 @@ def read_trcl(cell: CellCard, changes: Mapping[int, FrameChange]) -> FrameChange
 
 
 def read_filling(cell: CellCard, changes: Mapping[int, FrameChange]) -> CellFilling | None:
-    """What fills a cell. Raises ValueError."""
-    given = cell.words("fill")
-    if given is None:
+    """Return the filling of a cell (FILL), or None; universe 0 is no filling. Raise ValueError if it is wrong."""
+    parameter = cell.words("fill")
+    if parameter is None:
         return None
-    words, degrees = given
+    words, degrees = parameter
     read = lambda inner: read_transformation(inner, degrees, changes)  # noqa: E731
     if ":" not in words:
-        found = _read_fill_entries(words, read)
-        if len(found) != 1:
+        entries = _read_fill_entries(words, read)
+        if len(entries) != 1:
             raise ValueError(
-                f"fill must be one universe, or ranges such as 0:2 0:2 0:0 with universes, got {len(found)}"
+                f"fill must be one universe, or ranges such as 0:2 0:2 0:0 with universes, got {len(entries)}"
             )
-        return None if not found[0][0] else CellFilling(tuple(found))
+        return None if not entries[0][0] else CellFilling(tuple(entries))
     ranges = []
     for axis in range(3):
         part = words[3 * axis : 3 * axis + 3]
@@ -79,21 +88,22 @@ def read_filling(cell: CellCard, changes: Mapping[int, FrameChange]) -> CellFill
     count = math.prod(high - low + 1 for low, high in ranges)
     if count > MAX_ENTRIES:
         raise ValueError(f"fill: {count:,} elements, at most {MAX_ENTRIES:,} are read")
-    found = _read_fill_entries(words[9:], read)
-    if len(found) != count:
-        raise ValueError(f"fill: the ranges hold {count:,} universes, got {len(found):,}")
-    return CellFilling(tuple(found), tuple(ranges))
+    entries = _read_fill_entries(words[9:], read)
+    if len(entries) != count:
+        raise ValueError(f"fill: the ranges hold {count:,} universes, got {len(entries):,}")
+    return CellFilling(tuple(entries), tuple(ranges))
 
 
 def _read_fill_entries(words: list[str], read: Callable[[list[str]], FrameChange]) -> list[FillEntry]:
-    """Universes, each with a transformation in parentheses after it perhaps."""
-    found: list[FillEntry] = []
+    """Return universes, each with the transformation in parentheses after it, if there is one."""
+    entries: list[FillEntry] = []
     plain: list[str] = []
 
     def flush() -> None:
-        before = [found[-1][0]] if found else []
+        # The universe before a parenthesis is prepended, as a shortcut after it may refer to it ("5 (1) 3r").
+        before = [entries[-1][0]] if entries else []
         values = expand_entries([*map(str, before), *plain])[len(before) :]
-        found.extend((abs(parse_integer("fill: a universe", _transformation_value(value))), None) for value in values)
+        entries.extend((abs(parse_integer("fill: a universe", _transformation_value(value))), None) for value in values)
         plain.clear()
 
     at = 0
@@ -106,33 +116,35 @@ def _read_fill_entries(words: list[str], read: Callable[[list[str]], FrameChange
             raise ValueError("fill: a ')' is missing")
         end = words.index(")", at)
         flush()
-        if not found:
+        if not entries:
             raise ValueError("fill: a transformation needs a universe before it")
-        found[-1] = found[-1][0], read(words[at + 1 : end])
+        entries[-1] = entries[-1][0], read(words[at + 1 : end])
         at = end + 1
     flush()
-    if len(found) > MAX_ENTRIES:
+    if len(entries) > MAX_ENTRIES:
         raise ValueError(f"fill: has more than {MAX_ENTRIES:,} universes")
-    return found
+    return entries
 
 
 def _transformation_value(value: Fraction | None) -> Fraction:
+    """Return an entry that must not be skipped."""
     if value is None:
         raise ValueError("fill: jumps over a universe (nJ)")
     return value
 
 
-# Cells as the records that the expansion takes, by universe; lattices, and cells that only turn or move.
+# Cells and lattices as the records of a CellGeometry
 
 
 @dataclass(frozen=True)
 class AnonymousCell(UniverseCell):
-    """A cell that a deck does not have, on behalf of one that it has."""
+    """A cell that the deck does not have, made for the cell `owner`; it adds nothing to paths."""
 
     owner: int = 0
 
     @property
     def step(self) -> tuple[str, ...]:
+        """Nothing: paths name cells of the deck only."""
         return ()
 
     def __str__(self) -> str:
@@ -141,7 +153,12 @@ class AnonymousCell(UniverseCell):
 
 @dataclass
 class UniverseBuilder:
-    """Cells by universe, and lattices, of all cells that are added."""
+    """Builder of the cells by universe and of the lattices of a deck.
+
+    `outside` holds the cells of importance 0 and `root_outside` those among them outside universes; `broken` universes
+    have cells that could not be read; `refers` holds the universes that each cell refers to; `wrapped` caches universes
+    with a transformation.
+    """
 
     surfaces: Mapping[int, OpenmcSurface]
     materials: McnpMaterials
@@ -157,7 +174,7 @@ class UniverseBuilder:
     made: int = 0
 
     def universe_of(self, cell: CellCard) -> int:
-        """Its number; 0 for the world, and where it is no number."""
+        """Return the number of a cell's universe; 0 for the world, and if the card has no valid number."""
         words = cell.given.get("u")
         try:
             return abs(parse_integer("u", words[0])) if words else 0
@@ -165,7 +182,23 @@ class UniverseBuilder:
             return 0
 
     def add(self, cell: CellCard, region: Region | None, trcl: FrameChange | None) -> None:
-        """A cell with its region, which is moved already, but for a lattice. Raises ValueError."""
+        """Add a cell.
+
+        Parameters
+        ----------
+        cell
+            The cell.
+        region
+            Its region, already moved by `trcl`, except for lattices; None for all of space.
+        trcl
+            Its transformation, which also moves its filling.
+
+        Raises
+        ------
+        ValueError
+            The filling or the lattice is wrong.
+
+        """
         words = cell.given.get("u", ["0"])
         if len(words) != 1:
             raise ValueError(f"u must be one integer, got {len(words)}")
@@ -196,6 +229,7 @@ class UniverseBuilder:
         self.cells.setdefault(universe, []).append(cell)
 
     def _matter(self, cell: CellCard, universe: int, region: Region | None, key: int) -> UniverseCell:
+        """Return a cell with a material or void."""
         material = None if not cell.material else self.materials.key(cell.material, cell.density or Fraction(1))
         args = (key, "", universe, region, None, (material,), ORIGIN, NO_ROTATION, 0.0, cell.card.element)
         return UniverseCell(*args) if key == cell.number else AnonymousCell(*args, owner=cell.number)
@@ -203,7 +237,7 @@ class UniverseBuilder:
     def _holder(
         self, cell: CellCard, universe: int, region: Region | None, fill: int, change: FrameChange | None, key: int
     ) -> UniverseCell:
-        """A cell that is filled, what fills it being moved."""
+        """Return a cell filled with a universe or lattice, which `change` moves."""
         change = change or FrameChange()
         args = (
             key, "", universe, region, fill, (), change.origin, change.rotation, change.skew, cell.card.element,
@@ -219,6 +253,7 @@ class UniverseBuilder:
         if fill == universe:
             raise ValueError(f"is filled with the universe {fill} that it is in")
         self.refers[cell.number] = cell, {fill}
+        # A transformation of the filling replaces that of the cell.
         self._put(universe, self._holder(cell, universe, region, fill, change or trcl, cell.number))
 
     def _lattice(
@@ -230,7 +265,7 @@ class UniverseBuilder:
         trcl: FrameChange | None,
         kind: int,
     ) -> None:
-        """A universe of one cell that the lattice fills; a transformation moves all of it, and what is in it."""
+        """Add a lattice and the cell that it fills; a transformation moves the whole lattice with its content."""
         first = _lattice_element(region, self.surfaces, kind)
         dimensions = len(first.ways)
         known = filling or CellFilling(((universe, None),))
@@ -242,24 +277,29 @@ class UniverseBuilder:
         for axis in range(dimensions, 3):
             if ranges[axis][0] != ranges[axis][1]:
                 raise ValueError(f"fill: the lattice has no planes across its direction {axis + 1}, and a range for it")
-        found: dict[Index, int] = {}
+        elements: dict[Index, int] = {}
         for index, entry in zip(index_order(list(ranges)), known.entries, strict=True):
             number = self._entry(cell, universe, entry)
             if number is not None:
-                found[index] = number
+                elements[index] = number
         self.refers[cell.number] = cell, {u for u, _ in known.entries if u and u != universe}
-        outer = None if known.ranges else next(iter(found.values()), None)
+        # Without ranges the one entry fills the lattice without end.
+        outer = None if known.ranges else next(iter(elements.values()), None)
         key = self._key()
-        tally = Counter(found.values())
-        self.lattices[key] = CellLattice(key, "", outer, tally, "", cell.card.element, first, found, cell.number)
+        tally = Counter(elements.values())
+        self.lattices[key] = CellLattice(key, "", outer, tally, "", cell.card.element, first, elements, cell.number)
         self._put(universe, self._holder(cell, universe, None, key, trcl, cell.number))
 
     def _entry(self, cell: CellCard, universe: int, entry: FillEntry) -> int | None:
-        """The universe of an element: 0 is none, the lattice's own is the lattice cell's material."""
+        """Return the universe of an element; None for 0 (empty).
+
+        The number of the lattice's own universe stands for the material of the lattice cell. Universes with a
+        transformation, and this material, are wrapped into a new universe.
+        """
         fill, change = entry
         if not fill:
             return None
-        if fill == universe:
+        if fill == universe:  # negative numbers stand for the materials of lattice cells
             change, fill = FrameChange(), -cell.number
         elif change is None:
             return fill
@@ -272,11 +312,12 @@ class UniverseBuilder:
         return self.wrapped[fill, change]
 
     def _key(self) -> int:
+        """Return a new number for a universe, cell or lattice that the deck does not number."""
         self.made += 1
         return FIRST_FREE_KEY + self.made
 
     def missing(self) -> Iterator[tuple[CellCard, str]]:
-        """Universes that cells refer to and that there are not; and lattices that share a universe."""
+        """Yield errors, with their cells: unknown universes, and lattices that share a universe with other cells."""
         for cell, fills in self.refers.values():
             unknown = sorted(fills - self.cells.keys() - self.broken)
             if unknown:
@@ -289,22 +330,23 @@ class UniverseBuilder:
                     yield self.refers[own.id][0], "lat: a lattice must be the only cell of its universe"
 
     def readable(self, circle: str) -> str:
-        """A way round without the numbers that a deck does not have."""
+        """Return a circle of universes without the numbers that the deck does not have."""
+        # Numbers of objects that the deck does not have (from FIRST_FREE_KEY on) are longer than any of its own.
         steps = [step for step in circle.split(" → ") if len(step) < 15 + len("universe ") - 5]
         return " → ".join(step for step in steps if "lattice" not in step)
 
 
 def is_outside(cell: CellCard) -> bool:
-    """Is the importance 0 for all particles for which it is given?"""
-    given = [words for name, words in cell.given.items() if name.startswith("imp")]
-    if any(len(words) != 1 for words in given):
+    """Return True if the card has importances and all are 0. Raise ValueError if one is no number."""
+    importances = [words for name, words in cell.given.items() if name.startswith("imp")]
+    if any(len(words) != 1 for words in importances):
         raise ValueError("imp must be one number")
-    values = [parse_number(words[0]) for words in given]
+    values = [parse_number(words[0]) for words in importances]
     return bool(values) and not any(values)
 
 
 def _lattice_element(region: Region | None, surfaces: Mapping[int, OpenmcSurface], kind: int) -> LatticeElement:
-    """The element [0, 0, 0] of a lattice, by its planes in the order in which the cell names them."""
+    """Return the element [0, 0, 0] of a lattice, from its planes in the order in which the cell lists them."""
     sides = [] if region is None else list(list_half_spaces(region))
     what = "a parallelepiped, of two, four or six planes" if kind == 1 else "a hexagonal prism, of six or eight planes"
     planes = [_element_plane(side, surfaces) for side in sides]
@@ -325,7 +367,7 @@ def _lattice_element(region: Region | None, surfaces: Mapping[int, OpenmcSurface
 
 
 def _element_plane(side: HalfSpaceNode, surfaces: Mapping[int, OpenmcSurface]) -> FlatSurface | None:
-    """With its normal out of the cell."""
+    """Return the plane of a side with its normal out of the cell; None for other surfaces."""
     plane = surfaces[side.surface].surface
     if not isinstance(plane, FlatSurface):
         return None
@@ -333,8 +375,10 @@ def _element_plane(side: HalfSpaceNode, surfaces: Mapping[int, OpenmcSurface]) -
 
 
 def _element_slab(first: FlatSurface, second: FlatSurface) -> LatticeSlab:
+    """Return the slab between two opposite planes. Raise ValueError if they are not opposite."""
     if any(cross(first.normal, second.normal)) or dot(first.normal, second.normal) >= 0:
         raise ValueError("lat: the planes must be listed in opposite pairs, for the directions 1, -1, 2, -2 and so on")
+    # Scale the second plane to minus the normal of the first.
     times = dot(first.normal, first.normal) / -dot(first.normal, second.normal)
     low = -second.offset * times
     if low >= first.offset:

@@ -16,7 +16,8 @@ from typing import Any
 import numpy as np
 
 from ..._util.file_errors import Problem, SceneFileError
-from ..importers import DETECTION_BYTES, ImportOptions, ImportResult, LegendEntry, format_count, is_cif, is_pdb, is_xyz
+from ..._util.text import format_count
+from ..importers import DETECTION_BYTES, ImportOptions, ImportResult, LegendEntry, is_cif, is_pdb, is_xyz
 from .atoms import ELEMENT_COLORS, SYMBOLS, Atoms, atomic_number, bonds_by_distance, cell_vectors, read_gemmi_atoms
 from .styles import MoleculeStyle, build_molecule_bodies
 

@@ -1,7 +1,7 @@
-"""OpenMC's geometries as scenes: ``read(path)`` gives bodies, a legend and notes. See docs/openmc.md.
+"""Import of OpenMC geometries: ``read(path)`` returns bodies, a legend and notes. See docs/openmc.md.
 
-The file format is described in OpenMC's documentation, "Geometry Specification"; where that leaves
-something open, the program itself was read (rotations, ring order, root universe).
+The format is that of OpenMC's documentation, "Geometry Specification". Where that leaves something open (rotations,
+ring order, root universe), the reader follows the source code of OpenMC.
 """
 
 from __future__ import annotations

@@ -1,4 +1,9 @@
-"""From cells in universes in lattices to bodies that stand in the world, one for each place of each cell."""
+"""Expansion of an OpenMC or MCNP geometry: cells in universes and lattices become bodies, one for each place.
+
+`UniverseExpansion` walks from the root universe down. Every cell is intersected with the bounds of its place
+(`PlaceBounds`), and places without volume are left out. The content of a lattice element is expanded once for equal
+surroundings, as a block about the element's centre, and translated to the other elements.
+"""
 
 from __future__ import annotations
 
@@ -9,8 +14,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 
 from ..._util.file_errors import MAX_PROBLEMS, Problem, SceneFileError
-from ...geometry.csg import Union
-from ...geometry.shape import Solid
+from ...geometry.shape import Solid, Union
 from ...geometry.transform import Motion
 from ...materials.material import Material
 from ...materials.presets import matte
@@ -30,14 +34,29 @@ from .universe_block import CellBodies, CellPiece, EmptyPlaces, PlacePath, Unive
 VOID_MATERIAL = Material(
     (0.0, 0.0, 0.0), ambient=0.0, diffuse=0.0, transparency=1.0, name=VOID_NAME, properties=VACUUM_DENSITIES
 )
-"""Invisible: light goes straight through."""
+"""The material of void: invisible, light goes straight through."""
 
 ExpansionProgress = Callable[[int, int], None]
 
 
 @dataclass
 class UniverseExpansion:
-    """Expands one geometry into blocks, and these into `bodies`; counts what it finds on the way."""
+    """Expands one geometry into blocks and these into `bodies`, and counts bodies, materials and empty places.
+
+    Parameters
+    ----------
+    path
+        The file, for messages.
+    geometry
+        The geometry.
+    most
+        Most bodies.
+    void
+        Whether cells without material become invisible bodies.
+    progress
+        Called with the number of bodies so far and their expected number.
+
+    """
 
     path: str | os.PathLike[str]
     geometry: CellGeometry
@@ -46,26 +65,26 @@ class UniverseExpansion:
     progress: ExpansionProgress | None = None
     whole: UniverseBlock[CellPiece] = field(default_factory=UniverseBlock)
     blocks: dict[tuple[int, AxisTurn, Motion, PlaceBounds], UniverseBlock[CellPiece]] = field(default_factory=dict)
-    open_lattices: set[int] = field(default_factory=set)  # without an outer universe, in cells that reach beyond
-    problems: dict[int, Problem] = field(default_factory=dict)  # the first of each cell
-    outside: int = 0  # places in elements outside of lattices
-    steps: int = 0
+    open_lattices: set[int] = field(default_factory=set)  # without outer universe, in cells that reach beyond them
+    problems: dict[int, Problem] = field(default_factory=dict)  # first problem of each cell
+    outside: int = 0  # places in elements outside lattices
+    steps: int = 0  # comparisons of sides so far, which max_comparisons limits
     maker: SolidBuilder = field(default_factory=SolidBuilder)
     looks: dict[int | None, Material] = field(default_factory=lambda: {None: VOID_MATERIAL})
     filled: list[Solid] = field(default_factory=list)  # the root's cells that universes fill
-    repeating: dict[int, bool] = field(default_factory=dict)
-    turning: dict[int, bool] = field(default_factory=dict)
-    block: UniverseBlock[CellPiece] = field(init=False)  # that is being filled
+    repeating: dict[int, bool] = field(default_factory=dict)  # by lattice: is its outer universe periodic
+    turning: dict[int, bool] = field(default_factory=dict)  # by universe: has it rotations but quarter turns
+    block: UniverseBlock[CellPiece] = field(init=False)  # the block under construction
     bodies: CellBodies = field(init=False)
-    way: PlacePath = ()  # to it
-    made: int = 0
-    alone: int = 0  # of these, no others moved
+    way: PlacePath = ()  # path to `block`
+    made: int = 0  # bodies so far
+    alone: int = 0  # bodies so far that are no translated copies
 
     def __post_init__(self) -> None:
         self.block = self.whole
 
     def run(self) -> None:
-        """Raises SceneFileError where there are too many bodies, or numbers leave the range of float64."""
+        """Expand the geometry. Raise SceneFileError for too many bodies or numbers out of the range of float64."""
         geometry.check_body_count(self.path, self.geometry, self.most.bodies)
         if self.progress is not None:
             self.progress(0, self.geometry.body_count)
@@ -75,18 +94,19 @@ class UniverseExpansion:
             raise SceneFileError(self.path, self.problems.values())
 
     def _bodies(self) -> None:
-        """Put the blocks' bodies end to end; the outermost of each piece are made, so that what is wrong is told."""
+        """List the bodies of all blocks; build the outermost bodies of each piece, to report errors in them."""
         pieces, flat = flatten_block(self.whole)
         self.bodies = CellBodies(self.whole, pieces, flat)
         for number in self.bodies.outermost():
             piece, path = self.whole.at(number)
-            with self._telling(self.geometry.cells[piece.cell], path):
+            with self._reporting(self.geometry.cells[piece.cell], path):
                 self.bodies.shape(number)
 
     def _universe(self, number: int, place: UniversePlacement, context: PlaceBounds, path: PlacePath) -> None:
+        """Expand the cells of a universe at a place within bounds."""
         surfaces = _PlacedSurfaces(self.geometry, place)
         for cell in self.geometry.universes[number]:
-            with self._telling(cell, path):
+            with self._reporting(cell, path):
                 self._cell(cell, place, context, path, surfaces)
 
     def _cell(
@@ -97,6 +117,7 @@ class UniverseExpansion:
         path: PlacePath,
         surfaces: _PlacedSurfaces,
     ) -> None:
+        """Expand a cell at a place: count it as empty, add its body, or expand what fills it."""
         parts = () if cell.region is None else (bind_surfaces(cell.region, surfaces),)
         inner = self._narrowed(cell, context, place, parts)
         self.block.left_out.visit(cell, inner is None)
@@ -121,7 +142,7 @@ class UniverseExpansion:
         parts: Iterable[RegionPart],
         extent: Extent = UNBOUNDED,
     ) -> PlaceBounds | None:
-        """A context with further parts, the work being limited."""
+        """Return bounds with further parts, None if nothing is left; raise SceneFileError if the work is too much."""
         further = tuple(parts)
         self.steps += context.cost(place.outer, further)
         if self.steps > geometry.max_comparisons(self.most.alone):
@@ -129,7 +150,7 @@ class UniverseExpansion:
         return context.and_(place.outer, further, extent)
 
     def _filled(self, cell: UniverseCell, place: UniversePlacement, context: PlaceBounds, path: PlacePath) -> None:
-        """What fills a cell, within the cell."""
+        """Expand the universe or lattice that fills a cell, within the bounds of the cell."""
         lattice = self.geometry.lattice_of(cell)
         if lattice is None:
             assert cell.fill is not None
@@ -144,6 +165,7 @@ class UniverseExpansion:
         if lattice.outer is None:
             self.open_lattices.add(lattice.id)
         elif self._repeats(lattice, lattice.outer):
+            # A periodic universe looks the same from every element: one copy fills all space around the lattice.
             center = lattice.center(next(iter(lattice.universes)))
             self._universe(lattice.outer, place.inner(center), outside, (*path, f"{lattice.label} outer"))
         else:
@@ -159,7 +181,7 @@ class UniverseExpansion:
         context: PlaceBounds,
         path: PlacePath,
     ) -> bool:
-        """One element with its universe; false where nothing of it is in the context."""
+        """Expand the universe of one lattice element; return False if no part of it is within the bounds."""
         prism = lattice.prism(index).placed(place)
         inner = self._narrowed(cell, context, place, prism.sides(), prism.extent)
         if inner is not None:
@@ -170,7 +192,7 @@ class UniverseExpansion:
     def _shared(
         self, cell: UniverseCell, universe: int, place: UniversePlacement, context: PlaceBounds, path: PlacePath
     ) -> None:
-        """A universe in an element, as a block that serves wherever the surroundings are the same about the centre."""
+        """Expand a universe in an element as a block, shared by elements with equal bounds about their centres."""
         if not context.is_before(place.outer) or self._turns(universe):
             self._universe(universe, place, context, path)
             return
@@ -180,22 +202,22 @@ class UniverseExpansion:
         block = self.blocks.get(key)
         if block is None:
             block = self.blocks[key] = UniverseBlock()
-            outer, way = self.block, self.way
-            self.block, self.way = block, (*way, *path)
+            outer_block, outer_way = self.block, self.way
+            self.block, self.way = block, (*outer_way, *path)
             self._universe(universe, UniversePlacement(place.turn, outer=place.outer), about, ())
-            self.block, self.way = outer, way
+            self.block, self.way = outer_block, outer_way
         else:
             self._count(block.count, cell)
         self.block.place(block, place.shift, path)
 
     def _turns(self, universe: int) -> bool:
-        """Is anything in a universe turned by other angles than multiples of 90 degrees?"""
+        """Return True if a universe contains a rotation by an angle that is no multiple of 90 degrees."""
         if universe not in self.turning:
             self.turning[universe] = any(not cell.rotation.motion.is_identity for cell in self._all_cells(universe))
         return self.turning[universe]
 
     def _all_cells(self, universe: int) -> Iterator[UniverseCell]:
-        """The cells of a universe, and of all that fill them."""
+        """Yield the cells of a universe and of all universes within it."""
         seen, pending = {universe}, [universe]
         while pending:
             for cell in self.geometry.universes[pending.pop()]:
@@ -214,7 +236,10 @@ class UniverseExpansion:
         context: PlaceBounds,
         path: PlacePath,
     ) -> None:
-        """The outer universe, element by element, as far as the cell around the lattice reaches."""
+        """Expand the outer universe element by element, as far as the cell around the lattice reaches.
+
+        Report a problem if the cell is unbounded. Raise SceneFileError for too many places.
+        """
         tiles = lattice.tiles_around(context.extent_before(place.outer).placed(place.back))
         if tiles is None:
             message = (
@@ -233,11 +258,13 @@ class UniverseExpansion:
                 self._element(cell, lattice, index, outer, place, context, path)
 
     def _repeats(self, lattice: Lattice, outer: int) -> bool:
+        """Return True if the outer universe is periodic in the lattice (`is_periodic`)."""
         if lattice.id not in self.repeating:
             self.repeating[lattice.id] = is_periodic(self.geometry, outer, lattice)
         return self.repeating[lattice.id]
 
     def _body(self, cell: UniverseCell, context: PlaceBounds, path: PlacePath) -> None:
+        """Add the body of a cell to the current block, unless the cell is void and void is left out."""
         material = cell.materials[0]
         if material is None and not self.void:
             return
@@ -252,7 +279,7 @@ class UniverseExpansion:
         self.block.add(CellPiece(str(cell), path, self.looks[material], cell.id, context), material)
 
     def _count(self, count: int, cell: UniverseCell) -> None:
-        """So many bodies more, through a cell. Raises SceneFileError where they are too many."""
+        """Count bodies that a cell adds and report progress. Raise SceneFileError if there are too many."""
         before, self.made = self.made, self.made + count
         if self.made > self.most.bodies:
             where = f"{cell} and the outer universes around it"
@@ -265,24 +292,24 @@ class UniverseExpansion:
 
     @property
     def materials(self) -> Counter[int | None]:
-        """How many bodies there are of each material."""
+        """The number of bodies of each material."""
         return self.whole.materials
 
     @property
     def left_out(self) -> EmptyPlaces:
-        """What has no volume."""
+        """Counts of places that have no volume."""
         return self.whole.left_out
 
     @property
     def is_enclosed(self) -> bool:
-        """Do boundary conditions enclose all cells?"""
+        """True if boundary conditions enclose all cells."""
         return any(True for _ in self._enclosure())
 
     @property
     def domain(self) -> Solid | None:
-        """Where bodies are to be found: what boundary conditions enclose, and the root's cells that universes fill.
+        """The region that bodies fill: the enclosure of boundary conditions and the root's cells that universes fill.
 
-        Not known where void is left out.
+        None if void is left out or neither exists.
         """
         if not self.void:
             return None
@@ -290,6 +317,7 @@ class UniverseExpansion:
         return Union(tuple(parts)) if len(parts) > 1 else (parts[0] if parts else None)
 
     def _enclosure(self) -> Iterator[Solid]:
+        """Yield the region within boundary conditions if it is bounded, else nothing."""
         region, place = find_enclosure(self.geometry), UniversePlacement()
         if region is None:
             return
@@ -301,25 +329,26 @@ class UniverseExpansion:
             yield solid
 
     @contextmanager
-    def _telling(self, cell: UniverseCell, path: PlacePath) -> Iterator[None]:
-        """Keep what float64 cannot express of a cell, so that the others are looked at as well."""
+    def _reporting(self, cell: UniverseCell, path: PlacePath) -> Iterator[None]:
+        """Record numbers of a cell that float64 cannot express, so that the other cells are checked too."""
         try:
             yield
         except SceneFileError:
             raise
         except (OverflowError, ValueError) as error:
-            found = "a number is too large" if isinstance(error, OverflowError) else error
+            reason = "a number is too large" if isinstance(error, OverflowError) else error
             where = place_name(str(cell), (*self.way, *path))
-            self._report(cell, where, f"cannot be expressed in double precision: {found}")
+            self._report(cell, where, f"cannot be expressed in double precision: {reason}")
 
     def _report(self, cell: UniverseCell, where: str, message: str) -> None:
+        """Record the first problem of a cell. Raise SceneFileError once there are `MAX_PROBLEMS`."""
         self.problems.setdefault(cell.id, Problem(cell.element.line, cell.element.column, where, message))
         if len(self.problems) >= MAX_PROBLEMS:
             raise SceneFileError(self.path, self.problems.values())
 
 
 class _PlacedSurfaces(dict[int, Surface]):
-    """The surfaces of a geometry at a place, moved there when first asked for."""
+    """The surfaces of a geometry at a place, each moved there when it is first used."""
 
     def __init__(self, geometry: CellGeometry, place: UniversePlacement) -> None:
         super().__init__()
@@ -332,9 +361,9 @@ class _PlacedSurfaces(dict[int, Surface]):
 
 
 def is_periodic(geometry: CellGeometry, universe: int, lattice: Lattice) -> bool:
-    """Whether a universe surely looks the same after every step from element to element.
+    """Return True if a universe surely looks the same after every step from element to element of a lattice.
 
-    It does if all surfaces in it do; then its place among the elements does not matter.
+    It does if all its surfaces do; then its place among the elements does not matter.
     """
     surfaces: set[int] = set()
     seen, pending, turned = {universe}, [universe], False
@@ -350,5 +379,7 @@ def is_periodic(geometry: CellGeometry, universe: int, lattice: Lattice) -> bool
                 pending.append(cell.fill)
     if turned and surfaces:
         return False
-    found = [geometry.surfaces[number].surface for number in surfaces]
-    return all(surface.placed(UniversePlacement(shift=step)) == surface for surface in found for step in lattice.steps)
+    unmoved = [geometry.surfaces[number].surface for number in surfaces]
+    return all(
+        surface.placed(UniversePlacement(shift=step)) == surface for surface in unmoved for step in lattice.steps
+    )

@@ -1,4 +1,9 @@
-"""A geometry as its file says it: cells, universes and lattices, referring to each other by number."""
+"""Cell geometries of OpenMC and MCNP as read from a file, their counts of bodies, and their limits.
+
+`CellGeometry` holds surfaces, cells, universes and lattices, which refer to each other by number. Bodies are counted
+from the innermost universe outward before anything is expanded, so that geometries which would not fit into memory are
+refused at once.
+"""
 
 from __future__ import annotations
 
@@ -11,8 +16,8 @@ from functools import cached_property
 
 from ..._util.arrays import BoxEnds
 from ..._util.file_errors import Problem, SceneFileError
+from ..._util.text import format_bytes, format_count
 from ...geometry.bounds.aabb import enclose_boxes
-from ...geometry.labels import format_bytes, format_count
 from ...geometry.shape import Solid
 from ...materials.properties import Properties
 from ..xml_tree import XmlElement
@@ -24,16 +29,16 @@ from .surfaces import OpenmcSurface
 from .values import UnknownName, format_title
 
 VOID = "void"
-"""What the material of empty cells is called."""
+"""Name of the material of empty cells."""
 UniverseNode = tuple[str, int]
-"""A universe or a lattice, by its number: ("universe", 3)."""
+"""A universe or a lattice with its number, such as ("universe", 3)."""
 
 
 @dataclass(frozen=True)
 class UniverseCell:
-    """A region of a universe, with a material (None: void) or filled with a universe or lattice.
+    """A cell: a region of a universe, with materials (None is void) or filled with a universe or lattice.
 
-    `region` None is all of space. What fills is rotated, then translated.
+    `region` is None for all of space. The filling is rotated, then translated (cm).
     """
 
     id: int
@@ -44,16 +49,17 @@ class UniverseCell:
     materials: tuple[int | None, ...]
     translation: Point
     rotation: CellRotation
-    skew: float  # how far a given matrix is from a rotation
+    skew: float  # distance of the file's matrix from a rotation
     element: XmlElement = field(repr=False, compare=False)
 
     @property
     def is_rotated(self) -> bool:
+        """True if the filling is rotated."""
         return self.rotation != NO_ROTATION
 
     @property
     def step(self) -> tuple[str, ...]:
-        """What it is called on the way to what fills it."""
+        """The part that the cell adds to the paths of its content."""
         return (f"cell {self.id}",)
 
     def __str__(self) -> str:
@@ -62,49 +68,52 @@ class UniverseCell:
 
 @dataclass(frozen=True)
 class CellGeometry:
-    """All of a file, checked: every number that is referred to exists, and nothing contains itself."""
+    """A checked geometry: every number that something refers to exists, and no universe contains itself."""
 
     surfaces: dict[int, OpenmcSurface]
     cells: dict[int, UniverseCell]
     universes: dict[int, list[UniverseCell]]
     lattices: dict[int, Lattice]
-    materials: dict[int, OpenmcMaterial] | None  # None where there is no list of materials
-    root: int
-    counts: dict[UniverseNode, int]  # how many bodies a universe or a lattice has, all that fill it expanded
+    materials: dict[int, OpenmcMaterial] | None  # None if the file has no list of materials
+    root: int  # number of the root universe
+    counts: dict[UniverseNode, int]  # bodies of a universe or lattice with all its content expanded
     element: XmlElement = field(repr=False, compare=False)
     unread: tuple[UnknownName, ...] = ()
-    world: Region | None = None  # where the root's cells are to be, where the file says that
+    world: Region | None = None  # region that the root's cells must fill, if the file defines it
 
     def lattice_of(self, cell: UniverseCell) -> Lattice | None:
-        """The lattice that fills a cell; universes come first where both have the number (as in OpenMC)."""
+        """Return the lattice that fills a cell, or None.
+
+        If a universe and a lattice have the same number, the universe fills the cell, as in OpenMC.
+        """
         if cell.fill is None or cell.fill in self.universes:
             return None
         return self.lattices[cell.fill]
 
     def count(self, universe: int) -> int:
-        """How many bodies a universe has."""
+        """Return the number of bodies of a universe."""
         return self.counts["universe", universe]
 
     def count_in(self, cell: UniverseCell) -> int:
-        """How many bodies a cell gives in one place."""
+        """Return the number of bodies of a cell at one place."""
         if cell.fill is None:
             return 1
         return self.counts["universe" if cell.fill in self.universes else "lattice", cell.fill]
 
     def material(self, number: int) -> OpenmcMaterial:
-        """The material of a number; one without a name where there is no list of materials."""
+        """Return the material with a number; a nameless one if the file does not list it."""
         known = (self.materials or {}).get(number)
         return OpenmcMaterial(number, "", Properties({"id": number})) if known is None else known
 
     @cached_property
     def material_names(self) -> dict[int, str]:
-        """What the material of each number is called, of those that cells have: no two alike, and none "void"."""
+        """Unique names, none of them "void", of the materials that cells have, by number."""
         used = {number for cell in self.cells.values() for number in cell.materials[:1] if number is not None}
-        given = {number: self.material(number).name or f"material {number}" for number in sorted(used)}
-        times = Counter([*given.values(), VOID])
+        listed = {number: self.material(number).name or f"material {number}" for number in sorted(used)}
+        times = Counter([*listed.values(), VOID])
         names: dict[int, str] = {}
         taken = {name for name, count in times.items() if count == 1} | {VOID}
-        for number, name in given.items():
+        for number, name in listed.items():
             names[number] = name
             while times[name] > 1 and names[number] in {*taken, name}:
                 names[number] += f" (material {number})"
@@ -113,39 +122,40 @@ class CellGeometry:
 
     @property
     def body_count(self) -> int:
-        """How many bodies there are at most, before those without volume are left out."""
+        """The number of bodies before places without volume are left out."""
         return self.count(self.root)
 
     def where_most_are(self, limit: int) -> UniverseCell | Lattice | None:
-        """What is filled so that there are more bodies than a limit, the innermost such; None if no filling does it."""
-        found: UniverseCell | Lattice | None = None
+        """Return the innermost cell or lattice whose filling has more bodies than a limit; None if none has."""
+        innermost: UniverseCell | Lattice | None = None
         universe = self.root
         while self.count(universe) > limit:
             cell = max(self.universes[universe], key=self.count_in)
             lattice = self.lattice_of(cell)
             if cell.fill is None:
                 break
-            found = cell if lattice is None else lattice
+            innermost = cell if lattice is None else lattice
             inside = [cell.fill] if lattice is None else lattice_fillings(lattice)
             universe = max(inside, key=self.count)
-        return found
+        return innermost
 
 
 def lattice_fillings(lattice: Lattice) -> Counter[int]:
-    """How often each universe stands in a lattice, the outer one counted once."""
+    """Return how often each universe stands in a lattice; the outer universe adds one."""
     return lattice.tally + Counter([] if lattice.outer is None else [lattice.outer])
 
 
-# What the boundary conditions of a geometry enclose: particles stay in there, so cells are to fill it.
+# The enclosure of boundary conditions: particles stay in it, so cells must fill it.
 
 TRANSMISSION = "transmission"
-"""The boundary condition of a surface that particles go through."""
+"""The boundary condition of a surface that particles cross."""
 
 
 def find_enclosure(geometry: CellGeometry) -> Region | None:
-    """The sides of all surfaces with a boundary condition on which the root's cells lie.
+    """Return the region that boundary conditions enclose, or the world region that the file defines.
 
-    Or what the file says; None where there is no such surface, or where cells lie on both sides of one.
+    This is the intersection of the sides, on which the root's cells lie, of all surfaces with a boundary condition.
+    None if there is no such surface, or if cells lie on both sides of one.
     """
     if geometry.world is not None:
         return geometry.world
@@ -161,7 +171,7 @@ def find_enclosure(geometry: CellGeometry) -> Region | None:
 
 
 def is_bounded_with(solid: Solid, others: Callable[[], Iterable[BoxEnds]]) -> bool:
-    """Has a solid an end wherever all the others, around which there are boxes, have one together?"""
+    """Return True if a solid is bounded in every direction in which the union of other boxes is bounded."""
     ends = solid.bounds
     if all(map(math.isfinite, (*ends[0], *ends[1]))):
         return True
@@ -170,13 +180,14 @@ def is_bounded_with(solid: Solid, others: Callable[[], Iterable[BoxEnds]]) -> bo
     return all(math.isfinite(end) or not math.isfinite(other) for end, other in pairs)
 
 
-# How many bodies universes and lattices have, counted from the innermost outward before anything is expanded.
+# Counts of bodies in universes and lattices
 
 FillCounts = dict[UniverseNode, Counter[UniverseNode]]
+"""For each node, how often other nodes fill it."""
 
 
 def count_fillings(universes: dict[int, list[UniverseCell]], lattices: dict[int, Lattice]) -> FillCounts:
-    """What fills each universe and lattice, and how often; what does not exist is passed over."""
+    """Return how often universes and lattices fill each universe and lattice; numbers that do not exist are skipped."""
     inside: FillCounts = {}
     for number, cells in universes.items():
         counts: Counter[UniverseNode] = Counter()
@@ -192,7 +203,10 @@ def count_fillings(universes: dict[int, list[UniverseCell]], lattices: dict[int,
 
 
 def sort_universes(inside: FillCounts) -> list[UniverseNode]:
-    """The nodes, each after those that fill it, without recursion; those in circles, and around them, are missing."""
+    """Return the nodes in topological order, each after its fillings; nodes that contain circles are missing.
+
+    This is a loop in place of a recursion, as nodes may nest deeply.
+    """
     users: dict[UniverseNode, list[UniverseNode]] = {}
     for node, fills in inside.items():
         for fill in fills:
@@ -213,7 +227,7 @@ def sort_universes(inside: FillCounts) -> list[UniverseNode]:
 def count_bodies(
     universes: dict[int, list[UniverseCell]], inside: FillCounts, order: list[UniverseNode]
 ) -> dict[UniverseNode, int]:
-    """How many bodies each node has, if all are filled as the file says."""
+    """Return the number of bodies of each node, all fillings expanded."""
     counts: dict[UniverseNode, int] = {}
     for node in order:
         own = sum(cell.fill is None for cell in universes[node[1]]) if node[0] == "universe" else 0
@@ -222,7 +236,7 @@ def count_bodies(
 
 
 def nesting_depth(inside: FillCounts, order: list[UniverseNode]) -> int:
-    """Levels of universes within universes."""
+    """Return the number of levels of universes within universes."""
     depths: dict[UniverseNode, int] = {}
     for node in order:
         below = max((depths[fill] for fill in inside[node]), default=0)
@@ -231,38 +245,56 @@ def nesting_depth(inside: FillCounts, order: list[UniverseNode]) -> int:
 
 
 def find_circle(inside: FillCounts, order: list[UniverseNode]) -> str:
-    """One way round: universe 1 → universe 2 → universe 1; empty if there is none."""
+    """Return one circle, such as "universe 1 → universe 2 → universe 1"; empty if there is none."""
     left = set(inside) - set(order)
     if not left:
         return ""
+    # Every node left has a filling that is left, so this walk must come back to one of its nodes.
     node = min(left, key=lambda item: (item[0] != "universe", item[1]))
-    way: dict[UniverseNode, None] = {}
-    while node not in way:
-        way[node] = None
+    walk: dict[UniverseNode, None] = {}
+    while node not in walk:
+        walk[node] = None
         node = min(fill for fill in inside[node] if fill in left)
-    ring = [*list(way)[list(way).index(node) :], node]
+    ring = [*list(walk)[list(walk).index(node) :], node]
     shown = ring if len(ring) <= 20 else ring[:20]
     return " → ".join(f"{kind} {number}" for kind, number in shown) + ("" if shown is ring else " → ...")
 
 
-# What refuses geometries that would not fit into memory or never be done, in the words of the user's limit.
+# Limits: errors for geometries that would not fit into memory or take too long, in terms of the user's limit
 
 BYTES_PER_PLACE, BYTES_PER_BODY = 600, 4_000
-"""Memory that a body takes while a scene is made ready to trace, if it is another one moved, and if it is not.
+"""Memory of a body during preparation, in bytes, for a translated copy and for any other body.
 
 Measured on cores of many assemblies of pins.
 """
 PLACES_FOR_A_BODY = 1
-"""Places outside of lattices that are looked at, most of them in vain perhaps, for each body that is allowed."""
+"""Most places outside lattices that are examined, for each body that the limit allows; many may be empty."""
 STEPS_FOR_A_BODY, FEWEST_STEPS = 20, 50_000
-"""Comparisons of sides for each body that is allowed, and at least so many. Where it is not another one moved, a pin
-takes about 20, by hexagons 150."""
+"""Most comparisons of sides for each body that the limit allows, and a lower bound on that limit. A pin that is no
+translated copy takes about 20 comparisons, in hexagonal lattices 150."""
 
 
 def body_limit_error(
     path: str | os.PathLike[str], count: int, max_bodies: int, element: XmlElement, where: str = "", bound: str = ""
 ) -> SceneFileError:
-    """Refuses what expands into `bound` (such as "up to") `count` bodies, with the place where most of them are."""
+    """Return the error for an expansion into too many bodies.
+
+    Parameters
+    ----------
+    path
+        The file.
+    count
+        The number of bodies.
+    max_bodies
+        The limit.
+    element
+        The element that the error refers to.
+    where
+        The cell or lattice with most of the bodies.
+    bound
+        Text before the count, such as "up to ".
+
+    """
     most = f", most of them through {where}" if where else ""
     message = (
         f"expands into {bound}{_format_bodies(count)}, {_format_size(count)}{most}; the limit is {max_bodies:,} "
@@ -272,7 +304,7 @@ def body_limit_error(
 
 
 def single_body_limit_error(path: str | os.PathLike[str], count: int, most: int, cell: UniverseCell) -> SceneFileError:
-    """Refuses bodies that are worked out one by one."""
+    """Return the error for too many bodies that are no translated copies."""
     element, size = cell.element, format_bytes(count * BYTES_PER_BODY)
     message = (
         f"has at least {_format_bodies(count)} that are no others moved, {size} in memory; the limit is {most:,} "
@@ -282,7 +314,7 @@ def single_body_limit_error(path: str | os.PathLike[str], count: int, most: int,
 
 
 def effort_limit_error(path: str | os.PathLike[str], cell: UniverseCell, max_bodies: int) -> SceneFileError:
-    """Refuses what has too many sides at too many places."""
+    """Return the error for a cell whose regions have too many sides at too many places."""
     element = cell.element
     message = (
         "stands in regions of so many half-spaces, at so many places, that to compare them takes over "
@@ -292,12 +324,12 @@ def effort_limit_error(path: str | os.PathLike[str], cell: UniverseCell, max_bod
 
 
 def max_comparisons(max_bodies: int) -> int:
-    """How many comparisons are allowed."""
+    """Return the largest number of comparisons of sides."""
     return max(STEPS_FOR_A_BODY * max_bodies, FEWEST_STEPS)
 
 
 def check_body_count(path: str | os.PathLike[str], geometry: CellGeometry, max_bodies: int) -> None:
-    """Raises SceneFileError where there are too many bodies, before any is made."""
+    """Raise SceneFileError if there are too many bodies, before any is built."""
     count = geometry.body_count
     if count <= max_bodies:
         return
@@ -311,7 +343,7 @@ def check_body_count(path: str | os.PathLike[str], geometry: CellGeometry, max_b
 
 
 def _format_bodies(count: int) -> str:
-    """1,234,567 bodies, or a power of ten where that would be longer than a line."""
+    """Return a text such as "1,234,567 bodies"; a power of ten for numbers that are longer than a line."""
     return format_count(count, "body", "bodies") if count < 10**66 else f"about 1e{len(str(count)) - 1} bodies"
 
 

@@ -1,4 +1,8 @@
-"""OpenMC's cell elements."""
+"""Import of OpenMC geometries: geometry.xml with materials.xml, or model.xml.
+
+Three parts: the reader of <cell> elements; `read_openmc_geometry`, which reads and checks whole files and collects all
+errors with their lines; and `read` and `import_file`, which expand the geometry into bodies, legend and notes.
+"""
 
 from __future__ import annotations
 
@@ -11,17 +15,9 @@ from pathlib import Path
 from typing import TypeVar
 
 from ..._util.file_errors import MAX_LISTED_PROBLEMS, MAX_PROBLEMS, Problem, SceneFileError
+from ..._util.text import format_count
 from ...materials.material import Material
-from ..importers import (
-    BodyLimits,
-    ImportOptions,
-    ImportResult,
-    LegendEntry,
-    format_count,
-    limit_notes,
-    palette_color,
-    select_bodies,
-)
+from ..importers import BodyLimits, ImportOptions, ImportResult, LegendEntry, limit_notes, palette_color, select_bodies
 from ..scene_file.nodes import shorten
 from ..xml_tree import XmlElement, read_xml
 from . import geometry
@@ -36,24 +32,39 @@ from .values import OpenmcElementError, OpenmcValues, find_unknown_names, join_l
 
 
 def read_cell(element: XmlElement, most: int = MAX_HALF_SPACES) -> UniverseCell:
-    """A cell whose region has at most so many half-spaces. Raises Mistake."""
+    """Return the cell of a <cell> element.
+
+    Parameters
+    ----------
+    element
+        The element.
+    most
+        Most half-spaces of its region.
+
+    Raises
+    ------
+    OpenmcElementError
+        With all errors of the element.
+
+    """
     values = OpenmcValues(element, "cell")
     number, name = values.title()
     materials = values.attempt(lambda: _cell_materials(values), ())
     fill = values.attempt(lambda: values.optional_integer("fill"), None)
     is_filled = values.text("fill") is not None
     if is_filled == (values.text("material") is not None):
-        values.tell(f"needs either a material or a fill, got {'both' if is_filled else 'neither'}")
+        values.add_mistake(f"needs either a material or a fill, got {'both' if is_filled else 'neither'}")
     universe = values.attempt(lambda: values.optional_integer("universe"), None) or 0
     if fill is not None and fill == universe:
-        values.tell(f"is filled with the universe {fill} that it is in")
+        values.add_mistake(f"is filled with the universe {fill} that it is in")
     region = values.attempt(lambda: _cell_region(values, most), None)
     rotation, skew = values.attempt(lambda: _cell_rotation(values), (NO_ROTATION, 0.0))
     translation = values.attempt(lambda: _cell_translation(values), ORIGIN)
+    # Without a filling there is nothing that rotation and translation could move.
     if values.text("material") is not None and not is_filled:
         for what, attribute in (("rotated", "rotation"), ("translated", "translation")):
             if values.text(attribute) is not None:
-                values.tell(f"is {what}, but not filled with a universe or lattice")
+                values.add_mistake(f"is {what}, but not filled with a universe or lattice")
     values.finish()
     return UniverseCell(number, name, universe, region, fill, materials, translation, rotation, skew, element)
 
@@ -86,7 +97,7 @@ def _cell_translation(values: OpenmcValues) -> Point:
 
 
 def _cell_rotation(values: OpenmcValues) -> tuple[CellRotation, float]:
-    """By three angles or nine entries, row by row; and how far those are from a rotation."""
+    """Return the rotation of three angles or of nine entries of a matrix, row by row, and its error as a rotation."""
     if values.text("rotation") is None:
         return NO_ROTATION, 0.0
     numbers: tuple[Fraction, ...] = values.numbers("rotation", 3, 9)
@@ -106,95 +117,107 @@ def _cell_rotation(values: OpenmcValues) -> tuple[CellRotation, float]:
         raise values.mistake(f"rotation cannot be expressed in double precision: {error}") from None
 
 
-# From XML to a checked geometry: every mistake is collected, with its line.
+# Reading of files into a checked geometry; every error is collected, with its line
 
 MAX_NESTING = 100
-"""Levels of universes within universes."""
+"""Most levels of universes within universes."""
 NumberedItem = TypeVar("NumberedItem", OpenmcSurface, UniverseCell, Lattice)
 MaterialTable = dict[int, OpenmcMaterial]
 
 
 def read_openmc_geometry(path: str | os.PathLike[str]) -> CellGeometry:
-    """The geometry of a geometry.xml, with the materials.xml beside it if there is one, or of a model.xml.
+    """Read the geometry of a geometry.xml, with the materials.xml beside it if there is one, or of a model.xml.
 
-    Raises SceneFileError with every mistake found, in both files.
+    Raise SceneFileError with all errors in both files.
     """
-    looked_at: list[XmlElement] = []
-    geometry = _read_geometry_file(path, looked_at)
-    names = (name for element in (geometry.element, *looked_at) for name in find_unknown_names(element))
+    material_lists: list[XmlElement] = []
+    geometry = _read_geometry_file(path, material_lists)
+    names = (name for element in (geometry.element, *material_lists) for name in find_unknown_names(element))
     return replace(geometry, unread=tuple(names))
 
 
-def _read_geometry_file(path: str | os.PathLike[str], looked_at: list[XmlElement]) -> CellGeometry:
-    """The geometry; lists of materials are added to `looked_at`."""
+def _read_geometry_file(path: str | os.PathLike[str], material_lists: list[XmlElement]) -> CellGeometry:
+    """Return the geometry; append the elements that list materials to `material_lists`."""
     root = read_xml(path)
     if root.tag == "model":
         parts = root.all("geometry")
         if len(parts) != 1:
-            found = f"holds {len(parts)} <geometry> elements, a model has one"
-            raise SceneFileError(path, [Problem(root.line, root.column, "model", found)])
+            message = f"holds {len(parts)} <geometry> elements, a model has one"
+            raise SceneFileError(path, [Problem(root.line, root.column, "model", message)])
         listing = root.all("materials")
-        looked_at += listing[:1]
+        material_lists += listing[:1]
         materials, problems = _read_materials_file(listing[0]) if listing else (None, [])
         return _OpenmcReader(path, None if problems else materials, problems).read(parts[0])
     if root.tag != "geometry":
-        found = f"is <{shorten(root.tag)}>, not <geometry> or <model>"
-        raise SceneFileError(path, [Problem(root.line, root.column, "root element", found)])
+        message = f"is <{shorten(root.tag)}>, not <geometry> or <model>"
+        raise SceneFileError(path, [Problem(root.line, root.column, "root element", message)])
     beside = Path(path).with_name("materials.xml")
     if not beside.is_file():
         return _OpenmcReader(path, None, []).read(root)
-    wrong = None
+    materials_error = None
     try:
-        looked_at.append(read_xml(beside))
-        materials, problems = _read_materials_file(looked_at[0])
+        material_lists.append(read_xml(beside))
+        materials, problems = _read_materials_file(material_lists[0])
         if problems:
             raise SceneFileError(beside, problems)
     except SceneFileError as error:
-        materials, wrong = None, error
-    return _read_with_materials(path, root, materials, wrong)
+        materials, materials_error = None, error
+    return _read_with_materials(path, root, materials, materials_error)
 
 
 def _read_with_materials(
-    path: str | os.PathLike[str], root: XmlElement, materials: MaterialTable | None, wrong: SceneFileError | None
+    path: str | os.PathLike[str],
+    root: XmlElement,
+    materials: MaterialTable | None,
+    materials_error: SceneFileError | None,
 ) -> CellGeometry:
-    """The geometry with the list of materials beside it; with None where the list is wrong, as it may lack some."""
+    """Return the geometry with its materials; raise the errors of both files together.
+
+    `materials` is None if the list is wrong: it may lack materials, so references to them are not checked.
+    """
     try:
         geometry = _OpenmcReader(path, materials, []).read(root)
     except SceneFileError as error:
-        if wrong is None:
+        if materials_error is None:
             raise
-        others = [Problem(0, 0, _format_place(wrong, problem), problem.message) for problem in wrong.problems]
+        others = [
+            Problem(0, 0, _format_place(materials_error, problem), problem.message)
+            for problem in materials_error.problems
+        ]
         raise SceneFileError(path, [*others, *error.problems]) from None
-    if wrong is not None:
-        raise wrong
+    if materials_error is not None:
+        raise materials_error
     return geometry
 
 
 def _format_place(error: SceneFileError, problem: Problem) -> str:
-    """materials.xml:3:5: material"""
+    """Return the place of a problem in another file, such as "materials.xml:3:5: material"."""
     line = f":{problem.line}:{problem.column}" if problem.line else ""
     return f"{Path(error.path).name}{line}" + (f": {problem.where}" if problem.where else "")
 
 
 def _read_materials_file(listing: XmlElement) -> tuple[MaterialTable, list[Problem]]:
-    """The materials by number, and what is wrong."""
-    found: MaterialTable = {}
+    """Return the materials by number, and the errors."""
+    table: MaterialTable = {}
     problems: list[Problem] = []
     for element in listing.all("material"):
         try:
             material = read_material(element)
-            if material.id in found:
+            if material.id in table:
                 raise OpenmcValues(element, "material").mistake(f"id {material.id} is taken by another material")
-            found[material.id] = material
+            table[material.id] = material
         except OpenmcElementError as mistake:
             problems.extend(mistake.problems)
         if len(problems) >= MAX_PROBLEMS:
             break
-    return found, problems[:MAX_PROBLEMS]
+    return table, problems[:MAX_PROBLEMS]
 
 
 class _OpenmcReader:
-    """Reads one geometry element."""
+    """Reader of one <geometry> element.
+
+    `broken` holds the numbers of elements that could not be read, so that references to them report no second error.
+    """
 
     def __init__(self, path: str | os.PathLike[str], materials: MaterialTable | None, problems: list[Problem]) -> None:
         self.path = path
@@ -207,17 +230,18 @@ class _OpenmcReader:
         self.broken: dict[str, set[int]] = {"surface": set(), "universe": set(), "lattice": set()}
 
     def read(self, root: XmlElement) -> CellGeometry:
+        """Return the geometry. Raise SceneFileError with all errors."""
         for element in root.all("dagmc_universe"):
             self._report(element, "dagmc_universe", "is a mesh from a CAD program, which Conicoid cannot express")
             self._note_broken(element, "universe", "id")
         self.surfaces = self._each(root, "surface", read_surface)
-        found = len(self.problems)
+        errors_before = len(self.problems)
         cells = self._each(root, "cell", self._cell)
         for cell in cells.values():
             self.universes.setdefault(cell.universe, []).append(cell)
         lattices = self._each(root, "lattice", read_rectangular_lattice)
         self.lattices = lattices | self._each(root, "hex_lattice", read_hexagonal_lattice, lattices)
-        whole = len(self.problems) == found and not self.broken["universe"]
+        whole = len(self.problems) == errors_before and not self.broken["universe"]
         for cell in cells.values():
             whole = self._check_cell(cell) and whole
         for lattice in self.lattices.values():
@@ -225,21 +249,24 @@ class _OpenmcReader:
         if not root.all("cell") and not self.problems:
             self._report(root, "geometry", "holds no cells")
         counts = self._counts(root)
+        # With errors in cells or lattices, an unused universe may only seem so: do not report a second error.
         number = self._root(root, counts) if whole and cells else 0
         self._raise()
         return CellGeometry(self.surfaces, cells, self.universes, self.lattices, self.materials, number, counts, root)
 
     def _cell(self, element: XmlElement) -> UniverseCell:
-        """A cell; what is known of a broken one is kept, so that nothing is said against those that refer to it."""
+        """Return a cell; note the universe of a broken one, so that references to it report no second error."""
         try:
             cell = read_cell(element, min(LONGEST_REGION, MAX_HALF_SPACES - self.half_spaces))
         except OpenmcElementError:
             self._note_broken(element, "universe", "universe")
             raise
+        # Count half-spaces of all regions together, as the limit holds for the file.
         self.half_spaces += 0 if cell.region is None else sum(1 for _ in list_half_spaces(cell.region))
         return cell
 
     def _note_broken(self, element: XmlElement, kind: str, name: str) -> None:
+        """Note the number in an attribute of an element that could not be read."""
         values = OpenmcValues(element, kind)
         number = values.attempt(lambda: values.optional_integer(name), 0)
         self.broken[kind].add(number or 0)
@@ -251,7 +278,7 @@ class _OpenmcReader:
         read: Callable[[XmlElement], NumberedItem],
         others: dict[int, NumberedItem] | None = None,
     ) -> dict[int, NumberedItem]:
-        """All elements of a kind by their number; one number for each."""
+        """Return all elements of a kind by number; report errors, and numbers that occur twice or in `others`."""
         items: dict[int, NumberedItem] = {}
         kind = tag.removeprefix("hex_")
         for element in root.all(tag):
@@ -269,11 +296,11 @@ class _OpenmcReader:
         return items
 
     def _check_cell(self, cell: UniverseCell) -> bool:
-        """Whether what fills it is there."""
+        """Report unknown surfaces, fillings and materials of a cell; return True if its filling exists."""
         element = cell.element
         if cell.region is not None:
-            found = {half.surface for half in list_half_spaces(cell.region)}
-            unknown = sorted(found - self.surfaces.keys() - self.broken["surface"])
+            numbers = {half.surface for half in list_half_spaces(cell.region)}
+            unknown = sorted(numbers - self.surfaces.keys() - self.broken["surface"])
             if unknown:
                 plural = "s" if len(unknown) > 1 else ""
                 self._report(element, str(cell), f"region refers to unknown surface{plural} {join_limited(unknown)}")
@@ -294,7 +321,7 @@ class _OpenmcReader:
         )  # fmt: skip
 
     def _check_lattice(self, lattice: Lattice) -> bool:
-        """Whether all universes in it are there."""
+        """Report unknown universes of a lattice; return True if all exist."""
         unknown = sorted(lattice_fillings(lattice).keys() - self.universes.keys() - self.broken["universe"])
         if unknown:
             plural = "s" if len(unknown) > 1 else ""
@@ -302,7 +329,7 @@ class _OpenmcReader:
         return not unknown
 
     def _root(self, root: XmlElement, counts: dict[UniverseNode, int]) -> int:
-        """The universe that fills nothing (OpenMC, find_root_universe)."""
+        """Return the universe that fills nothing (OpenMC, find_root_universe); report if there is no single one."""
         used = {fill for cells in self.universes.values() for cell in cells if (fill := cell.fill) is not None}
         for lattice in self.lattices.values():
             used |= lattice_fillings(lattice).keys()
@@ -311,12 +338,12 @@ class _OpenmcReader:
             return free[0]
         if free:
             self._report(root, "geometry", f"has no single root universe: universes {join_limited(free)} fill nothing")
-        elif counts:  # else there is a circle, which is told
+        elif counts:  # without counts there is a circle, which has been reported
             self._report(root, "geometry", "has no single root universe: every universe fills something")
         return 0
 
     def _counts(self, root: XmlElement) -> dict[UniverseNode, int]:
-        """How many bodies each universe and each lattice has. Tells of circles and of too many levels."""
+        """Return the number of bodies of each universe and lattice; report circles and too many levels."""
         inside = geometry.count_fillings(self.universes, self.lattices)
         order = geometry.sort_universes(inside)
         circle = geometry.find_circle(inside, order)
@@ -341,7 +368,7 @@ class _OpenmcReader:
             raise SceneFileError(self.path, self.problems)
 
 
-# An OpenMC geometry as bodies, the legend of their colours, and what there is to say about it.
+# Import as bodies, legend and notes
 
 
 def read(
@@ -351,14 +378,33 @@ def read(
     max_bodies: int | None = None,
     progress: ExpansionProgress | None = None,
 ) -> ImportResult:
-    """The bodies of an OpenMC geometry: a geometry.xml (with the materials.xml beside it) or a model.xml.
+    """Import an OpenMC geometry: a geometry.xml (with the materials.xml beside it) or a model.xml.
 
-    A cell gives one body for each place where it stands, named such as "cell 5 'fuel' @ cell 9, lattice 2 [3, 4]".
-    With `void`, cells without material are bodies too, invisible, so that `scene.body_at` finds every cell.
-    progress(done, most) is called with numbers of bodies: first with none done, then now and then.
-    Raises `SceneFileError`, a ValueError, that lists the mistakes found with their lines; also for tori and meshes,
-    which are no quadrics, and for more than `max_bodies` bodies, which are counted before they are made; if that is
-    not given, for more than 4,000,000, or 500,000 that are no others moved.
+    A cell becomes one body for each of its places, named such as "cell 5 'fuel' @ cell 9, lattice 2 [3, 4]".
+
+    Parameters
+    ----------
+    path
+        The file.
+    void
+        Whether cells without material become invisible bodies, so that `scene.body_at` finds every cell.
+    max_bodies
+        Most bodies, which are counted before they are built; None allows 4,000,000 bodies, of them 500,000 that are no
+        translated copies.
+    progress
+        Called as progress(done, most) with numbers of bodies: first with 0 done, then now and then.
+
+    Returns
+    -------
+    ImportResult
+        Bodies, legend, notes, remarks and the domain that the bodies fill.
+
+    Raises
+    ------
+    SceneFileError
+        A ValueError that lists all errors with their lines; also for tori and meshes, which are no quadrics, and for
+        too many bodies.
+
     """
     geometry = read_openmc_geometry(path)
     expansion = UniverseExpansion(path, geometry, BodyLimits.of(max_bodies), void, progress)
@@ -370,16 +416,32 @@ def read(
 
 
 def import_file(path: str | os.PathLike[str], options: ImportOptions) -> ImportResult:
-    """`read` by the options of all imports."""
+    """Import an OpenMC geometry by the options of all imports.
+
+    Parameters
+    ----------
+    path
+        The file.
+    options
+        Options of the import; `void`, `strict` and `only` apply.
+
+    Raises
+    ------
+    SceneFileError
+        See `read`.
+    ValueError
+        An option does not apply to OpenMC, or `only` names no body.
+
+    """
     options.refuse_others("an OpenMC geometry", "void", "strict", "only")
-    found = read(path, void=options.void, max_bodies=options.max_bodies, progress=options.progress)
-    return found if options.only is None else select_bodies(found, options.only)
+    result = read(path, void=options.void, max_bodies=options.max_bodies, progress=options.progress)
+    return result if options.only is None else select_bodies(result, options.only)
 
 
 def _legend(expansion: UniverseExpansion) -> tuple[LegendEntry, ...]:
     geometry, entries = expansion.geometry, []
-    given = {number: geometry.material(number).name for number in geometry.material_names}
-    names = {number: name for number, name in geometry.material_names.items() if given[number]}
+    listed = {number: geometry.material(number).name for number in geometry.material_names}
+    names = {number: name for number, name in geometry.material_names.items() if listed[number]}
     for number, count in sorted(expansion.materials.items(), key=lambda item: (item[0] is None, item[0] or 0)):
         color = None if number is None else palette_color(number)
         entries.append(LegendEntry(number, "" if number is None else names.get(number, ""), color, count))
@@ -387,13 +449,13 @@ def _legend(expansion: UniverseExpansion) -> tuple[LegendEntry, ...]:
 
 
 def _material_names(expansion: UniverseExpansion) -> dict[Material, str]:
-    """What a scene file calls each material: material 2 'Zircaloy', as the legend does."""
+    """Return the name of each material in scene files, such as "material 2 'Zircaloy'", as in the legend."""
     geometry, looks = expansion.geometry, expansion.looks
     return {looks[n]: "void" if n is None else str(geometry.material(n)) for n in expansion.materials}
 
 
 def _facts(expansion: UniverseExpansion) -> Iterator[str]:
-    """How large the model is, and what changes no shape."""
+    """Yield notes about the size of the model and about boundary conditions, which change no shape."""
     geometry = expansion.geometry
     sizes = (
         (geometry.cells, "cell"), (geometry.surfaces, "surface"),
@@ -407,7 +469,7 @@ def _facts(expansion: UniverseExpansion) -> Iterator[str]:
 
 
 def _remarks(expansion: UniverseExpansion) -> Iterator[str]:
-    """What is not as the file says, or may not be meant."""
+    """Yield remarks about parts that differ from the file, or that the file may not intend."""
     geometry = expansion.geometry
     yield from limit_notes(expansion.left_out.notes(geometry))
     yield from limit_notes(_cells(geometry))
@@ -425,36 +487,36 @@ def _remarks(expansion: UniverseExpansion) -> Iterator[str]:
 
 
 def _names(geometry: CellGeometry) -> Iterator[str]:
-    """Materials that are told apart by more than their names in the file."""
+    """Yield remarks about materials that got another name than in the file, because two have the same."""
     for number, name in geometry.material_names.items():
-        given = geometry.material(number).name
-        if given and given != name:
+        listed = geometry.material(number).name
+        if listed and listed != name:
             yield f"{geometry.material(number)}: is called {shorten(name)!r}, since another has its name"
 
 
 def _undefined(expansion: UniverseExpansion) -> Iterator[str]:
-    """Where a check of the scene does not look for points in no cell."""
-    told, open_ = "undefined regions (points in no cell)", "boundary conditions do not enclose the model"
+    """Yield a remark if a check of the scene cannot look for points in no cell, or only in a part of space."""
+    what, open_ = "undefined regions (points in no cell)", "boundary conditions do not enclose the model"
     if not expansion.void:
-        yield f"{told} cannot be looked for: void is left out"
+        yield f"{what} cannot be looked for: void is left out"
     elif expansion.domain is None:
-        yield f"{told} cannot be looked for: {open_}, and no universe fills any of its cells"
+        yield f"{what} cannot be looked for: {open_}, and no universe fills any of its cells"
     elif not expansion.is_enclosed:
-        yield f"{told} can be looked for in filled cells only: {open_}"
+        yield f"{what} can be looked for in filled cells only: {open_}"
 
 
 def _cells(geometry: CellGeometry) -> Iterator[str]:
-    """What is not done as a cell says."""
+    """Yield remarks about cells that are read differently from the file."""
     for cell in geometry.cells.values():
         if len(cell.materials) > 1:
-            given = join_limited("void" if material is None else material for material in cell.materials)
-            yield f"{cell}: has a material for each place ({given}); the first is taken for all"
+            listed = join_limited("void" if material is None else material for material in cell.materials)
+            yield f"{cell}: has a material for each place ({listed}); the first is taken for all"
         if cell.skew > 1e-9:
             yield f"{cell}: its rotation matrix is {cell.skew:.2g} away from a rotation; it is applied as it is"
 
 
 def _boundaries(geometry: CellGeometry) -> Iterator[str]:
-    """Boundary conditions are about particles: they change no shape."""
+    """Yield notes about boundary conditions; they concern particles and change no shape."""
     kinds = Counter(surface.boundary for surface in geometry.surfaces.values())
     for kind in sorted(set(kinds) - {"transmission"}):
         numbers = [surface.id for surface in geometry.surfaces.values() if surface.boundary == kind]

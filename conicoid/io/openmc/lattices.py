@@ -1,8 +1,8 @@
-"""Rectangular and hexagonal lattices: where their elements are, what they hold, and what lies outside.
+"""Rectangular and hexagonal lattices: their elements as prisms, the universes in them, and the space around them.
 
-An element is a convex prism; a point of it is looked up in the element's universe relative to the
-element's center. Outside of the lattice the outer universe is repeated in the same way without end
-(OpenMC, "Geometry specification").
+An element is a convex prism; a point in it is looked up in the element's universe relative to the element's center.
+Outside the lattice the outer universe is repeated in the same way without end (OpenMC, "Geometry specification").
+The last part reads OpenMC's <lattice> and <hex_lattice> elements. Lengths are in cm.
 """
 
 from __future__ import annotations
@@ -24,37 +24,39 @@ from .values import OpenmcValues, count_words, format_title, quote_word
 
 Index = tuple[int, ...]
 LatticePlane = tuple[Point, Fraction]
-"""normal·x <= offset"""
+"""(normal, offset): normal·x <= offset."""
 ZERO, ONE, HALF = Fraction(0), Fraction(1), Fraction(1, 2)
 ROOT3 = Fraction(math.sqrt(3.0))
-"""√3 as float64 has it."""
+"""√3 rounded to float64."""
 HALF_ROOT3 = 3 / (2 * ROOT3)
-"""√3/2, so that a hexagonal lattice is the exact image of a regular one and its elements fit without gaps."""
+"""√3/2 such that ROOT3 * HALF_ROOT3 is exactly 3/2: elements of a hexagonal lattice then fit without gaps, as the
+lattice is the exact image of a regular one."""
 
 
 @dataclass(frozen=True, slots=True)
 class LatticePrism:
-    """The inside of planes, with a box around it."""
+    """A convex prism: the inside of planes, with a box around it."""
 
     planes: tuple[LatticePlane, ...]
     extent: Extent
 
     def placed(self, place: UniversePlacement) -> LatticePrism:
-        """The prism after the turn and the shift of a place, before its outer motion."""
+        """Return the prism after the turn and the shift of a place, before its outer motion."""
         planes = (FlatSurface(*plane).placed(place) for plane in self.planes)
         return LatticePrism(tuple((plane.normal, plane.offset) for plane in planes), self.extent.placed(place))
 
     def sides(self) -> list[SurfaceSide]:
+        """Return the inner sides of all planes."""
         return [SurfaceSide(FlatSurface(normal, offset), False) for normal, offset in self.planes]
 
     def outside(self) -> PartUnion:
-        """Beyond at least one plane."""
+        """Return the space beyond at least one plane."""
         return PartUnion(tuple(SurfaceSide(FlatSurface(normal, offset), True) for normal, offset in self.planes))
 
 
 @dataclass(frozen=True)
 class LatticeTiles:
-    """Elements around a box: how many there are, known before any is listed, and their indices."""
+    """Elements around a box: their number, or a bound on it, known before any is listed, and their indices."""
 
     count: int
     indices: Iterator[Index]
@@ -62,10 +64,10 @@ class LatticeTiles:
 
 @dataclass(frozen=True)
 class Lattice(ABC):
-    """Universes on a grid; indices are OpenMC's, those of hexagonal lattices counted from the central element.
+    """Universes on a grid. Indices are OpenMC's; those of hexagonal lattices count from the central element.
 
-    `listing` is the text that names the universes. There may be millions, so they are only counted (`tally`: how often
-    each occurs) until someone asks for `universes`.
+    `listing` is the text that names the universes. There may be millions, so that only the number of occurrences of
+    each (`tally`) is computed until `universes` is used. `outer` is the universe outside the lattice, if any.
     """
 
     id: int
@@ -80,7 +82,7 @@ class Lattice(ABC):
 
     @property
     def label(self) -> str:
-        """What it is called on the way to its elements."""
+        """Its name in the paths to its elements."""
         return f"lattice {self.id}"
 
     @property
@@ -95,41 +97,41 @@ class Lattice(ABC):
 
     @abstractmethod
     def order(self) -> Iterable[Index]:
-        """The indices in the order in which a file lists the universes."""
+        """Return the indices in the order in which a file lists the universes."""
 
     @abstractmethod
     def center(self, index: Index) -> Point:
-        """The center of an element, of the lattice or outside; 0 along z in two dimensions."""
+        """Return the center of an element inside or outside the lattice; z is 0 in two dimensions."""
 
     @abstractmethod
     def prism(self, index: Index) -> LatticePrism:
-        """The element itself."""
+        """Return the prism of an element inside or outside the lattice."""
 
     @property
     @abstractmethod
     def hull(self) -> list[LatticePrism]:
-        """Prisms that together cover the elements of the lattice and no more."""
+        """Prisms whose union is the union of all elements."""
 
     @property
     @abstractmethod
     def steps(self) -> list[Point]:
-        """The ways from an element to its neighbours, as far as they are independent."""
+        """Independent translations from an element to its neighbours."""
 
     @abstractmethod
     def tiles_around(self, extent: Extent) -> LatticeTiles | None:
-        """All elements that reach into a box, and perhaps more; None where they have no end."""
+        """Return all elements that reach into a box, and perhaps more; None if their number is infinite."""
 
 
 @dataclass(frozen=True)
 class RectangularLattice(Lattice):
-    """Element (i, j[, k]) spans pitch from lower_left + pitch (i, j[, k]); two or three dimensions."""
+    """A lattice of boxes: element (i, j[, k]) spans one pitch from lower_left + pitch (i, j[, k]), in 2 or 3 axes."""
 
     shape: tuple[int, ...]
     lower_left: tuple[Fraction, ...]
     pitch: tuple[Fraction, ...]
 
     def order(self) -> Iterable[Index]:
-        """Level by level from the bottom, row by row from the top."""
+        """Return the indices level by level from the bottom, row by row from the top."""
         columns, rows, levels = (*self.shape, 1)[:3]
         flat = len(self.shape) == 2
         for k, j, i in product(range(levels), reversed(range(rows)), range(columns)):
@@ -148,6 +150,7 @@ class RectangularLattice(Lattice):
         return [self._box((0,) * len(self.shape), self.shape)]
 
     def _box(self, first: Index, end: Index) -> LatticePrism:
+        """Return the prism from the element `first` to before the element `end`, infinite in z for two axes."""
         low: list[Fraction | None] = [None] * 3
         high: list[Fraction | None] = [None] * 3
         planes = []
@@ -167,6 +170,7 @@ class RectangularLattice(Lattice):
             low, high = extent.low[axis], extent.high[axis]
             if low is None or high is None:
                 return None
+            # Exact: fractions leave no doubt whether an element touches the box.
             ends.append((math.floor((low - a) / p), math.ceil((high - a) / p)))
         count = math.prod(max(end - first, 0) for first, end in ends)
         return LatticeTiles(count, grid_indices(ends))
@@ -174,12 +178,12 @@ class RectangularLattice(Lattice):
 
 @dataclass(frozen=True)
 class HexagonalLattice(Lattice):
-    """Regular hexagons, `pitch` between opposite sides, in rings about the one at `center`.
+    """A lattice of regular hexagons, `pitch` between opposite sides, in rings about the one at `middle`.
 
     Orientation "y": two sides are parallel to the x axis; element (x, a) is centered at
-    center + pitch (√3/2 x, a + x/2). Orientation "x": two sides are parallel to the y axis; element (a, y) is
-    centered at center + pitch (a + y/2, √3/2 y). With `axial_pitch` there are `levels` levels along z, centered at
-    center z. (OpenMC, HexLattice::get_local_position.)
+    middle + pitch (√3/2 x, a + x/2). Orientation "x": two sides are parallel to the y axis; element (a, y) is
+    centered at middle + pitch (a + y/2, √3/2 y). With `axial_pitch` there are `levels` levels along z, centered at
+    the z of `middle`. Source: OpenMC, HexLattice::get_local_position.
     """
 
     rings: int
@@ -190,7 +194,7 @@ class HexagonalLattice(Lattice):
     levels: int
 
     def order(self) -> Iterable[Index]:
-        """Level by level from the bottom, each as in `ring_order`."""
+        """Return the indices level by level from the bottom, each level as in `hexagon_order`."""
         level = hexagon_order(self.rings, self.orientation)
         if self.axial_pitch is None:
             return level
@@ -210,20 +214,25 @@ class HexagonalLattice(Lattice):
 
     @cached_property
     def hull(self) -> list[LatticePrism]:
-        """The hexagon through the centers of the outermost ring, which the elements cover, and that ring."""
+        """The hexagon through the centers of the outermost ring, which elements cover, and the prisms of that ring."""
         levels = None if self.axial_pitch is None else self._levels(0, self.levels)
         last = self.rings - 1
         ring = {index[:2] for index in self.universes if max(map(abs, (*index[:2], index[0] + index[1]))) == last}
+        # The inner hexagon and the outermost ring cover all elements with far fewer planes than one prism for each.
         columns = [self._column(index, levels) for index in sorted(ring)]
         return columns if last == 0 else [self._inner(last, levels), *columns]
 
     def _levels(self, first: int, end: int) -> tuple[Fraction, Fraction]:
-        """From the bottom of one level to the bottom of another."""
+        """Return the heights of the bottom of level `first` and the bottom of level `end`."""
         step = self.axial_pitch or ZERO
         return self.middle[2] + (first - HALF * self.levels) * step, self.middle[2] + (end - HALF * self.levels) * step
 
     def _column(self, index: Index, levels: tuple[Fraction, Fraction] | None) -> LatticePrism:
-        """One hexagon, in (√3, ±1) and across the third pair of sides; heights are in pitches."""
+        """Return the prism of one hexagon.
+
+        Two pairs of sides have normals (√3, ±1) (exchanged for orientation "x"), the third pair has the normal along
+        an axis; `height` is the distance of the third pair's middle from the center, in pitches.
+        """
         i, j = index[:2]
         mx, my, _ = self.middle
         if self.orientation == "y":
@@ -233,15 +242,16 @@ class HexagonalLattice(Lattice):
             slanted = (((ONE, ROOT3), i + 2 * j), ((ONE, -ROOT3), i - j))
             straight, height = (ONE, ZERO), i + HALF * j
         planes = []
-        for (a, b), k in slanted:
+        for (a, b), k in slanted:  # these normals have length 2, so half a pitch is 1 pitch in their units
             base = a * mx + b * my
             planes += _slab((a, b, ZERO), base + (k - 1) * self.pitch, base + (k + 1) * self.pitch)
         base = straight[0] * mx + straight[1] * my
+
         planes += _slab((*straight, ZERO), base + (height - HALF) * self.pitch, base + (height + HALF) * self.pitch)
         return self._between(planes, levels, self.center(index), self.pitch / ROOT3, HALF * self.pitch)
 
     def _inner(self, last: int, levels: tuple[Fraction, Fraction] | None) -> LatticePrism:
-        """The hexagon through the centers of a ring: its sides are turned by 30 degrees against an element's."""
+        """Return the hexagon through the centers of a ring; its sides are rotated by 30 degrees to an element's."""
         mx, my, _ = self.middle
         planes = []
         for normal, reach in (((ROOT3, 3 * ONE), 3), ((ROOT3, -3 * ONE), 3), ((ROOT3, ZERO), 3 * HALF)):
@@ -258,7 +268,10 @@ class HexagonalLattice(Lattice):
         wide: Fraction,
         high: Fraction,
     ) -> LatticePrism:
-        """Sides with a bottom and a top; the box around them reaches `wide` along x for orientation "y"."""
+        """Return the prism of side planes between levels.
+
+        The box around it reaches `wide` along x and `high` along y from the center; exchanged for orientation "x".
+        """
         reach_x, reach_y = (wide, high) if self.orientation == "y" else (high, wide)
         if levels is not None:
             planes = planes + _slab((ZERO, ZERO, ONE), *levels)
@@ -269,13 +282,14 @@ class HexagonalLattice(Lattice):
     @property
     def steps(self) -> list[Point]:
         p, half, long = self.pitch, HALF * self.pitch, HALF_ROOT3 * self.pitch
+        # Two steps of the plane, from a center to the centers of two neighbours, span all translations.
         level = [] if self.axial_pitch is None else [(ZERO, ZERO, self.axial_pitch)]
         if self.orientation == "y":
             return [(long, half, ZERO), (ZERO, p, ZERO), *level]
         return [(p, ZERO, ZERO), (half, long, ZERO), *level]
 
     def tiles_around(self, extent: Extent) -> LatticeTiles | None:
-        """Columns (or rows) of hexagons first, then along each; a neighbour more on every side."""
+        """Return elements by columns (or rows) of hexagons, with one more neighbour on every side."""
         across, along = (0, 1) if self.orientation == "y" else (1, 0)
         low, high = (extent.low[across], extent.low[along]), (extent.high[across], extent.high[along])
         if low[0] is None or low[1] is None or high[0] is None or high[1] is None:
@@ -295,6 +309,7 @@ class HexagonalLattice(Lattice):
     def _around(
         self, levels: tuple[int, int], columns: tuple[int, int], first: Fraction, last: Fraction
     ) -> Iterator[Index]:
+        """Yield the indices of elements in levels and columns, from `first` to `last` along each column."""
         for k, i in grid_indices([levels, columns]):
             level = () if self.axial_pitch is None else (k,)
             start, end = (math.floor(first / self.pitch - HALF * i) - 1, math.ceil(last / self.pitch - HALF * i) + 1)
@@ -303,22 +318,22 @@ class HexagonalLattice(Lattice):
 
 
 def hexagon_order(rings: int, orientation: str) -> list[tuple[int, int]]:
-    """The indices in the order in which a file lists a level: rows from the top, each from left to right."""
+    """Return the indices in the order in which a file lists a level: rows from the top, each from left to right."""
     reach = range(-rings + 1, rings)
     inside = [(i, j) for i, j in product(reach, reach) if abs(i + j) < rings]
     if orientation == "y":
-        # y = a + x/2, in halves of the pitch; x rises along a row
+        # y = a + x/2, here in halves of the pitch; x rises along a row.
         return sorted(inside, key=lambda index: (-(2 * index[1] + index[0]), index[0]))
     return sorted(inside, key=lambda index: (-index[1], index[0]))
 
 
 def _whole_steps(low: Fraction, high: Fraction, step: Fraction) -> tuple[int, int]:
-    """The whole numbers of steps from low to high, and one more at each end: the first, and the one after the last."""
+    """Return the range (first, end) of whole steps that covers low to high, with one more step at each end."""
     return math.floor(low / step) - 1, math.ceil(high / step) + 2
 
 
 def grid_indices(ends: list[tuple[int, int]]) -> Iterator[tuple[int, ...]]:
-    """All (i, j, ...) with each number from its first to before its end; nothing is written out in advance."""
+    """Yield all (i, j, ...) of ranges (first, end), lazily: there may be very many."""
     if not ends:
         yield ()
         return
@@ -328,20 +343,22 @@ def grid_indices(ends: list[tuple[int, int]]) -> Iterator[tuple[int, ...]]:
 
 
 def _slab(normal: Point, low: Fraction, high: Fraction) -> list[LatticePlane]:
+    """Return the planes of low <= normal·x <= high."""
     x, y, z = normal
     return [((-x, -y, -z), -low), (normal, high)]
 
 
 def _axis(axis: int, length: Fraction) -> Point:
+    """Return a vector along an axis."""
     x, y, z = (length if i == axis else ZERO for i in range(3))
     return x, y, z
 
 
-# OpenMC's lattice elements.
+# Readers of OpenMC's lattice elements
 
 
 def read_rectangular_lattice(element: XmlElement) -> RectangularLattice:
-    """Raises Mistake."""
+    """Return the lattice of a <lattice> element. Raise OpenmcElementError with all its errors."""
     values = OpenmcValues(element, "lattice")
     number, name = values.title()
     shape = values.attempt(lambda: _read_shape(values), None)
@@ -360,7 +377,7 @@ def read_rectangular_lattice(element: XmlElement) -> RectangularLattice:
 
 
 def read_hexagonal_lattice(element: XmlElement) -> HexagonalLattice:
-    """Raises Mistake."""
+    """Return the lattice of a <hex_lattice> element. Raise OpenmcElementError with all its errors."""
     values = OpenmcValues(element, "lattice")
     number, name = values.title()
     rings, levels = values.attempt(lambda: _read_rings(values), (0, None))
@@ -415,8 +432,11 @@ def _read_pitch(values: OpenmcValues, count: int) -> tuple[Fraction, ...]:
 
 
 def _read_universes(values: OpenmcValues, count: int, what: str) -> Counter[int]:
-    """How often each universe is named; the places are not written out before their number is right, nor then."""
-    found = count_words(values.required("universes"))
-    if found != count:
-        raise values.mistake(f"universes: {what} needs {count}, got {found}")
+    """Return how often each universe occurs; raise an error if their number is not `count`.
+
+    The number is checked first, and no list of universes is built, as a file may name millions.
+    """
+    words = count_words(values.required("universes"))
+    if words != count:
+        raise values.mistake(f"universes: {what} needs {count}, got {words}")
     return values.integer_tally("universes")

@@ -1,4 +1,4 @@
-"""OpenMC's material elements: what a file says of a material, as a name and properties."""
+"""Reader of OpenMC's <material> elements into names and properties."""
 
 from __future__ import annotations
 
@@ -13,19 +13,20 @@ from .values import OpenmcValues, format_title, quote_word
 
 _MASS = {"g/cm3": Fraction(1), "g/cc": Fraction(1), "kg/m3": Fraction(1, 1000)}
 _ATOMS = {"atom/b-cm": Fraction(1), "atom/cm3": Fraction(1, 10**24)}
+# Units without a value of their own: "sum" adds the fractions, "macro" refers to macroscopic cross sections.
 _OTHER_UNITS = ("sum", "macro")
 NuclideShares = dict[str, dict[str, Fraction]]
-"""By kind, "ao" or "wo", and by nuclide or element."""
+"""Fractions by kind ("ao" or "wo") and by nuclide or element."""
 VACUUM_DENSITIES = {"density": 0.0, "atom_density": 0.0}
-"""What is known of void."""
+"""The properties of void."""
 
 
 @dataclass(frozen=True, slots=True)
 class OpenmcMaterial:
-    """A material as the file has it.
+    """A material of a file.
 
-    Properties are `id`; `density` in g/cm3 or `atom_density` in atoms per barn and cm, as the file gives it; `ao` and
-    `wo`, fractions by nuclide or element; `sab`, `macroscopic`, names; `temperature`, `volume`, `depletable`.
+    Its properties are `id`; `density` in g/cm3 or `atom_density` in atoms per barn and cm, whichever the file has; `ao`
+    and `wo`, fractions by nuclide or element; `sab` and `macroscopic`, names; `temperature`, `volume`, `depletable`.
     """
 
     id: int
@@ -37,36 +38,38 @@ class OpenmcMaterial:
 
 
 def read_material(element: XmlElement) -> OpenmcMaterial:
-    """Raises Mistake for what is wrong."""
+    """Return the material of a <material> element. Raise OpenmcElementError with all its errors."""
     values = OpenmcValues(element, "material")
+    # Outside of `attempt`: without a number no message could name the material.
     name = values.text("name") or ""
     number = values.integer("id")
     values.where = format_title("material", number, name)
-    found: dict[str, Any] = {"id": number}
+    properties: dict[str, Any] = {"id": number}
     fractions = values.attempt(lambda: _fractions(values), {})
     for part in element.all("density"):
-        found |= values.attempt(partial(_density, _part(values, part), fractions), {})
+        properties |= values.attempt(partial(_density, _part(values, part), fractions), {})
     for kind, shares in fractions.items():
-        found |= {kind: {name: float(share) for name, share in shares.items()}} if shares else {}
+        properties |= {kind: {name: float(share) for name, share in shares.items()}} if shares else {}
     for kind in ("sab", "macroscopic"):
         names = values.attempt(partial(_names, values, kind), ())
-        found |= {kind: names} if names else {}
+        properties |= {kind: names} if names else {}
     for kind in ("temperature", "volume"):
-        found |= values.attempt(partial(_number, values, kind), {})
+        properties |= values.attempt(partial(_number, values, kind), {})
     depletable = (values.text("depletable") or "").lower()
-    found |= {"depletable": depletable in ("true", "1")} if depletable else {}
+    properties |= {"depletable": depletable in ("true", "1")} if depletable else {}
     values.finish()
-    return OpenmcMaterial(number, name, Properties(found))
+    return OpenmcMaterial(number, name, Properties(properties))
 
 
 def _part(values: OpenmcValues, element: XmlElement) -> OpenmcValues:
-    """The values of an element within the material's."""
+    """Return a reader of a child element, whose messages name the material too."""
     part = OpenmcValues(element, element.tag)
     part.where = f"{values.where}: {element.tag}"
     return part
 
 
 def _density(values: OpenmcValues, fractions: NuclideShares) -> dict[str, float]:
+    """Return the density of a <density> element as a property; empty for macroscopic units."""
     units = values.text("units") or ""
     if units == "sum":
         return _sum(values, fractions)
@@ -84,7 +87,7 @@ def _density(values: OpenmcValues, fractions: NuclideShares) -> dict[str, float]
 
 
 def _sum(values: OpenmcValues, fractions: NuclideShares) -> dict[str, float]:
-    """Shares that are densities themselves: `ao` in atoms per barn and cm, `wo` in g/cm3."""
+    """Return the sum of fractions that are densities themselves: `ao` in atoms per barn and cm, `wo` in g/cm3."""
     kinds = [kind for kind, shares in fractions.items() if shares]
     if len(kinds) > 1:
         raise values.mistake("units sum needs either ao or wo of all nuclides, got both")
@@ -93,13 +96,14 @@ def _sum(values: OpenmcValues, fractions: NuclideShares) -> dict[str, float]:
 
 
 def _fractions(values: OpenmcValues) -> NuclideShares:
-    """Atom and weight fractions by name; of one that is named twice, the sum."""
+    """Return atom and weight fractions by name; fractions of the same name are added."""
     sums: dict[str, dict[str, Fraction]] = {"ao": {}, "wo": {}}
     for tag in ("nuclide", "element"):
         for element in values.element.all(tag):
             part = _part(values, element)
             name = part.required("name")
             for kind in sums:
+                # Fractions are added exactly and rounded to floats once, at the end.
                 if part.text(kind) is not None and name:
                     share = _not_negative(part, kind)
                     sums[kind][name] = sums[kind].get(name, Fraction(0)) + share

@@ -1,7 +1,9 @@
-"""What a turn about a line along an axis leaves as it is: planes across it, and what is round about it.
+"""Bounds of a place in the hierarchy of universes: the regions of all cells around it, and lattice elements.
 
-Such a part of a region is the same part of what is turned. Said of that, it needs no motion of its own, and fractions
-show how it lies to other parts that are turned.
+`PlaceBounds` groups the parts of these regions by the motion that takes them to the world. `AxialMotion` recognises
+rotations about a line along an axis: planes across this line and surfaces of revolution about it are the same before
+and after such a rotation. A part of this kind can be moved to the group of the rotated content, where it needs no
+motion of its own and where fractions show how it lies to the other parts.
 """
 
 from __future__ import annotations
@@ -23,16 +25,16 @@ from .surfaces import ConeSurface, FlatSurface, RoundSurface, Surface
 
 @dataclass(frozen=True)
 class AxialMotion:
-    """x ↦ A x + shift, where A keeps what is along an axis, and what is across it apart from that."""
+    """A motion x ↦ A x + shift where A leaves the coordinate along `axis` as it is and mixes the other two only."""
 
     axis: int
     shift: Point
     rigid: bool
-    """Are all distances kept?"""
+    """Whether the motion preserves distances."""
 
     @classmethod
     def of(cls, motion: Motion) -> AxialMotion | None:
-        """A motion as one of these, if it is one."""
+        """Return a motion as an `AxialMotion`, or None if it is none or its shift is no exact fraction."""
         rows, shift = motion.affine
         if any(map(is_rounded, shift)):
             return None
@@ -45,15 +47,16 @@ class AxialMotion:
         return None
 
     def undone(self, part: RegionPart) -> RegionPart | None:
-        """The part that the motion takes to a given one, if fractions say it."""
+        """Return the part that the motion takes to `part`; None if it is not exact in fractions."""
         if isinstance(part, SurfaceSide):
             surface = self._surface(part.surface)
             return None if surface is None else SurfaceSide(surface, part.positive)
         parts = [self.undone(piece) for piece in part.parts]
-        kept = tuple(piece for piece in parts if piece is not None)
-        return type(part)(kept) if len(kept) == len(parts) else None
+        exact = tuple(piece for piece in parts if piece is not None)
+        return type(part)(exact) if len(exact) == len(parts) else None
 
     def _surface(self, surface: Surface) -> Surface | None:
+        """Return the surface that the motion takes to `surface`: a plane across the axis, or round about it."""
         if isinstance(surface, FlatSurface):
             if surface.axis != self.axis:
                 return None
@@ -69,7 +72,7 @@ class AxialMotion:
         return None
 
     def _on_axis(self, point: Point) -> Point | None:
-        """What is taken to a point on the axis that everything turns about; None for other points."""
+        """Return the point that the motion takes to `point` if that lies on the axis of rotation, else None."""
         across = (point[i] == self.shift[i] for i in range(3) if i != self.axis)
         if not (self.rigid and all(across)):
             return None
@@ -77,20 +80,20 @@ class AxialMotion:
         return x, y, z
 
 
-# What bounds a place in the hierarchy: the regions of all cells around it, and lattice elements.
+# Bounds of a place
 
 
 @dataclass(frozen=True, slots=True)
 class PlaceBounds:
-    """Intersections of sides, each before one motion to the world."""
+    """The intersection of groups of parts; each group stands before one motion to the world."""
 
     groups: tuple[tuple[Motion, Conjunction], ...] = ()
 
     def and_(self, motion: Motion, parts: Iterable[RegionPart], extent: Extent = UNBOUNDED) -> PlaceBounds | None:
-        """With further parts before `motion`, the innermost there is; None where nothing is left.
+        """Return the bounds with further parts before `motion`, the innermost motion; None if nothing is left.
 
-        What other groups say of all of a box around these parts is left out. It stays true, as nothing is left out of
-        this group on their account, and nothing more comes to them once another motion is the innermost.
+        Parts of other groups that contain the whole box around the new group are left out. This stays correct: nothing
+        is left out of the new group because of them, and nothing is added to them once another motion is innermost.
         """
         before = dict(self.groups)
         narrowed = before.get(motion, Conjunction()).and_(parts, extent)
@@ -108,40 +111,40 @@ class PlaceBounds:
         return PlaceBounds(tuple(groups))
 
     def entering(self, entry: Motion, before: Motion, after: Motion) -> PlaceBounds:
-        """The same where `entry` comes before the innermost motion so far, both together being `after`.
+        """Return the bounds within a cell that applies `entry` to its content; `after` is `entry`, then `before`.
 
-        Parts that lie about the axis of a turn, or across it, are said of what is turned, so that they are before the
-        same motion as what comes to them.
+        Parts that the rotation leaves as they are move from the group of `before`, so far the innermost motion, to the
+        group of `after`, which the parts of the content will join.
         """
         about = AxialMotion.of(entry)
         groups = dict(self.groups)
         outside = groups.pop(before, None)
         if about is None or outside is None:
             return self
-        told = [(part, about.undone(part)) for part in outside.parts]
-        inside = Conjunction().and_(turned for _, turned in told if turned is not None)
-        stay = Conjunction().and_(part for part, turned in told if turned is None)
-        if inside is None or stay is None:  # fractions show only now what was there
+        pairs = [(part, about.undone(part)) for part in outside.parts]
+        inside = Conjunction().and_(turned for _, turned in pairs if turned is not None)
+        stay = Conjunction().and_(part for part, turned in pairs if turned is None)
+        if inside is None or stay is None:  # only now fractions show that nothing is left
             return self
         if stay.parts:
             groups[before] = stay
         return PlaceBounds(tuple((groups | {after: inside}).items()))
 
     def moved(self, shift: Point) -> PlaceBounds:
-        """The same elsewhere, before its motions."""
+        """Return the bounds translated by `shift` before their motions."""
         return PlaceBounds(tuple((motion, conjunction.moved(shift)) for motion, conjunction in self.groups))
 
     def is_before(self, motion: Motion) -> bool:
-        """Are all its parts before one motion?"""
+        """Return True if all parts stand before this motion."""
         return all(other == motion for other, _ in self.groups)
 
     def cost(self, motion: Motion, parts: Iterable[RegionPart]) -> int:
-        """How many sides and pairs of sides `and_` looks at, at most."""
+        """Return a bound on the sides and pairs of sides that `and_` compares."""
         others = sum(conjunction.size for other, conjunction in self.groups if other != motion)
         return others + pair_cost(dict(self.groups).get(motion, Conjunction()), parts)
 
     def extent_before(self, motion: Motion) -> Extent:
-        """A box around everything, in the coordinates before a motion."""
+        """Return a box around the bounds, in the coordinates before a motion."""
         whole = UNBOUNDED
         for other, conjunction in self.groups:
             extent = conjunction.extent
@@ -150,9 +153,9 @@ class PlaceBounds:
 
 
 def _carry_extent(extent: Extent, motion: Motion, back: Motion, nothing: float = 0.0) -> Extent:
-    """A box around an extent after a motion and back through another, widened by the rounding of floats.
+    """Return a box around an extent after `motion` and the inverse of `back`, widened by a bound on rounding.
 
-    nothing: entries of the motion up to here are taken for what rounding left of none.
+    Entries of the matrix below `nothing` in size are taken as zeros that rounding has changed.
     """
     matrix = matmul_rows(back.inverse_matrix, motion.matrix)
     far = np.abs(back.inverse_matrix[:3, :3]) @ np.abs(motion.matrix[:3, 3]) + np.abs(back.inverse_matrix[:3, 3])
@@ -161,7 +164,8 @@ def _carry_extent(extent: Extent, motion: Motion, back: Motion, nothing: float =
     high = np.array([math.inf if end is None else float(end) for end in extent.high])
     lows: list[ExtentEnd] = []
     highs: list[ExtentEnd] = []
-    for row, shift, lost in zip(linear, matrix[:3, 3], 2.0**-48 * far, strict=True):  # of shifts that cancel
+    # `lost` bounds the rounding of large shifts that cancel in the product.
+    for row, shift, lost in zip(linear, matrix[:3, 3], 2.0**-48 * far, strict=True):
         used = row != 0
         ends = np.stack([row[used] * low[used], row[used] * high[used]])
         size = 1e-9 * (np.abs(ends).max(initial=0.0) + abs(shift)) + lost

@@ -1,8 +1,8 @@
-"""Where a universe stands in the world.
+"""Placements of universes in the world, and boxes (`Extent`) in fractions.
 
-Turns by multiples of 90 degrees and translations are carried out in fractions, so that surfaces
-which coincide on paper get equal numbers, rounded once. From the first other rotation on, the
-rest of the way outward is a `Motion`, which is exact to 3000 bits of what is given to it.
+Rotations by multiples of 90 degrees and translations are computed in fractions, so that surfaces which coincide on
+paper get equal numbers, rounded once. From the first other rotation outward, the placement is a `Motion`, which is
+exact to 3000 bits of its input. GDML and MCNP use the same placements.
 """
 
 from __future__ import annotations
@@ -29,6 +29,7 @@ class AxisTurn:
     signs: tuple[int, int, int] = (1, 1, 1)
 
     def apply(self, point: Point) -> Point:
+        """Return a point after the turn."""
         if self is NO_TURN or self == NO_TURN:
             return point
         (a, b, c), (p, q, r) = self.sources, self.signs
@@ -39,7 +40,7 @@ class AxisTurn:
         )
 
     def after(self, first: AxisTurn) -> AxisTurn:
-        """`first`, then this."""
+        """Return the turn that applies `first`, then this one."""
         if self is NO_TURN or first is NO_TURN:
             return first if self is NO_TURN else self
         a, b, c = (first.sources[source] for source in self.sources)
@@ -48,17 +49,19 @@ class AxisTurn:
 
     @property
     def inverse(self) -> AxisTurn:
+        """The inverse turn."""
         if self is NO_TURN:
             return self
         a, b, c = (self.sources.index(i) for i in range(3))
         return AxisTurn((a, b, c), (self.signs[a], self.signs[b], self.signs[c]))
 
     def axis(self, axis: int) -> int:
-        """Where an axis goes, its sense aside."""
+        """Return the axis that an axis is taken to, without regard to its sign."""
         return self.sources.index(axis)
 
     @property
     def rows(self) -> Rows:
+        """The matrix of the turn."""
         x, y, z = (
             tuple(Fraction(sign * (source == i)) for i in range(3))
             for source, sign in zip(self.sources, self.signs, strict=True)
@@ -70,13 +73,13 @@ NO_TURN = AxisTurn()
 
 
 def add_points(a: Point, b: Point) -> Point:
-    """The sum; most numbers of most shifts are 0, and fractions are slow."""
+    """Return the sum, skipping zeros: most components of most shifts are 0, and fractions are slow."""
     return a[0] + b[0] if b[0] else a[0], a[1] + b[1] if b[1] else a[1], a[2] + b[2] if b[2] else a[2]
 
 
 @dataclass(frozen=True, slots=True)
 class CellRotation:
-    """How a cell turns what fills it: x ↦ turn x, or else by `motion`."""
+    """The rotation that a cell applies to its filling: the quarter turn `turn`, or else `motion`."""
 
     turn: AxisTurn = NO_TURN
     motion: Motion = IDENTITY_MOTION
@@ -86,12 +89,12 @@ NO_ROTATION = CellRotation()
 
 
 def rotation_by_angles(angles: Point) -> CellRotation:
-    """OpenMC's (φ, θ, ψ) in degrees: the contents are turned by ψ about z, then θ about y, then φ about x.
+    """Return the rotation of OpenMC's angles (φ, θ, ψ) in degrees: by ψ about z, then θ about y, then φ about x.
 
-    A point r of the cell is looked up in the filling universe at R_z(-ψ) R_y(-θ) R_x(-φ) r
-    (OpenMC, Cell::set_rotation and find_cell_inner), of which that is the inverse.
+    OpenMC looks up a point r of the cell in the filling universe at R_z(-ψ) R_y(-θ) R_x(-φ) r (Cell::set_rotation and
+    find_cell_inner); the rotation of the filling is the inverse of this.
     """
-    if all(angle % 90 == 0 for angle in angles):
+    if all(angle % 90 == 0 for angle in angles):  # exact: angles are fractions
         turn = NO_TURN
         for axis in (2, 1, 0):
             for _ in range(int(angles[axis] / 90) % 4):
@@ -105,8 +108,12 @@ def rotation_by_angles(angles: Point) -> CellRotation:
 
 
 def rotation_by_matrix(rows: Rows) -> CellRotation | None:
-    """A point r of the cell is looked up at M r, so the contents move by the inverse of M; None if it has none."""
+    """Return the rotation of the filling for a matrix M; None if M has no inverse.
+
+    OpenMC looks up a point r of the cell at M r, so the filling moves by the inverse of M.
+    """
     columns = tuple(zip(*rows, strict=True))
+    # A signed permutation: its inverse is its transpose, read off by columns.
     if all(sorted(map(abs, line)) == [0, 0, 1] for line in (*rows, *columns)):
         sources = tuple(next(i for i in range(3) if column[i]) for column in columns)
         signs = tuple(int(column[source]) for column, source in zip(columns, sources, strict=True))
@@ -118,7 +125,7 @@ def rotation_by_matrix(rows: Rows) -> CellRotation | None:
 
 
 def rotation_error(rows: Rows) -> float:
-    """How far a matrix is from a rotation: the largest entry of |M Mᵀ - 1|."""
+    """Return the distance of a matrix from a rotation: the largest entry of |M Mᵀ - 1|."""
     return max(
         abs(float(sum((a * b for a, b in zip(u, v, strict=True)), Fraction(-(i == j)))))
         for i, u in enumerate(rows)
@@ -128,53 +135,55 @@ def rotation_error(rows: Rows) -> float:
 
 @dataclass(frozen=True)
 class UniversePlacement:
-    """x ↦ outer(turn x + shift), from a universe to the world."""
+    """The placement x ↦ outer(turn x + shift) from a universe to the world."""
 
     turn: AxisTurn = NO_TURN
     shift: Point = ORIGIN
     outer: Motion = IDENTITY_MOTION
 
     def point(self, own: Point) -> Point:
-        """A point before the outer motion."""
+        """Return a point of the universe after turn and shift, before the outer motion."""
         return add_points(self.turn.apply(own), self.shift)
 
     @property
     def back(self) -> UniversePlacement:
-        """From before the outer motion to the universe."""
+        """The inverse of turn and shift: from before the outer motion to the universe."""
         turn = self.turn.inverse
         x, y, z = turn.apply(self.shift)
         return UniversePlacement(turn, (-x, -y, -z))
 
     def inner(self, shift: Point, rotation: CellRotation = NO_ROTATION) -> UniversePlacement:
-        """The placement of what is rotated and then translated by `shift` within this."""
+        """Return the placement of content that is rotated and then translated by `shift` within this placement."""
         if rotation.motion.is_identity:
             return UniversePlacement(self.turn.after(rotation.turn), self.point(shift), self.outer)
         return UniversePlacement(outer=self.entry(shift, rotation).then(self.outer))
 
     def entry(self, shift: Point, rotation: CellRotation) -> Motion:
-        """From what is rotated by other angles than multiples of 90 degrees to before the outer motion."""
+        """Return the motion from rotated content (no multiples of 90 degrees) to before the outer motion."""
         motion, whole = turn_motion(rotation.motion, self.turn), self.point(shift)
         return motion.translate(to_floats(whole)) if any(whole) else motion
 
 
 def turn_motion(motion: Motion, turn: AxisTurn) -> Motion:
-    """A motion, and then quarter turns."""
+    """Return a motion followed by a quarter turn."""
     return motion if turn == NO_TURN else motion.transform(_matrix(turn.rows))
 
 
 def add_rounded(a: Fraction, b: Fraction) -> float:
-    """The sum, rounded once: a quotient of integers, as a fraction of it would only be brought to lowest terms."""
+    """Return the sum, rounded once."""
+    # The quotient of two integers is rounded correctly; a Fraction would be reduced to lowest terms first, in vain.
     p, q = a.as_integer_ratio()
     r, s = b.as_integer_ratio()
     return (p * s + r * q) / (q * s)
 
 
 def shift_point(point: Point, shift: Point) -> Vector:
-    """A point elsewhere, every number of it rounded once."""
+    """Return a translated point, every coordinate rounded once."""
     return add_rounded(point[0], shift[0]), add_rounded(point[1], shift[1]), add_rounded(point[2], shift[2])
 
 
 def to_floats(point: Point) -> Vector:
+    """Return a point in floats, every coordinate rounded once."""
     x, y, z = (float(value) for value in point)
     return x, y, z
 
@@ -184,6 +193,7 @@ def _matrix(rows: Rows) -> Matrix4:
 
 
 def invert_rows(rows: Rows) -> Rows | None:
+    """Return the inverse of a matrix; None if its determinant is 0."""
     a, b, c = rows
     bc, ca, ab = _cross(b, c), _cross(c, a), _cross(a, b)
     determinant = sum(x * y for x, y in zip(a, bc, strict=True))
@@ -198,42 +208,42 @@ def _cross(u: Point, v: Point) -> Point:
 
 
 _AXES: tuple[Vector, Vector, Vector] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
-# A quarter turn about x takes y to z: new (x, y, z) = old (x, -z, y)
+# A quarter turn about x takes y to z: new (x, y, z) = old (x, -z, y).
 _QUARTERS = (AxisTurn((0, 2, 1), (1, -1, 1)), AxisTurn((2, 1, 0), (1, 1, -1)), AxisTurn((1, 0, 2), (-1, 1, 1)))
 
 
-# Boxes along the axes with ends in fractions, any of them infinite: what is known of where a region lies.
+# Boxes along the axes, with ends in fractions or infinite, that bound regions
 
 ExtentEnd = Fraction | None
 
 
 @dataclass(frozen=True, slots=True)
 class Extent:
-    """low[i] <= x[i] <= high[i]; None where there is no end."""
+    """The box low[i] <= x[i] <= high[i]; an end that is None is infinite."""
 
     low: tuple[ExtentEnd, ExtentEnd, ExtentEnd] = (None, None, None)
     high: tuple[ExtentEnd, ExtentEnd, ExtentEnd] = (None, None, None)
 
     def end(self, axis: int, lower: bool) -> ExtentEnd:
-        """One of the six ends."""
+        """Return one of the six ends."""
         return (self.low if lower else self.high)[axis]
 
     def common(self, other: Extent) -> Extent:
-        """The part in both."""
-        if other is UNBOUNDED or self is UNBOUNDED:
+        """Return the intersection of both boxes."""
+        if other is UNBOUNDED or self is UNBOUNDED:  # saves slow comparisons of fractions
             return self if other is UNBOUNDED else other
         lows = [_intersection_end(max, a, b) for a, b in zip(self.low, other.low, strict=True)]
         highs = [_intersection_end(min, a, b) for a, b in zip(self.high, other.high, strict=True)]
         return Extent((lows[0], lows[1], lows[2]), (highs[0], highs[1], highs[2]))
 
     def around(self, other: Extent) -> Extent:
-        """The box around both."""
+        """Return the smallest box around both boxes."""
         lows = [_union_end(min, a, b) for a, b in zip(self.low, other.low, strict=True)]
         highs = [_union_end(max, a, b) for a, b in zip(self.high, other.high, strict=True)]
         return Extent((lows[0], lows[1], lows[2]), (highs[0], highs[1], highs[2]))
 
     def placed(self, place: UniversePlacement) -> Extent:
-        """The box after the turn and the shift of a place, before its outer motion."""
+        """Return the box after the turn and the shift of a placement, before its outer motion."""
         lows: list[ExtentEnd] = []
         highs: list[ExtentEnd] = []
         for source, sign, shift in zip(place.turn.sources, place.turn.signs, place.shift, strict=True):
@@ -244,17 +254,17 @@ class Extent:
 
     @property
     def is_empty(self) -> bool:
-        """Whether it has no volume."""
+        """True if the box has no volume."""
         return any(
             low is not None and high is not None and low >= high for low, high in zip(self.low, self.high, strict=True)
         )
 
     def least(self, normal: Point) -> ExtentEnd:
-        """The least normal·x; None if there is none."""
+        """Return the least normal·x in the box; None if it is infinite."""
         return self._sum(normal, self.low, self.high)
 
     def most(self, normal: Point) -> ExtentEnd:
-        """The largest normal·x; None if there is none."""
+        """Return the largest normal·x in the box; None if it is infinite."""
         return self._sum(normal, self.high, self.low)
 
     @staticmethod
@@ -263,7 +273,7 @@ class Extent:
     ) -> ExtentEnd:
         total = Fraction(0)
         for n, a, b in zip(normal, along, against, strict=True):
-            if n:
+            if n:  # an infinite end does not matter along an axis across the normal
                 end = a if n > 0 else b
                 if end is None:
                     return None
@@ -271,7 +281,10 @@ class Extent:
         return total
 
     def square_distances(self, center: Point, axes: Iterable[int]) -> tuple[Fraction, ExtentEnd]:
-        """Least and largest square of the distance to `center`, measured along some of the axes."""
+        """Return least and largest squared distance of the box from `center`, measured along some of the axes.
+
+        The largest is None if the box is infinite along one of them.
+        """
         least, most = Fraction(0), Fraction(0)
         bounded = True
         for i in axes:

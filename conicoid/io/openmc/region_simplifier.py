@@ -1,15 +1,17 @@
-"""Intersections of half-spaces and unions, without the parts that say nothing new.
+"""Simplification of regions: intersections of half-spaces and unions without redundant parts, and their solids.
 
-A pin in a lattice is the intersection of its cell, the lattice element, and the cells around the lattice: a
-dozen half-spaces or more, of which two or three matter. A part is left out only where the others
-imply it, as fractions show; an intersection of which fractions show that it has no volume is None.
-Which parts are left never changes a point's cell, except on the surface of a part left out.
+A pin in a lattice is the intersection of its cell, the lattice element, and the cells around the lattice: a dozen
+half-spaces or more, but only two or three matter. A part is left out only if fractions show that the others imply it;
+an intersection that fractions show to have no volume is None. Leaving parts out never changes the cell of a point,
+except on the surface of such a part.
 
-Why it is right to test one part after another: every end of `extent` is that of a part that is kept, or beyond it, so
-that it is a box around these parts. A round part whose bounds are an end of the box cannot contain the box, so it does
-not vanish by its own help, nor does a union that ends before the box. A round part that lies strictly within another
-or beyond a plane ends before it, and the box with it; and if the first vanishes in turn, because the box or a third
-part lies within it, these lie within the others too.
+Parts may be tested one after another, because every end of `extent` is the end of a part that stays, or lies beyond it:
+the extent is always a box around the remaining parts. A round part whose bounds are an end of the box cannot contain
+the box, so it is not dropped because of its own bounds, nor is a union that ends before the box. A round part strictly
+within another one, or beyond a plane, ends before it, and so does the box; if this round part is dropped in turn,
+because the box or a third part lies within it, then these lie within the others too.
+
+`SolidBuilder` at the end turns simplified intersections into shapes.
 """
 
 from __future__ import annotations
@@ -20,18 +22,17 @@ from fractions import Fraction
 from functools import cached_property, reduce
 from typing import TypeAlias
 
-from ...geometry.csg import Complement, Difference, Intersection, Union
 from ...geometry.general_quadric import Quadric
 from ...geometry.polyhedron import Polyhedron
 from ...geometry.primitives import Box, HalfSpace
-from ...geometry.shape import Solid
+from ...geometry.shape import Complement, Difference, Intersection, Solid, Union
 from ...geometry.transform import Motion
 from .placement import UNBOUNDED, Extent, Point, UniversePlacement
 from .region import HalfSpaceNode, IntersectionNode, Region
 from .surfaces import CurvedSurface, FlatSurface, RoundSurface, Surface
 
 MAX_PAIRS = 20_000
-"""Pairs of parts that are compared with each other; beyond, superfluous ones just stay."""
+"""Most pairs of parts that are compared; beyond this number redundant parts stay, which is slower but correct."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,21 +43,21 @@ class SurfaceSide:
     positive: bool
 
     def of(self, extent: Extent) -> int:
-        """-1 where all of the extent is on this side, +1 where none of it is (but for its surface), else 0."""
+        """Return -1 if all of the extent is on this side, +1 if none is (except its surface), else 0 (not known)."""
         side = self.surface.side_of(extent)
         return -side if self.positive else side
 
 
 @dataclass(frozen=True, slots=True)
 class PartIntersection:
-    """In every part."""
+    """The points that are in every part."""
 
     parts: tuple[RegionPart, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class PartUnion:
-    """In at least one part."""
+    """The points that are in at least one part."""
 
     parts: tuple[RegionPart, ...]
 
@@ -65,7 +66,7 @@ RegionPart: TypeAlias = SurfaceSide | PartIntersection | PartUnion
 
 
 def bind_surfaces(region: Region, surfaces: Mapping[int, Surface]) -> RegionPart:
-    """The region with surfaces in the place of their numbers."""
+    """Return a region with surfaces in place of their numbers."""
     if isinstance(region, HalfSpaceNode):
         return SurfaceSide(surfaces[region.surface], region.positive)
     kind = PartIntersection if isinstance(region, IntersectionNode) else PartUnion
@@ -73,7 +74,7 @@ def bind_surfaces(region: Region, surfaces: Mapping[int, Surface]) -> RegionPart
 
 
 def move_part(part: RegionPart, place: UniversePlacement) -> RegionPart:
-    """A part elsewhere."""
+    """Return a part after the turn and the shift of a placement."""
     if isinstance(part, SurfaceSide):
         return SurfaceSide(part.surface.placed(place), part.positive)
     return type(part)(tuple(move_part(piece, place) for piece in part.parts))
@@ -81,58 +82,62 @@ def move_part(part: RegionPart, place: UniversePlacement) -> RegionPart:
 
 @dataclass(frozen=True)
 class Conjunction:
-    """In every part; `extent` is a box around that."""
+    """The intersection of parts; `extent` is a box around it."""
 
     parts: tuple[RegionPart, ...] = ()
     extent: Extent = UNBOUNDED
 
     def and_(self, parts: Iterable[RegionPart], extent: Extent = UNBOUNDED) -> Conjunction | None:
-        """With further parts, which may be known to lie in an extent; None where nothing is left."""
+        """Return the intersection with further parts, without redundant parts; None if nothing is left.
+
+        The caller may know an extent that contains the further parts.
+        """
         sides, unions = _split_parts((*self.parts, *parts))
         box = self.extent.common(extent)
         box = reduce(Extent.common, (side.surface.extent(side.positive) for side in sides), box)
         if box.is_empty or _are_disjoint(sides):
             return None
-        apart = _drop_paired_sides(sides)
-        kept = None if apart is None else _drop_implied_curved(_drop_idle_planes(apart, unions, box), box)
-        if kept is None:
+        unpaired = _drop_paired_sides(sides)
+        needed = None if unpaired is None else _drop_implied_curved(_drop_idle_planes(unpaired, unions, box), box)
+        if needed is None:
             return None
-        left = [restrict_part(union, box) for union in unions]
-        if False in left:
+        restricted = [restrict_part(union, box) for union in unions]
+        if False in restricted:
             return None
-        branches = [part for part in left if not isinstance(part, bool)]
-        still = tuple(part for part in branches if isinstance(part, PartUnion))
-        result = Conjunction((*kept, *still), box)
+        branches = [part for part in restricted if not isinstance(part, bool)]
+        still_unions = tuple(part for part in branches if isinstance(part, PartUnion))
+        result = Conjunction((*needed, *still_unions), box)
+        # A union with one branch left is a part of the intersection, which it may narrow further.
         opened = [part for part in branches if not isinstance(part, PartUnion)]
         return result.and_(opened) if opened else result
 
     def inside(self, box: Extent) -> Conjunction | None:
-        """What is left to ask of points in a box; None where none of them is in."""
-        left = [restrict_part(part, box) for part in self.parts]
-        if False in left:
+        """Return the parts that decide whether a point of the box is inside; None if no point of it is."""
+        restricted = [restrict_part(part, box) for part in self.parts]
+        if False in restricted:
             return None
-        if len(left) and all(part is own for part, own in zip(left, self.parts, strict=True)):
+        if len(restricted) and all(part is own for part, own in zip(restricted, self.parts, strict=True)):
             return self
-        return Conjunction().and_(part for part in left if not isinstance(part, bool))
+        return Conjunction().and_(part for part in restricted if not isinstance(part, bool))
 
     def moved(self, shift: Point) -> Conjunction:
-        """The same elsewhere."""
+        """Return the intersection translated by `shift`."""
         place = UniversePlacement(shift=shift)
         return Conjunction(tuple(move_part(part, place) for part in self.parts), self.extent.placed(place))
 
     @cached_property
     def size(self) -> int:
-        """How many sides it has."""
+        """The number of sides."""
         return sum(map(count_sides, self.parts))
 
     @cached_property
     def rounds(self) -> int:
-        """How many of its parts are the insides of round solids, with which others are compared."""
+        """The number of parts that are insides of round solids, with which other parts are compared."""
         return sum(map(_is_round, self.parts))
 
 
 def count_sides(part: RegionPart) -> int:
-    """How many sides a part has."""
+    """Return the number of sides of a part."""
     return 1 if isinstance(part, SurfaceSide) else sum(map(count_sides, part.parts))
 
 
@@ -141,7 +146,7 @@ def _is_round(part: RegionPart) -> bool:
 
 
 def pair_cost(before: Conjunction, parts: Iterable[RegionPart]) -> int:
-    """How many sides and pairs of sides `before.and_(parts)` looks at, at most."""
+    """Return a bound on the sides and pairs of sides that `before.and_(parts)` compares."""
     size, rounds = before.size, before.rounds
     for part in parts:
         size += count_sides(part)
@@ -150,14 +155,15 @@ def pair_cost(before: Conjunction, parts: Iterable[RegionPart]) -> int:
 
 
 def _are_disjoint(sides: list[SurfaceSide]) -> bool:
-    """Whether two sides have no volume in common: the two of one surface, or those of parallel slanted planes."""
-    found: dict[Surface, bool] = {}
+    """Return True if two sides have no volume in common: both sides of a surface, or parallel slanted planes."""
+    seen: dict[Surface, bool] = {}
     ends: dict[tuple[Point, bool], Fraction] = {}
     for side in sides:
         plane = side.surface
-        if found.setdefault(plane, side.positive) != side.positive:
+        if seen.setdefault(plane, side.positive) != side.positive:
             return True
         if isinstance(plane, FlatSurface) and plane.axis is None:
+            # Scale slanted normals by their first component, so that parallel planes have equal normals.
             first = next(n for n in plane.normal if n)
             x, y, z = (n / first for n in plane.normal)
             normal, offset, above = (x, y, z), plane.offset / first, side.positive == (first > 0)
@@ -167,9 +173,10 @@ def _are_disjoint(sides: list[SurfaceSide]) -> bool:
 
 
 def _split_parts(parts: Iterable[RegionPart]) -> tuple[list[SurfaceSide], list[PartUnion]]:
-    """Sides, each once, and unions."""
+    """Return the sides, each once, and the unions of an intersection, with nested intersections opened."""
     sides: dict[tuple[Surface, bool], SurfaceSide] = {}
     unions: dict[int, PartUnion] = {}
+    # A stack with reversed parts gives the sides in the order of the file.
     pending = list(reversed(tuple(parts)))
     while pending:
         part = pending.pop()
@@ -183,27 +190,30 @@ def _split_parts(parts: Iterable[RegionPart]) -> tuple[list[SurfaceSide], list[P
 
 
 def _drop_implied_curved(sides: list[SurfaceSide], box: Extent) -> list[SurfaceSide] | None:
-    """Without the curved sides that all of the box is on; None where it is all beyond some side."""
-    kept = []
+    """Return the sides without curved ones that contain the whole box; None if the box is all beyond some side."""
+    needed = []
     for side in sides:
         relation = side.of(box)
         if relation > 0:
             return None
         if relation == 0 or isinstance(side.surface, FlatSurface):
-            kept.append(side)
-    return kept
+            needed.append(side)
+    return needed
 
 
 def _drop_idle_planes(sides: list[SurfaceSide], unions: list[PartUnion], box: Extent) -> list[SurfaceSide]:
-    """Without the planes across an axis that are no end of the box, or lie beyond a union; each end is kept once."""
-    kept: list[SurfaceSide] = []
+    """Return the sides without planes across an axis that are no end of the box or lie beyond a union.
+
+    Each end of the box stays once.
+    """
+    needed: list[SurfaceSide] = []
     ends: set[tuple[int, bool]] = set()
     around = [_part_extent(union) for union in unions]
     for side in sides:
         plane = side.surface
         axis = plane.axis if isinstance(plane, FlatSurface) else None
         if axis is None or not isinstance(plane, FlatSurface):
-            kept.append(side)
+            needed.append(side)
             continue
         above = side.positive == (plane.normal[axis] > 0)
         end = plane.offset / plane.normal[axis]
@@ -211,31 +221,31 @@ def _drop_idle_planes(sides: list[SurfaceSide], unions: list[PartUnion], box: Ex
             continue
         if end == box.end(axis, above):
             ends.add((axis, above))
-            kept.append(side)
-    return kept
+            needed.append(side)
+    return needed
 
 
 def _lies_beyond(end: Fraction, axis: int, above: bool, extent: Extent) -> bool:
-    """Whether all of an extent is strictly on the inner side of an end."""
+    """Return True if the end lies strictly beyond the extent, so that it cuts nothing of it."""
     own = extent.end(axis, above)
     return own is not None and (own > end if above else own < end)
 
 
 def _part_extent(part: RegionPart) -> Extent:
-    """A box around a part."""
+    """Return a box around a part."""
     if isinstance(part, SurfaceSide):
         return part.surface.extent(part.positive)
     return reduce(Extent.common if isinstance(part, PartIntersection) else Extent.around, map(_part_extent, part.parts))
 
 
 def _drop_paired_sides(sides: list[SurfaceSide]) -> list[SurfaceSide] | None:
-    """Without the sides that a single round solid implies; None where two exclude each other."""
+    """Return the sides without those that a single round solid implies; None if two sides exclude each other."""
     rounds = [side for side in sides if isinstance(side.surface, RoundSurface) and not side.positive]
     if len(rounds) * len(sides) > MAX_PAIRS:
         return sides
     implied: set[int] = set()
     for solid in rounds:
-        if id(solid) in implied:
+        if id(solid) in implied:  # what it implies, the part that implies it implies too
             continue
         for side in sides:
             if side is solid or id(side) in implied:
@@ -249,7 +259,7 @@ def _drop_paired_sides(sides: list[SurfaceSide]) -> list[SurfaceSide] | None:
 
 
 def _relation(solid: RoundSurface, side: SurfaceSide) -> int:
-    """-1 where all of a round solid is on a side, +1 where none of it is, else 0."""
+    """Return -1 if all of a round solid is on a side, +1 if none of it is, else 0."""
     other = side.surface
     if isinstance(other, FlatSurface):
         relation = solid.side_of_plane(other)
@@ -261,37 +271,42 @@ def _relation(solid: RoundSurface, side: SurfaceSide) -> int:
 
 
 def restrict_part(part: RegionPart, box: Extent) -> RegionPart | bool:
-    """What is left to ask of a part for points in the box: nothing (True), or it has none of them (False)."""
+    """Return the part that decides for points of the box: True if it has them all, False if it has none."""
     if isinstance(part, SurfaceSide):
         relation = part.of(box)
         return part if relation == 0 else relation < 0
+    # One piece with all points decides a union (True), one piece with none an intersection (False).
     decisive = isinstance(part, PartUnion)
-    left = []
+    open_pieces = []
     for piece in (restrict_part(inner, box) for inner in part.parts):
         if piece is decisive:
             return decisive
         if not isinstance(piece, bool):
-            left.append(piece)
-    if not left:
+            open_pieces.append(piece)
+    if not open_pieces:
         return not decisive
-    return left[0] if len(left) == 1 else type(part)(tuple(left))
+    return open_pieces[0] if len(open_pieces) == 1 else type(part)(tuple(open_pieces))
 
 
-# From intersections of sides to shapes: planes become one box or polyhedron, outer sides are subtracted.
+# Shapes of intersections of sides: planes become one box or polyhedron, outer sides are subtracted.
 
 WHOLE_SPACE = Quadric(coefficients={"xx": -1.0, "constant": -1.0})
+"""The solid -x² - 1 <= 0, which has all points."""
 
 
 @dataclass
 class SolidBuilder:
-    """Makes solids; equal curved surfaces and equal sets of planes share one shape."""
+    """Builds solids; equal curved surfaces and equal sets of planes share one shape."""
 
     curved: dict[CurvedSurface, Solid] = field(default_factory=dict)
     convex: dict[tuple[HalfSpace, ...], Solid] = field(default_factory=dict)
     checked: set[Motion] = field(default_factory=set)
 
     def solid(self, groups: Iterable[tuple[Motion, tuple[RegionPart, ...]]]) -> Solid:
-        """In every part of every group, each group moved as a whole. Raises ValueError for numbers out of range."""
+        """Return the intersection of all parts of all groups, each group moved by its motion.
+
+        Raise ValueError for numbers out of range.
+        """
         moved = []
         for motion, parts in groups:
             if parts:
@@ -303,12 +318,13 @@ class SolidBuilder:
 
     def _moved(self, whole: Solid, motion: Motion) -> Solid:
         both = whole.motion.then(motion)
-        if both not in self.checked:
+        if both not in self.checked:  # each motion is checked once
             both.check("rotation and translation")
             self.checked.add(both)
         return replace(whole, motion=both)
 
     def intersection(self, parts: tuple[RegionPart, ...]) -> Solid:
+        """Return the intersection of parts."""
         planes: list[HalfSpace] = []
         inside: list[Solid] = []
         outside: list[Solid] = []
@@ -331,12 +347,13 @@ class SolidBuilder:
         return Difference((whole, *outside)) if outside else whole
 
     def union(self, part: RegionPart) -> Solid:
+        """Return the solid of a part."""
         if isinstance(part, (SurfaceSide, PartIntersection)):
             return self.intersection((part,) if isinstance(part, SurfaceSide) else part.parts)
         return Union(tuple(self.union(piece) for piece in part.parts))
 
     def polyhedron(self, planes: tuple[HalfSpace, ...]) -> Solid:
-        """The common part of half-spaces."""
+        """Return the intersection of half-spaces."""
         if planes not in self.convex:
             self.convex[planes] = _convex_solid(planes)
         return self.convex[planes]
@@ -348,7 +365,7 @@ class SolidBuilder:
 
 
 def _planes_beyond(union: RegionPart) -> tuple[HalfSpace, ...]:
-    """The planes of a polyhedron whose outside the union is, empty where it is none."""
+    """Return the planes of the polyhedron whose outside the union is; empty if the union has other parts."""
     planes = []
     for piece in () if isinstance(union, SurfaceSide) else union.parts:
         if not isinstance(piece, SurfaceSide) or not isinstance(piece.surface, FlatSurface):
@@ -358,12 +375,12 @@ def _planes_beyond(union: RegionPart) -> tuple[HalfSpace, ...]:
 
 
 def _convex_solid(planes: tuple[HalfSpace, ...]) -> Solid:
-    """One plane as it is; six across the axes as a box; else a polyhedron."""
+    """Return one plane as a half-space, six planes across the axes as a box, other planes as a polyhedron."""
     if len(planes) == 1:
         return planes[0]
     ends = {plane.normal: plane.offset for plane in planes}
     if len(planes) == len(ends) == 6 and set(ends) == set(_UP + _DOWN):
-        x, y, z = (-ends[normal] + 0.0 for normal in _DOWN)
+        x, y, z = (-ends[normal] + 0.0 for normal in _DOWN)  # + 0.0 turns -0.0 into 0.0
         a, b, c = (ends[normal] for normal in _UP)
         if x < a and y < b and z < c:
             return Box((x, y, z), (a, b, c))

@@ -1,7 +1,9 @@
-"""OpenMC's surfaces f = 0, in fractions: where they move to, what is known of their two sides, and as solids.
+"""Surfaces f = 0 of OpenMC and MCNP, in fractions: placed copies, relations to boxes, and solids.
 
-The negative side of a surface is the solid f <= 0. What cannot be told of a side is left open: an
-extent may be too large and `side_of` may say 0, but neither is ever wrong.
+The solid of a surface is its negative side, f <= 0. All surfaces have these methods: `placed` returns the surface after
+the turn and the shift of a placement, `extent` a box around one side, `side_of` the side on which a box lies, and
+`solid` the shape. Extents may be too large, and `side_of` may return 0 for "not known", but neither is ever wrong.
+The last part reads OpenMC's <surface> elements. Lengths are in cm.
 """
 
 from __future__ import annotations
@@ -22,14 +24,14 @@ from .placement import ORIGIN, UNBOUNDED, AxisTurn, Extent, ExtentEnd, Point, Un
 from .values import OpenmcValues, format_title, quote_word
 
 _CLEAR_MARGIN = 2.0**-40
-"""Share of the largest term of a sum: what floats lose of it is far less."""
+"""Margin for sums in floats, as a share of their terms; rounding loses far less."""
 TERMS = ("xx", "yy", "zz", "xy", "yz", "xz", "x", "y", "z", "constant")
 """The terms of OpenMC's quadric, in the order of its coefficients."""
 
 
 @dataclass(frozen=True, slots=True)
 class FlatSurface:
-    """normal·x - offset"""
+    """A plane, f = normal·x - offset."""
 
     normal: Point
     offset: Fraction
@@ -38,6 +40,7 @@ class FlatSurface:
         return _quick_hash((*self.normal, self.offset))
 
     def placed(self, place: UniversePlacement) -> FlatSurface:
+        """Return the plane after the turn and the shift of a placement."""
         normal = place.turn.apply(self.normal)
         return FlatSurface(
             normal, self.offset + sum(n * s for n, s in zip(normal, place.shift, strict=True) if n and s)
@@ -45,7 +48,7 @@ class FlatSurface:
 
     @property
     def axis(self) -> int | None:
-        """The axis that the normal lies along, if any."""
+        """The axis along which the normal lies, or None."""
         x, y, z = self.normal
         if x:
             return None if y or z else 0
@@ -54,7 +57,7 @@ class FlatSurface:
         return 2 if z else None
 
     def extent(self, positive: bool) -> Extent:
-        """Around the side f >= 0 or f <= 0."""
+        """Return a box around the side f >= 0 (`positive`) or f <= 0."""
         axis = self.axis
         if axis is None:
             return UNBOUNDED
@@ -65,7 +68,7 @@ class FlatSurface:
         return Extent(low=sides) if above else Extent(high=sides)
 
     def side_of(self, extent: Extent) -> int:
-        """-1 where all of the extent has f <= 0, +1 where all of it has f >= 0, else 0."""
+        """Return -1 if f <= 0 in all of the extent, +1 if f >= 0 in all of it, else 0."""
         most = extent.most(self.normal)
         if most is not None and most <= self.offset:
             return -1
@@ -73,14 +76,16 @@ class FlatSurface:
         return 1 if least is not None and least >= self.offset else 0
 
     def solid(self, positive: bool = False) -> HalfSpace:
+        """Return the half-space f <= 0, or f >= 0 if `positive`."""
         sign = -1 if positive else 1
         x, y, z = to_floats(self.normal)
+        # + 0.0 turns -0.0 into 0.0, so that equal half-spaces have equal numbers.
         return HalfSpace((sign * x + 0.0, sign * y + 0.0, sign * z + 0.0), sign * float(self.offset) + 0.0)
 
 
 @dataclass(frozen=True, slots=True)
 class RoundSurface:
-    """|x - center|² - radius², the distance measured across `axis`: a cylinder, or, without an axis, a sphere."""
+    """A cylinder about `axis`, or a sphere if `axis` is None: f = |x - center|² - radius², measured across the axis."""
 
     axis: int | None
     center: Point
@@ -91,15 +96,17 @@ class RoundSurface:
 
     @property
     def across(self) -> tuple[int, ...]:
-        """The axes that the distance is measured along."""
+        """The axes along which the distance is measured."""
         return tuple(i for i in range(3) if i != self.axis)
 
     def placed(self, place: UniversePlacement) -> RoundSurface:
+        """Return the surface after the turn and the shift of a placement."""
         axis = None if self.axis is None else place.turn.axis(self.axis)
         x, y, z = place.point(self.center)
         return RoundSurface(axis, _drop_axis(axis, (x, y, z)), self.radius)
 
     def extent(self, positive: bool) -> Extent:
+        """Return the box around the solid; the outside (`positive`) is unbounded."""
         if positive:
             return UNBOUNDED
         lows: list[ExtentEnd] = [None, None, None]
@@ -109,7 +116,7 @@ class RoundSurface:
         return Extent((lows[0], lows[1], lows[2]), (highs[0], highs[1], highs[2]))
 
     def side_of(self, extent: Extent) -> int:
-        """-1 where all of the extent has f < 0, +1 where all of it has f > 0, else 0."""
+        """Return -1 if f < 0 in all of the extent, +1 if f > 0 in all of it, else 0."""
         least, most = extent.square_distances(self.center, self.across)
         square = self.radius**2
         if most is not None and most < square:
@@ -117,19 +124,20 @@ class RoundSurface:
         return 1 if least > square else 0
 
     def side_of_plane(self, plane: FlatSurface) -> int:
-        """-1 where all of the round solid has plane < 0, +1 where all of it has plane > 0, else 0."""
+        """Return -1 if the whole solid lies strictly below a plane, +1 if it lies strictly above, else 0."""
         if self.axis is not None and plane.normal[self.axis]:
             return 0
         clear = self._clear_side_of_plane(plane)
         if clear is not None:
             return clear
+        # Compare squares in fractions: a square root would be rounded.
         height = sum((n * c for n, c in zip(plane.normal, self.center, strict=True)), -plane.offset)
         if height**2 <= self.radius**2 * sum(n * n for n in plane.normal):
             return 0
         return 1 if height > 0 else -1
 
     def _clear_side_of_plane(self, plane: FlatSurface) -> int | None:
-        """What floats show of it, which is as good as always; None where they are close, or too large."""
+        """Return the side of a plane as floats show it, which is nearly always; None if close or too large."""
         try:
             normal, center = to_floats(plane.normal), to_floats(self.center)
             height, radius = float(plane.offset), float(self.radius)
@@ -137,25 +145,27 @@ class RoundSurface:
             return None
         terms = [n * c for n, c in zip(normal, center, strict=True)]
         reach, above = radius * math.hypot(*normal), sum(terms) - height
+        # A difference above the margin has the sign that fractions would give.
         margin = _CLEAR_MARGIN * (sum(map(abs, terms)) + abs(height) + reach)
         if abs(above) < reach - margin:
             return 0
         return (1 if above > 0 else -1) if abs(above) > reach + margin else None
 
     def is_within(self, other: RoundSurface) -> bool:
-        """Whether this solid lies strictly inside another of the same kind."""
+        """Return True if this solid lies strictly inside another one with the same axis."""
         gap = other.radius - self.radius
         return self.axis == other.axis and gap > 0 and self._apart(other) < gap**2
 
     def is_apart(self, other: RoundSurface) -> bool:
-        """Whether this solid lies strictly outside another of the same kind."""
+        """Return True if this solid lies strictly outside another one with the same axis."""
         return self.axis == other.axis and self._apart(other) > (self.radius + other.radius) ** 2
 
     def _apart(self, other: RoundSurface) -> Fraction:
-        """The squared distance between the centers."""
+        """Return the squared distance between the centers."""
         return sum(((a - b) ** 2 for a, b in zip(self.center, other.center, strict=True)), Fraction(0))
 
     def solid(self) -> Solid:
+        """Return the ball, or the infinite cylinder."""
         radius, center = float(self.radius), to_floats(self.center)
         if self.axis is None:
             return Sphere(radius, center)
@@ -166,24 +176,28 @@ class RoundSurface:
 
 @dataclass(frozen=True, slots=True)
 class ConeSurface:
-    """The squared distance from the axis minus square × (height over the apex)², both nappes."""
+    """A cone of two nappes: f = (distance from the axis)² - square × (height over the apex)²."""
 
     axis: int
     apex: Point
     square: Fraction
 
     def placed(self, place: UniversePlacement) -> ConeSurface:
+        """Return the cone after the turn and the shift of a placement."""
         return ConeSurface(place.turn.axis(self.axis), place.point(self.apex), self.square)
 
     def extent(self, positive: bool) -> Extent:
+        """Return all of space: both sides are unbounded."""
         del positive
         return UNBOUNDED
 
     def side_of(self, extent: Extent) -> int:
+        """Return 0: the side of a box is not computed for cones."""
         del extent
         return 0
 
     def solid(self) -> Solid:
+        """Return the infinite double cone."""
         return _move_shape(
             EllipticCone(1, 1, float(self.square)), _orient_shape(self.axis, IDENTITY_MOTION, to_floats(self.apex))
         )
@@ -191,23 +205,30 @@ class ConeSurface:
 
 @dataclass(frozen=True, slots=True)
 class GeneralSurface:
-    """The sum of `coefficients` times `TERMS` of x - shift."""
+    """A general quadric: f is the sum of `coefficients` times `TERMS` of x - shift."""
 
     coefficients: tuple[Fraction, ...]
     shift: Point
 
     def placed(self, place: UniversePlacement) -> GeneralSurface:
+        """Return the quadric after the turn and the shift of a placement.
+
+        The coefficients stay those about `shift`, which a translation does not change.
+        """
         return GeneralSurface(_turn_coefficients(self.coefficients, place.turn), place.point(self.shift))
 
     def extent(self, positive: bool) -> Extent:
+        """Return all of space: bounds are not computed for general quadrics."""
         del positive
         return UNBOUNDED
 
     def side_of(self, extent: Extent) -> int:
+        """Return 0: the side of a box is not computed for general quadrics."""
         del extent
         return 0
 
     def solid(self) -> Solid:
+        """Return the quadric f <= 0."""
         values = {name: float(value) for name, value in zip(TERMS, self.coefficients, strict=True) if value}
         quadric = Quadric(coefficients=values)
         return quadric.translate(to_floats(self.shift)) if any(self.shift) else quadric
@@ -218,42 +239,50 @@ Surface = FlatSurface | CurvedSurface
 
 
 def _quick_hash(values: tuple[Fraction, ...]) -> int:
-    """That of `Fraction` agrees with the hashes of all other numbers, which takes long."""
+    """Return a hash of fractions by numerators and denominators.
+
+    The hash of `Fraction` is slow, because it must agree with the hashes of equal numbers of other types.
+    """
     return hash(tuple([value.numerator for value in values] + [value.denominator for value in values]))
 
 
 def _drop_axis(axis: int | None, point: Point) -> Point:
+    """Return the point with 0 along the axis, so that equal cylinders have equal centers."""
     x, y, z = (Fraction(0) if i == axis else value for i, value in enumerate(point))
     return x, y, z
 
 
 def _move_shape(shape: Solid, motion: Motion) -> Solid:
+    """Return a shape with a motion. Raise ValueError if the motion is out of range."""
     motion.check(type(shape).__name__)
     return replace(shape, motion=motion)
 
 
 def _orient_shape(axis: int, upright: Motion, place: Vector) -> Motion:
-    """What turns something about z to another axis, its mirror images being the same, and moves it to a place."""
+    """Return the motion that applies `upright`, then turns z to another axis, then translates.
+
+    The sense of the turn does not matter: the shapes equal their mirror images.
+    """
     if axis != 2:
         upright = upright.rotate((0, 1, 0), 90) if axis == 0 else upright.rotate((1, 0, 0), 90)
     return upright.translate(place) if any(place) else upright
 
 
 def _turn_coefficients(coefficients: tuple[Fraction, ...], turn: AxisTurn) -> tuple[Fraction, ...]:
-    """The coefficients after a turn: each term's axes are exchanged, with their signs."""
+    """Return the coefficients after a turn, which exchanges the axes of each term, with signs."""
     result = dict.fromkeys(TERMS, Fraction(0))
     for name, value in zip(TERMS, coefficients, strict=True):
         if name == "constant":
             result[name] = value
             continue
         axes = ["xyz".index(letter) for letter in name]
-        goes = sorted("xyz"[turn.axis(axis)] for axis in axes)
+        letters = sorted("xyz"[turn.axis(axis)] for axis in axes)
         sign = math.prod(turn.signs[turn.axis(axis)] for axis in axes)
-        result["".join(goes)] = sign * value
+        result["".join(letters)] = sign * value
     return tuple(result.values())
 
 
-# OpenMC's surface elements, by their type.
+# Readers of OpenMC's surface elements, by type
 
 Coefficients = tuple[Fraction, ...]
 TORUS_TYPES = ("x-torus", "y-torus", "z-torus")
@@ -265,7 +294,7 @@ _ZERO, _ONE = Fraction(0), Fraction(1)
 
 @dataclass(frozen=True, slots=True)
 class OpenmcSurface:
-    """A surface as the file has it, with its boundary condition."""
+    """A surface of a file, with its boundary condition."""
 
     id: int
     name: str
@@ -277,7 +306,10 @@ class OpenmcSurface:
 
 
 def read_surface(element: XmlElement) -> OpenmcSurface:
-    """Raises Mistake for what is wrong and for tori, which are no quadrics."""
+    """Return the surface of a <surface> element.
+
+    Raise OpenmcElementError with all its errors, and for tori, which are no quadrics.
+    """
     values = OpenmcValues(element, "surface")
     number, name = values.title()
     boundary = values.attempt(lambda: _boundary(values), "")
@@ -309,12 +341,12 @@ def _read_surface_type(values: OpenmcValues) -> Surface | None:
 
 
 def build_surface(kind: str, numbers: Coefficients) -> Surface:
-    """A surface by its type and coefficients. Raises ValueError where there is none of them."""
+    """Return the surface of a type with coefficients, as OpenMC defines them. Raise ValueError if they make none."""
     return _KINDS[kind][1](numbers)
 
 
 def _plane(numbers: Coefficients) -> Surface:
-    """A x + B y + C z = D"""
+    """Return the plane A x + B y + C z = D."""
     a, b, c, d = numbers
     if not (a or b or c):
         raise ValueError("coeffs must have a normal (A, B, C) that is not zero")
@@ -330,7 +362,7 @@ def _axis_plane(axis: int) -> Callable[[Coefficients], Surface]:
 
 
 def _cylinder(axis: int) -> Callable[[Coefficients], Surface]:
-    """Two coordinates of the axis, in the order x, y, z, and the radius."""
+    """Return a builder from two coordinates of the axis, in the order x, y, z, and the radius."""
 
     def make(numbers: Coefficients) -> Surface:
         coordinates = list(numbers[:2])
@@ -347,7 +379,7 @@ def _sphere(numbers: Coefficients) -> Surface:
 
 
 def _cone(axis: int) -> Callable[[Coefficients], Surface]:
-    """The apex and the squared slope."""
+    """Return a builder from the apex and the squared slope."""
 
     def make(numbers: Coefficients) -> Surface:
         x, y, z, square = numbers
@@ -357,11 +389,12 @@ def _cone(axis: int) -> Callable[[Coefficients], Surface]:
 
 
 def _quadric(numbers: Coefficients) -> Surface:
-    """A x² + B y² + C z² + D xy + E yz + F xz + G x + H y + J z + K = 0"""
+    """Return A x² + B y² + C z² + D xy + E yz + F xz + G x + H y + J z + K = 0; a plane if A to F are 0."""
     if not any(numbers[:9]):
         raise ValueError("coeffs must hold more than the constant K")
     if any(numbers[:6]):
         return GeneralSurface(numbers, ORIGIN)
+    # A plane as FlatSurface has an extent and sides, which a quadric has not.
     x, y, z = numbers[6:9]
     return FlatSurface((x, y, z), -numbers[9])
 

@@ -1,4 +1,8 @@
-"""What an import leaves out because it has no volume, counted so that it can be told."""
+"""Blocks of bodies: the content of a universe or volume, expanded once and translated to all its places.
+
+`UniverseBlock` holds pieces and placements of other blocks; `flatten_block` lists its bodies; `BlockBodies` is the lazy
+list of these bodies. `EmptyPlaces` counts places that are left out because they have no volume.
+"""
 
 from __future__ import annotations
 
@@ -28,7 +32,7 @@ from .surfaces import FlatSurface, RoundSurface
 
 @dataclass
 class EmptyPlaces:
-    """How often each cell, and the elements of each lattice, were looked at and had no volume there."""
+    """For each cell and each lattice, the number of places (elements) and how many of them have no volume."""
 
     cells: Counter[int] = field(default_factory=Counter)
     empty_cells: Counter[int] = field(default_factory=Counter)
@@ -36,7 +40,7 @@ class EmptyPlaces:
     empty_elements: Counter[int] = field(default_factory=Counter)
 
     def visit(self, item: UniverseCell | Lattice, is_empty: bool) -> None:
-        """One place of a cell, or of an element of a lattice."""
+        """Count a place of a cell, or an element of a lattice."""
         seen, empty = (
             (self.cells, self.empty_cells) if isinstance(item, UniverseCell) else (self.elements, self.empty_elements)
         )
@@ -44,19 +48,19 @@ class EmptyPlaces:
         empty[item.id] += is_empty
 
     def add(self, other: EmptyPlaces) -> None:
-        """All places of another part of the model."""
+        """Add the counts of another part of the model."""
         if not other.cells and not other.elements:
             return
-        for mine, more in zip(vars(self).values(), vars(other).values(), strict=True):
-            mine.update(more)
+        for counter, more in zip(vars(self).values(), vars(other).values(), strict=True):
+            counter.update(more)
 
     @property
     def places(self) -> int:
-        """Places of cells, and elements, that are left out."""
+        """The number of places of cells and of elements that are left out."""
         return self.empty_cells.total() + self.empty_elements.total()
 
     def notes(self, geometry: CellGeometry) -> Iterator[str]:
-        """A line for each cell and each lattice of which something is left out."""
+        """Yield a line for each cell and each lattice with places that are left out."""
         for number, empty in (+self.empty_cells).items():
             where = _format_counts(empty, self.cells[number], "place")
             yield f"{geometry.cells[number]}: has no volume {where}, left out there"
@@ -66,24 +70,25 @@ class EmptyPlaces:
 
 
 def _format_counts(empty: int, seen: int, what: str) -> str:
-    """in 3 of 264 places"""
+    """Return a text such as "in 3 of 264 places"."""
     if empty == seen:
         return f"in its only {what}" if seen == 1 else f"in any of its {seen:,} {what}s"
     return f"in {empty:,} of {seen:,} {what}s"
 
 
-# What stands at many places, worked out once: a block of bodies, and of blocks within, each with its shift.
+# Blocks: bodies, and blocks within them, each with its shift, for content that stands at many places.
 #
-# An element of a lattice from which the cells around it cut what they cut from another is that other one, moved; and so
-# is a volume of GDML. A block has the bodies as they are about its centre. Shifts are fractions, so that a body has the
-# numbers that it would have if it had been worked out at its place.
+# Two elements of a lattice that lose the same parts to the cells around them are translated copies of each other, and
+# so are equal volumes of GDML. A block holds its bodies about its centre. Shifts are fractions, so that a body has the
+# numbers that it would have if it had been built at its place.
 
 PlacePath: TypeAlias = tuple[str, ...]
+"""Names of the cells, elements or volumes that lead to a place, outermost first."""
 
 
 @dataclass(eq=False)
 class BlockPiece:
-    """A body at each place of its block, with the way to it in the block."""
+    """A body of a block, with the path to it within the block."""
 
     title: str
     path: PlacePath
@@ -93,20 +98,20 @@ class BlockPiece:
 
     @property
     def form(self) -> Hashable:
-        """Pieces of one form are one another, in their blocks."""
+        """A key: pieces of equal form are equal bodies in their blocks."""
         return id(self)
 
 
 @dataclass(eq=False)
 class CellPiece(BlockPiece):
-    """A cell in its surroundings, as it is about the centre of its block."""
+    """A cell cut by the bounds of its surroundings, about the centre of its block."""
 
     cell: int
     context: PlaceBounds
 
     @property
     def form(self) -> Hashable:
-        """A pin that nothing cuts is as any other, whatever is cut of what is around it."""
+        """Cell and bounds: a pin that nothing cuts equals others, whatever its surroundings lose."""
         return self.cell, self.context
 
 
@@ -115,7 +120,7 @@ P = TypeVar("P", bound=BlockPiece)
 
 @dataclass(eq=False, slots=True)
 class BlockPlacement(Generic[P]):
-    """A block within another."""
+    """A block within another, translated by a shift."""
 
     block: UniverseBlock[P]
     shift: Point
@@ -123,13 +128,13 @@ class BlockPlacement(Generic[P]):
 
     @property
     def count(self) -> int:
-        """How many bodies it has."""
+        """The number of its bodies."""
         return self.block.count
 
 
 @dataclass(eq=False)
 class UniverseBlock(Generic[P]):
-    """Pieces, and blocks within, in the order of their bodies; and what was counted on the way."""
+    """Pieces and placed blocks in the order of their bodies, with counts of bodies, materials and empty places."""
 
     items: list[P | BlockPlacement[P]] = field(default_factory=list)
     count: int = 0
@@ -137,13 +142,13 @@ class UniverseBlock(Generic[P]):
     left_out: EmptyPlaces = field(default_factory=EmptyPlaces)
 
     def add(self, piece: P, material: Any) -> None:
-        """A body of a material."""
+        """Append a body of a material."""
         self.items.append(piece)
         self.count += 1
         self.materials[material] += 1
 
     def place(self, block: UniverseBlock[P], shift: Point, path: PlacePath) -> None:
-        """All bodies of another block, moved."""
+        """Append all bodies of another block, translated."""
         if block.count:
             self.items.append(BlockPlacement(block, shift, path))
         self.count += block.count
@@ -152,7 +157,7 @@ class UniverseBlock(Generic[P]):
         self.left_out.add(block.left_out)
 
     def take(self, other: UniverseBlock[P]) -> None:
-        """All items of another block, which is none of its own."""
+        """Append the items of another block as items of this block."""
         self.items += other.items
         self.count += other.count
         self.materials.update(other.materials)
@@ -160,65 +165,65 @@ class UniverseBlock(Generic[P]):
 
     @cached_property
     def _ends(self) -> list[int]:
-        """The number after the last body of each item. To be asked for when all are there."""
+        """For each item the number after its last body; to be used only once the block is complete."""
         return list(accumulate(item.count for item in self.items))
 
     def at(self, number: int) -> tuple[P, PlacePath]:
-        """The piece that a body is, and the way to it."""
+        """Return the piece of a body, by number, and the path to it."""
         block: UniverseBlock[P] = self
-        way: PlacePath = ()
+        path: PlacePath = ()
         while True:
-            which = bisect_right(block._ends, number)
-            item = block.items[which]
+            index = bisect_right(block._ends, number)
+            item = block.items[index]
             if not isinstance(item, BlockPlacement):
-                return item, (*way, *item.path)
-            number -= block._ends[which] - item.count
-            block, way = item.block, (*way, *item.path)
+                return item, (*path, *item.path)
+            number -= block._ends[index] - item.count
+            block, path = item.block, (*path, *item.path)
 
     def find(self, name: str, way: PlacePath = ()) -> int | None:
-        """The number of the body of a name, if there is one; `way` leads to this block."""
+        """Return the number of the body with a name, or None; `way` is the path to this block."""
         for end, item in zip(self._ends, self.items, strict=True):
             path = (*way, *item.path)
             if not isinstance(item, BlockPlacement):
                 if self.called(item.title, path) == name:
                     return end - 1
             elif self.may_lead(path, name):
-                found = item.block.find(name, path)
-                if found is not None:
-                    return end - item.count + found
+                number = item.block.find(name, path)
+                if number is not None:
+                    return end - item.count + number
         return None
 
     @staticmethod
     def called(title: str, path: PlacePath) -> str:
-        """The name of a piece at the end of a way."""
+        """Return the name of a piece at the end of a path."""
         return place_name(title, path)
 
     @staticmethod
     def may_lead(path: PlacePath, name: str) -> bool:
-        """May the body of a name be in the block at the end of a way?"""
+        """Return True if a body with the name may be in the block at the end of a path."""
         return f" @ {', '.join(path)}" in name
 
 
 def place_name(title: str, path: PlacePath) -> str:
-    """What a cell is called at a place: "cell 5 'fuel' @ cell 9, lattice 2 [3, 4]"."""
+    """Return the name of a cell at a place, such as "cell 5 'fuel' @ cell 9, lattice 2 [3, 4]"."""
     return f"{title} @ {', '.join(path)}" if path else title
 
 
 @dataclass
 class FlatBlock:
-    """The bodies of a block one after the other: which piece each is, and its shift."""
+    """The bodies of a block in order: the index of the piece of each body, and its shift."""
 
     pieces: Ints
     shifts: ShiftTable
 
 
 def flatten_block(block: UniverseBlock[P]) -> tuple[list[P], FlatBlock]:
-    """The different pieces that there are, and the bodies of a block."""
+    """Return the different pieces (by `form`) and the bodies of a block."""
     pieces: list[P] = []
     forms: dict[Hashable, int] = {}
     known: dict[int, FlatBlock] = {}
     pending = [block]
-    while pending:  # no recursion: universes may be many levels deep
+    while pending:  # a loop in place of recursion: universes may be many levels deep
         last = pending[-1]
         inner = (item.block for item in last.items if isinstance(item, BlockPlacement) and id(item.block) not in known)
         first = next(inner, None)
@@ -232,8 +237,9 @@ def flatten_block(block: UniverseBlock[P]) -> tuple[list[P], FlatBlock]:
 def _flatten(
     block: UniverseBlock[P], pieces: list[P], forms: dict[Hashable, int], known: dict[int, FlatBlock]
 ) -> FlatBlock:
-    """One block, those within being known."""
-    tables: list[dict[tuple[int, int], int]] = [{}, {}, {}]  # not by fractions, which are slow to look up
+    """Flatten one block whose inner blocks are in `known`; add its new pieces to `pieces` and `forms`."""
+    # Keys are numerators and denominators, as fractions are slow to look up.
+    tables: list[dict[tuple[int, int], int]] = [{}, {}, {}]
     numbers, index = np.empty(block.count, np.int32), np.empty((3, block.count), np.int32)
     begin = 0
     for item in block.items:
@@ -260,77 +266,80 @@ def _flatten(
 _NO_SHIFTS = ((Fraction(0),),) * 3, np.zeros((3, 1), np.int32)
 
 
-# The bodies of an imported geometry: pieces, each at all its places.
+# Bodies of an imported geometry: pieces, each at all its places
 
 RIGID_TOLERANCE = Fraction(1, 1 << 30)
-"""The least thickness of what rounding cannot turn inside out, as a share of its distance from the origin."""
+"""Least thickness that rounding cannot turn inside out, as a share of the distance from the origin."""
 
 
 class BlockBodies(InstanceList, Generic[P]):
-    """The bodies of a block, which are made from fractions when they are asked for, every number rounded once."""
+    """The bodies of a block as a lazy list: each is built on demand from fractions, every number rounded once."""
 
     def __init__(self, whole: UniverseBlock[P], pieces: list[P], flat: FlatBlock) -> None:
         super().__init__(flat.pieces, flat.shifts, [piece.material for piece in pieces])
         self._whole, self._pieces = whole, pieces
 
     def name(self, number: int) -> str:
-        """What the piece is called, and the way to it."""
+        """Return the name of a body: the name of its piece and the path to it."""
         piece, path = self._whole.at(number)
         return self._whole.called(piece.title, path)
 
     def number(self, name: str) -> int | None:
-        """The body of a name."""
+        """Return the number of the body with a name, or None."""
         return self._whole.find(name)
 
     def outermost(self) -> Iterator[int]:
-        """Of each piece the first body, and those that are moved the farthest along the axes."""
+        """Yield for each piece its first body and the bodies with the largest shifts along the axes.
+
+        Coordinates are extreme there, so building these bodies checks that the numbers of all are in range.
+        """
         ranks = [_ranks(values) for values in self.shifts.values]
         for numbers in self.members:
-            found = {0}
+            extremes = {0}
             if len(numbers) > 1:
                 for axis, order in enumerate(ranks):
                     here = order[self.shifts.index[axis, numbers]]
-                    found |= {int(here.argmin()), int(here.argmax())}
-            yield from sorted(int(numbers[at]) for at in found)
+                    extremes |= {int(here.argmin()), int(here.argmax())}
+            yield from sorted(int(numbers[at]) for at in extremes)
 
     @cached_property
     def farthest(self) -> Fraction:
-        """The largest shift along an axis."""
+        """The largest absolute shift along an axis."""
         return max((abs(value) for values in self.shifts.values for value in values), default=Fraction(0))
 
 
 def _ranks(values: Sequence[Fraction]) -> npt.NDArray[np.int64]:
-    """The place of each of some values in their order."""
-    found = np.empty(len(values), np.int64)
-    found[sorted(range(len(values)), key=values.__getitem__)] = np.arange(len(values))
-    return found
+    """Return the rank of each value in sorted order."""
+    ranks = np.empty(len(values), np.int64)
+    ranks[sorted(range(len(values)), key=values.__getitem__)] = np.arange(len(values))
+    return ranks
 
 
 class CellBodies(BlockBodies[CellPiece]):
-    """Cells in their surroundings."""
+    """The bodies of an OpenMC or MCNP geometry: cells cut by their surroundings."""
 
     def __init__(self, whole: UniverseBlock[CellPiece], pieces: list[CellPiece], flat: FlatBlock) -> None:
         super().__init__(whole, pieces, flat)
         self._maker = SolidBuilder()
 
     def made(self, kind: int, shift: Shift) -> Solid:
-        """A piece moved by a shift."""
+        """Build a piece, translated by a shift."""
         return self._solid(self._pieces[kind].context, shift)
 
     def motion(self, kind: int) -> Motion:
-        """What all parts of a piece are before; none where they are before several."""
+        """Return the motion that all parts of a piece share; the identity if they have several."""
         groups = self._pieces[kind].context.groups
         return groups[0][0] if len(groups) == 1 else IDENTITY_MOTION
 
     def before(self, kind: int, shift: Shift) -> Solid:
-        """`Repeated.before`"""
+        """Build a piece before its shared motion (see `InstanceList.before`)."""
         context = self._pieces[kind].context
         if len(context.groups) == 1:
             context = PlaceBounds(((IDENTITY_MOTION, context.groups[0][1]),))
         return self._solid(context, shift)
 
     def _solid(self, context: PlaceBounds, shift: Shift) -> Solid:
-        """A context moved by a shift."""
+        """Build the solid of place bounds, translated by a shift."""
         groups, maker = [(motion, group.parts) for motion, group in context.groups], self._maker
         if shift != ORIGIN:
             place, maker = UniversePlacement(shift=shift), SolidBuilder()
@@ -338,9 +347,9 @@ class CellBodies(BlockBodies[CellPiece]):
         return maker.solid(groups)
 
     def is_rigid(self, kind: int) -> bool:
-        """Is no part of a piece so thin that rounding may close it, at any of its places?
+        """Return True if no part of a piece is so thin that rounding may close it at any of its places.
 
-        And are normals of planes that slant floats, so that equal distances along them are equal planes?
+        Normals of slanted planes must also be exact floats, so that equal distances along them are equal planes.
         """
         context = self._pieces[kind].context
         if len(context.groups) > 1:
@@ -368,7 +377,7 @@ class CellBodies(BlockBodies[CellPiece]):
 
 
 def _part_sides(parts: tuple[RegionPart, ...]) -> Iterator[SurfaceSide]:
-    """All sides of some parts."""
+    """Yield all sides of region parts."""
     for part in parts:
         if isinstance(part, SurfaceSide):
             yield part

@@ -1,4 +1,8 @@
-"""The words of texts that may be as long as a file, counted piece by piece."""
+"""Values of OpenMC's XML elements: words, numbers, titles, and names that OpenMC does not know.
+
+`OpenmcValues` reads the attributes and child elements of one element and collects its errors. Texts may be as long as a
+file, so words are counted piece by piece.
+"""
 
 from __future__ import annotations
 
@@ -15,17 +19,18 @@ from ..scene_file.nodes import is_beyond_float64, shorten
 from ..xml_tree import XmlElement
 
 MAX_DISTINCT_WORDS = 1_000_000
-"""Words in one value, and different words where they are only counted."""
+"""Most words in one value, and most different words in a value that is only counted."""
 _WORDS_CHUNK = 1 << 16
 _SPACE = re.compile(r"\s")
 
 
 def count_words(text: str) -> int:
+    """Return the number of words in a text."""
     return sum(map(len, iterate_words(text)))
 
 
 def count_each_word(text: str) -> Counter[str] | None:
-    """How often each word stands in a text; None where more than `MOST_WORDS` of them differ."""
+    """Return how often each word occurs in a text; None if it has more than `MAX_DISTINCT_WORDS` different words."""
     counts: Counter[str] = Counter()
     for words in iterate_words(text):
         counts.update(words)
@@ -35,7 +40,7 @@ def count_each_word(text: str) -> Counter[str] | None:
 
 
 def iterate_words(text: str) -> Iterator[list[str]]:
-    """The words in order, some thousands at a time."""
+    """Yield the words of a text in order, some thousands at a time."""
     at = 0
     while at < len(text):
         space = _SPACE.search(text, at + _WORDS_CHUNK)
@@ -44,10 +49,10 @@ def iterate_words(text: str) -> Iterator[list[str]]:
         at = end
 
 
-# The values of an element, each an attribute or a child element, as OpenMC allows either.
+# Values of an element, each an attribute or a child element, as OpenMC allows either.
 #
-# Numbers are kept as the decimal fractions that were written: sums such as lower_left + i pitch are
-# then exact, and what coincides on paper coincides in the scene.
+# Numbers stay the decimal fractions that the file has: sums such as lower_left + i pitch are then exact, and surfaces
+# that coincide on paper coincide in the scene.
 
 _NUMBER = re.compile(r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?")
 _INTEGER = re.compile(r"[-+]?[0-9]{1,18}")
@@ -57,17 +62,17 @@ Other = TypeVar("Other")
 
 
 class OpenmcElementError(Exception):
-    """What is wrong in one element, which is of no use."""
+    """Raised with all errors in one element, which is then not read."""
 
     def __init__(self, problems: Iterable[Problem]) -> None:
         self.problems = tuple(problems)
 
 
 class OpenmcValues:
-    """Reads the values of one element, which messages call `where`.
+    """Reader of the values of one element; `where` is the name of the element in messages.
 
-    The first mistake in a value is raised; `attempt` keeps it, so that the other values are looked at as well, and
-    `finish` then raises all that were kept.
+    All methods raise OpenmcElementError with the first error in a value. `attempt` records such an error, so that the
+    other values are checked too, and `finish` raises all recorded errors.
     """
 
     def __init__(self, element: XmlElement, kind: str) -> None:
@@ -76,14 +81,15 @@ class OpenmcValues:
         self.kept: list[Problem] = []
 
     def mistake(self, message: str) -> OpenmcElementError:
+        """Return an error with the place of the element."""
         return OpenmcElementError([Problem(self.element.line, self.element.column, self.where, message)])
 
-    def tell(self, message: str) -> None:
-        """Keep a mistake."""
+    def add_mistake(self, message: str) -> None:
+        """Record an error."""
         self.kept.extend(self.mistake(message).problems)
 
     def attempt(self, read: Callable[[], Value], otherwise: Other) -> Value | Other:
-        """What `read` returns; where it finds a mistake, that is kept, and `otherwise` taken."""
+        """Return the result of `read`; if it raises an error, record it and return `otherwise`."""
         try:
             return read()
         except OpenmcElementError as mistake:
@@ -91,33 +97,35 @@ class OpenmcValues:
             return otherwise
 
     def finish(self) -> None:
-        """Raise the mistakes that were kept, if any."""
+        """Raise the recorded errors, if any."""
         if self.kept:
             raise OpenmcElementError(self.kept)
 
     def title(self) -> tuple[int, str]:
-        """The number and the name, by which messages call the element from now on."""
+        """Return the number and the name of the element, and use both in messages from now on."""
         name = self.text("name") or ""
-        found = len(self.kept)
+        errors_before = len(self.kept)
         number = self.attempt(lambda: self.integer("id"), 0)
-        if len(self.kept) == found:
+        if len(self.kept) == errors_before:
             self.where = format_title(self.kind, number, name)
         return number, name
 
     def text(self, name: str) -> str | None:
-        """The value without space around it, or None where there is none. Attributes come first."""
+        """Return a value without space around it; None if it is missing. Attributes precede child elements."""
         if name in self.element.attributes:
             return self.element.attributes[name].strip()
-        found = self.element.all(name)
-        return found[0].text.strip() if found else None
+        children = self.element.all(name)
+        return children[0].text.strip() if children else None
 
     def required(self, name: str) -> str:
+        """Return a value that must be present."""
         value = self.text(name)
         if value is None:
             raise self.mistake(f"needs the attribute or element {name!r}")
         return value
 
     def words(self, name: str) -> list[str] | None:
+        """Return the words of a value; None if it is missing."""
         value = self.text(name)
         if value is None:
             return None
@@ -127,18 +135,21 @@ class OpenmcValues:
         return words
 
     def integer(self, name: str) -> int:
+        """Return an integer that must be present."""
         return self.integer_word(name, self.required(name))
 
     def optional_integer(self, name: str) -> int | None:
+        """Return an integer; None if it is missing."""
         value = self.text(name)
         return None if value is None else self.integer_word(name, value)
 
     def integers(self, name: str) -> list[int]:
+        """Return a list of integers that must be present."""
         self.required(name)
         return [self.integer_word(name, word) for word in self.words(name) or ()]
 
     def integer_tally(self, name: str) -> Counter[int]:
-        """How often each integer stands in a list that may be long."""
+        """Return how often each integer occurs in a list, which may be very long."""
         counts: Counter[int] = Counter()
         words = count_each_word(self.required(name))
         if words is None:
@@ -148,12 +159,13 @@ class OpenmcValues:
         return counts
 
     def integer_word(self, name: str, word: str) -> int:
+        """Return the integer that a word of the value `name` is."""
         if not _INTEGER.fullmatch(word):
             raise self.mistake(f"{name} must be an integer, got {quote_word(word)}")
         return int(word)
 
     def numbers(self, name: str, *counts: int) -> tuple[Fraction, ...]:
-        """As many numbers as one of `counts`."""
+        """Return the numbers of a value that must be present; their number must be one of `counts`."""
         text = self.required(name)
         words = text.split(None, max(counts))
         if len(words) not in counts:
@@ -172,22 +184,22 @@ class OpenmcValues:
 
 
 def format_title(kind: str, number: int, name: str) -> str:
-    """surface 3 'top'; what a terminal would obey is escaped."""
+    """Return a title such as "surface 3 'top'", with control characters escaped for terminals."""
     return f"{kind} {number} {shorten(name)!r}" if name else f"{kind} {number}"
 
 
 def quote_word(word: str) -> str:
-    """A word as it was found, shortened and escaped."""
+    """Return a word in quotes, shortened and escaped; "nothing" for an empty one."""
     return repr(shorten(word)) if word else "nothing"
 
 
 def join_limited(items: Iterable[object], most: int = 10) -> str:
-    """Items with commas between, the first few of many."""
+    """Return items separated by commas: the first `most` and the number of the others."""
     texts = [str(item) for item in items]
     return ", ".join(texts[:most]) + (f" and {len(texts) - most} more" if len(texts) > most else "")
 
 
-# Attributes and elements that OpenMC does not know, most often misspelt: they are not read, which is told.
+# Attributes and elements that OpenMC does not know, most often misspelt: they are not read, and a remark says so.
 
 _ID_ATTRIBUTES = ("id", "name")
 _LATTICE_ATTRIBUTES = (*_ID_ATTRIBUTES, "pitch", "outer", "universes")
@@ -212,12 +224,12 @@ OPENMC_NAMES = {
     "sab": ("name", "fraction"),
     "macroscopic": ("name",),
 }  # fmt: skip
-"""What elements may hold, as attributes or as elements (OpenMC's documentation, "Geometry" and "Materials")."""
+"""Names of attributes and child elements by tag (OpenMC's documentation, "Geometry" and "Materials")."""
 
 
 @dataclass(frozen=True)
 class UnknownName:
-    """A name in elements of a kind, how often it stands there, and where first."""
+    """An unknown name in elements of a kind, the number of its occurrences, and the line of the first."""
 
     kind: str
     name: str
@@ -225,14 +237,14 @@ class UnknownName:
     line: int
 
     def __str__(self) -> str:
-        meant = suggest_name(self.name, OPENMC_NAMES[self.kind])
+        hint = suggest_name(self.name, OPENMC_NAMES[self.kind])
         times = f", {self.times:,} times" if self.times > 1 else ""
-        return f"line {self.line}: <{self.kind}>: {shorten(self.name)!r} is not read{times}{meant}"
+        return f"line {self.line}: <{self.kind}>: {shorten(self.name)!r} is not read{times}{hint}"
 
 
 def find_unknown_names(root: XmlElement) -> Iterator[UnknownName]:
-    """Each name once for a kind of element, in the order of the file."""
-    found: dict[tuple[str, str], list[int]] = {}
+    """Return unknown names in the order of the file, each once for a kind of element."""
+    counts: dict[tuple[str, str], list[int]] = {}
     pending = [root]
     while pending:
         element = pending.pop()
@@ -244,7 +256,7 @@ def find_unknown_names(root: XmlElement) -> Iterator[UnknownName]:
             *((child.tag, child.line) for child in element.children),
         ):
             if name not in known:
-                count = found.setdefault((element.tag, name), [0, line])
+                count = counts.setdefault((element.tag, name), [0, line])
                 count[0] += 1
         pending.extend(child for child in reversed(element.children) if child.tag in known)
-    return (UnknownName(kind, name, times, line) for (kind, name), (times, line) in found.items())
+    return (UnknownName(kind, name, times, line) for (kind, name), (times, line) in counts.items())

@@ -1,1 +1,1 @@
-"""OpenSCAD's evaluated geometry, .csg files, as scenes. See docs/openscad.md."""
+"""Import of OpenSCAD's evaluated models, .csg files. See docs/openscad.md."""

@@ -1,4 +1,8 @@
-"""What is drawn in the plane of x and y: circles and polygons, moved and combined, to be extruded or turned."""
+"""Solids of OpenSCAD: figures in the plane of x and y, to be extruded or revolved, and primitives.
+
+With $fn, circles are regular polygons, and round solids are prisms and stacks of frustums with OpenSCAD's corners;
+without it they are exactly round.
+"""
 
 from __future__ import annotations
 
@@ -10,11 +14,10 @@ from typing import Any
 
 import numpy as np
 
-from ...geometry.csg import Difference, Union
 from ...geometry.mesh import Extrusion, Mesh
 from ...geometry.primitives import Box, Cone, Cylinder, Sphere
 from ...geometry.revolution import Revolution
-from ...geometry.shape import Solid
+from ...geometry.shape import Difference, Solid, Union
 from ...geometry.simple_polygon import twice_area
 from ...numerics.portable_math import sin_cos_degrees
 from .syntax import CallArguments
@@ -25,22 +28,23 @@ IDENTITY_MATRIX = np.eye(4)
 
 @dataclass(frozen=True)
 class PlaneFigure:
-    """A circle (`radius`) or a polygon (`points`) under a motion of the plane, (4, 4)."""
+    """A circle (`radius`) or a polygon (`points`), moved by a matrix (4, 4) that maps the plane to itself."""
 
     radius: float = 0.0
     points: tuple[tuple[float, float], ...] = ()
     motion: Any = None
 
     def moved(self, matrix: Matrix) -> PlaneFigure:
-        """Under one motion more."""
+        """Return the figure after one more motion."""
         return replace(self, motion=matrix @ (IDENTITY_MATRIX if self.motion is None else self.motion))
 
     def extruded(self, low: float, high: float, scale: float) -> Solid:
-        """Drawn along z from low to high, to `scale` times its size about the z axis."""
+        """Return the solid extruded along z from low to high; its upper end is scaled by `scale` about the z axis."""
         motion = IDENTITY_MATRIX if self.motion is None else self.motion
         solid = self._upright(low, high, scale)
         shift, height = motion[:2, 3], high - low
-        if scale != 1 and shift.any():  # p + shift (1 + (scale - 1) (z - low) / h)
+        # The scale applies to the shift too: the figure goes to p + shift (1 + (scale - 1) (z - low) / h), a shear.
+        if scale != 1 and shift.any():
             lean = IDENTITY_MATRIX.copy()
             lean[:2, 2] = (scale - 1) * shift / height
             lean[:2, 3] = -lean[:2, 2] * low
@@ -48,6 +52,7 @@ class PlaneFigure:
         return solid if np.array_equal(motion, IDENTITY_MATRIX) else solid.transform(motion.tolist())
 
     def _upright(self, low: float, high: float, scale: float) -> Solid:
+        """Return the figure extruded before its motion."""
         if self.points:
             return Extrusion(self.points, (low, high), scale)
         if scale == 1:
@@ -55,11 +60,25 @@ class PlaneFigure:
         return Cone((0, 0, low), (0, 0, high), self.radius, scale * self.radius)
 
     def turned(self, start: float, end: float, sides: int) -> Solid:
-        """Turned about the y axis of the plane, which becomes z. Raises ValueError for a torus."""
+        """Return the solid of revolution about the y axis of the plane, which becomes z.
+
+        Parameters
+        ----------
+        start, end
+            First and last azimuth in degrees.
+        sides
+            Number of flat sides of a full turn; 0 for round.
+
+        Raises
+        ------
+        ValueError
+            A polygon lies on both sides of the axis, or the solid is no quadric (a torus).
+
+        """
         motion = IDENTITY_MATRIX if self.motion is None else self.motion
         if self.points:
             points = [(motion[:2, :2] @ point + motion[:2, 3]).tolist() for point in self.points]
-            if max(x for x, _ in points) <= 0:
+            if max(x for x, _ in points) <= 0:  # a polygon on the left side is mirrored
                 points = [(-x, y) for x, y in points]
             if min(x for x, _ in points) < 0:
                 raise ValueError("what is turned must lie on one side of the y axis, got a polygon on both")
@@ -69,6 +88,7 @@ class PlaneFigure:
                 else Revolution(tuple(map(tuple, points)), start, end)
             )
         linear, shift = motion[:2, :2], motion[:2, 3]
+        # A circle stays a circle only under a similarity of the plane.
         even = np.allclose(linear @ linear.T, linear[0] @ linear[0] * np.eye(2), rtol=0, atol=1e-15)
         if sides or shift[0] != 0 or not even or end - start != 360:
             raise ValueError("is a torus, or a sphere cut by sides or angles, which is no quadric solid of ours")
@@ -77,21 +97,21 @@ class PlaneFigure:
 
 @dataclass(frozen=True)
 class FlatBoolean:
-    """Several of the plane, combined: each is extruded or turned by itself, and the solids are combined."""
+    """A Boolean of figures: each figure is extruded or revolved by itself, and the solids are combined."""
 
     kind: Callable[[tuple[Solid, ...]], Solid]
     parts: tuple[PlaneFigure | FlatBoolean, ...]
 
     def moved(self, matrix: Matrix) -> FlatBoolean:
-        """Under one motion more."""
+        """Return the figures after one more motion."""
         return FlatBoolean(self.kind, tuple(part.moved(matrix) for part in self.parts))
 
     def extruded(self, low: float, high: float, scale: float) -> Solid:
-        """As of `Flat`."""
+        """Return the extruded solid; see `PlaneFigure.extruded`."""
         return self.kind(tuple(part.extruded(low, high, scale) for part in self.parts))
 
     def turned(self, start: float, end: float, sides: int) -> Solid:
-        """As of `Flat`."""
+        """Return the solid of revolution; see `PlaneFigure.turned`."""
         return self.kind(tuple(part.turned(start, end, sides) for part in self.parts))
 
 
@@ -99,25 +119,28 @@ PlaneItem = PlaneFigure | FlatBoolean
 
 
 def combine_figures(kind: Any, parts: Sequence[PlaneItem]) -> PlaneItem:
-    """A combination; one alone is itself."""
+    """Return the Boolean of figures; a single figure is returned as it is."""
     return parts[0] if len(parts) == 1 else FlatBoolean(kind, tuple(parts))
 
 
 def plane_circle(radius: float, sides: int) -> PlaneFigure:
-    """A round one, or a regular polygon whose first corner is on the x axis, as OpenSCAD has it."""
+    """Return a round circle, or, with `sides`, a regular polygon with its first corner on the x axis, as OpenSCAD."""
     if not sides:
         return PlaneFigure(radius=radius)
     return PlaneFigure(points=regular_polygon(radius, sides))
 
 
 def regular_polygon(radius: float, sides: int) -> tuple[tuple[float, float], ...]:
-    """The corners of a regular polygon."""
+    """Return the corners of a regular polygon, the first on the x axis."""
     turns = [sin_cos_degrees(360.0 * k / sides) for k in range(sides)]
     return tuple((radius * c, radius * s) for s, c in turns)
 
 
 def plane_polygon(points: Sequence[Any], paths: Sequence[Sequence[int]] | None) -> PlaneItem:
-    """One outline, or several by even-odd."""
+    """Return the figure of one outline, or of several `paths` (indices of points) by the even-odd rule.
+
+    Outlines without area are skipped. Raise ValueError if none has an area.
+    """
     loops = [tuple(points)] if paths is None else [tuple(points[k] for k in path) for path in paths]
     drawn: PlaneItem | None = None
     for loop in loops:
@@ -126,7 +149,7 @@ def plane_polygon(points: Sequence[Any], paths: Sequence[Sequence[int]] | None) 
         one = PlaneFigure(points=tuple((float(x), float(y)) for x, y in loop))
         if drawn is None:
             drawn = one
-        else:
+        else:  # the even-odd rule is the symmetric difference
             drawn = combine_figures(
                 Union, [combine_figures(Difference, [drawn, one]), combine_figures(Difference, [one, drawn])]
             )
@@ -136,7 +159,7 @@ def plane_polygon(points: Sequence[Any], paths: Sequence[Sequence[int]] | None) 
 
 
 def _revolve_in_steps(points: Sequence[Any], sides: int, start: float, end: float) -> Solid:
-    """A polygon turned in so many steps: a stack of frustums with flat sides."""
+    """Return a polygon revolved in `sides` steps: a stack of frustums with flat sides."""
     if end - start != 360:
         raise ValueError("$fn with an angle is not read: smooth makes it round")
     heights = sorted({y for _, y in points})
@@ -150,6 +173,7 @@ def _revolve_in_steps(points: Sequence[Any], sides: int, start: float, end: floa
                 a, b, m = (x0 + (x1 - x0) * (y - y0) / (y1 - y0) for y in (low, high, middle))
                 ends.append((m, a, b))
         ends.sort()
+        # No corner lies between low and high: edges do not cross there, and enter and leave the polygon in turn.
         for inner, outer in zip(ends[::2], ends[1::2], strict=True):
             body = frustum(outer[1], outer[2], low, high, sides)
             hole = frustum(inner[1], inner[2], low, high, sides) if inner[1] > 0 or inner[2] > 0 else None
@@ -157,23 +181,23 @@ def _revolve_in_steps(points: Sequence[Any], sides: int, start: float, end: floa
     return rings[0] if len(rings) == 1 else Union(tuple(rings))
 
 
-# OpenSCAD's solids: round ones, and the prisms that $fn asks for, with the corners that OpenSCAD gives them.
+# Primitives: round, or with the corners that OpenSCAD gives them with $fn
 
 
-def cube(given: CallArguments) -> Solid:
-    """A box from the origin, or about it."""
-    size = given.given("size")
+def cube(arguments: CallArguments) -> Solid:
+    """Return a box with a corner at the origin, or centred on it."""
+    size = arguments.given("size")
     sizes = [size] * 3 if isinstance(size, float) else size if isinstance(size, list) else [1.0] * 3
     if len(sizes) != 3 or not all(isinstance(s, float) and 0 < s < 1e100 for s in sizes):
-        raise given.refuse(f"size must be three numbers > 0, got {size!s:.60}")
-    low = [-s / 2 if given.flag("center") else 0.0 for s in sizes]
-    high = [s / 2 if given.flag("center") else s for s in sizes]
+        raise arguments.refuse(f"size must be three numbers > 0, got {size!s:.60}")
+    low = [-s / 2 if arguments.flag("center") else 0.0 for s in sizes]
+    high = [s / 2 if arguments.flag("center") else s for s in sizes]
     return Box((low[0], low[1], low[2]), (high[0], high[1], high[2]))
 
 
-def sphere(given: CallArguments, smooth: bool) -> Solid:
-    """A ball; with $fn a stack of half as many rings of so many corners, at the middles of even steps from the pole."""
-    radius, sides = _radius(given), given.sides(smooth)
+def sphere(arguments: CallArguments, smooth: bool) -> Solid:
+    """Return a ball; with $fn a stack of frustums between the rings of `ball_rings`."""
+    radius, sides = _radius(arguments), arguments.sides(smooth)
     if not sides:
         return Sphere(radius)
     levels = ball_rings(radius, sides)
@@ -182,46 +206,49 @@ def sphere(given: CallArguments, smooth: bool) -> Solid:
 
 
 def ball_rings(radius: float, sides: int) -> list[tuple[float, float]]:
-    """Radii and heights of the rings of a ball with $fn, from the lowest."""
+    """Return (radius, height) of the rings of a ball with $fn sides, from the lowest.
+
+    There are half as many rings as sides, at the middles of even steps of the polar angle.
+    """
     count = (sides + 1) // 2
     turns = [sin_cos_degrees(180.0 * (k + 0.5) / count) for k in range(count)]
     return [(radius * s, radius * c) for s, c in turns][::-1]
 
 
-def cylinder(given: CallArguments, smooth: bool) -> Solid:
-    """A cylinder, cone or frustum; with $fn a prism, pyramid or frustum of one."""
-    height = given.number("h", 1.0)
-    both = _radius(given)
-    first, second = given.number("r1", both), given.number("r2", both)
+def cylinder(arguments: CallArguments, smooth: bool) -> Solid:
+    """Return a cylinder, cone or truncated cone; with $fn a prism, pyramid or frustum."""
+    height = arguments.number("h", 1.0)
+    both = _radius(arguments)
+    first, second = arguments.number("r1", both), arguments.number("r2", both)
     if not height > 0:
-        raise given.refuse(f"h must be > 0, got {height:g}")
+        raise arguments.refuse(f"h must be > 0, got {height:g}")
     if first < 0 or second < 0 or first == second == 0:
-        raise given.refuse(f"r1 and r2 must be >= 0, and not both 0, got {first:g} and {second:g}")
-    low = -height / 2 if given.flag("center") else 0.0
-    return frustum(first, second, low, low + height, given.sides(smooth))
+        raise arguments.refuse(f"r1 and r2 must be >= 0, and not both 0, got {first:g} and {second:g}")
+    low = -height / 2 if arguments.flag("center") else 0.0
+    return frustum(first, second, low, low + height, arguments.sides(smooth))
 
 
 def frustum(first: float, second: float, low: float, high: float, sides: int) -> Solid:
-    """From a circle about the z axis to another, or between regular polygons."""
+    """Return the solid between two circles about the z axis, or between two regular polygons."""
     if sides and first >= second:
         return Extrusion(regular_polygon(first, sides), (low, high), second / first)
-    if sides:
+    if sides:  # an extrusion starts from the larger end, so this one is built upside down
         return Extrusion(regular_polygon(second, sides), (-high, -low), first / second).scale((1, 1, -1))
     if first == second:
         return Cylinder((0, 0, low), (0, 0, high), first)
     return Cone((0, 0, low), (0, 0, high), first, second)
 
 
-def polyhedron(given: CallArguments) -> Solid:
-    """Any closed one."""
-    points = given.rows("points", 3)
-    faces = given.paths("faces" if given.given("faces") is not None else "triangles", len(points))
+def polyhedron(arguments: CallArguments) -> Solid:
+    """Return a closed polyhedron from points and faces."""
+    points = arguments.rows("points", 3)
+    faces = arguments.paths("faces" if arguments.given("faces") is not None else "triangles", len(points))
     return Mesh(tuple((p[0], p[1], p[2]) for p in points), tuple(faces))
 
 
-def _radius(given: CallArguments) -> float:
-    """r, or half of d."""
-    radius = given.number("r", given.number("d", 2.0) / 2)
-    if not radius > 0 and given.call.name == "sphere":
-        raise given.refuse(f"r must be > 0, got {radius:g}")
+def _radius(arguments: CallArguments) -> float:
+    """Return r, or half of d; 1 if both are missing."""
+    radius = arguments.number("r", arguments.number("d", 2.0) / 2)
+    if not radius > 0 and arguments.call.name == "sphere":
+        raise arguments.refuse(f"r must be > 0, got {radius:g}")
     return radius

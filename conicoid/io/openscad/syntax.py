@@ -1,7 +1,7 @@
-"""The text of a .csg file as a tree of calls: name, arguments and children.
+"""Parser of .csg files into a tree of calls, and typed access to the arguments of a call.
 
-`openscad -o model.csg model.scad` writes what is left of a program when it has been run: no variables, loops or
-functions, only calls such as `cube(size = [1, 2, 3], center = false);` and `difference() { ... }`.
+`openscad -o model.csg model.scad` runs a program and writes its result: no variables, loops or functions, only calls
+such as `cube(size = [1, 2, 3], center = false);` and `difference() { ... }`.
 """
 
 from __future__ import annotations
@@ -22,6 +22,8 @@ from ..._util.validation import format_value
 from ..scene_file.nodes import shorten
 
 MAX_CSG_BYTES, MAX_CALLS, MAX_CALL_DEPTH = 1 << 26, 1_000_000, 200
+"""Most bytes and calls of a file, and most levels of calls within calls and lists within lists."""
+# Blanks and comments, which belong to no group, are skipped.
 _TOKEN = re.compile(
     r"[ \t\r\n]+|//[^\n]*|/\*.*?\*/"
     r"|(?P<number>[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|[-+]?inf\b|-?nan\b)"
@@ -34,7 +36,7 @@ _TOKEN = re.compile(
 
 @dataclass
 class CsgCall:
-    """A call of a module. `position` is where it stands, and `modifier` one of % # ! * or nothing."""
+    """A call of a module; `position` is its offset in the text, `modifier` has the signs % # ! * before it."""
 
     name: str
     position: int
@@ -44,28 +46,28 @@ class CsgCall:
 
 
 class CsgText:
-    """A text with its lines, and how mistakes in it are told."""
+    """The text of a file, with errors at lines and columns. Raise SceneFileError for a file that is too large."""
 
     def __init__(self, path: Path) -> None:
         size = path.stat().st_size
         if size > MAX_CSG_BYTES:
-            told = f"has {size / 1e6:,.0f} MB, at most {MAX_CSG_BYTES / 1e6:,.0f} are read"
-            raise SceneFileError(path, [Problem(0, 0, "file", told)])
+            message = f"has {size / 1e6:,.0f} MB, at most {MAX_CSG_BYTES / 1e6:,.0f} are read"
+            raise SceneFileError(path, [Problem(0, 0, "file", message)])
         self.path, self.text = path, path.read_bytes().decode("utf-8", "replace").removeprefix("\ufeff")
 
     def mistake(self, position: int, where: str, message: str) -> SceneFileError:
-        """What is wrong at a place."""
+        """Return an error at a position."""
         return SceneFileError(self.path, [Problem(*self.place(position), where, message)])
 
     def place(self, position: int) -> tuple[int, int]:
-        """(line, column), from 1."""
+        """Return (line, column) of a position, from 1."""
         line = bisect_left(self._ends, position)
         return line + 1, position - (self._ends[line - 1] if line else -1)
 
     @cached_property
     def _ends(self) -> list[int]:
-        """Where lines end: a file may have as many remarks as calls."""
-        return [found.start() for found in re.finditer("\n", self.text)]
+        """Positions of line ends, cached: a file may have as many remarks as calls."""
+        return [match.start() for match in re.finditer("\n", self.text)]
 
 
 @dataclass
@@ -76,26 +78,30 @@ class _CsgToken:
 
 
 class CsgReader:
-    """Reads one text. Nothing here calls itself deeper than the text is nested, which has a limit."""
+    """A recursive descent parser of one text. All methods raise SceneFileError at the first error.
+
+    It recurses no deeper than the text is nested, which `MAX_CALL_DEPTH` limits.
+    """
 
     def __init__(self, text: CsgText) -> None:
         self._source, self._at, self._calls = text, 0, 0
-        self._token = self._scanned()
+        self._token = self._scan()
 
-    def _scanned(self) -> _CsgToken:
-        """The next token."""
+    def _scan(self) -> _CsgToken:
+        """Return the next token after blanks and comments."""
         text = self._source.text
         while self._at < len(text):
-            found = _TOKEN.match(text, self._at)
-            if found is None:
+            match = _TOKEN.match(text, self._at)
+            if match is None:
                 raise self._source.mistake(self._at, "text", f"must be a call, got {text[self._at : self._at + 20]!r}")
-            begin, self._at = self._at, found.end()
-            if found.lastgroup:
-                return _CsgToken(found.lastgroup, found[0], begin)
+            begin, self._at = self._at, match.end()
+            if match.lastgroup:
+                return _CsgToken(match.lastgroup, match[0], begin)
         return _CsgToken("end", "", len(text))
 
-    def _taken(self) -> _CsgToken:
-        token, self._token = self._token, self._scanned()
+    def _take(self) -> _CsgToken:
+        """Return the current token and go on to the next."""
+        token, self._token = self._token, self._scan()
         return token
 
     def _is(self, sign: str) -> bool:
@@ -104,62 +110,64 @@ class CsgReader:
     def _expect(self, sign: str) -> None:
         if not self._is(sign):
             raise self._unexpected(repr(sign))
-        self._taken()
+        self._take()
 
     def _unexpected(self, expected: str) -> SceneFileError:
         token = self._token
-        found = "the end of the file" if token.kind == "end" else repr(shorten(token.text))
-        return self._source.mistake(token.position, "text", f"must be {expected}, got {found}")
+        text = "the end of the file" if token.kind == "end" else repr(shorten(token.text))
+        return self._source.mistake(token.position, "text", f"must be {expected}, got {text}")
 
     def calls(self, depth: int = 0) -> list[CsgCall]:
-        """Calls up to a closing brace, or to the end of the file."""
+        """Return the calls up to a closing brace or the end of the file."""
         self._check_depth(depth)
-        found: list[CsgCall] = []
+        calls: list[CsgCall] = []
         while self._token.kind != "end" and not self._is("}"):
             if self._is(";"):
-                self._taken()
+                self._take()
                 continue
-            found.append(self._call(depth))
-        return found
+            calls.append(self._call(depth))
+        return calls
 
     def _check_depth(self, depth: int) -> None:
         if depth > MAX_CALL_DEPTH:
             raise self._source.mistake(self._token.position, "text", f"is nested more than {MAX_CALL_DEPTH} deep")
 
     def _call(self, depth: int) -> CsgCall:
+        """Return one call with its children."""
         modifier = ""
         while self._token.kind == "sign" and self._token.text in "%#!*":
-            modifier += self._taken().text
+            modifier += self._take().text
         if self._token.kind != "name":
             raise self._unexpected("the name of a module")
-        name = self._taken()
+        name = self._take()
         self._calls += 1
         if self._calls > MAX_CALLS:
             raise self._source.mistake(name.position, "text", f"has more than {MAX_CALLS:,} calls")
         call = CsgCall(name.text, name.position, modifier=modifier)
         if self._is("="):
-            told = "is a program; `openscad -o model.csg model.scad` runs it and writes what can be read"
-            raise self._source.mistake(name.position, name.text, told)
+            message = "is a program; `openscad -o model.csg model.scad` runs it and writes what can be read"
+            raise self._source.mistake(name.position, name.text, message)
         self._expect("(")
         self._arguments(call)
         if self._is("{"):
-            self._taken()
+            self._take()
             call.children = self.calls(depth + 1)
             self._expect("}")
         elif self._is(";"):
-            self._taken()
-        else:
+            self._take()
+        else:  # one child without braces
             self._check_depth(depth + 1)
             call.children = [self._call(depth + 1)]
         return call
 
     def _arguments(self, call: CsgCall) -> None:
+        """Read the arguments of a call; those without a name are named by their position, "0", "1" and so on."""
         while not self._is(")"):
             name = f"{len(call.arguments)}"
             if self._token.kind == "name":
-                token = self._taken()
+                token = self._take()
                 if self._is("="):
-                    self._taken()
+                    self._take()
                     name = token.text
                     call.arguments[name] = self._value(0)
                 else:
@@ -168,29 +176,30 @@ class CsgReader:
                 call.arguments[name] = self._value(0)
             if not self._is(")"):
                 self._expect(",")
-        self._taken()
+        self._take()
 
     def _value(self, depth: int) -> Any:
-        """A number, True, False, None, a text or a list."""
+        """Return a value: a float, True, False, None, a text or a list of values."""
         token = self._token
         if token.kind == "number":
-            return float(self._taken().text)
+            return float(self._take().text)
         if token.kind == "text":
-            return self._taken().text[1:-1]
+            return self._take().text[1:-1]
         if token.kind == "name":
-            return self._word(self._taken())
+            return self._word(self._take())
         if not self._is("[") or depth > MAX_CALL_DEPTH:
             raise self._unexpected("a number, a text, true, false, undef or a list")
-        self._taken()
+        self._take()
         values = []
         while not self._is("]"):
             values.append(self._value(depth + 1))
             if not self._is("]"):
                 self._expect(",")
-        self._taken()
+        self._take()
         return values
 
-    def _word(self, token: _CsgToken) -> Any:
+    def _word(self, token: _CsgToken) -> bool | None:
+        """Return the value of true, false or undef."""
         known = {"true": True, "false": False, "undef": None}
         if token.text not in known:
             expected = "a number, a text, true, false, undef or a list"
@@ -198,32 +207,35 @@ class CsgReader:
         return known[token.text]
 
     def end(self) -> None:
-        """Nothing may be left."""
+        """Raise SceneFileError if text is left after the calls."""
         if self._token.kind != "end":
             raise self._unexpected("a call")
 
 
-# Arguments of a call as numbers, lists and matrices, with mistakes told at the call.
+# Arguments of a call
 
 ArgumentValue = TypeVar("ArgumentValue")
 
 
 class CallArguments:
-    """The arguments of one call, asked for by name."""
+    """The arguments of one call by name, as numbers, lists and matrices.
+
+    All methods raise SceneFileError at the call for a value of another kind.
+    """
 
     def __init__(self, text: CsgText, call: CsgCall) -> None:
         self._text, self.call = text, call
 
     def refuse(self, message: str) -> Exception:
-        """What is wrong with the call."""
+        """Return an error at the call."""
         return self._text.mistake(self.call.position, self.call.name, message)
 
     def given(self, name: str) -> Any:
-        """A value, None where it is not given."""
+        """Return the value of an argument; None if it is missing."""
         return self.call.arguments.get(name)
 
     def number(self, name: str, otherwise: float) -> float:
-        """A finite number."""
+        """Return a finite number; `otherwise` if it is missing."""
         value = self.given(name)
         if value is None:
             return otherwise
@@ -232,14 +244,14 @@ class CallArguments:
         return value
 
     def flag(self, name: str) -> bool:
-        """True or false; false where it is not given."""
+        """Return a flag; False if it is missing."""
         value = self.given(name)
         if value is not None and not isinstance(value, bool):
             raise self.refuse(f"{name} must be true or false, got {format_value(value)}")
         return bool(value)
 
     def rows(self, name: str, width: int) -> list[tuple[float, ...]]:
-        """A list of points of so many finite numbers."""
+        """Return a list of points of `width` finite numbers each."""
         value = self.given(name)
         try:
             rows = [tuple(float(number) for number in row) for row in value]
@@ -251,9 +263,9 @@ class CallArguments:
         return rows
 
     def paths(self, name: str, count: int) -> list[tuple[int, ...]]:
-        """A list of lists of numbers of points."""
+        """Return a list of paths, each of three or more indices of points, below `count`."""
         value = self.given(name)
-        found = []
+        paths = []
         for k, row in enumerate(value if isinstance(value, list) else [value]):
             numbers = row if isinstance(row, list) else [row]
             whole = [int(n) for n in numbers if isinstance(n, float) and n == n // 1 and 0 <= n < count]
@@ -261,24 +273,24 @@ class CallArguments:
                 raise self.refuse(
                     f"{name}[{k}] must be three or more numbers of points below {count}, got {format_value(row)}"
                 )
-            found.append(tuple(whole))
-        return found
+            paths.append(tuple(whole))
+        return paths
 
     def matrix(self) -> np.ndarray[Any, Any]:
-        """(4, 4) of multmatrix, whose last row may be left out."""
+        """Return the matrix (4, 4) of a multmatrix, whose last row may be missing."""
         rows = self.given("m") or self.given("0")
         try:
-            found = np.array(rows, np.float64)
+            matrix = np.array(rows, np.float64)
         except (TypeError, ValueError):
-            found = np.zeros(0)
-        if found.shape == (3, 4):
-            found = np.vstack([found, [0, 0, 0, 1]])
-        if found.shape != (4, 4) or not np.isfinite(found).all() or found[3].tolist() != [0, 0, 0, 1]:
+            matrix = np.zeros(0)
+        if matrix.shape == (3, 4):
+            matrix = np.vstack([matrix, [0, 0, 0, 1]])
+        if matrix.shape != (4, 4) or not np.isfinite(matrix).all() or matrix[3].tolist() != [0, 0, 0, 1]:
             raise self.refuse(f"m must be four rows of four finite numbers, the last 0 0 0 1, got {format_value(rows)}")
-        return found
+        return matrix
 
     def sides(self, smooth: bool) -> int:
-        """How many sides a circle has that is asked for as a polygon by $fn; 0 for a round one."""
+        """Return the number of sides that $fn gives a circle; 0 for a round one, which `smooth` makes of all."""
         value = self.given("$fn")
         if smooth or not isinstance(value, float) or not value > 0:
             return 0
@@ -287,7 +299,7 @@ class CallArguments:
         return max(3, int(value))
 
     def made(self, make: Callable[[], ArgumentValue]) -> ArgumentValue:
-        """make(), with what shapes refuse told at the call."""
+        """Return make(); raise the errors of shapes as errors at the call."""
         try:
             return make()
         except SceneFileError:

@@ -1,1 +1,1 @@
-"""Conicoid's own scene files, YAML and JSON."""
+"""Conicoid's own scene files: YAML 1.2 and JSON."""

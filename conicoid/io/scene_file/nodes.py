@@ -1,4 +1,8 @@
-"""Decimal numbers that float64 does not hold."""
+"""The tree of a scene file, with lines and columns, and the values of its plain words.
+
+Plain words follow the core schema of YAML 1.2 (section 10.3): `no` is a text and `1e-9` a number, unlike in YAML 1.1.
+Nodes keep the words as written and look up values on demand, so that a message can show the word of the file.
+"""
 
 from __future__ import annotations
 
@@ -10,21 +14,17 @@ from typing import ClassVar, Protocol, TypeAlias
 
 
 def is_beyond_float64(word: str, value: float) -> bool:
-    """Whether a number that is written as neither infinite nor 0 became either in `value`, its nearest float64."""
+    """Return True if a finite number that is not 0 became infinite or 0 in `value`, its nearest float64."""
     digits = re.split("[eE]", word, maxsplit=1)[0]
     return (value == 0 or math.isinf(value)) and re.search("[1-9]", digits) is not None
 
 
-# The tree that a scene file is read into, and what its plain words mean.
-#
-# Meanings follow the core schema of YAML 1.2 (section 10.3): `no` is a text and `1e-9` a number, unlike
-# in YAML 1.1. They are looked up when a value is asked for, so that a message can show the word as it
-# was written.
+# Nodes.
 
 
 @dataclass(slots=True, eq=False)
 class ScalarNode:
-    """One word. `plain` ones may mean a number, a truth value or null; quoted ones are texts."""
+    """One word. A plain word may be a number, a boolean or null; a quoted word is a text."""
 
     line: int
     column: int
@@ -35,7 +35,7 @@ class ScalarNode:
 
 @dataclass(slots=True, eq=False)
 class SequenceNode:
-    """A sequence. `size` counts all nodes below, with aliases expanded."""
+    """A sequence. `size` counts the node and all nodes below, with aliases expanded."""
 
     line: int
     column: int
@@ -45,7 +45,7 @@ class SequenceNode:
 
 @dataclass(slots=True, eq=False)
 class MappingNode:
-    """A mapping with texts as keys, in the order of the file. `heads` are the keys of its entries."""
+    """A mapping with texts as keys, in the order of the file. `heads` holds the nodes of the keys."""
 
     line: int
     column: int
@@ -55,12 +55,12 @@ class MappingNode:
 
     @property
     def keys(self) -> dict[str, ScalarNode]:
-        """The keys by their text; made anew when asked for, as few are."""
+        """The nodes of the keys by their text; made on each call, as few mappings need it."""
         return {key.text: key for key in self.heads}
 
 
 class HasPosition(Protocol):
-    """What has a place in the text."""
+    """Anything with a place in the text, from line 1 and column 1."""
 
     @property
     def line(self) -> int: ...
@@ -79,23 +79,24 @@ _FLOAT = re.compile(r"[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?"
 _INFINITE = re.compile(r"([-+]?)\.(?:inf|Inf|INF)")
 _NAN = re.compile(r"\.(?:nan|NaN|NAN)")
 DECIMAL = r"-?(?:[0-9]{1,17}(?:\.[0-9]{0,20})?|0?\.[0-9]{1,20})(?:[eE][-+]?[0-9]{1,2})?"
-"""Decimals that float64 holds, none of them too large or too small: nearly all numbers of files."""
+"""Pattern of decimals that float64 holds, none too large or too small: it covers nearly all numbers of files."""
 _MEANING = re.compile(
     "|".join(f"(?:{one.pattern})" for one in (_NULL, _TRUE, _FALSE, _INTEGER, _FLOAT, _INFINITE, _NAN))
 )
 
 
 def is_null(node: Node) -> bool:
+    """Return True for null, written or empty."""
     return isinstance(node, ScalarNode) and node.plain and _NULL.fullmatch(node.text) is not None
 
 
 def is_empty_node(node: Node) -> bool:
-    """Whether nothing stands where a value may: neither a word nor null."""
+    """Return True for an empty place: neither a word nor null is written."""
     return isinstance(node, ScalarNode) and node.plain and not node.text
 
 
 def parse_bool(node: Node) -> bool | None:
-    """True or false, or None for anything else."""
+    """Return a boolean, or None for anything else."""
     if not isinstance(node, ScalarNode) or not node.plain:
         return None
     if _TRUE.fullmatch(node.text):
@@ -104,9 +105,9 @@ def parse_bool(node: Node) -> bool | None:
 
 
 def parse_float(node: Node) -> float | None:
-    """A plain number as the nearest float (±inf and NaN as written), or None for anything else.
+    """Return a plain number as the nearest float (±inf and NaN as written), or None for anything else.
 
-    OverflowError where a number as written is beyond the range of float64, or so small that it would turn into 0.
+    Raise OverflowError for a number beyond the range of float64, or so small that it would become 0.
     """
     if not isinstance(node, ScalarNode) or not node.plain or len(node.text) > 1000:
         return None
@@ -124,14 +125,14 @@ def parse_float(node: Node) -> float | None:
 
 
 def parse_int(node: Node) -> int | None:
-    """A plain integer of at most 18 digits, or None for anything else."""
+    """Return a plain integer of at most 19 characters, or None for anything else."""
     if isinstance(node, ScalarNode) and node.plain and len(node.text) <= 19 and _INTEGER.fullmatch(node.text):
         return int(node.text.lstrip("+"), 0 if "x" in node.text or "o" in node.text else 10)
     return None
 
 
 def is_text(node: Node) -> bool:
-    """A quoted word, or a plain one that is not a number, a truth value or null."""
+    """Return True for a quoted word, and for a plain one that is not a number, a boolean or null."""
     if not isinstance(node, ScalarNode):
         return False
     if not node.plain:
@@ -140,15 +141,17 @@ def is_text(node: Node) -> bool:
 
 
 def shorten(text: str, width: int = 60) -> str:
+    """Return a text cut to `width` characters, with "..." at the end."""
     return text if len(text) <= width else text[: width - 3] + "..."
 
 
 def describe_node(node: Node) -> str:
-    """The value as found, on one line, shortened."""
+    """Return the value of a node for messages: on one line, shortened."""
     return shorten("".join(_pieces(node, 64)))
 
 
 def _pieces(node: Node, budget: int) -> Iterator[str]:
+    """Yield pieces of the description of a node: at most `budget` items, and a quarter as many in each of them."""
     if isinstance(node, ScalarNode):
         text = shorten(node.text)
         yield (text or "nothing") if is_null(node) or not is_text(node) else repr(text)

@@ -1,13 +1,12 @@
-"""The JSON Schema of scene files, for editors: made from the classes, so that it cannot grow stale."""
+"""The JSON Schema of scene files, for editors. It is made from the classes, so that it cannot become outdated."""
 
 from __future__ import annotations
 
 from typing import Any
 
 from ...geometry.bulk import Bulk
-from ...geometry.csg import Difference, Intersection
 from ...geometry.registry import REGISTRY
-from ...geometry.shape import Shape, Sheet, Solid
+from ...geometry.shape import Difference, Intersection, Shape, Sheet, Solid
 from .fields import (
     SCENE_VERSION,
     ArgumentsType,
@@ -21,6 +20,7 @@ from .fields import (
 from .shape_reader import AXIS_TYPE, INDEX_SCHEMA, VECTOR_TYPE, array_type, operand_field
 from .value_types import FixedListType, ListType, NumberType, Schema
 
+# One entry for each kind of step in a `move` list.
 STEP_SCHEMAS: dict[str, Schema] = {
     "translate": VECTOR_TYPE.schema(),
     "rotate": {
@@ -35,7 +35,7 @@ STEP_SCHEMAS: dict[str, Schema] = {
 
 
 def scene_schema() -> dict[str, Any]:
-    """The schema of a whole file (draft 2020-12)."""
+    """Return the schema of a whole file (JSON Schema, draft 2020-12)."""
     move = {"type": "array", "items": {"anyOf": [_single(name, step) for name, step in STEP_SCHEMAS.items()]}}
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
@@ -95,11 +95,13 @@ def _material() -> Schema:
 
 
 def _shapes(base: type) -> Schema:
+    """Return the schema of a reference or of any registered shape of a class."""
     names = [name for name, cls in REGISTRY.items() if issubclass(cls, base)]
     return {"anyOf": [{"$ref": f"#/$defs/{name}"} for name in ("reference", *names)]}
 
 
 def _arguments(cls: type[Shape]) -> Schema:
+    """Return the schema of the fields, arrays or operands of a shape."""
     if issubclass(cls, Bulk):
         inline = {name: array_type(cls, name).schema() for name in cls.columns}
         arrays = f", or an .npz file with the arrays {', '.join(cls.columns)}"
@@ -113,17 +115,21 @@ def _arguments(cls: type[Shape]) -> Schema:
     kind = operand_field(cls)
     if kind is None:
         return ArgumentsType(cls).schema()
-    clips = {"items": {"$ref": "#/$defs/shape"}} if issubclass(cls, Difference | Intersection) else {}  # sheets as well
+    # Operands are solids, but a sheet may be cut by solids.
+    clips = {"items": {"$ref": "#/$defs/shape"}} if issubclass(cls, Difference | Intersection) else {}
     return kind.schema() | ({"minItems": 1} if isinstance(kind, ListType) else {}) | clips
 
 
 def _with_move(schema: Schema) -> Schema:
+    """Return a schema that also allows `move` beside its property."""
     return schema | {"properties": schema["properties"] | {"move": {"$ref": "#/$defs/move"}}}
 
 
 def _single(name: str, value: Schema) -> Schema:
+    """Return the schema of a mapping with exactly one entry."""
     return {"type": "object", "properties": {name: value}, "required": [name], "additionalProperties": False}
 
 
 def _by_name(value: Schema) -> Schema:
+    """Return the schema of a section of named values."""
     return {"type": ["object", "null"], "additionalProperties": value}

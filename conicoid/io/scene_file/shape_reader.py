@@ -20,9 +20,8 @@ import numpy as np
 from ..._util.foreign_names import CLASS_SYNONYMS
 from ..._util.safe_files import open_regular
 from ...geometry.bulk import Bulk
-from ...geometry.csg import Difference, Intersection
 from ...geometry.registry import REGISTRY
-from ...geometry.shape import Shape, Sheet
+from ...geometry.shape import Difference, Intersection, Shape, Sheet
 from ...geometry.transform import AXES, IDENTITY_MOTION, Motion, apply_about
 from ..data_files import MAX_DATA_BYTES, read_array, read_rows, resolve_data_file
 from ..npz import NpyFormatError, NpzArchive

@@ -26,8 +26,7 @@ from ...geometry.shape import Shape
 from ...geometry.transform import Motion, Rotate, Scale, Transform, Translate
 from ...materials.background import Environment
 from ...materials.image_file import Pixels
-from ...materials.material import Material
-from ...materials.presets import constructor_call
+from ...materials.material import Material, constructor_call
 from ...materials.properties import Properties
 from ...materials.texture import ImagePath, ImageTexture
 from .fields import argument_fields

@@ -1,10 +1,10 @@
-"""The crossings of a ray with one body, in order.
+"""The crossings of a ray with one Boolean body, in order.
 
-Every leaf of a body's program gives the ends of its spans as events. They are sorted and taken in
-groups of equal t: all leaves of a group turn at once, and only if the body's value differs before
-and after the group is there a crossing. So coincident faces cancel or count once, without a tolerance.
+Every leaf of a body's program contributes the ends of its spans as events. They are sorted and taken in groups of equal
+t: all leaves of a group change at once, and the body has a crossing only if its value differs before and after the
+group. So coincident faces cancel or count once, without a tolerance.
 
-All of it has every leaf outside in `scratch.counts` at the beginning (`hold`), and leaves it so (`turn_back`).
+Every function finds all leaves outside in `scratch.counts` (`hold_program`), and leaves them outside (`undo_events`).
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from .scratch import CROSS_ENTERS, CROSS_PLACE, CROSS_SENSE, CROSS_T, EVENT, LEA
 
 @inline
 def put_event(scratch: Scratch, count: int, t: float, leaf: int, place: int, on: int) -> int:
-    """Event number `count` of a leaf that is entered (1) or left (0); returns how many there are now."""
+    """Write event number `count`: the ray enters (on = 1) or leaves (0) a leaf; return the number of events now."""
     scratch.time[TIME * count] = t
     at = EVENT * count
     scratch.event[at + LEAF], scratch.event[at + PLACE], scratch.event[at + ON] = leaf, place, on
@@ -32,9 +32,10 @@ def put_event(scratch: Scratch, count: int, t: float, leaf: int, place: int, on:
 
 @inline
 def collect_leaves(geometry: Geometry, scratch: Scratch, program: int, ray: Ray) -> int:
-    """Put the leaves of a program that the ray can meet into scratch.found_leaves; returns how many.
+    """Write the leaves of a program that the ray can meet into scratch.found_leaves; return the number.
 
-    Culled by their boxes: none is left out whose box meets the ray within its interval.
+    Conservative: every leaf whose box meets the ray within its interval is among them. If scratch.found_leaves holds
+    leaves already (`LEAF_COUNT`), these are the result.
     """
     if scratch.found_leaves[LEAF_COUNT] >= 0:
         return scratch.found_leaves[LEAF_COUNT]
@@ -43,7 +44,7 @@ def collect_leaves(geometry: Geometry, scratch: Scratch, program: int, ray: Ray)
 
 @helper
 def gather_events(geometry: Geometry, scratch: Scratch, program: int, ray: Ray) -> tuple[int, bool]:
-    """Put the span ends of all leaves that the ray can meet into scratch, sorted: (their number, are they doubtful)."""
+    """Write the span ends of all leaves that the ray can meet into scratch, sorted: (number of events, doubtful)."""
     count, doubtful = 0, False
     if is_halted(geometry):
         return count, doubtful
@@ -64,14 +65,14 @@ def gather_events(geometry: Geometry, scratch: Scratch, program: int, ray: Ray) 
 
 @inline
 def _later(scratch: Scratch, i: int, t: float, leaf: int) -> bool:
-    """Does event i come after an event at t of a leaf? At equal t by the number of the leaf."""
+    """True if event i comes after an event of a leaf at t; at equal t the number of the leaf decides."""
     before = scratch.time[TIME * i]
     return before > t or (before == t and scratch.event[EVENT * i + LEAF] > leaf)
 
 
 @helper
 def sort_events(scratch: Scratch, count: int) -> None:
-    """By t, then by leaf. As `kernels/numbers/shell_sort.py`, but what is moved are the events themselves."""
+    """Sort events by t, then by leaf: as kernels/numbers/shell_sort.py, but it moves the events themselves."""
     time, event, gap = scratch.time, scratch.event, first_gap(count)
     while gap > 0:
         for i in range(gap, count):
@@ -89,7 +90,7 @@ def sort_events(scratch: Scratch, count: int) -> None:
 
 @inline
 def _unsettled(geometry: Geometry, scratch: Scratch, k: int, nearness: Nearness) -> bool:
-    """Might rounding have put event k after the one before it, or together with it? Not on the same surface."""
+    """True if rounding might have changed the order of event k and the one before; not at equal t on one surface."""
     t, before = scratch.time[TIME * k], scratch.time[TIME * (k - 1)]
     if not may_swap(t, before, nearness):
         return False
@@ -101,7 +102,10 @@ def _unsettled(geometry: Geometry, scratch: Scratch, k: int, nearness: Nearness)
 def region_crossings(
     geometry: Geometry, scratch: Scratch, program: int, ray: Ray, limit: int
 ) -> tuple[int, bool, bool]:
-    """(number of crossings in (t_min, t_max), inside just after t_min, doubtful) of a region; stops after `limit`."""
+    """Write the crossings of a region: (number in (t_min, t_max), inside just after t_min, doubtful).
+
+    It stops after `limit` crossings.
+    """
     events, unsure = gather_events(geometry, scratch, program, ray)
     nearness = nearness_of(geometry, table.PROGRAM_LIMITS, program, ray, span_inverse(ray))
     found, inside, doubtful = sweep_events(geometry, scratch, program, ray, nearness, events, limit)
@@ -112,7 +116,10 @@ def region_crossings(
 def _turned_until(
     geometry: Geometry, scratch: Scratch, program: int, done: int, events: int, t: float, through: bool
 ) -> int:
-    """Turn the leaves of the events from number `done` on that come before t, or `through` it; returns how many are."""
+    """Turn the leaves of the events from number `done` on that lie before t, or at t if `through`.
+
+    Returns the number of the first event that it did not turn.
+    """
     event = scratch.event
     while done < events and not poll_halt(geometry, done):
         end = scratch.time[TIME * done]
@@ -127,18 +134,20 @@ def _turned_until(
 def sweep_events(
     geometry: Geometry, scratch: Scratch, program: int, ray: Ray, nearness: Nearness, events: int, limit: int
 ) -> tuple[int, bool, bool]:
-    """`region_crossings` from sorted events; an early out ends it after `limit` crossings or at t_max.
+    """`region_crossings`, from sorted events; it ends early after `limit` crossings or at t_max.
 
     Invariant of the loop: `inside` is the value of the program just before event `done`, and all events before it have
-    turned their leaves. Doubtful if two events of different surfaces, one of them within the interval, are too near.
+    turned their leaves. Doubtful if two events of different surfaces are too near and one lies within the interval.
     """
     t_min, t_max = ray.t_min, ray.t_max
     gates, event, unsure, found = scratch.counts, scratch.event, False, 0
     hold_program(geometry, gates, program)
+    # Events up to t_min give the value just after it
     done = _turned_until(geometry, scratch, program, 0, events, t_min, True)
     unsure |= (done > 0) & (done < events) and _unsettled(geometry, scratch, done, nearness)
     inside = root_value(geometry, gates, program)
     started_inside = inside
+    # Rounding may have put events at the origin behind the start
     behind = done - 1
     while behind >= 0 and abs(scratch.time[TIME * behind]) <= nearness.off:
         unsure |= _at_start(geometry, scratch, behind, ray, nearness)
@@ -148,6 +157,7 @@ def sweep_events(
         unsure |= _at_start(geometry, scratch, done, ray, nearness) | is_too_far(t, nearness)
         if not has_not_ended(t, t_max):
             break
+        # All leaves of the group turn before the value is read
         first = done
         while done < events and scratch.time[TIME * done] == t and not poll_halt(geometry, done):
             turn_leaf(geometry, gates, program, event[EVENT * done + LEAF], event[EVENT * done + ON] == 1)
@@ -158,14 +168,14 @@ def sweep_events(
             inside = after
             reported = _report(geometry, scratch, program, first, done, ray.start, after, found)
             found += reported
-            started_inside ^= reported == 0
+            started_inside ^= reported == 0  # the start is not reported: the ray begins beyond it
     undo_events(geometry, scratch, program, done)
     return found, started_inside, unsure
 
 
 @inline
 def _at_start(geometry: Geometry, scratch: Scratch, k: int, ray: Ray, nearness: Nearness) -> bool:
-    """Might rounding have taken event k to the other side of the origin?"""
+    """True if rounding might have moved event k past the origin."""
     t = scratch.time[TIME * k]
     surface = surface_of(geometry, scratch.event[EVENT * k + PLACE], t)
     return may_pass_start(t, surface == ray.start, ray.t_min, nearness.off)
@@ -175,6 +185,7 @@ def _at_start(geometry: Geometry, scratch: Scratch, k: int, ray: Ray, nearness: 
 def undo_events(geometry: Geometry, scratch: Scratch, program: int, done: int) -> None:
     """Undo the first `done` events: every leaf is outside again."""
     first, last = gates_of(geometry, program)
+    # Whichever touches fewer: all gates at once, or the path of each event's leaf
     if last - first <= done:
         put_outside(geometry, scratch.counts, program)
         return
@@ -187,7 +198,7 @@ def undo_events(geometry: Geometry, scratch: Scratch, program: int, done: int) -
 
 @helper
 def region_sides(geometry: Geometry, scratch: Scratch, program: int, ray: Ray, t: float) -> tuple[bool, bool]:
-    """(inside just before t, inside just after t) of a region."""
+    """Return (inside just before t, inside just after t) of a region."""
     events, _ = gather_events(geometry, scratch, program, ray)
     hold_program(geometry, scratch.counts, program)
     done = _turned_until(geometry, scratch, program, 0, events, t, False)
@@ -202,7 +213,10 @@ def region_sides(geometry: Geometry, scratch: Scratch, program: int, ray: Ray, t
 def _report(
     geometry: Geometry, scratch: Scratch, program: int, first: int, last: int, start: int, entered: bool, n: int
 ) -> int:
-    """The crossing shows the first leaf of the group that turned the way the body did. 0: it is the ray's start."""
+    """Write crossing n for the group of events first..last; return 1, or 0 for the crossing on which the ray starts.
+
+    The crossing's face is that of the first leaf of the group that turned the way the body did.
+    """
     event, chosen = scratch.event, first
     for i in range(first, last):
         sense = sense_of(geometry, program, event[EVENT * i + LEAF])
@@ -217,17 +231,18 @@ def _report(
 
 @helper
 def inside_program_at(geometry: Geometry, scratch: Scratch, program: int, ray: Ray, t: float) -> tuple[bool, bool]:
-    """(is the point at t in a region, its leaves taken as closed, is that doubtful)"""
+    """Return (point at t is in a region whose leaves are closed, doubtful)."""
     ray = with_limits(ray, t, t)
     nearness = nearness_of(geometry, table.PROGRAM_LIMITS, program, ray, span_inverse(ray))
     events, unsure = gather_events(geometry, scratch, program, ray)
     hold_program(geometry, scratch.counts, program)
-    for sweep in range(2):
+    for sweep in range(2):  # the first turns the leaves, the second undoes it
         for i in range(events):
             if poll_halt(geometry, i):
                 break
             enters, end = scratch.event[EVENT * i + ON] == 1, scratch.time[TIME * i]
             unsure |= may_swap(end, t, nearness)
+            # Leaves are closed: one that is entered at t holds the point, and so does one that is left there
             if end < t or (enters and end == t):
                 turn_leaf(geometry, scratch.counts, program, scratch.event[EVENT * i + LEAF], enters == (sweep == 0))
         if sweep == 0:
@@ -237,7 +252,7 @@ def inside_program_at(geometry: Geometry, scratch: Scratch, program: int, ray: R
 
 @inline
 def put_crossing(scratch: Scratch, n: int, t: float, place: int, sense: int, enters: int) -> None:
-    """Crossing n of a body, into scratch."""
+    """Write crossing n of a body into scratch."""
     at = EVENT * n
     scratch.time[TIME * n + CROSS_T] = t
     scratch.event[at + CROSS_PLACE], scratch.event[at + CROSS_SENSE], scratch.event[at + CROSS_ENTERS] = (
@@ -247,7 +262,7 @@ def put_crossing(scratch: Scratch, n: int, t: float, place: int, sense: int, ent
 
 @inline
 def read_crossing(scratch: Scratch, n: int) -> tuple[float, int, int, bool]:
-    """(t, place, sense of its leaf, is the body entered) of crossing n of a body."""
+    """Return (t, place, sense of its leaf, the ray enters the body) of crossing n."""
     t, event, at = scratch.time[TIME * n + CROSS_T], scratch.event, EVENT * n
     place, sense = whole(event[at + CROSS_PLACE]), whole(event[at + CROSS_SENSE])
     return t, place, sense, event[at + CROSS_ENTERS] == 1
@@ -255,5 +270,5 @@ def read_crossing(scratch: Scratch, n: int) -> tuple[float, int, int, bool]:
 
 @inline
 def surface_of(geometry: Geometry, place: int, t: float) -> int:
-    """The surface of a place where it matters: at t = 0, where it may be the one that the ray starts on."""
+    """Return the surface of a place if t = 0, else -1: only at t = 0 can it be the surface on which the ray starts."""
     return place_face(geometry, place)[0] if t == 0.0 else whole(-1)

@@ -1,8 +1,11 @@
-"""The spans of a cell from the crossings of its faces: rules without branches, for single rays and for lanes alike.
+"""The spans of a ray in a cell, from the crossings of the cell's faces.
 
 A cell lies between planes and inside, or outside, of at most one quadric. The planes leave one span of a ray, from t_in
-to t_out; the quadric's roots low < high leave what is between them, or what is before and after. Every end has the
-place of the face on which it lies (see cell.py). A contact of zero length is no span.
+to t_out; of this the quadric's roots low < high leave the part between them, or the parts before and after. A contact
+of zero length is no span. The rules have no branches, so that single rays and the lanes of packets share them.
+
+Every end has the place of the face on which it lies: a row in the table of the cells' planes, `quadric_place` of a
+cell, or `NO_PLACE` for an end at infinity.
 """
 
 from __future__ import annotations
@@ -20,7 +23,7 @@ from ..tables import Geometry, integer, whole
 
 
 class PlaneSlab(NamedTuple):
-    """What the planes so far leave of a ray: t_in to t_out, each with the place of its face; empty if t_in >= t_out."""
+    """The span that the planes so far leave of a ray, with the place of each end's face; empty if t_in >= t_out."""
 
     t_in: float
     t_out: float
@@ -29,7 +32,7 @@ class PlaneSlab(NamedTuple):
 
 
 class SpanPair(NamedTuple):
-    """Two spans, of which there is `some` first, and `more`: a second."""
+    """Up to two spans: the first exists if `some`, the second if `more`."""
 
     in1: float
     out1: float
@@ -47,13 +50,14 @@ class SpanPair(NamedTuple):
 def clip_slab(
     slab: PlaneSlab, height: float, rate: float, inner: bool, place: Any, off: float
 ) -> tuple[PlaneSlab, bool]:
-    """(the slab cut by one more plane, might rounding have changed the order of two planes?)
+    """Cut the slab by one more plane: (slab, rounding might have changed the order of two planes).
 
-    Along the ray the plane's value is height + rate t; `inner`: the cell is where that is negative, else where it is
+    Along the ray the plane's value is height + rate t. The cell is where that is negative if `inner`, else where it is
     positive. A ray within a plane is treated as if the plane lay an infinitesimal further along its normal. Keeps t_in
-    the largest t of the planes that are entered, t_out the least of those that are left, each with its plane's place;
-    an empty slab stays empty.
+    the largest t of the planes entered and t_out the least t of the planes left, each with its plane's place. An empty
+    slab stays empty.
     """
+    # For a parallel plane rate = 0 and t is infinite or NaN; comparisons with NaN are false, so `close` is unset
     t, parallel = -height / rate, rate == 0.0
     outside = parallel & ((height <= 0.0) != inner)
     enters, leaves = ((rate < 0.0) == inner) & (not parallel), ((rate < 0.0) != inner) & (not parallel)
@@ -67,10 +71,11 @@ def clip_slab(
 
 @inline
 def compose_spans(slab: PlaneSlab, low: float, high: float, crosses: bool, outside: bool, curved: Any) -> SpanPair:
-    """The spans that a quadric leaves of a slab: `outside` of its roots, or between them; `curved` is its place.
+    """Return the spans that a quadric leaves of a slab: `outside` of its roots, or between them.
 
-    Where the ray does not cross it, all of the slab is left if `outside`, else nothing. Relies on low < high where it
-    crosses. What comes out is in order, of positive length, and within the slab.
+    Where the ray does not cross the quadric, the whole slab is left if `outside`, else nothing. `curved` is the place
+    of the quadric's face. Relies on low < high where the ray crosses. The spans are in order, of positive length, and
+    within the slab.
     """
     t_in, t_out, place_in, place_out = slab
     between, beside = crosses & (not outside), crosses & outside
@@ -86,7 +91,7 @@ def compose_spans(slab: PlaneSlab, low: float, high: float, crosses: bool, outsi
 
 @inline
 def spans_at_start(spans: SpanPair, starts: bool, t_min: float, off: float) -> bool:
-    """Might rounding have taken an end of the spans to the other side of the ray's origin (`at_start`)?"""
+    """True if rounding might have moved an end of the spans past the ray's origin (`may_pass_start`)."""
     first = may_pass_start(spans.in1, starts, t_min, off) | may_pass_start(spans.out1, starts, t_min, off)
     second = may_pass_start(spans.in2, starts, t_min, off) | may_pass_start(spans.out2, starts, t_min, off)
     return (spans.some & first) | (spans.more & second)
@@ -103,33 +108,30 @@ def spans_unsure(
     t_max: float,
     nearness: Nearness,
 ) -> bool:
-    """Might rounding change the spans of a cell within a ray's interval?
+    """True if rounding might change the spans of a cell within a ray's interval.
 
-    `unsure`: it might change the order of two planes, or the roots of the quadric. A slab that is
-    certainly empty, or certainly outside of the interval, is not doubtful, whatever else is close.
+    `unsure` is True if it might change the order of two planes, or the roots of the quadric. A slab that is certainly
+    empty, or certainly outside of the interval, is not doubtful, however close other crossings are.
     """
     t_in, t_out = slab.t_in, slab.t_out
     close = may_swap(low, t_in, nearness) | may_swap(low, t_out, nearness)
     close |= may_swap(high, t_in, nearness) | may_swap(high, t_out, nearness)
-    close |= is_too_far(low, nearness) | is_too_far(high, nearness)  # on which side, then, is not certain either
+    close |= is_too_far(low, nearness) | is_too_far(high, nearness)  # the side of such a root is not certain either
     begins = (t_in < t_max) | may_swap(t_in, t_max, nearness)
     ends = (t_out > t_min) | may_swap(t_out, t_min, nearness)
     touches = may_swap(t_in, t_out, nearness)
     return (unsure | touches | (close & crosses)) & begins & ends & ((t_in < t_out) | touches)
 
 
-# A cell on a ray: at most two spans, each end with the face it lies on.
-#
-# A face is identified by its place: a row in the table of the cells' planes, or `quadric_place` of a cell, or
-# `NO_PLACE` for an end at infinity.
+# The spans of a cell from the tables
 
 NO_PLACE = -1
 
 
 class CellSpans(NamedTuple):
-    """The spans of a ray inside a cell: in1 < out1 <= in2 < out2 as far as their `number` goes."""
+    """The spans of a ray in a cell: in1 < out1 <= in2 < out2, as far as their `number` goes."""
 
-    number: int  # of spans
+    number: int  # of spans: 0, 1 or 2
     in1: float
     out1: float
     place_in1: Any
@@ -138,18 +140,18 @@ class CellSpans(NamedTuple):
     out2: float
     place_in2: Any
     place_out2: Any
-    unsure: bool  # might rounding change any of that within the interval?
+    unsure: bool  # rounding might change the spans within the interval
 
 
 @inline
 def quadric_place(cell: int) -> int:
-    """The place of a cell's curved face."""
+    """Return the place of a cell's curved face."""
     return -2 - cell
 
 
 @inline
 def end_of(spans: CellSpans, end: int) -> tuple[float, Any]:
-    """(t, place) of end 0, 1, 2 or 3; even ends are entered, odd ones left."""
+    """Return (t, place) of end 0, 1, 2 or 3; the ray enters at even ends and leaves at odd ones."""
     if end < 2:
         return (spans.in1, spans.place_in1) if end == 0 else (spans.out1, spans.place_out1)
     return (spans.in2, spans.place_in2) if end == 2 else (spans.out2, spans.place_out2)
@@ -159,10 +161,11 @@ def end_of(spans: CellSpans, end: int) -> tuple[float, Any]:
 def slab_of(
     geometry: Geometry, cell: int, ray: Ray, inverse: float, nearness: Nearness
 ) -> tuple[PlaneSlab, bool, bool]:
-    """(what the planes of a cell leave of a ray, might rounding change it, is it unknown where the ray meets one?)
+    """Return (slab that the planes of a cell leave of a ray, rounding might change it, crossing of a plane unknown).
 
-    Early out where a plane along the ray leaves nothing: then no other plane matters.
+    It stops at a plane along the ray that leaves nothing: then no other plane matters.
     """
+    # `unsure` is ignored later if the slab is certainly empty, `lost` never
     slab, unsure, lost = PlaneSlab(-math.inf, math.inf, whole(NO_PLACE), whole(NO_PLACE)), False, False
     for place in range(integer(geometry, table.CELL_FIRST, cell), integer(geometry, table.CELL_FIRST, cell + 1)):
         surface, inner = integer(geometry, table.PLANE_SURFACE, place), plane_side(geometry, place) > 0
@@ -177,9 +180,9 @@ def slab_of(
 
 @helper
 def cell_spans(geometry: Geometry, cell: int, ray: Ray, inverse: float) -> CellSpans:
-    """The spans of a ray inside a cell, over the whole line, each end with the place of its face.
+    """Return the spans of a ray in a cell, over the whole line, each end with the place of its face.
 
-    Relies on `inverse` = 1 / d·d. Unless `unsure`, the ends within the interval have the order of the exact ones, and
+    Relies on `inverse` = 1 / d·d. Unless `unsure`, the ends within the interval have the order of the exact ends, and
     lie within `nearness.off` of them.
     """
     nearness = nearness_of(geometry, table.CELL_LIMITS, cell, ray, inverse)
@@ -191,7 +194,7 @@ def cell_spans(geometry: Geometry, cell: int, ray: Ray, inverse: float) -> CellS
         outside = outside != (cell_side(geometry, cell) < 0)
         unsure |= doubtful
     unsure = lost | spans_unsure(slab, low, high, crosses, unsure, ray.t_min, ray.t_max, nearness)
-    if not crosses:  # an early out: what `compose_spans` would say
+    if not crosses:  # an early out, with the result of `compose_spans`
         t_in, t_out, place_in, place_out = slab
         there = (t_in < t_out) & outside
         return CellSpans(
@@ -207,7 +210,7 @@ def cell_spans(geometry: Geometry, cell: int, ray: Ray, inverse: float) -> CellS
 
 @inline
 def place_face(geometry: Geometry, place: int) -> tuple[int, int, int]:
-    """(surface, face number, side) of a place; side +1 where the surface's gradient points out of the cell."""
+    """Return (surface, face number, side) of a place; side +1 where the surface's gradient points out of the cell."""
     if place < 0:
         cell = -2 - place
         face, side = cell_face_and_side(geometry, cell)

@@ -1,7 +1,7 @@
 """All crossings or spans of rays, as rows of a growing table.
 
 A row is a span or a crossing; its columns have names. Both begin with t and the body, by which rows are sorted. OFF is
-by how much rounding may have moved an end. Where the ray is one of ranks (see queries/exact/ranks.py), t is a rank.
+the error bound of a t. Where the ray carries ranks instead of lengths (queries/exact/ranks.py), t is a rank.
 """
 
 from __future__ import annotations
@@ -19,27 +19,27 @@ from .entry import crossing_face, entry_crossings, entry_nearness, is_solid
 from .hit import may_tie
 from .scratch import Scratch
 
-# Of a span: its surfaces are -1 where it is clipped (1, else 0) by the interval
+# Columns of a span; where the interval clips it (CLIPPED 1, else 0), the surface is -1
 ENTER, BODY, EXIT, ENTER_CLIPPED, EXIT_CLIPPED, ENTER_SURFACE, EXIT_SURFACE, ENTER_OFF, EXIT_OFF = range(9)
 SPAN_COLUMNS = 9
-# Of a crossing; its body is in the same column; the side of `crossed_face`; 1 if the body is entered, else 0
+# Columns of a crossing; its body is in column BODY, SIDE is that of `crossing_face`, ENTERS is 1 or 0
 T, _, FACE, SURFACE, SIDE, ENTERS, OFF = range(7)
 CROSSING_COLUMNS = 7
-_FEW = 12
+_FEW = 12  # most rows that insertion sort orders
 
 
 class BodyRows(NamedTuple):
-    """What a ray has of a body; the crossings themselves are in scratch."""
+    """The number of a ray's crossings with a body, which are in scratch themselves, and facts about all of them."""
 
     crossings: int
     inside: bool  # just after t_min
-    off: float  # by how much rounding may have moved each
+    off: float  # error bound of the t of each
     unsure: bool
 
 
 @allocator
 def grow_rows(rows: Floats, used: int, more: int) -> Floats:
-    """The rows, in a larger table where theirs has no room for some more."""
+    """Return the table of rows, or a larger copy if it has no room for `more` rows."""
     if used + more <= len(rows):
         return rows
     larger = np.empty((2 * len(rows) + more + 64, rows.shape[1]))
@@ -51,7 +51,7 @@ def grow_rows(rows: Floats, used: int, more: int) -> Floats:
 
 @inline
 def _surface(geometry: Geometry, scratch: Scratch, entry: int, c: int) -> int:
-    """The surface of crossing c of an entry, read from scratch."""
+    """Return the surface of crossing c of an entry, from scratch."""
     _, place, sense, _ = read_crossing(scratch, c)
     return crossing_face(geometry, entry, place, sense)[0]
 
@@ -60,7 +60,7 @@ def _surface(geometry: Geometry, scratch: Scratch, entry: int, c: int) -> int:
 def _put_spans(
     geometry: Geometry, scratch: Scratch, entry: int, met: BodyRows, ray: Ray, rows: Floats, used: int
 ) -> int:
-    """Rows of the spans between an entry's crossings, read from scratch; returns how many rows there are now."""
+    """Append rows of the spans between an entry's crossings, from scratch; return the number of rows now."""
     body = whole(entry)
     enter, surface, before, inside = ray.t_min, whole(-1), 0.0, met.inside
     for c in range(met.crossings + 1):
@@ -81,7 +81,7 @@ def _put_spans(
 
 @helper
 def _put_crossings(geometry: Geometry, scratch: Scratch, entry: int, met: BodyRows, rows: Floats, used: int) -> int:
-    """Rows of an entry's crossings, read from scratch; returns how many rows there are now."""
+    """Append rows of an entry's crossings, from scratch; return the number of rows now."""
     body = whole(entry)
     for c in range(met.crossings):
         t, place, sense, enters = read_crossing(scratch, c)
@@ -97,7 +97,10 @@ def _put_crossings(geometry: Geometry, scratch: Scratch, entry: int, met: BodyRo
 def put_rows(
     geometry: Geometry, scratch: Scratch, entry: int, met: BodyRows, ray: Ray, spans: bool, rows: Floats, used: int
 ) -> int:
-    """Rows of an entry's spans or crossings. Relies on room for one row more than it has crossings (`with_room`)."""
+    """Append rows of an entry's spans or crossings; return the number of rows now.
+
+    Relies on room for one row more than the entry has crossings (`grow_rows`).
+    """
     if spans:
         return _put_spans(geometry, scratch, entry, met, ray, rows, used)
     return _put_crossings(geometry, scratch, entry, met, rows, used)
@@ -105,7 +108,7 @@ def put_rows(
 
 @inline
 def _order(rows: Floats, i: int, j: int, columns: int) -> int:
-    """-1, 0 or 1: does row i come before row j, with it, or after it, by their first columns?"""
+    """Return -1, 0 or 1 if row i comes before, with or after row j, by their first columns."""
     for k in range(columns):
         if rows[i, k] != rows[j, k]:
             return 1 if rows[i, k] > rows[j, k] else -1
@@ -114,7 +117,7 @@ def _order(rows: Floats, i: int, j: int, columns: int) -> int:
 
 @helper
 def _insert_rows(rows: Floats, first: int, last: int, columns: int) -> None:
-    """Order a few rows by their first columns: insertion sort, stable."""
+    """Sort a few rows by their first columns: insertion sort, stable."""
     for i in range(first + 1, last):
         j = i
         while j > first and _order(rows, j - 1, j, columns) > 0:
@@ -125,7 +128,7 @@ def _insert_rows(rows: Floats, first: int, last: int, columns: int) -> None:
 
 @inline
 def _stands_after(rows: tuple[Floats, int, int], a: int, b: int) -> bool:
-    """Does row a, counted from a first one, come after row b, by their first columns? Equal rows keep their order."""
+    """True if row a, counted from the first one, comes after row b, by first columns; equal rows keep their order."""
     table, first, columns = rows
     order = _order(table, first + a, first + b, columns)
     return order > 0 or (order == 0 and a > b)
@@ -136,7 +139,8 @@ _sort_places = make_sort(_stands_after)
 
 @allocator
 def _sort_many_rows(rows: Floats, first: int, last: int, columns: int) -> None:
-    """As `_insert_rows`, for many."""
+    """Sort many rows by their first columns, stable."""
+    # Numbers are sorted first, so that each row moves once
     order = np.empty(last - first, np.int32)
     for i in range(last - first):
         order[i] = i
@@ -149,7 +153,7 @@ def _sort_many_rows(rows: Floats, first: int, last: int, columns: int) -> None:
 
 @helper
 def _unsettled(rows: Floats, first: int, last: int, surface: int, off: int) -> bool:
-    """Might rounding have changed the order of two rows? Not of two on the same surface, at the same t."""
+    """True if rounding might have changed the order of two rows; not of two on the same surface at the same t."""
     for i in range(first + 1, last):
         near = may_tie(rows[i, T], rows[i, off], rows[i - 1, T], rows[i - 1, off])
         if near and (rows[i, T] != rows[i - 1, T] or rows[i, surface] != rows[i - 1, surface]):
@@ -159,7 +163,7 @@ def _unsettled(rows: Floats, first: int, last: int, surface: int, off: int) -> b
 
 @inline
 def sort_rows(rows: Floats, first: int, last: int, spans: bool) -> bool:
-    """Sort the rows of a ray by t and body (crossings also by face); might rounding have changed their order?"""
+    """Sort the rows of a ray by t and body, crossings also by face; True if rounding might have changed the order."""
     if last - first < 2:
         return False
     if last - first <= _FEW:
@@ -170,21 +174,21 @@ def sort_rows(rows: Floats, first: int, last: int, spans: bool) -> bool:
 
 
 @helper
-def scale_rows(rows: Floats, first: int, last: int, scale: float, given: Ray, spans: bool) -> None:
-    """Back to the length that the ray's direction had; clipped ends are those of the given interval, to the bit."""
+def scale_rows(rows: Floats, first: int, last: int, scale: float, unscaled: Ray, spans: bool) -> None:
+    """Convert t to the length of the unscaled ray's direction; clipped ends equal its interval's ends to the bit."""
     if scale == 1.0:
         return
     for i in range(first, last):
-        rows[i, T] = given.t_min if spans and rows[i, ENTER_CLIPPED] != 0.0 else rows[i, T] * scale
+        rows[i, T] = unscaled.t_min if spans and rows[i, ENTER_CLIPPED] != 0.0 else rows[i, T] * scale
         if spans:
-            rows[i, EXIT] = given.t_max if rows[i, EXIT_CLIPPED] != 0.0 else rows[i, EXIT] * scale
+            rows[i, EXIT] = unscaled.t_max if rows[i, EXIT_CLIPPED] != 0.0 else rows[i, EXIT] * scale
 
 
 @allocator
 def ray_rows(
     geometry: Geometry, scratch: Scratch, ray: Ray, count: int, spans: bool, rows: Floats, used: int
 ) -> tuple[Floats, int, bool]:
-    """Spans or crossings of entries scratch.found[:count] from rows[used] on: (rows, how many now, doubtful)."""
+    """Append sorted spans or crossings of entries scratch.found[:count] at rows[used]: (rows, number now, doubtful)."""
     first, doubtful = used, False
     for k in range(count):
         entry = scratch.found[k]

@@ -1,4 +1,4 @@
-"""The crossings of a ray with one sheet: a clipped surface, or a polygon."""
+"""The crossings of a ray with one entry of the scene's tree (ball, cell, region, sheet or polygon), and their faces."""
 
 from __future__ import annotations
 
@@ -29,9 +29,10 @@ from .scratch import Scratch
 
 @helper
 def sheet_crossings(geometry: Geometry, scratch: Scratch, sheet: int, ray: Ray) -> tuple[int, bool]:
-    """(crossings of a clipped surface in (t_min, t_max), doubtful). "Entered" is against the sheet's normal.
+    """Return (number of crossings of a clipped surface in (t_min, t_max), doubtful).
 
-    Crossings go into scratch in order of t, by low < high; the clipping program leaves `scratch.counts` as they were.
+    "Entered" means against the sheet's normal. Crossings go into scratch in order of t, which follows from low < high.
+    The clipping program leaves `scratch.counts` unchanged.
     """
     surface, program = integer(geometry, table.SHEET_SURFACE, sheet), integer(geometry, table.SHEET_PROGRAM, sheet)
     side, one_sided = integer(geometry, table.SHEET_SIDE, sheet), integer(geometry, table.SHEET_ONE_SIDED, sheet) == 1
@@ -49,9 +50,9 @@ def sheet_crossings(geometry: Geometry, scratch: Scratch, sheet: int, ray: Ray) 
             return 0, unsure
         falls = rate < 0.0
     unsure |= nearness.far < 0.0
-    for root in range(2):
+    for root in range(2):  # a plane has no second root: high stays infinite
         t = low if root == 0 else high
-        against = (falls != (root == 1)) == (side > 0)
+        against = (falls != (root == 1)) == (side > 0)  # the value changes the other way at the second root
         unsure |= may_pass_start(t, starts, ray.t_min, nearness.off)
         if not counts_in(t, starts, ray.t_min, ray.t_max) or (one_sided and not against):
             continue
@@ -68,7 +69,7 @@ def sheet_crossings(geometry: Geometry, scratch: Scratch, sheet: int, ray: Ray) 
 
 @helper
 def polygon_crossings(geometry: Geometry, scratch: Scratch, polygon: int, ray: Ray) -> tuple[int, bool]:
-    """(crossings of a polygon in (t_min, t_max): 0 or 1, doubtful)"""
+    """Return (number of crossings of a polygon in (t_min, t_max), 0 or 1; doubtful)."""
     surface, program = (
         integer(geometry, table.POLYGON_SURFACE, polygon),
         integer(geometry, table.POLYGON_PROGRAM, polygon),
@@ -95,12 +96,12 @@ def polygon_crossings(geometry: Geometry, scratch: Scratch, polygon: int, ray: R
     return 1, unsure
 
 
-# The crossings of a ray with one entry of the scene's tree, whatever its kind, and the faces they lie on.
+# Crossings of solids, then of an entry of any kind
 
 
 @inline
 def _put_end(scratch: Scratch, count: int, t: float, starts: bool, ray: Ray, place: int, enters: int) -> int:
-    """One end of a span as a crossing, if it counts in the interval; returns how many there are now."""
+    """Write one end of a span as a crossing, if it counts in the interval; return the number of crossings now."""
     if not counts_in(t, starts, ray.t_min, ray.t_max):
         return count
     put_crossing(scratch, count, t, place, 1, enters)
@@ -112,10 +113,11 @@ def _put_span(
     scratch: Scratch, count: int, ends: tuple[float, float], places: tuple[int, int], starts: tuple[bool, bool],
     ray: Ray, off: float,
 ) -> tuple[int, bool, bool]:  # fmt: skip
-    """The ends of one span into scratch: (crossings in scratch now, inside just after t_min, doubtful)."""
+    """Write the ends of one span into scratch: (crossings in scratch now, inside just after t_min, doubtful)."""
     t_in, t_out = ends
     unsure = may_pass_start(t_in, starts[0], ray.t_min, off) | may_pass_start(t_out, starts[1], ray.t_min, off)
     inside = t_in <= ray.t_min < t_out
+    # The crossing on which the ray starts is not reported: inside is then as it is beyond that crossing
     inside ^= is_start_crossing(t_in, starts[0], ray.t_min, ray.t_max) ^ is_start_crossing(
         t_out, starts[1], ray.t_min, ray.t_max
     )
@@ -125,7 +127,7 @@ def _put_span(
 
 @inline
 def cell_crossings(geometry: Geometry, scratch: Scratch, cell: int, ray: Ray) -> tuple[int, bool, bool]:
-    """(number of crossings in (t_min, t_max), inside just after t_min, doubtful) of a single cell."""
+    """Return (number of crossings in (t_min, t_max), inside just after t_min, doubtful) of a cell."""
     inverse = span_inverse(ray)
     nearness = nearness_of(geometry, table.CELL_LIMITS, cell, ray, inverse)
     return crossings_of_spans(geometry, scratch, ray, nearness, cell_spans(geometry, cell, ray, inverse))
@@ -135,7 +137,7 @@ def cell_crossings(geometry: Geometry, scratch: Scratch, cell: int, ray: Ray) ->
 def crossings_of_spans(
     geometry: Geometry, scratch: Scratch, ray: Ray, nearness: Nearness, found: CellSpans
 ) -> tuple[int, bool, bool]:
-    """`cell_crossings` from the spans of the cell."""
+    """`cell_crossings`, from the spans of the cell."""
     count, inside, unsure = 0, False, found.unsure
     for k in range(found.number):
         t_in, place_in = end_of(found, 2 * k)
@@ -155,7 +157,7 @@ def crossings_of_spans(
 
 @inline
 def ball_crossings(geometry: Geometry, scratch: Scratch, surface: int, ray: Ray) -> tuple[int, bool, bool]:
-    """(number of crossings in (t_min, t_max), inside just after t_min, doubtful) of a ball."""
+    """Return (number of crossings in (t_min, t_max), inside just after t_min, doubtful) of a ball."""
     inverse = span_inverse(ray)
     low, high, _, crosses, unsure = curved_roots(geometry, surface, ray, inverse)
     nearness = surface_nearness(geometry, surface, ray, inverse)
@@ -170,21 +172,21 @@ def ball_crossings(geometry: Geometry, scratch: Scratch, surface: int, ray: Ray)
 def crossings_of_roots(
     scratch: Scratch, surface: int, ray: Ray, nearness: Nearness, low: float, high: float
 ) -> tuple[int, bool, bool]:
-    """`ball_crossings` from the roots of the ball."""
+    """`ball_crossings`, from the roots of the ball."""
     starts, place = surface == ray.start, whole(NO_PLACE)
     return _put_span(scratch, 0, (low, high), (place, place), (starts, starts), ray, nearness.off)
 
 
 @inline
 def surface_nearness(geometry: Geometry, surface: int, ray: Ray, inverse: float) -> Nearness:
-    """The nearness of a ball."""
+    """Return the nearness, in t of the ray, of a ball."""
     ball = load_sphere(geometry, integer(geometry, table.SURFACE_ROW, surface))
     return limits_of_ray(ray, inverse, lengths_of_ball(ball))
 
 
 @inline
 def entry_nearness(geometry: Geometry, entry: int, ray: Ray) -> Nearness:
-    """The nearness of an entry of any kind."""
+    """Return the nearness, in t of the ray, of an entry of any kind."""
     kind, index = integer(geometry, table.ENTRY_KIND, entry), integer(geometry, table.ENTRY_INDEX, entry)
     inverse = span_inverse(ray)
     if kind == BALL:
@@ -200,7 +202,7 @@ def entry_nearness(geometry: Geometry, entry: int, ray: Ray) -> Nearness:
 
 @inline
 def crossing_face(geometry: Geometry, entry: int, place: int, sense: int) -> tuple[int, int, int]:
-    """(surface, face number, side) of a crossing of an entry; side +1 where the gradient points out of the body."""
+    """Return (surface, face number, side) of a crossing; side +1 where the gradient points out of the body."""
     kind, index = integer(geometry, table.ENTRY_KIND, entry), integer(geometry, table.ENTRY_INDEX, entry)
     none, one = whole(0), whole(1)
     if kind == BALL:
@@ -215,9 +217,9 @@ def crossing_face(geometry: Geometry, entry: int, place: int, sense: int) -> tup
 
 @inline
 def entry_crossings(geometry: Geometry, scratch: Scratch, entry: int, ray: Ray, limit: int) -> tuple[int, bool, bool]:
-    """Crossings of an entry's body into scratch, in order of t: (number, inside just after t_min, doubtful).
+    """Write the crossings of an entry into scratch, in order of t: (number, inside just after t_min, doubtful).
 
-    For solids the crossings alternate between in and out, starting from `inside`; a region stops after `limit`.
+    Crossings of a solid alternate between in and out, starting from `inside`. A region stops after `limit` crossings.
     """
     kind, index = integer(geometry, table.ENTRY_KIND, entry), integer(geometry, table.ENTRY_INDEX, entry)
     if kind == BALL:
@@ -235,13 +237,13 @@ def entry_crossings(geometry: Geometry, scratch: Scratch, entry: int, ray: Ray, 
 
 @inline
 def is_solid(geometry: Geometry, entry: int) -> bool:
-    """Has an entry an inside? Sheets and polygons have none."""
+    """True if an entry has an inside; sheets and polygons have none."""
     return integer(geometry, table.ENTRY_KIND, entry) <= REGION
 
 
 @helper
 def entry_sides(geometry: Geometry, scratch: Scratch, entry: int, ray: Ray, t: float) -> tuple[bool, bool]:
-    """(inside just before t, inside just after t) of an entry's body; a sheet has no inside."""
+    """Return (inside just before t, inside just after t) of an entry; False for sheets, which have no inside."""
     kind, index = integer(geometry, table.ENTRY_KIND, entry), integer(geometry, table.ENTRY_INDEX, entry)
     if kind == BALL:
         low, high, _, crosses, _ = curved_roots(geometry, index, ray, span_inverse(ray))
@@ -260,7 +262,7 @@ def entry_sides(geometry: Geometry, scratch: Scratch, entry: int, ray: Ray, t: f
 
 @inline
 def _larger(data: None, a: int, b: int) -> bool:
-    """The order of numbers, for `sort_numbers`."""
+    """The order of numbers, for `make_sort`."""
     return a > b
 
 
@@ -269,7 +271,7 @@ _sort = make_sort(_larger)
 
 @helper
 def collect_entries(geometry: Geometry, scratch: Scratch, ray: Ray) -> int:
-    """Put the entries whose boxes the ray meets within its interval into scratch.found, in order; returns how many.
+    """Write the entries whose boxes the ray meets within its interval into scratch.found, sorted; return the number.
 
     Entries are numbered in the order of their bodies, so the body listed first comes first.
     """

@@ -1,4 +1,7 @@
-"""The first crossing that a ray has met so far: what is kept of it, and which of two is the nearer."""
+"""The first hit of a ray: its fields, the rule for the nearer of two hits, and the test of a single ray with an entry.
+
+`nearer_hit` is the one place that decides ties and their doubt; every route calls it, or its parts.
+"""
 
 from __future__ import annotations
 
@@ -29,27 +32,27 @@ from .entry import crossing_face, entry_crossings, entry_nearness
 from .scratch import Scratch
 
 DOUBTFUL = 32
-"""Added to the turn (`turn_of`) of a hit, or miss, that rounding might have changed."""
+"""Added to the turn (`turn_of`) of a hit or miss that rounding might have changed."""
 
 
 class Hit(NamedTuple):
-    """A crossing with a body, or a miss: t = inf and ids -1. `crossed_face` makes a surface, face and side of it."""
+    """A crossing with a body, or a miss: t = inf and ids -1. `crossing_face` computes its surface, face and side."""
 
     t: float
-    body: Any  # int64, as the three that follow
+    body: Any  # int64, as the next three
     entry: Any
     place: Any  # of the face, see body/cell.py
-    sense: Any  # of the leaf that the face belongs to: -1 where its complement counts
+    sense: Any  # of the leaf to which the face belongs: -1 where its complement counts
     enters: Any  # bool: against the body's outward normal
-    off: float  # by how much rounding may have moved t
-    unsure: Any  # bool: might rounding have changed anything of the answer?
+    off: float  # error bound of t
+    unsure: Any  # bool: rounding might have changed the answer
 
 
 class ResolvedHit(NamedTuple):
-    """A crossing as it is reported; t = inf and ids -1 for a miss."""
+    """A crossing as queries report it; t = inf and ids -1 for a miss."""
 
     t: float
-    body: Any  # int64, as those that follow
+    body: Any  # int64, as the others
     surface: Any
     face: Any
     side: Any  # -1 where the surface's own normal points into the body, else 1
@@ -57,50 +60,50 @@ class ResolvedHit(NamedTuple):
 
 @inline
 def no_hit() -> Hit:
-    """A miss."""
+    """Return a miss."""
     nothing = np.int64(-1)
     return Hit(math.inf, nothing, nothing, nothing, np.int64(1), False, 0.0, False)
 
 
 @inline
 def doubt_hit(hit: Hit, unsure: bool) -> Hit:
-    """The same hit, doubtful also where `unsure`. A hit never becomes certain again."""
+    """Return the hit, doubtful also where `unsure`; a hit never becomes certain again."""
     return Hit(hit.t, hit.body, hit.entry, hit.place, hit.sense, hit.enters, hit.off, hit.unsure | unsure)
 
 
 @inline
 def scale_hit(hit: Hit, scale: float) -> Hit:
-    """A hit of a ray whose direction is to be `scale` times as short."""
+    """Return the hit for a direction that is shorter by the factor `scale`: t and its error bound times `scale`."""
     return Hit(hit.t * scale, hit.body, hit.entry, hit.place, hit.sense, hit.enters, hit.off * scale, hit.unsure)
 
 
 @inline
 def cull_limit(hit: Hit) -> float:
-    """The t beyond which no crossing can be nearer, whatever rounding did: where culling may cut the ray off."""
+    """Return the t beyond which no crossing can be nearer, despite rounding: culling may cut the ray off there."""
     return hit.t + hit.off
 
 
 @inline
 def comes_first(t: float, body: int, other_t: float, other_body: int) -> bool:
-    """The rule of ties: the nearer of two crossings; at equal t that of the body listed first.
+    """True if the first of two crossings is the nearer one; at equal t the crossing of the body listed first counts.
 
-    A miss is at t = inf with a body of any number: against another (body -1) it never comes first.
+    A miss has t = inf with any body: it never comes before another miss, whose body is -1.
     """
     return (t < other_t) | ((t == other_t) & (body < other_body))
 
 
 @inline
 def may_tie(t: float, off: float, other_t: float, other_off: float) -> bool:
-    """Might rounding have changed which of two crossings is the nearer?"""
+    """True if rounding might have changed which of two crossings is the nearer."""
     return abs(t - other_t) <= off + other_off
 
 
 @inline
 def nearer_hit(geometry: Geometry, best: Hit, new: Hit) -> Hit:
-    """The nearer of two hits, by `comes_first`.
+    """Return the nearer of two hits, by `comes_first`.
 
-    Where rounding might have changed which it is, the answer is doubtful; not where both are on the same
-    surface: then they are at the same t, whatever it is. Which hit is kept does not depend on the order of
+    The result is doubtful where rounding might have changed which hit is nearer, except where both have the same t and
+    lie on the same surface: their exact t are then equal as well. The result does not depend on the order of
     comparisons, so that routes that traverse differently agree.
     """
     unsure = best.unsure | new.unsure
@@ -113,13 +116,13 @@ def nearer_hit(geometry: Geometry, best: Hit, new: Hit) -> Hit:
 
 @inline
 def hit_surface(geometry: Geometry, hit: Hit) -> int:
-    """The surface of a hit."""
+    """Return the surface of a hit."""
     return crossing_face(geometry, hit.entry, hit.place, hit.sense)[0]
 
 
 @inline
 def resolve_hit(geometry: Geometry, hit: Hit) -> ResolvedHit:
-    """A hit as it is reported."""
+    """Return a hit with its surface, face and side."""
     if hit.entry < 0:
         return ResolvedHit(hit.t, hit.body, hit.entry, hit.entry, hit.sense)
     surface, face, side = crossing_face(geometry, hit.entry, hit.place, hit.sense)
@@ -128,27 +131,28 @@ def resolve_hit(geometry: Geometry, hit: Hit) -> ResolvedHit:
 
 @inline
 def is_doubtful(turn: Any) -> Any:
-    """Is a hit of this turn (or an array of them) one that rounding might have changed?"""
+    """True if rounding might have changed the hit with this turn; also for arrays of turns."""
+    # Without doubt |turn| <= 2, with doubt turn >= DOUBTFUL - 2
     return turn > DOUBTFUL // 2
 
 
 @inline
 def turn_of(hit: Hit) -> Any:
-    """Sense, entering and doubt of a hit in one small integer: the sense, doubled where entered, + DOUBTFUL."""
+    """Return sense, entering and doubt of a hit in one small integer: the sense, doubled if entered, + DOUBTFUL."""
     return (2 * hit.sense if hit.enters else hit.sense) + (DOUBTFUL if hit.unsure else 0)
 
 
-# A ball on a ray.
+# A ball on a ray
 
 
 @inline
 def ball_event(
     roots: QuadricRoots, starts: bool, t_min: float, t_max: float, nearness: Nearness
 ) -> tuple[float, bool, bool]:
-    """(t of the first crossing of a ball within the interval, is it entered there, doubtful); t = inf for none.
+    """Return (t of the first crossing of a ball within the interval, entered there, doubtful); t = inf for none.
 
-    Without branches, so that single rays, the lanes of packets and the pairs of streams all call it. Relies on
-    roots.low < roots.high where the ray crosses; `doubtful` is set wherever rounding, by `nearness`, might change t
+    It has no branches, so that single rays, the lanes of packets and the pairs of streams all call it. Relies on
+    roots.low < roots.high where the ray crosses. `doubtful` is set wherever rounding, within `nearness`, might change t
     from one root to the other or to inf.
     """
     low, high, _, crosses, unsure = roots
@@ -159,10 +163,10 @@ def ball_event(
     return t, enters, unsure | (crosses & near) | (nearness.far < 0.0)
 
 
-# A single ray against one entry of the scene's tree: its first crossing, by the cheapest route for its kind.
+# A single ray against one entry, by the cheapest route for its kind
 #
-# Every function takes the best hit so far and returns the better one, so that it keeps `best` the first crossing, by
-# `hit.nearer`, of all entries tested.
+# Every function takes the best hit so far and returns the better one, so that `best` stays the first crossing, by
+# `nearer_hit`, of all entries tested.
 
 
 @inline
@@ -201,11 +205,12 @@ def try_cell(geometry: Geometry, item: LeafItem, ray: Ray, inverse: float, best:
 
 @helper
 def try_entry(geometry: Geometry, scratch: Scratch, entry: int, ray: Ray, best: Hit) -> Hit:
-    """The better of `best` and the first crossing of an entry; equal t goes to the body listed first.
+    """Return the better of `best` and the first crossing of an entry; at equal t the body listed first counts.
 
-    The interval is cut off a little beyond `within(best)`: a crossing farther away cannot be nearer, one up to there
-    may still make the order doubtful.
+    The interval is cut off a little beyond `cull_limit(best)`: a crossing farther away cannot be nearer, one up to
+    there may still make the order doubtful.
     """
+    # `END` makes up for the rounding of the sum
     limit = min(ray.t_max, cull_limit(best) + abs(best.t) * END + END_LEAST)
     ray = with_limits(ray, ray.t_min, limit)
     nearness = entry_nearness(geometry, entry, ray)
@@ -221,9 +226,9 @@ def try_entry(geometry: Geometry, scratch: Scratch, entry: int, ray: Ray, best: 
 def intersect_item(
     geometry: Geometry, scratch: Scratch, item: LeafItem, sphere: SphereRecord, ray: Ray, inverse: float, best: Hit
 ) -> Hit:
-    """`try_entry` for an item of a leaf with a ball around it, by the cheapest route for its kind.
+    """`try_entry` for an item of a leaf, by the cheapest route for its kind.
 
-    For an item that is a ball, `sphere` is the exact one, not a bound.
+    `sphere` is the ball around the item in the leaf; for an item that is a ball it is the exact one, not a bound.
     """
     if item.kind == BALL:
         return try_ball(geometry, item, sphere, ray, inverse, best)

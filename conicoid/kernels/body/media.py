@@ -1,4 +1,8 @@
-"""The media on both sides of a crossing."""
+"""The media on both sides of a crossing: by its t alone (`find_media`), or by the identity of its surface (`sides_at`).
+
+The rule of both: all crossings at one place act together, a transparent solid counts before an opaque one, and among
+equals the body listed first. The t alone is enough for rays that the fast formulas decide.
+"""
 
 from __future__ import annotations
 
@@ -15,15 +19,15 @@ from .scratch import Scratch
 
 @inline
 def first_body(found: int, body: int, is_there: bool) -> int:
-    """The body that counts of those that are somewhere, asked in the order of the list: the first of them."""
+    """Return the first body, in the order of the scene's list, that is there; `found` is the result so far, or -1."""
     return body if is_there and found < 0 else found
 
 
 @helper
 def find_media(geometry: Geometry, scratch: Scratch, ray: Ray, t: float, is_medium: Signs) -> tuple[int, int]:
-    """(before, after): the first body with is_medium[body] != 0 that the ray is in, just before and after t.
+    """Return (before, after): the first body with is_medium[body] != 0 that contains the ray just before and after t.
 
-    -1 for none. All crossings at the same t act together. Relies on `collect` listing entries in order of
+    -1 for none. All crossings at the same t act together. Relies on `collect_entries` listing entries in the order of
     their bodies, so that the body listed first has priority.
     """
     ray, scale = scale_ray(ray)
@@ -40,19 +44,16 @@ def find_media(geometry: Geometry, scratch: Scratch, ray: Ray, t: float, is_medi
     return before, after
 
 
-# What lies on both sides of a crossing, by the identity of its surface.
+# Both sides of a crossing, by the identity of its surface
 #
-# The rule is that of `media`, with which integrators find it: all crossings at one place act together, a transparent
-# solid counts before an opaque one, and among equals the body listed first. `media` compares t alone, which is enough
-# for
-# rays that the fast formulas decide; here what is on the surface of the hit is at the hit, whatever its t, and what
-# rounding may have put on the other side of it is doubtful.
+# A crossing with the surface of the hit is at the hit, whatever its computed t. A crossing that rounding may have put
+# on the other side of the hit makes the answer doubtful.
 
 BEFORE, AFTER, BLOCKER = 0, 1, 2
 """Rows of the sides of many hits."""
 OPAQUE, CLEAR, PANE = 0, 1, 2
-"""What a body is to light: opaque, a transparent solid, or a transparent sheet, which nothing is inside of."""
-_EVERY = 1 << 30
+"""Kinds of body to light: opaque, transparent solid, transparent sheet (which has no inside)."""
+_EVERY = 1 << 30  # as a limit: no limit of crossings
 
 
 class Sides(NamedTuple):
@@ -62,19 +63,19 @@ class Sides(NamedTuple):
     clear_after: Any
     solid_before: Any
     solid_after: Any
-    blocker: Any  # the first listed opaque body, sheets included, that is crossed there
+    blocker: Any  # the first listed opaque body, sheets included, with a crossing there
 
 
 @inline
 def no_sides() -> Sides:
-    """The sides of a crossing where no body is known yet."""
+    """Return sides without any body."""
     none: Any = whole(-1)
     return Sides(none, none, none, none, none)
 
 
 @inline
 def with_body(sides: Sides, body: int, kind: int, crossed: bool, was: bool, now: bool) -> Sides:
-    """The sides with one body more, in the order of bodies: was the ray inside of it, is it now, is it crossed?"""
+    """Add a body to the sides, in the order of bodies: the ray crosses it, was inside before, is inside now."""
     first, last, solid_first, solid_last, blocker = sides
     if kind == CLEAR:
         first, last = first_body(first, body, was), first_body(last, body, now)
@@ -86,19 +87,19 @@ def with_body(sides: Sides, body: int, kind: int, crossed: bool, was: bool, now:
 
 @inline
 def body_before(sides: Sides) -> int:
-    """The body that a ray is in before a crossing."""
+    """Return the body that contains the ray before a crossing, or -1."""
     return sides.clear_before if sides.clear_before >= 0 else sides.solid_before
 
 
 @inline
 def body_after(sides: Sides) -> int:
-    """The body that a ray is in after a crossing."""
+    """Return the body that contains the ray after a crossing, or -1."""
     return sides.clear_after if sides.clear_after >= 0 else sides.solid_after
 
 
 @inline
 def ray_about(ray: Ray, t: float, width: float) -> Ray:
-    """A ray within t - width to t + width, and never nothing."""
+    """Return the ray with the interval t - width to t + width, which is never empty."""
     return with_limits(ray, next_float_down(t - width), next_float_up(t + width))
 
 
@@ -106,22 +107,22 @@ def ray_about(ray: Ray, t: float, width: float) -> Ray:
 def sides_at(
     geometry: Geometry, scratch: Scratch, ray: Ray, t: float, surface: int, entry: int, kinds: Signs
 ) -> tuple[Sides, bool]:
-    """(what is on both sides of the crossing at t of a ray with a surface, of an entry; is that doubtful).
+    """Return (sides of the crossing at t of a ray with a surface of an entry, doubtful).
 
-    kinds[body]: OPAQUE, CLEAR or PANE. Relies on `scaled_ray`, and on `collect` listing entries in order of their
-    bodies. Certain where, of every entry near t, at most one crossing is so near that rounding may have moved it past
-    t, and it is one with the same surface.
+    kinds[body] is OPAQUE, CLEAR or PANE. Relies on a ray from `scale_ray`, and on `collect_entries` listing entries in
+    the order of their bodies. The answer is certain if every entry near t has at most one crossing so near that
+    rounding may have moved it past t, and that crossing is with the same surface.
     """
     off = entry_nearness(geometry, entry, ray).off
     sides, unsure = no_sides(), False
     for k in range(collect_entries(geometry, scratch, ray_about(ray, t, 2.0 * off))):
-        one = scratch.found[k]
-        near = ray_about(ray, t, 2.0 * (off + entry_nearness(geometry, one, ray).off))
-        count, inside, doubtful = entry_crossings(geometry, scratch, one, near, _EVERY)
+        other = scratch.found[k]
+        near = ray_about(ray, t, 2.0 * (off + entry_nearness(geometry, other, ray).off))
+        count, inside, doubtful = entry_crossings(geometry, scratch, other, near, _EVERY)
         unsure |= doubtful | (count > 1)
         if count > 0:
             _, place, sense, _ = read_crossing(scratch, 0)
-            unsure |= crossing_face(geometry, whole(one), place, sense)[0] != surface
-        body, solid = whole(one), is_solid(geometry, one)
+            unsure |= crossing_face(geometry, whole(other), place, sense)[0] != surface
+        body, solid = whole(other), is_solid(geometry, other)
         sides = with_body(sides, body, kinds[body], count > 0, inside, inside != (solid and count > 0))
     return sides, unsure

@@ -1,4 +1,7 @@
-"""Is a point inside? Leaves are closed, Boolean combinations exact. (A surface's value has a sign at a point.)"""
+"""Membership of points in bodies, from the signs of surfaces at the point.
+
+Leaves are closed, and Boolean combinations of them are exact.
+"""
 
 from __future__ import annotations
 
@@ -20,18 +23,18 @@ from .boolean import collect_leaves
 from .scratch import EVENT, LEAF, Scratch
 
 INSIDE = 1
-"""OUTSIDE is 0, and OPEN 2: not certain."""
+"""Answer of the tests below; 0 means outside, and OPEN (2) not certain."""
 
 
 @inline
 def point_ray(x: float, y: float, z: float) -> Ray:
-    """A ray that is a point."""
+    """Return a ray whose interval is a single point."""
     return Ray(x, y, z, 1.0, 1.0, 1.0, 0.0, 0.0, whole(-1))
 
 
 @inline
 def plane_value(plane: PlaneRecord, limits: PlaneLimits, x: float, y: float, z: float) -> tuple[float, float]:
-    """(value at a point, by how much it may be off)."""
+    """Return (value of a plane at a point, its error bound)."""
     nx, ny, nz, over, ax, ay, az = plane
     (px, ex), (py, ey), (pz, ez) = two_difference(x, ax), two_difference(y, ay), two_difference(z, az)
     height = dot(nx, ny, nz, px, py, pz) + (dot(nx, ny, nz, ex, ey, ez) + over)
@@ -41,7 +44,7 @@ def plane_value(plane: PlaneRecord, limits: PlaneLimits, x: float, y: float, z: 
 
 @inline
 def sphere_value(sphere: SphereRecord, x: float, y: float, z: float) -> tuple[float, float]:
-    """(value at a point, by how much it may be off)."""
+    """Return (value of a sphere at a point, its error bound)."""
     cx, cy, cz, r = sphere
     px, py, pz = x - cx, y - cy, z - cz
     square = px * px + py * py + pz * pz
@@ -50,7 +53,10 @@ def sphere_value(sphere: SphereRecord, x: float, y: float, z: float) -> tuple[fl
 
 @helper
 def surface_side(geometry: Geometry, rest: RoundingRest, surface: int, x: float, y: float, z: float) -> int:
-    """The sign of a surface's value at a point, or OPEN: by floats where their error bound allows, else with bounds."""
+    """Return the sign of a surface's value at a point, or OPEN.
+
+    Floats decide where their error bound allows it, else pairs of floats with a bound (surface/exact_crossing.py).
+    """
     row, kind = integer(geometry, table.SURFACE_ROW, surface), integer(geometry, table.SURFACE_KIND, surface)
     if kind == PLANE:
         value, off = plane_value(load_plane(geometry, row), plane_limits(geometry, row), x, y, z)
@@ -72,7 +78,7 @@ def surface_side(geometry: Geometry, rest: RoundingRest, surface: int, x: float,
 
 @helper
 def cell_holds(geometry: Geometry, rest: RoundingRest, cell: int, x: float, y: float, z: float) -> int:
-    """INSIDE if the point is on the inner side of every face, or on it; OPEN where that is not certain."""
+    """Return INSIDE if the point is on the inner side of every face, or on a face; 0 outside; OPEN if not certain."""
     held, quadric = INSIDE, integer(geometry, table.CELL_QUADRIC, cell)
     first, last = integer(geometry, table.CELL_FIRST, cell), integer(geometry, table.CELL_FIRST, cell + 1)
     for slot in range(first, last + 1 if quadric >= 0 else last):
@@ -92,7 +98,10 @@ def cell_holds(geometry: Geometry, rest: RoundingRest, cell: int, x: float, y: f
 def entry_holds(
     geometry: Geometry, rest: RoundingRest, scratch: Scratch, entry: int, x: float, y: float, z: float
 ) -> int:
-    """Does an entry's body contain the point? INSIDE, 0 or OPEN. `scratch.counts` are as before when it returns."""
+    """Return INSIDE if an entry's body contains the point, 0 if not, OPEN if not certain.
+
+    Sheets and polygons contain no point. `scratch.counts` is unchanged on return.
+    """
     kind, index = integer(geometry, table.ENTRY_KIND, entry), integer(geometry, table.ENTRY_INDEX, entry)
     if kind == BALL:
         where = surface_side(geometry, rest, index, x, y, z)
@@ -101,7 +110,7 @@ def entry_holds(
         return cell_holds(geometry, rest, index, x, y, z)
     if kind != REGION:
         return 0
-    held, certain = 0, True
+    held, certain = 0, True  # leaves that hold the point are listed in scratch.event, to be turned back
     hold_program(geometry, scratch.counts, index)
     for k in range(collect_leaves(geometry, scratch, index, point_ray(x, y, z))):
         if table.poll_halt(geometry, k):

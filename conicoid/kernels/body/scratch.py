@@ -1,4 +1,4 @@
-"""Memory of one thread: events of a region's leaves, crossings of a body, the stack of a walk."""
+"""Scratch memory of one thread: events of a region's leaves, crossings of a body, the stack of a tree walk."""
 
 from __future__ import annotations
 
@@ -14,36 +14,37 @@ from ..programs import new_counts
 from ..tables import Floats, Geometry, Ints, Signs, integer, length
 
 TIME, EVENT = 2, 6
-"""How many numbers in `time` and `event` belong to one event, and to the crossing with the same number."""
+"""Elements of `time` and `event` for one event and the crossing with the same number."""
 LEAF, PLACE, ON = 0, 1, 2
-"""Of an event: a region's leaf, the place of its face, 1 if the leaf is entered, 0 if it is left."""
+"""Elements of an event: a region's leaf, the place of its face, 1 if the ray enters the leaf or 0 if it leaves."""
 CROSS_T = 1
 CROSS_PLACE, CROSS_SENSE, CROSS_ENTERS = 3, 4, 5
-"""Of a crossing: the place of its face, the sense of its leaf, 1 if the body is entered."""
+"""Elements of a crossing: the place of its face, the sense of its leaf, 1 if the ray enters the body."""
 LEAF_COUNT = -1
-"""The last of `found_leaves`: how many leaves it holds already, or -1: the tree is to be traversed for them."""
+"""Last element of `found_leaves`: the number of leaves that it holds, or -1 if the tree must be traversed for them."""
 
 
 class Scratch(NamedTuple):
     """Scratch memory, sized for the largest body of a scene, allocated once for each chunk of rays.
 
-    Between rays `counts` has every leaf outside (`gates.hold`) and found_leaves[KNOWN] is -1; whoever changes them
-    restores them.
+    Between rays `counts` has every leaf outside (`hold_program`) and found_leaves[LEAF_COUNT] is -1; a function that
+    changes them restores them.
     """
 
-    time: Floats  # (TIME each) t of a region's events, the span ends of its leaves; of a body's crossings
-    event: Ints  # (EVENT each) what they are
+    time: Floats  # (TIME each) t of a region's events, which are span ends of its leaves; t of a body's crossings
+    event: Ints  # (EVENT each) the rest of an event and of a crossing
     counts: Ints  # true inputs of gates, see kernels/programs.py
     way: Floats  # of the walk through the scene's tree, see kernels/bvh/walk.py
     inner_way: Floats  # of the walk through the tree of a body's leaves
     found: Ints  # entries whose boxes the ray meets
-    found_leaves: Ints  # leaves of a body, see `KNOWN`
+    found_leaves: Ints  # leaves of a body, see `LEAF_COUNT`
     nothing: Signs  # an empty mask: every body counts
 
 
 @allocator
 def new_scratch(geometry: Geometry) -> Scratch:
-    """Scratch memory for one thread."""
+    """Return scratch memory for one thread."""
+    # A leaf has at most two spans, so four events
     leaves = geometry.places[table.LEAVES]
     events, depth = 4 * leaves + 4, integer(geometry, table.TREE_DEPTH, 0) + MOST_CHOSEN
     found_leaves = np.empty(leaves + 1, np.int32)

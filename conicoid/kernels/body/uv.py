@@ -1,9 +1,10 @@
-"""The rows of faces' maps from world coordinates to uv; bodies that are one another moved share what says which.
+"""Coordinates uv of points of faces, and the rows of the maps from world coordinates to uv.
 
-A scene without such bodies has no `body_maps`: `face_maps` have a row for each face, in order. One with such bodies has
-the four numbers of `body_maps` for each body: where the rows of its faces begin in `face_maps`, and then, which of the
-different places along an axis it has, or which of its kind it is. A number 8 row + k of `face_maps` says there that a
-body has the row that lies behind this one by its number k of the four; for k = 0 this one.
+In a scene without translated copies of bodies `body_maps` is empty, and `face_maps` has a row for each face, in order.
+Otherwise copies share rows of `face_maps`. `body_maps` then has four numbers for each body: the first row of its faces
+in `face_maps`, and three offsets (which of the distinct positions along an axis the body has, or its number among the
+bodies of its kind). A number 8 row + k of `face_maps` then stands for the row of `map_rows` at `row` plus the body's
+number k of the four; for k = 0 for `row` itself.
 """
 
 from __future__ import annotations
@@ -25,20 +26,23 @@ from ..tables import FRAME_SIZE, MAP_SIZE, PLACE_SIZE, Geometry, Ints, Tables, i
 
 @inline
 def map_row(geometry: Geometry, body: int, first: int, face: int, k: int) -> int:
-    """Row k of the map of a face of a body whose first face this is; -1 - row where k = 0 and the map is angular."""
+    """Return row k of the map of a face of a body; -1 - row where k = 0 and the map is angular.
+
+    `first` is the row of the body's first face (`body_face`), `face` counts from it.
+    """
     if length(geometry, table.BODY_MAPS) == 0:
         return integer(geometry, table.FACE_MAPS, 3 * (first + face) + k)
     place = PLACE_SIZE * body
     found = integer(geometry, table.FACE_MAPS, 3 * (integer(geometry, table.BODY_MAPS, place) + face) + k)
     number = -1 - found if found < 0 else found
     row, which = number >> 3, number & 7
-    if which > 0:
+    if which > 0:  # the body's own offset behind a shared row
         row += integer(geometry, table.BODY_MAPS, place + which)
     return -1 - row if found < 0 else row
 
 
 def rows_of_maps(tables: Tables, body: Any, face: Any) -> Ints:
-    """(n, 3) the same for faces of bodies, none of them balls of many."""
+    """Return (n, 3) the three map rows of a face of each of n bodies, none of them bulk balls; as `map_row`."""
     if not len(tables.body_maps):
         return tables.face_maps[tables.body_face[body] + face]
     places = tables.body_maps[body]
@@ -51,7 +55,7 @@ def rows_of_maps(tables: Tables, body: Any, face: Any) -> Ints:
 
 
 def maps_of_faces(tables: Tables) -> Ints:
-    """(faces, 3) the same for all faces, in order."""
+    """Return (faces, 3) the three map rows of all faces, in order; as `map_row`."""
     if not len(tables.body_maps):
         return tables.face_maps
     body, count = bodies_with_frames(tables)
@@ -61,19 +65,22 @@ def maps_of_faces(tables: Tables) -> Ints:
 
 
 def bodies_with_frames(tables: Tables) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:
-    """(bodies with faces of their own, how many), where the rows of each kind are behind those of another."""
+    """Return (bodies that have faces of their own, number of faces of each).
+
+    Relies on the rows of `face_maps` of one kind of body following those of another without a gap.
+    """
     body = np.flatnonzero(tables.body_face >= 0)
     first = tables.body_maps[body, 0]
     firsts = np.append(unique_sorted(first), len(tables.face_maps))
     return body, firsts[np.searchsorted(firsts, first) + 1] - first
 
 
-# The coordinates uv of a point of a face, and a point in the own frame of a ball.
+# Coordinates uv of a point of a face, and a point in the frame of a ball
 
 
 @inline
 def _mapped(geometry: Geometry, row: int, x: float, y: float, z: float) -> float:
-    """One coordinate of a point by an affine map, of which it is a row."""
+    """Return one coordinate of a point: a x + b y + c z + d with a row of `map_rows`."""
     at = geometry.places[table.MAP_ROWS] + MAP_SIZE * row
     f = geometry.floats
     return dot(f[at], f[at + 1], f[at + 2], x, y, z) + f[at + 3]
@@ -81,15 +88,16 @@ def _mapped(geometry: Geometry, row: int, x: float, y: float, z: float) -> float
 
 @inline
 def turns(x: float, y: float) -> float:
-    """The angle of (x, y) as a fraction of a full turn, in [0, 1)."""
+    """Return the angle of (x, y) as a fraction of a full turn, in [0, 1)."""
     angle = atan2(y, x) / (2.0 * math.pi)
     angle = angle + 1.0 if angle < 0.0 else angle
+    # A tiny negative angle rounds to 1; adding 0.0 turns -0.0 into 0.0
     return 0.0 if angle >= 1.0 else angle + 0.0
 
 
 @inline
 def uv_at(geometry: Geometry, body: int, face: int, surface: int, x: float, y: float, z: float) -> tuple[float, float]:
-    """uv of a point of a face, by the map its shape documents."""
+    """Return (u, v) of a point of a face, by the map that the shape documents."""
     first = integer(geometry, table.BODY_FACE, body)
     if first < 0:
         return ball_uv(geometry, -1 - first, surface, x, y, z)
@@ -105,7 +113,7 @@ def uv_at(geometry: Geometry, body: int, face: int, surface: int, x: float, y: f
 def from_center(
     geometry: Geometry, frame: int, surface: int, x: float, y: float, z: float
 ) -> tuple[float, float, float]:
-    """A point relative to the center of one of many balls, along the ball's own axes."""
+    """Return a point relative to the center of a bulk ball, along the ball's own axes."""
     cx, cy, cz = anchor_of(geometry, surface)
     x, y, z = x - cx, y - cy, z - cz
     at = geometry.places[table.BALL_FRAMES] + FRAME_SIZE * frame
@@ -119,6 +127,6 @@ def from_center(
 
 @inline
 def ball_uv(geometry: Geometry, frame: int, surface: int, x: float, y: float, z: float) -> tuple[float, float]:
-    """(longitude / 360, height in [0, 1]) on one of many balls."""
+    """Return (longitude / 360 degrees, height in [0, 1]) of a point on a bulk ball."""
     x, y, z = from_center(geometry, frame, surface, x, y, z)
     return turns(x, y), 0.5 * z / math.sqrt(dot(x, y, z, x, y, z)) + 0.5

@@ -1,8 +1,8 @@
-"""How much of a voxel a cell takes, by the chord of a ray through it, at least and at most.
+"""Bounds of the volume fraction of a ball or cell in a voxel, from the chord of a ray through the voxel's middle.
 
-In a voxel a surface is q(u) = q0 + q1 u + q2 u² on the ray, u from -1 to 1, and beside the ray it differs from that by
-at most `off`. So the voxel holds no less of {f <= 0} than the chord of {q <= -off}, and no more than that of
-{q <= off}. Where a wall is along the ray all around, or is not in the voxel, that changes nothing.
+In a voxel a surface is q(u) = q0 + q1 u + q2 u² on the ray, u from -1 to 1, and beside the ray it differs from q by at
+most `off`. So the share of {f <= 0} in the voxel is at least the chord of {q <= -off} and at most the chord of
+{q <= off}. The two bounds agree where a wall is parallel to the ray all around, or does not cut the voxel.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ from ..tables import PLANE, SPHERE, Geometry, integer
 from .membership import plane_value
 
 _LOOSE = 4.0
-"""By so much is the rounding at the middle of a voxel taken larger, for all of it."""
+"""Factor from the rounding at the middle of a voxel to a bound for the whole voxel."""
 
 
 class VoxelSurface(NamedTuple):
-    """A surface on a ray through a voxel, <= 0 inside: q0 + q1 u + q2 u², and by how much it differs beside it."""
+    """A surface on a ray through a voxel, <= 0 inside: q0 + q1 u + q2 u², and `off`, its largest change beside it."""
 
     q0: float
     q1: float
@@ -34,7 +34,7 @@ class VoxelSurface(NamedTuple):
 
 
 class VoxelShares(NamedTuple):
-    """Of a voxel: at least, on the ray, at most."""
+    """Share of a voxel in [0, 1]: lower bound, along the ray, upper bound."""
 
     least: float
     chord: float
@@ -42,7 +42,7 @@ class VoxelShares(NamedTuple):
 
 
 class VoxelPrism(NamedTuple):
-    """A voxel of a narrow column: its middle and half its sides, in the world's order of axes."""
+    """A voxel of a narrow column: its middle and half its sides along the world's axes, and the axis of the ray."""
 
     x: float
     y: float
@@ -55,13 +55,13 @@ class VoxelPrism(NamedTuple):
 
 @inline
 def _component(axis: int, x: float, y: float, z: float) -> float:
-    """A component."""
+    """Return the component of (x, y, z) along an axis."""
     return x if axis == 0 else (y if axis == 1 else z)
 
 
 @inline
 def _flat(prism: VoxelPrism, gx: float, gy: float, gz: float) -> tuple[float, float]:
-    """(slope along the ray over half a voxel, by how much it changes across) of a linear function."""
+    """Return (change along the ray over half a voxel, largest change across) of a linear function with gradient g."""
     ax, ay, az = gx * prism.hx, gy * prism.hy, gz * prism.hz
     along = _component(prism.axis, ax, ay, az)
     return along, abs(ax) + abs(ay) + abs(az) - abs(along)
@@ -79,7 +79,7 @@ def _plane_along(geometry: Geometry, row: int, prism: VoxelPrism) -> VoxelSurfac
 def _bent(
     prism: VoxelPrism, w0: float, w1: float, w2: float, s: float, y: float, b: float
 ) -> tuple[float, float, float]:
-    """(q1, q2, off) of s y² + 2 b y, y varying by `along` u and at most `across` beside the ray."""
+    """Return (q1, q2, off) of s y² + 2 b y, where y changes by `along` u, and by at most `across` beside the ray."""
     along, across = _flat(prism, w0, w1, w2)
     slope = s * y + b
     off = (2.0 * (abs(slope) + abs(s * along)) + abs(s) * across) * across
@@ -88,7 +88,7 @@ def _bent(
 
 @helper
 def _quadric_along(geometry: Geometry, rest: RoundingRest, row: int, prism: VoxelPrism) -> VoxelSurface:
-    """Coordinate by coordinate: what these have in common is lost, so that off is a little larger than need be."""
+    """Return a quadric on the ray through a voxel; `off` is the sum of three bounds, one a coordinate: a bit large."""
     quadric, at = load_quadric(geometry, row), rest_of_quadric(geometry, row)
     _, _, _, w00, w01, w02, w10, w11, w12, w20, w21, w22, s0, s1, s2, b0, b1, b2, _ = quadric
     y0, y1, y2 = own_coordinates(quadric, prism.x, prism.y, prism.z)
@@ -117,7 +117,7 @@ def _sphere_along(geometry: Geometry, row: int, prism: VoxelPrism) -> VoxelSurfa
 
 @helper
 def _along(geometry: Geometry, rest: RoundingRest, surface: int, side: int, prism: VoxelPrism) -> VoxelSurface:
-    """A surface on the ray through a prism, <= 0 on the given side."""
+    """Return a surface on the ray through a voxel, <= 0 on the side `side`."""
     row, kind = integer(geometry, table.SURFACE_ROW, surface), integer(geometry, table.SURFACE_KIND, surface)
     if kind == PLANE:
         found = _plane_along(geometry, row, prism)
@@ -131,13 +131,13 @@ def _along(geometry: Geometry, rest: RoundingRest, surface: int, side: int, pris
 
 @inline
 def overlap_length(low: float, high: float, begin: float, end: float) -> float:
-    """How much of [low, high] lies in [begin, end]."""
+    """Return the length of the part of [low, high] in [begin, end]."""
     return max(0.0, min(high, end) - max(low, begin))
 
 
 @helper
 def _measure(at: VoxelSurface, level: float, low: float, high: float) -> float:
-    """How much of [low, high] has q <= level."""
+    """Return the length of the part of [low, high] where q <= level."""
     size, a, b, c = max(0.0, high - low), at.q2, 0.5 * at.q1, at.q0 - level
     if a == 0.0:
         if b == 0.0:
@@ -147,6 +147,7 @@ def _measure(at: VoxelSurface, level: float, low: float, high: float) -> float:
     square = b * b - a * c
     if square <= 0.0:
         return size if a < 0.0 else 0.0
+    # Each root by the formula that does not cancel, as `roots_of`
     q = -(b + math.copysign(math.sqrt(square), b))
     first, second = q / a, c / q
     between = overlap_length(low, high, min(first, second), max(first, second))
@@ -155,7 +156,7 @@ def _measure(at: VoxelSurface, level: float, low: float, high: float) -> float:
 
 @inline
 def _cut(at: VoxelSurface, level: float, low: float, high: float) -> tuple[float, float]:
-    """[low, high] as far as a plane's q <= level."""
+    """Return the part of [low, high] where q of a plane is <= level."""
     if at.q1 == 0.0:
         return (low, high) if at.q0 <= level else (low, low)
     root = (level - at.q0) / at.q1
@@ -164,7 +165,7 @@ def _cut(at: VoxelSurface, level: float, low: float, high: float) -> tuple[float
 
 @helper
 def ball_shares(geometry: Geometry, rest: RoundingRest, surface: int, prism: VoxelPrism) -> VoxelShares:
-    """Of a ball."""
+    """Return the shares of a ball in a voxel."""
     at = _along(geometry, rest, surface, 1, prism)
     return VoxelShares(
         0.5 * _measure(at, -at.off, -1.0, 1.0),
@@ -175,7 +176,10 @@ def ball_shares(geometry: Geometry, rest: RoundingRest, surface: int, prism: Vox
 
 @inline
 def _beside(found: VoxelShares, inside: bool, share: float) -> VoxelShares:
-    """Where planes along the ray divide the voxel: the ray is inside of all of them, or not; the rest is `share`."""
+    """Correct shares for planes along the ray that divide the voxel.
+
+    `inside` is True if the ray is inside all of these planes; at most `share` of the voxel lies on their other side.
+    """
     if not inside:
         return VoxelShares(0.0, 0.0, found.most * min(1.0, share))
     return VoxelShares(max(0.0, found.least - found.most * share), found.chord, found.most)
@@ -183,11 +187,12 @@ def _beside(found: VoxelShares, inside: bool, share: float) -> VoxelShares:
 
 @helper
 def cell_shares(geometry: Geometry, rest: RoundingRest, cell: int, prism: VoxelPrism) -> VoxelShares:
-    """Of planes, and a quadric within them.
+    """Return the shares of a cell in a voxel.
 
     A plane along the ray that divides the voxel leaves at most (1 - |q0| / off) / 2 of it on the other side: values
-    over a rectangle are symmetric about q0, and the nearer to it the more frequent.
+    over a rectangle are symmetric about q0, and the nearer to q0 the more frequent.
     """
+    # Spans of u for the levels -off, 0 and off
     low0, high0, low1, high1, low2, high2 = -1.0, 1.0, -1.0, 1.0, -1.0, 1.0
     inside, share = True, 0.0
     first, last = integer(geometry, table.CELL_FIRST, cell), integer(geometry, table.CELL_FIRST, cell + 1)

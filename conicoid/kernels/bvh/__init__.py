@@ -1,1 +1,4 @@
-"""Trees of boxes: how they are walked, and (in `build`) how they are built."""
+"""Bounding volume hierarchy: traversal of trees of boxes, and vector code for its culling tests.
+
+prepare/bvh/ builds the trees.
+"""

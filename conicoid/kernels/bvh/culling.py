@@ -1,9 +1,12 @@
-"""Culling: tests of boxes and balls, and of lists of them, in explicit vectors of eight floats.
+"""Culling tests of boxes and balls, and of lists of them, in explicit vectors of eight floats.
 
-The compiler vectorises loops over many lanes, but unrolls a loop over the eight children of a node or the
-eight rows of a packet first, and then leaves it scalar. So these few are written in LLVM's own
-vectors, which it lowers to whatever the processor has. IEEE arithmetic as elsewhere. All tests are conservative,
-by the slacks of culling_constants.py: NaN counts as met.
+The compiler vectorises loops over many lanes, but it unrolls a loop over the eight children of a node or the eight rows
+of a packet first, and then leaves it scalar. So these few functions are written with LLVM's own vectors, which it
+lowers to the instructions of the processor. Their arithmetic is IEEE as everywhere. All tests are conservative, by the
+slacks of culling_constants.py: NaN counts as met.
+
+This module exports the intrinsics of culling_tests.py and vector_code.py. Where machine code is shipped it exports lazy
+names for them, which import these modules, and with them Numba, only when a compiler asks for one.
 """
 
 from typing import TYPE_CHECKING

@@ -1,4 +1,8 @@
-"""Eight boxes against a beam or a ray, a box against the lanes of a packet."""
+"""Culling tests as vector intrinsics: boxes and balls against beams, rays, lanes of packets, tile items and ray lists.
+
+Boxes of a node and balls of a leaf are tested eight at a time. Results are bit masks, or compressed lists of the items
+that pass. All tests are conservative (culling_constants.py).
+"""
 
 from __future__ import annotations
 
@@ -18,9 +22,9 @@ from .vector_code import BITS, DOUBLE, EIGHT, INT64, MASK, WHOLE, WIDTH, Code
 
 
 def beam_stretch(c: Code, sides: Any, number: Any, first: Any, last: Any) -> tuple[Any, Any]:
-    """The box test of beams: [first, last] cut to what may lie within six sides; what is compared are eights.
+    """Emit the box test of beams: cut [first, last] to the t that may lie within six sides, for eight boxes or beams.
 
-    number(k) is number k of a beam (`BEAM`), as an eight and, for the comparison of its sign, as it is.
+    number(k) is number k of a beam (`BEAM`), as an eight and, for the comparison of its sign, unchanged.
     """
     b = c.builder
     none, all_of_it = c.constant(float("-inf")), c.constant(float("inf"))
@@ -37,7 +41,7 @@ def beam_stretch(c: Code, sides: Any, number: Any, first: Any, last: Any) -> tup
 
 
 def stretches(c: Code, sides: Any, rays: Any, begin: Any) -> tuple[Any, Any]:
-    """(first, last) t of a beam, rays[begin:], in eight boxes with six sides."""
+    """Emit (first, last) t of a beam, rays[begin:], in eight boxes with six sides."""
 
     def number(k: int) -> tuple[Any, Any]:
         plain = c.number(rays, begin, k)
@@ -47,9 +51,9 @@ def stretches(c: Code, sides: Any, rays: Any, begin: Any) -> tuple[Any, Any]:
 
 
 def beam_code(sides_of: Any, beam: int, tells_where: bool) -> Any:
-    """The code of `boxes_met` for eight boxes with six `sides_of`; the beam is argument number `beam`.
+    """Return the code of `boxes_met` for eight boxes whose six sides `sides_of` emits; the beam is argument `beam`.
 
-    Without `tells_where` it does not store where they are entered, and has no last argument.
+    With `tells_where` it stores the t of entry in its last argument; without, it has no such argument.
     """
 
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
@@ -65,19 +69,18 @@ def beam_code(sides_of: Any, beam: int, tells_where: bool) -> Any:
 
 @intrinsic
 def boxes_met(typing_context: Any, boxes: Any, at: Any, beam: Any, start: Any, near: Any) -> Any:
-    """Which of the eight boxes at boxes[at:] a beam meets, as bits; where it enters each goes into near[:8].
+    """Return which of the eight boxes at boxes[at:] a beam meets, as bits; the t of entry goes into near[:8].
 
-    The beam (beam[start:], see `BEAM`) holds all points o + t d, t in [first, last], with o and d
-    between two corners each: x(t) lies between low o + t low d and high o + t high d as long as t >= 0 (or the
-    corners of d are equal), so every axis gives two linear conditions on t. A single ray is the beam whose
-    corners are equal.
+    The beam (beam[start:], see `BEAM`) holds all points o + t d, t in [first, last], with o and d between two corners
+    each: x(t) lies between low o + t low d and high o + t high d as long as t >= 0 (or the corners of d are equal), so
+    every axis gives two linear conditions on t. A single ray is a beam whose corners are equal.
     """
     code = beam_code(lambda c, floats, arguments: [c.eight(floats, arguments[1], 8 * k) for k in range(6)], 2, True)
     return types.int64(boxes, types.int64, beam, types.int64, near), code
 
 
 def _stretch_of_lanes(c: Code, rays: Any, sides: list[Any], begin: Any) -> tuple[Any, Any]:
-    """(first, last) t in a box of the eight lanes from `begin` on, within their intervals and before nearest hits."""
+    """Emit (first, last) t in a box of the eight lanes from `begin` on, within intervals and before nearest hits."""
     b, rows = c.builder, [c.eight(rays, begin, 64 * k) for k in range(9)]
     first, last = rows[6], c.smaller(rows[7], rows[8])
     for axis in range(3):
@@ -89,7 +92,7 @@ def _stretch_of_lanes(c: Code, rays: Any, sides: list[Any], begin: Any) -> tuple
 
 @intrinsic
 def lanes_in_box(typing_context: Any, lanes: Any, lx: Any, ly: Any, lz: Any, hx: Any, hy: Any, hz: Any) -> Any:
-    """Which lanes of a packet meet a box (low, high), as bits.
+    """Return which lanes of a packet meet a box (low, high), as bits.
 
     The block of lanes begins with rows of 64: origins, inverse directions, t_min, t_max, nearest hits.
     """
@@ -110,9 +113,9 @@ def lanes_in_box(typing_context: Any, lanes: Any, lx: Any, ly: Any, lz: Any, hx:
 def put_entries(
     typing_context: Any, lanes: Any, row: Any, items: Any, item: Any, entries: Any, at: Any, group: Any
 ) -> Any:
-    """Where a group of eight lanes enters the box of an item, at the earliest, into entries[at:]; NaN if it misses it.
+    """Write the earliest t at which each lane of a group enters the box of an item to entries[at:]; NaN for a miss.
 
-    What is greater in a row (lanes[row:]) becomes that.
+    Elements of a row (lanes[row:]) that are greater are lowered to that t.
     """
 
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
@@ -121,6 +124,7 @@ def put_entries(
         sides = [c.spread(c.number(boxes, arguments[3], k * ITEM_ROW)) for k in range(6)]
         begin = b.shl(arguments[6], INT64(3))
         first, last = _stretch_of_lanes(c, rays, sides, begin)
+        # Earlier by the slack of `ENTRY_SLACK`
         sooner = b.fsub(first, b.fmul(c.size(first), c.constant(4.0 * culling_constants.BOX_SLACK)))
         entered = b.select(c.overlapping(first, last), sooner, c.constant(float("nan")))
         c.store(entered, out, arguments[5], 0)
@@ -134,9 +138,9 @@ def put_entries(
 
 @intrinsic
 def lanes_entering(typing_context: Any, lanes: Any, row: Any, entries: Any, at: Any, group: Any) -> Any:
-    """Which of a group of lanes enter a box (`put_entries`) within their intervals and no later than a row says.
+    """Return which of a group of lanes enter a box (`put_entries`) within their intervals and by the t of a row.
 
-    As bits, each that of its lane in the packet. Relies on no ray beginning before its origin.
+    Bits are those of the lanes in the packet. Relies on no ray beginning before its origin.
     """
 
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
@@ -150,11 +154,11 @@ def lanes_entering(typing_context: Any, lanes: Any, row: Any, entries: Any, at: 
     return types.int64(lanes, types.int64, entries, types.int64, types.int64), code
 
 
-# Eight balls against a beam or a ray.
+# Balls against a beam, a ray or lanes
 
 
 def sides_of_balls(c: Code, floats: Any, at: Any, stride: Any) -> list[Any]:
-    """The boxes around eight balls."""
+    """Emit the six sides of the boxes around eight balls."""
     b, (x, y, z, r) = c.builder, c.balls(floats, at, stride)
     r = b.fmul(r, c.constant(1.0 + culling_constants.BALL_BOX))
     return [b.fsub(k, r) for k in (x, y, z)] + [b.fadd(k, r) for k in (x, y, z)]
@@ -170,12 +174,12 @@ def _balls_in_beam(typing_context: Any, balls: Any, at: Any, stride: Any, beam: 
 
 @inline
 def balls_in_beam(floats: Floats, at: int, stride: int, count: int, beam: Floats, start: int, near: Floats) -> int:
-    """`boxes_met` for the boxes around up to eight balls, which are laid out as for `balls_met`."""
+    """`boxes_met` for the boxes around up to eight balls, with the layout of `balls_met`."""
     return _balls_in_beam(floats, at, stride, beam, start, near) & ((1 << count) - 1)
 
 
 def _depth(c: Code, center: list[Any], direction: list[Any], foot: Any, squared: Any) -> Any:
-    """How deep the foot of the perpendicular is in balls: r² - |center - foot d|², raised (`balls_met`)."""
+    """Emit the depth of the foot of the perpendicular in balls, r² - |center - foot d|², raised by its slack."""
     b = c.builder
     off = [c.fused(b.fneg(foot), direction[k], center[k]) for k in range(3)]
     raised = c.fused(
@@ -189,7 +193,7 @@ def _depth(c: Code, center: list[Any], direction: list[Any], foot: Any, squared:
 def balls_missed(
     c: Code, center: list[Any], direction: list[Any], per_square: Any, radius: Any, first: Any, last: Any
 ) -> Any:
-    """Which of eight balls their rays miss for certain; `center` is seen from the origin (`balls_met`)."""
+    """Emit which of eight balls their rays certainly miss; `center` is relative to the ray's origin (`balls_met`)."""
     b, squared = c.builder, c.builder.fmul(radius, radius)
     foot = b.fmul(c.product(center, direction), per_square)
     inside = _depth(c, center, direction, foot, squared)
@@ -221,10 +225,10 @@ def _balls_met(
 
 @inline
 def balls_met(floats: Floats, at: int, stride: int, count: int, ray: Ray, inverse: float, last: float) -> int:
-    """Which of up to eight balls a ray may meet between its t_min and `last`, as bits; `inverse` is 1 / d·d.
+    """Return which of up to eight balls a ray may meet between its t_min and `last`, as bits; `inverse` is 1 / d·d.
 
-    The balls' x begin at floats[at], their y, z and radii `stride` further each. A ball is left out only if
-    the ray misses it for certain (`slack.BALL_SLACK`).
+    The balls' x begin at floats[at], their y, z and radii `stride` further each. A ball is left out only if the ray
+    certainly misses it (`BALL_SLACK`).
     """
     ox, oy, oz, dx, dy, dz, t_min, _, _ = ray
     return _balls_met(floats, at, stride, ox, oy, oz, dx, dy, dz, inverse, t_min, last) & ((1 << count) - 1)
@@ -265,8 +269,8 @@ _in_ball_64, _in_ball_8 = _lanes_in_ball(8), _lanes_in_ball(1)
 def lanes_in_ball_from_one(typing_context: Any, lanes: Any, x: Any, y: Any, z: Any, r: Any) -> Any:
     """`lanes_in_ball` for lanes that share an origin: a third of the work.
 
-    How deep the foot of the perpendicular is in the ball, r² - |c|² + (c·d)² / d·d with the center c as the origin
-    sees it, loses some 3e-15 of |c|² + r² to rounding, so the same slack holds it.
+    The depth of the foot of the perpendicular in the ball, r² - |c|² + (c·d)² / d·d with the center c relative to the
+    origin, loses some 3e-15 of |c|² + r² to rounding, so the same slack is enough.
     """
 
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
@@ -298,9 +302,9 @@ def lanes_in_ball_from_one(typing_context: Any, lanes: Any, x: Any, y: Any, z: A
 
 @inline
 def lanes_in_ball(lanes: Floats, x: float, y: float, z: float, r: float) -> int:
-    """Which lanes of a packet may meet a ball, as bits; see `balls_met`.
+    """Return which lanes of a packet may meet a ball, as bits; see `balls_met`.
 
-    Where it is entered is bounded without a root: within a radius / |d| of the foot of the perpendicular.
+    It bounds the t of entry without a square root: within radius / |d| of the foot of the perpendicular.
     """
     return _in_ball_64(lanes, 0, x, y, z, r)
 
@@ -311,12 +315,12 @@ def group_in_ball(lanes: Floats, group: int, x: float, y: float, z: float, r: fl
     return _in_ball_8(lanes, 8 * group, x, y, z, r)
 
 
-# Items that a tile sees: rows of their boxes, eight tested at a time, of which those that are met stay together.
+# Items of a tile's frontier: rows of their boxes, tested eight at a time
 
 
 @intrinsic
 def items_met(typing_context: Any, items: Any, at: Any, beam: Any, start: Any) -> Any:
-    """Which of eight items, from number `at` on, have boxes that a beam meets (`boxes_met`), as bits."""
+    """Return which of eight items, from number `at` on, have boxes that a beam meets (`boxes_met`), as bits."""
 
     def sides(c: Code, floats: Any, arguments: Any) -> list[Any]:
         return [c.eight(floats, arguments[1], k * ITEM_ROW) for k in range(6)]
@@ -326,7 +330,7 @@ def items_met(typing_context: Any, items: Any, at: Any, beam: Any, start: Any) -
 
 @intrinsic
 def keep_items(typing_context: Any, items: Any, at: Any, bits: Any, kept: Any, end: Any) -> Any:
-    """Those of eight items, from number `at` on, that a mask selects become items of `kept`, from number `end` on."""
+    """Copy those of eight items, from number `at` on, that a mask selects to `kept`, from number `end` on."""
 
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         c = Code(context, builder)
@@ -345,9 +349,9 @@ def put_children(
     typing_context: Any, boxes: Any, at: Any, codes: Any, first: Any, number: Any, beam: Any, start: Any,
     found: Any, t: Any, end: Any,
 ) -> Any:  # fmt: skip
-    """Put those of a node's children that a beam meets behind found[:end]; returns how many.
+    """Append the children of a node that a beam meets to found[:end], and their t of entry to t[:end]; return how many.
 
-    The boxes are at boxes[at:], the codes of what they hold at codes[first:], 0 for nothing. An element of `found` is a
+    The boxes are at boxes[at:], the codes of their content at codes[first:], 0 for nothing. An element of `found` is a
     code, with the number of its box in the upper half; `number` is that of the first box.
     """
 
@@ -373,9 +377,9 @@ def put_children(
 def put_balls(
     typing_context: Any, balls: Any, at: Any, count: Any, leaf: Any, beam: Any, start: Any, items: Any, end: Any
 ) -> Any:
-    """Those of the `count` balls of a leaf that a beam meets become items from number `end` on; returns how many.
+    """Write those of the `count` balls of a leaf that a beam meets as items from number `end` on; return how many.
 
-    The balls are laid out as for `balls_met`; `leaf` is its code.
+    The balls have the layout of `balls_met`; `leaf` is the code of the leaf.
     """
 
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
@@ -397,7 +401,7 @@ def put_balls(
 
 @intrinsic
 def put_numbers(typing_context: Any, first: Any, bits: Any, numbers: Any, end: Any) -> Any:
-    """Put those of the numbers first..first + 7 that a mask selects behind numbers[:end]."""
+    """Append those of the numbers first..first + 7 that a mask selects to numbers[:end]."""
 
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         c, b = Code(context, builder), builder
@@ -415,9 +419,9 @@ def put_numbers(typing_context: Any, first: Any, bits: Any, numbers: Any, end: A
 def put_groups(
     typing_context: Any, items: Any, item: Any, number: Any, lanes: Any, beams: Any, pairs: Any, end: Any
 ) -> Any:
-    """Put those of eight groups of lanes whose beams meet the box of an item behind pairs[:end]; returns how many.
+    """Append a pair to pairs[:end] for each of eight groups of lanes whose beam meets an item's box; return how many.
 
-    A pair is eight times a number, and the group. The beams are lanes[beams:] (`lanes.put_group_beams`).
+    A pair is 8 number + group. The beams are at lanes[beams:] (`put_group_beams`).
     """
 
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
@@ -439,16 +443,19 @@ def put_groups(
     return types.int64(items, whole, whole, lanes, whole, pairs, whole), code
 
 
-# The rays of a list against the eight boxes of a node or the balls of a leaf, eight rays at a time.
+# Lists of rays against the eight boxes of a node or the balls of a leaf, eight rays at a time
+#
+# An element of a list is an integer of 64 bits: the upper half of the float t at which the ray enters, and the ray's
+# number in the lower half.
 
 _UPPER, _LOWER = -(1 << 32), (1 << 32) - 1
 
 
 class _Rays:
-    """Eight rays that wait on a list; if fewer are left, the others repeat the first and are masked."""
+    """Eight rays of a list; if fewer are left, the others repeat the first and are masked."""
 
     def __init__(self, c: Code, rays: Any, lists: Any, at: Any, left: Any) -> None:
-        """Those from lists[at] on, of which there are `left`."""
+        """Load the rays from lists[at] on; `left` of them are on the list."""
         b, self.c = c.builder, c
         places = ir.Constant(WHOLE, list(range(WIDTH)))
         waiting = b.load(b.bitcast(c.place(lists, at, 0), WHOLE.as_pointer()), align=8)
@@ -460,12 +467,12 @@ class _Rays:
         self.origins, self.slopes = columns[:3], [b.fneg(column) for column in columns[3:6]]
         self.first, self.last = columns[6], columns[7]
         t = b.bitcast(b.and_(waiting, ir.Constant(WHOLE, [_UPPER] * WIDTH)), EIGHT)
-        # Cut short, numbers come nearer to zero: what is not positive was less
+        # Without its lower bits t is nearer to zero: where it is not positive, the exact t may be less
         early = b.or_(b.fcmp_ordered("<=", t, c.constant(0.0)), b.fcmp_ordered("<=", t, self.last))
         self.there = b.and_(there, early)
 
     def columns(self, numbers: Any, size: Any) -> list[Any]:
-        """The first eight numbers of these rays, of an array that holds `size` for each."""
+        """Emit the first eight numbers of these rays, as columns, from an array that holds `size` numbers for each."""
         b, rows = self.c.builder, []
         for k in range(WIDTH):
             number = b.extract_element(self.numbers, ir.IntType(32)(k))
@@ -473,7 +480,7 @@ class _Rays:
         return self.c.transposed(rows)
 
     def in_box(self, near: list[Any], far: list[Any]) -> tuple[Any, Any]:
-        """(which rays meet a box, what they put on its list); the sides that they come to first, and the others."""
+        """Emit (which rays meet a box, their elements for its list); `near` are the sides that they reach first."""
         c, b, first, last = self.c, self.c.builder, self.first, self.last
         for axis in range(3):
             s = b.fmul(b.fsub(self.origins[axis], c.spread(near[axis])), self.slopes[axis])
@@ -489,9 +496,9 @@ def put_on_lists(
     typing_context: Any, boxes: Any, at: Any, octant: Any, rays: Any, lists: Any, begin: Any, count: Any, room: Any,
     counts: Any,
 ) -> Any:  # fmt: skip
-    """Put the rays of a list on the lists of those of the eight boxes at boxes[at:] that they meet.
+    """Write the rays of a list to the lists of those of the eight boxes at boxes[at:] that they meet.
 
-    The list has `count` rays from lists[begin], each as `waiting` reads it; that of box k begins at
+    The list has `count` rays from lists[begin] on, each as `waiting_ray` reads it. The list of box k begins at
     lists[room + k n], where n is `count` rounded up to eight, and gets counts[k] rays. Ray i is at rays[8 i:]: origin,
     inverse direction, first and last t. All directions are of one octant: bit k is set where coordinate k falls.
     """
@@ -500,9 +507,11 @@ def put_on_lists(
         c, b = Code(context, builder), builder
         floats, ray, waiting, out = (c.data(signature, arguments, k) for k in (0, 3, 4, 8))
         place, octant, begin, count, room = (arguments[k] for k in (1, 2, 5, 6, 7))
+        # By octant, the sides that rays reach first: the low ones (rows 0 to 2) or the high ones (rows 3 to 5)
         falls = [b.and_(b.lshr(octant, INT64(axis)), INT64(1)) for axis in range(3)]
         near = [b.add(place, b.add(b.mul(falls[axis], INT64(24)), INT64(8 * axis))) for axis in range(3)]
         far = [b.add(place, b.sub(INT64(24 + 8 * axis), b.mul(falls[axis], INT64(24)))) for axis in range(3)]
+        # Each box has room for all rays, as `compressed` stores eight at a time
         groups = b.ashr(b.add(count, INT64(7)), INT64(3))
         ends = [cgutils.alloca_once_value(b, b.add(room, b.mul(groups, INT64(8 * k)))) for k in range(WIDTH)]
         with cgutils.for_range(b, groups) as loop:
@@ -530,11 +539,11 @@ def rays_in_balls(
     typing_context: Any, balls: Any, at: Any, size: Any, rays: Any, more: Any, lists: Any, begin: Any, left: Any,
     pairs: Any,
 ) -> Any:  # fmt: skip
-    """Which of the first eight rays of a list may meet which of up to 16 balls (`balls_met`); returns how many.
+    """Find which of the first eight rays of a list may meet which of up to 16 balls (`balls_met`); return how many.
 
-    16 times a ray, and the ball, goes into pairs[0], pairs[1] and so on, by ball. The x of the `size` balls begin at
-    balls[at], their y, z and radii `size` further each. The list has `left` rays from lists[begin]; more[8 i:]
-    begins with the direction d of ray i and 1 / d·d.
+    16 ray + ball goes into pairs[0], pairs[1] and so on, ball after ball. The x of the `size` balls begin at balls[at],
+    their y, z and radii `size` further each. The list has `left` rays from lists[begin] on; more[8 i:] begins with the
+    direction d of ray i and 1 / d·d.
     """
 
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
@@ -563,7 +572,7 @@ def rays_in_balls(
 
 @intrinsic
 def records_in_lanes(typing_context: Any, records: Any, numbers: Any, at: Any, lanes: Any, row: Any) -> Any:
-    """Eight records of eight floats, those of numbers[at:], as columns: rows of 64 lanes, from lanes[row:] on."""
+    """Write eight records of eight floats, those of numbers[at:], as columns: rows of 64 lanes from lanes[row:] on."""
 
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         c, b = Code(context, builder), builder
@@ -580,7 +589,7 @@ def records_in_lanes(typing_context: Any, records: Any, numbers: Any, at: Any, l
 
 @intrinsic
 def numbers_in_lanes(typing_context: Any, floats: Any, places: Any, at: Any, lanes: Any, row: Any) -> Any:
-    """Eight floats side by side from each of eight places, those of places[at:], as columns: see `records_in_lanes`."""
+    """Write eight consecutive floats from each of eight places, those of places[at:], as in `records_in_lanes`."""
 
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         c = Code(context, builder)
@@ -595,13 +604,13 @@ def numbers_in_lanes(typing_context: Any, floats: Any, places: Any, at: Any, lan
 
 @intrinsic
 def waiting_ray(typing_context: Any, packed: Any) -> Any:
-    """(number, t) of a ray that waits to enter a box: its number, and not more than where it enters."""
+    """Return (number, t) of an element of a list: a ray's number, and a lower bound of the t at which it enters."""
 
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         b = builder
         number = b.and_(arguments[0], INT64(_LOWER))
         t = b.bitcast(b.and_(arguments[0], INT64(_UPPER)), DOUBLE)
-        # The lower half of the bits is missing: what is not positive was less
+        # The lower half of the bits is missing: where t is not positive, the exact t may be less
         t = b.select(b.fcmp_ordered("<=", t, DOUBLE(0.0)), DOUBLE(float("-inf")), t)
         return context.make_tuple(b, signature.return_type, [number, t])
 

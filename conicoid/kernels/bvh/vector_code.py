@@ -1,4 +1,7 @@
-"""What the vector intrinsics are written with: short names over LLVM's builder."""
+"""Helpers to write vector intrinsics, and the small intrinsics themselves: bits, extremes of lanes, prefetches.
+
+`Code` gives short names to LLVM's builder; an eight is a vector of eight doubles.
+"""
 
 from __future__ import annotations
 
@@ -28,68 +31,68 @@ class Code:
         self.context, self.builder = context, builder
 
     def data(self, signature: Any, arguments: Any, k: int) -> Any:
-        """Where the elements of array argument k begin."""
+        """Return the pointer to the elements of array argument k."""
         return self.context.make_array(signature.args[k])(self.context, self.builder, arguments[k]).data
 
     def place(self, pointer: Any, at: Any, offset: int) -> Any:
-        """A pointer to element at + offset."""
+        """Return a pointer to element at + offset."""
         return self.builder.gep(pointer, [self.builder.add(at, INT64(offset))])
 
     def number(self, pointer: Any, at: Any, offset: int) -> Any:
-        """One float."""
+        """Load one float."""
         return self.builder.load(self.place(pointer, at, offset))
 
     def eight(self, pointer: Any, at: Any, offset: int) -> Any:
-        """Eight floats side by side."""
+        """Load eight consecutive floats."""
         place = self.builder.bitcast(self.place(pointer, at, offset), EIGHT.as_pointer())
         return self.builder.load(place, align=8)
 
     def balls(self, pointer: Any, at: Any, stride: Any) -> list[Any]:
-        """x, y, z and radii of eight balls."""
+        """Load x, y, z and radii of eight balls."""
         b = self.builder
         return [self.eight(pointer, b.add(at, b.mul(stride, INT64(k))), 0) for k in range(4)]
 
     def store(self, value: Any, pointer: Any, at: Any, offset: int) -> None:
-        """Eight floats to memory."""
+        """Store eight floats."""
         self.builder.store(value, self.builder.bitcast(self.place(pointer, at, offset), EIGHT.as_pointer()), align=8)
 
     def spread(self, number: Any) -> Any:
-        """The same number in all eight."""
+        """Return an eight of equal floats."""
         first = self.builder.insert_element(ir.Constant(EIGHT, ir.Undefined), number, ir.IntType(32)(0))
         zeros = ir.Constant(ir.VectorType(ir.IntType(32), WIDTH), [0] * WIDTH)
         return self.builder.shuffle_vector(first, ir.Constant(EIGHT, ir.Undefined), zeros)
 
     def whole(self, number: Any) -> Any:
-        """The same whole number in all eight."""
+        """Return a vector of eight equal integers."""
         first = self.builder.insert_element(ir.Constant(WHOLE, ir.Undefined), number, ir.IntType(32)(0))
         return self.builder.shuffle_vector(first, ir.Constant(WHOLE, ir.Undefined), ir.Constant(_PLACES, [0] * WIDTH))
 
     def constant(self, value: float) -> Any:
-        """The same constant in all eight."""
+        """Return an eight of a constant."""
         return ir.Constant(EIGHT, [value] * WIDTH)
 
     def smaller(self, a: Any, b: Any) -> Any:
-        """The lesser of each two; b where either is NaN."""
+        """Return the elementwise minimum; b where either is NaN."""
         return self.builder.select(self.builder.fcmp_ordered("<", a, b), a, b)
 
     def larger(self, a: Any, b: Any) -> Any:
-        """The greater of each two; b where either is NaN."""
+        """Return the elementwise maximum; b where either is NaN."""
         return self.builder.select(self.builder.fcmp_ordered(">", a, b), a, b)
 
     def size(self, a: Any) -> Any:
-        """Absolute values."""
+        """Return absolute values."""
         return self.larger(a, self.builder.fneg(a))
 
     def product(self, a: Any, b: Any) -> Any:
-        """The dot product of two lists of three."""
+        """Return the dot product of two lists of three eights."""
         return self.fused(a[0], b[0], self.fused(a[1], b[1], self.builder.fmul(a[2], b[2])))
 
     def fused(self, a: Any, b: Any, c: Any) -> Any:
-        """a b + c."""
+        """Return a b + c, rounded once."""
         return self._call("llvm.fma.v8f64", a, b, c)
 
     def root(self, a: Any) -> Any:
-        """Square roots; NaN of negative numbers."""
+        """Return square roots; NaN for negative numbers."""
         return self._call("llvm.sqrt.v8f64", a)
 
     def _call(self, name: str, *eights: Any) -> Any:
@@ -98,17 +101,17 @@ class Code:
         return self.builder.call(cgutils.get_or_insert_function(self.builder.module, kind, name), eights)
 
     def overlaps(self, first: Any, last: Any) -> Any:
-        """first <= last, with slack, as a number of eight bits."""
+        """Return first <= last, with slack, as an integer of eight bits."""
         return self.builder.bitcast(self.overlapping(first, last), BITS)
 
     def overlapping(self, first: Any, last: Any) -> Any:
-        """first <= last, with slack, each by itself."""
+        """Return first <= last, with slack (`BOX_SLACK`), as a vector of eight bits."""
         b = self.builder
         wider = b.fmul(b.fadd(self.size(first), self.size(last)), self.constant(culling_constants.BOX_SLACK))
         return b.fcmp_ordered("<=", first, b.fadd(last, wider))
 
     def folded(self, a: Any, join: Any) -> Any:
-        """The eight joined two by two, to one number."""
+        """Reduce an eight to one number, by joining halves."""
         for half in (4, 2, 1):
             order = [(i + half) % WIDTH for i in range(WIDTH)]
             mask = ir.Constant(ir.VectorType(ir.IntType(32), WIDTH), order)
@@ -116,7 +119,7 @@ class Code:
         return self.builder.extract_element(a, ir.IntType(32)(0))
 
     def transposed(self, rows: list[Any]) -> list[Any]:
-        """Eight rows of eight as columns: blocks of 4, 2 and 1 change places."""
+        """Transpose eight eights: exchange blocks of 4, of 2 and of 1."""
         for size in (4, 2, 1):
             low = [k if not k & size else k - size + WIDTH for k in range(WIDTH)]
             high = [k + size if not k & size else k + WIDTH for k in range(WIDTH)]
@@ -130,19 +133,19 @@ class Code:
         return rows
 
     def compressed(self, values: Any, wanted: Any) -> Any:
-        """Those of eight (whole numbers or floats) that are wanted, without gaps."""
+        """Move the elements of eight (integers or floats) that a mask selects to the front, without gaps."""
         b, kind = self.builder, ir.FunctionType(WHOLE, [WHOLE, MASK, WHOLE])
         function = cgutils.get_or_insert_function(b.module, kind, "llvm.experimental.vector.compress.v8i64")
         packed = b.call(function, [b.bitcast(values, WHOLE), wanted, ir.Constant(WHOLE, ir.Undefined)])
         return b.bitcast(packed, values.type)
 
 
-# Places of bits.
+# Bits
 
 
 @intrinsic
 def lowest_bit(typing_context: Any, bits: Any) -> Any:
-    """The place of the lowest bit set; 64 if none is."""
+    """Return the index of the lowest bit set; 64 if none is."""
 
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         return builder.cttz(arguments[0], ir.IntType(1)(0))
@@ -152,7 +155,7 @@ def lowest_bit(typing_context: Any, bits: Any) -> Any:
 
 @intrinsic
 def highest_bit(typing_context: Any, bits: Any) -> Any:
-    """The place of the highest bit set; -1 if none is."""
+    """Return the index of the highest bit set; -1 if none is."""
 
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         return builder.sub(INT64(63), builder.ctlz(arguments[0], ir.IntType(1)(0)))
@@ -162,7 +165,7 @@ def highest_bit(typing_context: Any, bits: Any) -> Any:
 
 @intrinsic
 def bit_count(typing_context: Any, bits: Any) -> Any:
-    """How many bits are set."""
+    """Return the number of bits set."""
 
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         return builder.ctpop(arguments[0])
@@ -170,12 +173,12 @@ def bit_count(typing_context: Any, bits: Any) -> Any:
     return types.int64(types.int64), code
 
 
-# Rows of lanes: their extremes, and eight rays or hits at once from and to a user's arrays.
+# Rows of 64 lanes: their extremes, and eight rays or hits at a time from and to arrays
 
 
 @intrinsic
 def extent(typing_context: Any, lanes: Any, row: Any) -> Any:
-    """(least, greatest) of the 64 lanes from lanes[row]."""
+    """Return (least, greatest) of the 64 lanes from lanes[row]."""
 
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         c = Code(context, builder)
@@ -192,7 +195,7 @@ def extent(typing_context: Any, lanes: Any, row: Any) -> Any:
 
 @intrinsic
 def extents(typing_context: Any, lanes: Any, row: Any, low: Any, high: Any) -> Any:
-    """The least of each of eight groups of lanes from lanes[row] into lanes[low:], the greatest into lanes[high:]."""
+    """Write the least of each of eight groups of lanes from lanes[row] to lanes[low:], the greatest to lanes[high:]."""
 
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         c = Code(context, builder)
@@ -208,7 +211,7 @@ def extents(typing_context: Any, lanes: Any, row: Any, low: Any, high: Any) -> A
 
 @intrinsic
 def reach(typing_context: Any, lanes: Any) -> Any:
-    """The greatest of min(t_max, nearest hit) of the 64 lanes."""
+    """Return the greatest of min(t_max, nearest hit) of the 64 lanes."""
 
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         c, pointer = Code(context, builder), Code(context, builder).data(signature, arguments, 0)
@@ -226,7 +229,7 @@ def reach(typing_context: Any, lanes: Any) -> Any:
 
 @intrinsic
 def put_reaches(typing_context: Any, lanes: Any, row: Any, at: Any) -> Any:
-    """The greatest number of each of eight groups of lanes in a row (lanes[row:]) into lanes[at:]."""
+    """Write the greatest number of each of eight groups of lanes in a row (lanes[row:]) to lanes[at:]."""
 
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         c = Code(context, builder)
@@ -239,7 +242,7 @@ def put_reaches(typing_context: Any, lanes: Any, row: Any, at: Any) -> Any:
 
 
 def _joined(eights: list[Any], join: Any) -> Any:
-    """Eights joined two by two, to one."""
+    """Reduce several eights to one, elementwise, two by two."""
     while len(eights) > 1:
         eights = [join(eights[k], eights[k + 1]) for k in range(0, len(eights), 2)]
     return eights[0]
@@ -247,7 +250,7 @@ def _joined(eights: list[Any], join: Any) -> Any:
 
 @intrinsic
 def load_eight(typing_context: Any, points: Any, first: Any, lanes: Any, at: Any) -> Any:
-    """Eight points (x, y, z) from row `first` into three rows of 64 lanes, from lanes[at:]; zeros become positive."""
+    """Load eight points (x, y, z) from row `first` into three rows of 64 lanes from lanes[at:]; -0 becomes +0."""
 
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         c, b = Code(context, builder), builder
@@ -255,6 +258,7 @@ def load_eight(typing_context: Any, points: Any, first: Any, lanes: Any, at: Any
         begin = b.mul(arguments[1], INT64(3))
         parts = [b.fadd(c.eight(source, begin, 8 * k), c.constant(0.0)) for k in range(3)]
         number = ir.IntType(32)
+        # 24 floats x y z x y z ...: every third one belongs to an axis
         pair = b.shuffle_vector(
             parts[0], parts[1], ir.Constant(ir.VectorType(number, 16), list(range(16)))
         )  # the first 16 floats
@@ -271,7 +275,7 @@ def load_eight(typing_context: Any, points: Any, first: Any, lanes: Any, at: Any
 
 @intrinsic
 def store_eight(typing_context: Any, lanes: Any, at: Any, numbers: Any, first: Any) -> Any:
-    """Eight lanes from lanes[at:], as they are or as whole numbers, to numbers[first:]."""
+    """Store eight lanes from lanes[at:] to numbers[first:], converted to integers if `numbers` holds integers."""
 
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         c, b = Code(context, builder), builder
@@ -288,7 +292,7 @@ def store_eight(typing_context: Any, lanes: Any, at: Any, numbers: Any, first: A
 
 
 def _prefetch(to_write: int, level: int) -> Any:
-    """An intrinsic that prefetches a line of memory, by LLVM's `prefetch` of a locality."""
+    """Return an intrinsic that prefetches a line of memory, by LLVM's `prefetch` with locality `level`."""
 
     def ask(typing_context: Any, array: Any, at: Any) -> Any:
         def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
@@ -305,18 +309,18 @@ def _prefetch(to_write: int, level: int) -> Any:
 
 
 prefetch = _prefetch(0, 2)
-"""prefetch(array, at): fetch the memory of an array from its element `at`, counted flat, into the cache to be read."""
+"""prefetch(array, at): prefetch for reading the memory of an array at its element `at`, counted flat."""
 prefetch_soon = _prefetch(0, 3)
-"""The same, to be read at once."""
+"""`prefetch` for reading very soon."""
 prefetch_to_write = _prefetch(1, 3)
-"""The same, to be written."""
+"""`prefetch` for writing."""
 
 
 @intrinsic
 def widen(typing_context: Any, points: Any, first: Any, extremes: Any, at: Any) -> Any:
-    """Eight points (x, y, z) from row `first` on join the extremes of others.
+    """Include eight points (x, y, z) from row `first` on in extremes.
 
-    From extremes[at:] stand 24 least and 24 greatest numbers, those of axis k in every third from the k-th on.
+    extremes[at:] holds 24 least and 24 greatest numbers; every third of them, from the k-th on, belongs to axis k.
     """
 
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:

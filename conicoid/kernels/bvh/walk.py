@@ -1,8 +1,10 @@
-"""Leaves of the scene's tree: the items of one, side by side in one block of floats.
+"""Traversal of trees of boxes along a ray, and the items of a leaf.
 
-A leaf of n entries has six rows of n numbers: x, y, z and radii of balls around them, entries with their kinds (8 entry
-+ kind), and indices, so that visiting a leaf waits for one place of memory only. The ball around an entry that is a
-ball is that ball exactly; those around others are bounds, widened by their slack.
+There is one tree over the entries of the scene, and one over the leaves of each large body.
+
+A leaf of the scene's tree with n entries is one block of six rows of n floats: x, y, z and radii of balls around the
+entries, 8 entry + kind, and indices. So visiting a leaf waits for one place of memory only. The ball around an entry
+that is a ball is that ball exactly; balls around other entries are bounds, widened by their slack.
 """
 
 from __future__ import annotations
@@ -21,13 +23,13 @@ from .culling_constants import ENTRY_SLACK, STEEPEST
 
 ROWS = 6
 WHO, INDEX = 4, 5
-"""The rows behind those of the balls."""
+"""Rows of a leaf behind those of the balls: 8 entry + kind, index."""
 ROUND = 0.5
-"""Added to the first entry where each ball of a leaf has a smaller mean projection than its entry's box."""
+"""Added to the first element of row `WHO` if each ball of a leaf has a smaller mean projection than its entry's box."""
 
 
 class LeafItem(NamedTuple):
-    """An entry in a leaf, by numbers."""
+    """An entry in a leaf; all fields are int64."""
 
     kind: Any
     index: Any  # surface, cell, program, sheet or polygon
@@ -37,99 +39,99 @@ class LeafItem(NamedTuple):
 
 @inline
 def leaf_range(code: int) -> tuple[int, int]:
-    """(first, last) places in `tree_order` of a leaf."""
+    """Return (first, end) places in `tree_order` of the leaf with this code."""
     first, count = (-code - 1) >> 4, (-code - 1) & 15
     return first, first + count
 
 
 @inline
 def leaf_at(geometry: Geometry, first: int) -> int:
-    """Where in the floats the leaf of the scene's tree with this first place begins."""
+    """Return the place in the floats of the leaf of the scene's tree whose first place in `tree_order` is `first`."""
     return geometry.places[table.ITEMS] + ROWS * first
 
 
 @inline
 def is_round(geometry: Geometry, at: int, count: int) -> bool:
-    """Are the balls around the items of a leaf tighter than their boxes (`ROUND`)?"""
+    """True if the balls around the items of a leaf are tighter than their boxes (`ROUND`)."""
     who = geometry.floats[at + WHO * count]
     return who != math.floor(who)
 
 
 @inline
 def leaf_item(geometry: Geometry, at: int, count: int, k: int) -> LeafItem:
-    """Item k of the leaf of `count` at floats[at:]."""
+    """Return item k of the leaf of `count` items at floats[at:]."""
     who = whole(geometry.floats[at + WHO * count + k])
     return LeafItem(who & 7, leaf_index(geometry, at, count, k), who >> 3, who >> 3)
 
 
 @inline
 def leaf_ball(geometry: Geometry, at: int, count: int, k: int) -> SphereRecord:
-    """The ball around item k."""
+    """Return the ball around item k."""
     f, at = geometry.floats, at + k
     return SphereRecord(f[at], f[at + count], f[at + 2 * count], f[at + 3 * count])
 
 
 @inline
 def leaf_kind(geometry: Geometry, at: int, count: int, k: int) -> int:
-    """The kind of item k."""
+    """Return the kind of item k."""
     return whole(geometry.floats[at + WHO * count + k]) & 7
 
 
 @inline
 def leaf_index(geometry: Geometry, at: int, count: int, k: int) -> int:
-    """The surface, cell, program, sheet or polygon that item k is."""
+    """Return the number of the surface, cell, program, sheet or polygon of item k."""
     return whole(geometry.floats[at + INDEX * count + k])
 
 
 @inline
 def leaf_entry(geometry: Geometry, at: int, count: int, k: int) -> int:
-    """The entry that item k is."""
+    """Return the entry of item k."""
     return whole(geometry.floats[at + WHO * count + k]) >> 3
 
 
-# Traversing a tree of boxes along a ray: the scene's own over its entries, a large body's over its leaves.
+# Traversal
 #
-# The memory of a walk, its `way`, is one block of floats: where a beam enters the eight boxes that were tested last,
-# the beam that is the ray, and a stack of what is still to be visited.
+# The memory of a walk, its `way`, is one block of floats: the t at which a beam enters the eight boxes tested last, the
+# ray as a beam, and a stack of nodes and leaves to visit.
 
 FEW = 12
-"""Leaves of a body that are tested one by one, without a tree."""
+"""Most leaves of a body without a tree; a ray tests all of them."""
 OWN_BEAM = 8
-"""Where the beam begins, behind the eight places."""
+"""Begin of the ray's beam in `way`, behind the eight t."""
 _STACK, _ROW = 24, 3
 ITS_CODE, ITS_BOX, ITS_T = 0, 1, 2
-"""Of what is on the stack: a node, or a leaf; its box, -1 for none; where the ray enters it."""
+"""Fields of an element of the stack: code of a node or leaf; its box, -1 for none; t at which the ray enters it."""
 assert _STACK >= OWN_BEAM + BEAM
 
 
 @inline
 def way_size(depth: int) -> int:
-    """How long the block of a walk is whose stack holds up to `depth`."""
+    """Return the length of the block of a walk whose stack holds up to `depth` elements."""
     return _STACK + _ROW * depth
 
 
 @inline
 def on_stack(k: int) -> int:
-    """Where number k of the stack begins."""
+    """Return the place in `way` of element k of the stack."""
     return _STACK + _ROW * k
 
 
 @inline
 def put_on_stack(way: Floats, k: int, code: float, box: float, t: float) -> None:
-    """Number k of the stack."""
+    """Write element k of the stack."""
     at = on_stack(k)
     way[at + ITS_CODE], way[at + ITS_BOX], way[at + ITS_T] = code, box, t
 
 
 @inline
 def reciprocal(d: float) -> float:
-    """1 / d, finite, so that a ray along a wall of a box lies on one side of it and no 0 · inf arises."""
+    """Return 1 / d, limited to `STEEPEST`: a ray along a wall of a box then lies on one side, and no 0 · inf arises."""
     return 1.0 / d if abs(d) > 1.0 / STEEPEST else math.copysign(STEEPEST, d)
 
 
 @inline
 def put_beam(beam: Floats, at: int, ray: Ray) -> None:
-    """The beam that is one ray, at beam[at:]."""
+    """Write the beam of a single ray to beam[at:]."""
     for axis in range(3):
         o, d = (ray.ox, ray.dx) if axis == 0 else ((ray.oy, ray.dy) if axis == 1 else (ray.oz, ray.dz))
         beam[at + LOW_O + axis], beam[at + HIGH_O + axis] = o, o
@@ -139,7 +141,7 @@ def put_beam(beam: Floats, at: int, ray: Ray) -> None:
 
 @inline
 def prefetch_node(geometry: Geometry, code: int) -> None:
-    """Prefetch a node or leaf that is soon to be visited."""
+    """Prefetch a node or leaf that the walk visits soon."""
     if code >= 0:
         at = node_at(geometry, code)
         for line in range(6):
@@ -154,9 +156,9 @@ def prefetch_node(geometry: Geometry, code: int) -> None:
 
 @inline
 def push_children(geometry: Geometry, way: Floats, node: int, bits: int, top: int) -> int:
-    """Push the children of a node that a mask selects on the stack, the nearest on top; returns its height.
+    """Push the children of a node that a mask selects on the stack, the nearest on top; return the stack's height.
 
-    Relies on way[:8] holding the t at which each child is entered.
+    Relies on way[:8] holding the t at which the ray enters each child.
     """
     base = top
     while bits != 0:
@@ -166,6 +168,7 @@ def push_children(geometry: Geometry, way: Floats, node: int, bits: int, top: in
         if child == 0:
             continue
         prefetch_node(geometry, child)
+        # Insertion by t, the farthest at the bottom
         slot = top
         while slot > base and way[on_stack(slot - 1) + ITS_T] < t:
             before = on_stack(slot - 1)
@@ -178,7 +181,10 @@ def push_children(geometry: Geometry, way: Floats, node: int, bits: int, top: in
 
 @inline
 def push_roots(geometry: Geometry, way: Floats, tree: int) -> int:
-    """Start a walk: what no box holds is on top. Returns the height of the stack."""
+    """Start a walk with the roots of a tree; return the height of the stack.
+
+    Leaves of items without a box come last, so they are on top.
+    """
     first, last = integer(geometry, table.TREE_ROOT, tree), integer(geometry, table.TREE_ROOT, tree + 1)
     for k in range(first, last):
         put_on_stack(way, k - first, float(integer(geometry, table.ROOTS, k)), -1.0, -math.inf)
@@ -187,19 +193,19 @@ def push_roots(geometry: Geometry, way: Floats, tree: int) -> int:
 
 @inline
 def push_node(geometry: Geometry, way: Floats, node: int, beam: Floats, at: int, top: int) -> int:
-    """Put the children of a node that a beam (beam[at:]) meets on the stack; returns its height."""
+    """Push the children of a node that a beam (beam[at:]) meets on the stack; return the stack's height."""
     bits = boxes_met(geometry.floats, node_at(geometry, node), beam, at, way)
     return push_children(geometry, way, node, bits, top)
 
 
 @inline
 def next_leaf(geometry: Geometry, way: Floats, beam: Floats, at: int, top: int) -> tuple[int, int, int]:
-    """Continue a traversal to the next leaf that a beam (beam[at:]) meets: (its code, its box or -1, stack height).
+    """Continue a walk to the next leaf that a beam (beam[at:]) meets: (its code, its box or -1, height of the stack).
 
-    Code 0: none is left. Relies on the stack holding all that was met and not visited, with a lower bound of the t at
-    which it is entered; keeps that. What is entered beyond the beam's LAST, which may have been shortened since it was
-    pushed, is culled. Single rays and packets traverse this way; streams (many rays at each node) and frontiers (level
-    by level) are other algorithms.
+    Code 0 means that no leaf is left. Invariant: the stack holds every node and leaf that the beam meets and that was
+    not visited, with a lower bound of the t of entry. Elements entered beyond the beam's LAST, which may have been
+    shortened after they were pushed, are culled. Single rays and packets traverse this way; streams (many rays at each
+    node) and frontiers (level by level) have other algorithms.
     """
     while top > 0:
         top -= 1
@@ -216,9 +222,9 @@ def next_leaf(geometry: Geometry, way: Floats, beam: Floats, at: int, top: int) 
 
 @helper
 def walk(geometry: Geometry, way: Floats, tree: int, ray: Ray, found: Ints) -> int:
-    """Put everything whose box the ray meets within its interval into `found`, in no order; returns how many.
+    """Write the items whose boxes the ray meets within its interval to `found`, in no order; return their number.
 
-    Conservative: the box test has slack, so it may report too much, never too little.
+    Conservative: the box test has slack, so it may report too many items, never too few.
     """
     count = 0
     put_beam(way, OWN_BEAM, ray)
@@ -234,7 +240,7 @@ def walk(geometry: Geometry, way: Floats, tree: int, ray: Ray, found: Ints) -> i
 
 @helper
 def walk_box(geometry: Geometry, way: Floats, tree: int, found: Ints, most: int) -> int:
-    """`walk` for the points of a box, whose beam is at way[OWN_BEAM:] already; -1 where more than `most` are found."""
+    """`walk` for the points of a box, whose beam is at way[OWN_BEAM:] (`put_box`); return -1 for more than `most`."""
     count = 0
     code, _, top = next_leaf(geometry, way, way, OWN_BEAM, push_roots(geometry, way, tree))
     while code != 0:
@@ -250,7 +256,7 @@ def walk_box(geometry: Geometry, way: Floats, tree: int, found: Ints, most: int)
 
 @helper
 def walk_leaves(geometry: Geometry, way: Floats, program: int, ray: Ray, found: Ints) -> int:
-    """`walk` over the leaves of a program; a few of them are all found, as they have no tree."""
+    """`walk` over the leaves of a program; up to `FEW` leaves are all found, as they have no tree."""
     first, end = leaves_of(geometry, program)
     if end - first > FEW:
         return walk(geometry, way, program, ray, found)
@@ -261,7 +267,7 @@ def walk_leaves(geometry: Geometry, way: Floats, program: int, ray: Ray, found: 
 
 @helper
 def walk_leaves_box(geometry: Geometry, way: Floats, program: int, found: Ints, most: int) -> int:
-    """`walk_box` over the leaves of a program; a few of them are all found."""
+    """`walk_box` over the leaves of a program; up to `FEW` leaves are all found."""
     first, end = leaves_of(geometry, program)
     if end - first > FEW:
         return walk_box(geometry, way, program, found, most)
@@ -274,7 +280,7 @@ def walk_leaves_box(geometry: Geometry, way: Floats, program: int, found: Ints, 
 
 @inline
 def put_box(way: Floats, low: tuple[float, float, float], high: tuple[float, float, float]) -> None:
-    """The beam that is the points of a box, at way[OWN_BEAM:]."""
+    """Write the points of a box as a beam to way[OWN_BEAM:]."""
     for axis in range(3):
         way[OWN_BEAM + LOW_O + axis] = low[0] if axis == 0 else (low[1] if axis == 1 else low[2])
         way[OWN_BEAM + HIGH_O + axis] = high[0] if axis == 0 else (high[1] if axis == 1 else high[2])
@@ -284,5 +290,5 @@ def put_box(way: Floats, low: tuple[float, float, float], high: tuple[float, flo
 
 @inline
 def scene_tree(geometry: Geometry) -> int:
-    """The number of the tree over all entries."""
+    """Return the number of the tree over all entries."""
     return length(geometry, table.TREE_ROOT) - 2

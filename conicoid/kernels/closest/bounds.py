@@ -1,9 +1,9 @@
-"""Certified bounds: signed distances never farther from zero than the truth, so that a ball of that size is clear.
+"""Certified bounds: signed distances that are never farther from zero than the exact ones, so that a ball is clear.
 
-Of a plane and a sphere the distance itself, less rounding. Of another quadric the nearest point of all, by its secular
-equation for a value that rounding cannot have raised. Of an intersection the largest signed bound of its parts, of a
-union the least, of a complement the negative (Hart: Sphere tracing, The Visual Computer 12, 1996, section 2.3): within
-a ball that meets none of the walls that were left out nothing else changes.
+The bound of a plane or sphere is the distance itself, less rounding; of another quadric the distance of its nearest
+point, by the secular equation for a value that rounding cannot have raised; of an intersection the largest signed bound
+of its parts, of a union the least, of a complement the negative (Hart: Sphere tracing, The Visual Computer 12, 1996,
+section 2.3): within a ball that meets none of the walls that were left out nothing else changes.
 """
 
 from __future__ import annotations
@@ -47,14 +47,14 @@ from .secular import (
 )
 
 LESS = 1.0 - 2.0**-44
-"""For the roundings of a bound itself."""
+"""Factor for the roundings of a bound itself."""
 _CENTER = 1e-150
-"""s at which all s + a_i that are not zero are a_i."""
+"""s so small that every s + a_i rounds to a_i, unless a_i is zero."""
 
 
 @inline
 def secular_of(form: SurfaceForm, axes: Axes, scale: float, over: bool) -> Secular:
-    """The secular equation of a quadric, or over of -f, along its axes about a point."""
+    """Return the secular equation of a quadric, or with `over` of -f, along its axes about a point."""
     g0, g1, g2 = parts_along(axes.along, form.gx * scale, form.gy * scale, form.gz * scale)
     equation = Secular(form.value * scale, g0, g1, g2, axes.a0 * scale, axes.a1 * scale, axes.a2 * scale)
     return negate_secular(equation) if over else equation
@@ -62,14 +62,14 @@ def secular_of(form: SurfaceForm, axes: Axes, scale: float, over: bool) -> Secul
 
 @inline
 def equation_of(form: SurfaceForm) -> tuple[Secular, Directions]:
-    """The secular equation of a quadric about a point, of terms of about 1, and the axes that its v are along."""
+    """Return the secular equation of a quadric about a point, scaled to terms of about 1, and the axes of its v."""
     axes = principal_axes(form.xx, form.yy, form.zz, form.xy, form.xz, form.yz)
     return secular_of(form, axes, 1.0 / form.size if form.size > 0.0 else 1.0, False), axes.along
 
 
 @inline
 def plain_bound(form: SurfaceForm) -> float:
-    """A lower bound of the distance to f = 0: |f| cannot change faster than 2 |g| d + |A| d²."""
+    """Return a lower bound of the distance to f = 0: |f| cannot change faster than 2 |g| d + |A| d²."""
     value = abs(form.value) - form.off
     if not value > 0.0:
         return 0.0
@@ -79,7 +79,7 @@ def plain_bound(form: SurfaceForm) -> float:
 
 @inline
 def quadric_bound(form: SurfaceForm, plain: float) -> float:
-    """The distance to the nearest point of a quadric, less what rounding may have added; inf where there is none."""
+    """Return the distance to the nearest point of a quadric, less the error bound; inf if it has no point."""
     axes = principal_axes(form.xx, form.yy, form.zz, form.xy, form.xz, form.yz)
     scale = 1.0 / form.size if form.size > 0.0 else 1.0
     e = positive_secular(form, axes, scale, plain)
@@ -88,6 +88,7 @@ def quadric_bound(form: SurfaceForm, plain: float) -> float:
         at = next_step(e, at)
         if at.done == 1.0:
             break
+    # Once more for f less its error bound, which gives a valid lower bound
     value = less_rounding(form, e, at.w, scale)
     if value > 0.0 and at.done == 1.0:
         less, at = with_value(e, value), RootSearch(at.w, 0.0, math.inf, 0.0)
@@ -103,16 +104,16 @@ def quadric_bound(form: SurfaceForm, plain: float) -> float:
 
 @inline
 def less_rounding(form: SurfaceForm, e: PositiveSecular, w: float, scale: float) -> float:
-    """f less what rounding may have added to it, as far as the nearest point."""
+    """Return f less its error bound up to the nearest point."""
     return e.value - 4.0 * rounding_within(form, root_distance(e, w)) * scale
 
 
 @helper
 def bisection_bound(form: SurfaceForm, axes: Axes, scale: float, plain: float) -> float:
-    """`solved_bound` by halving intervals, which always ends."""
+    """`quadric_bound` by halving intervals, which always ends."""
     equation = least_bend(secular_of(form, axes, scale, form.value < 0.0), plain)
     first = _root_length(equation)
-    if not first < math.inf:  # all of f is positive, or nearly zero at the center
+    if not first < math.inf:  # f is positive everywhere, or nearly zero at the center
         x, y, z = place_above(equation, _CENTER)
         first = length_of(x, y, z)
     value = equation.value - 4.0 * rounding_within(form, first) * scale
@@ -124,7 +125,7 @@ def bisection_bound(form: SurfaceForm, axes: Axes, scale: float, plain: float) -
 
 @inline
 def _root_length(equation: Secular) -> float:
-    """|v| of the nearest root; inf for none."""
+    """Return |v| of the nearest root; inf for none."""
     w = nearest_root(equation)
     if w == NONE:
         return math.inf
@@ -134,13 +135,13 @@ def _root_length(equation: Secular) -> float:
 
 @inline
 def plane_bound(form: SurfaceForm) -> float:
-    """A signed bound of the distance to a plane."""
+    """Return a signed bound of the distance to a plane."""
     return math.copysign(max(0.0, (abs(form.value) - form.off) * LESS), form.value)
 
 
 @inline
 def sphere_bound(form: SurfaceForm, radius: float) -> float:
-    """A signed bound of the distance to a sphere."""
+    """Return a signed bound of the distance to a sphere."""
     length = form.steep  # |g|
     off = form.off / (length + radius)
     return math.copysign(max(0.0, (abs(length - radius) - off) * LESS), length - radius)
@@ -148,9 +149,9 @@ def sphere_bound(form: SurfaceForm, radius: float) -> float:
 
 @helper
 def surface_bound(geometry: Geometry, surface: int, x: float, y: float, z: float, enough: float) -> float:
-    """A signed bound of the distance to a surface, positive where its value is.
+    """Return a signed bound of the distance to a surface, positive where its value is.
 
-    From `enough` on it may be any that is proved, however far from the truth.
+    From `enough` on it may be any valid bound, however far from the exact distance.
     """
     kind, row = integer(geometry, table.SURFACE_KIND, surface), integer(geometry, table.SURFACE_ROW, surface)
     if kind == PLANE:
@@ -167,7 +168,7 @@ def surface_bound(geometry: Geometry, surface: int, x: float, y: float, z: float
 
 @inline
 def cell_bound(geometry: Geometry, cell: int, x: float, y: float, z: float, enough: float) -> float:
-    """A signed bound of the distance to the walls of a cell, negative inside."""
+    """Return a signed bound of the distance to the walls of a cell, negative inside."""
     quadric, bound = integer(geometry, table.CELL_QUADRIC, cell), -math.inf
     for slot in range(integer(geometry, table.CELL_FIRST, cell), integer(geometry, table.CELL_FIRST, cell + 1)):
         surface, side = integer(geometry, table.PLANE_SURFACE, slot), plane_side(geometry, slot)
@@ -180,13 +181,13 @@ def cell_bound(geometry: Geometry, cell: int, x: float, y: float, z: float, enou
 
 @inline
 def distance_outside(low: float, high: float, first: float, last: float) -> float:
-    """How far [first, last] is outside of [low, high], a little less than that."""
+    """Return a lower bound of the distance of [first, last] from [low, high]."""
     return max(0.0, max(low - last, first - high)) * LESS
 
 
 @inline
 def leaf_box(geometry: Geometry, bounds: LeafBounds, number: int, x: float, y: float, z: float) -> float:
-    """A lower bound of the distance to the box of one of the leaves of a program; numbers count from 0."""
+    """Return a lower bound of the distance to the box of a leaf of a program; numbers count from 0."""
     dx = distance_outside(leaf_low(geometry, bounds, number, 0), leaf_high(geometry, bounds, number, 0), x, x)
     dy = distance_outside(leaf_low(geometry, bounds, number, 1), leaf_high(geometry, bounds, number, 1), y, y)
     dz = distance_outside(leaf_low(geometry, bounds, number, 2), leaf_high(geometry, bounds, number, 2), z, z)
@@ -195,7 +196,7 @@ def leaf_box(geometry: Geometry, bounds: LeafBounds, number: int, x: float, y: f
 
 @inline
 def box_length(dx: float, dy: float, dz: float) -> float:
-    """The length of what three coordinates are outside of a box; infinite where the box is empty."""
+    """Return the distance from a box, from the distances along three axes; infinite for an empty box."""
     if max(dx, max(dy, dz)) == math.inf:
         return math.inf
     return length_of(dx, dy, dz) * LESS
@@ -205,7 +206,11 @@ def box_length(dx: float, dy: float, dz: float) -> float:
 def program_bound(
     geometry: Geometry, gates: Floats, program: int, x: float, y: float, z: float, enough: float
 ) -> float:
-    """A signed bound of the distance to the walls of a region: its gates take the least or largest of their inputs."""
+    """Return a signed bound of the distance to the walls of a region.
+
+    Unions take the least of their inputs, intersections the largest. `gates` is scratch memory with an element for each
+    gate of the program.
+    """
     first, last = gates_of(geometry, program)
     for gate in range(first, last):
         gates[gate - first] = math.inf if integer(geometry, table.GATE_NEED, gate) == 1 else -math.inf
@@ -219,7 +224,7 @@ def program_bound(
             bound = max(bound, inner) if bound > 0.0 else inner
         negated = integer(geometry, table.LEAF_NEGATED, leaf + row) == 1
         _feed(geometry, gates, first, integer(geometry, table.LEAF_GATE, leaf + row), -bound if negated else bound)
-    for gate in range(last - 1, first, -1):
+    for gate in range(last - 1, first, -1):  # children before their parents
         bound = gates[gate - first]
         negated = integer(geometry, table.GATE_NEGATED, gate) == 1
         _feed(geometry, gates, first, integer(geometry, table.GATE_PARENT, gate), -bound if negated else bound)
@@ -228,7 +233,7 @@ def program_bound(
 
 @inline
 def _feed(geometry: Geometry, gates: Floats, first: int, gate: int, bound: float) -> None:
-    """An input of a gate: unions keep the least, intersections the largest."""
+    """Feed an input to a gate: unions keep the least, intersections the largest."""
     before = gates[gate - first]
     one = integer(geometry, table.GATE_NEED, gate) == 1
     gates[gate - first] = min(before, bound) if one else max(before, bound)
@@ -236,7 +241,7 @@ def _feed(geometry: Geometry, gates: Floats, first: int, gate: int, bound: float
 
 @helper
 def entry_bound(geometry: Geometry, gates: Floats, entry: int, x: float, y: float, z: float, enough: float) -> float:
-    """A lower bound of the distance to the walls of an entry but a polygon; from `enough` on any that is proved."""
+    """Return a lower bound of the distance to the walls of an entry, no polygon; from `enough` on any valid bound."""
     kind, index = integer(geometry, table.ENTRY_KIND, entry), integer(geometry, table.ENTRY_INDEX, entry)
     if kind == CELL:
         return abs(cell_bound(geometry, index, x, y, z, enough))

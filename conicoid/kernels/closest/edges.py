@@ -1,10 +1,10 @@
-"""The planes that hold the curve of two quadrics, where there are such.
+"""Edges and corners of a body, tried as nearest walls, and the planes that contain the curve of two quadrics.
 
-Every f - m h of two quadrics f and h vanishes where both do. Where one of these is a pair of planes the curve is two
-conics: of two spheres, of quadrics of revolution about one axis, of parallel cylinders, of equal cylinders that cross.
-Such an m makes the two forms equal along an axis that both share, so m = (e·A e) / (e·B e) of the principal axes e of
-both is tried. (Levin: A parametric algorithm for drawing pictures of solid objects composed of quadric surfaces,
-CACM 19, 1976.)
+Every f - m h of two quadrics f and h vanishes where both do. If one of these is a pair of planes, the curve is two
+conics: for two spheres, quadrics of revolution about one axis, parallel cylinders, equal cylinders that cross. Such an
+m makes the two forms equal along an axis that both share, so m = (e·A e) / (e·B e) is tried for the principal axes e of
+both. (Levin: A parametric algorithm for drawing pictures of solid objects composed of quadric surfaces, CACM 19, 1976.)
+Curves in no plane are called hard; hard_edges.py searches them.
 """
 
 from __future__ import annotations
@@ -24,12 +24,13 @@ from .stationary import rounding_share, try_conic
 from .walls import CERTAIN_WALL, WallQuery, project_point, try_point
 
 _ALIKE = 2.0**-44
-"""Share of what it was taken from by which a coefficient counts as zero."""
+"""Size, as a share of its terms, below which a coefficient counts as zero."""
 HARD = -1
+"""As `PencilPlanes.number`: no plane contains the curve."""
 
 
 class PencilPlanes(NamedTuple):
-    """The planes n·v = h, none to two of them, about the point that is asked for; HARD where the curve is in none."""
+    """Up to two planes n·v = h about the query point; their number is HARD if the curve is in no plane."""
 
     number: int
     x0: float
@@ -49,7 +50,7 @@ def _no_planes(count: int) -> PencilPlanes:
 
 @inline
 def _difference(f: SurfaceForm, h: SurfaceForm, m: float) -> SurfaceForm:
-    """f - m h; its `off`, `size` and `steep` are bounds of what counts as zero."""
+    """Return f - m h; its `off`, `size` and `steep` are the sizes below which values count as zero."""
     return SurfaceForm(
         f.value - m * h.value, 16.0 * (f.off + abs(m) * h.off), f.gx - m * h.gx, f.gy - m * h.gy, f.gz - m * h.gz,
         f.xx - m * h.xx, f.yy - m * h.yy, f.zz - m * h.zz, f.xy - m * h.xy, f.xz - m * h.xz, f.yz - m * h.yz,
@@ -59,14 +60,14 @@ def _difference(f: SurfaceForm, h: SurfaceForm, m: float) -> SurfaceForm:
 
 @helper
 def _planes_of(f: SurfaceForm) -> PencilPlanes:
-    """The planes that a form is the product of; HARD where it is none."""
+    """Return the planes whose product a form is; HARD if it is no such product."""
     a0, a1, a2, (x0, y0, z0, x1, y1, z1, x2, y2, z2) = principal_axes(f.xx, f.yy, f.zz, f.xy, f.xz, f.yz)
     if abs(a0) < abs(a2):  # the largest becomes the first
         a0, a2, x0, y0, z0, x2, y2, z2 = a2, a0, x2, y2, z2, x0, y0, z0
     if abs(a1) < abs(a2):  # and the least the last
         a1, a2, x1, y1, z1, x2, y2, z2 = a2, a1, x2, y2, z2, x1, y1, z1
     g0, g1, g2 = dot(x0, y0, z0, f.gx, f.gy, f.gz), dot(x1, y1, z1, f.gx, f.gy, f.gz), dot(x2, y2, z2, f.gx, f.gy, f.gz)
-    if abs(a0) <= f.size:
+    if abs(a0) <= f.size:  # no quadratic part: one plane, or no point, or every point
         g = length_of(f.gx, f.gy, f.gz)
         if g <= f.steep:
             return _no_planes(HARD if abs(f.value) <= f.off else 0)
@@ -74,7 +75,7 @@ def _planes_of(f: SurfaceForm) -> PencilPlanes:
     if abs(a2) > f.size or abs(g2) > f.steep:
         return _no_planes(HARD)
     t0 = -g0 / a0
-    if abs(a1) <= f.size:
+    if abs(a1) <= f.size:  # one square: two parallel planes
         if abs(g1) > f.steep:
             return _no_planes(HARD)
         square = (g0 * g0 - a0 * f.value) / (a0 * a0)
@@ -83,6 +84,7 @@ def _planes_of(f: SurfaceForm) -> PencilPlanes:
         root = math.sqrt(max(square, 0.0))
         return PencilPlanes(2, x0, y0, z0, t0 + root, x0, y0, z0, t0 - root)
     t1 = -g1 / a1
+    # Two squares: two planes that cross, if their signs differ and f vanishes at the center
     if abs(f.value + g0 * t0 + g1 * t1) > f.off + 4.0 * f.steep * (abs(t0) + abs(t1)) or a0 * a1 > 0.0:
         return _no_planes(HARD)
     u, v = math.sqrt(abs(a0)), math.sqrt(abs(a1))
@@ -96,7 +98,7 @@ def _planes_of(f: SurfaceForm) -> PencilPlanes:
 
 @inline
 def _ratio(f: SurfaceForm, h: SurfaceForm, x: float, y: float, z: float) -> float:
-    """m that makes f and h equal along a unit vector; 0 where it is nowhere or everywhere."""
+    """Return the m for which f and m h are equal along a unit vector; 0 if no m or every m is."""
     ax, ay, az = bend_times(f, x, y, z)
     bx, by, bz = bend_times(h, x, y, z)
     over, under = dot(ax, ay, az, x, y, z), dot(bx, by, bz, x, y, z)
@@ -105,8 +107,8 @@ def _ratio(f: SurfaceForm, h: SurfaceForm, x: float, y: float, z: float) -> floa
 
 @helper
 def shared_planes(geometry: Geometry, one: int, other: int, x: float, y: float, z: float) -> PencilPlanes:
-    """The planes of the curve of two curved surfaces, about a point."""
-    cx, cy, cz = anchor_of(geometry, one)
+    """Return the planes of the curve of two curved surfaces, about a point."""
+    cx, cy, cz = anchor_of(geometry, one)  # terms are small there, so that zeros are recognised
     f, h = form_at(geometry, one, cx, cy, cz), form_at(geometry, other, cx, cy, cz)
     p = principal_axes(f.xx, f.yy, f.zz, f.xy, f.xz, f.yz).along
     q = principal_axes(h.xx, h.yy, h.zz, h.xy, h.xz, h.yz).along
@@ -133,30 +135,30 @@ def shared_planes(geometry: Geometry, one: int, other: int, x: float, y: float, 
     )  # fmt: skip
 
 
-# Edges and corners of a body, tried as nearest walls: two or three surfaces that meet.
+# Edges and corners: two or three surfaces that meet
 
-_PARALLEL = 2.0**-40
-_ALONG = 2.0**-44
-_MORE = 1.0 + 2.0**-30
+_PARALLEL = 2.0**-40  # sine below which planes count as parallel
+_ALONG = 2.0**-44  # size below which a coefficient on a line counts as zero
+_MORE = 1.0 + 2.0**-30  # factor to the search radius, for rounding
 _ENDED = 2.0**-36
-"""Share of the size of a point on several surfaces by which it may be off where Newton's steps have ended."""
+"""Largest error, as a share of its size, of a point on several surfaces for which Newton's method has converged."""
 EDGE_ERROR = 2.0**-42
-"""Share of the sizes of points by which a conic of two quadrics may be off, whatever their angle is."""
+"""Error of a conic of two quadrics as a share of the sizes of points, for every angle of the quadrics."""
 
 
 @inline
 def plane_about(form: SurfaceForm) -> tuple[float, float, float, float]:
-    """A plane surface as n·v = h, of a unit vector n."""
+    """Return a plane as (n, h) of n·v = h with a unit vector n."""
     return 2.0 * form.gx, 2.0 * form.gy, 2.0 * form.gz, -form.value
 
 
 @inline
 def planes_of_pair(geometry: Geometry, room: Neighbourhood, at: WallQuery, i: int, j: int) -> PencilPlanes:
-    """The planes that hold where two near surfaces meet, i < j: a plane itself, or those of two quadrics."""
+    """Return planes that contain the common points of near surfaces i < j: a plane among them, or those of quadrics."""
     if is_flat(geometry, room, i):
         nx, ny, nz, h = plane_about(form_at(geometry, room.surface[i], at.x, at.y, at.z))
         return PencilPlanes(1, nx, ny, nz, h, 0.0, 0.0, 0.0, 0.0)
-    if is_flat(geometry, room, j):  # a sheet's own quadric stands before planes
+    if is_flat(geometry, room, j):  # a sheet's own quadric stands before the planes
         nx, ny, nz, h = plane_about(form_at(geometry, room.surface[j], at.x, at.y, at.z))
         return PencilPlanes(1, nx, ny, nz, h, 0.0, 0.0, 0.0, 0.0)
     return shared_planes(geometry, room.surface[i], room.surface[j], at.x, at.y, at.z)
@@ -164,7 +166,7 @@ def planes_of_pair(geometry: Geometry, room: Neighbourhood, at: WallQuery, i: in
 
 @inline
 def plane_of(planes: PencilPlanes, k: int) -> tuple[float, float, float, float]:
-    """One of the planes."""
+    """Return (n, h) of plane k."""
     if k == 0:
         return planes.x0, planes.y0, planes.z0, planes.h0
     return planes.x1, planes.y1, planes.z1, planes.h1
@@ -179,12 +181,12 @@ def _chosen(room: Neighbourhood, i: int, j: int, k: int) -> None:
 def line_of_planes(
     ax: float, ay: float, az: float, g: float, bx: float, by: float, bz: float, h: float
 ) -> tuple[float, float, float, float, float, float]:
-    """(foot, unit direction) of the line a·v = g, b·v = h; a direction of zeros where they are parallel."""
+    """Return (foot, unit direction) of the line a·v = g, b·v = h; the direction is zero for parallel planes."""
     dx, dy, dz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
     square = dot(dx, dy, dz, dx, dy, dz)
     if square <= _PARALLEL * _PARALLEL:
         return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    # (g b - h a) × d / |d|², which is across d
+    # The foot is (g b - h a) × d / |d|², which is perpendicular to d
     mx, my, mz = g * bx - h * ax, g * by - h * ay, g * bz - h * az
     x, y, z = my * dz - mz * dy, mz * dx - mx * dz, mx * dy - my * dx
     root = math.sqrt(square)
@@ -193,7 +195,7 @@ def line_of_planes(
 
 @helper
 def try_edge(geometry: Geometry, room: Neighbourhood, at: WallQuery, i: int, j: int) -> bool:
-    """Try where two near surfaces meet, i < j; is their curve a hard one, which no plane holds?"""
+    """Try the common points of near surfaces i < j; True if their curve is hard: in no plane."""
     if is_flat(geometry, room, i) and is_flat(geometry, room, j):
         ax, ay, az, g = plane_about(form_at(geometry, room.surface[i], at.x, at.y, at.z))
         bx, by, bz, h = plane_about(form_at(geometry, room.surface[j], at.x, at.y, at.z))
@@ -231,7 +233,7 @@ def _beside_anchor(
     dy: float,
     dz: float,
 ) -> float:
-    """How far along a line a near surface's anchor is: about there a quadric's terms are no larger than need be."""
+    """Return how far along a line the anchor of a near surface lies: about there a quadric's terms are smallest."""
     if is_flat(geometry, room, k):
         return 0.0
     ax, ay, az = anchor_of(geometry, room.surface[k])
@@ -250,7 +252,7 @@ def _try_line(
     k: int,
     count: int,
 ) -> None:
-    """Try where the lines of two planes meet the last of i, j, k, or a sheet's own surface i where that is curved."""
+    """Try where the lines of two planes meet surface k, or the sheet's own surface i if that is curved and k is not."""
     curved = i if is_flat(geometry, room, k) and not is_flat(geometry, room, i) else k
     same = count == 2
     for p in range(one.number):
@@ -268,7 +270,7 @@ def _try_line(
             root = math.sqrt(max(b * b - a * c, 0.0))
             if b * b - a * c < -(2.0**-30) * (b * b + abs(a * c)):
                 continue
-            # What is as small as rounding makes it would be met beyond all that floats tell apart
+            # A coefficient within rounding counts as zero: its root would lie beyond the resolution of floats
             a = a if abs(a) > _ALONG * form.size else 0.0
             b = b if abs(b) > _ALONG * form.steep else 0.0
             far = -(b + math.copysign(root, b))
@@ -286,7 +288,7 @@ def _try_line(
 
 @helper
 def try_corners(geometry: Geometry, room: Neighbourhood, at: WallQuery, i: int, j: int) -> None:
-    """Try where two near surfaces meet a third one behind them, i < j < k. Curves that no plane holds are left out."""
+    """Try the points where near surfaces i < j meet a third one k > j; hard curves are left out."""
     one = planes_of_pair(geometry, room, at, i, j)
     if one.number <= 0:
         return
@@ -298,7 +300,7 @@ def try_corners(geometry: Geometry, room: Neighbourhood, at: WallQuery, i: int, 
             nx, ny, nz, h = plane_about(form_at(geometry, room.surface[j], at.x, at.y, at.z))
             _try_line(geometry, room, at, one, PencilPlanes(1, nx, ny, nz, h, 0.0, 0.0, 0.0, 0.0), i, j, k, 3)
             continue
-        # i, j and k: one of the curves is on planes with j, or with i, as the other is
+        # The third curve: that of i and k if i is curved, else that of j and k
         curved_first = not is_flat(geometry, room, i)
         other = planes_of_pair(geometry, room, at, i, k) if curved_first else planes_of_pair(geometry, room, at, j, k)
         if other.number > 0:
@@ -307,13 +309,13 @@ def try_corners(geometry: Geometry, room: Neighbourhood, at: WallQuery, i: int, 
 
 @inline
 def is_hard(room: Neighbourhood, i: int, j: int) -> bool:
-    """Is the curve of two near surfaces, i < j, in no plane? `try_edges` has noted it."""
+    """True if the curve of near surfaces i < j is in no plane; `try_edges` has recorded it."""
     return j >= MOST_PAIRED or room.hard[MOST_PAIRED * i + j] == 1
 
 
 @inline
 def _note(room: Neighbourhood, i: int, j: int, hard: bool) -> bool:
-    """Note whether the curve of two near surfaces is in no plane."""
+    """Record whether the curve of two near surfaces is in no plane; return it."""
     if j < MOST_PAIRED:
         room.hard[MOST_PAIRED * i + j] = 1 if hard else 0
     return hard
@@ -323,23 +325,23 @@ def _note(room: Neighbourhood, i: int, j: int, hard: bool) -> bool:
 def _try_from(
     geometry: Geometry, room: Neighbourhood, at: WallQuery, i: int, j: int, k: int, vx: float, vy: float, vz: float
 ) -> None:
-    """Try where Newton's steps lead to from x + v: if that is a wall, others are nearer than it.
+    """Try the point to which Newton's method converges from x + v: a wall there bounds the search radius.
 
-    What is not sure to be one says nothing; nor does where they have not ended, as surfaces need not meet at all.
+    A point that is not certainly a wall has no effect, nor has one without convergence, as surfaces need not meet.
     """
     before, count = room.best[LOWER], 2 if j == k else 3
     _chosen(room, i, j, k)
-    found = project_point(geometry, room, count, at.x + vx, at.y + vy, at.z + vz)
-    if found.off > _ENDED * (abs(found.x) + abs(found.y) + abs(found.z)):
+    touch = project_point(geometry, room, count, at.x + vx, at.y + vy, at.z + vz)
+    if touch.off > _ENDED * (abs(touch.x) + abs(touch.y) + abs(touch.z)):
         return
-    vx, vy, vz = found.x - at.x, found.y - at.y, found.z - at.z
+    vx, vy, vz = touch.x - at.x, touch.y - at.y, touch.z - at.z
     if try_point(geometry, room, at, count, vx, vy, vz, math.inf, 0.0) != CERTAIN_WALL:
         room.best[LOWER] = before
 
 
 @helper
 def _into_leaves(geometry: Geometry, room: Neighbourhood, x: float, axis: int) -> float:
-    """How far x is from the nearest place along an axis that the boxes of the near leaves reach."""
+    """Return the displacement from x to the interval of the near leaves' boxes along an axis."""
     low, high, program = math.inf, -math.inf, whole(room.sizes[PROGRAM])
     if program >= 0:
         bounds, first = leaf_bounds(geometry, program), integer(geometry, table.PROGRAM_LEAF, program)
@@ -352,9 +354,9 @@ def _into_leaves(geometry: Geometry, room: Neighbourhood, x: float, axis: int) -
 
 @helper
 def _try_hard_from_beside(geometry: Geometry, room: Neighbourhood, at: WallQuery) -> None:
-    """Try curves that no plane holds, and corners on them: the better the first guess, the fewer boxes.
+    """Try points of hard curves, and corners on them: a better first guess leaves fewer boxes to `try_hard_edges`.
 
-    From the nearest place of a box around the body, as from afar Newton's steps halve the way and no more.
+    Newton's method starts at the nearest point of a box around the body; from far away each step only halves the way.
     """
     vx, vy, vz = (
         _into_leaves(geometry, room, at.x, 0), _into_leaves(geometry, room, at.y, 1),
@@ -375,7 +377,7 @@ def _try_hard_from_beside(geometry: Geometry, room: Neighbourhood, at: WallQuery
 
 @helper
 def try_edges(geometry: Geometry, room: Neighbourhood, at: WallQuery) -> bool:
-    """Try all edges, then all corners, of what is near; are there curves of two quadrics that no plane holds?"""
+    """Try all edges, then all corners, of the near surfaces; True if some curve of two quadrics is in no plane."""
     sheet, hard = room.sizes[SHEET_OF] == 1, False
     count = room.sizes[SURFACES]
     last = 1 if sheet else count

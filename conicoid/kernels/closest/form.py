@@ -1,4 +1,4 @@
-"""A surface as a polynomial about a point: f(x + v) = value + 2 g·v + v·A v, with what rounding may have changed."""
+"""A surface as a polynomial about a point, f(x + v) = value + 2 g·v + v·A v, with error bounds; principal axes of A."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from ..surface.records import load_plane, load_quadric, load_sphere
 from ..tables import PLANE, SPHERE, Geometry, integer
 
 ROUNDED = 2.0**-48
-"""Share of its terms by which rounding may change a value: 32 roundings."""
+"""Error of a value as a share of its terms: 32 roundings."""
 _ANCHOR = 2.0**-52
-"""Share of an anchor's coordinates that its record may be off by."""
+"""Error of an anchor's record as a share of its coordinates."""
 _OF_DOUBT = 2.0**-4
-"""`quadric_rounding` counts 512 roundings of a value, here 32 are enough."""
+"""Factor to `quadric_rounding`, which counts 512 roundings of a value; here 32 are enough."""
 
 
 class SurfaceForm(NamedTuple):
-    """A surface about a point x. Of a plane A is zero, and g half the unit normal."""
+    """A surface about a point x. For a plane A is zero and g is half the unit normal."""
 
     value: float
-    off: float  # by how much the value may be off
+    off: float  # error bound of the value
     gx: float  # half the gradient
     gy: float
     gz: float
@@ -35,13 +35,13 @@ class SurfaceForm(NamedTuple):
     xy: float
     xz: float
     yz: float
-    size: float  # at least |A|, as the sum of what it was summed from
-    steep: float  # the same of |g|
+    size: float  # at least |A|: the sum of the sizes of its terms
+    steep: float  # at least |g|, likewise
 
 
 @inline
 def form_of_plane(plane: PlaneRecord, x: float, y: float, z: float) -> SurfaceForm:
-    """A plane about a point."""
+    """Return a plane about a point."""
     nx, ny, nz, above, ax, ay, az = plane
     unit = 1.0 / math.sqrt(dot(nx, ny, nz, nx, ny, nz))
     nx, ny, nz, above = nx * unit, ny * unit, nz * unit, above * unit
@@ -54,7 +54,7 @@ def form_of_plane(plane: PlaneRecord, x: float, y: float, z: float) -> SurfaceFo
 
 @inline
 def form_of_sphere(sphere: SphereRecord, x: float, y: float, z: float) -> SurfaceForm:
-    """A sphere about a point."""
+    """Return a sphere about a point."""
     cx, cy, cz, r = sphere
     px, py, pz = x - cx, y - cy, z - cz
     length = math.sqrt(dot(px, py, pz, px, py, pz))
@@ -65,7 +65,7 @@ def form_of_sphere(sphere: SphereRecord, x: float, y: float, z: float) -> Surfac
 
 @inline
 def form_of_quadric(quadric: QuadricRecord, x: float, y: float, z: float) -> SurfaceForm:
-    """A quadric about a point."""
+    """Return a quadric about a point."""
     ax, ay, az, w00, w01, w02, w10, w11, w12, w20, w21, w22, s0, s1, s2, b0, b1, b2, _ = quadric
     gx, gy, gz = quadric_gradient(quadric, x, y, z)
     n0, n1, n2 = dot(w00, w01, w02, w00, w01, w02), dot(w10, w11, w12, w10, w11, w12), dot(w20, w21, w22, w20, w21, w22)
@@ -85,7 +85,7 @@ def form_of_quadric(quadric: QuadricRecord, x: float, y: float, z: float) -> Sur
 
 @inline
 def form_at(geometry: Geometry, surface: int, x: float, y: float, z: float) -> SurfaceForm:
-    """A surface about a point."""
+    """Return a surface about a point."""
     kind, row = integer(geometry, table.SURFACE_KIND, surface), integer(geometry, table.SURFACE_ROW, surface)
     if kind == PLANE:
         return form_of_plane(load_plane(geometry, row), x, y, z)
@@ -96,7 +96,7 @@ def form_at(geometry: Geometry, surface: int, x: float, y: float, z: float) -> S
 
 @inline
 def bend_times(form: SurfaceForm, x: float, y: float, z: float) -> tuple[float, float, float]:
-    """A v"""
+    """Return A v."""
     return (
         dot(form.xx, form.xy, form.xz, x, y, z),
         dot(form.xy, form.yy, form.yz, x, y, z),
@@ -106,29 +106,29 @@ def bend_times(form: SurfaceForm, x: float, y: float, z: float) -> tuple[float, 
 
 @inline
 def value_along(form: SurfaceForm, x: float, y: float, z: float) -> float:
-    """f(x + v)"""
+    """Return f(x + v)."""
     ax, ay, az = bend_times(form, x, y, z)
     return form.value + dot(2.0 * form.gx + ax, 2.0 * form.gy + ay, 2.0 * form.gz + az, x, y, z)
 
 
 @inline
 def rounding_within(form: SurfaceForm, r: float) -> float:
-    """By how much rounding may have changed f at any v up to the length r."""
+    """Return the error bound of f(x + v) for every v up to the length r."""
     return form.off + ROUNDED * (2.0 * form.steep + form.size * r) * r
 
 
 @inline
 def length_of(x: float, y: float, z: float) -> float:
-    """|v|, for numbers whose squares are numbers."""
+    """Return |v|; squares of the components must neither overflow nor underflow."""
     return math.sqrt(dot(x, y, z, x, y, z))
 
 
-# Principal axes of symmetric 3 × 3 matrices, by Jacobi's rotations (Golub, Van Loan: Matrix Computations, 8.5).
+# Principal axes of symmetric 3 × 3 matrices, by Jacobi's rotations (Golub, Van Loan: Matrix Computations, 8.5)
 #
-# Rotations take sums, products and roots alone, so their bits are the same everywhere.
+# Rotations need sums, products and square roots only, so all systems give the same bits.
 
 _SWEEPS = 12
-_NONE = 2.0**-58
+_NONE = 2.0**-58  # share of the diagonal below which a mixed term counts as zero
 
 
 class Directions(NamedTuple):
@@ -156,19 +156,19 @@ class Axes(NamedTuple):
 
 @inline
 def parts_along(e: Directions, x: float, y: float, z: float) -> tuple[float, float, float]:
-    """(e0·v, e1·v, e2·v)"""
+    """Return (e0·v, e1·v, e2·v)."""
     return dot(e.x0, e.y0, e.z0, x, y, z), dot(e.x1, e.y1, e.z1, x, y, z), dot(e.x2, e.y2, e.z2, x, y, z)
 
 
 @inline
 def reverse_axes(e: Directions) -> Directions:
-    """e2, e1, e0"""
+    """Return e2, e1, e0."""
     return Directions(e.x2, e.y2, e.z2, e.x1, e.y1, e.z1, e.x0, e.y0, e.z0)
 
 
 @inline
 def jacobi_rotation(p: float, q: float, mixed: float) -> tuple[float, float, float]:
-    """(cosine, sine, t) of the rotation that takes the mixed term from ((p, mixed), (mixed, q))."""
+    """Return (cosine, sine, tangent) of the rotation that removes the mixed term of ((p, mixed), (mixed, q))."""
     if abs(mixed) <= _NONE * (abs(p) + abs(q)):
         return 1.0, 0.0, 0.0
     theta = (q - p) / (2.0 * mixed)
@@ -179,7 +179,7 @@ def jacobi_rotation(p: float, q: float, mixed: float) -> tuple[float, float, flo
 
 @helper
 def principal_axes(xx: float, yy: float, zz: float, xy: float, xz: float, yz: float) -> Axes:
-    """The principal axes of a symmetric matrix."""
+    """Return the principal axes of a symmetric matrix."""
     x0, y0, z0, x1, y1, z1, x2, y2, z2 = 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0
     for _ in range(_SWEEPS):
         turned = 0.0
@@ -217,7 +217,7 @@ def principal_axes(xx: float, yy: float, zz: float, xy: float, xz: float, yz: fl
 
 @inline
 def perpendicular_axes(x: float, y: float, z: float) -> tuple[float, float, float, float, float, float]:
-    """Two unit vectors across a unit vector and across each other (Duff and others, JCGT 6(1), 2017)."""
+    """Return two unit vectors perpendicular to a unit vector and to each other (Duff and others, JCGT 6(1), 2017)."""
     sign = math.copysign(1.0, z)
     a = -1.0 / (sign + z)
     b = x * y * a

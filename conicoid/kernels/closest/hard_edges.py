@@ -1,10 +1,10 @@
-"""Edges where two quadrics meet in a curve that no plane holds: boxes of space, halved until what they hold is known.
+"""Hard edges, where two quadrics meet in a curve that no plane contains: a search by bisection of boxes of space.
 
-A box is given up if it is farther away than the best wall, if no two quadrics with such a curve can both vanish in
-it, or if just two can and the distance is nowhere stationary on their curve: there the point, seen from the one that is
-asked for, is in the plane of both gradients, det(v, g, h) = 0. All else in it has been tried before. What is left is as
-small as the curve is straight; then its middle, brought onto the curve, is as near as the stationary point to second
-order.
+A box is discarded if it is farther away than the best wall, if no two quadrics with such a curve can both vanish in it,
+or if just two can and the distance is nowhere stationary on their curve; at a stationary point the vector from the
+query point lies in the plane of both gradients, det(v, g, h) = 0. All other points in the box have been tried before. A
+remaining box is halved until the curve in it is nearly straight; then its middle, projected onto the curve, is as near
+as the stationary point to second order.
 """
 
 from __future__ import annotations
@@ -36,17 +36,19 @@ from .neighbourhood import (
 from .walls import TANGENT, WallQuery, project_point, sheet_around, sides_around, try_point
 
 _SMALL, _LEAST = 2.0**-25, 2.0**-44
-"""Sides of a box at which it is tried: share of the distance and of the radius of curvature; share of its place."""
+"""Sides of a box at which it is tried: as a share of the distance and of the radius of curvature, and at the latest as
+a share of its coordinates."""
 _MOST_STEPS, _MOST_SIDES = 40000, 5
-"""Boxes that are looked at; so many surfaces of a box are tried in all combinations of their sides."""
+"""Most boxes of a search; most surfaces of a box whose sides are tried in all combinations."""
 _LESS = 1.0 - 2.0**-40
 _AS_NEAR = 1.0 - 2.0**-46
-"""Share of the best wall's distance from which on a box is given up with what is known of it: that is in the error."""
+"""Share of the best wall's distance from which on a box is discarded, and its distance becomes the lower bound: the
+difference is within the error."""
 
 
 @inline
 def _nearest_in(at: WallQuery, x: float, y: float, z: float, half: float) -> float:
-    """A lower bound of the distance to a box."""
+    """Return a lower bound of the distance to a box."""
     dx, dy, dz = (
         max(0.0, abs(x - at.x) - half), max(0.0, abs(y - at.y) - half), max(0.0, abs(z - at.z) - half),
     )  # fmt: skip
@@ -55,7 +57,7 @@ def _nearest_in(at: WallQuery, x: float, y: float, z: float, half: float) -> flo
 
 @helper
 def _push(room: Neighbourhood, top: int, at: WallQuery, x: float, y: float, z: float, half: float) -> int:
-    """Put a box on the stack, those of a split with the nearest on top; where there is no room, it stays uncertain."""
+    """Push a box on the stack, unless it is too far; return the height. A full stack lowers the lower bound instead."""
     near = _nearest_in(at, x, y, z, half)
     if near > limit(room):
         return top
@@ -70,7 +72,7 @@ def _push(room: Neighbourhood, top: int, at: WallQuery, x: float, y: float, z: f
 
 @inline
 def _may_vanish(form: SurfaceForm, half: float) -> bool:
-    """May f be zero in the box of this half side about the form's point?"""
+    """True if f may be zero in the box of this half side about the form's point."""
     change = 2.0 * (abs(form.gx) + abs(form.gy) + abs(form.gz)) * half
     bend = abs(form.xx) + abs(form.yy) + abs(form.zz) + 2.0 * (abs(form.xy) + abs(form.xz) + abs(form.yz))
     return abs(form.value) <= form.off + (change + bend * half * half) * (1.0 + ROUNDED)
@@ -78,16 +80,16 @@ def _may_vanish(form: SurfaceForm, half: float) -> bool:
 
 @inline
 def _cross(ax: float, ay: float, az: float, bx: float, by: float, bz: float) -> tuple[float, float, float]:
-    """a × b"""
+    """Return a × b."""
     return ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
 
 
 @helper
 def _is_stationary(f: SurfaceForm, h: SurfaceForm, vx: float, vy: float, vz: float, half: float) -> bool:
-    """May D = det(v, g, h) vanish on the curve in the box about the forms' point, at v from what is asked for?
+    """True if D = det(v, g, h) may vanish on the curve in the box about the forms' point, v from the query point.
 
-    On the curve D is D + m f + n h. With m and n that leave only the gradient along the curve, the range of that over
-    the box is as narrow as D changes along the curve, however steep D is beside it.
+    On the curve D equals D + m f + n h. With m and n that leave only the gradient along the curve, the range of this
+    sum over the box is as narrow as the change of D along the curve, however steep D is across it.
     """
     nx, ny, nz = _cross(f.gx, f.gy, f.gz, h.gx, h.gy, h.gz)
     px, py, pz = _cross(h.gx, h.gy, h.gz, vx, vy, vz)
@@ -102,6 +104,7 @@ def _is_stationary(f: SurfaceForm, h: SurfaceForm, vx: float, vy: float, vz: flo
     df, dh = dot(dx, dy, dz, f.gx, f.gy, f.gz), dot(dx, dy, dz, h.gx, h.gy, h.gz)
     m, n = (dh * fh - df * hh) / square, (df * fh - dh * ff) / square
     ex, ey, ez = dx + m * f.gx + n * h.gx, dy + m * f.gy + n * h.gy, dz + m * f.gz + n * h.gz
+    # A bound of the sum's change over the box: by its gradient, by terms of second and third order, by rounding
     r, g, k = half * 1.7321, math.sqrt(ff), math.sqrt(hh)
     size = length_of(vx, vy, vz)
     most = (abs(ex) + abs(ey) + abs(ez)) * half
@@ -113,7 +116,7 @@ def _is_stationary(f: SurfaceForm, h: SurfaceForm, vx: float, vy: float, vz: flo
 
 @inline
 def _any_hard(geometry: Geometry, room: Neighbourhood, count: int) -> bool:
-    """Have any two of the first `count` of room.chosen, in rising order, a curve that no plane holds?"""
+    """True if two of the first `count` of room.chosen, which are in rising order, have a hard curve."""
     for i in range(count):
         for j in range(i + 1, count):
             one, other = room.chosen[i], room.chosen[j]
@@ -125,9 +128,9 @@ def _any_hard(geometry: Geometry, room: Neighbourhood, count: int) -> bool:
 
 @helper
 def _around(geometry: Geometry, room: Neighbourhood, x: float, y: float, z: float, half: float) -> int:
-    """Put the near surfaces that may meet a box into room.chosen; returns how many, 0 if a sheet's own may not.
+    """Write the near surfaces that may meet a box to room.chosen; return how many, 0 if the own one of a sheet may not.
 
-    room.sign has on which side of the others all of the box is.
+    room.sign gets the side of the others on which the whole box lies.
     """
     count = 0
     for k in range(room.sizes[SURFACES]):
@@ -144,7 +147,7 @@ def _around(geometry: Geometry, room: Neighbourhood, x: float, y: float, z: floa
 
 @inline
 def _may_have_walls(geometry: Geometry, room: Neighbourhood, count: int) -> bool:
-    """Is the body there for some sides of the chosen surfaces, and not for others? Relies on `_around`."""
+    """True if the body is there for some sides of the chosen surfaces, and not for others; relies on `_around`."""
     if count > _MOST_SIDES:
         return True
     if room.sizes[SHEET_OF] == 1:
@@ -155,7 +158,7 @@ def _may_have_walls(geometry: Geometry, room: Neighbourhood, count: int) -> bool
 
 @inline
 def _radius(form: SurfaceForm) -> float:
-    """A radius of curvature that none of a surface is below, about."""
+    """Return about a lower bound of the radii of curvature of a surface."""
     return length_of(form.gx, form.gy, form.gz) / form.size
 
 
@@ -163,30 +166,30 @@ def _radius(form: SurfaceForm) -> float:
 def _try_box(
     geometry: Geometry, room: Neighbourhood, at: WallQuery, count: int, x: float, y: float, z: float, half: float
 ) -> bool:
-    """Try the middle of a small box; is it settled by that?"""
+    """Try the middle of a small box; True if that decides the box."""
     if not 2 <= count <= 3:
         return False
-    found = project_point(geometry, room, count, x, y, z)
-    if found.sine < TANGENT or length_of(found.x - x, found.y - y, found.z - z) > 16.0 * half / found.sine:
+    touch = project_point(geometry, room, count, x, y, z)
+    if touch.sine < TANGENT or length_of(touch.x - x, touch.y - y, touch.z - z) > 16.0 * half / touch.sine:
         return False
-    size, before = length_of(found.x - at.x, found.y - at.y, found.z - at.z), room.best[LOWER]
+    size, before = length_of(touch.x - at.x, touch.y - at.y, touch.z - at.z), room.best[LOWER]
     radius = size
     for i in range(count):
-        form = form_at(geometry, room.surface[room.chosen[i]], found.x, found.y, found.z)
+        form = form_at(geometry, room.surface[room.chosen[i]], touch.x, touch.y, touch.z)
         if form.size > 0.0:
-            radius = min(radius, _radius(form) * found.sine)
-    if half > _SMALL * radius * found.sine:
+            radius = min(radius, _radius(form) * touch.sine)
+    if half > _SMALL * radius * touch.sine:
         return False
-    try_point(geometry, room, at, count, found.x - at.x, found.y - at.y, found.z - at.z, math.inf, 0.0)
-    if count == 2 and room.best[LOWER] < before:  # a stationary point is beside this one
-        beside = 8.0 * half / found.sine
+    try_point(geometry, room, at, count, touch.x - at.x, touch.y - at.y, touch.z - at.z, math.inf, 0.0)
+    if count == 2 and room.best[LOWER] < before:  # the stationary point lies beside this one
+        beside = 8.0 * half / touch.sine
         room.best[LOWER] -= 2.0 * beside * beside / radius
     return True
 
 
 @inline
 def _on_two(room: Neighbourhood, count: int) -> float:
-    """A lower bound of the distance to all that is on two of the chosen surfaces: the second of theirs."""
+    """Return a lower bound of the distance to points on two of the chosen surfaces: the second smallest of theirs."""
     least, second = math.inf, math.inf
     for i in range(count):
         bound = room.bound[room.chosen[i]]
@@ -196,7 +199,7 @@ def _on_two(room: Neighbourhood, count: int) -> float:
 
 @helper
 def _search(geometry: Geometry, room: Neighbourhood, at: WallQuery, x: float, y: float, z: float, half: float) -> None:
-    """Look through a cube."""
+    """Search a cube."""
     top, steps, whole_cube = _push(room, 0, at, x, y, z, half), 0, half
     while top > 0 and not poll_halt(geometry, steps):
         top, steps = top - 1, steps + 1
@@ -210,7 +213,7 @@ def _search(geometry: Geometry, room: Neighbourhood, at: WallQuery, x: float, y:
         if count < 2 or not _any_hard(geometry, room, count) or not _may_have_walls(geometry, room, count):
             continue
         near = max(near, _on_two(room, count))
-        if near >= limit(room) * _AS_NEAR:  # all of a curve may be as near, as seen from the center of a ball
+        if near >= limit(room) * _AS_NEAR:  # a whole curve may be equally near, as from the center of a ball
             room.best[LOWER] = min(room.best[LOWER], near)
             continue
         if count == 2:
@@ -225,13 +228,14 @@ def _search(geometry: Geometry, room: Neighbourhood, at: WallQuery, x: float, y:
             room.best[LOWER] = min(room.best[LOWER], near)
             continue
         half *= 0.5
+        # `away`: the corner of the box that is farthest from the query point, a bit for each axis
         away = 7
         for i in range(3):
             mine, middle = (at.x, x) if i == 0 else ((at.y, y) if i == 1 else (at.z, z))
             if mine < middle:
                 away ^= 1 << i
         away ^= 7
-        for i in range(8):  # the corner that is nearest comes last, and so on top
+        for i in range(8):  # from the corner opposite to `away` to `away` itself, which lies on top
             side = (i ^ away) ^ 7
             dx = half if side & 1 else -half
             dy = half if side & 2 else -half
@@ -241,7 +245,7 @@ def _search(geometry: Geometry, room: Neighbourhood, at: WallQuery, x: float, y:
 
 @helper
 def reach_of_leaves(geometry: Geometry, room: Neighbourhood, at: WallQuery) -> float:
-    """How far the boxes of the near leaves reach along an axis; they hold what matters of them."""
+    """Return the largest distance along an axis to which the boxes of the near leaves reach; inf without a program."""
     most, program = 0.0, whole(room.sizes[PROGRAM])
     if program < 0:
         return math.inf
@@ -257,7 +261,7 @@ def reach_of_leaves(geometry: Geometry, room: Neighbourhood, at: WallQuery) -> f
 
 @helper
 def try_hard_edges(geometry: Geometry, room: Neighbourhood, at: WallQuery) -> None:
-    """Try all edges that no plane holds, and the corners on them. Without any bound, in growing cubes."""
+    """Try all hard edges, and the corners on them; without a bound of the distance, in growing cubes."""
     half = min(limit(room), reach_of_leaves(geometry, room, at))
     if half < math.inf:
         _search(geometry, room, at, at.x, at.y, at.z, half * (1.0 + 2.0**-20))
@@ -271,7 +275,7 @@ def try_hard_edges(geometry: Geometry, room: Neighbourhood, at: WallQuery) -> No
             half = max(half, 4.0 * room.bound[k])
     for _ in range(12):
         _search(geometry, room, at, at.x, at.y, at.z, half)
-        if room.best[UPPER] <= half:
+        if room.best[UPPER] <= half:  # the nearest wall lies within the cube
             return
         half *= 16.0
     room.best[LOWER] = min(room.best[LOWER], half)

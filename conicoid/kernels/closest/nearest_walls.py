@@ -1,4 +1,4 @@
-"""Through the tree of boxes, the nearest first."""
+"""The nearest walls of points: search through the tree, nearest boxes first, and the walls of each near entry."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ from .walls import WallQuery, keep_wall, nearest_of_polygon, try_sides
 
 
 class PointBox(NamedTuple):
-    """A box around the points that are asked for; for a single one it is that point."""
+    """A box around the query points; for a single point it is that point."""
 
     low_x: float
     low_y: float
@@ -89,13 +89,13 @@ class NearLeaf(NamedTuple):
 
 @inline
 def begin_search(geometry: Geometry, way: Floats) -> int:
-    """Start at the roots, and at what no box holds; returns the height of the stack."""
+    """Start a search at the roots, and at leaves without a box; return the height of the stack."""
     return push_roots(geometry, way, scene_tree(geometry))
 
 
 @inline
 def distance_to_box(floats: Floats, at: int, around: PointBox) -> float:
-    """A lower bound of the distance from `around` to a box, whose six sides are 8 apart from floats[at]."""
+    """Return a lower bound of the distance from `around` to a box, whose six sides are 8 apart from floats[at] on."""
     return box_length(
         distance_outside(floats[at], floats[at + 24], around.low_x, around.high_x),
         distance_outside(floats[at + 8], floats[at + 32], around.low_y, around.high_y),
@@ -105,7 +105,7 @@ def distance_to_box(floats: Floats, at: int, around: PointBox) -> float:
 
 @inline
 def distance_to_node(geometry: Geometry, box: int, x: float, y: float, z: float) -> float:
-    """A lower bound of the distance from a point to a box of the tree; 0 for no box."""
+    """Return a lower bound of the distance from a point to a box of the tree; 0 for no box (-1)."""
     if box < 0:
         return 0.0
     return distance_to_box(geometry.floats, box_at(geometry, box), PointBox(x, y, z, x, y, z))
@@ -113,7 +113,7 @@ def distance_to_node(geometry: Geometry, box: int, x: float, y: float, z: float)
 
 @inline
 def distance_to_ball(ball: SphereRecord, x: float, y: float, z: float) -> float:
-    """A lower bound of the distance to a ball around an entry; 0 within."""
+    """Return a lower bound of the distance to a ball around an entry; 0 within."""
     distance = length_of(x - ball.x, y - ball.y, z - ball.z)
     off = ROUNDED * (abs(ball.x) + abs(ball.y) + abs(ball.z) + distance)
     beyond = distance - ball.radius - off
@@ -122,11 +122,11 @@ def distance_to_ball(ball: SphereRecord, x: float, y: float, z: float) -> float:
 
 @helper
 def next_near_leaf(geometry: Geometry, way: Floats, top: int, around: PointBox, limit: float) -> NearLeaf:
-    """The next leaf that is not farther away than a limit.
+    """Return the next leaf that is not farther away than a limit.
 
-    Relies on the stack holding all that was met and not visited, with a lower bound of its distance; keeps that. Of the
-    children of a node the nearest is on top. Boxes hold those of their children, and rounding keeps order: so the
-    distance that is told is the largest of all boxes that hold the leaf.
+    Invariant: the stack holds every node and leaf that was found near and not visited, with a lower bound of its
+    distance. The nearest child of a node is on top. Boxes contain those of their children, and rounding keeps order: so
+    the distance of a leaf is the largest over all boxes that contain it.
     """
     while top > 0:
         top -= 1
@@ -154,14 +154,14 @@ def next_near_leaf(geometry: Geometry, way: Floats, top: int, around: PointBox, 
     return NearLeaf(0, -1, 0.0, 0)
 
 
-# How far points are from the walls of a scene, exactly.
+# The walls of an entry
 
 
 @helper
 def polygon_distance(
     geometry: Geometry, polygon: int, x: float, y: float, z: float
 ) -> tuple[float, float, float, float, float]:
-    """(distance, by how much it may be off, the nearest point) of a whole polygon."""
+    """Return (distance, its error bound, nearest point x, y, z) of a whole polygon."""
     vx, vy, vz = nearest_of_polygon(geometry, polygon, x, y, z)
     distance = length_of(vx, vy, vz)
     px, py, pz = x + vx, y + vy, z + vz
@@ -171,12 +171,12 @@ def polygon_distance(
 
 @helper
 def _try_near(geometry: Geometry, room: Neighbourhood, at: WallQuery) -> None:
-    """Try what was gathered of a body: faces, edges, corners."""
+    """Try the gathered faces of a body, then its edges and corners."""
     planes_first(geometry, room)
     if room.sizes[SHEET_OF] == 1:
         try_face(geometry, room, at, 0, is_flat(geometry, room, 0))
     else:
-        while True:  # the nearest first
+        while True:  # the nearest first; a tried surface gets a negative bound until all are tried
             nearest = -1
             for k in range(room.sizes[SURFACES]):
                 open_ = room.bound[k] >= 0.0 and room.bound[k] <= limit(room)
@@ -252,7 +252,10 @@ def nearest_walls(
     geometry: Geometry, points: Floats, reach: Floats, begin: int, end: int, body: Ints, entry: Ints, place: Ints,
     turn: Signs, distance: Floats, lower: Floats, upper: Floats, nearest: Floats,
 ) -> None:  # fmt: skip
-    """Of each point the nearest wall: whose it is, how far (between lower and upper), and where; none: infinite."""
+    """Find the nearest wall of each of points begin..end within its reach: body and face, distance, bounds and point.
+
+    The exact distance lies between `lower` and `upper`. Without a wall the body is -1 and distances are infinite.
+    """
     room = new_room(geometry)
     way = room.scratch.way
     for i in range(begin, end):

@@ -1,4 +1,8 @@
-"""Memory of one thread that looks for nearest points: what is near of one body, and the best that was found."""
+"""The neighbourhood of a point: one body's surfaces and leaves within the search radius, and the best wall so far.
+
+`gather_cell` and `gather_program` collect the surfaces that come near and the leaves that they bound; these are all
+that may matter within the radius.
+"""
 
 from __future__ import annotations
 
@@ -16,45 +20,45 @@ from ..tables import PLANE, Floats, Geometry, Ints, integer, length
 from .bounds import leaf_box, surface_bound
 
 MOST_BOXES = 4096
-"""Boxes of space that wait to be looked through."""
+"""Most boxes of space on the stack of a search."""
 MOST_PAIRED = 32
-"""So many near surfaces have a note about each pair; pairs of others count as hard."""
+"""Near surfaces with a flag for each pair in `hard`; pairs of further surfaces count as hard."""
 BOX = 5
 """Numbers of a box: its middle, half of its side, a lower bound of the distance to it."""
 
 UPPER, LOWER, AT_X, AT_Y, AT_Z, REACH, NEAREST, OF_BODY = 0, 1, 2, 3, 4, 5, 6, 7
-"""Of `Room.best`: no more than the nearest wall's distance is; no less; the point of the best wall that is proved; how
-far walls are looked for; the distance of that point; beyond which the body that is looked at has no walls."""
+"""Elements of `Neighbourhood.best`: upper and lower bound of the nearest wall's distance; the point of the best proved
+wall; the search radius; the distance of that point; the distance beyond which the current body has no walls."""
 BODY, ENTRY, PLACE, SENSE = 0, 1, 2, 3
-"""Of `Room.who`: whose wall the best is."""
+"""Elements of `Neighbourhood.who`: the body, entry, place and sense of the best wall."""
 SURFACES, LEAVES, LINKS, PROGRAM, SHEET_OF, WITHIN = 0, 1, 2, 3, 4, 5
-"""Of `Room.sizes`: near surfaces, near leaves, their links, the program or -1, 1 for a sheet, 1 + a polygon
-that its points are to be in."""
+"""Elements of `Neighbourhood.sizes`: numbers of near surfaces, of near leaves and of their links; the program or -1; 1
+for a sheet; 1 + the polygon in which points must lie, or 0."""
 LEAF, CELL_OF, FIRST_LINK, LINK_COUNT = 0, 1, 2, 3
-"""Of `Room.leaves`, four numbers a leaf; its number is -1 where a body is one cell alone."""
+"""Elements of `Neighbourhood.leaves`, four a leaf; the leaf is -1 if the body is a single cell."""
 
 
 class Neighbourhood(NamedTuple):
-    """Where `gather` puts what of a body is near, for `walls` to try candidates on."""
+    """The near surfaces and leaves of a body, against which walls.py tests candidate points; memory of one thread."""
 
     scratch: Scratch
     gates: Floats
-    surface: Ints  # near surfaces by number, planes first; of a sheet its own is the first of all
+    surface: Ints  # near surfaces by number, planes first; of a sheet its own surface is the first
     bound: Floats  # a lower bound of the distance to each
-    sign: Ints  # at a candidate: -1, 1, or 0 where it is on the surface or may be
-    leaves: Ints  # near leaves
+    sign: Ints  # at a candidate: -1, 1, or 0 where it lies on the surface or may do so
+    leaves: Ints  # near leaves, see `LEAF`
     links: Ints  # (near surface, its inner side), of the leaves one after the other
-    chosen: Ints  # of a candidate: the surfaces that it lies on, by their places in `surface`
-    sizes: Ints
+    chosen: Ints  # of a candidate: the surfaces on which it lies, by their places in `surface`
+    sizes: Ints  # see `SURFACES`
     hard: Ints  # (MOST_PAIRED²,) 1 where the curve of two near surfaces is in no plane
-    best: Floats
-    who: Ints
-    boxes: Floats
+    best: Floats  # see `UPPER`
+    who: Ints  # see `BODY`
+    boxes: Floats  # a stack of boxes, see `BOX`
 
 
 @allocator
 def new_room(geometry: Geometry) -> Neighbourhood:
-    """Room for one thread."""
+    """Return memory for one thread, sized for the largest body of the scene."""
     gates, leaves, links = geometry.places[table.GATES], 1, 8
     for program in range(length(geometry, table.PROGRAM_LEAF) - 1):
         first, last = leaves_of(geometry, program)
@@ -87,7 +91,7 @@ def new_room(geometry: Geometry) -> Neighbourhood:
 
 @inline
 def reset_nearest(room: Neighbourhood, reach: float) -> None:
-    """Nothing has been found yet; walls are looked for up to a distance."""
+    """Start a search for walls up to the distance `reach`."""
     room.best[UPPER], room.best[LOWER], room.best[REACH], room.best[NEAREST] = math.inf, math.inf, reach, math.inf
     room.best[OF_BODY] = math.inf
     room.best[AT_X], room.best[AT_Y], room.best[AT_Z] = math.nan, math.nan, math.nan
@@ -96,16 +100,16 @@ def reset_nearest(room: Neighbourhood, reach: float) -> None:
 
 @inline
 def limit(room: Neighbourhood) -> float:
-    """Walls beyond this do not matter."""
+    """Return the distance beyond which walls do not matter."""
     return min(min(room.best[UPPER], room.best[REACH]), room.best[OF_BODY])
 
 
-# What of a body may matter within a ball: its surfaces that come near, and the leaves that they bound.
+# Gathering the surfaces of a body that come near, and the leaves that they bound
 
 
 @inline
 def _near(room: Neighbourhood, surface: int, bound: float) -> int:
-    """The place of a surface among the near ones, where it is put if it is not there."""
+    """Return the place of a surface among the near ones; append it if it is not there."""
     count = room.sizes[SURFACES]
     for k in range(count):
         if room.surface[k] == surface:
@@ -117,7 +121,7 @@ def _near(room: Neighbourhood, surface: int, bound: float) -> int:
 
 @inline
 def _link(geometry: Geometry, room: Neighbourhood, surface: int, inner: int, x: float, y: float, z: float) -> bool:
-    """Link a leaf to one of its surfaces if that is near; False where the whole ball is on its outer side."""
+    """Link a leaf to one of its surfaces if that is near; False if the whole search ball is on its outer side."""
     bound = surface_bound(geometry, surface, x, y, z, limit(room)) * inner
     if abs(bound) > limit(room):
         return bound < 0.0
@@ -129,7 +133,7 @@ def _link(geometry: Geometry, room: Neighbourhood, surface: int, inner: int, x: 
 
 @helper
 def gather_cell(geometry: Geometry, room: Neighbourhood, leaf: int, cell: int, x: float, y: float, z: float) -> None:
-    """Put a leaf among the near ones, unless the whole ball is outside of it."""
+    """Append a leaf to the near ones, unless the whole search ball is outside of it."""
     before, first, quadric = room.sizes[SURFACES], room.sizes[LINKS], integer(geometry, table.CELL_QUADRIC, cell)
     alive = True
     for slot in range(integer(geometry, table.CELL_FIRST, cell), integer(geometry, table.CELL_FIRST, cell + 1)):
@@ -148,7 +152,7 @@ def gather_cell(geometry: Geometry, room: Neighbourhood, leaf: int, cell: int, x
 
 @helper
 def gather_program(geometry: Geometry, room: Neighbourhood, program: int, x: float, y: float, z: float) -> None:
-    """The near leaves of a region, or of what clips a sheet."""
+    """Gather the near leaves of a region, or of the program that clips a sheet."""
     bounds, (first, end) = leaf_bounds(geometry, program), leaves_of(geometry, program)
     for leaf in range(first, end):
         if not leaf_box(geometry, bounds, leaf - first, x, y, z) > limit(room):
@@ -157,7 +161,7 @@ def gather_program(geometry: Geometry, room: Neighbourhood, program: int, x: flo
 
 @inline
 def begin_body(room: Neighbourhood, program: int, sheet: int) -> None:
-    """Nothing of a body is near yet; a sheet's own surface becomes the first."""
+    """Start a body without near surfaces; the own surface of a sheet, if any, becomes the first."""
     room.sizes[SURFACES], room.sizes[LEAVES], room.sizes[LINKS], room.best[OF_BODY] = 0, 0, 0, math.inf
     room.sizes[PROGRAM], room.sizes[SHEET_OF], room.sizes[WITHIN] = program, (1 if sheet >= 0 else 0), 0
     if sheet >= 0:
@@ -166,7 +170,7 @@ def begin_body(room: Neighbourhood, program: int, sheet: int) -> None:
 
 @helper
 def planes_first(geometry: Geometry, room: Neighbourhood) -> None:
-    """Sort the near surfaces: that of a sheet, planes, others; among these the nearest first."""
+    """Sort the near surfaces: the own one of a sheet, planes, others; within these groups the nearest first."""
     first = room.sizes[SHEET_OF]
     for i in range(first + 1, room.sizes[SURFACES]):
         j = i
@@ -177,7 +181,7 @@ def planes_first(geometry: Geometry, room: Neighbourhood) -> None:
 
 @inline
 def is_flat(geometry: Geometry, room: Neighbourhood, k: int) -> bool:
-    """Is a near surface a plane?"""
+    """True if a near surface is a plane."""
     return integer(geometry, table.SURFACE_KIND, room.surface[k]) == PLANE
 
 
@@ -189,7 +193,7 @@ def _comes_before(geometry: Geometry, room: Neighbourhood, i: int, j: int) -> bo
 
 @helper
 def _swap(room: Neighbourhood, i: int, j: int) -> None:
-    """Exchange two near surfaces, and what links to them."""
+    """Exchange two near surfaces, and update the links to them."""
     room.surface[i], room.surface[j] = room.surface[j], room.surface[i]
     room.bound[i], room.bound[j] = room.bound[j], room.bound[i]
     for k in range(room.sizes[LINKS]):

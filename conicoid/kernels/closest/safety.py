@@ -1,4 +1,8 @@
-"""The points of a packet in lanes, and what is known of each: rows of 64 floats in one block."""
+"""Lower bounds of the distance to the nearest wall for packets of 64 points: safety distances.
+
+The formulas are those of bounds.py, run over the lanes of a block of rows of 64 floats. Packets go through the tree,
+the nearest boxes first.
+"""
 
 from __future__ import annotations
 
@@ -34,36 +38,39 @@ from .secular import (
     safe_root,
 )
 
-# Where the rows begin
+# Begins of the rows
 (
     X, Y, Z, BEST, FOUND, AWAY, NEAR, BOUND, CELL, FACE, PLAIN, LEAF, VALUE, OFF, GX, GY, GZ, STEEP, W, LOW, HIGH, DONE,
     F, G0, G1, G2, A0, A1, A2, POLE,
 ) = (np.uint64(row) for row in range(0, 30 * LANES, LANES))  # fmt: skip
-"""The points; walls beyond BEST do not matter; FOUND is 1 where a wall is as near as that. Of an entry: how far its
-boxes and its ball are at least (AWAY, NEAR), its bound, that of a cell, of a face, of a quadric by its value alone, of
-the box of a leaf. Of a quadric: its form, the search for its nearest point, its equation."""
+"""The points; walls beyond BEST do not matter; FOUND is 1 where a wall may be as near as BEST. For an entry: lower
+bounds by its boxes and its ball (AWAY, NEAR), its own bound, that of a cell, of a face, of a quadric by its value
+alone, of the box of a leaf. For a quadric: its form, the search for its nearest point, its equation."""
 GATES = 30 * LANES
 SIZE = GATES + MOST * LANES
 EVERY = np.uint64(LANES)
 
 
 class SafetyLanes(NamedTuple):
-    """What a thread needs."""
+    """Memory of one thread."""
 
-    room: Floats  # see above
+    room: Floats  # see `X`
     which: Ints  # the number of each lane's point, -1 for none
-    single: Neighbourhood  # for points that are asked alone
+    single: Neighbourhood  # for points that are handled one by one
 
 
 @allocator
 def new_memory(geometry: Geometry) -> SafetyLanes:
-    """Memory for one thread."""
+    """Return memory for one thread."""
     return SafetyLanes(np.zeros(SIZE), np.empty(LANES, np.int32), new_room(geometry))
 
 
 @helper
 def put_points(memory: SafetyLanes, points: Floats, reach: Floats, packet: int, width: int) -> int:
-    """The points of a packet into lanes; returns how many. Lanes without one repeat the first, and seek nothing."""
+    """Load the points of a packet into lanes; return how many.
+
+    Lanes without a point repeat the first one, and seek nothing.
+    """
     room, which, count, lanes = memory.room, memory.which, len(points), 0
     some, _ = packet_row(packet, 0, width, count)
     if some >= count:
@@ -81,7 +88,7 @@ def put_points(memory: SafetyLanes, points: Floats, reach: Floats, packet: int, 
 
 @inline
 def box_of_lanes(room: Floats) -> PointBox:
-    """The box around the points."""
+    """Return the box around the points."""
     low_x, high_x = extent(room, X)
     low_y, high_y = extent(room, Y)
     low_z, high_z = extent(room, Z)
@@ -90,21 +97,21 @@ def box_of_lanes(room: Floats) -> PointBox:
 
 @inline
 def farthest_bound(room: Floats) -> float:
-    """Beyond this nothing matters to any lane."""
+    """Return the distance beyond which walls do not matter to any lane."""
     _, most = extent(room, BEST)
     return most
 
 
 @inline
 def put_form(room: Floats, i: Any, form: SurfaceForm) -> None:
-    """What differs from point to point of a quadric's form."""
+    """Write the part of a quadric's form that depends on the point."""
     room[VALUE + i], room[OFF + i], room[STEEP + i] = form.value, form.off, form.steep
     room[GX + i], room[GY + i], room[GZ + i] = form.gx, form.gy, form.gz
 
 
 @inline
 def form_of_lane(room: Floats, i: Any, same: SurfaceForm) -> SurfaceForm:
-    """The form in a lane, of a quadric whose form at any point is at hand."""
+    """Return the form in a lane; `same` is the quadric's form at any point."""
     return SurfaceForm(
         room[VALUE + i], room[OFF + i], room[GX + i], room[GY + i], room[GZ + i],
         same.xx, same.yy, same.zz, same.xy, same.xz, same.yz, same.size, room[STEEP + i],
@@ -113,14 +120,14 @@ def form_of_lane(room: Floats, i: Any, same: SurfaceForm) -> SurfaceForm:
 
 @inline
 def put_equation(room: Floats, i: Any, e: PositiveSecular) -> None:
-    """The secular equation of a lane."""
+    """Write the secular equation of a lane."""
     room[F + i], room[G0 + i], room[G1 + i], room[G2 + i] = e.value, e.g0, e.g1, e.g2
     room[A0 + i], room[A1 + i], room[A2 + i], room[POLE + i] = e.a0, e.a1, e.a2, e.pole
 
 
 @inline
 def equation_of_lane(room: Floats, i: Any) -> PositiveSecular:
-    """The same, read."""
+    """Return the secular equation of a lane."""
     return PositiveSecular(
         room[F + i], room[G0 + i], room[G1 + i], room[G2 + i], room[A0 + i], room[A1 + i], room[A2 + i], room[POLE + i]
     )
@@ -128,19 +135,19 @@ def equation_of_lane(room: Floats, i: Any) -> PositiveSecular:
 
 @inline
 def put_search(room: Floats, i: Any, at: RootSearch) -> None:
-    """Where the search of a lane is."""
+    """Write the state of a lane's search."""
     room[W + i], room[LOW + i], room[HIGH + i], room[DONE + i] = at.w, at.low, at.high, at.done
 
 
 @inline
 def search_of_lane(room: Floats, i: Any) -> RootSearch:
-    """The same, read."""
+    """Return the state of a lane's search."""
     return RootSearch(room[W + i], room[LOW + i], room[HIGH + i], room[DONE + i])
 
 
 @inline
 def keep_bounds(room: Floats) -> None:
-    """Keep the bounds of an entry where they are as near as the best, or nearer."""
+    """Keep the bounds of an entry in lanes where they are at most the best so far."""
     for i in range(EVERY):
         bound = max(room[BOUND + i], room[NEAR + i])
         nearer = bound <= room[BEST + i]
@@ -150,7 +157,7 @@ def keep_bounds(room: Floats) -> None:
 
 @inline
 def keep_bound(room: Floats, i: Any, bound: float) -> None:
-    """The same of one lane."""
+    """Keep the bound of an entry in one lane if it is at most the best so far."""
     bound = max(bound, room[NEAR + i])
     if bound <= room[BEST + i]:
         room[BEST + i], room[FOUND + i] = bound, 1.0
@@ -158,16 +165,16 @@ def keep_bound(room: Floats, i: Any, bound: float) -> None:
 
 @inline
 def lane_bound(room: Floats, i: Any) -> float:
-    """The bound of a lane; infinite where no wall is within reach."""
+    """Return the bound of a lane; infinite if no wall is within reach."""
     return room[BEST + i] if room[FOUND + i] == 1.0 else math.inf
 
 
-# Signed bounds of the distances from 64 points to a surface: the formulas of `bounds.py` in lanes.
+# Signed bounds of the distances from 64 points to a surface
 
 
 @helper
 def _go_on(room: Floats) -> None:
-    """Steps of all lanes until each is done, or some will not be."""
+    """Step all lanes until each is done, or for the most steps."""
     for _ in range(STEPS):
         done = 0.0
         for i in range(EVERY):
@@ -180,14 +187,15 @@ def _go_on(room: Floats) -> None:
 
 @helper
 def _solve(room: Floats, same: SurfaceForm, axes: Axes, scale: float) -> None:
-    """The nearest points of a quadric where its PLAIN bound is less than BEST: FACE, without a sign."""
+    """Compute FACE, without a sign, from the nearest points of a quadric where PLAIN is less than BEST; else NaN."""
     for i in range(EVERY):
         e = positive_secular(form_of_lane(room, i, same), axes, scale, room[PLAIN + i])
         put_equation(room, i, e)
         put_search(room, i, first_guess(e))
-        # What is on the wall, or too far away to matter, waits for nobody
+        # Lanes on the wall, or too far away to matter, count as done at once
         room[DONE + i] = choose((room[PLAIN + i] > 0.0) & (room[PLAIN + i] < room[BEST + i]), 0.0, 1.0)
     _go_on(room)
+    # Once more for f less its error bound (`quadric_bound`)
     for i in range(EVERY):
         e = equation_of_lane(room, i)
         room[F + i] = less_rounding(form_of_lane(room, i, same), e, room[W + i], scale)
@@ -206,7 +214,7 @@ def _solve(room: Floats, same: SurfaceForm, axes: Axes, scale: float) -> None:
 
 @helper
 def _quadric(geometry: Geometry, row: int, room: Floats) -> None:
-    """FACE of a quadric, with its sign."""
+    """Compute FACE of a quadric, with its sign."""
     quadric, near = load_quadric(geometry, row), 0
     for i in range(EVERY):
         form = form_of_quadric(quadric, room[X + i], room[Y + i], room[Z + i])
@@ -222,7 +230,7 @@ def _quadric(geometry: Geometry, row: int, room: Floats) -> None:
         for i in range(EVERY):
             plain = room[PLAIN + i]
             solved = (plain > 0.0) & (plain < room[BEST + i])
-            if solved and not room[FACE + i] >= 0.0:
+            if solved and not room[FACE + i] >= 0.0:  # NaN: no proof in the few steps
                 room[FACE + i] = bisection_bound(form_of_lane(room, i, same), axes, scale, plain)
         for i in range(EVERY):
             plain = room[PLAIN + i]
@@ -234,7 +242,7 @@ def _quadric(geometry: Geometry, row: int, room: Floats) -> None:
 
 @helper
 def surface_of_lanes(geometry: Geometry, surface: int, room: Floats) -> None:
-    """FACE: signed bounds of the distances to a surface, as `nearest.bounds.surface_bound` up to BEST."""
+    """Compute FACE: signed bounds of the distances to a surface, as `surface_bound` with enough = BEST."""
     kind, row = integer(geometry, table.SURFACE_KIND, surface), integer(geometry, table.SURFACE_ROW, surface)
     if kind == PLANE:
         plane = load_plane(geometry, row)
@@ -250,23 +258,23 @@ def surface_of_lanes(geometry: Geometry, surface: int, room: Floats) -> None:
 
 @inline
 def lane_index(i: int) -> Any:
-    """The number of a lane as rows are counted."""
+    """Return the number of a lane as an unsigned integer, as rows are indexed."""
     return np.uint64(i)
 
 
-# Bounds of the distances from 64 points to the walls of an entry: cells, Boolean bodies, sheets, balls.
+# Bounds of the distances from 64 points to the walls of an entry
 
 
 @inline
 def _largest(room: Floats, side: float) -> None:
-    """Each lane's FACE into its CELL, if that is larger."""
+    """Raise each lane's CELL to side * FACE."""
     for i in range(EVERY):
         room[CELL + i] = max(room[CELL + i], side * room[FACE + i])
 
 
 @helper
 def cell_of_lanes(geometry: Geometry, cell: int, room: Floats) -> None:
-    """CELL: signed bounds of the distances to the walls of a cell, negative inside."""
+    """Compute CELL: signed bounds of the distances to the walls of a cell, negative inside."""
     quadric = integer(geometry, table.CELL_QUADRIC, cell)
     for i in range(EVERY):
         room[CELL + i] = -math.inf
@@ -280,7 +288,7 @@ def cell_of_lanes(geometry: Geometry, cell: int, room: Floats) -> None:
 
 @inline
 def _feed(room: Floats, row: int, gate: int, sign: float, least: bool) -> None:
-    """The inputs from a row into those of a gate: unions keep the least, intersections the largest."""
+    """Feed a row of inputs to a gate: unions keep the least, intersections the largest."""
     source, target = np.uint64(row), np.uint64(GATES + gate * LANES)
     if least:
         for i in range(EVERY):
@@ -292,7 +300,10 @@ def _feed(room: Floats, row: int, gate: int, sign: float, least: bool) -> None:
 
 @helper
 def _leaf_of_lanes(geometry: Geometry, bounds: LeafBounds, first: int, leaf: int, room: Floats) -> None:
-    """CELL: signed bounds of a leaf of a program, whose first it tells, within its box by its cell."""
+    """Compute CELL: signed bounds of a leaf, from its box and, where that is near, its cell.
+
+    `first` is the first leaf of the program.
+    """
     near = 0
     for i in range(EVERY):
         away = leaf_box(geometry, bounds, leaf - first, room[X + i], room[Y + i], room[Z + i])
@@ -310,7 +321,7 @@ def _leaf_of_lanes(geometry: Geometry, bounds: LeafBounds, first: int, leaf: int
 
 @helper
 def program_of_lanes(geometry: Geometry, program: int, room: Floats) -> None:
-    """The root's row of GATES: signed bounds of the distances to the walls of a region, as `program_bound` says."""
+    """Compute the root's row of GATES: signed bounds of a region as by `program_bound`, before the root's negation."""
     first, last = gates_of(geometry, program)
     for gate in range(first, last):
         none = math.inf if integer(geometry, table.GATE_NEED, gate) == 1 else -math.inf
@@ -333,7 +344,7 @@ def program_of_lanes(geometry: Geometry, program: int, room: Floats) -> None:
 
 @inline
 def fits_lanes(geometry: Geometry, kind: int, index: int) -> bool:
-    """May an entry be asked about in lanes? Not a polygon, nor a body of very many parts."""
+    """True if an entry fits into lanes: no polygon, and no more than `MOST` gates and leaves."""
     program = index if kind == REGION else -1
     if kind == SHEET:
         program = integer(geometry, table.SHEET_PROGRAM, index)
@@ -345,7 +356,7 @@ def fits_lanes(geometry: Geometry, kind: int, index: int) -> bool:
 
 @helper
 def entry_of_lanes(geometry: Geometry, kind: int, index: int, room: Floats) -> None:
-    """BOUND: lower bounds of the distances to the walls of an entry that `fits_lanes`, as `entry_bound` says."""
+    """Compute BOUND: lower bounds of the distances to the walls of an entry that `fits_lanes`, as `entry_bound`."""
     if kind == CELLS:
         cell_of_lanes(geometry, index, room)
         for i in range(EVERY):
@@ -364,7 +375,7 @@ def entry_of_lanes(geometry: Geometry, kind: int, index: int, room: Floats) -> N
 
 @helper
 def _sheet_of_lanes(geometry: Geometry, sheet: int, room: Floats) -> None:
-    """BOUND of a sheet: it is on its surface, and where what clips it allows."""
+    """Compute BOUND of a sheet: the larger of the bounds of its surface and of its clipping program."""
     program = integer(geometry, table.SHEET_PROGRAM, sheet)
     for i in range(EVERY):
         room[GATES + i] = -math.inf
@@ -378,28 +389,26 @@ def _sheet_of_lanes(geometry: Geometry, sheet: int, room: Floats) -> None:
         room[BOUND + i] = max(abs(room[FACE + i]), room[GATES + i])
 
 
-# Lower bounds of the distance to the nearest wall: packets of points through the tree, the nearest boxes first.
+# Packets of points through the tree, the nearest boxes first
 #
-# What is told of a point is the least, over all entries, of the largest of what is proved of one: by the boxes that
-# hold
-# it, by the ball around it, by its walls. Nothing is left out but what is proved to be farther away than that, so
-# neither
-# the order in which entries are met nor the other points of a packet change a bit of it.
+# The bound of an entry is the largest of its bounds by the boxes that contain it, by the ball around it, and by its
+# walls; the result for a point is the least over all entries. Only entries proved to be farther away than the result
+# are left out, so neither the order of entries nor the other points of a packet change a bit of it.
 
 _FEW, _MANY = 6, 16
-"""Up to so many points of a packet, and of those that an entry is near to, are asked alone."""
+"""Up to `_FEW` points of a packet are handled one by one, and up to `_MANY` points that an entry is near to."""
 _BODIES, _SEVERAL = 8, 4.0
-"""In scenes of more bodies, points are asked together if their box has sides of no more, in all, than several times the
-size that a body has when the scene's box is shared out among all."""
+"""In scenes with more bodies, points are handled together only if the sides of their box sum up to at most `_SEVERAL`
+times the size of a body's share of the scene's box."""
 _LOOKED, _SHARE = 1024, 8
-"""A packet is given up where, of so many looks at a ball and more, less than one of 8 found it near."""
+"""A packet is given up if, of more than `_LOOKED` tests of balls, less than one in `_SHARE` found the ball near."""
 
 
 @inline
 def _walls_of(
     geometry: Geometry, single: Neighbourhood, item: LeafItem, x: float, y: float, z: float, enough: float
 ) -> float:
-    """A lower bound of the distance from one point to the walls of an entry."""
+    """Return a lower bound of the distance from one point to the walls of an entry."""
     if item.kind == POLYGON:
         distance, off, _, _, _ = polygon_distance(geometry, item.index, x, y, z)
         return max(0.0, distance - off)
@@ -408,7 +417,7 @@ def _walls_of(
 
 @helper
 def bound_of_point(geometry: Geometry, single: Neighbourhood, x: float, y: float, z: float, reach: float) -> float:
-    """No wall is nearer to a point than this; infinite where none is within reach."""
+    """Return a lower bound of the distance from a point to the nearest wall; infinite if none is within reach."""
     way, best, bound = single.scratch.way, reach, math.inf
     around = PointBox(x, y, z, x, y, z)
     found = next_near_leaf(geometry, way, begin_search(geometry, way), around, best)
@@ -427,14 +436,14 @@ def bound_of_point(geometry: Geometry, single: Neighbourhood, x: float, y: float
 
 @inline
 def _put_boxes(geometry: Geometry, room: Floats, box: int) -> None:
-    """AWAY: how far each point is at least from the boxes that hold a leaf."""
+    """Compute AWAY: lower bounds of the distances to the box of a leaf."""
     for i in range(EVERY):
         room[AWAY + i] = distance_to_node(geometry, box, room[X + i], room[Y + i], room[Z + i])
 
 
 @inline
 def _put_balls(room: Floats, ball: SphereRecord) -> int:
-    """NEAR: how far each is from an entry at least; returns to how many that is not too far."""
+    """Compute NEAR: lower bounds of the distances to an entry by box and ball; return for how many lanes it is near."""
     near = 0
     for i in range(EVERY):
         beyond = max(room[AWAY + i], distance_to_ball(ball, room[X + i], room[Y + i], room[Z + i]))
@@ -445,7 +454,7 @@ def _put_balls(room: Floats, ball: SphereRecord) -> int:
 
 @helper
 def _meet(geometry: Geometry, memory: SafetyLanes, item: LeafItem, near: int) -> None:
-    """Take the bounds of an entry, which is near to so many."""
+    """Keep the bounds of an entry that is near to `near` lanes."""
     room = memory.room
     if near > _MANY and fits_lanes(geometry, item.kind, item.index):
         entry_of_lanes(geometry, item.kind, item.index, room)
@@ -460,7 +469,7 @@ def _meet(geometry: Geometry, memory: SafetyLanes, item: LeafItem, near: int) ->
 
 @inline
 def _belong_together(geometry: Geometry, around: PointBox) -> bool:
-    """Do the points in a box see about the same part of the scene?"""
+    """True if the points in a box see about the same part of the scene."""
     cell = real(geometry, table.EXTENT, 1)
     sides = (around.high_x - around.low_x) + (around.high_y - around.low_y) + (around.high_z - around.low_z)
     return length(geometry, table.ENTRY_KIND) <= _BODIES or sides <= _SEVERAL * cell
@@ -468,7 +477,7 @@ def _belong_together(geometry: Geometry, around: PointBox) -> bool:
 
 @helper
 def bound_packet(geometry: Geometry, memory: SafetyLanes) -> bool:
-    """BEST and FOUND of all lanes; False, and nothing certain, where the points have too little in common."""
+    """Compute BEST and FOUND of all lanes; False, with no valid result, if the points have too little in common."""
     room, way, looks, hits = memory.room, memory.single.scratch.way, 0, 0
     around = box_of_lanes(room)
     if not _belong_together(geometry, around):
@@ -493,7 +502,7 @@ def bound_packet(geometry: Geometry, memory: SafetyLanes) -> bool:
 def bounds_of_points(
     geometry: Geometry, points: Floats, reach: Floats, width: int, begin: int, end: int, bounds: Floats
 ) -> None:
-    """bounds[i]: no wall of any body is nearer to points[i]; infinite where none is within reach[i]."""
+    """Write lower bounds of the distances from points to the nearest wall; infinite if none is within reach[i]."""
     memory = new_memory(geometry)
     room, count = memory.room, len(points)
     for packet in range(begin, end):

@@ -1,4 +1,4 @@
-"""Nearest points of a quadric from its secular equation, in its principal axes about the point that is asked for.
+"""Nearest points of a quadric from its secular equation, in its principal axes about the query point.
 
 With f(x + v) = value + sum 2 g_i v_i + a_i v_i², the points v where the distance to f = 0 is stationary have
 v_i = -g_i / (s + a_i) for the s (one over Lagrange's multiplier) where
@@ -13,8 +13,8 @@ balls and spheres, SIAM J. Optim. 4, 1994; Eberly: Distance from a point to an e
 hyperellipsoid.)
 
 Where g_i is zero the root may be the pole itself, and v_i is free: a center, an axis, a plane of symmetry. There g_i is
-made 2^-50 of what moving the point by its distance would make it, and all stays as it is elsewhere. The distance
-changes by no more than the point has moved.
+set to 2^-50 of the value that moving the point by its distance would give it, and the general formulas apply. The
+distance changes by no more than that displacement of the point.
 """
 
 from __future__ import annotations
@@ -27,10 +27,10 @@ from ..numbers.vectors import dot
 from .form import Axes, SurfaceForm, parts_along
 
 NEAR_POLE = 2.0**-50
-"""Share of what moving the point by its distance would make it that g_i at the largest pole is at least."""
+"""Least g_i at the largest pole, as a share of the value that moving the point by its distance would give it."""
 _STEPS = 200
 _CLOSE = 1.0 + 2.0**-50
-NONE = -1.0
+NONE = -1.0  # in place of a root w: no root
 
 
 class Secular(NamedTuple):
@@ -47,7 +47,7 @@ class Secular(NamedTuple):
 
 @inline
 def least_bend(equation: Secular, length: float) -> Secular:
-    """The same with a g0 that is not zero, for a point as far as `length` from its surface."""
+    """Return the equation with g0 raised to its least value (`NEAR_POLE`), for a point at `length` from its surface."""
     value, g0, g1, g2, a0, a1, a2 = equation
     least = abs(a0) * length * NEAR_POLE
     g0 = math.copysign(least, g0) if abs(g0) < least else g0
@@ -56,14 +56,14 @@ def least_bend(equation: Secular, length: float) -> Secular:
 
 @inline
 def negate_secular(equation: Secular) -> Secular:
-    """The equation of -f."""
+    """Return the equation of -f."""
     value, g0, g1, g2, a0, a1, a2 = equation
     return Secular(-value, -g2, -g1, -g0, -a2, -a1, -a0)
 
 
 @inline
 def _term(g: float, beyond: float, more: float) -> tuple[float, float]:
-    """(g² (2 s + a) / (s + a)², its derivative by s); beyond = s + a, more = s. Zero where g is."""
+    """Return (g² (2 s + a) / (s + a)², its derivative by s) for beyond = s + a, more = s; zero where g is zero."""
     if g == 0.0:
         return 0.0, 0.0
     q = g / beyond
@@ -72,7 +72,7 @@ def _term(g: float, beyond: float, more: float) -> tuple[float, float]:
 
 @inline
 def _above(e: Secular, pole: float, w: float) -> tuple[float, float]:
-    """(F, its slope) at s = pole + w."""
+    """Return (F, its slope) at s = pole + w."""
     s = pole + w
     f0, d0 = _term(e.g0, w + (e.a0 + pole), s)
     f1, d1 = _term(e.g1, w + (e.a1 + pole), s)
@@ -82,15 +82,16 @@ def _above(e: Secular, pole: float, w: float) -> tuple[float, float]:
 
 @helper
 def nearest_root(e: Secular) -> float:
-    """w of the root at s = pole + w, pole = max(0, -a0), where F >= 0 still holds; NONE where there is none.
+    """Return w of the root s = pole + w, pole = max(0, -a0), rounded so that F >= 0 holds; NONE for no root.
 
-    Relies on value > 0. |v| at that w is a lower bound of the distance: all f < F(s) is farther away.
+    Relies on value > 0. |v| at that w is a lower bound of the distance: points with f < F(s) are farther away.
     """
     pole = max(0.0, -e.a0)
     slope = math.sqrt(e.g0 * e.g0 + e.g1 * e.g1 + e.g2 * e.g2)
     if slope == 0.0:
         return NONE
     high = max(slope * (slope + math.sqrt(slope * slope + e.value)) / e.value, pole)
+    # Bracket the root: F >= 0 at high, F < 0 at low
     steps = 0
     while _above(e, pole, high)[0] < 0.0 and steps < _STEPS:
         high, steps = 8.0 * high, steps + 1
@@ -99,6 +100,7 @@ def nearest_root(e: Secular) -> float:
         high, low, factor, steps = low, low * factor, factor * factor, steps + 1
         if low < 1e-200:
             return NONE
+    # Newton's steps, or geometric bisection every fourth time and where a step leaves the bracket
     w = high
     for k in range(_STEPS):
         if high <= low * _CLOSE:
@@ -123,7 +125,7 @@ def nearest_root(e: Secular) -> float:
 
 @inline
 def place_above(e: Secular, w: float) -> tuple[float, float, float]:
-    """v at s = pole + w."""
+    """Return v at s = pole + w."""
     pole = max(0.0, -e.a0)
     v1 = -e.g1 / (w + (e.a1 + pole)) if e.g1 != 0.0 else 0.0
     v2 = -e.g2 / (w + (e.a2 + pole)) if e.g2 != 0.0 else 0.0
@@ -132,7 +134,7 @@ def place_above(e: Secular, w: float) -> tuple[float, float, float]:
 
 @inline
 def place_below(e: Secular, w: float) -> tuple[float, float, float]:
-    """v at s = -a0 - w."""
+    """Return v at s = -a0 - w."""
     v1 = -e.g1 / ((e.a1 - e.a0) - w) if e.g1 != 0.0 else 0.0
     v2 = -e.g2 / ((e.a2 - e.a0) - w) if e.g2 != 0.0 else 0.0
     return e.g0 / w, v1, v2
@@ -140,7 +142,7 @@ def place_below(e: Secular, w: float) -> tuple[float, float, float]:
 
 @inline
 def _falling(g: float, gap: float, s: float) -> tuple[float, float]:
-    """(g² (2 s + a) / (s + a)², g² 2 s / (s + a)³) with gap = s + a > 0."""
+    """Return (g² (2 s + a) / (s + a)², g² 2 s / (s + a)³) for gap = s + a > 0."""
     if g == 0.0:
         return 0.0, 0.0
     q = g / gap
@@ -149,7 +151,7 @@ def _falling(g: float, gap: float, s: float) -> tuple[float, float]:
 
 @inline
 def _sums(e: Secular, w: float) -> tuple[float, float, float, float]:
-    """At s = -a0 - w: the term of the pole, the sum of the others, and the slopes of both, in size."""
+    """Return, at s = -a0 - w, the term of the pole, the sum of the other terms, and the absolute slopes of both."""
     s = -e.a0 - w
     q = e.g0 / w
     f1, d1 = _falling(e.g1, (e.a1 - e.a0) - w, s)
@@ -159,10 +161,10 @@ def _sums(e: Secular, w: float) -> tuple[float, float, float, float]:
 
 @helper
 def next_root(e: Secular, start: float) -> tuple[float, float]:
-    """(w of the next root beyond `start` where F rises with w, at s = -a0 - w, or NONE; where to go on from).
+    """Return (w of the next root s = -a0 - w beyond `start` where F rises with w, or NONE; start of the next search).
 
     Between the poles F is the difference of two rising functions, so its range over an interval follows from both ends:
-    intervals grow while F is surely not zero or surely monotonous, and shrink where neither is certain.
+    intervals grow while F is certainly not zero or certainly monotonic, and shrink where neither is certain.
     """
     end = -e.a0 - max(0.0, -e.a1)
     last = end * (1.0 - 2.0**-40)
@@ -180,7 +182,7 @@ def next_root(e: Secular, start: float) -> tuple[float, float]:
         elif rises:
             return (_between(e, a, b), b) if low < 0.0 else (NONE, b)
         elif b <= a * (1.0 + 2.0**-40):
-            return a, b  # two roots that are one, or nearly
+            return a, b  # a double root, or nearly one
         else:
             more = 1.0 + 0.25 * (b / a - 1.0)
     return NONE, end
@@ -188,7 +190,7 @@ def next_root(e: Secular, start: float) -> tuple[float, float]:
 
 @inline
 def _least_rise(e: Secular, a: float, b: float) -> float:
-    """A lower bound of dF/dw on [a, b]."""
+    """Return a lower bound of dF/dw on [a, b]."""
     s, most = -e.a0 - b, -e.a0 - a
     q = e.g0 / b
     first = 2.0 * (q * q) * (max(s, 0.0) / b)
@@ -197,7 +199,7 @@ def _least_rise(e: Secular, a: float, b: float) -> float:
 
 @inline
 def _most_rise(e: Secular, a: float, b: float) -> float:
-    """An upper bound of dF/dw on [a, b]."""
+    """Return an upper bound of dF/dw on [a, b]."""
     s, least = -e.a0 - a, max(-e.a0 - b, 0.0)
     q = e.g0 / a
     first = 2.0 * (q * q) * (s / a)
@@ -206,14 +208,14 @@ def _most_rise(e: Secular, a: float, b: float) -> float:
 
 @inline
 def _rate(g: float, gap: float, s: float) -> float:
-    """g² 2 s / gap³"""
+    """Return g² 2 s / gap³."""
     q = g / gap if g != 0.0 else 0.0
     return 2.0 * (q * q) * (s / gap)
 
 
 @helper
 def _between(e: Secular, low: float, high: float) -> float:
-    """The root between two w at which F is below and above zero, where it rises."""
+    """Return the root between `low`, where F < 0, and `high`, where F >= 0; F rises there."""
     for _ in range(_STEPS):
         if high <= low * _CLOSE:
             break
@@ -237,28 +239,26 @@ def _between(e: Secular, low: float, high: float) -> float:
     return high
 
 
-# The nearest point of all on a quadric in a few steps, for one point or for lanes of points.
+# The nearest point of a quadric in a few steps, for one point or for lanes of points
 #
-# With f > 0 at the point, the root of the secular equation (`secular`) above the largest pole is where
+# With f > 0 at the point, the root of the secular equation above the largest pole is the s at which
 #
 #     T(s) = sum g_i² (2 s + a_i) / (s + a_i)²
 #
-# has come down to f. All terms are positive and fall there, like 1 / (s - pole)² at first and like 1 / s later, so
-# 1 / sqrt(T) is nearly straight in s and Newton's steps are taken for that (the device of Moré and Sorensen). They
-# begin
-# at the larger of two guesses, the place where the line along the gradient ends and that where the largest pole alone
-# has
-# come down, and converge in three to ten steps for all but odd cases, which `nearest_root` decides.
+# has fallen to f. All terms are positive and fall there, like 1 / (s - pole)² at first and like 1 / s later, so
+# 1 / sqrt(T) is nearly linear in s, and Newton's method is applied to it (the device of Moré and Sorensen). It begins
+# at the larger of two guesses, the end of the line along the gradient and the s at which the term of the largest pole
+# alone has fallen to f, and converges in three to ten steps except for rare cases, which `nearest_root` decides.
 #
-# What is told does not rest on that: T(s) <= f is tested where it ends, and any such s is a proof.
+# The result does not depend on convergence: T(s) <= f is tested at the end, and any such s is a proof.
 
 STEPS = 14
 _DONE = 2.0**-26
-"""Share of w by which the last of its steps, which double its digits, changes it at most."""
+"""Largest change of the last step, which doubles the digits, as a share of w."""
 
 
 class PositiveSecular(NamedTuple):
-    """A secular equation of f or -f, whichever is positive at the point, in terms of about 1, in no order."""
+    """A secular equation of f or -f, whichever is positive at the point, scaled to terms of about 1, in no order."""
 
     value: float
     g0: float
@@ -271,17 +271,17 @@ class PositiveSecular(NamedTuple):
 
 
 class RootSearch(NamedTuple):
-    """s = pole + w; the root is between low and high."""
+    """State of the search for s = pole + w; the root lies between low and high."""
 
     w: float
     low: float
     high: float
-    done: float  # 1.0 once w is found
+    done: float  # 1.0 once w has converged
 
 
 @inline
 def positive_secular(form: SurfaceForm, axes: Axes, scale: float, plain: float) -> PositiveSecular:
-    """The equation about the form's point, which is at least `plain` from the surface (`secular.least_bend`)."""
+    """Return the equation about the form's point, which is at least `plain` from the surface, as `least_bend`."""
     side = math.copysign(scale, form.value)
     g0, g1, g2 = parts_along(axes.along, form.gx * side, form.gy * side, form.gz * side)
     a0, a1, a2 = axes.a0 * side, axes.a1 * side, axes.a2 * side
@@ -294,7 +294,7 @@ def positive_secular(form: SurfaceForm, axes: Axes, scale: float, plain: float) 
 
 @inline
 def first_guess(e: PositiveSecular) -> RootSearch:
-    """Where steps begin."""
+    """Return the start of the search."""
     square = dot(e.g0, e.g1, e.g2, e.g0, e.g1, e.g2)
     bent = dot(e.a0 * e.g0, e.a1 * e.g1, e.a2 * e.g2, e.g0, e.g1, e.g2)
     along = (square + math.sqrt(max(square * square - e.value * bent, 0.0))) / e.value - bent / square
@@ -307,7 +307,7 @@ def first_guess(e: PositiveSecular) -> RootSearch:
 
 @inline
 def _search_value(e: PositiveSecular, w: float) -> tuple[float, float]:
-    """(T, -T' / 2) at s = pole + w."""
+    """Return (T, -T' / 2) at s = pole + w."""
     s, u0, u1, u2 = e.pole + w, w + (e.a0 + e.pole), w + (e.a1 + e.pole), w + (e.a2 + e.pole)
     r0, r1, r2 = 1.0 / u0, 1.0 / u1, 1.0 / u2
     q0, q1, q2 = e.g0 * r0, e.g1 * r1, e.g2 * r2
@@ -317,7 +317,7 @@ def _search_value(e: PositiveSecular, w: float) -> tuple[float, float]:
 
 @inline
 def next_step(e: PositiveSecular, at: RootSearch) -> RootSearch:
-    """One step; none where the search is done."""
+    """Return the search after one step; unchanged where it is done."""
     t, fall = _search_value(e, at.w)
     beyond = t > e.value
     low, high = choose(beyond, at.w, at.low), choose(beyond, at.high, at.w)
@@ -333,30 +333,30 @@ def next_step(e: PositiveSecular, at: RootSearch) -> RootSearch:
 
 @inline
 def safe_root(e: PositiveSecular, w: float) -> float:
-    """w or a little more, where T <= f certainly has been seen; NaN where none has."""
-    found = math.nan
+    """Return the least of three w, a little above the given one, at which T <= f holds; NaN if none does."""
+    safe = math.nan
     for k in range(3):
         more = w * (1.0 + (2.0**-41 if k == 0 else (2.0**-45 if k == 1 else 2.0**-49)))
-        found = choose(_search_value(e, more)[0] <= e.value, more, found)
-    return found
+        safe = choose(_search_value(e, more)[0] <= e.value, more, safe)
+    return safe
 
 
 @inline
 def root_distance(e: PositiveSecular, w: float) -> float:
-    """|v| at s = pole + w."""
+    """Return |v| at s = pole + w."""
     v0, v1, v2 = e.g0 / (w + (e.a0 + e.pole)), e.g1 / (w + (e.a1 + e.pole)), e.g2 / (w + (e.a2 + e.pole))
     return math.sqrt(dot(v0, v1, v2, v0, v1, v2))
 
 
 @inline
 def with_value(e: PositiveSecular, value: float) -> PositiveSecular:
-    """The same of an f that is nearer to zero."""
+    """Return the equation with another value of f, nearer to zero."""
     return PositiveSecular(value, e.g0, e.g1, e.g2, e.a0, e.a1, e.a2, e.pole)
 
 
 @helper
 def root_above(e: Secular) -> float:
-    """`nearest_root` in a few steps where they lead there; NONE where there is none. Relies on value > 0."""
+    """`nearest_root`, in a few steps where they converge; NONE for no root. Relies on value > 0."""
     if (e.g0 == 0.0) & (e.g1 == 0.0) & (e.g2 == 0.0):
         return NONE
     equation = PositiveSecular(e.value, e.g0, e.g1, e.g2, e.a0, e.a1, e.a2, max(0.0, -e.a0))

@@ -1,4 +1,4 @@
-"""Where the distance to a quadric, or to a conic that a plane cuts from one, is stationary, tried as nearest walls."""
+"""Points where the distance to a quadric, or to a conic in a plane of one, is stationary, tried as nearest walls."""
 
 from __future__ import annotations
 
@@ -25,24 +25,24 @@ from .neighbourhood import Neighbourhood, limit
 from .secular import NONE, Secular, least_bend, negate_secular, next_root, place_above, place_below, root_above
 from .walls import CERTAIN_WALL, WallQuery, try_point
 
-_ROOTS = 6
-_FLAT = 2.0**-40
-_NOWHERE = 2.0**-100
+_ROOTS = 6  # most stationary points of a quadric
+_FLAT = 2.0**-40  # size below which a coefficient, of terms of about 1, counts as zero
+_NOWHERE = 2.0**-100  # least w of the search, as a share of the pole
 
 
 class EquationFrame(NamedTuple):
-    """Where the coordinates of an equation are: x + base + v0 e0 + v1 e1 + v2 e2; and what is known (`try_point`)."""
+    """The frame of an equation: (v0, v1, v2) is the point x + base + v0 e0 + v1 e1 + v2 e2, x being the query point."""
 
     base_x: float
     base_y: float
     base_z: float
     along: Directions
-    known: float  # share of the sizes of what is asked for and of what is found
+    known: float  # error of a found point, as a share of the sizes of query point and displacement (`try_point`)
 
 
 @inline
 def _place(frame: EquationFrame, v0: float, v1: float, v2: float) -> tuple[float, float, float]:
-    """A place as what is added to the point that is asked for."""
+    """Return the displacement from the query point."""
     e = frame.along
     return (
         frame.base_x + dot(e.x0, e.x1, e.x2, v0, v1, v2),
@@ -62,13 +62,13 @@ def _try(
     y: float,
     z: float,
 ) -> int:
-    """Try a place."""
+    """Try the point at displacement (x, y, z)."""
     return try_point(geometry, room, at, count, x, y, z, rounding_share(at, frame.known, x, y, z), 0.0)
 
 
 @inline
 def rounding_share(at: WallQuery, share: float, x: float, y: float, z: float) -> float:
-    """A share of the sizes of what is asked for and of x + v; infinite where it is."""
+    """Return a share of the sizes of the query point and of a displacement; infinite for an infinite share."""
     return share * ((abs(at.x) + abs(at.y) + abs(at.z)) + (abs(x) + abs(y) + abs(z))) if share < math.inf else share
 
 
@@ -76,7 +76,7 @@ def rounding_share(at: WallQuery, share: float, x: float, y: float, z: float) ->
 def _try_above(
     geometry: Geometry, room: Neighbourhood, at: WallQuery, count: int, e: Secular, frame: EquationFrame
 ) -> int:
-    """Try the nearest point of all."""
+    """Try the nearest point of the whole surface."""
     w = root_above(e)
     if w == NONE:
         return 0
@@ -109,7 +109,7 @@ def _try_below(
 
 @inline
 def _center(g: float, a: float) -> float:
-    """Where a parabola has its extremum; 0 for a line."""
+    """Return the place of the extremum of a parabola; 0 for a line."""
     return -g / a if abs(a) > _FLAT else 0.0
 
 
@@ -125,11 +125,12 @@ def try_stationary(
     over: Secular,
     back: EquationFrame,
 ) -> None:
-    """Try all local minima of the distance on f = 0; `count` surfaces of room.chosen are those that its points are on.
+    """Try all local minima of the distance on f = 0, whose points lie on the first `count` surfaces of room.chosen.
 
-    `over` and `back` are the equation of -f, and its axes. Tried beside the
-    roots is where the gradient vanishes, as at the apex of a cone, or where conics are two lines.
+    `over` and `back` are the equation of -f, and its frame. Besides the roots it tries the point where the gradient
+    vanishes: the apex of a cone, or the crossing of a conic that is two lines.
     """
+    # About the distance, for `least_bend`
     length = abs(e.value) / (length_of(e.g0, e.g1, e.g2) + math.sqrt(abs(e.value)) + 1e-300)
     plain, other, found = least_bend(e, length), least_bend(over, length), 0
     if e.value > 0.0:
@@ -177,7 +178,7 @@ def try_conic(
     h: float,
     known: float,
 ) -> None:
-    """Try the local minima of the distance to the conic f = 0, n·v = h, of a unit vector n."""
+    """Try the local minima of the distance to the conic f = 0, n·v = h; n is a unit vector."""
     bx, by, bz = h * nx, h * ny, h * nz
     cx, cy, cz = bend_times(form, bx, by, bz)
     gx, gy, gz = form.gx + cx, form.gy + cy, form.gz + cz

@@ -1,4 +1,7 @@
-"""A point brought onto surfaces, and how far the exact one may be from it."""
+"""Candidates for the nearest wall: projection of a point onto surfaces, nearest points of polygons, test of a wall.
+
+`try_point` is the one place that decides whether a candidate is a wall of the current body, and keeps the nearest.
+"""
 
 from __future__ import annotations
 
@@ -41,11 +44,11 @@ TANGENT = 2.0**-22
 """Sine below which surfaces count as tangent to each other."""
 _ROUNDS = 12
 _POOR = 2.0**-40
-"""Share of its size from which on a point that may be the apex of a cone is taken for it."""
+"""Error, as a share of its size, from which on a projected point may be replaced by the apex of a cone."""
 
 
 class Touch(NamedTuple):
-    """A point on surfaces, by how much it may be off, and the sine of the least angle between the surfaces there."""
+    """A point on surfaces, its error bound, and the sine of the least angle between the surfaces there."""
 
     x: float
     y: float
@@ -55,7 +58,7 @@ class Touch(NamedTuple):
 
 
 class _Frame(NamedTuple):
-    """A unit vector along what a gradient adds to those before it, and how much of it that is."""
+    """A unit vector along the part of a unit gradient that is perpendicular to those before it; `sine`: its length."""
 
     x: float
     y: float
@@ -65,7 +68,7 @@ class _Frame(NamedTuple):
 
 @inline
 def _beyond(form: SurfaceForm, ux: float, uy: float, uz: float, vx: float, vy: float, vz: float) -> _Frame:
-    """The part of a gradient that is across two unit vectors, or zeros in their place."""
+    """Return the part of a unit gradient perpendicular to two unit vectors, or to zeros in place of one."""
     g = length_of(form.gx, form.gy, form.gz)
     if g == 0.0:
         return _Frame(0.0, 0.0, 0.0, 0.0)
@@ -82,7 +85,7 @@ def _beyond(form: SurfaceForm, ux: float, uy: float, uz: float, vx: float, vy: f
 
 @inline
 def surface_distance(form: SurfaceForm) -> float:
-    """About how far f = 0 is at most, by value and gradient; where it is flat, by its bend."""
+    """Return about an upper bound of the distance to f = 0, from value and gradient, or from A for small gradients."""
     value, g = abs(form.value) + form.off, length_of(form.gx, form.gy, form.gz)
     if g * g > 4.0 * form.size * value:
         return value / (2.0 * g) * 1.25
@@ -91,7 +94,7 @@ def surface_distance(form: SurfaceForm) -> float:
 
 @inline
 def _step(form: SurfaceForm, frame: _Frame, done: float) -> float:
-    """How far to go along a frame so that the linear f vanishes, after steps that changed f by 2 g `done`."""
+    """Return the step along a frame at which the linear f vanishes, after steps that changed f by 2 |g| `done`."""
     g = length_of(form.gx, form.gy, form.gz)
     if frame.sine < TANGENT or g == 0.0:
         return 0.0
@@ -100,7 +103,7 @@ def _step(form: SurfaceForm, frame: _Frame, done: float) -> float:
 
 @helper
 def project_point(geometry: Geometry, room: Neighbourhood, count: int, x: float, y: float, z: float) -> Touch:
-    """Bring a point onto the first `count` of room.chosen, 1 to 3 surfaces, by Newton's steps of least length."""
+    """Project a point onto the first `count` of room.chosen, 1 to 3 surfaces, by Newton steps of least length."""
     off, sine = 0.0, 1.0
     for k in range(_ROUNDS):
         one = form_at(geometry, room.surface[room.chosen[0]], x, y, z)
@@ -134,10 +137,10 @@ def project_point(geometry: Geometry, room: Neighbourhood, count: int, x: float,
 def _at_apex(
     geometry: Geometry, room: Neighbourhood, count: int, k: int, x: float, y: float, z: float, off: float
 ) -> tuple[float, float, float, float]:
-    """The apex of chosen cone k, if the point may be it and all others are planes; else the point itself.
+    """Return the apex of chosen cone k, if the point may be it and all others are planes; else the point itself.
 
-    Beside its apex a cone has no gradient that would tell how near it is. A plane as near to the apex as rounding takes
-    it cuts the cone about as near, unless it runs along the cone.
+    Near its apex the gradient of a cone is too small to bound the distance. A plane that passes the apex within
+    rounding cuts the cone about as near to it, unless it runs along the cone.
     """
     surface = room.surface[room.chosen[k]]
     if integer(geometry, table.SURFACE_KIND, surface) != QUADRIC:
@@ -159,26 +162,26 @@ def _at_apex(
 
 @inline
 def _done(form: SurfaceForm, x: float, y: float, z: float) -> float:
-    """What a step does to the linear f, over 2 |g|."""
+    """Return the change of the linear f by a step, over 2 |g|."""
     g = length_of(form.gx, form.gy, form.gz)
     return dot(form.gx, form.gy, form.gz, x, y, z) / g if g > 0.0 else 0.0
 
 
 @inline
 def _joint_error(off: float, form: SurfaceForm, sine: float) -> float:
-    """How far off a point on several surfaces may be: more, the smaller their angle; at most as for touching ones."""
+    """Return the error of a point on several surfaces: larger for smaller angles, at most as for tangent surfaces."""
     g = length_of(form.gx, form.gy, form.gz)
     radius = g / form.size if form.size > 0.0 else math.inf
     most = math.sqrt(off * radius) if radius < math.inf else math.inf
     return min(off / sine, max(off, 4.0 * most)) if sine > 0.0 else max(off, 4.0 * most)
 
 
-# The nearest point of a polygon: of its inside, or of one of its sides.
+# The nearest point of a polygon: of its inside, or of one of its sides
 
 
 @inline
 def corner(geometry: Geometry, vertex: int, x: float, y: float, z: float) -> tuple[float, float, float]:
-    """A vertex of the table, about a point."""
+    """Return a vertex of the table relative to a point."""
     at = 3 * vertex
     return (
         real(geometry, table.VERTICES, at) - x,
@@ -189,7 +192,7 @@ def corner(geometry: Geometry, vertex: int, x: float, y: float, z: float) -> tup
 
 @helper
 def is_within(geometry: Geometry, polygon: int, x: float, y: float, z: float) -> bool:
-    """Is a point of a polygon's plane within its outline, by even-odd?"""
+    """True if a point of a polygon's plane is within its outline, by the even-odd rule."""
     plane = form_at(geometry, integer(geometry, table.POLYGON_SURFACE, polygon), x, y, z)
     nx, ny, nz = abs(plane.gx), abs(plane.gy), abs(plane.gz)
     drop = 0 if (nx >= ny) & (nx >= nz) else (1 if ny >= nz else 2)
@@ -209,7 +212,7 @@ def is_within(geometry: Geometry, polygon: int, x: float, y: float, z: float) ->
 
 @inline
 def nearest_of_side(ax: float, ay: float, az: float, bx: float, by: float, bz: float) -> tuple[float, float, float]:
-    """The point of a side, from a to b, that is nearest to zero."""
+    """Return the point of a side, from a to b, that is nearest to the origin."""
     dx, dy, dz = bx - ax, by - ay, bz - az
     square = dot(dx, dy, dz, dx, dy, dz)
     t = -dot(ax, ay, az, dx, dy, dz) / square if square > 0.0 else 0.0
@@ -222,7 +225,7 @@ def nearest_of_side(ax: float, ay: float, az: float, bx: float, by: float, bz: f
 
 @helper
 def nearest_of_polygon(geometry: Geometry, polygon: int, x: float, y: float, z: float) -> tuple[float, float, float]:
-    """The point of a whole polygon that is nearest to a point, about that."""
+    """Return the point of a whole polygon that is nearest to a query point, relative to it."""
     plane = form_at(geometry, integer(geometry, table.POLYGON_SURFACE, polygon), x, y, z)
     h = -2.0 * plane.value
     vx, vy, vz = h * plane.gx, h * plane.gy, h * plane.gz
@@ -241,20 +244,20 @@ def nearest_of_polygon(geometry: Geometry, polygon: int, x: float, y: float, z: 
     return vx, vy, vz
 
 
-# Is a point of some surfaces on a body's wall? What the body is on each side of them decides, as in a ray's sweep.
+# Test of a wall: a point of some surfaces is on a wall if the body differs between their sides, as in a ray's sweep
 
 _MOST = 6
-"""So many surfaces through one point are tried in all combinations of their sides."""
+"""Most surfaces through one point whose sides are tried in all combinations."""
 _BESIDE = 2.0**-42
-"""Share of a point's size at which it is looked beside it, where its surfaces touch or are many."""
+"""Step, as a share of a point's size, to points beside it, which decide where its surfaces touch or are many."""
 _VAGUE, _FAR = 2.0**-16, 2.0**-36
-"""Shares of its size, and of that with its distance, from which on a point that may be off is no point to tell: its
+"""Largest errors of a reported point, as shares of its size, and of its size plus its distance: with a larger error its
 surfaces need not meet at all."""
 NO_WALL, POSSIBLE_WALL, CERTAIN_WALL = 0, 1, 2
 
 
 class WallQuery(NamedTuple):
-    """The point that is asked for, and whose walls are looked at."""
+    """The query point, and the body and entry whose walls are searched."""
 
     x: float
     y: float
@@ -265,7 +268,7 @@ class WallQuery(NamedTuple):
 
 @inline
 def _is_on(room: Neighbourhood, k: int) -> bool:
-    """Is a near leaf on, by room.sign? It holds its own walls."""
+    """True if a near leaf is on by room.sign; leaves are closed, so they contain their walls."""
     first, count = room.leaves[4 * k + FIRST_LINK], room.leaves[4 * k + LINK_COUNT]
     on = True
     for link in range(first, first + count):
@@ -275,7 +278,7 @@ def _is_on(room: Neighbourhood, k: int) -> bool:
 
 @helper
 def holds(geometry: Geometry, room: Neighbourhood) -> bool:
-    """Is the body there, or not clipped, by room.sign? `scratch.counts` are as before when it returns."""
+    """True if the body is there, or a sheet is not clipped, by room.sign; `scratch.counts` is unchanged on return."""
     program, leaves = room.sizes[PROGRAM], room.sizes[LEAVES]
     if program < 0:
         return room.sizes[SHEET_OF] == 1 or (leaves > 0 and _is_on(room, 0))
@@ -293,9 +296,9 @@ def holds(geometry: Geometry, room: Neighbourhood) -> bool:
 
 @helper
 def put_signs(geometry: Geometry, room: Neighbourhood, chosen: int, x: float, y: float, z: float, off: float) -> int:
-    """Find on which side of the near surfaces a point is that may be off; returns how many it may be on.
+    """Find the side of each near surface for a point with error bound `off`; return on how many it may lie.
 
-    The first `chosen` of room.chosen it is on; those that it may be on come behind them.
+    It lies on the first `chosen` of room.chosen; surfaces on which it may lie are appended to these.
     """
     count = chosen
     for k in range(room.sizes[SURFACES]):
@@ -317,31 +320,32 @@ def put_signs(geometry: Geometry, room: Neighbourhood, chosen: int, x: float, y:
 
 @helper
 def sides_around(geometry: Geometry, room: Neighbourhood, count: int) -> int:
-    """Bit k is the body for combination k of the sides of the first `count` of room.chosen."""
-    found = whole(0)
+    """Return a mask: bit k is `holds` for combination k of the sides of the first `count` of room.chosen."""
+    values = whole(0)
     for sides in range(1 << count):
         for i in range(count):
             room.sign[room.chosen[i]] = 1 if (sides >> i) & 1 else -1
         if holds(geometry, room):
-            found |= whole(1) << sides
+            values |= whole(1) << sides
     for i in range(count):
         room.sign[room.chosen[i]] = 0
-    return found
+    return values
 
 
 @inline
-def _turns(found: int, count: int, i: int) -> bool:
-    """Does the side of chosen surface i matter to any combination?"""
+def _turns(values: int, count: int, i: int) -> bool:
+    """True if the side of chosen surface i matters in some combination of `sides_around`."""
     turns = False
     for sides in range(1 << count):
-        turns = turns or ((found >> sides) & 1) != ((found >> (sides ^ (1 << i))) & 1)
+        turns = turns or ((values >> sides) & 1) != ((values >> (sides ^ (1 << i))) & 1)
     return turns
 
 
 @helper
 def _beside(geometry: Geometry, room: Neighbourhood, x: float, y: float, z: float, step: float) -> bool:
-    """Are there points about a step away that are surely inside and surely outside?"""
+    """True if some points about a step away are certainly inside and others certainly outside."""
     inside, outside = False, False
+    # The 26 neighbours of a grid point, a little off the grid, so that they do not lie on planes along the axes
     for k in range(26):
         i = k if k < 13 else k + 1
         dx, dy, dz = float(i % 3 - 1) + 0.03, float(i // 3 % 3 - 1) - 0.05, float(i // 9 - 1) + 0.07
@@ -355,7 +359,7 @@ def _beside(geometry: Geometry, room: Neighbourhood, x: float, y: float, z: floa
 
 @helper
 def sheet_around(geometry: Geometry, room: Neighbourhood, count: int) -> bool:
-    """Is there any of a sheet about a point that is on its own surface, the first of room.chosen?"""
+    """True if a sheet exists at a point of its own surface, the first of room.chosen, for some sides of the others."""
     for sides in range(1 << (count - 1)):
         for i in range(1, count):
             room.sign[room.chosen[i]] = 1 if (sides >> (i - 1)) & 1 else -1
@@ -376,11 +380,12 @@ def try_point(
     known: float,
     least: float,
 ) -> int:
-    """Try x + v on the first `count` of room.chosen as the nearest wall: NOWHERE, MAYBE or SURE.
+    """Try x + v on the first `count` of room.chosen as the nearest wall; return NO_, POSSIBLE_ or CERTAIN_WALL.
 
-    `known`: by how much it may be off, of what is known without them; infinite where nothing is. `least`: all that they
-    have in common is surely as far away.
+    `known` is an error bound of the point from other sources than its projection; infinite for none. `least` is a lower
+    bound of the distance to all common points of the chosen surfaces.
     """
+    # The point on the surfaces, with the better of two error bounds
     x, y, z, off, sine = project_point(geometry, room, count, at.x + vx, at.y + vy, at.z + vz)
     if known < off:
         x, y, z, off = at.x + vx, at.y + vy, at.z + vz, known
@@ -390,6 +395,7 @@ def try_point(
         return NO_WALL
     if room.sizes[WITHIN] > 0 and not is_within(geometry, whole(room.sizes[WITHIN]) - 1, x, y, z):
         return NO_WALL
+    # A wall, if the body differs between combinations of sides of the surfaces through the point
     many = put_signs(geometry, room, count, x, y, z, off)
     sheet, turned = room.sizes[SHEET_OF] == 1, 0
     if sheet:
@@ -406,6 +412,7 @@ def try_point(
     wall = room.chosen[turned]
     if count < many <= 3:
         sine = min(sine, project_point(geometry, room, many, x, y, z).sine)
+    # Tangent or many surfaces: their combinations of sides need not all occur, so points beside decide
     if many > 3 or sine < TANGENT:
         first, second, third = room.chosen[0], room.chosen[1], room.chosen[2]
         step = max(_BESIDE * (abs(x) + abs(y) + abs(z) + distance), 16.0 * off)
@@ -429,7 +436,7 @@ def try_point(
 def keep_wall(
     geometry: Geometry, room: Neighbourhood, at: WallQuery, chosen: int, x: float, y: float, z: float, distance: float
 ) -> None:
-    """Keep a wall if it is the nearest, or as near and of a body that is listed before."""
+    """Keep a wall if it is the nearest so far, or as near and of a body listed before."""
     best, who = room.best, room.who
     if distance < best[NEAREST] or (distance == best[NEAREST] and at.body < who[BODY]):
         best[NEAREST], best[AT_X], best[AT_Y], best[AT_Z] = distance, x, y, z
@@ -439,7 +446,7 @@ def keep_wall(
 
 @helper
 def _place_of(geometry: Geometry, room: Neighbourhood, chosen: int) -> tuple[int, int]:
-    """(place of the face, sense of its leaf) of a near surface: of the first leaf that it bounds."""
+    """Return (place of the face, sense of its leaf) of a near surface, for the first leaf that it bounds."""
     surface, program = room.surface[chosen], whole(room.sizes[PROGRAM])
     for k in range(room.sizes[LEAVES]):
         cell, leaf = whole(room.leaves[4 * k + CELL_OF]), whole(room.leaves[4 * k + LEAF])
@@ -457,7 +464,7 @@ def _place_of(geometry: Geometry, room: Neighbourhood, chosen: int) -> tuple[int
     return whole(NO_PLACE), whole(1)
 
 
-# The sides of a polygon that is clipped, tried as nearest walls.
+# The sides of a clipped polygon, tried as nearest walls
 
 
 @inline
@@ -478,7 +485,7 @@ def _try_crossings(
     by: float,
     bz: float,
 ) -> None:
-    """Try where a side, from a to b, meets what clips its polygon."""
+    """Try the points where a side, from a to b, meets the surfaces that clip its polygon."""
     dx, dy, dz = bx - ax, by - ay, bz - az
     for k in range(1, room.sizes[SURFACES]):
         form = form_at(geometry, room.surface[k], at.x + ax, at.y + ay, at.z + az)
@@ -497,7 +504,7 @@ def _try_crossings(
 
 @helper
 def try_sides(geometry: Geometry, room: Neighbourhood, at: WallQuery, polygon: int) -> None:
-    """Try the sides of a polygon, their ends, and where they meet what clips it."""
+    """Try the nearest points of a polygon's sides, their ends, and their crossings with the clipping surfaces."""
     room.sizes[WITHIN] = 0
     first, last = integer(geometry, table.POLYGON_FIRST, polygon), integer(geometry, table.POLYGON_FIRST, polygon + 1)
     ax, ay, az = corner(geometry, last - 1, at.x, at.y, at.z)

@@ -1,8 +1,5 @@
-"""Kernels over arrays of rays: which route a ray takes, and where its hit is written."""
+"""Entry points: kernels over arrays of rays, which choose the route of each ray and write its answer.
 
-from __future__ import annotations
-
-
-# The route of single rays: those in doubt or beside others that see something else, and those of integrators.
-#
-# A lone ray of a query goes as a packet whose other lanes are idle.
+Coherent rays go in packets of 64, others in streams or one by one. Single rays are those in doubt, those beside others
+that see something else, and those of integrators. The only ray of a query goes as a packet whose other lanes are idle.
+"""

@@ -1,4 +1,4 @@
-"""The compiled loops behind spans and crossings: chunks of rays in, rows out, and from rows into columns."""
+"""Kernels for all crossings or spans of many rays: rays to sorted rows, rows to columns, and the ray of each row."""
 
 from __future__ import annotations
 
@@ -45,14 +45,14 @@ from ..threads import run_chunks
 def rows_of_ray(
     geometry: Geometry, scratch: Scratch, ray: Ray, spans: bool, rows: Floats, used: int
 ) -> tuple[Floats, int, bool]:
-    """The rows of a ray by itself, from rows[used] on: (rows, how many now, doubtful)."""
+    """Append the rows of a single ray at rows[used]: (rows, number of rows now, doubtful)."""
     if ray.start == DEAD or not is_open(ray.t_min, ray.t_max) or is_halted(geometry):
         return rows, used, False
-    given = ray
-    ray, scale = scale_ray(given)
+    unscaled = ray
+    ray, scale = scale_ray(unscaled)
     count, first = collect_entries(geometry, scratch, ray), used
     rows, used, unsure = ray_rows(geometry, scratch, ray, count, spans, rows, used)
-    scale_rows(rows, first, used, scale, given, spans)
+    scale_rows(rows, first, used, scale, unscaled, spans)
     return rows, used, unsure
 
 
@@ -60,9 +60,9 @@ def rows_of_ray(
 def trace_rows(
     geometry: Geometry, rays: RayArrays, width: int, spans: bool, begin: int, end: int, counts: Ints, doubts: Signs
 ) -> Floats:
-    """Rows (body/crossing_rows.py) of spans or crossings of packets begin..end of 64 rays, in the order of their lanes.
+    """Return rows (body/crossing_rows.py) of spans or crossings of packets begin..end of 64 rays, in order of lanes.
 
-    counts[i] rows for ray i, sorted; a doubtful ray has doubts[i] = 1, and no rows.
+    Ray i has counts[i] rows, sorted. A doubtful ray has doubts[i] = 1 and no rows.
     """
     scratch, bundle, chains = new_scratch(geometry), new_packet(geometry), new_chains()
     columns = SPAN_COLUMNS if spans else CROSSING_COLUMNS
@@ -73,7 +73,7 @@ def trace_rows(
             break
         fill_lanes(lanes, rays, packet, width, False)
         together, more = is_coherent(geometry, lanes), 0
-        if together:
+        if together:  # the rows of all lanes come first, chained by lane, and are then copied lane by lane
             found, more = list_packet(geometry, scratch, bundle, chains, spans, found)
             rows = grow_rows(rows, used, more)
         for row in range(8):
@@ -86,8 +86,8 @@ def trace_rows(
                 if unsure:
                     ray = load_ray(rays, first + k)
                     rows, used, unsure = rows_of_ray(geometry, scratch, ray, spans, rows, before)
-                    rows = grow_rows(rows, used, more)  # the other lanes' may still be to come
-                used = before if unsure else used
+                    rows = grow_rows(rows, used, more)  # room for the lanes that follow
+                used = before if unsure else used  # a doubtful ray gives its rows up
                 counts[first + k], doubts[first + k] = used - before, 1 if unsure else 0
     return rows[:used].copy()
 
@@ -96,7 +96,7 @@ def trace_rows(
 def trace_rows_alone(
     geometry: Geometry, rays: RayArrays, spans: bool, begin: int, end: int, counts: Ints, doubts: Signs
 ) -> Floats:
-    """`trace_rows` of rays begin..end, each by itself: a third of the code, for pages that carry it."""
+    """`trace_rows` of rays begin..end, one at a time: a third of the code, for exported pages that carry it."""
     scratch, used = new_scratch(geometry), 0
     rows = np.empty((64, SPAN_COLUMNS if spans else CROSSING_COLUMNS))
     for i in range(begin, end):
@@ -109,7 +109,7 @@ def trace_rows_alone(
 
 @record_shapes(t_enter="s", t_exit="s", body="s", clipped="2 s", surfaces="2 s")
 class SpanColumns(NamedTuple):
-    """Spans of many rays; clipped and surfaces of both ends."""
+    """Spans of many rays, a column each; `clipped` and `surfaces` have a row for the entry and one for the exit."""
 
     t_enter: Floats
     t_exit: Floats
@@ -120,7 +120,7 @@ class SpanColumns(NamedTuple):
 
 @record_shapes(t="s", body="s", face="s", surface="s", entering="s")
 class CrossingColumns(NamedTuple):
-    """Crossings of many rays."""
+    """Crossings of many rays, a column each."""
 
     t: Floats
     body: Ints
@@ -131,7 +131,10 @@ class CrossingColumns(NamedTuple):
 
 @allocator
 def _places(count: int, counts: Ints, offsets: Longs, width: int, begin: int, end: int) -> Longs:
-    """Where `count` rows of packets begin..end belong in columns, in the order in which they were traced."""
+    """Return the place in the columns of each of `count` rows of packets begin..end, in the order of tracing.
+
+    Packets of a picture are tiles, so the rows of a packet are not consecutive in the columns.
+    """
     places, done = np.empty(count, np.int64), 0
     for packet in range(begin, end):
         for line in range(8):
@@ -149,7 +152,7 @@ def _places(count: int, counts: Ints, offsets: Longs, width: int, begin: int, en
 def put_spans(
     rows: Floats, counts: Ints, offsets: Longs, width: int, begin: int, end: int, columns: SpanColumns
 ) -> None:
-    """Rows of packets begin..end into columns."""
+    """Write rows of spans of packets begin..end into columns; ray i has the places from offsets[i] on."""
     t_enter, t_exit, body, clipped, surfaces = columns
     places = _places(len(rows), counts, offsets, width, begin, end)
     for k in range(len(places)):
@@ -165,7 +168,7 @@ def put_spans(
 def put_crossings(
     rows: Floats, counts: Ints, offsets: Longs, width: int, begin: int, end: int, columns: CrossingColumns
 ) -> None:
-    """Rows of packets begin..end into columns."""
+    """Write rows of crossings of packets begin..end into columns; ray i has the places from offsets[i] on."""
     t, body, face, surface, entering = columns
     places = _places(len(rows), counts, offsets, width, begin, end)
     for k in range(len(places)):
@@ -174,7 +177,7 @@ def put_crossings(
         surface[at], entering[at] = rows[k, SURFACE], rows[k, ENTERS] != 0.0
 
 
-# Rows of all crossings or spans of many rays, in pieces as they were traced.
+# Rows of many rays, in pieces as the threads traced them
 
 if TYPE_CHECKING:
     pass
@@ -182,7 +185,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class _Piece:
-    """Rows (body/crossing_rows.py) of packets begin..end of rays with counts[i] rows each, ray i from offsets[i] on."""
+    """Rows (body/crossing_rows.py) of packets begin..end; ray i has counts[i] of them, at places from offsets[i] on."""
 
     rows: FloatArray
     counts: Any
@@ -194,16 +197,16 @@ class _Piece:
 
 @dataclass(frozen=True)
 class CrossingLists:
-    """The rows of all rays, in pieces; those of ray i are to become offsets[i]:offsets[i + 1]."""
+    """The rows of all rays, in pieces; the columns hold those of ray i at offsets[i]:offsets[i + 1]."""
 
     offsets: Any
     pieces: list[_Piece]
 
     def put(self, kernel: Callable[..., None], columns: Any) -> None:
-        """Write all rows into columns, by `put_spans` or `put_crossings`, and make these read-only."""
+        """Write all rows into columns, by `put_spans` or `put_crossings`, and make the columns read-only."""
 
         def work(begin: int, end: int) -> None:
-            """Write some of the pieces."""
+            """Write the pieces begin..end."""
             for p in self.pieces[begin:end]:
                 kernel(p.rows, p.counts, p.offsets, p.width, p.begin, p.end, columns)
 
@@ -212,12 +215,10 @@ class CrossingLists:
             column.flags.writeable = False
 
 
-# Which ray each row belongs to, in lists of rows that stand ray by ray.
-
 IntArray = npt.NDArray[np.int64]
 
 
 def row_owners(offsets: IntArray) -> IntArray:
-    """The ray of each row: rows offsets[k] to offsets[k + 1] are ray k's."""
+    """Return the ray of each row, int64: rows offsets[k]:offsets[k + 1] belong to ray k."""
     # NumPy counts by `intp`, which has 32 bits in WebAssembly
     return np.repeat(np.arange(len(offsets) - 1, dtype=np.int64), np.diff(offsets).astype(np.intp, copy=False))

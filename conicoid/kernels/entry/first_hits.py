@@ -1,4 +1,4 @@
-"""The queries of one ray that other kernels build on: the nearest crossing, any crossing of some bodies."""
+"""Kernels for first hits and occlusion: of one ray (`first_crossing`), and of arrays of rays into `HitBuffers`."""
 
 from __future__ import annotations
 
@@ -40,10 +40,10 @@ from ..tables import Floats, Geometry, Ints, Signs, is_halted, whole
 
 @helper
 def first_crossing(geometry: Geometry, scratch: Scratch, ray: Ray, blocks: Signs, any_hit: bool) -> Hit:
-    """The nearest crossing of bodies with blocks[body] != 0 (of all, if `blocks` is empty), or any one of them.
+    """Return the nearest crossing of bodies with blocks[body] != 0 (of all bodies, if `blocks` is empty).
 
-    Traverses the tree, the nearest box first. The beam ends at `within(best)`, so that what is culled can neither be
-    nearer nor make the order doubtful. `any_hit` is an early out at the first crossing.
+    Traverses the tree, the nearest box first. The beam ends at `cull_limit(best)`, so that a culled crossing can
+    neither be nearer nor make the order doubtful. With `any_hit` it returns the first crossing that it finds.
     """
     best = no_hit()
     if not is_open(ray.t_min, ray.t_max):
@@ -57,7 +57,7 @@ def first_crossing(geometry: Geometry, scratch: Scratch, ray: Ray, blocks: Signs
     while code != 0:
         first, last = leaf_range(code)
         at, count = leaf_at(geometry, first), last - first
-        for eight in range(0, count, 8):
+        for eight in range(0, count, 8):  # the balls around eight items are tested at once
             end = min(ray.t_max, cull_limit(best))
             bits = balls_met(geometry.floats, at + eight, count, count - eight, ray, inverse, end)
             while bits != 0:
@@ -69,33 +69,33 @@ def first_crossing(geometry: Geometry, scratch: Scratch, ray: Ray, blocks: Signs
                 best = intersect_item(geometry, scratch, item, leaf_ball(geometry, at, count, k), ray, inverse, best)
                 if any_hit and best.body >= 0:
                     return scale_hit(best, scale)
-        way[OWN_BEAM + LAST] = min(ray.t_max, cull_limit(best))
+        way[OWN_BEAM + LAST] = min(ray.t_max, cull_limit(best))  # boxes beyond the hit are culled from now on
         code, _, top = next_leaf(geometry, way, way, OWN_BEAM, top)
     return scale_hit(best, scale)
 
 
 @inline
 def resolve_first_crossing(geometry: Geometry, scratch: Scratch, ray: Ray) -> ResolvedHit:
-    """The first crossing of all bodies in (t_min, t_max), as it is reported."""
+    """Return the first crossing of all bodies in (t_min, t_max), with surface, face and side."""
     return resolve_hit(geometry, first_crossing(geometry, scratch, ray, scratch.nothing, False))
 
 
 @inline
 def is_blocked(geometry: Geometry, scratch: Scratch, ray: Ray, blocks: Signs) -> bool:
-    """Is there any crossing in (t_min, t_max) of a body with blocks[body] != 0 (int8 over bodies)?"""
+    """True if the ray crosses a body with blocks[body] != 0 (int8 over bodies) in (t_min, t_max)."""
     return first_crossing(geometry, scratch, ray, blocks, True).body >= 0
 
 
-# First hits of many rays as arrays, a row each.
+# First hits of many rays, in one array for each field
 
-_PAGE = 4096
+_PAGE = 4096  # bytes of a page of memory
 
 
 def _room(count: int, kind: Any, share: int) -> Any:
-    """An array that begins some eighths of a page into a page.
+    """Return an array that begins `share` eighths of a page into a page.
 
-    Rows of a picture may lie whole pages apart: if all arrays began alike, the hits of a packet would compete for
-    the same few lines of the cache.
+    Rows of a picture may lie whole pages apart: if all arrays began at the same place of a page, the hits of a packet
+    would compete for the same few lines of the cache.
     """
     if count < _PAGE:
         return np.empty(count, kind)
@@ -107,7 +107,7 @@ def _room(count: int, kind: Any, share: int) -> Any:
 
 @record_shapes(t="n", body="n", entry="n", place="n", turn="n")
 class HitBuffers(NamedTuple):
-    """First hits as the kernels write them, a row each."""
+    """First hits as kernels write them, in one array for each field."""
 
     t: FloatArray
     body: npt.NDArray[np.int32]
@@ -117,14 +117,14 @@ class HitBuffers(NamedTuple):
 
     @classmethod
     def new(cls, count: int) -> HitBuffers:
-        """Room for some hits."""
+        """Return buffers for `count` hits, not initialised."""
         body, entry, place = (_room(count, np.int32, share) for share in (2, 4, 6))
         return cls(_room(count, np.float64, 0), body, entry, place, _room(count, np.int8, 1))
 
 
 @inline
 def put_hit(hit: Hit, i: Any, found: HitBuffers) -> None:
-    """Hit i, in arrays."""
+    """Write hit i."""
     i = np.uint64(i)
     found.t[i], found.body[i], found.entry[i], found.place[i] = hit.t, hit.body, hit.entry, hit.place
     found.turn[i] = turn_of(hit)
@@ -132,7 +132,7 @@ def put_hit(hit: Hit, i: Any, found: HitBuffers) -> None:
 
 @inline
 def prefetch_hits(i: int, found: HitBuffers) -> None:
-    """Prefetch, to be written, the memory of hit i and a few after it."""
+    """Prefetch for writing the memory of hit i and of a few after it."""
     prefetch_to_write(found.t, i)
     prefetch_to_write(found.body, i)
     prefetch_to_write(found.entry, i)
@@ -141,7 +141,7 @@ def prefetch_hits(i: int, found: HitBuffers) -> None:
 
 @inline
 def put_eight_hits(lanes: Floats, lane: int, i: int, found: HitBuffers) -> None:
-    """`put_hit` for the hits of eight lanes, which have their turns ready."""
+    """`put_hit` for the hits of eight lanes, whose turns `put_turns` has written."""
     at = np.uint64(lane)
     store_eight(lanes, BEST + at, found.t, i)
     store_eight(lanes, BODY + at, found.body, i)
@@ -150,17 +150,17 @@ def put_eight_hits(lanes: Floats, lane: int, i: int, found: HitBuffers) -> None:
     store_eight(lanes, TURN + at, found.turn, i)
 
 
-# The compiled loops behind the queries: chunks of rays in, arrays out.
+# Kernels over chunks of rays
 
-_AHEAD = 24  # rays are prefetched so many ahead
+_AHEAD = 24  # distance in rays at which `trace_ordered` prefetches
 
 
 @kernel(width="picture n", begin="0..end", end="0..n", found="out")
 def trace_first(geometry: Geometry, rays: RayArrays, width: int, begin: int, end: int, found: HitBuffers) -> None:
-    """First hits of tiles begin..end; what is doubtful is marked in found.turn.
+    """Write the first hits of the rays of tiles begin..end; found.turn marks the doubtful ones.
 
-    Packets where rays are coherent, else one ray at a time; a lane in doubt is traced again alone, because single rays
-    doubt less. Each ray of the tiles gets exactly one hit or miss.
+    Coherent rays are traced in packets, others one at a time. A lane in doubt is traced again as a single ray, because
+    single rays are in doubt less often. Each ray of the tiles gets exactly one hit or miss.
     """
     scratch, bundle, memory = new_scratch(geometry), new_packet(geometry), new_tile()
     lanes, count, several = bundle.lanes, len(rays.origins), len(rays.origins) > LANES
@@ -183,7 +183,7 @@ def trace_first(geometry: Geometry, rays: RayArrays, width: int, begin: int, end
                 doubtful = put_turns(lanes)
             for row in range(8):
                 first, n = packet_row(packet, row, width, count)
-                if together and n == 8 and doubtful == 0:
+                if together and n == 8 and doubtful == 0:  # a whole row of certain hits is stored at once
                     put_eight_hits(lanes, 8 * row, first, found)
                     continue
                 for k in range(n):
@@ -200,10 +200,10 @@ def trace_first(geometry: Geometry, rays: RayArrays, width: int, begin: int, end
 
 @kernel(begin="0..end", end="0..n", found="out")
 def trace_first_alone(geometry: Geometry, rays: RayArrays, begin: int, end: int, found: HitBuffers) -> None:
-    """First hits of rays begin..end, each by itself: what `trace_first` does with those that are not coherent.
+    """Write the first hits of rays begin..end, one at a time, as `trace_first` does for rays that are not coherent.
 
-    Doubtful rays are asked so once more (`certified.settle`), and exported pages, which trace one at a time, carry it:
-    it is a third of the code.
+    `filter_doubtful` traces doubtful rays so again. Exported pages, which trace single rays, carry this kernel instead
+    of `trace_first`: it is a third of the code.
     """
     scratch = new_scratch(geometry)
     for i in range(begin, end):
@@ -216,7 +216,7 @@ def trace_first_alone(geometry: Geometry, rays: RayArrays, begin: int, end: int,
 
 @kernel(width="picture n", begin="0..end", end="0..n", result="out n")
 def trace_occluded(geometry: Geometry, rays: RayArrays, width: int, begin: int, end: int, result: Signs) -> None:
-    """Is there any crossing (1) or not (0), raised if doubtful? Of tiles begin..end."""
+    """Write for each ray of tiles begin..end 1 if it has a crossing, else 0; plus DOUBTFUL if it is in doubt."""
     scratch, bundle, memory = new_scratch(geometry), new_packet(geometry), new_tile()
     lanes, count, several = bundle.lanes, len(rays.origins), len(rays.origins) > LANES
     for tile in range(begin, end):
@@ -250,7 +250,10 @@ def trace_occluded(geometry: Geometry, rays: RayArrays, width: int, begin: int, 
 def trace_ordered(
     geometry: Geometry, rays: RayArrays, order: Ints, size: int, any_hit: bool, begin: int, end: int, found: HitBuffers
 ) -> None:
-    """First hits, or any, of rays in an order; those from `size` begin to `size` end make streams begin..end."""
+    """Write the first hits, or any hits, of rays order[size * begin : size * end], in streams of up to `size` rays.
+
+    A stream ends where the octant of the directions changes. Rays whose direction needs scaling are traced singly.
+    """
     scratch, stream, mine = new_scratch(geometry), new_stream(geometry, size), np.empty(size, np.int32)
     for number in range(begin, end):
         k, last = size * number, min(size * number + size, len(order))
@@ -265,6 +268,7 @@ def trace_ordered(
                     prefetch(rays.directions, ahead)
                     prefetch(rays.directions, ahead + 2)
                 ray = load_ray(rays, i)
+                # A stream holds rays of one octant that need no scaling
                 if ray.start != DEAD and scale_ray(ray)[1] == 1.0:
                     its = octant_of(ray.dx, ray.dy, ray.dz)
                     if count > 0 and its != octant:
@@ -287,7 +291,7 @@ def trace_ordered(
 
 @kernel(width="picture n", packets="1..n", asked="1..1048576")
 def coherent_packets(geometry: Geometry, rays: RayArrays, width: int, packets: int, asked: int) -> int:
-    """How many of some packets, spread over all, are coherent."""
+    """Return how many of a sample of packets, spread evenly over all, are coherent."""
     lanes, together = np.empty(SIZE), 0
     for k in range(asked):
         fill_lanes(lanes, rays, k * packets // asked, width, False)

@@ -1,1 +1,1 @@
-"""Numbers: vectors of three, error-free operations, pairs of floats, numbers with a bound on their error."""
+"""Number types of kernels: vectors of three, error-free operations, pairs and quads of floats with error bounds."""

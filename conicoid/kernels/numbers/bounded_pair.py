@@ -1,8 +1,8 @@
-"""Numbers in two floats with a bound on their error, for deciding what one float cannot.
+"""Pairs of floats with an error bound, for decisions that single floats leave open.
 
 A number is (high, low, error): the exact value lies within `error` of high + low. Every operation adds to
-the bound what it may lose, so what comes out is certain whatever cancels; sums, and products of single floats,
-that lose nothing add nothing, so that an exact zero is known for one. Bounds of the operations: Joldes,
+the bound what it may lose, so a result is certain whatever cancels; sums, and products of single floats, that lose
+nothing add nothing, so that an exact zero is recognised. Bounds of the operations: Joldes,
 Muller, Popescu (see double_double.py); ours are a few times larger.
 """
 
@@ -23,32 +23,32 @@ class BoundedPair(NamedTuple):
     error: float
 
 
-_LOST = 2.0**-98
+_LOST = 2.0**-98  # relative error of a product, quotient or root
 
 
 @inline
 def bounded_pair(x: float, rest: float = 0.0) -> BoundedPair:
-    """A float, or a rounded number with what rounding took from it."""
+    """Return a float, or a rounded number plus its rounding rest, which is rounded itself."""
     high, low = quick_sum(x, rest)
     return BoundedPair(high, low, 0.0 if rest == 0.0 else abs(rest) * 2.0**-52)
 
 
 @inline
 def remainder(rest: float) -> BoundedPair:
-    """What rounding took from a number, which is rounded itself."""
+    """Return a rounding rest, which is rounded itself."""
     return BoundedPair(rest, 0.0, abs(rest) * 2.0**-52)
 
 
 @inline
 def product(x: float, y: float) -> BoundedPair:
-    """x y exactly."""
+    """Return x y exactly."""
     p = x * y
     return BoundedPair(p, fma(x, y, -p), 0.0)
 
 
 @inline
 def plus(a: BoundedPair, b: BoundedPair) -> BoundedPair:
-    """a + b."""
+    """Return a + b."""
     s, e = two_sum(a.high, b.high)
     t, f = two_sum(a.low, b.low)
     e, r = two_sum(e, t)
@@ -60,19 +60,19 @@ def plus(a: BoundedPair, b: BoundedPair) -> BoundedPair:
 
 @inline
 def opposite(a: BoundedPair) -> BoundedPair:
-    """-a, exactly."""
+    """Return -a exactly."""
     return BoundedPair(-a.high, -a.low, a.error)
 
 
 @inline
 def minus(a: BoundedPair, b: BoundedPair) -> BoundedPair:
-    """a - b."""
+    """Return a - b."""
     return plus(a, opposite(b))
 
 
 @inline
 def times(a: BoundedPair, b: BoundedPair) -> BoundedPair:
-    """a b."""
+    """Return a b."""
     p = a.high * b.high
     e = fma(a.high, b.high, -p) + fma(a.high, b.low, a.low * b.high)
     high, low = quick_sum(p, e)
@@ -82,7 +82,7 @@ def times(a: BoundedPair, b: BoundedPair) -> BoundedPair:
 
 @inline
 def times_float(a: BoundedPair, x: float) -> BoundedPair:
-    """a x for one float x."""
+    """Return a x for a float x."""
     p, q = a.high * x, a.low * x
     e, r = two_sum(fma(a.high, x, -p), q)
     high, low = quick_sum(p, e)
@@ -91,7 +91,7 @@ def times_float(a: BoundedPair, x: float) -> BoundedPair:
 
 @inline
 def over(a: BoundedPair, b: BoundedPair) -> BoundedPair:
-    """a / b; unbounded error where b may be zero."""
+    """Return a / b; the error is infinite where b may be zero."""
     least = abs(b.high) * 0.9999 - b.error
     if not least > 0.0:
         return BoundedPair(0.0, 0.0, math.inf)
@@ -103,7 +103,7 @@ def over(a: BoundedPair, b: BoundedPair) -> BoundedPair:
 
 @inline
 def root(a: BoundedPair) -> BoundedPair:
-    """The square root of what is certainly positive."""
+    """Return the square root; relies on `a` being certainly positive."""
     first = math.sqrt(a.high)
     rest = minus(BoundedPair(a.high, a.low, 0.0), product(first, first))
     high, low = quick_sum(first, rest.high / (2.0 * first))
@@ -112,7 +112,7 @@ def root(a: BoundedPair) -> BoundedPair:
 
 @inline
 def sign(a: BoundedPair) -> int:
-    """-1, 0 or 1, or 2 where it is not certain."""
+    """Return the sign -1, 0 or 1, or 2 (OPEN) where it is not certain."""
     if abs(a.high) * 0.9999 > a.error:
         return 1 if a.high > 0.0 else -1
     return 0 if (a.high == 0.0) & (a.low == 0.0) & (a.error == 0.0) else 2
@@ -120,7 +120,7 @@ def sign(a: BoundedPair) -> int:
 
 @inline
 def dot3(x: float, y: float, z: float, a: BoundedPair, b: BoundedPair, c: BoundedPair) -> BoundedPair:
-    """x a + y b + z c"""
+    """Return x a + y b + z c."""
     return plus(plus(times_float(a, x), times_float(b, y)), times_float(c, z))
 
 
@@ -128,11 +128,11 @@ def dot3(x: float, y: float, z: float, a: BoundedPair, b: BoundedPair, c: Bounde
 def inner(
     a: BoundedPair, b: BoundedPair, c: BoundedPair, x: BoundedPair, y: BoundedPair, z: BoundedPair
 ) -> BoundedPair:
-    """a x + b y + c z"""
+    """Return a x + b y + c z."""
     return plus(plus(times(a, x), times(b, y)), times(c, z))
 
 
 @inline
 def moment(a: BoundedPair, b: BoundedPair, c: BoundedPair, d: BoundedPair) -> BoundedPair:
-    """a b - c d"""
+    """Return a b - c d."""
     return minus(times(a, b), times(c, d))

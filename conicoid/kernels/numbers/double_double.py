@@ -1,7 +1,8 @@
-"""Arithmetic that keeps the rounding error: differences, products and sums in two floats.
+"""Error-free operations on floats, exponents and neighbours of floats, and pairs of floats (about 106 bits).
 
-Sources: Knuth's TwoSum; Kahan's difference of products (error at most 1.5 ulp: Jeannerod, Louvet,
-Muller, Math. Comp. 82, 2013); Dot2 (Ogita, Rump, Oishi, SIAM J. Sci. Comput. 26, 2005).
+Sources: Knuth's TwoSum; Kahan's difference of products (error at most 1.5 ulp: Jeannerod, Louvet, Muller, Math. Comp.
+82, 2013); Dot2 (Ogita, Rump, Oishi, SIAM J. Sci. Comput. 26, 2005); for pairs Joldes, Muller, Popescu: Tight and
+rigorous error bounds for basic building blocks of double-word arithmetic, ACM TOMS 44, 2017.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from ..._jit.decorators import float_bits, float_from_bits, fma, helper, inline
 
 @inline
 def two_sum(a: float, b: float) -> tuple[float, float]:
-    """(s, e) with s = fl(a + b) and s + e = a + b exactly."""
+    """Return (s, e) with s = fl(a + b) and s + e = a + b exactly."""
     s = a + b
     v = s - a
     return s, (a - (s - v)) + (b - v)
@@ -21,7 +22,7 @@ def two_sum(a: float, b: float) -> tuple[float, float]:
 
 @inline
 def two_difference(a: float, b: float) -> tuple[float, float]:
-    """(d, e) with d = fl(a - b) and d + e = a - b exactly."""
+    """Return (d, e) with d = fl(a - b) and d + e = a - b exactly."""
     d = a - b
     v = d - a
     return d, (a - (d - v)) - (b + v)
@@ -29,14 +30,14 @@ def two_difference(a: float, b: float) -> tuple[float, float]:
 
 @inline
 def difference_of_products(a: float, b: float, c: float, d: float) -> float:
-    """a b - c d, to 1.5 ulp of the result."""
+    """Return a b - c d, to 1.5 ulp of the result."""
     w = c * d
     return fma(a, b, -w) + fma(-c, d, w)
 
 
 @helper
 def accurate_dot(ax: float, ay: float, az: float, bx: float, by: float, bz: float, more: float, tiny: float) -> float:
-    """a·b + more + tiny as if in twice the precision, then rounded; tiny is small against the rest."""
+    """Return a·b + more + tiny as if in twice the precision, then rounded; `tiny` is small against the rest."""
     p = ax * bx
     q = ay * by
     r = az * bz
@@ -47,7 +48,7 @@ def accurate_dot(ax: float, ay: float, az: float, bx: float, by: float, bz: floa
     return s + (((e + f) + g) + (lost + tiny))
 
 
-# Exponents and neighbours of floats, by their bits: no function of the C library, so the same everywhere.
+# Exponents and neighbours of floats, by their bits: without the C library, so that all systems give the same result
 
 _FRACTION = 52
 _BIAS = 1023
@@ -56,13 +57,13 @@ _FIRST_NORMAL = 2.0**-1022
 
 @inline
 def power_of_two(k: int) -> float:
-    """2^k, for k from -1022 to 1023."""
+    """Return 2^k, for k from -1022 to 1023."""
     return float_from_bits((k + _BIAS) << _FRACTION)
 
 
 @inline
 def exponent_of(x: float) -> int:
-    """The k with 2^k <= |x| < 2^(k+1), also of subnormal numbers; x is finite and not zero."""
+    """Return the k with 2^k <= |x| < 2^(k+1), also for subnormal numbers; x is finite and not zero."""
     if abs(x) < _FIRST_NORMAL:
         return (float_bits(abs(x) * 2.0**54) >> _FRACTION) - (_BIAS + 54)
     return (float_bits(abs(x)) >> _FRACTION) - _BIAS
@@ -70,35 +71,36 @@ def exponent_of(x: float) -> int:
 
 @inline
 def scale_by_power(x: float, k: int) -> float:
-    """x 2^k, for k from -2044 to 2046; in two steps, as 2^k itself may be beyond the floats."""
+    """Return x 2^k, for k from -2044 to 2046; in two steps, as 2^k itself may be beyond the floats."""
     half = k >> 1
     return x * power_of_two(half) * power_of_two(k - half)
 
 
 @inline
 def next_float_up(x: float) -> float:
-    """The least float greater than x; infinity and NaN stay."""
+    """Return the least float greater than x; infinity and NaN stay."""
     if x == 0.0:
         return 2.0**-1074
     if not x < 2.0**1023 * 2.0:
         return x
+    # As integers, the bits of positive floats rise with the float, those of negative floats fall
     return float_from_bits(float_bits(x) + (1 if x > 0.0 else -1))
 
 
 @inline
 def next_float_down(x: float) -> float:
-    """The greatest float less than x; minus infinity and NaN stay."""
+    """Return the greatest float less than x; minus infinity and NaN stay."""
     return -next_float_up(-x)
 
 
-# Numbers in two floats (about 106 bits), for the few rays whose fast formulas cancel.
+# Pairs of floats, for the few rays whose fast formulas cancel
 #
-# A number is a pair (high, low) with high = fl(high + low). Joldes, Muller, Popescu: Tight and
-# rigorous error bounds for basic building blocks of double-word arithmetic, ACM TOMS 44, 2017.
+# A number is a pair (high, low) with high = fl(high + low). u is 2^-53; algorithms are numbered as by Joldes, Muller
+# and Popescu.
 
 
 class Pair(NamedTuple):
-    """high + low, where |low| is at most half a unit of high's last place."""
+    """The number high + low, where |low| is at most half a unit of high's last place."""
 
     high: float
     low: float
@@ -106,14 +108,14 @@ class Pair(NamedTuple):
 
 @inline
 def quick_sum(a: float, b: float) -> Pair:
-    """a + b exactly, where |a| >= |b| or a is zero."""
+    """Return a + b exactly; relies on |a| >= |b| or a = 0."""
     s = a + b
     return Pair(s, b - (s - a))
 
 
 @inline
 def pair_sum(a: Pair, b: Pair) -> Pair:
-    """a + b, relative error 3 u² (algorithm 6)."""
+    """Return a + b with a relative error of 3 u² (algorithm 6)."""
     s, e = two_sum(a.high, b.high)
     t, f = two_sum(a.low, b.low)
     s, e = quick_sum(s, e + t)
@@ -122,7 +124,7 @@ def pair_sum(a: Pair, b: Pair) -> Pair:
 
 @inline
 def pair_product(a: Pair, b: Pair) -> Pair:
-    """a b, relative error 5 u² (algorithm 12)."""
+    """Return a b with a relative error of 5 u² (algorithm 12)."""
     p = a.high * b.high
     e = fma(a.high, b.high, -p)
     e += fma(a.high, b.low, a.low * b.high)
@@ -131,29 +133,29 @@ def pair_product(a: Pair, b: Pair) -> Pair:
 
 @inline
 def scale_pair(a: Pair, b: float) -> Pair:
-    """a b for one float b."""
+    """Return a b for a float b."""
     p = a.high * b
     return quick_sum(p, fma(a.low, b, fma(a.high, b, -p)))
 
 
 @inline
 def negate_pair(a: Pair) -> Pair:
-    """-a, exactly."""
+    """Return -a exactly."""
     return Pair(-a.high, -a.low)
 
 
 @inline
 def pair_dot(x: float, y: float, z: float, a: Pair, b: Pair, c: Pair) -> Pair:
-    """x a + y b + z c"""
+    """Return x a + y b + z c."""
     return pair_sum(pair_sum(scale_pair(a, x), scale_pair(b, y)), scale_pair(c, z))
 
 
 @inline
 def round_pair(a: Pair, k: int) -> float:
-    """(high + low) 2^k, rounded once, also to a subnormal number; high from 0.5 to 4, k from -1080 to 1024."""
+    """Return (high + low) 2^k rounded once, also to a subnormal number; high from 0.5 to 4, k from -1080 to 1024."""
     if k > 0 or a.high >= power_of_two(-1022 - k):
         return scale_by_power(a.high, k)
-    lifted = power_of_two(-1022 - k)  # numbers from here to its double have the last place that is left
+    lifted = power_of_two(-1022 - k)  # floats from here to its double have the last place that the result keeps
     s = lifted + a.high
     s += (a.high - (s - lifted)) + a.low
     return (s - lifted) * power_of_two(k + 1000) * 2.0**-1000

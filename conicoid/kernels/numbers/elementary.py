@@ -1,4 +1,7 @@
-"""The length of a vector by arithmetic alone: no function of the C library."""
+"""Elementary functions by arithmetic alone: hypot, acos, atan2, exp, power, and cos and sin of parts of a turn.
+
+They call no function of the C library, so the bits are the same on every processor and system.
+"""
 
 from __future__ import annotations
 
@@ -22,9 +25,9 @@ from .double_double import (
 
 @helper
 def hypot(x: float, y: float, z: float) -> float:
-    """sqrt(x² + y² + z²) within 0.501 units of the last place, whatever the squares are; special values as C's.
+    """Return sqrt(x² + y² + z²) within 0.501 units of the last place, for squares of any size; special values as C's.
 
-    The squares are added up without error but for 2^-104 of them; a step of Newton's adds to the root what it lacks.
+    The squares are added with an error of 2^-104 of them; one step of Newton's method then corrects the root.
     """
     x, y, z = abs(x), abs(y), abs(z)
     if (x == math.inf) | (y == math.inf) | (z == math.inf):
@@ -44,12 +47,15 @@ def hypot(x: float, y: float, z: float) -> float:
     return round_pair(quick_sum(root, (fma(-root, root, s) + rest) / (2.0 * root)), k)
 
 
-# Polynomials.
+# Polynomials
 
 
 @inline
 def polynomial(x: float, coefficients: tuple[float, ...]) -> float:
-    """Coefficients, an even number, the highest power first; odd and even powers by Horner's rule side by side."""
+    """Return a polynomial at x by Horner's rule, for odd and even powers side by side.
+
+    `coefficients` has an even length, the highest power first.
+    """
     square, odd, even = x * x, 0.0, 0.0
     for k in range(0, len(coefficients), 2):
         odd = fma(odd, square, coefficients[k])
@@ -57,15 +63,13 @@ def polynomial(x: float, coefficients: tuple[float, ...]) -> float:
     return fma(odd, x, even)
 
 
-# acos and atan2 by arithmetic alone: no function of the C library, so the same bits on every processor and system.
+# acos and atan2
 #
-# The leading terms are taken in two floats, the rest by polynomials whose coefficients `tests/numbers/coefficients.py`
-# finds. The last operation rounds by at most half a unit of the last place, and what it rounds is off by the
-# polynomial's
-# part, u = 2^-53: 6 u of x³ / 6 + ... <= 0.0236 where a unit of acos is 2 u and |x| <= 1/2 (else that is taken in two
-# floats too); 7.2 u of t³ / 3 <= 0.0052, and the polynomial's own 2^-59.6 t, where a unit of the arc tangent is at
-# least
-# u / 4. Measured: 0.54 and 0.57 at most.
+# The leading terms are taken in two floats, the rest by polynomials whose coefficients come from
+# `tests/numbers/coefficients.py`. The last operation rounds by at most half a unit of the last place. Its operand is
+# off by the error of the polynomial, with u = 2^-53: 6 u of x³ / 6 + ... <= 0.0236 where a unit of acos is 2 u and
+# |x| <= 1/2 (beyond, that term is taken in two floats too); 7.2 u of t³ / 3 <= 0.0052, and the polynomial's own
+# 2^-59.6 t, where a unit of the arc tangent is at least u / 4. Measured: 0.54 and 0.57 units at most.
 
 ASIN = (
     0.027072149944273302, -0.017764251137523158, 0.017771033255193115, 0.002528669035232747, 0.008165934640582937,
@@ -90,7 +94,7 @@ PI = Pair(3.141592653589793, 1.2246467991473532e-16)
 
 @helper
 def acos(x: float) -> float:
-    """The angle in [0, pi] whose cosine is x, within 0.58 units of the last place; NaN outside of [-1, 1]."""
+    """Return the angle in [0, pi] whose cosine is x, within 0.58 units of the last place; NaN outside of [-1, 1]."""
     if not abs(x) <= 1.0:
         return math.nan
     if abs(x) <= 0.5:
@@ -106,7 +110,7 @@ def acos(x: float) -> float:
 
 @inline
 def _asin_of_root(z: float) -> Pair:
-    """asin s = s (1 + z (1/6 + z P(z))) of s = sqrt z, for z <= 1/4."""
+    """Return asin s = s (1 + z (1/6 + z P(z))) for s = sqrt z, z <= 1/4."""
     s = math.sqrt(z)
     rest = fma(-s, s, z) / (2.0 * s) if z > 0.0 else 0.0
     high, low = quick_sum(SIXTH.high, z * polynomial(z, ASIN))
@@ -118,7 +122,7 @@ def _asin_of_root(z: float) -> Pair:
 
 @helper
 def atan2(y: float, x: float) -> float:
-    """The angle of (x, y) in [-pi, pi], within 0.67 units of the last place; zeros, infinities and NaN as C's."""
+    """Return the angle of (x, y) in [-pi, pi], within 0.67 units of the last place; zeros, infinities, NaN as C's."""
     if not (x == x) & (y == y):
         return math.nan
     wide, tall = abs(x), abs(y)
@@ -128,13 +132,13 @@ def atan2(y: float, x: float) -> float:
     if max(wide, tall) == 0.0:
         return math.copysign(PI.high if backwards else 0.0, y)
     if not backwards and tall <= 2.0**-30 * wide:
-        return math.copysign(tall / wide, y)  # the angle is less by a third of its cube
+        return math.copysign(tall / wide, y)  # the exact angle is less by a third of its cube
     return math.copysign(_angle(wide, tall, backwards), y)
 
 
 @inline
 def _angle(wide: float, tall: float, backwards: bool) -> float:
-    """The angle of (wide, tall), or of (-wide, tall): neither is negative, not both are zero."""
+    """Return the angle of (wide, tall), or of (-wide, tall) if `backwards`; neither is negative, not both are zero."""
     steep = tall > wide
     more, less = (tall, wide) if steep else (wide, tall)
     k = exponent_of(more)
@@ -150,9 +154,9 @@ def _angle(wide: float, tall: float, backwards: bool) -> float:
 
 @inline
 def _reduced(more: float, less: float) -> tuple[Pair, float, float]:
-    """(a, t, rest) with atan(less / more) = a + atan(t + rest): a is that of 0, 1/2 or 1, and |t| <= 1/4.
+    """Return (a, t, rest) with atan(less / more) = a + atan(t + rest), where a is atan of 0, 1/2 or 1, and |t| <= 1/4.
 
-    tan(b - a) is (less - more tan a) / (more + less tan a).
+    By tan(b - a) = (less - more tan a) / (more + less tan a) for tan b = less / more.
     """
     a, share = ZERO, 0.0
     if less > 0.75 * more:
@@ -165,19 +169,16 @@ def _reduced(more: float, less: float) -> tuple[Pair, float, float]:
     return a, t, (fma(-t, below, above) + (above_rest - t * below_rest)) / below
 
 
-# e^x and x^y by arithmetic alone: no function of the C library, so the same bits on every processor and system.
+# e^x and x^y
 #
-# Arguments are cut down as usual (Tang, ACM TOMS 15, 1989, but without a table): e^x = 2^k e^r with |r| <= ln 2 / 2,
-# and
-# log x = k ln 2 + 2 atanh s with s = (m - 1) / (m + 1). Leading terms are taken in two floats, the rest by
-# polynomials whose coefficients `tests/numbers/coefficients.py` finds.
+# Arguments are reduced as by Tang (ACM TOMS 15, 1989), but without a table: e^x = 2^k e^r with |r| <= ln 2 / 2, and
+# log x = k ln 2 + 2 atanh s with s = (m - 1) / (m + 1). Leading terms are taken in two floats, the rest by polynomials
+# whose coefficients come from `tests/numbers/coefficients.py`.
 #
 # Bounds: the last operation rounds high + low, by at most half a unit of the last place. For e^x low is off by less
-# than
-# 0.05 units: r³ q(r), of at most 0.0064 where e^r is near 0.7 and 0.0075 above 1, has a relative error of 6.5 u,
-# u = 2^-53, and the polynomial one of 2^-60. For x^y log x is known to 2^-69 of itself, and times y, below 746, to
-# 2^-59.4.
-# Measured: 0.512 and 0.516 at most.
+# than 0.05 units: r³ q(r), of at most 0.0064 where e^r is near 0.7 and 0.0075 above 1, has a relative error of 6.5 u,
+# u = 2^-53, and the polynomial one of 2^-60. For x^y the relative error of log x is 2^-69; y log x, which is below 746,
+# has an error of 2^-59.4. Measured: 0.512 and 0.516 units at most.
 
 EXP = (
     2.091123100592285e-09, 2.5100377619606372e-08, 2.75572829813734e-07, 2.7557268476553695e-06, 2.4801587317136892e-05,
@@ -192,7 +193,7 @@ LOG = (
 """(atanh s - s - s³/3 - s⁵/5) / s⁷ in z = s² <= 0.02944; error 2^-72 of atanh s."""
 
 LN2 = (0.6931471805598903, 5.497923018708371e-14)
-"""ln 2 to 2^-101: its first 42 bits, so that products with a whole number below 2^11 are exact, and the rest."""
+"""ln 2 to 2^-101: its first 42 bits, so that products with an integer below 2^11 are exact, and the rest."""
 PER_LN2 = 1.4426950408889634
 THIRD = Pair(0.3333333333333333, 1.850371707708594e-17)
 FIFTH = Pair(0.2, -1.1102230246251566e-17)
@@ -204,7 +205,8 @@ _FRACTION, _ONE = 2**52 - 1, 1023 << 52
 
 @helper
 def exp_pair(x: Pair) -> float:
-    """e^(high + low), from -746 to 710."""
+    """Return e^(high + low), for high + low from -746 to 710."""
+    # Adding 1.5 · 2^52 rounds to an integer. x - whole ln 2 follows in pairs
     whole = (x.high * PER_LN2 + _ROUND) - _ROUND
     p = whole * LN2[1]
     r, rest = two_difference(fma(-whole, LN2[0], x.high), p)
@@ -219,12 +221,12 @@ def exp_pair(x: Pair) -> float:
 
 @inline
 def log_pair(x: float) -> Pair:
-    """log x to 2^-69 of itself, of a positive finite number."""
-    small = x < 2.0**-1022
+    """Return log x, with a relative error of 2^-69, for positive finite x."""
+    small = x < 2.0**-1022  # subnormal: scaled by 2^54
     bits = float_bits(x * 2.0**54 if small else x)
     k = (bits >> 52) - (1023 + 54 if small else 1023)
     m = float_from_bits((bits & _FRACTION) | _ONE)
-    if m > 1.4142135623730951:
+    if m > 1.4142135623730951:  # m from sqrt(1/2) to sqrt 2, so that |log m| is small
         m *= 0.5
         k += 1
     f, (g, rest) = m - 1.0, quick_sum(m, 1.0) if m > 1.0 else quick_sum(1.0, m)
@@ -243,7 +245,7 @@ def log_pair(x: float) -> Pair:
 
 @helper
 def exp(x: float) -> float:
-    """e^x within 0.55 units of the last place; of infinities and NaN as C's."""
+    """Return e^x within 0.55 units of the last place; infinities and NaN as C's."""
     if x > _OVERFLOW:
         return math.inf
     if x < _UNDERFLOW:
@@ -253,7 +255,7 @@ def exp(x: float) -> float:
 
 @helper
 def power(x: float, y: float) -> float:
-    """x^y within 0.57 units of the last place, for x >= 0; special values as C's pow. NaN for x < 0 and y not 0."""
+    """Return x^y within 0.57 units of the last place, for x >= 0; NaN for x < 0 and y not 0; special values as C's."""
     if (y == 0.0) | (x == 1.0):
         return 1.0
     if not (x >= 0.0) & (y == y):
@@ -270,7 +272,7 @@ def power(x: float, y: float) -> float:
     return exp_pair(scale_pair(log, y))
 
 
-# Sine and cosine of parts of a turn, by arithmetic alone: the same bits on every processor and system.
+# Sine and cosine of parts of a turn
 
 _SIN = (
     2.8114572543455206e-15, -7.647163731819816e-13, 1.6059043836821613e-10, -2.505210838544172e-08,
@@ -280,14 +282,14 @@ _COS = (
     4.779477332387385e-14, -1.1470745597729725e-11, 2.08767569878681e-09, -2.755731922398589e-07,
     2.48015873015873e-05, -0.001388888888888889, 0.041666666666666664, -0.5,
 )  # fmt: skip
-"""Taylor's series of (sin x - x) / x³ and (cos x - 1) / x² in x², |x| <= pi / 4: 2^-54 of the results."""
+"""Taylor series of (sin x - x) / x³ and (cos x - 1) / x² in x², |x| <= pi / 4; error 2^-54 of the results."""
 
 
 @inline
 def cos_sin_turns(turns: float) -> tuple[float, float]:
-    """(cos, sin) of 2π turns.
+    """Return (cos, sin) of 2π turns.
 
-    A multiple of a quarter turn is taken off, exactly, and what is left is within an eighth.
+    A multiple of a quarter turn is subtracted exactly; the rest lies within an eighth of a turn.
     """
     quarters = np.floor(4.0 * turns + 0.5)
     x = 2.0 * math.pi * (turns - 0.25 * quarters)

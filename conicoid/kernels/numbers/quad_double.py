@@ -1,13 +1,12 @@
-"""Numbers in four floats (about 210 bits) with a bound on their error, for formulas of many steps in lanes.
+"""Four floats (about 210 bits) with an error bound, for formulas of many steps in lanes.
 
-A number is (a, b, c, d, error): the exact value lies within `error` of a + b + c + d. What a sum or a product has no
-room for is added to the bound, all of it, so that only the identities of `errorfree` have to be believed. An error of
-zero says that the number is exact; zero times any number is an exact zero, and what is no number says so itself. That
-is rigorous as long as no part of a product is lost below the floats; where one might be, LEAST is added, which is far
-more.
+A number is (a, b, c, d, error): the exact value lies within `error` of a + b + c + d. Every part that a sum or product
+cannot hold is added to the bound, so that its proof needs only the error-free operations of double_double.py. An error
+of zero means that the number is exact; zero times any number is an exact zero. The bound is rigorous as long as no part
+of a product underflows; where one might, LEAST is added, which is far more.
 
 Floats are in order: |b| <= 2^-50 |a|, |c| <= 2^-50 |b|, |d| <= 2^-52 |c|; where they are not, the error is infinite.
-Infinities and NaN make numbers whose error is infinite or no number, and no test holds for these.
+Infinities and NaN give numbers whose error is infinite or NaN, and no test is true for these.
 
 Sums and products are those of QD (Hida, Li, Bailey: Algorithms for quad-double precision floating point arithmetic,
 2001), with their losses.
@@ -33,21 +32,21 @@ class QuadDouble(NamedTuple):
 
 
 LEAST = 2.0**-900
-"""Products below may lose bits. Added to the error of every product and quotient where it is not zero."""
+"""Products below this may lose bits; it is added to the error of every product and quotient that is not zero."""
 UNKNOWN = math.inf
 _GROWN = 1.0 + 2.0**-40
-"""More than adding up a few errors may lose of them."""
+"""Factor greater than the rounding of a sum of a few errors."""
 
 
 @inline
 def four(x: float) -> QuadDouble:
-    """A float, exactly."""
+    """Return a float exactly."""
     return QuadDouble(x, 0.0, 0.0, 0.0, x * 0.0)
 
 
 @inline
 def _in_order(a: float, b: float, c: float, d: float, error: float) -> QuadDouble:
-    """a + b + c + d, the larger ones first, as four floats in order."""
+    """Return a + b + c + d as four floats in order; relies on the larger arguments coming first."""
     c, d = two_sum(c, d)
     b, c = two_sum(b, c)
     a, b = two_sum(a, b)
@@ -59,13 +58,13 @@ def _in_order(a: float, b: float, c: float, d: float, error: float) -> QuadDoubl
 
 @inline
 def opposite(x: QuadDouble) -> QuadDouble:
-    """-x"""
+    """Return -x."""
     return QuadDouble(-x.a, -x.b, -x.c, -x.d, x.error)
 
 
 @inline
 def _plus(x: QuadDouble, y: QuadDouble) -> tuple[float, float, float, float, float]:
-    """x + y, in no order, and its error."""
+    """Return x + y as four floats in no order, and its error."""
     a, e = two_sum(x.a, y.a)
     b, f = two_sum(x.b, y.b)
     c, g = two_sum(x.c, y.c)
@@ -82,30 +81,30 @@ def _plus(x: QuadDouble, y: QuadDouble) -> tuple[float, float, float, float, flo
 
 @inline
 def plus(x: QuadDouble, y: QuadDouble) -> QuadDouble:
-    """x + y"""
+    """Return x + y."""
     a, b, c, d, error = _plus(x, y)
     return _in_order(a, b, c, d, error)
 
 
 @inline
 def minus(x: QuadDouble, y: QuadDouble) -> QuadDouble:
-    """x - y"""
+    """Return x - y."""
     return plus(x, opposite(y))
 
 
 @inline
 def _last(x: QuadDouble) -> float:
-    """The smallest of its floats that is not zero."""
+    """Return the smallest float of x that is not zero."""
     return choose(x.d != 0.0, x.d, choose(x.c != 0.0, x.c, choose(x.b != 0.0, x.b, x.a)))
 
 
 @inline
 def times(x: QuadDouble, y: QuadDouble) -> QuadDouble:
-    """x y
+    """Return x y.
 
-    Of the sixteen products of floats the first six count with what they lose. The next four are added in floats, with
-    that and what the sums before them lose: 13 terms, and an error below 2^-49 of their sizes. The last six are left
-    out. Where a factor is certainly zero, so is the product.
+    Of the sixteen products of floats the first six count with their rounding errors. The next four are added in floats,
+    together with these errors and those of the sums before: 13 terms, with an error below 2^-49 of their sizes. The
+    last six only count in the error bound. Where a factor is certainly zero, so is the product.
     """
     p = x.a * y.a
     q, r = x.a * y.b, x.b * y.a
@@ -136,7 +135,7 @@ def times(x: QuadDouble, y: QuadDouble) -> QuadDouble:
 
 @inline
 def _rest(x: QuadDouble, y: QuadDouble) -> QuadDouble:
-    """x - y, of which little is left: it may be out of order, and must not be multiplied."""
+    """Return x - y for nearly equal x and y: the floats may be out of order, so the result must not be multiplied."""
     a, b, c, d, error = _plus(x, opposite(y))
     c, d = two_sum(c, d)
     b, c = two_sum(b, c)
@@ -146,9 +145,9 @@ def _rest(x: QuadDouble, y: QuadDouble) -> QuadDouble:
 
 @inline
 def over(x: QuadDouble, y: QuadDouble) -> QuadDouble:
-    """x / y; unknown where y may be zero.
+    """Return x / y; the error is infinite where y may be zero.
 
-    Long division of four steps. What is left of x then, its error and all, is y times the error.
+    Long division in four steps. The remainder of x then, with its error, is y times the error of the quotient.
     """
     a = x.a / y.a
     rest = _rest(x, times(four(a), y))
@@ -165,15 +164,15 @@ def over(x: QuadDouble, y: QuadDouble) -> QuadDouble:
 
 @inline
 def _size(x: QuadDouble) -> float:
-    """What |x| is at most, and a little more."""
+    """Return an upper bound of |x|."""
     return ((abs(x.a) + abs(x.b)) + (abs(x.c) + abs(x.d)) + x.error) * 1.000001
 
 
 @inline
 def root(x: QuadDouble) -> QuadDouble:
-    """The square root of what is certainly positive, or zero; else unknown.
+    """Return the square root of a number that is certainly positive, or zero; else the error is infinite.
 
-    To s, which is nearly that, (x - s²) / (2 s) is added three times. With r = x - s² then, |sqrt(x) - s| is
+    To an approximation s, (x - s²) / (2 s) is added three times. With r = x - s² then, |sqrt(x) - s| is
     |r| / (sqrt(x) + s) <= |r| / s.
     """
     first = math.sqrt(choose(x.a > 0.0, x.a, 1.0))
@@ -191,30 +190,30 @@ def root(x: QuadDouble) -> QuadDouble:
 
 @inline
 def is_zero(x: QuadDouble) -> bool:
-    """Is it certainly zero?"""
+    """True if x is certainly zero."""
     return (abs(x.a) + abs(x.b)) + (abs(x.c) + abs(x.d)) + x.error == 0.0
 
 
 @inline
 def by_sign(x: QuadDouble, negative: float, zero: float, positive: float, unsure: float) -> float:
-    """One of four floats, as the sign of x is."""
+    """Return one of four floats by the sign of x."""
     certain = choose(abs(x.a) * 0.9999 > x.error, choose(x.a > 0.0, positive, negative), unsure)
     return choose(is_zero(x), zero, certain)
 
 
 @inline
 def size_of(x: QuadDouble) -> QuadDouble:
-    """|x|; unknown where the sign is."""
+    """Return |x|; the error is infinite where the sign is not certain."""
     turn = choose(x.a < 0.0, -1.0, 1.0)
     return QuadDouble(x.a * turn, x.b * turn, x.c * turn, x.d * turn, by_sign(x, x.error, 0.0, x.error, UNKNOWN))
 
 
 @inline
 def nearest(x: QuadDouble) -> tuple[float, float]:
-    """(the float nearest to x, 0; or 1 where that is not certain, or out of the middle of the floats' range).
+    """Return (the float nearest to x, flag): flag 1 if that is not certain, or not in the middle of the range, else 0.
 
-    Ziv's test: both ends of the interval round alike. What lies below the first two floats is made larger by more than
-    adding it to the second may lose, so it moves a number halfway between two floats off that place.
+    Ziv's test: both ends of the interval round to the same float. The part below the first two floats is enlarged by
+    more than its addition to the second may lose, so that it moves a number halfway between two floats off that place.
     """
     below = (abs(x.c) + abs(x.d)) + x.error
     below = choose(below == 0.0, 0.0, (below + abs(x.b) * 2.0**-52) * 1.0001)

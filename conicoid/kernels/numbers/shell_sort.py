@@ -1,4 +1,4 @@
-"""Sorting whole numbers by what they stand for."""
+"""Shell sort of integers by a compiled rule, and its gaps for sorts of other data."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from ..._jit.decorators import helper, inline
 
 @inline
 def first_gap(count: int) -> int:
-    """The first gap of Shell's sort for some numbers: they grow by 9/4, after Ciura (2001)."""
+    """Return the first gap of Shell's sort for `count` numbers; gaps grow by 9/4, after Ciura (2001)."""
     gap = 1
     while gap < count // 2:
         gap = gap * 9 // 4 + 1
@@ -19,16 +19,16 @@ def first_gap(count: int) -> int:
 
 @inline
 def next_gap(gap: int) -> int:
-    """The gap after another; 0 ends the sort."""
+    """Return the gap after `gap`; 0 ends the sort."""
     return gap * 4 // 9
 
 
 def make_sort(comes_after: Callable[[Any, int, int], bool]) -> Callable[[Any, int, Any], None]:
-    """A compiled function that orders the first `count` numbers by a compiled rule.
+    """Return a compiled function sort(numbers, count, data) that sorts the first `count` numbers by a compiled rule.
 
-    After it, comes_after(data, a, b) holds for no a that stands before b. (The rule is built in: were it handed over as
-    an argument, Numba would put its address into the code, which could then not be kept on disk.)
+    After the sort, comes_after(data, a, b) holds for no a that stands before b.
     """
+    # A closure: Numba would put the address of a rule passed as an argument into the code, which could not be cached
 
     @helper
     def sort(numbers: Any, count: int, data: Any) -> None:

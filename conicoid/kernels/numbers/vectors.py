@@ -1,4 +1,4 @@
-"""Vectors as three floats."""
+"""Vectors as three floats, and quotients of several numbers by one divisor."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ Vector = tuple[float, float, float]
 
 @inline
 def dot(ax: float, ay: float, az: float, bx: float, by: float, bz: float) -> float:
-    """a·b"""
+    """Return a·b."""
     return fma(ax, bx, fma(ay, by, az * bz))
 
 
 @inline
 def normalize(x: float, y: float, z: float) -> tuple[float, float, float]:
-    """v / |v|, scaled first so that no square overflows or underflows; zero stays zero."""
+    """Return v / |v|, scaled first so that no square overflows or underflows; zero stays zero."""
     largest = max(abs(x), max(abs(y), abs(z)))
     scale = 1.0 / largest if largest > 0.0 else 0.0
     x, y, z = x * scale, y * scale, z * scale
@@ -26,29 +26,30 @@ def normalize(x: float, y: float, z: float) -> tuple[float, float, float]:
     return x / length, y / length, z / length
 
 
-# Quotients by a divisor that several share, and unit vectors, by fewer divisions: for loops over lanes.
+# Quotients with a shared divisor, and unit vectors, with fewer divisions: for loops over lanes
 #
-# Dividing takes a processor as long as some thirty multiplications of as many lanes. A reciprocal that is rounded once
-# gives every quotient by it, and two corrections make that the rounded quotient itself: Markstein, Computation of
-# elementary functions on the IBM RISC System/6000 processor, IBM J. Res. Dev. 34(1), 1990, theorem 8.1.
+# A division takes as long as some thirty multiplications of as many lanes. One reciprocal, rounded once, gives every
+# quotient by it, and two corrections make these the rounded quotients: Markstein, Computation of elementary functions
+# on the IBM RISC System/6000 processor, IBM J. Res. Dev. 34(1), 1990, theorem 8.1.
 
 
 @inline
 def quotient(a: float, b: float, inverse: float) -> float:
-    """a / b to the bit, for finite b from 2⁻⁹⁰⁰ on and inverse = 1 / b.
+    """Return a / b to the bit, for finite b >= 2⁻⁹⁰⁰ and inverse = 1 / b.
 
-    The first quotient may be 1.5 units of the last place off, the second is within one, from where the third is a / b.
-    What remains at each step must be exact: |a| and |a / b| are 0 or from 2⁻⁹⁰⁰ to 2⁹⁰⁰. Smaller ones may lose
+    The first quotient may be off by 1.5 units of the last place, the second is within one unit, so that the third is
+    a / b. The remainder at each step must be exact: |a| and |a / b| are 0 or from 2⁻⁹⁰⁰ to 2⁹⁰⁰. Smaller ones may lose
     their last bits.
     """
     first = a * inverse
+    # copysign keeps the sign of a zero, which the corrections may lose
     second = fma(fma(-first, b, a), inverse, first)
     return math.copysign(fma(fma(-second, b, a), inverse, second), a)
 
 
 @inline
 def unit_vector(x: float, y: float, z: float) -> tuple[float, float, float]:
-    """`vectors.normalized` by half as many divisions, to the bit but for components below 2⁻⁹⁰⁰ of the vector."""
+    """`normalize` with half as many divisions, to the bit except for components below 2⁻⁹⁰⁰ of the vector."""
     largest = max(abs(x), max(abs(y), abs(z)))
     scale = 1.0 / largest if largest > 0.0 else 0.0
     x, y, z = x * scale, y * scale, z * scale

@@ -1,1 +1,1 @@
-"""The route of packets: 64 coherent rays side by side."""
+"""The packet route: 64 coherent rays traced side by side, in the lanes of vectors."""

@@ -1,8 +1,8 @@
-"""Boolean bodies of a few leaves met by the lanes of a packet.
+"""Boolean bodies of a few leaves in the lanes of a packet.
 
-The rules of the sweep for single rays (body/boolean.py) by another algorithm, all lanes at once: every leaf gives its
-spans; then each lane steps from one span end to the next and evaluates the program there, all ends at equal t together,
-until its value changes. Nothing is sorted and nothing branches on a lane, which is why there are two.
+It follows the rules of the sweep for single rays (body/boolean.py) with another algorithm, for all lanes at once: every
+leaf gives its spans; then each lane steps from one span end to the next and evaluates the program there, all ends at
+equal t together, until its value changes. It sorts nothing and branches on no lane, hence the second algorithm.
 """
 
 from __future__ import annotations
@@ -45,24 +45,24 @@ from .lanes import (
 )
 
 MOST = 16
-"""Leaves, and gates, of a body that is traced in lanes."""
+"""Most leaves, and most gates, of a body that is traced in lanes."""
 
 LEAVES_SIZE = MOST * LEAF
 TRUTHS_SIZE = MOST * LANES
 
 
 class BooleanLanes(NamedTuple):
-    """The lanes and what their bodies need."""
+    """The lanes, and the memory for a Boolean body in them."""
 
     lanes: Floats
     leaves: Floats  # spans of a body's leaves
     truths: Floats  # true inputs of its gates
-    spans: Ints  # how many spans each leaf has, at most
+    spans: Ints  # largest number of spans of each leaf in a lane
 
 
 @inline
 def fits_in_lanes(geometry: Geometry, program: int) -> bool:
-    """Is the body small enough to be traced in lanes?"""
+    """True if a body is small enough to be traced in lanes (`MOST`)."""
     leaves, gates = leaves_of(geometry, program), gates_of(geometry, program)
     return leaves[1] - leaves[0] <= MOST and gates[1] - gates[0] <= MOST
 
@@ -71,9 +71,9 @@ def fits_in_lanes(geometry: Geometry, program: int) -> bool:
 def _leaf_spans(
     geometry: Geometry, lanes: Floats, leaves: Floats, at: int, cell: int, narrows: bool, first: int, last: int
 ) -> tuple[int, int]:
-    """A leaf's spans into its rows from leaves[at]: (how many of them any lane has, how many lanes still seek).
+    """Write a leaf's spans to its rows from leaves[at]: (most spans of a lane, number of lanes that still seek).
 
-    Where `narrows`, the body lies within the leaf: a lane seeks on within its spans only.
+    With `narrows` the body lies within the leaf: a lane then seeks within the leaf's spans only.
     """
     if face_lanes(geometry, lanes, cell, first, last) == 0:
         return 0, 0
@@ -84,9 +84,9 @@ def _leaf_spans(
 
 @helper
 def narrow_lanes(lanes: Floats, leaves: Floats, at: int, narrows: bool, first: int, last: int) -> int:
-    """How many lanes may be within a leaf while they seek, by its spans at leaves[at:].
+    """Return how many seeking lanes may be within a leaf, by its spans at leaves[at:].
 
-    Where `narrows`, the body lies within the leaf: a lane seeks on within its spans only.
+    With `narrows` the body lies within the leaf: a lane then seeks within the leaf's spans only.
     """
     first, last = eights(first, last)
     row, second = np.uint64(at), np.uint64(at + SPAN)
@@ -100,7 +100,7 @@ def narrow_lanes(lanes: Floats, leaves: Floats, at: int, narrows: bool, first: i
         near += 1 if counts else 0
         lanes[FOUND + i] = low
         lanes[NEXT + i] = high
-        # Both are 0 where the leaf is left on the surface that the ray starts on; other ends there are doubtful already
+        # Both are 0 if the ray leaves the leaf on the surface on which it starts; other ends there are doubtful already
         close = (abs(high - low) <= off) & ((low != 0.0) | (high != 0.0))
         lanes[DOUBT + i] = choose(narrows & close & counts, 1.0, lanes[DOUBT + i])
     if narrows:
@@ -114,7 +114,7 @@ def narrow_lanes(lanes: Floats, leaves: Floats, at: int, narrows: bool, first: i
 def _count_span(
     lanes: Floats, leaves: Floats, truths: Floats, at: int, gate: int, change: float, first: int, last: int
 ) -> None:
-    """Add `change` to a gate where NOW is in a span, and let NEXT be its next end, if it is the first."""
+    """Add `change` to a gate where NOW is in a span; lower NEXT to the span's next end beyond NOW."""
     first, last = eights(first, last)
     row, counter = np.uint64(at), np.uint64(gate * LANES)
     for i in range(first, last):
@@ -126,7 +126,7 @@ def _count_span(
 
 @helper
 def _reset(geometry: Geometry, lanes: Floats, truths: Floats, program: int, first: int, last: int) -> None:
-    """Every leaf is outside."""
+    """Start a step: every leaf is outside, and no end is next."""
     reset_gates(geometry, truths, program, first, last)
     first, last = eights(first, last)
     for i in range(first, last):
@@ -135,7 +135,7 @@ def _reset(geometry: Geometry, lanes: Floats, truths: Floats, program: int, firs
 
 @helper
 def reset_gates(geometry: Geometry, truths: Floats, program: int, first: int, last: int) -> None:
-    """The true inputs of every gate while all leaves are outside."""
+    """Set the true inputs of every gate to their values while all leaves are outside."""
     first, last = eights(first, last)
     begin, end = gates_of(geometry, program)
     for gate in range(begin, end):
@@ -148,7 +148,7 @@ def reset_gates(geometry: Geometry, truths: Floats, program: int, first: int, la
 def _pass_on(
     truths: Floats, gate: int, parent: int, need: float, start: float, sign: float, first: int, last: int
 ) -> None:
-    """Count a gate's change, if it has one, in its parent."""
+    """Count a change of a gate's value, if any, in its parent."""
     first, last = eights(first, last)
     counter, above = np.uint64(gate * LANES), np.uint64(parent * LANES)
     for i in range(first, last):
@@ -158,7 +158,7 @@ def _pass_on(
 
 @helper
 def settle_gates(geometry: Geometry, truths: Floats, program: int, first: int, last: int) -> None:
-    """Count from the leaves' gates up to the root; parents stand before their children."""
+    """Propagate changes from the leaves' gates up to the root; relies on parents standing before their children."""
     begin, end = gates_of(geometry, program)
     for gate in range(end - 1, begin, -1):
         need, start = integer(geometry, table.GATE_NEED, gate), integer(geometry, table.GATE_START, gate)
@@ -171,9 +171,9 @@ def settle_gates(geometry: Geometry, truths: Floats, program: int, first: int, l
 def _advance(
     geometry: Geometry, lanes: Floats, truths: Floats, program: int, starts: bool, first: int, last: int
 ) -> int:
-    """Note where the value has changed, go on to the next end; returns how many lanes still seek.
+    """Record where the value has changed, and step to the next end; return how many lanes still seek.
 
-    Keeps INSIDE the value just after NOW; a lane stops seeking at its crossing, or beyond its interval or nearest hit.
+    Keeps INSIDE the value just after NOW. A lane stops seeking at its crossing, or beyond its interval or nearest hit.
     """
     first, last = eights(first, last)
     root = root_of(geometry, program)
@@ -200,9 +200,9 @@ def _advance(
 
 @helper
 def _choose_face(lanes: Floats, leaves: Floats, at: int, sense: float, first: int, last: int) -> None:
-    """Where a span's end is the crossing found and turns the way the body does, its face is reported.
+    """Report a span end's face if the end is the crossing found and turns the way the body does.
 
-    Called for leaves from the last to the first, so that the first is reported, as by single rays.
+    Callers go from the last leaf to the first, so that the face of the first is reported, as for single rays.
     """
     first, last = eights(first, last)
     row = np.uint64(at)
@@ -221,7 +221,7 @@ def _choose_face(lanes: Floats, leaves: Floats, at: int, sense: float, first: in
 
 @helper
 def _begin(lanes: Floats, lengths: Nearness, first: int, last: int) -> None:
-    """`begin_lane` for all."""
+    """`begin_lane` for all lanes."""
     first, last = eights(first, last)
     for i in range(first, last):
         begin_lane(lanes, i, lane_nearness(lanes, i, lengths))
@@ -229,32 +229,32 @@ def _begin(lanes: Floats, lengths: Nearness, first: int, last: int) -> None:
 
 @inline
 def begin_lane(lanes: Floats, i: Any, nearness: Nearness) -> None:
-    """Bounds and the stretch to be searched, of a lane, before the leaves of a body are met."""
+    """Set a lane's error bound and the interval to search, before it meets the leaves of a body."""
     off, far = nearness
     lanes[OFF + i] = off
     lanes[DOUBT + i] = choose(far < 0.0, 1.0, lanes[DOUBT + i])
     lanes[NARROW_IN + i] = lanes[T_MIN + i]
-    lanes[NARROW_OUT + i] = min(lanes[T_MAX + i], lanes[WITHIN + i] + off)  # as far as a tie
+    lanes[NARROW_OUT + i] = min(lanes[T_MAX + i], lanes[WITHIN + i] + off)  # as far as a tie with the nearest hit
     lanes[SEEKS + i] = 1.0 if is_open(lanes[NARROW_IN + i], lanes[NARROW_OUT + i]) else 0.0
 
 
 @inline
 def lies_within(geometry: Geometry, program: int) -> bool:
-    """Is a body true only where all inputs of its root are?"""
+    """True if a body is true only where all inputs of its root are: the root is an intersection."""
     root = root_of(geometry, program)
     return integer(geometry, table.GATE_NEED, root) > 1 and integer(geometry, table.GATE_NEGATED, root) == 0
 
 
 @helper
 def leaves_of_lanes(geometry: Geometry, memory: BooleanLanes, program: int, first: int, last: int) -> int:
-    """Spans of all leaves, those first that the body lies within; returns how many lanes still seek."""
+    """Compute the spans of all leaves, first of those within which the body lies; return how many lanes still seek."""
     lanes, leaves, _, spans = memory
     _begin(lanes, lengths_of(geometry, table.PROGRAM_LIMITS, program), first, last)
     root = root_of(geometry, program)
     within = lies_within(geometry, program)
     (begin, end), row = leaves_of(geometry, program), rows_of_leaves(geometry, program)
     seeking = 1
-    for sweep in range(2):
+    for sweep in range(2):  # the first over leaves that narrow the search, the second over the others
         for leaf in range(begin, end):
             narrows = within and integer(geometry, table.LEAF_GATE, leaf + row) == root
             narrows &= integer(geometry, table.LEAF_NEGATED, leaf + row) == 0
@@ -270,9 +270,9 @@ def leaves_of_lanes(geometry: Geometry, memory: BooleanLanes, program: int, firs
 
 @helper
 def region_lanes(geometry: Geometry, memory: BooleanLanes, region: LeafItem, first: int, last: int) -> None:
-    """The first crossing of a Boolean body, kept by each lane if it is the nearer: that of single rays, or in doubt.
+    """Find the first crossing of a Boolean body; each lane keeps it if it is the nearer.
 
-    Relies on `in_lanes`: at most `MOST` leaves and gates.
+    The result is that of single rays, or in doubt. Relies on `fits_in_lanes`: at most `MOST` leaves and gates.
     """
     program = region.index
     if leaves_of_lanes(geometry, memory, program, first, last) == 0:
@@ -290,9 +290,9 @@ def region_lanes(geometry: Geometry, memory: BooleanLanes, region: LeafItem, fir
 
 @inline
 def unsure_of_sweep(lanes: Floats, i: Any, nearness: Nearness) -> bool:
-    """Might rounding change where `sweep_lanes` found a lane's crossing? Besides DOUBT.
+    """True if rounding might change the crossing that `sweep_lanes` found in a lane, besides the lane's DOUBT.
 
-    Ends at equal t were one step: doubtful where more ends were passed than steps made.
+    Ends at equal t are one step: the crossing is doubtful if the lane passed more ends than it made steps.
     """
     t = lanes[FOUND + i]
     return ((abs(t) > nearness.far) & (abs(t) < math.inf)) | (lanes[ENDS + i] != 0.0)
@@ -300,7 +300,7 @@ def unsure_of_sweep(lanes: Floats, i: Any, nearness: Nearness) -> bool:
 
 @helper
 def sweep_lanes(geometry: Geometry, memory: BooleanLanes, program: int, first: int, last: int) -> None:
-    """The first crossing of a body, from the spans of its leaves: FOUND, infinite for none, and NEW_ of it."""
+    """Find the first crossing of a body from its leaves' spans: t in FOUND, inf for none; the rest in the NEW_ rows."""
     lanes, leaves, truths, spans = memory
     first, last = eights(first, last)
     for i in range(first, last):
@@ -308,7 +308,7 @@ def sweep_lanes(geometry: Geometry, memory: BooleanLanes, program: int, first: i
         lanes[LATEST + i], lanes[ENDS + i] = lanes[T_MIN + i], 0.0
     (begin, end), row = leaves_of(geometry, program), rows_of_leaves(geometry, program)
     root = root_of(geometry, program)
-    starts, seeking = True, 1
+    starts, seeking = True, 1  # the first step finds the value at t_min only
     while seeking > 0:
         _reset(geometry, lanes, truths, program, first, last)
         for leaf in range(begin, end):

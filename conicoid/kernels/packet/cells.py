@@ -1,4 +1,11 @@
-"""Planes of cells met by the lanes of a packet (see cells.py)."""
+"""Balls and cells in the lanes of a packet: planes, quadrics, first crossings and spans.
+
+The lanes go through the same formulas as single rays, which the compiler turns into vector instructions: functions are
+inlined into the loop, a surface's record is a tuple read before it, and selects replace branches. The few lanes whose
+terms cancel are evaluated again one by one. So a ray gives the same hit to the bit, whichever route it takes. Loops are
+written twice where the lanes may share one origin: terms that depend on the origin alone are then computed once, before
+the loop. Every function works on lanes first..last, multiples of eight.
+"""
 
 from __future__ import annotations
 
@@ -73,9 +80,9 @@ from .lanes import (
 
 @helper
 def _cut_lanes(lanes: Floats, lengths: Nearness, surface: int, inner: bool, place: int, first: int, last: int) -> None:
-    """Cut the slabs by a plane whose height and rate are in A and B; FLAG 2: rounding may have changed them too much.
+    """Cut the slabs by a plane whose height and rate are in A and B; FLAG 2: these are not certain.
 
-    UNSURE becomes 1 where it may have changed the order of two planes, 2 where it may have changed more.
+    UNSURE becomes 1 where rounding may have changed the order of two planes, 2 where it may have changed more.
     """
     first, last = eights(first, last)
     for i in range(first, last):
@@ -84,7 +91,7 @@ def _cut_lanes(lanes: Floats, lengths: Nearness, surface: int, inner: bool, plac
 
 @inline
 def cut_lane(lanes: Floats, i: Any, lengths: Nearness, surface: Any, inner: bool, place: int) -> None:
-    """`_cut_lanes` for a lane."""
+    """`_cut_lanes` for one lane."""
     height = 0.0 if lanes[START + i] == surface else lanes[A + i]
     off = lane_nearness(lanes, i, lengths).off
     slab, close = clip_slab(lane_slab(lanes, i), height, lanes[B + i], inner, float(place), off)
@@ -95,7 +102,7 @@ def cut_lane(lanes: Floats, i: Any, lengths: Nearness, surface: Any, inner: bool
 
 @inline
 def plane_of_lane(lanes: Floats, i: int, line: RayLine, plane: PlaneRecord, limits: PlaneLimits) -> int:
-    """A lane's height and rate into A and B; returns 1, as FLAG, where they are to be done again with care."""
+    """Write a lane's height and rate to A and B; return 1, as FLAG, if they need `put_careful_plane`."""
     height, rate, cancels, parallel = plain_plane(plane, line)
     cancels |= unsure_of_plane(height, rate, parallel, lanes[INVERSE + i], limits)
     lanes[A + i], lanes[B + i] = height, rate
@@ -105,7 +112,7 @@ def plane_of_lane(lanes: Floats, i: int, line: RayLine, plane: PlaneRecord, limi
 
 @inline
 def put_careful_plane(lanes: Floats, i: Any, plane: PlaneRecord, limits: PlaneLimits) -> None:
-    """A lane's height and rate again, with care; FLAG 2 where rounding may still have changed them too much."""
+    """Compute a lane's height and rate again in twice the precision; FLAG 2 if they are still not certain."""
     line = lane_line(lanes, i)
     height, rate = careful_plane(plane, line)
     unsure = unsure_of_plane(height, rate, runs_along(plane, line), lanes[INVERSE + i], limits)
@@ -125,7 +132,7 @@ def plane_lanes(geometry: Geometry, lanes: Floats, lengths: Nearness, place: int
     else:
         for i in range(first, last):
             again += plane_of_lane(lanes, i, lane_line(lanes, i), plane, limits)
-    if again > 0:
+    if again > 0:  # few lanes: one by one, out of the vectorised loop
         for i in range(first, last):
             if lanes[FLAG + i] == 1.0:
                 put_careful_plane(lanes, i, plane, limits)
@@ -135,20 +142,12 @@ def plane_lanes(geometry: Geometry, lanes: Floats, lengths: Nearness, place: int
             lanes[OWN + i] = choose(lanes[START + i] == surface, 1.0, lanes[OWN + i])
 
 
-# Balls and cells met by the lanes of a packet.
-#
-# The lanes go through the same formulas as single rays, which the compiler turns into vector
-# instructions: functions are merged into the loop, a surface's record is a tuple read before it, and
-# selects replace branches. The few lanes whose terms cancel are evaluated again one by one. So a
-# ray gives the same hit to the bit, whichever route it takes. Loops are written twice where the lanes may
-# share one origin: what depends on it alone is then computed once, before the loop.
-#
-# Every function works on lanes first..last, multiples of eight.
+# First crossings of balls and cells
 
 
 @helper
 def ball_lanes(lanes: Floats, sphere: SphereRecord, surface: int, entry: int, body: int, first: int, last: int) -> None:
-    """The first crossing of a ball, kept by each lane if it is the nearer; to the same bits as `meet.try_ball`."""
+    """Find the first crossing of a ball; each lane keeps it if it is the nearer. The bits are those of `try_ball`."""
     first, last = eights(first, last)
     lengths = lengths_of_ball(sphere)
     x, y, z = lanes[OX], lanes[OY], lanes[OZ]
@@ -164,7 +163,7 @@ def ball_lanes(lanes: Floats, sphere: SphereRecord, surface: int, entry: int, bo
 def _ball_of_lane(
     lanes: Floats, i: int, line: RayLine, sphere: SphereRecord, lengths: Nearness, surface: int, entry: int, body: int
 ) -> None:
-    """The first crossing of a ball by one lane, kept if it is the nearer (`take`)."""
+    """Find the first crossing of a ball by one lane, and keep it if it is the nearer (`keep_nearer`)."""
     starts, nearness = lanes[START + i] == surface, lane_nearness(lanes, i, lengths)
     roots = sphere_roots(sphere, line, lanes[INVERSE + i], starts)
     t, enters, unsure = ball_event(roots, starts, lanes[T_MIN + i], lanes[T_MAX + i], nearness)
@@ -173,7 +172,7 @@ def _ball_of_lane(
 
 @inline
 def put_roots(lanes: Floats, i: int, roots: QuadricRoots) -> None:
-    """Roots into the rows of a lane, as `_quadric_lanes` describes them."""
+    """Write roots to the rows of a lane, as `_quadric_lanes` describes them."""
     lanes[LOW + i], lanes[HIGH + i] = roots.low, roots.high
     lanes[FLAG + i] = (1.0 if roots.outside else 0.0) + (2.0 if roots.crosses else 0.0)
     lanes[DISCRIMINANT + i] = 1.0 if roots.unsure else 0.0
@@ -181,7 +180,7 @@ def put_roots(lanes: Floats, i: int, roots: QuadricRoots) -> None:
 
 @inline
 def lane_terms(lanes: Floats, i: int) -> RayQuadratic:
-    """The terms in A, B, C, DISCRIMINANT and FOOT; FLAG: 1 they cancel, and 2 or more no term bends, 4 a ruling."""
+    """Return a lane's terms from A, B, C, DISCRIMINANT, FOOT; FLAG: odd if they cancel, >= 2 straight, >= 4 ruling."""
     flag = lanes[FLAG + i]
     cancels = (flag == 1.0) | (flag == 3.0) | (flag == 5.0)
     return RayQuadratic(
@@ -192,7 +191,7 @@ def lane_terms(lanes: Floats, i: int) -> RayQuadratic:
 
 @inline
 def put_terms(lanes: Floats, i: int, terms: RayQuadratic) -> None:
-    """Terms into the rows of a lane, as `lane_terms` reads them."""
+    """Write terms to the rows of a lane, as `lane_terms` reads them."""
     lanes[A + i], lanes[B + i], lanes[C + i] = terms.a, terms.b, terms.c
     lanes[DISCRIMINANT + i], lanes[FOOT + i] = terms.discriminant, terms.foot
     lanes[FLAG + i] = (
@@ -202,7 +201,7 @@ def put_terms(lanes: Floats, i: int, terms: RayQuadratic) -> None:
 
 @helper
 def settle_lanes(lanes: Floats, limits: QuadricLimits, surface: int, first: int, last: int) -> None:
-    """Roots from the lanes' terms."""
+    """Compute roots from the lanes' terms."""
     first, last = eights(first, last)
     for i in range(first, last):
         roots = roots_of_terms(lane_terms(lanes, i), lanes[START + i] == surface, lanes[INVERSE + i], limits)
@@ -211,7 +210,7 @@ def settle_lanes(lanes: Floats, limits: QuadricLimits, surface: int, first: int,
 
 @inline
 def quadric_of_lane(lanes: Floats, i: int, line: RayLine, quadric: QuadricRecord, surface: int) -> int:
-    """A lane's terms; returns 1 where `careful_quadratic` has to evaluate them again."""
+    """Compute a lane's terms; return 1 if `careful_quadratic` must evaluate them again."""
     terms = quadratic_on_ray(quadric, line, lanes[INVERSE + i], lanes[START + i] == surface)
     put_terms(lanes, i, terms)
     return 1 if terms.cancels else 0
@@ -219,7 +218,7 @@ def quadric_of_lane(lanes: Floats, i: int, line: RayLine, quadric: QuadricRecord
 
 @inline
 def _quadric_lanes(geometry: Geometry, lanes: Floats, row: int, surface: int, first: int, last: int) -> None:
-    """The lanes' roots into LOW and HIGH; FLAG: 1 outside is inside, 2 it crosses; DISCRIMINANT: 1 it is unsure."""
+    """Write the lanes' roots to LOW and HIGH; FLAG: 1 for `outside` + 2 for `crosses`; DISCRIMINANT: 1 for `unsure`."""
     quadric, limits = load_quadric(geometry, row), quadric_limits(geometry, row)
     again, x, y, z = 0, lanes[OX], lanes[OY], lanes[OZ]
     if lanes[SHARED] != 0.0:
@@ -238,7 +237,7 @@ def _quadric_lanes(geometry: Geometry, lanes: Floats, row: int, surface: int, fi
 
 @inline
 def _sphere_lanes(lanes: Floats, sphere: SphereRecord, surface: int, first: int, last: int) -> None:
-    """As `_quadric_lanes`, for the sphere of a cut ball."""
+    """`_quadric_lanes` for the sphere of a cut ball."""
     for i in range(first, last):
         starts = lanes[START + i] == surface
         put_roots(lanes, i, sphere_roots(sphere, lane_line(lanes, i), lanes[INVERSE + i], starts))
@@ -246,7 +245,7 @@ def _sphere_lanes(lanes: Floats, sphere: SphereRecord, surface: int, first: int,
 
 @inline
 def put_whole_lane(lanes: Floats, i: int) -> None:
-    """What a cell without faces leaves of a lane: all of it, for certain."""
+    """Reset a lane to the whole line without doubt, as a cell without faces leaves it."""
     put_slab(lanes, i, PlaneSlab(-math.inf, math.inf, float(NO_PLACE), float(NO_PLACE)))
     lanes[UNSURE + i], lanes[OWN + i], lanes[FLAG + i] = 0.0, 0.0, 1.0
     lanes[DISCRIMINANT + i] = 0.0
@@ -254,10 +253,10 @@ def put_whole_lane(lanes: Floats, i: int) -> None:
 
 @helper
 def face_lanes(geometry: Geometry, lanes: Floats, cell: int, first: int, last: int) -> int:
-    """The slab between the planes of a cell, the roots of its quadric. Returns how many lanes may be inside.
+    """Compute the slab between the planes of a cell and the roots of its quadric; return how many lanes may be inside.
 
-    Early out: where that is 0 no lane has a span or a doubt within its interval, and the roots are not written.
-    Otherwise FLAG and DISCRIMINANT are as `_quadric_lanes` leaves them; without a quadric all of the slab is inside.
+    Early out: if that is 0, no lane has a span or a doubt within its interval, and the roots are not written. Otherwise
+    FLAG and DISCRIMINANT are as `_quadric_lanes` leaves them; without a quadric the whole slab is inside.
     """
     first, last = eights(first, last)
     lengths = lengths_of(geometry, table.CELL_LIMITS, cell)
@@ -284,7 +283,7 @@ def face_lanes(geometry: Geometry, lanes: Floats, cell: int, first: int, last: i
 
 @inline
 def unsure_lane(lanes: Floats, i: int, nearness: Nearness) -> bool:
-    """Might rounding change the spans of a cell within a lane's interval?"""
+    """True if rounding might change the spans of a cell within a lane's interval."""
     t_min, t_max = lanes[T_MIN + i], lanes[T_MAX + i]
     unsure = (lanes[UNSURE + i] == 1.0) | (lanes[DISCRIMINANT + i] != 0.0)
     low, high, crosses = lanes[LOW + i], lanes[HIGH + i], lanes[FLAG + i] >= 2.0
@@ -295,20 +294,20 @@ def unsure_lane(lanes: Floats, i: int, nearness: Nearness) -> bool:
 
 @inline
 def curved_side(geometry: Geometry, cell: int) -> int:
-    """+1 where a cell lies inside of its quadric (or has none), -1 where outside."""
+    """Return +1 if a cell lies inside its quadric or has none, -1 if outside."""
     return 1 if integer(geometry, table.CELL_QUADRIC, cell) < 0 else cell_side(geometry, cell)
 
 
 @inline
 def curved_surface(geometry: Geometry, cell: int) -> int:
-    """The surface of a cell's quadric, or a number on which no ray starts."""
+    """Return the surface of a cell's quadric, or without one a number that no ray has as its start."""
     quadric = integer(geometry, table.CELL_QUADRIC, cell)
     return quadric if quadric >= 0 else whole(NO_PLACE - 9)
 
 
 @inline
 def lane_spans(lanes: Floats, i: int, side: int, curved: int) -> SpanPair:
-    """The spans of a cell in a lane; `curved` is the place of its quadric."""
+    """Return the spans of a cell in a lane; `curved` is the place of its quadric."""
     flag = lanes[FLAG + i]
     outside = ((flag == 1.0) | (flag == 3.0)) != (side < 0)
     slab = lane_slab(lanes, i)
@@ -317,7 +316,7 @@ def lane_spans(lanes: Floats, i: int, side: int, curved: int) -> SpanPair:
 
 @inline
 def _has_one_span(geometry: Geometry, cell: int) -> bool:
-    """Is no ray inside of a cell twice, because it lies inside of a quadric that bends one way?"""
+    """True if no ray has two spans in a cell: it has no quadric, or lies inside a convex one."""
     surface = integer(geometry, table.CELL_QUADRIC, cell)
     if surface < 0 or cell_side(geometry, cell) < 0:
         return surface < 0
@@ -334,13 +333,13 @@ class _LaneCell(NamedTuple):
     body: int
     side: int  # `curved_side`
     curved: int  # the place of its quadric
-    quadric: int  # the surface of that, or one that no ray starts on
+    quadric: int  # `curved_surface`
     lengths: Nearness
 
 
 @inline
 def _end_of_lane(lanes: Floats, i: int, cell: _LaneCell, one: bool) -> None:
-    """Take the first end of a lane's spans, of which there is `one` at most, or there may be two."""
+    """Keep the first end of a lane's spans if it is the nearer; with `one` a lane has at most one span, else two."""
     in1, out1, a1, b1, in2, out2, a2, b2, some, more = lane_spans(lanes, i, cell.side, cell.curved)
     more &= not one
     spans = SpanPair(in1, out1, a1, b1, in2, out2, a2, b2, some, more)
@@ -360,9 +359,9 @@ def _end_of_lane(lanes: Floats, i: int, cell: _LaneCell, one: bool) -> None:
 
 @helper
 def cell_lanes(geometry: Geometry, lanes: Floats, cell: int, entry: int, body: int, first: int, last: int) -> None:
-    """The first end of the spans of a cell within each lane's interval, kept if it is the nearer (`take`).
+    """Find the first span end of a cell within each lane's interval; each lane keeps it if it is the nearer.
 
-    To the same bits as `meet.try_cell`, or in doubt.
+    The bits are those of `try_cell`, or the lane is in doubt.
     """
     if face_lanes(geometry, lanes, cell, first, last) == 0:
         return
@@ -370,6 +369,7 @@ def cell_lanes(geometry: Geometry, lanes: Floats, cell: int, entry: int, body: i
     met = _LaneCell(entry, body, curved_side(geometry, cell), quadric_place(cell), quadric, lengths)
     one = _has_one_span(geometry, cell)
     first, last = eights(first, last)
+    # Two loops with a constant each, so that the compiler drops the second span from the first loop
     if one:
         for i in range(first, last):
             _end_of_lane(lanes, i, met, True)
@@ -378,9 +378,9 @@ def cell_lanes(geometry: Geometry, lanes: Floats, cell: int, entry: int, body: i
             _end_of_lane(lanes, i, met, False)
 
 
-# The spans of a ball or a cell in the lanes of a packet, as rows of 64 floats.
+# Spans of balls and cells, as rows of 64 floats
 
-# Rows of a span: where it begins and ends, on which faces. It is none where it ends before it begins
+# Rows of a span: its begin and end, and the places of their faces. A lane whose end lies before its begin has no span
 IN, OUT, PLACE_OF_IN, PLACE_OF_OUT = (np.uint64(row) for row in range(0, 4 * LANES, LANES))
 SPAN = 4 * LANES
 LEAF = 2 * SPAN
@@ -390,9 +390,9 @@ LEAF = 2 * SPAN
 def put_cell_spans(
     geometry: Geometry, lanes: Floats, leaves: Floats, at: int, cell: int, from_start: bool, first: int, last: int
 ) -> int:
-    """The two spans of a cell, whose faces are met (`face_lanes`), into rows from leaves[at] on.
+    """Write the two spans of a cell to rows from leaves[at] on, after `face_lanes`; return how many lanes have two.
 
-    Returns how many lanes have the second. Where `from_start`, one that begins or ends at a lane's origin is doubtful.
+    With `from_start` a span that begins or ends at a lane's origin is doubtful.
     """
     first, last = eights(first, last)
     side, curved, quadric = curved_side(geometry, cell), quadric_place(cell), curved_surface(geometry, cell)
@@ -409,9 +409,9 @@ def put_lane_spans(
     lanes: Floats, leaves: Floats, i: Any, row: Any, second: Any, side: int, curved: int, quadric: Any,
     nearness: Nearness, from_start: bool,
 ) -> int:  # fmt: skip
-    """`put_cell_spans` for a lane, into leaves[row:] and leaves[second:]; 1 where there is a second span.
+    """`put_cell_spans` for one lane, to leaves[row:] and leaves[second:]; return 1 if it has a second span.
 
-    curved: the place of the cell's quadric, whose surface is `quadric`.
+    `curved` is the place of the cell's quadric, whose surface is `quadric`.
     """
     spans = lane_spans(lanes, i, side, curved)
     in1, out1, a1, b1, in2, out2, a2, b2, some, more = spans
@@ -432,7 +432,7 @@ def put_lane_spans(
 
 @helper
 def spans_of_cell(geometry: Geometry, lanes: Floats, leaves: Floats, at: int, cell: int, first: int, last: int) -> bool:
-    """The spans of a cell into rows from leaves[at] on; False if no lane can be inside, and they are not written."""
+    """Write the spans of a cell to rows from leaves[at] on; False, and nothing written, if no lane can be inside."""
     if face_lanes(geometry, lanes, cell, first, last) == 0:
         return False
     put_cell_spans(geometry, lanes, leaves, at, cell, False, first, last)
@@ -443,7 +443,7 @@ def spans_of_cell(geometry: Geometry, lanes: Floats, leaves: Floats, at: int, ce
 def spans_of_ball(
     geometry: Geometry, lanes: Floats, leaves: Floats, at: int, surface: int, first: int, last: int
 ) -> None:
-    """The span of a ball into rows from leaves[at] on."""
+    """Write the span of a ball to rows from leaves[at] on."""
     first, last = eights(first, last)
     row, sphere = np.uint64(at), load_sphere(geometry, integer(geometry, table.SURFACE_ROW, surface))
     lengths = lengths_of_ball(sphere)

@@ -1,7 +1,7 @@
 """All crossings or spans of coherent rays, 64 at a time.
 
 A packet goes down the tree once, as for first hits, and finds the spans of balls, cells and leaves in lanes. From there
-on every lane that has any continues alone, by the same code as a single ray.
+on every lane that has a span continues alone, with the code of a single ray.
 """
 
 from __future__ import annotations
@@ -30,14 +30,14 @@ from .lanes import BEAM_AT, DOUBT, LANES, SEEKS, T_MAX, is_searching, lane_nearn
 from .packet import Packet, boolean_memory, lanes_at_ball, lanes_in_child
 
 _MOST_ROWS = LANES * (4 * MOST + 1)
-"""Of an entry that is traced in lanes."""
+"""Most rows of an entry that is traced in lanes."""
 
 
 class RowChains(NamedTuple):
-    """The rows of each lane: a chain from the last to the first, by the last column of a row; -1 ends it."""
+    """The rows of each lane: a chain from the last to the first, linked by the last column of a row; -1 ends it."""
 
     last: Ints
-    rows: Ints  # how many
+    rows: Ints  # number of rows
 
 
 class Lane(NamedTuple):
@@ -48,7 +48,7 @@ class Lane(NamedTuple):
 
 
 class PacketListing(NamedTuple):
-    """A packet whose rows are being listed."""
+    """A packet, the chains of its rows so far, and the kind of row."""
 
     packet: Packet
     chains: RowChains
@@ -57,13 +57,13 @@ class PacketListing(NamedTuple):
 
 @allocator
 def new_chains() -> RowChains:
-    """Memory for one thread."""
+    """Return memory of chains for one thread."""
     return RowChains(np.empty(LANES, np.int32), np.empty(LANES, np.int32))
 
 
 @inline
 def _in_ball(geometry: Geometry, scratch: Scratch, packet: Packet, surface: int, i: Any, ray: Ray) -> BodyRows:
-    """What lane i has of a ball, whose spans are known."""
+    """Write the crossings of lane i with a ball into scratch, from the spans in `packet.leaves`."""
     low, high = packet.leaves[IN + i], packet.leaves[OUT + i]
     if not low < high:
         return BodyRows(0, False, 0.0, False)
@@ -77,7 +77,7 @@ def _in_ball(geometry: Geometry, scratch: Scratch, packet: Packet, surface: int,
 
 @inline
 def _in_cell(geometry: Geometry, scratch: Scratch, packet: Packet, cell: int, i: Any, ray: Ray) -> BodyRows:
-    """What lane i has of a cell, whose spans are known."""
+    """Write the crossings of lane i with a cell into scratch, from the spans in `packet.leaves`."""
     first, second = _span(packet.leaves, 0, i), _span(packet.leaves, SPAN, i)
     spans = (1 if first[0] < first[1] else 0) + (1 if second[0] < second[1] else 0)
     if spans == 0:
@@ -94,14 +94,14 @@ def _in_cell(geometry: Geometry, scratch: Scratch, packet: Packet, cell: int, i:
 
 @inline
 def _span(leaves: Floats, at: int, i: Any) -> tuple[float, float, int, int]:
-    """(t in, t out, place in, place out) of lane i in the rows at leaves[at:]."""
+    """Return (t in, t out, place in, place out) of lane i in the rows at leaves[at:]."""
     row = np.uint64(at) + i
     return leaves[row + IN], leaves[row + OUT], whole(leaves[row + PLACE_OF_IN]), whole(leaves[row + PLACE_OF_OUT])
 
 
 @inline
 def _in_region(geometry: Geometry, scratch: Scratch, packet: Packet, program: int, i: Any, ray: Ray) -> BodyRows:
-    """What lane i has of a Boolean body, the spans of whose leaves are known."""
+    """Write the crossings of lane i with a Boolean body into scratch, from its leaves' spans in `packet.leaves`."""
     if packet.lanes[SEEKS + i] == 0.0:
         return BodyRows(0, False, 0.0, False)
     events = 0
@@ -120,7 +120,7 @@ def _in_region(geometry: Geometry, scratch: Scratch, packet: Packet, program: in
 
 @helper
 def _prepare(geometry: Geometry, packet: Packet, kind: int, index: int, met: int) -> bool:
-    """The spans of a ball, cell or small body in the groups of lanes of a mask; False if there are none."""
+    """Find the spans of a ball, cell or small body in the groups of lanes of a mask; False if no lane has one."""
     lanes, leaves, first, last = packet.lanes, packet.leaves, lowest_bit(met) & -8, (highest_bit(met) | 7) + 1
     if kind == BALL:
         spans_of_ball(geometry, lanes, leaves, 0, index, first, last)
@@ -134,7 +134,7 @@ def _prepare(geometry: Geometry, packet: Packet, kind: int, index: int, met: int
 def _lane_rows(
     geometry: Geometry, scratch: Scratch, listing: PacketListing, item: LeafItem, bits: int, rows: Floats, used: int
 ) -> int:
-    """The rows of a ball, cell or small body in the lanes of a mask; returns how many there are now."""
+    """Append the rows of a ball, cell or small body in the lanes of a mask; return the number of rows now."""
     packet, (kind, index, _, entry) = listing.packet, item
     lanes = packet.lanes
     while bits != 0:
@@ -164,7 +164,7 @@ def _keep(
     rows: Floats,
     used: int,
 ) -> int:
-    """Put what a lane has of an entry at the end of its chain, or doubt it; returns how many rows there are now."""
+    """Append a lane's rows of an entry to its chain, or mark the lane doubtful; return the number of rows now."""
     chains, i = listing.chains, lane.i
     if met.unsure:
         listing.packet.lanes[DOUBT + i] = 1.0
@@ -182,7 +182,7 @@ def _keep(
 def _one_by_one(
     geometry: Geometry, scratch: Scratch, listing: PacketListing, entry: int, bits: int, rows: Floats, used: int
 ) -> tuple[Floats, int]:
-    """The rows of a large body or a sheet in the lanes of a mask: (rows, how many now)."""
+    """Append the rows of a large body or a sheet in the lanes of a mask: (rows, number of rows now)."""
     lanes = listing.packet.lanes
     while bits != 0:
         i = np.uint64(lowest_bit(bits))
@@ -201,7 +201,7 @@ def _one_by_one(
 def _meet(
     geometry: Geometry, scratch: Scratch, listing: PacketListing, item: LeafItem, bits: int, rows: Floats, used: int
 ) -> tuple[Floats, int]:
-    """The rows of an entry in the lanes of a mask: (rows, how many now)."""
+    """Append the rows of an entry in the lanes of a mask: (rows, number of rows now)."""
     kind, index = item.kind, item.index
     if listing.spans and kind > REGION:
         return rows, used
@@ -217,9 +217,9 @@ def _meet(
 def list_packet(
     geometry: Geometry, scratch: Scratch, packet: Packet, chains: RowChains, spans: bool, rows: Floats
 ) -> tuple[Floats, int]:
-    """The spans or crossings of the rays of an `ordinary` packet, in chains through rows: (the rows, how many).
+    """List the spans or crossings of the rays of an `is_ordinary` packet, in chains through rows: (rows, their number).
 
-    Lanes whose DOUBT is set do not have all of theirs; the caller traces them again alone.
+    Lanes whose DOUBT is set lack some rows; the caller traces them again as single rays.
     """
     way, lanes, used, listing = scratch.way, packet.lanes, 0, PacketListing(packet, chains, spans)
     for i in range(LANES):
@@ -248,9 +248,9 @@ def list_packet(
 
 @helper
 def put_chain(chains: RowChains, i: int, found: Floats, rows: Floats, used: int) -> int:
-    """The rows of a lane into rows[used:], which have room; returns how many rows there are now."""
+    """Copy the rows of a lane to rows[used:], which have room; return the number of rows now."""
     row, after = chains.last[i], used + chains.rows[i]
-    for k in range(after - 1, used - 1, -1):
+    for k in range(after - 1, used - 1, -1):  # a chain leads from the last row to the first
         for column in range(rows.shape[1]):
             rows[k, column] = found[row, column]
         row = int(found[row, rows.shape[1]])

@@ -1,13 +1,13 @@
-"""Crowds: many small bodies before one packet, each met by few of its lanes.
+"""Crowds: many small Boolean bodies before one packet, each met by few of its lanes.
 
-Eight lanes take nearly as long as forty to meet a body: what is done once for all of them, and waiting for one result
-after the other. So where a packet sees a crowd, Boolean bodies wait in pairs with the lanes that may meet them, until
-64 pairs fill the lanes of `alike`, which has another body in each; the formulas are the same, and so are the bits.
-They wait in two rounds: first each lane with the bodies whose boxes its ray enters first, then, the nearest hits being
-known, with those that are left before these.
+Eight lanes take nearly as long as forty to intersect a body: the work that is shared by all lanes, and the latency of
+one result after the other, stay the same. So where a packet sees a crowd, Boolean bodies queue in pairs with the lanes
+that may meet them, until 64 pairs fill the lanes of csg_gather.py, which has another body in each lane; the formulas
+are the same, and so are the bits. They queue in two rounds: first each lane with the bodies whose boxes its ray enters
+first, then, once nearest hits are known, with those that remain before these hits.
 
-Whether there is a crowd is guessed from the packet before, which lies beside: each counts the Boolean bodies that it
-sees, and the lanes that may meet them. A wrong guess costs time and changes no bit.
+Whether a packet sees a crowd is predicted from the packet before, which lies beside it: each counts the Boolean bodies
+that it sees, and the lanes that may meet them. A wrong prediction costs time and changes no bit.
 """
 
 from __future__ import annotations
@@ -53,19 +53,19 @@ from .lanes import (
 )
 
 FEW = 24
-"""So many lanes of a packet wait in pairs with a body; more meet it side by side."""
+"""Most lanes of a packet that queue in pairs with a body; more lanes intersect it side by side."""
 _KEPT = 1 << 12
-"""Programs whose forms are kept at a time, as memory for those of all would take long to clear for a few rays."""
+"""Programs whose forms are cached at a time; memory for all programs would take long to clear for a few rays."""
 _LEAST = 16
-"""Fewer bodies are no crowd."""
+"""Least number of bodies of a crowd."""
 _MANY_LANES = 16.0
-"""Bodies that so many lanes may meet in the mean are no crowd: they are large."""
+"""Bodies that at least this many lanes may meet on average are no crowd: they are large."""
 
 _BODIES, _MET, _CROWDED, _READY, _LEAVES = 0, 1, 2, 3, 4
-"""In `known`: how many Boolean bodies the packet has seen, with how many lanes in all; is it a crowd; are its rays
-copied; how many leaves the lot has that is met now."""
+"""Elements of `known`: number of Boolean bodies that the packet has seen; sum of the lanes that may meet them; 1 for a
+crowd; 1 if the packet's rays are copied; number of leaves in the current lot."""
 ITEM, HAS_MET, MET = 0, MOST_CHOSEN, 2 * MOST_CHOSEN
-"""In `asked`: the leaves of a lot, the lanes that each has met, and those that it meets in this round."""
+"""Sections of a crowd's integers: leaves of a lot, lanes that each has met, lanes that meet it in this round."""
 
 
 class Crowd(NamedTuple):
@@ -73,15 +73,15 @@ class Crowd(NamedTuple):
 
     bodies: BodyQueue
     rays: Floats  # eight numbers of each lane, as `meet_bodies` takes them
-    more: Floats
-    known: Floats
+    more: Floats  # eight more of each lane
+    known: Floats  # see `_BODIES`
     asked: Any  # int64: see `ITEM`
-    entries: Floats  # where groups of lanes enter the boxes that they are paired with, eight numbers each
+    entries: Floats  # t at which a group of lanes enters the box of its pair, eight numbers each
 
 
 @allocator
 def new_crowd(geometry: Geometry) -> Crowd:
-    """Memory for one thread."""
+    """Return memory of crowds for one thread."""
     return Crowd(
         new_bodies(geometry, _KEPT), np.zeros(8 * LANES), np.zeros(8 * LANES), np.zeros(5),
         np.zeros(3 * MOST_CHOSEN, np.int64), np.zeros(LANES * MOST_CHOSEN),
@@ -90,45 +90,45 @@ def new_crowd(geometry: Geometry) -> Crowd:
 
 @inline
 def open_crowd(crowd: Crowd, lanes: Floats, items: int) -> bool:
-    """A packet begins, before which there are so many items: does it see a crowd, as the one before did?
+    """Start a packet with a frontier of `items` items; return True if it shall be traced as seeing a crowd.
 
-    Pairs rely on rays that do not begin before their origins.
+    That is the case if the packet before saw one. Pairs rely on rays that do not begin before their origins.
     """
     known = crowd.known
-    found = known[_BODIES] >= _LEAST and known[_MET] < _MANY_LANES * known[_BODIES] and items > 0
-    known[_CROWDED] = 1.0 if found and lanes[BEAM_AT + FIRST] >= 0.0 else 0.0
+    is_crowd = known[_BODIES] >= _LEAST and known[_MET] < _MANY_LANES * known[_BODIES] and items > 0
+    known[_CROWDED] = 1.0 if is_crowd and lanes[BEAM_AT + FIRST] >= 0.0 else 0.0
     known[_BODIES] = known[_MET] = known[_READY] = 0.0
     return is_crowded(crowd)
 
 
 @inline
 def is_crowded(crowd: Crowd) -> bool:
-    """Is the packet traced now, or last, taken for one that sees a crowd?"""
+    """True if the current packet, or else the last one, is traced as seeing a crowd."""
     return crowd.known[_CROWDED] != 0.0
 
 
 @inline
 def note_body(crowd: Crowd, met: int) -> None:
-    """So many lanes may meet a Boolean body."""
+    """Count a Boolean body that `met` lanes may meet."""
     crowd.known[_BODIES] += 1.0
     crowd.known[_MET] += met
 
 
 @inline
 def put_lot_leaves(crowd: Crowd, count: int) -> None:
-    """So many leaves are in the lot that is met now."""
+    """Set the number of leaves in the current lot."""
     crowd.known[_LEAVES] = count
 
 
 @inline
 def count_lot_leaves(crowd: Crowd) -> int:
-    """How many leaves are in the lot that is met now."""
+    """Return the number of leaves in the current lot."""
     return whole(crowd.known[_LEAVES])
 
 
 @inline
 def _put_rays(crowd: Crowd, lanes: Floats) -> None:
-    """The lanes as rays of `meet_bodies`."""
+    """Copy the lanes to rays for `meet_bodies`."""
     rays, more = crowd.rays, crowd.more
     for i in range(ALL):
         at = np.uint64(8) * i
@@ -143,7 +143,7 @@ def _put_rays(crowd: Crowd, lanes: Floats) -> None:
 
 @inline
 def _put_best(more: Floats, lanes: Floats, i: Any) -> None:
-    """How far away what a lane has met is, and how uncertain that is."""
+    """Copy the t of a lane's nearest hit, and its error bound."""
     at, best = np.uint64(8) * i, lanes[BEST + i]
     more[at + np.uint64(6)] = best
     more[at + np.uint64(7)] = lanes[WITHIN + i] - best if best < math.inf else 0.0
@@ -151,12 +151,12 @@ def _put_best(more: Floats, lanes: Floats, i: Any) -> None:
 
 @helper
 def _settle(geometry: Geometry, crowd: Crowd, lanes: Floats, form: int) -> None:
-    """Test the pairs that wait of a form; each lane keeps the nearer hits."""
+    """Intersect the queued pairs of a form; each lane keeps its nearest hit."""
     bodies, more = crowd.bodies, crowd.more
     count = empty_queue(bodies, form)
     if count == 0:
         return
-    for i in range(ALL):
+    for i in range(ALL):  # hits since the rays were copied
         _put_best(more, lanes, i)
     for n in range(meet_bodies(geometry, bodies, form, crowd.rays, more, count)):
         lane: Any = np.uint64(queue_body(bodies, form, n)[0])
@@ -169,14 +169,14 @@ def _settle(geometry: Geometry, crowd: Crowd, lanes: Floats, form: int) -> None:
 
 @helper
 def settle_crowd(geometry: Geometry, crowd: Crowd, lanes: Floats) -> None:
-    """Test all pairs that wait."""
+    """Intersect all queued pairs."""
     for form in range(count_forms(crowd.bodies)):
         _settle(geometry, crowd, lanes, form)
 
 
 @helper
 def put_pairs(geometry: Geometry, crowd: Crowd, lanes: Floats, program: int, entry: int, met: int) -> bool:
-    """The lanes of a mask wait for a Boolean body; False if it is of no form that is met in pairs."""
+    """Queue the lanes of a mask with a Boolean body; False if its form cannot be intersected in pairs."""
     form = form_of(geometry, crowd.bodies, program)
     if form < 0:
         return False

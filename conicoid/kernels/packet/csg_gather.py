@@ -1,6 +1,8 @@
-"""Boolean bodies by their form, and the rays that wait for them; the memory of both.
+"""Boolean bodies of one form, another in each lane, for rays in no order, each queued with a body that it may meet.
 
-Two bodies are of one form if they differ in the numbers of their surfaces only.
+Two bodies are of one form if they differ in the numbers of their surfaces only. So the steps of the lanes are read from
+one of them, the model, and the records of planes and quadrics are gathered, row by row. From there on the lanes go
+through the formulas of packets (cells.py, booleans.py), to the same bits.
 """
 
 from __future__ import annotations
@@ -105,11 +107,11 @@ from .lanes import (
 )
 
 FORMS = 8
-"""Bodies of so many forms are met in lanes, of those that a thread meets first."""
+"""Most forms that a thread traces in lanes: the first that it meets."""
 EVERY = 1 << 30
-"""As many programs as there may be: the forms of all are kept."""
+"""As `most` of `new_bodies`: cache the forms of all programs."""
 FACES = 64
-"""Where the faces of a body are numbered: those of leaf k from 64 k on, its quadric last."""
+"""Stride of a body's face numbers: leaf k has its planes from 64 k on, and its quadric as the last, 64 k + 63."""
 
 # Rows of lanes behind those of packets: 24 numbers of a record, its limits, its surface; limits of a cell and a body
 _ROWS_AT = (SIZE + LANES - 1) // LANES * LANES
@@ -120,7 +122,7 @@ _ROWS_AT = (SIZE + LANES - 1) // LANES * LANES
 _ALL_ROWS = _ROWS_AT + 31 * LANES
 
 
-# In `Bodies.numbers`: 64 each. Behind them the forms' counts, their models, and how many forms there are
+# Sections of `BodyQueue.numbers`, 64 each; behind them the forms' counts, their models, and the number of forms
 PROGRAM, CELL, AT, WAITING = 0, LANES, 2 * LANES, 3 * LANES
 ENTRIES = WAITING + FORMS * LANES
 COUNTS = ENTRIES + FORMS * LANES
@@ -129,19 +131,19 @@ FORM_COUNT = MODELS + FORMS
 
 
 class BodyQueue(NamedTuple):
-    """Rays and Boolean bodies that wait to be tested, and the lanes in which they are."""
+    """Queues of rays with a Boolean body each, one for each form, and the lanes in which they are intersected."""
 
     lanes: Floats
     leaves: Floats
     truths: Floats
     spans: Ints
-    numbers: Any  # int64
-    forms: Ints  # of programs as `form_of` finds them: 256 tag + 2 + form, form -1 if it is not met in lanes; or 0
+    numbers: Any  # int64: see `PROGRAM`
+    forms: Ints  # cache of `form_of`: 256 tag + 2 + form, with form -1 for none; or 0
 
 
 @allocator
 def new_bodies(geometry: Geometry, most: int) -> BodyQueue:
-    """Memory for one thread, in which forms of so many programs are kept at most."""
+    """Return memory for one thread, with a cache for the forms of `most` programs, or of all if these are fewer."""
     programs, size = length(geometry, table.PROGRAM_LEAF), 1
     while size < min(programs, most):
         size *= 2
@@ -155,13 +157,13 @@ def new_bodies(geometry: Geometry, most: int) -> BodyQueue:
 
 @inline
 def _same(geometry: Geometry, numbers: int, a: int, b: int) -> bool:
-    """Do rows a and b of a table of whole numbers agree?"""
+    """True if elements a and b of a table of integers are equal."""
     return integer(geometry, numbers, a) == integer(geometry, numbers, b)
 
 
 @inline
 def _same_faces(geometry: Geometry, a: int, b: int) -> bool:
-    """Have two cells as many planes, on the same sides, and the same kind of quadric?"""
+    """True if two cells have equally many planes, on the same sides, and the same kind of quadric."""
     first, other = integer(geometry, table.CELL_FIRST, a), integer(geometry, table.CELL_FIRST, b)
     count = integer(geometry, table.CELL_FIRST, a + 1) - first
     same = count < FACES and integer(geometry, table.CELL_FIRST, b + 1) - other == count
@@ -175,7 +177,7 @@ def _same_faces(geometry: Geometry, a: int, b: int) -> bool:
 
 @inline
 def _same_cells(geometry: Geometry, leaf: int, other: int, leaves: int) -> bool:
-    """Do the cells of so many leaves, from two on, differ in the numbers of their surfaces only?"""
+    """True if the cells of `leaves` leaves, from `leaf` and from `other` on, differ in their surfaces' numbers only."""
     for k in range(leaves):
         if not _same_faces(geometry, cell_of_leaf(geometry, leaf + k), cell_of_leaf(geometry, other + k)):
             return False
@@ -184,11 +186,11 @@ def _same_cells(geometry: Geometry, leaf: int, other: int, leaves: int) -> bool:
 
 @helper
 def _of_one_form(geometry: Geometry, p: int, q: int) -> bool:
-    """Do two programs differ in the numbers of their surfaces only?"""
+    """True if two programs differ in the numbers of their surfaces only."""
     (leaf, end), (other, its_end) = leaves_of(geometry, p), leaves_of(geometry, q)
     leaves, gates = end - leaf, gates_of(geometry, p)
     gate, its = gates[0], root_of(geometry, q)
-    if p != q and gate == its:  # one another moved: the rows of gates and leaves are the same ones
+    if p != q and gate == its:  # translated copies: they share the rows of gates and leaves
         return _same_cells(geometry, leaf, other, leaves)
     if its_end - other != leaves or gates_of(geometry, q)[1] - its != gates[1] - gate:
         return False
@@ -211,7 +213,7 @@ def _of_one_form(geometry: Geometry, p: int, q: int) -> bool:
 
 @helper
 def _find_form(geometry: Geometry, bodies: BodyQueue, program: int) -> int:
-    """The form of a program that has not been met yet, or of late."""
+    """Return the form of a program that is not in the cache, or -1; a new form gets the program as its model."""
     numbers, known = bodies.numbers, bodies.numbers[FORM_COUNT]
     if fits_in_lanes(geometry, program):
         for form in range(known):
@@ -226,16 +228,16 @@ def _find_form(geometry: Geometry, bodies: BodyQueue, program: int) -> int:
 
 @inline
 def form_of(geometry: Geometry, bodies: BodyQueue, program: int) -> int:
-    """The form of a program; -1: it is not met in lanes.
+    """Return the form of a program, or -1 if it is not traced in lanes.
 
-    It is kept in the place that the last bits of its number say, until a program with the same ones, and another tag,
-    is met.
+    The last bits of its number give the form's place in the cache, the others are the tag. A program with the same
+    place and another tag replaces it.
     """
     last = len(bodies.forms) - 1
     place, tag = program & last, program >> bit_count(last)
-    kept = whole(bodies.forms[place])
-    if kept >> 8 == tag and kept & 255 != 0:
-        return (kept & 255) - 2
+    cached = whole(bodies.forms[place])
+    if cached >> 8 == tag and cached & 255 != 0:
+        return (cached & 255) - 2
     form = _find_form(geometry, bodies, program)
     bodies.forms[place] = tag << 8 | form + 2
     return form
@@ -243,7 +245,7 @@ def form_of(geometry: Geometry, bodies: BodyQueue, program: int) -> int:
 
 @inline
 def put_body(bodies: BodyQueue, form: int, ray: int, entry: int) -> bool:
-    """A ray that may meet a body of a form waits; are there 64 now?"""
+    """Queue a ray that may meet a body of a form; True if the queue of the form is full now."""
     numbers, count = bodies.numbers, bodies.numbers[COUNTS + form]
     numbers[WAITING + LANES * form + count], numbers[ENTRIES + LANES * form + count] = ray, entry
     numbers[COUNTS + form] = count + 1
@@ -252,13 +254,13 @@ def put_body(bodies: BodyQueue, form: int, ray: int, entry: int) -> bool:
 
 @inline
 def count_forms(bodies: BodyQueue) -> int:
-    """How many forms there are."""
+    """Return the number of forms."""
     return bodies.numbers[FORM_COUNT]
 
 
 @inline
 def empty_queue(bodies: BodyQueue, form: int) -> int:
-    """How many wait of a form: none, from now on."""
+    """Empty the queue of a form; return the number of rays that it held."""
     count = bodies.numbers[COUNTS + form]
     bodies.numbers[COUNTS + form] = 0
     return count
@@ -266,22 +268,22 @@ def empty_queue(bodies: BodyQueue, form: int) -> int:
 
 @inline
 def queue_body(bodies: BodyQueue, form: int, k: int) -> tuple[int, int]:
-    """(ray, entry) of number k of those that wait of a form."""
+    """Return (ray, entry) of element k of the queue of a form."""
     return bodies.numbers[WAITING + LANES * form + k], bodies.numbers[ENTRIES + LANES * form + k]
 
 
-# Planes and quadrics of cells, another in each lane: their records are gathered, row by row.
+# Planes and quadrics of cells, another in each lane: their records are gathered, row by row
 
 
 @inline
 def cell_limits(lanes: Floats, i: Any) -> Nearness:
-    """The limits of the cell in a lane."""
+    """Return the limits, as lengths, of the cell in a lane."""
     return Nearness(lanes[CELL_OFF + i], lanes[CELL_FAR + i])
 
 
 @helper
 def cut_planes(geometry: Geometry, bodies: BodyQueue, number: int, side: int, place: int, count: int) -> None:
-    """Cut the lanes by plane `number` of their cells, which has a place among the body's faces."""
+    """Cut the lanes by plane `number` of their cells; `place` is its number among the body's faces (`FACES`)."""
     lanes, numbers = bodies.lanes, bodies.numbers
     planes = geometry.places[table.PLANES]
     for k in range(count):
@@ -309,7 +311,7 @@ def cut_planes(geometry: Geometry, bodies: BodyQueue, number: int, side: int, pl
 
 @inline
 def _plane(lanes: Floats, i: Any) -> PlaneRecord:
-    """The plane in a lane."""
+    """Return the plane in a lane."""
     return PlaneRecord(
         lanes[R0 + i], lanes[R1 + i], lanes[R2 + i], lanes[R3 + i], lanes[R4 + i], lanes[R5 + i], lanes[R6 + i]
     )  # fmt: skip
@@ -317,13 +319,13 @@ def _plane(lanes: Floats, i: Any) -> PlaneRecord:
 
 @inline
 def _plane_limits(lanes: Floats, i: Any) -> PlaneLimits:
-    """The limits of the plane in a lane."""
+    """Return the limits of the plane in a lane."""
     return PlaneLimits(lanes[LIMIT + i], lanes[OTHER_LIMIT + i])
 
 
 @helper
 def meet_spheres(geometry: Geometry, bodies: BodyQueue, count: int) -> None:
-    """Roots of the spheres of cells into their lanes (`cells.put_roots`)."""
+    """Write the roots of the lanes' spheres to their rows (`put_roots`)."""
     lanes, numbers, spheres = bodies.lanes, bodies.numbers, geometry.places[table.SPHERES]
     for k in range(count):
         surface = integer(geometry, table.CELL_QUADRIC, numbers[CELL + k])
@@ -339,13 +341,13 @@ def meet_spheres(geometry: Geometry, bodies: BodyQueue, count: int) -> None:
 
 @inline
 def _starts(lanes: Floats, i: Any) -> bool:
-    """Does the ray of a lane start on the surface in it?"""
+    """True if the ray of a lane starts on the surface in the lane."""
     return lanes[START + i] == lanes[SURFACE + i]
 
 
 @helper
 def meet_quadrics(geometry: Geometry, bodies: BodyQueue, count: int) -> None:
-    """Roots of the quadrics of cells into their lanes (`cells.put_roots`)."""
+    """Write the roots of the lanes' quadrics to their rows (`put_roots`)."""
     lanes, numbers = bodies.lanes, bodies.numbers
     quadrics = geometry.places[table.QUADRICS]
     forms = geometry.places[table.QUADRIC_FORMS]
@@ -355,7 +357,7 @@ def meet_quadrics(geometry: Geometry, bodies: BodyQueue, count: int) -> None:
         numbers[AT + k], lanes[SURFACE + lane] = quadrics + ANCHOR_SIZE * row, surface
     for k in range(0, count, 8):
         numbers_in_lanes(geometry.floats, numbers, AT + k, lanes, R0 + np.uint64(k))
-    for k in range(count):  # the row of the form stands behind the anchor, where the form comes to
+    for k in range(count):  # the row of the form stands behind the anchor, where the form itself is loaded next
         lane = np.uint64(k)
         form = whole(lanes[R3 + lane])
         numbers[AT + k] = forms + FORM_SIZE * form
@@ -382,7 +384,7 @@ def meet_quadrics(geometry: Geometry, bodies: BodyQueue, count: int) -> None:
 
 @inline
 def _quadric(lanes: Floats, i: Any) -> QuadricRecord:
-    """The quadric in a lane."""
+    """Return the quadric in a lane."""
     return QuadricRecord(
         lanes[R0 + i], lanes[R1 + i], lanes[R2 + i], lanes[R3 + i], lanes[R4 + i], lanes[R5 + i], lanes[R6 + i],
         lanes[R7 + i], lanes[R8 + i], lanes[R9 + i], lanes[R10 + i], lanes[R11 + i], lanes[R12 + i], lanes[R13 + i],
@@ -390,22 +392,18 @@ def _quadric(lanes: Floats, i: Any) -> QuadricRecord:
     )  # fmt: skip
 
 
-# Boolean bodies of one form, another in each lane: of rays in no order, each with a body that it may meet.
-#
-# Two bodies are of one form if they differ in the numbers of their surfaces only. So what the lanes have to do is read
-# from one of them, the model, and the records of planes and quadrics are gathered, row by row. From there on the lanes
-# go through the formulas of packets (cells.py, cells.py, booleans.py), to the same bits.
+# Bodies of one form
 
 _MOVED = (
     OX, OY, OZ, DX, DY, DZ, T_MIN, T_MAX, WITHIN, INVERSE, UNIT, START, AWAY, BESIDE, NARROW_IN, NARROW_OUT, SEEKS,
     DOUBT, OFF, BODY_OFF, BODY_FAR,
 )  # fmt: skip
-"""Rows of a lane that are known before its leaves are met."""
+"""Rows of a lane that are set before it meets its leaves; `_close_up` moves them."""
 
 
 @helper
 def _load_rays(geometry: Geometry, bodies: BodyQueue, form: int, rays: Floats, more: Floats, count: int) -> None:
-    """The rays into their lanes, and the limits of their bodies; `rays` and `more` hold eight numbers of each ray."""
+    """Load queued rays into lanes, with the limits of their bodies; `rays` and `more` hold eight numbers a ray each."""
     lanes, numbers, begin = bodies.lanes, bodies.numbers, WAITING + LANES * form
     for k in range(count):
         numbers[PROGRAM + k] = integer(geometry, table.ENTRY_INDEX, numbers[ENTRIES + LANES * form + k])
@@ -424,7 +422,7 @@ def _load_rays(geometry: Geometry, bodies: BodyQueue, form: int, rays: Floats, m
         lanes[INVERSE + i], lanes[START + i], lanes[UNIT + i], lanes[AWAY + i] = inverse, start, unit, away
         lanes[BESIDE + i] = away * STARTING if start >= 0.0 else away
         nearness = lane_nearness(lanes, i, Nearness(lanes[BODY_OFF + i], lanes[BODY_FAR + i]))
-        # A body entered where the best is must not seem to be left there: `begin_lane` looks as far as a tie
+        # A body entered at the best hit must not seem to be left there: `begin_lane` searches as far as a tie
         limit = within + 2.0 * nearness.off + abs(best) * END + END_LEAST
         lanes[WITHIN + i], lanes[T_MAX + i], lanes[DOUBT + i] = within, min(lanes[R5 + i], limit), 0.0
         begin_lane(lanes, i, nearness)
@@ -432,7 +430,7 @@ def _load_rays(geometry: Geometry, bodies: BodyQueue, form: int, rays: Floats, m
 
 @helper
 def _meet_leaf(geometry: Geometry, bodies: BodyQueue, model: int, leaf: int, narrows: bool, count: int) -> int:
-    """The spans of a leaf of all bodies; returns how many lanes still seek."""
+    """Compute the spans of leaf number `leaf` of all bodies; return how many lanes still seek."""
     lanes, numbers = bodies.lanes, bodies.numbers
     for k in range(count):
         lane = np.uint64(k)
@@ -477,14 +475,17 @@ def _meet_leaf(geometry: Geometry, bodies: BodyQueue, model: int, leaf: int, nar
 
 @inline
 def _move(floats: Floats, at: Any, numbers: Any, count: int) -> None:
-    """Rows of lanes close up: lane j gets what is in lane numbers[AT + j], which is not before it."""
+    """Compact a row of lanes: lane j gets the content of lane numbers[AT + j], which is not before it."""
     for j in range(count):
         floats[at + np.uint64(j)] = floats[at + np.uint64(numbers[AT + j])]
 
 
 @helper
 def _close_up(geometry: Geometry, bodies: BodyQueue, form: int, count: int) -> int:
-    """Take lanes off that seek no more, for certain; the others come to be the first. Returns how many are left."""
+    """Remove lanes that certainly seek no more, and compact the others; return how many remain.
+
+    Nothing moves unless a whole group of eight becomes free.
+    """
     lanes, leaves, numbers, left = bodies.lanes, bodies.leaves, bodies.numbers, 0
     for k in range(count):
         lane = np.uint64(k)
@@ -492,7 +493,7 @@ def _close_up(geometry: Geometry, bodies: BodyQueue, form: int, count: int) -> i
         left += 1 if lanes[SEEKS + lane] == 1.0 or lanes[DOUBT + lane] != 0.0 else 0
     if (left + 7) >> 3 == (count + 7) >> 3:
         return count
-    for k in range(left, (left + 7) & -8):
+    for k in range(left, (left + 7) & -8):  # fill the last group of eight by repetition
         numbers[AT + k] = numbers[AT + left - 1]
     padded, begin = (left + 7) & -8, LANES * form
     for j in range(padded):
@@ -515,10 +516,10 @@ def _close_up(geometry: Geometry, bodies: BodyQueue, form: int, count: int) -> i
 
 @helper
 def meet_bodies(geometry: Geometry, bodies: BodyQueue, form: int, rays: Floats, more: Floats, count: int) -> int:
-    """Where the first `count` rays that wait of a form meet their bodies first; `body_hit` reads it.
+    """Find the first crossing of each of the first `count` queued rays of a form with its body; `body_hit` reads it.
 
-    Those that certainly miss are taken off the list; returns how many are left. `rays` and `more` hold eight numbers
-    of each ray of a stream, none of which begins before its origin.
+    Rays that certainly miss are removed from the queue; returns how many remain. `rays` and `more` hold eight numbers
+    of each ray of a stream; no ray begins before its origin.
     """
     numbers, model = bodies.numbers, bodies.numbers[MODELS + form]
     for k in range(count, (count + 7) & -8):
@@ -528,6 +529,7 @@ def meet_bodies(geometry: Geometry, bodies: BodyQueue, form: int, rays: Floats, 
     _load_rays(geometry, bodies, form, rays, more, count)
     within, root = lies_within(geometry, model), root_of(geometry, model)
     (begin, end), row = leaves_of(geometry, model), rows_of_leaves(geometry, model)
+    # Leaves within which the bodies lie come first: lanes outside of one are done, and are removed before the others
     for turn in range(2 if within else 1):
         for leaf in range(begin, end):
             narrows = within and integer(geometry, table.LEAF_GATE, leaf + row) == root
@@ -550,7 +552,7 @@ def meet_bodies(geometry: Geometry, bodies: BodyQueue, form: int, rays: Floats, 
 
 @inline
 def body_hit(geometry: Geometry, bodies: BodyQueue, form: int, k: int) -> Hit:
-    """The crossing of number k of those that waited of a form; t = inf if the ray does not meet the body."""
+    """Return the crossing of element k of the queue of a form; t = inf if the ray does not meet the body."""
     lanes, i, entry = bodies.lanes, np.uint64(k), bodies.numbers[ENTRIES + LANES * form + k]
     face, program = whole(lanes[NEW_PLACE + i]), bodies.numbers[PROGRAM + k]
     t, place = lanes[FOUND + i], whole(NO_PLACE)

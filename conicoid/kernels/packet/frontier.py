@@ -1,9 +1,9 @@
-"""The frontier of a tile: what part of the tree it sees, so that not each of its packets starts at the roots.
+"""The frontier of a tile: the part of the tree that it sees, so that its packets do not each start at the roots.
 
-The beam that holds all rays of the tile goes down the tree first, the nearest first, to balls and to leaves of other
-things, as far as the rays are expected to see. Of these items quarters of the tile keep what their beams meet, and of
-those each packet, eight at a time.
-(The entry points of multi-level ray tracing, taken down to the leaves: Reshetov, Soupikov, Hurley, SIGGRAPH 2005.)
+The beam that holds all rays of the tile goes down the tree, the nearest nodes first, to balls and to leaves of other
+entries, as far as the rays are expected to see. Quarters of the tile keep the items that their beams meet, and packets
+test these eight at a time. (The entry points of multi-level ray tracing, taken down to the leaves: Reshetov, Soupikov,
+Hurley, SIGGRAPH 2005.)
 """
 
 from __future__ import annotations
@@ -44,15 +44,15 @@ from .lanes import LANES, lane_sight, packet_row, packets_across, put_origin
 
 _MOST_FOUND = MOST_ITEMS - 1024  # nodes and leaves: the rest is for the balls of the nearest leaves
 _MOST_ROOTS = 64
-_SORTED = 64  # so many are put in order exactly, more by buckets
+_SORTED = 64  # most items that are sorted exactly, more go into buckets
 _BUCKETS = 256
-_AHEAD = 10
+_AHEAD = 10  # distance at which nodes are prefetched
 
 
 ITEM_COUNT = ITEMS_SIZE
-"""Behind a frontier's items (see kernels/bvh/culling_tests.py): how many there are, or -1: there is no frontier.
+"""Place behind a frontier's items (bvh/culling_tests.py): the number of items, or -1 for no frontier.
 
-They are in order from the nearest to the furthest, or nearly so: nodes, leaves, and balls of leaves.
+Items are nodes, leaves, and balls of leaves, in order from the nearest to the furthest, or nearly so.
 """
 
 
@@ -60,13 +60,13 @@ class FrontierLevel(NamedTuple):
     """Two levels of a tree, as far as a beam meets them."""
 
     found: Any  # int64: nodes and leaves; the upper half is the number of the box, -1 for none
-    t: Floats  # where the beam enters
-    places: Any  # int64: of buckets
+    t: Floats  # t at which the beam enters
+    places: Any  # int64: begins of buckets
 
 
 @allocator
 def new_frontier() -> Floats:
-    """Memory for one thread, without a frontier."""
+    """Return memory of a frontier for one thread, without a frontier in it."""
     items = np.empty(ITEMS_SIZE + 1)
     items[ITEM_COUNT] = -1.0
     return items
@@ -74,19 +74,19 @@ def new_frontier() -> Floats:
 
 @allocator
 def new_level() -> FrontierLevel:
-    """Memory for one thread."""
+    """Return memory of two levels for one thread."""
     return FrontierLevel(np.empty(2 * ITEM_ROW, np.int64), np.empty(2 * ITEM_ROW), np.empty(_BUCKETS + 1, np.int64))
 
 
 @inline
 def _code(found: Any) -> Any:
-    """The code of a node or leaf, the lower half of what was found."""
+    """Return the code of a node or leaf, the lower half of an element of `found`."""
     return np.int64(np.int32(found))
 
 
 @inline
 def _sort(level: FrontierLevel, begin: int, end: int) -> None:
-    """Order a level by where the beam enters: insertion sort."""
+    """Sort a level by the t of entry: insertion sort."""
     for k in range(begin + 1, end):
         found, t, slot = level.found[k], level.t[k], k
         while slot > begin and level.t[slot - 1] > t:
@@ -97,9 +97,10 @@ def _sort(level: FrontierLevel, begin: int, end: int) -> None:
 
 @inline
 def _put_in_buckets(level: FrontierLevel, begin: int, count: int, other: int) -> None:
-    """Put a level at level.found[other:], nearly in order of where the beam enters: by stretches of equal length.
+    """Copy a level to level.found[other:], nearly in order of the t of entry: by buckets of equal width.
 
-    Two passes, however many there are; a comparing sort of thousands took longer than tracing their tile.
+    It takes two passes, however many elements there are; a comparison sort of thousands took longer than tracing their
+    tile.
     """
     t, places, low, high = level.t, level.places, level.t[begin], level.t[begin]
     for k in range(begin, begin + count):
@@ -129,9 +130,10 @@ def _descend(
     other: int,
     horizon: float,
 ) -> tuple[int, int]:
-    """Replace the nodes of a level by their children that the beam meets, at level.found[other:], in order.
+    """Write a level with its nodes replaced by those of their children that the beam meets to level.found[other:].
 
-    Those that the beam enters beyond the horizon stay. Returns how many there are then, and how many were replaced.
+    The order is kept, and nodes that the beam enters beyond the horizon stay. Returns the new number of elements, and
+    the number of nodes replaced.
     """
     found, end, nodes = level.found, other, 0
     for k in range(begin, begin + count):
@@ -153,7 +155,7 @@ def _descend(
 
 @inline
 def _put(geometry: Geometry, items: Floats, k: int, code: Any, box: Any, t: float) -> None:
-    """Item k: a node or leaf in a box, -1 if in none."""
+    """Write item k: a node or leaf in a box, -1 for none."""
     items[CODE + k], items[BOX_OR_BALL + k], items[ENTERED + k] = code, box, t
     at = box_at(geometry, box)
     for side in range(6):
@@ -165,11 +167,11 @@ def _put(geometry: Geometry, items: Floats, k: int, code: Any, box: Any, t: floa
 def find_frontier(
     geometry: Geometry, items: Floats, level: FrontierLevel, beam: Floats, start: int, tree: int, horizon: float
 ) -> None:
-    """The nodes, leaves and balls of a tree that a beam (beam[start:]) meets, roughly from the nearest to the farthest.
+    """Find the nodes, leaves and balls of a tree that a beam (beam[start:]) meets, roughly from near to far.
 
-    Whatever a ray within the beam can meet at t >= 0 is one of the items or below one; ENTERED never decreases along
-    them, so that a packet may stop at the first that is entered beyond its reach. Beyond the horizon nodes are not
-    opened: where the rays are expected to end before it that would be waste, and where they do not, packets open them.
+    Everything that a ray within the beam can meet at t >= 0 is one of the items or below one. ENTERED never decreases
+    along the items, so that a packet may stop at the first one entered beyond its reach. Nodes beyond the horizon are
+    not opened: rays are expected to end before it, and packets whose rays do not open these nodes themselves.
     """
     roots, nodes = integer(geometry, table.TREE_ROOT, tree), 1
     count, here, other = integer(geometry, table.TREE_ROOT, tree + 1) - roots, 0, ITEM_ROW
@@ -178,7 +180,7 @@ def find_frontier(
         return
     for k in range(count):
         level.found[k], level.t[k] = np.int64(-1) << 32 | integer(geometry, table.ROOTS, roots + k) & 0xFFFFFFFF, 0.0
-    while nodes > 0:
+    while nodes > 0:  # level by level, between the two halves of the arrays
         if count <= _SORTED:
             _sort(level, here, here + count)
         else:
@@ -199,7 +201,7 @@ def find_frontier(
         else:
             _put(geometry, items, end, code, box, level.t[k])
             end += 1
-    # Where this one or one that follows is entered
+    # The t at which the beam enters this item or one that follows
     for k in range(end - 2, -1, -1):
         items[ENTERED + k] = min(items[ENTERED + k], items[ENTERED + k + 1])
     items[ITEM_COUNT] = end
@@ -207,7 +209,7 @@ def find_frontier(
 
 @helper
 def narrow_frontier(items: Floats, beam: Floats, start: int, narrowed: Floats) -> None:
-    """The items of a frontier that a narrower beam (beam[start:]) meets, in the same order."""
+    """Copy the items of a frontier that a narrower beam (beam[start:]) meets to `narrowed`, in the same order."""
     end, count = 0, whole(items[ITEM_COUNT])
     for first in range(0, count, 8):
         bits = items_met(items, first, beam, start) & ((1 << min(8, count - first)) - 1)
@@ -216,10 +218,10 @@ def narrow_frontier(items: Floats, beam: Floats, start: int, narrowed: Floats) -
     narrowed[ITEM_COUNT] = end if count >= 0 else -1
 
 
-# Tiles: sixteen packets side by side, 32 x 32 pixels of a picture or 1024 rays of a list.
+# Tiles: sixteen packets side by side, 32 x 32 pixels of a picture or 1024 rays of a list
 #
-# What they have in common is found once: the beam that holds all of their rays, what it sees of the scene, and
-# whether they have one origin, as those of most cameras do.
+# A tile finds once what its packets share: the beam that holds all of their rays, the part of the scene that it sees,
+# and whether all rays have one origin, as with most cameras.
 
 _SIDE = 4
 PACKETS = _SIDE * _SIDE
@@ -228,14 +230,14 @@ _QUARTERS = 4
 _WHOLE = _QUARTERS * BEAM
 
 _HORIZON, _FURTHEST, _HITS, _RAYS = 0, 1, 2, 3
-"""How far a tile is expected to see, its furthest hit so far, how many hits, of how many rays."""
+"""Elements of `sight`: the t up to which a tile is expected to see, its furthest hit, its numbers of hits and rays."""
 
 
 class Tile(NamedTuple):
     """Memory of a tile."""
 
-    extremes: Floats  # see `widen`: of origins, of directions, for each quarter
-    beams: Floats  # of the quarters, and of the whole tile
+    extremes: Floats  # of origins and of directions, for each quarter (`widen`)
+    beams: Floats  # of the quarters, then of the whole tile
     seen: Floats  # a frontier
     level: FrontierLevel
     sight: Floats  # see `_HORIZON`
@@ -243,7 +245,7 @@ class Tile(NamedTuple):
 
 @allocator
 def new_tile() -> Tile:
-    """Memory for one thread."""
+    """Return memory of tiles for one thread."""
     return Tile(
         np.empty(_QUARTERS * 96),
         np.empty((_QUARTERS + 1) * BEAM),
@@ -255,7 +257,7 @@ def new_tile() -> Tile:
 
 @inline
 def tile_count(width: int, count: int) -> int:
-    """How many tiles `count` rays make, of a picture of some width or (0) of a list."""
+    """Return the number of tiles of `count` rays of a picture with some width, or of a list (width 0)."""
     if width == 0:
         return -(-count // (PACKETS * LANES))
     across, down = packets_across(width), -(-count // (8 * width))
@@ -264,12 +266,13 @@ def tile_count(width: int, count: int) -> int:
 
 @inline
 def tile_packet(tile: int, k: int, width: int, count: int) -> int:
-    """Packet k of a tile, quarter by quarter; -1 if there is none."""
+    """Return the number of packet k of a tile, counted quarter by quarter; -1 outside the picture or list."""
     if width == 0:
         packet = PACKETS * tile + k
         return packet if packet * LANES < count else -1
     across = packets_across(width)
     tiles = -(-across // _SIDE)
+    # Bits 0 and 1 of k are the place in a quarter, bits 2 and 3 the quarter
     x = _SIDE * (tile % tiles) + (k & 1) + 2 * (k >> 2 & 1)
     y = _SIDE * (tile // tiles) + (k >> 1 & 1) + 2 * (k >> 3)
     return y * across + x if x < across and 8 * y * width < count else -1
@@ -277,7 +280,7 @@ def tile_packet(tile: int, k: int, width: int, count: int) -> int:
 
 @inline
 def _extend(points: Floats, i: int, extremes: Floats, at: int) -> None:
-    """Point i joins the extremes."""
+    """Include point i in the extremes."""
     for axis in range(3):
         value = points[i, axis]
         if value < extremes[at + axis]:
@@ -288,7 +291,7 @@ def _extend(points: Floats, i: int, extremes: Floats, at: int) -> None:
 
 @inline
 def _extent(extremes: Floats, at: int, axis: int) -> tuple[float, float]:
-    """(least, greatest) of an axis, from 24 extremes each."""
+    """Return (least, greatest) along an axis, from 24 extremes each."""
     low, high = math.inf, -math.inf
     for k in range(axis, 24, 3):
         low, high = min(low, extremes[at + k]), max(high, extremes[at + 24 + k])
@@ -297,7 +300,7 @@ def _extent(extremes: Floats, at: int, axis: int) -> tuple[float, float]:
 
 @inline
 def _put_extremes(extremes: Floats, at: int, rays: RayArrays, tile: int, quarter: int, width: int) -> None:
-    """The extremes of origins and directions of the rays in a quarter of a tile."""
+    """Write the extremes of origins and directions of the rays in a quarter of a tile."""
     origins, directions = rays.origins, rays.directions
     for k in range(24):
         for begin in (at + _ORIGINS, at + _DIRECTIONS):
@@ -319,7 +322,7 @@ def _put_extremes(extremes: Floats, at: int, rays: RayArrays, tile: int, quarter
 
 @inline
 def _put_beam(beams: Floats, at: int, extremes: Floats, first: int, last: int) -> bool:
-    """The beam of the rays with their extremes at extremes[first:last:96]. True if they have one origin."""
+    """Write the beam of the rays whose extremes are at extremes[first:last:96]; True if they share an origin."""
     shared = True
     for axis in range(3):
         low, high, least, most = math.inf, -math.inf, math.inf, -math.inf
@@ -336,8 +339,9 @@ def _put_beam(beams: Floats, at: int, extremes: Floats, first: int, last: int) -
 
 @helper
 def open_tile(geometry: Geometry, tile: Tile, lanes: Floats, rays: RayArrays, number: int, width: int) -> bool:
-    """Find the frontier of a tile (t >= 0). True if all its rays share an origin, which is in all lanes then."""
+    """Find the frontier of a tile (t >= 0); True if all rays share an origin, which it then writes to all lanes."""
     beams, sight = tile.beams, tile.sight
+    # The tile before predicts the horizon, if most of its rays hit something
     sight[_HORIZON] = sight[_FURTHEST] if 2.0 * sight[_HITS] > sight[_RAYS] else math.inf
     sight[_FURTHEST] = sight[_HITS] = sight[_RAYS] = 0.0
     for quarter in range(_QUARTERS):
@@ -351,7 +355,7 @@ def open_tile(geometry: Geometry, tile: Tile, lanes: Floats, rays: RayArrays, nu
 
 @inline
 def note_sight(tile: Tile, lanes: Floats) -> None:
-    """How far a traced packet of the tile has seen: tiles are expected to see as far as the one before."""
+    """Record how far a traced packet of the tile has seen: a tile is expected to see as far as the one before."""
     furthest, hits = lane_sight(lanes)
     sight = tile.sight
     sight[_FURTHEST] = max(sight[_FURTHEST], furthest)
@@ -368,7 +372,7 @@ def open_quarter(tile: Tile, quarter: int, seen: Floats) -> None:
 
 @inline
 def prefetch_packet(rays: RayArrays, packet: int, width: int) -> None:
-    """Prefetch a packet's rays, if there is one."""
+    """Prefetch the rays of a packet, unless its number is -1."""
     origins, directions = rays.origins, rays.directions
     for row in range(8 if packet >= 0 else 0):
         i, n = packet_row(packet, row, width, len(origins))

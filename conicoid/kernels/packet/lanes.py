@@ -1,8 +1,8 @@
-"""A packet: 64 rays side by side, a row of 64 floats for each of their numbers.
+"""The lanes of a packet: 64 rays side by side, a row of 64 floats for each of their numbers; loading and reading them.
 
 All rows are in one block of floats, integers too, at places that are constants to the compiler: so it sees that a loop
-over lanes does not read what it writes, and vectorises it. Lanes are unsigned numbers, else it would have to allow for
-indices counted from the end.
+over lanes does not read what it writes, and vectorises it. Lanes are unsigned numbers, else the compiler would have to
+allow for indices that count from the end.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ from ..tables import Floats, Geometry, whole
 LANES = 64
 GROUPS = LANES // 8
 
-# Where the rows begin. `culling` relies on the order of the first fourteen
+# Begins of the rows. Culling tests rely on the order of the first fourteen
 (
     OX, OY, OZ, IX, IY, IZ, T_MIN, T_MAX, WITHIN, DX, DY, DZ, INVERSE, UNIT, START, BEST, BODY, ENTRY, PLACE, SENSE,
     ENTERS, A, B, C, DISCRIMINANT, FOOT, T_IN, T_OUT, PLACE_IN, PLACE_OUT, LOW, HIGH, FLAG, TURN, NOW, NEXT, INSIDE,
@@ -49,33 +49,34 @@ GROUPS = LANES // 8
 BEAM_AT = 53 * LANES
 ALL = np.uint64(LANES)
 SOME_START = BEAM_AT + BEAM
-"""Not 0 where some lane starts on a surface."""
+"""Not 0 if some lane starts on a surface."""
 SLOPES = BEAM_AT + BEAM + 1
-"""Not 0 once the inverse directions are worked out."""
+"""Not 0 once the inverse directions are computed."""
 SHARED = BEAM_AT + BEAM + 2
-"""Not 0 where all lanes have one origin."""
+"""Not 0 if all lanes have one origin."""
 SPREAD = BEAM_AT + BEAM + 3
-"""How far apart components of the directions are, at most."""
+"""Largest difference between two lanes in a component of the direction."""
 LEAST_START = BEAM_AT + BEAM + 4
+"""Least `Ray.start` of the lanes."""
 GROUP_BEAMS = BEAM_AT + BEAM + 5
-"""Not 0 once the beams of the eight groups are known."""
+"""Not 0 once the beams of the eight groups are computed."""
 WAYS_AT = BEAM_AT + BEAM + 6
 """The corners of the beam's directions, whose inverses are in the beam: three least, three greatest."""
 GROUPS_AT = WAYS_AT + 6
-"""Their numbers, as in a beam, eight of each."""
+"""The beams of the eight groups: the numbers of a beam, eight of each."""
 GROUP_ENDS = GROUPS_AT + GROUPS * LAST
 SIZE = GROUPS_AT + GROUPS * BEAM
 
 
 @inline
 def eights(first: int, last: int) -> tuple[Any, Any]:
-    """The same numbers, multiples of 8 in [0, 64], masked so that the compiler can prove it."""
+    """Return the same two multiples of 8 in [0, 64], masked so that the compiler can prove that property."""
     return np.uint64(first) & np.uint64(56), np.uint64(last) & np.uint64(120)
 
 
 @inline
 def put_ray(lanes: Floats, i: Any, ray: Ray) -> None:
-    """A ray into lane i."""
+    """Write a ray to lane i."""
     ox, oy, oz, dx, dy, dz, t_min, t_max, start = ray
     i = np.uint64(i)
     lanes[OX + i], lanes[OY + i], lanes[OZ + i] = ox + 0.0, oy + 0.0, oz + 0.0
@@ -85,21 +86,21 @@ def put_ray(lanes: Floats, i: Any, ray: Ray) -> None:
 
 @inline
 def put_limits(lanes: Floats, t_min: float, t_max: float, start: int) -> None:
-    """The same interval and start for all lanes."""
+    """Write one interval and start to all lanes."""
     for i in range(ALL):
         lanes[T_MIN + i], lanes[T_MAX + i], lanes[START + i] = t_min, t_max, start
 
 
 @inline
 def put_origin(lanes: Floats, x: float, y: float, z: float) -> None:
-    """The same origin for all lanes."""
+    """Write one origin to all lanes."""
     for i in range(ALL):
         lanes[OX + i], lanes[OY + i], lanes[OZ + i] = x, y, z
 
 
 @inline
 def put_line(lanes: Floats, i: Any, origins: Floats, directions: Floats, k: Any) -> None:
-    """Origin and direction k into lane i, with zeros that are positive (`load_ray`)."""
+    """Write origin and direction k to lane i; -0 becomes +0 (`load_ray`)."""
     i, k = np.uint64(i), np.uint64(k)
     lanes[OX + i], lanes[OY + i], lanes[OZ + i] = origins[k, 0] + 0.0, origins[k, 1] + 0.0, origins[k, 2] + 0.0
     lanes[DX + i], lanes[DY + i], lanes[DZ + i] = directions[k, 0] + 0.0, directions[k, 1] + 0.0, directions[k, 2] + 0.0
@@ -107,7 +108,7 @@ def put_line(lanes: Floats, i: Any, origins: Floats, directions: Floats, k: Any)
 
 @inline
 def put_idle(lanes: Floats, i: Any, like: Any) -> None:
-    """A lane without a ray, where lane `like` has one: it looks the same way through an empty interval."""
+    """Make lane i idle: it repeats the ray of lane `like`, with an empty interval."""
     i, like = np.uint64(i), np.uint64(like)
     lanes[OX + i], lanes[OY + i], lanes[OZ + i] = lanes[OX + like], lanes[OY + like], lanes[OZ + like]
     lanes[DX + i], lanes[DY + i], lanes[DZ + i] = lanes[DX + like], lanes[DY + like], lanes[DZ + like]
@@ -116,7 +117,7 @@ def put_idle(lanes: Floats, i: Any, like: Any) -> None:
 
 @inline
 def prepare_lanes(lanes: Floats) -> None:
-    """Derive the other rows from the rays: no hit yet, no doubt. To be called before any lane is traced."""
+    """Compute the other rows from the rays, without hits and doubts; required before lanes are traced."""
     for i in range(ALL):
         dx, dy, dz = lanes[DX + i], lanes[DY + i], lanes[DZ + i]
         inverse = 1.0 / (dx * dx + dy * dy + dz * dz)
@@ -134,7 +135,7 @@ def prepare_lanes(lanes: Floats) -> None:
 
 @inline
 def put_slopes(lanes: Floats) -> None:
-    """The inverse directions, if they are not there yet: only boxes need them."""
+    """Compute the inverse directions unless they exist; only box tests need them."""
     if lanes[SLOPES] == 0.0:
         for i in range(ALL):
             lanes[IX + i], lanes[IY + i] = reciprocal(lanes[DX + i]), reciprocal(lanes[DY + i])
@@ -144,9 +145,9 @@ def put_slopes(lanes: Floats) -> None:
 
 @inline
 def put_lane_beam(lanes: Floats, shared: bool) -> None:
-    """The beam that holds all lanes (where t >= 0, or they are parallel), which may be known to share an origin."""
+    """Compute the beam that holds all lanes, where t >= 0 or the lanes are parallel; `shared`: they share an origin."""
     spread, apart = 0.0, 0.0
-    for axis in range(3):
+    for axis in range(3):  # rows OX, OY, OZ and DX, DY, DZ follow each other
         row = np.uint64(LANES * axis)
         first = last = lanes[OX + row]
         if not shared:
@@ -163,7 +164,7 @@ def put_lane_beam(lanes: Floats, shared: bool) -> None:
 
 @helper
 def put_group_beams(lanes: Floats) -> None:
-    """The beams of the eight groups of a packet: t >= 0, without an end."""
+    """Compute the beams of the eight groups of a packet, for t >= 0 without an end."""
     for axis in range(3):
         row, low, high = np.uint64(LANES * axis), GROUPS_AT + 8 * axis, GROUPS_AT + 24 + 8 * axis
         extents(lanes, OX + row, low, high)
@@ -178,13 +179,13 @@ def put_group_beams(lanes: Floats) -> None:
 
 @inline
 def end_groups(lanes: Floats, row: Any) -> None:
-    """The beam of each group ends where the last of its lanes does, by a row of these ends."""
+    """End the beam of each group where the last of its lanes does; `row` holds the ends of lanes."""
     put_reaches(lanes, row, GROUP_ENDS)
 
 
 @inline
 def close_lanes(lanes: Floats, count: int) -> None:
-    """The first `count` lanes have rays: make the others idle, and all ready to be traced."""
+    """Prepare lanes for tracing after rays were written to the first `count`; the others become idle."""
     for i in range(count, LANES):
         put_idle(lanes, i, 0)
     prepare_lanes(lanes)
@@ -193,7 +194,7 @@ def close_lanes(lanes: Floats, count: int) -> None:
 
 @inline
 def put_beam_from(lanes: Floats, x: float, y: float, z: float) -> None:
-    """The beam from a point where all lanes end at t = 1 back to their origins: narrower than theirs."""
+    """Replace the beam by that from a point, where all lanes end at t = 1, back to their origins: it is narrower."""
     for axis in range(3):
         source = x if axis == 0 else (y if axis == 1 else z)
         low, high = extent(lanes, OX + np.uint64(LANES * axis))
@@ -205,13 +206,13 @@ def put_beam_from(lanes: Floats, x: float, y: float, z: float) -> None:
 
 @inline
 def shorten_beam(lanes: Floats) -> None:
-    """The beam ends where the last of its lanes does."""
+    """End the beam where the last of its lanes does."""
     lanes[BEAM_AT + LAST] = reach(lanes)
 
 
 @inline
 def lane_sight(lanes: Floats) -> tuple[float, float]:
-    """How far the lanes have seen, 0 for nowhere, and how many have met something."""
+    """Return (t of the furthest hit of the lanes, 0 for none; number of lanes with a hit)."""
     furthest, hits = 0.0, 0.0
     for i in range(ALL):
         t = lanes[BEST + i]
@@ -222,7 +223,7 @@ def lane_sight(lanes: Floats) -> tuple[float, float]:
 
 @inline
 def lane_ray(lanes: Floats, i: Any, t_max: float) -> Ray:
-    """The ray in lane i, up to t_max."""
+    """Return the ray in lane i, up to t_max."""
     i = np.uint64(i)
     return Ray(
         lanes[OX + i], lanes[OY + i], lanes[OZ + i], lanes[DX + i], lanes[DY + i], lanes[DZ + i],
@@ -232,40 +233,40 @@ def lane_ray(lanes: Floats, i: Any, t_max: float) -> Ray:
 
 @inline
 def lane_nearness(lanes: Floats, i: int, lengths: Nearness) -> Nearness:
-    """Limits of lengths as limits of a lane's t."""
+    """Convert limits from lengths to t of a lane."""
     return limits_along(lengths, lanes[UNIT + i], lanes[AWAY + i], lanes[BESIDE + i])
 
 
 @inline
 def lane_line(lanes: Floats, i: Any) -> RayLine:
-    """Origin and direction of a lane."""
+    """Return origin and direction of a lane."""
     return RayLine(lanes[OX + i], lanes[OY + i], lanes[OZ + i], lanes[DX + i], lanes[DY + i], lanes[DZ + i])
 
 
 @inline
 def lane_line_from(lanes: Floats, i: Any, x: float, y: float, z: float) -> RayLine:
-    """The same, of lanes that share an origin."""
+    """Return the line of a lane whose origin (x, y, z) all lanes share."""
     return RayLine(x, y, z, lanes[DX + i], lanes[DY + i], lanes[DZ + i])
 
 
 @inline
 def lane_slab(lanes: Floats, i: Any) -> PlaneSlab:
-    """What the planes of a cell have left of a lane so far."""
+    """Return the slab that the planes of a cell have left of a lane so far."""
     return PlaneSlab(lanes[T_IN + i], lanes[T_OUT + i], lanes[PLACE_IN + i], lanes[PLACE_OUT + i])
 
 
 @inline
 def put_slab(lanes: Floats, i: Any, slab: PlaneSlab) -> None:
-    """The same, written."""
+    """Write the slab of a lane."""
     lanes[T_IN + i], lanes[T_OUT + i] = slab.t_in, slab.t_out
     lanes[PLACE_IN + i], lanes[PLACE_OUT + i] = slab.place_in, slab.place_out
 
 
 @inline
 def keep_nearer(lanes: Floats, i: int, new: Hit) -> None:
-    """Keep the nearer of a lane's hit and a new one, as `hit.nearer` does.
+    """Keep the nearer of a lane's hit and a new one, by the rule of `nearer_hit`.
 
-    Equal t is always doubtful here: a single ray finds out whether both lie on the same surface.
+    Equal t is always doubtful here: the single ray that follows decides whether both lie on the same surface.
     """
     best, limit = lanes[BEST + i], lanes[WITHIN + i]
     closer = comes_first(new.t, new.body, best, lanes[BODY + i])
@@ -282,13 +283,13 @@ def keep_nearer(lanes: Floats, i: int, new: Hit) -> None:
 
 @inline
 def is_searching(lanes: Floats, i: Any) -> bool:
-    """Has lane i a ray whose interval is not empty?"""
+    """True if lane i has a ray whose interval is not empty."""
     return is_open(lanes[T_MIN + i], lanes[T_MAX + i])
 
 
 @inline
 def put_turns(lanes: Floats) -> int:
-    """The senses of the hits' leaves, doubled where a body is entered; returns how many lanes are doubtful."""
+    """Write the turns of the hits (`turn_of`) without doubt; return the number of doubtful lanes."""
     doubtful = 0
     for i in range(ALL):
         lanes[TURN + i] = lanes[SENSE + i] * (1.0 + lanes[ENTERS + i])
@@ -298,7 +299,7 @@ def put_turns(lanes: Floats) -> int:
 
 @inline
 def lane_hit(lanes: Floats, i: Any) -> Hit:
-    """What lane i has met."""
+    """Return the hit of lane i."""
     i = np.uint64(i)
     t = lanes[BEST + i]
     off = lanes[WITHIN + i] - t if t < math.inf else 0.0
@@ -308,22 +309,22 @@ def lane_hit(lanes: Floats, i: Any) -> Hit:
     )  # fmt: skip
 
 
-# Rays out of a user's arrays: one by one, or 64 into the lanes of a packet.
+# Packets of an array of rays
 #
-# Where the rays make a picture a packet is a square of 8 x 8 of its pixels, else 64 in a row.
+# If the rays make a picture, a packet is a square of 8 x 8 pixels, else 64 consecutive rays.
 
-_SEVERAL = 4.0
+_SEVERAL = 4.0  # extent of coherent rays, in sizes of a body's share of the scene
 
 
 @inline
 def packets_across(width: int) -> int:
-    """How many packets lie side by side in a picture."""
+    """Return how many packets lie side by side in a picture."""
     return (width + 7) >> 3
 
 
 @inline
 def packet_row(packet: int, row: int, width: int, count: int) -> tuple[int, int]:
-    """(first ray, how many) of one of the eight rows of a packet, of a picture of some width or (0) of a list."""
+    """Return (first ray, number of rays) of one of the eight rows of a packet; `width` is 0 for a list of rays."""
     if width == 0:
         i = LANES * packet + 8 * row
         return i, max(0, min(8, count - i))
@@ -334,7 +335,7 @@ def packet_row(packet: int, row: int, width: int, count: int) -> tuple[int, int]
 
 @inline
 def fill_lanes(lanes: Floats, rays: RayArrays, packet: int, width: int, shared: bool) -> None:
-    """The rays of a packet into its lanes; those beyond the end are idle. `shared`: all have their origin already."""
+    """Load the rays of a packet; lanes beyond the end are idle. `shared`: all lanes hold their origin already."""
     origins, directions, t_min, t_max, starts = rays
     one_min, one_max, one_start = len(t_min) == 1, len(t_max) == 1, len(starts) == 1
     put_limits(lanes, t_min[0], t_max[0], starts[0])
@@ -361,10 +362,10 @@ def fill_lanes(lanes: Floats, rays: RayArrays, packet: int, width: int, shared: 
 
 @inline
 def is_ordinary(lanes: Floats) -> bool:
-    """May the rays be traced as a packet?
+    """True if the rays may be traced as a packet.
 
-    Not if one is far from unit length, or begins before its origin; except for lines that are parallel and do not
-    start on a surface.
+    Not if a direction is far from unit length, or a ray begins before its origin. Parallel lines that do not start on a
+    surface may begin anywhere.
     """
     shortest, longest = extent(lanes, INVERSE)
     usual = shortest > 1e-60 and longest < 1e60 and lanes[LEAST_START] != DEAD
@@ -375,15 +376,16 @@ def is_ordinary(lanes: Floats) -> bool:
 
 @helper
 def is_coherent(geometry: Geometry, lanes: Floats) -> bool:
-    """Are the rays of a packet coherent: do they see about the same part of the scene?
+    """True if the rays of a packet are coherent: they see about the same part of the scene.
 
-    Their origins and, at the far end of the scene, their points must lie within a few times the
-    size that a body has when the scene's box is shared out among all.
+    Their origins and, at the far end of the scene, their points must lie within a few times the size of a body's share
+    of the scene's box.
     """
     if not is_ordinary(lanes):
         return False
     at, floats = geometry.places[table.EXTENT], geometry.floats
     diagonal, cell = floats[at], floats[at + 1]
+    # From the first lane's origin to the far end of the scene
     ox, oy, oz = lanes[OX] - floats[at + 2], lanes[OY] - floats[at + 3], lanes[OZ] - floats[at + 4]
     reach = math.sqrt(ox * ox + oy * oy + oz * oz) + 0.5 * diagonal
     apart = 0.0

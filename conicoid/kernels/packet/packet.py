@@ -1,4 +1,4 @@
-"""A packet of 64 rays, and how its lanes intersect the items of a leaf."""
+"""A packet of 64 rays: its memory, and the intersection of its lanes with the items of a leaf."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ from .lanes import (
 )
 
 PAIRS = MOST_CHOSEN + 8
-"""Where the pairs of a packet begin: eight times an item, and a group of lanes that may meet it."""
+"""Begin of the pairs behind the chosen items of a packet: 8 item + group of lanes that may meet the item."""
 
 
 class Packet(NamedTuple):
@@ -46,16 +46,16 @@ class Packet(NamedTuple):
 
     lanes: Floats
     leaves: Floats  # spans of a body's leaves
-    truths: Floats  # true inputs of its gates
-    spans: Ints  # how many spans each leaf has, at most
-    items: Floats  # a frontier: what of the scene's tree may be met, if that is known
-    asked: Any  # int64: the next items that its beam meets; from `PAIRS` on the tests of them in groups of lanes
+    truths: Floats  # true inputs of the body's gates
+    spans: Ints  # largest number of spans of each leaf
+    items: Floats  # a frontier: the part of the scene's tree that the packet may meet, or none
+    asked: Any  # int64: the next items that its beam meets; from `PAIRS` on pairs of an item and a group of lanes
     crowd: Crowd
 
 
 @allocator
 def new_rows(count: int) -> Floats:
-    """Room for some floats that begins where a line of the cache does: vectors of eight lie in one line each."""
+    """Return `count` floats that begin at a cache line, so that each vector of eight lies in one line."""
     room = np.empty(count + 7)
     first = -(room.ctypes.data >> 3) & 7
     return room[first : first + count]
@@ -63,7 +63,7 @@ def new_rows(count: int) -> Floats:
 
 @allocator
 def new_packet(geometry: Geometry) -> Packet:
-    """Memory for one thread."""
+    """Return memory of packets for one thread."""
     lanes, leaves, truths = new_rows(SIZE), new_rows(LEAVES_SIZE), new_rows(TRUTHS_SIZE)
     asked = np.empty(PAIRS + 8 * MOST_CHOSEN + 8, np.int64)
     return Packet(lanes, leaves, truths, np.zeros(MOST, np.int32), new_frontier(), asked, new_crowd(geometry))
@@ -71,31 +71,31 @@ def new_packet(geometry: Geometry) -> Packet:
 
 @inline
 def with_lanes(packet: Packet, lanes: Floats) -> Packet:
-    """A packet of other rays in the same memory, with the same frontier, which must hold for them too."""
+    """Return a packet of other lanes in the same memory; the frontier must hold for them as well."""
     return Packet(lanes, packet.leaves, packet.truths, packet.spans, packet.items, packet.asked, packet.crowd)
 
 
 @inline
 def with_items(packet: Packet, items: Floats) -> Packet:
-    """A packet with another frontier, which must hold for its rays."""
+    """Return the packet with another frontier, which must hold for its rays."""
     return Packet(packet.lanes, packet.leaves, packet.truths, packet.spans, items, packet.asked, packet.crowd)
 
 
 @inline
 def boolean_memory(packet: Packet) -> BooleanLanes:
-    """What of a packet its Boolean bodies need."""
+    """Return the part of a packet's memory that its Boolean bodies need."""
     return BooleanLanes(packet.lanes, packet.leaves, packet.truths, packet.spans)
 
 
 @allocator
 def new_lanes() -> Floats:
-    """Memory for the lanes of another packet (`with_lanes`)."""
+    """Return memory for the lanes of another packet (`with_lanes`)."""
     return new_rows(SIZE)
 
 
 @helper
 def _one_by_one(geometry: Geometry, scratch: Scratch, lanes: Floats, entry: int, met: int) -> None:
-    """Large bodies and sheets: each lane that meets the box alone, by `try_entry` of single rays."""
+    """Intersect a large body or sheet with each lane that meets its box, as a single ray (`try_entry`)."""
     while met != 0:
         i = np.uint64(lowest_bit(met))
         met &= met - 1
@@ -109,14 +109,14 @@ def _one_by_one(geometry: Geometry, scratch: Scratch, lanes: Floats, entry: int,
 
 @inline
 def retire_lanes(lanes: Floats) -> None:
-    """Make the lanes idle that have a hit: the early out of any-hit queries."""
+    """Make the lanes with a hit idle: the early out of any-hit queries."""
     for i in range(ALL):
         lanes[T_MAX + i] = choose(lanes[BEST + i] < math.inf, -math.inf, lanes[T_MAX + i])
 
 
 @inline
 def lanes_in_child(geometry: Geometry, lanes: Floats, at: int) -> int:
-    """The lanes that meet the box with its six sides at floats[at::8]."""
+    """Return the lanes that meet the box whose six sides are at floats[at::8], as bits."""
     put_slopes(lanes)
     f = geometry.floats
     return lanes_in_box(lanes, f[at], f[at + 8], f[at + 16], f[at + 24], f[at + 32], f[at + 40])
@@ -124,7 +124,7 @@ def lanes_in_child(geometry: Geometry, lanes: Floats, at: int) -> int:
 
 @inline
 def lanes_at_ball(geometry: Geometry, lanes: Floats, at: int, stride: int) -> int:
-    """The lanes that may meet a ball with its numbers at floats[at::stride]."""
+    """Return the lanes that may meet the ball whose four numbers are at floats[at::stride], as bits."""
     f = geometry.floats
     x, y, z, r = f[at], f[at + stride], f[at + 2 * stride], f[at + 3 * stride]
     if lanes[SHARED] != 0.0:
@@ -136,7 +136,7 @@ def lanes_at_ball(geometry: Geometry, lanes: Floats, at: int, stride: int) -> in
 def meet_in_pairs(
     geometry: Geometry, scratch: Scratch, packet: Packet, blocks: Signs, at: int, count: int, k: int, met: int
 ) -> None:
-    """`meet_in_lanes`, now or once `settle_crowd` is called: few lanes wait for a Boolean body."""
+    """`meet_in_lanes`, or, for few lanes and a Boolean body, queue pairs that `settle_crowd` intersects."""
     kind, index, body, entry = leaf_item(geometry, at, count, k)
     waits = kind == REGION and bit_count(met) <= FEW and (len(blocks) == 0 or blocks[body] != 0)
     if waits and put_pairs(geometry, packet.crowd, packet.lanes, index, entry, met):
@@ -149,10 +149,11 @@ def meet_in_pairs(
 def meet_in_lanes(
     geometry: Geometry, scratch: Scratch, packet: Packet, blocks: Signs, at: int, count: int, k: int, met: int
 ) -> None:
-    """Intersect item k of the leaf of `count` at floats[at:] with the lanes of a mask, or with more of them.
+    """Intersect item k of the leaf of `count` items at floats[at:] with at least the lanes of a mask.
 
-    Whole groups of eight are tested, from the first to the last lane of the mask: lanes outside of it lose time, and
-    their hits are the same, because culled lanes do not meet the item. Keeps every lane's hit the first of all tested.
+    Whole groups of eight are tested, from the first to the last lane of the mask. Lanes outside the mask cost time, but
+    their hits stay the same, because culled lanes do not meet the item. Keeps every lane's hit the first of all items
+    tested.
     """
     lanes, first, last = packet.lanes, lowest_bit(met) & -8, (highest_bit(met) | 7) + 1
     item = leaf_item(geometry, at, count, k)

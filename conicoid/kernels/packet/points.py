@@ -1,8 +1,7 @@
-"""Points in lanes: on which side of a surface 64 of them are, and whether a cell holds them.
+"""Points in lanes: on which side of a surface 64 points are, whether a cell holds them, and which body holds each.
 
-A surface is first asked about the box around all points, which often says the same of all of them; else the formulas
-of single points (kernels/body/membership.py) go over the lanes. What floats leave open is marked, and asked point by
-point.
+A surface is first tested against the box around all points, which often decides all of them; else the formulas of
+single points (body/membership.py) run over the lanes. Points that floats leave open are marked, and tested one by one.
 """
 
 from __future__ import annotations
@@ -39,28 +38,28 @@ from .booleans import MOST, TRUTHS_SIZE, reset_gates, settle_gates
 from .lanes import LANES, packet_row
 
 X, Y, Z, SOUGHT, OUT, UNSURE, LOST, AFTER = (np.uint64(row) for row in range(0, 8 * LANES, LANES))
-"""Rows: the points; 1 where a body is sought; where a cell does not hold the point; where that is not certain; where
-the body is not certain; the body after which others are sought."""
+"""Rows: the points; 1 while a body is sought; 1 where a cell does not hold the point; 1 where that is not certain; 1
+where the body is not certain; the body after which others are sought."""
 BOX = 8 * LANES
-"""Behind the rows: the middle of the box around the points, and half its sides."""
+"""Place behind the rows: the middle of the box around the points, and half its sides."""
 SIZE = BOX + 6
 EVERY = np.uint64(LANES)
 
 NONE, SOME, ALL = 0, 1, 2
-"""Of the points of a block, on the inner side."""
+"""How many points of a packet are on the inner side."""
 _LOOSE = 4.0
-"""By so much is the rounding of a whole box taken larger than that of a point."""
+"""Factor from the rounding at a point to a bound for a whole box."""
 
 
 @inline
 def _sided(value: float, off: float) -> int:
-    """ALL where value < -off for certain, NONE where value > off, else SOME."""
+    """Return ALL if value < -off, NONE if value > off, else SOME."""
     return NONE if value > off else (ALL if value < -off else SOME)
 
 
 @inline
 def _plane_of_box(geometry: Geometry, row: int, inner: float, room: Floats) -> int:
-    """On the inner side of a plane, of the box."""
+    """Return how much of the box is on the inner side of a plane: ALL, SOME or NONE."""
     plane = load_plane(geometry, row)
     value, off = plane_value(plane, plane_limits(geometry, row), room[BOX], room[BOX + 1], room[BOX + 2])
     reach = abs(plane.nx) * room[BOX + 3] + abs(plane.ny) * room[BOX + 4] + abs(plane.nz) * room[BOX + 5]
@@ -71,7 +70,7 @@ def _plane_of_box(geometry: Geometry, row: int, inner: float, room: Floats) -> i
 
 @inline
 def _corner(ax: float, ay: float, az: float, room: Floats) -> tuple[float, float, float]:
-    """A point at least as far from an anchor, along each axis, as any of the box."""
+    """Return a point at least as far from an anchor, along each axis, as every point of the box."""
     return (
         ax + (abs(room[BOX] - ax) + room[BOX + 3]),
         ay + (abs(room[BOX + 1] - ay) + room[BOX + 4]),
@@ -81,7 +80,7 @@ def _corner(ax: float, ay: float, az: float, room: Floats) -> tuple[float, float
 
 @inline
 def _sphere_of_box(geometry: Geometry, row: int, inner: float, room: Floats) -> int:
-    """On the inner side of a sphere, of the box: f(c + d) - f(c) = 2 (c - centre)·d + d·d."""
+    """Return how much of the box is on the inner side of a sphere, by f(c + d) - f(c) = 2 (c - center)·d + d·d."""
     sphere = load_sphere(geometry, row)
     hx, hy, hz = room[BOX + 3], room[BOX + 4], room[BOX + 5]
     value, _ = sphere_value(sphere, room[BOX], room[BOX + 1], room[BOX + 2])
@@ -93,7 +92,7 @@ def _sphere_of_box(geometry: Geometry, row: int, inner: float, room: Floats) -> 
 
 @inline
 def _spread(w0: float, w1: float, w2: float, room: Floats) -> float:
-    """By how much w·x varies over the box, to either side."""
+    """Return by how much w·x varies over the box, to either side."""
     return abs(w0) * room[BOX + 3] + abs(w1) * room[BOX + 4] + abs(w2) * room[BOX + 5]
 
 
@@ -110,7 +109,10 @@ def _rounding(
 
 @inline
 def _quadric_of_box(geometry: Geometry, rest: RoundingRest, row: int, inner: float, room: Floats) -> int:
-    """On the inner side of a quadric, of the box: f changes by 2 (s y + b)·e + s e² for y + e, |e| up to the spread."""
+    """Return how much of the box is on the inner side of a quadric.
+
+    From y to y + e the quadric changes by 2 (s y + b)·e + s e²; |e| is at most the spread.
+    """
     quadric = load_quadric(geometry, row)
     _, _, _, w00, w01, w02, w10, w11, w12, w20, w21, w22, s0, s1, s2, b0, b1, b2, _ = quadric
     x, y, z = room[BOX], room[BOX + 1], room[BOX + 2]
@@ -126,7 +128,7 @@ def _quadric_of_box(geometry: Geometry, rest: RoundingRest, row: int, inner: flo
 
 @helper
 def side_of_box(geometry: Geometry, rest: RoundingRest, surface: int, side: int, room: Floats) -> int:
-    """ALL, SOME or NONE of the box is on the inner side of a surface."""
+    """Return how much of the box is on the inner side of a surface: ALL, SOME or NONE."""
     row, kind, inner = (
         integer(geometry, table.SURFACE_ROW, surface),
         integer(geometry, table.SURFACE_KIND, surface),
@@ -142,7 +144,7 @@ def side_of_box(geometry: Geometry, rest: RoundingRest, surface: int, side: int,
 
 @inline
 def _put_sides(room: Floats, i: int, value: float, off: float) -> bool:
-    """The side of lane i, its value being positive outside; returns whether it is still in, as far as is known."""
+    """Mark the side of lane i by a value that is positive outside; True if the lane may still be inside."""
     room[OUT + i] = choose(value > off, 1.0, room[OUT + i])
     room[UNSURE + i] = choose(abs(value) > off, room[UNSURE + i], 1.0)
     return (room[OUT + i] == 0.0) & (room[SOUGHT + i] == 1.0)
@@ -150,7 +152,7 @@ def _put_sides(room: Floats, i: int, value: float, off: float) -> bool:
 
 @helper
 def sides_of_lanes(geometry: Geometry, rest: RoundingRest, surface: int, side: int, room: Floats) -> int:
-    """Mark OUT and UNSURE by a surface; returns how many lanes may still be in."""
+    """Mark OUT and UNSURE by a surface; return how many lanes may still be inside."""
     row, kind = integer(geometry, table.SURFACE_ROW, surface), integer(geometry, table.SURFACE_KIND, surface)
     inner, left = 1.0 if side > 0 else -1.0, 0
     if kind == PLANE:
@@ -175,14 +177,14 @@ def sides_of_lanes(geometry: Geometry, rest: RoundingRest, surface: int, side: i
 
 @inline
 def clear_sides(room: Floats) -> None:
-    """No lane is out, or unsure."""
+    """Reset OUT and UNSURE of all lanes."""
     for i in range(EVERY):
         room[OUT + i], room[UNSURE + i] = 0.0, 0.0
 
 
 @inline
 def _face(geometry: Geometry, cell: int, slot: int, last: int) -> tuple[int, int]:
-    """(surface, inner side) of a face of a cell, the quadric's being the last."""
+    """Return (surface, inner side) of a face of a cell; the quadric's face is the last."""
     if slot == last:
         return integer(geometry, table.CELL_QUADRIC, cell), cell_side(geometry, cell)
     return integer(geometry, table.PLANE_SURFACE, slot), plane_side(geometry, slot)
@@ -190,13 +192,13 @@ def _face(geometry: Geometry, cell: int, slot: int, last: int) -> tuple[int, int
 
 @helper
 def cell_of_lanes(geometry: Geometry, rest: RoundingRest, cell: int, room: Floats) -> int:
-    """Which lanes a cell holds: NONE, ALL, or SOME, and then OUT and UNSURE say it of each.
+    """Return which lanes a cell holds: NONE, ALL, or SOME, and then OUT and UNSURE hold the answer of each.
 
-    NONE and ALL are certain. Where OUT is 0 and UNSURE is 1, the point is to be asked by itself.
+    NONE and ALL are certain. Where OUT is 0 and UNSURE is 1, the point needs a test of its own.
     """
     first, last = integer(geometry, table.CELL_FIRST, cell), integer(geometry, table.CELL_FIRST, cell + 1)
     end = last + 1 if integer(geometry, table.CELL_QUADRIC, cell) >= 0 else last
-    for slot in range(end - 1, first - 1, -1):  # the quadric says most
+    for slot in range(end - 1, first - 1, -1):  # the quadric first: it excludes most
         surface, side = _face(geometry, cell, slot, last)
         if side_of_box(geometry, rest, surface, side, room) == NONE:
             return NONE
@@ -215,7 +217,7 @@ def cell_of_lanes(geometry: Geometry, rest: RoundingRest, cell: int, room: Float
 
 @inline
 def ball_of_lanes(geometry: Geometry, rest: RoundingRest, surface: int, room: Floats) -> int:
-    """`cell_of_lanes` of a ball."""
+    """`cell_of_lanes` for a ball."""
     of_box = side_of_box(geometry, rest, surface, 1, room)
     if of_box != SOME:
         return of_box
@@ -223,32 +225,33 @@ def ball_of_lanes(geometry: Geometry, rest: RoundingRest, surface: int, room: Fl
     return NONE if sides_of_lanes(geometry, rest, surface, 1, room) == 0 else SOME
 
 
-# Which body holds each of 64 points: the tree is asked once for the box around them, and bodies are met in lanes.
+# The body of each of 64 points
 #
-# The rules are those of single points (`queries/exact/membership.py`), which also settle each lane that is left open.
+# The tree is searched once for the box around the points, and bodies are tested in lanes. The rules are those of single
+# points (queries/exact/membership.py), whose tests also decide each lane that is left open.
 
 _FEW = 24
-"""Bodies, and parts of bodies, that are met in lanes; where a box has more the points are asked one by one."""
+"""Most bodies, and most leaves of a body, that are tested in lanes; if a box has more, points are tested one by one."""
 _WIDER = 1.0 + 1e-6
 
 
 class PointMemory(NamedTuple):
-    """The lanes and what their bodies need, of one thread."""
+    """The lanes of points of one thread, and the memory for bodies in them."""
 
-    room: Floats  # see `point_lanes`
+    room: Floats  # the points and their marks, see `X`
     truths: Floats  # true inputs of a body's gates
     which: Ints  # the number of each lane's point, -1 for none
 
 
 @allocator
 def new_point_memory() -> PointMemory:
-    """Memory for one thread."""
+    """Return memory of points for one thread."""
     return PointMemory(np.zeros(SIZE), np.zeros(TRUTHS_SIZE), np.empty(LANES, np.int32))
 
 
 @inline
 def _larger(data: None, a: int, b: int) -> bool:
-    """The order of numbers."""
+    """The order of numbers, for `make_sort`."""
     return a > b
 
 
@@ -257,7 +260,7 @@ _sort = make_sort(_larger)
 
 @helper
 def put_points(memory: PointMemory, points: Floats, after: Ints, packet: int, width: int) -> bool:
-    """The points of a packet into lanes, with the box around them; False if there is none, or one is not finite.
+    """Load the points of a packet into lanes, and the box around them; False for no point or one that is not finite.
 
     Lanes without a point repeat the first one, and seek nothing.
     """
@@ -280,14 +283,14 @@ def put_points(memory: PointMemory, points: Floats, after: Ints, packet: int, wi
     for axis in range(3):
         a = low[0] if axis == 0 else (low[1] if axis == 1 else low[2])
         b = high[0] if axis == 0 else (high[1] if axis == 1 else high[2])
-        middle = 0.5 * a + 0.5 * b
+        middle = 0.5 * a + 0.5 * b  # a + b might overflow
         room[BOX + axis], room[BOX + 3 + axis] = middle, max(b - middle, middle - a) * _WIDER
     return math.isfinite(room[BOX] + room[BOX + 1] + room[BOX + 2])
 
 
 @inline
 def _outside_ball(room: Floats, x: float, y: float, z: float, r: float) -> bool:
-    """Is all of the box certainly outside of a ball around a body?"""
+    """True if the whole box is certainly outside of a ball around a body."""
     dx = max(abs(room[BOX] - x) - room[BOX + 3], 0.0)
     dy = max(abs(room[BOX + 1] - y) - room[BOX + 4], 0.0)
     dz = max(abs(room[BOX + 2] - z) - room[BOX + 5], 0.0)
@@ -296,7 +299,7 @@ def _outside_ball(room: Floats, x: float, y: float, z: float, r: float) -> bool:
 
 @helper
 def entries_of_box(geometry: Geometry, scratch: Scratch, room: Floats) -> int:
-    """Put the entries that the box may meet into scratch.found, in order; -1 where they are many."""
+    """Write the entries that the box may meet to scratch.found, sorted; return their number, or -1 for many."""
     way, count, parts = scratch.way, 0, 0
     low = room[BOX] - room[BOX + 3], room[BOX + 1] - room[BOX + 4], room[BOX + 2] - room[BOX + 5]
     high = room[BOX] + room[BOX + 3], room[BOX + 1] + room[BOX + 4], room[BOX + 2] + room[BOX + 5]
@@ -324,13 +327,13 @@ def entries_of_box(geometry: Geometry, scratch: Scratch, room: Floats) -> int:
 def _region_of_lanes(
     geometry: Geometry, rest: RoundingRest, scratch: Scratch, memory: PointMemory, program: int
 ) -> int:
-    """`cell_of_lanes` of a Boolean body; -1 where it has too many parts here."""
+    """`cell_of_lanes` for a Boolean body; -1 if it has too many gates, or too many leaves near the box."""
     room, truths = memory.room, memory.truths
     (begin, end), row = gates_of(geometry, program), rows_of_leaves(geometry, program)
     if end - begin > MOST:
         return -1
     way = scratch.inner_way
-    for k in range(14):
+    for k in range(14):  # the beam of the box, for the walk over the body's leaves
         way[OWN_BEAM + k] = scratch.way[OWN_BEAM + k]
     leaves = walk_leaves_box(geometry, way, program, scratch.found_leaves, _FEW)
     if leaves < 0:
@@ -366,7 +369,7 @@ def _region_of_lanes(
 def _test_point(
     geometry: Geometry, rest: RoundingRest, scratch: Scratch, entry: int, x: float, y: float, z: float
 ) -> int:
-    """INSIDE, 0 or OPEN, of one point."""
+    """Return INSIDE, 0 or OPEN for one point."""
     if integer(geometry, table.ENTRY_KIND, entry) == CELL:
         return cell_holds(geometry, rest, integer(geometry, table.ENTRY_INDEX, entry), x, y, z)
     return entry_holds(geometry, rest, scratch, entry, x, y, z)
@@ -376,9 +379,9 @@ def _test_point(
 def locate_packet(
     geometry: Geometry, rest: RoundingRest, scratch: Scratch, memory: PointMemory, bodies: Ints, still: Signs
 ) -> bool:
-    """The first body after AFTER that holds each lane's point; False, and nothing done, where the box has many bodies.
+    """Find the first body after AFTER that holds each lane's point; False, and nothing written, for many bodies.
 
-    Relies on bodies being -1 and still 0 for all of them.
+    Writes the body to `bodies`, or 1 to `still` if it is not certain; relies on these being -1 and 0 for all points.
     """
     room, which, left = memory.room, memory.which, 0
     count = entries_of_box(geometry, scratch, room)
@@ -403,14 +406,14 @@ def locate_packet(
         for i in range(EVERY):
             if room[SOUGHT + i] == 0.0 or float(body) <= room[AFTER + i] or (held == SOME and room[OUT + i] == 1.0):
                 continue
-            found = INSIDE
+            answer = INSIDE
             if held == -1 or (held == SOME and room[UNSURE + i] == 1.0):
-                found = _test_point(geometry, rest, scratch, entry, room[X + i], room[Y + i], room[Z + i])
-            if found == OPEN:
+                answer = _test_point(geometry, rest, scratch, entry, room[X + i], room[Y + i], room[Z + i])
+            if answer == OPEN:
                 still[which[i]] = 1
-            elif found == INSIDE:
+            elif answer == INSIDE:
                 bodies[which[i]] = body
-            if found != 0:
+            if answer != 0:
                 room[SOUGHT + i] = 0.0
                 left -= 1
         if left == 0:

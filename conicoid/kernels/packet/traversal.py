@@ -1,7 +1,9 @@
-"""The two rounds in which a packet meets the leaves of a crowd (`crowd`).
+"""First hits of coherent rays, 64 at a time: the traversal of a packet, and of the packets of one square of pixels.
 
-In the first each lane meets what it enters first, in the second what is left before its nearest hit. Groups of eight
-lanes whose beams meet no box are left out; beams end where no lane of the group goes on.
+A packet tests the items of its frontier, the nearest first. Without a frontier, and below items that are nodes, it
+traverses the tree as one beam, which is tested against all eight children of a node at once; only boxes that the beam
+meets are tested with the lanes. The beam ends where the last of its lanes does (`shorten_beam`), so no lane meets what
+it culls.
 """
 
 from __future__ import annotations
@@ -67,13 +69,18 @@ from .lanes import (
 )
 from .packet import PAIRS, Packet, lanes_at_ball, lanes_in_child, meet_in_lanes, meet_in_pairs, retire_lanes, with_items
 
-_ABOUT = 1e-6  # share of t: boxes that a ray enters this close to each other are entered together
-_OFTEN = 8  # after so many leaves the beams of groups are shortened
+# Crowds (crowd.py), in two rounds
+#
+# In the first round each lane meets the bodies that it enters first, in the second those that remain before its nearest
+# hit. Groups of eight lanes whose beams meet no box are left out; a beam ends where no lane of its group goes on.
+
+_ABOUT = 1e-6  # share of t: boxes that a ray enters this close to each other count as entered together
+_OFTEN = 8  # number of leaves after which the beams of groups are shortened
 
 
 @inline
 def _end_beams(lanes: Floats) -> None:
-    """EARLIEST is where lanes end, by their intervals or their nearest hits, and the beams of groups end there."""
+    """Set EARLIEST to the t where lanes end, by interval or nearest hit, and end the beams of groups there."""
     for i in range(ALL):
         lanes[EARLIEST + i] = min(lanes[T_MAX + i], lanes[WITHIN + i])
     end_groups(lanes, EARLIEST)
@@ -81,14 +88,14 @@ def _end_beams(lanes: Floats) -> None:
 
 @inline
 def _put_leaf(packet: Packet, number: int, pairs: int) -> int:
-    """Pair a leaf of the lot with the groups whose beams meet it, behind so many pairs; returns how many there are."""
+    """Append pairs of a leaf of the lot and the groups whose beams meet it; return the number of pairs now."""
     k = packet.crowd.asked[ITEM + number]
     return pairs + put_groups(packet.items, k, number, packet.lanes, GROUPS_AT, packet.asked, PAIRS + pairs)
 
 
 @inline
 def _enter(packet: Packet, first: int, pairs: int) -> None:
-    """Find where the groups enter the boxes they are paired with, from pair `first` on; EARLIEST holds the earliest."""
+    """Find the t at which groups enter the boxes of their pairs, from pair `first` on; EARLIEST gets the earliest."""
     crowd, lanes = packet.crowd, packet.lanes
     for n in range(first, pairs):
         pair = packet.asked[PAIRS + n]
@@ -97,9 +104,10 @@ def _enter(packet: Packet, first: int, pairs: int) -> None:
 
 @inline
 def _first_pairs(packet: Packet, chosen: int) -> tuple[int, int, int]:
-    """The leaves among the chosen items as a lot, and their pairs: EARLIEST is by when each lane has entered its first.
+    """Make the leaves among the chosen items the current lot, and pair them with groups of lanes.
 
-    Returns how many leaves and pairs there are, and how many other items, which come to be the first of those chosen.
+    Returns the numbers of leaves, of pairs, and of other items; the others become the first of the chosen items.
+    EARLIEST gets the t by which each lane has entered its first leaf.
     """
     lanes, items, asked, crowd = packet.lanes, packet.items, packet.asked, packet.crowd
     count, others, pairs, entered = 0, 0, 0, 0
@@ -124,7 +132,7 @@ def _first_pairs(packet: Packet, chosen: int) -> tuple[int, int, int]:
 
 @inline
 def _second_pairs(packet: Packet) -> int:
-    """Pairs of what the groups meet before their nearest hits; returns how many."""
+    """Pair the leaves of the lot with the groups that meet them before their nearest hits; return how many pairs."""
     pairs = 0
     for j in range(count_lot_leaves(packet.crowd)):
         if packet.items[ENTERED + packet.crowd.asked[ITEM + j]] > packet.lanes[BEAM_AT + LAST]:
@@ -136,7 +144,7 @@ def _second_pairs(packet: Packet) -> int:
 
 @inline
 def _find_met(packet: Packet, pairs: int, again: bool) -> None:
-    """Which lanes meet the leaves of the lot in this round."""
+    """Find which lanes meet the leaves of the lot in this round."""
     crowd = packet.crowd
     for j in range(count_lot_leaves(crowd)):
         crowd.asked[MET + j] = 0
@@ -150,9 +158,9 @@ def _find_met(packet: Packet, pairs: int, again: bool) -> None:
 def meet_round(
     geometry: Geometry, scratch: Scratch, packet: Packet, blocks: Signs, any_hit: bool, chosen: int, again: bool
 ) -> int:
-    """Intersect the leaves among the chosen items, in one of two rounds; returns how many others there are.
+    """Intersect the leaves among the chosen items, in the first or second (`again`) round; return how many remain.
 
-    It is called in two places, so that LLVM does not merge it into the walk of packets that see no crowd.
+    `trace_packet` calls it in two places, so that LLVM does not inline it into the walk of packets without a crowd.
     """
     lanes, items, crowd, others = packet.lanes, packet.items, packet.crowd, chosen
     put_slopes(lanes)
@@ -179,22 +187,17 @@ def meet_round(
     return others
 
 
-# First hits of coherent rays, 64 at a time.
-#
-# A packet tests the items of its frontier, the nearest first. Where there is none, and below items that are nodes, it
-# traverses the tree as one beam, which is tested against all eight children of a node at once; only what the beam meets
-# is tested by the lanes. The beam ends where the last of its lanes does (`shorten_beam`), so what it culls no lane
-# meets.
+# The traversal of one packet
 
-_LOT = 32  # so many items are taken at a time, at most, where they are no crowd
-_MANY = 100  # items that a quarter of a tile sees: they are small then, and met by few groups of lanes
+_LOT = 32  # most items that a packet takes at a time without a crowd
+_MANY = 100  # from this many items of a quarter of a tile on they are small, and few groups of lanes meet each
 
 
 @inline
 def _choose(packet: Packet, item: int, items: int, most: int) -> tuple[int, int]:
-    """Find `most` of the items from number `item` on that the beam meets, or a few more.
+    """Choose `most` items, or a few more, from number `item` on that the beam meets.
 
-    Returns how many there are, and with which number to go on.
+    Returns how many it has chosen, and the number with which to continue.
     """
     seen, lanes, count = packet.items, packet.lanes, 0
     while count < most and item < items and seen[ENTERED + item] <= lanes[BEAM_AT + LAST]:
@@ -207,14 +210,14 @@ def _choose(packet: Packet, item: int, items: int, most: int) -> tuple[int, int]
 
 @inline
 def _ball_of(geometry: Geometry, items: Floats, k: int) -> tuple[int, int, int]:
-    """(where its leaf begins, the leaf's length, its place there) of an item that is a ball."""
+    """Return (begin of its leaf, number of items in the leaf, place in the leaf) of an item that is a ball."""
     first, last = leaf_range(whole(items[CODE + k]))
     return leaf_at(geometry, first), last - first, -2 - whole(items[BOX_OR_BALL + k])
 
 
 @inline
 def _group_at_ball(geometry: Geometry, packet: Packet, pair: int) -> int:
-    """A mask of the lanes of a group that may meet a ball; see `PAIRS`."""
+    """Return the mask of the lanes of a group that may meet the ball of a pair (`PAIRS`)."""
     at, size, place = _ball_of(geometry, packet.items, pair >> 3)
     x, y, z, r = leaf_ball(geometry, at, size, place)
     return group_in_ball(packet.lanes, pair & 7, x, y, z, r)
@@ -222,9 +225,9 @@ def _group_at_ball(geometry: Geometry, packet: Packet, pair: int) -> int:
 
 @inline
 def _put_pairs(geometry: Geometry, packet: Packet, chosen: int) -> int:
-    """Pair the balls among the chosen items with the groups of lanes that may meet them; returns how many pairs.
+    """Pair the balls among the chosen items with the groups of lanes that may meet them; return the number of pairs.
 
-    Step by step for all of them, without branches, so that no test waits for the outcome of the one before.
+    Each step handles all balls, without branches, so that no test waits for the result of the one before.
     """
     items, asked, count, kept = packet.items, packet.asked, 0, 0
     split = packet.lanes[GROUP_BEAMS] != 0.0
@@ -249,7 +252,7 @@ def _put_pairs(geometry: Geometry, packet: Packet, chosen: int) -> int:
 def _meet_chosen(
     geometry: Geometry, scratch: Scratch, packet: Packet, blocks: Signs, any_hit: bool, chosen: int
 ) -> int:
-    """Intersect the balls among the chosen items. The others are pushed on the stack, whose height is returned."""
+    """Intersect the balls among the chosen items, and push the others on the stack; return its height."""
     way, lanes, items, top = scratch.way, packet.lanes, packet.items, 0
     for j in range(chosen - 1, -1, -1):
         k = packet.asked[j]
@@ -261,7 +264,7 @@ def _meet_chosen(
         pair = packet.asked[PAIRS + j]
         at, size, place = _ball_of(geometry, items, pair >> 3)
         if lanes[GROUP_BEAMS] != 0.0:
-            met = _group_at_ball(geometry, packet, pair) << 8 * (pair & 7)  # again: a lane may have met something
+            met = _group_at_ball(geometry, packet, pair) << 8 * (pair & 7)  # again: hits may have shortened lanes
         else:
             met = lanes_at_ball(geometry, lanes, at + place, size)
         if met != 0:
@@ -277,7 +280,7 @@ def _meet_chosen(
 def _meet_balls(
     geometry: Geometry, scratch: Scratch, packet: Packet, blocks: Signs, any_hit: bool, at: int, count: int
 ) -> None:
-    """A leaf of balls: the beam culls those that it misses, the lanes test the others, the nearest first."""
+    """Intersect a leaf of balls: the beam culls those that it misses, the lanes test the others, nearest first."""
     lanes, near = packet.lanes, scratch.way
     bits, near[0] = 1, -math.inf
     if count > 1:
@@ -301,23 +304,23 @@ def _meet_balls(
 
 @helper
 def trace_packet(geometry: Geometry, scratch: Scratch, packet: Packet, blocks: Signs, any_hit: bool) -> None:
-    """First hits, or any, of the rays in the lanes, which are `ordinary`; see `lane_hit`.
+    """Find the first hits, or any hits, of the rays in the lanes, which are `is_ordinary`; `lane_hit` reads them.
 
     Only bodies with blocks[body] != 0 count, or all, if `blocks` is empty. Relies on `prepare_lanes` and
-    `put_lane_beam` having been called and, where there is a frontier, on its holding all that they can meet at t >= 0.
+    `put_lane_beam` having been called. A frontier must hold everything that the rays can meet at t >= 0.
     """
     way, lanes = scratch.way, packet.lanes
     items, item, top, most = whole(packet.items[ITEM_COUNT]), 0, 0, 2
-    if items < 0 or lanes[BEAM_AT + FIRST] < 0.0:  # a tile sees what lies before it
+    if items < 0 or lanes[BEAM_AT + FIRST] < 0.0:  # a frontier holds for t >= 0 only
         items, top = 0, push_roots(geometry, way, scene_tree(geometry))
     crowded = open_crowd(packet.crowd, lanes, items)
-    if items > _MANY or crowded:
+    if items > _MANY or crowded:  # small items: groups of eight lanes have beams of their own
         put_group_beams(lanes)
     if crowded:
         most = MOST_CHOSEN - 8
     while True:
         if top == 0:
-            # Few at first: what they hide need not be tested
+            # Few at first: items hidden behind their hits need no test
             chosen, item = _choose(packet, item, items, most)
             most = most if crowded else min(2 * most, _LOT)
             if chosen == 0:
@@ -328,14 +331,14 @@ def trace_packet(geometry: Geometry, scratch: Scratch, packet: Packet, blocks: S
             top = _meet_chosen(geometry, scratch, packet, blocks, any_hit, chosen)
             continue
         code, box, top = next_leaf(geometry, way, lanes, BEAM_AT, top)
-        if code == 0:
+        if code == 0:  # nothing is left on the stack: choose the next items
             continue
         begin, end = leaf_range(code)
         at, count = leaf_at(geometry, begin), end - begin
         if box >= 0 and is_round(geometry, at, count):
             _meet_balls(geometry, scratch, packet, blocks, any_hit, at, count)
             continue
-        met = -1
+        met = -1  # all lanes, for a leaf without a box
         if box >= 0:
             met = lanes_in_child(geometry, lanes, box_at(geometry, box))
             if met == 0:
@@ -347,20 +350,19 @@ def trace_packet(geometry: Geometry, scratch: Scratch, packet: Packet, blocks: S
         shorten_beam(lanes)
 
 
-# A square of pixels: packets of many samples, which see about the same, share a frontier.
+# A square of pixels: packets of many samples, which see about the same, share a frontier
 #
-# The first packet goes down the tree from its roots. For the second a frontier is found (`frontier`), of a beam a
-# little
-# wider than its own; those that follow use it as long as their beams lie within that one, and else widen it. Rays from
-# what they meet to a light may do the same, with a square of their own: their beam begins at the light.
+# The first packet goes down the tree from its roots. For the second a frontier (frontier.py) is found, of a beam a
+# little wider than its own. Later packets use it as long as their beams lie within that beam, and widen it otherwise.
+# Rays from their hits to a light may do the same, with a square of their own: their beam begins at the light.
 
 _MARGIN = 0.25
-"""Share of a packet's extent by which the beam is wider at each side: samples lie anywhere in their pixels."""
+"""Share of a packet's extent by which the beam is widened on each side: samples lie anywhere in their pixels."""
 _MOST = 4
-"""So often a frontier is looked for: packets whose beams differ more than that go down the tree each by itself."""
+"""Most frontiers of a square: packets whose beams differ even more go down the tree one by one."""
 
-# In `known`: the corners of origins and of directions, whose square it is, how many packets and how many frontiers
-# there were, and how far the first packet saw
+# Elements of `known`: the corners of origins and of directions, the number of the square, the numbers of packets and of
+# frontiers so far, and the furthest t that the first packet saw
 _LOW_O, _HIGH_O, _LOW_D, _HIGH_D = 0, 3, 6, 9
 _NUMBER, _PACKETS, _FOUND, _HORIZON = 12, 13, 14, 15
 
@@ -369,14 +371,14 @@ class PixelSquare(NamedTuple):
     """Memory of a square."""
 
     items: Floats  # a frontier
-    known: Floats  # see above
+    known: Floats  # see `_LOW_O`
     beam: Floats
     level: FrontierLevel
 
 
 @allocator
 def new_square() -> PixelSquare:
-    """Memory for one thread."""
+    """Return memory of squares for one thread."""
     known = np.zeros(16)
     known[_NUMBER] = -1.0
     return PixelSquare(new_frontier(), known, np.empty(BEAM), new_level())
@@ -384,7 +386,7 @@ def new_square() -> PixelSquare:
 
 @inline
 def _holds(known: Floats, lanes: Floats) -> bool:
-    """Does the beam of a packet lie within that of the frontier?"""
+    """True if the beam of a packet lies within the beam of the frontier."""
     inside = True
     for axis in range(3):
         inside &= known[_LOW_O + axis] <= lanes[BEAM_AT + LOW_O + axis]
@@ -396,7 +398,7 @@ def _holds(known: Floats, lanes: Floats) -> bool:
 
 @inline
 def _widen(known: Floats, at: int, low: float, high: float, is_first: bool) -> None:
-    """Let one axis of two corners hold an interval and a margin, beside what they hold already."""
+    """Extend two corners along one axis by an interval and its margin; `is_first` replaces them."""
     margin = _MARGIN * (high - low)
     low, high = low - margin, high + margin
     known[at] = low if is_first else min(low, known[at])
@@ -405,7 +407,7 @@ def _widen(known: Floats, at: int, low: float, high: float, is_first: bool) -> N
 
 @helper
 def _find(geometry: Geometry, square: PixelSquare, lanes: Floats) -> None:
-    """A frontier that holds for a packet, and for those before it."""
+    """Find a frontier that holds for a packet and for those before it."""
     known, beam = square.known, square.beam
     is_first = known[_FOUND] == 0.0
     known[_FOUND] += 1.0
@@ -421,7 +423,7 @@ def _find(geometry: Geometry, square: PixelSquare, lanes: Floats) -> None:
 
 @inline
 def _follow(geometry: Geometry, square: PixelSquare, lanes: Floats, number: int) -> bool:
-    """Is there a frontier for a packet of a square that has a number? Finds one, where that may pay."""
+    """True if the square `number` has a frontier for a packet; finds one where that may pay."""
     known = square.known
     if known[_NUMBER] != number:
         known[_NUMBER], known[_PACKETS], known[_FOUND] = number, 0.0, 0.0
@@ -439,12 +441,13 @@ def _follow(geometry: Geometry, square: PixelSquare, lanes: Floats, number: int)
 def trace_square(
     geometry: Geometry, scratch: Scratch, packet: Packet, square: PixelSquare, number: int, blocks: Signs, any_hit: bool
 ) -> None:
-    """`trace_packet` of one packet of a square, which has a number; packets of another begin anew.
+    """`trace_packet` of one packet of the square `number`; another number starts a new square.
 
     Relies on the packet's beam having corners of directions (`put_lane_beam`, `put_beam_from`).
     """
     items = square.items if _follow(geometry, square, packet.lanes, number) else packet.items
     trace_packet(geometry, scratch, with_items(packet, items), blocks, any_hit)
     if square.known[_PACKETS] == 1.0:
+        # The first packet shows how far the others will see, if most of its rays hit something
         furthest, hits = lane_sight(packet.lanes)
         square.known[_HORIZON] = furthest if 2.0 * hits > LANES and not any_hit else math.inf

@@ -1,1 +1,1 @@
-"""The route of streams: thousands of rays in no order, sorted."""
+"""The stream route: thousands of rays in no order, sorted so that neighbours are coherent."""

@@ -1,9 +1,8 @@
-"""Putting rays in an order in which neighbours see the same part of a scene.
+"""Sort rays into an order in which neighbours see the same part of a scene.
 
-Rays in no order are sorted by the octant of their direction, then by where they begin in the
-scene's box (or enter it), then by direction within the octant: a key of a few bits for each, a stable
-counting sort. Sixteen in a row are then coherent. After Garanzha and Loop, Fast ray sorting and breadth-first
-packet traversal (Eurographics 2010).
+Rays in no order are sorted by the octant of their direction, then by the point where they begin in the scene's box (or
+enter it), then by direction within the octant: a key of a few bits for each, and a stable counting sort. Sixteen in a
+row are then coherent. After Garanzha and Loop, Fast ray sorting and breadth-first packet traversal (Eurographics 2010).
 """
 
 from __future__ import annotations
@@ -19,8 +18,8 @@ from ..bvh.culling import load_eight
 from ..tables import Floats, Geometry, Ints, integer, length, node_at, whole
 from ..threads import run_chunks, thread_count
 
-_CHUNK = 1 << 16
-_FEW_BITS, _MORE_BITS, _MANY = 2, 3, 1 << 18  # of a key, for each coordinate; so many rays get more
+_CHUNK = 1 << 16  # least rays of a block, the share of a thread
+_FEW_BITS, _MORE_BITS, _MANY = 2, 3, 1 << 18  # bits of a key for each coordinate; from _MANY rays on the larger number
 LANES, _ROWS = 64, 7
 OX, OY, OZ, DX, DY, DZ, KEY = (np.uint64(row) for row in range(0, _ROWS * LANES, LANES))
 
@@ -46,13 +45,13 @@ class SceneBox(NamedTuple):
 
 @inline
 def _spread_bits(x: int) -> int:
-    """The bits of x (up to 5), two zeros between each."""
+    """Return the bits of x (up to 5) with two zeros between each."""
     return (x & 1) | (x & 2) << 2 | (x & 4) << 4 | (x & 8) << 6 | (x & 16) << 8
 
 
 @helper
 def scene_box(geometry: Geometry) -> SceneBox:
-    """The box of all that the scene's tree holds: low, high; (0, 0, 0) to (0, 0, 0) for none."""
+    """Return the box around all bounded entries of the scene; all zeros if it is empty or not finite."""
     box = SceneBox(math.inf, math.inf, math.inf, -math.inf, -math.inf, -math.inf)
     tree = length(geometry, table.TREE_ROOT) - 2
     for k in range(integer(geometry, table.TREE_ROOT, tree), integer(geometry, table.TREE_ROOT, tree + 1)):
@@ -76,7 +75,7 @@ def scene_box(geometry: Geometry) -> SceneBox:
 
 @inline
 def _cell(x: float, low: float, scale: float, most: float) -> int:
-    """Which of some equal parts beginning at `low`, 1 / scale wide, holds x, or is next to it: 0 if it is no number."""
+    """Return which of the cells from `low` on, 1 / scale wide, holds x or is nearest to it; 0 for NaN."""
     share = (x - low) * scale
     share = choose(share > 0.0, share, 0.0)
     return whole(choose(share < most, share, most))
@@ -84,19 +83,19 @@ def _cell(x: float, low: float, scale: float, most: float) -> int:
 
 @inline
 def _entry(o: float, d: float, low: float, high: float) -> float:
-    """From which t on a ray is beyond the nearer side of a slab, if it begins before it; else 0 or less."""
+    """Return the t at which a ray enters a slab, if it begins before the slab; else 0 or less."""
     return choose(d != 0.0, (choose(d > 0.0, low, high) - o) / d, 0.0)
 
 
 @inline
 def _scale(low: float, high: float, cells: int) -> float:
-    """Equal parts for each unit of length between two ends; 0 for an empty stretch."""
+    """Return cells for each unit of length between two ends; 0 for an empty interval."""
     return cells / (high - low) if high > low else 0.0
 
 
 @inline
 def _key(lanes: Floats, i: Any, box: SceneBox, scale: Triple, most: float, bits: int) -> None:
-    """The key of the ray in lane i."""
+    """Compute the key of the ray in lane i."""
     ox, oy, oz, dx, dy, dz = lanes[OX + i], lanes[OY + i], lanes[OZ + i], lanes[DX + i], lanes[DY + i], lanes[DZ + i]
     tx, ty, tz = _entry(ox, dx, box.lx, box.hx), _entry(oy, dy, box.ly, box.hy), _entry(oz, dz, box.lz, box.hz)
     t = choose(tx > 0.0, tx, 0.0)
@@ -113,7 +112,7 @@ def _key(lanes: Floats, i: Any, box: SceneBox, scale: Triple, most: float, bits:
 
 @inline
 def _keys(bits: int) -> int:
-    """How many keys there are of some bits for each coordinate, three for the octant and four for the direction."""
+    """Return the number of keys with `bits` for each coordinate, three for the octant and four for the direction."""
     return 1 << (3 * bits + 7)
 
 
@@ -121,7 +120,7 @@ def _keys(bits: int) -> int:
 def ray_keys(
     geometry: Geometry, origins: Floats, directions: Floats, begin: int, end: int, keys: Ints, counts: Ints
 ) -> None:
-    """The keys of rays begin..end, and how often each occurs among them. There are as many keys as counts."""
+    """Compute the keys of rays begin..end, and count how often each occurs; `counts` has an element for each key."""
     bits = _MORE_BITS if len(counts) == _keys(_MORE_BITS) else _FEW_BITS
     box, lanes, cells = scene_box(geometry), np.ones(_ROWS * LANES), 1 << bits
     scale = Triple(_scale(box.lx, box.hx, cells), _scale(box.ly, box.hy, cells), _scale(box.lz, box.hz, cells))
@@ -144,7 +143,7 @@ def ray_keys(
 
 @kernel(keys="n", begin="0..end", end="0..n", places="out 65536|8192", order="out n")
 def _place(keys: Ints, begin: int, end: int, places: Ints, order: Ints) -> None:
-    """Put the rays of a block in their places, in order of their keys; ties keep their order."""
+    """Write the rays of a block to their places, in order of their keys; ties keep their order."""
     for i in range(begin, end):
         key = keys[i]
         order[places[key]] = i
@@ -153,7 +152,7 @@ def _place(keys: Ints, begin: int, end: int, places: Ints, order: Ints) -> None:
 
 @kernel(counts="out * *")
 def _begin_places(counts: Ints) -> None:
-    """Counts of every key in every block, to where its first goes: by key, then by block."""
+    """Replace the count of every key in every block by the place of its first ray: by key, then by block."""
     total = 0
     for key in range(counts.shape[1]):
         for block in range(counts.shape[0]):
@@ -163,21 +162,22 @@ def _begin_places(counts: Ints) -> None:
 
 
 def ray_order(geometry: Geometry, origins: Floats, directions: Floats) -> Ints:
-    """Numbers of rays in an order in which neighbours are coherent; each number occurs once."""
+    """Return the numbers of rays, int32, in an order in which neighbours are coherent; each number occurs once."""
     count = len(origins)
     bits = _MORE_BITS if count >= _MANY else _FEW_BITS
     blocks = max(1, min(thread_count(), 16, count // _CHUNK))
     edges = np.linspace(0, count, blocks + 1).astype(np.int64)
     keys, order = np.empty(count, np.int32), np.empty(count, np.int32)
+    # Each block counts on its own; prefix sums over keys, then blocks, keep the sort stable and independent of threads
     counts = np.zeros((blocks, _keys(bits)), np.int32)
 
     def number(first: int, last: int) -> None:
-        """Keys of some blocks."""
+        """Compute the keys of blocks first..last."""
         for block in range(first, last):
             ray_keys(geometry, origins, directions, edges[block], edges[block + 1], keys, counts[block])
 
     def place(first: int, last: int) -> None:
-        """Places of some blocks."""
+        """Write the rays of blocks first..last to their places."""
         for block in range(first, last):
             _place(keys, edges[block], edges[block + 1], counts[block], order)
 

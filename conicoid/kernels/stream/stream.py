@@ -1,7 +1,9 @@
-"""Rays of a stream and balls that they may meet, pair by pair: 64 are tested at once, in lanes.
+"""First hits of rays in no order, thousands at a time.
 
-A pair is a lane, whatever leaf the ball is from. It is tested by the formulas of `meet.try_ball`, to the same bits;
-which hit is nearer is decided afterwards, one pair after the other, since two may have the same ray.
+All rays traverse the tree together: at a node every ray of a list is tested against the eight children, and goes on the
+lists of those that it meets. So a node is fetched once for many rays, and the arithmetic of one hides the memory
+latency of another. The directions lie in one octant; the children are visited in its order, the nearest first. After
+Barringer and Akenine-Möller, Dynamic ray stream traversal (ACM TOG 33, 2014).
 """
 
 from __future__ import annotations
@@ -64,9 +66,14 @@ from ..surface.interval import lengths_of_ball, limits_of_ray
 from ..surface.quadric import SphereRecord, sphere_roots
 from ..tables import BALL, REGION, Floats, Geometry, Ints, Signs, integer, is_halted, node_at, whole
 
+# Pairs of a ray and a ball that it may meet: 64 are tested at once, in lanes
+#
+# A pair is a lane, whatever leaf the ball is from. It is tested by the formulas of `try_ball`, to the same bits. The
+# nearer hit is chosen afterwards, one pair after the other, since two pairs may have the same ray.
+
 MOST_PAIRS = 64
 
-# Rows of 64 lanes: the two records of a ray (`stream`), the ball, what comes out
+# Rows of 64 lanes: the two records of a ray (`Stream`), the ball, the result
 (
     OX, OY, OZ, _IX, _IY, _IZ, PAIR_T_MIN, _LAST, DX, DY, DZ, PAIR_INVERSE, PAIR_START, PAIR_T_MAX, _BEST, _OFF,
     X, Y, Z, RADIUS, SURFACE, PAIR_BODY, PAIR_ENTRY, T, ERROR, ENTERS, UNSURE,
@@ -75,7 +82,7 @@ _SECOND = 8 * MOST_PAIRS
 
 
 class Pairs(NamedTuple):
-    """Pairs that wait to be tested."""
+    """Queued pairs."""
 
     lanes: Floats
     rays: Any  # (64,) int64: their rays
@@ -83,13 +90,13 @@ class Pairs(NamedTuple):
 
 @allocator
 def new_pairs() -> Pairs:
-    """Memory for one thread."""
+    """Return memory of pairs for one thread."""
     return Pairs(np.zeros(27 * MOST_PAIRS), np.zeros(MOST_PAIRS, np.int64))
 
 
 @inline
 def put_pair(pairs: Pairs, at: int, ray: int, geometry: Geometry, leaf: int, size: int, place: int) -> None:
-    """Pair number `at`: a ray of a stream, and the ball that stands at a place of a leaf of some size."""
+    """Write pair number `at`: a ray of a stream, and the ball at a place of the leaf of `size` items at `leaf`."""
     lanes, i = pairs.lanes, np.uint64(at)
     pairs.rays[i] = ray
     ball, item = leaf_ball(geometry, leaf, size, place), leaf_item(geometry, leaf, size, place)
@@ -103,7 +110,7 @@ def put_pair(pairs: Pairs, at: int, ray: int, geometry: Geometry, leaf: int, siz
 
 @helper
 def meet_pairs(pairs: Pairs, rays: Floats, more: Floats, count: int) -> None:
-    """Where the rays of the first `count` pairs meet their balls; `rays` and `more` hold eight numbers of each ray."""
+    """Intersect the rays of the first `count` pairs with their balls; `rays` and `more` hold eight numbers a ray."""
     lanes, numbers = pairs.lanes, pairs.rays
     for k in range(count, (count + 7) & -8):
         numbers[k] = numbers[0]
@@ -133,7 +140,7 @@ def _test_lane(lanes: Floats, i: Any) -> None:
 
 @inline
 def pair_hit(pairs: Pairs, at: int) -> Hit:
-    """The crossing of pair number `at`; t = inf if the ray does not meet the ball."""
+    """Return the crossing of pair number `at`; t = inf if the ray does not meet the ball."""
     lanes, i = pairs.lanes, np.uint64(at)
     return Hit(
         lanes[T + i], whole(lanes[PAIR_BODY + i]), whole(lanes[PAIR_ENTRY + i]), whole(NO_PLACE), whole(1),
@@ -141,21 +148,15 @@ def pair_hit(pairs: Pairs, at: int) -> Hit:
     )  # fmt: skip
 
 
-# First hits of rays in no order, thousands at a time.
-#
-# All traverse the tree together: at a node every ray of a list is tested against the eight children, and
-# is put on the lists of those that it meets. So a node is fetched once for many rays, and the arithmetic of one
-# hides the memory latency of another. The directions lie in one octant; the children are visited in its order, the
-# nearest first. After Barringer and Akenine-Möller,
-# Dynamic ray stream traversal (ACM TOG 33, 2014).
+# The stream
 
-# Eight numbers of a ray that boxes are tested with, in the order of `put_on_lists`: a line of the cache
+# Eight numbers of a ray for box tests, in the order of `put_on_lists`: one line of the cache
 ORIGIN, SLOPES, T_MIN, LAST = 0, 3, 6, 7
-# Eight more, which balls are tested with too, and how far away what it has met is; in the order of `pairs`
+# Eight more, for tests of balls, with t and error bound of its hit; in the order of the rows of `Pairs`
 D, INVERSE, START, T_MAX, BEST, OFF = 0, 3, 4, 5, 6, 7
-# What that is
+# The rest of its hit
 BODY, ENTRY, PLACE, TURN = 0, 1, 2, 3
-_SEVERAL = 3  # so many rays go to a leaf together
+_SEVERAL = 3  # least number of rays that a leaf tests together
 
 
 class Stream(NamedTuple):
@@ -164,20 +165,20 @@ class Stream(NamedTuple):
     rays: Floats  # 8 numbers each
     more: Floats  # 8 numbers each
     hits: Ints  # 4 numbers each
-    lists: Any  # int64: rays that meet something, list after list, each with the t where (`waiting`)
-    stack: Ints  # 4 each: what is met, where its list begins, how many rays it has, where its siblings' memory ends
-    keys: Floats  # (8,) how far a node's children are
-    counts: Ints  # (8,) how many rays they have
-    asked: Any  # (136,) int64: tests of a leaf that culling left: 16 times a ray, plus the item's place
+    lists: Any  # int64: rays that meet a node or leaf, list after list, each with its t of entry (`waiting_ray`)
+    stack: Ints  # 4 each: code of a node or leaf, begin of its list, its number of rays, end of its siblings' lists
+    keys: Floats  # (8,) distances of a node's children along the first ray
+    counts: Ints  # (8,) rays that meet each child
+    asked: Any  # (136,) int64: tests of a leaf that culling left: 16 ray + place of the item
     pairs: Pairs
     bodies: BodyQueue
 
 
 @allocator
 def new_stream(geometry: Geometry, most: int) -> Stream:
-    """Memory for streams of up to `most` rays."""
+    """Return memory for streams of up to `most` rays, for one thread."""
     depth = integer(geometry, table.TREE_DEPTH, 0)
-    room = (most + 8) * (depth + 16)  # a list takes up a multiple of eight
+    room = (most + 8) * (depth + 16)  # a list takes a multiple of eight
     return Stream(
         np.empty(8 * most), np.empty(8 * most), np.empty(4 * most, np.int32), np.empty(room, np.int64),
         np.empty(4 * (depth + 16), np.int32), np.empty(8), np.empty(8, np.int32), np.empty(136, np.int64), new_pairs(),
@@ -187,7 +188,7 @@ def new_stream(geometry: Geometry, most: int) -> Stream:
 
 @inline
 def put_stream_ray(stream: Stream, k: int, ray: Ray) -> None:
-    """Ray k of a stream; nothing is hit yet."""
+    """Write ray k of a stream, without a hit."""
     ox, oy, oz, dx, dy, dz, t_min, t_max, start = ray
     rays, more, hits, at, what = stream.rays, stream.more, stream.hits, np.uint64(8 * k), np.uint64(4 * k)
     rays[at + ORIGIN], rays[at + ORIGIN + 1], rays[at + ORIGIN + 2] = ox, oy, oz
@@ -201,7 +202,7 @@ def put_stream_ray(stream: Stream, k: int, ray: Ray) -> None:
 
 @inline
 def _ray(stream: Stream, k: int) -> Ray:
-    """Ray k of a stream."""
+    """Return ray k of a stream."""
     rays, more, at = stream.rays, stream.more, np.uint64(8 * k)
     return Ray(
         rays[at + ORIGIN], rays[at + ORIGIN + 1], rays[at + ORIGIN + 2],
@@ -211,19 +212,19 @@ def _ray(stream: Stream, k: int) -> Ray:
 
 @inline
 def octant_of(x: float, y: float, z: float) -> int:
-    """Bit k is set where coordinate k of a direction is negative."""
+    """Return the octant of a direction: bit k is set where coordinate k is negative."""
     return (1 if x < 0.0 else 0) | (2 if y < 0.0 else 0) | (4 if z < 0.0 else 0)
 
 
 @inline
 def _octant(stream: Stream) -> int:
-    """The octant that all rays of a stream look into."""
+    """Return the octant of the directions of a stream."""
     return octant_of(stream.more[D], stream.more[D + 1], stream.more[D + 2])
 
 
 @inline
 def stream_hit(stream: Stream, k: int) -> Hit:
-    """The hit of ray k so far."""
+    """Return the hit of ray k so far."""
     more, hits, at, what = stream.more, stream.hits, np.uint64(8 * k), np.uint64(4 * k)
     unsure = is_doubtful(hits[what + TURN])
     turn = whole(hits[what + TURN] - (DOUBTFUL if unsure else 0))
@@ -234,7 +235,7 @@ def stream_hit(stream: Stream, k: int) -> Hit:
 
 @inline
 def _keep(stream: Stream, k: int, hit: Hit, any_hit: bool) -> None:
-    """A new hit of ray k; what lies beyond it is culled from now on, or everything, if any hit will do."""
+    """Write a new hit of ray k, and shorten the ray to it; with `any_hit` a ray with a hit ends at once."""
     more, hits, at, what = stream.more, stream.hits, np.uint64(8 * k), np.uint64(4 * k)
     more[at + BEST], more[at + OFF] = hit.t, hit.off
     hits[what + BODY], hits[what + ENTRY], hits[what + PLACE], hits[what + TURN] = (
@@ -249,7 +250,7 @@ def _keep(stream: Stream, k: int, hit: Hit, any_hit: bool) -> None:
 
 @inline
 def _compare(geometry: Geometry, stream: Stream, k: int, new: Hit, any_hit: bool) -> None:
-    """Ray k keeps the nearer of its hit and a new one, which may be a miss."""
+    """Keep the nearer of the hit of ray k and a new one, which may be a miss."""
     at = np.uint64(8 * k)
     if new.unsure or not new.t - stream.more[at + BEST] > new.off + stream.more[at + OFF]:
         _keep(stream, k, nearer_hit(geometry, stream_hit(stream, k), new), any_hit)
@@ -257,7 +258,7 @@ def _compare(geometry: Geometry, stream: Stream, k: int, new: Hit, any_hit: bool
 
 @helper
 def _settle_pairs(geometry: Geometry, stream: Stream, waiting_pairs: int, any_hit: bool) -> int:
-    """Test the pairs that wait, and keep the nearer hits in their order; returns how many are left: none."""
+    """Test the queued pairs, and keep the nearer hits in the order of the queue; return 0, the new length."""
     meet_pairs(stream.pairs, stream.rays, stream.more, waiting_pairs)
     for n in range(waiting_pairs):
         _compare(geometry, stream, stream.pairs.rays[n], pair_hit(stream.pairs, n), any_hit)
@@ -266,11 +267,11 @@ def _settle_pairs(geometry: Geometry, stream: Stream, waiting_pairs: int, any_hi
 
 @helper
 def _settle_bodies(geometry: Geometry, scratch: Scratch, stream: Stream, form: int, any_hit: bool) -> None:
-    """Test the bodies of a form that wait for rays, and keep the nearer hits in their order."""
+    """Test the queued bodies of a form, and keep the nearer hits in the order of the queue."""
     bodies, count = stream.bodies, empty_queue(stream.bodies, form)
     for n in range(meet_bodies(geometry, bodies, form, stream.rays, stream.more, count)):
         (k, entry), hit = queue_body(bodies, form, n), body_hit(geometry, bodies, form, n)
-        if hit.unsure:  # single rays doubt less
+        if hit.unsure:  # single rays are in doubt less often
             _keep(stream, k, try_entry(geometry, scratch, entry, _ray(stream, k), stream_hit(stream, k)), any_hit)
         elif hit.t < math.inf:
             _compare(geometry, stream, k, hit, any_hit)
@@ -280,11 +281,11 @@ def _settle_bodies(geometry: Geometry, scratch: Scratch, stream: Stream, form: i
 def _descend(
     geometry: Geometry, stream: Stream, octant: int, node: int, begin: int, count: int, room: int, top: int
 ) -> int:
-    """Put the rays of a list on the lists of the node's children that they meet; returns the stack's height."""
+    """Write the rays of a list to the lists of the node's children that they meet; return the height of the stack."""
     lists, counts, its = stream.lists, stream.counts, (count + 7) & -8
     at = node_at(geometry, node)
     put_on_lists(geometry.floats, at, octant, stream.rays, lists, begin, count, room, counts)
-    # The nearest on top, as the first ray of the list sees it
+    # The nearest on top, along the first ray of the list
     first, base, boxes = 8 * waiting_ray(lists[begin])[0], top, geometry.floats
     dx, dy, dz = stream.more[first + D], stream.more[first + D + 1], stream.more[first + D + 2]
     stack, keys = stream.stack, stream.keys
@@ -293,6 +294,7 @@ def _descend(
         if counts[child] == 0 or code == 0:
             continue
         prefetch_node(geometry, code)
+        # Twice the center of the box along the direction
         key = (
             (boxes[at + child] + boxes[at + 24 + child]) * dx
             + (boxes[at + 8 + child] + boxes[at + 32 + child]) * dy
@@ -313,7 +315,7 @@ def _descend(
 
 @inline
 def _sift(geometry: Geometry, stream: Stream, at: int, size: int, begin: int, left: int) -> int:
-    """Find the items of a leaf that the first eight rays of a list may meet; returns how many, put into `asked`."""
+    """Write the tests of a leaf's items with the first eight rays of a list that culling leaves; return how many."""
     lists, asked, count = stream.lists, stream.asked, 0
     if left >= _SEVERAL:
         return rays_in_balls(geometry.floats, at, size, stream.rays, stream.more, lists, begin, left, asked)
@@ -337,7 +339,7 @@ def _meet(
     geometry: Geometry, scratch: Scratch, stream: Stream, code: int, rays: tuple[int, int], paired: int,
     blocks: Signs, any_hit: bool,
 ) -> int:  # fmt: skip
-    """Intersect a leaf with a list of rays: where it begins, how many. Returns how many pairs with balls wait now."""
+    """Intersect a leaf with the list of rays (begin, count); return the number of queued pairs with balls."""
     (first, last), (begin, count) = leaf_range(code), rays
     at, size = leaf_at(geometry, first), last - first
     for j in range(begin, begin + count, 8):
@@ -352,7 +354,7 @@ def _meet(
                 if paired == MOST_PAIRS:
                     paired = _settle_pairs(geometry, stream, paired, any_hit)
                 continue
-            if kind == REGION and stream.rays[8 * k + T_MIN] >= 0.0:
+            if kind == REGION and stream.rays[8 * k + T_MIN] >= 0.0:  # lanes rely on t >= 0
                 form = form_of(geometry, stream.bodies, leaf_index(geometry, at, size, place))
                 if form >= 0:
                     if put_body(stream.bodies, form, k, leaf_entry(geometry, at, size, place)):
@@ -370,10 +372,11 @@ def _meet(
 def trace_stream(
     geometry: Geometry, scratch: Scratch, stream: Stream, count: int, blocks: Signs, any_hit: bool
 ) -> None:
-    """First hits, or any, of the first `count` rays of a stream, of one octant; `stream_hit` reads their hits.
+    """Find the first hits, or any hits, of the first `count` rays of a stream; `stream_hit` reads them.
 
-    Only bodies with blocks[body] != 0 count, or all, if `blocks` is empty. Relies on one octant of all
-    directions. A ray's LAST bounds what can still be nearer than its hit; any-hit rays leave the stream by LAST = -inf.
+    Only bodies with blocks[body] != 0 count, or all, if `blocks` is empty. Relies on all directions being of one
+    octant. A ray's LAST bounds the t of crossings that can still be nearer than its hit; any-hit rays leave the stream
+    by LAST = -inf.
     """
     if count == 0:
         return
@@ -387,6 +390,7 @@ def trace_stream(
         top += 1
     while top > 0 and not is_halted(geometry):
         top -= 1
+        # `room`: where lists end that are still needed; new ones begin there
         code, begin, its, room = stack[4 * top], stack[4 * top + 1], stack[4 * top + 2], stack[4 * top + 3]
         if code >= 0:
             top = _descend(geometry, stream, octant, code, begin, its, room, top)

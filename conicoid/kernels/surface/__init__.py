@@ -1,1 +1,1 @@
-"""Compiled mathematics on floats and tuples. Knows no objects, allocates nothing, raises nothing."""
+"""Surfaces on a ray: compiled mathematics on floats and tuples, without objects, allocations or exceptions."""

@@ -1,16 +1,17 @@
-"""Every bound of doubt: the constants that decide where the fast formulas are not trusted. See docs/exactness.md.
+"""Error constants: every bound that decides where the fast formulas are not trusted. See docs/exactness.md.
 
-A crossing is doubtful long before rounding can have spoilt it: roundings are 2^-53 each, and a formula has some dozen
-of them. What is doubtful is decided again, so a bound that is too wide costs time, one that is too narrow an answer.
+A crossing is doubtful long before rounding can change the answer: roundings are 2^-53 each, and a formula has some
+dozen of them. Doubtful crossings are decided again, so a bound that is too wide costs time, and one that is too narrow
+gives a wrong answer.
 """
 
 RELATIVE = 2.0**-44
-"""Share of |o| and of |x| by which t may be off, whatever is crossed."""
+"""Error of t as a share of |o| and of |x|, for every surface."""
 STARTING = 1024.0
-"""By so much are the bounds larger for a ray that starts on a surface, since its origin was rounded to beside it: the
-share of |o| in t, and the least discriminant."""
+"""Factor of the bounds for a ray that starts on a surface, since its origin was rounded to a point beside the surface:
+of the share of |o| in the error of t, and of the least discriminant."""
 BALL_OFF, BALL_FAR = 2.0**-21, 2.0**45
-"""Of a ball: share of its radius by which t may be off, and how many radii away nothing is certain."""
+"""For a ball: error of t as a share of the radius, and the distance in radii beyond which nothing is certain."""
 LEAST_OF_BALLS = 2.0**-31
 """Least certain discriminant of a sphere, for |d| = 1, as a share of r²."""
 KAPPA, KAPPA_OF_BALLS, KAPPA_OF_PLANES = 2.0**-47, 2.0**-40, 2.0**-49
@@ -18,13 +19,12 @@ KAPPA, KAPPA_OF_BALLS, KAPPA_OF_PLANES = 2.0**-47, 2.0**-40, 2.0**-49
 of a quadric whose anchor is exact, 64 roundings; of a sphere, whose center may be off by 2^-46 of its radius; of a
 plane that was rounded."""
 FAR = 2.0**45
-"""How many times its reach away from a surface nothing is certain of it."""
+"""Distance from a surface, as a multiple of its reach, beyond which nothing is certain of it."""
 LOOP = 2.0**-44
 """Share of the terms of u and v (polygon_loop.py) by which rounding, that of a vertex too, may change them."""
 POINT, POINT_AT_BALL = 2.0**-44, 2.0**-40
 """Share of the terms of a surface's value at a point by which it may be off; of a sphere's, of |p - c|² + r²."""
 CANCELS, OBLIQUE = 2.0**-10, 2.0**-5
-"""Share of its terms below which a sum is worked out again in two floats: of a quadric, of a plane."""
+"""Share of its terms below which a sum is computed again in pairs of floats: for a quadric, for a plane."""
 ALIKE = 2.0**-6
-"""A t that is not doubtful is nearer to the exact place than this share of it: |t| is more than 2^-44 |o|, its error
-less than 2^-50 |o|."""
+"""Relative error bound of a t that is not doubtful: |t| is more than 2^-44 |o|, its error less than 2^-50 |o|."""

@@ -1,7 +1,8 @@
-"""A surface on a ray, decided: on which side it begins, whether it is crossed, where to 30 digits.
+"""A surface on a ray with certainty: on which side the ray begins, whether it crosses, and where, to 30 digits.
 
-The same formulas as in quadric.py and plane.py, in numbers that carry a bound on their error. A surface
-is its record together with what rounding took from it. Whatever is not OPEN is proved.
+The formulas are those of quadric.py and plane.py, in pairs of floats that carry an error bound (`BoundedPair`). A
+surface is its record plus its rounding rest: the difference between the exact numbers and the rounded ones of the
+record. Every answer that is not OPEN is proved.
 """
 
 from __future__ import annotations
@@ -36,19 +37,20 @@ from .records import anchor_of, form_row, load_plane, load_quadric, load_sphere
 CROSSES, MISSES, OPEN = 1, 0, 2
 
 Decision: TypeAlias = tuple[int, int, BoundedPair, BoundedPair]
-"""Of a plane: (CROSSES, sign of its rate, t, t) or (MISSES, sign of its height, ...). Of a curved surface: (CROSSES,
-sign of a, low, high) or (MISSES, the sign of its value all along, ...). OPEN where that is not certain."""
+"""For a plane (CROSSES, sign of its rate, t, t) or (MISSES, sign of its height, ...); for a curved surface (CROSSES,
+sign of a, low, high) or (MISSES, sign of its value along the whole ray, ...); OPEN first where that is not certain."""
 
 _NOTHING = BoundedPair(0.0, 0.0, 0.0)
 Terms: TypeAlias = tuple[BoundedPair, BoundedPair, BoundedPair, BoundedPair]
-"""a, b, c and b² - a c"""
+"""a, b, c and b² - a c of a t² + 2 b t + c."""
 
 
 @record_shapes(planes="planes", spheres="*", quadrics="*", vertices="vertices")
 class RoundingRest(NamedTuple):
-    """What rounding took from records and corners of polygons, flat; from spheres and quadrics beyond the end: nothing.
+    """Rounding rests: exact minus rounded numbers of records and of polygon corners, flat.
 
-    Quadrics from which it took the same may share a row: see `rest_of_quadric`.
+    The arrays of spheres and quadrics may be short: the rests of rows beyond their end are 0. Quadrics with equal rests
+    may share a row (`rest_of_quadric`).
     """
 
     planes: Floats
@@ -59,26 +61,26 @@ class RoundingRest(NamedTuple):
 
 @inline
 def rest_of_quadric(geometry: Geometry, row: int) -> int:
-    """Where in `Rest.quadrics` that of a quadric begins."""
+    """Return the place in `RoundingRest.quadrics` where the rest of a quadric begins."""
     return QUADRIC_SIZE * form_row(geometry, row)
 
 
 @inline
 def rest_number(rest: RoundingRest, k: int) -> float:
-    """A number of `Rest.quadrics`; beyond the end, nothing: no other argument says how many rows there are."""
+    """Return number k of `RoundingRest.quadrics`; 0 beyond the end."""
     return rest.quadrics[k] if k < len(rest.quadrics) else 0.0
 
 
 @inline
 def _difference(x: float, y: float) -> BoundedPair:
-    """x - y exactly."""
+    """Return x - y exactly."""
     high, low = two_difference(x, y)
     return BoundedPair(high, low, 0.0)
 
 
 @inline
 def _point_offset(x: float, y: float, rest: float, t: float, d: float) -> BoundedPair:
-    """x + t d - y, with what rounding took from y."""
+    """Return x + t d - (y + rest), where y was rounded and `rest` is its rounding rest."""
     place = plus(_difference(x, y), product(t, d))
     return place if rest == 0.0 else minus(place, remainder(rest))
 
@@ -87,7 +89,7 @@ def _point_offset(x: float, y: float, rest: float, t: float, d: float) -> Bounde
 def plane_terms(
     geometry: Geometry, rest: RoundingRest, surface: int, ray: Ray, t: float
 ) -> tuple[BoundedPair, BoundedPair]:
-    """(height, rate) of a plane on a ray, about its point at t."""
+    """Return (height, rate) of a plane on a ray, with the ray's origin moved to its point at t."""
     ox, oy, oz, dx, dy, dz, _, _, _ = ray
     row = integer(geometry, table.SURFACE_ROW, surface)
     nx, ny, nz, above, ax, ay, az = load_plane(geometry, row)
@@ -104,7 +106,7 @@ def plane_terms(
 
 @helper
 def decide_plane(geometry: Geometry, rest: RoundingRest, surface: int, ray: Ray, starts: bool) -> Decision:
-    """A plane on a ray; t = 0 on the plane that it starts on."""
+    """Decide a plane on a ray; t = 0 if the ray starts on it."""
     height, rate = plane_terms(geometry, rest, surface, ray, 0.0)
     rises = sign(rate)
     if rises == OPEN:
@@ -193,7 +195,7 @@ def _quadric_terms(geometry: Geometry, rest: RoundingRest, row: int, ray: Ray, t
 
 @inline
 def curved_terms(geometry: Geometry, rest: RoundingRest, surface: int, ray: Ray, t: float) -> Terms:
-    """Of a sphere or quadric on a ray, about its point at t."""
+    """Return the terms of a sphere or quadric on a ray, with the ray's origin moved to its point at t."""
     row = integer(geometry, table.SURFACE_ROW, surface)
     if integer(geometry, table.SURFACE_KIND, surface) == SPHERE:
         return _sphere_terms(geometry, rest, row, ray, t)
@@ -202,7 +204,7 @@ def curved_terms(geometry: Geometry, rest: RoundingRest, surface: int, ray: Ray,
 
 @inline
 def _foot(geometry: Geometry, surface: int, ray: Ray, starts: bool) -> float:
-    """About where a ray is nearest to the anchor of a sphere or quadric; 0 if it starts there."""
+    """Return about the t where a ray is nearest to the anchor of a sphere or quadric; 0 if it starts on the surface."""
     x, y, z = anchor_of(geometry, surface)
     along = (x - ray.ox) * ray.dx + (y - ray.oy) * ray.dy + (z - ray.oz) * ray.dz
     foot = along / (ray.dx * ray.dx + ray.dy * ray.dy + ray.dz * ray.dz)
@@ -211,8 +213,8 @@ def _foot(geometry: Geometry, surface: int, ray: Ray, starts: bool) -> float:
 
 @helper
 def decide_curved(geometry: Geometry, rest: RoundingRest, surface: int, ray: Ray, starts: bool) -> Decision:
-    """A sphere or quadric on a ray; of the one that it starts on, the root nearest to t = 0 comes out as 0."""
-    foot = _foot(geometry, surface, ray, starts)
+    """Decide a sphere or quadric on a ray; if the ray starts on it, the root nearest to t = 0 is returned as 0."""
+    foot = _foot(geometry, surface, ray, starts)  # about the foot the terms are smallest, and cancel least
     a, b, c, discriminant = curved_terms(geometry, rest, surface, ray, foot)
     bends, crosses, value = sign(a), sign(discriminant), sign(c)
     if bends == OPEN or crosses == OPEN:
@@ -220,13 +222,14 @@ def decide_curved(geometry: Geometry, rest: RoundingRest, surface: int, ray: Ray
     if crosses <= 0:
         all_along = bends if bends != 0 else value
         return (OPEN if all_along == OPEN else MISSES), all_along, _NOTHING, _NOTHING
+    # The formulas of `roots_of`: t = q / a and c / q, from the origin again
     q, from_origin = root(discriminant), bounded_pair(foot)
     q = opposite(plus(b, q)) if b.high >= 0.0 else minus(q, b)
     second = plus(over(c, q), from_origin)
     if bends == 0:
         if sign(b) == OPEN:
             return OPEN, 0, _NOTHING, _NOTHING
-        # One root; the other has gone to the infinity where b grows it to
+        # One root; the other lies at the infinity to which it moves as a goes to 0
         falls = b.high < 0.0
         nowhere = BoundedPair(math.inf if falls else -math.inf, 0.0, 0.0)
         second = _NOTHING if starts else second
@@ -234,14 +237,14 @@ def decide_curved(geometry: Geometry, rest: RoundingRest, surface: int, ray: Ray
     first = plus(over(q, a), from_origin)
     low, high = (first, second) if (b.high >= 0.0) == (bends > 0) else (second, first)
     if starts:
-        gone = sign(plus(low, high))  # which of them is nearer to 0
-        if gone == OPEN or gone == 0:
+        balance = sign(plus(low, high))  # positive: low is nearer to 0 than high
+        if balance == OPEN or balance == 0:
             return OPEN, 0, _NOTHING, _NOTHING
-        low, high = (_NOTHING, high) if gone > 0 else (low, _NOTHING)
+        low, high = (_NOTHING, high) if balance > 0 else (low, _NOTHING)
     return CROSSES, bends, low, high
 
 
 @inline
 def is_plane(geometry: Geometry, surface: int) -> bool:
-    """Is a surface a plane?"""
+    """True if a surface is a plane."""
     return integer(geometry, table.SURFACE_KIND, surface) == PLANE

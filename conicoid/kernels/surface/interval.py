@@ -1,7 +1,7 @@
-"""A crossing and the interval of its ray, which is open at both ends.
+"""A crossing and the interval of its ray, and the error bounds of t.
 
-`starts` says everywhere: the crossing is one with the surface on which the ray starts. At t = 0 that is the start
-itself, which never counts.
+Intervals are open at both ends. `starts` is True everywhere for a crossing with the surface on which the ray starts; at
+t = 0 such a crossing is the start itself, which never counts. Bounds and doubt: docs/exactness.md.
 """
 
 from __future__ import annotations
@@ -21,70 +21,70 @@ from .quadric import SphereRecord
 
 @inline
 def is_open(t_min: float, t_max: float) -> bool:
-    """Is there anything between the ends of an interval? Not where one is NaN, or they are out of order."""
+    """True if an interval is not empty; False where an end is NaN or the ends are out of order."""
     return t_min < t_max
 
 
 @inline
 def has_begun(t: float, t_min: float) -> bool:
-    """Does a crossing lie beyond the beginning of its interval? What lies there was passed before."""
+    """True if a crossing lies beyond the beginning of its interval; the ray has passed one at the beginning."""
     return t_min < t
 
 
 @inline
 def has_not_ended(t: float, t_max: float) -> bool:
-    """Does a crossing lie before the end of its interval?"""
+    """True if a crossing lies before the end of its interval."""
     return t < t_max
 
 
 @inline
 def is_within(t: float, t_min: float, t_max: float) -> bool:
-    """Is t within (t_min, t_max)?"""
+    """True if t lies within (t_min, t_max)."""
     return has_begun(t, t_min) & has_not_ended(t, t_max)
 
 
 @inline
 def may_overlap(t_in: float, t_out: float, t_min: float, t_max: float, off: float) -> bool:
-    """Might a span have any of an interval, where rounding may have moved each of its ends by `off`?"""
+    """True if a span might overlap an interval, where rounding may have moved each of its ends by `off`."""
     t_out += off
     return (t_in <= t_out) & (t_min <= t_out) & (t_in <= t_max + off)
 
 
 @inline
 def counts_in(t: float, starts: bool, t_min: float, t_max: float) -> bool:
-    """Is a crossing within (t_min, t_max), and not the one that the ray starts on?
+    """True if a crossing lies within (t_min, t_max) and is not the one on which the ray starts.
 
-    The lanes of a packet may say that none is: one that starts on a surface begins at t = 0 or later (`load.ordinary`).
+    Lanes of a packet may pass starts = False: one that starts on a surface begins at t = 0 or later (`is_ordinary`).
     """
     return is_within(t, t_min, t_max) & ((t != 0.0) | (not starts))
 
 
 @inline
 def is_start_crossing(t: float, starts: bool, t_min: float, t_max: float) -> bool:
-    """Is a crossing the one that the ray starts on, and within an interval that begins before it?
+    """True if a crossing is the one on which the ray starts and lies within an interval that begins before it.
 
-    Then a body counts before it as it does beyond, so that crossings and spans go together.
+    Then a body counts before the crossing as it does beyond it, so that crossings and spans agree.
     """
     return is_within(t, t_min, t_max) & (t == 0.0) & starts
 
 
 @inline
 def may_pass_start(t: float, starts: bool, t_min: float, off: float) -> bool:
-    """Might rounding have taken a crossing to the other side of the ray's origin? Not the one that it starts on.
+    """True if rounding might have moved a crossing past the ray's origin; False for the one on which it starts.
 
-    Other ends of the interval are compared with t as it is reported, so that what is reported lies within them; there
-    is nothing to doubt about those.
+    Other ends of the interval are compared with the reported t, so that every reported crossing lies within them; these
+    comparisons are never doubtful.
     """
     return (abs(t) <= off) & (t_min <= off) & ((t != 0.0) | (not starts))
 
 
-# When two crossings are so near that rounding may have changed their order (docs/exactness.md).
+# Error bounds of t: crossings nearer to each other may have changed their order
 
 
 class Nearness(NamedTuple):
     """The error bound of t, and the size of t beyond which nothing is certain; or both as lengths, for |d| = 1.
 
-    far < 0 means that nothing is certain of the whole ray.
+    far < 0 means that nothing is certain on the whole ray.
     """
 
     off: float
@@ -93,19 +93,19 @@ class Nearness(NamedTuple):
 
 @inline
 def ray_unit(dx: float, dy: float, dz: float, inverse: float) -> float:
-    """1 / |d|, or up to 1.74 times that: it takes no root."""
+    """Return a number from 1 / |d| to 1.74 / |d|, without a square root; `inverse` is 1 / d·d."""
     return (abs(dx) + abs(dy) + abs(dz)) * inverse
 
 
 @inline
 def ray_size(ox: float, oy: float, oz: float, unit: float) -> float:
-    """|o| / |d|, or a little more."""
+    """Return |o| / |d| or a little more; `unit` is `ray_unit`."""
     return (abs(ox) + abs(oy) + abs(oz)) * unit
 
 
 @inline
 def row_of_limits(geometry: Geometry, limits: int, row: int) -> int:
-    """The row of the limits of a cell, program, sheet or polygon: those that are one another moved share one."""
+    """Return the row of the limits of a cell, program, sheet or polygon; translated copies share a row."""
     if limits == table.CELL_LIMITS:
         return row_of_cell(geometry, row)
     if limits == table.PROGRAM_LIMITS and length(geometry, table.PROGRAM_SHIFTS) > 0:
@@ -115,36 +115,37 @@ def row_of_limits(geometry: Geometry, limits: int, row: int) -> int:
 
 @inline
 def lengths_of(geometry: Geometry, limits: int, row: int) -> Nearness:
-    """The limits of a cell, program, sheet or polygon, for |d| = 1: by its number, from one of their tables."""
+    """Return the limits, as lengths, of a cell, program, sheet or polygon; `limits` is the number of their table."""
     at = 2 * row_of_limits(geometry, limits, row)
     return Nearness(real(geometry, limits, at), real(geometry, limits, at + 1))
 
 
 @inline
 def lengths_of_ball(ball: SphereRecord) -> Nearness:
-    """The limits of a ball, for |d| = 1."""
+    """Return the limits, as lengths, of a ball."""
     x, y, z, radius = ball
     return Nearness(BALL_OFF * radius + RELATIVE * (abs(x) + abs(y) + abs(z) + radius), BALL_FAR * radius)
 
 
 @inline
 def nearness_of(geometry: Geometry, limits: int, row: int, ray: Ray, inverse: float) -> Nearness:
-    """The limits of a cell, program, sheet or polygon for the t of a ray."""
+    """Return the limits, in t of a ray, of a cell, program, sheet or polygon."""
     return limits_of_ray(ray, inverse, lengths_of(geometry, limits, row))
 
 
 @inline
 def limits_along(lengths: Nearness, unit: float, size: float, beside: float) -> Nearness:
-    """Limits of lengths as limits of t, by `ray_unit`, `ray_size` and how far beside its origin the ray may start.
+    """Convert limits from lengths to t.
 
-    Never narrower than the exact ones: `off` is rounded up by `unit` >= 1 / |d|, `far` down by half of it.
+    `unit` is `ray_unit`, `size` is `ray_size`, and `beside` bounds the distance of the ray's start from its origin. The
+    result is never narrower than the exact limits: `off` is rounded up by `unit` >= 1 / |d|, `far` down by half of it.
     """
     return Nearness(lengths.off * unit + RELATIVE * beside, lengths.far * (0.5 * unit) - size)
 
 
 @inline
 def limits_of_ray(ray: Ray, inverse: float, lengths: Nearness) -> Nearness:
-    """Limits of lengths as limits of t."""
+    """Convert limits from lengths to t of a ray."""
     unit = ray_unit(ray.dx, ray.dy, ray.dz, inverse)
     size = ray_size(ray.ox, ray.oy, ray.oz, unit)
     beside = size * STARTING if ray.start >= 0 else size
@@ -153,11 +154,11 @@ def limits_of_ray(ray: Ray, inverse: float, lengths: Nearness) -> Nearness:
 
 @inline
 def may_swap(s: float, t: float, nearness: Nearness) -> bool:
-    """Might rounding have changed the order of two crossings? False where one is infinite."""
+    """True if rounding might have changed the order of two crossings; False where one is infinite."""
     return abs(s - t) <= nearness.off
 
 
 @inline
 def is_too_far(t: float, nearness: Nearness) -> bool:
-    """Is a crossing so far away that nothing is certain of it?"""
+    """True if a crossing is so far away that nothing is certain of it; False for infinite t."""
     return (abs(t) > nearness.far) & (abs(t) < math.inf)

@@ -1,4 +1,4 @@
-"""A plane on a ray."""
+"""A plane on a ray: its value along the ray is height + rate t."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from .doubt import OBLIQUE
 
 
 class PlaneRecord(NamedTuple):
-    """The record of a plane: its normal n, what n·x - offset is at the anchor, the anchor.
+    """The record of a plane: its normal n, the value n·x - offset at the anchor, and the anchor.
 
-    n and the offset are as said, times a power of two that brings the largest component of n to [1/2, 1).
+    n and the offset are scaled by a power of two that brings the largest component of n to [1/2, 1).
     """
 
     nx: float
@@ -27,7 +27,7 @@ class PlaneRecord(NamedTuple):
 
 
 class PlaneLimits(NamedTuple):
-    """From where on the fast formulas of a plane are certain."""
+    """Least values from which on the fast formulas of a plane are certain."""
 
     rate_squared: float  # for |d| = 1
     height: float  # of a parallel ray
@@ -35,10 +35,10 @@ class PlaneLimits(NamedTuple):
 
 @inline
 def plane_on_ray(plane: PlaneRecord, line: RayLine) -> tuple[float, float, bool]:
-    """(height, rate, parallel): the plane's value n·x - offset along the ray is height + rate t.
+    """Return (height, rate, parallel): the plane's value n·x - offset along the ray is height + rate t.
 
-    Where the terms of one of the dot products cancel, both are evaluated again in twice the precision, so
-    that t = -height / rate keeps its digits for grazing rays. `parallel`: every term of the rate is zero.
+    Where the terms of a dot product cancel, both are evaluated again in twice the precision, so that t = -height / rate
+    keeps its digits for grazing rays. `parallel` is True if every term of the rate is zero.
     """
     height, rate, cancels, parallel = plain_plane(plane, line)
     if cancels:
@@ -48,22 +48,23 @@ def plane_on_ray(plane: PlaneRecord, line: RayLine) -> tuple[float, float, bool]
 
 @inline
 def runs_along(plane: PlaneRecord, line: RayLine) -> bool:
-    """Is every term of the rate zero?"""
+    """True if every term of the rate is zero."""
     return abs(plane.nx * line.dx) + abs(plane.ny * line.dy) + abs(plane.nz * line.dz) == 0.0
 
 
 @inline
 def unsure_of_plane(height: float, rate: float, parallel: bool, inverse: float, limits: PlaneLimits) -> bool:
-    """Might rounding change the side that a parallel ray is on, or whether a ray rises over the plane?"""
+    """True if rounding might change the side of a parallel ray, or the sign of the rate of any other."""
     certain = (abs(height) >= limits.height) if parallel else (rate * rate * inverse >= limits.rate_squared)
     return not certain
 
 
 @inline
 def plain_plane(plane: PlaneRecord, line: RayLine) -> tuple[float, float, bool, bool]:
-    """(height, rate, cancels, parallel), without branches: for lanes, which evaluate the few that cancel again.
+    """Return (height, rate, cancels, parallel), without branches.
 
-    The origin is taken relative to the anchor in two floats.
+    Lanes of packets call it, and evaluate the few that cancel again. The origin is taken relative to the anchor in two
+    floats.
     """
     nx, ny, nz, over, ax, ay, az = plane
     ox, oy, oz, dx, dy, dz = line
@@ -72,6 +73,7 @@ def plain_plane(plane: PlaneRecord, line: RayLine) -> tuple[float, float, bool, 
     pz, ez = two_difference(oz, az)
     rate = dot(nx, ny, nz, dx, dy, dz)
     height = dot(nx, ny, nz, px, py, pz) + (dot(nx, ny, nz, ex, ey, ez) + over)
+    # Sizes of the terms of rate and height, to detect cancellation
     size = abs(nx * dx) + abs(ny * dy) + abs(nz * dz)
     reach = abs(nx * px) + abs(ny * py) + abs(nz * pz) + abs(over)
     return height, rate, (abs(rate) < OBLIQUE * size) | (abs(height) < OBLIQUE * reach), size == 0.0
@@ -79,7 +81,7 @@ def plain_plane(plane: PlaneRecord, line: RayLine) -> tuple[float, float, bool, 
 
 @helper
 def careful_plane(plane: PlaneRecord, line: RayLine) -> tuple[float, float]:
-    """(height, rate) in twice the precision, rounded once."""
+    """Return (height, rate) computed in twice the precision and rounded once."""
     nx, ny, nz, over, ax, ay, az = plane
     ox, oy, oz, dx, dy, dz = line
     px, ex = two_difference(ox, ax)

@@ -1,11 +1,10 @@
-"""Is a ray inside a closed loop of points? Watertight along shared edges.
+"""Test of a ray against a closed loop of points, watertight along shared edges; in floats, and with certainty.
 
-Every vertex is seen along the ray: u = d_z X - d_x Z and v = d_z Y - d_y Z with (X, Y, Z) the vertex
-relative to the origin and z the axis the direction is longest along. These depend on the ray
-and the vertex alone, and the side of an edge on its two ends alone, so two polygons that share an
-edge see one and the same edge: by even-odd a ray through it is inside exactly one of two that
-lie on opposite sides of it. (After Woop, Benthin, Wald: Watertight ray/triangle intersection,
-JCGT 2, 2013; the even-odd rule is that of the ray tracing notes.)
+Every vertex is projected along the ray: u = d_z X - d_x Z and v = d_z Y - d_y Z, with (X, Y, Z) the vertex relative to
+the origin and z the axis along which the direction is longest. These depend on the ray and the vertex alone, and the
+side of an edge on its two ends alone, so two polygons that share an edge get the same side of it: by the even-odd rule
+a ray through the edge is inside exactly one of two polygons that lie on opposite sides of it. (After Woop, Benthin,
+Wald: Watertight ray/triangle intersection, JCGT 2, 2013; the even-odd rule is that of the ray tracing notes.)
 """
 
 from __future__ import annotations
@@ -22,7 +21,10 @@ from .exact_crossing import RoundingRest
 
 @inline
 def project_vertex(axis: int, px: float, py: float, pz: float, ray: Ray) -> tuple[float, float, float, float]:
-    """(u, v) of a vertex, its place across the ray times the direction's longest component; and their terms' size."""
+    """Return (u, v, size of u's terms, size of v's terms) of a vertex.
+
+    (u, v) is the vertex's position across the ray times the direction's longest component.
+    """
     ox, oy, oz, dx, dy, dz, _, _, _ = ray
     x, ex = two_difference(px, ox)
     y, ey = two_difference(py, oy)
@@ -39,7 +41,7 @@ def project_vertex(axis: int, px: float, py: float, pz: float, ray: Ray) -> tupl
 
 @inline
 def project_row_vertex(geometry: Geometry, vertex: int, axis: int, ray: Ray) -> tuple[float, float, float, float]:
-    """`seen_along` for a vertex of the table."""
+    """`project_vertex` for a vertex of the table."""
     at = 3 * vertex
     x, y, z = (
         real(geometry, table.VERTICES, at),
@@ -51,9 +53,10 @@ def project_row_vertex(geometry: Geometry, vertex: int, axis: int, ray: Ray) -> 
 
 @inline
 def inside_loop(geometry: Geometry, first: int, last: int, ray: Ray) -> tuple[bool, bool]:
-    """(inside by even-odd, doubtful): does a half-line from the ray across the view meet an odd number of edges?
+    """Return (inside by the even-odd rule, doubtful).
 
-    Relies on u, v of a vertex and the side of an edge not depending on the polygon: that makes shared edges watertight.
+    Inside means that a half-line from the ray across the projection meets an odd number of edges. Shared edges are
+    watertight because (u, v) of a vertex and the side of an edge do not depend on the polygon.
     """
     dx, dy, dz = abs(ray.dx), abs(ray.dy), abs(ray.dz)
     axis = 2 if (dz >= dx) & (dz >= dy) else (0 if dx >= dy else 1)
@@ -62,6 +65,7 @@ def inside_loop(geometry: Geometry, first: int, last: int, ray: Ray) -> tuple[bo
     for k in range(first, last):
         ub, vb, tu, tv = project_row_vertex(geometry, k, axis, ray)
         unsure |= (abs(vb) <= LOOP * tv) & (tv > 0.0)
+        # v = 0 counts as positive for every polygon, so a vertex on the half-line counts once
         if (va < 0.0) != (vb < 0.0):
             side = difference_of_products(ua, vb, ub, va)
             unsure |= abs(side) <= LOOP * ((su * abs(vb) + tu * abs(va)) + (abs(ua) * tv + abs(ub) * sv))
@@ -71,24 +75,24 @@ def inside_loop(geometry: Geometry, first: int, last: int, ray: Ray) -> tuple[bo
     return odd, unsure
 
 
-# Is a ray inside a closed loop of points, with certainty?  (The rule of polygon_loop.py)
+# The same rule with certainty, in pairs of floats with error bounds
 
 OPEN = 2
 
 
 @inline
 def _corner_offset(geometry: Geometry, rest: RoundingRest, at: int, origin: float) -> BoundedPair:
-    """A coordinate of a corner, from the ray's origin."""
+    """Return a coordinate of a corner relative to the ray's origin, with its rounding rest."""
     high, low = two_difference(real(geometry, table.VERTICES, at), origin)
-    given = BoundedPair(high, low, 0.0)
-    return given if rest.vertices[at] == 0.0 else plus(given, remainder(rest.vertices[at]))
+    offset = BoundedPair(high, low, 0.0)
+    return offset if rest.vertices[at] == 0.0 else plus(offset, remainder(rest.vertices[at]))
 
 
 @inline
 def _project_exactly(
     geometry: Geometry, rest: RoundingRest, vertex: int, axis: int, ray: Ray
 ) -> tuple[BoundedPair, BoundedPair]:
-    """(u, v) of a vertex, as in `loop.seen_along`."""
+    """Return (u, v) of a vertex, by the formulas of `project_vertex`."""
     first, second = (1, 2) if axis == 0 else ((2, 0) if axis == 1 else (0, 1))
     at, origin, direction = 3 * vertex, (ray.ox, ray.oy, ray.oz), (ray.dx, ray.dy, ray.dz)
     x, y = (
@@ -103,7 +107,7 @@ def _project_exactly(
 
 @helper
 def decide_loop(geometry: Geometry, rest: RoundingRest, polygon: int, ray: Ray) -> int:
-    """1 inside, 0 outside, OPEN where that is not certain."""
+    """Return 1 if the ray is inside a polygon, 0 if outside, OPEN if that is not certain."""
     first, last = (
         integer(geometry, table.POLYGON_FIRST, polygon),
         integer(geometry, table.POLYGON_FIRST, polygon + 1),

@@ -1,4 +1,4 @@
-"""A quadric on a ray: its two crossings, stable at any distance and any scale.
+"""A quadric or sphere on a ray: its two crossings, numerically stable at any distance and any scale.
 
 The surface is  sum s_i y_i² + 2 b_i y_i - k = 0  with y = W (x - anchor). On the ray, with the
 origin moved to the foot of the perpendicular from the anchor, it is  a t² + 2 b t + c, and the
@@ -55,7 +55,7 @@ class QuadricRecord(NamedTuple):
 
 
 class SphereRecord(NamedTuple):
-    """A sphere, or a ball."""
+    """A sphere, or a ball: center and radius."""
 
     x: float
     y: float
@@ -64,10 +64,10 @@ class SphereRecord(NamedTuple):
 
 
 class QuadricRoots(NamedTuple):
-    """Inside is ]low, high[, or its outside where `outside`.
+    """Crossings of a ray with a quadric: its inside is low < t < high, or the rest of the line if `outside`.
 
-    Without crossings (a touch counts as none) the ray is inside all along if `outside`, else nowhere. `unsure`:
-    rounding might change that, or the roots by more than the limits of their surface say.
+    Without crossings (a touch counts as none) the whole ray is inside if `outside`, else none of it. `unsure` is True
+    if rounding might change that, or might change the roots by more than the limits of their surface.
     """
 
     low: float
@@ -78,10 +78,11 @@ class QuadricRoots(NamedTuple):
 
 
 class RayQuadratic(NamedTuple):
-    """A quadric on a ray: a t² + 2 b t + c about o + foot d, its discriminant b² - a c, and what kind it is.
+    """A quadric on a ray: a t² + 2 b t + c about o + foot d, its discriminant b² - a c, and three flags.
 
-    `cancels`: terms of a or of the discriminant do, and all is to be evaluated again in pairs of floats. `straight`:
-    every term of a is zero. `ruling`: of b's share in it too, the ray runs along the axis of a cylinder.
+    `cancels` is True if terms of a or of the discriminant cancel, so that all terms must be evaluated again in pairs of
+    floats; `straight` if every term of a is zero; `ruling` if the linear terms along the ray are zero as well, so that
+    the ray runs parallel to the axis of a cylinder.
     """
 
     a: float
@@ -95,7 +96,7 @@ class RayQuadratic(NamedTuple):
 
 
 class QuadricLimits(NamedTuple):
-    """From where on the fast formulas of a quadric are certain."""
+    """Least values from which on the fast formulas of a quadric are certain."""
 
     discriminant: float  # for |d| = 1
     value: float  # along rulings, infinite where these are never certain
@@ -103,13 +104,14 @@ class QuadricLimits(NamedTuple):
 
 @inline
 def roots_of(a: float, b: float, c: float, discriminant: float, shift: float, unsure: bool) -> QuadricRoots:
-    """Roots of a t² + 2 b t + c from its discriminant; each by the formula that does not cancel.
+    """Return the roots of a t² + 2 b t + c from its discriminant, each by the formula that does not cancel.
 
-    q = -(b + sign(b) sqrt(b² - a c)); t = q / a and c / q. For a = 0 the first becomes the infinity
-    at the right end, so that a linear function needs no branch of its own. Keeps low <= high; `outside` where
-    a < 0, or where a = 0, nothing is crossed and c < 0.
+    q = -(b + sign(b) sqrt(b² - a c)); t = q / a and c / q, both plus `shift`. For a = 0 the first root is the infinity
+    at the right end, so that a linear function needs no branch of its own. Keeps low <= high. `outside` is set where
+    a < 0, and where a = 0, the ray crosses nothing and c < 0.
     """
     crosses = discriminant > 0.0
+    # 1 in place of a discriminant without roots: the root stays real, and its value is not used
     q = -(b + math.copysign(math.sqrt(discriminant if crosses else 1.0), b))
     first, second = q / a + shift, c / q + shift
     outside = a < 0.0 or (a == 0.0 and not crosses and c < 0.0)
@@ -120,7 +122,10 @@ def roots_of(a: float, b: float, c: float, discriminant: float, shift: float, un
 def sphere_on_ray(
     sphere: SphereRecord, line: RayLine, inverse: float, starts: bool
 ) -> tuple[float, float, float, float, float]:
-    """(a, b, c, b² - a c, foot) of |x - c| = r on a ray, about the foot of the perpendicular; `starts`: c is 0."""
+    """Return (a, b, c, b² - a c, foot) of |x - center| = r on a ray, about the foot of the perpendicular.
+
+    With `starts` the ray's origin lies on the sphere: foot and c are 0.
+    """
     cx, cy, cz, r = sphere
     ox, oy, oz, dx, dy, dz = line
     px, ex = two_difference(ox, cx)
@@ -130,6 +135,7 @@ def sphere_on_ray(
     foot = 0.0 if starts else -dot(px, py, pz, dx, dy, dz) * inverse
     px, py, pz = fma(foot, dx, px) + ex, fma(foot, dy, py) + ey, fma(foot, dz, pz) + ez
     b = dot(px, py, pz, dx, dy, dz)
+    # b² - a c = a r² - |p × d|², in which nothing of the distance |p| cancels
     mx = difference_of_products(py, dz, pz, dy)
     my = difference_of_products(pz, dx, px, dz)
     mz = difference_of_products(px, dy, py, dx)
@@ -140,15 +146,15 @@ def sphere_on_ray(
 
 @inline
 def least_of_sphere(sphere: SphereRecord, starts: bool) -> float:
-    """The least certain discriminant of a sphere, for |d| = 1."""
+    """Return the least certain discriminant of a sphere, for |d| = 1."""
     return (LEAST_OF_BALLS * STARTING if starts else LEAST_OF_BALLS) * (sphere.radius * sphere.radius)
 
 
 @inline
 def sphere_roots(sphere: SphereRecord, line: RayLine, inverse: float, starts: bool) -> QuadricRoots:
-    """Crossings of a ray with |x - c| = r; `inverse` is 1 / d·d, `starts`: the origin lies on it.
+    """Return the crossings of a ray with a sphere; `inverse` is 1 / d·d, `starts`: the origin lies on the sphere.
 
-    The ray tracing notes' algebraic method about the foot of the perpendicular, which is their geometric one.
+    This is the ray tracing notes' algebraic method about the foot of the perpendicular, which is their geometric one.
     """
     a, b, c, discriminant, foot = sphere_on_ray(sphere, line, inverse, starts)
     least = least_of_sphere(sphere, starts)
@@ -159,7 +165,7 @@ def sphere_roots(sphere: SphereRecord, line: RayLine, inverse: float, starts: bo
 def quadric_roots(
     quadric: QuadricRecord, limits: QuadricLimits, line: RayLine, inverse: float, starts: bool
 ) -> QuadricRoots:
-    """Crossings of a ray with a quadric; `inverse` is 1 / d·d, `starts`: the origin lies on it."""
+    """Return the crossings of a ray with a quadric; `inverse` is 1 / d·d, `starts`: the origin lies on the quadric."""
     terms = quadratic_on_ray(quadric, line, inverse, starts)
     if terms.cancels:
         terms = careful_quadratic(quadric, line, terms)
@@ -168,24 +174,25 @@ def quadric_roots(
 
 @inline
 def roots_of_terms(terms: RayQuadratic, starts: bool, inverse: float, limits: QuadricLimits) -> QuadricRoots:
-    """Roots from the terms; the one a ray starts on is removed by setting c = 0: what remains is t = 0 and -2 b / a.
+    """Return the roots from the terms of a quadric on a ray.
 
-    Relies on foot = 0 where the ray starts on the quadric. `unsure` by the least discriminant of `limits`, and for a
-    ray along a ruling by the least value.
+    For a ray that starts on the quadric c is set to 0, so that the roots are t = 0 exactly and -2 b / a; relies on
+    foot = 0 there. `unsure` compares with the least discriminant of `limits`, for a ray along a ruling with the least
+    value.
     """
     a, b, foot = terms.a, terms.b, terms.foot
     discriminant = b * b if starts else terms.discriminant
     c = 0.0 if starts else terms.c
     least = limits.discriminant * STARTING if starts else limits.discriminant
     certain = (abs(c) > limits.value) if terms.ruling else (abs(discriminant) * inverse >= least)
-    # A root at infinity is one only where nothing bends, whatever rounding took
+    # A root at infinity is certain only if every term of a is zero, despite the rounding of the record
     certain &= (terms.straight & (limits.value < math.inf)) | (a != 0.0)
     return roots_of(a, b, c, discriminant, foot, not certain)
 
 
 @inline
 def quadratic_on_ray(quadric: QuadricRecord, line: RayLine, inverse: float, starts: bool) -> RayQuadratic:
-    """A quadric on a ray, in floats, without branches; `cancels` says where `careful_quadratic` is needed."""
+    """Return a quadric on a ray, in floats, without branches; `cancels` is set where `careful_quadratic` is needed."""
     ax, ay, az, w00, w01, w02, w10, w11, w12, w20, w21, w22, s0, s1, s2, b0, b1, b2, k = quadric
     ox, oy, oz, dx, dy, dz = line
     # Origin relative to the anchor in two floats, then the foot of the perpendicular
@@ -194,7 +201,7 @@ def quadratic_on_ray(quadric: QuadricRecord, line: RayLine, inverse: float, star
     pz, uz = two_difference(oz, az)
     foot = 0.0 if starts else -dot(px, py, pz, dx, dy, dz) * inverse
     px, py, pz = fma(foot, dx, px) + ux, fma(foot, dy, py) + uy, fma(foot, dz, pz) + uz
-    # Own coordinates
+    # Coordinates y = W x of direction and foot
     e0, y0 = dot(w00, w01, w02, dx, dy, dz), dot(w00, w01, w02, px, py, pz)
     e1, y1 = dot(w10, w11, w12, dx, dy, dz), dot(w10, w11, w12, px, py, pz)
     e2, y2 = dot(w20, w21, w22, dx, dy, dz), dot(w20, w21, w22, px, py, pz)
@@ -211,7 +218,7 @@ def quadratic_on_ray(quadric: QuadricRecord, line: RayLine, inverse: float, star
     t0, t1, t2 = s1 * s2 * (m0 * m0), s0 * s2 * (m1 * m1), s0 * s1 * (m2 * m2)
     h = dot(m0, m1, m2, f1 * b2 - f2 * b1, f2 * b0 - f0 * b2, f0 * b1 - f1 * b0)
     discriminant = (a * k - ((t0 + t1) + t2)) + fma(g, g, 2.0 * h)
-    # Where terms cancel
+    # Sizes of the terms, to detect cancellation
     size = abs(f0 * e0) + abs(f1 * e1) + abs(f2 * e2)
     terms = abs(size * k) + abs(t0) + abs(t1) + abs(t2) + g * g + 2.0 * abs(h)
     cancels = (abs(discriminant) < CANCELS * terms) | (abs(a) < CANCELS * size)
@@ -222,7 +229,7 @@ def quadratic_on_ray(quadric: QuadricRecord, line: RayLine, inverse: float, star
 
 @helper
 def careful_quadratic(quadric: QuadricRecord, line: RayLine, terms: RayQuadratic) -> RayQuadratic:
-    """`quadratic_on_ray` about the same foot, evaluated in pairs of floats and rounded once."""
+    """Return `quadratic_on_ray` about the same foot, evaluated in pairs of floats and rounded once."""
     ax, ay, az, w00, w01, w02, w10, w11, w12, w20, w21, w22, s0, s1, s2, b0, b1, b2, k = quadric
     ox, oy, oz, dx, dy, dz = line
     foot = terms.foot
@@ -258,27 +265,27 @@ def careful_quadratic(quadric: QuadricRecord, line: RayLine, terms: RayQuadratic
 
 @inline
 def _difference(a: float, b: float) -> Pair:
-    """a - b exactly, as a pair."""
+    """Return a - b exactly, as a pair."""
     high, low = two_difference(a, b)
     return Pair(high, low)
 
 
 @inline
 def _product(a: float, b: float) -> Pair:
-    """a b exactly, as a pair."""
+    """Return a b exactly, as a pair."""
     p = a * b
     return Pair(p, fma(a, b, -p))
 
 
 @inline
 def _moment(a: Pair, b: Pair, c: Pair, d: Pair) -> Pair:
-    """a b - c d"""
+    """Return a b - c d."""
     return pair_sum(pair_product(a, b), negate_pair(pair_product(c, d)))
 
 
 @inline
 def quadric_value(quadric: QuadricRecord, x: float, y: float, z: float) -> float:
-    """The left side of the equation at a point: <= 0 inside."""
+    """Return the left side of the quadric's equation at a point: <= 0 inside."""
     y0, y1, y2 = own_coordinates(quadric, x, y, z)
     _, _, _, _, _, _, _, _, _, _, _, _, s0, s1, s2, b0, b1, b2, k = quadric
     return dot(fma(s0, y0, 2.0 * b0), fma(s1, y1, 2.0 * b1), fma(s2, y2, 2.0 * b2), y0, y1, y2) - k
@@ -288,7 +295,7 @@ def quadric_value(quadric: QuadricRecord, x: float, y: float, z: float) -> float
 def quadric_rounding(
     quadric: QuadricRecord, x: float, y: float, z: float, rest_x: float, rest_y: float, rest_z: float
 ) -> float:
-    """By how much rounding may have changed `quadric_value`, that of the anchor too, from which it took the rest."""
+    """Return the error bound of `quadric_value`; it includes the anchor's rounding, whose rest is (rest_x, ...)."""
     ax, ay, az, w00, w01, w02, w10, w11, w12, w20, w21, w22, s0, s1, s2, b0, b1, b2, k = quadric
     px, py, pz = abs(x - ax), abs(y - ay), abs(z - az)
     ex, ey, ez = abs(rest_x), abs(rest_y), abs(rest_z)
@@ -300,7 +307,7 @@ def quadric_rounding(
 
 @inline
 def _terms(w: Vector, s: float, b: float, p: Vector, e: Vector) -> tuple[float, float]:
-    """Along one axis, without signs: s y² + 2 b y with y = w·p, and by how much that changes from p to p + e."""
+    """Return bounds along one axis of |s y² + 2 b y|, y = w·p, and of its change from p to p + e."""
     (w0, w1, w2), (px, py, pz), (ex, ey, ez) = w, p, e
     y, beside = dot(abs(w0), abs(w1), abs(w2), px, py, pz), dot(abs(w0), abs(w1), abs(w2), ex, ey, ez)
     return (abs(s) * y + 2.0 * abs(b)) * y, (abs(s) * (2.0 * y + beside) + 2.0 * abs(b)) * beside
@@ -308,7 +315,7 @@ def _terms(w: Vector, s: float, b: float, p: Vector, e: Vector) -> tuple[float, 
 
 @inline
 def quadric_gradient(quadric: QuadricRecord, x: float, y: float, z: float) -> tuple[float, float, float]:
-    """Wᵀ (s∘y + b): half the gradient at a point (the ray tracing notes' normal of a quadric)."""
+    """Return Wᵀ (s∘y + b), half the gradient at a point (the ray tracing notes' normal of a quadric)."""
     _, _, _, w00, w01, w02, w10, w11, w12, w20, w21, w22, s0, s1, s2, b0, b1, b2, _ = quadric
     y0, y1, y2 = own_coordinates(quadric, x, y, z)
     g0, g1, g2 = fma(s0, y0, b0), fma(s1, y1, b1), fma(s2, y2, b2)
@@ -317,7 +324,7 @@ def quadric_gradient(quadric: QuadricRecord, x: float, y: float, z: float) -> tu
 
 @inline
 def own_coordinates(quadric: QuadricRecord, x: float, y: float, z: float) -> tuple[float, float, float]:
-    """W (x - anchor)"""
+    """Return y = W (x - anchor)."""
     ax, ay, az, w00, w01, w02, w10, w11, w12, w20, w21, w22, _, _, _, _, _, _, _ = quadric
     px, py, pz = x - ax, y - ay, z - az
     return dot(w00, w01, w02, px, py, pz), dot(w10, w11, w12, px, py, pz), dot(w20, w21, w22, px, py, pz)

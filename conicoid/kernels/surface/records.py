@@ -1,6 +1,7 @@
-"""The record of a surface in the scene's tables, and where a ray crosses it.
+"""Surfaces in the scene's tables: their records, their crossings with a ray, and their normals.
 
-Every route evaluates a surface by its number through these, so that walls that coincide get the same t to the bit.
+Every route evaluates a surface by its number through these functions, so that coincident walls get the same t to the
+bit.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ from .quadric import (
 
 @inline
 def load_plane(geometry: Geometry, row: int) -> PlaneRecord:
-    """The record of a plane."""
+    """Return the record of a plane."""
     at = geometry.places[table.PLANES] + PLANE_SIZE * row
     t = geometry.floats
     return PlaneRecord(t[at], t[at + 1], t[at + 2], t[at + 3], t[at + 4], t[at + 5], t[at + 6])
@@ -32,7 +33,7 @@ def load_plane(geometry: Geometry, row: int) -> PlaneRecord:
 
 @inline
 def load_sphere(geometry: Geometry, row: int) -> SphereRecord:
-    """The record of a sphere."""
+    """Return the record of a sphere."""
     at = geometry.places[table.SPHERES] + SPHERE_SIZE * row
     t = geometry.floats
     return SphereRecord(t[at], t[at + 1], t[at + 2], t[at + 3])
@@ -40,13 +41,13 @@ def load_sphere(geometry: Geometry, row: int) -> SphereRecord:
 
 @inline
 def form_row(geometry: Geometry, row: int) -> int:
-    """The row of a quadric's form, and of what rounding took from its numbers."""
+    """Return the row of a quadric's form, which is also the row of its rounding rest."""
     return whole(geometry.floats[geometry.places[table.QUADRICS] + ANCHOR_SIZE * row + 3])
 
 
 @inline
 def load_quadric(geometry: Geometry, row: int) -> QuadricRecord:
-    """The record of a quadric."""
+    """Return the record of a quadric."""
     at = geometry.places[table.QUADRICS] + ANCHOR_SIZE * row
     t, form = geometry.floats, geometry.places[table.QUADRIC_FORMS] + FORM_SIZE * form_row(geometry, row)
     return QuadricRecord(
@@ -58,7 +59,7 @@ def load_quadric(geometry: Geometry, row: int) -> QuadricRecord:
 
 @inline
 def anchor_of(geometry: Geometry, surface: int) -> tuple[float, float, float]:
-    """The anchor of a quadric, the center of a sphere."""
+    """Return the anchor of a quadric, or the center of a sphere."""
     row = integer(geometry, table.SURFACE_ROW, surface)
     if integer(geometry, table.SURFACE_KIND, surface) == SPHERE:
         sphere = load_sphere(geometry, row)
@@ -69,21 +70,21 @@ def anchor_of(geometry: Geometry, surface: int) -> tuple[float, float, float]:
 
 @inline
 def plane_limits(geometry: Geometry, row: int) -> PlaneLimits:
-    """The limits of a plane."""
+    """Return the limits of a plane."""
     at = geometry.places[table.PLANE_LIMITS] + 2 * row
     return PlaneLimits(geometry.floats[at], geometry.floats[at + 1])
 
 
 @inline
 def quadric_limits(geometry: Geometry, row: int) -> QuadricLimits:
-    """The limits of a quadric: those of its form."""
+    """Return the limits of a quadric, which belong to its form."""
     at = geometry.places[table.QUADRIC_LIMITS] + 2 * form_row(geometry, row)
     return QuadricLimits(geometry.floats[at], geometry.floats[at + 1])
 
 
 @inline
 def plane_values(geometry: Geometry, surface: int, ray: Ray, inverse: float) -> tuple[float, float, bool]:
-    """(height, rate, unsure) of a plane on a ray: its value at t is height + rate t, 0 at the start of one on it."""
+    """Return (height, rate, unsure) of a plane on a ray: its value is height + rate t, with height 0 at a start."""
     row = integer(geometry, table.SURFACE_ROW, surface)
     height, rate, parallel = plane_on_ray(load_plane(geometry, row), line_of(ray))
     unsure = unsure_of_plane(height, rate, parallel, inverse, plane_limits(geometry, row))
@@ -92,14 +93,14 @@ def plane_values(geometry: Geometry, surface: int, ray: Ray, inverse: float) -> 
 
 @inline
 def plane_crossing(geometry: Geometry, surface: int, ray: Ray, inverse: float) -> tuple[float, float, bool]:
-    """(t, rate, unsure): where the ray crosses a plane."""
+    """Return (t, rate, unsure) of a ray's crossing with a plane."""
     height, rate, unsure = plane_values(geometry, surface, ray, inverse)
     return -height / rate, rate, unsure
 
 
 @helper
 def curved_roots(geometry: Geometry, surface: int, ray: Ray, inverse: float) -> QuadricRoots:
-    """Crossings with a sphere or general quadric; relies on `inverse` = 1 / d·d."""
+    """Return the crossings with a sphere or general quadric; relies on `inverse` = 1 / d·d."""
     row, starts = integer(geometry, table.SURFACE_ROW, surface), surface == ray.start
     if integer(geometry, table.SURFACE_KIND, surface) == SPHERE:
         return sphere_roots(load_sphere(geometry, row), line_of(ray), inverse, starts)
@@ -108,19 +109,19 @@ def curved_roots(geometry: Geometry, surface: int, ray: Ray, inverse: float) -> 
 
 @inline
 def is_curved(geometry: Geometry, surface: int) -> bool:
-    """Is a surface a sphere or a quadric?"""
+    """True if a surface is a sphere or a quadric."""
     return (
         integer(geometry, table.SURFACE_KIND, surface) == SPHERE
         or integer(geometry, table.SURFACE_KIND, surface) == QUADRIC
     )
 
 
-# The unit normal of a surface at a point.
+# Normals
 
 
 @inline
 def gradient_at(geometry: Geometry, surface: int, x: float, y: float, z: float) -> tuple[float, float, float]:
-    """A vector of some length along the normal of a surface at a point; at the apex of a cone along its axis."""
+    """Return a vector, not normalised, along a surface's normal at a point; at the apex of a cone along its axis."""
     kind, row = integer(geometry, table.SURFACE_KIND, surface), integer(geometry, table.SURFACE_ROW, surface)
     if kind == PLANE:
         plane = load_plane(geometry, row)
@@ -137,7 +138,7 @@ def gradient_at(geometry: Geometry, surface: int, x: float, y: float, z: float) 
 
 @inline
 def normal_at(geometry: Geometry, surface: int, side: int, x: float, y: float, z: float) -> tuple[float, float, float]:
-    """Unit normal of a surface at a point, times `side`; at the apex of a cone its axis."""
+    """Return the unit normal of a surface at a point, times `side`; at the apex of a cone its axis."""
     nx, ny, nz = gradient_at(geometry, surface, x, y, z)
     nx, ny, nz = normalize(nx, ny, nz)
     return side * nx, side * ny, side * nz

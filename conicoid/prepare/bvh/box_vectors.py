@@ -1,4 +1,4 @@
-"""A box as eight floats in one vector: -low xyz, a cost, high xyz, an item. Joining two is then one maximum."""
+"""A box as eight floats in one vector: -low xyz, a cost, high xyz, an item. One maximum then joins two boxes."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ NEGATED_LOW, COST, HIGH, ITEM = 0, 3, 4, 7
 
 @inline
 def half_area(boxes: Floats, at: int) -> float:
-    """Half the surface of the box at boxes[at:]."""
+    """Return half the surface of the box at boxes[at:]."""
     x, y, z = boxes[at + 4] + boxes[at], boxes[at + 5] + boxes[at + 1], boxes[at + 6] + boxes[at + 2]
     return x * y + y * z + z * x
 

@@ -1,9 +1,9 @@
-"""The binary tree from which the nodes of eight are taken, and what each of its subtrees costs.
+"""Build one tree: a binary tree by the surface area heuristic, then the nodes of eight that cost least.
 
-A subtree may become one node, or several slots of the node above it; what is cheapest follows from the cheapest
-for its halves (Ylitie, Karras, Laine: Efficient incoherent ray traversal on GPUs through compressed wide
-BVHs, HPG 2017). The cost of a tree is the sum over its nodes of their area, plus for each leaf its area times what
-visiting it and testing its entries costs, where visiting a node costs one.
+A subtree may become one node, or several slots of the node above it; the cheapest choice follows from the cheapest
+choices for its halves (Ylitie, Karras, Laine: Efficient incoherent ray traversal on GPUs through compressed wide BVHs,
+HPG 2017). The cost of a tree is the sum over its nodes of their area, plus for each leaf its area times the cost of
+visiting it and testing its entries; visiting a node costs one.
 """
 
 from __future__ import annotations
@@ -24,24 +24,24 @@ from .box_vectors import COST, HIGH, ITEM, NEGATED_LOW, SIZE, clear, half_area, 
 from .sah_binning import BINS, BOXES, cut_group, partition_large
 
 WIDTH = 8
-ROW = 8  # numbers for each branch: at j = 1..7 the cost of j slots and which of them the left half takes
-LEAF_COST = 0.3  # of visiting a leaf, without what its entries cost
-# In `choice`: how many entries, if a leaf is best, else 0; slots of the left half in a node of its own
+ROW = 8  # numbers for each branch: at j = 1..7 the cost of j slots, and how many of them the left half takes
+LEAF_COST = 0.3  # of visiting a leaf, without testing its entries
+# Places in `choice`: the count of entries if a leaf is best, else 0; slots of the left half in a node of its own
 LEAF, NODE = 1, 0
 
 
 @record_shapes(left="branches", first="branches", last="branches", choice="8*branches")
 class Branches(NamedTuple):
-    """A binary tree; the branches within records [begin, end) have numbers from 2 begin, the first ones from 2 n."""
+    """A binary tree. Branches within records [begin, end) have numbers from 2 begin on, the first ones from 2 n on."""
 
-    left: Ints  # its left half, the right one is next to it; -1: one entry
-    first: Ints  # its records
+    left: Ints  # its left half; the right half has the next number; -1: one entry
+    first: Ints  # its first record
     last: Ints
-    choice: Signs  # (8 branches,)
+    choice: Signs  # (8 branches,) see `LEAF`, `NODE`
 
 
 def new_branches(count: int) -> Branches:
-    """Room for `count` branches."""
+    """Allocate `count` branches."""
     return Branches(
         np.empty(count, np.int32), np.empty(count, np.int32), np.empty(count, np.int32), np.zeros(ROW * count, np.int8)
     )
@@ -55,7 +55,7 @@ def _put(branches: Branches, branch: int, left: int, first: int, last: int) -> N
 
 @inline
 def _cost_of_one(records: Floats, branches: Branches, branch: int, costs: Floats, at: int) -> None:
-    """A single entry: it takes one slot, however many there are."""
+    """Write the costs of a single entry: it takes one slot, however many are available."""
     first = SIZE * branches.first[branch]
     cost = half_area(records, first) * (LEAF_COST + records[first + COST])
     for j in range(1, ROW):
@@ -65,7 +65,7 @@ def _cost_of_one(records: Floats, branches: Branches, branch: int, costs: Floats
 
 @helper
 def weigh(branches: Branches, branch: int, area: float, as_leaf: float, costs: Floats, at: int, half: int) -> None:
-    """The costs of a branch from those of its halves, costs[half:] and costs[half + 8:]."""
+    """Compute the costs of a branch from those of its halves, costs[half:] and costs[half + 8:]."""
     choice, size = branches.choice, branches.last[branch] - branches.first[branch]
     other = half + ROW
     for slots in range(2, WIDTH + 1):
@@ -83,7 +83,7 @@ def weigh(branches: Branches, branch: int, area: float, as_leaf: float, costs: F
     costs[at + 1] = min(as_node, as_leaf)
     choice[ROW * branch + LEAF] = size if as_leaf < as_node else 0
     for slots in range(2, WIDTH):
-        # Fewer slots may be better
+        # Fewer slots may cost less.
         if costs[at + slots - 1] <= costs[at + slots]:
             costs[at + slots] = costs[at + slots - 1]
             choice[ROW * branch + slots] = 0
@@ -91,7 +91,7 @@ def weigh(branches: Branches, branch: int, area: float, as_leaf: float, costs: F
 
 @inline
 def _cost_as_leaf(records: Floats, first: int, last: int, area: float, most: int) -> float:
-    """What a branch costs as one leaf; infinite where it has too many entries."""
+    """Return the cost of a branch as one leaf; infinite for more than `most` entries."""
     if last - first > most:
         return math.inf
     cost = 0.0
@@ -123,7 +123,7 @@ def grow(records: Floats, branches: Branches, root: int, area: float, most: int,
         _put(branches, used, -1, first, middle)
         _put(branches, used + 1, -1, middle, last)
         areas[used - base], areas[used + 1 - base] = left_area, right_area
-        # The smaller half first: so the stack stays below the logarithm of the size
+        # The smaller half comes first: so the stack stays below the logarithm of the size.
         larger = used if middle - first > last - middle else used + 1
         stack[top], stack[top + 1] = larger, 2 * used + 1 - larger
         used += 2
@@ -136,7 +136,7 @@ def grow(records: Floats, branches: Branches, root: int, area: float, most: int,
             here = areas[branch - base]
             as_leaf = _cost_as_leaf(records, branches.first[branch], branches.last[branch], here, most)
             weigh(branches, branch, here, as_leaf, costs, at, ROW * (left - base))
-    # Its halves are the first two rows of costs; the last is free
+    # The halves of the root are the first two rows of costs; the last row is free.
     at = len(costs) - ROW
     if branches.left[root] < 0:
         _cost_of_one(records, branches, root, costs, at)
@@ -148,35 +148,34 @@ def grow(records: Floats, branches: Branches, root: int, area: float, most: int,
 
 @kernel(branches="out", first="0..branches-groups", areas="groups", costs="out 8*groups")
 def weigh_first(branches: Branches, first: int, areas: Floats, costs: Floats) -> None:
-    """Weigh the branches from number `first` on whose halves are known: those that have no entries of their own yet."""
+    """Weigh the branches from number `first` on whose halves are known: the groups that were split."""
     for k in range(len(areas) - 1, -1, -1):
         left = branches.left[first + k]
         if first <= left < first + len(areas) - 1:
             weigh(branches, first + k, areas[k], math.inf, costs, ROW * k, ROW * (left - first))
 
 
-# What a tree is built from: boxes as records that are moved about, without empty ones and without infinities.
+# The records that a tree is built from: boxes that are moved about, without empty ones and without infinities
 #
-# An axis along which a box has no end gets an end a little beyond everything finite, which is `restored` in the nodes.
-# Boxes are widened, so that neither the rounding of a slab test nor that of the origin of a ray that starts on a
-# surface
-# ever loses what they hold (`kernels/bvh/culling_constants.py`).
+# An unbounded side of a box gets an end a little beyond everything finite, which `restore_limit` turns back in the
+# nodes. Boxes are widened, so that neither the rounding of a slab test nor that of the origin of a ray that starts on a
+# surface ever loses what they hold (`kernels/bvh/culling_constants.py`).
 
 EMPTY, ENDLESS = 8, 7
 CHUNK = 1 << 16
 
 
 class BoxSurvey(NamedTuple):
-    """What is known of boxes (n, 6) before a tree is built over them."""
+    """The boxes (n, 6) of a tree, sorted by the axes along which they are unbounded."""
 
-    patterns: Signs  # (n,) bit k: no end along axis k; EMPTY: nothing in it
-    counts: Ints  # (9,) boxes of each pattern
-    bounded: Floats  # (6,) around those with all ends
-    ends: Floats  # (6,) around all ends there are
+    patterns: Signs  # (n,) bit k: unbounded along axis k; EMPTY: nothing in it
+    counts: Ints  # (9,) count of boxes of each pattern
+    bounded: Floats  # (6,) around the bounded boxes
+    ends: Floats  # (6,) around all finite ends
 
 
 def survey_boxes(boxes: Floats) -> BoxSurvey:
-    """Sort boxes by the axes along which they have no end."""
+    """Sort boxes by the axes along which they are unbounded."""
     chunks = max(1, -(-len(boxes) // CHUNK))
     patterns = np.empty(len(boxes), np.int8)
     counts, around = np.zeros((chunks, 9), np.int64), np.full((chunks, 2, 6), np.inf)
@@ -194,7 +193,7 @@ def survey_boxes(boxes: Floats) -> BoxSurvey:
 
 @kernel(boxes="n 6", begin="0..end", end="0..n", patterns="out n", counts="out 9", around="out 2 6")
 def _survey(boxes: Floats, begin: int, end: int, patterns: Signs, counts: Longs, around: Floats) -> None:
-    """Patterns of boxes begin..end, how many there are of each, and the boxes around them."""
+    """Write the patterns of boxes begin..end, their counts, and the boxes around them."""
     for i in range(begin, end):
         pattern, empty = 0, False
         for k in range(3):
@@ -222,14 +221,14 @@ def _survey(boxes: Floats, begin: int, end: int, patterns: Signs, counts: Longs,
 
 
 def finite_limits(ends: Floats) -> Floats:
-    """(6,) finite numbers beyond all finite ends, in place of -inf and inf."""
+    """Return (6,) finite numbers beyond all finite ends, which replace -inf and inf."""
     low, high = np.where(ends[:3] <= ends[3:], ends[:3], 0.0), np.where(ends[:3] <= ends[3:], ends[3:], 0.0)
     beyond = max(float(row_lengths(high - low)), 1e-3 * float(np.abs([low, high]).max())) or 1.0
     return np.concatenate([low - beyond, high + beyond])
 
 
 def box_records(boxes: Floats, rows: Ints, first_item: int, costs: Floats, limits: Floats) -> Floats:
-    """(8 n,) a vector for each of rows (of all boxes, if `rows` is empty), of item first_item + row and costs[row]."""
+    """Build records (8 n,): a vector for each of `rows` (empty: all boxes), of item first_item + row and costs[row]."""
     count = len(rows) or len(boxes)
     records = np.empty(SIZE * count)
     run_chunks(lambda a, b: _load(boxes, rows, a, b, first_item, costs, limits, records), count, CHUNK)
@@ -240,7 +239,7 @@ def box_records(boxes: Floats, rows: Ints, first_item: int, costs: Floats, limit
 def _load(
     boxes: Floats, rows: Ints, begin: int, end: int, first_item: int, costs: Floats, limits: Floats, records: Floats
 ) -> None:
-    """Records begin..end, widened by their slack."""
+    """Write records begin..end, widened by their slack."""
     for i in range(begin, end if len(rows) > 0 else min(end, len(boxes))):
         row = rows[i] if len(rows) > 0 else i
         margin = BESIDE * _size(boxes, row, limits) + WALL
@@ -254,7 +253,7 @@ def _load(
 
 @inline
 def _size(boxes: Floats, row: int, limits: Floats) -> float:
-    """At least |x| of every point of a box; where it has no end, of every point within the limits."""
+    """Return a bound on |x| + |y| + |z| over a box; where it is unbounded, over its part within the limits."""
     size = 0.0
     for k in range(3):
         low, high = boxes[row, k], boxes[row, k + 3]
@@ -264,17 +263,17 @@ def _size(boxes: Floats, row: int, limits: Floats) -> float:
 
 @inline
 def restore_limit(limits: Floats, k: int, value: float) -> float:
-    """An end of a box, infinite where it stood in for that: k in 0..2 low, 3..5 high."""
+    """Turn a stand-in for infinity back: k in 0..2 low, 3..5 high."""
     if k < 3:
         return -math.inf if value <= limits[k] else value
     return math.inf if value >= limits[k] else value
 
 
-# From branches to nodes of eight, as the tables hold them.
+# From branches to nodes of eight, as the tables hold them
 
 
 def leaf_code(first: int, count: int) -> int:
-    """A leaf of entries first, first + 1, ... of `tree_order`, as a number < 0; count is at most 15."""
+    """Encode a leaf of entries first, first + 1, ... of `tree_order` as a number < 0; count is at most 15."""
     return -((first << 4) | count) - 1
 
 
@@ -283,7 +282,7 @@ _leaf_code = inline(leaf_code)
 
 @kernel(root="0..branches-1", children="out n 8", sources="out n 8")
 def take_nodes(branches: Branches, root: int, children: Ints, sources: Ints) -> tuple[int, int]:
-    """Fill children (n, 8), and with the branch each comes from, sources (n, 8); returns (nodes, levels).
+    """Fill children (n, 8), and sources (n, 8) with the branch of each; return (nodes, levels).
 
     (0, 0) where the branches are no tree.
     """
@@ -329,7 +328,7 @@ def take_nodes(branches: Branches, root: int, children: Ints, sources: Ints) -> 
 
 @inline
 def _open(branches: Branches, branch: int, place: int, slots: int, pending: Any, waiting: int) -> int:
-    """Give a branch's halves their slots. What is clipped is within its limits in a tree."""
+    """Push a branch's halves with their slots. The clipped numbers are within these limits in any tree."""
     left = min(max(0, branches.left[branch]), len(branches.left) - 2)
     taken = min(max(1, branches.choice[ROW * branch + place]), slots - 1)
     pending[waiting, 0], pending[waiting, 1] = left + 1, slots - taken
@@ -363,12 +362,12 @@ def box_nodes(
 
 @kernel(records="8*n", begin="0..end", end="0..n", items="out i", at="0..i-end")
 def items_of(records: Floats, begin: int, end: int, items: Ints, at: int) -> None:
-    """The items of records, in their order, to items[at + begin:]."""
+    """Write the items of records, in order, to items[at + begin:]."""
     for i in range(begin, end):
         items[at + i] = np.int32(records[SIZE * i + ITEM])
 
 
-# A tree over boxes: branches on all threads, then nodes of eight from them.
+# A tree over boxes: branches on all threads, then nodes of eight from them
 
 _NODES = 1024
 _ITEMS = 1 << 16
@@ -376,13 +375,13 @@ _ITEMS = 1 << 16
 
 @dataclass(frozen=True)
 class BoxTree:
-    """Nodes of eight over records; `children` are numbered from 0 and its leaves' entries too."""
+    """Nodes of eight over records; nodes and the entries of leaves are numbered from 0."""
 
     records: Floats  # (8 n,) in the order of the leaves
     children: Ints  # (nodes, 8)
-    first: Ints  # (nodes, 8) the records in a child, from this one on
-    last: Ints  # (nodes, 8) up to here; 0 where there is no child
-    limits: Floats  # (6,) used in place of infinity in the records
+    first: Ints  # (nodes, 8) first record in a child
+    last: Ints  # (nodes, 8) end of its records; 0 where there is no child
+    limits: Floats  # (6,) stand-ins for infinity in the records
     levels: int
 
     def put_boxes(self, floats: Floats, at: int) -> None:
@@ -394,17 +393,32 @@ class BoxTree:
         )
 
     def items(self) -> Ints:
-        """The items in the order of the leaves."""
+        """Return the items in the order of the leaves."""
         items = mapped_zeros(len(self.records) // SIZE, np.int32)
         run_chunks(lambda a, b: items_of(self.records, a, b, items, 0), len(items), _ITEMS)
         return items
 
 
 def build_tree(records: Floats, limits: Floats, most: int) -> BoxTree:
-    """A tree over at least one record, which are put in order; a leaf holds at most `most` of them."""
+    """Build a tree over at least one record.
+
+    Parameters
+    ----------
+    records : Floats
+        (8 n,) boxes from `box_records`; they are sorted in place.
+    limits : Floats
+        (6,) stand-ins for infinity in the records.
+    most : int
+        Most entries of a leaf.
+
+    Returns
+    -------
+    BoxTree
+        Nodes of eight, their boxes on demand.
+    """
     count = len(records) // SIZE
     groups = partition_large(records)
-    # The branches of the groups have the numbers from 2 n on: the first group's, then two for each that was parted
+    # Branches of groups have the numbers from 2 n on: first the root's, then two for each group that was split.
     branches, costs = new_branches(2 * count + len(groups)), np.zeros(ROW * len(groups))
     areas = np.array([group.area for group in groups])
     number = 1
@@ -413,14 +427,14 @@ def build_tree(records: Floats, limits: Floats, most: int) -> BoxTree:
         if group.halves is not None:
             branches.left[2 * count + k] = 2 * count + number
             number += 2
-    alone = [k for k, group in enumerate(groups) if group.halves is None]
+    unsplit = [k for k, group in enumerate(groups) if group.halves is None]
 
     def work(begin: int, end: int) -> None:
-        for k in alone[begin:end]:
+        for k in unsplit[begin:end]:
             area = groups[k].area if len(groups) > 1 else math.inf
             grow(records, branches, 2 * count + k, area, most, costs, ROW * k)
 
-    run_chunks(work, len(alone), 1)
+    run_chunks(work, len(unsplit), 1)
     areas[0] = 0.0
     weigh_first(branches, 2 * count, areas, costs)
     children, sources = np.empty((count, WIDTH), np.int32), np.empty((count, WIDTH), np.int32)

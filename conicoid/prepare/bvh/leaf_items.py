@@ -1,9 +1,10 @@
-"""Balls around cells, where they are tighter than those around the cells' boxes.
+"""Leaf items of the scene's tree: a ball around each entry, its kind and its row; see `kernels/bvh/walk.py`.
 
-A cell that lies inside of  sum s_i y_i² + 2 b_i y_i - k = 0,  y = W (x - anchor),  and between planes across its axis
-j has |x - c|² at most as large as the largest (y_j - m)² / |W_j|² + (k' - s_j y_j² - 2 b_j y_j) / steep, between the
-planes: c is on the axis, halfway; k' = k + b_i² / s_i of the other two axes, and steep the lesser of their s_i |W_i|².
-That is a parabola in y_j, largest at an end or at its vertex.
+Cells get a ball that is tighter than the one around their box, where there is one. A cell that lies inside of  sum s_i
+y_i² + 2 b_i y_i - k = 0,  y = W (x - anchor),  and between planes across its axis j has |x - c|² at most as large as
+the largest (y_j - m)² / |W_j|² + (k' - s_j y_j² - 2 b_j y_j) / steep, between the planes: c is on the axis, halfway; k'
+= k + b_i² / s_i of the other two axes, and steep the lesser of their s_i |W_i|². That is a parabola in y_j, largest at
+an end or at its vertex.
 """
 
 from __future__ import annotations
@@ -22,25 +23,25 @@ from ...kernels.surface.records import load_plane, load_quadric, load_sphere
 from ...kernels.tables import BALL, CELL, SPHERE, Floats, Geometry, integer, length
 from ...kernels.threads import run_chunks
 
-_LEAST, _MOST = 1e-250, 1e250  # beyond, products might overflow
+_LEAST, _MOST = 1e-250, 1e250  # beyond these, products may overflow
 
 
 @inline
 def _no_ball() -> SphereRecord:
-    """No ball: one of infinite radius."""
+    """Return no ball: one of infinite radius."""
     return SphereRecord(0.0, 0.0, 0.0, math.inf)
 
 
 @inline
 def _dot_of_rows(quadric: QuadricRecord, i: int, j: int) -> float:
-    """W_i · W_j."""
+    """Return W_i · W_j."""
     i, j = 3 + 3 * i, 3 + 3 * j
     return dot(quadric[i], quadric[i + 1], quadric[i + 2], quadric[j], quadric[j + 1], quadric[j + 2])
 
 
 @inline
 def _between(geometry: Geometry, cell: int, quadric: QuadricRecord, j: int, away: float) -> tuple[float, float]:
-    """What y_j lies between, by the planes across axis j; points of the cell are at most `away` from the anchor."""
+    """Return the bounds of y_j by the planes across axis j; the cell's points are at most `away` from the anchor."""
     low, high, square = -math.inf, math.inf, _dot_of_rows(quadric, j, j)
     for slot in range(integer(geometry, table.CELL_FIRST, cell), integer(geometry, table.CELL_FIRST, cell + 1)):
         row = integer(geometry, table.SURFACE_ROW, integer(geometry, table.PLANE_SURFACE, slot))
@@ -53,6 +54,7 @@ def _between(geometry: Geometry, cell: int, quadric: QuadricRecord, j: int, away
             continue
         along = dot(nx, ny, nz, quadric[3 + 3 * j], quadric[4 + 3 * j], quadric[5 + 3 * j])
         height = dot(nx, ny, nz, quadric.ax - ax, quadric.ay - ay, quadric.az - az) + over
+        # `PARALLEL` admits planes that are slightly oblique: the slack covers their slope within `away`.
         y, slack = -height * square / along, ROUND_AWAY * away * math.sqrt(square)
         if (along > 0.0) == (plane_side(geometry, slot) > 0):
             high = min(high, y + slack)
@@ -63,7 +65,7 @@ def _between(geometry: Geometry, cell: int, quadric: QuadricRecord, j: int, away
 
 @inline
 def _along_axis(geometry: Geometry, cell: int, quadric: QuadricRecord, j: int, away: float) -> SphereRecord:
-    """A ball about a point on axis j; of infinite radius, if there is none."""
+    """Return a ball about a point on axis j; of infinite radius if there is none."""
     a, b = (j + 1) % 3, (j + 2) % 3
     sa, sb, sj, bj, square = (
         quadric[12 + a],
@@ -84,7 +86,7 @@ def _along_axis(geometry: Geometry, cell: int, quadric: QuadricRecord, j: int, a
         half = math.sqrt(max(0.0, level + bj * bj / sj + ROUND_ROUNDED * (least + bj * bj / sj)) / sj)
         low, high = max(low, -bj / sj - half), min(high, -bj / sj + half)
     elif sj == 0.0 and bj != 0.0:
-        end = (level + ROUND_ROUNDED * least) / (2.0 * bj)  # of a paraboloid: its vertex
+        end = (level + ROUND_ROUNDED * least) / (2.0 * bj)  # the vertex of a paraboloid
         low, high = (low, min(high, end)) if bj > 0.0 else (max(low, end), high)
     if not (math.isfinite(low) and math.isfinite(high) and low <= high):
         return _no_ball()
@@ -108,7 +110,10 @@ def _along_axis(geometry: Geometry, cell: int, quadric: QuadricRecord, j: int, a
 
 @helper
 def cell_ball(geometry: Geometry, cell: int, x: float, y: float, z: float, reach: float) -> SphereRecord:
-    """A ball around a cell whose points are at most `reach` from (x, y, z); of infinite radius, if none is known."""
+    """Return a ball around a cell whose points are at most `reach` from (x, y, z).
+
+    Of infinite radius if none is known.
+    """
     surface, best = integer(geometry, table.CELL_QUADRIC, cell), _no_ball()
     if surface < 0 or cell_side(geometry, cell) < 0 or not math.isfinite(reach):
         return best
@@ -129,15 +134,24 @@ def cell_ball(geometry: Geometry, cell: int, x: float, y: float, z: float, reach
     return best
 
 
-# The table of the items in the leaves of the scene's tree; see `kernels/bvh/walk.py`.
+# The table of the items in the leaves of the scene's tree
 
 _CHUNK = 1 << 14
 
 
 def put_items(geometry: Geometry, boxes: Floats, place: int, parts: Sequence[tuple[int, int]] = ()) -> None:
-    """Fill the table LEAF_ITEMS, for the scene's own tree, which begins at a place; boxes (n, 6) of the entries.
+    """Fill the table LEAF_ITEMS for the scene's own tree.
 
-    parts: the first and last of some children of nodes whose leaves alone are written, beside those of roots.
+    Parameters
+    ----------
+    geometry : Geometry
+        The packed tables, written in place.
+    boxes : Floats
+        (n, 6) bounding boxes of the entries.
+    place : int
+        Where the scene's tree begins in `tree_order`.
+    parts : Sequence[tuple[int, int]]
+        Ranges of children of nodes: their leaves alone are written, and those among the roots. Empty: all leaves.
     """
     geometry.places[table.ITEMS] = geometry.places[table.LEAF_ITEMS] - ROWS * place
     for begin, end in parts:
@@ -149,13 +163,13 @@ def put_items(geometry: Geometry, boxes: Floats, place: int, parts: Sequence[tup
 
 
 def _children(geometry: Geometry) -> int:
-    """How many children the nodes of all trees have, empty ones included."""
+    """Count the children of the nodes of all trees, empty ones included."""
     return int(length(geometry, table.NODE_CHILDREN))
 
 
 @kernel(geometry="out", boxes="* 6", begin="0..end")
 def _put_leaves(geometry: Geometry, boxes: Floats, place: int, of_roots: bool, begin: int, end: int) -> None:
-    """The leaves among begin..end of the roots, or of the children; those of bodies' trees have no items."""
+    """Write the leaves among begin..end of the roots, or of the children; leaves of bodies' trees have no items."""
     codes = table.ROOTS if of_roots else table.NODE_CHILDREN
     for k in range(begin, min(end, length(geometry, codes))):
         code = integer(geometry, codes, k)
@@ -173,21 +187,22 @@ def _put_leaves(geometry: Geometry, boxes: Floats, place: int, of_roots: bool, b
 
 @inline
 def _put_item(geometry: Geometry, boxes: Floats, at: int, count: int, entry: int) -> int:
-    """Write an item. Returns 1 if its ball has a smaller projection than its box, in the mean over all directions."""
+    """Write an item. Return 1 if its ball has a smaller projection than its box, in the mean over all directions."""
     f, kind = geometry.floats, integer(geometry, table.ENTRY_KIND, entry)
     ball = _entry_ball(geometry, boxes, kind, entry)
     f[at], f[at + count], f[at + 2 * count], f[at + 3 * count] = ball
     f[at + WHO * count] = 8 * entry + kind
     f[at + INDEX * count] = integer(geometry, table.ENTRY_INDEX, entry)
-    if kind == BALL:  # whose box need not be read
+    if kind == BALL:  # the box of a ball is not read
         return 1
     a, b, c = _width(boxes, entry, 0), _width(boxes, entry, 1), _width(boxes, entry, 2)
+    # The mean projection of a convex body is a quarter of its surface (Cauchy): pi r² and (ab + bc + ca) / 2.
     return 1 if math.pi * ball.radius * ball.radius <= 0.5 * (a * b + b * c + c * a) else 0
 
 
 @inline
 def _entry_ball(geometry: Geometry, boxes: Floats, kind: int, entry: int) -> SphereRecord:
-    """A ball that holds an entry: itself, if it is one, or that around its box; of infinite radius, if need be."""
+    """Return a ball that holds an entry: itself, its cell's, or the one around its box; the radius may be infinite."""
     if kind == BALL:
         surface = integer(geometry, table.ENTRY_INDEX, entry)
         return load_sphere(geometry, integer(geometry, table.SURFACE_ROW, surface))
@@ -204,18 +219,18 @@ def _entry_ball(geometry: Geometry, boxes: Floats, kind: int, entry: int) -> Sph
 
 @inline
 def _width(boxes: Floats, entry: int, k: int) -> float:
-    """How wide the box of an entry is along axis k."""
+    """Return the width of the box of an entry along axis k."""
     return boxes[entry, k + 3] - boxes[entry, k]
 
 
 @inline
 def _middle(boxes: Floats, entry: int, k: int) -> float:
-    """The middle of the box of an entry along axis k, or 0 where that is not finite."""
+    """Return the middle of the box of an entry along axis k, or 0 where that is not finite."""
     middle = 0.5 * boxes[entry, k] + 0.5 * boxes[entry, k + 3]
     return middle if math.isfinite(middle) else 0.0
 
 
 @inline
 def _half(boxes: Floats, entry: int, k: int, middle: float) -> float:
-    """How far the box of an entry reaches from `middle` along axis k."""
+    """Return how far the box of an entry reaches from `middle` along axis k."""
     return max(boxes[entry, k + 3] - middle, middle - boxes[entry, k])

@@ -1,4 +1,4 @@
-"""Where to split a group of boxes, by the binned surface area heuristic.
+"""Split groups of boxes by the binned surface area heuristic.
 
 I. Wald: On fast construction of SAH-based bounding volume hierarchies, RT 2007.
 """
@@ -20,22 +20,22 @@ from .box_vectors import SIZE, clear, copy, exchange, half_area, join
 
 BINS = 16
 FEW_BINS = 8
-MANY = 16  # a group of more gets all bins
-BOXES = 3 * BINS * SIZE + SIZE + BINS  # floats of the bins of three axes, a box and areas
+MANY = 16  # groups of more records get all bins
+BOXES = 3 * BINS * SIZE + SIZE + BINS  # floats of the bins of three axes, a box, and areas
 Counts = npt.NDArray[np.int64]
 Cut = tuple[int, int, float, float]
-"""axis (-1: none) and bin that part a group, and half the areas of both parts"""
+"""(axis, bin) that split a group (axis -1: no split), and half the areas of both parts"""
 
 
 @inline
 def _center(records: Floats, i: int, k: int) -> float:
-    """Twice the middle of a box along axis k."""
+    """Return twice the middle of a box along axis k."""
     return records[SIZE * i + 4 + k] - records[SIZE * i + k]
 
 
 @kernel(records="8*n", begin="0..end", end="0..n")
 def centers(records: Floats, begin: int, end: int) -> tuple[float, float, float, float, float, float]:
-    """(low, high) of the middles of boxes, doubled."""
+    """Return the least and largest middles of boxes on each axis, doubled."""
     ax = ay = az = math.inf
     bx = by = bz = -math.inf
     for i in range(begin, end):
@@ -47,15 +47,16 @@ def centers(records: Floats, begin: int, end: int) -> tuple[float, float, float,
 
 @inline
 def bin_scale(low: float, high: float, bins: int) -> float:
-    """Bins per length; 0 where the middles are equal."""
+    """Return bins per length; 0 where all middles are equal."""
     width = high - low
+    # A little less than all bins, so that the largest middle falls into the last one.
     scale = bins * (1.0 - 1e-9) / width if width > 0.0 else 0.0
     return scale if scale < math.inf else 0.0
 
 
 @inline
 def _bin(center: float, low: float, scale: float, bins: int) -> Any:
-    """Which bin the middle of a box is in: one there is, whatever the numbers are."""
+    """Return the bin of the middle of a box; clipped, so that it exists for any numbers."""
     return max(0, min(np.int64((center - low) * scale), bins - 1))
 
 
@@ -64,7 +65,7 @@ def fill_bins(
     records: Floats, begin: int, end: int, lows: tuple[float, float, float], scales: tuple[float, float, float],
     bins: int, boxes: Floats, counts: Counts,
 ) -> None:  # fmt: skip
-    """Boxes and counts of the bins of three axes: those of axis k from bin k * BINS."""
+    """Fill the boxes and counts of the bins of three axes; those of axis k begin at bin k * BINS."""
     for k in range(3):
         for b in range(k * BINS, k * BINS + bins):
             counts[b] = 0
@@ -83,7 +84,7 @@ def fill_bins(
 
 @kernel(bins="1..16", boxes="out 408", counts="48")
 def best_cut(scales: tuple[float, float, float], bins: int, boxes: Floats, counts: Counts) -> Cut:
-    """The cut with the least sum of area times count; boxes has room for a vector behind the bins."""
+    """Return the cut with the least sum of area times count; `boxes` has room for a vector behind the bins."""
     best, axis, border, left_area, right_area = math.inf, -1, 0, 0.0, 0.0
     last, areas = SIZE * 3 * BINS, SIZE * 3 * BINS + SIZE
     for k in range(3):
@@ -95,6 +96,7 @@ def best_cut(scales: tuple[float, float, float], bins: int, boxes: Floats, count
         for b in range(first, first + bins):
             total += counts[b]
         right = 0
+        # One sweep from the right stores the areas behind each border; the sweep from the left then compares costs.
         for step in range(bins - 1):
             b = first + bins - 1 - step
             if counts[b] > 0:
@@ -129,13 +131,13 @@ class Border(NamedTuple):
 
 @inline
 def _lies_before(records: Floats, i: int, border: Border, bins: int) -> bool:
-    """Does a record lie before a border?"""
+    """Return whether a record lies before a border."""
     return _bin(_center(records, i, border.axis), border.low, border.scale, bins) < border.bin
 
 
 @inline
 def partition_records(records: Floats, begin: int, end: int, border: Border, bins: int) -> int:
-    """Bring what lies before a border to the front, in place; returns how far it reaches."""
+    """Move the records before a border to the front, in place; return where they end."""
     i, j = begin, end - 1
     while True:
         while i <= j and _lies_before(records, i, border, bins):
@@ -151,7 +153,7 @@ def partition_records(records: Floats, begin: int, end: int, border: Border, bin
 
 @kernel(records="8*n", begin="0..end", end="0..n", target="out 8*n", left="0..n", right="0..n")
 def distribute(records: Floats, begin: int, end: int, border: Border, target: Floats, left: int, right: int) -> None:
-    """Copy what lies before a border of BINS to target from `left` on, the rest from `right` on, within it."""
+    """Copy the records before a border of BINS to `target` from `left` on, the others from `right` on, within it."""
     room = len(target) // SIZE
     for i in range(begin, end):
         if _lies_before(records, i, border, BINS):
@@ -165,7 +167,7 @@ def distribute(records: Floats, begin: int, end: int, border: Border, target: Fl
 
 @inline
 def area_of(records: Floats, begin: int, end: int, boxes: Floats, at: int) -> float:
-    """Half the area of the box around records; boxes[at:] is overwritten."""
+    """Return half the area of the box around records; boxes[at:] is overwritten."""
     clear(boxes, at)
     for i in range(begin, end):
         join(boxes, at, records, SIZE * i)
@@ -174,7 +176,7 @@ def area_of(records: Floats, begin: int, end: int, boxes: Floats, at: int) -> fl
 
 @allocator
 def cut_group(records: Floats, begin: int, end: int, boxes: Floats, counts: Counts) -> tuple[int, float, float]:
-    """Part a group of at least two in place: (first of the second part, half the areas of both)."""
+    """Split a group of at least two in place: (first of the second part, half the areas of both)."""
     last = SIZE * 3 * BINS
     if end - begin > 2:
         bins = BINS if end - begin > MANY else FEW_BINS
@@ -186,39 +188,40 @@ def cut_group(records: Floats, begin: int, end: int, boxes: Floats, counts: Coun
             low = ax if axis == 0 else (ay if axis == 1 else az)
             middle = partition_records(records, begin, end, Border(axis, low, scales[axis], border), bins)
             return middle, left, right
+    # Equal middles, or two records: split in the middle.
     middle = (begin + end) // 2
     left = area_of(records, begin, middle, boxes, last)
     return middle, left, area_of(records, middle, end, boxes, last)
 
 
-# The first branches of a large tree: all threads part its groups together, until each group is one thread's work.
+# The first branches of a large tree: all threads split its groups together, until each is one thread's work
 #
 # Chunks and groups depend on the boxes alone, so the tree does not depend on the threads.
 
-ONE_THREAD = 1 << 13  # a group of no more records is built by one thread
+ONE_THREAD = 1 << 13  # groups of no more records are built by one thread
 _CHUNK = 1 << 15
 
 
 @dataclass
 class RecordGroup:
-    """Records first..last, and the two groups they were parted into."""
+    """Records first..last, and the two groups that they were split into."""
 
     first: int
     last: int
     area: float = 0.0
-    moved: bool = False  # is in the second copy of the records
+    moved: bool = False  # its records are in the second copy
     halves: tuple[RecordGroup, RecordGroup] | None = None
 
 
 def partition_large(records: Floats) -> list[RecordGroup]:
-    """Order records by groups of at most `ALONE`; all groups, each before its halves, the first of all first."""
+    """Sort records into groups of at most `ONE_THREAD`; return all groups, each before its halves, the root first."""
     groups = [RecordGroup(0, len(records) // SIZE)]
     wave = [group for group in groups if group.last - group.first > ONE_THREAD]
     if not wave:
         return groups
     copies = records, np.empty_like(records)
     while wave:
-        _part_all(wave, copies)
+        _split_all(wave, copies)
         halves = [half for group in wave for half in group.halves or ()]
         groups += halves
         wave = [group for group in halves if group.last - group.first > ONE_THREAD]
@@ -233,7 +236,7 @@ def _copy(source: Floats, target: Floats, begin: int, end: int) -> None:
 
 
 def box_area(box: Floats) -> float:
-    """Half the surface of a box (8,) as records hold it."""
+    """Return half the surface of a box (8,) in the form of records."""
     x, y, z = (box[4:7] + box[:3]).tolist()
     return float(x * y + y * z + z * x)
 
@@ -242,7 +245,7 @@ RecordPiece = tuple[RecordGroup, int, int]
 
 
 def _pieces(groups: list[RecordGroup]) -> list[RecordPiece]:
-    """Chunks of groups, each some records of one group."""
+    """Cut groups into chunks of records."""
     return [
         (group, begin, min(begin + _CHUNK, group.last))
         for group in groups
@@ -260,8 +263,8 @@ def _for_pieces(pieces: list[RecordPiece], work: Callable[[int, RecordGroup, int
     run_chunks(some, len(pieces), 1)
 
 
-def _part_all(groups: list[RecordGroup], copies: tuple[Floats, Floats]) -> None:
-    """Part every group in two, into the other copy of the records."""
+def _split_all(groups: list[RecordGroup], copies: tuple[Floats, Floats]) -> None:
+    """Split every group in two, into the other copy of the records."""
     pieces = _pieces(groups)
     places: dict[int, list[int]] = {}
     for k, (group, _, _) in enumerate(pieces):
@@ -269,7 +272,7 @@ def _part_all(groups: list[RecordGroup], copies: tuple[Floats, Floats]) -> None:
     limits = np.empty((len(pieces), 6))
 
     def measure(k: int, group: RecordGroup, begin: int, end: int) -> None:
-        """The limits of a piece's middles."""
+        """Measure the limits of a chunk's middles."""
         limits[k] = centers(copies[group.moved], begin, end)
 
     _for_pieces(pieces, measure)
@@ -277,7 +280,7 @@ def _part_all(groups: list[RecordGroup], copies: tuple[Floats, Floats]) -> None:
     boxes, counts = np.empty((len(pieces), BOXES)), np.empty((len(pieces), 3 * BINS), np.int64)
 
     def count(k: int, group: RecordGroup, begin: int, end: int) -> None:
-        """The bins of a piece."""
+        """Fill the bins of a chunk."""
         fill_bins(copies[group.moved], begin, end, *frames[id(group)], BINS, boxes[k], counts[k])
 
     _for_pieces(pieces, count)
@@ -287,7 +290,7 @@ def _part_all(groups: list[RecordGroup], copies: tuple[Floats, Floats]) -> None:
         _plan(group, frames[id(group)], mine, boxes[mine], counts[mine], plan)
 
     def move(k: int, group: RecordGroup, begin: int, end: int) -> None:
-        """The records of a piece into their halves."""
+        """Move the records of a chunk to their halves."""
         if k in plan:
             border, left, right = plan[k]
             distribute(copies[group.moved], begin, end, border, copies[not group.moved], left, right)
@@ -296,7 +299,7 @@ def _part_all(groups: list[RecordGroup], copies: tuple[Floats, Floats]) -> None:
 
 
 def _frame(limits: Floats) -> tuple[Any, Any]:
-    """Where bins begin, and bins per length, on each axis."""
+    """Return where the bins begin, and bins per length, on each axis."""
     low, high = limits[:, :3].min(axis=0).tolist(), limits[:, 3:].max(axis=0).tolist()
     return tuple(low), tuple(bin_scale(a, b, BINS) for a, b in zip(low, high, strict=True))
 
@@ -304,12 +307,12 @@ def _frame(limits: Floats) -> tuple[Any, Any]:
 def _plan(
     group: RecordGroup, frame: tuple[Any, Any], pieces: list[int], boxes: Floats, counts: Any, plan: dict[int, Any]
 ) -> None:
-    """Choose the cut of a group, and where each of its pieces puts what lies before and behind it."""
+    """Choose the cut of a group, and where each of its chunks writes the records before and behind it."""
     lows, scales = frame
     joined = np.append(boxes[:, : 3 * BINS * SIZE].max(axis=0), np.empty(SIZE + BINS))
     axis, border, left_area, right_area = best_cut(scales, BINS, joined, counts.sum(axis=0))
     if axis < 0:
-        # All middles are equal: any half will do
+        # All middles are equal: any half will do.
         middle, area = (
             (group.first + group.last) // 2,
             box_area(joined[: 3 * BINS * SIZE].reshape(-1, SIZE).max(axis=0)),

@@ -1,9 +1,8 @@
-"""The trees of an edited scene from those of the scene before.
+"""Patch the trees of the scene before an edit.
 
-Entries that are gone are taken out of the leaves of the tree, whose boxes stay as they are. Those that are new are
-loose: they go into a small tree beside it, which is built anew each time. When there are more loose ones than the
-square root of all entries, or a quarter of the tree has left it, the tree is built anew, and so it is for few entries.
-So a ray visits at most one small tree more.
+Removed entries leave the leaves of the tree over the entries, whose boxes stay. New ones are loose: they go into a
+small second tree, which each edit rebuilds. The tree is rebuilt when the loose entries outnumber the square root of all
+entries, when a quarter of the tree has left it, or when entries are few. So a ray visits at most one small tree more.
 """
 
 from __future__ import annotations
@@ -25,18 +24,18 @@ from .builder import WIDTH, leaf_code, survey_boxes
 from .trees import COSTS, Forest, SceneTrees, program_trees, scene_extent
 
 _SMALL = 256
-"""So few entries have their tree built anew."""
+"""For so few entries the tree is rebuilt."""
 _NO_ROOT = np.iinfo(np.int32).min
 _NO_CHILDREN = np.zeros((0, WIDTH), np.int32)
 
 
 @dataclass
 class _TreeTables:
-    """Trees as tables have them: their nodes with boxes, the order of what they hold, and their roots."""
+    """Trees as tables have them: nodes with boxes, the order of their items, and their roots."""
 
-    nodes: Ints  # up to each tree
+    nodes: Ints  # ends of the trees
     places: Ints
-    ends: Ints  # the same of roots
+    ends: Ints  # ends among the roots
     children: Ints
     boxes: Floats
     order: Ints
@@ -44,7 +43,7 @@ class _TreeTables:
 
     @classmethod
     def of(cls, tables: Tables, woods: SceneTrees) -> _TreeTables:
-        """The trees of bodies, and of entries, of a scene."""
+        """View the trees of a scene: those of bodies, and that of the entries."""
         return cls(
             woods.nodes, woods.places, tables.tree_root, tables.node_children, tables.node_boxes, tables.tree_order,
             tables.roots,
@@ -52,7 +51,7 @@ class _TreeTables:
 
     @classmethod
     def of_forest(cls, forest: Forest) -> _TreeTables:
-        """Trees that have just been built."""
+        """Write out trees that were just built."""
         boxes = np.empty(6 * WIDTH * sum(len(tree.children) for tree in forest.trees))
         forest.put_boxes(boxes, 0)
         nodes, places, ends = (np.array(part, np.int32) for part in (forest.nodes, forest.places, forest.ends))
@@ -63,7 +62,7 @@ class _TreeTables:
 
 @dataclass
 class _TreeTablesBuilder:
-    """Growing tables of trees."""
+    """Tables of trees under construction."""
 
     children: list[Ints] = field(default_factory=lambda: [_NO_CHILDREN])
     boxes: list[Floats] = field(default_factory=list)
@@ -74,7 +73,7 @@ class _TreeTablesBuilder:
     root_count: int = 0
 
     def add(self, children: Ints, boxes: Floats, order: Ints, roots: Ints, first_node: int, first_place: int) -> None:
-        """Put trees behind these; their nodes and places are numbered from the first ones."""
+        """Append trees; their nodes and places are numbered from `first_node` and `first_place`."""
         node, place = self.nodes - first_node, self.places - first_place
         if node or place:
             children, roots = _renumber_nodes(children, 1, node, place), _renumber_nodes(roots, 0, node, place)
@@ -88,14 +87,17 @@ class _TreeTablesBuilder:
 
 
 def _renumber_nodes(codes: Ints, least: int, nodes: int, places: int) -> Ints:
-    """Children or roots, of which nodes are `least` or more, with other numbers."""
+    """Shift the numbers in children or roots; a code >= `least` is a node, a negative one a leaf."""
     moved: Ints = np.where(codes < 0, codes - (places << 4), np.where(codes >= least, codes + nodes, codes))
     return moved.astype(np.int32)
 
 
 @dataclass
 class PatchedTrees:
-    """The tables of trees of an edited scene; boxes of nodes come in parts."""
+    """The tables of trees of an edited scene; boxes of nodes in parts.
+
+    `parts`: ranges of children with changed leaves.
+    """
 
     tables: dict[str, Any]
     boxes: list[Floats]
@@ -104,18 +106,18 @@ class PatchedTrees:
 
     @property
     def kept(self) -> slice:
-        """Of the items of leaves those that are what they were, but for leaves of `parts` of the children of nodes."""
+        """The leaf items that stay as they were, except in leaves of `parts`."""
         return slice(0, ROWS * (self.woods.main[1] - int(self.woods.places[-1])) if self.parts else 0)
 
-    def apart(self) -> None:
-        """Have boxes that do not change when those of the tree before are written over."""
+    def copy_boxes(self) -> None:
+        """Copy the boxes, before the memory of the tree before is overwritten."""
         self.boxes = [np.concatenate(self.boxes)]
 
     def keep_items(self, tables: Tables, before: Tables | None) -> None:
-        """Copy the items of leaves that are what they were; zeros come to places that no leaf has, whatever was there.
+        """Copy the unchanged leaf items from the tables before; None: they are there already.
 
-        before: None where those are there already. Of scenes that were edited in the same way so all numbers are equal,
-        in whatever memory they are.
+        Zeros go to places that no leaf has, whatever the memory held. So scenes that were edited in the same way are
+        equal in all numbers.
         """
         if before is not None:
             tables.leaf_items[self.kept] = before.leaf_items[self.kept]
@@ -130,46 +132,60 @@ class PatchedTrees:
 
 
 def patch_trees(old: Tables, woods: SceneTrees, edit: SpliceEdit | InPlaceEdit) -> PatchedTrees:
-    """The trees of an edited scene."""
-    planted, starts = _TreeTablesBuilder(), [[np.zeros(1, np.int32)] for _ in range(3)]
-    new = program_trees(edit.joined.sides[1].tables)
-    groves = _TreeTables.of(old, woods), _TreeTables.of_forest(new)
+    """Compute the trees of an edited scene.
+
+    Parameters
+    ----------
+    old, woods : Tables, SceneTrees
+        The tables and trees of the scene before.
+    edit : SpliceEdit or InPlaceEdit
+        The edited scene, whose tables are not filled yet.
+
+    Returns
+    -------
+    PatchedTrees
+        Their tables; boxes and leaf items are written later, where there is memory for them.
+    """
+    patched, starts = _TreeTablesBuilder(), [[np.zeros(1, np.int32)] for _ in range(3)]
+    new = program_trees(edit.splice.sides[1].tables)
+    sources = _TreeTables.of(old, woods), _TreeTables.of_forest(new)
     for source, rows, _, leaf in edit.pieces.moved(PROGRAMS, LEAVES):
-        grove = groves[source]
-        for begins, part in zip(starts, (grove.nodes, grove.places, grove.ends), strict=True):
+        built = sources[source]
+        for begins, part in zip(starts, (built.nodes, built.places, built.ends), strict=True):
             begins.append(part[rows.start + 1 : rows.stop + 1] - part[rows.start] + begins[-1][-1])
         (a, b), (p, q), (r, s) = (
-            (int(part[rows.start]), int(part[rows.stop])) for part in (grove.nodes, grove.places, grove.ends)
+            (int(part[rows.start]), int(part[rows.stop])) for part in (built.nodes, built.places, built.ends)
         )
-        planted.add(grove.children[a:b], grove.boxes[a:b], grove.order[p:q] + np.int32(leaf), grove.roots[r:s], a, p)
+        patched.add(built.children[a:b], built.boxes[a:b], built.order[p:q] + np.int32(leaf), built.roots[r:s], a, p)
     depth, (nodes, places, ends) = max(woods.depth, new.depth), map(np.concatenate, starts)
-    found, parts = _entries(groves[0], woods, edit, planted)
+    found, parts = _entries(sources[0], woods, edit, patched)
     found = dataclasses.replace(found, nodes=nodes, places=places, depth=depth)
-    roots = np.concatenate(planted.roots)
+    roots = np.concatenate(patched.roots)
     stack = len(roots) - ends[-1] + WIDTH * (found.levels + 1)
     tables: dict[str, Any] = dict(
-        node_children=np.concatenate(planted.children),
-        tree_order=np.concatenate(planted.order),
+        node_children=np.concatenate(patched.children),
+        tree_order=np.concatenate(patched.order),
         tree_root=np.append(ends, np.int32(len(roots))),
         roots=roots,
         tree_depth=np.array([max(depth, int(stack))], np.int32),
-        node_boxes=np.broadcast_to(0.0, (planted.nodes, 6, WIDTH)),
-        leaf_items=np.broadcast_to(0.0, ROWS * (planted.places - int(places[-1]))),
+        node_boxes=np.broadcast_to(0.0, (patched.nodes, 6, WIDTH)),
+        leaf_items=np.broadcast_to(0.0, ROWS * (patched.places - int(places[-1]))),
         extent=scene_extent(survey_boxes(edit.boxes)),
     )
     stays = edit.keeps_items and int(places[-1]) == int(woods.places[-1])
-    return PatchedTrees(tables, planted.boxes, found, parts if stays else [])
+    return PatchedTrees(tables, patched.boxes, found, parts if stays else [])
 
 
 def _entries(
-    old: _TreeTables, woods: SceneTrees, edit: SpliceEdit | InPlaceEdit, planted: _TreeTablesBuilder
+    old: _TreeTables, woods: SceneTrees, edit: SpliceEdit | InPlaceEdit, patched: _TreeTablesBuilder
 ) -> tuple[SceneTrees, list[tuple[int, int]]]:
-    """Plant the tree over the entries, and that of loose ones; of the woods only what is known of these.
+    """Add the tree over the entries, and that of loose ones; return what edits need to know about these.
 
-    Then of the children of nodes those that are leaves with others in them than before; none where all may be that.
+    Return also the ranges of children of nodes that are leaves with other entries than before; none where all may be.
     """
     count = len(edit.boxes)
-    number = np.full(len(edit.joined.sides[0].boxes) + 1, -1, np.int32)  # of each entry before; the last is none
+    # New number of each old entry; the last stands for no entry
+    number = np.full(len(edit.splice.sides[0].boxes) + 1, -1, np.int32)
     fresh = []
     for source, rows, at in edit.pieces.on(BODIES):
         if source == 0:
@@ -186,33 +202,32 @@ def _entries(
         forest.add(edit.boxes, 0, COSTS[edit.kinds])
         levels = forest.levels
         forest.end_tree()
-        grove = _TreeTables.of_forest(forest)
-        planted.add(grove.children, grove.boxes, grove.order, grove.roots, 0, 0)
-        made = dataclasses.replace(
-            woods, levels=levels, main=(planted.nodes, planted.places, planted.root_count),
+        built = _TreeTables.of_forest(forest)
+        patched.add(built.children, built.boxes, built.order, built.roots, 0, 0)
+        described = dataclasses.replace(
+            woods, levels=levels, main=(patched.nodes, patched.places, patched.root_count),
             loose=np.zeros(0, np.int32), left=0,
         )  # fmt: skip
-        return made, []
+        return described, []
     children, boxes, roots, changed = _remove_entries(old, woods, order)
-    parts = [(WIDTH * planted.nodes + child, WIDTH * planted.nodes + child + 1) for child in changed]
-    planted.add(children, boxes, order, roots, int(woods.nodes[-1]), main.start)
-    end = planted.nodes, planted.places, planted.root_count
+    parts = [(WIDTH * patched.nodes + child, WIDTH * patched.nodes + child + 1) for child in changed]
+    patched.add(children, boxes, order, roots, int(woods.nodes[-1]), main.start)
+    end = patched.nodes, patched.places, patched.root_count
     forest = Forest()
     forest.add(edit.boxes[loose], 0, COSTS[edit.kinds][loose])
     forest.end_tree()
-    grove = _TreeTables.of_forest(forest)
-    planted.add(grove.children, grove.boxes, loose[grove.order], grove.roots, 0, 0)
+    built = _TreeTables.of_forest(forest)
+    patched.add(built.children, built.boxes, loose[built.order], built.roots, 0, 0)
     levels = max(woods.levels, len(forest.trees) and max(tree.levels for tree in forest.trees))
-    made = dataclasses.replace(woods, levels=levels, main=end, loose=loose, left=left)
-    return made, [*parts, (WIDTH * end[0], WIDTH * planted.nodes)]
+    described = dataclasses.replace(woods, levels=levels, main=end, loose=loose, left=left)
+    return described, [*parts, (WIDTH * end[0], WIDTH * patched.nodes)]
 
 
 def _remove_entries(old: _TreeTables, woods: SceneTrees, order: Ints) -> tuple[Ints, Floats, Ints, list[int]]:
-    """(children, boxes, roots) of the tree over the entries without those for which `order` is -1, which is put right.
+    """Remove the entries for which `order` is -1 from the tree over the entries; `order` is corrected in place.
 
-    Then which of the children are leaves that others have left.
-
-    In a leaf the entries that stay come first; the places behind them belong to no leaf.
+    Return (children, boxes, roots, positions of the children that are leaves with fewer entries). In a leaf the
+    remaining entries come first; the places behind them belong to no leaf.
     """
     nodes, places = slice(int(woods.nodes[-1]), woods.main[0]), int(woods.places[-1])
     roots = old.roots[int(old.ends[len(woods.nodes) - 1]) : woods.main[2]].copy()
@@ -243,7 +258,7 @@ def _remove_entries(old: _TreeTables, woods: SceneTrees, order: Ints) -> tuple[I
     roots = roots[roots != _NO_ROOT]
     node, emptied = nodes.start, np.array(found, np.int64)
     gone_boxes = [emptied]
-    while len(emptied):  # nodes of which all children are gone, and so on up
+    while len(emptied):  # nodes whose children are all gone, and their parents in turn
         bare = unique_sorted(emptied // WIDTH)
         bare = bare[~children[bare].any(axis=1)]
         emptied = np.flatnonzero(is_member_sorted(flat, bare + node) & (flat > 0)) if len(bare) else bare

@@ -1,4 +1,4 @@
-"""Trees one after the other in common tables, each with the roots that a walk begins at."""
+"""The trees of a scene in common tables: one over the leaves of each large body, then one over the entries."""
 
 from __future__ import annotations
 
@@ -37,21 +37,21 @@ from .builder import ENDLESS, WIDTH, BoxSurvey, BoxTree, box_records, build_tree
 from .leaf_items import put_items
 
 MOST = 8  # entries in a leaf of a tree
-_BESIDE = 15  # in a leaf beside it
+_BESIDE = 15  # items without a box in a leaf among the roots; a code has four bits for it
 _NONE = np.zeros(0, np.int32)
 
 
 class Forest:
-    """Collects trees; `put_boxes` fills in the boxes of their nodes, once there is a place for them."""
+    """Collects trees; `put_boxes` writes the boxes of their nodes, once there is memory for them."""
 
     def __init__(self, nodes: int = 0, places: int = 0) -> None:
-        """To be put behind so many nodes and places of other trees."""
+        """Start a forest that is appended to `nodes` nodes and `places` places of other trees."""
         self.trees: list[BoxTree] = []
         self.children: list[Ints] = [np.zeros((0, WIDTH), np.int32)]
         self.order: list[Ints] = [_NONE]
         self.roots = array("i")
         self.ends = array("i", [0])
-        self.nodes = array("i", [nodes])  # up to the end of each tree
+        self.nodes = array("i", [nodes])  # end of each tree
         self.places = array("i", [places])
         self.node_count = nodes
         self.placed = places
@@ -59,9 +59,10 @@ class Forest:
         self.levels = 0
 
     def add(self, boxes: Floats, first_item: int, costs: Floats | None = None) -> BoxSurvey:
-        """A tree over items first_item, ... with boxes (n, 6); `costs` (n,) of testing each. Empty boxes go nowhere.
+        """Add a tree over items first_item, ... with boxes (n, 6), and `costs` (n,) of testing each.
 
-        The boxes are let go before the tree is built.
+        Empty boxes are left out. Boxes that are unbounded along the same axes have a tree of their own; items that are
+        unbounded along all axes become roots. The boxes are released before the tree is built.
         """
         boxes = np.ascontiguousarray(boxes)
         found = survey_boxes(boxes)
@@ -73,12 +74,12 @@ class Forest:
             records.append(box_records(boxes, rows, first_item, np.zeros(0) if costs is None else costs, limits))
         del boxes
         for some in records:
-            self._plant(build_tree(some, limits, MOST))
+            self._append(build_tree(some, limits, MOST))
         self.add_beside(np.flatnonzero(found.patterns == ENDLESS).astype(np.int32) + np.int32(first_item))
         return found
 
-    def _plant(self, tree: BoxTree) -> None:
-        """Append a tree whose numbers begin at 0 to those that there are."""
+    def _append(self, tree: BoxTree) -> None:
+        """Append a tree, whose numbers begin at 0."""
         items, inner, leaf = tree.items(), tree.children > 0, tree.children < 0
         tree.children[inner] += self.node_count
         tree.children[leaf] -= self.placed << 4
@@ -91,15 +92,15 @@ class Forest:
         self.levels = max(self.levels, tree.levels)
 
     def add_beside(self, items: Ints) -> None:
-        """Items that no box holds."""
+        """Add unbounded items as leaves among the roots."""
         for first in range(0, len(items), _BESIDE):
             self.roots.append(leaf_code(self.placed + first, min(_BESIDE, len(items) - first)))
         self.order.append(items)
         self.placed += len(items)
 
     def end_tree(self) -> None:
-        """What is added from now on belongs to the next tree."""
-        # A node taken from the stack puts at most eight in its place, at every level
+        """Close the current tree: what follows belongs to the next one."""
+        # A node that is popped from the stack is replaced by at most eight, at every level.
         self.depth = max(self.depth, len(self.roots) - self.ends[-1] + WIDTH * (self.levels + 1))
         self.levels = 0
         self.ends.append(len(self.roots))
@@ -107,7 +108,7 @@ class Forest:
         self.places.append(self.placed)
 
     def add_none(self, count: int) -> None:
-        """So many empty trees."""
+        """Add empty trees."""
         for numbers, number in (
             (self.ends, len(self.roots)),
             (self.nodes, self.node_count),
@@ -116,7 +117,7 @@ class Forest:
             numbers.extend(array("i", [number]) * count)
 
     def columns(self) -> dict[str, Any]:
-        """The columns of the trees; of boxes and items the shapes alone. The last tree alone has items."""
+        """Return the columns of the trees; boxes and items as shapes only. Only the last tree has items."""
         return dict(
             node_boxes=np.broadcast_to(0.0, (self.node_count, 6, WIDTH)),
             node_children=concatenate(self.children),
@@ -134,30 +135,30 @@ class Forest:
             at += 6 * WIDTH * len(tree.children)
 
 
-# The trees of a scene as a whole: those of its bodies' leaves, then that of its entries; kept for edited scenes.
+# The trees of a scene, with what its edits need to know
 
 COSTS = np.ones(5)
-"""What testing an entry of each kind costs, where a node costs one."""
+"""Cost of testing an entry of each kind, where visiting a node costs one."""
 COSTS[[BALL, CELL, REGION, SHEET, POLYGON]] = 0.1, 0.8, 4.0, 1.0, 1.0
 
 
 @dataclass(frozen=True)
 class SceneTrees:
-    """Where trees end in the tables, and how the tree over the entries has been changed since it was built."""
+    """Where trees end in the tables, and how edits have changed the tree over the entries since it was built."""
 
-    nodes: Ints  # (programs + 1,) first node of the tree of each body, last of that of the entries
-    places: Ints  # the same of places in `tree_order`
-    depth: int  # of the walk's stack in the tree of a body
-    levels: int  # of the tree over the entries
-    main: tuple[int, int, int]  # up to which node, place and root that goes; behind it is the tree of what is loose
-    loose: Ints  # the entries in that
-    left: int = 0  # how many entries have been taken from the tree since it was built
+    nodes: Ints  # (programs + 1,) first node of each body's tree, last of the tree over the entries
+    places: Ints  # the same for places in `tree_order`
+    depth: int  # depth of the walk's stack in the tree of a body
+    levels: int  # levels of the tree over the entries
+    main: tuple[int, int, int]  # its ends (node, place, root); the tree of loose entries follows
+    loose: Ints  # the entries of that tree
+    left: int = 0  # entries removed from the tree since it was built
 
     @classmethod
     def of(cls, forest: Forest, depth: int, levels: int, all_of_them: bool = True) -> SceneTrees:
-        """Of a forest whose last tree is that of the entries; of the depth and levels see above.
+        """Describe a forest whose last tree is that of the entries.
 
-        all_of_them: where trees of bodies end is kept, not of the last alone; only edits ask for it.
+        With `all_of_them` the ends of bodies' trees are stored, not of the last one alone; only edits read them.
         """
         main = forest.nodes[-1], forest.places[-1], forest.ends[-1]
         first = 0 if all_of_them else -2
@@ -166,9 +167,9 @@ class SceneTrees:
 
 
 def program_trees(tables: Tables, edited: bool = True) -> Forest:
-    """The trees over the leaves of each body: empty ones of those that have few, or none at all where all have.
+    """Build the trees over the leaves of each body; bodies with few leaves have an empty tree.
 
-    edited: might the scene be? Then each body has one.
+    Where the scene may be edited, each body has a tree; else there is no tree where all bodies have few leaves.
     """
     forest, (first, count) = Forest(), leaves_of_programs(tables)
     large = np.flatnonzero(count > FEW).tolist()
@@ -184,7 +185,7 @@ def program_trees(tables: Tables, edited: bool = True) -> Forest:
 
 
 def scene_extent(survey: BoxSurvey) -> Floats:
-    """(diagonal, an entry's share of it, middle) of what is bounded; of all ends, where nothing is."""
+    """Return (diagonal, an entry's share of it, middle) of the bounded entries; of all ends where none is bounded."""
     bounded = int(survey.counts[0])
     around = survey.bounded if bounded else survey.ends
     count = bounded or int(survey.counts[1:7].sum())
@@ -197,24 +198,34 @@ def scene_extent(survey: BoxSurvey) -> Floats:
     return np.array([diagonal, diagonal / along_an_axis, *(0.5 * low + 0.5 * high)])
 
 
-# Trees over a scene's entries and over a body's leaves, eight boxes to a node.
+# Building
 #
-# Boxes are split in two by the surface area heuristic, recursively, on all threads; nodes of eight are formed from
-# the binary branches so that the expected cost of a traversal is least. What is unbounded along some axes has a tree of
-# its own with all that is unbounded along the same; only what is unbounded along all three is kept outside of the
-# trees.
+# Boxes are split in two by the surface area heuristic, recursively, on all threads; nodes of eight are formed from the
+# binary branches so that the expected cost of a traversal is least. Boxes that are unbounded along some axes have a
+# tree of their own with all that are unbounded along the same axes; items that are unbounded along all three stay
+# outside of the trees.
 
 
 def build_scene_trees(
     lowered: LoweredScene, room: Callable[[Tables], Geometry] = room_for
 ) -> tuple[Geometry, SceneTrees]:
-    """The geometry of a lowered scene, with limits and the trees over its entries and over the leaves of its bodies.
+    """Pack a lowered scene, with limits and the trees over its entries and over the leaves of its bodies.
 
-    It takes the tables of the scene. What is large is made as late as can be, and goes as soon as can be.
+    The tables of the scene are taken over. Large arrays are made as late, and released as early, as possible.
 
-    room: gives the room for tables of these shapes.
+    Parameters
+    ----------
+    lowered : LoweredScene
+        The scene; afterwards it holds only the shapes of its tables.
+    room : Callable[[Tables], Geometry]
+        Allocates memory for tables of these shapes.
+
+    Returns
+    -------
+    tuple[Geometry, SceneTrees]
+        The tables packed for kernels, and where the trees end in them.
     """
-    tables = lowered.taken()
+    tables = lowered.take_tables()
     count = len(tables.entry_kind)
     trim_heap(count)
     forest = program_trees(tables, lowered.laid is not None)
@@ -229,7 +240,7 @@ def build_scene_trees(
     put_sizes(geometry, tables)
     forest.put_boxes(geometry.floats, int(geometry.places[NODE_BOXES]))
     place, woods = forest.places[-2], SceneTrees.of(forest, depth, levels, lowered.laid is not None)
-    del forest  # what trees were built from
+    del forest  # releases what the trees were built from
     trim_heap(count)
     columns.update(compute_limits(tables, lowered.boxes, lowered.rest))
     del tables
@@ -238,14 +249,14 @@ def build_scene_trees(
     trim_heap(count)
     put_items(geometry, lowered.boxes, place)
     if isinstance(lowered.around, LazyBounds):
-        lowered.around.let_go()
+        lowered.around.release()
     trim_heap(count)
     return geometry, woods
 
 
 def _take_boxes(lowered: LoweredScene) -> Floats:
-    """The boxes of a scene, which it makes anew when it is asked for them again, if it can."""
+    """Return the boxes of a scene and make it release them, where it can compute them again."""
     boxes = lowered.boxes
     if isinstance(lowered.around, LazyBounds):
-        lowered.around.let_go()
+        lowered.around.release()
     return boxes

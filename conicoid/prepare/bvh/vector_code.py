@@ -1,4 +1,4 @@
-"""Instructions on boxes, written in LLVM's own vectors: a loop over eight numbers is unrolled, and left scalar."""
+"""Intrinsics for boxes as LLVM vectors: LLVM unrolls a loop over eight numbers, and leaves it scalar."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _EIGHT = ir.VectorType(ir.DoubleType(), SIZE)
 
 
 def _vector_at(context: Any, builder: Any, signature: Any, arguments: Any, k: int) -> Any:
-    """A pointer to the eight floats at arguments[k][arguments[k + 1]:]."""
+    """Return a pointer to the eight floats at arguments[k][arguments[k + 1]:]."""
     array = context.make_array(signature.args[k])(context, builder, arguments[k])
     return builder.bitcast(builder.gep(array.data, [arguments[k + 1]]), _EIGHT.as_pointer())
 

@@ -1,1 +1,1 @@
-"""Tables of edited scenes, made from those of the scene before."""
+"""Incremental preparation: the tables of an edited scene from those of the scene before."""

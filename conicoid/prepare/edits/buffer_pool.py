@@ -1,14 +1,14 @@
-"""Memory of edited scenes: the next one takes that of one that is gone, and writes only the rows in which it differs.
+"""Buffer pool: an edited scene reuses the buffers of a garbage-collected one, and rewrites the rows that differ.
 
-Scenes that come from one another by exchanging entries for others with as many rows have their rows in the same
-places. Each says of its entries by which edit their rows were written, its stamps: where those of two scenes are equal
-so are the rows, but for the numbers of surfaces in them. By which edit surfaces got these is told for all together.
-Memory comes back when nothing is left of a scene that reads it: neither itself nor an answer, a thread or an array that
-was taken out of it. So a scene that somebody holds is never written to.
+Scenes that come from one another by exchanging entries for others with as many rows have their rows in the same places.
+Each scene has stamps: for each entry the number of the edit that wrote its rows. Where the stamps of two scenes are
+equal, so are the rows, except for the numbers of surfaces in them; one number tells by which edit all surfaces got
+these. A buffer returns to the pool when nothing that reads it is left: neither the scene nor an answer, a thread or an
+array that was taken from it. So a scene that somebody holds is never overwritten.
 
-That nothing is left is told by the count of references to what all arrays of a scene hold, and not by the collector of
-cycles: it does not look into NumPy's arrays, so it takes what these hold for something that is in use. Did it look into
-them, it would tell of a cycle that is gone before what is in it is asked, by `__del__`, whether it is to come back.
+The reference count of a token that all arrays of a scene hold decides this, not the cycle collector: the collector does
+not look into NumPy's arrays, so it takes what they hold to be in use. If it did look into them, it would report a dead
+cycle before `__del__` of an object in it could decide to revive it.
 """
 
 from __future__ import annotations
@@ -49,42 +49,42 @@ Array = npt.NDArray[Any]
 _TREES = (LEAF_ITEMS, NODE_BOXES, EXTENT, NODE_CHILDREN, TREE_ORDER, TREE_ROOT, ROOTS, TREE_DEPTH)
 _LAST = (SURFACE_KIND, SURFACE_ROW, *_TREES)
 _ORDER = (*(k for k in range(LENGTHS) if k not in _LAST), *_LAST)
-"""Last comes what may grow: the table of surfaces, when one parts from another, and trees, which are always written.
+"""What may grow comes last: the table of surfaces (when a class of surfaces splits) and trees (always rewritten).
 
-The items of leaves come first of trees, as most of them are never written.
+The items of leaves come first among the trees, because most of them are never written.
 """
 _NODE = 64
-"""More than the numbers, of either kind, of a node or of what a leaf says of an entry."""
+"""More than the numbers, of either type, of a node, or of one entry in a leaf."""
 MOST = 1 << 30
-"""Bytes of memory that are kept for the next scene."""
+"""Larger buffers, in bytes, are not kept for the next scene."""
 _edits = count(1)
 
 
 def next_edit_number() -> int:
-    """What tells an edit apart from all others."""
+    """Return a new number for an edit."""
     return next(_edits)
 
 
 def stamp_entries(entries: int) -> Longs:
-    """Stamps of a scene whose rows are equal to nobody's."""
+    """Return stamps of a scene whose rows equal those of no other."""
     return np.broadcast_to(np.int64(next(_edits)), entries)
 
 
 def restamp_entries(stamps: Longs, fresh: list[int]) -> Longs:
-    """The stamps of a scene in which some entries are new, or have other numbers in their rows."""
+    """Return stamps of a scene in which some entries are new, or have other numbers in their rows."""
     found = stamps.copy()
     found[fresh] = next(_edits)
     return found
 
 
 class _LifetimeToken:
-    """Is there as long as somebody reads one of the arrays that were handed out with it."""
+    """Lives as long as somebody reads one of the arrays that were handed out with it."""
 
     __slots__ = ("__weakref__",)
 
 
 class _TokenArray:
-    """An array that is handed out."""
+    """An array interface that keeps the token of its buffer alive."""
 
     def __init__(self, array: Array, held: _LifetimeToken) -> None:
         self.__array_interface__ = array.__array_interface__
@@ -92,13 +92,13 @@ class _TokenArray:
 
 
 class SceneBuffer:
-    """The memory of one scene at a time: what kernels take, and what else has rows, by name."""
+    """The memory of one scene at a time: the arrays that kernels take, and further arrays by name."""
 
     def __init__(self, integers: Ints, floats: Floats) -> None:
         self.integers, self.floats = integers, floats
         self.beside: dict[str, Array] = {}
         self.frame: Any = None
-        """What the places of surfaces among these are relative to."""
+        """The frame to which the places of surfaces among these are relative."""
         self.stamps: Longs = np.zeros(0, np.int64)
         self.numbers = 0
 
@@ -110,21 +110,21 @@ class SceneBuffer:
 
 @dataclass(frozen=True)
 class PoolMemory:
-    """Whose memory scenes of one kind may take, and what is known of that of one of them."""
+    """The pool that related scenes share, and the state of the buffer of one of them."""
 
     stores: BufferPool
     stamps: Longs  # by which edit the rows of each entry were written
-    numbers: int  # by which edit surfaces got the numbers that they have in the table
-    store: SceneBuffer | None = None  # its memory; None where that is none that may be taken
+    numbers: int  # by which edit surfaces got their numbers in the table
+    store: SceneBuffer | None = None  # its buffer; None where that cannot be reused
     held: weakref.ref[_LifetimeToken] | None = None
 
     @classmethod
     def new(cls, entries: int) -> PoolMemory:
-        """Of a scene that has nothing in common with others, in memory of its own."""
+        """Describe a scene that shares nothing with others, in memory of its own."""
         return cls(BufferPool(), stamp_entries(entries), next_edit_number())
 
     def claim(self) -> BufferClaim | None:
-        """Take the memory of the scene, which the caller has let go of, or keep others from it; None: it is gone."""
+        """Claim the buffer of a scene that the caller has released, or keep others from taking it; None: it is gone."""
         if self.store is None:
             return BufferClaim()
         held = self.held() if self.held is not None else None
@@ -136,14 +136,14 @@ class PoolMemory:
 
 @dataclass(frozen=True)
 class BufferClaim:
-    """The memory of the scene that another one is made from: that one's own, or somebody's who holds it."""
+    """A claim on the memory of the scene that an edit starts from: an open buffer, or the token of its holder."""
 
     opened: OpenBuffer | None = None
     held: _LifetimeToken | None = None
 
 
 class OpenBuffer:
-    """A store for the next scene; nobody else has it. `close` says that the scene is finished."""
+    """A buffer for the next scene, exclusively; `close` marks the scene as finished."""
 
     def __init__(self, store: SceneBuffer) -> None:
         self._store, self._held = store, _LifetimeToken()
@@ -152,11 +152,12 @@ class OpenBuffer:
 
     @classmethod
     def new(cls, tables: Tables) -> OpenBuffer:
-        """Room for a scene with tables of these shapes; its trees may grow by those of what moves about.
+        """Allocate a buffer for tables of these shapes, with slack for trees that grow by the entries that move.
 
-        The table of surfaces may, until none is one with another.
+        The table of surfaces has slack, too, for the case that no surface coincides with another.
         """
         _, integers, floats = places_of(tables, _ORDER)
+        # A quarter more nodes, the loose entries (at most the square root of all), and a few.
         more = len(tables.node_children) // 4 + 4 * math.isqrt(len(tables.entry_kind)) + 8
         rows = len(tables.planes) + len(tables.spheres) + len(tables.quadrics) - len(tables.surface_kind)
         room = line_array(floats + more * _NODE + SPARE)
@@ -166,42 +167,43 @@ class OpenBuffer:
         return np.asarray(_TokenArray(array, self._held))
 
     def put(self, name: str, array: Array) -> Array:
-        """Keep an array that nobody else has; returns it as it may be handed out."""
+        """Store an array that nobody else has; return it in the form in which it may be handed out."""
         self._store.beside[name] = array
         self.beside[name] = out = self._out(array)
         return out
 
     def geometry(self, tables: Tables) -> Geometry | None:
-        """The memory for tables of these shapes; None where trees have grown out of it."""
+        """Lay out tables of these shapes; None where trees have outgrown the buffer."""
         places, integers, floats = places_of(tables, _ORDER)
         if integers > len(self._store.integers) or floats + SPARE > len(self._store.floats):
             return None
         out = self._out(self._store.integers), self._out(self._store.floats)
-        out[1][places[EXTENT] + tables.extent.size : floats + SPARE] = 0.0  # all between two tables is 0, and behind
+        out[1][places[EXTENT] + tables.extent.size : floats + SPARE] = 0.0  # gaps between tables, and the end, are 0
         return Geometry(places, out[0][:integers], out[1][: floats + SPARE])
 
     def raw(self, name: str) -> Array:
-        """An array beside the tables that does not say whether the scene is held."""
+        """Return a named array without the token: it does not keep the scene's buffer from reuse."""
         return self._store.beside[name]
 
     def memory(self, stores: BufferPool, stamps: Longs, numbers: int) -> PoolMemory:
-        """What is to be known of the memory; it is nobody's but the scene's until `close`."""
+        """Describe this buffer for the scene; until `close` it belongs to that scene alone."""
         return PoolMemory(stores, stamps, numbers, self._store, weakref.ref(self._held))
 
     def close(self, memory: PoolMemory, frame: Any) -> None:
-        """The scene is finished: when it is gone the memory goes to others of its kind."""
+        """Finish the scene: when it is gone, the buffer returns to the pool."""
         self._store.stamps, self._store.numbers, self._store.frame = memory.stamps, memory.numbers, frame
+        # A weak reference: a buffer must not keep its pool alive.
         weakref.finalize(self._held, _return_buffer, weakref.ref(memory.stores), self._store).atexit = False
 
 
 class BufferPool:
-    """What scenes with their rows in the same places share: at most one store that nobody reads."""
+    """The pool that scenes with rows in the same places share: at most one free buffer."""
 
     def __init__(self) -> None:
         self._free: deque[SceneBuffer] = deque(maxlen=1)
 
     def take(self, wanted: SceneBuffer | None = None) -> OpenBuffer | None:
-        """A store in which an earlier scene's rows are, if need be that one; None if there is none."""
+        """Take a free buffer with the rows of an earlier scene, or only `wanted`; None if there is none."""
         try:
             found = self._free.pop()
         except IndexError:
@@ -212,7 +214,7 @@ class BufferPool:
         return OpenBuffer(found)
 
     def give(self, store: SceneBuffer) -> None:
-        """A store of which nobody reads anything. It may come at any time: nothing here waits for a lock."""
+        """Return a buffer that nobody reads. This may happen at any time: nothing here waits for a lock."""
         if store.nbytes <= MOST:
             self._free.append(store)
 

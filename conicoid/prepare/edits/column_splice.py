@@ -1,4 +1,4 @@
-"""The tables of an edited scene from those of two: rows that stay are copied, and the numbers in them count on."""
+"""Splice the tables of two scenes: rows that stay are copied, and the numbers in them are shifted."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ PLAIN = {
     "plane_limits": PLANES, "quadric_limits": QUADRICS, "cell_limits": CELLS, "program_limits": PROGRAMS,
     "sheet_limits": SHEETS, "polygon_limits": POLYGONS,
 }  # fmt: skip
-"""Columns without numbers of other rows, but for those of quadrics' forms: each has one of its own."""
+"""Columns without numbers of other rows, except those of forms in `quadrics`: each quadric has a form of its own."""
 COUNTS = {
     "leaf_cell": (LEAVES, CELLS), "leaf_gate": (LEAVES, GATES), "gate_parent": (GATES, GATES),
     "sheet_program": (SHEETS, PROGRAMS), "polygon_program": (POLYGONS, PROGRAMS),
@@ -52,54 +52,57 @@ BEGINS = {
     "cell_first": (CELLS, CELL_PLANES), "program_leaf": (PROGRAMS, LEAVES), "program_gate": (PROGRAMS, GATES),
     "polygon_first": (POLYGONS, CORNERS),
 }  # fmt: skip
-"""Columns of the first rows of another kind; one more says where these end."""
+"""Columns of the first rows of another kind; one more item says where these end."""
 SURFACE = {"cell_quadric": CELLS, "plane_surface": CELL_PLANES, "sheet_surface": SHEETS, "polygon_surface": POLYGONS}
 SIDES = {"cell_face": "cell_quadric", "plane_face": "plane_surface", "sheet_side": "sheet_surface",
          "polygon_side": "polygon_surface"}  # fmt: skip
-"""Columns of surfaces, and the sides of them, or numbers whose signs are those."""
+"""`SURFACE`: columns of surfaces. `SIDES`: columns of the sides of these, or of numbers with the signs of sides."""
 AXES = {PLANE: PLANES, SPHERE: SPHERES, QUADRIC: QUADRICS}
 ENTRIES = ("entry_kind", "entry_index", "body_face")
 INSTANCE_COLUMNS = ("cell_likes", "program_row", "program_shifts", "shifts", "body_maps")
-"""Columns of bodies that are one another moved, which are not edited: of others they have no rows."""
+"""Columns of translated copies, which are not edited: other scenes have no rows in them."""
 OTHERS = ("surface_kind", "surface_row", "spheres", "face_maps", "map_rows", *ENTRIES, *INSTANCE_COLUMNS)
 TREES = ("node_boxes", "node_children", "tree_order", "tree_root", "roots", "tree_depth", "leaf_items", "extent")
 
 
-def table_senses(senses: Signs | None, given: Signs, chosen: Any) -> Signs:
-    """Of some surfaces the senses they have in the table."""
+def table_senses(senses: Signs | None, input_senses: Signs, chosen: Any) -> Signs:
+    """Return the senses of some surfaces in the table; None for `senses` stands for the input senses."""
     if senses is not None:
         return senses[chosen]
     found = np.ones(len(chosen), np.int8)
-    single = chosen < len(given)
-    found[single] = given[chosen[single]]
+    single = chosen < len(input_senses)
+    found[single] = input_senses[chosen[single]]
     return found
 
 
 @dataclass
 class SurfaceNumbering:
-    """Of the surfaces of the tables of one of two scenes, the numbers in the new tables; None: shifted by pieces."""
+    """New numbers for the surfaces in the tables of one of two scenes; None: shifted by pieces."""
 
     ids: Ints | None
-    turned: Signs | None  # whether each is turned over there; None: none is
+    turned: Signs | None  # -1 where the surface is negated there; None: nowhere
 
 
 class TableFiller(ABC):
-    """Fills tables where some pieces of two scenes come to; what surfaces and entries are is told by those below."""
+    """Fills tables from pieces of two scenes; subclasses supply surfaces and entries."""
 
     def __init__(
         self,
-        joined: SceneSplice,
+        splice: SceneSplice,
         pieces: SplicePieces,
         laid: RowLayout,
         numbers: tuple[SurfaceNumbering, SurfaceNumbering],
     ) -> None:
-        """laid: of the new scene. numbers: in it, of the surfaces of each of the two."""
-        self.joined, self.pieces, self.laid, self.numbers = joined, pieces, laid, numbers
-        self.numbered = pieces  # the pieces in which numbers of surfaces are written
+        """Prepare to fill.
+
+        `laid` is the layout of the new scene; `numbers` renumber in it the surfaces of each of the two scenes.
+        """
+        self.splice, self.pieces, self.laid, self.numbers = splice, pieces, laid, numbers
+        self.numbered = pieces  # the pieces in which surface numbers are written
 
     @property
     def ids(self) -> Ints | None:
-        """The number in the table of each surface given; None: its own."""
+        """The number in the table of each input surface; None: its own."""
         return self.laid.ids
 
     @abstractmethod
@@ -108,11 +111,11 @@ class TableFiller(ABC):
 
     @abstractmethod
     def _put_entries(self, tables: Tables) -> None:
-        """Write what the tree holds."""
+        """Write the entries that the tree holds."""
 
     def fill(self, tables: Tables) -> None:
-        """Write all columns but those of the trees; limits are right but for what `limits` finds anew."""
-        sides = [side.tables for side in self.joined.sides]
+        """Write all columns but those of the trees; a `LimitsUpdate` corrects the limits afterwards."""
+        sides = [side.tables for side in self.splice.sides]
         for name, axis in PLAIN.items():
             self._copy(getattr(tables, name), axis, [getattr(side, name) for side in sides])
         self._count(tables.quadrics[:, 3], QUADRICS, QUADRICS, [side.quadrics[:, 3] for side in sides])
@@ -131,7 +134,7 @@ class TableFiller(ABC):
         self._put_entries(tables)
 
     def _put_maps(self, tables: Tables, sides: list[Tables]) -> None:
-        """The maps of faces."""
+        """Write the maps of faces."""
         self._copy(tables.map_rows, MAP_ROWS, [side.map_rows for side in sides])
         for source, faces, at, shift in self.pieces.moved(FACES, MAP_ROWS):
             rows = sides[source].face_maps[faces]
@@ -150,21 +153,21 @@ class TableFiller(ABC):
         for source, rows, at, shift in self.numbered.moved(axis, SURFACES):
             numbers, ids = sides[source][rows], self.numbers[source].ids
             if ids is not None:
-                np.take(ids, numbers, out=column[at], mode="wrap")  # -1 is the last, which is -1
+                np.take(ids, numbers, out=column[at], mode="wrap")  # -1 wraps to the last item, which is -1
             else:
                 column[at] = np.where(numbers < 0, numbers, numbers + shift) if shift else numbers
 
     def _turn(self, tables: Tables, name: str, of: str) -> None:
-        """Sides of surfaces that may have been turned over."""
+        """Write the sides of surfaces that may have been negated."""
         column = getattr(tables, name)
         for source, rows, at in self.pieces.on(SURFACE[of]):
-            side, turned = self.joined.sides[source].tables, self.numbers[source].turned
+            side, turned = self.splice.sides[source].tables, self.numbers[source].turned
             column[at] = getattr(side, name)[rows]
             if turned is not None:
                 column[at] *= turned[getattr(side, of)[rows]]
 
     def framed(self, column: Ints, beside: int, sides: list[Ints]) -> None:
-        """Columns of bodies with numbers of another kind, or -1 - k for the frame k of bulk balls."""
+        """Write a column of bodies with numbers of another kind, or -1 - k for frame k of bulk balls."""
         parts = zip(self.pieces.moved(BODIES, beside), self.pieces.moved(BODIES, BALL_FRAMES), strict=True)
         for (source, rows, at, shift), (_, _, _, frames) in parts:
             numbers = sides[source][rows]
@@ -172,24 +175,24 @@ class TableFiller(ABC):
 
 
 class ColumnSplice(TableFiller):
-    """Fills the tables of an edited scene."""
+    """Fills the tables of a spliced scene."""
 
-    def __init__(self, joined: SceneSplice, merged: MergedSurfaces) -> None:
-        self.joined, self.merged = joined, merged
+    def __init__(self, splice: SceneSplice, merged: MergedSurfaces) -> None:
+        self.splice, self.merged = splice, merged
         self.leads = None if merged.first is None else np.flatnonzero(merged.first == np.arange(merged.count))
         ids = self._ids()
         numbers = self._numbers(ids, 0), self._numbers(ids, 1)
-        super().__init__(joined, joined.pieces, self._laid(ids), numbers)
+        super().__init__(splice, splice.pieces, self._laid(ids), numbers)
 
     def _laid(self, ids: Ints | None) -> RowLayout:
-        """Which rows are whose."""
-        (old, new), merged = self.joined.laid, self.merged
-        patterns, numbers = old.patterns.joined(new.patterns)
-        which = self.joined.of_both(BODIES, old.which, numbers[new.which])
-        bodies = self.joined.of_entries(old.first_body, new.first_body)
-        frames = self.joined.of_entries(old.first_frame, new.first_frame)
-        given = merged.kinds, merged.given, merged.senses, merged.first
-        return RowLayout(patterns, which, bodies, frames, *given, ids)
+        """Build the layout of the new scene."""
+        (old, new), merged = self.splice.laid, self.merged
+        patterns, numbers = old.patterns.union(new.patterns)
+        which = self.splice.of_both(BODIES, old.which, numbers[new.which])
+        bodies = self.splice.of_entries(old.first_body, new.first_body)
+        frames = self.splice.of_entries(old.first_frame, new.first_frame)
+        surfaces = merged.kinds, merged.input_senses, merged.senses, merged.first
+        return RowLayout(patterns, which, bodies, frames, *surfaces, ids)
 
     @property
     def surfaces(self) -> int:
@@ -203,7 +206,7 @@ class ColumnSplice(TableFiller):
         return np.arange(single) if self.leads is None else self.leads[self.leads < single]
 
     def _ids(self) -> Ints | None:
-        """The number in the table of each surface given."""
+        """Return the number in the table of each input surface; None where each is its own."""
         if self.leads is None or self.merged.first is None:
             return None
         number = np.zeros(self.merged.count, np.int32)
@@ -212,8 +215,8 @@ class ColumnSplice(TableFiller):
         return ids
 
     def _numbers(self, own: Ints | None, source: int) -> SurfaceNumbering:
-        """The numbers of the surfaces of a scene's table."""
-        laid, numbers = self.joined.laid[source], self.joined.numbers_of_surfaces(source)
+        """Return the new numbers of the surfaces of one scene's table."""
+        laid, numbers = self.splice.laid[source], self.splice.numbers_of_surfaces(source)
         if own is None and laid.ids is None:
             return SurfaceNumbering(None, None)
         there = np.flatnonzero(numbers >= 0)
@@ -222,13 +225,13 @@ class ColumnSplice(TableFiller):
         ids = np.full(count + 1, -1, np.int32)
         ids[before] = numbers[there] if own is None else own[numbers[there]]
         turned = np.ones(count + 1, np.int8)
-        turned[before] = table_senses(laid.senses, laid.given, there)
-        turned[before] *= table_senses(self.merged.senses, self.merged.given, numbers[there])
+        turned[before] = table_senses(laid.senses, laid.input_senses, there)
+        turned[before] *= table_senses(self.merged.senses, self.merged.input_senses, numbers[there])
         return SurfaceNumbering(ids, None if (turned == 1).all() else turned)
 
     def sizes(self) -> dict[str, tuple[tuple[int, ...], Any]]:
-        """Shape and kind of number of every column but those of the trees."""
-        total, old = self.pieces.total.tolist(), self.joined.sides[0].tables
+        """Return shape and dtype of every column but those of the trees."""
+        total, old = self.pieces.total.tolist(), self.splice.sides[0].tables
         axes = PLAIN | {name: axes[0] for name, axes in COUNTS.items()} | SURFACE
         axes |= {name: SURFACE[of] for name, of in SIDES.items()} | dict.fromkeys(ENTRIES, BODIES)
         counts = {name: total[axis] for name, axis in axes.items()}
@@ -240,9 +243,9 @@ class ColumnSplice(TableFiller):
         }
 
     def _put_surfaces(self, tables: Tables) -> None:
-        """Kinds and rows of the surfaces, and the spheres, bulk balls last."""
-        tables.spheres[:] = self.joined.of_spheres(*(side.tables.spheres for side in self.joined.sides))
-        if self.leads is None and all(laid.first is None for laid in self.joined.laid):
+        """Write kinds and rows of the surfaces, and the spheres, bulk balls last."""
+        tables.spheres[:] = self.splice.of_spheres(*(side.tables.spheres for side in self.splice.sides))
+        if self.leads is None and all(laid.first is None for laid in self.splice.laid):
             self._move_surfaces(tables)
             return
         total = self.pieces.total
@@ -257,11 +260,11 @@ class ColumnSplice(TableFiller):
         tables.surface_row[:] = row if self.leads is None else row[self.leads]
 
     def _move_surfaces(self, tables: Tables) -> None:
-        """Kinds and rows where no surface stands for another: those of both scenes, rows of each kind counting on."""
+        """Write kinds and rows where every surface stands for itself: those of both, rows of each kind shifted."""
         single, total = len(self.merged.kinds), self.pieces.total
         of_kinds = [self.pieces.moved(SURFACES, AXES[kind]) for kind in sorted(AXES)]
         for (source, rows, at, _), *others in zip(of_kinds[0], *of_kinds, strict=True):
-            side = self.joined.sides[source].tables
+            side = self.splice.sides[source].tables
             shifts = np.array([shift for *_, shift in others], np.int32)
             tables.surface_kind[at] = side.surface_kind[rows]
             tables.surface_row[at] = side.surface_row[rows]
@@ -271,7 +274,7 @@ class ColumnSplice(TableFiller):
         tables.surface_row[single:] = np.arange(total[SPHERES], len(tables.spheres), dtype=np.int32)
 
     def _put_entries(self, tables: Tables) -> None:
-        """What the tree holds; which cells are balls is told by `balls_direct`."""
+        """Write the entries; `replace_ball_cells` decides afterwards which cells are balls."""
         which = self.laid.which
         kind, index, _ = self.laid.patterns.entries[which].T.copy()
         for own, axis in KINDS.items():
@@ -282,5 +285,5 @@ class ColumnSplice(TableFiller):
         numbers = np.arange(len(self.merged.kinds), self.merged.count)
         index[balls] = numbers if self.ids is None else self.ids[numbers]
         tables.entry_kind[:], tables.entry_index[:] = kind, index
-        sides = [side.tables.body_face for side in self.joined.sides]
+        sides = [side.tables.body_face for side in self.splice.sides]
         self.framed(tables.body_face, FACES, sides)

@@ -1,4 +1,4 @@
-"""What is known of a scene that was edited, or that others were made from, for the next time."""
+"""The state that the next edit of a scene needs."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from .neighbour_index import NeighbourFrame, NeighbourPlaces
 
 @dataclass(frozen=True)
 class EditState:
-    """Numbers by which near surfaces are found, and the size that limits depend on; whose memory may be taken.
+    """Places by which near surfaces are found, the size that limits depend on, and the memory that may be reused.
 
-    Stamps are told apart in one process alone, and a copy's memory is its own: so what is pickled, or copied, has none.
-    Edits of it begin with new stamps, and with nobody's memory.
+    Stamps are unique in one process only, and the memory of a copy is its own: so pickles and copies drop the memory.
+    Their edits start with new stamps, in new memory.
     """
 
     frame: NeighbourFrame | None = None
@@ -28,9 +28,9 @@ class EditState:
 
 @dataclass(frozen=True)
 class FullEditState(EditState):
-    """The same where all of it is known."""
+    """An edit state in which everything is known."""
 
-    frame: NeighbourFrame = field()  # of these none may be left out
+    frame: NeighbourFrame = field()  # no default: none of these may be left out
     places: NeighbourPlaces = field()
     size: float | None = field()
     _: KW_ONLY

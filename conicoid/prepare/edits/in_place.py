@@ -1,8 +1,9 @@
-"""Scenes in which entries are exchanged for others with as many rows: a body that was moved, nearly always.
+"""Edit a scene in place: entries are exchanged for others with as many rows, nearly always because a body moved.
 
-All other rows stay where they are, and as they are but for what is said of surfaces that are one with new ones, or were
-one with some that are gone (`regrouped`). So the memory of a scene that is gone is taken (`stores`), and only the rows
-of some entries are written: of those that are new, and of those in which that scene differs from the one before.
+All other rows stay where they are, and as they are except for what concerns surfaces that coincide with new ones, or
+did with removed ones (`surface_classes.py`). So the buffer of a scene that is gone is reused (`buffer_pool.py`), and
+only the rows of some entries are written: of the new ones, and of those in which that scene differs from the one
+before.
 """
 
 from __future__ import annotations
@@ -29,38 +30,38 @@ from .scene_splice import SceneSplice
 from .surface_classes import SurfaceClasses, slot_entries
 
 _MOST = 128
-"""So many pieces are written one by one; more are as well written all at once."""
+"""So many pieces are written one by one; with more of them all rows are written at once."""
 EXTRA_ARRAYS = {
     "boxes": BODIES, "frames": FRAMES, "planes": PLANES, "spheres": SPHERES, "quadrics": QUADRICS, "vertices": CORNERS,
     "place_of_planes": PLANES, "place_of_spheres": SPHERES, "place_of_quadrics": QUADRICS,
     "mark_of_planes": PLANES, "mark_of_spheres": SPHERES, "mark_of_quadrics": QUADRICS,
 }  # fmt: skip
-"""What a store has beside the tables, and what its rows are of."""
+"""Arrays of a buffer beside the tables, and the kind of their rows."""
 _PLACED = 1 << 18
-"""So many surfaces have places from the beginning: ten bytes each, and a hundredth of the time that they take."""
+"""Up to so many surfaces have places from the beginning: ten bytes each, and a hundredth of the time surfaces take."""
 _OF_SURFACES = "surface_kind", "surface_row"
 """Tables with as many rows as there are surfaces."""
 _OF_FRAMES = "place", "mark"
-"""How the names begin of what is relative to a frame (`near`)."""
+"""Prefixes of the names of arrays that are relative to a frame (`neighbour_index.py`)."""
 
 
 def _extra_arrays(lowered: LoweredScene, places: NeighbourPlaces) -> dict[str, Any]:
-    """What a scene's store has beside the tables."""
+    """Return the arrays of a scene beside the tables."""
     return dict(zip(EXTRA_ARRAYS, (*_first_extra_arrays(lowered), *_place_arrays(places)), strict=True))
 
 
 def _place_arrays(places: NeighbourPlaces) -> tuple[Any, ...]:
-    """Of these what is relative to a frame."""
+    """Return the arrays that are relative to a frame."""
     return places.planes, places.spheres, places.quadrics, *places.marks
 
 
 def _raw_places(opened: OpenBuffer) -> NeighbourPlaces:
-    """Those that a store has, in arrays that do not say whether the scene is held."""
+    """Return the places in a buffer, in arrays that do not hold its scene."""
     return NeighbourPlaces.marked(*(opened.raw(name) for name in EXTRA_ARRAYS if name.startswith(_OF_FRAMES)))
 
 
 def _first_extra_arrays(lowered: LoweredScene) -> tuple[Any, ...]:
-    """Of these what it has though nothing was edited."""
+    """Return the arrays that exist even if nothing was edited."""
     rest = lowered.rest
     return lowered.boxes, lowered.frames, rest.planes, rest.spheres, rest.quadrics, rest.vertices
 
@@ -71,16 +72,17 @@ def _with_extra_arrays(lowered: LoweredScene, tables: Tables, beside: Mapping[st
 
 
 def adopt_buffer(lowered: LoweredScene, opened: OpenBuffer) -> tuple[LoweredScene, EditState]:
-    """A scene that was prepared from the beginning, whose tables are in a store: all of it is, from now on.
+    """Move a freshly prepared scene, whose tables are in a buffer, there with all its arrays.
 
-    The arrays beside the tables are nobody's but its own. Places of surfaces are worked out, so that the first edit
-    need not go over all of them, if they are not so many that memory for them matters more.
+    Places of surfaces are computed, so that the first edit need not process all of them, unless there are so many that
+    their memory matters more.
     """
     records, frame, places = surface_columns(lowered.tables), None, None
     beside: tuple[Any, ...] = _first_extra_arrays(lowered)
     if sum(len(table) for table in records) <= _PLACED:
         frame, (found,) = NeighbourFrame.around(records)
         beside = *beside, *_place_arrays(found)
+    # An array that is writable and no view belongs to this scene alone; others are copied.
     for name, column in zip(EXTRA_ARRAYS, beside, strict=False):
         whole = column.flags.writeable and not isinstance(column.base, np.ndarray)
         opened.put(name, column if whole else column.copy())
@@ -94,7 +96,7 @@ def adopt_buffer(lowered: LoweredScene, opened: OpenBuffer) -> tuple[LoweredScen
 
 
 def release_memory(lowered: LoweredScene, geometry: Geometry, memory: PoolMemory) -> LoweredScene:
-    """The same in arrays that do not hold its memory: whoever reads them claims it (`Memory.claim`)."""
+    """Return the scene in arrays that do not hold its buffer: who reads them claims it (`PoolMemory.claim`)."""
     store = memory.store
     if store is None:
         return lowered
@@ -103,33 +105,37 @@ def release_memory(lowered: LoweredScene, geometry: Geometry, memory: PoolMemory
 
 
 class InPlaceEdit:
-    """A scene some of whose entries are exchanged, in the memory of one that is gone, or in new memory.
+    """A scene some of whose entries are exchanged, in the buffer of one that is gone, or in new memory.
 
-    Only where `exchangeable` says that this may be.
+    Valid only where `in_place_check` allows it.
     """
 
     def __init__(
         self,
-        joined: SceneSplice,
+        splice: SceneSplice,
         bodies: Sequence[Body],
-        found: SpliceRuns,
+        runs: SpliceRuns,
         kept: FullEditState,
         own: NeighbourPlaces,
         classes: SurfaceClasses,
         claim: BufferClaim,
     ) -> None:
-        """own: places of what is new. claim: of the memory that the old scene is in."""
+        """Start the edit.
+
+        `own` are the places of new surfaces; `claim` is on the memory of the old scene.
+        """
         self.in_place = claim.opened is not None
+        # Renumbering reads the old integers of all rows while the same memory is overwritten.
         if self.in_place and classes.renumbered:
-            joined = _copy_integers(joined)
-        old, new = joined.sides
-        self._claim = claim  # while it is held nobody writes to the memory that is read
-        self.joined, self.pieces, self.kept, self.classes = joined, joined.pieces, kept, classes
-        self._bodies, self._fresh = bodies, found.fresh
+            splice = _copy_integers(splice)
+        old, new = splice.sides
+        self._claim = claim  # while it is held, nobody overwrites the memory that is read
+        self.splice, self.pieces, self.kept, self.classes = splice, splice.pieces, kept, classes
+        self._bodies, self._fresh = bodies, runs.fresh
         sides = _extra_arrays(old, kept.places), _extra_arrays(new, own)
         opened, some = claim.opened, self.pieces.only(1)
         if opened is None:
-            opened, some = _claim_rows(kept.memory, old.laid, self.pieces, found.fresh)
+            opened, some = _claim_rows(kept.memory, old.laid, self.pieces, runs.fresh)
         if opened is not None:
             for name, column in sides[0].items():
                 if name not in opened.beside or (opened.frame != kept.frame and name.startswith(_OF_FRAMES)):
@@ -140,7 +146,7 @@ class InPlaceEdit:
                 beside[name][at] = sides[source][name][rows]
         self._opened, self._some, self._beside = opened, some, beside
         self._all_numbers = classes.renumbered or bool(opened and opened.numbers != kept.memory.numbers)
-        self._laid = _exchange_layout(joined, classes)
+        self._laid = _exchange_layout(splice, classes)
         self.boxes: Floats = beside["boxes"]
         self.kinds = self._laid.patterns.entries[self._laid.which, 2]
         self.shapes: dict[str, Any] = {k: v for k, v in old.tables._asdict().items() if k not in TREES}
@@ -149,45 +155,45 @@ class InPlaceEdit:
 
     @property
     def keeps_items(self) -> bool:
-        """Are items of leaves what they were, but for what is new? They name balls, and tell how large cells are."""
+        """True if leaf items of unchanged entries can be kept: they name balls, and tell how large cells are."""
         if len(self.classes.bereft):
             return False
-        return not (self.classes.renumbered and bool((self.joined.sides[0].tables.entry_kind == BALL).any()))
+        return not (self.classes.renumbered and bool((self.splice.sides[0].tables.entry_kind == BALL).any()))
 
     def geometry(self, empty: Tables) -> Geometry:
-        """Memory for tables of these shapes, in which all rows are but those that differ."""
+        """Return memory for tables of these shapes, in which all rows are valid but those that differ."""
         found = self._opened.geometry(empty) if self._opened else None
         if found is not None:
             return found
         self._some, self.in_place = self.pieces.only(1), False
-        others = self._opened is not None  # what is beside is somebody's who comes later
+        others = self._opened is not None  # the arrays beside belong to a later scene
         self._opened = OpenBuffer.new(empty)
         for name, column in self._beside.items():
             self._beside[name] = self._opened.put(name, column.copy() if others else column)
         self.boxes = self._beside["boxes"]
-        made = self._opened.geometry(empty)
-        assert made is not None
-        tables, old = unpack_tables(empty, made), self.joined.sides[0].tables
+        laid_out = self._opened.geometry(empty)
+        assert laid_out is not None
+        tables, old = unpack_tables(empty, laid_out), self.splice.sides[0].tables
         self._all_numbers = self.classes.renumbered
         for name in self.shapes:
             if not (self._all_numbers and name in _OF_SURFACES):
                 getattr(tables, name)[...] = getattr(old, name)
-        return made
+        return laid_out
 
     def fill(self, geometry: Geometry, tables: Tables) -> tuple[LoweredScene, FullEditState]:
         """Write the tables where they differ; trees are left as they are."""
-        joined, beside, kept, classes = self.joined, self._beside, self.kept, self.classes
-        columns, (old, _) = RowOverwrite(joined, self._some, self._laid, classes, self._all_numbers), joined.sides
+        splice, beside, kept, classes = self.splice, self._beside, self.kept, self.classes
+        columns, (old, _) = RowOverwrite(splice, self._some, self._laid, classes, self._all_numbers), splice.sides
         columns.fill(tables)
         rest = Remainders(beside["planes"], beside["spheres"], beside["quadrics"], beside["vertices"])
         size = InPlaceLimits(columns, tables, self.boxes, rest).put(kept.size)
         put_sizes(geometry, tables)
         body_frame = old.body_frame.copy()
-        columns.framed(body_frame, FRAMES, [side.body_frame for side in joined.sides])
+        columns.framed(body_frame, FRAMES, [side.body_frame for side in splice.sides])
         single = old.exact.single if classes.single is None else classes.single
         lowered = dataclasses.replace(
             old, tables=tables, around=self.boxes, frames=beside["frames"], body_frame=body_frame,
-            face_paint=joined.paint(), rest=rest, laid=self._laid,
+            face_paint=splice.paint(), rest=rest, laid=self._laid,
             exact=ExactTables(old.exact.bodies.of(BodyShapes(self._bodies)), single),
         )  # fmt: skip
         assert self._opened is not None
@@ -196,55 +202,56 @@ class InPlaceEdit:
         return lowered, FullEditState(kept.frame, _raw_places(self._opened), size, memory=memory)
 
     def _stamps(self, same_size: bool) -> Longs:
-        """By which edit the rows of each entry were written: those of what is new, and of whatever is one with it."""
+        """Return stamps: those of new entries change, and of all that share a surface with these."""
         if not same_size:
             return stamp_entries(len(self.kept.memory.stamps))
         touched = slot_entries(self._laid, self.classes.touched).tolist()
         return restamp_entries(self.kept.memory.stamps, [*self._fresh, *touched])
 
     def close(self, kept: EditState) -> None:
-        """All tables have been written, those of trees too; `kept` is what `fill` returned.
+        """Finish: all tables are written, those of trees too; `kept` is what `fill` returned.
 
-        Only from here on does the memory go to others when the scene is gone. That of one that is broken off before
-        goes to nobody: what is in its rows is told by no stamps.
+        Only from here on the buffer may go to others when the scene is gone. The buffer of an edit that is aborted
+        before goes to nobody, because no stamps describe its rows.
         """
         assert isinstance(kept, FullEditState)
         assert self._opened is not None
         self._opened.close(kept.memory, kept.frame)
 
 
-def _copy_integers(joined: SceneSplice) -> SceneSplice:
-    """The same with all integers of the old tables in memory of their own."""
-    old, new = joined.sides
+def _copy_integers(splice: SceneSplice) -> SceneSplice:
+    """Return the splice with all integers of the old tables copied to memory of their own."""
+    old, new = splice.sides
     columns = {name: column.copy() for name, column in old.tables._asdict().items() if column.dtype != np.float64}
-    return SceneSplice((dataclasses.replace(old, tables=old.tables._replace(**columns)), new), joined.pieces)
+    return SceneSplice((dataclasses.replace(old, tables=old.tables._replace(**columns)), new), splice.pieces)
 
 
 def _claim_rows(
     memory: PoolMemory, laid: RowLayout, pieces: SplicePieces, fresh: list[int]
 ) -> tuple[OpenBuffer | None, SplicePieces]:
-    """The memory of a scene that is gone, if there is any, and what is to be written there; else what is new."""
+    """Take the buffer of a scene that is gone, if there is one; return also the pieces to be written there."""
     new, opened = pieces.only(1), memory.stores.take()
     if opened is None:
         return None, new
     other = memory.stamps != opened.stamps
     other[fresh] = False
+    # Runs of entries whose stamps differ: (first, end) alternate.
     bounds = np.flatnonzero(np.diff(other, prepend=False, append=False))
     if len(bounds) > 2 * _MOST:
         bounds = np.array([0, len(other)])
     return opened, new.after_rows(laid.rows_up_to(bounds)) if len(bounds) else new
 
 
-def _exchange_layout(joined: SceneSplice, classes: SurfaceClasses) -> RowLayout:
-    """Which rows are whose: nothing but patterns, and what surfaces are, is other than it was."""
-    (old, new), pieces = joined.laid, joined.pieces.only(1)
-    patterns, numbers = old.patterns.joined(new.patterns)
-    which, kinds, given = old.which.copy(), old.kinds.copy(), old.given.copy()
+def _exchange_layout(splice: SceneSplice, classes: SurfaceClasses) -> RowLayout:
+    """Return the layout: only patterns, and what surfaces are, differ from before."""
+    (old, new), pieces = splice.laid, splice.pieces.only(1)
+    patterns, numbers = old.patterns.union(new.patterns)
+    which, kinds, senses = old.which.copy(), old.kinds.copy(), old.input_senses.copy()
     for _, rows, at in pieces.on(BODIES):
         which[at] = numbers[new.which[rows]]
     for _, rows, at in pieces.on(SURFACES):
-        kinds[at], given[at] = new.kinds[rows], new.given[rows]
+        kinds[at], senses[at] = new.kinds[rows], new.input_senses[rows]
     return dataclasses.replace(
-        old, patterns=patterns, which=which, kinds=kinds, given=given, first=classes.first, senses=classes.senses,
-        ids=classes.ids,
+        old, patterns=patterns, which=which, kinds=kinds, input_senses=senses, first=classes.first,
+        senses=classes.senses, ids=classes.ids,
     )  # fmt: skip

@@ -1,4 +1,4 @@
-"""May entries of a scene be exchanged for others, so that all other rows stay where they are?"""
+"""Decide whether entries of a scene can be exchanged in place, so that all other rows stay where they are."""
 
 from __future__ import annotations
 
@@ -14,7 +14,10 @@ from .pieces import SplicePieces, SpliceRuns
 
 
 def keeps_rows(old: RowLayout, new: RowLayout, found: SpliceRuns, entries: int) -> bool:
-    """Has each new entry as many rows of every kind as that in whose place it comes? Bulk balls have none of these."""
+    """Return whether each new entry has as many rows of every kind as the one that it replaces.
+
+    Bulk balls exclude it.
+    """
     if entries != len(old.first_body) - 1 or not new.which.all():
         return False
     fresh = np.array(found.fresh, np.int64)
@@ -30,17 +33,20 @@ def keeps_rows(old: RowLayout, new: RowLayout, found: SpliceRuns, entries: int) 
 
 
 def keeps_classes(old: RowLayout, new: RowLayout, pieces: SplicePieces) -> bool:
-    """Are the same surfaces one with the same others as before, where new ones are one with no others?
+    """Return whether surfaces coincide with the same others as before, if new ones coincide with no others.
 
-    That they are not is another question: see `regrouped.near_slots`. What this asks is that
+    That they coincide with no others is a separate question: see `surface_classes.neighbour_slots`. This function
+    requires that
 
-    - no surface of what is gone was one with a surface that stays;
-    - no surface of what is new is one with a surface of another piece, before or behind it;
-    - within each piece every new surface takes the record of the one of the same place as that in whose place it comes.
+    - no surface of a removed entry coincided with one that stays;
+    - no surface of a new entry coincides with one of another piece, before or behind it;
+    - within each piece every new surface takes the record of the surface at the same place as that of the entry it
+      replaces.
 
-    Then `Laid.first` and `Laid.ids` stay what they are. What is one surface is new, or stays, as a whole, and lies
-    within one piece of what is new: so the rows of its record grow by what those of all its members grow by. Nothing
-    less would do for the second: a record of another piece has its number, and its row, by how that piece moves.
+    Then `RowLayout.first` and `RowLayout.ids` stay unchanged. A class of equal surfaces is new, or stays, as a whole,
+    and lies within one piece of the new entries: so the rows of its record shift as those of all its members. For the
+    second condition nothing weaker suffices: a record of another piece has its number, and its row, shifted as that
+    piece.
     """
     if old.first is None:  # every surface stood for itself
         return new.first is None
@@ -57,7 +63,10 @@ def keeps_classes(old: RowLayout, new: RowLayout, pieces: SplicePieces) -> bool:
 
 
 def complete_state(kept: EditState, old: LoweredScene, new: LoweredScene) -> tuple[FullEditState, NeighbourPlaces]:
-    """What is known of the old scene, with what exchanges of its entries for new ones need; places of the new ones."""
+    """Complete the edit state of the old scene with all that an in-place edit needs.
+
+    Return also the places of new surfaces.
+    """
     frame, places, records = kept.frame, kept.places, surface_columns(new.tables)
     own = frame.places_within(*records) if frame is not None and places is not None else None
     if isinstance(kept, FullEditState) and own is not None:

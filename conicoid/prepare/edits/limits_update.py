@@ -1,4 +1,4 @@
-"""The limits of an edited scene: those of new bodies, and of surfaces that others use than before."""
+"""Update the limits of an edited scene: those of new bodies, and of surfaces whose uses changed."""
 
 from __future__ import annotations
 
@@ -29,7 +29,10 @@ Mask = npt.NDArray[np.bool_]
 
 @dataclass
 class SurfaceUses:
-    """Which surface bounds which cell, sheet or polygon of which body; sheets are numbered behind cells."""
+    """Pairs of a surface and a cell, sheet or polygon that it bounds, with the body.
+
+    Sheets and polygons are numbered behind cells.
+    """
 
     surfaces: Longs
     owners: Longs
@@ -38,7 +41,7 @@ class SurfaceUses:
 
 @dataclass
 class LimitChanges:
-    """Which surfaces, and which cells, sheets and polygons, may have other limits, and all uses of and by these."""
+    """The surfaces, and the cells, sheets and polygons, whose limits may change, and all uses of and by these."""
 
     surfaces: Mask
     owners: Mask
@@ -46,7 +49,7 @@ class LimitChanges:
 
 
 class LimitsUpdate(ABC):
-    """Puts right the limits in tables that are otherwise finished."""
+    """Corrects the limits in tables that are otherwise finished."""
 
     def __init__(self, columns: TableFiller, tables: Tables, boxes: Floats, rest: Remainders) -> None:
         self.columns, self.tables, self.boxes, self.rest = columns, tables, boxes, rest
@@ -55,11 +58,12 @@ class LimitsUpdate(ABC):
         self.owners = np.cumsum([0, *counts])
 
     def put(self, before: float | None) -> float | None:
-        """Write the limits; `before`: the size of the scene before. Returns that of this one.
+        """Write the limits; return the size of this scene, `before` being that of the scene before.
 
-        None stands for the size of scenes whose bodies all have an end, which nothing depends on.
+        None stands for the size of scenes whose bodies are all bounded: nothing depends on it.
         """
         size = None if bool(np.isfinite(self.boxes).all()) else scene_size(self.tables, self.boxes)
+        # Every limit of an unbounded body depends on the size of the scene.
         if size is not None and before is not None and size != before:
             for name, column in with_limits(self.tables, self.boxes, self.rest)._asdict().items():
                 if name.endswith("_limits"):
@@ -70,22 +74,22 @@ class LimitsUpdate(ABC):
 
     @abstractmethod
     def _changed(self) -> LimitChanges:
-        """What may have other limits than those that the tables have."""
+        """Return what may have other limits than those in the tables."""
 
     @abstractmethod
     def _unread(self, kind: int) -> Longs:
-        """Records of a kind that have limits though others stand for them."""
+        """Return the rows of records of a kind that have limits although another record represents them."""
 
     def _mark_owners(self, surfaces: Mask, owners: Mask) -> None:
         """Mark the cells, sheets and polygons that some surfaces bound."""
-        tables, marked = self.tables, np.append(surfaces, False)  # the last is that of no surface
+        tables, marked = self.tables, np.append(surfaces, False)  # the last item stands for no surface
         for kind, column in enumerate((tables.cell_quadric, tables.sheet_surface, tables.polygon_surface)):
             owners[self.owners[kind] : self.owners[kind + 1]] |= marked[column]
         owners[_owner(tables.cell_first, np.flatnonzero(marked[tables.plane_surface]))] = True
 
     def _uses(self, surfaces: Mask, owners: Mask) -> SurfaceUses:
-        """All uses of some surfaces, and by some owners."""
-        tables, marked = self.tables, np.append(surfaces, False)  # the last is that of no surface
+        """Collect all uses of some surfaces, and by some owners."""
+        tables, marked = self.tables, np.append(surfaces, False)  # the last item stands for no surface
         cells = np.flatnonzero(marked[tables.cell_quadric] | owners[: self.owners[1]])
         planes = marked[tables.plane_surface]
         own = np.flatnonzero(owners[: self.owners[1]])
@@ -97,7 +101,7 @@ class LimitsUpdate(ABC):
         return self._of_rows(cells, np.flatnonzero(planes), *others)
 
     def _of_rows(self, cells: Longs, rows: Longs, sheets: Longs, polygons: Longs) -> SurfaceUses:
-        """The uses by some cells of their quadrics, by cells of some planes, by some sheets and polygons."""
+        """Collect the uses by cells of their quadrics, by cells of planes, by sheets and by polygons."""
         tables = self.tables
         cells = cells[tables.cell_quadric[cells] >= 0]
         found = [
@@ -109,6 +113,7 @@ class LimitsUpdate(ABC):
         parts = []
         for kind, (of, owner, axis) in zip((0, 0, 1, 2), found, strict=True):
             body = np.searchsorted(self.laid.starts(axis), owner, side="right") - 1 if len(owner) else owner
+            # Cells that are balls are traced without their cell: they need no limits.
             traced = tables.entry_kind[body] != BALL if axis == CELLS else np.ones(len(owner), bool)
             parts.append((of[traced], owner[traced] + self.owners[kind], body[traced]))
         return SurfaceUses(*(np.concatenate(each) for each in zip(*parts, strict=True)))
@@ -137,7 +142,7 @@ class LimitsUpdate(ABC):
             put(records, which[mine].astype(np.int32), np.ascontiguousarray(most[:, mine]), column)
 
     def _put_programs(self, owners: Mask) -> None:
-        """Programs of which a cell has other limits."""
+        """Update the programs of cells whose limits changed."""
         tables = self.tables
         leaves = np.flatnonzero(owners[tables.leaf_cell])
         programs = unique_sorted(_owner(tables.program_leaf, leaves))
@@ -151,7 +156,7 @@ class LimitsUpdate(ABC):
 
 
 class SpliceLimits(LimitsUpdate):
-    """Limits of an edited scene, in which surfaces may be used in other places than before."""
+    """Limits of a spliced scene, in which surfaces may be used in other places than before."""
 
     columns: ColumnSplice
 
@@ -159,8 +164,8 @@ class SpliceLimits(LimitsUpdate):
         super().__init__(columns, tables, boxes, rest)
 
     def put(self, before: float | None) -> float | None:
-        """Of a scene that was not edited before its size is still to be found."""
-        old = self.columns.joined.sides[0]
+        """`LimitsUpdate.put`; computes the size of a scene before that was never edited."""
+        old = self.columns.splice.sides[0]
         if before is None and not np.isfinite(old.boxes).all():
             before = scene_size(old.tables, old.boxes)
         return super().put(before)
@@ -170,11 +175,11 @@ class SpliceLimits(LimitsUpdate):
         return LimitChanges(surfaces, owners, self._uses(surfaces, owners))
 
     def _marked(self) -> tuple[Mask, Mask]:
-        """Surfaces that are used in other places than before, and what is to be looked at for itself."""
+        """Mark surfaces with other uses than before, and cells, sheets and polygons that need a check of their own."""
         columns, pieces = self.columns, self.columns.pieces
         surfaces, owners = np.zeros(columns.surfaces, bool), np.zeros(int(self.owners[-1]), bool)
-        for source, side in enumerate(columns.joined.sides):
-            numbers = columns.joined.numbers_of_surfaces(source)
+        for source, side in enumerate(columns.splice.sides):
+            numbers = columns.splice.numbers_of_surfaces(source)
             ids, laid = columns.numbers[source].ids, side.laid
             if source == 1:
                 new = numbers[numbers >= 0]
@@ -183,7 +188,7 @@ class SpliceLimits(LimitsUpdate):
             gone = np.flatnonzero(numbers < 0)
             known = gone if laid.ids is None else laid.ids[gone]
             if ids is None:
-                continue  # nobody else used them
+                continue  # each surface of that side stands for itself: nobody else used them
             left = ids[known]
             surfaces[left[left >= 0]] = True
             surfaces[self._of_other_records()] = True
@@ -200,11 +205,11 @@ class SpliceLimits(LimitsUpdate):
         return surfaces, owners
 
     def _of_other_records(self) -> Longs:
-        """Surfaces of the scene before that another record stands for now."""
-        columns, laid = self.columns, self.columns.joined.laid[0]
+        """Find surfaces of the scene before that another record represents now."""
+        columns, laid = self.columns, self.columns.splice.laid[0]
         if columns.leads is None and laid.first is None:
             return np.zeros(0, np.int64)
-        numbers = columns.joined.numbers_of_surfaces(0)
+        numbers = columns.splice.numbers_of_surfaces(0)
         there = np.flatnonzero(numbers >= 0)
         before = there if laid.first is None else laid.first[there]
         now = numbers[there] if columns.merged.first is None else columns.merged.first[numbers[there]]
@@ -213,7 +218,7 @@ class SpliceLimits(LimitsUpdate):
         return unique_sorted(found if columns.ids is None else columns.ids[found]).astype(np.int64)
 
     def _unread(self, kind: int) -> Longs:
-        """Records of a kind for which others stand."""
+        """Return the rows of records of a kind that others represent."""
         first, kinds = self.columns.merged.first, self.columns.merged.kinds
         if first is None:
             return np.zeros(0, np.int64)
@@ -222,12 +227,12 @@ class SpliceLimits(LimitsUpdate):
 
 
 def _owner(first: npt.NDArray[np.int32], rows: Longs) -> Longs:
-    """Whose some rows are, by where those of each begin."""
+    """Return the owners of rows, given where the rows of each owner begin."""
     found: Longs = np.searchsorted(first, rows, side="right") - 1
     return found
 
 
 def _ranges(first: npt.NDArray[np.int32], which: Longs) -> Longs:
-    """All rows of some, by where those of each begin."""
+    """Return all rows of some owners, given where the rows of each owner begin."""
     parts = [np.arange(first[one], first[one + 1]) for one in which.tolist()]
     return np.concatenate(parts) if parts else np.zeros(0, np.int64)

@@ -1,7 +1,7 @@
-"""Which surfaces of a scene may be one of some new ones: a number for each, nearly equal where two are equal.
+"""Neighbour index: a place for each surface, nearly equal where two surfaces are equal.
 
-It is the place along one direction of what `surfaces` compares, about a point and in units that stay the same while a
-scene is edited, so that only the new surfaces need new numbers.
+It is the place along one direction of the features that `coincidence.py` compares, about a point and in units that stay
+while a scene is edited, so that only new surfaces need new places.
 """
 
 from __future__ import annotations
@@ -23,20 +23,20 @@ RecordColumns: TypeAlias = tuple[Floats, Floats, QuadricTable]
 """Tables of planes, spheres and quadrics."""
 Marks: TypeAlias = npt.NDArray[np.uint16]
 _ROOM = 4.0
-"""The unit is about so many times the size of the scene, which may grow before all numbers are worked out again."""
+"""The unit is about so many times the size of the scene, which may grow that much before all places are recomputed."""
 _FITS = 1.0 / 64, 1.0 / 2
-"""Between these shares of the unit the size of the scene may be."""
+"""The size of the scene may be between these shares of the unit."""
 _SOME = 256
-"""So many records, spread over a table, tell where its middle is, and how large it may be."""
+"""So many records, spread over a table, give an estimate of its middle and size."""
 _BUCKETS = 1 << 16
 _NO_SPHERES, _NO_QUADRICS = np.zeros((0, 4)), np.zeros((0, 19))
 Reach: TypeAlias = tuple[float, float]
-"""The largest length of planes, and of what is curved."""
+"""The largest length of planes, and that of curved surfaces."""
 
 
 @dataclass(frozen=True)
 class NeighbourFrame:
-    """What numbers are relative to: points, and units of length, of planes and of what is curved."""
+    """What places are relative to: points, and units of length, of planes and of curved surfaces."""
 
     middle_of_planes: Point
     unit_of_planes: float
@@ -45,13 +45,16 @@ class NeighbourFrame:
 
     @classmethod
     def around(cls, *scenes: RecordColumns) -> tuple[NeighbourFrame, list[NeighbourPlaces]]:
-        """One that fits the records of some scenes, the first one's above all, and the numbers of each.
+        """Choose a frame that fits the records of some scenes, the first above all.
 
-        It is guessed by some of the records. Only where that does not fit all of them they are gone through twice.
+        Return also the places in each scene.
+
+        It is estimated from some of the records; only where it does not fit all of them, they are processed twice.
         """
         few = [_sample(records) for records in scenes]
         planes, spheres, quadrics = next((records for records in few if any(len(table) for table in records)), few[0])
         about = cls(_middle(planes[:, 4:]), 1.0, _middle(spheres[:, :3], quadrics.rows[:, :3]), 1.0)
+        # First estimate the units by a sample of the records.
         guess = about._with_room([about._places(*records)[1] for records in few])
         places, reach = guess._all_places(scenes)
         if all(_fits(max(of_kind)) for of_kind in zip(*reach, strict=True)):
@@ -65,16 +68,16 @@ class NeighbourFrame:
         return [places for places, _ in found], [reach for _, reach in found]
 
     def _with_room(self, reach: Sequence[Reach]) -> NeighbourFrame:
-        """The same for records that are so large; a unit is 1 where none has a length."""
+        """Choose units for records of this reach; a unit is 1 where no record has a length."""
         planes, curved = (max(of_kind) for of_kind in zip(*reach, strict=True))
         return replace(self, unit_of_planes=_unit(planes), unit=_unit(curved))
 
     def _lengths(self, reach: Reach) -> Reach:
-        """What was measured in units."""
+        """Convert lengths from units."""
         return reach[0] * self.unit_of_planes, reach[1] * self.unit
 
     def _places(self, planes: Floats, spheres: Floats, quadrics: QuadricTable) -> tuple[NeighbourPlaces, Reach]:
-        """The numbers of records; the largest length of planes, and of what is curved, in their units."""
+        """Compute the places of records; return also the largest lengths of planes and of curved surfaces, in units."""
         flat, round_, rest = (np.zeros(len(table)) for table in (planes, spheres, quadrics))
         far = put_places_of_planes(
             planes,
@@ -91,7 +94,7 @@ class NeighbourFrame:
         return NeighbourPlaces(flat, round_, rest), (far, reach)
 
     def _put_curved(self, kind: int, spheres: Floats, quadrics: Floats, places: Floats) -> float:
-        """The numbers of spheres or of quadrics; the largest length."""
+        """Write the places of spheres or of quadrics; return the largest length."""
         count = len(places)
         return put_places_of_curved(
             np.full(count, kind, np.int8), np.arange(count, dtype=np.int32), spheres, quadrics, self.middle, self.unit,
@@ -99,14 +102,14 @@ class NeighbourFrame:
         )  # fmt: skip
 
     def places_within(self, planes: Floats, spheres: Floats, quadrics: QuadricTable) -> NeighbourPlaces | None:
-        """The numbers of records; None where these are larger than the units."""
+        """Compute the places of records; None where these are larger than the units."""
         places, most = self._places(planes, spheres, quadrics)
         return places if max(most) <= 1.0 else None
 
 
 @dataclass(frozen=True)
 class NeighbourPlaces:
-    """The numbers of planes, spheres and quadrics, by their rows."""
+    """The places of planes, spheres and quadrics, by their rows."""
 
     planes: Floats
     spheres: Floats
@@ -114,22 +117,26 @@ class NeighbourPlaces:
 
     @cached_property
     def marks(self) -> tuple[Marks, Marks, Marks]:
-        """In which of many parts of a unit each is."""
+        """For each place its bucket, one of 65,536 parts of a unit."""
         return _bucket(self.planes), _bucket(self.spheres), _bucket(self.quadrics)
 
     @classmethod
     def marked(cls, planes: Floats, spheres: Floats, quadrics: Floats, *marks: Marks) -> NeighbourPlaces:
-        """These, with the marks of each."""
+        """Build places with known buckets."""
         made = cls(planes, spheres, quadrics)
         vars(made)["marks"] = marks
         return made
 
 
 def find_neighbours(places: Floats, marks: Marks, new: Floats) -> Longs:
-    """Rows of places, by them and their marks, that are as close to a new one as surfaces may be that are one."""
+    """Return the rows of places so close to a new one that the surfaces may be equal.
+
+    `marks` are the buckets of `places`: most rows are rejected by them alone.
+    """
     if not len(places) or not len(new):
         return np.zeros(0, np.int64)
     marked = np.zeros(_BUCKETS, bool)
+    # Also the buckets on both sides of a border: places may differ by 2 * CLOSENESS.
     for off in (-1.0, 0.0, 1.0):
         marked[_bucket(new + 2 * off * CLOSENESS)] = True
     rows = np.flatnonzero(marked.take(marks))
@@ -141,18 +148,19 @@ def find_neighbours(places: Floats, marks: Marks, new: Floats) -> Longs:
 
 
 def _bucket(places: Floats) -> Marks:
-    """In which of many parts of a unit each place is; any, where it is no number."""
+    """Return the bucket of each place; any bucket for NaN."""
+    # uint16 wraps places below 0 and beyond the unit: equal places still share a bucket.
     with np.errstate(invalid="ignore"):
         return (places * _BUCKETS).astype(np.int64).astype(np.uint16)
 
 
 def surface_columns(tables: Tables) -> RecordColumns:
-    """The records of a scene's surfaces."""
+    """Return the surface records of a scene."""
     return tables.planes, tables.spheres, QuadricTable(tables.quadrics, tables.quadric_forms)
 
 
 def _sample(records: RecordColumns) -> RecordColumns:
-    """`_SOME` of each table, or a few more."""
+    """Take about `_SOME` records of each table, spread over it."""
     planes, spheres, quadrics = records
     every = [slice(None, None, max(1, len(table) // _SOME)) for table in records]
     return (
@@ -161,12 +169,12 @@ def _sample(records: RecordColumns) -> RecordColumns:
 
 
 def _unit(length: float) -> float:
-    """With room for what is longer."""
+    """Return a unit with room for longer lengths."""
     return _ROOM * length if 0 < length < math.inf else 1.0
 
 
 def _fits(length: float) -> bool:
-    """Need a unit be no other, by a length in it?"""
+    """Return whether a unit fits a length that was measured in it."""
     return length == 0.0 or _FITS[0] <= length <= _FITS[1]
 
 
@@ -175,7 +183,7 @@ def _rows(table: Floats) -> Ints:
 
 
 def _middle(*anchors: Floats) -> Point:
-    """The mean of some points."""
+    """Return the mean of some points."""
     count = sum(map(len, anchors))
     x, y, z = (sum(part.sum(axis=0) for part in anchors) / count).tolist() if count else (0.0, 0.0, 0.0)
     return x, y, z

@@ -1,4 +1,4 @@
-"""What an edited scene has in common with the one it comes from: pieces of two scenes, one after the other."""
+"""Find what an edited scene shares with the scene before: pieces of two scenes, one after the other."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ from ..row_layout import AXES_OF_ROWS, RowLayout
 
 _OLD, _NEW = 0, 1
 Run = tuple[int, int, int]
-"""Which of two scenes, and from which of its entries up to which."""
+"""(which of two scenes, first entry, end)."""
 
 
 class SpliceRuns(NamedTuple):
-    """Pieces of an old scene and of one of what is new that make up the new scene; which of its entries are new."""
+    """Pieces of an old scene and of a scene of the new entries that make up the edited scene; which entries are new."""
 
     pieces: list[Run]
     fresh: list[int]
 
 
 def find_runs(old: Sequence[Body], new: Sequence[Body]) -> SpliceRuns:
-    """What is kept of an old scene, as it has the same shape and comes in the same order, and what is new."""
+    """Find what an edited scene keeps of an old one (the same shapes in the same order), and the new bodies."""
     if len(old) == len(new):
         front, back = 0, 0
     else:
@@ -36,11 +36,11 @@ def find_runs(old: Sequence[Body], new: Sequence[Body]) -> SpliceRuns:
         front = _common_prefix(old, new)
         back = min(_common_prefix(old[::-1], new[::-1]), least - front)
     ends = len(old) - back, len(new) - back
-    kept = _increasing_runs(old[front : ends[0]], new[front : ends[1]])
+    shared = _increasing_runs(old[front : ends[0]], new[front : ends[1]])
     found: list[Run] = [(_OLD, 0, front)] if front else []
     fresh: list[int] = []
-    before = 0  # of the middle of the new scene, what has been dealt with
-    for begin, end, of_old in kept:
+    before = 0  # end of the covered part of the middle of the new scene
+    for begin, end, of_old in shared:
         if begin > before:
             found.append((_NEW, len(fresh), len(fresh) + begin - before))
             fresh.extend(range(front + before, front + begin))
@@ -51,7 +51,7 @@ def find_runs(old: Sequence[Body], new: Sequence[Body]) -> SpliceRuns:
 
 
 def _common_prefix(old: Sequence[Body], new: Sequence[Body]) -> int:
-    """How many bodies from the first on have the same shapes."""
+    """Count the bodies from the first on that have the same shapes."""
     for place, same in enumerate(map(operator.is_, old, new)):
         if not same and old[place].shape is not new[place].shape:
             return place
@@ -59,7 +59,7 @@ def _common_prefix(old: Sequence[Body], new: Sequence[Body]) -> int:
 
 
 def _increasing_runs(old: Sequence[Body], new: Sequence[Body]) -> list[tuple[int, int, int]]:
-    """(first, last, which of the old) of new bodies that are kept, in rising order; an empty one at the end."""
+    """Return (first, end, first of the old) of runs of kept bodies, in rising order; an empty run at the end."""
     if len(old) == len(new):
         other = list(compress(count(), map(operator.is_not, old, new)))
         other = [place for place in other if old[place].shape is not new[place].shape]
@@ -87,18 +87,18 @@ def _increasing_runs(old: Sequence[Body], new: Sequence[Body]) -> list[tuple[int
 
 @dataclass(frozen=True)
 class SplicePieces:
-    """Pieces of an old scene (0) and of one of what is new (1). Columns are the kinds of rows of `Laid`."""
+    """Pieces of an old scene (0) and of one of the new entries (1). Columns are the kinds of rows of `RowLayout`."""
 
     sources: list[int]
-    begin: Longs  # (pieces, AXES_OF_ROWS) their first rows
+    begin: Longs  # (pieces, AXES_OF_ROWS) first rows
     end: Longs
-    at: Longs  # where these come to
+    at: Longs  # first rows in the new scene
     total: Longs  # (AXES_OF_ROWS,)
     _on: dict[int, list[tuple[int, slice, slice]]] = field(default_factory=dict, repr=False, compare=False)
 
     @classmethod
     def of(cls, found: Sequence[Run], laid: tuple[RowLayout, RowLayout]) -> SplicePieces:
-        """The pieces that runs of entries are."""
+        """Convert runs of entries to pieces."""
         begin, end = (np.zeros((len(found), AXES_OF_ROWS), np.int64) for _ in range(2))
         for source in (_OLD, _NEW):
             mine = [k for k, run in enumerate(found) if run[0] == source]
@@ -110,12 +110,12 @@ class SplicePieces:
         return cls([run[0] for run in found], begin, end, ends - (end - begin), total)
 
     def only(self, source: int) -> SplicePieces:
-        """Those of one of the scenes."""
+        """Select the pieces of one of the scenes."""
         mine = [k for k, which in enumerate(self.sources) if which == source]
         return SplicePieces([source] * len(mine), self.begin[mine], self.end[mine], self.at[mine], self.total)
 
     def after_rows(self, bounds: Longs) -> SplicePieces:
-        """These behind pieces of the old scene that stay; bounds (2 n, AXES_OF_ROWS): first rows and ends."""
+        """Prepend pieces of the old scene that stay; bounds (2 n, AXES_OF_ROWS): their first rows and ends."""
         begin, end = bounds[0::2], bounds[1::2]
         return SplicePieces(
             [_OLD] * len(begin) + self.sources, np.concatenate([begin, self.begin]),
@@ -123,7 +123,7 @@ class SplicePieces:
         )  # fmt: skip
 
     def on(self, axis: int) -> list[tuple[int, slice, slice]]:
-        """(source, its rows, where they come to) of all pieces that have rows of a kind."""
+        """List (source, its rows, rows in the new scene) of all pieces that have rows of a kind."""
         if axis not in self._on:
             parts = zip(
                 self.sources, self.begin[:, axis].tolist(), self.end[:, axis].tolist(), self.at[:, axis].tolist(),
@@ -133,18 +133,18 @@ class SplicePieces:
         return self._on[axis]
 
     def begins(self, axis: int, beside: int) -> list[int]:
-        """Of all pieces that have rows of a kind, where those of another kind come to."""
+        """List where the rows of kind `beside` begin in the new scene, for all pieces with rows of kind `axis`."""
         parts = zip(self.at[:, beside].tolist(), self.begin[:, axis].tolist(), self.end[:, axis].tolist(), strict=True)
         return [at for at, a, b in parts if b > a]
 
     def moved(self, axis: int, beside: int) -> list[tuple[int, slice, slice, int]]:
-        """`on`, and by how much numbers of rows of another kind grow there."""
+        """`on`, with the shift of the numbers of rows of kind `beside`."""
         shifts, begin, end = self._shifts[beside], self.begin[:, axis].tolist(), self.end[:, axis].tolist()
         of_pieces = [shift for shift, a, b in zip(shifts, begin, end, strict=True) if b > a]
         return [(*part, shift) for part, shift in zip(self.on(axis), of_pieces, strict=True)]
 
     @cached_property
     def _shifts(self) -> list[list[int]]:
-        """By how much the numbers of rows of each kind grow in each piece."""
+        """The shift of the numbers of rows of each kind in each piece."""
         found: list[list[int]] = (self.at - self.begin).T.tolist()
         return found

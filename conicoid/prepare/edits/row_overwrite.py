@@ -1,4 +1,4 @@
-"""The tables of a scene some of whose entries were exchanged: only the rows in which its memory differs are written."""
+"""Overwrite the rows in which the tables of an edited scene differ from its buffer, and update their limits."""
 
 from __future__ import annotations
 
@@ -14,23 +14,24 @@ from .surface_classes import SurfaceClasses
 
 
 class RowOverwrite(TableFiller):
-    """Fills the tables where they differ from what is in the memory at hand: the rows of some pieces.
+    """Fills the tables where they differ from the buffer: the rows of some pieces.
 
-    Where surfaces have other numbers there, all columns of such numbers are written, and the table of surfaces.
+    Where surfaces have other numbers in the buffer, all columns of such numbers are rewritten, and the table of
+    surfaces.
     """
 
     def __init__(
-        self, joined: SceneSplice, some: SplicePieces, laid: RowLayout, classes: SurfaceClasses, all_numbers: bool
+        self, splice: SceneSplice, some: SplicePieces, laid: RowLayout, classes: SurfaceClasses, all_numbers: bool
     ) -> None:
-        """all_numbers: is every number of a surface to be written?"""
-        super().__init__(joined, some, laid, (SurfaceNumbering(classes.onto, None), _new_surface_numbers(joined, laid)))
+        """Prepare to fill the pieces `some`; `all_numbers` rewrites every number of a surface."""
+        super().__init__(splice, some, laid, (SurfaceNumbering(classes.onto, None), _new_surface_numbers(splice, laid)))
         self.classes, self.all_numbers = classes, all_numbers
         if all_numbers:
-            self.numbered = joined.pieces
+            self.numbered = splice.pieces
 
     def _put_surfaces(self, tables: Tables) -> None:
-        """Kinds and rows of the surfaces, and the spheres."""
-        self._copy(tables.spheres, SPHERES, [side.tables.spheres for side in self.joined.sides])
+        """Write kinds and rows of the surfaces, and the spheres."""
+        self._copy(tables.spheres, SPHERES, [side.tables.spheres for side in self.splice.sides])
         first, ids, pieces = self.laid.first, self.ids, self.numbered
         of_kinds = [pieces.begins(SURFACES, AXES[kind]) for kind in sorted(AXES)]
         for (_, _, at), *begins in zip(pieces.on(SURFACES), *of_kinds, strict=True):
@@ -48,7 +49,7 @@ class RowOverwrite(TableFiller):
             self._put_bulk_balls(tables)
 
     def _put_bulk_balls(self, tables: Tables) -> None:
-        """Kinds and rows of the surfaces that are bulk balls, behind all others."""
+        """Write kinds and rows of the surfaces that are bulk balls, behind all others."""
         single, spheres = len(self.laid.kinds), int(self.pieces.total[SPHERES])
         rows = np.arange(spheres, len(tables.spheres), dtype=np.int32)
         there = np.arange(single, single + len(rows))
@@ -58,8 +59,8 @@ class RowOverwrite(TableFiller):
         tables.surface_kind[there], tables.surface_row[there] = SPHERE, rows
 
     def _put_entries(self, tables: Tables) -> None:
-        """What the tree holds. The numbers of bodies stay."""
-        sides = self.joined.sides
+        """Write the entries of the tree. The numbers of bodies stay."""
+        sides = self.splice.sides
         axes = {BALL: SURFACES, **KINDS}
         of_kinds = [self.pieces.moved(BODIES, axes[kind]) for kind in sorted(axes)]
         for (source, rows, at, _), *others in zip(of_kinds[0], *of_kinds, strict=True):
@@ -73,37 +74,40 @@ class RowOverwrite(TableFiller):
         self.framed(tables.body_face, FACES, [side.tables.body_face for side in sides])
 
     def _put_balls(self, tables: Tables, source: int, rows: slice, at: slice) -> None:
-        """Entries that are balls, by the numbers of surfaces."""
-        side, ids = self.joined.sides[source].tables, self.numbers[source].ids
+        """Write the entries that are balls, by the numbers of their surfaces."""
+        side, ids = self.splice.sides[source].tables, self.numbers[source].ids
         balls = np.flatnonzero(side.entry_kind[rows] == BALL)
         if len(balls) and (ids is not None or source == 0):
             index = side.entry_index[rows][balls]
             tables.entry_index[at][balls] = index if ids is None else ids[index]
 
 
-def _new_surface_numbers(joined: SceneSplice, laid: RowLayout) -> SurfaceNumbering:
-    """The numbers of new surfaces, and which are turned over, as they are one with others."""
-    new, own = joined.laid[1], laid.ids
+def _new_surface_numbers(splice: SceneSplice, laid: RowLayout) -> SurfaceNumbering:
+    """Return the numbers of new surfaces, and which are negated, after classes of equal surfaces are known."""
+    new, own = splice.laid[1], laid.ids
     if own is None and new.ids is None:
         return SurfaceNumbering(None, None)
-    count = len(joined.sides[1].tables.surface_kind)
+    count = len(splice.sides[1].tables.surface_kind)
     ids, turned = np.full(count + 1, -1, np.int32), np.ones(count + 1, np.int8)
-    for source, rows, at in joined.pieces.on(SURFACES):
+    for source, rows, at in splice.pieces.on(SURFACES):
         if source == 1:
             there = np.arange(rows.start, rows.stop) if new.ids is None else new.ids[rows]
             ids[there] = np.arange(at.start, at.stop) if own is None else own[at]
-            turned[there] = table_senses(new.senses, new.given, np.arange(rows.start, rows.stop))
-            turned[there] *= table_senses(laid.senses, laid.given, np.arange(at.start, at.stop))
+            turned[there] = table_senses(new.senses, new.input_senses, np.arange(rows.start, rows.stop))
+            turned[there] *= table_senses(laid.senses, laid.input_senses, np.arange(at.start, at.stop))
     return SurfaceNumbering(ids, None if (turned == 1).all() else turned)
 
 
 class InPlaceLimits(LimitsUpdate):
-    """Limits that are others with new bodies: those of these, and of surfaces that they are one with, or were."""
+    """Limits that change with new bodies: those of these, and of surfaces that they coincide with, or did."""
 
     columns: RowOverwrite
 
     def put(self, before: float | None) -> float | None:
-        """Those of a body that has an end are what they are for it alone, where all have one and it has walls alone."""
+        """`LimitsUpdate.put`; nothing to do for bounded scenes whose new bodies share no surface with others.
+
+        The limits of a bounded body with surfaces of its own depend on it alone.
+        """
         bounded, classes = bool(np.isfinite(self.boxes).all()), self.columns.classes
         return None if bounded and not len(classes.changed) else super().put(before)
 
@@ -126,12 +130,15 @@ class InPlaceLimits(LimitsUpdate):
         return LimitChanges(surfaces, owners, self._uses(surfaces, owners))
 
     def _rows(self, axis: int) -> Longs:
-        """The rows of some kind that are new."""
-        parts = [np.arange(at.start, at.stop) for source, _, at in self.columns.joined.pieces.on(axis) if source == 1]
+        """Return the rows of a kind that are new."""
+        parts = [np.arange(at.start, at.stop) for source, _, at in self.columns.splice.pieces.on(axis) if source == 1]
         return np.concatenate(parts) if parts else np.zeros(0, np.int64)
 
     def _unread(self, kind: int) -> Longs:
-        """Records for which others stand now, and did not before. What is new came with limits of its own."""
+        """Return the rows of records that others represent now but did not before.
+
+        New records came with limits of their own.
+        """
         kinds, slots = self.laid.kinds, self.columns.classes.follow
         slots = slots[slots < len(kinds)]
         slots = slots[kinds[slots] == kind]

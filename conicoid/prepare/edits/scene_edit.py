@@ -1,6 +1,6 @@
-"""A lowered scene from another that it has most bodies in common with: only what is new is lowered.
+"""Lower an edited scene from the scene before: only new entries are lowered, the rest is spliced or overwritten.
 
-All tables but those of the trees are those of the scene lowered from the beginning, to the bit.
+All tables but those of the trees equal, to the bit, those of the scene lowered from scratch.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from .surface_merge import SurfaceMerge
 
 
 class SpliceEdit:
-    """An edited scene whose tables are still to be filled in: those of `shapes` are as large, but for the trees."""
+    """An edited scene in new memory; `shapes` are those of its tables, without trees, until `fill` writes them."""
 
     keeps_items = False
     in_place = False
@@ -39,42 +39,44 @@ class SpliceEdit:
     def __init__(
         self, old: LoweredScene, new: LoweredScene, pieces: SplicePieces, bodies: Sequence[Body], kept: EditState
     ) -> None:
-        self.joined, self.pieces, self.kept = SceneSplice((old, new), pieces), pieces, kept
-        self._exact = _exact(bodies, self.joined)
-        merged = SurfaceMerge(self.joined, self._exact).merged(kept.frame, kept.places)
-        self.columns = ColumnSplice(self.joined, merged)
+        self.splice, self.pieces, self.kept = SceneSplice((old, new), pieces), pieces, kept
+        self._exact = _exact(bodies, self.splice)
+        merged = SurfaceMerge(self.splice, self._exact).merged(kept.frame, kept.places)
+        self.columns = ColumnSplice(self.splice, merged)
         self.merged = merged
-        self.boxes: Floats = self.joined.column(BODIES, lambda side: side.boxes, np.float64)
-        self.kinds = self.columns.laid.patterns.entries[self.columns.laid.which, 2]  # of entries, for what they cost
+        self.boxes: Floats = self.splice.column(BODIES, lambda side: side.boxes, np.float64)
+        # Of entries, for the costs of the tree
+        self.kinds = self.columns.laid.patterns.entries[self.columns.laid.which, 2]
         self.shapes: dict[str, Any] = {
             name: np.broadcast_to(np.zeros((), kind), shape) for name, (shape, kind) in self.columns.sizes().items()
         }
 
     def fill(self, geometry: Geometry, tables: Tables) -> tuple[LoweredScene, EditState]:
-        """Write the tables to where there is room for them; trees are left as they are."""
-        joined = self.joined
+        """Write the tables into allocated memory; trees are left as they are."""
+        splice = self.splice
         self.columns.fill(tables)
+        # Cells that are a single sphere become balls, as in a fresh preparation.
         direct = replace_ball_cells(tables)
         tables.entry_kind[:], tables.entry_index[:] = direct.entry_kind, direct.entry_index
         rest = Remainders(
-            joined.column(PLANES, lambda side: side.rest.planes, np.float64),
-            joined.column(SPHERES, lambda side: side.rest.spheres, np.float64),
-            joined.column(QUADRICS, lambda side: side.rest.quadrics, np.float64),
-            joined.column(CORNERS, lambda side: side.rest.vertices, np.float64),
+            splice.column(PLANES, lambda side: side.rest.planes, np.float64),
+            splice.column(SPHERES, lambda side: side.rest.spheres, np.float64),
+            splice.column(QUADRICS, lambda side: side.rest.quadrics, np.float64),
+            splice.column(CORNERS, lambda side: side.rest.vertices, np.float64),
         )
         size = SpliceLimits(self.columns, tables, self.boxes, rest).put(self.kept.size)
         put_sizes(geometry, tables)
         laid = self.columns.laid
         body_frame = np.empty(len(laid.which), np.int32)
-        self.columns.framed(body_frame, FRAMES, [side.body_frame for side in joined.sides])
+        self.columns.framed(body_frame, FRAMES, [side.body_frame for side in splice.sides])
         counts = np.diff(laid.first_body)
         lowered = LoweredScene(
             tables,
             self.boxes,
-            joined.column(FRAMES, lambda side: side.frames, np.float64),
+            splice.column(FRAMES, lambda side: side.frames, np.float64),
             body_frame,
             np.repeat(np.arange(len(counts), dtype=np.int32), counts),
-            joined.paint(),
+            splice.paint(),
             len(laid.which),
             rest,
             ExactTables(self._exact, self.columns.single),
@@ -83,55 +85,75 @@ class SpliceEdit:
         return lowered, EditState(self.merged.frame, self.merged.places, size)
 
     def close(self, kept: EditState) -> None:
-        """All tables have been written; their memory is nobody's but this scene's."""
+        """All tables are written; nothing to do, because their memory belongs to this scene alone."""
 
     def geometry(self, empty: Tables) -> Geometry:
-        """Memory for tables of these shapes."""
+        """Allocate memory for tables of these shapes."""
         return room_for(empty)
 
 
 def edit_scene(
     old: LoweredScene,
     bodies: Sequence[Body],
-    found: SpliceRuns,
+    runs: SpliceRuns,
     kept: EditState,
     claim: BufferClaim,
     progress: Progress | None,
 ) -> SpliceEdit | InPlaceEdit | None:
-    """An edited scene that has runs of an old one; None where it is as well lowered from the beginning.
+    """Start an edit of a scene.
 
-    claim: of the memory that the old one is in.
+    Parameters
+    ----------
+    old : LoweredScene
+        The scene before.
+    bodies : Sequence[Body]
+        All entries of the new scene.
+    runs : SpliceRuns
+        Which of them come from the old scene.
+    kept : EditState
+        The edit state of the old scene.
+    claim : BufferClaim
+        On the memory of the old scene.
+    progress : Progress, optional
+        Called with (entries done, entries in all).
+
+    Returns
+    -------
+    SpliceEdit, InPlaceEdit or None
+        An edit whose tables are still to be written; None where a fresh preparation is as quick.
     """
-    if old.laid is None or 2 * len(found.fresh) > len(bodies):
+    # With more new entries than old ones a splice gains nothing.
+    if old.laid is None or 2 * len(runs.fresh) > len(bodies):
         return None
-    there = len(bodies) - len(found.fresh)
-    told = progress and (lambda done, _: progress(there + done, len(bodies)))
-    new = lower([bodies[number] for number in found.fresh], ProgressStages(told, len(found.fresh))).limited()
+    there = len(bodies) - len(runs.fresh)
+    report = progress and (lambda done, _: progress(there + done, len(bodies)))
+    new = lower([bodies[number] for number in runs.fresh], ProgressStages(report, len(runs.fresh))).limited()
     if new.laid is None:
         return None
-    pieces = SplicePieces.of(found.pieces, (old.laid, new.laid))
-    if keeps_rows(old.laid, new.laid, found, len(bodies)):
+    pieces = SplicePieces.of(runs.pieces, (old.laid, new.laid))
+    if keeps_rows(old.laid, new.laid, runs, len(bodies)):
         kept, own = complete_state(kept, old, new)
-        joined = SceneSplice((old, new), pieces)
-        near = neighbour_slots(kept.places, own, joined)
+        splice = SceneSplice((old, new), pieces)
+        near = neighbour_slots(kept.places, own, splice)
+        # No surface coincides with others, before or after: all classes stay.
         if not len(near) and keeps_classes(old.laid, new.laid, pieces):
-            classes: SurfaceClasses | None = unchanged_classes(joined)
+            classes: SurfaceClasses | None = unchanged_classes(splice)
         else:
-            classes = update_classes(joined, old.exact.bodies.of(BodyShapes(bodies)), near)
+            classes = update_classes(splice, old.exact.bodies.of(BodyShapes(bodies)), near)
         if classes is not None:
-            return InPlaceEdit(joined, bodies, found, kept, own, classes, claim)
+            return InPlaceEdit(splice, bodies, runs, kept, own, classes, claim)
     return SpliceEdit(old, new, pieces, bodies, kept)
 
 
-def _exact(bodies: Sequence[Body], joined: SceneSplice) -> ExactBodySurfaces:
-    """The exact surfaces of bodies, on demand."""
-    pieces, firsts = joined.pieces, []
+def _exact(bodies: Sequence[Body], splice: SceneSplice) -> ExactBodySurfaces:
+    """Return the exact surfaces of the new scene's bodies, on demand."""
+    pieces, firsts = splice.pieces, []
     for axis in (SURFACES, POLYGONS):
         first = np.zeros(int(pieces.total[BODIES]), np.int64)
         for source, rows, at, shift in pieces.moved(BODIES, axis):
-            first[at] = joined.laid[source].starts(axis)[rows] + shift
+            first[at] = splice.laid[source].starts(axis)[rows] + shift
         firsts.append(first)
     starts = np.zeros(len(bodies), np.int64)
     for source, rows, at, shift in pieces.moved(ENTRIES, BODIES):
-        starts[at] = joined.laid[source].first_body[rows] + shift
+        starts[at] = splice.laid[source].first_body[rows] + shift
     return ExactBodySurfaces(BodyShapes(bodies), starts, firsts[0], firsts[1])

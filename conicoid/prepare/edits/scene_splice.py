@@ -1,4 +1,4 @@
-"""Columns of two scenes, one made of pieces of both."""
+"""Splice two scenes: columns of a third from pieces of both."""
 
 from __future__ import annotations
 
@@ -33,36 +33,37 @@ class SpliceSide(Protocol):
 
 @dataclass(frozen=True)
 class SceneSplice:
-    """Two scenes, and the pieces of them that make up a third."""
+    """The old scene and one of the new entries, and the pieces of them that make up a third."""
 
     sides: tuple[Any, Any]
     pieces: SplicePieces
 
     @property
     def laid(self) -> tuple[RowLayout, RowLayout]:
-        """What rows are whose."""
+        """The layouts of both scenes."""
         return self.sides[0].laid, self.sides[1].laid
 
     def of_both(self, axis: int, old: Array, new: Array) -> Array:
-        """A column of rows of some kind, from those of both."""
+        """Splice a column of rows of a kind."""
         both = old, new
-        joined = np.empty((int(self.pieces.total[axis]), *old.shape[1:]), old.dtype)
+        spliced = np.empty((int(self.pieces.total[axis]), *old.shape[1:]), old.dtype)
         for source, rows, at in self.pieces.on(axis):
-            joined[at] = both[source][rows]
-        return joined
+            spliced[at] = both[source][rows]
+        return spliced
 
     def column(self, axis: int, of: Callable[[Any], Array], dtype: Any) -> Array:
-        """The same, of what sides have."""
+        """Splice a column that `of` reads from each scene."""
         old, new = (np.asarray(of(side), dtype) for side in self.sides)
         return self.of_both(axis, old, new)
 
     def paint(self) -> dict[int, Any]:
-        """The materials of faces that have their own."""
+        """Splice the materials of faces that have their own."""
         if not any(side.face_paint for side in self.sides):
             return {}
         found: dict[int, Any] = {}
         for source, rows, at in self.pieces.on(FACES):
             paint = self.sides[source].face_paint
+            # Iterate over the shorter of both: the rows of the piece, or the painted rows.
             if len(paint) > rows.stop - rows.start:
                 mine = [row for row in range(rows.start, rows.stop) if row in paint]
             else:
@@ -71,25 +72,26 @@ class SceneSplice:
         return found
 
     def of_entries(self, old: Longs, new: Longs) -> Longs:
-        """How many there are up to each entry of the list, and in all."""
+        """Splice counts up to each entry of the list, and in all."""
         both, counts = (np.diff(old), np.diff(new)), np.zeros(int(self.pieces.total[ENTRIES]) + 1, np.int64)
         for source, rows, at in self.pieces.on(ENTRIES):
             counts[1 + at.start : 1 + at.stop] = both[source][rows]
         return np.cumsum(counts)
 
     def of_spheres(self, old: Array, new: Array) -> Array:
-        """A column of the table of spheres, with the bulk balls at its end."""
+        """Splice a column of the table of spheres, with the bulk balls at its end."""
         both = old, new
         single = self.of_both(SPHERES, old, new)
         if not self.pieces.total[BALLS]:
             return single
+        # Pattern 0 marks bulk balls: their rows stand at the end of the table.
         counts = [len(part) - int(side.laid.which.size - np.count_nonzero(side.laid.which))
                   for part, side in zip(both, self.sides, strict=True)]  # fmt: skip
         balls = self.of_both(BALLS, *(part[count:] for part, count in zip(both, counts, strict=True)))
         return np.concatenate([single, balls])
 
     def take(self, axis: int, rows: Longs, of: Callable[[Any], Array]) -> Array:
-        """Some rows of a joined column."""
+        """Take some rows of a spliced column."""
         columns = [of(side) for side in self.sides]
         found = np.empty((len(rows), *columns[0].shape[1:]), columns[0].dtype)
         for source, there, at in self.pieces.on(axis):
@@ -99,7 +101,7 @@ class SceneSplice:
         return found
 
     def take_balls(self, rows: Longs) -> Floats:
-        """Some of the bulk balls."""
+        """Take some of the bulk balls."""
 
         def balls(side: Any) -> Floats:
             return side.tables.spheres[len(side.rest.spheres) :]
@@ -107,7 +109,7 @@ class SceneSplice:
         return self.take(BALLS, rows, balls)
 
     def numbers_of_surfaces(self, source: int) -> Ints:
-        """For each surface that one of the scenes was given, and its bulk balls behind, its number here; -1: gone."""
+        """Return the new number of each input surface of a scene, and of its bulk balls behind; -1 for removed ones."""
         return self._numbers[source]
 
     @cached_property

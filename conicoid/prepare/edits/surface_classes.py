@@ -1,21 +1,22 @@
-"""Which surfaces are one where entries are exchanged for others with as many rows, so that all slots stay.
+"""Update the classes of equal surfaces when entries are exchanged for others with as many rows, so that all slots stay.
 
-A slot is the number of a surface among those that bodies came with, bulk balls behind: what `Laid` calls a surface. For
-each, `Laid.first` says whose record it takes, the lead of its class; `Laid.ids` is the number in the table of surfaces,
-which is how many leads there are before that lead. So:
+A slot is the number of a surface among those that bodies came with, bulk balls behind. For each slot `RowLayout.first`
+names the slot whose record it takes, the lead of its class; `RowLayout.ids` is the number in the table of surfaces,
+which is the count of leads before that lead. So:
 
 - a slot is a lead where it is its own first, and first[first] is first;
-- ids[slot] is ids[first[slot]], and rises over the leads from 0 by 1: when a slot begins or ceases to lead the numbers
-  of all behind it are others, though nothing else of them is;
-- which slot leads a class is told by the records of its members alone (`surfaces`): so it is another only where a
+- ids[slot] is ids[first[slot]], and rises over the leads from 0 by 1: when a slot becomes a lead, or ceases to be one,
+  all numbers behind it change, though nothing else of them does;
+- the lead of a class follows from the records of its members alone (`coincidence.py`): so it changes only where a
   member comes or goes.
 
-What an exchange does to a class is told by the slots of what is new, its fresh slots: those that leave it, those that
-come to it, and both together where a body slides along a wall. Classes without any stay what they are, but for the
-number. Of the others
- - the record has another reach, of all its uses (`limits`);
- - if the lead was or is a fresh slot the record itself is another, with its anchor and what rounding took from it: then
-   all members that stay are weighed anew as well. They are called `bereft`.
+The effect of an exchange on a class follows from its fresh slots, those of new entries: some leave it, some join it,
+and both happen where a body slides along a wall. Classes without fresh slots stay what they are, but for the number. Of
+the others
+
+- the record has another reach, over all its uses (`error_limits.py`);
+- if the lead was or is a fresh slot, the record itself is another, with its anchor and remainders: then all members
+  that stay are weighed again as well. They are called `bereft`.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ from ..body_collector import ExactBodySurfaces
 from ..row_layout import PLANES, QUADRICS, SPHERES, SURFACES, RowLayout
 from .neighbour_index import NeighbourPlaces, find_neighbours
 from .scene_splice import SceneSplice
-from .surface_merge import SurfaceMerge, input_senses
+from .surface_merge import SurfaceMerge, with_ball_senses
 
 
 def _no_slots() -> Longs:
@@ -40,7 +41,7 @@ def _no_slots() -> Longs:
 
 @dataclass(frozen=True)
 class SurfaceClasses:
-    """What `Laid` says of the surfaces of the new scene, and what is other than it was."""
+    """The surface part of the new scene's `RowLayout`, and what differs from the scene before."""
 
     first: Ints | None
     senses: Signs | None
@@ -50,15 +51,18 @@ class SurfaceClasses:
     single: Longs | None = None
     """See `ExactTables.single`; None where it is as before."""
     onto: Ints | None = None
-    """Of each surface of the old table its number, -1 for one that is gone, and -1 at the end; None: all the same."""
+    """For each surface of the old table its new number, -1 for a removed one, and -1 at the end.
+
+    None: all as before.
+    """
     changed: Longs = field(default_factory=_no_slots)
     """Surfaces of the table with other uses than before, or another record."""
     bereft: Longs = field(default_factory=_no_slots)
-    """Slots that stay, the record of whose class is another."""
+    """Slots that stay, in classes with another record."""
     follow: Longs = field(default_factory=_no_slots)
-    """Of the slots that are fresh or bereft those that do not lead."""
+    """Fresh or bereft slots that are no leads."""
     touched: Longs = field(default_factory=_no_slots)
-    """Slots whose bodies, beside those that are new, have other numbers in their rows than before."""
+    """Slots whose bodies, beside the new ones, have other numbers in their rows than before."""
 
     @property
     def renumbered(self) -> bool:
@@ -66,29 +70,30 @@ class SurfaceClasses:
         return self.onto is not None
 
 
-def unchanged_classes(joined: SceneSplice) -> SurfaceClasses:
-    """The classes of a scene in which no surface that stays is one with a new one, or with one that is gone.
+def unchanged_classes(splice: SceneSplice) -> SurfaceClasses:
+    """Return the classes where no surface that stays coincides with a new one, or did with a removed one.
 
-    The new ones are one with each other where those were in whose place they come: see `exchangeable.apart`.
+    The new surfaces coincide with each other where those that they replace did: see `in_place_check.keeps_classes`.
     """
-    (old, new), count = joined.laid, len(joined.sides[0].tables.surface_kind)
+    (old, new), count = splice.laid, len(splice.sides[0].tables.surface_kind)
     if old.senses is None:
         return SurfaceClasses(old.first, None, old.ids, count)
     senses = old.senses.copy()
-    for source, rows, at in joined.pieces.on(SURFACES):
+    for source, rows, at in splice.pieces.on(SURFACES):
         if source == 1:
-            senses[at] = (new.given if new.senses is None else new.senses)[rows]
+            senses[at] = (new.input_senses if new.senses is None else new.senses)[rows]
     return SurfaceClasses(old.first, senses, old.ids, count)
 
 
-def neighbour_slots(places: NeighbourPlaces, own: NeighbourPlaces, joined: SceneSplice) -> Longs:
-    """The slots that stay of surfaces so close to a new one that they may be one with it."""
-    curved, old, found = np.concatenate([own.spheres, own.quadrics]), joined.laid[0], []
+def neighbour_slots(places: NeighbourPlaces, own: NeighbourPlaces, splice: SceneSplice) -> Longs:
+    """Return the slots that stay, of surfaces so close to a new one that they may be equal to it."""
+    curved, old, found = np.concatenate([own.spheres, own.quadrics]), splice.laid[0], []
     groups = (PLANES, own.planes), (SPHERES, curved), (QUADRICS, curved)
     columns = places.planes, places.spheres, places.quadrics
     for kind, ((axis, numbers), column, marks) in enumerate(zip(groups, columns, places.marks, strict=True)):
         rows = find_neighbours(column, marks, numbers)
-        for source, _, at in joined.pieces.on(axis):
+        for source, _, at in splice.pieces.on(axis):
+            # Rows of the entries that are replaced are no neighbours.
             if source == 1 and len(rows):
                 rows = rows[(rows < at.start) | (rows >= at.stop)]
         if len(rows):
@@ -100,34 +105,34 @@ def neighbour_slots(places: NeighbourPlaces, own: NeighbourPlaces, joined: Scene
     return np.concatenate(found) if found else _no_slots()
 
 
-def update_classes(joined: SceneSplice, exact: ExactBodySurfaces, near_ones: Longs) -> SurfaceClasses | None:
-    """The classes of a scene in which entries are exchanged; near_ones: `near_slots`.
+def update_classes(splice: SceneSplice, exact: ExactBodySurfaces, near_ones: Longs) -> SurfaceClasses | None:
+    """Compute the classes of a scene in which entries are exchanged; `near_ones` come from `neighbour_slots`.
 
-    None where it is as well worked out from the beginning: where the surfaces of bodies that stay become other kinds of
-    surface, or are turned over.
+    None where a fresh preparation is as quick: where surfaces of bodies that stay change their kind, or are negated.
     """
-    return _ClassUpdate(joined, exact).regrouped(near_ones)
+    return _ClassUpdate(splice, exact).run(near_ones)
 
 
 class _ClassUpdate:
-    """One run of `regrouped`."""
+    """One run of `update_classes`."""
 
-    def __init__(self, joined: SceneSplice, exact: ExactBodySurfaces) -> None:
-        self.joined, (self.old, self.new) = joined, joined.laid
-        self.merging = SurfaceMerge(joined, exact)
+    def __init__(self, splice: SceneSplice, exact: ExactBodySurfaces) -> None:
+        self.splice, (self.old, self.new) = splice, splice.laid
+        self.merging = SurfaceMerge(splice, exact)
         self.single, self.count = self.merging.single, self.merging.single + self.merging.balls
         self.is_fresh = np.zeros(self.count, bool)
-        for source, _, at in joined.pieces.on(SURFACES):
+        for source, _, at in splice.pieces.on(SURFACES):
             self.is_fresh[at] |= source == 1
         self.fresh = np.flatnonzero(self.is_fresh)
 
-    def regrouped(self, near_ones: Longs) -> SurfaceClasses | None:
-        """`regrouped`"""
+    def run(self, near_ones: Longs) -> SurfaceClasses | None:
+        """Run the update."""
         own = np.arange(self.count, dtype=np.int32)
         before = own if self.old.first is None else self.old.first
         before_senses = self._senses_before()
         first, senses = before.copy(), before_senses.copy()
         self._put_new(first, senses)
+        # Orphans stay, but their lead is among the exchanged slots: their class is recomputed with the fresh ones.
         orphans: Longs = np.flatnonzero(self.is_fresh[before] & ~self.is_fresh)
         first[orphans] = -1
         beside = first[near_ones]
@@ -137,14 +142,15 @@ class _ClassUpdate:
             self.merging.merge(loose, leads, first, senses)
         other = first != before
         moved = np.flatnonzero(other)
-        other[orphans] = True  # though the same slot lead them again
+        other[orphans] = True  # even if the same slot leads them again
         bereft = np.flatnonzero(other & ~self.is_fresh)
-        if not self._alike(before, first, before_senses, senses, bereft):
+        # Rows that stay are not rewritten, so their records must keep kind and sense.
+        if not self._keeps_kinds(before, first, before_senses, senses, bereft):
             return None
         left = before[self.fresh]
         left = left[~self.is_fresh[left]]
         some = unique_sorted(self.fresh, bereft, left)
-        # The same slots lead as before, and nothing that stays has another of them
+        # The same slots lead as before, and no slot that stays has another lead.
         if self.is_fresh[moved].all() and np.array_equal(before[moved] == moved, first[moved] == moved):
             single = onto = None
             ids, count = self.old.ids, self.count
@@ -152,44 +158,44 @@ class _ClassUpdate:
                 ids, count = ids.copy(), int(ids.max(initial=-1)) + 1
                 ids[moved] = ids[first[moved]]
         else:
-            ids, count, onto = self._renumbered(own, first, np.concatenate([bereft, left]))
+            ids, count, onto = self._renumber(own, first, np.concatenate([bereft, left]))
             single = np.flatnonzero(first[: self.single] == own[: self.single])
         changed = some if ids is None else unique_sorted(ids[some]).astype(np.int64)
         follow = unique_sorted(self.fresh, bereft)
         follow, touched = follow[first[follow] != follow], unique_sorted(some, first[some])
-        told = count, single, onto, changed, bereft, follow, touched
+        common_fields = count, single, onto, changed, bereft, follow, touched
         return (
-            SurfaceClasses(None, None, None, *told)
+            SurfaceClasses(None, None, None, *common_fields)
             if count == self.count
-            else SurfaceClasses(first, senses, ids, *told)
+            else SurfaceClasses(first, senses, ids, *common_fields)
         )
 
     def _senses_before(self) -> Signs:
         if self.old.senses is not None:
             return self.old.senses
-        return input_senses(self.old.given, self.count)
+        return with_ball_senses(self.old.input_senses, self.count)
 
     def _put_new(self, first: Ints, senses: Signs) -> None:
-        """The classes of what is new, for itself."""
+        """Write the classes of the new entries by themselves."""
         slots = self._slots_of_new()
-        for source, rows, at in self.joined.pieces.on(SURFACES):
+        for source, rows, at in self.splice.pieces.on(SURFACES):
             if source == 1:
                 first[at] = slots[rows] if self.new.first is None else slots[self.new.first[rows]]
-                senses[at] = (self.new.given if self.new.senses is None else self.new.senses)[rows]
+                senses[at] = (self.new.input_senses if self.new.senses is None else self.new.senses)[rows]
 
     def _slots_of_new(self) -> Ints:
-        """Where each surface of what is new comes to."""
+        """Return the slot of each surface of the new entries."""
         slots = np.empty(len(self.new.kinds), np.int32)
-        for source, rows, at in self.joined.pieces.on(SURFACES):
+        for source, rows, at in self.splice.pieces.on(SURFACES):
             if source == 1:
                 slots[rows] = np.arange(at.start, at.stop, dtype=np.int32)
         return slots
 
-    def _alike(self, before: Ints, first: Ints, before_senses: Signs, senses: Signs, bereft: Longs) -> bool:
-        """Does each surface have a record of the kind, and with the sense, that it has in the tables it comes from?
+    def _keeps_kinds(self, before: Ints, first: Ints, before_senses: Signs, senses: Signs, bereft: Longs) -> bool:
+        """Return whether each surface keeps the kind and the sense of the record in the tables that it comes from.
 
-        So cells that are balls, which are traced without their cell, stay that, and others do not become it. What is
-        new may be turned over: no record of a ball ever is.
+        So cells that are balls, which are traced without their cell, stay balls, and others do not become balls. A new
+        surface may be negated, but no record of a ball ever is.
         """
         kinds = self.merging.kinds
 
@@ -207,10 +213,10 @@ class _ClassUpdate:
         alone = self.new.kinds if self.new.first is None else self.new.kinds[self.new.first[: len(slots)]]
         return np.array_equal(alone, kinds_of(first[slots], kinds))
 
-    def _renumbered(self, own: Ints, first: Ints, left: Longs) -> tuple[Ints, int, Ints]:
-        """The number of each slot where others lead than before, how many lead, and `Regrouped.onto`.
+    def _renumber(self, own: Ints, first: Ints, left: Longs) -> tuple[Ints, int, Ints]:
+        """Return (the number of each slot where the leads changed, the count of leads, `SurfaceClasses.onto`).
 
-        left: slots that stay of each class that fresh ones left.
+        `left` holds slots that stay, of each class that fresh slots left.
         """
         number = np.cumsum(first == own, dtype=np.int32)
         number -= 1
@@ -224,7 +230,7 @@ class _ClassUpdate:
 
 
 def slot_entries(laid: RowLayout, slots: Longs) -> Longs:
-    """The entries whose bodies some slots belong to; bulk balls, which have no rows of their own, to none."""
+    """Return the entries of the bodies of some slots; bulk balls, which have no rows of their own, belong to none."""
     slots = slots[slots < len(laid.kinds)]
     bodies = np.searchsorted(laid.starts(SURFACES), slots, side="right") - 1
     return unique_sorted(np.searchsorted(laid.first_body, bodies, side="right") - 1)

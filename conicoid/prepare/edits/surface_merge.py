@@ -1,7 +1,7 @@
-"""The surfaces of an edited scene, each once: the new ones are compared with all, those that stay only with these.
+"""Merge the surfaces of a spliced scene: new ones are compared with all, those that stay only with new ones.
 
-What is one surface is told by the exact names (`surfaces`), so classes of the old scene neither part nor join. A class
-is worked out anew where a new surface may belong to it, or where that is gone whose record stood for it.
+Exact names decide which surfaces are equal (`coincidence.py`), so classes of the old scene neither split nor join. A
+class is recomputed where a new surface may belong to it, or where the surface with its record is gone.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ from .scene_splice import SceneSplice
 
 @dataclass
 class MergedSurfaces:
-    """For each surface that bodies came with, and each bulk ball behind them, what `Laid` says of it."""
+    """The surface part of the new scene's `RowLayout`, over input surfaces and the bulk balls behind them."""
 
     kinds: Signs
-    given: Signs
+    input_senses: Signs
     first: Ints | None
     senses: Signs | None
     frame: NeighbourFrame
@@ -37,13 +37,13 @@ class MergedSurfaces:
 
     @property
     def count(self) -> int:
-        """How many there are."""
+        """How many surfaces there are."""
         return len(self.kinds) + self.balls
 
 
 @dataclass(frozen=True)
 class _SurfaceSubset:
-    """Some of the exact surfaces, by numbers of their own."""
+    """Some exact surfaces, renumbered from 0."""
 
     exact: ExactBodySurfaces
     chosen: Longs
@@ -52,28 +52,28 @@ class _SurfaceSubset:
         return self.exact[int(self.chosen[index])]
 
     def name(self, index: int) -> tuple[Key, int]:
-        """The exact name of a surface, and its sense."""
+        """Return the exact name of a surface, and its sense."""
         return self.exact.name(int(self.chosen[index]))
 
-    def said(self, indices: Longs) -> dict[int, Hashable]:
-        """What is equal for surfaces that are surely one."""
+    def known_names(self, indices: Longs) -> dict[int, Hashable]:
+        """`ExactSurfaces.known_names`"""
         return exact_names_at(self.exact, self.chosen, indices)
 
 
-def input_senses(given: Signs, count: int) -> Signs:
-    """The senses that surfaces came with, and those of bulk balls, up to so many."""
-    return np.concatenate([given, np.ones(count - len(given), np.int8)])
+def with_ball_senses(senses: Signs, count: int) -> Signs:
+    """Return the senses that surfaces came with, and those of bulk balls (+1), `count` in all."""
+    return np.concatenate([senses, np.ones(count - len(senses), np.int8)])
 
 
 class SurfaceMerge:
-    """One run of `merged`."""
+    """The surfaces of two scenes joined, and operations that merge them."""
 
-    def __init__(self, joined: SceneSplice, exact: ExactBodySurfaces) -> None:
-        self.joined, self.exact, self.pieces = joined, exact, joined.pieces
+    def __init__(self, splice: SceneSplice, exact: ExactBodySurfaces) -> None:
+        self.splice, self.exact, self.pieces = splice, exact, splice.pieces
         self.single, self.balls = int(self.pieces.total[SURFACES]), int(self.pieces.total[BALLS])
-        self.laid: tuple[RowLayout, RowLayout] = joined.laid
-        self.kinds = joined.column(SURFACES, lambda side: side.laid.kinds, np.int8)
-        self.given = joined.column(SURFACES, lambda side: side.laid.given, np.int8)
+        self.laid: tuple[RowLayout, RowLayout] = splice.laid
+        self.kinds = splice.column(SURFACES, lambda side: side.laid.kinds, np.int8)
+        self.input_senses = splice.column(SURFACES, lambda side: side.laid.input_senses, np.int8)
 
     @cached_property
     def of_kind(self) -> dict[int, Longs]:
@@ -81,65 +81,67 @@ class SurfaceMerge:
         return {kind: np.flatnonzero(self.kinds == kind) for kind in (PLANE, SPHERE, QUADRIC)}
 
     def merged(self, frame: NeighbourFrame | None, old: NeighbourPlaces | None) -> MergedSurfaces:
-        """The classes of surfaces; frame and old places are those of the scene before, if they are known."""
+        """Compute the classes of surfaces; `frame` and `old` are the frame and places of the scene before, if known."""
         frame, places = self._places(frame, old)
-        first, senses = self._kept()
+        first, senses = self._old_classes()
         fresh = self._fresh()
         orphans = np.zeros(0, np.int64) if first is None else np.flatnonzero(first < 0)
-        leads = self._beside(fresh, places, first)
+        leads = self._near_leads(fresh, places, first)
         if len(orphans) or len(leads):
             if first is None:
                 count = self.single + self.balls
-                first, senses = np.arange(count, dtype=np.int32), input_senses(self.given, count)
+                first, senses = np.arange(count, dtype=np.int32), with_ball_senses(self.input_senses, count)
             assert senses is not None
             self.merge(unique_sorted(fresh, orphans), leads, first, senses)
+        # None stands for the common case that every surface represents itself.
         if first is not None and (first == np.arange(len(first))).all():
             first = senses = None
-        return MergedSurfaces(self.kinds, self.given, first, senses, frame, places, self.balls)
+        return MergedSurfaces(self.kinds, self.input_senses, first, senses, frame, places, self.balls)
 
     def _places(
         self, frame: NeighbourFrame | None, old: NeighbourPlaces | None
     ) -> tuple[NeighbourFrame, NeighbourPlaces]:
-        """Numbers by which near surfaces are found: new ones for what is new, if there are some for the rest."""
-        before, records = (surface_columns(side.tables) for side in self.joined.sides)
+        """Return places by which near surfaces are found: those before, if known, and new ones for new surfaces."""
+        before, records = (surface_columns(side.tables) for side in self.splice.sides)
         own = frame.places_within(*records) if frame is not None and old is not None else None
         if frame is None or old is None or own is None:
             frame, (old, own) = NeighbourFrame.around(before, records)
         both = old, own
-        joined = self.joined
+        splice = self.splice
         return frame, NeighbourPlaces(
-            joined.of_both(PLANES, both[0].planes, both[1].planes),
-            joined.of_spheres(both[0].spheres, both[1].spheres),
-            joined.of_both(QUADRICS, both[0].quadrics, both[1].quadrics),
+            splice.of_both(PLANES, both[0].planes, both[1].planes),
+            splice.of_spheres(both[0].spheres, both[1].spheres),
+            splice.of_both(QUADRICS, both[0].quadrics, both[1].quadrics),
         )
 
-    def _kept(self) -> tuple[Ints | None, Signs | None]:
-        """`first` and `senses` as they were in both scenes; -1 where that is gone whose record was taken."""
+    def _old_classes(self) -> tuple[Ints | None, Signs | None]:
+        """Return `first` and `senses` as they were in both scenes; -1 where the surface with the record is gone."""
         if self.laid[0].first is None and self.laid[1].first is None:
             return None, None
         count = self.single + self.balls
         first, senses = np.empty(count, np.int32), np.ones(count, np.int8)
-        for source, side in enumerate(self.joined.sides):
-            laid, numbers = side.laid, self.joined.numbers_of_surfaces(source)
+        for source, side in enumerate(self.splice.sides):
+            laid, numbers = side.laid, self.splice.numbers_of_surfaces(source)
             taken = np.arange(len(numbers)) if laid.first is None else laid.first
             mine = np.flatnonzero(numbers >= 0)
             first[numbers[mine]] = numbers[taken[mine]]
             if laid.senses is not None:
                 senses[numbers[mine]] = laid.senses[mine]
             else:
-                own = mine[mine < len(laid.given)]
-                senses[numbers[own]] = laid.given[own]
+                own = mine[mine < len(laid.input_senses)]
+                senses[numbers[own]] = laid.input_senses[own]
         return first, senses
 
     def _fresh(self) -> Longs:
-        """The numbers of what is new, bulk balls too."""
-        numbers = self.joined.numbers_of_surfaces(1)
+        """Return the numbers of new surfaces and bulk balls."""
+        numbers = self.splice.numbers_of_surfaces(1)
         return np.sort(numbers[numbers >= 0]).astype(np.int64)
 
-    def _beside(self, fresh: Longs, places: NeighbourPlaces, first: Ints | None) -> Longs:
-        """Those of the old scene that a new surface may be one with: of each class the one whose record it takes."""
+    def _near_leads(self, fresh: Longs, places: NeighbourPlaces, first: Ints | None) -> Longs:
+        """Return the leads of the classes of the old scene that a new surface may belong to."""
         mark = np.zeros(self.single + self.balls, bool)
         mark[fresh] = True
+        # Spheres and quadrics share one kind of features: a quadric may equal a sphere.
         curved = self._numbers(SPHERE), self._numbers(QUADRIC)
         groups: list[tuple[list[Floats], Sequence[Marks], list[Longs]]] = [
             ([places.planes], [places.marks[0]], [self._numbers(PLANE)]),
@@ -159,23 +161,27 @@ class SurfaceMerge:
         return unique_sorted(beside).astype(np.int64)
 
     def _numbers(self, kind: int) -> Longs:
-        """The numbers of the surfaces of a kind, by their rows."""
+        """Return the numbers of the surfaces of a kind, by their rows."""
         found = self.of_kind[kind]
         if kind == SPHERE and self.balls:
             found = np.concatenate([found, self.single + np.arange(self.balls)])
         return found
 
     def merge(self, loose: Longs, leads: Longs, first: Ints, senses: Signs) -> None:
-        """Work out the classes of some surfaces anew, together with those for which others stand: the leads."""
+        """Recompute the classes of the surfaces `loose`, together with `leads`, which represent others.
+
+        `first` and `senses` are updated in place.
+        """
         chosen = unique_sorted(loose, leads)
         arrays = merge_surfaces(self._surfaces(chosen))
         taken = chosen if arrays.first is None else chosen[arrays.first]
         is_lead = is_member_sorted(chosen, leads)
-        given = np.ones(len(chosen), np.int8)
-        given[chosen < self.single] = self.given[chosen[chosen < self.single]]
-        turn = arrays.senses * given
+        own_senses = np.ones(len(chosen), np.int8)
+        own_senses[chosen < self.single] = self.input_senses[chosen[chosen < self.single]]
+        turn = arrays.senses * own_senses
         changed = is_lead & ((taken != chosen) | (turn != 1))
         if changed.any():
+            # A lead of an old class may now follow another record, or be negated: its whole class follows.
             onto, turned = np.arange(len(first), dtype=np.int32), np.ones(len(first), np.int8)
             onto[chosen[changed]], turned[chosen[changed]] = taken[changed], turn[changed]
             there = np.flatnonzero(first >= 0)
@@ -185,28 +191,28 @@ class SurfaceMerge:
         first[chosen[own]], senses[chosen[own]] = taken[own], arrays.senses[own]
 
     def _surfaces(self, chosen: Longs) -> RawSurfaces:
-        """Some surfaces, in the order of their numbers."""
+        """Collect some surfaces, in the order of their numbers."""
         single = chosen[chosen < self.single]
-        kinds, joined = self.kinds[single], self.joined
+        kinds, splice = self.kinds[single], self.splice
         rows = {kind: self._rows(single[kinds == kind], kind) for kind in (PLANE, SPHERE, QUADRIC)}
         balls = chosen[chosen >= self.single] - self.single
         return RawSurfaces(
-            kinds, self.given[single],
-            joined.take(PLANES, rows[PLANE], lambda side: side.tables.planes),
-            joined.take(SPHERES, rows[SPHERE], lambda side: side.tables.spheres),
+            kinds, self.input_senses[single],
+            splice.take(PLANES, rows[PLANE], lambda side: side.tables.planes),
+            splice.take(SPHERES, rows[SPHERE], lambda side: side.tables.spheres),
             QuadricTable.of(
-                joined.take(QUADRICS, rows[QUADRIC], lambda side: side.tables.quadrics),
-                joined.take(QUADRICS, rows[QUADRIC], lambda side: side.tables.quadric_forms),
+                splice.take(QUADRICS, rows[QUADRIC], lambda side: side.tables.quadrics),
+                splice.take(QUADRICS, rows[QUADRIC], lambda side: side.tables.quadric_forms),
             ),
             Remainders(
-                joined.take(PLANES, rows[PLANE], lambda side: side.rest.planes),
-                joined.take(SPHERES, rows[SPHERE], lambda side: side.rest.spheres),
-                joined.take(QUADRICS, rows[QUADRIC], lambda side: side.rest.quadrics),
+                splice.take(PLANES, rows[PLANE], lambda side: side.rest.planes),
+                splice.take(SPHERES, rows[SPHERE], lambda side: side.rest.spheres),
+                splice.take(QUADRICS, rows[QUADRIC], lambda side: side.rest.quadrics),
             ),
-            [joined.take_balls(balls)],
+            [splice.take_balls(balls)],
             _SurfaceSubset(self.exact, single),
         )  # fmt: skip
 
     def _rows(self, single: Longs, kind: int) -> Longs:
-        """In the table of a kind, the rows of surfaces of that kind."""
+        """Return the rows of surfaces of a kind in the table of that kind."""
         return np.searchsorted(self.of_kind[kind], single) if len(single) else single

@@ -1,6 +1,6 @@
-"""Square roots, sines and cosines of `wide` numbers.
+"""Square roots, sines and cosines of the numbers of `bigfloat_kernel`.
 
-Roots come limb by limb with what is left of the square, so they are certain; sines by their series.
+Roots are computed limb by limb with the remainder of the square, so they are certain; sines by their series.
 """
 
 from __future__ import annotations
@@ -29,19 +29,22 @@ from .bigfloat_kernel import (
 )
 
 TERMS = 14
-"""Of the series of a sine."""
+"""Terms of the series of a sine."""
 STEP, MULTIPLES = 45.0 / 64.0, 64
-"""Degrees; of so many multiples up to 45 degrees sines and cosines are known. A binary number: multiples are exact."""
+"""Degrees; sines and cosines of so many multiples, up to 45 degrees, are tabulated.
+
+A binary number: multiples are exact.
+"""
 CONSTANTS = 1 + TERMS + 2 * (MULTIPLES + 1)
-"""That `sine_cosine` needs."""
+"""Rows of the table of `sine_cosine`."""
 
 
 @helper
 def square_root(w: Longs, d: int, a: int, t: Longs) -> bool:
-    """d = sqrt(a); False unless a is certainly positive, or zero.
+    """d = sqrt(a); return False unless a is certainly positive, or zero.
 
-    Limb by limb, as one takes roots by hand: what is left of a, in t[2], less (2 B root + q) q for the next limb q of
-    the root, in t[1]; both have their highest limbs first. A root with nothing left is that number itself.
+    Limb by limb, as in long-hand square roots: the remainder of a, in t[2], is reduced by (2 B root + q) q for the next
+    limb q of the root, in t[1]; both have their highest limbs first. A root without remainder is exact.
     """
     if w[a, COUNT] == 0 and w[a, OFF] == EXACT:
         copy(w, d, a)
@@ -77,15 +80,15 @@ def square_root(w: Longs, d: int, a: int, t: Longs) -> bool:
 
 @helper
 def _next_of_root(t: Longs, j: int) -> int:
-    """Limb j of a root, of which there are j; not zero if anything is left then."""
+    """Compute limb j of a root with j limbs so far; return 0 if no remainder is left."""
     base = float(1 << BITS)
     left, root = 0.0, 0.0
-    for k in range(j - 1, j + 5):  # of the last limb of the root twice what there is may be left
+    for k in range(j - 1, j + 5):  # up to twice the last limb of the root may be left
         left = left * base + float(t[2, k])
     for k in range(3):
         root = root * base + (float(t[1, k]) if k < j else 0.0)
-    # The quotient is off by less than 2^-20, as its parts are by less than 2^-50 of themselves: q is right, or one too
-    # large. Where the root has one limb, which may be small, the square of q counts as well
+    # The quotient is off by less than 2^-20, because its parts are by less than 2^-50 of themselves: q is right, or one
+    # too large. Where the root has one limb, which may be small, the square of q counts as well.
     if j == 1:
         left, root = left / (base * base), root / base
         quotient = left / (root + np.sqrt(root * root + left))
@@ -118,7 +121,7 @@ def _next_of_root(t: Longs, j: int) -> int:
 
 @helper
 def _without_noise(w: Longs, a: int) -> None:
-    """Drop the limbs of a that lie below its error, which at most doubles: a product with it then takes less."""
+    """Drop the limbs of a below its error, which at most doubles: later products then cost less."""
     low = min(w[a, COUNT], (w[a, OFF] - w[a, EXPONENT] * BITS) // BITS) if w[a, OFF] != EXACT else 0
     if low <= 0:
         return
@@ -138,13 +141,13 @@ def _take(w: Longs, d: int, constants: Longs, row: int) -> None:
 
 @helper
 def sine_cosine(w: Longs, d: int, angle: float, constants: Longs, free: int, t: Longs) -> bool:
-    """Numbers d and d + 1: sine and cosine of an angle in degrees; False for angles beyond 2^40.
+    """Set numbers d and d + 1 to sine and cosine of an angle in degrees; return False for angles beyond 2^40.
 
-    The angle less quarters of a turn, and less the nearest multiple of STEP, of which `constants` has sine and cosine.
-    Of the little that is left, below 2^-7 in radians, the sine by its series, TERMS of which leave out less than 2^-300
-    of it (2^-7.35 to the 28th, over 29!), and the cosine as sqrt(1 - sine²). Then the sum of two angles.
-    `constants`: pi / 180, the series' coefficients, the last one first, then the sines and cosines of multiples of STEP
-    up to 45. Uses seven numbers from `free`.
+    The angle is reduced by quarters of a turn, and by the nearest multiple of STEP, whose sine and cosine `constants`
+    holds. For the rest, below 2^-7 in radians, the sine comes from its series, whose TERMS leave out less than 2^-300
+    of it (2^-7.35 to the 28th, over 29!), and the cosine from sqrt(1 - sine²). Then the angles are added. `constants`:
+    pi / 180, the series' coefficients from last to first, then the sines and cosines of multiples of STEP up to 45.
+    Uses seven numbers from `free` on.
     """
     if not abs(angle) < 2.0**40 or len(constants) < CONSTANTS:
         return False
@@ -159,8 +162,10 @@ def sine_cosine(w: Longs, d: int, angle: float, constants: Longs, free: int, t: 
     add(w, x, x, s, 1, t)
     set_float(w, s, taken, 0)
     add(w, x, x, s, 1, t)
+    # To radians.
     _take(w, s, constants, 0)
     multiply(w, x, x, s, t)
+    # Horner's scheme for the series in the square.
     set_float(w, one, 1.0, 0)
     multiply(w, square, x, x, t)
     _take(w, s, constants, 1)
@@ -169,12 +174,13 @@ def sine_cosine(w: Longs, d: int, angle: float, constants: Longs, free: int, t: 
         _without_noise(w, s)
         _take(w, c, constants, term)
         add(w, s, s, c, 1, t)
-    w[s, OFF] = sum_error(w[s, OFF], -300)  # what the series leaves out
+    w[s, OFF] = sum_error(w[s, OFF], -300)  # truncation of the series
     multiply(w, s, s, x, t)
     multiply(w, square, s, s, t)
     add(w, square, one, square, -1, t)
     if not square_root(w, c, square, t):
         return False
+    # Add the angle of the table: sin(a + b) and cos(a + b).
     row = TERMS + 1 + 2 * count
     _take(w, its_s, constants, row)
     _take(w, its_c, constants, row + 1)
@@ -186,6 +192,7 @@ def sine_cosine(w: Longs, d: int, angle: float, constants: Longs, free: int, t: 
     multiply(w, x, c, its_c, t)
     multiply(w, square, s, its_s, t)
     add(w, c, x, square, -1, t)
+    # Turn by quarters: exchange and negate.
     turn = int(quarters) & 3
     copy(w, d, one if (turn & 1) == 0 else c)
     copy(w, d + 1, c if (turn & 1) == 0 else one)

@@ -1,11 +1,11 @@
-"""Numbers of 253 bits and more that know how far off they may be: those of `shapes.number`, made small and quick.
+"""Numbers of 253 bits and more with error bounds: those of `numerics.bigfloat`, made small and fast for kernels.
 
-A number is a row of int64: LIMBS limbs of 28 bits, the lowest first, then how many there are, the exponent of the first
-(of 2^28), the sign, and the error: the true number lies within 2^OFF. EXACT says that it is the number itself. Sums and
-products of floats are exact while they have room; what is cut off is counted as an error, as it is in `shapes.number`.
-Limbs of 28 bits leave room for the sums of ten products in an int64, so that carries can wait.
+A number is a row of int64: LIMBS limbs of 28 bits, the lowest first, then their count, the exponent of the first (of
+2^28), the sign, and the error: the true number lies within 2^OFF; EXACT says that it is the number itself. Sums and
+products of floats are exact while they have room; truncation counts as an error, as in `numerics.bigfloat`. Limbs of 28
+bits leave room for the sums of ten products in an int64, so that carries can wait.
 
-Long division and the rest are as Knuth has them (The Art of Computer Programming, 4.3.1).
+Long division and the rest follow Knuth (The Art of Computer Programming, 4.3.1).
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ LIMB = (1 << BITS) - 1
 _NOTHING = -(1 << 30)
 """The magnitude of zero."""
 SCRATCH = 4 * LIMBS
-"""Columns of the three rows of scratch."""
+"""Columns of the three rows of scratch memory."""
 _QUOTIENT = LIMBS + 2
 
 
 @inline
 def sum_error(off: int, more: int) -> int:
-    """The error of a sum whose terms have these."""
+    """Return the error exponent of a sum of terms with these error exponents."""
     if off == EXACT or more == EXACT:
         return max(off, more)
     return max(off, more) + 1
@@ -36,7 +36,7 @@ def sum_error(off: int, more: int) -> int:
 
 @inline
 def magnitude(w: Longs, a: int) -> int:
-    """The least m with |value| < 2^m."""
+    """Return the least m with |value| < 2^m."""
     count = w[a, COUNT]
     if count == 0:
         return _NOTHING
@@ -45,7 +45,7 @@ def magnitude(w: Longs, a: int) -> int:
 
 @inline
 def is_sure(w: Longs, a: int) -> bool:
-    """Is the sign known: is the number certainly not zero, or certainly zero?"""
+    """Return whether the sign is known: the number is certainly not zero, or certainly zero."""
     return w[a, OFF] == EXACT or magnitude(w, a) - 1 > w[a, OFF]
 
 
@@ -58,7 +58,7 @@ def copy(w: Longs, d: int, a: int) -> None:
 
 @helper
 def set_limbs(w: Longs, d: int, t: Longs, count: int, exponent: int, sign: int, off: int) -> None:
-    """Number d from limbs in scratch, without the zeros at both ends; what there is no room for is cut."""
+    """Set number d from limbs in scratch, without zeros at both ends; what does not fit is cut off."""
     while count > 0 and t[0, count - 1] == 0:
         count -= 1
     low = max(0, count - LIMBS)
@@ -89,7 +89,7 @@ def set_float(w: Longs, d: int, x: float, shift: int) -> None:
     lowest = power - 52 + shift
     exponent = lowest // BITS
     up = lowest - exponent * BITS
-    # whole 2^up, of at most 80 bits, in limbs
+    # whole 2^up, of at most 80 bits, in limbs.
     low, high = whole & LIMB, whole >> BITS
     first = low << up
     second = (high << up) + (first >> BITS)
@@ -115,6 +115,7 @@ def add(w: Longs, d: int, a: int, b: int, sense: int, t: Longs) -> None:
         return
     low = min(w[a, EXPONENT], w[b, EXPONENT])
     high = max(w[a, EXPONENT] + w[a, COUNT], w[b, EXPONENT] + w[b, COUNT])
+    # Terms far apart: limbs that scratch has no room for are cut off, and count as an error.
     if high - low > 3 * LIMBS:
         low = high - 3 * LIMBS
         off = sum_error(off, BITS * low + 1)
@@ -130,7 +131,7 @@ def add(w: Longs, d: int, a: int, b: int, sense: int, t: Longs) -> None:
     for k in range(count):
         value = t[0, k] + carry
         t[0, k], carry = value & LIMB, value >> BITS
-    if carry < 0:  # the sum is carry 2^(28 count) plus what stands there: turn it over
+    if carry < 0:  # the sum is carry 2^(28 count) plus the limbs: negate it
         top, carry, sign = -carry - 1, 1, -1
         for k in range(count):
             value = LIMB - t[0, k] + carry
@@ -152,7 +153,7 @@ def multiply(w: Longs, d: int, a: int, b: int, t: Longs) -> None:
         off = EXACT
     sign, exponent = w[a, SIGN] * w[b, SIGN], w[a, EXPONENT] + w[b, EXPONENT]
     most, count = w[a, COUNT], w[b, COUNT]
-    low = max(0, most + count - LIMBS - 2)  # columns below would be cut in any case
+    low = max(0, most + count - LIMBS - 2)  # columns below would be cut off in any case
     columns = most + count - low
     for k in range(columns):
         t[0, k] = 0
@@ -164,14 +165,14 @@ def multiply(w: Longs, d: int, a: int, b: int, t: Longs) -> None:
     for k in range(columns):
         value = t[0, k] + carry
         t[0, k], carry = value & LIMB, value >> BITS
-    if low > 0:  # at most ten products for each column that is left out
+    if low > 0:  # at most ten products in each column that is left out
         off = sum_error(off, BITS * (exponent + low) + BITS + 4)
     set_limbs(w, d, t, columns, exponent + low, sign, off)
 
 
 @helper
 def divide(w: Longs, d: int, a: int, b: int, t: Longs) -> bool:
-    """d = a / b; False where b may be zero, or is known too badly."""
+    """d = a / b; return False where b may be zero, or its error is too large."""
     below = magnitude(w, b) - 1  # |b| >= 2^below
     if w[b, COUNT] == 0 or (w[b, OFF] != EXACT and w[b, OFF] > below - 2):
         return False
@@ -182,6 +183,7 @@ def divide(w: Longs, d: int, a: int, b: int, t: Longs) -> bool:
         return True
     given, own = w[a, OFF], w[b, OFF]
     n, size = w[b, COUNT], w[a, COUNT]
+    # Shift both so that the divisor has a leading bit: then a guess of a limb is at most two too large (Knuth).
     up = BITS - 1 - exponent_of(float(w[b, n - 1]))
     carry = 0
     for k in range(n):
@@ -212,7 +214,7 @@ def divide(w: Longs, d: int, a: int, b: int, t: Longs) -> bool:
 
 @helper
 def _next_limb(t: Longs, j: int, n: int) -> None:
-    """Limb j of the quotient t[0] of t[2] by t[1], which has n limbs and a leading bit (Knuth's algorithm D)."""
+    """Compute limb j of the quotient t[0] of t[2] by t[1], which has n limbs and a leading bit (Knuth, algorithm D)."""
     above = (t[2, j + n] << BITS) + t[2, j + n - 1]
     guess = min(above // t[1, n - 1], LIMB)
     left = above - guess * t[1, n - 1]

@@ -1,4 +1,4 @@
-"""The float nearest to a `wide` number, where its interval leaves no doubt (Ziv's test)."""
+"""Round a number of `bigfloat_kernel` to the nearest float, where its interval leaves no doubt (Ziv's test)."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from .bigfloat_kernel import BITS, COUNT, EXACT, EXPONENT, LIMBS, OFF, SIGN, add
 
 @helper
 def _nearest(w: Longs, a: int) -> tuple[float, int]:
-    """(m, k), m 2^k being the number of 53 bits nearest to |a|, which is not zero; of two the even one."""
+    """Return (m, k), where m 2^k is the number of 53 bits nearest to |a| (not zero); of two the even one."""
     last = magnitude(w, a) - 53
     first = last // BITS
     down = last - first * BITS
@@ -33,9 +33,9 @@ def _nearest(w: Longs, a: int) -> tuple[float, int]:
 
 @inline
 def _is_clear(w: Longs, a: int) -> bool:
-    """Does the interval of a number of five limbs or more certainly hold no float, and no number halfway between two?
+    """Return whether the interval of a number of five limbs or more holds no float, and no midpoint of two floats.
 
-    That is plain where the 40 bits that follow its first 54 are not all alike, and its error is smaller than these.
+    That is certain where the 40 bits after its first 54 are not all equal, and its error is smaller than these.
     """
     last = magnitude(w, a) - 54
     if w[a, OFF] > last - 40:
@@ -49,9 +49,9 @@ def _is_clear(w: Longs, a: int) -> bool:
 
 @helper
 def round_bigfloat(w: Longs, a: int, free: int, t: Longs) -> tuple[float, bool]:
-    """(the float nearest to a, is that sure); none is where it would be subnormal or beyond the floats.
+    """Return (the float nearest to a, is it certain); never certain for subnormal results, or beyond the floats.
 
-    Sure it is where both ends of the interval round alike. Uses three numbers from `free` on.
+    It is certain where both ends of the interval round alike. Uses three numbers from `free` on.
     """
     if w[a, COUNT] == 0:
         return 0.0, w[a, OFF] == EXACT

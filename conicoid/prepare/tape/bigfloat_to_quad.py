@@ -1,4 +1,4 @@
-"""Numbers of `wide` cut to four floats."""
+"""Convert numbers of `bigfloat_kernel` to four floats and an error."""
 
 from __future__ import annotations
 
@@ -12,7 +12,10 @@ from .simd_registers import COLUMNS
 
 @helper
 def _quad_from_bigfloat(wides: Longs, row: int) -> QuadDouble:
-    """A number, its limbs added up from the highest on; unknown beyond 2^900 and with limbs below 2^-900."""
+    """Return a number as four floats: limbs added from the highest on.
+
+    Unknown beyond 2^900, or with limbs below 2^-900.
+    """
     count, exponent = wides[row, COUNT], wides[row, EXPONENT]
     low, high, off = BITS * exponent, BITS * (exponent + count), wides[row, OFF]
     if not (0 <= count <= LIMBS and low > -900 and high < 900 and (off == EXACT or -900 < off < 900)):
@@ -28,6 +31,6 @@ def _quad_from_bigfloat(wides: Longs, row: int) -> QuadDouble:
 
 @kernel(wides=f"n {WIDTH}", fours=f"out n {COLUMNS}")
 def cut_to_fours(wides: Longs, fours: Floats) -> None:
-    """Rows of wide numbers as rows of four floats and an error."""
+    """Convert rows of wide numbers to rows of four floats and an error."""
     for row in range(len(wides)):
         fours[row, 0], fours[row, 1], fours[row, 2], fours[row, 3], fours[row, 4] = _quad_from_bigfloat(wides, row)

@@ -1,9 +1,9 @@
-"""Tapes: straight lines of operations, worked out for many bodies one after the other.
+"""Interpreter of tapes: straight lines of operations, evaluated for one body after the other.
 
-`shapes.traced` records one while a formula is worked out for one body. An operation is a row of five whole numbers:
-which (see below), the register that it writes, and its operands. Wide registers hold numbers of `wide`, plain ones
-floats. A tape holds for a body where all of its tests turn out as they did when it was recorded, and where the numbers
-that it rounds are known well enough; else its state says so, and what was written is nothing.
+`numerics.tracing` records a tape while a formula is evaluated for one body. An operation is a row of five integers: its
+code (see below), the register that it writes, and its operands. Wide registers hold numbers of `bigfloat_kernel`, plain
+ones floats. A tape is valid for a body where all of its tests turn out as in the recording, and where the numbers that
+it rounds are known well enough; else the body's state says so, and its outputs are meaningless.
 """
 
 from __future__ import annotations
@@ -32,20 +32,20 @@ OPERATIONS = (
 ) = range(33)  # fmt: skip
 
 STATE_VALID, STATE_OTHER_BRANCH, STATE_UNDECIDED = 0, 1, 2
-"""States of a body: the tape held; a test turned out otherwise; bounds were too wide."""
+"""States of a body: the tape is valid; a test turned out otherwise; bounds were too wide."""
 _FREE = 12
-"""Wide registers behind those of a tape, which operations use."""
+"""Wide registers behind those of a tape, for the operations' own use."""
 
 
 @allocator
 def _registers(wides: int, plains: int) -> tuple[Longs, Floats, Longs]:
-    """Wide and plain registers, and scratch."""
+    """Allocate wide and plain registers, and scratch memory."""
     return np.zeros((wides + _FREE, WIDTH), np.int64), np.zeros(plains), np.zeros((3, SCRATCH), np.int64)
 
 
 @helper
 def _wide_step(step: tuple[int, int, int, int], w: Longs, t: Longs) -> bool:
-    """An operation between wide registers; is its result known?"""
+    """Run an operation between wide registers; return whether its result is known."""
     which, d, a, b = step
     if which == ADD:
         bigfloat_kernel.add(w, d, a, b, 1, t)
@@ -66,7 +66,7 @@ def _wide_step(step: tuple[int, int, int, int], w: Longs, t: Longs) -> bool:
 
 @helper
 def _plain_step(step: tuple[int, int, int, int], c: int, f: Floats) -> bool:
-    """An operation between plain registers; is its result known?"""
+    """Run an operation between plain registers; return whether its result is known."""
     which, d, a, b = step
     if which == PLAIN_ADD:
         f[d] = f[a] + f[b]
@@ -109,7 +109,7 @@ def _plain_step(step: tuple[int, int, int, int], c: int, f: Floats) -> bool:
 
 @helper
 def multiple_of_30_degrees(angle: float) -> int:
-    """Which multiple of 30 degrees an angle is, from 0 to 11; 12 for others, and -1 for angles beyond 2^40."""
+    """Return which multiple of 30 degrees an angle is, 0 to 11; 12 for other angles, -1 beyond 2^40."""
     if not abs(angle) < 2.0**40:
         return -1
     count = np.floor(angle / 30.0 + 0.5)
@@ -121,7 +121,7 @@ def multiple_of_30_degrees(angle: float) -> int:
 
 @helper
 def _sign(x: float) -> int:
-    """As a test names them: 1 for negative, 2 for zero, 4 for positive, 8 for what is no number."""
+    """Return the bit of a sign in tests: 1 for negative, 2 for zero, 4 for positive, 8 for NaN."""
     if x > 0.0:
         return 4
     return 1 if x < 0.0 else 2 if x == 0.0 else 8
@@ -132,7 +132,7 @@ def _run_body(
     code: Ints, numbers: Floats, constants: Longs, series: Longs, written: Ints, registers: tuple[Longs, Floats, Longs],
     inputs: Floats, given: Longs, out: Floats, wide_out: Longs, i: int, row: int,
 ) -> int:  # fmt: skip
-    """The state of body i, whose given numbers stand in a row."""
+    """Run the tape for body i, whose wide inputs stand in a row; return its state."""
     w, f, t = registers
     free = len(w) - _FREE
     for k in range(len(code)):
@@ -182,15 +182,15 @@ def _run_body(
 
 @helper
 def is_within(value: int, size: int) -> bool:
-    """Is it the number of one of so many?"""
+    """Return whether a value is an index of `size` items."""
     return 0 <= value < size
 
 
 @helper
 def fits(code: Ints, written: Ints, sizes: tuple[int, int, int, int, int, int, int]) -> bool:
-    """Are there all registers, constants, inputs and outputs that the code speaks of?
+    """Return whether all registers, constants, inputs and outputs that the code names exist.
 
-    sizes: of wide and plain registers, numbers, constants, inputs, given numbers, wide outputs.
+    sizes: of wide and plain registers, numbers, constants, inputs, wide inputs, wide outputs.
     """
     wides, plains, numbers, constants, inputs, given, outputs = sizes
     for k in range(len(code)):
@@ -232,7 +232,7 @@ def fits(code: Ints, written: Ints, sizes: tuple[int, int, int, int, int, int, i
 
 @helper
 def _is_number(table: Longs, row: int) -> bool:
-    """Is a row one of `wide`: limbs, as many as it says, and no exponent that leads out of the integers?"""
+    """Return whether a row is a number of `bigfloat_kernel`: limbs, their count, and an exponent far from overflow."""
     if not 0 <= table[row, COUNT] <= bigfloat_kernel.LIMBS:
         return False
     for k in range(bigfloat_kernel.LIMBS):
@@ -250,9 +250,9 @@ def play(
     code: Ints, written: Ints, numbers: Floats, constants: Longs, series: Longs, inputs: Floats, given: Longs,
     rows: Ints, out: Floats, wide_out: Longs, state: Signs, wides: int, plains: int, begin: int, end: int,
 ) -> None:  # fmt: skip
-    """Play a tape for bodies begin to end, each with a row of inputs and one of given numbers; `state` as above.
+    """Play a tape for bodies begin to end, each with a row of inputs and one of wide inputs; `state` as above.
 
-    What a tape speaks of and is not there leaves all bodies open.
+    A tape that names what does not exist leaves all bodies undecided.
     """
     outputs = wide_out.shape[1] if len(wide_out) == len(state) else 0
     sizes = (wides, plains, len(numbers), len(constants), inputs.shape[1], given.shape[1], outputs)

@@ -1,4 +1,4 @@
-"""The recordings of this process: for each kind a few, as tests of numbers turn out one way or the other."""
+"""Recordings of this process: a few for each kind, because comparisons of numbers turn out one way or the other."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from ...numerics.tracing import Tape
 from .program import ProgramResult, TapeProgram, WideInputs
 
 FEWEST = 8
-"""Shapes of one kind that are worth a new recording, which takes as long as some of them alone."""
+"""A new recording needs at least so many shapes of a kind: it takes as long as some of them lowered singly."""
 _MOST = 48
-"""Recordings of one kind."""
+"""Most recordings of one kind."""
 
 
 class RecordingCache:
-    """What has been recorded in this process, by what it is of. None: it cannot be recorded."""
+    """The recordings of a process, by key; None for a key that cannot be recorded."""
 
     def __init__(self) -> None:
         self._of: dict[Hashable, list[tuple[Any, TapeProgram]] | None] = {}
@@ -28,9 +28,27 @@ class RecordingCache:
     def play(
         self, key: Hashable, record: Callable[[int, Tape], Any], inputs: Floats, given: WideInputs, rows: Ints
     ) -> tuple[list[tuple[Any, Longs, ProgramResult]], Longs]:
-        """(what recordings were of, for which rows of inputs they held, what they gave), and the rows that are left.
+        """Play the recordings of a key, and make new ones where enough rows are left.
 
-        `record(row, tape)` works one out on a tape.
+        Parameters
+        ----------
+        key : Hashable
+            What the recordings are of.
+        record : Callable[[int, Tape], Any]
+            `record(row, tape)` evaluates the formula for a row of inputs on a tape; its result goes with the recording.
+        inputs : Floats
+            (n, inputs) numbers of each body.
+        given : WideInputs
+            Wide inputs, by rows.
+        rows : Ints
+            (n,) the row of wide inputs of each body.
+
+        Returns
+        -------
+        list[tuple[Any, Longs, ProgramResult]]
+            (result of `record`, rows for which the recording is valid, their outputs).
+        Longs
+            The rows that are left.
         """
         with self._lock:
             found = self._of.setdefault(key, [])
@@ -44,7 +62,7 @@ class RecordingCache:
                         tape = Tape()
                         made = record(int(left[0]), tape)
                         found.append((made, TapeProgram.of(tape)))
-                    except Exception:  # it looks at numbers in ways that leave no trace, or says alone what is wrong
+                    except Exception:  # it inspects numbers untraceably, or single lowering reports what is wrong
                         self._of[key] = None
                         break
                 what, recording = found[number]

@@ -1,7 +1,7 @@
-"""The order in which a tape is played: its tests as early as they can be, and nothing that is not needed.
+"""Schedule a tape: tests as early as possible, and nothing that is not needed.
 
-A body for which a tape does not hold then costs little. Tests stay in their order, and no operation comes before a test
-that it came after, so what a test guards stays guarded.
+A body for which a tape is not valid then costs little. Tests stay in their order, and no operation moves ahead of a
+test that preceded it, so what a test guards stays guarded.
 """
 
 from __future__ import annotations
@@ -24,19 +24,19 @@ _READS = {
     **dict.fromkeys(_OF_A_PLAIN, (_PLAIN, 1)),
     "several": (_PLAIN, 3),
 }
-"""The kind of an operation's operands, and how many there are; of others two plain ones."""
+"""The kind of an operation's operands, and their count; other operations read two plain ones."""
 
 
 def schedule_tape(tape: Tape) -> list[Operation]:
-    """The operations of a tape, in the order in which they are played."""
+    """Return the needed operations of a tape, in the order in which they are played."""
     code, makers = tape.code, (tape.wide_makers, tape.plain_makers)
     order: list[int] = []
     done = bytearray(len(code))
 
     def take(place: int) -> None:
-        """An operation, after what it needs, in the order of the tape."""
+        """Add an operation after all that it needs, in the order of the tape."""
         needed, done[place] = [place], 1
-        for each in needed:  # which grows
+        for each in needed:  # grows in the loop
             operation = code[each]
             kind, count = _READS.get(operation[0], (_PLAIN, 2))
             for register in operation[2:][:count]:

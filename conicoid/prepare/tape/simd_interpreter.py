@@ -1,8 +1,8 @@
-"""Tapes played for many bodies side by side: the numbers of `tape` in four floats, in lanes.
+"""Interpreter of tapes for many bodies side by side, with the numbers of `interpreter` in four floats, in lanes.
 
-What comes out is certain, as it is from `tape`: a test is passed where the interval of its number leaves no doubt, and
-a number is rounded where both ends of its own round alike. Bodies that four floats leave open are left to `tape`; most
-need no more.
+Results are certain, as those of `interpreter`: a test passes where the interval of its number leaves no doubt, and a
+number is rounded where both ends of its interval round alike. Bodies that four floats leave undecided are left to
+`interpreter`; most need no more.
 """
 
 from __future__ import annotations
@@ -74,12 +74,12 @@ from .simd_registers import (
 from .simd_sine_cosine import LANE_CONSTANTS, ROOM, sine_cosine_rows
 
 _FEW = 4
-"""Where one in so many lanes is left, its body waits until there are more."""
+"""Where only one in so many lanes is still working, its body waits until there are more."""
 
 
 @allocator
 def _rows(wides: int, plains: int) -> tuple[Floats, Floats, Floats, Longs, Longs]:
-    """Wide and plain registers, states, the bodies in lanes, and those that wait for a place."""
+    """Allocate wide and plain registers, states, the bodies in lanes, and the queue of bodies that wait for a lane."""
     return (
         np.zeros((wides + ROOM) * OF_WIDE), np.zeros((plains + 1) * LANES), np.zeros(LANES),
         np.zeros(LANES, np.int64), np.zeros(2 * LANES, np.int64),
@@ -88,7 +88,7 @@ def _rows(wides: int, plains: int) -> tuple[Floats, Floats, Floats, Longs, Longs
 
 @helper
 def _wide_step(step: tuple[int, int, int, int], w: Floats, state: Floats) -> None:
-    """An operation between wide registers."""
+    """Run an operation between wide registers."""
     which, d, a, b = step
     if which == ADD:
         add_rows(w, d, a, b)
@@ -108,7 +108,7 @@ def _wide_step(step: tuple[int, int, int, int], w: Floats, state: Floats) -> Non
 
 @helper
 def _sum_step(step: tuple[int, int, int, int], f: Floats, state: Floats) -> None:
-    """An operation of arithmetic between plain registers."""
+    """Run an arithmetic operation between plain registers."""
     which, d, a, b = step[0], plain(step[1]), plain(step[2]), plain(step[3])
     if which == PLAIN_ADD:
         for i in range(ALL):
@@ -137,7 +137,7 @@ def _sum_step(step: tuple[int, int, int, int], f: Floats, state: Floats) -> None
 
 @helper
 def _choice_step(step: tuple[int, int, int, int], c: int, f: Floats, state: Floats) -> None:
-    """Any other operation between plain registers."""
+    """Run any other operation between plain registers."""
     which, d, a, b = step[0], plain(step[1]), plain(step[2]), plain(step[3])
     if which == GREATER:
         for i in range(ALL):
@@ -171,7 +171,7 @@ def _choice_step(step: tuple[int, int, int, int], c: int, f: Floats, state: Floa
 
 @helper
 def _test_turns(f: Floats, a: int, expected: int, state: Floats) -> None:
-    """The states of bodies whose angle is not the multiple of 30 degrees that is expected."""
+    """Update the states of bodies whose angle is not the expected multiple of 30 degrees."""
     a = plain(a)
     for i in range(ALL):
         if state[i] == WORKS and multiple_of_30_degrees(f[a + i]) != expected:
@@ -183,7 +183,7 @@ def _fill_register(
     step: tuple[int, int, int], registers: tuple[Floats, Floats], numbers: Floats, constants: Floats, inputs: Floats,
     given: Floats, lanes: Longs, rows: Ints,
 ) -> None:  # fmt: skip
-    """A register filled with what is given: numbers of the tape, or of the bodies in the lanes."""
+    """Fill a register with inputs: numbers of the tape, or of the bodies in the lanes."""
     which, register, column = step
     w, f = registers
     if which == INPUT:
@@ -205,7 +205,7 @@ def _fill_register(
 
 @helper
 def _count_working(state: Floats, count: int) -> int:
-    """How many of the first lanes work."""
+    """Count the working bodies in the first lanes."""
     left = 0
     for i in range(count):
         left += 1 if state[i] == WORKS else 0
@@ -214,7 +214,7 @@ def _count_working(state: Floats, count: int) -> int:
 
 @helper
 def _write_wide(out: Floats, column: int, w: Floats, register: int, lanes: Longs, count: int) -> None:
-    """A wide output of the bodies in the first lanes."""
+    """Write a wide output of the bodies in the first lanes."""
     for i in range(count):
         for k in range(COLUMNS):
             out[lanes[i], column, k] = w[register * OF_WIDE + k * LANES + i]
@@ -225,7 +225,7 @@ def _run_lanes(
     code: Ints, tables: tuple[Floats, Floats, Floats], written: Ints, registers: tuple[Floats, Floats, Floats],
     inputs: Floats, given: Floats, rows: Ints, out: Floats, wide_out: Floats, lanes: Longs, count: int,
 ) -> bool:  # fmt: skip
-    """Play for the bodies in the first lanes; False, and nothing is written, where few are left: they better wait."""
+    """Play for the bodies in the first lanes; return False, without output, where few still work and should wait."""
     w, f, state = registers
     numbers, constants, series = tables
     free = len(w) // OF_WIDE - ROOM
@@ -277,9 +277,9 @@ def play_in_lanes(
     code: Ints, written: Ints, numbers: Floats, constants: Floats, series: Floats, inputs: Floats, given: Floats,
     rows: Ints, out: Floats, wide_out: Floats, state: Signs, wides: int, plains: int, begin: int, end: int,
 ) -> None:  # fmt: skip
-    """`tape.play` in four floats.
+    """`interpreter.play` in four floats.
 
-    A body that is one of few for which a test turns out as recorded waits until there are enough to fill the lanes.
+    Where a test turns out as recorded for few bodies, these wait until there are enough to fill the lanes.
     """
     outputs = wide_out.shape[1] if len(wide_out) == len(state) else 0
     sizes = (wides, plains, len(numbers), len(constants), inputs.shape[1], given.shape[1], outputs)
@@ -302,6 +302,7 @@ def play_in_lanes(
                 fresh += 1
         if count == 0:
             continue
+        # Idle lanes repeat the first body, so that all operations see valid numbers.
         for i in range(count, LANES):
             lanes[i] = lanes[0]
         done = _run_lanes(

@@ -1,7 +1,8 @@
-"""Registers of many bodies side by side: the arithmetic of `numbers.fourfold`, a row of lanes after the other.
+"""Registers of many bodies side by side: the arithmetic of `kernels.numbers.quad_double`, lane by lane.
 
-A wide register is five rows of LANES floats, a plain one is one. All of a kind lie in one block, at places that are
-unsigned numbers, so that the compiler sees that loops over lanes touch two or three blocks only, and vectorises them.
+A wide register is five rows of LANES floats, a plain one is one. All registers of a kind lie in one block, at places
+that are unsigned integers: so the compiler sees that a loop over lanes touches only two or three blocks, and vectorises
+it.
 """
 
 from __future__ import annotations
@@ -33,32 +34,36 @@ _B, _C, _D, _ERROR = (np.uint64(row) for row in range(LANES, 5 * LANES, LANES))
 OF_WIDE = 5 * LANES
 """Floats of a wide register."""
 COLUMNS = 5
-"""Of a number in four floats, in tables: the floats and the error."""
+"""Columns of a number in tables: four floats and the error."""
 WORKS, FAILS, UNSURE = 0.0, 1.0, 2.0
-"""What a row of states says of a body: as `tape.HELD`, `ELSEWHERE` and `OPEN`. What is not WORKS stays."""
+"""States of the bodies in the lanes, as `interpreter.STATE_VALID`, `STATE_OTHER_BRANCH`, `STATE_UNDECIDED`.
+
+A state other than WORKS stays.
+"""
 
 
 @inline
 def load(w: Floats, at: Any, i: Any) -> QuadDouble:
-    """Lane i of the register whose rows begin at a place."""
+    """Load lane i of the register whose rows begin at `at`."""
+    # The five numbers of a lane stand a row apart: each access is one vector over the lanes.
     return QuadDouble(w[at + i], w[at + _B + i], w[at + _C + i], w[at + _D + i], w[at + _ERROR + i])
 
 
 @inline
 def store(w: Floats, at: Any, i: Any, value: QuadDouble) -> None:
-    """Lane i of a register."""
+    """Store lane i of a register."""
     w[at + i], w[at + _B + i], w[at + _C + i], w[at + _D + i], w[at + _ERROR + i] = value
 
 
 @inline
 def wide(register: int) -> Any:
-    """Where the rows of a wide register begin."""
+    """Return where the rows of a wide register begin."""
     return np.uint64(register * OF_WIDE)
 
 
 @inline
 def plain(register: int) -> Any:
-    """Where the row of a plain register begins."""
+    """Return where the row of a plain register begins."""
     return np.uint64(register * LANES)
 
 
@@ -88,7 +93,7 @@ def multiply_rows(w: Floats, d: int, a: int, b: int) -> None:
 
 @inline
 def _store_known(w: Floats, at: Any, i: Any, value: QuadDouble, state: Floats) -> None:
-    """`store`; where it is unknown, the state says so."""
+    """`store`; an unknown value makes the body's state UNSURE."""
     store(w, at, i, value)
     state[i] = choose(state[i] == WORKS, choose(value.error < UNKNOWN, WORKS, UNSURE), state[i])
 
@@ -127,7 +132,7 @@ def size_rows(w: Floats, d: int, a: int, state: Floats) -> None:
 
 @inline
 def of_table(table: Floats, row: int, side: float) -> QuadDouble:
-    """A number of a table; turned over where the side is -1."""
+    """Return a number of a table, times `side` (+1 or -1)."""
     return QuadDouble(
         side * table[row, 0], side * table[row, 1], side * table[row, 2], side * table[row, 3], table[row, 4]
     )
@@ -135,7 +140,7 @@ def of_table(table: Floats, row: int, side: float) -> QuadDouble:
 
 @helper
 def fill_rows(w: Floats, d: int, table: Floats, row: int) -> None:
-    """d = the same number for all lanes, from a table."""
+    """d = the same number of a table for all lanes"""
     d = wide(d)
     value = of_table(table, row, 1.0)
     for i in range(ALL):
@@ -152,7 +157,7 @@ def widen_rows(w: Floats, d: int, f: Floats, a: int, state: Floats) -> None:
 
 @helper
 def round_rows(f: Floats, d: int, w: Floats, a: int, state: Floats) -> None:
-    """d, a plain register, = the floats nearest to a; where that is not certain, the state says so."""
+    """d, a plain register, = the floats nearest to a; uncertain ones make the body's state UNSURE."""
     d, a = plain(d), wide(a)
     for i in range(ALL):
         value, unsure = nearest(load(w, a, i))
@@ -162,7 +167,7 @@ def round_rows(f: Floats, d: int, w: Floats, a: int, state: Floats) -> None:
 
 @helper
 def test_rows(w: Floats, a: int, expected: int, state: Floats) -> None:
-    """The states of bodies whose number a has none of the signs expected, or may have."""
+    """Update the states of bodies whose number a certainly has none of the expected signs, or may have none."""
     a = wide(a)
     negative, zero, positive = expected_of(expected & 1), expected_of(expected & 2), expected_of(expected & 4)
     for i in range(ALL):
@@ -171,7 +176,7 @@ def test_rows(w: Floats, a: int, expected: int, state: Floats) -> None:
 
 @helper
 def test_plain_rows(f: Floats, a: int, expected: int, state: Floats) -> None:
-    """`test_rows` of floats; what is no number has a sign of its own."""
+    """`test_rows` for floats; NaN has a sign of its own."""
     a = plain(a)
     negative, zero, positive = expected_of(expected & 1), expected_of(expected & 2), expected_of(expected & 4)
     none = expected_of(expected & 8)
@@ -183,5 +188,5 @@ def test_plain_rows(f: Floats, a: int, expected: int, state: Floats) -> None:
 
 @inline
 def expected_of(bit: int) -> float:
-    """What becomes of bodies with a sign, whose bit among those expected this is."""
+    """Return the state of bodies with a sign whose bit among the expected ones this is."""
     return WORKS if bit != 0 else FAILS

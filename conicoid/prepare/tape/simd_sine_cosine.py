@@ -1,4 +1,4 @@
-"""Sines and cosines of angles in degrees, in lanes of four floats; by the method of `roots.sine_cosine`."""
+"""Sines and cosines of angles in degrees, in lanes of four floats; the method is `bigfloat_functions.sine_cosine`."""
 
 from __future__ import annotations
 
@@ -25,16 +25,16 @@ from .simd_registers import (
 )
 
 LANE_TERMS = 11
-"""Of the series of a sine: the next is below 2^-235 of it (2^-7.34 to the 22nd, over 23!)."""
+"""Terms of the series of a sine: the next is below 2^-235 of it (2^-7.34 to the 22nd, over 23!)."""
 LANE_CONSTANTS = 2 + LANE_TERMS + 2 * (MULTIPLES + 1)
-"""That `sine_cosine_rows` needs: pi / 180, 1, the coefficients, the last one first, and the multiples of STEP."""
+"""Rows of the table of `sine_cosine_rows`: pi / 180, 1, the coefficients from last to first, the multiples of STEP."""
 ROOM = 8
 """Registers that it uses."""
 
 
 @helper
 def sine_cosine_rows(w: Floats, d: int, f: Floats, a: int, table: Floats, free: int, state: Floats) -> None:
-    """Registers d and d + 1: sine and cosine of the angles in a plain one, certain below 2^40 degrees.
+    """Write sine and cosine of the angles in a plain register to d and d + 1, certain below 2^40 degrees.
 
     Uses registers from `free` on.
     """
@@ -49,6 +49,7 @@ def sine_cosine_rows(w: Floats, d: int, f: Floats, a: int, table: Floats, free: 
         multiply_rows(w, x, c, square)
         fill_rows(w, y, table, 2 + term)
         add_rows(w, c, x, y)
+    # Add the truncation of the series to its error.
     rest = wide(c)
     for i in range(ALL):
         sine = load(w, rest, i)
@@ -68,13 +69,16 @@ def sine_cosine_rows(w: Floats, d: int, f: Floats, a: int, table: Floats, free: 
 
 @inline
 def _quarters(angle: float) -> float:
-    """The nearest multiple of 90 degrees."""
+    """Return the nearest multiple of 90 degrees."""
     return np.floor(angle / 90.0 + 0.5)
 
 
 @helper
 def _reduce_angles(w: Floats, x: int, s: int, c: int, f: Floats, a: int, table: Floats, state: Floats) -> None:
-    """x = the angles less quarters of a turn, and less the nearest multiple of STEP; s and c are of that multiple."""
+    """Write to x the angles less quarters of a turn and less the nearest multiple of STEP.
+
+    S and c belong to that multiple.
+    """
     x, s, c, a = wide(x), wide(s), wide(c), plain(a)
     for i in range(ALL):
         known = abs(f[a + i]) < 2.0**40
@@ -91,7 +95,7 @@ def _reduce_angles(w: Floats, x: int, s: int, c: int, f: Floats, a: int, table: 
 
 @helper
 def _rotate_quarters(w: Floats, d: int, s: int, c: int, f: Floats, a: int) -> None:
-    """Registers d and d + 1: sine and cosine of the angles, from those of the angles less quarters of a turn."""
+    """Write sine and cosine of the angles to d and d + 1, given those of the angles less quarters of a turn."""
     sine, cosine, s, c, a = wide(d), wide(d + 1), wide(s), wide(c), plain(a)
     for i in range(ALL):
         angle = choose(abs(f[a + i]) < 2.0**40, f[a + i], 0.0)

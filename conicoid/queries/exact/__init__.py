@@ -1,1 +1,1 @@
-"""Doubtful rays and points decided with certainty, and error bounds of reported crossings."""
+"""Exact decisions for rays and points that rounding leaves in doubt, and error bounds of reported crossings."""

@@ -1,4 +1,8 @@
-"""Stand-ins: simple surfaces that replace those of a ray whose ranks are known (see ranks.py)."""
+"""Canonical surfaces: simple ones in place of those of a ray whose ranks are known (see ranks.py).
+
+A ray along the x axis crosses them at x = rank, exactly. They overwrite the records of `stand`, a copy of the scene's
+tables.
+"""
 
 from __future__ import annotations
 
@@ -27,7 +31,10 @@ from .ranks import SURFACES, Ranks
 def put_canonical_surfaces(
     geometry: Geometry, stand: Geometry, scratch: Scratch, ranks: Ranks, start: int, count: int
 ) -> None:
-    """Write the surfaces that are crossed at ranks, and the outlines, into the records of `stand`."""
+    """Write canonical surfaces for ranks.surfaces, and outlines of polygons, into the records of `stand`.
+
+    start: the surface on which the ray starts; count: entries in scratch.found.
+    """
     for k in range(ranks.size[SURFACES]):
         surface = ranks.surfaces[k]
         row = integer(geometry, table.SURFACE_ROW, surface)
@@ -52,7 +59,7 @@ def put_canonical_surfaces(
 
 @inline
 def _put_plane(stand: Geometry, row: int, crosses: bool, sense: float, rank: float) -> None:
-    """x = rank, or a plane along the x axis on the side where the ray is."""
+    """Write the plane x = rank, or for a miss a plane parallel to the x axis with the ray on its side `sense`."""
     f, at = stand.floats, stand.places[table.PLANES] + PLANE_SIZE * row
     f[at], f[at + 1], f[at + 2] = (sense, 0.0, 0.0) if crosses else (0.0, 1.0, 0.0)
     f[at + 3] = -sense * rank if crosses else sense
@@ -61,22 +68,23 @@ def _put_plane(stand: Geometry, row: int, crosses: bool, sense: float, rank: flo
 
 @inline
 def _put_sphere(stand: Geometry, row: int, crosses: bool, low: float, high: float) -> None:
-    """A sphere from low to high, or one beside the x axis."""
+    """Write a sphere from x = low to x = high, or for a miss one beside the x axis."""
     f, at = stand.floats, stand.places[table.SPHERES] + SPHERE_SIZE * row
     f[at], f[at + 1], f[at + 2] = 0.5 * (low + high), 0.0 if crosses else 5.0, 0.0
     f[at + 3] = 0.5 * (high - low) if crosses else 1.0
 
 
 def count_form_floats(geometry: Geometry) -> int:
-    """How many floats the records of `stand` have behind those of the scene: a form for each of its quadrics."""
+    """Return the number of floats that `stand` has after the scene's: a form for each quadric."""
     return FORM_SIZE * (int(length(geometry, table.QUADRICS)) // ANCHOR_SIZE + 1)
 
 
 @inline
 def blank_quadric(stand: Geometry, row: int) -> tuple[int, int]:
-    """Where in the floats of `stand` a quadric's record and its form begin, both 0.
+    """Clear a quadric's record and form, and return where they begin in the floats of `stand`.
 
-    In the scene others may have the same form, so stand-ins have theirs behind all tables: see `room_for_forms`.
+    In the scene several quadrics may share a form. In `stand` each has its own, after all tables
+    (`count_form_floats`).
     """
     f, at, first = stand.floats, stand.places[table.QUADRICS] + ANCHOR_SIZE * row, stand.places[table.QUADRIC_FORMS]
     quadrics = length(stand, table.QUADRICS) // ANCHOR_SIZE
@@ -93,7 +101,7 @@ def _put_quadric(
     stand: Geometry, row: int, crosses: bool, sense: float, low: float, high: float, ends: tuple[bool, bool],
     starts: bool,
 ) -> None:  # fmt: skip
-    """± ((x - middle)² - half²), or a plane where one root is infinite, or a constant."""
+    """Write ± ((x - middle)² - half²), or a plane if one root is infinite, or for a miss a constant."""
     f, (at, form) = stand.floats, blank_quadric(stand, row)
     f[form], f[form + 4], f[form + 8] = 1.0, 1.0, 1.0
     if crosses and ends[0] and ends[1]:
@@ -109,13 +117,14 @@ def _put_quadric(
 
 @inline
 def _put_outline(geometry: Geometry, stand: Geometry, ranks: Ranks, polygon: int) -> None:
-    """A triangle about the x axis, or a point beside it, with as many vertices."""
+    """Write a triangle around the x axis, or for a miss a point beside it; the vertex count stays the same."""
     first, last = (
         integer(geometry, table.POLYGON_FIRST, polygon),
         integer(geometry, table.POLYGON_FIRST, polygon + 1),
     )
     for vertex in range(first, last):
         y, z = 0.0, 4.0
+        # Further vertices repeat the third corner
         if vertex == first:
             y, z = -3.0, -2.0
         elif vertex == first + 1:

@@ -1,4 +1,8 @@
-"""Doubtful rays, decided (see ranks.py): first hits, occlusion, spans and crossings of the few rays that need it."""
+"""Exact decisions for doubtful rays and points: first hits, occlusion, spans, crossings and containing bodies.
+
+The method is that of ranks.py: numbers with error bounds first, in kernels, then exact arithmetic where these do not
+decide.
+"""
 
 from __future__ import annotations
 
@@ -47,7 +51,7 @@ if TYPE_CHECKING:
 def settle_first(
     geometry: Geometry, room: RankScratch, rays: RayArrays, doubtful: Doubtful, begin: int, end: int, found: HitBuffers
 ) -> None:
-    """First hits of doubtful rays begin to end. Those whose ranks stay open keep theirs, with still[k] = 1."""
+    """Write the first hits of doubtful rays begin to end. Undecided rays keep theirs and get still[k] = 1."""
     scratch = new_scratch(geometry)
     rest, stand, ranks = room
     which, still = doubtful
@@ -68,14 +72,14 @@ def settle_first(
 
 @kernel(t="n", entry="n", limits="out n")
 def limits_of_hits(geometry: Geometry, rays: RayArrays, t: Floats, entry: Ints, limits: Floats) -> None:
-    """limits[k]: the t up to which ray k decides its hit: as far as another crossing may be the first, or its end.
+    """Write limits[k], the t up to which another crossing of ray k may be the first one, or the end of its interval.
 
-    The rays are to start on surfaces, where the limits of what is certain are widest.
+    `rays.starts` must be surface numbers, since error limits are widest for rays that start on surfaces.
     """
     for k in range(len(limits)):
-        given = load_ray(rays, k)
-        ray, scale = scale_ray(given)
-        limits[k] = given.t_max
+        whole_ray = load_ray(rays, k)
+        ray, scale = scale_ray(whole_ray)
+        limits[k] = whole_ray.t_max
         if entry[k] >= 0:
             limits[k] = min(limits[k], t[k] + entry_nearness(geometry, entry[k], ray).off * scale)
 
@@ -84,7 +88,7 @@ def limits_of_hits(geometry: Geometry, rays: RayArrays, t: Floats, entry: Ints, 
 def settle_rows(
     geometry: Geometry, room: RankScratch, rays: RayArrays, doubtful: Doubtful, spans: bool, counts: Ints
 ) -> Floats:
-    """Spans or crossings of doubtful rays, counts[k] rows for number k of them; none, and still[k] = 1, if open."""
+    """Return rows of spans or crossings of doubtful rays, counts[k] for ray k; undecided: 0 and still[k] = 1."""
     scratch, used = new_scratch(geometry), 0
     rest, stand, ranks = room
     which, still = doubtful
@@ -106,7 +110,7 @@ def settle_rows(
 
 @kernel(ranks="out", i="0..n-1", entries="out entry_kind")
 def surfaces_met(geometry: Geometry, ranks: Ranks, rays: RayArrays, i: int, entries: Ints) -> tuple[int, int]:
-    """How many surfaces ray i may meet, into ranks.surfaces, and how many entries, into `entries`."""
+    """Write the surfaces that ray i may cross to ranks.surfaces, the entries to `entries`; return both counts."""
     scratch = new_scratch(geometry)
     ray, _ = scale_ray(load_ray(rays, i))
     count = collect_entries(geometry, scratch, ray)
@@ -120,7 +124,7 @@ def surfaces_met(geometry: Geometry, ranks: Ranks, rays: RayArrays, i: int, entr
 
 @inline
 def prepare_ranked_ray(geometry: Geometry, stand: Geometry, scratch: Scratch, ranks: Ranks, ray: Ray) -> int:
-    """Prepare to trace a ray whose ranks were found in exact arithmetic; returns how many entries it may meet."""
+    """Prepare to trace a ray with ranks from exact arithmetic. Return the number of entries that it may cross."""
     count, inverse = collect_entries(geometry, scratch, ray), span_inverse(ray)
     list_surfaces(geometry, scratch, ranks, ray, count)
     for k in range(ranks.size[SURFACES]):
@@ -132,7 +136,7 @@ def prepare_ranked_ray(geometry: Geometry, stand: Geometry, scratch: Scratch, ra
 
 @kernel(room="out", i="0..n-1", found="out")
 def ranked_first(geometry: Geometry, room: RankScratch, rays: RayArrays, i: int, found: HitBuffers) -> None:
-    """The first hit of ray i, whose ranks are known."""
+    """Write the first hit of ray i, whose ranks are known."""
     scratch, stand, ranks = new_scratch(geometry), room.stand, room.ranks
     ray, scale = scale_ray(load_ray(rays, i))
     count = prepare_ranked_ray(geometry, stand, scratch, ranks, ray)
@@ -144,7 +148,7 @@ def ranked_first(geometry: Geometry, room: RankScratch, rays: RayArrays, i: int,
 
 @kernel(room="out", i="0..n-1")
 def ranked_rows(geometry: Geometry, room: RankScratch, rays: RayArrays, i: int, spans: bool) -> Floats:
-    """The spans or crossings of ray i, whose ranks are known."""
+    """Return rows of the spans or crossings of ray i, whose ranks are known."""
     scratch, stand, ranks = new_scratch(geometry), room.stand, room.ranks
     rows = np.empty((64, SPAN_COLUMNS if spans else CROSSING_COLUMNS))
     given = load_ray(rays, i)
@@ -155,13 +159,13 @@ def ranked_rows(geometry: Geometry, room: RankScratch, rays: RayArrays, i: int, 
     return rows[:used].copy()
 
 
-# Doubtful rays and points, decided: by numbers with bounds first, by exact arithmetic where those leave it open.
+# Drivers: numbers with bounds on several threads, then exact arithmetic for each ray that stays undecided
 
-_DOUBTFUL_CHUNK = 256
+_DOUBTFUL_CHUNK = 256  # rays that a thread takes at a time, at least
 
 
 def new_rank_scratch(scene: PreparedScene) -> RankScratch:
-    """Room for one thread, as large as the scene. Memory is taken only where it is written to."""
+    """Return scratch memory for one thread, as large as the scene; pages take memory only once they are written."""
     geometry = scene.geometry
     surfaces, polygons = int(length(geometry, table.SURFACE_KIND)), int(length(geometry, table.POLYGON_SURFACE))
     most = 2 * surfaces + 8
@@ -182,12 +186,12 @@ def new_rank_scratch(scene: PreparedScene) -> RankScratch:
 
 
 def share_halt_flag(geometry: Geometry, room: RankScratch) -> RankScratch:
-    """The room, whose stand-ins share the flag of `geometry` that ends kernels early."""
+    """Return scratch memory whose canonical scene shares the flag of `geometry` that halts kernels."""
     return room._replace(stand=room.stand._replace(places=geometry.places))
 
 
 def run_one(scene: PreparedScene, kernel: Callable[..., Any], room: RankScratch, *arguments: Any) -> Any:
-    """Run a kernel for one ray or point, so that it ends early at Ctrl-C; returns its result."""
+    """Run a kernel for one ray or point such that Ctrl-C halts it, and return its result."""
     found: list[Any] = []
 
     def work(geometry: Geometry, begin: int, end: int) -> None:
@@ -198,21 +202,22 @@ def run_one(scene: PreparedScene, kernel: Callable[..., Any], room: RankScratch,
 
 
 def resolve_hits(scene: PreparedScene, rays: RayArrays, doubtful: Any, found: HitBuffers) -> None:
-    """Decide the first hits of rays that may be doubtful, in place."""
-    asked = Doubtful(doubtful.astype(np.int32), np.zeros(len(doubtful), np.int8))
-    rooms: list[RankScratch] = []  # as large as the scene, so one for each thread, which its chunks use in turn
+    """Decide the first hits of the rays `doubtful`, and write them to `found`."""
+    undecided = Doubtful(doubtful.astype(np.int32), np.zeros(len(doubtful), np.int8))
+    # Scratch memory is as large as the scene, so chunks reuse it: there is at most one for each thread
+    rooms: list[RankScratch] = []
 
     def work(geometry: Geometry, begin: int, end: int) -> None:
         try:
             room = rooms.pop()
         except IndexError:
             room = new_rank_scratch(scene)
-        settle_first(geometry, share_halt_flag(geometry, room), rays, asked, begin, end, found)
+        settle_first(geometry, share_halt_flag(geometry, room), rays, undecided, begin, end, found)
         rooms.append(room)
 
     count = len(doubtful)
     run_on(scene.geometry, work, count, max(_DOUBTFUL_CHUNK, count // 64), count)
-    left = asked.which[asked.still == 1].tolist()
+    left = undecided.which[undecided.still == 1].tolist()
     if left:
         room = rooms.pop() if rooms else new_rank_scratch(scene)
         for i in left:
@@ -221,21 +226,22 @@ def resolve_hits(scene: PreparedScene, rays: RayArrays, doubtful: Any, found: Hi
 
 
 def ranks_of(scene: PreparedScene, rays: RayArrays, i: int) -> tuple[Ranks, bool]:
-    """The ranks of all that ray i may cross, as a doubtful ray has them, and whether it took exact arithmetic.
+    """Return the ranks of all crossings of ray i, and whether they needed exact arithmetic.
 
-    Of each surface `verdict`, `first` and from there on `rank`, `high`, `low`, `error` and `t` are filled in.
+    For each surface `verdict` and `first` are valid, and from index `first` on `rank`, `high`, `low`, `error` and `t`.
     """
-    room, asked = new_rank_scratch(scene), Doubtful(np.full(1, i, np.int32), np.zeros(1, np.int8))
-    run_one(scene, settle_first, room, rays, asked, 0, 1, HitBuffers.new(len(rays.origins)))
-    if asked.still[0]:
+    room, undecided = new_rank_scratch(scene), Doubtful(np.full(1, i, np.int32), np.zeros(1, np.int8))
+    run_one(scene, settle_first, room, rays, undecided, 0, 1, HitBuffers.new(len(rays.origins)))
+    if undecided.still[0]:
         rank_exactly(scene, room.ranks, rays, i)
-    return room.ranks, bool(asked.still[0])
+    return room.ranks, bool(undecided.still[0])
 
 
 def filter_doubtful(scene: PreparedScene, rays: RayArrays, which: Any, found: HitBuffers) -> Any:
-    """Those of some settled rays that the fast formulas leave open up to their hits, each asked alone.
+    """Return the decided rays that are in doubt up to their hits when the fast formulas trace each ray alone.
 
-    Different routes test different bodies beyond the hit, which may be doubtful too; the answer must not depend on it.
+    Routes differ in the bodies that they test beyond the hit, which may be doubtful too; `Hits.doubtful` must not
+    depend on the route.
     """
     some = rays.some(which)
     t, entry, limits = found.t[which], found.entry[which], np.empty(len(which))
@@ -250,25 +256,25 @@ def filter_doubtful(scene: PreparedScene, rays: RayArrays, which: Any, found: Hi
 
 
 def resolve_rows(scene: PreparedScene, rays: RayArrays, doubtful: Any, spans: bool) -> list[FloatArray]:
-    """The rows of doubtful rays' spans or crossings, an array for each."""
-    asked = Doubtful(doubtful.astype(np.int32), np.zeros(len(doubtful), np.int8))
+    """Return the rows of the spans or crossings of doubtful rays, an array for each ray."""
+    undecided = Doubtful(doubtful.astype(np.int32), np.zeros(len(doubtful), np.int8))
     counts, room = np.zeros(len(doubtful), np.int32), new_rank_scratch(scene)
     found: list[FloatArray] = []
 
     def work(geometry: Geometry, begin: int, end: int) -> None:
-        found.append(settle_rows(geometry, share_halt_flag(geometry, room), rays, asked, spans, counts))
+        found.append(settle_rows(geometry, share_halt_flag(geometry, room), rays, undecided, spans, counts))
 
     run_on(scene.geometry, work, 1, 1, len(doubtful))
     parts = np.split(found[0], np.cumsum(counts)[:-1])
-    for k in np.flatnonzero(asked.still).tolist():
-        i = int(asked.which[k])
+    for k in np.flatnonzero(undecided.still).tolist():
+        i = int(undecided.which[k])
         rank_exactly(scene, room.ranks, rays, i)
         parts[k] = run_one(scene, ranked_rows, room, rays, i, spans)
     return parts
 
 
 def resolve_bodies(scene: PreparedScene, points: FloatArray, after: Any, doubtful: Any, bodies: Any) -> None:
-    """Decide in which bodies doubtful points are, the first after a number, in place, by exact arithmetic."""
+    """Decide by exact arithmetic the first body after a number that contains each doubtful point, in place."""
     if not len(doubtful):
         return
     geometry, room = scene.geometry, new_rank_scratch(scene)
@@ -282,12 +288,12 @@ def resolve_bodies(scene: PreparedScene, points: FloatArray, after: Any, doubtfu
 
 
 def _pick(values: Any, i: int) -> float:
-    """Value i of an array of one value for all, or of one for each."""
+    """Return item i of an array that has an item for each ray or one for all."""
     return float(values[i if len(values) > 1 else 0])
 
 
 def rank_exactly(scene: PreparedScene, ranks: Ranks, rays: RayArrays, i: int) -> None:
-    """Find the ranks of all that ray i may cross in exact arithmetic, and write them where kernels read them."""
+    """Compute the ranks of all crossings of ray i in exact arithmetic, and write them where kernels read them."""
     geometry, tables = scene.geometry, scene.lowered.tables
     entries = np.zeros(len(tables.entry_kind), np.int32)
     surfaces, count = surfaces_met(geometry, ranks, rays, i, entries)
@@ -297,7 +303,7 @@ def rank_exactly(scene: PreparedScene, ranks: Ranks, rays: RayArrays, i: int) ->
     scaled, _ = scale_ray(Ray(ox, oy, oz, dx, dy, dz, 0.0, 0.0, -1))
     origin, direction = (scaled.ox, scaled.oy, scaled.oz), (scaled.dx, scaled.dy, scaled.dz)
     ray, start = integer_line(origin, direction), int(_pick(starts, i))
-    places: list[RayPlace] = [ZERO]
+    places: list[RayPlace] = [ZERO]  # the origin is the first of the crossings, as in `rank_ray`
     for surface in ranks.surfaces[:surfaces].tolist():
         found = decide_crossing(exact_form(scene, surface), ray, surface == start)
         ranks.verdict[2 * surface : 2 * surface + 2] = CROSSES if found.crosses else MISSES, found.sense
@@ -305,8 +311,8 @@ def rank_exactly(scene: PreparedScene, ranks: Ranks, rays: RayArrays, i: int) ->
             ranks.first[surface] = len(places)
             places += [found.low, found.high]
     ranks.rank[: len(places)] = exact_ranks(places)
-    told = [float(t) for t in places]
-    ranks.high[: len(places)], ranks.t[: len(places)] = told, told
+    rounded = [float(t) for t in places]
+    ranks.high[: len(places)], ranks.t[: len(places)] = rounded, rounded
     ranks.size[CROSSINGS] = len(places)
     for entry in entries[:count].tolist():
         if tables.entry_kind[entry] == POLYGON:

@@ -1,8 +1,9 @@
-"""Error bounds of reported crossings, computed from the answer itself.
+"""Bounds on the errors of reported crossings, computed a posteriori from the reported t.
 
-With f(t + s) = A + 2 B s + a s² about the reported t, the root near it lies at most
-|A| / (|B| + sqrt(B² - |a A|)) away. A, B and a are taken about the hit point in numbers with error bounds
-(kernels/numbers/bounded_pair.py), of the surface as the user gave it, so that the bound is about as large as the error.
+With f(t + s) = A + 2 B s + a s² about the reported t, the root near it lies at most |A| / (|B| + sqrt(B² - |a A|))
+away. A, B and a are computed about the hit point in numbers with error bounds (kernels/numbers/bounded_pair.py), from
+the surface as the user gave it, so that the bound is about as large as the error. Where such a bound is too large, the
+exact roots replace it.
 """
 
 from __future__ import annotations
@@ -30,26 +31,26 @@ if TYPE_CHECKING:
 
 
 _MORE = 1.0 + 2.0**-40
-"""For the roundings of a bound itself."""
-_ROUNDING_BOUND = 2.0**-53
-_TINY = 2.0**-1000
+"""A factor that covers the rounding errors of the bound's own computation."""
+_ROUNDING_BOUND = 2.0**-53  # relative error of one rounding
+_TINY = 2.0**-1000  # covers roundings near the smallest numbers, where errors are not relative
 
 
 @inline
 def _most(x: BoundedPair) -> float:
-    """An upper bound of |x|."""
+    """Return an upper bound of |x|."""
     return (abs(x.high) + abs(x.low) + x.error) * _MORE
 
 
 @inline
 def _least(x: BoundedPair) -> float:
-    """A lower bound of |x|; it may be negative."""
+    """Return a lower bound of |x|, which may be negative."""
     return (abs(x.high) - abs(x.low) - x.error) * (2.0 - _MORE)
 
 
 @helper
 def error_of_t(geometry: Geometry, rest: RoundingRest, surface: int, ray: Ray, t: float) -> float:
-    """A bound on |t - t*| for a crossing t* of a surface that was found at t; infinite where none is proved."""
+    """Return a bound on |t - t*| for the crossing t* of a surface reported at t; inf if no bound can be proved."""
     if is_plane(geometry, surface):
         height, rate = plane_terms(geometry, rest, surface, ray, t)
         slope = _least(rate)
@@ -59,7 +60,7 @@ def error_of_t(geometry: Geometry, rest: RoundingRest, surface: int, ray: Ray, t
     apart = slope * slope - bend * value
     if slope > 0.0 and apart > 0.0:
         bound = value / (slope + math.sqrt(apart)) * _MORE
-        # The other root must be far enough, of t's rounding too, that the one near t is the one that was meant
+        # The other root must be farther away than the bound and the rounding of t, so that t* is the reported root
         if max(bound, abs(t) * 2.0**-50) * bend < 0.25 * math.sqrt(max(_least(discriminant), 0.0)):
             return bound
     if not _most(discriminant) < math.inf or not slope * slope < math.inf:
@@ -71,7 +72,7 @@ def error_of_t(geometry: Geometry, rest: RoundingRest, surface: int, ray: Ray, t
 
 @inline
 def _error_of_large(value: float, slope: float, bend: float, t: float) -> float:
-    """The bound where squares of the coefficients are beyond float64: from their quotients."""
+    """Return the bound from quotients of the coefficients, whose squares overflow float64."""
     if not (value < math.inf and bend < math.inf and slope > 0.0):
         return math.inf
     apart = 1.0 - bend / slope * (value / slope) * _MORE
@@ -95,7 +96,10 @@ def errors_of_t(
     end: int,
     errors: Floats,
 ) -> None:
-    """errors[k]: the bound for crossing k, of ray which[k] (k, if empty) with surfaces[k] at t[k]; 0 for none (-1)."""
+    """Write errors[k], the bound for the crossing of ray which[k] with surfaces[k] at t[k]; 0 for surface -1.
+
+    An empty `which` stands for 0, 1, 2, ...
+    """
     last = end if len(which) > 0 else min(end, len(origins))
     for k in range(begin, last):
         errors[k] = 0.0
@@ -111,28 +115,32 @@ def errors_of_t(
 def errors_of_points(
     directions: Floats, points: Floats, t_errors: Floats, begin: int, end: int, errors: Floats
 ) -> None:
-    """errors[i]: a bound on |points[i] - (o + t* d)|; NaN for misses."""
+    """Write errors[i], a bound on |points[i] - (o + t* d)|; NaN for misses."""
     for i in range(begin, end):
         speed = hypot(directions[i, 0], directions[i, 1], directions[i, 2])
         size = hypot(points[i, 0], points[i, 1], points[i, 2])
         errors[i] = (t_errors[i] * speed + _ROUNDING_BOUND * size) * _MORE + _TINY
 
 
-# Bounds on the t of crossings: from numbers in two floats (error_bounds.py), and exact where these say too little.
+# Bounds on t: from numbers in two floats, and from exact roots where these bounds are too large
 #
-# That is so of roots along asymptotes of forms that are irrational. There the bound is the distance of what is reported
+# They are too large for roots along asymptotes of irrational forms. There the bound is the distance of the reported t
 # from the nearest exact root (conicoid.geometry.exact_crossings).
 
 _MUCH = 2.0**-24
-"""Of |t| and of |o| / |d|: a larger bound is replaced by an exact one."""
-_BITS = 128
-_CHUNK = 16384
+"""The largest bound, as a share of |t| and of |o| / |d|, that an exact one does not replace."""
+_BITS = 128  # precision of exact roots
+_CHUNK = 16384  # crossings that a thread takes at a time
 
 
 def bounds_of_t(
     scene: PreparedScene, lines: tuple[FloatArray, FloatArray], starts: Any, which: Any, t: FloatArray, surfaces: Any
 ) -> FloatArray:
-    """A bound on the error of each t, of a crossing of ray which[k] (k, if empty) with surfaces[k]; 0 for none (-1)."""
+    """Return a bound on the error of each t[k], the crossing of ray which[k] with surfaces[k]; 0 for surface -1.
+
+    lines: origins and directions (rays, 3); starts: surfaces on which rays start, one for all or one for each; which:
+    empty for 0, 1, 2, ...
+    """
     errors, arguments = np.empty(len(t)), (scene.geometry, scene.rest, *lines, which, t, surfaces)
     run_chunks(lambda a, b: errors_of_t(*arguments, a, b, errors), len(t), _CHUNK)
     large = np.flatnonzero(~(errors <= _MUCH * np.abs(t)) & (surfaces >= 0))
@@ -147,13 +155,13 @@ def bounds_of_t(
         found = list(exact_real_roots(exact_form(scene, int(surfaces[k])).along(integer_line(origin, direction))))
         i = int(which[k]) if len(which) else k
         if found and starts.size and starts[i if len(starts) > 1 else 0] == surfaces[k]:
-            found.remove(min(found, key=lambda root: abs(float(root))))  # the one that the ray starts on
+            found.remove(min(found, key=lambda root: abs(float(root))))  # the crossing at the ray's origin
         errors[k] = min((_distance(root, float(t[k])) for root in found), default=errors[k])
     return errors
 
 
 def _distance(root: Root, t: float) -> float:
-    """How far a root is from t, rounded up."""
+    """Return the distance of a root from t, rounded up."""
     at, (above, below) = root.within(_BITS), t.as_integer_ratio()
     apart = max(abs(end * below - above * at.unit) for end in (at.low, at.high))
     try:

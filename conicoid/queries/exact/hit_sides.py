@@ -1,4 +1,4 @@
-"""The bodies on both sides of first hits: in floats, and with certainty where these leave it open."""
+"""The bodies before and after hits: in floats first, then by ranks (ranks.py) where rounding might change them."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ from .ranks import Doubtful, Ranks, RankScratch, clear_ranks, find_leaves, forge
 if TYPE_CHECKING:
     from ...prepare.prepared_scene import PreparedScene
 
-_SIDE_CHUNK = 4096
-_FEW = 256
-_EVERY = 1 << 30
+_SIDE_CHUNK = 4096  # hits that a thread takes at a time, at most
+_FEW = 256  # doubtful hits that a thread takes at a time, at least
+_EVERY = 1 << 30  # as many crossings of an entry as there are
 
 
 @record_shapes(t="n", surface="n", entry="n", turn="n")
 class HitPlaces(NamedTuple):
-    """Where rays hit: t, the surface, the entry of the tree, -1 for a miss, and the turn of `Found`."""
+    """Hits of rays: t, surface, entry of the tree (-1 for a miss), and `turn` as in `HitBuffers`."""
 
     t: Floats
     surface: Ints
@@ -37,12 +37,13 @@ class HitPlaces(NamedTuple):
     turn: Signs
 
     def some(self, which: Any) -> HitPlaces:
-        """Hits of these numbers."""
+        """Return the hits with these numbers."""
         return HitPlaces(*(part[which] for part in self))
 
 
 @inline
 def _put(sides: Ints, i: int, found: Sides) -> None:
+    """Write the bodies before and after a hit, and the opaque one that is crossed, to column i."""
     sides[BEFORE, i], sides[AFTER, i], sides[BLOCKER, i] = body_before(found), body_after(found), found.blocker
 
 
@@ -57,9 +58,9 @@ def trace_sides(
     sides: Ints,
     doubts: Signs,
 ) -> None:
-    """sides (3, n): the bodies before and after hits, and the opaque one that is crossed; -1 for none, and of misses.
+    """Write sides (3, n): the bodies before and after hits, and the opaque one that is crossed; -1 for none.
 
-    doubts[i] = 1 where rounding might change that.
+    Misses have -1 throughout. doubts[i] becomes 1 where rounding might change the sides.
     """
     scratch = new_scratch(geometry)
     for i in range(begin, end):
@@ -78,7 +79,7 @@ def _rank_of_hit(
     geometry: Geometry, stand: Geometry, scratch: Scratch, ranks: Ranks, ray: Ray, t: float, surface: int, entry: int,
     enters: bool,
 ) -> float:  # fmt: skip
-    """The rank of a hit: of the nearest crossing of its entry with its surface that turns the same way; else NaN."""
+    """Return the rank of a hit: of the crossing nearest to t, of the same entry, surface and sense; NaN if none is."""
     find_leaves(geometry, scratch, entry, ray)
     count, _, _ = entry_crossings(stand, scratch, entry, ray_of_ranks(ray.start), _EVERY)
     rank, best = math.nan, math.inf
@@ -95,7 +96,7 @@ def _rank_of_hit(
 def _sides_of_ranks(
     geometry: Geometry, stand: Geometry, scratch: Scratch, ranks: Ranks, ray: Ray, rank: float, count: int, kinds: Signs
 ) -> Sides:
-    """What is on both sides of a rank, of the entries scratch.found[:count]."""
+    """Return the bodies before and after a rank among the entries scratch.found[:count]."""
     sides = no_sides()
     for k in range(count):
         entry = scratch.found[k]
@@ -118,7 +119,7 @@ def _put_ranked_sides(
     geometry: Geometry, stand: Geometry, scratch: Scratch, ranks: Ranks, ray: Ray, scale: float, i: int, count: int,
     places: HitPlaces, kinds: Signs, sides: Ints,
 ) -> None:  # fmt: skip
-    """The sides of hit i of a ray whose ranks are known."""
+    """Write the sides of hit i of a ray whose ranks are known."""
     t, surface, entry = places.t[i] / scale, whole(places.surface[i]), whole(places.entry[i])
     enters = places.turn[i] == 2 or places.turn[i] == -2
     rank = _rank_of_hit(geometry, stand, scratch, ranks, ray, t, surface, entry, enters)
@@ -139,7 +140,7 @@ def settle_sides(
     end: int,
     sides: Ints,
 ) -> None:
-    """The sides of doubtful hits begin to end, on rays cut off around them. Where ranks stay open, still[k] = 1."""
+    """Write the sides of doubtful hits begin to end, on rays cut off around them; undecided hits get still[k] = 1."""
     scratch = new_scratch(geometry)
     rest, stand, ranks = room
     for k in range(begin, end):
@@ -159,7 +160,7 @@ def settle_sides(
 def ranked_sides(
     geometry: Geometry, room: RankScratch, rays: RayArrays, i: int, places: HitPlaces, kinds: Signs, sides: Ints
 ) -> None:
-    """The sides of hit i, of a ray whose ranks are known."""
+    """Write the sides of hit i on a ray with ranks from exact arithmetic."""
     scratch, stand, ranks = new_scratch(geometry), room.stand, room.ranks
     ray, scale = scale_ray(load_ray(rays, i))
     count = prepare_ranked_ray(geometry, stand, scratch, ranks, ray)
@@ -168,12 +169,12 @@ def ranked_sides(
 
 
 def _writable(array: Any) -> Any:
-    """The array, or a copy of one that is read-only: kernels are compiled for one kind alone."""
+    """Return the array, or a copy if it is read-only or not contiguous: kernels are compiled for one kind only."""
     return array if array.flags.writeable and array.flags.c_contiguous else array.copy()
 
 
 def sides_of(scene: PreparedScene, rays: RayArrays, places: HitPlaces) -> Ints:
-    """int32 (3, n): the bodies before and after hits, and the first opaque one that is crossed there; -1 for none."""
+    """Return int32 (3, n): the bodies before and after hits, and the first opaque one crossed there; -1 for none."""
     kinds, count = scene.kinds, len(places.t)
     rays, places = RayArrays(*map(_writable, rays)), HitPlaces(*map(_writable, places))
     sides, doubts = np.empty((3, count), np.int32), np.zeros(count, np.int8)
@@ -184,27 +185,26 @@ def sides_of(scene: PreparedScene, rays: RayArrays, places: HitPlaces) -> Ints:
     run_on(scene.geometry, work, count, chunk_size(count, _SIDE_CHUNK), count)
     doubtful = np.flatnonzero(doubts)
     if len(doubtful):
-        settled = _resolve_sides(scene, rays.some(doubtful), places.some(doubtful), kinds)
-        sides[:, doubtful] = settled
+        sides[:, doubtful] = _resolve_sides(scene, rays.some(doubtful), places.some(doubtful), kinds)
     return sides
 
 
 def _resolve_sides(scene: PreparedScene, rays: RayArrays, places: HitPlaces, kinds: Signs) -> Ints:
-    """`sides_of` some hits, with certainty."""
+    """Return `sides_of` for doubtful hits, decided with certainty."""
     count = len(places.t)
     limits, sides = np.empty(count), np.full((3, count), -1, np.int32)
-    every = rays._replace(t_max=np.array([math.inf]), starts=places.entry)  # as if all began on surfaces: the widest
+    every = rays._replace(t_max=np.array([math.inf]), starts=places.entry)  # any start >= 0 has the widest limits
     limits_of_hits(scene.geometry, every, places.t, places.entry, limits)
     width = 4 * (limits - places.t + np.spacing(np.abs(places.t)))
     rays = rays._replace(t_min=places.t - width, t_max=places.t + width)
-    asked = Doubtful(np.arange(count, dtype=np.int32), np.zeros(count, np.int8))
+    undecided = Doubtful(np.arange(count, dtype=np.int32), np.zeros(count, np.int8))
 
     def work(geometry: Geometry, begin: int, end: int) -> None:
         room = share_halt_flag(geometry, new_rank_scratch(scene))
-        settle_sides(geometry, room, rays, asked, places, kinds, begin, end, sides)
+        settle_sides(geometry, room, rays, undecided, places, kinds, begin, end, sides)
 
     run_on(scene.geometry, work, count, max(_FEW, count // 64), count)
-    left = asked.which[asked.still == 1].tolist()
+    left = undecided.which[undecided.still == 1].tolist()
     if left:
         room = new_rank_scratch(scene)
         for i in left:

@@ -1,7 +1,8 @@
-"""Is a point inside? Leaves are closed, Boolean combinations exact.
+"""Containment of points: the first body that contains each point. Leaves are closed sets, Booleans of them are exact.
 
-A surface's value at a point has a sign: -1 inside, 0 on it, 1 outside, found in floats where they are certain of
-it, else in numbers with error bounds; OPEN where those are not.
+The sign of a surface's value at a point is -1 inside, 0 on the surface, 1 outside. Floats decide it where their error
+bounds allow, then numbers with error bounds; where these do not decide either, it is OPEN, and exact arithmetic follows
+(`resolve_bodies` in doubtful_rays.py).
 """
 
 from __future__ import annotations
@@ -33,12 +34,12 @@ from .canonical_surfaces import blank_quadric
 from .ranks import SURFACES, Ranks, RankScratch, clear_ranks, find_leaves, forget_leaves, list_surfaces
 
 _PATIENCE = 31
-"""So many packets, at most, are asked point by point before lanes are tried again."""
+"""The largest number of packets that are located point by point before the next attempt with a whole packet."""
 
 
 @inline
 def _is_point(x: float, y: float, z: float) -> bool:
-    """Is a point finite?"""
+    """Return True if a point is finite."""
     return math.isfinite(x) and math.isfinite(y) and math.isfinite(z)
 
 
@@ -46,7 +47,7 @@ def _is_point(x: float, y: float, z: float) -> bool:
 def _locate_one(
     geometry: Geometry, rest: RoundingRest, scratch: Scratch, point: tuple[float, float, float], after: int
 ) -> tuple[int, int]:
-    """(the first body after a number that holds a point or -1, 1 where that is not certain)"""
+    """Return the first body after a number that contains a point, or -1, and 1 if that is not certain."""
     x, y, z = point
     if not _is_point(x, y, z):
         return whole(-1), 0
@@ -67,10 +68,11 @@ def locate_packets(
     geometry: Geometry, rest: RoundingRest, points: Floats, after: Ints, width: int, begin: int, end: int, bodies: Ints,
     still: Signs,
 ) -> None:  # fmt: skip
-    """bodies[i] = the first body after after[i] that contains points[i], or -1; still[i] = 1 where that is not certain.
+    """Write bodies[i], the first body after after[i] that contains points[i], or -1; still[i] = 1 if it is not certain.
 
-    Of packets begin to end. In lanes where the box around a packet has few bodies; where it has many, the packet and
-    some of those that follow, ever more, are asked point by point.
+    The kernel locates packets begin to end as a whole where few bodies reach the box around a packet. After a packet
+    with many bodies it locates the points of the next packets one by one, for a number of packets that doubles with
+    each failure.
     """
     scratch, memory, count = new_scratch(geometry), new_point_memory(), len(points)
     skipped, patience = 0, 0
@@ -101,13 +103,13 @@ def locate_packets(
 
 @inline
 def integer_of(numbers: Ints, i: int) -> int:
-    """An element of an array of integers, an int64."""
+    """Return an item of an array of integers as int64."""
     return whole(numbers[i])
 
 
 @kernel(ranks="out")
 def surfaces_near(geometry: Geometry, ranks: Ranks, x: float, y: float, z: float) -> int:
-    """How many surfaces decide what contains a point, into ranks.surfaces."""
+    """Write the surfaces that decide which bodies contain a point to ranks.surfaces, and return their number."""
     scratch, ray = new_scratch(geometry), point_ray(x, y, z)
     list_surfaces(geometry, scratch, ranks, ray, collect_entries(geometry, scratch, ray))
     found = ranks.size[SURFACES]
@@ -117,7 +119,7 @@ def surfaces_near(geometry: Geometry, ranks: Ranks, x: float, y: float, z: float
 
 @inline
 def _put_constant(stand: Geometry, surface: int, where: float) -> None:
-    """Write a record whose value at the origin is `where`: -1, 0 or 1."""
+    """Write a record of a surface whose value at the origin is `where`: -1, 0 or 1."""
     f, kind = stand.floats, integer(stand, table.SURFACE_KIND, surface)
     row = integer(stand, table.SURFACE_ROW, surface)
     if kind == PLANE:
@@ -135,7 +137,10 @@ def _put_constant(stand: Geometry, surface: int, where: float) -> None:
 
 @kernel(room="out")
 def located_by_ranks(geometry: Geometry, room: RankScratch, x: float, y: float, z: float, after: int) -> int:
-    """The first body after a number that contains a point, by the sides in ranks.verdict. Relies on no room.rest."""
+    """Return the first body after a number that contains a point, by the signs in ranks.verdict, or -1.
+
+    room.rest must be 0, since the constants that stand for surfaces have no rounding errors.
+    """
     nothing, stand, ranks = room
     scratch, ray, body = new_scratch(geometry), point_ray(x, y, z), whole(-1)
     count = collect_entries(geometry, scratch, ray)

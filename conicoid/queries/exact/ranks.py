@@ -1,12 +1,13 @@
-"""A doubtful ray as a problem of order alone.
+"""Ranks: the crossings of a doubtful ray, reduced to their order.
 
-Which bodies a ray meets depends on the order of its crossings with surfaces alone. So a ray that rounding may
-have got wrong is decided in two steps. First every crossing is found with certainty and gets its rank: 0, 1, 2
-along the ray, equal where crossings coincide. Then the surfaces are replaced by simple ones which a ray along the
-x axis crosses at x = the rank, exactly, in floats: a sphere from rank 3 to 8 has its center at 5.5. The
-functions of `engine/body` trace these as they trace any ray, so every rule is written in one place.
+Which bodies a ray hits depends only on the order of its crossings with surfaces. So two steps decide a ray for which
+rounding may have given a wrong result. The first computes every crossing with certainty and gives it a rank: 0, 1, 2
+along the ray, equal ranks for coinciding crossings. The second replaces the surfaces by simple ones that a ray along
+the x axis crosses at x = rank, exactly, in floats: a sphere from rank 3 to 8 has its center at 5.5
+(canonical_surfaces.py). The functions of `kernels/body` trace these like any other ray, so every rule has one
+implementation.
 
-Ranks come from numbers with error bounds (kernels/surface/exact_crossing.py) or, where those leave it open, from exact
+Ranks come from numbers with error bounds (kernels/surface/exact_crossing.py) or, where these do not decide, from exact
 arithmetic (conicoid.geometry.exact_crossings).
 """
 
@@ -48,9 +49,9 @@ from ...kernels.surface.records import curved_roots, is_curved, plane_crossing
 from ...kernels.tables import BALL, CELL, POLYGON, REGION, Floats, Geometry, Ints, Longs, Signs, integer, whole
 
 SURFACES, CROSSINGS = 0, 1
-"""Of `Ranks.size`: how many of either there are."""
+"""Indices of `Ranks.size`: the number of surfaces, the number of crossings."""
 FREE = -1
-"""In place of a surface: the ray's origin."""
+"""The owner of the first crossing, which is the ray's origin."""
 
 
 @record_shapes(
@@ -59,42 +60,44 @@ FREE = -1
     t="2*surface_kind+8", order="2*surface_kind+8", rank="2*surface_kind+8", loops="polygon_surface", size="2",
 )  # fmt: skip
 class Ranks(NamedTuple):
-    """Memory for one ray's crossings. Large arrays are empty until used, and take no memory before."""
+    """Memory for the crossings of one ray. Pages of the arrays take memory only once they are written."""
 
-    surfaces: Ints  # (surfaces,) those that the ray may meet
-    listed: Ints  # (surfaces,) 1 for those
-    verdict: Ints  # (2 surfaces,) of each: CROSSES or MISSES, and the sign that goes with it
-    first: Ints  # (surfaces,) where its crossings begin in the lists below
-    high: Floats  # (2 surfaces + 8,) crossings: where, to 30 digits
+    surfaces: Ints  # (surfaces,) list of the surfaces that the ray may cross
+    listed: Ints  # (surfaces,) 1 for the surfaces in that list
+    verdict: (
+        Ints  # (2 surfaces,) of each: CROSSES or MISSES, and the sign that `decide_curved` or `decide_plane` returns
+    )
+    first: Ints  # (surfaces,) index of its first crossing in the arrays below
+    high: Floats  # (2 surfaces + 8,) crossings: t = high + low to 30 digits, with a bound `error`
     low: Floats
     error: Floats
-    owner: Ints  # the surface
-    t: Floats  # what is reported as its t
-    order: Ints
+    owner: Ints  # the surface, or FREE
+    t: Floats  # the reported t
+    order: Ints  # crossings sorted by t
     rank: Floats
-    loops: Ints  # (polygons,) 1: the ray passes within the polygon's outline
+    loops: Ints  # (polygons,) 1 if the ray passes within the polygon's outline
     size: Longs  # (2,) see `SURFACES`
 
 
 class RankScratch(NamedTuple):
     """Memory of one thread that decides rays."""
 
-    rest: RoundingRest  # what rounding took from the records of surfaces
-    stand: Geometry  # the scene with simple surfaces in place of its own, see canonical_surfaces.py
+    rest: RoundingRest  # rounding errors of the surfaces' records
+    stand: Geometry  # the scene with canonical surfaces in place of its own, see canonical_surfaces.py
     ranks: Ranks
 
 
 @record_shapes(which="m", still="m")
 class Doubtful(NamedTuple):
-    """Rays to be decided."""
+    """Rays to decide."""
 
-    which: Ints  # their numbers
-    still: Signs  # set to 1 where it takes exact arithmetic
+    which: Ints  # numbers of the rays
+    still: Signs  # kernels set 1 where only exact arithmetic can decide
 
 
 @inline
 def _put(ranks: Ranks, place: BoundedPair, owner: int) -> None:
-    """Append a crossing; the reported t is the certain one until `tell_as_usual`."""
+    """Append a crossing. Its reported t is the certain one unless `report_fast_t` replaces it."""
     k = ranks.size[CROSSINGS]
     ranks.high[k], ranks.low[k], ranks.error[k] = place.high, place.low, place.error
     ranks.owner[k], ranks.t[k] = owner, place.high
@@ -103,7 +106,7 @@ def _put(ranks: Ranks, place: BoundedPair, owner: int) -> None:
 
 @inline
 def _list(ranks: Ranks, surface: int) -> None:
-    """List a surface, once."""
+    """Append a surface to the list, once."""
     if surface >= 0 and ranks.listed[surface] == 0:
         ranks.listed[surface] = 1
         ranks.surfaces[ranks.size[SURFACES]] = surface
@@ -112,7 +115,7 @@ def _list(ranks: Ranks, surface: int) -> None:
 
 @inline
 def _list_cell(geometry: Geometry, ranks: Ranks, cell: int) -> None:
-    """List the surfaces of a cell."""
+    """Append the surfaces of a cell to the list."""
     _list(ranks, integer(geometry, table.CELL_QUADRIC, cell))
     for slot in range(integer(geometry, table.CELL_FIRST, cell), integer(geometry, table.CELL_FIRST, cell + 1)):
         _list(ranks, integer(geometry, table.PLANE_SURFACE, slot))
@@ -120,7 +123,7 @@ def _list_cell(geometry: Geometry, ranks: Ranks, cell: int) -> None:
 
 @inline
 def entry_program(geometry: Geometry, entry: int) -> int:
-    """The program of an entry: of a region, or what clips a sheet; -1 for none."""
+    """Return the Boolean program of an entry, that of a region or of the clip of a sheet; -1 for none."""
     kind, index = integer(geometry, table.ENTRY_KIND, entry), integer(geometry, table.ENTRY_INDEX, entry)
     if kind == REGION:
         return index
@@ -131,7 +134,7 @@ def entry_program(geometry: Geometry, entry: int) -> int:
 
 @helper
 def list_surfaces(geometry: Geometry, scratch: Scratch, ranks: Ranks, ray: Ray, count: int) -> None:
-    """Every surface of the entries scratch.found[:count] that matters along the ray."""
+    """List every surface of the entries scratch.found[:count] that the ray may cross."""
     ranks.size[SURFACES] = 0
     for k in range(count):
         entry = scratch.found[k]
@@ -161,7 +164,7 @@ def clear_ranks(ranks: Ranks) -> None:
 def _decide_surface(
     geometry: Geometry, rest: RoundingRest, ranks: Ranks, surface: int, ray: Ray, inverse: float
 ) -> bool:
-    """The crossings of a surface into the list; False if they are open."""
+    """Append the crossings of a surface. Return False if they stay undecided."""
     starts = surface == ray.start
     if is_curved(geometry, surface):
         verdict, sense, low, high = decide_curved(geometry, rest, surface, ray, starts)
@@ -180,7 +183,7 @@ def _decide_surface(
 
 @inline
 def report_fast_t(geometry: Geometry, ranks: Ranks, surface: int, ray: Ray, inverse: float) -> None:
-    """Report the t of the fast formulas where it is not doubtful: t must not depend on other crossings nearby."""
+    """Report the t of the fast formulas where it is not in doubt: t must not depend on other crossings nearby."""
     if is_curved(geometry, surface):
         low, high, _, crosses, unsure = curved_roots(geometry, surface, ray, inverse)
         known = crosses and not unsure
@@ -194,14 +197,14 @@ def report_fast_t(geometry: Geometry, ranks: Ranks, surface: int, ray: Ray, inve
 
 @inline
 def _report_t(ranks: Ranks, k: int, t: float) -> None:
-    """Report t, unless it is far from the certain place: across the origin, or of a root near infinity."""
+    """Report t, unless it is far from the certain one: across the origin, or for a root near infinity."""
     if abs(t - ranks.t[k]) <= abs(t) * ALIKE:
         ranks.t[k] = t
 
 
 @inline
 def _is_later(ranks: Ranks, i: int, j: int) -> bool:
-    """Does crossing i come after crossing j, by their midpoints?"""
+    """Return True if crossing i comes after crossing j by their midpoints."""
     return ranks.high[i] > ranks.high[j] or (ranks.high[i] == ranks.high[j] and ranks.low[i] > ranks.low[j])
 
 
@@ -210,7 +213,7 @@ _sort_places = make_sort(_is_later)
 
 @helper
 def _sort(ranks: Ranks) -> None:
-    """The crossings in order."""
+    """Write the crossings sorted by t to ranks.order."""
     count, order = ranks.size[CROSSINGS], ranks.order
     for i in range(count):
         order[i] = i
@@ -219,7 +222,7 @@ def _sort(ranks: Ranks) -> None:
 
 @inline
 def _is_same_crossing(ranks: Ranks, i: int, j: int) -> bool:
-    """Are two crossings one: of one plane, the same number, or both infinite?"""
+    """Return True if two crossings coincide: equal exact numbers, or equal numbers of one surface."""
     if ranks.high[i] != ranks.high[j] or ranks.low[i] != ranks.low[j]:
         return False
     return ranks.error[i] + ranks.error[j] == 0.0 or (
@@ -229,7 +232,7 @@ def _is_same_crossing(ranks: Ranks, i: int, j: int) -> bool:
 
 @inline
 def _is_certainly_before(ranks: Ranks, i: int, j: int) -> bool:
-    """Does crossing i certainly come before j?"""
+    """Return True if crossing i certainly comes before crossing j."""
     if ranks.high[i] == -math.inf or ranks.high[j] == math.inf:
         return ranks.high[i] != ranks.high[j]
     return (ranks.high[j] - ranks.high[i]) + (ranks.low[j] - ranks.low[i]) > (ranks.error[i] + ranks.error[j]) * 1.0001
@@ -237,7 +240,7 @@ def _is_certainly_before(ranks: Ranks, i: int, j: int) -> bool:
 
 @helper
 def _number(ranks: Ranks) -> bool:
-    """Ranks in order, 0 at the ray's origin, which is the first in the list; False where an order is open."""
+    """Write ranks in sorted order, with 0 for the ray's origin, the first crossing. Return False for an open order."""
     order, rank, last = ranks.order, 0.0, 0
     for k in range(ranks.size[CROSSINGS]):
         this = order[k]
@@ -245,6 +248,7 @@ def _number(ranks: Ranks) -> bool:
             if not _is_certainly_before(ranks, last, this):
                 return False
             rank += 1.0
+        # `last` is the crossing with the largest upper bound so far, with which the next one is compared
         furthest = ranks.high[last] + ranks.error[last]
         last = this if k == 0 or ranks.high[this] + ranks.error[this] >= furthest else last
         ranks.rank[this] = rank
@@ -256,9 +260,9 @@ def _number(ranks: Ranks) -> bool:
 
 @helper
 def rank_ray(geometry: Geometry, rest: RoundingRest, scratch: Scratch, ranks: Ranks, ray: Ray, inverse: float) -> int:
-    """Ranks of all that the ray may cross; returns how many entries are in scratch.found, or -1 if an order is open.
+    """Compute the ranks of all crossings of a ray. Return the number of entries in scratch.found, or -1 if undecided.
 
-    The ray's origin is number 0 in the list of crossings.
+    The ray's origin is crossing 0.
     """
     count = collect_entries(geometry, scratch, ray)
     list_surfaces(geometry, scratch, ranks, ray, count)
@@ -277,7 +281,7 @@ def rank_ray(geometry: Geometry, rest: RoundingRest, scratch: Scratch, ranks: Ra
 
 @inline
 def _decide_outline(geometry: Geometry, rest: RoundingRest, ranks: Ranks, entry: int, ray: Ray) -> bool:
-    """Decide whether the ray passes within a polygon; False if that is open."""
+    """Decide whether the ray passes within the outline of a polygon. Return False if it stays undecided."""
     if integer(geometry, table.ENTRY_KIND, entry) != POLYGON:
         return True
     polygon = integer(geometry, table.ENTRY_INDEX, entry)
@@ -288,28 +292,28 @@ def _decide_outline(geometry: Geometry, rest: RoundingRest, ranks: Ranks, entry:
 
 @inline
 def ray_of_ranks(start: int) -> Ray:
-    """The ray that crosses at ranks, all of it."""
+    """Return the whole line along the x axis, whose crossings with canonical surfaces are ranks."""
     return Ray(0.0, 0.0, 0.0, 1.0, 0.0, 0.0, -math.inf, math.inf, start)
 
 
 @inline
 def t_of(ranks: Ranks, surface: int, rank: float) -> float:
-    """Where the crossing of a surface at a rank is."""
+    """Return the reported t of the crossing of a surface at a rank."""
     first = ranks.first[surface]
     return ranks.t[first] if ranks.rank[first] == rank else ranks.t[first + 1]
 
 
-# A ray whose ranks are known (see ranks.py): which of a body's crossings lie within its interval, and where.
+# Crossings of a ray with known ranks within its interval
 #
-# The origin is the rank 0. Other ends of an interval are compared with the reported t of a crossing, each body
-# separately, as the fast formulas do: so first hits, occlusion, spans and crossings agree on what an interval holds,
-# whichever of them took the fast formulas. Where reported t are not in the order of the ranks, a later crossing
-# is within the interval if the one before it is.
+# The origin has rank 0. Other ends of an interval are compared with the reported t of a crossing, for each body
+# separately, as the fast formulas do. So first hits, occlusion, spans and crossings agree on the crossings in an
+# interval, whichever of them used the fast formulas. Where reported t are not in the order of the ranks, a later
+# crossing lies within the interval if the crossing before it does.
 
 
 @inline
 def find_leaves(geometry: Geometry, scratch: Scratch, entry: int, ray: Ray) -> None:
-    """Find the leaves of an entry that the true ray may meet: a ray of ranks cannot be tested against their boxes."""
+    """Find the leaves of an entry that the true ray may cross. The ray of ranks cannot be tested against boxes."""
     program = entry_program(geometry, entry)
     forget_leaves(scratch)
     if program >= 0:
@@ -324,7 +328,7 @@ def forget_leaves(scratch: Scratch) -> None:
 
 @inline
 def _rank_and_t(geometry: Geometry, scratch: Scratch, ranks: Ranks, entry: int, n: int) -> tuple[float, float]:
-    """(rank, t) of crossing n of an entry."""
+    """Return the rank and the reported t of crossing n of an entry."""
     rank, place, sense, _ = read_crossing(scratch, n)
     return rank, t_of(ranks, crossing_face(geometry, entry, place, sense)[0], rank)
 
@@ -333,9 +337,9 @@ def _rank_and_t(geometry: Geometry, scratch: Scratch, ranks: Ranks, entry: int, 
 def ranked_crossings(
     geometry: Geometry, stand: Geometry, scratch: Scratch, ranks: Ranks, entry: int, ray: Ray
 ) -> tuple[int, bool]:
-    """(number of an entry's crossings in (t_min, t_max), inside just after t_min); they are in scratch, t is a rank.
+    """Return the number of an entry's crossings in (t_min, t_max), and whether the ray is inside just after t_min.
 
-    The reported t of each is in scratch.time[TIME * n].
+    The crossings are in scratch with ranks as t; scratch.time[TIME * n] holds the reported t of crossing n.
     """
     count, inside, _ = entry_crossings(stand, scratch, entry, ray_of_ranks(ray.start), 1 << 30)
     first = 0
@@ -357,7 +361,7 @@ def ranked_crossings(
 
 @helper
 def first_of_ranks(geometry: Geometry, stand: Geometry, scratch: Scratch, ranks: Ranks, ray: Ray, count: int) -> Hit:
-    """The first crossing of the entries scratch.found[:count]; its t is the largest reported for any at its rank."""
+    """Return the first crossing of the entries scratch.found[:count]; t is the largest reported t at its rank."""
     best, latest = no_hit(), -math.inf
     for k in range(count):
         entry = scratch.found[k]
@@ -377,7 +381,7 @@ def first_of_ranks(geometry: Geometry, stand: Geometry, scratch: Scratch, ranks:
 
 @helper
 def _put_places(scratch: Scratch, crossings: int, inside: bool, spans: bool, rows: Floats, used: int) -> int:
-    """Where an entry's crossings are reported, into the last columns of its rows; returns how many rows there are."""
+    """Write the reported t of an entry's crossings to the last columns of its rows, and return the number of rows."""
     for c in range(crossings):
         t = scratch.time[TIME * c]
         if not spans:
@@ -391,7 +395,7 @@ def _put_places(scratch: Scratch, crossings: int, inside: bool, spans: bool, row
 
 @inline
 def _end(rows: Floats, i: int, spans: bool, last: bool) -> tuple[bool, float, float]:
-    """(is it a crossing, its rank, its reported t) of row i's first end, or of a span's last."""
+    """Return (is a crossing, rank, reported t) of the first end of row i, or of the last end of a span."""
     if not spans:
         return not last, rows[i, T], rows[i, OFF]
     if last:
@@ -401,9 +405,9 @@ def _end(rows: Floats, i: int, spans: bool, last: bool) -> tuple[bool, float, fl
 
 @allocator
 def _ranks_to_t(rows: Floats, first: int, last: int, given: Ray, scale: float, spans: bool) -> None:
-    """From ranks to t, of the length that the ray's direction had; clipped ends to those of the interval.
+    """Replace ranks by t in units of the original direction, and clipped ends by the ends of the interval.
 
-    Keeps one t for each rank, whatever body it belongs to, and t rising with the ranks: the largest reported so far.
+    Each rank has one t for all bodies, and t rises with the ranks: it is the largest t reported up to that rank.
     """
     low, high = math.inf, -math.inf
     for i in range(first, last):
@@ -438,7 +442,7 @@ def rows_of_ranks(
     rows: Floats,
     used: int,
 ) -> tuple[Floats, int]:
-    """Rows (crossing_rows) of the entries scratch.found[:count] from rows[used] on: (rows, how many now)."""
+    """Append rows (crossing_rows) of the entries scratch.found[:count]. Return (rows, number)."""
     (ray, scale), stand, ranks = scale_ray(given), room.stand, room.ranks
     first, along = used, ray_of_ranks(ray.start)
     for k in range(count):

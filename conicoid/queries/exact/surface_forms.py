@@ -1,4 +1,4 @@
-"""The surfaces of a prepared scene in exact arithmetic, each computed on first use."""
+"""Exact forms of the surfaces of a prepared scene, each computed on first use."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ if TYPE_CHECKING:
 
 
 def exact_form(scene: PreparedScene, surface: int) -> IntegerForm:
-    """A surface of the scene's table, exactly."""
-    known = scene.forms.get(surface)
-    if known is None:
+    """Return the exact form of a surface, which `scene.forms` caches."""
+    form = scene.forms.get(surface)
+    if form is None:
         exact = scene.lowered.exact
         if surface < len(exact):
-            known = surface_form(exact[surface])
-        else:
+            form = surface_form(exact[surface])
+        else:  # a ball, whose form follows from its record in the tables
             x, y, z, r = scene.lowered.tables.spheres[scene.lowered.tables.surface_row[surface]].tolist()
-            known = ball_form((x, y, z), r)
-        scene.forms[surface] = known
-    return known
+            form = ball_form((x, y, z), r)
+        scene.forms[surface] = form
+    return form

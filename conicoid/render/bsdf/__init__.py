@@ -1,10 +1,7 @@
-"""Into which directions surfaces and media send light on: how much, and how such directions are drawn by chance.
+"""Scattering at surfaces and in media, for Whitted's method and for light transport.
 
-All is in the frame of a point: z is the normal on the side that light is followed from, and both directions, `o` back
-along the path and `i` on along it, point away from the surface.
+Each kind of surface is one module: diffuse.py, phong.py, conductor.py, layered.py; walls between media are in
+dielectric.py. registry.py lists the kinds and dispatches to them, and bsdf.py is what integrators call.
 """
 
 from __future__ import annotations
-
-
-# What happens to light at a surface: one formula, one file; materials and lights as flat records.

@@ -1,9 +1,9 @@
-"""What of the light that comes along one direction rough surfaces send on, in tables: what facets lose is put back.
+"""Tables of the directional albedo of rough surfaces, from which light lost between facets is given back.
 
-Single scattering by facets loses the light that meets a second facet. Kulla and Conty (Revisiting physically based
-shading, SIGGRAPH 2017) add it as a lobe (1 - E(o)) (1 - E(i)) / (π (1 - E')), from the directional albedo E of what is
-there and its mean E' = 2 ∫ E μ dμ. The tables are made when a scene's materials are, by quadrature over the visible
-normals, for the roughness of each.
+Single scattering by facets loses the light that reaches a second facet. Kulla and Conty (Revisiting physically based
+shading, SIGGRAPH 2017) add it as a lobe (1 - E(o)) (1 - E(i)) / (π (1 - E')), from the directional albedo E of single
+scattering and its mean E' = 2 ∫ E μ dμ. `lower_albedos` makes the tables when a scene's materials are lowered, by
+quadrature over the visible normals, for the roughness of each material.
 """
 
 from __future__ import annotations
@@ -19,93 +19,50 @@ import numpy as np
 from ..._jit.decorators import inline, record_shapes
 from ...kernels.tables import Floats
 from ...numerics.portable_math import sin_cos_degrees
-from .fresnel import conductor_reflectances, dielectric_reflectances
-from .material_table import LAYERED, METAL, MaterialTable
+from .fresnel import dielectric_reflectances
 
 STEPS = 32
-"""Cosines of a table: squares of 0, 1 / 31, ... 1, as E bends near 0."""
-_COSINES = np.linspace(0, 1, STEPS) ** 2
+"""Number of cosines of a table."""
+COSINES = np.linspace(0, 1, STEPS) ** 2
+"""The cosines of a table: squares of 0, 1 / 31, ... 1, as E bends near 0."""
 _GRID, _FINE = 48, 4096
+"""Steps of the quadratures: of facets, along both sides of the unit square; of the mean of Fresnel's factor."""
 SMOOTH = 1e-3
-"""Less rough than that is smooth."""
+"""Surfaces of a roughness up to this are smooth."""
 CHANNELS, MEANS = 3, 6
 OUTSIDE_IN, INSIDE_OUT = 0, 1
-"""Channels of what refracts: seen from outside, and from inside."""
+"""Channels of walls that refract: seen from outside, and from inside."""
 
 
 @record_shapes(values="*", means="*")
 class AlbedoTables(NamedTuple):
-    """Tables for each row of materials."""
+    """Tables for each row of materials, flat."""
 
     values: Floats
-    """[rows, CHANNELS, STEPS] E: of a metal without Fresnel's factor; of a coat, rgb; of what refracts, both ways."""
+    """[rows, CHANNELS, STEPS] E: of a metal without Fresnel's factor; of a coat, rgb; of a wall, from both sides."""
     means: Floats
-    """[rows, MEANS] E' of each channel; then of metals, rgb, the mean of Fresnel's factor."""
+    """[rows, MEANS] E' of each channel; then, of metals, the mean of Fresnel's factor, rgb."""
 
 
-def lower_albedos(materials: MaterialTable) -> AlbedoTables:
-    """The tables of all rows."""
-    rows = materials.rows
-    values, means = np.ones((len(rows), CHANNELS, STEPS)), np.ones((len(rows), MEANS))
-    for k, row in enumerate(rows):
-        _fill(row, values[k], means[k])
-    return AlbedoTables(values.ravel(), means.ravel())
+# Quadrature, when materials are lowered. It uses no function of the C library, so tables are the same everywhere.
 
 
-def _fill(row: Any, values: Any, means: Any) -> None:
-    alpha = float(row["roughness"])
-    rough = alpha > SMOOTH
-    if row["kind"] == METAL:
-        for c in range(3):
-            index, extinction = float(row["metal_index"][c]), float(row["metal_extinction"][c])
-            means[3 + c] = _fresnel_mean(functools.partial(conductor_reflectances, index=index, extinction=extinction))
-        if rough:
-            values[:] = _reflected(alpha, lambda mu: np.ones_like(mu))
-    elif row["transparent"] and rough and row["index"] != 1:
-        for channel, eta in ((OUTSIDE_IN, 1 / float(row["index"])), (INSIDE_OUT, float(row["index"]))):
-            values[channel] = _refracted(alpha, eta)
-    elif row["kind"] == LAYERED:
-        for c in range(3):
-            share = _top(row, c)
-            if rough:
-                values[c] = _reflected(alpha, share)
-            else:
-                values[c], means[c] = share(_COSINES), _fresnel_mean(share)
-    if rough:
-        means[:3] = [_mean(values[c]) for c in range(3)]
-
-
-def _top(row: Any, c: int) -> Callable[[Any], Any]:
-    """Fresnel's factor of a layered surface by the cosine."""
-    if row["coat"] > 1:
-        return lambda mu: dielectric_reflectances(mu, 1 / float(row["coat"]))
-    base = float(row["reflectivity"][c])
-    if row["fresnel"]:
-        return lambda mu: base + (1 - base) * _fifth(1 - mu)
-    return lambda mu: np.full_like(mu, base)
-
-
-def _fifth(x: Any) -> Any:
-    """x⁵ by products, the same on every machine."""
-    return x * x * (x * x) * x
-
-
-def _fresnel_mean(share: Callable[[Any], Any]) -> float:
-    """2 ∫ F μ dμ, by the midpoint rule over the square root of the cosine."""
+def fresnel_mean(share: Callable[[Any], Any]) -> float:
+    """Return 2 ∫ F μ dμ of a factor F by the cosine μ, by the midpoint rule over the square root of the cosine."""
     s = (np.arange(_FINE) + 0.5) / _FINE
     return float(4 * (share(s * s) * (s * s * s)).sum() / _FINE)
 
 
-def _mean(values: Any) -> float:
-    """2 ∫ E μ dμ of what `albedo` makes of a table: linear between its cosines."""
-    a, b, low, high = values[:-1], values[1:], _COSINES[:-1], _COSINES[1:]
+def mean_of_table(values: Any) -> float:
+    """Return 2 ∫ E μ dμ of a table (STEPS,) as `albedo` reads it: linear between its cosines."""
+    a, b, low, high = values[:-1], values[1:], COSINES[:-1], COSINES[1:]
     slope = (b - a) / (high - low)
     cubes = high * high * high - low * low * low
     return float(2 * np.sum((a - slope * low) * (high * high - low * low) / 2 + slope * cubes / 3))
 
 
 def _facets(mu: float, alpha: float) -> tuple[Any, Any]:
-    """(o, normals) of facets seen from a cosine, on a grid of the unit square (`microfacets.visible_facet`)."""
+    """Return (o, normals) of facets visible from a cosine, on a grid of the unit square (`sample_visible_normal`)."""
     o = np.array([np.sqrt(1 - mu * mu), 0.0, mu])
     grid = (np.arange(_GRID) + 0.5) / _GRID
     (cosines, v), (sines, _) = (np.meshgrid(each, grid) for each in _circle())
@@ -119,38 +76,41 @@ def _facets(mu: float, alpha: float) -> tuple[Any, Any]:
 
 @functools.cache
 def _circle() -> tuple[Any, Any]:
-    """Cosines and sines of the angles of the grid, rounded once."""
+    """Return cosines and sines of the angles of the grid, rounded once."""
     pairs = [sin_cos_degrees(Fraction(360 * (2 * k + 1), 2 * _GRID)) for k in range(_GRID)]
     return np.array([c for _, c in pairs]), np.array([s for s, _ in pairs])
 
 
 def _masked_share(z: Any, alpha: float) -> Any:
-    """Smith's Λ by the cosine."""
+    """Return Smith's Λ for a cosine z."""
     z2 = np.maximum(z * z, 1e-300)
     return (np.sqrt(1 + alpha**2 * np.maximum(0, 1 - z2) / z2) - 1) / 2
 
 
 def _cosine(mu: float) -> float:
-    """Not quite along the surface."""
+    """Return a cosine that is not quite along the surface, where Λ is infinite."""
     return max(float(mu), 1e-4)
 
 
-def _reflected(alpha: float, share: Callable[[Any], Any]) -> Any:
-    """E of rough mirrors with a Fresnel factor, at the cosines of a table."""
-    found = []
-    for mu in _COSINES:
+def reflected_albedos(alpha: float, share: Callable[[Any], Any]) -> Any:
+    """Return E (STEPS,) of rough mirrors of GGX's roughness alpha, whose Fresnel factor by the cosine is `share`."""
+    albedos = []
+    for mu in COSINES:
         o, h = _facets(_cosine(mu), alpha)
         along = h[:, 0] * o[0] + h[:, 2] * o[2]
         i = 2 * along * h[:, 2] - o[2]
-        kept = (1 + _masked_share(o[2], alpha)) / (1 + _masked_share(o[2], alpha) + _masked_share(i, alpha))
-        found.append(np.mean(np.where(i > 0, kept * share(np.clip(along, 0, 1)), 0)))
-    return np.array(found)
+        visible = (1 + _masked_share(o[2], alpha)) / (1 + _masked_share(o[2], alpha) + _masked_share(i, alpha))
+        albedos.append(np.mean(np.where(i > 0, visible * share(np.clip(along, 0, 1)), 0)))
+    return np.array(albedos)
 
 
-def _refracted(alpha: float, eta: float) -> Any:
-    """E of what rough walls between dielectrics reflect and let through, together."""
-    found = []
-    for mu in _COSINES:
+def refracted_albedos(alpha: float, eta: float) -> Any:
+    """Return E (STEPS,) of rough walls between dielectrics: the light reflected and let through, together.
+
+    eta: the index on the side of o over the index beyond.
+    """
+    albedos = []
+    for mu in COSINES:
         o, h = _facets(_cosine(mu), alpha)
         along = np.clip(h[:, 0] * o[0] + h[:, 2] * o[2], 0, 1)
         share = dielectric_reflectances(along, eta)
@@ -160,13 +120,17 @@ def _refracted(alpha: float, eta: float) -> Any:
         through = (eta * along - beyond) * h[:, 2] - eta * o[2]
         mirrored = np.where(back > 0, share * own / (own + _masked_share(back, alpha)), 0)
         passed = np.where(through < 0, (1 - share) * own / (own + _masked_share(through, alpha)), 0)
-        found.append(np.mean(mirrored + passed))
-    return np.array(found)
+        albedos.append(np.mean(mirrored + passed))
+    return np.array(albedos)
+
+
+# Reading the tables
 
 
 @inline
 def albedo(tables: AlbedoTables, row: int, channel: int, cosine: float) -> float:
-    """E of a row of materials for a cosine in [0, 1]."""
+    """Return E of a row of materials for a cosine in [0, 1]."""
+    # the inverse of COSINES: a square root, no search
     place = math.sqrt(min(1.0, max(0.0, cosine))) * (STEPS - 1)
     k = min(STEPS - 2, int(place))
     low, high = k / (STEPS - 1.0), (k + 1) / (STEPS - 1.0)
@@ -177,5 +141,5 @@ def albedo(tables: AlbedoTables, row: int, channel: int, cosine: float) -> float
 
 @inline
 def mean_albedo(tables: AlbedoTables, row: int, channel: int) -> float:
-    """E' of a row; from channel 3 on the mean of a metal's Fresnel factor."""
+    """Return E' of a row; from channel 3 on the mean of a metal's Fresnel factor."""
     return float(tables.means[row * MEANS + channel])

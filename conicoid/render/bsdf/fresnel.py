@@ -1,4 +1,7 @@
-"""How much light a surface reflects."""
+"""Reflection and refraction: Fresnel's formulas, Schlick's, the mirrored direction and Snell's law.
+
+The cosines are those of the angles with the normal, in [0, 1]; eta is the index in front over the index behind.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +16,7 @@ from ...kernels.numbers.vectors import dot
 
 @inline
 def dielectric_fresnel(cos1: float, cos2: float, eta: float) -> float:
-    """Fresnel's reflectance for unpolarised light between two dielectrics.
+    """Return Fresnel's reflectance for unpolarised light between two dielectrics.
 
     cos1, cos2 are the cosines of incidence and refraction, eta = η₁ / η₂.
     R = (r_s² + r_p²) / 2, r_s = (η₁ cos1 - η₂ cos2) / (η₁ cos1 + η₂ cos2),
@@ -29,17 +32,14 @@ def dielectric_fresnel(cos1: float, cos2: float, eta: float) -> float:
 
 @inline
 def schlick(normal_reflectance: float, cosine: float) -> float:
-    """R = R₀ + (1 - R₀) (1 - cos θ)⁵ (Schlick 1994)."""
+    """Return R = R₀ + (1 - R₀) (1 - cos θ)⁵ (Schlick 1994)."""
     m = 1.0 - cosine
     return normal_reflectance + (1.0 - normal_reflectance) * m * m * m * m * m
 
 
-# Mirror reflection.
-
-
 @inline
 def reflect(dx: float, dy: float, dz: float, nx: float, ny: float, nz: float) -> tuple[float, float, float]:
-    """d - 2 (d·n) n for a propagating direction d and a unit normal n on either side.
+    """Return d - 2 (d·n) n for a propagating direction d and a unit normal n on either side.
 
     With L = -d, the direction to the light, it is R = 2 (N·L) N - L (the ray tracing notes).
     """
@@ -47,16 +47,13 @@ def reflect(dx: float, dy: float, dz: float, nx: float, ny: float, nz: float) ->
     return dx - twice * nx, dy - twice * ny, dz - twice * nz
 
 
-# Snell's law.
-
-
 @inline
 def refract(
     dx: float, dy: float, dz: float, nx: float, ny: float, nz: float, eta: float
 ) -> tuple[float, float, float, float]:
-    """(tx, ty, tz, cos θ₂) of unit d through unit n, d·n <= 0; cos θ₂ = -1 where reflection is total.
+    """Return (tx, ty, tz, cos θ₂) of unit d refracted at unit n, d·n <= 0; cos θ₂ = -1 where reflection is total.
 
-    eta = η₁ / η₂, index where the ray comes from over index beyond. The part of d along the surface
+    eta = η₁ / η₂ is the index in front over the index behind. The part of d along the surface
     is scaled by eta (that is Snell's law), the part along -n makes up the length:
     t = eta (d - (d·n) n) - cos θ₂ n, with cos² θ₂ = 1 - eta² sin² θ₁ = (1 - eta²) + (eta cos θ₁)². The same as
     T = -eta L + (eta cos θ₁ - cos θ₂) N of the ray tracing notes with L = -d, without its cancellations.
@@ -74,12 +71,9 @@ def refract(
     )
 
 
-# How much light a metal reflects, and means of reflectances over all directions.
-
-
 @inline
 def conductor_fresnel(cosine: float, index: float, extinction: float) -> float:
-    """Fresnel's reflectance for unpolarised light of a metal of complex index n + ik, seen from vacuum.
+    """Return Fresnel's reflectance for unpolarised light of a metal of complex index n + ik, seen from vacuum.
 
     With a² + b² = |sqrt(η² - sin² θ)|²: R_s = (A - 2 a cos + cos²) / (A + 2 a cos + cos²), A = a² + b²,
     R_p = R_s (A cos² - 2 a cos sin² + sin⁴) / (A cos² + 2 a cos sin² + sin⁴). Born and Wolf, Principles of Optics,
@@ -96,13 +90,16 @@ def conductor_fresnel(cosine: float, index: float, extinction: float) -> float:
 
 @inline
 def dielectric_reflectance(cosine: float, eta: float) -> float:
-    """Fresnel's reflectance between dielectrics for light at an angle; eta: index it comes from over index beyond."""
+    """Return Fresnel's reflectance between dielectrics for light at an angle."""
     square = (1.0 - eta) * (1.0 + eta) + (eta * cosine) * (eta * cosine)
     return dielectric_fresnel(cosine, math.sqrt(square), eta) if square >= 0.0 else 1.0
 
 
+# Arrays of cosines, for tables of albedos. The formulas are those above.
+
+
 def conductor_reflectances(cosine: Any, index: float, extinction: float) -> Any:
-    """`conductor` of an array of cosines."""
+    """Return `conductor_fresnel` of an array of cosines."""
     c2 = cosine * cosine
     s2 = 1 - c2
     t = index**2 - extinction**2 - s2
@@ -113,7 +110,7 @@ def conductor_reflectances(cosine: Any, index: float, extinction: float) -> Any:
 
 
 def dielectric_reflectances(cosine: Any, eta: float) -> Any:
-    """`wall` of an array of cosines."""
+    """Return `dielectric_reflectance` of an array of cosines."""
     square = (1 - eta) * (1 + eta) + (eta * cosine) ** 2
     beyond = np.sqrt(np.maximum(square, 0))
     s = (eta * cosine - beyond) / np.maximum(eta * cosine + beyond, 1e-300)

@@ -1,4 +1,8 @@
-"""Light inside transparent solids. A medium is named by the row of its material; OUTSIDE is vacuum."""
+"""Light inside transparent solids: indices, absorption (Beer) and scattering (Henyey and Greenstein).
+
+The number of a medium is the row of its material; OUTSIDE is vacuum. The ends of a way through a medium are where its
+walls are, exactly; within it the transmittance is T = exp(-(σ_a + σ_s) s).
+"""
 
 from __future__ import annotations
 
@@ -14,19 +18,19 @@ OUTSIDE = -1
 
 @inline
 def body_medium(materials: Any, body: int) -> int:
-    """The medium inside of a body, or outside of all (-1)."""
+    """Return the medium inside of a body; OUTSIDE for body -1."""
     return int(materials.row_of[body]) if body >= 0 else OUTSIDE
 
 
 @inline
 def medium_index(materials: Any, medium: int) -> float:
-    """Refractive index of a medium."""
+    """Return the refractive index of a medium."""
     return materials.rows[medium].index if medium >= 0 else 1.0
 
 
 @inline
 def is_invisible_wall(materials: Any, body: int, before: int, after: int) -> bool:
-    """Does light pass the wall of a transparent body as if nothing were there?"""
+    """Return whether light passes the wall of a transparent body as if there were none."""
     if before == after:
         return True
     row = materials.rows[materials.row_of[body]]
@@ -46,7 +50,7 @@ def is_invisible_wall(materials: Any, body: int, before: int, after: int) -> boo
 
 @inline
 def absorb(materials: Any, medium: int, length: float, r: float, g: float, b: float) -> tuple[float, float, float]:
-    """Light after a length of way through a medium: exp(-absorption · length) for each channel (Beer)."""
+    """Return light rgb after a length in a medium: times exp(-absorption · length) for each channel (Beer)."""
     if medium < 0 or length <= 0.0:
         return r, g, b
     row = materials.rows[medium]
@@ -59,19 +63,18 @@ def absorb(materials: Any, medium: int, length: float, r: float, g: float, b: fl
     return r, g, b
 
 
-# Light within homogeneous media: how far it goes, and how it turns (Henyey and Greenstein 1941).
-#
-# Ends of a way through a medium are where its walls are, exactly; within it T = exp(-(σ_a + σ_s) s).
+# Light transport in homogeneous media: free paths, and turns (Henyey and Greenstein 1941)
 
 
 @inline
 def _fades(row: Any, c: int) -> float:
+    """Return σ_a + σ_s of a channel."""
     return float(row.absorption[c] + row.scattering[c])
 
 
 @helper
 def medium_transmittance(materials: Any, medium: int, length: float) -> tuple[float, float, float]:
-    """Rgb of what a way through a medium lets through."""
+    """Return the transmittance, rgb, of a length in a medium."""
     if medium < 0 or length <= 0.0:
         return 1.0, 1.0, 1.0
     row = materials.rows[medium]
@@ -83,9 +86,9 @@ def medium_transmittance(materials: Any, medium: int, length: float) -> tuple[fl
 
 @helper
 def sample_free_path(materials: Any, medium: int, longest: float, u: float) -> tuple[float, float, float, float, bool]:
-    """(length, r, g, b, is it scattered there?) of a way through a medium that scatters; its weight.
+    """Return (length, r, g, b, whether light is scattered at its end) of a free path, drawn by u in [0, 1).
 
-    One channel, by chance, says how far; all three that could have said it share the density
+    r, g, b are its weight. One channel, drawn by chance, gives the length; the densities of all three are averaged
     (one-sample balance heuristic, Veach 1997).
     """
     row = materials.rows[medium]
@@ -107,16 +110,16 @@ def sample_free_path(materials: Any, medium: int, longest: float, u: float) -> t
 
 @helper
 def phase_function(g: float, cosine: float) -> float:
-    """How densely light turns by an angle, per solid angle: (1 - g²) / (4π (1 + g² - 2 g cos)^(3/2))."""
+    """Return the density of turning by an angle, per solid angle: (1 - g²) / (4π (1 + g² - 2 g cos)^(3/2))."""
     t = 1.0 + g * g - 2.0 * g * cosine
     return 0.25 / math.pi * (1.0 - g) * (1.0 + g) / (t * math.sqrt(t)) if t > 0.0 else 0.0
 
 
 @helper
 def sample_phase_function(g: float, d: Direction, u: float, v: float) -> tuple[Direction, float]:
-    """(a direction that light along unit d turns to, its density)."""
+    """Return (a direction that light along unit d turns to, its density)."""
     cosine = 1.0 - 2.0 * u
-    if abs(g) > 1e-4:
+    if abs(g) > 1e-4:  # below, g is too small a divisor, and turning is even to all sides
         part = (1.0 - g) * (1.0 + g) / (1.0 + g - 2.0 * g * u)
         cosine = min(1.0, max(-1.0, (1.0 + g * g - part * part) / (2.0 * g)))
     return to_world(unit_direction(v, cosine), d), phase_function(g, cosine)

@@ -1,4 +1,4 @@
-"""Rough surfaces made of little mirrors: Trowbridge and Reitz's distribution (GGX) of roughness α.
+"""Microfacets, little mirrors that make up rough surfaces: Trowbridge and Reitz's distribution (GGX) of roughness α.
 
 D(h) = 1 / (π α² ((hx² + hy²) / α² + hz²)²), Smith's shadowing with correlated heights
 G₂ = 1 / (1 + Λ(o) + Λ(i)), Λ = (sqrt(1 + α² tan² θ) - 1) / 2. Heitz, Understanding the masking-shadowing
@@ -17,7 +17,7 @@ from ..sampling import Direction
 
 @inline
 def ggx_density(h: Direction, alpha: float) -> float:
-    """D(h): how densely the normals of facets lie about unit h."""
+    """Return D(h), the density of the normals of facets about unit h."""
     x, y, z = h
     square = alpha * alpha
     t = (x * x + y * y) / square + z * z
@@ -26,14 +26,14 @@ def ggx_density(h: Direction, alpha: float) -> float:
 
 @inline
 def smith_lambda(d: Direction, alpha: float) -> float:
-    """Smith's Λ of a direction: hidden over visible parts of the facets that face it."""
+    """Return Smith's Λ of a direction: the hidden part over the visible part of the facets that face it."""
     z2 = d[2] * d[2]
     return 0.5 * (math.sqrt(1.0 + alpha * alpha * max(0.0, 1.0 - z2) / z2) - 1.0) if z2 > 0.0 else math.inf
 
 
 @inline
 def sample_visible_normal(o: Direction, alpha: float, u: float, v: float) -> Direction:
-    """A normal h of those facets that are seen from o, of density max(0, o·h) D(h) / (o_z (1 + Λ(o))).
+    """Return a normal h of the facets visible from o, of density max(0, o·h) D(h) / (o_z (1 + Λ(o))).
 
     Dupuy and Benyoub, Sampling visible GGX normals with spherical caps, CGF 42(8), 2023.
     """
@@ -46,20 +46,20 @@ def sample_visible_normal(o: Direction, alpha: float, u: float, v: float) -> Dir
 
 @inline
 def mirror_direction(o: Direction, h: Direction) -> Direction:
-    """The direction that o has after a mirror of normal h."""
+    """Return o mirrored at a facet of normal h."""
     twice = 2.0 * dot(o[0], o[1], o[2], h[0], h[1], h[2])
     return twice * h[0] - o[0], twice * h[1] - o[1], twice * h[2] - o[2]
 
 
 @inline
 def half_direction(o: Direction, i: Direction) -> Direction:
-    """The normal of the mirror that takes o to i."""
+    """Return the normal of the mirror that takes o to i."""
     return normalize(o[0] + i[0], o[1] + i[1], o[2] + i[2])
 
 
 @inline
 def evaluate_ggx(o: Direction, i: Direction, alpha: float) -> tuple[float, float]:
-    """(reflected share times the cosine of i, but for Fresnel's factor; density of i) of rough mirrors.
+    """Return (f cos of rough mirrors without Fresnel's factor, the density of i).
 
     D G₂ / (4 o_z) and D / (4 o_z (1 + Λ(o))).
     """

@@ -1,9 +1,12 @@
-"""Normals that textures bend: bumps, by how high a texture is, and maps of normals.
+"""Shading normals: bumps by the height that a texture gives, and maps of normals.
 
-A surface p raised by h along its unit normal N has, for what is low, the normal along N - grad h, with the gradient of
-h across the surface (Blinn, Simulation of wrinkled surfaces, 1978). It is taken by central differences, half a pixel to
-each side, or 2⁻²⁰ of the distance from the origin where that is more. A map's red and green stand for the components
-2 c - 1 along growing u and across it, towards growing v; its blue for that along N.
+A surface raised by h along its unit normal N has, for low h, the normal along N - grad h, with the gradient of h across
+the surface (Blinn, Simulation of wrinkled surfaces, 1978). Central differences give the gradient, with half a pixel to
+each side, or 2⁻²⁰ of the distance from the origin if that is more. A map's red and green are the components 2 c - 1
+along growing u and across it, towards growing v; its blue is the component along N.
+
+The hit and its place are always the true surface's. Light that would go through to the wrong side of the true surface
+is mirrored on it, so no light is lost or gained.
 """
 
 from __future__ import annotations
@@ -21,17 +24,21 @@ from ..textures.patterns import TexturePlace, coordinates, texture_color
 from ..textures.texture_table import BOX, Texels
 from .material_table import MaterialTable
 
-_LEAST = 2.0**-20
+_LEAST = 2.0**-20  # of the distance from the origin: below, differences are rounding
 
 
 @inline
 def _step(at: TexturePlace) -> float:
+    """Return the length of a difference to one side, in the world."""
     return max(0.5 * at.reach, _LEAST * max(abs(at.x), max(abs(at.y), abs(at.z))))
 
 
 @inline
 def _tangents(nx: float, ny: float, nz: float) -> tuple[float, float, float, float, float, float]:
-    """Two unit vectors across a unit normal (Duff and others, Building an orthonormal basis, revisited, 2017)."""
+    """Return two unit vectors across a unit normal.
+
+    Duff and others, Building an orthonormal basis, revisited, JCGT 6(1), 2017.
+    """
     sign = math.copysign(1.0, nz)
     a = -1.0 / (sign + nz)
     b = nx * ny * a
@@ -40,11 +47,13 @@ def _tangents(nx: float, ny: float, nz: float) -> tuple[float, float, float, flo
 
 @inline
 def _offset_place(at: TexturePlace, x: float, y: float, z: float) -> TexturePlace:
+    """Return the place moved by (x, y, z)."""
     return TexturePlace(at.body, at.face, at.surface, at.x + x, at.y + y, at.z + z, at.nx, at.ny, at.nz, at.reach)
 
 
 @inline
 def _height(geometry: Geometry, textures: Any, texels: Texels, number: int, at: TexturePlace) -> float:
+    """Return the brightness of a texture at a place, which is the height of a bump."""
     r, g, b = texture_color(geometry, textures, texels, number, at)
     return (r + g + b) * (1.0 / 3.0)
 
@@ -53,7 +62,7 @@ def _height(geometry: Geometry, textures: Any, texels: Texels, number: int, at: 
 def _slope(
     geometry: Geometry, textures: Any, texels: Texels, number: int, at: TexturePlace, x: float, y: float, z: float
 ) -> float:
-    """How much higher it is at one end of (-x, -y, -z) to (x, y, z) than at the other."""
+    """Return the difference of the height at (x, y, z) from the place and at (-x, -y, -z) from it."""
     above = _height(geometry, textures, texels, number, _offset_place(at, x, y, z))
     return above - _height(geometry, textures, texels, number, _offset_place(at, -x, -y, -z))
 
@@ -62,7 +71,7 @@ def _slope(
 def bump_normal(
     geometry: Geometry, textures: Any, texels: Texels, number: int, height: float, at: TexturePlace
 ) -> tuple[float, float, float]:
-    """By how much the normal of a place is longer than N for bumps `height` high where the texture is white."""
+    """Return the vector that bumps, `height` high where the texture is white, add to the unit normal of a place."""
     step = _step(at)
     if not step > 0.0:
         return 0.0, 0.0, 0.0
@@ -75,7 +84,7 @@ def bump_normal(
 
 @inline
 def _change(geometry: Geometry, mapping: int, at: TexturePlace, x: float, y: float, z: float) -> tuple[float, float]:
-    """How much both coordinates of a texture grow from (-x, -y, -z) to (x, y, z), across a seam too."""
+    """Return the growth of both texture coordinates from (-x, -y, -z) to (x, y, z) about a place, across a seam too."""
     u, v = coordinates(geometry, mapping, at, at.x + x, at.y + y, at.z + z)
     p, q = coordinates(geometry, mapping, at, at.x - x, at.y - y, at.z - z)
     u, v = u - p, v - q
@@ -88,7 +97,7 @@ def _change(geometry: Geometry, mapping: int, at: TexturePlace, x: float, y: flo
 def map_normal(
     geometry: Geometry, textures: Any, texels: Texels, number: int, at: TexturePlace
 ) -> tuple[float, float, float]:
-    """The unit normal of a place by a map of normals."""
+    """Return the unit normal of a place by a map of normals."""
     step = _step(at)
     sx, sy, sz, tx, ty, tz = _tangents(at.nx, at.ny, at.nz)
     mapping = textures[number].mapping
@@ -109,7 +118,7 @@ def map_normal(
 
 @inline
 def turn_to_eye(nx: float, ny: float, nz: float, ex: float, ey: float, ez: float) -> tuple[float, float, float]:
-    """A unit normal, bent so far that it is seen from unit e: at a cosine of 1 / 64 at least, about."""
+    """Return a unit normal, bent until it faces unit e with a cosine of about 1 / 64 at least."""
     seen = dot(nx, ny, nz, ex, ey, ez)
     if seen >= 1.0 / 64.0:
         return nx, ny, nz
@@ -117,20 +126,15 @@ def turn_to_eye(nx: float, ny: float, nz: float, ex: float, ey: float, ez: float
     return normalize(nx + more * ex, ny + more * ey, nz + more * ez)
 
 
-# The normal by which a surface is shaded, where textures bend it. What is hit, and where, is always the true surface.
-#
-# Light that would go through to the wrong side of the true surface is mirrored on it, so none is lost or found.
-
-
 @inline
 def has_relief(row: Any) -> bool:
-    """Do textures bend the normals of a material?"""
+    """Return whether textures bend the normals of a material."""
     return bool(row.bump >= 0 or row.normal_map >= 0)
 
 
 @inline
 def texture_place(materials: MaterialTable, sight: SurfaceInteraction) -> TexturePlace:
-    """What is seen, as textures take it."""
+    """Return the place of an interaction for texture functions."""
     reach = materials.pixel[0] + materials.pixel[1] * sight.t
     return TexturePlace(
         sight.body, sight.face, sight.surface, sight.x, sight.y, sight.z, sight.nx, sight.ny, sight.nz, reach
@@ -146,7 +150,7 @@ def bend_normal(
     point: ShadingPoint,
     from_inside: bool,
 ) -> ShadingPoint:
-    """The point with the normal by which it is shaded, on the eye's side; number: the row of its material."""
+    """Return the point with its shading normal, on the eye's side; number: the row of its material."""
     row, at = materials.rows[number], texture_place(materials, sight)
     nx, ny, nz = sight.nx, sight.ny, sight.nz
     if row.normal_map >= 0:
@@ -164,7 +168,7 @@ def bend_normal(
 def mirror_to_side(
     dx: float, dy: float, dz: float, nx: float, ny: float, nz: float, above: bool
 ) -> tuple[float, float, float]:
-    """A direction, mirrored on the plane across unit n where it is not on that side of it."""
+    """Return a direction on the wanted side of the plane across unit n, mirrored on the plane if need be."""
     along = dot(dx, dy, dz, nx, ny, nz)
     if (along > 0.0) == above:
         return dx, dy, dz
@@ -173,5 +177,5 @@ def mirror_to_side(
 
 @inline
 def is_behind(sight: SurfaceInteraction, dx: float, dy: float, dz: float, lx: float, ly: float, lz: float) -> bool:
-    """Does l, from what is seen along d, point to the other side of the true surface?"""
+    """Return whether l points to the other side of the true surface than d comes from."""
     return dot(sight.nx, sight.ny, sight.nz, dx, dy, dz) * dot(sight.nx, sight.ny, sight.nz, lx, ly, lz) >= 0.0

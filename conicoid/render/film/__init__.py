@@ -1,1 +1,1 @@
-"""What light becomes on its way to a picture: filters, sums of samples and their errors, tone curves."""
+"""From samples of light to a picture: filters, sums of samples and their errors, layers, tone curves, colour maps."""

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..._util.arrays import FloatArray, matmul_rows
 
-_MISSING = 0.8  # linear grey of numbers that are not finite
+_MISSING = 0.8  # linear grey for numbers that are not finite
 
 # Control colours at even steps: Oklab lightness, chroma, and hue in degrees.
 _DUSK = (
@@ -33,9 +33,22 @@ _RGB = (
 
 
 def apply_colormap(values: FloatArray, name: str, low: float | None = None, high: float | None = None) -> FloatArray:
-    """Linear colours (..., 3) of numbers (...), from `low` to `high`; beyond them the end colours.
+    """Return linear colours (..., 3) of numbers (...), from `low` to `high`; beyond them the end colours.
 
-    The ends default to the least and the greatest finite number. Raises ValueError if low > high or either is NaN.
+    Parameters
+    ----------
+    values
+        Numbers; those that are not finite become grey.
+    name
+        A name of `COLORMAPS`.
+    low, high
+        The numbers of the end colours; by default the least and the greatest finite number.
+
+    Raises
+    ------
+    ValueError
+        If low > high or either is NaN.
+
     """
     numbers = np.asarray(values, dtype=np.float64)
     finite = np.isfinite(numbers)
@@ -50,7 +63,7 @@ def apply_colormap(values: FloatArray, name: str, low: float | None = None, high
 
 
 def _interpolate_color(controls: FloatArray, share: FloatArray) -> FloatArray:
-    """Linear rgb at shares of the way along control colours, interpolated in Oklab's polar form."""
+    """Return linear rgb at shares of the way along control colours, interpolated in Oklab's polar form."""
     place = share * (len(controls) - 1)
     k = np.minimum(place.astype(np.int64), len(controls) - 2)
     lightness, chroma, hue = (column[k] + (place - k) * (column[k + 1] - column[k]) for column in controls.T)
@@ -60,7 +73,7 @@ def _interpolate_color(controls: FloatArray, share: FloatArray) -> FloatArray:
 
 
 def _sin_cos_degrees(angles: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Sines and cosines by their series: NumPy's differ between processors."""
+    """Return (sines, cosines) by their series: NumPy's differ between processors."""
     quarters = np.rint(angles / 90.0)
     x = np.radians(angles - 90.0 * quarters)
     sine, cosine = np.zeros_like(x), np.zeros_like(x)

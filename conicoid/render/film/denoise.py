@@ -1,4 +1,4 @@
-"""Noise taken out of pictures by Open Image Denoise, an extra (pyoidn): by what it has learned, not by physics."""
+"""Noise removal by Open Image Denoise, an extra (pyoidn): a trained network, no physics."""
 
 from __future__ import annotations
 
@@ -10,9 +10,20 @@ import numpy as np
 
 
 def denoise(pixels: Any, layers: Mapping[str, Any]) -> Any:
-    """(height, width, 3) float32 of linear light; layers "albedo" and "normal" keep edges and textures.
+    """Return linear light (height, width, 3) float32 without noise.
 
-    Raises ImportError where pyoidn is not installed.
+    Parameters
+    ----------
+    pixels
+        Linear light (height, width, 3).
+    layers
+        Layers of the picture by name, for edges and textures: "albedo", and "normal" beside it.
+
+    Raises
+    ------
+    ImportError
+        If pyoidn is not installed.
+
     """
     try:
         library: Any = importlib.import_module("pyoidn")

@@ -1,6 +1,6 @@
-"""Reconstruction filters: how much a sample counts for a pixel, by where it lies about the pixel's middle.
+"""Reconstruction filters: the weight of a sample for a pixel by its place about the pixel's middle.
 
-A filter f(x) f(y) is sampled: samples are laid in proportion to |f| and count as its sign says (Ernst, Stamminger and
+A filter f(x) f(y) is sampled: samples lie in proportion to |f| and count by its sign (Ernst, Stamminger and
 Greiner, Filter importance sampling, 2006). So each pixel has samples of its own, whatever tiles or threads it is in.
 
 - box: the square of the pixel.
@@ -26,21 +26,21 @@ from ...numerics.portable_math import portable_cos, portable_exp, portable_inter
 from .options import FILTERS, Filter
 
 QUANTILES = 1025
-"""In so many even steps, from the first to the last, the absolute value of a filter is cut."""
+"""Number of quantiles, from 0 to 1 in even steps, of the absolute value of a filter."""
 _FINE = 1 << 16
 _HARRIS = (0.35875, 0.48829, 0.14128, 0.01168)
 ZERO_OF_MITCHELL = 8 / 7
 RADII = {"box": 0.5, "tent": 1.0, "gaussian": 1.5, "mitchell": 2.0, "blackman-harris": 1.5}
-"""Pixels from a pixel's middle to where a filter ends."""
+"""Pixels from a pixel's middle to the end of a filter."""
 
 
 def gaussian(x: FloatArray) -> FloatArray:
-    """exp(-2 x²), lowered so that it ends at 0."""
+    """Return exp(-2 x²), lowered so that it ends at 0."""
     return np.asarray(np.maximum(portable_exp(-2.0 * x * x) - portable_exp(-2.0 * 1.5 * 1.5), 0.0))
 
 
 def mitchell(x: FloatArray) -> FloatArray:
-    """The cubic of Mitchell and Netravali with B = C = 1/3."""
+    """Return the cubic of Mitchell and Netravali with B = C = 1/3."""
     x = np.abs(x)
     inner = (7.0 * x * x * x - 12.0 * x * x + 16.0 / 3.0) / 6.0
     outer = (-7.0 / 3.0 * x * x * x + 12.0 * x * x - 20.0 * x + 32.0 / 3.0) / 6.0
@@ -48,7 +48,7 @@ def mitchell(x: FloatArray) -> FloatArray:
 
 
 def blackman_harris(x: FloatArray) -> FloatArray:
-    """a₀ - a₁ cos t + a₂ cos 2t - a₃ cos 3t with t from 0 to 2π across the window."""
+    """Return a₀ - a₁ cos t + a₂ cos 2t - a₃ cos 3t with t from 0 to 2π across the window."""
     t = (x / RADII["blackman-harris"] + 1.0) * math.pi
     c, (a0, a1, a2, a3) = portable_cos(t), _HARRIS
     return np.asarray(a0 - a1 * c + a2 * (2.0 * c * c - 1.0) - a3 * (4.0 * c * c * c - 3.0 * c))
@@ -64,13 +64,13 @@ _CURVES: dict[str, Callable[[FloatArray], FloatArray]] = {
 
 
 def check_filter(owner: str, value: Any) -> Filter:
-    """The name of a filter, or a ValueError."""
+    """Return the name of a filter; raise ValueError for any other value, in the name of `owner`."""
     return check_choice(owner, "filter", value, FILTERS)
 
 
 @functools.cache
 def lower_filter(name: Filter) -> tuple[FloatArray, float, float]:
-    """(quantiles of |f|, where f becomes negative, what a sample counts along both axes together)."""
+    """Return (quantiles of |f|, the |x| from which f is negative, the weight of a sample along both axes together)."""
     radius = RADII[name]
     edges = np.linspace(-radius, radius, _FINE + 1)
     middles = 0.5 * (edges[1:] + edges[:-1])

@@ -1,4 +1,4 @@
-"""The layers that a picture may have beside its light."""
+"""Layers of a picture beside its light: their names, checked, and their mapping."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ SUM_LAYERS = ("samples", "error")
 
 
 class Layers(dict[str, Any]):
-    """What a picture has beside its light, by name. One that it lacks is told of."""
+    """The layers of a picture by name. A missing one raises an error that names the argument of `render` for it."""
 
     def __missing__(self, name: object) -> NoReturn:
         if name not in LAYERS:
@@ -21,7 +21,7 @@ class Layers(dict[str, Any]):
             f"the picture was rendered without {format_value(name)}: scene.render(layers=[{format_value(name)}]) has it"
         )
 
-    if not TYPE_CHECKING:  # else checkers would let any name be asked for
+    if not TYPE_CHECKING:  # type checkers would accept any attribute otherwise
 
         def __getattr__(self, name: str) -> Any:
             hint = f": image.layers[{name!r}] is that" if name in LAYERS else ""
@@ -29,7 +29,10 @@ class Layers(dict[str, Any]):
 
 
 def check_layers(value: Any) -> tuple[str, ...]:
-    """Names of layers; all of them for True."""
+    """Return the names of layers in their order, all of them for True, none for None or False.
+
+    Raise TypeError or ValueError for anything else.
+    """
     if value is True:
         return tuple(LAYERS)
     if value is None or value is False:

@@ -1,4 +1,7 @@
-"""Names of filters, tone curves and layers, and numbers, for the command line: it asks for them before all else."""
+"""Names of filters, tone curves and layers, and numbers of samples.
+
+The command line reads them at its start, so this module imports no other.
+"""
 
 from __future__ import annotations
 
@@ -18,7 +21,7 @@ LAYERS = {
     "samples": "how many samples the pixel has, (h, w) integers",
     "error": "the standard error of its brightness as displayed, (h, w); see `noise`",
 }
-"""Name -> what it is."""
+"""Name -> description."""
 
 SAMPLES, MOST_SAMPLES = 4, 1 << 14
-"""For each pixel where nobody says how many, and at most where only the noise is said."""
+"""Samples of a pixel by default, and at most where only the noise is set."""

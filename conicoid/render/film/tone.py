@@ -1,4 +1,4 @@
-"""Tone curves: what a display shows of linear light, in place of cutting it off at white.
+"""Tone curves: linear light to the range of a display, in place of cutting it off at white.
 
 - srgb: nothing but the cut; the default.
 - filmic: John Hable's curve (Filmic tonemapping operators, 2010; Uncharted 2), with its white point 11.2, for each
@@ -38,12 +38,12 @@ _AGX = (15.5, -40.14, 31.96, -6.868, 0.4298, 0.1191, -0.00232)
 
 
 def check_tone(owner: str, value: Any) -> Tone:
-    """The name of a tone curve, or a ValueError."""
+    """Return the name of a tone curve; raise ValueError for any other value, in the name of `owner`."""
     return check_choice(owner, "tone", value, TONES)
 
 
 def check_exposure(owner: str, value: Any) -> float:
-    """Stops, or a ValueError."""
+    """Return stops; raise ValueError for a number beyond ±64, in the name of `owner`."""
     stops = check_number(owner, "exposure", value)
     if not abs(stops) <= _MOST_STOPS:
         raise ValueError(f"{owner}: exposure must be from -{_MOST_STOPS:g} to {_MOST_STOPS:g} stops, got {stops:g}")
@@ -51,7 +51,10 @@ def check_exposure(owner: str, value: Any) -> float:
 
 
 def apply_tone(pixels: Any, exposure: float, tone: Tone) -> Any:
-    """What is displayed of linear light (..., 3), as linear light in [0, 1]; `exposure` stops, each twice as bright."""
+    """Return displayed light of linear light (..., 3), linear too; values over 1 are cut at white.
+
+    `exposure`: stops, each twice as bright.
+    """
     if exposure == 0 and tone == "srgb":
         return pixels
     light = np.nan_to_num(np.asarray(pixels, np.float64), nan=0.0, posinf=1e30, neginf=0.0) * portable_exp2(exposure)
@@ -62,6 +65,7 @@ def apply_tone(pixels: Any, exposure: float, tone: Tone) -> Any:
 
 
 def _hable(x: FloatArray | float) -> Any:
+    """Return h(x) of Hable's curve."""
     a, b, c, d, e, f = 0.15, 0.50, 0.10, 0.20, 0.02, 0.30
     return (x * (a * x + c * b) + d * e) / (x * (a * x + b) + d * f) - e / f
 

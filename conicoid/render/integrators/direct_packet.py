@@ -1,9 +1,9 @@
 """Direct light on matte surfaces, for all rays of a packet in lanes.
 
-Where paths end at the first surface that they meet, and nothing shines but one light without a cone, Lambert's law is
-the same short formula for each ray: neither chance nor memory of paths plays a part. What is anything else than evenly
-matte is left to `vertex`. The formulas are those of `vertex`, `emitters.draw` and `scattering.surface`, in the same
-order, so the colours are the same to the bit.
+Where paths end at their first surface and the only light is one light without a cone, Lambert's law is the same short
+formula for each ray, without random numbers or memory of paths. All other surfaces than evenly matte ones are left to
+`path_vertex`. The formulas are those of `path_vertex`, `light_sampling` and `bsdf`, in the same order, so the colours
+are the same to the bit.
 """
 
 from __future__ import annotations
@@ -45,14 +45,14 @@ from ..lights.light_tables import DELTA_LIGHT, PathLight
 from .samples import Samples, Settings
 
 X, Y, Z, NX, NY, NZ, SIDE, R, G, B, REMAINING = (np.uint64(row) for row in range(0, 11 * LANES, LANES))
-"""Rows of lanes: the point that is met, the gradient there and its side, the colour, which becomes the light that may
-arrive; and 1 where a ray is left to `vertex`."""
+"""Rows of lanes: the point of the hit, the gradient there and its side, the colour, which becomes the light that may
+arrive; and 1 where a ray is left to `path_vertex`."""
 ROWS = 11 * LANES
 
 
 @inline
 def has_one_light(settings: Settings) -> bool:
-    """Is all light that of one light without a cone, which is scattered once?"""
+    """Return whether all light is of one light without a cone, scattered once."""
     transport = settings.look
     if settings.depth != 1 or transport.shines or len(transport.sources.records) != 1:
         return False
@@ -64,7 +64,7 @@ def has_one_light(settings: Settings) -> bool:
 
 @inline
 def skip_all(rows: Floats) -> None:
-    """Leave all rays to `vertex`."""
+    """Leave all rays to `path_vertex`."""
     for i in range(ALL):
         rows[REMAINING + i] = 1.0
 
@@ -73,9 +73,9 @@ def skip_all(rows: Floats) -> None:
 def _find_matte_hits(
     geometry: Geometry, rows: Floats, shadow: Floats, materials: MaterialTable, samples: Samples
 ) -> tuple[int, int]:  # fmt: skip
-    """What the rays of a traced packet meet, and which of them are left.
+    """Write the matte hits of a traced packet into the rows, and mark the rays that are left.
 
-    Returns the first and the end of the groups of eight lanes that have met something matte, (0, 0) where none has.
+    Return the first and the end of the groups of eight lanes with a matte hit, (0, 0) if no lane has one.
     """
     lanes, some, most = samples.packet.lanes, LANES, 0
     for i in range(ALL):
@@ -112,9 +112,9 @@ def _shadow_rays_to_light(
     rows: Floats, lanes: Floats, shadow: Floats, parallel: bool, fades: bool, where: tuple[float, float, float],
     intensity: tuple[float, float, float], first: int, last: int,
 ) -> None:  # fmt: skip
-    """The light that may arrive, and the rays to where it comes from; these are empty where none does.
+    """Write the light that may arrive into the rows, and shadow rays into `shadow`: empty ones where none may.
 
-    where: the way to a parallel light, or the place of another. first, last: of the lanes that count.
+    where: the direction to a parallel light, or the position of another. first, last: the range of lanes that count.
     """
     end = math.inf if parallel else 1.0
     first, last = eights(first, last)
@@ -151,7 +151,7 @@ def _shadow_rays_to_light(
 
 @inline
 def _put_all_idle(lanes: Floats, like: int) -> None:
-    """Let all lanes that have no ray look as lane `like` does."""
+    """Copy the ray of lane `like` into all lanes without a ray, so that they do not widen the packet's beam."""
     lane = np.uint64(like)
     for row in (OX, OY, OZ, DX, DY, DZ, START):
         value = lanes[row + lane]
@@ -169,7 +169,7 @@ def add_direct_light(
     transport: PathLight,
     samples: Samples,
 ) -> None:
-    """Add the light on what is evenly matte, of a picture that `is_plain`; rows[LEFT:] is 1 for the other rays."""
+    """Add the light on evenly matte surfaces, where `has_one_light`; rows[REMAINING:] becomes 1 for the other rays."""
     light, colors = transport.look.lights[transport.sources.records[0].index], samples.colors
     first, last = _find_matte_hits(geometry, rows, shadow, transport.look.materials, samples)
     if last == 0:

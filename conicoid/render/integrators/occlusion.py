@@ -1,4 +1,4 @@
-"""Ambient occlusion: how much of the light of an even white sky over each point of a surface is not kept off.
+"""Ambient occlusion: the share of the light of an even white sky that reaches each point of a surface.
 
 One direction of density cos / pi for each sample; misses are white.
 """
@@ -23,7 +23,7 @@ _PAIR = 4
 
 @helper
 def gather(geometry: Geometry, scratch: Scratch, memory: None, settings: Settings, samples: Samples) -> None:
-    """Add white where nothing hides the sky."""
+    """Add white where no body hides the sky."""
     trace_samples(geometry, scratch, samples)
     for i in range(samples.size):
         light = 1.0

@@ -1,8 +1,12 @@
-"""Paths that go on, and rays to sources that wait: collected from many packets, and traced together in streams.
+"""Light transport by paths: light along a ray, followed backwards through one scattering after the other.
 
-What was scattered goes anywhere. One by one such rays cost three times what they do in streams of an octant each, of
-some hundred or more (measured: 1,000 balls, bounces of 32 samples of 64 pixels); so they wait for those of other
-samples. Where a ray is traced changes no bit of what it meets.
+At each point the path samples one source of light (next-event estimation), and draws a direction from the surface;
+where both could have found the same light they share it by the power heuristic (Veach, Robust Monte Carlo methods for
+light transport simulation, 1997, section 9.2.3). Russian roulette ends paths that carry little. Packets trace camera
+rays, and the rays from their hits to sources; scattered rays wait in a queue, from which all paths of many samples go
+on together, a scattering at a time. Rays start on surfaces by identity, so none needs a distance to keep from them.
+
+After Pharr, Jakob and Humphreys, Physically Based Rendering, 4th edition, chapters 13 and 14.
 """
 
 from __future__ import annotations
@@ -32,36 +36,44 @@ from .samples import Samples, Settings, trace_samples
 from .whitted import find_interaction, medium_at
 
 BATCH = 32
-"""So many samples of a square of pixels are traced together."""
+"""Number of samples of a square of pixels that are traced together."""
 QUEUE_CAPACITY = BATCH * LANES
 _STATE, _LIGHT_QUERY, _HIT = 21, 14, 8
+"""Columns of a row of `PathQueue.paths`, `asks` and `hits`."""
 _END = 7
-"""The column of a ray's end in both; what belongs to it follows."""
+"""The column of a ray's end in paths and queries; the data of the path or the query follow."""
 _PLACE = 20
+"""The column of the row of colours that a path's light goes to."""
 _SINGLE, _KINDS = 8, 9
-"""Rays are of one of eight octants, or alone."""
+"""Kinds of rays: one of eight octants, or single rays, which are traced one by one."""
 _FEW = 4
-"""So many rays are traced one by one."""
+"""Up to this many rays of an octant are traced one by one."""
 PATHS, LIGHT_QUERIES, ROUND = 0, 1, 2
-"""What is counted: rows of both in use, and packets since the pool was emptied."""
+"""Counts: rows of paths and of queries in use, and packets since the queue was emptied."""
+
+
+# The queue of rays that wait for those of other samples
+#
+# Scattered rays go anywhere. One by one they cost three times as much as in streams of an octant each, of some hundred
+# or more (measured: 1,000 balls, bounces of 32 samples of 64 pixels). How a ray is traced changes no bit of its hit.
 
 
 class PathQueue(NamedTuple):
     """Memory of one thread. The first rows of tables are in use."""
 
-    paths: Floats  # (ROOM, _STATE) a ray, a `Path`, the place of its light: 64 · sample + pixel
-    asks: Floats  # (ROOM, _ASK) a ray to a source, the place of its light, rgb, the body it is to meet, its medium
-    hits: Floats  # (ROOM, _HIT) what the rays of one of them meet
+    paths: Floats  # (QUEUE_CAPACITY, _STATE) a ray, a `PathState`, the place of its light: 64 · sample + pixel
+    asks: Floats  # (QUEUE_CAPACITY, _LIGHT_QUERY) a ray to a source, its place, rgb, the body to hit, its medium
+    hits: Floats  # (QUEUE_CAPACITY, _HIT) the hits of the rays of one of both
     counts: Longs  # (3,)
-    order: Longs  # (ROOM,) rows by octant
-    kinds: Longs  # (ROOM,) each row's octant
-    begins: Longs  # (_KINDS + 1,) where in the order an octant's rows begin
+    order: Longs  # (QUEUE_CAPACITY,) rows by octant
+    kinds: Longs  # (QUEUE_CAPACITY,) each row's kind
+    begins: Longs  # (_KINDS + 1,) the begin of each kind's rows in the order
     stream: Stream
 
 
 @allocator
 def new_path_queue(geometry: Geometry) -> PathQueue:
-    """Memory for one thread."""
+    """Return an empty queue for one thread."""
     return PathQueue(
         np.empty((QUEUE_CAPACITY, _STATE)),
         np.empty((QUEUE_CAPACITY, _LIGHT_QUERY)),
@@ -76,12 +88,13 @@ def new_path_queue(geometry: Geometry) -> PathQueue:
 
 @inline
 def load_ray(row: Floats) -> Ray:
-    """The ray in a row."""
+    """Return the ray in a row."""
     return Ray(row[0], row[1], row[2], row[3], row[4], row[5], 0.0, row[_END], whole(row[6]))
 
 
 @inline
 def _put_ray(row: Floats, ray: Ray) -> None:
+    """Write a ray into a row."""
     row[0], row[1], row[2], row[3], row[4], row[5], row[6], row[_END] = (
         ray.ox, ray.oy, ray.oz, ray.dx, ray.dy, ray.dz, ray.start, ray.t_max,
     )  # fmt: skip
@@ -89,7 +102,7 @@ def _put_ray(row: Floats, ray: Ray) -> None:
 
 @inline
 def put_path(row: Floats, path: PathState, ray: Ray, place: int) -> None:
-    """A path and its ray into a row."""
+    """Write a path and its ray into a row."""
     _put_ray(row, ray)
     row[8], row[9], row[10], row[11], row[12], row[13], row[14] = (
         path.r, path.g, path.b, path.density, path.x, path.y, path.z,
@@ -100,7 +113,7 @@ def put_path(row: Floats, path: PathState, ray: Ray, place: int) -> None:
 
 @inline
 def load_path(row: Floats) -> tuple[PathState, int]:
-    """(the path in a row, its place)."""
+    """Return (the path in a row, its place)."""
     path = PathState(
         row[8], row[9], row[10], row[11], row[12], row[13], row[14], row[15], whole(row[16]), whole(row[17]), row[18],
         whole(row[19]),
@@ -109,21 +122,21 @@ def load_path(row: Floats) -> tuple[PathState, int]:
 
 
 @inline
-def put_light_query(row: Floats, asked: LightQuery, start: int, place: int) -> None:
-    """A ray to a source, from the surface `start`, and what it brings, into a row."""
-    _put_ray(row, Ray(asked.x, asked.y, asked.z, asked.d[0], asked.d[1], asked.d[2], 0.0, asked.end, start))
-    row[8], row[9], row[10], row[11], row[12], row[13] = place, asked.r, asked.g, asked.b, asked.body, asked.medium
+def put_light_query(row: Floats, query: LightQuery, start: int, place: int) -> None:
+    """Write a ray to a source, from the surface `start`, and its light into a row."""
+    _put_ray(row, Ray(query.x, query.y, query.z, query.d[0], query.d[1], query.d[2], 0.0, query.end, start))
+    row[8], row[9], row[10], row[11], row[12], row[13] = place, query.r, query.g, query.b, query.body, query.medium
 
 
 @inline
 def load_light_query(row: Floats) -> tuple[int, float, float, float, int, int]:
-    """(place, rgb, the body that is to be met first, the medium that the ray starts in) of a row."""
+    """Return (place, r, g, b, the body that the ray has to hit first, the medium that it starts in) of a row."""
     return whole(row[8]), row[9], row[10], row[11], whole(row[12]), whole(row[13])
 
 
 @inline
 def put_hit(row: Floats, hit: Hit) -> None:
-    """A hit into a row."""
+    """Write a hit into a row."""
     row[0], row[1], row[2], row[3], row[4], row[5], row[6] = (
         hit.t, hit.body, hit.entry, hit.place, hit.sense, 1.0 if hit.enters else 0.0, hit.off,
     )  # fmt: skip
@@ -131,13 +144,13 @@ def put_hit(row: Floats, hit: Hit) -> None:
 
 @inline
 def load_hit(row: Floats) -> Hit:
-    """The hit in a row."""
+    """Return the hit in a row."""
     return Hit(row[0], whole(row[1]), whole(row[2]), whole(row[3]), whole(row[4]), row[5] != 0.0, row[6], False)
 
 
 @helper
 def _sort(pool: PathQueue, rows: Floats, count: int) -> None:
-    """Rows into the order of their rays' octants; those keep theirs that have the same."""
+    """Sort rows by the octants of their rays (a counting sort): rows of one octant keep their order."""
     begins = pool.begins
     for kind in range(_KINDS + 1):
         begins[kind] = 0
@@ -158,14 +171,14 @@ def _sort(pool: PathQueue, rows: Floats, count: int) -> None:
 def trace_rows(
     geometry: Geometry, scratch: Scratch, pool: PathQueue, rows: Floats, count: int, blocks: Signs, any_hit: bool
 ) -> None:
-    """What the rays of the first `count` rows meet first, or any, into `hits`.
+    """Write the first hits, or any hits, of the rays of the first `count` rows into `hits`.
 
-    Only bodies with blocks[body] != 0 count, or all, if `blocks` is empty.
+    Only bodies with blocks[body] != 0 count, or all if `blocks` is empty.
     """
     _sort(pool, rows, count)
     first, stream = whole(0), pool.stream
     for kind in range(_KINDS):
-        end = pool.begins[kind]  # as sorting has moved it on
+        end = pool.begins[kind]  # sorting has moved the begin to the end
         together = kind != _SINGLE and end - first > _FEW
         if together:
             for j in range(first, end):
@@ -174,26 +187,17 @@ def trace_rows(
         for j in range(first, end):
             k = pool.order[j]
             hit = stream_hit(stream, j - first) if together else no_hit()
-            if not together or hit.unsure:  # single rays doubt less
+            if not together or hit.unsure:  # the code for single rays is in doubt less often
                 hit = first_crossing(geometry, scratch, load_ray(rows[k]), blocks, any_hit)
             put_hit(pool.hits[k], hit)
         first = end
 
 
-# Light transport by paths: what comes along a ray, followed backwards through one scattering after the other.
-#
-# At each point one source is asked for light (next-event estimation), and a direction is drawn from the surface; where
-# both could have found the same light they share it by the power heuristic (Veach, Robust Monte Carlo methods for light
-# transport simulation, 1997, section 9.2.3). Russian roulette ends paths that carry little. Camera rays, and theirs to
-# sources, are traced in packets; what was scattered waits in a pool, from which all paths of many samples go on
-# together,
-# a scattering at a time. Rays start on surfaces by identity, so none needs a distance to keep from them.
-#
-# After Pharr, Jakob and Humphreys, Physically Based Rendering, 4th edition, chapters 13 and 14.
+# The integrator: `gather` for a packet of camera rays, `finish` for the paths of a batch of samples
 
-_ROULETTE = 3  # so many scatterings are followed in any case
+_ROULETTE = 3  # roulette begins after this many scatterings
 _FIRST_PAIR, _PAIRS = 4, 4
-"""Numbers of pairs of dimensions: the first, and how many a scattering takes."""
+"""Pairs of dimensions of the random numbers: the first pair, and the number of pairs of a scattering."""
 
 
 class PathMemory(NamedTuple):
@@ -201,13 +205,13 @@ class PathMemory(NamedTuple):
 
     shadow: Floats  # the lanes of rays to sources
     pool: PathQueue
-    matte: Floats  # see `matte`
-    lit: PixelSquare  # of rays to the light of a picture that `is_plain`
+    matte: Floats  # see `direct_packet`
+    lit: PixelSquare  # of rays to the light of a picture that `has_one_light`
 
 
 @allocator
 def new_memory(geometry: Geometry, settings: Settings) -> PathMemory:
-    """Memory for one thread."""
+    """Return memory for one thread."""
     return PathMemory(new_lanes(), new_path_queue(geometry), new_rows(ROWS), new_square())
 
 
@@ -215,7 +219,7 @@ def new_memory(geometry: Geometry, settings: Settings) -> PathMemory:
 def _begin(
     geometry: Geometry, scratch: Scratch, pool: PathQueue, transport: PathLight, samples: Samples, left: Floats
 ) -> None:
-    """Paths of those camera rays that are left (left[LEFT:]), and what they meet, into further rows."""
+    """Write the paths of the camera rays that are left (left[REMAINING:]), and their hits, into further rows."""
     materials, place, count = transport.look.materials, LANES * pool.counts[ROUND], pool.counts[PATHS]
     for i in range(samples.size):
         if left[REMAINING + np.uint64(i)] == 0.0:
@@ -235,9 +239,9 @@ def _begin(
 def _round(
     geometry: Geometry, scratch: Scratch, pool: PathQueue, settings: Settings, samples: Samples, first: int, shift: int
 ) -> None:
-    """One scattering of the paths from row `first` on, which have met something; those that go on close up.
+    """Scatter the paths from row `first` on once, after their hits; those that go on close up the gaps.
 
-    samples: whose first is the sample of places 0 to 63, where the light of place `shift` is its first row.
+    samples: the first of them is the sample of places 0 to 63; the light of place `shift` is the first row of colours.
     """
     transport, colors = settings.look, samples.colors
     left, asks = first, pool.counts[LIGHT_QUERIES]
@@ -248,13 +252,13 @@ def _round(
         pixel, sample = samples.pixels[place & (LANES - 1)], samples.sample + ((place - shift) >> 6)
         pair = _FIRST_PAIR + _PAIRS * (path.turns + path.passed)
         random = settings.seed, pixel, sample, pair
-        found, path, ray, asked = extend_path(geometry, transport, settings.depth, random, path, ray, sight)
+        found, path, ray, query = extend_path(geometry, transport, settings.depth, random, path, ray, sight)
         at = place - shift
         colors[at, 0] += found[0]
         colors[at, 1] += found[1]
         colors[at, 2] += found[2]
-        if asked.end > 0.0:
-            put_light_query(pool.asks[asks], asked, sight.surface if asked.on_surface else whole(-1), place)
+        if query.end > 0.0:
+            put_light_query(pool.asks[asks], query, sight.surface if query.on_surface else whole(-1), place)
             asks += 1
         if max(path.r, max(path.g, path.b)) > 0.0:
             path = _roulette(settings.seed, pixel, sample, pair + 3, path)
@@ -266,7 +270,7 @@ def _round(
 
 @inline
 def _roulette(seed: int, pixel: int, sample: int, pair: int, path: PathState) -> PathState:
-    """The path, ended or made stronger by what others lose."""
+    """Return the path, ended by chance or weighed up for those that end (Russian roulette)."""
     if path.turns < _ROULETTE:
         return path
     likely = max(path.r, max(path.g, path.b)) * path.scale
@@ -280,7 +284,7 @@ def _roulette(seed: int, pixel: int, sample: int, pair: int, path: PathState) ->
 
 @inline
 def _reaches_lamp(pool: PathQueue, first: int) -> bool:
-    """Is any ray to a source, from row `first` on, to meet a body?"""
+    """Return whether any ray to a source, from row `first` on, has to hit a body."""
     found = False
     for k in range(first, pool.counts[LIGHT_QUERIES]):
         found = found or pool.asks[k, 12] >= 0.0
@@ -291,7 +295,7 @@ def _reaches_lamp(pool: PathQueue, first: int) -> bool:
 def _trace_light_queries(
     geometry: Geometry, scratch: Scratch, walk: PathMemory, transport: PathLight, packet: Packet, first: int
 ) -> None:
-    """What rays to sources meet, of one packet together: those of camera rays go to a lamp side by side."""
+    """Trace the rays to sources of one packet as a packet: from hits of camera rays they go to a lamp side by side."""
     lanes, materials, pool = walk.shadow, transport.look.materials, walk.pool
     count = pool.counts[LIGHT_QUERIES] - first
     for k in range(count):
@@ -316,7 +320,7 @@ def _add_light_queries(
     first: int,
     shift: int,
 ) -> None:
-    """Add what arrives along rays to sources, from row `first` on, and forget them."""
+    """Add the light that arrives along rays to sources, from row `first` on, and empty these rows."""
     materials, colors = transport.look.materials, samples.colors
     for k in range(first, pool.counts[LIGHT_QUERIES]):
         place, r, g, b, body, medium = load_light_query(pool.asks[k])
@@ -337,7 +341,7 @@ def _add_light_queries(
 
 @helper
 def gather(geometry: Geometry, scratch: Scratch, walk: PathMemory, settings: Settings, samples: Samples) -> None:
-    """Add what camera rays find and are sent from sources straight; `finish` adds the rest."""
+    """Add the light at the hits of camera rays, and the light of sources there; `finish` adds the rest."""
     transport, pool = settings.look, walk.pool
     trace_samples(geometry, scratch, samples)
     paths, asks, shift = pool.counts[PATHS], pool.counts[LIGHT_QUERIES], LANES * pool.counts[ROUND]
@@ -355,7 +359,7 @@ def gather(geometry: Geometry, scratch: Scratch, walk: PathMemory, settings: Set
 
 @helper
 def finish(geometry: Geometry, scratch: Scratch, walk: PathMemory, settings: Settings, samples: Samples) -> None:
-    """Add what comes back along the paths of all samples since the last time, after at most `depth` scatterings."""
+    """Add the light along the paths of all samples since the last call, after at most `depth` scatterings."""
     transport, pool = settings.look, walk.pool
     materials = transport.look.materials
     blocks = materials.opaque if materials.any_transparent else scratch.nothing

@@ -1,4 +1,4 @@
-"""One end of a path's ray: what is found there, what a source may add, and where the path goes on."""
+"""One vertex of a path: the light that its ray finds, a query to a source of light, and the direction to go on."""
 
 from __future__ import annotations
 
@@ -24,32 +24,31 @@ from ..sampling import sobol_pair, to_frame, to_world
 from ..textures.patterns import texture_color
 
 NO_DENSITY = -1.0
-"""Density of a direction that only a path finds: of camera rays, mirrors, smooth glass."""
-
+"""Density of a direction that sources cannot sample: of camera rays, mirrors, smooth glass."""
 
 _ROUGH_PAIRS = 1 << 20
-"""Numbers of pairs from those of a scattering to the one by which roughness is drawn between its steps."""
+"""Offset from a scattering's first pair of dimensions to the pair that draws roughness between its steps."""
 
 
 class PathState(NamedTuple):
-    """What a path carries along its ray."""
+    """The state of a path along its ray."""
 
     r: float  # its weight
     g: float
     b: float
-    density: float  # of the ray's direction, or NONE
-    x: float  # where it was drawn
+    density: float  # of the ray's direction, or NO_DENSITY
+    x: float  # the point where the direction was drawn
     y: float
     z: float
-    scale: float  # what refraction has taken from the weight, which comes back
-    medium: Any  # that the ray starts in
-    turns: Any  # how often it has been scattered
+    scale: float  # the factor that refraction has taken from the weight and will give back: for roulette
+    medium: Any  # the medium that the ray starts in
+    turns: Any  # the number of scatterings so far
     wave: float  # its wavelength in μm; 0: all
-    passed: Any  # how often it has gone straight through something
+    passed: Any  # the number of surfaces passed straight through
 
 
 class LightQuery(NamedTuple):
-    """A ray to a source, and what it brings if nothing is in the way; end 0 where none is asked."""
+    """A ray to a source, and the light along it if nothing is in the way; end 0 if there is no ray."""
 
     x: float
     y: float
@@ -65,13 +64,14 @@ class LightQuery(NamedTuple):
 
 
 @inline
-def _no_source() -> LightQuery:
+def _no_query() -> LightQuery:
+    """Return a query without a ray."""
     return LightQuery(0.0, 0.0, 0.0, (0.0, 0.0, 1.0), 0.0, whole(-1), 0.0, 0.0, 0.0, whole(-1), False)
 
 
 @inline
 def scale_path(path: PathState, r: float, g: float, b: float) -> PathState:
-    """The path with its weight times rgb."""
+    """Return the path with its weight times rgb."""
     return PathState(
         path.r * r, path.g * g, path.b * b, path.density, path.x, path.y, path.z, path.scale, path.medium, path.turns,
         path.wave, path.passed,
@@ -80,12 +80,13 @@ def scale_path(path: PathState, r: float, g: float, b: float) -> PathState:
 
 @inline
 def _end_path(path: PathState) -> PathState:
+    """Return the path with weight 0, which ends it."""
     return scale_path(path, 0.0, 0.0, 0.0)
 
 
 @inline
 def _with_wavelength(path: PathState, wave: float) -> PathState:
-    """The path, of one wavelength from now on."""
+    """Return the path, of one wavelength from now on."""
     r, g, b = wavelength_color(wave)
     return PathState(
         path.r * r, path.g * g, path.b * b, path.density, path.x, path.y, path.z, path.scale, path.medium, path.turns,
@@ -97,13 +98,13 @@ def _with_wavelength(path: PathState, wave: float) -> PathState:
 def _scatter_path(
     path: PathState, density: float, x: float, y: float, z: float, medium: int, scale: float
 ) -> PathState:
-    """The path, scattered at a point."""
+    """Return the path, scattered at a point."""
     return PathState(path.r, path.g, path.b, density, x, y, z, scale, medium, path.turns + 1, path.wave, path.passed)
 
 
 @inline
 def _pass_straight(path: PathState, medium: int) -> PathState:
-    """The path, straight through something."""
+    """Return the path, straight through a surface."""
     return PathState(
         path.r, path.g, path.b, path.density, path.x, path.y, path.z, path.scale, medium, path.turns, path.wave,
         path.passed + 1,
@@ -112,7 +113,7 @@ def _pass_straight(path: PathState, medium: int) -> PathState:
 
 @inline
 def _power_heuristic(own: float, other: float) -> float:
-    """The power heuristic, of a density `own` against another."""
+    """Return the share of a sample of density `own` against another strategy's density, by the power heuristic."""
     if other <= 0.0:
         return 1.0
     if own == math.inf:
@@ -126,9 +127,9 @@ def extend_path(
     geometry: Geometry, transport: PathLight, depth: int, random: tuple[int, int, int, int], path: PathState, ray: Ray,
     sight: SurfaceInteraction,
 ) -> tuple[tuple[float, float, float], PathState, Ray, LightQuery]:  # fmt: skip
-    """(light found at the end of a path's ray, the path and its ray beyond, a source that is asked).
+    """Return (the light found at the end of a path's ray, the path and its ray beyond, a query to a source).
 
-    random: seed, pixel, sample and the first pair of dimensions.
+    random: seed, pixel, sample and the first pair of dimensions of this scattering.
     """
     materials = transport.look.materials
     medium = path.medium if sight.body < 0 else sight.before
@@ -144,13 +145,13 @@ def extend_path(
             r, g, b = medium_transmittance(materials, medium, length)
             path = scale_path(path, r, g, b)
     if sight.body < 0:
-        return _escape_light(transport, path, ray), _end_path(path), ray, _no_source()
+        return _escape_light(transport, path, ray), _end_path(path), ray, _no_query()
     return _at_surface(geometry, transport, depth, random, path, ray, sight)
 
 
 @inline
 def _escape_light(transport: PathLight, path: PathState, ray: Ray) -> tuple[float, float, float]:
-    """Light of the surroundings."""
+    """Return the light of the surroundings, shared with the sources sampled where the path came from."""
     look = transport.look
     if transport.surroundings.width > 0:
         r, g, b = environment_radiance(transport.surroundings, ray.dx, ray.dy, ray.dz)
@@ -171,7 +172,7 @@ def _escape_light(transport: PathLight, path: PathState, ray: Ray) -> tuple[floa
 def _emitted_light(
     transport: PathLight, path: PathState, sight: SurfaceInteraction, row: Any
 ) -> tuple[float, float, float]:
-    """Light of a surface itself, shared with what sources were asked for where the path came from."""
+    """Return the light that a surface emits, shared with the sources sampled where the path came from."""
     r, g, b = row.emission[0], row.emission[1], row.emission[2]
     if r + g + b == 0.0:
         return 0.0, 0.0, 0.0
@@ -185,7 +186,7 @@ def _emitted_light(
 
 @inline
 def _index(materials: MaterialTable, medium: int, wave: float) -> float:
-    """Refractive index of a medium for a path's wavelength."""
+    """Return the refractive index of a medium for a path's wavelength."""
     if medium < 0:
         return 1.0
     return index_at_wavelength(materials.rows[medium].index, materials.rows[medium].dispersion, wave)
@@ -193,6 +194,7 @@ def _index(materials: MaterialTable, medium: int, wave: float) -> float:
 
 @inline
 def _disperses(materials: MaterialTable, medium: int) -> bool:
+    """Return whether the index of a medium depends on the wavelength."""
     return medium >= 0 and materials.rows[medium].dispersion > 0.0
 
 
@@ -205,7 +207,7 @@ def _lobe_surface(
     number: int,
     from_inside: bool,
 ) -> LobeSurface:
-    """The surface that is met, as its lobes see it."""
+    """Return the properties of an interaction that lobes depend on."""
     row = materials.rows[number]
     r, g, b = surface_color(geometry, materials, sight)
     refracts, eta = materials.medium[sight.body] == 1, 1.0
@@ -217,7 +219,7 @@ def _lobe_surface(
 
 @inline
 def _lets_through(materials: MaterialTable, at: LobeSurface) -> bool:
-    """May light go straight through the surface?"""
+    """Return whether light may go straight through the surface."""
     row = materials.rows[at.row]
     return row.transparency[0] + row.transparency[1] + row.transparency[2] > 0.0
 
@@ -226,7 +228,7 @@ def _lets_through(materials: MaterialTable, at: LobeSurface) -> bool:
 def _as_rough(
     geometry: Geometry, materials: MaterialTable, sight: SurfaceInteraction, at: LobeSurface, u: float
 ) -> LobeSurface:
-    """The surface with the roughness that a texture has there: one of two steps, by chance u as near as it is."""
+    """Return the surface with the roughness of its texture: one of the two nearest steps, chosen by u by nearness."""
     row = materials.rows[at.row]
     r, g, b = texture_color(
         geometry, materials.textures, materials.texels, row.rough_texture, texture_place(materials, sight)
@@ -244,12 +246,12 @@ def _at_surface(
     geometry: Geometry, transport: PathLight, depth: int, random: tuple[int, int, int, int], path: PathState, ray: Ray,
     sight: SurfaceInteraction,
 ) -> tuple[tuple[float, float, float], PathState, Ray, LightQuery]:  # fmt: skip
-    """`at_ray`, where a surface is met."""
-    materials, asked = transport.look.materials, _no_source()
+    """Return `extend_path` where the ray hits a surface."""
+    materials, query = transport.look.materials, _no_query()
     number = material_row(geometry, materials, sight.body, sight.face)
     found = _emitted_light(transport, path, sight, materials.rows[number])
     if path.turns >= depth:
-        return found, _end_path(path), ray, asked
+        return found, _end_path(path), ray, query
     seed, pixel, sample, pair = random
     if path.wave == 0.0 and (_disperses(materials, sight.before) or _disperses(materials, sight.after)):
         path = _with_wavelength(path, sample_wavelength(sobol_pair(seed, pixel, sample, 3)[1]))
@@ -262,12 +264,15 @@ def _at_surface(
         point = bend_normal(geometry, materials, sight, number, point, from_inside)
         g = to_frame(n, (point.nx, point.ny, point.nz))
         n = point.nx, point.ny, point.nz
+    # The frame of the lobes: o back along the path, z along the shading normal, g the true normal
     o = to_frame((point.ex, point.ey, point.ez), n)
     beyond = sight.after if at.refracts else sight.before
+    # After the last scattering a path finds only light that no source ray brings: of what glows, or behind a pane
     goes_on = path.turns + 1 < depth or transport.shines or _lets_through(materials, at)
     light, lobe = 0.0, 0.0
     if goes_on or len(transport.sources.records) > 1:
         light, lobe = sobol_pair(seed, pixel, sample, pair)
+    # Light of one source
     if len(transport.sources.records) > 0 and has_extent(materials, at):
         u, v = 0.0, 0.0
         if has_area(transport.sources):
@@ -281,17 +286,19 @@ def _at_surface(
             r, green, b, density = evaluate_bsdf(materials, transport.albedos, at, o, i, g)
             if r + green + b > 0.0:
                 part = _power_heuristic(lit.density, density) if lit.density > 0.0 else 1.0
-                asked = LightQuery(
+                query = LightQuery(
                     sight.x, sight.y, sight.z, lit.d, lit.end, whole(lit.body), path.r * r * lit.r * part,
                     path.g * green * lit.g * part, path.b * b * lit.b * part,
                     sight.before if dot(i[0], i[1], i[2], g[0], g[1], g[2]) > 0.0 else beyond, True,
                 )  # fmt: skip
+
+    # On along a direction of the surface
     if not goes_on:
-        return found, _end_path(path), ray, asked
+        return found, _end_path(path), ray, query
     u, v = sobol_pair(seed, pixel, sample, pair + 2)
     drawn = sample_bsdf(materials, transport.albedos, at, o, g, lobe, u, v)
     if drawn.how == LOST or (drawn.how != STRAIGHT and path.turns + 1 >= depth and not transport.shines):
-        return found, _end_path(path), ray, asked
+        return found, _end_path(path), ray, query
     d = ray.dx, ray.dy, ray.dz
     if drawn.how != STRAIGHT:
         d = to_world(drawn.i, n)
@@ -304,7 +311,7 @@ def _at_surface(
     else:
         density = NO_DENSITY if drawn.how == SHARP else drawn.density
         path = _scatter_path(path, density, sight.x, sight.y, sight.z, medium, scale)
-    return found, path, Ray(sight.x, sight.y, sight.z, d[0], d[1], d[2], 0.0, math.inf, sight.surface), asked
+    return found, path, Ray(sight.x, sight.y, sight.z, d[0], d[1], d[2], 0.0, math.inf, sight.surface), query
 
 
 @helper
@@ -312,10 +319,10 @@ def _in_medium(
     transport: PathLight, depth: int, random: tuple[int, int, int, int], path: PathState, ray: Ray, medium: int,
     length: float,
 ) -> tuple[tuple[float, float, float], PathState, Ray, LightQuery]:  # fmt: skip
-    """`at_ray`, where a medium scatters the light before a wall is met."""
-    asked, dark = _no_source(), (0.0, 0.0, 0.0)
+    """Return `extend_path` where a medium scatters the light before the next wall."""
+    query, dark = _no_query(), (0.0, 0.0, 0.0)
     if path.turns >= depth:
-        return dark, _end_path(path), ray, asked
+        return dark, _end_path(path), ray, query
     x, y, z = ray.ox + length * ray.dx, ray.oy + length * ray.dy, ray.oz + length * ray.dz
     g, d = transport.look.materials.rows[medium].anisotropy, (ray.dx, ray.dy, ray.dz)
     seed, pixel, sample, pair = random
@@ -327,11 +334,11 @@ def _in_medium(
             size = math.sqrt(dot(lit.d[0], lit.d[1], lit.d[2], lit.d[0], lit.d[1], lit.d[2]))
             f = phase_function(g, dot(d[0], d[1], d[2], lit.d[0], lit.d[1], lit.d[2]) / size)
             part = f * _power_heuristic(lit.density, f) if lit.density > 0.0 else f
-            asked = LightQuery(
+            query = LightQuery(
                 x, y, z, lit.d, lit.end, whole(lit.body), path.r * lit.r * part, path.g * lit.g * part,
                 path.b * lit.b * part, whole(medium), False,
             )  # fmt: skip
     u, v = sobol_pair(seed, pixel, sample, pair + 2)
     d, density = sample_phase_function(g, d, u, v)
     path = _scatter_path(path, density, x, y, z, whole(medium), path.scale)
-    return dark, path, Ray(x, y, z, d[0], d[1], d[2], 0.0, math.inf, whole(-1)), asked
+    return dark, path, Ray(x, y, z, d[0], d[1], d[2], 0.0, math.inf, whole(-1)), query

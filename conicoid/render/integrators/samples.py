@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
+
+import numpy as np
 
 from ..._jit.decorators import allocator, inline, record_shapes
 from ...kernels.body.hit import resolve_hit
@@ -11,6 +13,9 @@ from ...kernels.packet.lanes import close_lanes, lane_hit, lane_ray
 from ...kernels.packet.packet import Packet
 from ...kernels.packet.traversal import PixelSquare, trace_square
 from ...kernels.tables import Floats, Geometry, Longs
+
+NO_SURFACE = cast(int, np.int64(-1))  # a Python int would be a type of its own to the compiler
+"""The start surface of a ray that begins on none."""
 
 
 @record_shapes(samples="1..1048576", depth="0..10000", sobol="0..1")

@@ -11,7 +11,7 @@ Radiance L in the solid angle dω gives what a light of intensity L dω / π wou
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple, cast
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -44,18 +44,28 @@ from ...kernels.packet.traversal import trace_packet
 from ...kernels.ray import Ray, with_limits
 from ...kernels.surface.records import normal_at
 from ...kernels.tables import Floats, Geometry, is_halted, whole
-from ..bsdf.fresnel import dielectric_fresnel, reflect, refract, schlick
+from ..bsdf.dielectric import split_at_wall
+from ..bsdf.fresnel import reflect
 from ..bsdf.material_table import MaterialTable, material_row
 from ..bsdf.medium import OUTSIDE, absorb, body_medium, is_invisible_wall, medium_index
+from ..bsdf.registry import mirror_share
 from ..bsdf.shading_normal import bend_normal, has_relief, is_behind, mirror_to_side
 from ..interaction import ShadingPoint, SurfaceInteraction, face_viewer, shows_light
-from ..lights.direct_light import direct_light, highlight, shading_point_of, shadow_lights, shadow_ray, surface_color
+from ..lights.direct_light import (
+    diffuse_light,
+    direct_light,
+    highlight,
+    shading_point_of,
+    shadow_lights,
+    shadow_ray,
+    surface_color,
+)
 from ..lights.environment import background_color
 from ..lights.light_sampling import LightSample, choose_light, sample_lamp
 from ..lights.light_tables import LightSources, ShadingTables, WhittedLight
 from ..lights.shadow import shadow_transmittance
 from ..sampling import sobol_pair
-from .samples import Samples, Settings, trace_samples
+from .samples import NO_SURFACE, Samples, Settings, trace_samples
 
 MOST_LAMPS = 8
 _FIRST_LAMP_PAIR = 8
@@ -138,7 +148,7 @@ def lamp_light(
         lx, ly, lz = found.d
         size = math.sqrt(dot(lx, ly, lz, lx, ly, lz))
         lx, ly, lz = lx / size, ly / size, lz / size
-        cosine = dot(point.nx, point.ny, point.nz, lx, ly, lz)
+        cosine = diffuse_light(row, lx, ly, lz, point)
         shine = highlight(row, lx, ly, lz, point)
         r, g, b = _PER_PI * ar * found.r, _PER_PI * ag * found.g, _PER_PI * ab * found.b
         dr, dg, db = dr + r * cosine, dg + g * cosine, db + b * cosine
@@ -150,9 +160,6 @@ def lamp_light(
 
 FAINT = 2.0**-12
 """A ray that adds less than this share of what it meets is not followed."""
-
-NO_SURFACE = cast(int, np.int64(-1))  # a Python int would be a type of its own to the compiler
-"""Start of a ray that lies on no surface."""
 
 
 class PendingRay(NamedTuple):
@@ -260,15 +267,6 @@ def first_visible_wall(
     return crossed, before, after
 
 
-@inline
-def opaque_reflectance(row: object, cosine: float) -> tuple[float, float, float]:
-    """F of a surface that does not refract."""
-    r, g, b = row.reflectivity[0], row.reflectivity[1], row.reflectivity[2]  # type: ignore[attr-defined]
-    if row.fresnel == 1:  # type: ignore[attr-defined]
-        return schlick(r, cosine), schlick(g, cosine), schlick(b, cosine)
-    return r, g, b
-
-
 @helper
 def medium_at(geometry: Geometry, scratch: Scratch, materials: MaterialTable, x: float, y: float, z: float) -> int:
     """The medium at a point, of a scene that has transparent bodies."""
@@ -307,12 +305,11 @@ def shade(
 
     # How light parts there: F is reflected, of the rest a share goes through
     refracts = materials.medium[sight.body] == 1
-    fr, fg, fb = opaque_reflectance(row, cosine)
+    fr, fg, fb = mirror_share(row, cosine)
     tx, ty, tz = dx, dy, dz
     if refracts:
         eta = medium_index(materials, sight.before) / medium_index(materials, sight.after)
-        tx, ty, tz, beyond = refract(dx, dy, dz, nx, ny, nz, eta)
-        fr = dielectric_fresnel(cosine, beyond, eta)
+        tx, ty, tz, fr = split_at_wall((dx, dy, dz), (nx, ny, nz), cosine, eta)
         fg, fb = fr, fr
         if bent:
             tx, ty, tz = mirror_to_side(tx, ty, tz, gx, gy, gz, False)

@@ -1,5 +1,5 @@
-"""Where light comes from: lamps with an extent, points, parallel light and the surroundings, drawn by chance.
+"""Sources of light: lamps with an extent, point and parallel lights, and surroundings, sampled by chance.
 
-A source is a row of a table, whatever it is; which one a point asks is decided by chance, by what might arrive from
-each. Directions to lamps are drawn by solid angle (balls) or by area (discs, polygons, cylinders).
+A source of any kind is a row of a table. A point chooses one at random, weighed by the light that may arrive from each.
+Directions to lamps are drawn by solid angle (balls, near polygons) or by area (discs, cylinders, other polygons).
 """

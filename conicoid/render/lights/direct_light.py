@@ -1,4 +1,7 @@
-"""The light that a surface sends to the eye by itself: ambient, diffuse and highlights."""
+"""Whitted's local light: the diffuse light and the highlights of point and parallel lights, and their shadow rays.
+
+The laws come from the kinds of surface (`bsdf.registry`). The colour of a surface is here too, for all integrators.
+"""
 
 from __future__ import annotations
 
@@ -22,7 +25,7 @@ from ..bsdf.material_table import (
     color_on_uv,
     material_row,
 )
-from ..bsdf.phong import half_vector, phong
+from ..bsdf.registry import diffuse_cosine, kind_highlight
 from ..bsdf.shading_normal import bend_normal, has_relief, is_behind, texture_place
 from ..interaction import ShadingPoint, SurfaceInteraction, face_viewer, shows_light
 from ..textures.patterns import texture_color
@@ -30,14 +33,14 @@ from .light_tables import ShadingTables
 from .point_lights import light_direction, light_share
 from .shadow import shadow_transmittance
 
-_FAINT = 1e-5  # a highlight under this is not worth a shadow ray
+_FAINT = 1e-5  # a highlight fainter than this gets no shadow ray
 
 
 @inline
 def surface_color(
     geometry: Geometry, materials: MaterialTable, sight: SurfaceInteraction
 ) -> tuple[float, float, float]:
-    """The diffuse colour at a point."""
+    """Return the diffuse colour at a point, linear rgb."""
     row = materials.rows[material_row(geometry, materials, sight.body, sight.face)]
     if row.pattern == PLAIN:
         return checker_color(row, True)
@@ -53,16 +56,23 @@ def surface_color(
 
 @inline
 def highlight(row: Any, lx: float, ly: float, lz: float, point: ShadingPoint) -> float:
-    """The material's highlight, half-vector or Phong, of light from unit l."""
-    light, normal, eye = (lx, ly, lz), (point.nx, point.ny, point.nz), (point.ex, point.ey, point.ez)
-    if row.half_vector == 1:
-        return half_vector(light, eye, normal, row.shininess)
-    return phong(light, eye, normal, row.shininess)
+    """Return the material's highlight of light from unit l."""
+    return kind_highlight(row, (lx, ly, lz), (point.ex, point.ey, point.ez), (point.nx, point.ny, point.nz))
+
+
+@inline
+def diffuse_light(row: Any, lx: float, ly: float, lz: float, point: ShadingPoint) -> float:
+    """Return the factor of the material's diffuse colour for light from unit l: N·L, unless its kind has its own."""
+    return diffuse_cosine(row, (lx, ly, lz), (point.ex, point.ey, point.ez), (point.nx, point.ny, point.nz))
 
 
 @inline
 def evaluate_light(light: Any, row: Any, point: ShadingPoint) -> tuple[float, float, float, float, float, float, float]:
-    """(l, end, N·L, highlight, share): the ray to a light and what its light would do there; share 0 if nothing."""
+    """Return (lx, ly, lz, end, diffuse factor, highlight, share) of a light at a point.
+
+    l is the direction of the ray to the light, not of unit length, which ends at the parameter `end`. The share is that
+    of the light's intensity, without shadows; 0 where the light adds nothing.
+    """
     return _evaluate_light(light, row, point, True)
 
 
@@ -70,6 +80,7 @@ def evaluate_light(light: Any, row: Any, point: ShadingPoint) -> tuple[float, fl
 def _evaluate_light(
     light: Any, row: Any, point: ShadingPoint, shines: bool
 ) -> tuple[float, float, float, float, float, float, float]:
+    """Return `evaluate_light`; the highlight is left 0 if not `shines`."""
     lx, ly, lz, end = light_direction(light, point.x, point.y, point.z)
     distance = math.sqrt(dot(lx, ly, lz, lx, ly, lz))
     if distance == 0.0:
@@ -83,14 +94,14 @@ def _evaluate_light(
     part = light_share(light, ux, uy, uz, distance)
     if row.diffuse == 0.0 and shine < _FAINT:
         part = 0.0
-    return lx, ly, lz, end, cosine, shine, part
+    return lx, ly, lz, end, diffuse_light(row, ux, uy, uz, point), shine, part
 
 
 @inline
 def shading_point_of(
     geometry: Geometry, materials: MaterialTable, sight: SurfaceInteraction, dx: float, dy: float, dz: float
 ) -> tuple[bool, int, ShadingPoint]:
-    """(does what is seen along d show the light of lights?, the row of its material, the point as it is shaded)."""
+    """Return (whether lights show on what a ray along d meets, the row of its material, the point with its normal)."""
     point, _, from_inside = face_viewer(sight, dx, dy, dz)
     row = material_row(geometry, materials, sight.body, sight.face)
     if has_relief(materials.rows[row]):
@@ -100,10 +111,10 @@ def shading_point_of(
 
 @inline
 def shadow_ray(light: Any, row: Any, point: ShadingPoint, surface: int) -> tuple[Ray, bool]:
-    """(the ray from a point of a surface to a light, is it worth tracing?)
+    """Return (the ray from a point of a surface to a light, whether it is worth tracing).
 
-    Which lights are asked is decided here alone. The highlight, a costly power, is worked out only where it decides
-    that.
+    Only this function decides which lights get shadow rays. It computes the highlight, a costly power, only where the
+    decision depends on it: without a diffuse part.
     """
     lx, ly, lz, end, _, _, part = _evaluate_light(light, row, point, row.diffuse == 0.0)
     return Ray(point.x, point.y, point.z, lx, ly, lz, 0.0, end, surface), part != 0.0
@@ -120,9 +131,10 @@ def shadow_lights(
     dy: float,
     dz: float,
 ) -> None:
-    """How much of each light (rgb, into `arrived`) reaches what is seen along unit d, where it shows that.
+    """Write the share of each light, rgb, that reaches what a ray along unit d meets, into `arrived` (3 lights).
 
-    As `wave` does for the rays of a packet.
+    `whitted` does the same for the rays of a packet. Nothing is written where lights do not show, or for lights that
+    get no ray.
     """
     materials = look.materials
     shows, number, point = shading_point_of(geometry, materials, sight, dx, dy, dz)
@@ -130,10 +142,10 @@ def shadow_lights(
         return
     row = materials.rows[number]
     for k in range(len(look.lights)):
-        ray, asked = shadow_ray(look.lights[k], row, point, sight.surface)
-        if asked and has_relief(row) and is_behind(sight, dx, dy, dz, ray.dx, ray.dy, ray.dz):
+        ray, traced = shadow_ray(look.lights[k], row, point, sight.surface)
+        if traced and has_relief(row) and is_behind(sight, dx, dy, dz, ray.dx, ray.dy, ray.dz):
             arrived[3 * k], arrived[3 * k + 1], arrived[3 * k + 2] = 0.0, 0.0, 0.0
-        elif asked:
+        elif traced:
             covered = is_blocked(geometry, scratch, ray, materials.opaque)
             arrived[3 * k], arrived[3 * k + 1], arrived[3 * k + 2] = shadow_transmittance(
                 geometry, scratch, materials, ray, sight.before, covered
@@ -144,7 +156,7 @@ def shadow_lights(
 def direct_light(
     look: ShadingTables, row: Any, arrived: Floats, at: int, point: ShadingPoint
 ) -> tuple[float, float, float, float, float, float]:
-    """(Σ I N·L, Σ I h), each rgb, over the lights, of which arrived[at:] reaches the point."""
+    """Return (Σ I N·L, Σ I h), each rgb, over the lights; arrived[at:] are their shares that reach the point."""
     dr, dg, db, hr, hg, hb = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for k in range(len(look.lights)):
         light = look.lights[k]

@@ -1,4 +1,4 @@
-"""What rays see that hit nothing."""
+"""Backgrounds: the colour of rays that hit nothing, and images of all directions as sources of light."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ Colors: TypeAlias = tuple[tuple[float, float, float], tuple[float, float, float]
 
 
 def lower_background(background: Background | None) -> Colors:
-    """Colours straight up, at the horizon and straight down."""
+    """Return the colours straight up, at the horizon and straight down; of an image the means of three strips."""
     sky = DEFAULT_BACKGROUND if background is None else background
     if isinstance(sky, Sky):
         zenith, horizon = _times(sky.intensity, sky.zenith), _times(sky.intensity, sky.horizon)
@@ -35,7 +35,7 @@ def lower_background(background: Background | None) -> Colors:
 
 
 def _means(image: Environment) -> Colors:
-    """Mean colours of the uppermost, the middle and the lowest tenth of an image."""
+    """Return the mean colours of the uppermost, the middle and the lowest tenth of an image."""
     pixels = image.radiance
     height = len(pixels)
     part = max(1, height // 10)
@@ -46,13 +46,14 @@ def _means(image: Environment) -> Colors:
 
 
 def _times(intensity: float, color: Color) -> Vector:
+    """Return a colour times a number, linear rgb."""
     r, g, b = linear_rgb(color)
     return intensity * r, intensity * g, intensity * b
 
 
 @inline
 def background_color(colors: Colors, dz: float) -> tuple[float, float, float]:
-    """Colour along a unit direction: from the horizon linear in sqrt|dz|."""
+    """Return the colour along a unit direction: from the horizon on it is linear in sqrt|dz|."""
     zenith, horizon, ground = colors
     s = math.sqrt(min(1.0, abs(dz)))
     if dz > 0.0:
@@ -70,27 +71,25 @@ def background_color(colors: Colors, dz: float) -> tuple[float, float, float]:
 
 @inline
 def blend_colors(a: float, b: float, s: float) -> float:
-    """a at s = 0, b at s = 1."""
+    """Return a at s = 0, b at s = 1, linear between them."""
     return a + s * (b - a)
 
 
-# Surroundings as an image of all directions, drawn from by how bright they are.
+# An image of all directions as a source of light, sampled by its brightness
 #
 # Longitude is the angle about z from the x axis, counter-clockwise, along rows of the image from left to right; the
-# first
-# row is straight up. Between the middles of pixels radiance is bilinear. Directions are drawn by rows and then by
-# columns
-# of a table of the pixels' brightness times sin θ (Pharr, Jakob and Humphreys, Physically Based Rendering, 4th edition,
-# section 12.5).
+# first row is straight up. Between the middles of pixels radiance is bilinear. Directions are drawn by rows and then by
+# columns of a table of the pixels' brightness times their solid angle (Pharr, Jakob and Humphreys, Physically Based
+# Rendering, 4th edition, section 12.5).
 
 
 @record_shapes(pixels="image", rows="*", columns="*", width="0..image", height="0..image")
 class EnvironmentTable(NamedTuple):
-    """An image around a scene; of no width where there is none."""
+    """An image around a scene; its width is 0 if there is none."""
 
     pixels: Floats  # (height width 3)
-    rows: Floats  # (height + 1) the share of light from above a row
-    columns: Floats  # (height (width + 1)) of each row the share from the left of a column
+    rows: Floats  # (height + 1) the share of light above a row
+    columns: Floats  # (height (width + 1)) in each row the share of light to the left of a column
     width: int
     height: int
 
@@ -99,7 +98,7 @@ NO_ENVIRONMENT = EnvironmentTable(np.zeros(0), np.zeros(0), np.zeros(0), 0, 0)
 
 
 def lower_environment(pixels: npt.NDArray[Any] | None) -> EnvironmentTable:
-    """The image of a scene's background (height, width, 3), if that is one."""
+    """Return the tables of an image of the surroundings (height, width, 3); `NO_ENVIRONMENT` for None."""
     if pixels is None:
         return NO_ENVIRONMENT
     image = np.ascontiguousarray(pixels, np.float64)
@@ -119,19 +118,19 @@ def lower_environment(pixels: npt.NDArray[Any] | None) -> EnvironmentTable:
 
 
 def _heights(rows: int) -> npt.NDArray[np.float64]:
-    """z of the edges of rows, from 1 to -1, rounded once."""
+    """Return z of the edges of rows, from 1 to -1, rounded once."""
     return np.array([sin_cos_degrees(Fraction(180 * k, rows))[1] for k in range(rows + 1)])
 
 
 def mean_radiance(pixels: npt.NDArray[Any]) -> float:
-    """Of all directions."""
+    """Return the mean radiance of all directions."""
     edges = _heights(len(pixels))
     weights: Any = (edges[:-1] - edges[1:])[:, None]
     return float((np.asarray(pixels, np.float64).mean(axis=2) * weights).sum() / (2 * pixels.shape[1]))
 
 
 def _spread(light: Any) -> Any:
-    """How bright pixels are with what bilinear values have of their neighbours: each eighth of them."""
+    """Return the brightness of pixels, blended with an eighth of each neighbour, as bilinear values reach over."""
     along = (np.roll(light, 1, axis=1) + 6 * light + np.roll(light, -1, axis=1)) / 8
     above, below = np.concatenate([along[:1], along[:-1]]), np.concatenate([along[1:], along[-1:]])
     return (above + 6 * along + below) / 8
@@ -139,6 +138,7 @@ def _spread(light: Any) -> Any:
 
 @inline
 def _pixel(around_all: EnvironmentTable, row: int, column: int, c: int) -> float:
+    """Return a channel of a pixel; rows end at the poles, columns go around."""
     row = min(around_all.height - 1, max(0, row))
     column = column - around_all.width if column >= around_all.width else column
     column = column + around_all.width if column < 0 else column
@@ -147,6 +147,7 @@ def _pixel(around_all: EnvironmentTable, row: int, column: int, c: int) -> float
 
 @inline
 def _blend(around_all: EnvironmentTable, row: int, column: int, s: float, t: float, c: int) -> float:
+    """Return a channel between four pixels."""
     above = (1.0 - t) * _pixel(around_all, row, column, c) + t * _pixel(around_all, row, column + 1, c)
     below = (1.0 - t) * _pixel(around_all, row + 1, column, c) + t * _pixel(around_all, row + 1, column + 1, c)
     return (1.0 - s) * above + s * below
@@ -154,14 +155,14 @@ def _blend(around_all: EnvironmentTable, row: int, column: int, s: float, t: flo
 
 @inline
 def _place(around_all: EnvironmentTable, dx: float, dy: float, dz: float) -> tuple[float, float]:
-    """(row, column) of a unit direction, in pixels from the corner."""
+    """Return (row, column) of a unit direction, in pixels from the corner."""
     row = acos(min(1.0, max(-1.0, dz))) / math.pi * around_all.height
     return row, turns(dx, dy) * around_all.width
 
 
 @helper
 def environment_radiance(around_all: EnvironmentTable, dx: float, dy: float, dz: float) -> tuple[float, float, float]:
-    """What comes from a unit direction."""
+    """Return the radiance, rgb, from a unit direction."""
     row, column = _place(around_all, dx, dy, dz)
     above, left = int(np.floor(row - 0.5)), int(np.floor(column - 0.5))
     s, t = row - 0.5 - above, column - 0.5 - left
@@ -174,7 +175,7 @@ def environment_radiance(around_all: EnvironmentTable, dx: float, dy: float, dz:
 
 @inline
 def _cell_density(around_all: EnvironmentTable, row: int, column: int) -> float:
-    """Of the directions of a pixel: its share of light over its solid angle."""
+    """Return the density of the directions of a pixel: its share of light over its solid angle."""
     w = around_all.width
     share = around_all.rows[row + 1] - around_all.rows[row]
     at = row * (w + 1) + column
@@ -186,7 +187,7 @@ def _cell_density(around_all: EnvironmentTable, row: int, column: int) -> float:
 
 @helper
 def environment_density(around_all: EnvironmentTable, dx: float, dy: float, dz: float) -> float:
-    """How densely a unit direction is drawn, per solid angle."""
+    """Return the density by which `environment_direction` takes a unit direction, per solid angle."""
     row, column = _place(around_all, dx, dy, dz)
     h, w = around_all.height, around_all.width
     return _cell_density(around_all, min(h - 1, int(row)), min(w - 1, int(column)))
@@ -194,7 +195,7 @@ def environment_density(around_all: EnvironmentTable, dx: float, dy: float, dz: 
 
 @inline
 def _last_below(values: Floats, first: int, count: int, u: float) -> int:
-    """The k with values[first + k] <= u < values[first + k + 1], of `count` intervals."""
+    """Return the k with values[first + k] <= u < values[first + k + 1], of `count` intervals."""
     low, high = 0, count - 1
     while low < high:
         middle = (low + high + 1) >> 1
@@ -207,7 +208,7 @@ def _last_below(values: Floats, first: int, count: int, u: float) -> int:
 
 @helper
 def environment_direction(around_all: EnvironmentTable, u: float, v: float) -> tuple[Direction, float]:
-    """(a unit direction, its density)."""
+    """Return (a unit direction, its density) for two numbers in [0, 1)."""
     h, w = around_all.height, around_all.width
     row = _last_below(around_all.rows, 0, h, u)
     low, high = around_all.rows[row], around_all.rows[row + 1]

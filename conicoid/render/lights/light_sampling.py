@@ -1,8 +1,6 @@
-"""Triangles and polygons by the solid angle that they fill, for lamps that are near.
+"""Sampling of light sources: the choice of a source, directions to it, and their densities per solid angle.
 
-Arvo, Stratified sampling of spherical triangles, SIGGRAPH 1995. The angle of a triangle is that of Van Oosterom and
-Strackee, The solid angle of a plane triangle, 1983: tan(Ω / 2) = |a·(b×c)| / (1 + a·b + b·c + c·a) for unit vectors to
-its corners. The triangles of a polygon do not overlap, so their angles add up, and each is drawn by its own.
+Lamps are bodies that glow; lights are points or parallel; surroundings are an image of all directions.
 """
 
 from __future__ import annotations
@@ -31,14 +29,21 @@ from .light_tables import (
 from .point_lights import light_direction, light_share
 
 MOST_TRIANGLES = 6
-"""Polygons of more triangles are drawn by area."""
+"""Polygons of more triangles are sampled by area."""
 LEAST_ANGLE = 1.0 / 64.0
-"""What fills less than this is drawn by area: from far away the two are the same."""
-_STRIDE = 10  # as `sources.TRIANGLE`
+"""Polygons of a smaller solid angle are sampled by area: from far away the two are the same."""
+_STRIDE = 10  # as TRIANGLE_STRIDE
+
+# Triangles and polygons by their solid angle, for lamps that are near
+#
+# Arvo, Stratified sampling of spherical triangles, SIGGRAPH 1995. The angle of a triangle is that of Van Oosterom and
+# Strackee, The solid angle of a plane triangle, 1983: tan(Ω / 2) = |a·(b×c)| / (1 + a·b + b·c + c·a) for unit vectors
+# to its corners. The triangles of a polygon do not overlap, so their angles add up, and each is chosen by its own.
 
 
 @inline
 def _cross(a: Direction, b: Direction) -> Direction:
+    """Return the unit vector along a × b."""
     return normalize(a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
 
 
@@ -49,7 +54,7 @@ def _dot(a: Direction, b: Direction) -> float:
 
 @inline
 def _corners(f: Floats, k: int, x: float, y: float, z: float) -> tuple[Direction, Direction, Direction]:
-    """Unit vectors from a point to the corners of triangle k."""
+    """Return unit vectors from a point to the corners of triangle k."""
     at = _STRIDE * k
     px, py, pz = f[at] - x, f[at + 1] - y, f[at + 2] - z
     return (
@@ -60,7 +65,7 @@ def _corners(f: Floats, k: int, x: float, y: float, z: float) -> tuple[Direction
 
 @helper
 def triangle_angle(f: Floats, k: int, x: float, y: float, z: float) -> float:
-    """The solid angle of triangle k from a point, in steradians."""
+    """Return the solid angle of triangle k from a point, in steradians."""
     a, b, c = _corners(f, k, x, y, z)
     volume = (
         a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2]) + a[2] * (b[0] * c[1] - b[1] * c[0])
@@ -70,7 +75,7 @@ def triangle_angle(f: Floats, k: int, x: float, y: float, z: float) -> float:
 
 @helper
 def polygon_angle(f: Floats, source: Any, x: float, y: float, z: float) -> float:
-    """The solid angle of a lamp that is a polygon, if it is to be drawn by that; else 0."""
+    """Return the solid angle of a polygon lamp, in steradians; 0 if it is to be sampled by area."""
     if source.count > MOST_TRIANGLES:
         return 0.0
     total = 0.0
@@ -81,7 +86,7 @@ def polygon_angle(f: Floats, source: Any, x: float, y: float, z: float) -> float
 
 @inline
 def _slerp(a: Direction, b: Direction, cosine: float) -> Direction:
-    """The unit vector in the plane of a and b at an angle of that cosine to a, on the side of b."""
+    """Return the unit vector in the plane of a and b at an angle of that cosine to a, on the side of b."""
     along = _dot(a, b)
     x, y, z = normalize(b[0] - along * a[0], b[1] - along * a[1], b[2] - along * a[2])
     s = math.sqrt(max(0.0, (1.0 - cosine) * (1.0 + cosine)))
@@ -90,7 +95,7 @@ def _slerp(a: Direction, b: Direction, cosine: float) -> Direction:
 
 @helper
 def sample_triangle(f: Floats, k: int, x: float, y: float, z: float, u: float, v: float) -> Direction:
-    """A unit direction from a point into triangle k, of even density."""
+    """Return a unit direction from a point into triangle k, of even density."""
     a, b, c = _corners(f, k, x, y, z)
     ab, ac = _cross(a, b), _cross(a, c)
     cos_a = min(1.0, max(-1.0, _dot(ab, ac)))
@@ -106,12 +111,13 @@ def sample_triangle(f: Floats, k: int, x: float, y: float, z: float, u: float, v
 
 @inline
 def normalized3(d: Direction) -> Direction:
+    """Return a vector at unit length."""
     return normalize(d[0], d[1], d[2])
 
 
 @helper
 def sample_polygon(f: Floats, source: Any, total: float, x: float, y: float, z: float, u: float, v: float) -> Direction:
-    """The same for a polygon whose solid angle is `total`: u chooses the triangle, and goes on in it."""
+    """Return `sample_triangle` of a polygon whose solid angle is `total`; u chooses it and is reused in it."""
     left = u * total
     for k in range(source.index, source.index + source.count):
         angle = triangle_angle(f, k, x, y, z)
@@ -121,32 +127,32 @@ def sample_polygon(f: Floats, source: Any, total: float, x: float, y: float, z: 
     return 0.0, 0.0, 1.0
 
 
-# Directions to sources by chance, and how densely they lie.
+# Sampling of any source
 
 _MOST_WEIGHTED = 16
-"""So many sources are weighed for each point; more are drawn by their power alone."""
+"""Up to this many sources are weighed at each point; among more the power alone chooses."""
 _BEYOND = 1.0 + 2.0**-10
-"""A ray to a lamp ends a little behind what it is to meet first."""
+"""A ray to a lamp ends a little behind the lamp's surface, which it has to hit."""
 
 
 class LightSample(NamedTuple):
-    """What comes from a source, if nothing is in between: a ray, and its light over the density of drawing it."""
+    """A ray to a source, and its light over the density of the ray, if nothing is in between."""
 
     d: Direction  # not of unit length
     end: float  # of the ray
-    body: Any  # int64: what the ray is to meet first; -1: nothing
+    body: Any  # int64: the body that the ray has to hit first; -1 for none
     r: float
     g: float
     b: float
-    density: float  # per solid angle, the choice of the source included; 0 of points and parallel light
+    density: float  # per solid angle, the choice of the source included; 0 for points and parallel light
 
 
-# ---- Which source ----
+# Choice of a source
 
 
 @inline
 def _weight(look: ShadingTables, source: Any, x: float, y: float, z: float) -> float:
-    """About how much of a source may arrive at a point."""
+    """Return about the power of a source that may arrive at a point."""
     if source.kind == DELTA_LIGHT:
         light = look.lights[source.index]
         if light.fades == 0:
@@ -162,6 +168,7 @@ def _weight(look: ShadingTables, source: Any, x: float, y: float, z: float) -> f
 
 @helper
 def _total_weight(look: ShadingTables, sources: LightSources, x: float, y: float, z: float) -> float:
+    """Return the sum of the weights of all sources."""
     total = 0.0
     for k in range(len(sources.records)):
         total += _weight(look, sources.records[k], x, y, z)
@@ -170,7 +177,7 @@ def _total_weight(look: ShadingTables, sources: LightSources, x: float, y: float
 
 @inline
 def light_probability(look: ShadingTables, sources: LightSources, k: int, x: float, y: float, z: float) -> float:
-    """How likely source k is the one that a point asks."""
+    """Return the probability by which `choose_light` takes source k at a point."""
     count = len(sources.records)
     if count == 1:
         return 1.0
@@ -184,7 +191,7 @@ def light_probability(look: ShadingTables, sources: LightSources, k: int, x: flo
 def choose_light(
     look: ShadingTables, sources: LightSources, x: float, y: float, z: float, u: float
 ) -> tuple[int, float]:
-    """(the source that a point asks, how likely it was); u in [0, 1)."""
+    """Return (a source drawn for a point, its probability); u in [0, 1)."""
     if len(sources.records) == 1:
         return 0, 1.0
     return _choose_of_several(look, sources, x, y, z, u)
@@ -194,7 +201,7 @@ def choose_light(
 def _choose_of_several(
     look: ShadingTables, sources: LightSources, x: float, y: float, z: float, u: float
 ) -> tuple[int, float]:
-    """`chosen` where there is a choice."""
+    """Return `choose_light` of several sources: by bisection of their power, or by their weights at the point."""
     count = len(sources.records)
     if count > _MOST_WEIGHTED:
         low, high = 0, count - 1
@@ -219,30 +226,30 @@ def _choose_of_several(
 
 @inline
 def has_area(sources: LightSources) -> bool:
-    """Has any source an extent, so that places on it are drawn? Lamps come first, surroundings last."""
+    """Return whether any source has an extent, so that places on it are drawn. Lamps come first, surroundings last."""
     last = len(sources.records) - 1
     return bool(sources.records[0].kind != DELTA_LIGHT or sources.records[last].kind == SURROUNDINGS)
 
 
-# ---- Lamps ----
+# Lamps
 
 
 @inline
 def _opposite(source: Any, x: float, y: float, z: float) -> tuple[float, float, float, float]:
-    """(from a point to the middle of a source, the square of the distance)."""
+    """Return (the vector from a point to the middle of a source, the square of its length)."""
     px, py, pz = source.center[0] - x, source.center[1] - y, source.center[2] - z
     return px, py, pz, dot(px, py, pz, px, py, pz)
 
 
 @inline
 def _cap(square: float) -> float:
-    """1 - sqrt(1 - square), without cancellation."""
+    """Return 1 - sqrt(1 - square), without cancellation."""
     return square / (1.0 + math.sqrt(max(0.0, 1.0 - square)))
 
 
 @inline
 def _ball_density(source: Any, x: float, y: float, z: float) -> float:
-    """Uniform in the cone that a ball fills; from inside of it, to all sides."""
+    """Return the density of directions to a ball: uniform in its cone; from inside of it, to all sides."""
     _, _, _, square = _opposite(source, x, y, z)
     own = source.radius * source.radius
     if square <= own:
@@ -252,7 +259,7 @@ def _ball_density(source: Any, x: float, y: float, z: float) -> float:
 
 @inline
 def _to_ball(source: Any, x: float, y: float, z: float, u: float, v: float) -> tuple[Direction, float, float]:
-    """(unit direction, end, density)."""
+    """Return (unit direction, end, density) of a ray to a ball."""
     px, py, pz, square = _opposite(source, x, y, z)
     own = source.radius * source.radius
     if square <= own:
@@ -264,7 +271,7 @@ def _to_ball(source: Any, x: float, y: float, z: float, u: float, v: float) -> t
 
 @inline
 def _on_disc(source: Any, u: float, v: float) -> Direction:
-    """A point of a disc."""
+    """Return a point of a disc, uniform by area."""
     c, s = cos_sin_turns(v)
     r = source.radius * math.sqrt(u)
     a, b, m = source.across, source.beside, source.center
@@ -273,7 +280,7 @@ def _on_disc(source: Any, u: float, v: float) -> Direction:
 
 @inline
 def _on_polygon(sources: LightSources, source: Any, u: float, v: float) -> Direction:
-    """A point of one of the triangles: u chooses it, and goes on in it (Turk 1990)."""
+    """Return a point of one of the triangles, uniform by area; u chooses it and is reused in it (Turk 1990)."""
     f, low, high = sources.triangles, source.index, source.index + source.count - 1
     while low < high:
         middle = (low + high) >> 1
@@ -294,7 +301,7 @@ def _on_polygon(sources: LightSources, source: Any, u: float, v: float) -> Direc
 
 @inline
 def _on_cylinder(source: Any, u: float, v: float) -> tuple[Direction, Direction]:
-    """A point of a closed cylinder, and its outward normal."""
+    """Return (a point of a closed cylinder, uniform by area, its outward normal)."""
     r, length = source.radius, source.length
     a, b, w, m = source.across, source.beside, source.along, source.center
     side = length / (length + r)  # of the area
@@ -317,6 +324,7 @@ def _on_cylinder(source: Any, u: float, v: float) -> tuple[Direction, Direction]
 
 @inline
 def _is_in_cylinder(source: Any, x: float, y: float, z: float) -> bool:
+    """Return whether a point is in a cylinder."""
     px, py, pz, square = _opposite(source, x, y, z)
     h = -dot(px, py, pz, source.along[0], source.along[1], source.along[2])
     return bool(0.0 <= h <= source.length and square - h * h <= source.radius * source.radius)
@@ -324,7 +332,7 @@ def _is_in_cylinder(source: Any, x: float, y: float, z: float) -> bool:
 
 @inline
 def _seen_area(px: float, py: float, pz: float, n: Direction) -> float:
-    """Cosine over the square of the distance, of a piece of area at the end of p."""
+    """Return the solid angle for each unit of area at the end of p: the cosine over the square of the distance."""
     square = dot(px, py, pz, px, py, pz)
     if square == 0.0:
         return 0.0
@@ -333,7 +341,10 @@ def _seen_area(px: float, py: float, pz: float, n: Direction) -> float:
 
 @helper
 def lamp_density(sources: LightSources, source: Any, x: float, y: float, z: float, p: Direction, n: Direction) -> float:
-    """How densely the direction from a point to p, on a lamp with the unit normal n, is drawn; per solid angle."""
+    """Return the density by which `sample_lamp` takes the direction from a point to p on a lamp with unit normal n.
+
+    Per solid angle; inf where the lamp is seen edge on.
+    """
     if source.kind == BALL:
         return _ball_density(source, x, y, z)
     if source.kind == POLYGON:
@@ -356,7 +367,7 @@ def sample_light(
     u: float,
     v: float,
 ) -> LightSample:
-    """Light from one of the sources, which is drawn as well; all three numbers are in [0, 1)."""
+    """Return light from one of the sources, which `choice` draws; all three numbers are in [0, 1)."""
     k, likely = choose_light(look, sources, x, y, z, choice)
     source = sources.records[k]
     if likely == 0.0:
@@ -378,7 +389,7 @@ def sample_light(
 
 @helper
 def _sample_surroundings(around_all: EnvironmentTable, likely: float, u: float, v: float) -> LightSample:
-    """Light of an image of the surroundings, which was as likely to be asked."""
+    """Return light of an image of the surroundings, chosen with the probability `likely`."""
     d, density = environment_direction(around_all, u, v)
     density *= likely
     if not density > 0.0:
@@ -391,7 +402,7 @@ def _sample_surroundings(around_all: EnvironmentTable, likely: float, u: float, 
 def sample_lamp(
     sources: LightSources, k: int, likely: float, x: float, y: float, z: float, u: float, v: float
 ) -> LightSample:
-    """Light from the lamp that is source k, which was as likely to be asked."""
+    """Return light from the lamp that is source k, chosen with the probability `likely`."""
     source = sources.records[k]
     d, end, density = (0.0, 0.0, 1.0), 0.0, 0.0
     if source.kind == BALL:
@@ -409,7 +420,7 @@ def sample_lamp(
 def _to_area(
     sources: LightSources, source: Any, x: float, y: float, z: float, u: float, v: float
 ) -> tuple[Direction, float, float]:
-    """(direction, end, density) to a point of a lamp that is drawn by its area; density 0 where its back is seen."""
+    """Return (direction, end, density) to a point of a lamp by its area; density 0 where the point faces away."""
     p, n = (0.0, 0.0, 0.0), (source.along[0], source.along[1], source.along[2])
     if source.kind == POLYGON:
         angle = polygon_angle(sources.triangles, source, x, y, z)
@@ -432,7 +443,7 @@ def _to_area(
 def _to_angle(
     sources: LightSources, source: Any, angle: float, x: float, y: float, z: float, u: float, v: float
 ) -> tuple[Direction, float, float]:
-    """The same, for a polygon that is drawn by its solid angle."""
+    """Return (direction, end, density) to a point of a polygon by its solid angle."""
     d = sample_polygon(sources.triangles, source, angle, x, y, z, u, v)
     n, at = source.along, TRIANGLE_STRIDE * source.index
     px, py, pz = sources.triangles[at] - x, sources.triangles[at + 1] - y, sources.triangles[at + 2] - z
@@ -441,14 +452,14 @@ def _to_angle(
     return d, end * _BEYOND, 1.0 / angle if end > 0.0 else 0.0
 
 
-# ---- What paths find ----
+# Densities of light that paths find by themselves
 
 
 @inline
 def hit_density(
     look: ShadingTables, sources: LightSources, k: int, x: float, y: float, z: float, p: Direction, n: Direction
 ) -> float:
-    """How densely `draw_lit` takes the direction from a point to p, on the lamp that is source k."""
+    """Return the density by which `sample_light` takes the direction from a point to p, on lamp k."""
     return light_probability(look, sources, k, x, y, z) * lamp_density(sources, sources.records[k], x, y, z, p, n)
 
 
@@ -456,7 +467,10 @@ def hit_density(
 def escape_density(
     look: ShadingTables, sources: LightSources, around_all: EnvironmentTable, x: float, y: float, z: float, d: Direction
 ) -> float:
-    """The same for a unit direction into the surroundings, which are the last source, if they are one."""
+    """Return the density by which `sample_light` takes a unit direction into the surroundings.
+
+    They are the last source; the density is 0 if they are none.
+    """
     k = len(sources.records) - 1
     if k < 0 or sources.records[k].kind != SURROUNDINGS:
         return 0.0

@@ -1,4 +1,4 @@
-"""All about light in a scene, as kernels take it."""
+"""The tables of light in a scene: materials, lights and background, lamps as sources, and those of each integrator."""
 
 from __future__ import annotations
 
@@ -22,8 +22,9 @@ from ...materials.color import amount_rgb
 from ...materials.light import Light
 from ...materials.material import Material
 from ...numerics.portable_math import hypot
-from ..bsdf.albedo_tables import AlbedoTables, lower_albedos
-from ..bsdf.material_table import MaterialTable, lower_materials
+from ..bsdf.albedo_tables import AlbedoTables
+from ..bsdf.lower_materials import lower_albedos, lower_materials
+from ..bsdf.material_table import MaterialTable
 from .environment import Colors, EnvironmentTable, lower_background, lower_environment, mean_radiance
 from .point_lights import LIGHT_RECORD as LIGHT
 from .point_lights import lower_lights
@@ -43,18 +44,31 @@ def lower_shading_tables(
     materials: Sequence[Material], sheets: Sequence[bool], item_of: Ints,
     lights: Iterable[Light], background: Background | None, paints: Mapping[int, Material],
 ) -> ShadingTables:  # fmt: skip
-    """The look of a scene: one material and one flag per entry, the entry of each numbered body, painted faces."""
+    """Return the shading tables of a scene.
+
+    Parameters
+    ----------
+    materials, sheets
+        The material of each entry, and whether the entry is a sheet.
+    item_of
+        The entry of each numbered body.
+    lights, background
+        Those of the scene; a background of None is the default one.
+    paints
+        The material of each face that has its own, by the row of the face.
+
+    """
     records, ambient = lower_lights(lights)
     return ShadingTables(
         lower_materials(materials, sheets, item_of, paints), records, ambient, lower_background(background)
     )
 
 
-# A polygon cut into triangles, by its ears (Meisters 1975).
+# Polygons cut into triangles, by their ears (Meisters 1975)
 
 
 def triangulate(loop: npt.NDArray[np.float64]) -> npt.NDArray[np.int64] | None:
-    """(n - 2, 3) corners of triangles, by number; None where the loop crosses or touches itself."""
+    """Return the corners of triangles (n - 2, 3) by number, of a loop (n, 3); None if it crosses or touches itself."""
     points = _flat(loop)
     left, found = list(range(len(points))), []
     while len(left) > 3:
@@ -71,7 +85,7 @@ def triangulate(loop: npt.NDArray[np.float64]) -> npt.NDArray[np.int64] | None:
 
 
 def _flat(loop: npt.NDArray[np.float64]) -> Any:
-    """The loop in its plane, counter-clockwise."""
+    """Return the loop (n, 2) in its plane, counter-clockwise."""
     spokes = loop - loop[0]
     normal = np.cross(spokes[1:-1], spokes[2:]).sum(axis=0)
     axis = int(np.abs(normal).argmax())
@@ -80,18 +94,19 @@ def _flat(loop: npt.NDArray[np.float64]) -> Any:
 
 
 def _area(a: Any, b: Any, c: Any) -> Any:
-    """Twice the areas of triangles that turn left."""
+    """Return twice the signed areas of triangles, over 0 for those that turn left."""
     p, q = b - a, c - a
     return p[..., 0] * q[..., 1] - p[..., 1] * q[..., 0]
 
 
 def _loop_area(points: Any) -> float:
+    """Return twice the signed area of a loop."""
     following = np.roll(points, -1, axis=0)
     return float((points[:, 0] * following[:, 1] - points[:, 1] * following[:, 0]).sum())
 
 
 def _is_ear(points: Any, left: list[int], k: int) -> bool:
-    """Does the loop bulge at a corner, with no other corner within the triangle there?"""
+    """Return whether the loop bulges at a corner, with no other corner within the triangle there."""
     a, b, c = (points[left[j % len(left)]] for j in (k - 1, k, k + 1))
     if _area(a, b, c) < 0:
         return False
@@ -103,10 +118,10 @@ def _is_ear(points: Any, left: list[int], k: int) -> bool:
     return not bool(inside.any())
 
 
-# The table of sources, from a scene's bodies, lights and background.
+# The table of sources, from a scene's bodies, lights and background
 
 DELTA_LIGHT, BALL, DISC, CYLINDER, POLYGON, SURROUNDINGS = 0, 1, 2, 3, 4, 5
-"""Kinds of source; a light is a `PointLight` and its like."""
+"""Kinds of source. DELTA_LIGHT is a point, spot or parallel light; the shapes are lamps."""
 
 SOURCE_RECORD = np.dtype(
     [
@@ -128,27 +143,27 @@ SOURCE_RECORD = np.dtype(
     ],
     align=True,
 )
-"""index: of a light, or the first triangle, of `count`. center: of a ball, a disc, a start cap, or of a polygon.
-across, beside: unit vectors across the axis `along`. reach: a ball about the middle that holds it. until: the share of
-the power of all sources up to this one."""
+"""index: of a light, or of the first triangle, of `count`. center: of a ball, a disc, a start cap, or of a polygon.
+across, beside: unit vectors across the axis `along`. reach: the radius of a ball about the middle that holds the
+source. until: the share of the power of all sources up to this one."""
 
-TRIANGLE_STRIDE = 10  # a corner, two edges, and the share of the area up to it
+TRIANGLE_STRIDE = 10  # numbers of a triangle: a corner, two edges, and the share of the area up to it
 MOST_BALLS = 4096
-"""A longer list of balls that glow is found by paths alone."""
+"""Only paths find the light of longer lists of balls that glow."""
 
 
 @record_shapes(records="*", source_of="*", triangles="*")
 class LightSources(NamedTuple):
-    """All that light is asked from."""
+    """The sources that integrators sample light from."""
 
     records: Annotated[npt.NDArray[np.void], SOURCE_RECORD]
     source_of: Ints
-    """The source that each body is, or -1; empty where no body is one."""
+    """The number of the source of each body, or -1; empty if no body is a source."""
     triangles: Floats
 
 
 def lower_sources(bodies: Sequence[Body], item_of: Ints, look: ShadingTables, surroundings: float) -> LightSources:
-    """The sources of a scene; surroundings: mean radiance of an image around it, 0 for none that is asked."""
+    """Return the sources of a scene; surroundings: the mean radiance of an image around it, 0 without one."""
     found, triangles = _lamps(bodies, item_of, look)
     for k, light in enumerate(look.lights):
         record = _blank(DELTA_LIGHT, -1)
@@ -163,14 +178,14 @@ def lower_sources(bodies: Sequence[Body], item_of: Ints, look: ShadingTables, su
 
 
 def lower_lamps(bodies: Sequence[Body], item_of: Ints, look: ShadingTables) -> LightSources:
-    """The lamps of a scene alone."""
+    """Return the sources of a scene that are lamps."""
     return _sources(*_lamps(bodies, item_of, look), len(item_of))
 
 
 def _lamps(
     bodies: Sequence[Body], item_of: Ints, look: ShadingTables
 ) -> tuple[list[Any], list[npt.NDArray[np.float64]]]:
-    """Records and triangles of what glows and is drawn from."""
+    """Return the records and triangles of the lamps."""
     found: list[Any] = []
     triangles: list[npt.NDArray[np.float64]] = []
     if _is_listed(bodies) and (look.materials.rows["emission"] > 0).any():
@@ -181,7 +196,7 @@ def _lamps(
 
 
 def _sources(found: list[Any], triangles: list[npt.NDArray[np.float64]], bodies: int) -> LightSources:
-    """The tables of sources, of which the lamps come first."""
+    """Return the tables of sources from their records; the lamps come first."""
     lamps = [int(record["body"]) for record in found if record["body"] >= 0]
     source_of = np.zeros(0, np.int32)
     if lamps:
@@ -194,12 +209,12 @@ def _sources(found: list[Any], triangles: list[npt.NDArray[np.float64]], bodies:
 
 
 def _is_listed(bodies: Any) -> bool:
-    """Are bodies a list of entries? What repeats is not, and glows for paths alone."""
+    """Return whether bodies are a list of entries. Repeated bodies are not, and only paths find their light."""
     return isinstance(bodies, list | tuple)
 
 
 def _glowing(bodies: Sequence[Body], firsts: Any) -> Iterable[int]:
-    """Entries that are opaque, shine with all of their faces, and are not painted."""
+    """Yield the entries that are opaque, glow on all faces, and are not painted."""
     for entry, body in enumerate(bodies):
         material = body.material
         if material is None or body.materials is not None or firsts[entry + 1] == firsts[entry]:
@@ -209,13 +224,14 @@ def _glowing(bodies: Sequence[Body], firsts: Any) -> Iterable[int]:
 
 
 def _blank(kind: int, body: int) -> Any:
+    """Return a record of zeros but for its kind and body."""
     record = np.zeros((), SOURCE_RECORD)
     record["kind"], record["body"] = kind, body
     return record
 
 
 def _of_body(body: Body, first: int, triangles: list[npt.NDArray[np.float64]]) -> list[Any]:
-    """The sources that an entry is: none where it is no shape that is drawn from."""
+    """Return the sources of an entry: none if its shape is none of those that are sampled."""
     shape, radiance = body.shape, amount_rgb(body.material.emission)
     if isinstance(shape, Bulk):
         if not isinstance(shape, Spheres) or len(shape) > MOST_BALLS:
@@ -231,7 +247,7 @@ def _of_body(body: Body, first: int, triangles: list[npt.NDArray[np.float64]]) -
 
 
 def _of_shape(shape: Any, body: int, triangles: list[npt.NDArray[np.float64]]) -> Any:
-    """The source that a shape is, or None."""
+    """Return the source of a shape, or None if the shape is not sampled."""
     if type(shape) in (Polygon, Triangle):
         return _polygon(shape, body, triangles)
     if type(shape) not in (Sphere, Disc, Cylinder) or shape.motion.similarity is None:
@@ -257,7 +273,7 @@ def _of_shape(shape: Any, body: int, triangles: list[npt.NDArray[np.float64]]) -
 
 
 def _polygon(shape: Polygon | Triangle, body: int, triangles: list[npt.NDArray[np.float64]]) -> Any:
-    """A polygon, cut into triangles; None for one that crosses itself."""
+    """Return the source of a polygon, cut into triangles; None for one that crosses itself."""
     loop = np.array(shape.vertices if isinstance(shape, Polygon) else (shape.a, shape.b, shape.c), float)
     cut = triangulate(loop)
     if cut is None:
@@ -277,39 +293,36 @@ def _polygon(shape: Polygon | Triangle, body: int, triangles: list[npt.NDArray[n
     return record
 
 
-# The look of a scene with the lamps in it, for integrators that ask every lamp at every point (Whitted's).
+# The tables of each integrator
 
 
 class WhittedLight(NamedTuple):
-    """The look of a scene, and its lamps."""
+    """The tables of Whitted's method, which sends rays to lamps from every point."""
 
     look: ShadingTables
     lamps: LightSources
 
 
 def lower_lamplight(look: ShadingTables, bodies: Sequence[Body], item_of: Ints) -> WhittedLight:
-    """The lamps of a scene with a given look; item_of: the entry of each body."""
+    """Return Whitted's tables; item_of: the entry of each body."""
     return WhittedLight(look, lower_lamps(bodies, item_of, look))
 
 
-# All about light in a scene that light transport needs, as kernels take it.
-
-
 class PathLight(NamedTuple):
-    """The look of a scene, with what is worked out of it."""
+    """The tables of light transport."""
 
     look: ShadingTables
     albedos: AlbedoTables
     sources: LightSources
     surroundings: EnvironmentTable
     shines: bool
-    """May light be found by chance: does a body glow, or what lies around?"""
+    """Whether paths may find light by chance: a body glows, or the surroundings are not black."""
 
 
 def lower_transport(
     look: ShadingTables, bodies: Sequence[Body], item_of: Ints, background: Background | None
 ) -> PathLight:
-    """What light transport needs of a scene with a given look; item_of: the entry of each body."""
+    """Return the tables of light transport; item_of: the entry of each body."""
     pixels = background.radiance if isinstance(background, Image) else None
     mean = 0.0 if pixels is None else mean_radiance(pixels)
     sources = lower_sources(bodies, item_of, look, mean)

@@ -1,4 +1,4 @@
-"""Lights as records, and the light that arrives from one at a point."""
+"""Point, spot and parallel lights as records, and their light at a point."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ LIGHT_RECORD = np.dtype(
 
 
 def lower_lights(lights: Iterable[Light]) -> tuple[npt.NDArray[np.void], tuple[float, float, float]]:
-    """(records of the lights that have a direction, sum of the ambient ones)."""
+    """Return (records of the lights that have a direction, the rgb sum of the ambient ones)."""
     items = list(lights)
     ambient = np.zeros(3)
     for light in items:
@@ -45,7 +45,7 @@ def lower_lights(lights: Iterable[Light]) -> tuple[npt.NDArray[np.void], tuple[f
 
 
 def _fill(record: Any, light: DirectionalLight | PointLight | SpotLight) -> None:
-    """The record of a light."""
+    """Fill the record of a light; a light without a cone has angles of inf."""
     record["intensity"] = amount_rgb(light.intensity)
     record["outer"] = record["inner"] = math.inf
     if isinstance(light, DirectionalLight):
@@ -59,7 +59,7 @@ def _fill(record: Any, light: DirectionalLight | PointLight | SpotLight) -> None
 
 
 def _unit(direction: tuple[float, float, float]) -> tuple[float, ...]:
-    """A direction at unit length; scaled first, so that no square overflows."""
+    """Return a direction at unit length; scaled first, so that no square overflows."""
     scaled = [component / max(map(abs, direction)) for component in direction]
     length = hypot(*scaled)
     return tuple(component / length for component in scaled)
@@ -67,7 +67,7 @@ def _unit(direction: tuple[float, float, float]) -> tuple[float, ...]:
 
 @inline
 def light_direction(light: Any, x: float, y: float, z: float) -> tuple[float, float, float, float]:
-    """(lx, ly, lz, end): the ray from a point to the light meets it at parameter `end`."""
+    """Return (lx, ly, lz, end): the ray from a point along l reaches the light at the parameter `end`."""
     if light.parallel == 1:
         return -light.axis[0], -light.axis[1], -light.axis[2], math.inf
     return light.position[0] - x, light.position[1] - y, light.position[2] - z, 1.0
@@ -75,7 +75,7 @@ def light_direction(light: Any, x: float, y: float, z: float) -> tuple[float, fl
 
 @inline
 def light_share(light: Any, lx: float, ly: float, lz: float, distance: float) -> float:
-    """Share of the intensity that arrives along unit -l from a distance: falloff and the spot's cone."""
+    """Return the share of the intensity that arrives along unit -l from a distance: by falloff and the spot's cone."""
     result = 1.0
     if light.fades == 1:
         result = 1.0 / (distance * distance)

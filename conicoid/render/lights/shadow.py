@@ -1,8 +1,9 @@
-"""How much of a light reaches a point.
+"""Transmittance of shadow rays: the share of a light that reaches a point.
 
-Opaque bodies block it. Through transparent ones it goes straight on (bundling by refraction is not
-followed): each wall lets through what Fresnel leaves of light that arrives at that angle from the
-rarer side, times the body's transparency, and the way inside absorbs by Beer's law.
+Opaque bodies block light. In Whitted's pictures light goes straight through transparent bodies (no path follows the
+light that refraction bundles): each wall lets through 1 - F for the angle from the rarer side, times the body's
+transparency, and the way inside absorbs by Beer's law. In light transport only panes, and walls between equal indices,
+let light straight through; paths find the light that is refracted.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from ...kernels.numbers.vectors import dot
 from ...kernels.ray import Ray, with_limits
 from ...kernels.surface.records import normal_at
 from ...kernels.tables import Geometry
-from ..bsdf.fresnel import dielectric_fresnel
+from ..bsdf.dielectric import wall_reflectance
 from ..bsdf.layered import pane_share
 from ..bsdf.material_table import MaterialTable, material_row
 from ..bsdf.medium import absorb, body_medium, medium_index, medium_transmittance
@@ -27,9 +28,9 @@ from ..bsdf.medium import absorb, body_medium, medium_index, medium_transmittanc
 def shadow_transmittance(
     geometry: Geometry, scratch: Scratch, materials: MaterialTable, ray: Ray, inside: int, covered: bool
 ) -> tuple[float, float, float]:
-    """Share (rgb) of the light at the end of a ray that reaches its origin, which lies in medium `inside`.
+    """Return the share, rgb, of Whitted's light at the end of a ray that reaches its origin, in medium `inside`.
 
-    `covered`: something opaque is in the way.
+    `covered`: an opaque body is in the way.
     """
     if covered:
         return 0.0, 0.0, 0.0
@@ -42,7 +43,7 @@ def shadow_transmittance(
 def _through_glass(
     geometry: Geometry, scratch: Scratch, materials: MaterialTable, ray: Ray, inside: int
 ) -> tuple[float, float, float]:
-    """`light_along` where nothing opaque is in the way."""
+    """Return `shadow_transmittance` where no opaque body is in the way."""
     x, y, z, lx, ly, lz, _, end, _ = ray
     r, g, b = 1.0, 1.0, 1.0
     length = math.sqrt(dot(lx, ly, lz, lx, ly, lz))
@@ -65,28 +66,14 @@ def _through_glass(
     return absorb(materials, inside, (end - done) * length, r, g, b)
 
 
-@inline
-def wall_reflectance(cosine: float, index1: float, index2: float) -> float:
-    """Fresnel's reflectance of a wall between two media for light from the rarer one."""
-    eta = min(index1, index2) / max(index1, index2)
-    beyond = 1.0 - eta * eta * (1.0 - cosine * cosine)
-    return dielectric_fresnel(min(1.0, cosine), math.sqrt(max(0.0, beyond)), eta)
-
-
-# Light that comes straight through clear things: panes, and walls between equal indices.
-#
-# Whitted's shadows (`shading.shadow`) let light straight through all that is transparent instead, less what Fresnel's
-# formulas mirror: there no path finds what is refracted.
-
-
 @helper
 def straight_transmittance(
     geometry: Geometry, scratch: Scratch, materials: MaterialTable, ray: Ray, inside: int
 ) -> tuple[float, float, float]:
-    """Share (rgb) of light from the end of a ray that comes straight to its origin, in medium `inside`.
+    """Return the share, rgb, of light from the end of a ray that comes straight to its origin, in medium `inside`.
 
-    Nothing opaque is in the way. Panes and walls between equal indices let light through; what refracts sends it
-    elsewhere, and paths find it there.
+    For light transport. No opaque body is in the way. Panes and walls between equal indices let light through; of light
+    that other walls bend aside nothing comes straight.
     """
     x, y, z, lx, ly, lz, _, end, _ = ray
     r, g, b, done = 1.0, 1.0, 1.0, 0.0

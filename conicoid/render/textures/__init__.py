@@ -1,1 +1,1 @@
-"""Textures as kernels know them: records, texels, and the colours at a point."""
+"""Textures in kernels: records, texels, and colours at a point."""

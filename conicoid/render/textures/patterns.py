@@ -1,4 +1,4 @@
-"""Gradient noise: Ken Perlin, Improving noise, SIGGRAPH 2002, with a hash in place of his table of permutations."""
+"""The colour of a texture at a point of a surface: images, gradients, noise, wood and bricks."""
 
 from __future__ import annotations
 
@@ -13,13 +13,15 @@ from ...kernels.numbers.elementary import acos
 from ...kernels.tables import Geometry
 from .texture_table import BOX, BRICK, GRADIENT, IMAGE, LATITUDE, NOISE, Texels, texel_of_size
 
+# Gradient noise: Ken Perlin, Improving noise, SIGGRAPH 2002, with a hash in place of his table of permutations
+
 _FAR = 2.0**40
-"""From there on floats have too few places left for noise, and it is 0."""
+"""Farther out floats have too few places left for noise, and it is 0."""
 
 
 @inline
 def hash_cell(x: int, y: int, z: int) -> np.uint64:
-    """64 bits for a point of the lattice: SplitMix64's output function, thrice (Steele, Lea and Flood 2014)."""
+    """Return 64 bits for a point of the lattice: SplitMix64's output function, thrice (Steele, Lea and Flood 2014)."""
     h = np.uint64(0)
     for k in range(3):
         part = x if k == 0 else (y if k == 1 else z)
@@ -32,13 +34,13 @@ def hash_cell(x: int, y: int, z: int) -> np.uint64:
 
 @inline
 def fade(t: float) -> float:
-    """6t⁵ - 15t⁴ + 10t³"""
+    """Return 6t⁵ - 15t⁴ + 10t³, whose first two derivatives are 0 at 0 and 1."""
     return t * t * t * (t * (t * 6.0 - 15.0) + 10.0)
 
 
 @inline
 def noise_slope(bits: np.uint64, x: float, y: float, z: float) -> float:
-    """The product of a vector with one of twelve directions to the middles of a cube's edges, four of them twice."""
+    """Return the dot product with one of twelve directions to the middles of a cube's edges; four stand twice."""
     h = bits & np.uint64(15)
     u = x if h < np.uint64(8) else y
     if h < np.uint64(4):
@@ -50,7 +52,7 @@ def noise_slope(bits: np.uint64, x: float, y: float, z: float) -> float:
 
 @helper
 def noise(x: float, y: float, z: float) -> float:
-    """Between about -1 and 1; 0 where x, y and z are whole numbers."""
+    """Return gradient noise, between about -1 and 1; 0 where x, y and z are whole numbers."""
     if not max(abs(x), max(abs(y), abs(z))) < _FAR:
         return 0.0
     fx, fy, fz = np.floor(x), np.floor(y), np.floor(z)
@@ -67,7 +69,10 @@ def noise(x: float, y: float, z: float) -> float:
 
 @helper
 def turbulence(x: float, y: float, z: float, octaves: int) -> float:
-    """Octaves of noise, each half as large and as strong as the one before, over the sum of their strengths."""
+    """Return octaves of noise over the sum of their strengths.
+
+    Each octave is half as large and half as strong as the one before, and moved, so that their zeros do not coincide.
+    """
     total, weight, weights = 0.0, 1.0, 0.0
     for _ in range(octaves):
         total += weight * noise(x, y, z)
@@ -76,17 +81,17 @@ def turbulence(x: float, y: float, z: float, octaves: int) -> float:
     return total / weights
 
 
-# The colour of a texture at a point of a surface.
+# Textures
 
-_UNEVEN = 0.35  # how large the bumps of a trunk are, in rings, against its roughness
+_UNEVEN = 0.35  # the width of the grain of wood, in rings
 _AXIS_X, _AXIS_U, _AXIS_V = 2, 0, 1
 _PER_WORD = 2.0**-32
 _MOST_TAPS = 16.0
-"""How many times as long as wide an ellipse is taken for, at most."""
+"""The most samples along an ellipse, which is taken for at most so many times as long as wide."""
 
 
 class TexturePlace(NamedTuple):
-    """A point of a surface; `reach` is how large a pixel is there, in the world."""
+    """A point of a surface with its unit normal; `reach` is the size of a pixel there, in the world."""
 
     body: Any
     face: Any
@@ -102,13 +107,13 @@ class TexturePlace(NamedTuple):
 
 @inline
 def latitude_of(v: float) -> float:
-    """From 0 at the south pole to 1 at the north pole, for the height v of a point of a ball: 1 - acos(2 v - 1) / π."""
+    """Return the latitude from 0 at the south pole to 1 at the north pole, for a height v: 1 - acos(2 v - 1) / π."""
     return 1.0 - acos(min(1.0, max(-1.0, 2.0 * v - 1.0))) / math.pi
 
 
 @inline
 def across_main_axis(nx: float, ny: float, nz: float, x: float, y: float, z: float) -> tuple[float, float]:
-    """Two axes of the world, across the one along which a normal is longest."""
+    """Return the coordinates along two axes of the world, across the one along which a normal is longest."""
     a, b, c = abs(nx), abs(ny), abs(nz)
     if c >= a and c >= b:
         return x, y
@@ -119,7 +124,7 @@ def across_main_axis(nx: float, ny: float, nz: float, x: float, y: float, z: flo
 def coordinates(
     geometry: Geometry, mapping: int, at: TexturePlace, x: float, y: float, z: float
 ) -> tuple[float, float]:
-    """The two coordinates that a texture is laid on, at a point on or near a place."""
+    """Return the two texture coordinates of a point on or near a place."""
     if mapping == BOX:
         return across_main_axis(at.nx, at.ny, at.nz, x, y, z)
     u, v = uv_at(geometry, at.body, at.face, at.surface, x, y, z)
@@ -130,7 +135,7 @@ def coordinates(
 def footprint(
     geometry: Geometry, texture: Any, at: TexturePlace, u: float, v: float
 ) -> tuple[float, float, float, float]:
-    """(du, dv, long, short): of a picture a pixel covers an ellipse, in texels, `long` along unit (du, dv).
+    """Return (du, dv, long, short): a pixel covers an ellipse of an image, in texels, `long` along unit (du, dv).
 
     Its matrix is J Jᵗ for the texture's coordinates along two directions across the surface, one pixel long.
     """
@@ -164,7 +169,7 @@ def footprint(
 
 @helper
 def image_color(geometry: Geometry, texels: Texels, texture: Any, at: TexturePlace) -> tuple[float, float, float]:
-    """Of a picture, at the size at which it is seen: several texels along what is long of the pixel there."""
+    """Return the colour of an image: the mean of several samples along the long axis of the pixel's ellipse."""
     u, v = coordinates(geometry, texture.mapping, at, at.x, at.y, at.z)
     du, dv, long, short = footprint(geometry, texture, at, u, v)
     size, wraps = (texture.size[0], texture.size[1], texture.size[2]), (texture.wraps[0], texture.wraps[1])
@@ -182,7 +187,7 @@ def image_color(geometry: Geometry, texels: Texels, texture: Any, at: TexturePla
 
 @inline
 def mix_colors(texture: Any, share: float) -> tuple[float, float, float]:
-    """Between the two colours of a texture."""
+    """Return a colour between the two of a texture; the share is cut to [0, 1]."""
     s = min(1.0, max(0.0, share))
     return (
         texture.a[0] + s * (texture.b[0] - texture.a[0]),
@@ -193,7 +198,7 @@ def mix_colors(texture: Any, share: float) -> tuple[float, float, float]:
 
 @helper
 def gradient_share(geometry: Geometry, texture: Any, at: TexturePlace) -> float:
-    """0 where a gradient begins, 1 where it ends."""
+    """Return 0 where a gradient begins, 1 where it ends."""
     axis = int(texture.more[0])
     if axis < _AXIS_X:
         u, v = uv_at(geometry, at.body, at.face, at.surface, at.x, at.y, at.z)
@@ -205,7 +210,7 @@ def gradient_share(geometry: Geometry, texture: Any, at: TexturePlace) -> float:
 
 @helper
 def wood_share(texture: Any, at: TexturePlace) -> float:
-    """How late in the year wood grew: rings, out of round, each slowly darker and then light at once."""
+    """Return how late in a year wood grew: uneven rings, each slowly darker and then light at once."""
     ring, rough = texture.scale[0], texture.more[0]
     x, y, z = at.x - texture.offset[0], at.y - texture.offset[1], at.z
     size = 4.0 * ring
@@ -218,7 +223,7 @@ def wood_share(texture: Any, at: TexturePlace) -> float:
 
 @helper
 def plain_color(geometry: Geometry, texels: Texels, texture: Any, at: TexturePlace) -> tuple[float, float, float]:
-    """The colour of a texture that holds no other ones."""
+    """Return the colour of a texture that contains no other texture."""
     if texture.kind == IMAGE:
         return image_color(geometry, texels, texture, at)
     if texture.kind == GRADIENT:
@@ -234,7 +239,7 @@ def plain_color(geometry: Geometry, texels: Texels, texture: Any, at: TexturePla
 def texture_color(
     geometry: Geometry, textures: Any, texels: Texels, number: int, at: TexturePlace
 ) -> tuple[float, float, float]:
-    """The colour of a texture at a place."""
+    """Return the colour of a texture at a place, linear rgb."""
     texture = textures[number]
     if texture.kind != BRICK:
         return plain_color(geometry, texels, texture, at)

@@ -1,4 +1,7 @@
-"""Pictures as texels: each with its halves, quarters and so on (Williams, Pyramidal parametrics, 1983)."""
+"""The table of textures: records, and the texels of images with their halves, quarters and so on.
+
+Williams, Pyramidal parametrics, SIGGRAPH 1983.
+"""
 
 from __future__ import annotations
 
@@ -28,7 +31,7 @@ REPEAT, CLAMP, MIRROR = range(3)
 
 
 def halve_image(picture: Any) -> Any:
-    """The picture at half its size, rounded up: each of its pixels the mean of what it covers."""
+    """Return the image at half its size, rounded up: each pixel is the mean of the area that it covers."""
     for axis in range(2):
         count = picture.shape[axis]
         if count == 1:
@@ -47,7 +50,7 @@ def halve_image(picture: Any) -> Any:
 
 
 def build_pyramid(picture: Any) -> tuple[Any, int]:
-    """((texels, 3) float32 of all levels one after the other, how many levels there are)."""
+    """Return (the texels (n, 3) float32 of all levels one after the other, the number of levels)."""
     levels = [picture]
     while max(levels[-1].shape[:2]) > 1:
         levels.append(halve_image(levels[-1]))
@@ -56,7 +59,7 @@ def build_pyramid(picture: Any) -> tuple[Any, int]:
 
 @inline
 def wrap_coordinate(i: int, count: int, wrap: int) -> int:
-    """Which of `count` texels in a row stands for texel i."""
+    """Return which of `count` texels in a row stands for texel i."""
     if wrap == REPEAT:
         return i % count
     if wrap == CLAMP:
@@ -69,7 +72,7 @@ def wrap_coordinate(i: int, count: int, wrap: int) -> int:
 def texel(
     texels: Texels, first: int, width: int, height: int, wraps: tuple[int, int], u: float, v: float
 ) -> tuple[float, float, float]:
-    """Between the four texels about (u, v), of a picture from (0, 0), its lower left corner, to (1, 1)."""
+    """Return the colour between the four texels about (u, v), of an image from (0, 0), its lower left, to (1, 1)."""
     x, y = u * width - 0.5, (1.0 - v) * height - 0.5
     left, top = np.floor(x), np.floor(y)
     a, b = x - left, y - top
@@ -88,7 +91,10 @@ def texel(
 def texel_of_size(
     texels: Texels, first: int, size: tuple[int, int, int], wraps: tuple[int, int], u: float, v: float, reach: float
 ) -> tuple[float, float, float]:
-    """The colour about (u, v) of a picture of which `reach` texels are to be one; size is (width, height, levels)."""
+    """Return the colour about (u, v) of an image (width, height, levels), smoothed so that `reach` texels become one.
+
+    Between two levels of the pyramid it is linear in their sizes.
+    """
     width, height, levels = size
     if not (abs(u) < 1e9 and abs(v) < 1e9):
         return 0.0, 0.0, 0.0
@@ -105,7 +111,7 @@ def texel_of_size(
     return fr + share * (r - fr), fg + share * (g - fg), fb + share * (b - fb)
 
 
-# Textures to records and texels.
+# Textures to records and texels
 
 PLAIN, IMAGE, GRADIENT, NOISE, WOOD, BRICK = range(6)
 UV, LATITUDE, BOX = range(3)
@@ -123,15 +129,15 @@ TEXTURE_RECORD = np.dtype(
         ("first", "i8"),  # of an image: the first of its texels
         ("size", "i8", (3,)),  # width, height, levels
         ("wraps", "i8", (2,)),
-        ("inner", "i8"),  # of bricks: the texture of `a`, or NONE
-        ("outer", "i8"),  # and that of `b`
+        ("inner", "i8"),  # of bricks: the texture of `a`, or NO_TEXTURE
+        ("outer", "i8"),  # and the texture of `b`
     ],
     align=True,
 )
 
 
 class TextureTable:
-    """The textures of a scene: one row for each, the texels of each picture once."""
+    """The textures of a scene: a row for each, and the texels of each image once."""
 
     def __init__(self) -> None:
         self._rows: dict[Any, int] = {}
@@ -141,7 +147,7 @@ class TextureTable:
         self._count = 0
 
     def row(self, texture: Any) -> int:
-        """The row of a texture, or NONE for a colour."""
+        """Return the row of a texture, which is added if it is new; NO_TEXTURE for a colour or None."""
         if not isinstance(texture, ImageTexture | Gradient | Noise | Wood | Brick):
             return NO_TEXTURE
         if texture not in self._rows:
@@ -153,11 +159,12 @@ class TextureTable:
         return self._rows[texture]
 
     def arrays(self) -> tuple[npt.NDArray[np.void], npt.NDArray[np.float32]]:
-        """(records, texels)"""
+        """Return (records, texels (n, 3))."""
         texels = np.concatenate(self._texels) if self._texels else np.zeros((0, 3), np.float32)
         return np.array(self._records, TEXTURE_RECORD), np.ascontiguousarray(texels)
 
     def _fill(self, record: Any, texture: Any) -> None:
+        """Fill the record of a texture."""
         if isinstance(texture, ImageTexture):
             record["kind"], record["mapping"] = IMAGE, get_args(TextureMapping).index(texture.mapping)
             record["scale"], record["offset"] = pair_sides(texture.scale), texture.offset
@@ -183,13 +190,13 @@ class TextureTable:
             record["mapping"] = get_args(TextureMapping).index(texture.mapping)
 
     def _picture(self, pixels: Pixels, is_data: bool) -> tuple[int, int]:
-        """(the first texel, the number of levels) of a picture."""
+        """Return (the first texel, the number of levels) of an image; its pyramid stays with it for further scenes."""
         key = pixels.digest, is_data
         if key not in self._pictures:
-            kept = vars(pixels).setdefault("_pyramids", {})
-            if is_data not in kept:
-                kept[is_data] = build_pyramid(pixels.linear(is_data))
-            texels, levels = kept[is_data]
+            pyramids = vars(pixels).setdefault("_pyramids", {})
+            if is_data not in pyramids:
+                pyramids[is_data] = build_pyramid(pixels.linear(is_data))
+            texels, levels = pyramids[is_data]
             self._pictures[key] = self._count, levels
             self._texels.append(texels)
             self._count += len(texels)

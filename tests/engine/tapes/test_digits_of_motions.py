@@ -48,7 +48,7 @@ def test_digits(hard):
     every = [*random.normal(size=(12, 3, 3)).tolist(), *(hard(k) for k in range(6))]
     motions = MotionBatch()
     asked = [motions.row(Motion().transform([[*row, 0.0] for row in rows] + [[0, 0, 0, 1.0]]).steps) for rows in every]
-    given, _, _ = motions.work_out()
+    given, _, _ = motions.compute()
     for some in (asked[:6], asked[12:], asked[5:14]):
         digits = given.digits(np.array(some, np.int32))
         for row, rows in zip(digits, (every[asked.index(one)] for one in some), strict=True):

@@ -318,5 +318,5 @@ def test_what_cannot_be_is_left_out_and_told(tmp_path, text, told):
     scene = scene_of(tmp_path, text_of(text + '<box name="w" x="9" y="9" z="9"/>', structure, DEFINE))
     assert [body.name for body in scene.bodies] == ["world"]
     assert any(note.startswith("a.gdml:") and told in note for note in scene.notes)
-    with pytest.raises(ValueError, match="strict is asked for"):
+    with pytest.raises(ValueError, match="strict is set"):
         scene_of(tmp_path, text_of(text, structure.replace('"w"', '"s"'), DEFINE), strict=True)

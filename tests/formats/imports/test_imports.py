@@ -102,7 +102,7 @@ def test_scene_files_take_no_options_of_imports(tmp_path):
 
 def test_strict_makes_an_error_of_remarks(pin):
     assert co.load(pin).notes
-    with pytest.raises(ValueError, match="strict is asked for:\nundefined regions"):
+    with pytest.raises(ValueError, match="strict is set:\nundefined regions"):
         co.load(pin, strict=True)
 
 

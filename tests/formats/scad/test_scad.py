@@ -163,7 +163,7 @@ def test_what_is_left_out_is_told_with_its_line(tmp_path):
         "line 3: sphere is in the background (%) and left out",
         "line 5: circle is flat and encloses nothing; it is left out",
     ]
-    with pytest.raises(ValueError, match="strict is asked for:\nline 2: hull"):
+    with pytest.raises(ValueError, match="strict is set:\nline 2: hull"):
         loaded(tmp_path, "cube(size = 1);\nhull() { sphere(r = 1); }", strict=True)
 
 

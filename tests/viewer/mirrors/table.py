@@ -79,7 +79,9 @@ from conicoid.kernels.tables import (
     SURFACE_ROW,
     integer,
 )
+from conicoid.render.bsdf.dielectric import wall_reflectance
 from conicoid.render.bsdf.fresnel import dielectric_fresnel, refract
+from conicoid.render.bsdf.layered import opaque_reflectance
 from conicoid.render.bsdf.material_table import CHECKER_SPACE, is_even, material_row
 from conicoid.render.bsdf.medium import absorb, body_medium, is_invisible_wall, medium_index
 from conicoid.render.integrators.whitted import (
@@ -87,14 +89,12 @@ from conicoid.render.integrators.whitted import (
     PendingRay,
     first_visible_wall,
     new_stack,
-    opaque_reflectance,
     push,
 )
 from conicoid.render.interaction import ShadingPoint, SurfaceInteraction
 from conicoid.render.lights.direct_light import evaluate_light, highlight, surface_color
 from conicoid.render.lights.environment import background_color
 from conicoid.render.lights.point_lights import light_direction, light_share
-from conicoid.render.lights.shadow import wall_reflectance
 from conicoid.render.tiles import camera_ray
 
 

@@ -1,0 +1,3 @@
+"""The version of the package, which must equal `version` in pyproject.toml."""
+
+__version__ = "0.1.0"

@@ -1,0 +1,82 @@
+"""The structure of the code base keeps what `benchmarks/structure.py` measures."""
+
+from __future__ import annotations
+
+import importlib.util
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+PACKAGE = ROOT / "conicoid"
+MOST_FILES = 510
+MOST_WORDS = 480
+MOST_NAMES = 141
+pytestmark = pytest.mark.skipif(not PACKAGE.is_dir(), reason="the package's source is not beside its tests")
+
+
+@pytest.fixture(scope="module")
+def structure() -> ModuleType:
+    spec = importlib.util.spec_from_file_location("structure", ROOT / "benchmarks" / "structure.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.fixture(scope="module")
+def found(structure: ModuleType) -> dict[str, object]:
+    return structure.modules(PACKAGE)
+
+
+def test_no_circle_of_files(structure, found):
+    assert structure.circles(structure.arrows(found)) == []
+
+
+def test_at_most_twelve_floors_of_folders(structure, found):
+    floors = structure.floors(structure.folder_arrows(structure.arrows(found)))
+    assert max(floors.values()) <= 12, floors
+
+
+def test_few_files(found):
+    assert len(found) <= MOST_FILES
+
+
+def test_one_hit_is_followed_in_eight_files(structure, found):
+    files = {structure.defining_file(found, function) for function in structure.ONE_HIT}
+    assert None not in files
+    assert len(files) <= 8, files
+
+
+def test_class_names_are_unique(structure, found):
+    assert structure.class_doubles(found) == {}
+
+
+def test_docstrings_are_in_plain_english(structure, found):
+    assert len(structure.house_words(found)) <= MOST_WORDS
+
+
+def test_about_a_hundred_names_in_the_root(structure):
+    assert structure.public_names(PACKAGE) <= MOST_NAMES
+
+
+def test_a_circle_is_found(structure):
+    graph = {"a": {"b"}, "b": {"c"}, "c": {"a"}, "d": {"a"}}
+    assert structure.circles(graph) == [["a", "b", "c"]]
+
+
+def test_floors_are_counted_from_the_ground(structure):
+    assert structure.floors({"roof": {"room", "cellar"}, "room": {"cellar"}, "cellar": set()}) == {
+        "cellar": 0,
+        "room": 1,
+        "roof": 2,
+    }
+
+
+def test_house_words_are_found(structure, tmp_path):
+    package = tmp_path / "example"
+    package.mkdir()
+    (package / "__init__.py").write_text('"""What is told of a shape."""\n\n\ndef f():\n    """Return the hit."""\n')
+    assert [line for _, line in structure.house_words(structure.modules(package))] == ["What is told of a shape."]
