@@ -48,3 +48,10 @@ def test_files_that_comments_name_are_there(path: Path) -> None:
     words = "\n".join(re.findall(r'""".*?"""|#[^\n]*', path.read_text(encoding="utf-8"), re.S))
     names = {name for name in NAMED.findall(words) if name not in ELSEWHERE}
     assert sorted(name for name in names if not any((place / name).exists() for place in places)) == []
+
+
+def test_files_that_contributing_names_are_there() -> None:
+    text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    names = re.findall(r"`([a-z_0-9]+(?:/[a-z_0-9]+)+\.py)`", text)
+    assert len(names) > 15
+    assert [name for name in names if not ((PACKAGE / name).exists() or (ROOT / name).exists())] == []
