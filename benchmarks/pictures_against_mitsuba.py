@@ -221,10 +221,12 @@ def cases() -> dict[str, Case]:
             over(on_floor(co.glass(1.5, roughness=0.1))),
             under(ball=same({"type": "roughdielectric", "alpha": 0.1, "distribution": "ggx", **glass})), SIDE,
         ),
-        "gold": Case(over(on_floor(co.conductor(**GOLD))), under(ball=same({"type": "conductor", **metal})), SIDE),
+        "gold": Case(
+            over(on_floor(co.materials.conductor(**GOLD))), under(ball=same({"type": "conductor", **metal})), SIDE
+        ),
         "rough-gold": Case(
-            over(on_floor(co.conductor(**GOLD, roughness=0.1))), under(ball=same({**rough, **metal, "alpha": 0.1})),
-            SIDE,
+            over(on_floor(co.materials.conductor(**GOLD, roughness=0.1))),
+            under(ball=same({**rough, **metal, "alpha": 0.1})), SIDE,
         ),
         "plastic": Case(over(on_floor(co.plastic(RED)), background=0.5), under(0.5, ball=same(smooth_plastic)), SIDE),
         "cylinders": Case(

@@ -16,16 +16,9 @@ from ._util.version import __version__
 _MODULES = {
     "._util.file_errors": "SceneFileError",
     ".apps.checks.check": "check",
-    ".apps.checks.findings": "Finding Findings",
     ".apps.derivatives.parameters": "parameters",
-    ".apps.explain.explanation": "Explanation",
-    ".apps.explain.scene_surface": "SceneSurface",
-    ".apps.measures.measure": "Measures SceneMeasures measure",
-    ".apps.optics.light_paths": "trace_paths",
+    ".apps.measures.measure": "measure",
     ".apps.optics.refraction": "reflect refract",
-    ".apps.section.outline": "Outline",
-    ".apps.section.slice": "Slice",
-    ".apps.section.voxels": "Voxels",
     ".geometry.body": "Body",
     ".geometry.bulk": "Spheres",
     ".geometry.bulk_shapes": "Boxes Capsules Cones Cylinders Discs Ellipsoids Triangles",
@@ -42,17 +35,13 @@ _MODULES = {
     ".geometry.revolution": "Polycone Revolution SphereSection",
     ".geometry.shape": "Complement Difference Intersection Painted Shape Sheet Solid Union",
     ".geometry.sheets": "CylinderPatch Disc Plane Polygon Triangle Wall",
-    ".geometry.tracks": "BodyTrack CameraTrack LightTrack",
     ".io.images.image": "Image",
     ".kernels.threads": "set_threads",
     ".materials.background": "Environment Sky",
-    ".materials.clear_sky": "clear_sky",
-    ".materials.fresnel": "fresnel",
     ".materials.light": "AmbientLight DirectionalLight PointLight SpotLight",
-    ".materials.material": "AIR GLASS Material VACUUM WATER",
-    ".materials.presets": "aluminium blinn_phong conductor copper fog glass glow gold iron "
-    "lacquer matte metal mirror phong plastic silver",
-    ".materials.texture": "Brick Checker Gradient ImageTexture Noise Wood",
+    ".materials.material": "Material",
+    ".materials.presets": "blinn_phong fog glass glow lacquer matte metal mirror phong plastic",
+    ".materials.texture": "Checker",
     ".queries.distances": "Distances",
     ".queries.hits": "Hits",
     ".queries.points": "BodiesAt",
@@ -60,41 +49,52 @@ _MODULES = {
     ".queries.spans": "Crossings Spans",
     ".render.camera": "Camera EquirectangularCamera FisheyeCamera OrthographicCamera",
     ".scene.files": "load load_openmc save",
-    ".scene.molecules": "Molecule molecule",
+    ".scene.molecules": "molecule",
     ".scene.movies": "animate turntable",
     ".scene.scene": "Scene",
     ".scene.warmup": "warmup",
     ".viewer.html": "export",
 }
-"""Module -> the public names that it defines. Loaded on first use, so that importing the package is quick."""
+"""Module -> the public names that it defines. They are imported on first use, so that `import conicoid` is quick."""
 _HOMES = {name: module for module, names in _MODULES.items() for name in names.split()}
 
-_PACKAGES = {"ct": ".apps.ct", "derivatives": ".apps.derivatives", "optics": ".apps.optics", "parallel": ".parallel"}
-"""Public packages -> where they are."""
+_PACKAGES = {
+    "checks": ".apps.checks",
+    "ct": ".apps.ct",
+    "derivatives": ".apps.derivatives",
+    "explain": ".apps.explain",
+    "io": ".io",
+    "materials": ".materials",
+    "measures": ".apps.measures",
+    "optics": ".apps.optics",
+    "parallel": ".parallel",
+    "scene": ".scene",
+    "section": ".apps.section",
+}
+"""Public package -> its place. Their names are for special purposes, or the classes of results."""
+_LAZY_PACKAGES = ("checks", "explain", "materials", "measures", "optics", "scene", "section")
+"""Packages whose names an error may look up: these import nothing before a name is used."""
 
 __all__ = ["__version__", *sorted(_HOMES)]  # pyright: ignore[reportUnsupportedDunderAll]
 
 if TYPE_CHECKING:
+    from . import io as io
+    from . import materials as materials
     from . import parallel as parallel
+    from . import scene as scene
     from ._util.file_errors import SceneFileError as SceneFileError
+    from .apps import checks as checks
     from .apps import ct as ct
     from .apps import derivatives as derivatives
+    from .apps import explain as explain
+    from .apps import measures as measures
     from .apps import optics as optics
+    from .apps import section as section
     from .apps.checks.check import check as check
-    from .apps.checks.findings import Finding as Finding
-    from .apps.checks.findings import Findings as Findings
     from .apps.derivatives.parameters import parameters as parameters
-    from .apps.explain.explanation import Explanation as Explanation
-    from .apps.explain.scene_surface import SceneSurface as SceneSurface
-    from .apps.measures.measure import Measures as Measures
-    from .apps.measures.measure import SceneMeasures as SceneMeasures
     from .apps.measures.measure import measure as measure
-    from .apps.optics.light_paths import trace_paths as trace_paths
     from .apps.optics.refraction import reflect as reflect
     from .apps.optics.refraction import refract as refract
-    from .apps.section.outline import Outline as Outline
-    from .apps.section.slice import Slice as Slice
-    from .apps.section.voxels import Voxels as Voxels
     from .geometry.body import Body as Body
     from .geometry.bulk import Spheres as Spheres
     from .geometry.bulk_shapes import Boxes as Boxes
@@ -156,46 +156,26 @@ if TYPE_CHECKING:
     from .geometry.sheets import Polygon as Polygon
     from .geometry.sheets import Triangle as Triangle
     from .geometry.sheets import Wall as Wall
-    from .geometry.tracks import BodyTrack as BodyTrack
-    from .geometry.tracks import CameraTrack as CameraTrack
-    from .geometry.tracks import LightTrack as LightTrack
     from .io.images.image import Image as Image
     from .kernels.threads import set_threads as set_threads
     from .materials.background import Environment as Environment
     from .materials.background import Sky as Sky
-    from .materials.clear_sky import clear_sky as clear_sky
-    from .materials.fresnel import fresnel as fresnel
     from .materials.light import AmbientLight as AmbientLight
     from .materials.light import DirectionalLight as DirectionalLight
     from .materials.light import PointLight as PointLight
     from .materials.light import SpotLight as SpotLight
-    from .materials.material import AIR as AIR
-    from .materials.material import GLASS as GLASS
-    from .materials.material import VACUUM as VACUUM
-    from .materials.material import WATER as WATER
     from .materials.material import Material as Material
-    from .materials.presets import aluminium as aluminium
     from .materials.presets import blinn_phong as blinn_phong
-    from .materials.presets import conductor as conductor
-    from .materials.presets import copper as copper
     from .materials.presets import fog as fog
     from .materials.presets import glass as glass
     from .materials.presets import glow as glow
-    from .materials.presets import gold as gold
-    from .materials.presets import iron as iron
     from .materials.presets import lacquer as lacquer
     from .materials.presets import matte as matte
     from .materials.presets import metal as metal
     from .materials.presets import mirror as mirror
     from .materials.presets import phong as phong
     from .materials.presets import plastic as plastic
-    from .materials.presets import silver as silver
-    from .materials.texture import Brick as Brick
     from .materials.texture import Checker as Checker
-    from .materials.texture import Gradient as Gradient
-    from .materials.texture import ImageTexture as ImageTexture
-    from .materials.texture import Noise as Noise
-    from .materials.texture import Wood as Wood
     from .queries.distances import Distances as Distances
     from .queries.hits import Hits as Hits
     from .queries.points import BodiesAt as BodiesAt
@@ -209,7 +189,6 @@ if TYPE_CHECKING:
     from .scene.files import load as load
     from .scene.files import load_openmc as load_openmc
     from .scene.files import save as save
-    from .scene.molecules import Molecule as Molecule
     from .scene.molecules import molecule as molecule
     from .scene.movies import animate as animate
     from .scene.movies import turntable as turntable
@@ -223,7 +202,7 @@ def __getattr__(name: str) -> Any:
     if name in _PACKAGES:
         return importlib.import_module(_PACKAGES[name], __name__)
     if home is None:
-        raise AttributeError(f"module 'conicoid' has no attribute {name[:80]!r}{_meant(name)}")
+        raise AttributeError(f"module 'conicoid' has no attribute {name[:80]!r}{_name_hint(name)}")
     value = getattr(importlib.import_module(home, __name__), name)
     if isinstance(value, type):
         from ._util.hints import add_call_hints
@@ -233,15 +212,20 @@ def __getattr__(name: str) -> Any:
     return value
 
 
-def _meant(name: str) -> str:
-    """What to tell of a name that there is not."""
+def _name_hint(name: str) -> str:
+    """Return what to add to the error for an unknown name: where the name is, or which one was probably meant."""
     if name.startswith("_"):
         return ""
     from ._util.foreign_names import package_name_hint
     from ._util.hints import closest_name
 
+    if hint := package_name_hint(name):
+        return hint
+    for package in _LAZY_PACKAGES:
+        if name in importlib.import_module(_PACKAGES[package], __name__).__all__:
+            return f": it is co.{package}.{name}"
     close = closest_name(name, __all__, 0.7)
-    return package_name_hint(name) or (f" (did you mean {close}?)" if close else "")
+    return f" (did you mean {close}?)" if close else ""
 
 
 def __dir__() -> list[str]:

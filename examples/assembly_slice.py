@@ -9,7 +9,7 @@ import conicoid as co
 ASSEMBLY = Path(__file__).with_name("openmc") / "assembly" / "geometry.xml"
 
 
-def cut(pixels: int = 640) -> co.Slice:
+def cut(pixels: int = 640) -> co.section.Slice:
     """A corner of the assembly at half of its height: an instrument tube in the middle, control tubes, fuel rods."""
     return co.load_openmc(ASSEMBLY).slice((-0.7, -0.7, 183), (8.4, 0, 0), (0, 8.4, 0), pixels)
 

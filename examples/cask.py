@@ -12,7 +12,7 @@ from studio import Progress
 CASK = Path(__file__).with_name("mcnp") / "cask.mcnp"
 
 
-def cut(pixels: int = 640) -> co.Slice:
+def cut(pixels: int = 640) -> co.section.Slice:
     """The plane y = 0.1 cm, through the rods and the drain."""
     return co.load(CASK).slice((-32, 0.1, -34), (64, 0, 0), (0, 0, 68), pixels)
 

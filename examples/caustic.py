@@ -14,7 +14,7 @@ def scene() -> co.Scene:
     bodies = [
         co.Body(co.Plane((0, 0, 1), 0), table),
         co.Body(co.Sphere(0.8, (-0.35, 0.55, 0.8)), crystal),
-        co.Body(ring.translate((1.25, -0.75, 0)), co.gold(roughness=0.06)),
+        co.Body(ring.translate((1.25, -0.75, 0)), co.materials.gold(roughness=0.06)),
         co.Body(co.Ellipsoid((0.42, 0.42, 0.3), (-1.25, -0.85, 0.3)), amber),
         co.Body(co.Sphere(1.7, (-5.6, 1.3, 5.0)), co.glow((18, 16.2, 13.6))),
     ]

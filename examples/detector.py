@@ -31,11 +31,11 @@ def scene() -> co.Scene:
     cut = co.HalfSpace((0, 1, 0), 0) & co.HalfSpace((0, 0, -1), 0)
     finish = {"rough": 0.25}
     parts: list[tuple[co.Solid, co.Material]] = [
-        (tube(0.07, 0.09, 12.4), co.aluminium(roughness=0.2)),
+        (tube(0.07, 0.09, 12.4), co.materials.aluminium(roughness=0.2)),
         *[(tube(a, b, length), co.plastic(color, roughness=finish["rough"])) for a, b, length, color in LAYERS],
         (wedges(1.25, 1.75, 5.0, 18, 0.03), co.plastic("#3f8f5b", roughness=0.3)),
         (wedges(1.82, 2.75, 5.6, 18, 0.05), co.plastic("#c4622d", roughness=0.3)),
-        (tube(2.86, 3.22, 6.2), co.copper(roughness=0.3)),
+        (tube(2.86, 3.22, 6.2), co.materials.copper(roughness=0.3)),
     ]
     for k in range(4):
         inner = 3.4 + 0.62 * k

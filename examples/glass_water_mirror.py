@@ -19,8 +19,8 @@ def columns() -> list[co.Body]:
 def scene() -> co.Scene:
     """Glass, mirror and water; in front a ball with a bubble of air, and a cube whose sides reflect totally."""
     glass = co.glass(absorption=(0.06, 0.02, 0.03))
-    water = co.glass(co.WATER, absorption=(0.16, 0.04, 0.02))
-    air = co.glass(co.AIR, specular=0)
+    water = co.glass(co.materials.WATER, absorption=(0.16, 0.04, 0.02))
+    air = co.glass(co.materials.AIR, specular=0)
     cube = co.Box((-0.45, -0.45, 0), (0.45, 0.45, 0.9)).rotate((0, 0, 1), 28).translate((-0.75, -2.15, 0))
     things = [
         co.Body(co.Sphere(1.25, (-2.1, 0.3, 1.25)), glass),

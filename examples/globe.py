@@ -11,7 +11,7 @@ ROWS, COLUMNS = 512, 1024
 TILT = 23.4
 
 
-def world() -> co.ImageTexture:
+def world() -> co.materials.ImageTexture:
     """A map in longitude and latitude: sums of waves in space, cut at sea level, so that it has no seam."""
     latitude = np.pi / 2 - (np.arange(ROWS) + 0.5)[:, None] / ROWS * np.pi
     longitude = (np.arange(COLUMNS) + 0.5) / COLUMNS * 2 * np.pi
@@ -29,7 +29,7 @@ def world() -> co.ImageTexture:
     line = (np.abs(np.mod(np.degrees(latitude) + 15, 30) - 15) < 0.35) | (
         np.abs(np.mod(np.degrees(longitude) + 15, 30) - 15) < 0.35
     )
-    return co.ImageTexture(np.where(line[..., None], 0.5 * color + 0.2, color), mapping="latitude")
+    return co.materials.ImageTexture(np.where(line[..., None], 0.5 * color + 0.2, color), mapping="latitude")
 
 
 def scene() -> co.Scene:
@@ -41,10 +41,12 @@ def scene() -> co.Scene:
     ring = (co.Cylinder((0, -0.05, 0), (0, 0.05, 0), 1.5) - co.Cylinder((0, -1, 0), (0, 1, 0), 1.42)).translate(up)
     half = ring - co.HalfSpace((1, 0, 0), 0).rotate((0, 1, 0), TILT).translate(up)
     foot = co.Cone((0, 0, 0.1), (0, 0, 0.75), 0.55, 0.06) | co.Cylinder((0, 0, 0.0), (0, 0, 0.1), 0.75)
-    stand = co.lacquer(co.Wood("#7a4a24", "#3a1d0c", ring=0.06, offset=(0.4, 0.3)))
+    stand = co.lacquer(co.materials.Wood("#7a4a24", "#3a1d0c", ring=0.06, offset=(0.4, 0.3)))
     table = co.Box((-4, -3, -0.25), (4, 2.2, 0))
-    wood = co.lacquer(co.Wood("#9a6a3a", "#5e3818", ring=0.22, offset=(1.5, -7.0)), reflectivity=0.03)
-    bricks = co.Brick(co.Noise("#8a4a34", "#6e3524", scale=0.2), "#b3aca0", (0.8, 0.27), 0.035, 0.25)
+    wood = co.lacquer(co.materials.Wood("#9a6a3a", "#5e3818", ring=0.22, offset=(1.5, -7.0)), reflectivity=0.03)
+    bricks = co.materials.Brick(
+        co.materials.Noise("#8a4a34", "#6e3524", scale=0.2), "#b3aca0", (0.8, 0.27), 0.035, 0.25
+    )
     camera = co.Camera((0.7, -8.0, 3.0), (0.1, 0, 1.75), field_of_view=30, aperture=0.12, focus_distance=6.9)
     return co.Scene(
         [

@@ -25,16 +25,16 @@ def scene() -> co.Scene:
     bodies, tracks = [*backdrop("#dedad2", wall=8)], []
     paints = [
         co.plastic("#d01c14", roughness=0.25),
-        co.gold(roughness=0.2),
+        co.materials.gold(roughness=0.2),
         co.plastic("#1460c0", roughness=0.25),
         co.plastic("#f0b400", roughness=0.25),
     ]
     for k, ((height, length, angle, turn), paint) in enumerate(zip(ARMS, paints, strict=True)):
         rod, ball = arm(height, length, angle)
-        bodies += [co.Body(rod, co.aluminium(roughness=0.2), f"rod {k}"), co.Body(ball, paint, f"ball {k}")]
-        tracks += [co.BodyTrack(f"{part} {k}", (0, 1), degrees=(0, turn)) for part in ("rod", "ball")]
+        bodies += [co.Body(rod, co.materials.aluminium(roughness=0.2), f"rod {k}"), co.Body(ball, paint, f"ball {k}")]
+        tracks += [co.scene.BodyTrack(f"{part} {k}", (0, 1), degrees=(0, turn)) for part in ("rod", "ball")]
     foot = co.Ellipsoid((0.85, 0.85, 0.35), z_range=(0, 1)) | co.Cylinder((0, 0, 0), (0, 0, 3.75), 0.05)
-    bodies.append(co.Body(foot | co.Sphere(0.11, (0, 0, 3.78)), co.copper(roughness=0.25)))
+    bodies.append(co.Body(foot | co.Sphere(0.11, (0, 0, 3.78)), co.materials.copper(roughness=0.25)))
     bodies.append(co.Body(co.Disc((-4.5, -4.5, 8.5), (0.5, 0.5, -0.8), 1.7), co.glow((26, 24.6, 22.5))))
     view = math.radians(-8)
     camera = co.Camera((9.6 * math.sin(view), -9.6 * math.cos(view), 5.6), (0.05, 0, 1.8), field_of_view=33)

@@ -82,7 +82,7 @@ def picture(progress: Progress | None = None, scale: float = 1.0) -> co.Image:
     """The picture, `scale` times its full size."""
     scene = prism()
     rays, waves = beam(0.53)
-    light = drawn(co.trace_paths(scene, rays, depth=6, wavelength=waves), scale)
+    light = drawn(co.optics.trace_paths(scene, rays, depth=6, wavelength=waves), scale)
     height, width = light.shape[:2]
     x, y = np.meshgrid(np.arange(width) + 0.5 - width / 2, height / 2 - np.arange(height) - 0.5)
     inside = scene.contains(np.stack([x, y, 0 * x], -1) * VIEW / width)

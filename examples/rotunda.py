@@ -36,7 +36,7 @@ def scene() -> co.Scene:
         co.Body(shell, plaster), co.Body(columns(), stone), co.Body(ring, stone),
         co.Body(co.Cylinder((0, 0, 0), (0, 0, 0.004), RADIUS), floor),
         co.Body(waist, co.matte((0.35, 0.34, 0.33))),
-        co.Body(co.Sphere(0.62, (0, 0, 1.6)), co.gold(roughness=0.12)),
+        co.Body(co.Sphere(0.62, (0, 0, 1.6)), co.materials.gold(roughness=0.12)),
     ]  # fmt: skip
     bodies.append(co.Body(co.Disc((0, 0, HEIGHT + RADIUS - 0.2), (0, 0, 1), 1.3), co.glow((34, 36, 40))))
     camera = co.Camera((0.35, -3.3, 1.5), (-0.1, 0.6, 2.9), field_of_view=88)

@@ -14,14 +14,14 @@ SALT = {"Na": 0.7, "Cl": 1.1}
 COLORS = {"Na": co.lacquer("#7d5fb8"), "Cl": co.lacquer("#5fae6b")}
 
 
-def salt(edge: float = 5.64) -> co.Molecule:
+def salt(edge: float = 5.64) -> co.scene.Molecule:
     """Sodium and chlorine in turn, on the corners of cubes of half the edge, in Å."""
     places = np.array(list(itertools.product(range(3), repeat=3)))
     elements = np.where(places.sum(axis=1) % 2, "Na", "Cl")
     return co.molecule(places * edge / 2, elements, bonds=[], cell=np.eye(3) * edge)
 
 
-def benzene() -> co.Molecule:
+def benzene() -> co.scene.Molecule:
     """C6H6: bonds of 1.39 Å in a ring, single and double in turn, and of 1.09 Å to hydrogen."""
     angles = np.radians(np.arange(6) * 60)
     ring = np.column_stack([np.cos(angles), np.zeros(6), np.sin(angles)])
@@ -29,7 +29,7 @@ def benzene() -> co.Molecule:
     return co.molecule(np.concatenate([1.39 * ring, 2.48 * ring]), ["C"] * 6 + ["H"] * 6, bonds=bonds)
 
 
-def water(bond: float = 0.9572, angle: float = 104.52) -> co.Molecule:
+def water(bond: float = 0.9572, angle: float = 104.52) -> co.scene.Molecule:
     """H2O by its measured bond, in Å, and angle."""
     half = math.radians(angle / 2)
     return co.molecule(

@@ -16,10 +16,10 @@ def scene() -> co.Scene:
     cone = co.Cone((0, 0, 0), (0, 0, 1.5), 0.62, 0.0).translate((2.0, 0.9, 0))
     bodies = [
         *backdrop("#a8a29c", wall=7),
-        co.Body(waist, co.gold(roughness=0.2)),
+        co.Body(waist, co.materials.gold(roughness=0.2)),
         co.Body(cup, co.glass(1.52, absorption=(0.25, 0.06, 0.12))),
-        co.Body(cone, co.copper(roughness=0.3)),
-        co.Body(co.Sphere(0.42, (1.6, -0.95, 0.42)), co.silver(roughness=0.02)),
+        co.Body(cone, co.materials.copper(roughness=0.3)),
+        co.Body(co.Sphere(0.42, (1.6, -0.95, 0.42)), co.materials.silver(roughness=0.02)),
         co.Body(co.Ellipsoid((0.42, 0.42, 0.56), (-0.75, -1.15, 0.42)), co.plastic("#9c2a22")),
         co.Body(co.Disc((-3.2, -3.4, 5.6), (0.55, 0.6, -0.85), 2.3), co.glow((8.4, 8.0, 7.2))),
         co.Body(co.Cylinder((4.6, -2.6, 0.7), (4.6, 2.2, 2.9), 0.35), co.glow((6, 6.8, 8))),

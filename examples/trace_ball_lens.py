@@ -6,7 +6,7 @@ import numpy as np
 
 import conicoid as co
 
-RADIUS, INDEX = 1.0, co.GLASS
+RADIUS, INDEX = 1.0, co.materials.GLASS
 
 
 def focal_length(height: float) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import inspect
 import os
 import re
 import shutil
@@ -21,6 +22,7 @@ from conicoid.render.integrators import INTEGRATORS, Integrator
 from conicoid.scene import scene as scene_module
 
 from .machine_code import needs_compiler
+from .public_names import PUBLIC
 
 ROOT = Path(__file__).resolve().parent.parent
 LETTERS = ("README.md", "CONTRIBUTING.md", "CHANGELOG.md", "SECURITY.md")
@@ -76,7 +78,7 @@ def anchors(page: Path) -> set[str]:
         for page in PAGES
         if page.name not in ("CONTRIBUTING.md", "CHANGELOG.md") and page.parent.name != "dev"
     ]
-    + [getattr(co, name).__doc__ or "" for name in co.__all__],
+    + [public.__doc__ or "" for public in PUBLIC.values()],
 )
 def test_words_of_the_workshop_stay_there(told: str) -> None:
     """Sources have names, open intervals are said in words, and a leaf or a cell is explained where it is spoken of."""
@@ -149,12 +151,13 @@ def test_the_integrator_of_contributing_works(monkeypatch: pytest.MonkeyPatch) -
 
 @needs_compiler
 def test_the_query_of_contributing_works(monkeypatch: pytest.MonkeyPatch) -> None:
-    code, method, test = recipe("add-a-query")
+    code, method, line, test = recipe("add-a-query")
     module = loaded(monkeypatch, "conicoid.queries.thickness", code)
     monkeypatch.setattr(queries, "thickness", module, raising=False)
     namespace = dict(vars(scene_module))
     exec(compile(method, "docs/dev", "exec"), namespace)
     monkeypatch.setattr(scene_module.Scene, "thickness", namespace["thickness"], raising=False)
+    assert eval(f"{{{line.strip()}}}") == {"thickness": list(inspect.signature(co.Scene.thickness).parameters)[1]}
     run_tests(test)
 
 
@@ -167,7 +170,7 @@ def test_the_examples_of_contributing_join_the_tree(tmp_path: Path) -> None:
         shutil.copy(ROOT / name, tmp_path)
     primitive, primitive_test = recipe("add-a-primitive")
     integrator, line, integrator_test = recipe("add-an-integrator")
-    query, method, query_test = recipe("add-a-query")
+    query, method, entry, query_test = recipe("add-a-query")
     for file, code in (
         ("conicoid/geometry/cooling_tower.py", primitive),
         ("conicoid/render/integrators/curvature.py", integrator),
@@ -180,6 +183,7 @@ def test_the_examples_of_contributing_join_the_tree(tmp_path: Path) -> None:
         (tmp_path / file).write_text(code.lstrip(), encoding="utf-8")
     insert(tmp_path / "conicoid" / "render" / "integrators" / "__init__.py", line, before="    )\n}\n")
     insert(tmp_path / "conicoid" / "scene" / "scene.py", method, before="    # --- Explanations\n")
+    insert(tmp_path / "conicoid" / "scene" / "scene.py", entry, before='    "line_integral": "values",\n')
     environment = {**os.environ, "PYTHONPATH": str(tmp_path), "CONICOID_CACHE_DIR": str(tmp_path / "cache")}
     chosen = "CoolingTower or cooling_tower or curvature or thickness or nothing_is_left"
     folders = ("contract", "shapes/test_cooling_tower.py", "integrators", "render", "engine/test_thickness.py")

@@ -28,12 +28,12 @@ THINGS = {
     "ScanGeometry": co.ct.parallel([0, 90], 4), "ScanRays": co.Rays.from_scan(co.ct.parallel([0, 90], 4)),
     "CameraRays": co.Rays.from_camera(co.Camera((0, 0, 1), (0, 0, 0)), 2, 2),
     "Classification": co.Quadric(np.diag([1, 1, 1, -1])).classification,
-    "Finding": co.Finding("empty", (0,), "body 0 is empty", 0.0),
+    "Finding": co.checks.Finding("empty", (0,), "body 0 is empty", 0.0),
     "OrthographicCamera": co.OrthographicCamera((0, 0, 1), (0, 0, 0)),
     "EquirectangularCamera": co.EquirectangularCamera((0, 0, 1), (0, 0, 0)),
     "FisheyeCamera": co.FisheyeCamera((0, 0, 1), (0, 0, 0)),
     "Molecule": co.molecule([(0, 0, 0)], ["O"]),
-    "Paths": co.trace_paths(SCENE, co.Rays([(0, 0, 9)], (0, 0, -1)), depth=1),
+    "Paths": co.optics.trace_paths(SCENE, co.Rays([(0, 0, 9)], (0, 0, -1)), depth=1),
 }  # fmt: skip
 
 
@@ -76,7 +76,7 @@ def test_hints_do_not_get_in_the_way(thing):
     assert not hasattr(thing, "_nonsense")
     assert not hasattr(thing, "__array_interface__")
     assert repr(thing)
-    if dataclasses.is_dataclass(thing) and not isinstance(thing, co.SceneMeasures):
+    if dataclasses.is_dataclass(thing) and not isinstance(thing, co.measures.SceneMeasures):
         assert dataclasses.replace(thing) is not thing
 
 

@@ -12,6 +12,8 @@ import conicoid as co
 from conicoid._util.foreign_names import MEASURE_FIELDS, SCENE_METHODS
 from conicoid.scene.scene import QUERIES
 
+from .public_names import PUBLIC
+
 BALL = co.Sphere()
 SCENE = co.Scene([co.Body(BALL, co.matte("red", name="steel"), "ball"), co.Box((2, 2, 2), (3, 3, 3))])
 RAYS = co.Rays([(0, 0, 5), (0.1, 0, 5)], (0, 0, -1))
@@ -131,8 +133,7 @@ _NOT_FOR_USERS = re.compile(r".*_under|unbounded_support|placed")
 
 def _public():
     """Name and callable of all that a user calls: functions, classes, and their methods."""
-    for name in co.__all__:
-        value = getattr(co, name)
+    for name, value in PUBLIC.items():
         if not callable(value):
             continue
         if not issubclass(value, co.Hits | co.Spans | co.Crossings | Exception) if isinstance(value, type) else True:

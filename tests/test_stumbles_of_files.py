@@ -193,7 +193,7 @@ def test_checks_say_what_they_have_not_looked_for(tmp_path):
     assert none.not_looked_for == ("undefined regions (the scene's domain is empty)",)
     whole = co.check(co.Scene(co.Sphere(), domain=co.Sphere()), rays=500)
     assert (whole, whole.not_looked_for, repr(whole)) == ([], (), "Findings([])")
-    assert isinstance(whole, co.Findings)
+    assert isinstance(whole, co.checks.Findings)
 
 
 @pytest.mark.parametrize("option", [(), ("--spans",)])

@@ -81,6 +81,8 @@ def test_motions_of_shapes_are_motions(name, motion):
     (lambda: SCENE.line_integral(RAYS, [1, 2]), r"values come first, and then the rays: line_integral\(values, rays\).*Rays"),
     (lambda: SCENE.line_integral(HITS, RAYS), r"values come first, and then the rays: line_integral\(values, rays\).*Hits"),
     (lambda: co.render(SCENE), r"^conicoid.render is a module, not a function: .* scene.render\(width, height\)$"),
+    (lambda: co.explain(SCENE), r"^conicoid.explain is a module, not a function: .* scene.explain\(origin, direction\)$"),
+    (lambda: co.section(SCENE), r"^conicoid.section is a module, not a function: .* scene.section\(plane\)$"),
     (lambda: BALL + BOX, r"^Sphere: \+ is no operation of shapes; a \| b is the union"),
     (lambda: BALL * BOX, r"^Sphere: \* is no operation of shapes; .* a & b what both have in common$"),
     (lambda: DISC + BALL, r"^Disc: \+ is no operation of shapes"),
@@ -223,12 +225,12 @@ def test_answers_to_one_ray_show_their_digits(answer, told):
     (co.glass(1.5, name="crown"), "glass(refractive_index=1.5, name='crown')"),
     (co.metal("gold", reflectivity=0.7), "metal(color='gold', reflectivity=0.7)"), (co.mirror(), "mirror()"),
     (co.lacquer(properties={"mu": 2}), "lacquer(properties={'mu': 2})"), (co.phong(specular=0.25), "phong(specular=0.25)"),
+    (co.materials.gold(), "gold()"), (co.materials.conductor(roughness=0.2), "conductor(roughness=0.2)"),
 ])  # fmt: skip
 def test_materials_show_the_call_that_makes_them(material, told):
     assert repr(material) == told
-    assert (
-        eval(told, vars(co) | {name: getattr(co, name) for name in ("matte", "glass", "metal", "Material")}) == material
-    )
+    names = {name: getattr(co, name) for name in ("matte", "glass", "metal", "Material")}
+    assert eval(told, vars(co) | vars(co.materials) | names) == material
 
 
 def test_motions_about_a_point():

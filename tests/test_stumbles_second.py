@@ -75,7 +75,7 @@ def test_an_interval_that_is_given_takes_the_place_of_that_of_a_scan():
 # --- surroundings and pictures as light ---
 
 
-@pytest.mark.parametrize("background", [co.Environment(PIXELS, 2, 30), co.clear_sky((1, 0, 0.5), height=8)])
+@pytest.mark.parametrize("background", [co.Environment(PIXELS, 2, 30), co.materials.clear_sky((1, 0, 0.5), height=8)])
 def test_scenes_with_surroundings_are_equal_to_what_comes_back_of_them(background, tmp_path):
     scene = co.Scene([BALL], background=background)
     scene.save(tmp_path / "s.yaml")
@@ -136,7 +136,7 @@ def test_bytes_and_pictures_are_surroundings_of_the_light_that_they_show(tmp_pat
         assert np.abs(read.pixels - PIXELS).max() < error
 
 
-@pytest.mark.parametrize("make", [co.Environment, co.ImageTexture])
+@pytest.mark.parametrize("make", [co.Environment, co.materials.ImageTexture])
 @pytest.mark.parametrize("kind", [np.int64, np.uint16, np.float64, np.float32])
 def test_bytes_in_another_type_are_no_light(make, kind):
     board = np.arange(4 * 8 * 3).reshape(4, 8, 3).astype(kind)
@@ -148,12 +148,12 @@ def test_bytes_in_another_type_are_no_light(make, kind):
 
 def test_a_texture_that_is_white_nearly_everywhere_is_warned_of():
     with pytest.warns(UserWarning, match="ImageTexture: most numbers of the array, up to .* are beyond 1"):
-        co.ImageTexture(255 * PIXELS)
+        co.materials.ImageTexture(255 * PIXELS)
 
 
 @pytest.mark.parametrize("call", [
     lambda: co.Environment(PIXELS, rotation=math.pi / 2),
-    lambda: co.clear_sky() and co.Environment(PIXELS, 1, math.radians(30)),
+    lambda: co.materials.clear_sky() and co.Environment(PIXELS, 1, math.radians(30)),
 ])  # fmt: skip
 def test_a_rotation_in_radians_is_warned_of(call):
     with pytest.warns(UserWarning, match="Environment: rotation must be in degrees, got"):

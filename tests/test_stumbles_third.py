@@ -35,7 +35,7 @@ def test_answers_without_their_scene_know_only_their_own_names():
 @pytest.mark.parametrize(("call", "told"), [
     (lambda: SCENE.number("ball"), r"scene.bodies.index\(name\) is its place$"),
     (lambda: co.molecule([(0, 0, 0)], ["O"]).elements, "they are called symbols, and numbers the atomic numbers$"),
-    (lambda: co.trace_paths(SCENE, co.Rays([(0, 0, 9)], (0, 0, -1))).name, r"scene.body\(number\).name is that of one$"),
+    (lambda: co.optics.trace_paths(SCENE, co.Rays([(0, 0, 9)], (0, 0, -1))).name, r"scene.body\(number\).name is that of one$"),
 ])  # fmt: skip
 def test_names_that_are_elsewhere(call, told):
     with pytest.raises(AttributeError, match=told):
@@ -61,7 +61,7 @@ WAVES = 0.45, 0.5875618, 0.65
 
 def index_by_tracing(scene, wavelength):
     """The index of the first medium, by what `trace_paths` says of it."""
-    paths = co.trace_paths(scene, co.Rays([(1, 0, -5)], (0, 0, 1)), depth=1, wavelength=wavelength)
+    paths = co.optics.trace_paths(scene, co.Rays([(1, 0, -5)], (0, 0, 1)), depth=1, wavelength=wavelength)
     return float(paths.index[(paths.level == 1) & ~paths.mirrored][0])
 
 
@@ -125,7 +125,7 @@ def test_what_a_pickle_holds_is_equal(make):
 
 # --- what moves, and how good a picture is ---
 
-TRACK = co.BodyTrack("ball", times=(0, 1), translate=((0, 0, 0), (2, 0, 0)))
+TRACK = co.scene.BodyTrack("ball", times=(0, 1), translate=((0, 0, 0), (2, 0, 0)))
 
 
 def test_a_track_of_no_body_is_refused_at_once(tmp_path):

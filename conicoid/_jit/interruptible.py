@@ -27,7 +27,9 @@ def start_thread(work: Callable[[], Any], name: str) -> threading.Thread | None:
     thread = threading.Thread(target=work, name=name, daemon=True)
     try:
         thread.start()
-    except RuntimeError:
+    except RuntimeError as error:
+        if "new thread" not in str(error):  # a second Ctrl-C while `start` handles the first
+            raise
         return None
     return thread
 

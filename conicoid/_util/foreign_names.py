@@ -558,7 +558,7 @@ _PACKAGE_NAME_HINTS = {
     **dict.fromkeys(("Shell", "HollowSphere", "SphericalShell"), "that is co.SphereSection(outer, inner)"),
     **dict.fromkeys(("Torus",), "bodies are made of planes and quadrics, nothing else"),
     **dict.fromkeys(("Fresnel", "fresnel_equations"),
-                    "co.refract has directions, and co.fresnel the amounts by polarisation"),
+                    "co.refract has directions, and co.optics.fresnel the amounts by polarisation"),
     **dict.fromkeys(("Optic", "Surface", "SurfaceGroup", "Singlet"),
                     "lenses are solids, co.Sphere(r, a) & co.Sphere(r, b), and docs/tutorials/optics.md follows rays "
                     "through them"),

@@ -1,4 +1,4 @@
-"""Materials by index of many bodies in one entry of a scene."""
+"""`Body`: a shape with a material and a name, one entry of a scene."""
 
 from __future__ import annotations
 
@@ -23,7 +23,10 @@ MaterialIndex = npt.NDArray[np.int32]
 
 
 def check_materials(shape: Shape, material: Any, materials: Any, index: Any) -> tuple[tuple[Any, ...], MaterialIndex]:
-    """(materials, the place of each body's among them), or a ValueError or TypeError."""
+    """Return (materials, the index of each body's material) of an entry of many bodies.
+
+    Raise TypeError for another shape or for no list of materials, ValueError for an index that does not fit.
+    """
     if not isinstance(shape, Bulk):
         raise TypeError(
             f"Body: materials are for many bodies in one entry, such as Spheres, got {describe_kind(shape)}"
@@ -34,10 +37,10 @@ def check_materials(shape: Shape, material: Any, materials: Any, index: Any) -> 
         raise ValueError("Body: material_index must be left out, or go with materials")
     if isinstance(materials, (str, bytes)) or not isinstance(materials, Iterable):
         raise TypeError(f"Body: materials must be a list of materials and colours, got {describe_kind(materials)}")
-    found = tuple(
+    checked = tuple(
         None if each is None else as_material(f"Body: materials[{i}]", each) for i, each in enumerate(materials)
     )
-    return found, _check_index(index, len(found), len(shape))
+    return checked, _check_index(index, len(checked), len(shape))
 
 
 def _check_index(index: Any, materials: int, bodies: int) -> MaterialIndex:
@@ -60,22 +63,31 @@ def _check_index(index: Any, materials: int, bodies: int) -> MaterialIndex:
     return result
 
 
-# A body: a shape with a material and a name.
-
-
 @frozen_with_hints
 @with_method_hints
 @dataclass(frozen=True)
 class Body:
-    """One entry of a scene.
+    """One entry of a scene: a shape with a material and a name.
 
-    shape: a solid or a sheet; a `Spheres`, `Cylinders` and so on is one entry and many bodies.
-    material: a Material; or a colour, which is the matte one: "red" is matte("red"). None is the default matte one.
-    name: a text, unique in a scene, or None.
-    materials: of many bodies in one entry, what takes the place of `material`: materials and colours, with
-    material_index: (N,) for each body its place among them. Left out, there is one of the materials for each body.
+    Parameters
+    ----------
+    shape : Shape
+        A solid or a sheet. A `Spheres`, `Cylinders` and so on is one entry and many bodies.
+    material : Material or colour, optional
+        A colour is the matte material: "red" is matte("red"). None is the default, matte grey.
+    name : str, optional
+        Unique in a scene.
+    materials : list of Material or colour, optional
+        For an entry of many bodies, in place of `material`.
+    material_index : array (N,), optional
+        For each body the index of its material in `materials`. Without it there is one of these for each body.
 
-    Raises TypeError for anything else, ValueError for an index that there is not.
+    Raises
+    ------
+    TypeError
+        For an argument of another type.
+    ValueError
+        For an index without a material, or an empty name.
     """
 
     shape: Shape
@@ -83,15 +95,15 @@ class Body:
     name: str | None = None
     materials: Any = field(default=None, kw_only=True)
     material_index: Any = field(default=None, kw_only=True, compare=False)
-    operand_kind: ClassVar[str] = "body"
+    operand_kind: ClassVar[str] = "body"  # see `Shape`
 
     def __post_init__(self) -> None:
         if not isinstance(self.shape, Shape):
             hint = "; co.Union(shapes) is one of several" if isinstance(self.shape, list | tuple) else ""
             raise TypeError(f"Body: shape must be a shape such as Sphere(...), got {describe_kind(self.shape)}{hint}")
         if isinstance(self.material, list | tuple) and any(isinstance(one, str | Material) for one in self.material):
-            told = "Body(shape, materials=[...]), with material_index, are those of many bodies in one entry"
-            raise TypeError(f"Body: material must be one, got a {type(self.material).__name__} of them; {told}")
+            hint = "Body(shape, materials=[...]), with material_index, are those of many bodies in one entry"
+            raise TypeError(f"Body: material must be one, got a {type(self.material).__name__} of them; {hint}")
         if self.material is not None:
             object.__setattr__(self, "material", as_material("Body", self.material, _name_hint(self)))
         if self.materials is not None or self.material_index is not None:
@@ -102,8 +114,8 @@ class Body:
             raise ValueError(f"Body: name must be a non-empty text or None, got {format_value(self.name)}")
 
     def __eq__(self, other: object) -> bool:
-        """Whether it is a body of an equal shape, material and name."""
-        if isinstance(other, np.ndarray | np.generic):  # which would be False throughout
+        """Return True for a body with equal shape, material and name."""
+        if isinstance(other, np.ndarray | np.generic):  # no element could be equal
             raise TypeError(
                 "Body: numbers and names are no bodies: compare hits.name == body.name, or hits.body == number"
             )
@@ -115,32 +127,38 @@ class Body:
     def __setstate__(self, state: dict[str, Any]) -> None:
         restore_state(self, state)
 
-    __array_ufunc__ = None  # so that arrays ask the body
+    __array_ufunc__ = None  # so that `array == body` calls `Body.__eq__`
 
     def translate(self, offset: Any) -> Body:
-        """The body, moved by `offset`, three numbers: its shape is."""
+        """Return the body with its shape moved by `offset`, three numbers."""
         return dataclasses.replace(self, shape=self.shape.translate(offset))
 
     def rotate(self, axis: Any, degrees: float, *, about: Any = None) -> Body:
-        """The body, turned by `degrees` about an `axis` through the origin or the point `about`, as a shape is."""
+        """Return the body turned by `degrees` about an `axis` through the origin or the point `about`.
+
+        Parameters
+        ----------
+        axis, degrees, about
+            As for `Shape.rotate`.
+        """
         return dataclasses.replace(self, shape=self.shape.rotate(axis, degrees, about=about))
 
     def scale(self, factors: Any, *, about: Any = None) -> Body:
-        """The body, scaled by `factors` about the origin or the point `about`, as a shape is."""
+        """Return the body scaled by `factors` about the origin or the point `about`, as `Shape.scale` does."""
         return dataclasses.replace(self, shape=self.shape.scale(factors, about=about))
 
     def transform(self, matrix: Any) -> Body:
-        """The body, carried by an affine motion: a `matrix` (4, 4), as a shape is."""
+        """Return the body carried by an affine motion, a `matrix` (4, 4), as `Shape.transform` does."""
         return dataclasses.replace(self, shape=self.shape.transform(matrix))
 
-    if not TYPE_CHECKING:  # else checkers would let any attribute be asked for, and any operator be used
+    if not TYPE_CHECKING:  # type checkers would otherwise accept any attribute and operator
 
         def __getattr__(self, name: str) -> Any:
             raise shape_attribute_error(self, name)
 
         def __contains__(self, other: Any) -> bool:
-            told = "points are asked of a scene: co.Scene(body).contains(points)"
-            raise TypeError(f"Body: `in` means nothing here; {told}")
+            hint = "a scene tests points: co.Scene(body).contains(points)"
+            raise TypeError(f"Body: `in` means nothing here; {hint}")
 
         def __or__(self, other: Any) -> Any:
             return _reject_operator(self, "|", other)
@@ -156,15 +174,15 @@ class Body:
 
 
 def _name_hint(body: Body) -> str:
-    """What to tell of a text that is no colour where a material is wanted."""
+    """Return a hint for a text that is no colour in place of the material: it may be the name."""
     if not isinstance(body.material, str) or body.name is not None:
         return ""
     return f"; a name is the third, Body(shape, name={format_value(body.material)})"
 
 
 def _reject_operator(body: Body, operator: str, other: Any) -> Any:
-    """NotImplemented, unless there is something to tell."""
-    told = operator_error(body, operator, other)
-    if told is None:
+    """Raise a TypeError with a hint if there is one; return NotImplemented otherwise."""
+    error = operator_error(body, operator, other)
+    if error is None:
         return NotImplemented
-    raise told
+    raise error

@@ -1,4 +1,4 @@
-"""Many bodies of one kind in one entry of a scene, from arrays."""
+"""Many bodies of one kind in one entry of a scene, from arrays: their base class `Bulk`, and `Spheres`."""
 
 from __future__ import annotations
 
@@ -18,31 +18,32 @@ from .shape import Shape, Solid
 from .transform import Motion
 
 _LAST_SHARE = 1e-9
-"""Bodies whose ends, worked out in floats, lie so near the last one may be the last, as a share of sizes and places."""
+"""A body whose end in floats is within this share of sizes and places of the outermost end may be the outermost one."""
 _MAX_LAST = 256
+"""If more bodies than this may be outermost, their common box is wider instead of exact."""
 
 
 class Bulk(Shape, abstract=True):
-    """N bodies of one kind, with consecutive ids, as if N single shapes stood in the list.
+    """N bodies of one kind with consecutive ids, like N single shapes in the list.
 
-    A scene entry only: it does not combine with ``| & - ~``. A motion moves all of them. `single` gives one.
+    It is a scene entry only and does not combine with ``| & - ~``. A motion moves all bodies. `single` returns one.
     """
 
     combines: ClassVar[bool] = False
     columns: ClassVar[dict[str, tuple[str, ...]]] = {}
-    """Of each field, what its numbers are called in a table: one name for a number, three for a vector."""
+    """Field -> the headings of its numbers in a table: one for a number, three for a vector."""
     leaves: ClassVar[tuple[tuple[str | float, ...], ...]] = ()
-    """Of each primitive of a single shape, the fields and constants that its numbers are, in their order."""
+    """For each primitive of a single shape: the fields and constants of its numbers, in order."""
 
     @abstractmethod
     def single(self, index: int) -> Shape:
-        """One of them, by its `index`, as a shape of its own under the same motion."""
+        """Return body `index` as a shape of its own under the same motion."""
 
     def check_rows(self) -> None:
-        """Refuse bodies that there cannot be, by `refuse`; each number is known to be finite and of the domain."""
+        """Raise ValueError, by `refuse`, for impossible bodies; all numbers are finite and in the domain."""
 
     def reaches(self, rows: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """About how far the bodies reach along the rows of a matrix (3, 3), down and up: two arrays (N, 3)."""
+        """Return about how far the bodies reach along the rows of a matrix (3, 3), down and up: two arrays (N, 3)."""
         raise NotImplementedError
 
     @ignore_fp_errors
@@ -51,21 +52,21 @@ class Bulk(Shape, abstract=True):
         given = {name: real_array(owner, name, getattr(self, name)) for name in self.columns}
         count = _count_rows(owner, given, self.columns)
         for name, values in given.items():
-            made = _broadcast(values, count, len(self.columns[name]))
-            _check_numbers(owner, name, made)
-            made.flags.writeable = False
-            object.__setattr__(self, name, made)
+            column = _broadcast(values, count, len(self.columns[name]))
+            _check_numbers(owner, name, column)
+            column.flags.writeable = False
+            object.__setattr__(self, name, column)
         self.check_rows()
 
     def refuse(self, field: str, bad: Any, expected: str) -> None:
-        """Raise ValueError for the first body of which a `field` is bad, and say what was `expected`.
+        """Raise ValueError for the first body whose `field` is `bad` (N,), with the `expected` value.
 
-        As in "Cylinders: radii[3] must be > 0, got -1.0".
+        For example: "Cylinders: radii[3] must be > 0, got -1.0".
         """
-        found = np.flatnonzero(bad)
-        if len(found):
-            value = getattr(self, field)[found[0]]
-            raise ValueError(f"{type(self).__name__}: {field}[{found[0]}] must be {expected}, got {value}")
+        rows = np.flatnonzero(bad)
+        if len(rows):
+            value = getattr(self, field)[rows[0]]
+            raise ValueError(f"{type(self).__name__}: {field}[{rows[0]}] must be {expected}, got {value}")
 
     def __len__(self) -> int:
         return len(getattr(self, next(iter(self.columns))))
@@ -81,11 +82,11 @@ class Bulk(Shape, abstract=True):
         return hash((type(self), len(self), self.motion, first.tobytes()[:64]))
 
     def row(self, index: int, name: str) -> Any:
-        """The number of the field `name` of body `index` as a float, or its three as a tuple."""
+        """Return the field `name` of body `index` as a float, or as a tuple of three."""
         return _to_python(getattr(self, name)[self._place(index)])
 
     def _place(self, index: Any) -> int:
-        """The place of one body, checked."""
+        """Return the index of one body as an int; raise TypeError or IndexError if there is no such body."""
         place = as_integer(index)
         if place is None:
             raise TypeError(f"{type(self).__name__}.single: index must be a whole number, got {format_value(index)}")
@@ -97,29 +98,29 @@ class Bulk(Shape, abstract=True):
         return place
 
     def numbers(self, leaf: int) -> FloatArray:
-        """(N, n) numbers of one primitive, number `leaf`, of each body, in the order of its fields."""
+        """Return the numbers (N, n) of primitive number `leaf` of each body, in the order of its fields."""
         parts = [
             self._flat(part) if isinstance(part, str) else np.full((len(self), 1), part) for part in self.leaves[leaf]
         ]
         return np.concatenate(parts, axis=1)
 
     def _flat(self, name: str) -> FloatArray:
-        """(N, n) numbers of a field."""
+        """Return the numbers (N, n) of a field."""
         values: FloatArray = getattr(self, name)
         return values if values.ndim == 2 else values[:, None]
 
     @classmethod
     def headings(cls) -> tuple[str, ...]:
-        """The columns of a table of them."""
+        """Return the headings of `table`."""
         return tuple(heading for headings in cls.columns.values() for heading in headings)
 
     def table(self) -> FloatArray:
-        """(N, columns) all numbers, but for the motion."""
+        """Return all numbers except the motion, (N, columns)."""
         return np.concatenate([self._flat(name) for name in self.columns], axis=1)
 
     @classmethod
     def of_table(cls, table: FloatArray) -> Any:
-        """From what `table` gives."""
+        """Return the bodies of a `table`."""
         fields: dict[str, Any] = {}
         at = 0
         for name, headings in cls.columns.items():
@@ -129,13 +130,17 @@ class Bulk(Shape, abstract=True):
         return cls(**fields)
 
     def bounds_under(self, outer: Motion) -> BoxEnds:
-        """The box around the boxes of all; where hundreds of bodies end at one place, wider by 1e-9 of its size."""
+        """Return the box around the boxes of all bodies.
+
+        If hundreds of bodies end at one place, it is wider by 1e-9 of its size.
+        """
         if len(self) == 0:
             return EVERYWHERE[1], EVERYWHERE[0]
         motion = self.motion.then(outer)
         matrix = motion.matrix
         down, up = self.reaches(matrix[:3, :3])
         ends = np.concatenate([down - matrix[:3, 3], up + matrix[:3, 3]], axis=1)
+        # Floats find the bodies that may be outermost; the exact bounds of these alone give the ends
         size = _LAST_SHARE * (np.abs(ends).max(initial=0.0) + np.abs(matrix[:3, 3]).max(initial=0.0))
         last = [np.flatnonzero(column >= column.max() - size) for column in ends.T]
         known: dict[int, FloatArray] = {}
@@ -168,7 +173,7 @@ def _combination_error(shape: Bulk) -> TypeError:
 
 
 def points_reach(points: Sequence[FloatArray], rows: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """`Bulk.reaches` of the hulls of points, arrays (N, 3)."""
+    """Return `Bulk.reaches` of the hulls of points, arrays (N, 3)."""
     placed = [matmul_rows(each, rows.T) for each in points]
     return np.max([-each for each in placed], axis=0), np.max(placed, axis=0)
 
@@ -176,7 +181,7 @@ def points_reach(points: Sequence[FloatArray], rows: FloatArray) -> tuple[FloatA
 def balls_reach(
     centers: Iterable[FloatArray], radii: Iterable[FloatArray], rows: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """`Bulk.reaches` of the hulls of balls."""
+    """Return `Bulk.reaches` of the hulls of balls."""
     size = np.sqrt((rows**2).sum(axis=1))
     pairs = [
         (matmul_rows(center, rows.T), radius[:, None] * size) for center, radius in zip(centers, radii, strict=True)
@@ -187,7 +192,7 @@ def balls_reach(
 def discs_reach(
     centers: Iterable[FloatArray], normals: FloatArray, radii: Iterable[FloatArray], rows: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """`Bulk.reaches` of the hulls of discs across normals (N, 3), which need not be unit."""
+    """Return `Bulk.reaches` of the hulls of discs across normals (N, 3), which may have any length."""
     unit = normals / np.sqrt((normals**2).sum(axis=1))[:, None]
     along = matmul_rows(unit, rows.T)
     across = np.sqrt(np.maximum((rows**2).sum(axis=1) - along**2, 0.0))
@@ -198,12 +203,12 @@ def discs_reach(
 
 
 def _to_python(value: Any) -> Any:
-    found = value.tolist()
-    return tuple(found) if isinstance(found, list) else found
+    plain = value.tolist()
+    return tuple(plain) if isinstance(plain, list) else plain
 
 
 def _count_rows(owner: str, given: dict[str, FloatArray], columns: dict[str, tuple[str, ...]]) -> int:
-    """How many bodies arrays are of; one where each has what is of one body."""
+    """Return the number of bodies of some arrays: 1 if each of them has the numbers of a single body."""
     counts: dict[str, int] = {}
     for name, values in given.items():
         width = len(columns[name])
@@ -217,19 +222,19 @@ def _count_rows(owner: str, given: dict[str, FloatArray], columns: dict[str, tup
             raise ValueError(f"{owner}: {name} must have shape {many}, or be {one} for all, got shape {values.shape}")
     different = sorted(set(counts.values()))
     if len(different) > 1:
-        told = ", ".join(f"{name} of {count:,}" for name, count in counts.items())
-        raise ValueError(f"{owner}: arrays must be of equally many bodies, got {told}")
+        lengths = ", ".join(f"{name} of {count:,}" for name, count in counts.items())
+        raise ValueError(f"{owner}: arrays must be of equally many bodies, got {lengths}")
     return different[0] if different else 1
 
 
 def _broadcast(values: FloatArray, count: int, width: int) -> FloatArray:
-    """A copy for each of the bodies."""
+    """Return a copy of the values, repeated for each body."""
     shape = (count,) if width == 1 else (count, width)
     return np.array(np.broadcast_to(values.reshape(shape) if values.size == 0 and count == 0 else values, shape))
 
 
 def _check_numbers(owner: str, field: str, values: FloatArray) -> None:
-    """ValueError for the first body with a number that is not finite, or not of the domain."""
+    """Raise ValueError for the first body with a number that is not finite or not in the domain."""
     for bad, expected in ((~np.isfinite(values), "finite"), (is_outside_domain(values), DOMAIN)):
         rows = np.flatnonzero(bad if values.ndim == 1 else bad.any(axis=1))
         if len(rows):
@@ -238,15 +243,12 @@ def _check_numbers(owner: str, field: str, values: FloatArray) -> None:
             )
 
 
-# Many balls in one entry of a scene.
-
-
 @dataclass(frozen=True, eq=False)
 class Spheres(Bulk, Solid):
     """N balls |x - centers[i]|² <= radii[i]² as N bodies with consecutive ids.
 
-    `centers` (N, 3), `radii` (N,) or one number for all. A scene entry only: it does not combine
-    with ``| & - ~`` (use `Sphere` there). uv and face as for `Sphere`.
+    `centers` (N, 3), `radii` (N,) or one number for all. A scene entry only: it does not combine with ``| & - ~``, as
+    `Sphere` does. uv and face as for `Sphere`.
     """
 
     centers: Any
@@ -285,7 +287,7 @@ class Spheres(Bulk, Solid):
         return Sphere(self.row(index, "radii"), self.row(index, "centers"), motion=self.motion)
 
     def placed(self, outer: Motion) -> tuple[FloatArray, FloatArray, float | None]:
-        """(centers in the world, linear part (3, 3), its factor if it is a similarity, else None)."""
+        """Return (centers in the world, linear part (3, 3), its factor if it is a similarity, else None)."""
         motion = self.motion.then(outer)
         if motion.is_identity:
             return self.centers, np.eye(3), 1.0
@@ -304,7 +306,7 @@ class Spheres(Bulk, Solid):
         motion = self.motion.then(outer)
         shift = np.zeros(3) if motion.is_identity else motion.shift
         if shift is not None:
-            ends = (_raised(sign * self.centers, sign * np.array(shift), self.radii[:, None]) for sign in (-1.0, 1.0))
+            ends = (_sum_up(sign * self.centers, sign * np.array(shift), self.radii[:, None]) for sign in (-1.0, 1.0))
             low, high = (end.max(axis=0) for end in ends)
             return 0.0 - low, high + 0.0
         centers, linear, _ = self.placed(outer)
@@ -313,8 +315,8 @@ class Spheres(Bulk, Solid):
         return np.where(low == 0, 0.0, np.nextafter(low, -np.inf)), np.where(high == 0, 0.0, np.nextafter(high, np.inf))
 
 
-def _raised(one: FloatArray, other: FloatArray, third: FloatArray) -> FloatArray:
-    """The sum of three, or the next float where that is below it: so an end that is 0 on paper is 0."""
+def _sum_up(one: FloatArray, other: FloatArray, third: FloatArray) -> FloatArray:
+    """Return the sum of three, or the next float if it is below the exact sum. An end that is exactly 0 is 0."""
     first, lost = _two_sum(one, other)
     total, more = _two_sum(first, third)
     small, least = _two_sum(lost, more)
@@ -323,7 +325,7 @@ def _raised(one: FloatArray, other: FloatArray, third: FloatArray) -> FloatArray
 
 
 def _two_sum(a: FloatArray, b: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """A sum and what rounding took from it (Knuth)."""
+    """Return a sum and its rounding error (Knuth)."""
     total = a + b
     part = total - a
     return total, (a - (total - part)) + (b - part)

@@ -1,9 +1,8 @@
-"""One end of what is turned about z: a conic through its vertex, a flat ring around it, or a plane.
+"""Conics of optics, by radius of curvature R and conic constant k: the solid cap, the sheet, the stop, and their walls.
 
-With the radius of curvature R and the conic constant k, x² + y² + (1 + k) z² = 2 R z about the vertex. Of it only the
-part through the vertex counts, z = r² / (R (1 + sqrt(1 - (1 + k) r² / R²))): the other bowl of a hyperboloid (k < -1)
-and the far half of an ellipsoid (k > -1) are cut off by the plane through the centre, z = R / (1 + k), which meets
-neither.
+About the vertex x² + y² + (1 + k) z² = 2 R z. Only the part through the vertex counts,
+z = r² / (R (1 + sqrt(1 - (1 + k) r² / R²))): the plane through the centre, z = R / (1 + k), cuts off the other bowl of
+a hyperboloid (k < -1) and the far half of an ellipsoid (k > -1).
 """
 
 from __future__ import annotations
@@ -38,7 +37,7 @@ from .transform import Motion
 
 
 def check_radius(owner: str, field: str, value: Any) -> float:
-    """A radius of curvature: not zero, infinite for a plane."""
+    """Return a radius of curvature, infinite for a plane. Raise ValueError for 0."""
     radius = check_number(owner, field, value, finite=False)
     if radius == 0:
         raise ValueError(f"{owner}: {field} must not be 0: infinity is that of a plane, got {format_value(value)}")
@@ -46,21 +45,24 @@ def check_radius(owner: str, field: str, value: Any) -> float:
 
 
 def conic_reaches(radius: float, conic: float, semi: float) -> bool:
-    """Whether the part through the vertex has points at the distance `semi` from the axis: (1 + k) r² <= R²."""
+    """Return True if the part through the vertex reaches the distance `semi` from the axis: (1 + k) r² <= R²."""
     return not is_finite(radius) or (1 + ex.rational(conic)) * ex.rational(semi) ** 2 <= ex.rational(radius) ** 2
 
 
 def check_reach(owner: str, field: str, radius: float, conic: float, diameter: float, names: str) -> None:
-    """Refuse a diameter over that of the ellipsoid."""
+    """Raise ValueError for a diameter over that of the ellipsoid. `names` are the fields that give it."""
     if not conic_reaches(radius, conic, diameter / 2):
         widest = 2 * abs(radius) / math.sqrt(1 + conic)
-        told = f"a conic of radius {radius:g} and constant {conic:g} is {widest:.6g} wide"
-        raise ValueError(f"{owner}: {field} must not be over what {names}: {told}, got {diameter:g}")
+        reason = f"a conic of radius {radius:g} and constant {conic:g} is {widest:.6g} wide"
+        raise ValueError(f"{owner}: {field} must not be over what {names}: {reason}, got {diameter:g}")
 
 
 @dataclass(frozen=True, slots=True)
 class ConicWall:
-    """A conic at the height `vertex` out to `semi` from the axis, and a flat ring from there to `edge`."""
+    """One end of a solid of revolution about z: a conic, a flat ring around it, or a plane.
+
+    The conic has its vertex at the height `vertex` and reaches out to `semi` from the axis; the ring goes on to `edge`.
+    """
 
     radius: float
     conic: float
@@ -70,7 +72,7 @@ class ConicWall:
     number: int = 0
     ring: int = 1
     hidden: int = 2
-    """Of planes that only cut off what is no part of the wall, and that nothing meets."""
+    """The face number of planes that only cut off the other parts of the quadric; no ray crosses the solid there."""
 
     @property
     def is_plane(self) -> bool:
@@ -81,7 +83,7 @@ class ConicWall:
         return not self.is_plane and self.semi < self.edge
 
     def sag(self, distance: float) -> ex.BigFloat:
-        """z - vertex at a distance from the axis, which is not over `semi`."""
+        """Return z - vertex at a distance from the axis, at most `semi`."""
         if self.is_plane:
             return ex.ZERO
         square, radius = ex.rational(distance) ** 2, ex.rational(self.radius)
@@ -108,7 +110,7 @@ class ConicWall:
 
     @property
     def uv(self) -> UV:
-        """(angle / 360, share of the height of the rim); on a plane (x, y) / edge."""
+        """The map (angle / 360, share of the height of the rim); on a plane (x, y) / edge."""
         vertex = ex.rounded(self.vertex)
         height = ex.rounded(self.sag(self.semi))
         if self.is_plane or not height:
@@ -120,7 +122,7 @@ class ConicWall:
         return cartesian_uv((self.edge, 0, 0), (0, self.edge, 0))
 
     def bowl(self) -> Cell:
-        """The hollow side of the conic: what of the quadric's inside belongs to the part through the vertex."""
+        """Return the hollow side of the conic: the part of the quadric's inside that the vertex belongs to."""
         faces = [Face(self.surface, self.number, self.uv)]
         if self.conic < -1:
             sense = -1 if self.radius > 0 else 1
@@ -128,15 +130,20 @@ class ConicWall:
         return Cell(tuple(faces))
 
     def sides(self, above: bool, reach: Any) -> tuple[list[Tree], list[Face]]:
-        """(trees, planes) whose intersection, within `edge` of the axis, lies above the wall, or below it.
+        """Return (trees, planes) whose intersection, within `edge` of the axis, is above the wall, or below it.
 
-        reach: a height that the rest of the solid does not go beyond on that side.
+        Parameters
+        ----------
+        above : bool
+            Which side.
+        reach : exact number
+            The solid does not go beyond this height on that side.
         """
         if self.is_plane:
             sense = -1 if above else 1
             return [Cell((Face(axial_plane(sense, self.vertex), self.number, self.uv),))], []
         hollow = (self.radius > 0) == above
-        far = -1 if self.radius > 0 else 1  # the sense of a plane that leaves what lies beyond it in the hollow
+        far = -1 if self.radius > 0 else 1  # the sense of a plane whose far side is in the hollow
         if hollow:
             beyond = self.rim if self.has_ring else self._needed(reach)
             if beyond is None:
@@ -146,20 +153,21 @@ class ConicWall:
         return [Not(self.bowl())], [] if end is None else [self._flat(-far, end)]
 
     def _flat(self, sense: int, height: ex.BigFloat) -> Face:
-        """The ring as a plane, or the one through the centre."""
+        """Return the plane of the ring, or the one through the centre."""
         return Face(axial_plane(sense, height), self.ring if self.has_ring else self.hidden, self.ring_uv)
 
     def _needed(self, reach: Any) -> ex.BigFloat | None:
-        """The height from which on an ellipsoid closes again, if the solid goes so far."""
+        """Return the height from which on an ellipsoid closes again, if the solid goes so far; else None."""
         if self.conic <= -1:
             return None
         over = ex.exact(reach) - self.center
         return self.center if (over if self.radius > 0 else -over) > 0 else None
 
     def support(self, direction: Vector, hollow: bool, hole: float = 0.0) -> float:
-        """sup of direction·p over the wall between `hole` and `edge`; of its ends alone, if the solid is not `hollow`.
+        """Return sup direction·p over the wall between `hole` and `edge`.
 
-        The solid lies on the hollow side of its conic where that bulges out of it.
+        `hollow` is True if the solid is on the hollow side of the conic, which then bulges out of it; otherwise the
+        rims of the wall are enough.
         """
         best = ring_support(self.edge, self.rim, direction)
         if hole:
@@ -177,7 +185,7 @@ class ConicWall:
 
 
 def ring_support(edge: float, height: ex.BigFloat, direction: Vector) -> float:
-    """sup of direction·p over a circle of radius `edge` about the axis."""
+    """Return sup direction·p over a circle of radius `edge` about the axis at a height."""
     z = direction[2]
     lifted = z * (round_up(height) if z > 0 else -round_up(-height)) if z else 0.0
     across = edge * hypot(direction[0], direction[1])
@@ -185,17 +193,14 @@ def ring_support(edge: float, height: ex.BigFloat, direction: Vector) -> float:
 
 
 def axial_plane(sense: int, height: Any) -> PlaneSurface:
-    """sense z <= sense height"""
+    """Return the half-space sense z <= sense height, sense being +1 or -1."""
     height = ex.exact(height)
     return PlaneSurface((0.0, 0.0, float(sense)), height if sense > 0 else -height, (0.0, 0.0, height))
 
 
 def round_tube(radius: float) -> QuadricSurface:
-    """x² + y² <= radius²"""
+    """Return the cylinder x² + y² <= radius²."""
     return QuadricSurface((1.0, 1.0, 0.0), constant=ex.rational(radius) ** 2)
-
-
-# The conic of optics, by radius of curvature and conic constant: a solid cap, and an open sheet.
 
 
 @dataclass(frozen=True)
@@ -220,7 +225,7 @@ class Conic(PrimitiveSolid):
             raise ValueError("Conic: radius_of_curvature must be finite: flat, it holds nothing (a ConicSheet may be)")
 
     def sheet(self) -> ConicSheet:
-        """The conic as an open surface, without the flat end."""
+        """Return the conic as an open surface, without the flat end."""
         return ConicSheet(self.radius_of_curvature, self.conic_constant, self.aperture, motion=self.motion)
 
     @property
@@ -283,7 +288,7 @@ class ConicSheet(PrimitiveSheet):
 
 
 def check_conic(shape: Conic | ConicSheet) -> None:
-    """Check the three numbers of a conic."""
+    """Check the three numbers of a conic and set the checked values."""
     owner = type(shape).__name__
     object.__setattr__(
         shape, "radius_of_curvature", check_radius(owner, "radius_of_curvature", shape.radius_of_curvature)
@@ -301,25 +306,22 @@ def check_conic(shape: Conic | ConicSheet) -> None:
 
 
 def conic_wall(shape: Conic | ConicSheet) -> ConicWall:
-    """The wall of a conic with its vertex at the origin."""
+    """Return the wall of a conic with its vertex at the origin."""
     r = shape.aperture / 2
     return ConicWall(shape.radius_of_curvature, shape.conic_constant, 0.0, r, r)
 
 
 def ring_clip(inner: float, outer: float, motion: Motion) -> Tree:
-    """Within `outer` of the axis and not within `inner`."""
+    """Return the tree of points within `outer` of the axis and not within `inner`, after a motion."""
     around = Cell((Face(round_tube(outer).moved(motion), 0),))
     return All((around, Not(Cell((Face(round_tube(inner).moved(motion), 0),))))) if inner > 0 else around
-
-
-# The stop: a flat ring with a round opening.
 
 
 @dataclass(frozen=True)
 class Stop(PrimitiveSheet):
     """z = 0, aperture / 2 <= r <= diameter / 2: a thin screen with an opening of the diameter `aperture`.
 
-    The normal is that of `ConicSheet`, towards negative z. Light is stopped by whatever opaque material the body has.
+    The normal is that of `ConicSheet`, towards negative z. Any opaque material of the body stops light.
     Face 0. uv: (x, y) / (diameter / 2).
     """
 

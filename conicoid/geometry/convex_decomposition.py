@@ -1,8 +1,8 @@
-"""A closed surface of flat faces as convex parts: by splitting space along the faces' own planes, in exact fractions.
+"""Convex decomposition of the solid inside flat faces, by the planes of the faces, in exact fractions.
 
-The planes of faces split space into convex regions, each of which is all inside or all outside (Fuchs, Kedem and Naylor
-1980; as solids Thibault and Naylor 1987). Those inside are the parts. Every plane of a part is that of a face, so parts
-that touch share the plane to the bit, and walls between them are none.
+The planes split space into convex regions, each completely inside or outside (binary space partition: Fuchs, Kedem and
+Naylor 1980; for solids Thibault and Naylor 1987). The regions inside are the parts. Every plane of a part is that of a
+face, so parts that touch share the plane to the bit, and there is no wall between them.
 """
 
 from __future__ import annotations
@@ -20,27 +20,27 @@ from .._util.arrays import FloatArray
 Point = tuple[Any, Any, Any]
 Ints = npt.NDArray[np.int8]
 _CANDIDATE_PLANES = 12
-"""Planes of which the one that splits best is taken."""
+"""The number of planes that are compared to find the best split."""
 _CONVEX_GUESS_PLANES = 3
-"""Planes with nothing on one side after which a region may be taken for convex, and is looked at as a whole."""
+"""After so many planes with nothing on one side, the whole region is tested for convexity."""
 _SIGN_MARGIN = 2.0**-40
-"""A sum of products of floats that is this far from zero, as a share of its terms, has their sign."""
+"""A float sum of products beyond this share of its terms has the exact sign."""
 
 
 class Facet(NamedTuple):
-    """A part of a face: its plane's number, and its corners counter-clockwise as seen from outside."""
+    """A part of a face: the number of its plane, and its corners, counter-clockwise from outside."""
 
     plane: int
     corners: tuple[Point, ...]
 
     def outward(self, plane: FlatPlane) -> int:
-        """Which side of its plane is inside at it: +1 for n·x <= d, -1 for the other."""
+        """Return which side of its plane is inside at the facet: +1 for n·x <= d, -1 for the other."""
         normal = newell_normal(self.corners)
         return 1 if _dot(normal, plane.normal) > 0 else -1
 
 
 class FlatPlane(NamedTuple):
-    """normal·x <= offset, in fractions, and both as floats, about."""
+    """The half-space normal·x <= offset in fractions; `about` holds the four numbers rounded to floats."""
 
     normal: Point
     offset: Any
@@ -52,7 +52,7 @@ PlaneSide = tuple[int, int]
 
 
 def fit_plane(corners: Sequence[Point]) -> FlatPlane | None:
-    """The plane of a face by Newell's normal, outward where the corners are counter-clockwise; None for no area."""
+    """Return the plane of a face by Newell's normal, outward for counter-clockwise corners; None without area."""
     origin = corners[0]
     normal = newell_normal(corners)
     if not any(normal):
@@ -64,7 +64,7 @@ def fit_plane(corners: Sequence[Point]) -> FlatPlane | None:
 
 
 def newell_normal(corners: Sequence[Point]) -> Point:
-    """The normal of a polygon, twice its area long, towards where the corners are counter-clockwise; by any numbers."""
+    """Return the normal of a polygon, twice its area long, to the side where the corners are counter-clockwise."""
     spokes = [_minus(corner, corners[0]) for corner in corners]
     total: Point = (Fraction(0),) * 3
     for a, b in itertools.pairwise(spokes):
@@ -85,7 +85,7 @@ def _dot(a: Point, b: Point) -> Any:
 
 
 def side_of_plane(plane: FlatPlane, point: Point) -> int:
-    """The sign of normal·point - offset, exactly; by floats where these leave no doubt."""
+    """Return the exact sign of normal·point - offset, from floats if these are certain."""
     a, b, c, d = plane.about
     terms = a * float(point[0]), b * float(point[1]), c * float(point[2]), -d
     total = sum(terms)
@@ -96,7 +96,7 @@ def side_of_plane(plane: FlatPlane, point: Point) -> int:
 
 
 class _ConvexRegion:
-    """What is left to split: facets within a convex region, and the sides that bound it."""
+    """A convex region that may need a split: the facets in it, and the sides that bound it."""
 
     def __init__(self, facets: list[Facet], sides: tuple[PlaneSide, ...]) -> None:
         self.facets, self.sides = facets, sides
@@ -108,7 +108,7 @@ class _ConvexRegion:
         self._about = np.array([tuple(map(float, corner)) for corner in self._corners])
 
     def heights(self, plane: FlatPlane, number: int) -> Ints:
-        """`height` of all corners above a plane; 0 for those of its own facets."""
+        """Return the sign of the height of every corner above a plane, 0 for corners of the plane's own facets."""
         terms = self._about * plane.about[:3]
         total = terms.sum(axis=1) - plane.about[3]
         doubtful = np.abs(total) <= _SIGN_MARGIN * (np.abs(terms).sum(axis=1) + abs(plane.about[3]))
@@ -120,12 +120,12 @@ class _ConvexRegion:
         return signs
 
     def signs(self, plane: FlatPlane, number: int) -> tuple[Ints, Ints]:
-        """(least, most) of the heights of each facet's corners."""
+        """Return (least, greatest) of `heights` for each facet."""
         heights = self.heights(plane, number)
         return np.minimum.reduceat(heights, self._starts), np.maximum.reduceat(heights, self._starts)
 
     def convex(self, planes: Sequence[FlatPlane]) -> tuple[PlaneSide, ...] | None:
-        """The sides of what is inside, where that is all behind every facet; None where it is not."""
+        """Return the sides of the inside if it is convex, behind every facet; else None."""
         senses: dict[int, int] = {}
         for facet in self.facets:
             outward = facet.outward(planes[facet.plane])
@@ -138,34 +138,50 @@ class _ConvexRegion:
 
 
 def convex_parts(planes: Sequence[FlatPlane], facets: Sequence[Facet], most: int) -> list[tuple[PlaneSide, ...]]:
-    """The convex parts of what facets enclose, each as the sides that bound it.
+    """Return the convex parts of the solid inside facets, each as the sides that bound it.
 
-    planes: those of the faces, no two of them equal, in either sense. Raises ValueError for more than `most` parts.
+    Parameters
+    ----------
+    planes : sequence of FlatPlane
+        The planes of the faces, no two equal, in either sense.
+    facets : sequence of Facet
+        The faces.
+    most : int
+        The largest number of parts.
+
+    Raises
+    ------
+    ValueError
+        For more parts.
     """
-    found: list[tuple[PlaneSide, ...]] = []
+    parts: list[tuple[PlaneSide, ...]] = []
     reach = 2 * max(float(abs(c)) for facet in facets for corner in facet.corners for c in corner)
-    waiting = [_ConvexRegion(list(facets), ())]
-    while waiting:
-        region = waiting.pop()
+    pending = [_ConvexRegion(list(facets), ())]
+    while pending:
+        region = pending.pop()
         chosen, is_at_rim = _best(planes, region)
         whole = region.convex(planes) if is_at_rim else None
         if whole is not None:
-            found.append(_needed_sides(planes, whole, reach))
+            parts.append(_needed_sides(planes, whole, reach))
         else:
             front, back, outward = _split(planes, chosen, region)
             sides = {1: (*region.sides, (chosen, 1)), -1: (*region.sides, (chosen, -1))}
             for facets_there, side in ((back, 1), (front, -1)):
                 if facets_there:
-                    waiting.append(_ConvexRegion(facets_there, sides[side]))
-                elif side == outward:  # nothing more is there: all of it is inside
-                    found.append(_needed_sides(planes, sides[side], reach))
-        if len(found) > most:
+                    pending.append(_ConvexRegion(facets_there, sides[side]))
+                elif side == outward:  # no facet is left on this side: all of it is inside
+                    parts.append(_needed_sides(planes, sides[side], reach))
+        if len(parts) > most:
             raise ValueError(f"faces must enclose at most {most:,} convex parts, found more")
-    return found
+    return parts
 
 
 def _best(planes: Sequence[FlatPlane], region: _ConvexRegion) -> tuple[int, bool]:
-    """(the plane that splits the fewest facets, of some; has it, and another, nothing on one side?)."""
+    """Return (the plane to split a region by, True if the region may be convex).
+
+    Some planes are compared. One with nothing on one side comes first, as it cuts no facet; otherwise the plane that
+    cuts the fewest. The region may be convex if all compared planes, or `_CONVEX_GUESS_PLANES`, have an empty side.
+    """
     step = max(1, len(region.facets) // _CANDIDATE_PLANES)
     best, least, rims = int(region.planes[0]), None, []
     for number in dict.fromkeys(region.planes[::step].tolist()):
@@ -187,7 +203,7 @@ def _best(planes: Sequence[FlatPlane], region: _ConvexRegion) -> tuple[int, bool
 
 
 def _split(planes: Sequence[FlatPlane], chosen: int, region: _ConvexRegion) -> tuple[list[Facet], list[Facet], int]:
-    """(facets in front of a plane, behind it, which side is inside at the plane: +1 behind, -1 in front)."""
+    """Return (facets in front of a plane, facets behind it, +1 if the inside at the plane is behind it, else -1)."""
     front: list[Facet] = []
     back: list[Facet] = []
     plane, outward = planes[chosen], 1
@@ -207,7 +223,7 @@ def _split(planes: Sequence[FlatPlane], chosen: int, region: _ConvexRegion) -> t
 
 
 def _clip_facet(plane: FlatPlane, corners: Sequence[Point], signs: Sequence[int], side: int) -> Iterator[Point]:
-    """The corners of the part of a polygon on one side of a plane (Sutherland and Hodgman 1974)."""
+    """Yield the corners of the part of a polygon on one side of a plane (Sutherland and Hodgman 1974)."""
     for k, (corner, sign) in enumerate(zip(corners, signs, strict=True)):
         if sign * side >= 0:
             yield corner
@@ -223,21 +239,23 @@ def _clip_facet(plane: FlatPlane, corners: Sequence[Point], signs: Sequence[int]
 
 
 def _needed_sides(planes: Sequence[FlatPlane], sides: tuple[PlaneSide, ...], reach: float) -> tuple[PlaneSide, ...]:
-    """Those of the sides of a bounded convex part that the others do not imply: those on which it has a face.
+    """Return the sides on which a bounded convex part has a face; the others imply the rest.
 
-    By floats within a cube of half the edge `reach`, which holds all; where these do not show it, exactly.
+    Floats decide in a cube of half the edge `reach`, which contains everything; fractions decide doubtful sides.
     """
     rows = np.array([[its * c for c in planes[number].about] for number, its in sides])
     rows[:, 3] /= reach  # in units of the reach, so that nothing overflows
-    with np.errstate(under="ignore"):  # what is that small is within what floats are loosened by
+    with np.errstate(under="ignore"):  # numbers so small are far below `_LOOSE`
         return tuple(side for k, side in enumerate(sides) if _has_face(rows, k, planes, sides))
 
 
 def _has_face(rows: FloatArray, k: int, planes: Sequence[FlatPlane], sides: tuple[PlaneSide, ...]) -> bool:
-    """Has a part a face on its side k? rows: (n, 4), normal and offset in units of the reach of each side, n·x <= d.
+    """Return True if a part has a face on its side k.
 
-    The planes that cut off most come first, so that few others do.
+    `rows` (n, 4) are the normal and offset of each side n·x <= d, in units of the reach. The planes that cut off most
+    come first, so that few others cut at all.
     """
+    # A large square on the plane of side k, from which the other sides cut the face
     normal = rows[k, :3]
     across = int(np.abs(normal).argmax())
     first, second = (i for i in range(3) if i != across)
@@ -249,7 +267,7 @@ def _has_face(rows: FloatArray, k: int, planes: Sequence[FlatPlane], sides: tupl
     left[k] = False
     while left.any():
         numbers = np.flatnonzero(left)[: None if len(cuts) < _ENOUGH else 1]
-        above = corners @ rows[numbers, :3].T - rows[numbers, 3] - _LOOSE  # loosened: what is empty is so for certain
+        above = corners @ rows[numbers, :3].T - rows[numbers, 3] - _LOOSE  # loosened: an empty face is surely empty
         most = above.max(axis=0)
         left[numbers[most <= 0]] = False
         chosen = int(most.argmax())
@@ -269,17 +287,17 @@ def _has_face(rows: FloatArray, k: int, planes: Sequence[FlatPlane], sides: tupl
 
 
 def _cut(corners: FloatArray, heights: FloatArray) -> FloatArray:
-    """The corners of what of a polygon has no height above 0."""
+    """Return the corners of the part of a polygon with heights <= 0."""
     following = np.roll(heights, -1)
     inside, cut = heights <= 0, (heights < 0) != (following < 0)
     share = np.where(cut, heights / np.where(cut, heights - following, 1.0), 0.0)[:, None]
     between = corners + share * (np.roll(corners, -1, axis=0) - corners)
-    kept: FloatArray = np.stack([corners, between], axis=1)[np.stack([inside, cut], axis=1)]
-    return kept
+    clipped: FloatArray = np.stack([corners, between], axis=1)[np.stack([inside, cut], axis=1)]
+    return clipped
 
 
 def _is_wide(corners: FloatArray) -> bool:
-    """Has a polygon an area for certain, though its sides were loosened?"""
+    """Return True if a polygon surely has an area, although its sides were loosened."""
     spokes = corners[1:] - corners[0]
     doubled = np.linalg.norm(np.cross(spokes[:-1], spokes[1:]).sum(axis=0))
     longest = float(np.linalg.norm(corners.max(axis=0) - corners.min(axis=0)))
@@ -287,7 +305,10 @@ def _is_wide(corners: FloatArray) -> bool:
 
 
 def _has_exact_face(planes: Sequence[FlatPlane], sides: Sequence[PlaneSide], number: int) -> bool:
-    """Has a part a face on one of its planes, in fractions? sides: all of its own, those that cut off most first."""
+    """Return True if a part has a face on plane `number`, in fractions.
+
+    `sides` are all sides of the part, those that cut off most first.
+    """
     corners = _square(planes[number])
     for other, its in sides:
         if other != number and corners:
@@ -298,21 +319,22 @@ def _has_exact_face(planes: Sequence[FlatPlane], sides: Sequence[PlaneSide], num
 
 
 _ENOUGH = 8
-"""Cuts, each of the plane that cuts off most, after which the others come in order."""
+"""After so many cuts by the plane that cuts off most, the other planes come in order."""
 _LOOSE = 1e-9
-"""By how much floats are loosened, as a share of the part's reach."""
+"""The tolerance of float tests, as a share of the part's reach."""
 _FAR = Fraction(1 << 340)
+"""Far more than any coordinate of the domain."""
 
 
 def _square(plane: FlatPlane) -> list[Point]:
-    """A square on a plane, far larger than all that is in the domain."""
+    """Return the corners of a square on a plane, far larger than anything in the domain."""
     normal = plane.normal
     across = max(range(3), key=lambda i: abs(normal[i]))
     first, second = (i for i in range(3) if i != across)
-    found = []
+    corners = []
     for u, v in ((-1, -1), (1, -1), (1, 1), (-1, 1)):
         point = [Fraction(0)] * 3
         point[first], point[second] = u * _FAR, v * _FAR
         point[across] = (plane.offset - normal[first] * point[first] - normal[second] * point[second]) / normal[across]
-        found.append((point[0], point[1], point[2]))
-    return found
+        corners.append((point[0], point[1], point[2]))
+    return corners

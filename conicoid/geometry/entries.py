@@ -1,4 +1,4 @@
-"""What a scene is made of, as a user hands it over: bodies and a camera."""
+"""The entries of a scene: checks of a user's items, access by number and name, edits."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ from .shape import Shape, Solid
 from .tracks import BodyTrack
 
 _SUGGESTED = 1000
-"""Bodies of many whose names are looked at for what may have been meant."""
+"""For suggestions, the names of so many bodies of a large scene are compared."""
 
 
 class Entries(tuple[Body, ...]):
-    """The entries of a scene: a tuple that does not take numbers of answers for its own where they differ.
+    """The entries of a scene, a tuple that refuses body numbers of results where they differ from indices.
 
-    -1 is a miss and not the last entry, as in `scene[-1]`; slices are those of any tuple. NumPy's integers are
-    `hits.body` and the like: beside a `Spheres` most bodies have other numbers than their entries, and these are
-    refused. The IndexError says what is meant instead.
+    -1 is a miss and not the last entry, as in `scene[-1]`; slices are those of any tuple. NumPy integers are usually
+    body numbers such as `hits.body`: after a `Spheres` bodies have other numbers than their entries, so these raise an
+    IndexError with the right call.
     """
 
     __slots__ = ()
@@ -37,22 +37,22 @@ class Entries(tuple[Body, ...]):
         if isinstance(index, slice) or (type(index) is int and index >= 0):
             return super().__getitem__(index)
         if isinstance(index, np.ndarray) and index.ndim:
-            told = "hits.name and hits.material are those of all at once, scene.body(number) is the body of one"
-            raise TypeError(f"Scene: bodies[...] takes one integer, got an array of {index.size}; {told}")
+            hint = "hits.name and hits.material are those of all at once, scene.body(number) is the body of one"
+            raise TypeError(f"Scene: bodies[...] takes one integer, got an array of {index.size}; {hint}")
         if isinstance(index, str):
             raise TypeError(f"Scene: bodies[...] takes an integer, got {format_value(index)}; scene[name] has names")
         number = as_index(index)
         if number is None or (number >= 0 and not any(isinstance(body.shape, Bulk) for body in self[:number])):
             return super().__getitem__(index)
         if number < 0:
-            told = (
+            hint = (
                 f"-1 stands for a miss; the last entry is bodies[{len(self) - 1}]" if self else "there are no entries"
             )
-            raise IndexError(f"Scene: bodies[...] takes an integer >= 0, got {number}; {told}")
-        told = "scene.body(number) is the body of a number, bodies[int(index)] an entry"
-        raise IndexError(f"Scene: bodies[{number}]: bodies and entries are counted differently; {told}")
+            raise IndexError(f"Scene: bodies[...] takes an integer >= 0, got {number}; {hint}")
+        hint = "scene.body(number) is the body of a number, bodies[int(index)] an entry"
+        raise IndexError(f"Scene: bodies[{number}]: bodies and entries are counted differently; {hint}")
 
-    if not TYPE_CHECKING:  # else checkers would let entries be set
+    if not TYPE_CHECKING:  # type checkers would otherwise accept assignments to entries
 
         def __setitem__(self, index: Any, item: Any) -> NoReturn:
             raise TypeError("Scene: bodies are read-only, scene.replace(which, shape or Body) is another scene")
@@ -61,7 +61,22 @@ class Entries(tuple[Body, ...]):
             raise TypeError("Scene: bodies are read-only, scene.without(which) is a scene with fewer")
 
     def index(self, item: Any, start: SupportsIndex = 0, stop: SupportsIndex = 2**62) -> int:
-        """The place of an entry, a `Body`, or of the one of a name."""
+        """Return the index of an entry, which is a `Body`, or of the entry with a name.
+
+        Parameters
+        ----------
+        item : Body or str
+            The entry or its name.
+        start, stop : int
+            For a `Body`, the range of indices to search, as in `tuple.index`.
+
+        Raises
+        ------
+        ValueError
+            For an unknown body.
+        KeyError
+            For an unknown name.
+        """
         return find_entry(self, item) if isinstance(item, str) else super().index(item, start, stop)
 
     def __getattr__(self, name: str) -> Any:
@@ -80,9 +95,9 @@ Bodies: TypeAlias = Entries | InstanceList
 
 
 def as_bodies(items: Any, owner: str = "Scene") -> Bodies:
-    """Shapes and bodies as bodies; one alone stands for a list of it.
+    """Return shapes and bodies as bodies; one alone stands for a list of it.
 
-    Raises TypeError for anything else, with its index.
+    Raise TypeError for anything else, with its index and the `owner` of the message.
     """
     if isinstance(items, Entries | InstanceList):
         return items
@@ -100,7 +115,7 @@ def as_bodies(items: Any, owner: str = "Scene") -> Bodies:
 
 
 def refuse_same_names(bodies: Sequence[Body]) -> None:
-    """ValueError where two bodies have one name."""
+    """Raise ValueError if two bodies have the same name."""
     if isinstance(bodies, InstanceList):
         repeated = bodies.repeated_name() if isinstance(bodies, EditedInstances) else None
         if repeated is not None:
@@ -119,7 +134,7 @@ def refuse_same_names(bodies: Sequence[Body]) -> None:
 
 
 def refuse_unknown_tracks(bodies: Bodies, animation: tuple[Any, ...]) -> None:
-    """KeyError for a track of a body that there is not."""
+    """Raise KeyError for a track of an unknown body."""
     for i, track in enumerate(animation):
         if isinstance(track, BodyTrack):
             try:
@@ -144,7 +159,7 @@ def boxes_of(bodies: Bodies, prepared: Callable[[], FloatArray] | None) -> Float
 
 
 def refuse_second(lights: Any) -> None:
-    """TypeError for a second shape or body, which stands where lights do."""
+    """Raise TypeError for a second shape or body in place of the lights."""
     if isinstance(lights, (Shape, Body)):
         raise TypeError(
             f"Scene: items must be in one list, Scene([first, second]), got {describe_kind(lights)} as lights"
@@ -165,7 +180,7 @@ def _as_body(index: int, item: Any, owner: str) -> Body:
 
 
 def find_entry(bodies: Sequence[Body], name: str) -> int:
-    """The entry of a name; a KeyError that lists the names where there is none."""
+    """Return the index of the entry with a name. Raise a KeyError with similar names if there is none."""
     if isinstance(bodies, InstanceList):
         number = bodies.number(name)
         if number is not None:
@@ -179,7 +194,7 @@ def find_entry(bodies: Sequence[Body], name: str) -> int:
 
 
 def as_index(number: Any) -> int | None:
-    """One integer, NumPy's too; None for anything else."""
+    """Return a Python or NumPy integer as an int; None for anything else."""
     try:
         return None if isinstance(number, bool) else operator.index(number)
     except TypeError:
@@ -187,7 +202,24 @@ def as_index(number: Any) -> int | None:
 
 
 def find_body(firsts: Any, number: Any, called: str = "body: number") -> tuple[int, int]:
-    """(entry, which of its bodies) of a body's number, which messages call so; firsts: see `first_numbers`."""
+    """Return (entry, index of the body in it) of a body number.
+
+    Parameters
+    ----------
+    firsts : array (entries + 1,)
+        See `first_numbers`.
+    number : int
+        The body number.
+    called : str
+        Its name in messages.
+
+    Raises
+    ------
+    TypeError
+        For anything but one integer.
+    IndexError
+        For a number without a body.
+    """
     index = as_index(number)
     if index is None:
         hint = "; hits.name and hits.material take all at once"
@@ -202,15 +234,36 @@ def find_body(firsts: Any, number: Any, called: str = "body: number") -> tuple[i
 
 
 def one_entry(bodies: Bodies, firsts: Callable[[], Any], which: Any, owner: str, field: str = "which") -> int:
-    """The entry of a name, or of the number of its body; firsts() are the `first_numbers` of the bodies."""
+    """Return the index of an entry by its name or by the number of its body.
+
+    Parameters
+    ----------
+    bodies : Bodies
+        The entries.
+    firsts : function
+        Returns the `first_numbers` of the bodies.
+    which : str or int
+        The name or number.
+    owner, field : str
+        The function and its argument, for messages.
+
+    Raises
+    ------
+    KeyError, IndexError
+        For an unknown name or number.
+    TypeError
+        For anything else.
+    ValueError
+        For one of many bodies in an entry.
+    """
     if isinstance(which, str):
         try:
             return find_entry(bodies, which)
         except KeyError as error:
             if field != "before":
                 raise
-            told = "before says what the items come before; a material is their own, Body(shape, material)"
-            raise KeyError(f"{error.args[0]}; {told}") from None
+            hint = "before says what the items come before; a material is their own, Body(shape, material)"
+            raise KeyError(f"{error.args[0]}; {hint}") from None
     if as_index(which) is None:
         raise TypeError(
             f"{owner}: {field} must be the name of an entry or the number of its body, got {format_value(which)}"
@@ -226,9 +279,16 @@ def one_entry(bodies: Bodies, firsts: Callable[[], Any], which: Any, owner: str,
 def exchange_entry(
     bodies: Bodies, firsts: Callable[[], Any], which: Any, item: Any, labels: Mapping[str, Any]
 ) -> tuple[int, Body, Body]:
-    """One entry, that of a name or of a body's number: its place, it, and what takes its place.
+    """Return (index of an entry, the entry, its replacement), for `Scene.replace`.
 
-    `labels`: a material, a name.
+    Parameters
+    ----------
+    bodies, firsts, which
+        As for `one_entry`.
+    item : Shape, Body or None
+        The replacement; None keeps the shape.
+    labels : mapping
+        A new material, a new name, or both.
     """
     if isinstance(which, Shape | Body):
         raise TypeError(
@@ -247,34 +307,37 @@ def exchange_entry(
 
 
 def replace_entry(bodies: Bodies, entry: int, old: Body, body: Body) -> Bodies:
-    """The entries of a scene with another one for one of them, which is `old`."""
+    """Return the entries with `body` in place of `old`, which is at index `entry`."""
     if isinstance(bodies, InstanceList):
-        made = InstanceOrigins.of(bodies).with_body(entry, old, body).bodies()
-        if made is not None:
-            return made
+        edited = InstanceOrigins.of(bodies).with_body(entry, old, body).bodies()
+        if edited is not None:
+            return edited
     return Entries((*bodies[:entry], body, *bodies[entry + 1 :]))
 
 
 def insert_entries(bodies: Bodies, place: int, items: Sequence[Body]) -> Bodies:
-    """The entries of a scene with more of them before one."""
+    """Return the entries with `items` inserted before index `place`."""
     if isinstance(bodies, InstanceList):
-        made = InstanceOrigins.of(bodies).with_more(place, items).bodies()
-        if made is not None:
-            return made
+        edited = InstanceOrigins.of(bodies).with_more(place, items).bodies()
+        if edited is not None:
+            return edited
     return Entries((*bodies[:place], *items, *bodies[place:]))
 
 
 def remove_entries(bodies: Bodies, gone: set[int]) -> Bodies:
-    """The entries of a scene without some of them."""
+    """Return the entries without those at the indices `gone`."""
     if isinstance(bodies, InstanceList):
-        made = InstanceOrigins.of(bodies).without(sorted(gone)).bodies()
-        if made is not None:
-            return made
+        edited = InstanceOrigins.of(bodies).without(sorted(gone)).bodies()
+        if edited is not None:
+            return edited
     return Entries(body for number, body in enumerate(bodies) if number not in gone)
 
 
 def share_equal_bodies(old: Bodies, new: Bodies) -> Bodies:
-    """New bodies, for which equal ones of an old scene stand: the first and the last, and what is in the same place."""
+    """Return the `new` bodies with equal `old` ones in their place, so that both scenes share objects.
+
+    Bodies are compared in equal places, from the front and from the back.
+    """
     if isinstance(old, InstanceList) or isinstance(new, InstanceList):
         return new
     least = min(len(old), len(new))
@@ -289,12 +352,12 @@ def share_equal_bodies(old: Bodies, new: Bodies) -> Bodies:
 
 
 def apply_motion(shape: Shape, motion: Any) -> Shape:
-    """A shape moved as `Scene.moved` is told; a TypeError for what is no motion."""
+    """Return a shape moved by a `motion` of `Scene.moved`. Raise TypeError for anything that is no motion."""
     if callable(motion):
-        moved = motion(shape)
-        if not isinstance(moved, Shape):
-            raise TypeError(f"moved: motion must return a shape, got {describe_kind(moved)}")
-        return moved
+        result = motion(shape)
+        if not isinstance(result, Shape):
+            raise TypeError(f"moved: motion must return a shape, got {describe_kind(result)}")
+        return result
     if np.shape(motion) == (4, 4):
         return shape.transform(motion)
     if np.shape(motion) != (3,):
@@ -303,7 +366,7 @@ def apply_motion(shape: Shape, motion: Any) -> Shape:
 
 
 def as_domain(domain: Any) -> Solid | None:
-    """A solid, or None; a TypeError otherwise."""
+    """Return a solid or None unchanged. Raise TypeError for anything else."""
     if domain is not None and not isinstance(domain, Solid):
         raise TypeError(f"Scene: domain must be a solid or None, got {describe_kind(domain)}")
     return domain

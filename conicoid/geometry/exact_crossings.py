@@ -1,4 +1,7 @@
-"""Surfaces as polynomials with integer coefficients, and what is left of them on a ray or at a point."""
+"""Crossings of a ray with surfaces in exact arithmetic, for the few rays that error bounds leave open.
+
+Surfaces become polynomials with integer coefficients; integers of any length have no rounding at all.
+"""
 
 from __future__ import annotations
 
@@ -17,18 +20,18 @@ from .surface import PlaneSurface, QuadricSurface, Surface
 Numbers = tuple[int, int, int, int, int, int, int, int, int, int]
 
 _RATIO = 1024
-"""Bits of the fractions that are looked for in what was cut (`simplest_ratio`)."""
+"""The largest number of bits of fractions that are sought for cut numbers (`simplest_ratio`)."""
 
 
 def integers(values: Sequence[Fraction]) -> list[int]:
-    """Numbers in the same ratios, by a positive factor."""
+    """Return the values times a positive factor that makes them integers."""
     common = math.lcm(*(v.denominator for v in values))
     return [v.numerator * (common // v.denominator) for v in values]
 
 
 @dataclass(frozen=True)
 class IntegerLine:
-    """(origin + t direction) / unit, in integers."""
+    """The line (origin + t direction) / unit, in integers."""
 
     origin: tuple[int, ...]
     direction: tuple[int, ...]
@@ -36,7 +39,7 @@ class IntegerLine:
 
 
 def integer_line(origin: Sequence[float], direction: Sequence[float]) -> IntegerLine:
-    """A ray of floats."""
+    """Return the line of a ray of floats."""
     numbers = [Fraction(float(x)) for x in (*origin, *direction)]
     common = math.lcm(*(n.denominator for n in numbers))
     whole = [n.numerator * (common // n.denominator) for n in numbers]
@@ -45,9 +48,9 @@ def integer_line(origin: Sequence[float], direction: Sequence[float]) -> Integer
 
 @dataclass(frozen=True)
 class IntegerForm:
-    """xx X² + yy Y² + zz Z² + 2 xy XY + 2 xz XZ + 2 yz YZ + 2 x X + 2 y Y + 2 z Z + one: <= 0 inside.
+    """The polynomial xx X² + yy Y² + zz Z² + 2 xy XY + 2 xz XZ + 2 yz YZ + 2 x X + 2 y Y + 2 z Z + one, <= 0 inside.
 
-    Of what is irrational on paper each coefficient is known but for the one in `off`.
+    The coefficients of a surface with irrational numbers have errors up to those in `off`.
     """
 
     coefficients: Numbers
@@ -58,17 +61,17 @@ class IntegerForm:
         return not any(self.coefficients[:6])
 
     def along(self, line: IntegerLine) -> IntegerQuadratic:
-        """On a ray, times a positive number; each coefficient is 0 unless it is surely not."""
+        """Return the polynomial on a ray, times a positive number. A coefficient is 0 unless it surely is not."""
         values = _along(self.coefficients, line)
         if self.off is None:
             return IntegerQuadratic(*values)
         off = _along(self.off, IntegerLine(_sizes(line.origin), _sizes(line.direction), line.unit))
-        kept = [(v, o) if is_certain(v, o) else (0, 0) for v, o in zip(values, off, strict=True)]
-        (a, off_a), (b, off_b), (c, off_c) = kept
+        certain = [(v, o) if is_certain(v, o) else (0, 0) for v, o in zip(values, off, strict=True)]
+        (a, off_a), (b, off_b), (c, off_c) = certain
         return IntegerQuadratic(a, b, c, (off_a, off_b, off_c))
 
     def at(self, line: IntegerLine) -> int:
-        """At the origin of a ray, times a positive number."""
+        """Return the polynomial at the origin of a ray, times a positive number."""
         return self.along(line).c
 
 
@@ -77,7 +80,7 @@ def _sizes(values: Sequence[int]) -> tuple[int, ...]:
 
 
 def _along(form: Numbers, line: IntegerLine) -> tuple[int, int, int]:
-    """a, b, c of a t² + 2 b t + c"""
+    """Return a, b, c of the form a t² + 2 b t + c on a line."""
     xx, yy, zz, xy, xz, yz, x, y, z, one = form
     (ox, oy, oz), (dx, dy, dz), unit = line.origin, line.direction, line.unit
     # Half the gradient, without its constant part, along the direction and at the origin
@@ -90,10 +93,10 @@ def _along(form: Numbers, line: IntegerLine) -> tuple[int, int, int]:
 
 
 def surface_form(surface: Surface) -> IntegerForm:
-    """A surface as its record in the table of surfaces has it: a plane's normal leads with a positive number."""
+    """Return the form of a surface, in the sense of its record: the normal of a plane leads with a positive number."""
     if isinstance(surface, PlaneSurface):
-        turned = -1 if next(float(n) for n in surface.normal if float(n)) < 0 else 1
-        numbers = [0] * 6 + [turned * n for n in surface.normal] + [-2 * turned * surface.offset]
+        sense = -1 if next(float(n) for n in surface.normal if float(n)) < 0 else 1
+        numbers = [0] * 6 + [sense * n for n in surface.normal] + [-2 * sense * surface.offset]
         return _form_of_coefficients(numbers)
     if any(map(ex.is_rounded, _surface_numbers(surface))):
         return _form_of_coefficients([ex.cancelling_sum(terms) for terms in surface.terms()])
@@ -101,7 +104,7 @@ def surface_form(surface: Surface) -> IntegerForm:
 
 
 def ball_form(center: Sequence[float], radius: float) -> IntegerForm:
-    """A ball of floats."""
+    """Return the form of a ball of floats."""
     x, y, z = map(Fraction, center)
     return _integer_form([1, 1, 1, 0, 0, 0, -x, -y, -z, x * x + y * y + z * z - Fraction(radius) ** 2])
 
@@ -116,7 +119,7 @@ def _integer_form(coefficients: Sequence[int | Fraction]) -> IntegerForm:
 
 
 def _form_of_coefficients(coefficients: Sequence[Any]) -> IntegerForm:
-    """From ten numbers: exact where they are fractions, or in the ratios of fractions, else with what was cut."""
+    """Return the form of ten numbers: exact if they are fractions or have such ratios, else with error bounds."""
     if not any(map(ex.is_rounded, coefficients)):
         return _integer_form([ex.fraction(c) for c in coefficients])
     numbers = [ex.exact(c) for c in coefficients]
@@ -133,7 +136,7 @@ def _form_of_coefficients(coefficients: Sequence[Any]) -> IntegerForm:
 
 
 def _ratio(number: ex.BigFloat, other: ex.BigFloat) -> Fraction | None:
-    """number / other where that is a fraction; None where it is none, or a long one."""
+    """Return number / other if it is a fraction of at most `_RATIO` bits, else None."""
     if not number.mantissa and not number.off:
         return Fraction(0)
     return ex.simplest_ratio(number / other, _RATIO)
@@ -158,14 +161,18 @@ def _ten_numbers(values: Sequence[int]) -> Numbers:
     return a, b, c, d, e, f, x, y, z, w
 
 
-# The crossings of one ray with some surfaces, in order, decided exactly.
+# The order of crossings along a ray
 
 RayPlace = Root | float  # a root, or an infinity
 
 
 @dataclass(frozen=True)
 class CrossingVerdict:
-    """What a surface does to a ray: does it cross; the sign of a, of a rate or of the value all along; where."""
+    """How a ray crosses a surface.
+
+    `sense` is the sign of the quadratic coefficient, of the rate at a plane, or of the value if there is no crossing.
+    `low` and `high` are the places of the crossings.
+    """
 
     crosses: bool
     sense: int
@@ -174,36 +181,37 @@ class CrossingVerdict:
 
 
 def decide_crossing(form: IntegerForm, line: IntegerLine, starts: bool) -> CrossingVerdict:
-    """The verdict on a surface; of the one that a ray starts on, the root nearest to t = 0 comes out as 0."""
+    """Return the verdict on a surface. If the ray `starts` on it, the root nearest to t = 0 is exactly 0."""
     q = form.along(line)
     if form.is_flat:
         return _decide_plane(sign(q.b), sign(q.c), starts, exact_real_roots(q))
-    found = exact_real_roots(q)
-    if not found:
+    roots = exact_real_roots(q)
+    if not roots:
         return CrossingVerdict(False, sign(q.a) or sign(q.c))
-    if len(found) == 1:
-        here = ZERO if starts else found[0]
+    if len(roots) == 1:
+        here = ZERO if starts else roots[0]
         return CrossingVerdict(True, 0, here, math.inf) if q.b < 0 else CrossingVerdict(True, 0, -math.inf, here)
-    low, high = found
+    low, high = roots
     if starts:
-        # low + high = -2 b / a
+        # One root is 0, and the sum low + high = -2 b / a has the sign of the other
         if q.b == 0:
             return CrossingVerdict(False, sign(q.a))
         low, high = (ZERO, high) if (q.b < 0) == (q.a > 0) else (low, ZERO)
     return CrossingVerdict(True, sign(q.a), low, high)
 
 
-def _decide_plane(rate: int, height: int, starts: bool, found: Sequence[Root]) -> CrossingVerdict:
+def _decide_plane(rate: int, height: int, starts: bool, roots: Sequence[Root]) -> CrossingVerdict:
     if rate == 0:
         return CrossingVerdict(False, 0 if starts else height)
-    here = ZERO if starts else found[0]
+    here = ZERO if starts else roots[0]
     return CrossingVerdict(True, rate, here, here)
 
 
 def exact_ranks(places: Sequence[RayPlace]) -> list[float]:
-    """The rank of each place along a ray: equal for equal ones, 0 for the first, which is the ray's origin.
+    """Return the rank of each place along a ray: equal for equal places, 0 for the first one, the ray's origin.
 
-    Places are told apart by floats around them first: hundreds of surfaces that a ray meets in one point are one place.
+    Floats around the places separate most of them. Only places whose floats overlap are compared exactly, and equal
+    names count as one place: a ray may cross hundreds of surfaces in one point.
     """
     one: dict[Any, RayPlace] = {}
     distinct = [one.setdefault(_place_name(place), place) for place in places]
@@ -225,7 +233,7 @@ def exact_ranks(places: Sequence[RayPlace]) -> list[float]:
 
 
 def _place_name(place: RayPlace) -> Any:
-    """The same for places that are known to be one."""
+    """Return a key that is the same for places that are known to be equal."""
     if isinstance(place, float):
         return place
     return id(place) if place.name is None else place.name
@@ -246,25 +254,25 @@ def _compare(x: RayPlace, y: RayPlace) -> int:
     return compare_roots(x, y)
 
 
-# Exact arithmetic for the few rays that error bounds leave open: integers of any length, no rounding at all.
-
-
-# Is a ray inside a closed loop of points? Even-odd, as in kernels/surface/polygon_loop.py, in exact arithmetic.
+# Polygons
 
 
 def is_inside_loop(corners: Sequence[ex.Row], origin: Sequence[float], direction: Sequence[float]) -> bool:
-    """`corners` of three exact numbers each. What cannot be told from zero is zero."""
+    """Return True if a ray passes inside a closed loop of `corners` (even-odd), as `kernels/surface/polygon_loop.py`.
+
+    Each corner is three exact numbers. Sums that cannot be distinguished from zero count as zero.
+    """
     sizes = [abs(d) for d in direction]
     axis = 2 if sizes[2] >= max(sizes[0], sizes[1]) else (0 if sizes[0] >= sizes[1] else 1)
     first, second = ((1, 2), (2, 0), (0, 1))[axis]
     o, d = ex.exact_row(origin), ex.exact_row(direction)
-    seen = [
+    projected = [
         tuple(ex.dot((d[axis], -d[axis], -d[k], d[k]), (p[k], o[k], p[axis], o[axis])) for k in (first, second))
         for p in map(ex.exact_row, corners)
     ]
     odd = False
-    ua, va = seen[-1]
-    for ub, vb in seen:
+    ua, va = projected[-1]
+    for ub, vb in projected:
         if (va < 0) != (vb < 0):
             side = ex.dot((ua, -ub), (vb, va))
             odd ^= side > 0 if vb > va else side < 0

@@ -1,4 +1,4 @@
-"""The general quadric."""
+"""`Quadric`, the general quadric by its matrix or coefficients."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from .transform import Motion, Translate
 class Quadric(PrimitiveSolid):
     """(x, y, z, 1) Q (x, y, z, 1)ᵀ <= 0, by its `matrix` or by named `coefficients`.
 
-    Of the matrix the symmetric part counts. Coefficients are xx, yy, zz, xy, yz, xz, x, y, z, constant;
+    Only the symmetric part of the matrix counts. Coefficients are xx, yy, zz, xy, yz, xz, x, y, z, constant;
     missing ones are 0, and xy multiplies x·y once. Without second-order terms it is a half-space. Pairs of
     planes, lines, points, all of space and nothing are legal; a constant alone is not.
 
@@ -39,8 +39,8 @@ class Quadric(PrimitiveSolid):
 
     def __post_init__(self) -> None:
         if (self.matrix is None) == (self.coefficients is None):
-            found = "neither" if self.matrix is None else "both"
-            raise ValueError(f"Quadric: exactly one of matrix and coefficients must be given, got {found}")
+            present = "neither" if self.matrix is None else "both"
+            raise ValueError(f"Quadric: exactly one of matrix and coefficients must be given, got {present}")
         if isinstance(self.matrix, Mapping):
             raise ValueError(
                 "Quadric: matrix must be 4 x 4 numbers, got a mapping; Quadric(coefficients={...}) takes it"
@@ -63,7 +63,7 @@ class Quadric(PrimitiveSolid):
 
     @cached_property
     def surface(self) -> Surface:
-        """The quadric about its principal axes, or the plane that it is without second-order terms."""
+        """The quadric about its principal axes; a plane if it has no second-order terms."""
         q = self.symmetric
         if any(q[i][j] for i in range(3) for j in range(3)):
             return principal_quadric(q)
@@ -71,7 +71,7 @@ class Quadric(PrimitiveSolid):
 
     @cached_property
     def classification(self) -> Classification:
-        """Which quadric it is, exactly, with its center, axes and semi-axes as it stands in the world."""
+        """The exact kind of the quadric, with its center, axes and semi-axes in the world."""
         return classify(self.symmetric, self.motion)
 
     @property
@@ -107,11 +107,11 @@ class Quadric(PrimitiveSolid):
         return float(reach) if isinstance(reach, float) else float(ex.dot(u, ex.exact_row(surface.anchor), reach))
 
     def bounds_under(self, outer: Motion) -> BoxEnds:
-        """The dual quadric in 3000 bits, rounded outward; infinite exactly where it is."""
+        """Return the bounds by the dual quadric in 3000 bits, rounded outward; an end is infinite exactly if it is."""
         return _surface_bounds(self.surface.moved(self.under(outer)))
 
     def outside_bounds_under(self, outer: Motion) -> BoxEnds:
-        """Bounds of f >= 0."""
+        """Return the bounds of f >= 0."""
         return _surface_bounds(self._outside.moved(self.under(outer)))
 
 

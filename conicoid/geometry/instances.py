@@ -1,8 +1,8 @@
-"""The bodies of a scene of which many are others moved: what they have in common is said once, and each made on demand.
+"""`InstanceList`: a scene's bodies as kinds and translations, whose shapes and names are built on demand.
 
-A body is of a kind, and carried from where the kind is worked out by a shift that is known exactly, and then by the
-motion of the kind, if it has one: that of a lattice that is turned. Along each axis there are few different shifts, in
-a lattice as many as rows, so what depends on one axis is worked out for those.
+A body is the shape of its kind, carried by an exact shift and then by the motion of the kind, if it has one (a lattice
+that is turned has). Along each axis there are few different shifts, in a lattice as many as it has rows, so numbers
+that depend on one axis are computed for these only.
 """
 
 from __future__ import annotations
@@ -29,97 +29,100 @@ Ints: TypeAlias = npt.NDArray[np.int32]
 Shift: TypeAlias = tuple[Fraction, Fraction, Fraction]
 
 _SHAPE_CACHE_SIZE = 4096
-"""Shapes that are kept, once they are made, since what is worked out of them is kept with them."""
+"""The number of shapes that stay in memory, with the results cached on them."""
 
 
 @dataclass(frozen=True)
 class ShiftTable:
-    """Shifts of many things: along each axis the different ones, and which of these each has."""
+    """Shifts of many items: the different values along each axis, and the index of each item's value."""
 
     values: tuple[tuple[Fraction, ...], tuple[Fraction, ...], tuple[Fraction, ...]]
     index: Ints  # (3, n)
 
     def of(self, number: int) -> Shift:
-        """The shift of one."""
+        """Return the shift of one item."""
         x, y, z = (values[at] for values, at in zip(self.values, self.index[:, number].tolist(), strict=True))
         return x, y, z
 
     def away(self, number: int) -> FloatArray:
-        """(n, 3): how far all are from one, rounded once."""
-        base, away = self.of(number), np.empty((self.index.shape[1], 3))
+        """Return the offsets (n, 3) of all items from one of them, each rounded once."""
+        base, offsets = self.of(number), np.empty((self.index.shape[1], 3))
         for axis, values in enumerate(self.values):
-            away[:, axis] = np.array([float(value - base[axis]) for value in values])[self.index[axis]]
-        return away
+            offsets[:, axis] = np.array([float(value - base[axis]) for value in values])[self.index[axis]]
+        return offsets
 
     def chosen(self, numbers: Any) -> ShiftTable:
-        """Those of some of the things."""
+        """Return the shifts of some of the items."""
         return ShiftTable(self.values, self.index[:, numbers])
 
 
 class InstanceList(Sequence[Body], ABC):
-    """A list of bodies that cannot be changed, by their numbers; each is made anew whenever it is asked for."""
+    """An immutable list of bodies by number. Indexing builds the body."""
 
     def __init__(self, kinds: Ints, shifts: ShiftTable, materials: Sequence[Any]) -> None:
         self.kinds, self.shifts, self.materials = kinds, shifts, tuple(materials)
         self.looks = kinds
-        """Which of the materials each body has: those of kinds, but for what an edit brings."""
+        """The index of each body's material: that of its kind, unless an edit changes it."""
         self.alone: dict[tuple[int, ...], FloatArray] = {}
-        """Numbers of bodies that were worked out alone, by kind and places of the shift: edited lists have them too."""
+        """(kind, indices of the shift) -> numbers of a body lowered by itself; edited lists share the cache."""
         self._firsts: dict[int, Solid] = {}
         self._shapes: OrderedDict[int, Solid] = OrderedDict()
 
     @abstractmethod
     def made(self, kind: int, shift: Shift) -> Solid:
-        """The shape of a kind at a place. It must be the kind's with every surface moved, and then rounded."""
+        """Return the shape of a kind at a place: the kind's shape with every surface moved and then rounded."""
 
     def motion(self, kind: int) -> Motion:
-        """What carries a kind to the world after the shift; the shapes that `made` makes have it."""
+        """Return the motion of a kind after the shift, which the shapes of `made` have."""
         del kind
         return IDENTITY_MOTION
 
     def before(self, kind: int, shift: Shift) -> Solid:
-        """The shape of a kind at a place, before its motion."""
+        """Return the shape of a kind at a place, before its motion."""
         return self.made(kind, shift)
 
     @abstractmethod
     def name(self, number: int) -> str:
-        """What a body is called; no two have one name."""
+        """Return the name of a body. No two have the same."""
 
     @abstractmethod
     def number(self, name: str) -> int | None:
-        """The body of a name."""
+        """Return the number of the body with a name, None if there is none."""
 
     @abstractmethod
     def is_rigid(self, kind: int) -> bool:
-        """Do all shapes of a kind have the same structure, however far rounding moves their surfaces?"""
+        """Return True if all shapes of a kind have the same structure, however far rounding moves their surfaces."""
 
     @property
     def solid(self) -> tuple[bool, ...]:
-        """Of each material: do solids have it? All do, but for what an edit brings."""
+        """For each material, True if solids have it: all do, except for bodies that an edit adds."""
         return (True,) * len(self.materials)
 
     def shape(self, number: int) -> Solid:
-        """The shape of a body; that of the first of a kind, or of one asked for lately, is the same object again."""
+        """Return the shape of a body.
+
+        The shapes of the first body of each kind and of recent bodies are cached: they are the same object again.
+        """
         kind = int(self.kinds[number])
         if number == self.members[kind][0]:
             if kind not in self._firsts:
                 self._firsts[kind] = self.made(kind, self.shifts.of(number))
             return self._firsts[kind]
-        found = self._shapes.get(number)
-        if found is None:
-            found = self._shapes[number] = self.made(kind, self.shifts.of(number))
+        shape = self._shapes.get(number)
+        if shape is None:
+            shape = self._shapes[number] = self.made(kind, self.shifts.of(number))
             if len(self._shapes) > _SHAPE_CACHE_SIZE:
                 self._shapes.popitem(last=False)
-        return found
+        return shape
 
     @cached_property
     def members(self) -> list[Ints]:
-        """The numbers of the bodies of each kind, rising."""
+        """For each kind the numbers of its bodies, ascending."""
         return group_by_kind(self.kinds)
 
     @property
     def seen(self) -> list[Ints]:
-        """The numbers of the bodies of each material, rising."""
+        """For each material the numbers of its bodies, ascending."""
         return self.members
 
     @cached_property
@@ -130,15 +133,17 @@ class InstanceList(Sequence[Body], ABC):
 
     @cached_property
     def boxes(self) -> list[BoxEnds]:
-        """(low, high) around all bodies of each kind."""
-        found: list[BoxEnds] = []
+        """For each kind with bodies, (low, high) around all of them."""
+        boxes: list[BoxEnds] = []
         for numbers in self.members:
             if len(numbers):
                 low, high = self.shape(int(numbers[0])).bounds
-                away = transform_offsets(self.shifts.chosen(numbers).away(0), self.motion(int(self.kinds[numbers[0]])))
-                slack = 2.0**-50 * (np.abs(away).max() + _finite_sizes(low) + _finite_sizes(high))
-                found.append((low + (away.min(axis=0) - slack), high + (away.max(axis=0) + slack)))
-        return found
+                offsets = self.shifts.chosen(numbers).away(0)
+                offsets = transform_offsets(offsets, self.motion(int(self.kinds[numbers[0]])))
+                # More than the rounding error of offsets and sums
+                slack = 2.0**-50 * (np.abs(offsets).max() + _finite_sizes(low) + _finite_sizes(high))
+                boxes.append((low + (offsets.min(axis=0) - slack), high + (offsets.max(axis=0) + slack)))
+        return boxes
 
     def _body(self, number: int) -> Body:
         body = object.__new__(_LazyBody)
@@ -159,12 +164,15 @@ class InstanceList(Sequence[Body], ABC):
             return tuple(self._body(number) for number in range(*index.indices(len(self))))
         number = operator.index(index)
         if not 0 <= number < len(self):
-            told = "-1 stands for a miss" if number == -1 else f"there are {len(self):,} bodies"
-            raise IndexError(f"Scene: bodies[...] takes a number from 0 on, got {number}; {told}")
+            hint = "-1 stands for a miss" if number == -1 else f"there are {len(self):,} bodies"
+            raise IndexError(f"Scene: bodies[...] takes a number from 0 on, got {number}; {hint}")
         return self._body(number)
 
     def index(self, value: Any, start: int = 0, stop: int = 2**62) -> int:
-        """The number of a body, or of the one of a name; KeyError for a name, ValueError for a body that is none."""
+        """Return the number of a body, or of the body with a name.
+
+        Raise KeyError for an unknown name, ValueError for a body that is not in the list.
+        """
         name = value if isinstance(value, str) else getattr(value, "name", None)
         number = self.number(name) if isinstance(name, str) else None
         if number is None or not (isinstance(value, str) or self[number] == value) or not start <= number < stop:
@@ -177,7 +185,7 @@ class InstanceList(Sequence[Body], ABC):
         return map(self._body, range(len(self)))
 
     def __eq__(self, other: object) -> bool:
-        """Whether they are equal bodies in the same order, in whatever way they are listed."""
+        """Return True for equal bodies in the same order, also for a tuple of them."""
         if not isinstance(other, InstanceList | tuple):
             return NotImplemented
         return self is other or (len(self) == len(other) and all(a == b for a, b in zip(self, other, strict=True)))
@@ -193,29 +201,30 @@ class InstanceList(Sequence[Body], ABC):
 
 
 def group_by_kind(kinds: Ints) -> list[Ints]:
-    """The numbers of each kind, rising."""
+    """Return for each kind the numbers of its items, ascending."""
     order = np.argsort(kinds, kind="stable").astype(np.int32)
     ends = np.cumsum(np.bincount(kinds))
     return np.split(order, ends[:-1]) if len(ends) else []
 
 
 def transform_offsets(away: FloatArray, motion: Motion) -> FloatArray:
-    """(n, 3) how far things are from one in the world that are so far before a motion."""
+    """Return the offsets (n, 3) in the world of items with the offsets `away` before a motion."""
     return away if motion.is_identity else away @ motion.matrix[:3, :3].T
 
 
 def _finite_sizes(ends: FloatArray) -> FloatArray:
-    """The sizes of the finite ones of some numbers."""
+    """Return the absolute values of finite numbers, 0 for others."""
     return np.where(np.isfinite(ends), np.abs(ends), 0.0)
 
 
 class _LazyBody(Body):
-    """A body whose shape and name are made when they are asked for."""
+    """A body whose shape and name are built on first use."""
 
-    of: ClassVar[InstanceList]  # set in each object; no fields, so that bodies are told and compared by those of Body
+    # Set in each object, but no dataclass fields: repr and equality use the fields of `Body` alone
+    of: ClassVar[InstanceList]
     number: ClassVar[int]
 
-    if not TYPE_CHECKING:  # which stand in for fields until these are set
+    if not TYPE_CHECKING:  # these stand in for the fields of `Body` until they are set
 
         @cached_property
         def shape(self) -> Solid:
@@ -224,7 +233,7 @@ class _LazyBody(Body):
 
         @cached_property
         def name(self) -> str:
-            """What it is called."""
+            """Its name."""
             return self.of.name(self.number)
 
     def __reduce__(self) -> Any:
@@ -232,15 +241,15 @@ class _LazyBody(Body):
 
 
 def has_instances(bodies: Sequence[Body]) -> bool:
-    """Is any of some bodies one that is made when it is asked for?"""
+    """Return True if any of some bodies comes from an `InstanceList`."""
     return _LazyBody in set(map(type, bodies))
 
 
 def instance_origin(body: Body) -> tuple[InstanceList, int] | None:
-    """(the list that a body comes from, its number there), if it is one that is made when it is asked for."""
-    return (
-        (body.of, body.number) if isinstance(body, _LazyBody) and "of" in vars(body) else None
-    )  # not if it was changed
+    """Return (the `InstanceList` that a body comes from, its number there), None for any other body."""
+    # A copy that `dataclasses.replace` changed has no list
+    return (body.of, body.number) if isinstance(body, _LazyBody) and "of" in vars(body) else None
 
 
+# Users see a `Body`
 _LazyBody.__name__ = _LazyBody.__qualname__ = "Body"

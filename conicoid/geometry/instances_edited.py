@@ -1,6 +1,6 @@
-"""Bodies of which most are others moved, after an edit: some of those of another list, and others among them.
+"""Edited instance lists: some bodies of another `InstanceList`, and bodies of their own among them.
 
-What the list that they come from knows stays there, so an edit costs a number for each body and what is new.
+The base list keeps its caches, so an edit costs one number for each body and the new bodies.
 """
 
 from __future__ import annotations
@@ -18,30 +18,30 @@ from .instances import InstanceList, Ints, Shift, ShiftTable, group_by_kind, has
 from .transform import IDENTITY_MOTION, Motion
 
 MIN_INSTANCES = 24
-"""Bodies of a list for which it is worth it to say whose they are."""
+"""With fewer bodies from a base list, a plain tuple is as good."""
 MAX_EXPANDED_BODIES = 50_000
-"""Bodies of a list that is written out, at some milliseconds each, where many bodies in one entry come to it."""
+"""Longer lists are not expanded to single bodies, at some milliseconds each, for an entry of many bodies."""
 
 
 @dataclass(frozen=True)
 class InstanceOrigins:
-    """Whose bodies those of a list are."""
+    """The origin of each body of a list: a body of the base, or one of its own."""
 
     base: InstanceList
     numbers: Ints  # (bodies,) the number in the base; -1 - k: number k of its own
     own: tuple[Body, ...]
     labelled: Mapping[int, Body]
-    """By numbers in the base: bodies that have another name or material, and the shape that is there."""
+    """Number in the base -> the body with the same shape and another name or material."""
 
     @classmethod
     def of(cls, bodies: InstanceList) -> InstanceOrigins:
-        """Those of any list of repeated bodies."""
+        """Return the origins of the bodies of any `InstanceList`."""
         if isinstance(bodies, EditedInstances):
             return bodies.origins
         return cls(bodies, np.arange(len(bodies), dtype=np.int32), (), {})
 
     def with_body(self, entry: int, old: Body, new: Body) -> InstanceOrigins:
-        """With another body for one of the list, which is `old`."""
+        """Return the origins with `new` in place of the body `old` at `entry`."""
         number = int(self.numbers[entry])
         if number < 0:
             own = list(self.own)
@@ -56,19 +56,20 @@ class InstanceOrigins:
         return replace(self, labelled=labelled)
 
     def with_more(self, place: int, bodies: Sequence[Body]) -> InstanceOrigins:
-        """With more bodies before a place in the list."""
+        """Return the origins with more bodies before a place in the list."""
         first = -1 - len(self.own)
         more = np.arange(first, first - len(bodies), -1, dtype=np.int32)
         numbers = np.concatenate([self.numbers[:place], more, self.numbers[place:]])
         return replace(self, numbers=numbers, own=(*self.own, *bodies))
 
     def without(self, entries: Iterable[int]) -> InstanceOrigins:
-        """Without some bodies of the list."""
+        """Return the origins without the bodies at some entries."""
         places = list(entries)
-        gone, numbers = self.numbers[places], np.delete(self.numbers, places)
-        labelled = {number: self.labelled[number] for number in self.labelled.keys() - set(gone.tolist())}
+        removed, numbers = self.numbers[places], np.delete(self.numbers, places)
+        labelled = {number: self.labelled[number] for number in self.labelled.keys() - set(removed.tolist())}
         stay = np.ones(len(self.own), bool)
-        stay[-1 - gone[gone < 0]] = False
+        stay[-1 - removed[removed < 0]] = False
+        # The bodies of its own that stay are numbered anew
         place = np.cumsum(stay, dtype=np.int32) - np.int32(1)
         mine = numbers < 0
         numbers[mine] = -1 - place[-1 - numbers[mine]]
@@ -76,9 +77,9 @@ class InstanceOrigins:
         return InstanceOrigins(self.base, numbers, own, labelled)
 
     def bodies(self) -> InstanceList | None:
-        """The list; None where it has entries that are many bodies, as each of this list has one number.
+        """Return the list, or None if an entry of its own holds many bodies: entries of the list have one number each.
 
-        Raises ValueError where writing it out instead would take too long.
+        Raise ValueError if there is such an entry and expanding the list instead would take too long.
         """
         many = next((body.shape for body in self.own if isinstance(body.shape, Bulk)), None)
         if many is not None:
@@ -97,9 +98,10 @@ class InstanceOrigins:
 
 
 class EditedInstances(InstanceList):
-    """The bodies of an edited scene. Their kinds are those of the base; then one for each body of its own.
+    """The bodies of an edited scene.
 
-    Their looks are these, and then one for each body that is called otherwise.
+    Its kinds are those of the base, followed by one for each body of its own. Its looks are the same, followed by one
+    for each body with another name or material.
     """
 
     def __init__(self, origins: InstanceOrigins) -> None:
@@ -121,30 +123,30 @@ class EditedInstances(InstanceList):
 
     @cached_property
     def seen(self) -> list[Ints]:
-        """The numbers of the bodies of each material, rising."""
+        """For each material the numbers of its bodies, ascending."""
         return group_by_kind(self.looks)
 
     def made(self, kind: int, shift: Shift) -> Any:
-        """The shape of a kind at a place; one of its own stands where it stands."""
+        """Return the shape of a kind at a place; a body of its own has no shift."""
         if kind < self._first_own:
             return self.origins.base.made(kind, shift)
         return self.origins.own[kind - self._first_own].shape
 
     def motion(self, kind: int) -> Motion:
-        """`Repeated.motion`"""
+        """Return the motion of a kind (`InstanceList.motion`)."""
         return self.origins.base.motion(kind) if kind < self._first_own else IDENTITY_MOTION
 
     def before(self, kind: int, shift: Shift) -> Any:
-        """`Repeated.before`"""
+        """Return the shape of a kind before its motion (`InstanceList.before`)."""
         return self.origins.base.before(kind, shift) if kind < self._first_own else self.made(kind, shift)
 
     def shape(self, number: int) -> Any:
-        """The shape of a body: that of the list that it comes from is the same object."""
+        """Return the shape of a body, the same object as in the base."""
         source = int(self.origins.numbers[number])
         return self.origins.base.shape(source) if source >= 0 else self.origins.own[-1 - source].shape
 
     def name(self, number: int) -> Any:
-        """What a body is called; None for one of its own without a name."""
+        """Return the name of a body; None for one of its own without a name."""
         source = int(self.origins.numbers[number])
         if source < 0:
             return self.origins.own[-1 - source].name
@@ -152,42 +154,43 @@ class EditedInstances(InstanceList):
         return self.origins.base.name(source) if labelled is None else labelled.name
 
     def number(self, name: str) -> int | None:
-        """The body of a name."""
+        """Return the number of the body with a name, None if there is none."""
         return next(self._numbers_of(name), None)
 
     def _numbers_of(self, name: str) -> Iterator[int]:
-        """All bodies of a name."""
+        """Yield the numbers of all bodies with a name."""
         for source in self._sources_of(name):
             yield from np.flatnonzero(self.origins.numbers == source).tolist()
 
     @cached_property
     def _sources(self) -> dict[str | None, list[int]]:
-        """Of bodies of its own, and of those that are called otherwise: whose name is whose."""
-        found: dict[str | None, list[int]] = {}
+        """Name -> the origins of bodies of its own and of relabelled ones that have it."""
+        sources: dict[str | None, list[int]] = {}
         own = ((-1 - k, body) for k, body in enumerate(self.origins.own))
         for source, body in (*own, *self.origins.labelled.items()):
-            found.setdefault(body.name, []).append(source)
-        return found
+            sources.setdefault(body.name, []).append(source)
+        return sources
 
     def _sources_of(self, name: str) -> list[int]:
-        """All of a name, whether or not they are there still."""
+        """Return all origins with a name, also of bodies that were removed."""
         known = self.origins.base.number(name)
         of_base = [] if known is None or known in self.origins.labelled else [known]
         return [*self._sources.get(name, ()), *of_base]
 
     def repeated_name(self) -> tuple[str, int, int] | None:
-        """A name that two bodies have, and their numbers; None where there is none."""
+        """Return a name that two bodies have and their numbers, None if all names differ."""
+        # The names of the base differ, so one of the two has a new name or is a body of its own
         numbers = self.origins.numbers
-        there = np.zeros(len(self.origins.base), bool)
-        there[numbers[numbers >= 0]] = True
+        present = np.zeros(len(self.origins.base), bool)
+        present[numbers[numbers >= 0]] = True
         for name in self._sources:
-            if name is not None and sum(source < 0 or bool(there[source]) for source in self._sources_of(name)) > 1:
+            if name is not None and sum(source < 0 or bool(present[source]) for source in self._sources_of(name)) > 1:
                 first, second, *_ = sorted(self._numbers_of(name))
                 return name, first, second
         return None
 
     def index(self, value: Any, start: int = 0, stop: int = 2**62) -> int:
-        """`Repeated.index`; a body without a name is found too."""
+        """Return the number of a body, as `InstanceList.index` does; the body may have no name."""
         if isinstance(value, Body) and value.name is None:
             sources = [source for source in self._sources.get(None, ()) if self._of(source) == value]
             places = np.flatnonzero(np.isin(self.origins.numbers, sources))
@@ -197,23 +200,23 @@ class EditedInstances(InstanceList):
         return super().index(value, start, stop)
 
     def _of(self, source: int) -> Body:
-        """The body of a number in `Origins.numbers`."""
+        """Return the body of a number of `InstanceOrigins.numbers`."""
         if source < 0:
             return self.origins.own[-1 - source]
         return self.origins.labelled.get(source) or self.origins.base[source]
 
     def is_rigid(self, kind: int) -> bool:
-        """Have all shapes of a kind the same structure?"""
+        """Return True if all shapes of a kind have the same structure."""
         return kind < self._first_own and self.origins.base.is_rigid(kind)
 
     @cached_property
     def solid(self) -> tuple[bool, ...]:
-        """Of each material: do solids have it?"""
+        """For each material, True if solids have it."""
         own = (not body.shape.is_sheet for body in self.origins.own)
         return (*self.origins.base.solid, *own, *(True for _ in self.origins.labelled))
 
     def has_shapes_of(self, other: Sequence[Body]) -> bool:
-        """Has another list the same shapes in the same places?"""
+        """Return True if another list has the same shapes in the same places."""
         if not isinstance(other, InstanceList):
             return False
         mine, its = self.origins, InstanceOrigins.of(other)
@@ -228,15 +231,15 @@ class EditedInstances(InstanceList):
 
 
 def collect_instances(bodies: Sequence[Body]) -> InstanceList | None:
-    """A list of which half and more come from one of repeated bodies, each at most once, as one of these; or None.
+    """Return a list as an `EditedInstances` if at least half of it comes from one base, each body once; else None.
 
-    So `co.Scene([body for body in scene.bodies if ...])` costs what `scene.without` does.
+    So `co.Scene([body for body in scene.bodies if ...])` costs as much as `scene.without`.
     """
     if not has_instances(bodies):
         return None
-    owned = [instance_origin(body) for body in bodies]
+    origins = [instance_origin(body) for body in bodies]
     counts: dict[int, tuple[int, InstanceList]] = {}
-    for each in owned:
+    for each in origins:
         if each is not None:
             counts[id(each[0])] = counts.get(id(each[0]), (0, None))[0] + 1, each[0]
     count, base = max(counts.values(), key=lambda each: each[0], default=(0, None))
@@ -244,7 +247,7 @@ def collect_instances(bodies: Sequence[Body]) -> InstanceList | None:
         return None
     own: list[Body] = []
     numbers = np.empty(len(bodies), np.int32)
-    for place, (body, each) in enumerate(zip(bodies, owned, strict=True)):
+    for place, (body, each) in enumerate(zip(bodies, origins, strict=True)):
         if each is not None and each[0] is base:
             numbers[place] = each[1]
         else:
@@ -257,7 +260,7 @@ def collect_instances(bodies: Sequence[Body]) -> InstanceList | None:
 
 
 def have_same_shapes(old: Sequence[Body], new: Sequence[Body]) -> bool:
-    """Have two lists, one of them of repeated bodies, the same shapes in the same places?"""
+    """Return True if two lists, one of them an `EditedInstances`, have the same shapes in the same places."""
     if old is new:
         return True
     if isinstance(new, EditedInstances):

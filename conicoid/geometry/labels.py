@@ -1,4 +1,4 @@
-"""Names and materials by body number: a number for each entry of a scene's list, one for each body of many in one."""
+"""Names and materials by body number. An entry of a scene has one number, or one for each of its many bodies."""
 
 from __future__ import annotations
 
@@ -17,29 +17,32 @@ from .bulk import Bulk
 
 
 def count_bodies(body: Body) -> int:
-    """How many body numbers an entry takes."""
+    """Return how many body numbers an entry takes."""
     return len(body.shape) if isinstance(body.shape, Bulk) else 1
 
 
 def material_of(body: Body, index: int) -> Any:
-    """The material of one of the bodies of an entry."""
+    """Return the material of body number `index` of an entry."""
     return body.material if body.materials is None else body.materials[body.material_index[index]]
 
 
 def distinct_materials(bodies: Iterable[Body]) -> tuple[Any, ...]:
-    """The different materials, in the order of the first body of each; None is that of bodies without."""
-    found: dict[Any, None] = {}
+    """Return the different materials in the order of the first body of each; None for bodies without one."""
+    materials: dict[Any, None] = {}
     for body in bodies:
         if body.materials is None:
-            found[body.material] = None
+            materials[body.material] = None
         else:
             used, first = np.unique(body.material_index, return_index=True)
-            found.update((body.materials[place], None) for place in used[np.argsort(first)].tolist())
-    return tuple(found)
+            materials.update((body.materials[place], None) for place in used[np.argsort(first)].tolist())
+    return tuple(materials)
 
 
 def material_table(bodies: Sequence[Body], item_of: Any) -> tuple[list[Any], list[bool], Any]:
-    """(materials, is it of a sheet for each, the place of each body's among them); item_of: the entry of each body."""
+    """Return (materials, True for each of a sheet, the index of each body's material).
+
+    `item_of` holds the entry of each body.
+    """
     materials, sheets, place_of = [body.material for body in bodies], [body.shape.is_sheet for body in bodies], item_of
     for entry, body in enumerate(bodies):
         if body.materials is not None:
@@ -52,19 +55,19 @@ def material_table(bodies: Sequence[Body], item_of: Any) -> tuple[list[Any], lis
 
 
 def is_clear(material: Any) -> bool:
-    """Does light go through what is made of a material? None is that of bodies without."""
+    """Return True if light passes through bodies of a material; None stands for bodies without one."""
     return material is not None and max(amount_rgb(material.transparency)) > 0
 
 
 def first_numbers(bodies: Sequence[Body]) -> npt.NDArray[np.int64]:
-    """The first body number of each entry, and last how many there are."""
+    """Return the first body number of each entry, followed by the number of bodies, (entries + 1,)."""
     if not any(issubclass(kind, Bulk) for kind in {type(body.shape) for body in bodies}):
         return np.arange(len(bodies) + 1, dtype=np.int64)
     return np.cumsum([0, *map(count_bodies, bodies)], dtype=np.int64)
 
 
 def single_body(body: Body, index: int) -> Body:
-    """One of many bodies in an entry as a body, with its material and the entry's name; any other entry itself."""
+    """Return body `index` of an entry of many, with its material and the entry's name; any other entry itself."""
     shape = body.shape
     if not isinstance(shape, Bulk):
         return body
@@ -73,9 +76,9 @@ def single_body(body: Body, index: int) -> Body:
 
 @dataclass(frozen=True)
 class Labels:
-    """What bodies are called and made of. Entry k has the numbers from firsts[k] on, up to the next entry's.
+    """The names and materials of bodies. Entry k has the numbers from firsts[k] up to the first of the next entry.
 
-    Of many bodies in one entry, those that follow one another and have one material count as an entry here.
+    Of many bodies in one entry of a scene, each run with one material is an entry here.
     """
 
     firsts: npt.NDArray[np.int64]
@@ -88,7 +91,7 @@ class Labels:
 
     @classmethod
     def of(cls, bodies: Sequence[Body]) -> Labels:
-        """Of all entries of a scene."""
+        """Return the labels of all entries of a scene."""
         firsts = first_numbers(bodies)[:-1]
         names, materials = tuple(body.name for body in bodies), tuple(body.material for body in bodies)
         solid = tuple(not body.shape.is_sheet for body in bodies)
@@ -105,47 +108,47 @@ class Labels:
         )
 
     def of_only(self, numbers: Any) -> Labels:
-        """Of those entries alone that some numbers belong to."""
+        """Return the labels of the entries that some numbers belong to."""
         rows = np.unique(self._rows(np.unique(numbers)))
         rows = rows[rows >= 0].tolist()
         names, materials = tuple(self.names[row] for row in rows), tuple(self.materials[row] for row in rows)
         return Labels(self.firsts[rows], names, materials, tuple(self.solid[row] for row in rows))
 
     def _rows(self, numbers: Any) -> Any:
-        """The entry of each number, -1 for -1."""
+        """Return the entry of each number, -1 for -1."""
         return np.where(numbers < 0, -1, np.searchsorted(self.firsts, numbers, side="right") - 1)
 
     def names_of(self, numbers: Any) -> Any:
-        """Objects of the numbers' shape: the name, or None for a body without and for -1."""
+        """Return the names of body numbers in an object array of the same shape: None without a name and for -1."""
         return self._names[self._rows(numbers)]
 
     def materials_of(self, numbers: Any) -> Any:
-        """Objects of the numbers' shape: the material, or None for a body without and for -1."""
+        """Return the materials of body numbers in an object array of the same shape: None without one and for -1."""
         return self._materials[self._rows(numbers)]
 
     def kinds(self, count: int) -> npt.NDArray[np.int8]:
-        """Of so many bodies: 0 for those that are opaque, 1 for transparent solids, 2 for transparent sheets."""
+        """Return for each of `count` bodies 0 if it is opaque, 1 for a transparent solid, 2 for a transparent sheet."""
         known: dict[int, bool] = {}
         for material in self.materials:
-            if id(material) not in known:  # which is quicker than comparing
+            if id(material) not in known:  # quicker than to compare materials
                 known[id(material)] = is_clear(material)
         rows = [known[id(m)] * (1 if solid else 2) for m, solid in zip(self.materials, self.solid, strict=True)]
         return np.repeat(np.array(rows, np.int8), np.diff([*self.firsts, count]))
 
     @cached_property
     def distinct(self) -> tuple[tuple[Any, bool], ...]:
-        """The different materials in the order of their first bodies, and whether any solid has them."""
+        """The different materials in the order of their first bodies, each with True if any solid has it."""
         solids = {id(material): material for material, solid in zip(self.materials, self.solid, strict=True) if solid}
         of_solids = set(solids.values())
         different = dict.fromkeys({id(material): material for material in self.materials}.values())
         return tuple((material, material in of_solids) for material in different)
 
     def columns_of(self, numbers: Any, materials: Sequence[Any]) -> Any:
-        """The place among some materials, which hold them all, of the material of each number's body."""
+        """Return for each body number the index of its material in `materials`, which holds all of them."""
         places = {material: place for place, material in enumerate(materials)}
         by_identity: dict[int, int] = {}
         for material in self.materials:
-            if id(material) not in by_identity:  # which is quicker than comparing
+            if id(material) not in by_identity:  # quicker than to compare materials
                 by_identity[id(material)] = places[material]
         table = np.array([by_identity[id(material)] for material in self.materials], np.int64)
         return table[self._rows(numbers)]
@@ -160,7 +163,7 @@ class Labels:
 
 
 def _material_runs(body: Body) -> tuple[npt.NDArray[np.int64], Sequence[Any]]:
-    """Where bodies of an entry begin that have one material, and these."""
+    """Return (where each run of bodies with one material begins in an entry, the materials of the runs)."""
     index = body.material_index
     if body.materials is None or not len(index):
         return np.zeros(1, np.int64), [body.material]
@@ -169,7 +172,7 @@ def _material_runs(body: Body) -> tuple[npt.NDArray[np.int64], Sequence[Any]]:
 
 
 def _object_table(values: Sequence[Any]) -> Any:
-    """An array of objects, None in its last row."""
+    """Return an object array of the values and None in its last row, which index -1 reads."""
     table = np.empty(len(values) + 1, object)
     for row, value in enumerate(values):
         table[row] = value

@@ -1,4 +1,4 @@
-"""The lens and the mirror on a substrate: turned about z, between two walls that are conics or planes."""
+"""The lens, the mirror on a substrate and cemented lens groups: solids of revolution between two conics or planes."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Lens(PrimitiveSolid):
     face goes on as a flat ring. Faces that cross within the edge are refused.
     Faces: 0 front, 1 back, 2 edge, 3 ring around the front, 4 ring around the back.
     uv: (angle / 360, height from vertex to rim in [0, 1]) on the conics and on the edge, (x, y) / (diameter / 2) on
-    what is flat.
+    flat faces.
     """
 
     front_radius: float
@@ -81,7 +81,7 @@ class Mirror(PrimitiveSolid):
     `conic_constant`. A `thickness` below 0 puts the substrate on the other side, for light along -z.
     hole / 2 <= r <= diameter / 2. A substrate that the conic goes through is refused.
     Faces: 0 the mirror, 1 back, 2 edge, 3 wall of the hole. uv: (angle / 360, height from vertex to rim in [0, 1]) on
-    the conic, the edge and the hole, (x, y) / (diameter / 2) on what is flat.
+    the conic, the edge and the hole, (x, y) / (diameter / 2) on flat faces.
     """
 
     radius_of_curvature: float
@@ -111,7 +111,7 @@ class Mirror(PrimitiveSolid):
 
     @property
     def back(self) -> ConicWall:
-        """The plane behind it."""
+        """The plane behind the mirror."""
         r = self.diameter / 2
         return ConicWall(math.inf, 0.0, self.thickness, r, r, 1, 4, 4)
 
@@ -127,7 +127,7 @@ class Mirror(PrimitiveSolid):
 
 
 def tree_between_walls(low: ConicWall, high: ConicWall, hole: float) -> Tree:
-    """What lies above one wall and below another, within their edge and not within a hole."""
+    """Return the tree of points above one wall and below another, within their edge and outside a hole."""
     lows, low_planes = low.sides(above=True, reach=_highest(high))
     highs, high_planes = high.sides(above=False, reach=_lowest(low))
     bottom, top = ex.rounded(low.rim), ex.rounded(high.rim)
@@ -140,19 +140,19 @@ def tree_between_walls(low: ConicWall, high: ConicWall, hole: float) -> Tree:
 
 
 def _highest(wall: ConicWall) -> ex.BigFloat:
-    """The greatest height of a wall."""
+    """Return the greatest height of a wall."""
     vertex, rim = ex.exact(wall.vertex), wall.rim
     return rim if rim - vertex > 0 else vertex
 
 
 def _lowest(wall: ConicWall) -> ex.BigFloat:
-    """The least height of a wall."""
+    """Return the least height of a wall."""
     vertex, rim = ex.exact(wall.vertex), wall.rim
     return rim if rim - vertex < 0 else vertex
 
 
 def _check_side(lens: Any, side: str) -> None:
-    """Check one face, as a number, and that it reaches the edge or its aperture."""
+    """Check the numbers of one face, and that it reaches the edge or its aperture."""
     radius, conic, aperture = f"{side}_radius", f"{side}_conic", f"{side}_aperture"
     object.__setattr__(lens, radius, check_radius("Lens", radius, getattr(lens, radius)))
     object.__setattr__(lens, conic, check_number("Lens", conic, getattr(lens, conic)))
@@ -169,25 +169,25 @@ def _check_side(lens: Any, side: str) -> None:
 
 
 def _check_glass(lens: Lens) -> None:
-    """Refuse faces that cross. Glass is thinnest on the axis, at an aperture, at the edge, or where slopes agree."""
+    """Raise ValueError if the faces cross. `_stations` are the distances where the glass can be thinnest."""
     for distance in _stations(lens.front, lens.back):
         left = _height(lens.back, distance) - _height(lens.front, distance)
         if left < 0:
-            told = "thickness, diameter, front_radius, back_radius and the conics front_conic and back_conic, within"
+            fields = "thickness, diameter, front_radius, back_radius and the conics front_conic and back_conic, within"
             raise ValueError(
-                f"Lens: {told} front_aperture and back_aperture, must leave glass everywhere: "
+                f"Lens: {fields} front_aperture and back_aperture, must leave glass everywhere: "
                 f"at {distance:.6g} from the axis the faces have crossed by {-ex.rounded(left):.6g}"
             )
 
 
 def _check_substrate(mirror: Mirror) -> None:
-    """Refuse a back that the conic reaches, and no substrate at all."""
+    """Raise ValueError if the conic reaches the back, or if there is no substrate."""
     rim = mirror.front.rim
     left = ex.exact(mirror.thickness) - rim if mirror.thickness > 0 else rim - ex.exact(mirror.thickness)
     if mirror.thickness == 0 or left < 0:
-        told = "beyond the rim, which radius_of_curvature, conic_constant and diameter put at"
+        place = "beyond the rim, which radius_of_curvature, conic_constant and diameter put at"
         raise ValueError(
-            f"Mirror: thickness must not be 0, and lie {told} z = {ex.rounded(rim):.6g}, "
+            f"Mirror: thickness must not be 0, and lie {place} z = {ex.rounded(rim):.6g}, "
             f"got {format_value(mirror.thickness)}"
         )
 
@@ -197,20 +197,21 @@ def _height(wall: ConicWall, distance: float) -> ex.BigFloat:
 
 
 def _stations(a: ConicWall, b: ConicWall) -> list[float]:
-    """The distances at which two walls may be nearest to each other.
+    """Return the distances from the axis at which two walls may be nearest to each other.
 
-    Slopes r / sqrt(R² - (1 + k) r²) of the same sign agree where R₁² - (1 + k₁) r² = R₂² - (1 + k₂) r².
+    These are the axis, the apertures, the edge, and the distance of equal slopes: r / sqrt(R² - (1 + k) r²) of the same
+    sign agree at R₁² - (1 + k₁) r² = R₂² - (1 + k₂) r².
     """
-    found = [0.0, a.semi, b.semi, a.edge]
+    distances = [0.0, a.semi, b.semi, a.edge]
     if not (a.is_plane or b.is_plane) and a.conic != b.conic:
         square = (Fraction(a.radius) ** 2 - Fraction(b.radius) ** 2) / (Fraction(a.conic) - Fraction(b.conic))
         if 0 < square < Fraction(min(a.semi, b.semi)) ** 2:
             distance = math.sqrt(square)
-            found += [d for d in (distance,) if is_finite(d) and conic_reaches(a.radius, a.conic, d)]
-    return found
+            distances += [d for d in (distance,) if is_finite(d) and conic_reaches(a.radius, a.conic, d)]
+    return distances
 
 
-# Cemented lenses: elements of one axis that share their walls.
+# Cemented lenses
 
 
 @frozen_with_hints
@@ -219,14 +220,29 @@ def _stations(a: ConicWall, b: ConicWall) -> list[float]:
 class LensGroup:
     """Elements cemented to each other: ``co.Scene([*group])`` has each of them as a body.
 
-    radii: (n + 1,) radii of curvature, first to last, as of `Lens`; infinity is a plane.
-    thicknesses: (n,) on the axis. diameter: of the edge, that of all elements.
-    materials: (n,) materials, or refractive indices of glasses, or their names such as "N-BK7".
-    conics: (n + 1,) conic constants, all 0 where left out. names: (n,) names of the bodies, or None.
+    The wall between two elements is one surface of the scene, as both have the same numbers from the same vertex. So
+    there is no gap and no overlap, and a ray that starts on the wall does not cross it again, whichever glass it
+    enters. The first vertex is at the origin, the axis is z.
 
-    The wall between two elements is one surface of the scene: both say it by the same numbers, from the same vertex.
-    So there is no gap and no overlap, and a ray that starts on it does not meet it again, whichever glass it goes into.
-    The first vertex lies at the origin, the axis is z. Raises ValueError where an element would be none (see `Lens`).
+    Parameters
+    ----------
+    radii : sequence of float (n + 1,)
+        Radii of curvature from first to last, as for `Lens`; infinity is a plane.
+    thicknesses : sequence of float (n,)
+        Thicknesses on the axis.
+    diameter : float
+        The diameter of the edge of all elements.
+    materials : sequence (n,)
+        Materials, refractive indices of glasses, or their names such as "N-BK7".
+    conics : sequence of float (n + 1,), optional
+        Conic constants, 0 by default.
+    names : sequence of str (n,), optional
+        Names of the bodies.
+
+    Raises
+    ------
+    ValueError
+        For sequences of another length, and for an element that is no `Lens`.
     """
 
     radii: Sequence[float]
@@ -263,13 +279,13 @@ class LensGroup:
 
     @property
     def lenses(self) -> tuple[Lens, ...]:
-        """The elements, each where it stands."""
+        """The elements, each in its place."""
         return tuple(body.shape for body in self.bodies)  # type: ignore[misc]
 
     @cached_property
     def bodies(self) -> tuple[Body, ...]:
         """The elements with their materials, first to last."""
-        made = []
+        bodies = []
         for i in range(len(self)):
             (front, back), (first, second) = self.radii[i : i + 2], (self.conics or ())[i : i + 2]
             try:
@@ -278,8 +294,8 @@ class LensGroup:
                 raise ValueError(f"LensGroup: radii, thicknesses, diameter and conics: element {i}: {error}") from None
             for thickness in self.thicknesses[:i]:
                 lens = lens.translate((0.0, 0.0, thickness))
-            made.append(Body(lens, self.materials[i], None if self.names is None else self.names[i]))
-        return tuple(made)
+            bodies.append(Body(lens, self.materials[i], None if self.names is None else self.names[i]))
+        return tuple(bodies)
 
 
 def Doublet(
@@ -290,11 +306,27 @@ def Doublet(
     conics: Sequence[float] | None = None,
     names: Sequence[str] | None = None,
 ) -> LensGroup:
-    """A cemented doublet: a `LensGroup` of two elements.
+    """Return a cemented doublet, a `LensGroup` of two elements.
 
-    radii: (3,) radii of curvature. thicknesses: (2,) on the axis. diameter: of the edge.
-    materials: (2,) materials, refractive indices or names of glasses. conics: (3,) conic constants. names: (2,) names.
-    Raises ValueError as `LensGroup` does.
+    Parameters
+    ----------
+    radii : sequence of float (3,)
+        Radii of curvature.
+    thicknesses : sequence of float (2,)
+        Thicknesses on the axis.
+    diameter : float
+        The diameter of the edge.
+    materials : sequence (2,)
+        Materials, refractive indices or names of glasses.
+    conics : sequence of float (3,), optional
+        Conic constants, 0 by default.
+    names : sequence of str (2,), optional
+        Names of the bodies.
+
+    Raises
+    ------
+    ValueError
+        As for `LensGroup`.
     """
     if len(_check_row("thicknesses", thicknesses, None)) != 2:
         raise ValueError(f"Doublet: thicknesses must be 2 numbers, got {format_value(thicknesses)}")
@@ -302,7 +334,7 @@ def Doublet(
 
 
 def _check_row(field: str, value: Any, count: int | None) -> tuple[Any, ...]:
-    """A sequence of so many entries, or of any number but none."""
+    """Return a sequence of `count` entries as a tuple; None allows any number but 0. Raise otherwise."""
     if not isinstance(value, list | tuple | np.ndarray) or (isinstance(value, np.ndarray) and value.ndim != 1):
         raise TypeError(f"LensGroup: {field} must be a list, got {describe_kind(value)}")
     row = tuple(value)
@@ -313,7 +345,7 @@ def _check_row(field: str, value: Any, count: int | None) -> tuple[Any, ...]:
 
 
 def _material(value: Any) -> Material:
-    """A material; anything else is the refractive index of a glass, by a number, a name or a formula."""
+    """Return a material, or the glass of a refractive index, which is a number, a name or a formula."""
     if isinstance(value, Material):
         return value
     return glass(

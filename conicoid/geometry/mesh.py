@@ -1,4 +1,4 @@
-"""Solids of flat faces: any closed surface of them, and outlines that are extruded."""
+"""Solids of flat faces: `Mesh`, any closed surface of them, and `Extrusion`, an outline drawn along z."""
 
 from __future__ import annotations
 
@@ -21,20 +21,22 @@ from .shape import PrimitiveSolid
 from .simple_polygon import check_outline, check_simple
 
 MAX_MESH_PARTS = 20_000
+"""A mesh may have at most so many convex parts."""
 MAX_MESH_FACES = 20_000
 
 
 @dataclass(frozen=True)
 class Mesh(PrimitiveSolid):
-    """What a closed surface of flat faces encloses; it may be concave, have holes, or be in several pieces.
+    """The solid inside a closed surface of flat faces; it may be concave, have holes, or be in several pieces.
 
-    faces[i] are the numbers of its corners among `vertices`, three or more, in the same sense for all, so that each
+    faces[i] are the indices of its corners among `vertices`, three or more, in the same sense for all, so that each
     edge belongs to two faces that run along it in opposite senses. A face of more than three corners that is not flat
-    in the numbers as written is cut into triangles, and stays one face. It becomes convex parts, in exact fractions.
+    in the numbers as written is cut into triangles and stays one face. Exact fractions split the solid into convex
+    parts.
     Faces: i is face i; faces in one plane have the number of the first. uv: Cartesian coordinates on the plane as of
     `HalfSpace`.
 
-    Raises ValueError where faces do not close, or enclose nothing.
+    Raises ValueError if the faces do not close or enclose nothing.
     """
 
     vertices: tuple[Vector, ...]
@@ -45,15 +47,15 @@ class Mesh(PrimitiveSolid):
         object.__setattr__(self, "vertices", vertices)
         object.__setattr__(self, "faces", _check_faces(self.faces, len(vertices)))
         _check_closed(vertices, self.faces)
-        object.__setattr__(self, "_parts", _decompose_faces(*self._said()))
+        object.__setattr__(self, "_parts", _decompose_faces(*self._boundary()))
 
-    def _said(self) -> tuple[str, str, Sequence[Any], Sequence[tuple[int, ...]]]:
-        """What `_parts_of` takes."""
+    def _boundary(self) -> tuple[str, str, Sequence[Any], Sequence[tuple[int, ...]]]:
+        """Return the arguments of `_decompose_faces`."""
         corners = [tuple(map(ex.rational, vertex)) for vertex in self.vertices]
         return "Mesh", "vertices and faces", corners, self.faces
 
     def planes(self) -> list[tuple[int, tuple[int, ...]]]:
-        """(the number of its face, the faces that lie in it) of every plane."""
+        """Return for every plane (its face number, the faces that lie in it)."""
         return _cached_parts(self).named()
 
     def tree(self) -> Tree:
@@ -72,7 +74,7 @@ class Extrusion(PrimitiveSolid):
     Faces: i is the side from corner i to the next, then bottom and top. uv: Cartesian coordinates on the plane as of
     `HalfSpace`. Holes are cut by others: ``Extrusion(outer, ...) - Extrusion(inner, ...)``.
 
-    Raises ValueError for an outline that crosses or touches itself, or has no area.
+    Raises ValueError for an outline that crosses or touches itself or has no area.
     """
 
     outline: tuple[tuple[float, float], ...]
@@ -90,10 +92,10 @@ class Extrusion(PrimitiveSolid):
             raise ValueError(f"Extrusion: scale_at_top must be >= 0, got {top:g}")
         object.__setattr__(self, "scale_at_top", top)
         check_simple("Extrusion", "outline", self.outline)
-        object.__setattr__(self, "_parts", _decompose_faces(*self._said()))
+        object.__setattr__(self, "_parts", _decompose_faces(*self._boundary()))
 
-    def _said(self) -> tuple[str, str, Sequence[Any], Sequence[tuple[int, ...]]]:
-        """What `_parts_of` takes: corners in fractions, and faces, the sides, bottom and top."""
+    def _boundary(self) -> tuple[str, str, Sequence[Any], Sequence[tuple[int, ...]]]:
+        """Return the arguments of `_decompose_faces`: corners in fractions, and the sides, bottom and top as faces."""
         flat = [(ex.rational(x), ex.rational(y)) for x, y in self.outline]
         low, high = map(ex.rational, self.z_range)
         count, s = len(flat), ex.rational(self.scale_at_top)
@@ -104,7 +106,7 @@ class Extrusion(PrimitiveSolid):
         return "Extrusion", "outline", corners, faces
 
     def planes(self) -> list[tuple[int, tuple[int, ...]]]:
-        """(the number of its face, the faces that lie in it) of every plane."""
+        """Return for every plane (its face number, the faces that lie in it)."""
         return _cached_parts(self).named()
 
     def tree(self) -> Tree:
@@ -117,7 +119,7 @@ class Extrusion(PrimitiveSolid):
         return tuple((x, y, low) for x, y in self.outline) + tuple((s * x, s * y, high) for x, y in self.outline)
 
     def support(self, direction: Vector) -> float:
-        if self.scale_at_top in (0.0, 1.0):
+        if self.scale_at_top in (0.0, 1.0):  # then floats hold the corners exactly
             return points_support(self._ends, direction)
         best, s = -math.inf, Fraction(self.scale_at_top)
         for scale, z in zip((Fraction(1), s), self.z_range, strict=True):
@@ -133,14 +135,14 @@ class Extrusion(PrimitiveSolid):
 
 
 def _float_above(value: Fraction) -> float:
-    """The least float that is not below a fraction."""
+    """Return the least float that is not below a fraction."""
     near = float(value)
     return near if Fraction(near) >= value else math.nextafter(near, math.inf)
 
 
 @dataclass(frozen=True)
 class _Parts:
-    """Planes of faces, the face that each is numbered by, those that lie in it, and convex parts of them."""
+    """The planes of a solid: each with its face number and the faces in it; and the convex parts between them."""
 
     planes: tuple[FlatPlane, ...]
     numbers: tuple[int, ...]
@@ -148,29 +150,29 @@ class _Parts:
     parts: tuple[tuple[PlaneSide, ...], ...]
 
     def named(self) -> list[tuple[int, tuple[int, ...]]]:
-        """(the number of its face, the faces that lie in it) of every plane."""
+        """Return for every plane (its face number, the faces that lie in it)."""
         return list(zip(self.numbers, self.members, strict=True))
 
     def tree(self, near: Sequence[Vector]) -> Tree:
-        """A convex part, or any of them."""
+        """Return the convex part, or the union of several."""
         surfaces: dict[int, Any] = {}
         for k, plane in enumerate(self.planes):
             surfaces[k] = plane_through(plane.normal, plane.offset, near[0])
         uvs = {k: plane_uv(surface) for k, surface in surfaces.items()}
-        made = []
+        cells = []
         for part in self.parts:
             ordered = sorted(part, key=lambda side: self.numbers[side[0]])
-            made.append(Cell(tuple(Face(surfaces[k], self.numbers[k], uvs[k], sense) for k, sense in ordered)))
-        return made[0] if len(made) == 1 else Any_(tuple(made))
+            cells.append(Cell(tuple(Face(surfaces[k], self.numbers[k], uvs[k], sense) for k, sense in ordered)))
+        return cells[0] if len(cells) == 1 else Any_(tuple(cells))
 
 
 def _cached_parts(shape: Mesh | Extrusion) -> _Parts:
-    """The parts of a shape, which its constructor found."""
-    return vars(shape).get("_parts") or _decompose_faces(*shape._said())
+    """Return the parts of a shape, which its constructor stores."""
+    return vars(shape).get("_parts") or _decompose_faces(*shape._boundary())
 
 
 def _decompose_faces(owner: str, what: str, corners: Sequence[Any], faces: Sequence[tuple[int, ...]]) -> _Parts:
-    """The convex parts of what faces enclose."""
+    """Return the planes and convex parts of the solid inside faces; `owner` and `what` are for messages."""
     planes: list[FlatPlane] = []
     numbers: list[int] = []
     members: list[list[int]] = []
@@ -202,7 +204,7 @@ def _decompose_faces(owner: str, what: str, corners: Sequence[Any], faces: Seque
 
 
 def _flat_pieces(corners: list[Any]) -> list[list[Any]]:
-    """A face as it is where it is flat, else as triangles about its first corner."""
+    """Return a flat face as it is, any other as triangles about its first corner."""
     plane = fit_plane(corners)
     if len(corners) == 3 or plane is None or all(side_of_plane(plane, corner) == 0 for corner in corners):
         return [corners]
@@ -210,13 +212,13 @@ def _flat_pieces(corners: list[Any]) -> list[list[Any]]:
 
 
 def _name(plane: FlatPlane) -> Any:
-    """The same for equal planes, whichever their sense."""
+    """Return a key that is the same for equal planes, whatever their sense."""
     lead = next(c for c in plane.normal if c)
     return tuple(c / lead for c in (*plane.normal, plane.offset))
 
 
 def _wedge(corners: Sequence[Any]) -> Any:
-    """Six times the signed volume between a polygon and the origin."""
+    """Return six times the signed volume between a polygon and the origin."""
     total = Fraction(0)
     a = corners[0]
     for b, c in itertools.pairwise(corners):
@@ -226,7 +228,7 @@ def _wedge(corners: Sequence[Any]) -> Any:
 
 
 def _check_faces(faces: Any, count: int) -> tuple[tuple[int, ...], ...]:
-    found = []
+    checked = []
     try:
         rows = [list(face) for face in faces]
     except TypeError:
@@ -236,14 +238,14 @@ def _check_faces(faces: Any, count: int) -> tuple[tuple[int, ...], ...]:
     for i, row in enumerate(rows):
         corners = [as_integer(k) for k in row]
         if len(corners) < 3 or not all(k is not None and 0 <= k < count for k in corners):
-            told = f"three or more numbers of vertices from 0 to {count - 1}"
-            raise ValueError(f"Mesh: faces[{i}] must be {told}, got {row!s:.60}")
-        found.append(tuple(int(k) for k in corners if k is not None))
-    return tuple(found)
+            expected = f"three or more numbers of vertices from 0 to {count - 1}"
+            raise ValueError(f"Mesh: faces[{i}] must be {expected}, got {row!s:.60}")
+        checked.append(tuple(int(k) for k in corners if k is not None))
+    return tuple(checked)
 
 
 def _check_closed(vertices: Sequence[Vector], faces: Sequence[tuple[int, ...]]) -> None:
-    """Every edge must be run along as often in one sense as in the other; vertices in one place are one."""
+    """Raise ValueError unless every edge occurs equally often in both senses; vertices in one place count as one."""
     place: dict[Vector, int] = {}
     same = [place.setdefault(vertex, k) for k, vertex in enumerate(vertices)]
     edges: Counter[tuple[int, int]] = Counter()
@@ -252,5 +254,5 @@ def _check_closed(vertices: Sequence[Vector], faces: Sequence[tuple[int, ...]]) 
         edges.update((a, b) for a, b in zip(corners, [*corners[1:], corners[0]], strict=True) if a != b)
     for (a, b), count in edges.items():
         if edges[b, a] != count:
-            told = f"with each edge in two faces of opposite sense: vertices {a} and {b} are no such edge"
-            raise ValueError(f"Mesh: faces must close, {told}")
+            expected = f"with each edge in two faces of opposite sense: vertices {a} and {b} are no such edge"
+            raise ValueError(f"Mesh: faces must close, {expected}")

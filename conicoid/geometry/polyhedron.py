@@ -1,4 +1,4 @@
-"""The convex polyhedron, bounded or not."""
+"""`Polyhedron`, the convex polyhedron, bounded or not."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ from .surface import PlaneSurface
 from .transform import Motion
 
 _DIRECTION_ROUNDING = 2.0**-52
-"""A direction's own rounding, and that of the sums it is in."""
+"""A bound of the rounding of a direction and of sums with it."""
 
 
 @dataclass(frozen=True)
 class Polyhedron(PrimitiveSolid):
-    """Every normals[i]·x <= offsets[i], as written. It may be unbounded, or empty.
+    """The points with every normals[i]·x <= offsets[i], as written. It may be unbounded or empty.
 
     Face i belongs to normals[i]. uv: Cartesian coordinates on its plane about a point near the solid;
     u points to the coordinate axis that is least along the normal, v = normal × u.
@@ -44,12 +44,12 @@ class Polyhedron(PrimitiveSolid):
 
     @cached_property
     def _rows(self) -> list[list[int]]:
-        """The half-spaces as whole numbers."""
+        """The half-spaces as rows of four integers."""
         return [integer_row((*normal, offset)) for normal, offset in zip(self.normals, self.offsets, strict=True)]
 
     @cached_property
     def _own_bounds(self) -> BoxEnds:
-        """Bounds in the own frame, before any motion."""
+        """The bounds in the solid's own frame, before any motion."""
         return half_spaces_bounds([PlaneSurface(n, d) for n, d in zip(self.normals, self.offsets, strict=True)])
 
     @property
@@ -65,16 +65,19 @@ class Polyhedron(PrimitiveSolid):
         return Cell(tuple(Face(surface, i, plane_uv(surface)) for i, surface in enumerate(self.surfaces)))
 
     def support(self, direction: Vector) -> float:
-        """Of one axis exactly; of several raised by what the rounding of the direction may have cost."""
-        found = integer_support(self._rows, [Fraction(u) for u in direction])
-        if sum(map(bool, direction)) < 2 or isinstance(found, float):
-            return round_fraction_up(found)
+        """Return the support: exact along an axis, otherwise raised by the effect of the direction's rounding."""
+        support = integer_support(self._rows, [Fraction(u) for u in direction])
+        if sum(map(bool, direction)) < 2 or isinstance(support, float):
+            return round_fraction_up(support)
         reach = np.maximum(abs(self._own_bounds[0]), abs(self._own_bounds[1]))
         terms = [abs(u) * r for u, r in zip(direction, reach.tolist(), strict=True) if u]
-        return round_fraction_up(found) + _DIRECTION_ROUNDING * math.fsum(terms)
+        return round_fraction_up(support) + _DIRECTION_ROUNDING * math.fsum(terms)
 
     def bounds_under(self, outer: Motion) -> BoxEnds:
-        """Unbounded ones are carried exactly, so that finite sides are found where a face turns to an axis."""
+        """Return the bounds after `outer`.
+
+        The planes of an unbounded solid are moved exactly, so that an end is finite if a face turns to an axis.
+        """
         motion = self.under(outer)
         if motion.is_identity:
             return self._own_bounds[0].copy(), self._own_bounds[1].copy()
@@ -83,7 +86,7 @@ class Polyhedron(PrimitiveSolid):
         return half_spaces_bounds([surface.moved(motion) for surface in self.surfaces])
 
     def outside_bounds_under(self, outer: Motion) -> BoxEnds:
-        """Around the half-spaces beyond the faces."""
+        """Return the box around the half-spaces beyond the faces."""
         motion = self.under(outer)
         return enclose_boxes([half_space_bounds(surface.moved(motion), below=False) for surface in self.surfaces])
 
@@ -95,6 +98,6 @@ class Polyhedron(PrimitiveSolid):
 
 
 def _middle(low: float, high: float) -> float:
-    """A finite number between two ends, any of which may be infinite."""
+    """Return a finite number between two ends; each of them may be infinite."""
     ends = [end for end in (low, high) if math.isfinite(end)]
     return sum(end / len(ends) for end in ends)

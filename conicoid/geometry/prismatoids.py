@@ -1,4 +1,4 @@
-"""Prismatoids: convex solids of flat faces whose corners lie in two planes z = low and z = high."""
+"""Prismatoids, convex solids whose corners lie in two planes z = low and z = high, and the parallelepiped."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from .surface import PlaneSurface
 
 
 class PrismatoidSide(NamedTuple):
-    """(a, b)·(x, y) <= low at the lower plane, <= high at the upper, and in proportion between them."""
+    """A side: (a, b)·(x, y) <= low at the lower plane, <= high at the upper, and linear between them."""
 
     a: Any
     b: Any
@@ -39,7 +39,7 @@ class PrismatoidSide(NamedTuple):
 
 
 class PrismatoidEnd(NamedTuple):
-    """The outline in one of the two planes: its corners (x, y), the map of its face; is it a face, or but an edge?"""
+    """The outline in one of the two planes: its corners (x, y), the map of its face, False for an edge or a corner."""
 
     corners: Sequence[tuple[Any, Any]]
     uv: UV
@@ -48,9 +48,9 @@ class PrismatoidEnd(NamedTuple):
 
 @dataclass(frozen=True)
 class Prismatoid(PrimitiveSolid, abstract=True):
-    """Sides of fixed directions whose distances change in proportion with z, and the two ends across z.
+    """Sides of fixed directions whose distances are linear in z, and the two ends across z.
 
-    Faces: i is side i, then the lower end and the upper, where they are more than an edge or a corner.
+    Faces: i is side i, then the lower end and the upper, if they are more than an edge or a corner.
     """
 
     @property
@@ -60,11 +60,11 @@ class Prismatoid(PrimitiveSolid, abstract=True):
 
     @abstractmethod
     def flanks(self) -> list[PrismatoidSide]:
-        """The sides in the order of their numbers."""
+        """Return the sides in the order of their numbers."""
 
     @abstractmethod
     def levels(self) -> tuple[PrismatoidEnd, PrismatoidEnd]:
-        """The lower end and the upper."""
+        """Return the lower end and the upper."""
 
     def tree(self) -> Cell:
         low, high = self.heights
@@ -81,35 +81,35 @@ class Prismatoid(PrimitiveSolid, abstract=True):
         return Cell(tuple(faces))
 
     def _corners(self) -> list[ex.Row]:
-        found = []
+        corners = []
         for end, z in zip(self.levels(), self.heights, strict=True):
-            found += [ex.exact_row((x, y, z)) for x, y in end.corners]
-        return found
+            corners += [ex.exact_row((x, y, z)) for x, y in end.corners]
+        return corners
 
     def support(self, direction: Vector) -> float:
         return corners_support(self._corners(), direction)
 
 
 def affine_uv(u: tuple[Any, ...], v: tuple[Any, ...]) -> UV:
-    """uv from the two rows (a, b, c, d) of a x + b y + c z + d."""
+    """Return the planar map with the two rows (a, b, c, d) of a x + b y + c z + d."""
     return UV(False, (round_row(u), round_row(v), NO_ROW))
 
 
 def round_row(row: tuple[Any, ...]) -> tuple[float, float, float, float]:
-    """A row of exact numbers as floats."""
+    """Return a row of exact numbers as floats."""
     a, b, c, d = (ex.rounded(ex.exact(number)) for number in row)
     return a, b, c, d
 
 
 def check_finite_range(owner: str, value: Any) -> Interval:
-    """`value` as a z_range of two finite numbers."""
-    found = check_interval(owner, "z_range", value)
-    if found is None or any(abs(end) == float("inf") for end in found):
+    """Return a z_range of two finite numbers. Raise ValueError for anything else."""
+    interval = check_interval(owner, "z_range", value)
+    if interval is None or any(abs(end) == float("inf") for end in interval):
         raise ValueError(f"{owner}: z_range must be two finite numbers, got {format_value(value)}")
-    return found
+    return interval
 
 
-# Regular prisms and pyramids: equal sides around the z axis.
+# Regular prisms and pyramids
 
 MAX_SIDES = 1000
 RadiusTo = Literal["corners", "sides"]
@@ -136,23 +136,23 @@ class RegularSides(Prismatoid, abstract=True):
     @property
     @abstractmethod
     def radii(self) -> tuple[float, float]:
-        """At the lower end and at the upper, to what `radius_to` says."""
+        """The radii at the lower end and at the upper, to corners or sides by `radius_to`."""
 
     @property
     def heights(self) -> tuple[Any, Any]:
         return ex.rational(self.z_range[0]), ex.rational(self.z_range[1])
 
     def _directions(self, first: Fraction) -> list[tuple[ex.BigFloat, ex.BigFloat]]:
-        """(cosine, sine) of start_angle and a part of the angle between sides, for every side."""
+        """Return for each side k (cosine, sine) of start_angle + 360 (k + first) / sides."""
         s, c = ex.sin_cos_degrees(self.start_angle)
-        found = []
+        directions = []
         for k in range(self.sides):
             t, d = ex.sin_cos_degrees(360 * (k + first) / self.sides)  # type: ignore[arg-type]
-            found.append((ex.dot((c, -s), (d, t)), ex.dot((s, c), (d, t))))
-        return found
+            directions.append((ex.dot((c, -s), (d, t)), ex.dot((s, c), (d, t))))
+        return directions
 
     def _reach(self, radius: float, to: RadiusTo) -> ex.BigFloat:
-        """The distance of sides, or of corners, from the axis."""
+        """Return the distance of sides, or of corners, from the axis."""
         _, c = ex.sin_cos_degrees(Fraction(180, self.sides))  # type: ignore[arg-type]
         given = ex.exact(radius)
         if to == self.radius_to:
@@ -239,30 +239,30 @@ class Pyramid(RegularSides):
         return self.radius, self.top_radius
 
 
-# Trapezoids and wedges: between a rectangle and another, or an edge, above it.
+# Trapezoids and wedges
 
 _HALF = 0.5
 
 
 class Rectangle(NamedTuple):
-    """Its ends in x and in y, exact."""
+    """A rectangle by its ends in x and in y, exact."""
 
     x: tuple[Any, Any]
     y: tuple[Any, Any]
 
     @property
     def is_face(self) -> bool:
-        """Has it an area?"""
+        """True if it has an area."""
         return bool(self.x[0] < self.x[1] and self.y[0] < self.y[1])
 
 
 @dataclass(frozen=True)
 class BetweenRectangles(Prismatoid, abstract=True):
-    """Between two rectangles along x and y, one above the other."""
+    """The solid between two rectangles along x and y, one above the other."""
 
     @abstractmethod
     def rectangles(self) -> tuple[Rectangle, Rectangle]:
-        """The lower and the upper."""
+        """Return the lower and the upper rectangle."""
 
     def flanks(self) -> list[PrismatoidSide]:
         low, high = self.rectangles()
@@ -283,9 +283,9 @@ class BetweenRectangles(Prismatoid, abstract=True):
         return low, high
 
     def _scales(self) -> tuple[tuple[Any, ...], ...]:
-        """Rows of x, y and z, each scaled over the solid to [0, 1]."""
+        """Return rows of x, y and z, each scaled over the solid to [0, 1]."""
         one, other = self.rectangles()
-        found = []
+        rows = []
         for i, (low, high) in enumerate(
             (
                 (min(one.x[0], other.x[0]), max(one.x[1], other.x[1])),
@@ -294,25 +294,25 @@ class BetweenRectangles(Prismatoid, abstract=True):
             )
         ):
             size = ex.exact(high) - ex.exact(low)
-            found.append((*(ex.ONE / size if i == k else ex.ZERO for k in range(3)), -ex.exact(low) / size))
-        return tuple(found)
+            rows.append((*(ex.ONE / size if i == k else ex.ZERO for k in range(3)), -ex.exact(low) / size))
+        return tuple(rows)
 
 
 def _centered_ends(middle: Any, size: Any) -> tuple[Any, Any]:
-    """The ends of a size about its middle."""
+    """Return the two ends of a size about its middle."""
     half = ex.rational(size) * ex.rational(_HALF)
     return ex.rational(middle) - half, ex.rational(middle) + half
 
 
 @dataclass(frozen=True)
 class Trapezoid(BetweenRectangles):
-    """Between a rectangle at the lower end of `z_range` and another at the upper, all edges straight.
+    """The solid between a rectangle at the lower end of `z_range` and another at the upper, all edges straight.
 
     `bottom` and `top` are their sizes (x, y), the lower one about the z axis, the upper one about `shift`, (x, y).
     Sizes may be 0, but not at both ends: with a top of (0, 0) it is a pyramid, of (3, 0) it has an edge there.
 
-    Faces: 0 low x, 1 high x, 2 low y, 3 high y, 4 low z, 5 high z; there is none where an end has no area. uv: the
-    other two coordinates, in the order x, y, z, each scaled over the solid to [0, 1], as for `Box`.
+    Faces: 0 low x, 1 high x, 2 low y, 3 high y, 4 low z, 5 high z; an end without an area is no face. uv: the other two
+    coordinates, in the order x, y, z, each scaled over the solid to [0, 1], as for `Box`.
     Source: the trapezoid of detector simulation (Trd in Geant4, "Book for Application Developers", solids).
     """
 
@@ -375,9 +375,6 @@ class Wedge(BetweenRectangles):
         shift = ex.rational(self.edge_shift)
         base = Rectangle(_centered_ends(0.0, self.length), _centered_ends(0.0, self.width))
         return base, Rectangle(_centered_ends(0.0, edge), (shift, shift))
-
-
-# The parallelepiped: a corner and three edges.
 
 
 @dataclass(frozen=True)

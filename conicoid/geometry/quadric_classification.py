@@ -1,4 +1,7 @@
-"""What a quadric can be, and how that is told."""
+"""Classification of quadrics, decided exactly: the kind, and center, axes and semi-axes, rounded once.
+
+The file also puts a general quadric on its principal axes (`principal_quadric`).
+"""
 
 from __future__ import annotations
 
@@ -33,7 +36,7 @@ KINDS = (
 )  # fmt: skip
 DEGENERATE = KINDS[KINDS.index(CROSSING) :]
 
-# (signs of A, signs of the 4 × 4 matrix), positive first, up to the sign of both
+# (numbers of positive and negative eigenvalues of A, the same of the 4 × 4 matrix), up to the sign of both matrices
 BY_SIGNS = {
     ((3, 0), (3, 1)): ELLIPSOID, ((3, 0), (4, 0)): EMPTY, ((3, 0), (3, 0)): POINT,
     ((2, 1), (2, 2)): ONE_SHEET, ((2, 1), (3, 1)): TWO_SHEETS, ((2, 1), (2, 1)): CONE,
@@ -43,7 +46,7 @@ BY_SIGNS = {
     ((0, 0), (1, 1)): PLANE,
 }  # fmt: skip
 
-# Where the polynomial is negative after the sign has been made that of the table above, and where it is positive
+# The side where the polynomial is negative, with the sign of the table above, and the side where it is positive
 SIDES = {
     SPHERE: ("within", "outside"), ELLIPSOID: ("within", "outside"),
     ONE_SHEET: ("around the last axis", "away from the last axis"),
@@ -64,23 +67,23 @@ SIDES = {
 @with_attribute_hints
 @dataclass(frozen=True)
 class Classification:
-    """A quadric by its kind, its place and its measures; what is not exact is rounded once.
+    """The kind, place and measures of a quadric; numbers that are not exact are rounded once.
 
-    kind        one of `KINDS`; degenerate are crossing planes and all that follow them there
-    inside      which side is inside, in words
-    center      the center; of a cylinder the point of its axis (of a pair of planes, of a line: of what is common
-                or midway) nearest to the origin; of a cone the apex; of paraboloids the vertex, of the parabolic
-                cylinder and the plane the point of the line of vertices or of the plane nearest to the origin;
-                None where there is no point at all
-    axes        three unit vectors, right-handed. Last stands the axis that is unlike the others: of hyperboloids and
-                cones the one with the other sign, of cylinders the ruling, of paraboloids the direction in which they
-                open (of the parabolic cylinder the second), of a body of revolution its axis; a plane has its normal
-                there, towards the inside. First stand the longest semi-axis, the real one of a hyperbolic cylinder,
-                the normal of parallel planes
-    semi_axes   along the first axes: half lengths, imaginary ones too; of paraboloids and the parabolic cylinder the
-                radii of curvature at the vertex; of a cone the half-axes of the section at distance 1 from the apex,
-                of crossing planes the slope; of parallel planes half their distance
-    revolution  is it a surface of revolution?
+    kind        one of `KINDS`; crossing planes and all kinds after them are degenerate
+    inside      the side that is inside, in words
+    center      the center; for a cylinder the point of its axis (for a pair of planes or a line, of the common or
+                middle line or plane) nearest to the origin; for a cone the apex; for paraboloids the vertex; for the
+                parabolic cylinder and the plane the point of the line of vertices or of the plane nearest to the
+                origin; None if there is no point at all
+    axes        three unit vectors, right-handed. The last axis is unlike the others: for hyperboloids and cones the
+                one with the other sign, for cylinders the ruling, for paraboloids the direction in which they open
+                (for the parabolic cylinder the second axis), for a body of revolution its axis, for a plane its
+                normal, towards the inside. The first axis is the longest semi-axis, the real one of a hyperbolic
+                cylinder, or the normal of parallel planes
+    semi_axes   along the first axes: half lengths, imaginary ones too; for paraboloids and the parabolic cylinder the
+                radii of curvature at the vertex; for a cone the half-axes of the section at distance 1 from the apex;
+                for crossing planes the slope; for parallel planes half their distance
+    revolution  True for a surface of revolution
     """
 
     kind: str
@@ -92,7 +95,7 @@ class Classification:
 
     @property
     def degenerate(self) -> bool:
-        """Planes, lines, points and nothing."""
+        """True for planes, lines, points and nothing."""
         return self.kind in DEGENERATE
 
     def __str__(self) -> str:
@@ -127,22 +130,23 @@ def _format_point(point: Vector) -> str:
     return f"({', '.join(_format_number(c) for c in point)})"
 
 
-# A general quadric about its principal axes: directions, center or vertex, in exact arithmetic.
+# A general quadric on its principal axes: directions, center or vertex, in exact arithmetic
 #
-# xᵀA x + 2 b·x + c becomes Σ λ_i y_i² + 2 Σ β_i y_i + γ with y = W (x - anchor), the rows of W the
-# unit eigenvectors of A, β_i = 0 where the anchor could be put to the center along axis i.
+# xᵀA x + 2 b·x + c becomes Σ λ_i y_i² + 2 Σ β_i y_i + γ with y = W (x - anchor). The rows of W are the unit
+# eigenvectors of A, and β_i = 0 if the anchor can be at the center along axis i.
 
 _WEAK_EIGENVALUE = Fraction(1, 1024)
-"""Below this share of the largest eigenvalue an axis may keep its linear term."""
+"""An axis below this share of the largest eigenvalue may keep its linear term."""
 _FAR_CENTER = 1024
-"""A center so many times farther than what lies near the origin is not moved to."""
+"""The anchor does not move to a center so many times farther away than the part near the origin."""
 _EIGENVECTOR_NOISE = ex.power_of_two(-ex.CANCELLED)
+"""Entries of unit eigenvectors below this are rounding."""
 _mp_lock = fork_safe_rlock()
 
 
 @cache
 def _mpmath() -> Any:
-    """mpmath, imported where it is needed: few scenes have a matrix that needs it."""
+    """Return a context of mpmath, imported on first use: few scenes have a matrix that needs it."""
     from mpmath import MPContext
 
     return MPContext()
@@ -150,7 +154,7 @@ def _mpmath() -> Any:
 
 @contextmanager
 def _mpmath_precision(bits: int) -> Iterator[Any]:
-    """mpmath at a precision, for one thread at a time: the precision, and the constants it keeps, are those of all."""
+    """Lend mpmath at a precision to one thread at a time: all threads share its precision and cached constants."""
     with _mp_lock:
         mp = _mpmath()
         mp.prec = bits
@@ -158,14 +162,14 @@ def _mpmath_precision(bits: int) -> Iterator[Any]:
 
 
 def _from_mpmath(value: Any, places: int) -> ex.BigFloat:
-    """A number of mpmath's whose error is below 2^-places, within `_mpmath_of` at least so many bits."""
+    """Return a number of mpmath with an error below 2^-places; call it within `_mpmath_precision` of that many bits."""
     mp = _mpmath()
     scaled = int(mp.nint(mp.ldexp(value, places)))
     return ex.settled(ex.BigFloat(scaled, -places, 2))
 
 
 def principal_quadric(matrix: Symmetric) -> QuadricSurface:
-    """The surface of (x, 1) matrix (x, 1)ᵀ = 0, whose second-order part is not zero."""
+    """Return the surface (x, 1) matrix (x, 1)ᵀ = 0 on its principal axes; its second-order part is not zero."""
     values, rows = eigen_decomposition(matrix)
     first = (matrix[0][3], matrix[1][3], matrix[2][3])
     if rows is UPRIGHT:
@@ -185,40 +189,47 @@ def principal_quadric(matrix: Symmetric) -> QuadricSurface:
 
 
 def eigen_decomposition(matrix: Symmetric, rank: int | None = None) -> tuple[list[ex.Writable], Triples]:
-    """Eigenvalues and unit eigenvectors (as rows); a diagonal matrix keeps its own, exact.
+    """Return the eigenvalues and unit eigenvectors (rows) of the second-order part; those of a diagonal one are exact.
 
-    `rank` is that of the second-order part where its entries are rounded; it is found where they are exact.
+    Parameters
+    ----------
+    matrix : Symmetric
+        The 4 × 4 matrix of the quadric.
+    rank : int, optional
+        The rank of the second-order part, if its entries are rounded. It is computed from exact entries.
     """
     a = [list(row[:3]) for row in matrix[:3]]
     if not (a[0][1] or a[0][2] or a[1][2]):
         return [a[0][0], a[1][1], a[2][2]], UPRIGHT
     entries = [abs(value) for row in a for value in row if value]
-    # Small eigenvalues beside large ones need the more digits
+    # Small eigenvalues beside large ones need more digits
     spread = (max(entries) / min(entries)).numerator.bit_length()
     scale, places = max(entries), ex.BITS + 4 * spread
     with _mpmath_precision(places + 64) as mp:
         scaled = [[v / scale for v in row] for row in a]
-        found, vectors = mp.eigsy(mp.matrix([[mp.mpf(v.numerator) / v.denominator for v in row] for row in scaled]))
+        eigenvalues, vectors = mp.eigsy(
+            mp.matrix([[mp.mpf(v.numerator) / v.denominator for v in row] for row in scaled])
+        )
         order = sorted(range(3), key=lambda k: max(range(3), key=lambda i: abs(vectors[i, k])))
         rank = len(row_echelon(a, 3)[1]) if rank is None else rank
-        vanishing = sorted(range(3), key=lambda k: abs(found[k]))[: 3 - rank]
-        values = [ex.ZERO if k in vanishing else _from_mpmath(found[k], places) * scale for k in order]
+        vanishing = sorted(range(3), key=lambda k: abs(eigenvalues[k]))[: 3 - rank]
+        values = [ex.ZERO if k in vanishing else _from_mpmath(eigenvalues[k], places) * scale for k in order]
         rows = tuple(tuple(_denoise_entry(_from_mpmath(vectors[i, k], ex.BITS)) for i in range(3)) for k in order)
     return values, rows  # type: ignore[return-value]
 
 
 def _denoise_entry(entry: ex.BigFloat) -> ex.BigFloat:
-    """An entry of a unit vector; zero where it is only rounding."""
+    """Return an entry of a unit vector, 0 if it is only rounding."""
     return ex.ZERO if abs(entry) < _EIGENVECTOR_NOISE else entry
 
 
 def _anchor(
     squares: list[ex.BigFloat], slopes: list[ex.BigFloat], constant: ex.BigFloat
 ) -> tuple[list[ex.BigFloat], list[ex.BigFloat], ex.BigFloat]:
-    """(anchor, linear terms and constant about it), all along the principal axes.
+    """Return (anchor, linear terms about it, constant about it), all along the principal axes.
 
-    Strong axes go to their center first. Then weak and flat ones go to their center if it is near, else
-    to the vertex nearest to the origin, where they keep a linear term.
+    Strong axes move to their center first. Then weak and flat axes move to their center if it is near, otherwise to the
+    vertex nearest to the origin, where they keep a linear term.
     """
     place, linear = [ex.ZERO] * 3, list(slopes)
     largest = max(abs(s) for s in squares)
@@ -235,12 +246,12 @@ def _anchor(
 
 
 def _vertex(s: ex.BigFloat, b: ex.BigFloat, constant: ex.BigFloat, largest: ex.BigFloat) -> ex.BigFloat:
-    """Where to put the anchor on a weak axis, along which the quadric is s y² + 2 b y + constant."""
+    """Return the place of the anchor on a weak axis, along which the quadric is s y² + 2 b y + constant."""
     root = ex.sqrt
     discriminant = ex.cancelling_sum((b * b, -s * constant))
     near = ex.ZERO
     if discriminant >= 0:
-        # The smaller root, in the stable form
+        # The smaller root, by the formula without cancellation
         near = -constant / (b + (root(discriminant) if b > 0 else -root(discriminant)))
     if not s:
         return near
@@ -249,27 +260,30 @@ def _vertex(s: ex.BigFloat, b: ex.BigFloat, constant: ex.BigFloat, largest: ex.B
     return near if abs(center - near) > _FAR_CENTER * (abs(near) + width) else center
 
 
-# Which quadric ten numbers stand for: its kind, exactly, and its center, axes and semi-axes.
+# The kind of xᵀA x + 2 b·x + c <= 0, and its center, axes and semi-axes
 #
-# xᵀA x + 2 b·x + c <= 0. The kind follows from how many eigenvalues of A and of the 4 × 4 matrix are positive and
-# negative; both are counted over the rational numbers, so a cone is told from a hyperboloid by the last bit of its
-# coefficients. Center and vertex are rational as well; axes and semi-axes come from 3000 bits, and all are rounded
-# once.
+# The kind follows from the numbers of positive and negative eigenvalues of A and of the 4 × 4 matrix. They are counted
+# in rational numbers, so the last bit of a coefficient distinguishes a cone from a hyperboloid. Center and vertex are
+# rational as well; axes and semi-axes come from 3000 bits, and all are rounded once.
 
 _EQUAL_SHARE = ex.power_of_two(-200)
-"""Eigenvalues of a moved quadric whose relative difference is below this are one."""
+"""Eigenvalues of a moved quadric with a relative difference below this are equal."""
 _CENTER_NOISE = ex.power_of_two(-ex.CANCELLED)
+"""Coordinates of a center below this share of its size are rounding."""
 
 
 def classify(matrix: Symmetric, motion: Motion = IDENTITY_MOTION) -> Classification:
-    """What (x, 1) matrix (x, 1)ᵀ <= 0, no constant, is after a motion; the kind is found before it, so it is exact."""
+    """Return the classification of (x, 1) matrix (x, 1)ᵀ <= 0, not a constant, after a motion.
+
+    The kind is computed before the motion, so it is exact.
+    """
     kind, sense = _kind_and_sense(matrix)
     null = rational_linalg.null_space([row[:3] for row in matrix[:3]])
     still = motion.shift is not None or motion.is_identity
     if not motion.is_identity:
         linear, _ = motion.affine
-        turned = [[ex.fraction(entry) for entry in row] for row in linear]
-        null = [[rational_linalg.dot(row, vector) for row in turned] for vector in null]
+        forward = [[ex.fraction(entry) for entry in row] for row in linear]
+        null = [[rational_linalg.dot(row, vector) for row in forward] for vector in null]
         matrix = _transform_matrix(matrix, motion)
     if sense < 0:
         matrix = tuple(tuple(-entry for entry in row) for row in matrix)
@@ -277,7 +291,10 @@ def classify(matrix: Symmetric, motion: Motion = IDENTITY_MOTION) -> Classificat
 
 
 def classify_surface(surface: QuadricSurface) -> Classification:
-    """What a quadric in the world is; its kind is found in its own coordinates, where its numbers are as written."""
+    """Return the classification of a quadric in the world.
+
+    The kind is computed in the surface's own coordinates, in which its numbers are as written.
+    """
     own = [[Fraction(0)] * 4 for _ in range(4)]
     for k, (square, linear) in enumerate(zip(surface.squares, surface.linear, strict=True)):
         own[k][k], own[k][3], own[3][k] = ex.fraction(square), ex.fraction(linear), ex.fraction(linear)
@@ -289,15 +306,15 @@ def classify_surface(surface: QuadricSurface) -> Classification:
     null = rational_linalg.null_space([row[:3] for row in own[:3]])
     still = surface.rows is UPRIGHT and not any(map(ex.is_rounded, surface.anchor))
     if not still:
-        turned = [[ex.fraction(entry) for entry in row] for row in ex.inverse((rows[0], rows[1], rows[2]))]
-        null = [[rational_linalg.dot(row, vector) for row in turned] for vector in null]
+        forward = [[ex.fraction(entry) for entry in row] for row in ex.inverse((rows[0], rows[1], rows[2]))]
+        null = [[rational_linalg.dot(row, vector) for row in forward] for vector in null]
     if sense < 0:
         matrix = tuple(tuple(-entry for entry in row) for row in matrix)
     return _PlacedQuadric(kind, sense, matrix, null, still).classification()
 
 
 def _kind_and_sense(matrix: Symmetric) -> tuple[str, int]:
-    """The kind, and -1 where the polynomial has to be turned over to have the signs of the table."""
+    """Return (the kind, -1 if only the negative polynomial has the signs of `BY_SIGNS`, else 1)."""
     (p, n), (q, m) = rational_linalg.inertia([row[:3] for row in matrix[:3]]), rational_linalg.inertia(matrix)
     kind = BY_SIGNS[((n, p), (m, q)) if n > p else ((p, n), (q, m))]
     return SPHERE if kind == ELLIPSOID and _is_scalar(matrix) else kind, -1 if n > p else 1
@@ -309,12 +326,12 @@ def _is_scalar(matrix: Symmetric) -> bool:
 
 
 def _transform_matrix(matrix: Symmetric, motion: Motion) -> Symmetric:
-    """M⁻ᵀ matrix M⁻¹, with the inverse motion as its 3000 bits say."""
+    """Return M⁻ᵀ matrix M⁻¹, with the inverse motion in 3000 bits."""
     return _substitute_rows(matrix, *motion.inverse)
 
 
 def _substitute_rows(matrix: Symmetric, rows: Iterable[ex.Row], shift: Iterable[ex.BigFloat]) -> Symmetric:
-    """The quadric of points x for which rows x + shift are on one."""
+    """Return the matrix of the quadric of all x with rows x + shift on the quadric of `matrix`."""
     back = [[*(ex.fraction(c) for c in row), ex.fraction(t)] for row, t in zip(rows, shift, strict=True)]
     back.append([Fraction(0), Fraction(0), Fraction(0), Fraction(1)])
     columns = list(zip(*back, strict=True))
@@ -323,7 +340,10 @@ def _substitute_rows(matrix: Symmetric, rows: Iterable[ex.Row], shift: Iterable[
 
 @dataclass(frozen=True)
 class _PlacedQuadric:
-    """A quadric in the world, turned over to the signs of `kinds.BY_SIGNS`; `null` spans the kernel of A."""
+    """A quadric in the world, its matrix with the signs of `BY_SIGNS`.
+
+    `null` spans the kernel of A. `still` is True if the matrix is exact, as without a motion or after a translation.
+    """
 
     kind: str
     sense: int
@@ -360,14 +380,14 @@ class _PlacedQuadric:
 
     @cached_property
     def _solution(self) -> tuple[list[Fraction], list[Fraction]]:
-        """(x nearest to the origin where A x + b lies in the kernel of A, that A x + b)."""
+        """(the x nearest to the origin with A x + b in the kernel of A, that A x + b)."""
         a, b = [list(row[:3]) for row in self.matrix[:3]], [row[3] for row in self.matrix[:3]]
         size = len(self.null)
         bordered = [[*a[i], *(vector[i] for vector in self.null)] for i in range(3)]
         bordered += [[*vector, *([Fraction(0)] * size)] for vector in self.null]
-        found = rational_linalg.solve(bordered, [*(-entry for entry in b), *([Fraction(0)] * size)])
-        gradient = [-sum((found[3 + k] * self.null[k][i] for k in range(size)), Fraction(0)) for i in range(3)]
-        return found[:3], gradient
+        solution = rational_linalg.solve(bordered, [*(-entry for entry in b), *([Fraction(0)] * size)])
+        gradient = [-sum((solution[3 + k] * self.null[k][i] for k in range(size)), Fraction(0)) for i in range(3)]
+        return solution[:3], gradient
 
     def _value(self, x: list[Fraction]) -> Fraction:
         point = [*x, Fraction(1)]
@@ -391,25 +411,25 @@ class _PlacedQuadric:
         return [c + t * g for c, g in zip(x, gradient, strict=True)]
 
     def _equal(self, squares: list[ex.BigFloat]) -> bool:
-        """Are two eigenvalues other than zero equal?"""
+        """Return True if two nonzero eigenvalues are equal."""
         if len(self.null) > 1 or self.kind in DEGENERATE:
             return False
         if self.still:
             return rational_linalg.has_equal_eigenvalues([row[:3] for row in self.matrix[:3]])
-        found = [s for s in squares if s]
-        largest = max(abs(s) for s in found)
-        gaps = [abs(a - b) for i, a in enumerate(found) for b in found[:i]]
+        nonzero = [s for s in squares if s]
+        largest = max(abs(s) for s in nonzero)
+        gaps = [abs(a - b) for i, a in enumerate(nonzero) for b in nonzero[:i]]
         return bool(min(gaps) <= _EQUAL_SHARE * largest)
 
     def _order(self, squares: list[ex.BigFloat], same: bool) -> list[int]:
-        """Which eigenvalue stands first, second and last."""
+        """Return the indices of the eigenvalues of the first, second and last axis."""
         if self.kind in (TROUGHS, CROSSING, SADDLE):
             first_is_positive = self.kind == SADDLE or (self.kind == TROUGHS and self._constant < 0)
             return sorted(range(3), key=lambda k: (not squares[k], (squares[k] > 0) != first_is_positive))
         order = sorted(range(3), key=lambda k: (not squares[k], squares[k] < 0, squares[k]))
         if self.kind in (ELLIPSOID, SPHERE) and same:
             a, b, c = (squares[k] for k in order)
-            if b - a > c - b:  # the odd one stands first
+            if b - a > c - b:  # the first is unlike the others: it becomes the last
                 order = [order[1], order[2], order[0]]
         return order
 
@@ -450,13 +470,13 @@ def _all_equal(squares: list[ex.BigFloat]) -> bool:
 
 
 def _orient_axis(row: ex.Row) -> ex.Row:
-    """The same or the opposite vector: its first component that is not zero is positive."""
+    """Return the vector or its opposite, so that its first nonzero component is positive."""
     sign = next((c for c in row if c), ex.ONE)
     return row if sign > 0 else (-row[0], -row[1], -row[2])
 
 
 def _denoise_point(point: list[Fraction], size: ex.BigFloat) -> ex.Row:
-    """3000 bits of a point, with zeros for what is only their rounding."""
+    """Return a point in 3000 bits, with 0 for coordinates that are only rounding."""
     x, y, z = (ex.exact(c) for c in point)
     noise = _CENTER_NOISE * max(size, abs(x), abs(y), abs(z))
     x, y, z = (ex.ZERO if abs(c) < noise else c for c in (x, y, z))

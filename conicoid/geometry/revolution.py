@@ -1,4 +1,7 @@
-"""The solid of revolution of a polygon: cylinders, cones and planes across the axis."""
+"""Solids of revolution about z: `Revolution` of a polygon, `Polycone`, and `SphereSection`.
+
+Their walls are cylinders, cones, planes across the axis, and spheres.
+"""
 
 from __future__ import annotations
 
@@ -34,20 +37,20 @@ OutlineProfile = tuple[tuple[float, float], ...]
 
 
 class _ProfileEdge(NamedTuple):
-    """An edge of the profile from its lower end to its upper: (r, z) in fractions, and its number."""
+    """An edge of the profile: its lower and upper end (r, z) in fractions, and its number."""
 
     low: tuple[Any, Any]
     high: tuple[Any, Any]
     number: int
 
     def radius(self, z: Any) -> Any:
-        """Its distance from the axis at a height."""
+        """Return its distance from the axis at a height."""
         (r, low), (end, high) = self.low, self.high
         return r + (end - r) * (z - low) / (high - low)
 
 
 class _ProfileRing(NamedTuple):
-    """Between two heights, all from one edge (None for the axis) to another."""
+    """The part of the profile between two heights and between two edges; the inner one is None for the axis."""
 
     inner: _ProfileEdge | None
     outer: _ProfileEdge
@@ -62,8 +65,8 @@ class Revolution(PrimitiveSolid):
     `profile` are its corners (r, z), r >= 0, in either sense; it must not cross itself, and may touch the axis. With
     angles only the part whose angle of (x, y) is from `start_angle` to `end_angle`, in degrees, their difference in
     (0, 360].
-    Faces: i is what the edge from corner i to the next sweeps (nothing, on the axis), then the walls at start_angle
-    and end_angle; half a turn has one plane for both. uv: (angle / 360, height from the lower end of the edge to the
+    Faces: edge i, from corner i to the next, sweeps face i (none, on the axis), then the walls at start_angle and
+    end_angle; half a turn has one plane for both. uv: (angle / 360, height from the lower end of the edge to the
     upper in [0, 1]) where it rises, (x, y) / the larger radius where it is level, (distance from the axis, z), in units
     of the largest of each, on the walls.
     Source: the polycones of detector simulation (Geant4, "Book for Application Developers", solids).
@@ -99,12 +102,12 @@ class Revolution(PrimitiveSolid):
         return All((whole, wedge))
 
     def _walls(self, first: int) -> tuple[Face, ...]:
-        """The half-planes at the angles, as faces from a number on."""
+        """Return the half-planes at the two angles as faces, numbered from `first` on."""
         radius, size = (
             functools.reduce(portable_max, map(abs, numbers)) for numbers in zip(*self.profile, strict=True)
         )
-        made = wedge_walls(self.start_angle, self.end_angle, radius, size or 1.0)
-        return tuple(replace(face, number=first + k) for k, face in enumerate(made))
+        walls = wedge_walls(self.start_angle, self.end_angle, radius, size or 1.0)
+        return tuple(replace(face, number=first + k) for k, face in enumerate(walls))
 
     def support(self, direction: Vector) -> float:
         across = arc_support(1.0, self.start_angle, self.end_angle, direction)
@@ -117,7 +120,7 @@ class Revolution(PrimitiveSolid):
 
 
 def profile_rings(profile: OutlineProfile) -> Iterator[tuple[float, float, tuple[float, float], tuple[float, float]]]:
-    """The parts that an outline is made of: (lower z, upper z, inner radii at both, outer radii at both)."""
+    """Yield the rings of an outline: (lower z, upper z, inner radii at both, outer radii at both)."""
     for ring in split_rings(_rising_edges(_corners_and_ends(profile)[1])):
         inner, outer = (
             (float(edge.radius(ring.low)), float(edge.radius(ring.high))) if edge else (0.0, 0.0)
@@ -127,7 +130,7 @@ def profile_rings(profile: OutlineProfile) -> Iterator[tuple[float, float, tuple
 
 
 def _corners_and_ends(profile: OutlineProfile) -> tuple[list[Any], list[tuple[Any, Any]]]:
-    """The corners in fractions, and the two of each edge."""
+    """Return (the corners in fractions, the two corners of each edge)."""
     corners = [(ex.rational(r), ex.rational(z)) for r, z in profile]
     return corners, list(zip(corners, [*corners[1:], corners[0]], strict=True))
 
@@ -143,34 +146,37 @@ def _z(corner: Any) -> Any:
 
 
 def _equal(a: Any, b: Any) -> bool:
-    """By their values, whatever numbers they are: of two that are equal now and move apart `==` is false."""
+    """Return True if the values are equal. `==` of numbers with derivatives is False if these differ."""
     return bool(a <= b <= a)
 
 
 def split_rings(edges: Sequence[_ProfileEdge]) -> list[_ProfileRing]:
-    """The polygon as rings between edges that rise: cut at the heights of corners, and put together again."""
+    """Return the polygon as rings between rising edges.
+
+    The heights of all corners cut it; adjacent rings between the same two edges are joined again.
+    """
     heights: list[Any] = []
     for z in sorted(end[1] for edge in edges for end in (edge.low, edge.high)):
         if not heights or heights[-1] < z:
             heights.append(z)
     open_: dict[tuple[int, int], _ProfileRing] = {}
-    found: list[_ProfileRing] = []
+    rings: list[_ProfileRing] = []
     for low, high in itertools.pairwise(heights):
         middle = (low + high) / 2
         across = sorted((e for e in edges if e.low[1] <= low and high <= e.high[1]), key=lambda e: e.radius(middle))
-        there = {}
+        current = {}
         for inner, outer in zip(across[::2], across[1::2], strict=True):
             before = open_.get((inner.number, outer.number))
-            there[inner.number, outer.number] = _ProfileRing(inner, outer, before.low if before else low, high)
-        found += [ring for key, ring in open_.items() if key not in there]
-        open_ = there
-    return [*found, *open_.values()]
+            current[inner.number, outer.number] = _ProfileRing(inner, outer, before.low if before else low, high)
+        rings += [ring for key, ring in open_.items() if key not in current]
+        open_ = current
+    return [*rings, *open_.values()]
 
 
 def _edge_face(edge: _ProfileEdge) -> Face:
-    """What an edge that rises sweeps, inside towards the axis: a cylinder, or a cone about its narrower end.
+    """Return the face that a rising edge sweeps, inside towards the axis: a cylinder, or a cone (`frustum_side`).
 
-    The cylinder is the unit cylinder scaled, as those of OpenMC and MCNP are, so that all give the same bits.
+    The cylinder is the unit cylinder, scaled, as those of OpenMC and MCNP are, so that all have the same bits.
     """
     (r0, z0), (r1, z1) = edge.low, edge.high
     uv = cylindrical_uv(ex.rounded(z0), ex.rounded(z1))
@@ -181,7 +187,10 @@ def _edge_face(edge: _ProfileEdge) -> Face:
 
 
 def _ring_tree(ring: _ProfileRing, walls: dict[int, Face], level: Sequence[Any], inner_number: int) -> Tree:
-    """A ring as a cell, or two where it has a bore. `inner_number`: of planes between rings, which are no wall."""
+    """Return a ring as a cell, or as two if it has a bore.
+
+    `inner_number` is the face number of planes between rings, which are no walls.
+    """
     ends = []
     for z, sense in ((ring.low, -1.0), (ring.high, 1.0)):
         inner, outer = (edge.radius(z) if edge else Fraction(0) for edge in (ring.inner, ring.outer))
@@ -194,11 +203,11 @@ def _ring_tree(ring: _ProfileRing, walls: dict[int, Face], level: Sequence[Any],
     body = Cell((outside, *ends))
     if ring.inner is None or ring.inner.number not in walls:
         return body
-    # Between the same heights: else a bore that another edge has in one line with it would show this one's number
+    # The bore needs the same two ends: without them another edge in line with it would get its face number
     return All((body, Cell((replace(walls[ring.inner.number], inside=-1), *ends))))
 
 
-# The polycone: cones and tubes about one axis, stacked on each other.
+# The polycone
 
 Section = tuple[float, float, float]
 _MAX_SECTIONS = 10_000
@@ -206,16 +215,16 @@ _MAX_SECTIONS = 10_000
 
 @dataclass(frozen=True)
 class Polycone(PrimitiveSolid):
-    """Between sections (z, inner radius, outer radius), one above the other, all that lies between straight lines.
+    """The solid between sections (z, inner radius, outer radius), one above the other, with straight lines between.
 
     `sections`: two or more, z rising; a height may come twice, for a step. 0 <= inner <= outer, and some volume. Angles
     of (x, y), in degrees, from `start_angle` to `end_angle`, their difference in (0, 360]. Two sections make a hollow
     frustum, or a tube. Inner and outer radii may be equal: rings that touch or lie apart are parts of one solid. A
     profile that goes back on itself in z is for `Revolution`.
 
-    Faces, of n sections: k the outer side from section k to the next, n - 1 + k the inner one, 2 (n - 1) + k what is
-    level at section k, then the walls at start_angle and end_angle (half a turn has one plane for both). uv:
-    (angle / 360, height from section to section in [0, 1]) on the sides, (x, y) / the largest radius on what is level,
+    Faces of n sections: k the outer side from section k to the next, n - 1 + k the inner side, 2 (n - 1) + k the level
+    face at section k, then the walls at start_angle and end_angle (half a turn has one plane for both). uv:
+    (angle / 360, height from section to section in [0, 1]) on the sides, (x, y) / the largest radius on level faces,
     (distance from the axis, z), in units of the largest of each, on the walls.
     Source: the polycone of detector simulation (Geant4, "Book for Application Developers", solids).
     """
@@ -232,7 +241,7 @@ class Polycone(PrimitiveSolid):
 
     @property
     def stretches(self) -> Iterator[tuple[int, Section, Section]]:
-        """(number of the lower section, lower section, upper section) of every part that has a volume."""
+        """(number of the lower section, lower section, upper section) for every part with a volume."""
         for k, (low, high) in enumerate(itertools.pairwise(self.sections)):
             if _has_volume(low, high):
                 yield k, low, high
@@ -255,7 +264,7 @@ class Polycone(PrimitiveSolid):
         return All((whole, Cell(walls) if is_convex else union_of_walls(walls)))
 
     def _ring(self, k: int, low: Section, high: Section) -> Tree:
-        """Between two sections: a cell, or two where there is a bore."""
+        """Return the part between two sections as a cell, or as two if it has a bore."""
         sides, count = cylindrical_uv(low[0], high[0]), len(self.sections)
         r0, r1, z0, z1 = (ex.rational(value) for value in (low[2], high[2], low[0], high[0]))
         bottom = self._level(low[0], -1.0, 2 * (count - 1) + k)
@@ -264,7 +273,7 @@ class Polycone(PrimitiveSolid):
         if not (low[1] > 0 or high[1] > 0):
             return body
         bore = frustum_side(ex.rational(low[1]), z0, ex.rational(high[1]), z1)
-        # Between the same heights: else a bore that another has in one line with it would show this one's number
+        # The bore needs the same two ends: without them another bore in line with it would get its face number
         return All((body, Cell((Face(bore, count - 1 + k, sides, inside=-1), bottom, top))))
 
     def _level(self, z: float, sense: float, number: int) -> Face:
@@ -273,8 +282,8 @@ class Polycone(PrimitiveSolid):
 
     def _walls(self) -> tuple[Face, ...]:
         tallest = portable_max(abs(self.sections[0][0]), abs(self.sections[-1][0]))
-        made = wedge_walls(self.start_angle, self.end_angle, self.widest, tallest)
-        return tuple(replace(wall, number=3 * len(self.sections) - 5 + wall.number) for wall in made)
+        walls = wedge_walls(self.start_angle, self.end_angle, self.widest, tallest)
+        return tuple(replace(wall, number=3 * len(self.sections) - 5 + wall.number) for wall in walls)
 
     def support(self, direction: Vector) -> float:
         best = -float("inf")
@@ -293,39 +302,39 @@ def _check_sections(sections: Any) -> tuple[Section, ...]:
     try:
         rows = list(sections)
     except TypeError:
-        told = "must be two or more of (z, inner radius, outer radius)"
-        raise ValueError(f"Polycone: sections {told}, got {format_value(sections)}") from None
+        expected = "must be two or more of (z, inner radius, outer radius)"
+        raise ValueError(f"Polycone: sections {expected}, got {format_value(sections)}") from None
     if not 2 <= len(rows) <= _MAX_SECTIONS:
         raise ValueError(f"Polycone: sections must be from 2 to {_MAX_SECTIONS:,}, got {len(rows):,}")
-    found: list[Section] = []
+    checked: list[Section] = []
     for k, row in enumerate(rows):
         z, inner, outer = check_numbers("Polycone", f"sections[{k}]", row, 3)
         if not 0 <= inner <= outer:
-            told = f"0 <= inner radius <= outer radius, got {inner:g} and {outer:g}"
-            raise ValueError(f"Polycone: sections[{k}] must have {told}")
-        if found and z < found[-1][0]:
-            told = f"must rise in z, got {z:g} above {found[-1][0]:g}; a list that falls is turned round"
-            raise ValueError(f"Polycone: sections[{k}] {told}")
-        found.append((z, inner, outer))
-    if any(_has_volume(low, high) for low, high in itertools.pairwise(found)):
-        return tuple(found)
+            problem = f"0 <= inner radius <= outer radius, got {inner:g} and {outer:g}"
+            raise ValueError(f"Polycone: sections[{k}] must have {problem}")
+        if checked and z < checked[-1][0]:
+            problem = f"must rise in z, got {z:g} above {checked[-1][0]:g}; reverse a list that falls"
+            raise ValueError(f"Polycone: sections[{k}] {problem}")
+        checked.append((z, inner, outer))
+    if any(_has_volume(low, high) for low, high in itertools.pairwise(checked)):
+        return tuple(checked)
     raise ValueError("Polycone: sections must enclose a volume: between two heights, inner radius < outer radius")
 
 
-# A part of a ball or of a spherical shell, by ranges of its polar angle and of its azimuth.
+# The part of a ball or shell
 
 _AT_LOW, _AT_HIGH = 2, 3
 _HIDDEN = 6
-"""The plane between the nappes of a cone, which is no wall."""
+"""The face number of the plane between the nappes of a cone, which is no wall."""
 
 
 @dataclass(frozen=True)
 class SphereSection(PrimitiveSolid):
-    """Of a ball, or of a shell with an inner radius, what lies in ranges of spherical coordinates, in degrees.
+    """The part of a ball, or of a shell with an inner radius, in ranges of spherical coordinates, in degrees.
 
     Own frame: axes of the world about `center`. inner_radius <= r <= radius; the polar angle, 0 at +z and 180 at -z,
     in `polar_range`, within [0, 180]; the azimuth of (x, y), counter-clockwise from +x, from `start_angle` to
-    `end_angle`, their difference in (0, 360]. Without a range all of it: a hemisphere is ``polar_range=(0, 90)``.
+    `end_angle`, their difference in (0, 360]. By default all angles count; ``polar_range=(0, 90)`` is a hemisphere.
 
     Faces: 0 outer sphere, 1 inner sphere, 2 cone of the lower polar angle, 3 cone of the higher one (planes at 90;
     angles that add up to 180 have one cone for both: face 2), 4 wall at start_angle, 5 wall at end_angle (half a turn
@@ -361,7 +370,7 @@ class SphereSection(PrimitiveSolid):
 
     @property
     def polar(self) -> Interval:
-        """The range of the polar angle, (0, 180) where none is given."""
+        """The range of the polar angle, (0, 180) by default."""
         return (0.0, 180.0) if self.polar_range is None else self.polar_range
 
     @property
@@ -377,7 +386,7 @@ class SphereSection(PrimitiveSolid):
         if self.has_one_cone:
             more.append(self._outside_of_both_nappes())
         for angle, number, sense in () if self.has_one_cone else ((low, _AT_LOW, -1), (high, _AT_HIGH, 1)):
-            if not (angle < 90 or angle > 90):  # where a formula is recorded, "equal" is to move alike
+            if not (angle < 90 or angle > 90):  # not `==`, which also compares derivatives (see `_equal`)
                 faces.append(Face(_polar_face(-sense), number, cartesian_uv((self.radius, 0, 0), (0, self.radius, 0))))
             elif 0 < angle < 180:
                 more.append(self._nappe(angle, number, sense))
@@ -391,7 +400,7 @@ class SphereSection(PrimitiveSolid):
 
     @property
     def has_one_cone(self) -> bool:
-        """Whether both polar angles are of one cone, with two nappes: they add up to 180."""
+        """True if both polar angles belong to one cone with two nappes: if they add up to 180."""
         low, high = (ex.rational(angle) for angle in self.polar)
         return bool(low > 0) and not (low + high < 180 or low + high > 180)
 
@@ -402,10 +411,10 @@ class SphereSection(PrimitiveSolid):
         return Cell((Face(cone, _AT_LOW, cylindrical_uv(-end, end), inside=-1),))
 
     def _nappe(self, angle: float, number: int, sense: int) -> Tree:
-        """Polar angles up to an angle (sense 1), or from it on (-1): inside or outside of one nappe of its cone."""
+        """Return polar angles up to an angle (sense 1), or from it on (-1): the inside or outside of one nappe."""
         s, c = ex.sin_cos_degrees(angle)
         cone = QuadricSurface((c * c, c * c, -(s * s)), constant=0.0)
-        above, uv = 1 if angle < 90 else -1, self._cone_uv(angle)  # where the nappe is; a number has one map
+        above, uv = 1 if angle < 90 else -1, self._cone_uv(angle)  # the side of the nappe; one map for each number
         if sense == above:
             return Cell((Face(cone, number, uv), Face(_polar_face(-above), _HIDDEN)))
         return Any_((Cell((Face(cone, number, uv, inside=-1),)), Cell((Face(_polar_face(above), _HIDDEN),))))
@@ -416,20 +425,20 @@ class SphereSection(PrimitiveSolid):
         return cylindrical_uv(near, far) if angle < 90 else cylindrical_uv(far, near)
 
     def support(self, direction: Vector) -> float:
-        """ρ (u_z cos θ + w sin θ) at its largest; w is the support of the arc of azimuths in the direction u."""
+        """Return the maximum of ρ (u_z cos θ + w sin θ); w is the support of the arc of azimuths in the direction u."""
         w, uz = arc_support(1.0, self.start_angle, self.end_angle, direction), direction[2]
         ends = [sin_cos_degrees(angle) for angle in self.polar]
         (s, c), (t, d) = ends
         radii = (self.radius, self.inner_radius)
-        found = [sum_up((r * cosine * uz, r * sine * w)) for r in radii for sine, cosine in ends]
+        reaches = [sum_up((r * cosine * uz, r * sine * w)) for r in radii for sine, cosine in ends]
         if w >= 0 and w * c >= uz * s and uz * t >= w * d:
-            found.append(self.radius * hypot(w, uz))
-        best = found[0]
-        for reach in found[1:]:
+            reaches.append(self.radius * hypot(w, uz))
+        best = reaches[0]
+        for reach in reaches[1:]:
             best = portable_max(best, reach)
         return best
 
 
 def _polar_face(sense: int) -> PlaneSurface:
-    """z <= 0 (sense 1) or z >= 0 (-1)."""
+    """Return the half-space z <= 0 (sense 1) or z >= 0 (-1)."""
     return PlaneSurface((0.0, 0.0, float(sense)), 0.0)

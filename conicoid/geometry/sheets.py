@@ -1,4 +1,4 @@
-"""The plane, an unbounded sheet."""
+"""Sheets: plane, disc, polygon, triangle, the side of a cylinder, and a face of any solid."""
 
 from __future__ import annotations
 
@@ -64,11 +64,8 @@ class Plane(PrimitiveSheet):
         return math.inf if multiple is None else float(multiple * self.offset)
 
     def bounds_under(self, outer: Motion) -> BoxEnds:
-        """Flat along the normal if that is an axis after the motion, infinite otherwise."""
+        """Return the bounds: flat along the normal if the motion turns it to an axis, infinite otherwise."""
         return half_space_bounds(self.surface.moved(self.under(outer)))
-
-
-# The disc, a round sheet.
 
 
 @dataclass(frozen=True)
@@ -105,9 +102,8 @@ class Disc(PrimitiveSheet):
         return self.radius * hypot(direction[0], direction[1])
 
 
-# The polygon, a flat sheet with straight edges.
-
 _FLATNESS = 64
+"""Vertices may lie off their plane by so many units in the last place of the largest coordinate."""
 
 
 @dataclass(frozen=True)
@@ -142,7 +138,7 @@ class Polygon(PrimitiveSheet):
 
 
 def newell_sum(points: Sequence[ex.Row]) -> ex.Row:
-    """Twice the area vector of a closed loop, the sum of p_i × p_(i+1) (Newell), exact."""
+    """Return twice the area vector of a closed loop, the sum of p_i × p_(i+1) (Newell), exact."""
     spokes = [_minus(point, points[0]) for point in points]
     terms = [ex.cross(a, b) for a, b in itertools.pairwise(spokes[1:])]
     x, y, z = (ex.cancelling_sum([term[i] for term in terms]) for i in range(3))
@@ -150,7 +146,7 @@ def newell_sum(points: Sequence[ex.Row]) -> ex.Row:
 
 
 def check_flat(owner: str, vertices: Sequence[Vector]) -> None:
-    """Refuse loops without area and loops that leave their plane."""
+    """Raise ValueError for a loop without area and for a loop that leaves its plane."""
     points = [ex.exact_row(vertex) for vertex in vertices]
     normal = newell_sum(points)
     if not any(normal):
@@ -169,14 +165,14 @@ def check_flat(owner: str, vertices: Sequence[Vector]) -> None:
 
 
 def polygon_sheet(vertices: Sequence[Vector], motion: Motion, uv: UV) -> PolygonSheet:
-    """A loop carried by a motion; its normal stays on the physical side, also under a mirror."""
+    """Return a loop after a motion. Its normal stays on the same physical side, also after a mirror image."""
     rows, shift = motion.affine
     points = [_transform_points(rows, shift, ex.exact_row(vertex)) for vertex in vertices]
     normal, middle = newell_sum(points), _middle(points)
     if ex.determinant(rows) < 0:
         normal = (-normal[0], -normal[1], -normal[2])
-    # The offset is that of any corner of a triangle; of other loops it is n·middle, divided last: so it is exact
-    # wherever it is binary on paper
+    # A triangle has the offset of any corner. Other loops have n·middle, divided last: so the offset is exact if its
+    # exact value is a binary fraction
     offset = ex.dot(normal, points[0]) if len(points) == 3 else ex.dot(normal, _sum(points)) / len(points)
     plane = PlaneSurface(normal, offset, middle)
     return PolygonSheet(plane, tuple(points), transform_uv(uv, motion))
@@ -205,9 +201,8 @@ def _floats(row: ex.Row) -> Vector:
     return ex.rounded(row[0]), ex.rounded(row[1]), ex.rounded(row[2])
 
 
-# The triangle, the smallest flat sheet.
-
 CLEAR_AREA = 2.0**-45
+"""A difference of products above this share of both is surely not zero in floats."""
 
 
 @dataclass(frozen=True)
@@ -229,9 +224,9 @@ class Triangle(PrimitiveSheet):
             raise ValueError(f"Triangle: a, b, c must not lie on a line, got {self.a}, {self.b}, {self.c}")
 
     def _is_clear(self) -> bool:
-        """Whether floats show that the corners are not on a line.
+        """Return True if floats show that the corners are not on a line.
 
-        Products of rounded differences are off by less than 2^-51 of themselves, and nothing underflows in the domain.
+        Products of rounded differences have relative errors below 2^-51, and nothing underflows in the domain.
         """
         (ax, ay, az), (bx, by, bz), (cx, cy, cz) = self.a, self.b, self.c
         x, y, z, u, v, w = bx - ax, by - ay, bz - az, cx - ax, cy - ay, cz - az
@@ -247,7 +242,7 @@ class Triangle(PrimitiveSheet):
         return polygon_sheet((self.a, self.b, self.c), motion, self._uv())
 
     def _uv(self) -> UV:
-        """β = (c - a) × n · (p - a) / n², γ = n × (b - a) · (p - a) / n², n = (b - a) × (c - a)."""
+        """Return the map β = (c - a) × n · (p - a) / n², γ = n × (b - a) · (p - a) / n², n = (b - a) × (c - a)."""
         to_b, to_c = self._edges()
         normal = ex.cross(to_b, to_c)
         square, start = ex.dot(normal, normal), ex.exact_row(self.a)
@@ -259,9 +254,6 @@ class Triangle(PrimitiveSheet):
 
     def support(self, direction: Vector) -> float:
         return points_support((self.a, self.b, self.c), direction)
-
-
-# The open side wall of a cylinder, a curved sheet.
 
 
 @dataclass(frozen=True)
@@ -315,15 +307,13 @@ def _transform_face(face: Face, motion: Motion) -> Face:
     return dataclasses.replace(face, surface=face.surface.moved(motion))
 
 
-# One face of a solid as an open surface: thin mirrors, screens and shells of any quadric.
-
-
 @dataclass(frozen=True)
 class Wall(PrimitiveSheet):
-    """The points of one face of a primitive `solid`, as an open surface: what of the face's surface bounds the solid.
+    """One face of a primitive `solid` as an open surface: thin mirrors, screens and shells of any quadric.
 
-    `face` is its number, as in ``hits.face``. Other solids cut it: ``Wall(solid, 0) & a - b``. A face of a Boolean
-    solid is said so too: that of the primitive, kept inside (``&``) or outside (``-``) of the others.
+    It is the part of the face's surface that bounds the solid. `face` is its number, as in ``hits.face``. Other solids
+    cut it: ``Wall(solid, 0) & a - b``. So it can be a face of a Boolean solid too: the face of the primitive, inside
+    (``&``) or outside (``-``) of the others.
     The normal is the solid's, outward. Own frame and uv: those of the solid. Face 0.
     """
 
@@ -334,12 +324,12 @@ class Wall(PrimitiveSheet):
         if not isinstance(self.solid, Solid) or not getattr(self.solid, "combines", True):
             raise TypeError(f"Wall: solid must be a solid, got {describe_kind(self.solid)}")
         if not isinstance(self.solid, PrimitiveSolid):
-            told = "Wall(part, face) & others, or - others, is a face of a combination"
-            raise TypeError(f"Wall: solid must be a primitive, got {describe_kind(self.solid)}; {told}")
+            hint = "Wall(part, face) & others, or - others, is a face of a combination"
+            raise TypeError(f"Wall: solid must be a primitive, got {describe_kind(self.solid)}; {hint}")
         object.__setattr__(self, "face", check_integer("Wall", "face", self.face, 0))
-        found = sorted({face.number for face in _faces(self.solid.tree())})
-        if self.face not in found:
-            numbers = ", ".join(map(str, found))
+        known = sorted({face.number for face in _faces(self.solid.tree())})
+        if self.face not in known:
+            numbers = ", ".join(map(str, known))
             raise ValueError(
                 f"Wall: face must be one of {type(self.solid).__name__}'s, {numbers}, got {format_value(self.face)}"
             )
@@ -352,7 +342,7 @@ class Wall(PrimitiveSheet):
         return self.solid.under(IDENTITY_MOTION)
 
     def _cuts(self) -> list[tuple[Face, bool, tuple[Tree, ...]]]:
-        """(the face, whether its cell counts inside, what all must hold there) wherever it bounds the solid."""
+        """Return where the face bounds the solid (`_find_bounding`)."""
         assert isinstance(self.solid, PrimitiveSolid)
         return _find_bounding(self.solid.tree(), self.face, True, ())
 
@@ -372,7 +362,7 @@ class Wall(PrimitiveSheet):
         return self.solid.support(direction)
 
     def bounds_under(self, outer: Motion) -> BoxEnds:
-        """Those of the solid, and of the face's plane if it is flat."""
+        """Return the bounds of the solid, cut by those of the face's plane if it is flat."""
         motion = self.under(outer)
         box = self.solid.bounds_under(self.motion.then(outer))
         surface = self._cuts()[0][0].surface
@@ -384,14 +374,14 @@ class Wall(PrimitiveSheet):
 
 
 def _faces(tree: Tree) -> list[Face]:
-    """All faces of all cells."""
+    """Return all faces of all cells of a tree."""
     if isinstance(tree, Cell):
         return list(tree.faces)
     return [face for part in ((tree.part,) if isinstance(tree, Not) else tree.parts) for face in _faces(part)]
 
 
 def _is_same(a: Surface, b: Surface) -> bool:
-    """Are two surfaces one, whatever their sense?"""
+    """Return True if two surfaces are equal, whatever their sense."""
     if isinstance(a, PlaneSurface) and isinstance(b, PlaneSurface):
         (x, y, z), (u, v, w) = a.normal, b.normal
         return any((sign * u, sign * v, sign * w, sign * b.offset) == (x, y, z, a.offset) for sign in (1, -1))
@@ -401,9 +391,10 @@ def _is_same(a: Surface, b: Surface) -> bool:
 def _find_bounding(
     tree: Tree, face: int, counts: bool, held: tuple[Tree, ...]
 ) -> list[tuple[Face, bool, tuple[Tree, ...]]]:
-    """Where a face decides what is inside.
+    """Return (face, True if its cell counts as inside, trees that hold there) for each place where it bounds the tree.
 
-    That is where its cell's other faces hold, all other parts of every `All` above, and no other of any `Any_`.
+    There the other faces of its cell hold, all other parts of every `All` above it, and no other part of any `Any_`.
+    `held` are the trees that hold so far.
     """
     if isinstance(tree, Not):
         return _find_bounding(tree.part, face, not counts, held)
@@ -419,7 +410,7 @@ def _find_bounding(
 
 
 def _other_faces(cell: Cell, face: Face) -> Tree:
-    """The faces of a cell but for one."""
+    """Return a cell without one of its faces; all of space without any."""
     rest = tuple(one for one in cell.faces if one is not face)
     return Cell(rest) if rest else All(())
 
@@ -429,7 +420,7 @@ def _negate(tree: Tree) -> Tree:
 
 
 def _transform_tree(tree: Tree, motion: Motion) -> Any:
-    """A tree carried by a motion, for clipping: its faces have no numbers of their own."""
+    """Return a tree after a motion, for clipping: its faces are numbered 0, and nested nodes of one kind are merged."""
     if isinstance(tree, Cell):
         return Cell(tuple(replace(one, surface=one.surface.moved(motion), number=0) for one in tree.faces))
     if isinstance(tree, Not):

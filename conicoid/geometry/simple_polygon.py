@@ -1,4 +1,4 @@
-"""Closed outlines in a plane: their points as written, and whether they cross themselves, decided in fractions."""
+"""Closed outlines in a plane: checks of their points, and of crossings in exact fractions."""
 
 from __future__ import annotations
 
@@ -14,29 +14,29 @@ MAX_CORNERS = 20_000
 
 
 def check_outline(owner: str, field: str, outline: Any) -> tuple[tuple[float, float], ...]:
-    """Three or more different points, none twice in a row. ValueError otherwise."""
+    """Return the points of an outline, without points that repeat the one before. Raise ValueError if invalid."""
     try:
         rows = list(outline)
     except TypeError:
         raise ValueError(f"{owner}: {field} must be three or more points of two numbers") from None
     if not 3 <= len(rows) <= MAX_CORNERS:
-        told = f"from 3 to {MAX_CORNERS:,} points of two numbers"
-        raise ValueError(f"{owner}: {field} must have {told}, got {len(rows):,}")
-    found = [check_numbers(owner, f"{field}[{k}]", row, 2) for k, row in enumerate(rows)]
-    kept = [(p[0], p[1]) for k, p in enumerate(found) if p != found[k - 1]]
-    if len(kept) < 3 or not twice_area([(Fraction(x), Fraction(y)) for x, y in kept]):
+        expected = f"from 3 to {MAX_CORNERS:,} points of two numbers"
+        raise ValueError(f"{owner}: {field} must have {expected}, got {len(rows):,}")
+    points = [check_numbers(owner, f"{field}[{k}]", row, 2) for k, row in enumerate(rows)]
+    distinct = [(p[0], p[1]) for k, p in enumerate(points) if p != points[k - 1]]
+    if len(distinct) < 3 or not twice_area([(Fraction(x), Fraction(y)) for x, y in distinct]):
         raise ValueError(f"{owner}: {field} must enclose an area")
-    return tuple(kept)
+    return tuple(distinct)
 
 
 def twice_area(points: Sequence[Any]) -> Any:
-    """Twice the signed area, positive where the points are counter-clockwise."""
+    """Return twice the signed area, positive for counter-clockwise points."""
     following = [*points[1:], points[0]]
     return sum((a[0] * b[1] - a[1] * b[0] for a, b in zip(points, following, strict=True)), Fraction(0))
 
 
 def check_simple(owner: str, field: str, outline: Sequence[tuple[float, float]]) -> None:
-    """Edges that are no neighbours must not meet, and neighbours only in their corner."""
+    """Raise ValueError if edges have a common point, other than the corner of neighbours."""
     points = [(Fraction(x), Fraction(y)) for x, y in outline]
     count = len(points)
     edges = [(points[k], points[(k + 1) % count]) for k in range(count)]
@@ -50,10 +50,10 @@ def check_simple(owner: str, field: str, outline: Sequence[tuple[float, float]])
 
 
 def _edges_cross(one: Any, other: Any, neighbours: bool) -> bool:
-    """Do two edges have a point in common, but for the corner of neighbours?"""
+    """Return True if two edges have a common point, other than the corner of neighbours."""
     (a, b), (c, d) = one, other
     sides = [_orientation(a, b, c), _orientation(a, b, d), _orientation(c, d, a), _orientation(c, d, b)]
-    if neighbours:  # they meet elsewhere only where one goes back along the other
+    if neighbours:  # they have another common point only if one goes back along the other
         back = (b[0] - a[0]) * (d[0] - c[0]) + (b[1] - a[1]) * (d[1] - c[1])
         return sides == [0, 0, 0, 0] and back < 0
     if sides[0] * sides[1] < 0 and sides[2] * sides[3] < 0:

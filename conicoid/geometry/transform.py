@@ -1,7 +1,11 @@
-"""The steps that motions are made of: translations, turns, scalings, matrices and frames.
+"""Affine motions: the steps (translations, turns, scalings, matrices, frames) and `Motion`, their exact product.
 
-Each says where it takes points and how to come back, in 3000 bits; by what factor it changes all lengths, where there
-is one; and, in floats, how far it can reach, which is enough to tell that numbers stay within their domain.
+A motion is a tuple of steps about the world's origin, applied first to last. Scene files show the steps. Lowering asks
+once for the product in 3000-bit arithmetic (`numerics/bigfloat_linalg.py`) and for the inverse, which is that of the
+steps from last to first.
+
+Each step has its map and the inverse map in 3000 bits; the factor by which it changes all lengths, if there is one; and
+bounds in floats, which are enough to show that numbers stay in their domain.
 """
 
 from __future__ import annotations
@@ -26,23 +30,23 @@ Affine: TypeAlias = tuple[ex.Rows, ex.Row]
 """x ↦ rows x + shift"""
 
 ZERO_SHIFT: ex.Row = (ex.ZERO, ex.ZERO, ex.ZERO)
-"""The shift of what keeps the origin."""
+"""The shift of a map that keeps the origin."""
 CLEAR_DETERMINANT = 2.0**-40
-"""A determinant above this share of the product of its rows is not zero, and known to four digits."""
+"""A determinant above this share of the product of its rows is not zero, and floats give it to four digits."""
 
 
 class Reach(NamedTuple):
-    """Bounds, in floats that may be some ulps off: no entry of a motion is larger, nor one of its inverse."""
+    """Upper bounds of the entries of a motion and of its inverse, in floats that may be some ulps off."""
 
     stretch: float
-    """of the norm of the linear part"""
+    """A bound of the norm of the linear part."""
     back: float
-    """of the norm of its inverse; inf where floats leave open whether there is one"""
+    """A bound of the norm of its inverse; inf if floats cannot show that the inverse exists."""
     shift: float
-    """of the length of the shift"""
+    """A bound of the length of the shift."""
 
     def then(self, other: Reach) -> Reach:
-        """Of one motion after the other."""
+        """Return the bounds of this motion followed by the other."""
         return Reach(self.stretch * other.stretch, self.back * other.back, self.shift * other.stretch + other.shift)
 
 
@@ -50,22 +54,22 @@ IDENTITY_REACH = Reach(1.0, 1.0, 0.0)
 
 
 class _Step:
-    """What all steps share: a step is seldom alone in having to say what it does, so it remembers that."""
+    """The base class of steps. Many motions share a step, so it caches its maps."""
 
     def __getstate__(self) -> dict[str, Any]:
         return pickle_state(self)
 
     @cached_property
     def forth_and_back(self) -> tuple[Affine, Affine]:
-        """`affine` and `inverse`, worked out once."""
+        """(`affine`, `inverse`), computed once."""
         return self.affine(), self.inverse()
 
     def affine(self) -> Affine:
-        """Where it takes points."""
+        """Return the map of points, in 3000 bits."""
         raise NotImplementedError
 
     def inverse(self) -> Affine:
-        """Where it takes them from."""
+        """Return the inverse map, in 3000 bits."""
         raise NotImplementedError
 
 
@@ -91,7 +95,7 @@ class Translate(_Step):
 
 @dataclass(frozen=True)
 class Rotate(_Step):
-    """Right-handed turn about `axis` through the origin, in degrees (Rodrigues' formula)."""
+    """A right-handed turn about `axis` through the origin, in degrees (Rodrigues' formula)."""
 
     axis: Vector
     degrees: float
@@ -111,7 +115,7 @@ class Rotate(_Step):
     def _rows(self) -> ex.Rows:
         s, c = ex.sin_cos_degrees(self.degrees)
         along = [i for i in range(3) if self.axis[i]]
-        if len(along) == 1:
+        if len(along) == 1:  # exact zeros and ones, and no root
             return _rotation_about_axis(along[0], s if self.axis[along[0]] > 0 else -s, c)
         x, y, z = ex.unit(ex.exact_row(self.axis))
         k = 1 - c
@@ -161,7 +165,7 @@ class Transform(_Step):
         return back, (-x, -y, -z)
 
     def similarity(self) -> ex.BigFloat | None:
-        """The root of the Gram matrix, where that is a multiple q of the identity: |det| / q, which is rational."""
+        """Return sqrt(q) if the Gram matrix is q times the identity. It is |det| / q, so it is rational."""
         rows, _ = self.affine()
         square = ex.dot(rows[0], rows[0])
         if any(ex.dot(rows[i], rows[j]) for i, j in ((0, 1), (0, 2), (1, 2))):
@@ -180,10 +184,10 @@ class Transform(_Step):
 
 @dataclass(frozen=True)
 class AxisFrame(_Step):
-    """Own coordinates to a frame with its origin at `origin` and z along `axis`.
+    """The motion from own coordinates to a frame with its origin at `origin` and z along `axis`.
 
-    x points to `reference`, projected across the axis (Sasaki 2021, equation 2, with the projection
-    that the errata ask for); without one, to the coordinate axis that is least along `axis`.
+    x points to `reference`, projected across the axis (Sasaki 2021, equation 2, with the projection of its errata).
+    Without a reference, x points to the coordinate axis that is least along `axis`.
     """
 
     origin: Vector
@@ -205,7 +209,7 @@ class AxisFrame(_Step):
         return Reach(1.0, 1.0, _sum_magnitudes(self.origin))
 
     def _axes(self) -> ex.Rows:
-        """The directions of x, y and z."""
+        """Return the directions of x, y and z."""
         z = ex.unit(ex.exact_row(self.axis))
         if self.reference is None:
             towards = ex.exact_row(least_axis(ex.exact_row(self.axis)))
@@ -222,7 +226,7 @@ Step: TypeAlias = Translate | Rotate | Scale | Transform | AxisFrame
 
 
 def _sum_magnitudes(values: Iterable[float]) -> float:
-    """The sum of magnitudes, which no length exceeds."""
+    """Return the sum of magnitudes, an upper bound of the length."""
     return sum(map(abs, values))
 
 
@@ -232,30 +236,29 @@ def _diagonal(factors: ex.Row) -> ex.Rows:
 
 
 def _rotation_about_axis(axis: int, s: ex.BigFloat, c: ex.BigFloat) -> ex.Rows:
-    """The turn about a coordinate axis with this sine and cosine."""
+    """Return the turn about a coordinate axis with this sine and cosine."""
     o, i = ex.ZERO, ex.ONE
     if axis == 0:
         return (i, o, o), (o, c, -s), (o, s, c)
     return ((c, o, s), (o, i, o), (-s, o, c)) if axis == 1 else ((c, -s, o), (s, c, o), (o, o, i))
 
 
-# Affine motions, remembered as the steps a user asked for and composed exactly.
+# Motions
 #
-# A `Motion` is a tuple of steps about the world's origin, applied first to last. Scene files show
-# the steps; lowering asks once for the product, in 3000-bit arithmetic (`numerics/bigfloat_linalg.py`), and for the
-# inverse, which is
-# that of the steps from last to first. A motion that goes on from another goes on from what is known of it.
+# A motion that extends another one takes over the products that are known of it, so that a chain of n calls costs n
+# products, not n² / 2.
 
 FloatRows: TypeAlias = tuple[tuple[float, float, float, float], ...]
 
 SAFE_REACH = LARGEST * (1 - 1e-6)
-"""Bounds below this leave nothing open: what floats lose in them is far less, for a million steps."""
+"""Bounds below this are certain: the rounding error of a million steps is far smaller."""
 
 _REPR_STEPS = 8
+"""Reprs leave out the middle of chains that are longer."""
 
 
 def _format_step(step: Step) -> str:
-    """A step as a user asks for it."""
+    """Return the method call that adds the step."""
     if isinstance(step, Translate):
         return f".translate({step.offset})"
     if isinstance(step, Rotate):
@@ -267,43 +270,50 @@ def _format_step(step: Step) -> str:
 
 @dataclass(frozen=True)
 class Motion:
-    """A chain of steps, first to last. Immutable; `then` and the four verbs give new ones."""
+    """A chain of steps, first to last, immutable.
+
+    `then`, `translate`, `rotate`, `scale` and `transform` return longer chains.
+    """
 
     steps: tuple[Step, ...] = ()
 
     @property
     def calls(self) -> str:
-        """The steps as the methods of a shape that take them, for its repr; the middle of a long chain is left out."""
-        shown = [_format_step(step) for step in self.steps]
-        if len(shown) > _REPR_STEPS:
+        """The steps as method calls, for the repr of a shape, without the middle of a long chain."""
+        calls = [_format_step(step) for step in self.steps]
+        if len(calls) > _REPR_STEPS:
             half = _REPR_STEPS // 2
-            shown[half:-half] = [f" ... {len(shown) - 2 * half} more moves ... "]
-        return "".join(shown)
+            calls[half:-half] = [f" ... {len(calls) - 2 * half} more moves ... "]
+        return "".join(calls)
 
     def __getstate__(self) -> dict[str, Any]:
         return {name: value for name, value in pickle_state(self).items() if name != "_parts"}
 
     def then(self, other: Motion) -> Motion:
-        """The motion followed by `other`."""
+        """Return this motion followed by `other`."""
         if not other.steps:
             return self
         if not self.steps:
             return other
         both = Motion(self.steps + other.steps)
         known = {name: self.__dict__[name] for name in _INHERITED_PARTS if name in self.__dict__}
-        if known:  # not the motion itself, which would keep all that came before it
+        if known:  # a reference to the motion itself would keep the whole chain before it alive
             both.__dict__["_parts"] = known, other
         return both
 
     def placed(self, placement: Motion) -> Motion:
-        """The motion after a shape's own placement: points are carried by one and then the other."""
+        """Return the shape's `placement` followed by this motion; `carried` applies one and then the other."""
         both = placement.then(self)
         if placement.steps and self.steps:
             both.__dict__["_placement"] = placement, self
         return both
 
     def carried(self, point: ex.Row) -> ex.Row:
-        """Where it takes a point. The end of an axis is exact so: its placement takes it to where it was said to be."""
+        """Return the image of a point.
+
+        The placement and the motion after it are applied in turn. So the end of an axis is exact: the placement takes
+        it to the point of the shape's field.
+        """
         placement, then = self.__dict__.get("_placement", (None, self))
         if placement is not None:
             return then.carried(placement.carried(point))  # type: ignore[no-any-return]
@@ -338,12 +348,12 @@ class Motion:
 
     @property
     def shift(self) -> Vector | None:
-        """The offset, where the motion is one translation and needs no exact arithmetic."""
+        """The offset if the motion is a single translation, which needs no exact arithmetic; else None."""
         first = self.steps[0] if len(self.steps) == 1 else None
         return first.offset if isinstance(first, Translate) else None
 
     def _before(self, name: str) -> tuple[Any, Any]:
-        """What is known by a name of the motion that this one goes on from, or None, and the motion that follows."""
+        """Return (a product of the motion that this one extends, or None if unknown; the motion that follows)."""
         known, other = self.__dict__.get("_parts", ({}, None))
         return known.get(name), other
 
@@ -367,7 +377,7 @@ class Motion:
 
     @cached_property
     def similarity(self) -> ex.BigFloat | None:
-        """The factor by which all lengths change, where each step is a similarity by itself; else None."""
+        """The factor by which all lengths change if each step is a similarity by itself; else None."""
         before, other = self._before("similarity")
         factors = [before, other.similarity] if before is not None else [step.similarity() for step in self.steps]
         result = ex.ONE
@@ -413,7 +423,7 @@ class Motion:
         return not self.steps
 
     def check(self, owner: str) -> None:
-        """Refuse a product that leaves the domain of numbers: by bounds, and exactly where they leave it open."""
+        """Raise ValueError if the product leaves the domain of numbers: by bounds, or exactly if they leave it open."""
         stretch, back, shift = self.reach
         if stretch <= SAFE_REACH and back <= SAFE_REACH and shift <= SAFE_REACH:
             return
@@ -432,11 +442,14 @@ AXES: dict[str, Vector] = {
     for sign, size in (("", 1.0), ("+", 1.0), ("-", -1.0))
     for letter, ends in zip("xyz", ((size, 0.0, 0.0), (0.0, size, 0.0), (0.0, 0.0, size)), strict=True)
 }
-"""The axes that have names."""
+"""Name -> direction, for axes that have names."""
 
 
 def parse_axis(owner: str, field: str, axis: Any) -> Vector:
-    """The vector of "x", "y" or "z", with or without a sign, or three numbers that are not all 0."""
+    """Return the vector of "x", "y" or "z", with or without a sign, or of three numbers that are not all 0.
+
+    Raise ValueError for anything else.
+    """
     if isinstance(axis, str) and axis not in AXES:
         raise ValueError(
             f"{owner}: {field} must be 3 numbers, or 'x', 'y', 'z', '-x', '-y', '-z', got {format_value(axis)}"
@@ -447,11 +460,11 @@ def parse_axis(owner: str, field: str, axis: Any) -> Vector:
 IDENTITY_MOTION = Motion()
 _IDENTITY_AFFINE: Affine = (ex.IDENTITY, ZERO_SHIFT)
 _INHERITED_PARTS = ("affine", "inverse", "similarity", "reach")
-"""What a motion that goes on from another takes along, once it is known."""
+"""The cached products that a motion passes on to motions that extend it."""
 
 
 def _compose_affine(first: Affine, then: Affine) -> Affine:
-    """One map after the other."""
+    """Return the map `first` followed by the map `then`."""
     rows, shift = first
     linear, offset = then
     if linear is not ex.IDENTITY:
@@ -473,11 +486,11 @@ def _round_rows(rows: ex.Rows, shift: ex.Row) -> FloatRows:
     return first, second, third
 
 
-# Motions about a point other than the origin: three steps, exact as all motions are.
-
-
 def apply_about(owner: str, motion: Motion, point: Any, step: Callable[[Motion], Motion]) -> Motion:
-    """A motion followed by a step about a point: from the point to the origin, the step, and back. None: the origin."""
+    """Return a motion followed by a step about a point, or about the origin if `point` is None.
+
+    These are three exact steps: from the point to the origin, `step`, and back.
+    """
     if point is None:
         return step(motion)
     x, y, z = check_vector(owner, "about", point)

@@ -1,6 +1,6 @@
-"""Motions of many shapes that are moved alike, step by step in columns, and checked all at once.
+"""Motions of many shapes with the same kinds of steps, built from columns of numbers and checked all at once.
 
-What a column leaves open is only marked: whoever makes the motion alone finds out, or tells what is wrong with it.
+Columns only mark rows in doubt. The caller builds these motions one by one, which decides or raises the error.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ Bools = npt.NDArray[np.bool_]
 
 
 class ReachColumn(NamedTuple):
-    """The bounds of `Reach`, arrays of them or numbers for all."""
+    """The bounds of `Reach` for many motions: arrays (n,), or one number for all."""
 
     stretch: Any
     back: Any
@@ -29,27 +29,27 @@ class ReachColumn(NamedTuple):
 
 
 class StepColumn(NamedTuple):
-    """A step of each of many motions."""
+    """One step of each of many motions."""
 
     steps: Iterable[Step]
     reach: Reach | ReachColumn
     good: Bools | bool
-    """Which are well beyond doubt."""
+    """Which rows are valid beyond doubt."""
 
 
 def repeat_step(step: Step) -> StepColumn:
-    """A step that all have, and that was checked when it was made."""
+    """Return the column of one step, checked before, that all motions have."""
     return StepColumn(repeat(step), step.reach(), True)
 
 
 def translate_column(offsets: Sequence[Vector]) -> StepColumn:
-    """A translation of each, by tuples of three floats."""
+    """Return a column of translations, by tuples of three floats."""
     rows = np.array(offsets)
     return StepColumn(_make_steps(Translate, "offset", offsets), ReachColumn(1.0, 1.0, _sizes(rows)), _in_domain(rows))
 
 
 def scale_column(factors: Sequence[Vector]) -> StepColumn:
-    """A scaling of each, by tuples of three floats."""
+    """Return a column of scalings, by tuples of three floats."""
     sizes = np.abs(np.array(factors))
     least = sizes.min(axis=1)
     good = _in_domain(sizes) & (least > 0)
@@ -58,9 +58,10 @@ def scale_column(factors: Sequence[Vector]) -> StepColumn:
 
 
 def rotate_column(axes: Sequence[Vector], degrees: Sequence[float]) -> StepColumn:
-    """A turn of each about an axis, a tuple of three floats. What may be in radians, which is warned of, is open."""
+    """Return a column of turns about axes, tuples of three floats. Angles that may be in radians are in doubt."""
     rows, angles = np.array(axes), np.array(degrees)
     good = _in_domain(rows) & rows.any(axis=1) & ~is_outside_domain(angles)
+    # Such an angle makes the step alone warn
     for place in np.flatnonzero(np.abs(angles) < _FEW_DEGREES).tolist():
         good[place] &= not looks_like_radians(degrees[place])
     steps = construct_many(Rotate, len(degrees), axis=axes, degrees=degrees)
@@ -68,7 +69,7 @@ def rotate_column(axes: Sequence[Vector], degrees: Sequence[float]) -> StepColum
 
 
 def transform_column(matrices: Sequence[Matrix4]) -> StepColumn:
-    """An affine map of each, by tuples of four rows of four floats."""
+    """Return a column of affine maps, by tuples of four rows of four floats."""
     rows = np.array(matrices)
     good = _in_domain(rows.reshape(len(rows), 16)) & (rows[:, 3] == (0.0, 0.0, 0.0, 1.0)).all(axis=1)
     linear = np.where(good[:, None, None], rows[:, :3, :3], 1.0)
@@ -82,13 +83,13 @@ def transform_column(matrices: Sequence[Matrix4]) -> StepColumn:
 
 
 _FEW_DEGREES = 13.0
-"""Angles beyond this are none in radians, see `is_of_radians`."""
+"""Angles beyond this are surely in degrees, see `looks_like_radians`."""
 
 
 def compose_motions(count: int, chain: Sequence[StepColumn], before: Reach) -> tuple[list[Motion], Bools]:
-    """The motions of many shapes, of one step of each column, and which are well beyond doubt.
+    """Return (the motions of many shapes, which of them are valid beyond doubt), with one step of each column.
 
-    before: of what the shapes were moved by already.
+    `before` bounds the motions that the shapes have already.
     """
     reach: Any = before
     good = np.ones(count, bool)
@@ -107,11 +108,11 @@ def _make_steps(kind: type[Any], field: str, values: Sequence[Any]) -> list[Any]
 
 
 def _in_domain(rows: FloatArray) -> Bools:
-    found: Bools = ~is_outside_domain(rows).any(axis=1)
-    return found
+    inside: Bools = ~is_outside_domain(rows).any(axis=1)
+    return inside
 
 
 def _sizes(rows: FloatArray) -> FloatArray:
-    """What no length of a row exceeds, but for roundings."""
-    found: FloatArray = np.abs(rows).sum(axis=1)
-    return found
+    """Return upper bounds of the lengths of rows, up to rounding."""
+    sums: FloatArray = np.abs(rows).sum(axis=1)
+    return sums

@@ -1,4 +1,8 @@
-"""Arrays that broadcast to the shape of rays, some flat rows of them at a time."""
+"""Files of rays that need not fit into memory: .npy, .npz, .csv, .parquet and .zarr, read in pieces from any ray on.
+
+`RayStream` reads any of them; each format has a source class with the interface of `RaySource`. Writers of results as
+.parquet and .zarr stand beside the sources.
+"""
 
 from __future__ import annotations
 
@@ -26,14 +30,17 @@ if TYPE_CHECKING:
     from .npz import StoredArray
 
 
+# Arrays that broadcast to the shape of the rays, read as flat rows.
+
 ORIGINS, DIRECTIONS = "origins", "directions"
 ARRAY_WIDTHS: dict[str, tuple[int, ...]] = {ORIGINS: (3,), DIRECTIONS: (3,), "t_min": (), "t_max": ()}
-"""The arrays of rays, and what follows their leading shape."""
+"""The arrays of rays, and the axes after their leading shape."""
 ReadRows = Callable[[int, int], Any]
+"""(begin, end) -> the flat rows from `begin` to `end` as an array."""
 
 
 def leading_shape(shapes: dict[str, tuple[int, ...]]) -> tuple[int, ...]:
-    """That of the rays whose arrays have these shapes. Raises ValueError for what does not fit together."""
+    """Return the shape of the rays whose arrays have these shapes. Raise ValueError if they do not fit together."""
     for name in (ORIGINS, DIRECTIONS):
         if name not in shapes:
             found = ", ".join(shapes) or "nothing"
@@ -62,7 +69,7 @@ def _fits_rays(shape: tuple[int, ...], rays: tuple[int, ...]) -> bool:
 
 
 def flat_reader(array: Any, shape: tuple[int, ...]) -> ReadRows:
-    """Flat rows `begin` to `end` of what is sliced along its first axis, with the leading shape of the rays."""
+    """Return a reader of flat rows for an array with the leading shape of the rays, which is sliced along axis 0."""
     each = math.prod(shape[1:])
 
     def read(begin: int, end: int) -> Any:
@@ -74,7 +81,7 @@ def flat_reader(array: Any, shape: tuple[int, ...]) -> ReadRows:
 
 
 def broadcast_reader(array: Any, shape: tuple[int, ...]) -> ReadRows:
-    """The same of an array in memory, of which one row stands for many."""
+    """Return a reader of flat rows for an array in memory that broadcasts to the leading shape of the rays."""
     last = array.shape[-1:] if array.ndim and array.shape[-1:] == (3,) else ()
     whole = np.broadcast_to(array, (*shape, *last))
 
@@ -84,14 +91,17 @@ def broadcast_reader(array: Any, shape: tuple[int, ...]) -> ReadRows:
     return read
 
 
-# Rays in .npz files, read piece by piece, with the same distrust as of whole ones.
+# .npz files. They are trusted no more than files that are read whole.
 
 _SKIP_CHUNK = 4 << 20
 _STARTS, _HOME = "starts", "starts_home"
 
 
 class NpzSource:
-    """The arrays `origins` and `directions`, perhaps `t_min` and `t_max`, and what `Rays.save` adds."""
+    """The arrays `origins` and `directions`, optional `t_min` and `t_max`, and the starts that `Rays.save` adds.
+
+    Arrays with a row for each ray are streamed; arrays that broadcast, and arrays in Fortran order, are read whole.
+    """
 
     def __init__(self, path: Path) -> None:
         self._path = path
@@ -123,11 +133,11 @@ class NpzSource:
             self._small = {name: broadcast_reader(array, rays) for name, array in small.items()}
         self.ends = tuple(name for name in ("t_min", "t_max") if name in members)
 
-    def rows(self, most: int, skip: int) -> Iterator[Any]:
-
+    def rows(self, most: int, skip: int) -> Iterator[RayRows]:
+        """Yield the rows from ray `skip` on, at most `most` at a time."""
         with open_regular(self._path) as file, zipfile.ZipFile(file) as archive:
             try:
-                opened = {name: _NpzMember(archive, *told, skip) for name, told in self._streamed.items()}
+                opened = {name: _NpzMember(archive, *member, skip) for name, member in self._streamed.items()}
                 for begin in range(skip, self._count, most):
                     end = min(self._count, begin + most)
                     some = {name: member.next(end - begin) for name, member in opened.items()}
@@ -144,7 +154,7 @@ class NpzSource:
 
 
 class _NpzMember:
-    """An array of an archive, read forward row by row."""
+    """An array of an archive, read forward from row `skip` on."""
 
     def __init__(self, archive: zipfile.ZipFile, info: zipfile.ZipInfo, header: NpyHeader, skip: int) -> None:
         self._file: IO[bytes] = archive.open(info)
@@ -154,15 +164,17 @@ class _NpzMember:
         self._last = header.shape[-1:] if info.filename.removesuffix(".npy") in ("origins", "directions") else ()
         self._each = self._kind.itemsize * int(np.prod(self._last))
         left = skip * self._each
-        while left:
+        while left:  # compressed members cannot seek: read and drop, in bounded memory
             left -= len(_read_member_exactly(self._file, min(left, _SKIP_CHUNK)))
 
     def next(self, count: int) -> Any:
+        """Return the next `count` rows as float64. Raise NpyFormatError if the member ends before."""
         data = _read_member_exactly(self._file, count * self._each)
         return np.frombuffer(data, self._kind).astype(np.float64).reshape(-1, *self._last)
 
 
 def _member_header(archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> NpyHeader:
+    """Return the header of a member. Raise ValueError unless it holds exactly the numbers that it declares."""
     name = info.filename.removesuffix(".npy")
     try:
         if info.flag_bits & 0x1:
@@ -187,14 +199,15 @@ def _read_member_exactly(file: IO[bytes], count: int) -> bytes:
     return data
 
 
-# Rays in Parquet files, read piece by piece, and tables of results as such. Extra `parquet`, Apache Arrow's reader.
+# Parquet files of rays and of results. They need the extra `parquet`: Apache Arrow's reader.
 
 _PARQUET_COLUMNS = ("origin x", "origin y", "origin z", "direction x", "direction y", "direction z")
 _PARQUET_GROUP_ROWS = 1 << 20
-"""Rows of a group, which readers take at a time."""
+"""Rows of a row group, which readers load at once."""
 
 
 def parquet_module() -> Any:
+    """Return `pyarrow.parquet`. Raise ImportError with the way to install it."""
     try:
         import pyarrow.parquet
     except ImportError:
@@ -203,7 +216,7 @@ def parquet_module() -> Any:
 
 
 class ParquetSource:
-    """Six columns, by the names ox, oy, oz, dx, dy, dz or in this order, and perhaps t_min and t_max."""
+    """Six columns, named ox, oy, oz, dx, dy, dz or in this order, and optional columns t_min and t_max."""
 
     home = None
 
@@ -213,7 +226,7 @@ class ParquetSource:
             self._file: Any = module.ParquetFile(path)
         except OSError:
             raise
-        except Exception as error:  # of Arrow, which are its own
+        except Exception as error:  # Arrow raises classes of its own
             raise ValueError(f"is not a Parquet file ({(str(error).splitlines() or [''])[0][:120]})") from None
         schema = self._file.schema_arrow
         names = [str(name) for name in schema.names]
@@ -222,8 +235,8 @@ class ParquetSource:
         found = match_columns(others, _PARQUET_COLUMNS)
         if found is None:
             if len(others) != 6:
-                told = printable(", ".join(names))[:120] or "none"
-                raise ValueError(f"must have the columns ox, oy, oz, dx, dy, dz (and t_min, t_max), got {told}")
+                described = printable(", ".join(names))[:120] or "none"
+                raise ValueError(f"must have the columns ox, oy, oz, dx, dy, dz (and t_min, t_max), got {described}")
             check_heading(path.name, ",".join(others), _PARQUET_COLUMNS)
             found = others
         self._names = [*found, *self.ends]
@@ -233,10 +246,10 @@ class ParquetSource:
                 raise ValueError(f"column {printable(name)[:60]!r} must hold numbers, got {kind[:40]}")
         self.shape: tuple[int, ...] | None = (int(self._file.metadata.num_rows),)
 
-    def rows(self, most: int, skip: int) -> Iterator[Any]:
-
+    def rows(self, most: int, skip: int) -> Iterator[RayRows]:
+        """Yield the rows from ray `skip` on, at most `most` at a time; row groups before that ray are not read."""
         groups: list[int] = []
-        first = 0
+        first = 0  # rows of the groups that are left out
         for group in range(self._file.num_row_groups):
             count = self._file.metadata.row_group(group).num_rows
             if first + count > skip or groups:
@@ -254,6 +267,7 @@ class ParquetSource:
             yield RayRows(table[:, :3], table[:, 3:], columns.get("t_min"), columns.get("t_max"))
 
     def _numbers(self, name: str, column: Any) -> Any:
+        """Return a column as float64. Raise ValueError for empty places."""
         if column.null_count:
             raise ValueError(f"column {printable(name)[:60]!r} has {column.null_count} empty places")
         return column.to_numpy(zero_copy_only=False).astype(np.float64)
@@ -263,7 +277,7 @@ _PARQUET_NUMBERS = {"double", "float", "halffloat", *(f"{u}int{n}" for u in ("",
 
 
 def write_parquet(path: str | os.PathLike[str], columns: Mapping[str, Any]) -> None:
-    """Columns of numbers as a table. The file appears whole or not at all. Raises OSError."""
+    """Write columns of numbers as a table; the file appears whole or not at all. Raise OSError."""
     module = parquet_module()
     import pyarrow
 
@@ -275,13 +289,14 @@ def write_parquet(path: str | os.PathLike[str], columns: Mapping[str, Any]) -> N
             writer.write_table(pyarrow.table(some))
 
 
-# Rays in zarr's folders of chunks, read piece by piece, and results as such. Extra `zarr`; https://zarr.dev
+# Zarr folders (chunked arrays, https://zarr.dev) of rays and of results. They need the extra `zarr`.
 
 _ZARR_BLOCK_BYTES = 16 << 20
-"""Bytes of a chunk, about."""
+"""Approximate bytes of a chunk."""
 
 
 def zarr_module() -> Any:
+    """Return `zarr`. Raise ImportError with the way to install it."""
     try:
         import zarr
     except ImportError:
@@ -290,7 +305,7 @@ def zarr_module() -> Any:
 
 
 class ZarrSource:
-    """An array (..., 6), or a group of the arrays `origins` and `directions`, and perhaps `t_min` and `t_max`."""
+    """An array (..., 6), or a group of the arrays `origins` and `directions` and optional `t_min` and `t_max`."""
 
     home = None
 
@@ -310,6 +325,7 @@ class ZarrSource:
         self.ends = tuple(name for name in ("t_min", "t_max") if name in self._reads)
 
     def _open_table(self, table: Any) -> None:
+        """Read from one array (..., 6)."""
         if table.ndim < 2 or table.shape[-1] != 6 or table.dtype.kind not in "fiu":
             raise ValueError(f"rays must be numbers of shape (..., 6), got {table.dtype} {table.shape}")
         self.shape: tuple[int, ...] | None = tuple(table.shape[:-1])
@@ -317,6 +333,7 @@ class ZarrSource:
         self._reads["table"] = read
 
     def _open_group(self, group: Any) -> None:
+        """Read from a group of arrays; those that broadcast are loaded."""
         arrays = dict(group.arrays())
         others = [printable(name) for name in arrays if name not in ARRAY_WIDTHS]
         if others:
@@ -331,8 +348,8 @@ class ZarrSource:
                 flat_reader(array, self.shape) if whole else broadcast_reader(np.asarray(array[...], float), self.shape)
             )
 
-    def rows(self, most: int, skip: int) -> Iterator[Any]:
-
+    def rows(self, most: int, skip: int) -> Iterator[RayRows]:
+        """Yield the rows from ray `skip` on, at most `most` at a time."""
         count = int(np.prod(self.shape or ()))
         for begin in range(skip, count, most):
             some = {name: read(begin, min(count, begin + most)) for name, read in self._reads.items()}
@@ -341,7 +358,10 @@ class ZarrSource:
 
 
 def write_zarr(path: str | os.PathLike[str], arrays: Mapping[str, StoredArray], more: Mapping[str, Any]) -> None:
-    """A new group of arrays, chunked along their first axis. The folder appears whole or not at all; raises OSError."""
+    """Write a new group of arrays, chunked along their first axis; the folder appears whole or not at all.
+
+    `more` holds small arrays in memory. Raise FileExistsError if the folder exists, and OSError.
+    """
     zarr, final = zarr_module(), Path(path)
     if os.path.lexists(final):
         raise FileExistsError(17, "is there already", str(final))
@@ -358,29 +378,30 @@ def write_zarr(path: str | os.PathLike[str], arrays: Mapping[str, StoredArray], 
 
 
 def _write_zarr_array(group: Any, name: str, array: StoredArray) -> None:
+    """Write one stored array by its chunks, so that memory holds one chunk at a time."""
     shape = array.shape
     stacked = len(array.columns) > 1
     rows = shape[1:] if stacked else shape
     each = max(1, array.dtype.itemsize * int(np.prod(rows[1:])))
     step = max(1, min(rows[0], _ZARR_BLOCK_BYTES // each))
     chunks = (1, step, *rows[1:]) if stacked else (step, *rows[1:])
-    made = group.create_array(name, shape=shape, dtype=array.dtype, chunks=tuple(max(1, n) for n in chunks))
+    stored = group.create_array(name, shape=shape, dtype=array.dtype, chunks=tuple(max(1, n) for n in chunks))
     for k, column in enumerate(array.columns):
         values = column.reshape(rows)
         for begin in range(0, rows[0], step):
             if stacked:
-                made[k, begin : begin + step] = values[begin : begin + step]
+                stored[k, begin : begin + step] = values[begin : begin + step]
             else:
-                made[begin : begin + step] = values[begin : begin + step]
+                stored[begin : begin + step] = values[begin : begin + step]
 
 
-# Files of rays that memory need not hold: read piece by piece, from any of them on.
+# Streams of any format.
 
 RAY_SUFFIXES = (".npy", ".npz", ".csv", ".parquet", ".zarr")
 
 
 class RayRows(NamedTuple):
-    """Some rays as a file has them, flat; `lines` are those of a text."""
+    """Some rays of a file, flat: (n, 3), (n, 3), and (n,) or None; `lines` are line numbers in a text."""
 
     origins: Any
     directions: Any
@@ -391,7 +412,7 @@ class RayRows(NamedTuple):
 
 
 class TimedRays(NamedTuple):
-    """Rays (n,) with intervals of their own, a number for each; None where the file has none."""
+    """Rays (n,) with the ends of their intervals (n,), or None where the file has none."""
 
     rays: Rays
     t_min: Any
@@ -399,23 +420,31 @@ class TimedRays(NamedTuple):
 
 
 class RaySource(Protocol):
-    """What rays are read from.
+    """A file of rays.
 
-    shape: their leading shape; None where the end is not known.
-    ends: which of t_min and t_max it has. home: the scene whose surfaces they start on, if any.
+    Attributes
+    ----------
+    shape
+        The leading shape of the rays; None if their number is not known before the end.
+    ends
+        Those of "t_min" and "t_max" that the file has.
+    home
+        The key of the scene on whose surfaces the rays start, if any.
     """
 
     shape: tuple[int, ...] | None
     ends: tuple[str, ...]
     home: bytes | None
 
-    def rows(self, most: int, skip: int) -> Iterator[RayRows]: ...
+    def rows(self, most: int, skip: int) -> Iterator[RayRows]:
+        """Yield the rows from ray `skip` on, at most `most` at a time."""
+        ...
 
 
 class RayStream:
     """Rays in a .npy (..., 6), .npz, .csv or .parquet file or a .zarr folder.
 
-    Raises ValueError, naming the file, OSError, and ImportError where its reader is not installed.
+    Raise ValueError, with the name of the file, OSError, and ImportError if the reader of the format is not installed.
     """
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
@@ -437,11 +466,11 @@ class RayStream:
 
     @property
     def shape(self) -> tuple[int, ...] | None:
-        """The leading shape; None for a .csv file, whose end is not known."""
+        """The leading shape; None for a .csv file, whose number of rays is not known before its end."""
         return self.source.shape
 
     def check_ends(self, t_min: float | None, t_max: float | None) -> None:
-        """ValueError where an end is given for all rays that the file has for each."""
+        """Raise ValueError if the caller passes an end that the file has for each ray, and for NaN."""
         for name, end in (("t_min", t_min), ("t_max", t_max)):
             option = "--" + name.replace("_", "-")
             if end is not None and np.isnan(end):
@@ -450,7 +479,10 @@ class RayStream:
                 raise ValueError(f"{self.path}: holds {name} for its rays; {option} {end:g} would be ignored, or they")
 
     def pieces(self, most: int, skip: int = 0) -> Iterator[TimedRays]:
-        """The rays from number `skip` on, at most so many at a time. Raises ValueError, naming a bad ray's place."""
+        """Yield the rays from number `skip` on, at most `most` at a time.
+
+        Raise ValueError, with the number or line of the ray, for an invalid one.
+        """
         done = skip
         try:
             for rows in self.source.rows(most, skip):
@@ -460,6 +492,7 @@ class RayStream:
             raise ValueError(f"{self.path}: {error}") from None
 
     def _rays(self, rows: RayRows, first: int) -> Rays:
+        """Return the rays of some rows; `first` is the number of the first. Dead rays need not be valid."""
         origins, directions = (np.ascontiguousarray(x, dtype=np.float64) for x in (rows.origins, rows.directions))
         alive = np.ones(len(origins), np.bool_) if rows.starts is None else rows.starts != DEAD
         wrong = find_invalid_ray(origins[alive], directions[alive])
@@ -471,13 +504,14 @@ class RayStream:
         return Rays._spawned(origins, directions, rows.starts, self.source.home)
 
     def _end(self, name: str, rows: RayRows, first: int) -> Any:
-        found = getattr(rows, name)
-        if found is None:
+        """Return `t_min` or `t_max` of some rows, None if they have none. Raise ValueError for NaN."""
+        values = getattr(rows, name)
+        if values is None:
             return None
-        wrong = np.flatnonzero(np.isnan(found))
+        wrong = np.flatnonzero(np.isnan(values))
         if len(wrong):
             raise ValueError(f"{self.path}: {name} must not be NaN, got NaN for ray {first + wrong[0]}")
-        return np.asarray(found, np.float64)
+        return np.asarray(values, np.float64)
 
 
 class _NpySource:
@@ -503,6 +537,7 @@ class _NpySource:
         self._count = header.count // 6
 
     def rows(self, most: int, skip: int) -> Iterator[RayRows]:
+        """Yield the rows from ray `skip` on, at most `most` at a time."""
         each = 6 * self._kind.itemsize
         with open_regular(self._path) as file:
             file.seek(self._start + skip * each)
@@ -523,6 +558,7 @@ class _CsvSource:
         self._path = path
 
     def rows(self, most: int, skip: int) -> Iterator[RayRows]:
+        """Yield the rows from ray `skip` on, at most `most` at a time; lines before them are read and dropped."""
         for table, lines in read_csv_chunks(self._path, 6, RAY_COLUMNS, most):
             if skip < len(table):
                 yield RayRows(table[skip:, :3], table[skip:, 3:], lines=lines[skip:])

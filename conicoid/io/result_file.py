@@ -11,12 +11,13 @@ import dataclasses
 import json
 import os
 import shutil
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
+import numpy.typing as npt
 
 from .._util.file_errors import SceneFileError, printable
 from .._util.safe_files import open_regular, replace_file, write_text
@@ -27,6 +28,7 @@ from ..geometry.primitives import Sphere
 from ..geometry.sheets import Disc
 from ..kernels.entry.first_hits import HitBuffers
 from ..kernels.ray import DEAD
+from ..materials.material import Material
 from ..queries.hits import Hits
 from ..queries.rays import Rays
 from .npz import NpyFormatError, NpzArchive, StoredArray, write_npy, write_npz
@@ -82,7 +84,7 @@ _MARKER_FIELDS = {"crossings": ("offsets", "point"), "spans": ("offsets", "ends"
 
 
 def _guess_reader(members: Collection[str], what: str) -> str:
-    """Return a hint for a message: the function that reads a file with these arrays, unless `what` writes such files"""
+    """Return a hint for a message: the function that reads a file with these arrays, unless it belongs to `what`."""
     for kind, marks in _MARKER_FIELDS.items():
         if set(marks) <= set(members):
             return f"; co.{kind.capitalize()}.load reads it" if what != f"{kind}.save" else ""
@@ -155,7 +157,7 @@ def encode_labels(labels: Labels) -> Arrays:
     return {"first_bodies": labels.firsts, "labels": encode_bodies(entries)}
 
 
-def encode_bodies(entries: Any) -> Any:
+def encode_bodies(entries: Iterable[tuple[bool, Material | None, str | None]]) -> npt.NDArray[np.uint8]:
     """Return entries (is solid, material, name) as the bytes of a scene file, an array of uint8."""
     bodies = tuple(
         Body(Sphere() if solid else Disc((0, 0, 0), (0, 0, 1), 1), material, name) for solid, material, name in entries
@@ -193,7 +195,7 @@ def check_integers(name: str, array: Any, least: int, most: int, kind: Any) -> A
     return array.astype(kind)
 
 
-def encode_bytes(content: bytes) -> Any:
+def encode_bytes(content: bytes) -> npt.NDArray[np.uint8]:
     """Return bytes as an array of uint8."""
     return np.frombuffer(content, np.uint8)
 
@@ -321,18 +323,14 @@ def write_lists_file(path: str | os.PathLike[str], answer: Any) -> None:
     write_arrays(path, encode_lists(answer.detached()))
 
 
-def encode_lists(detached: Any) -> Arrays:
-    """Return the arrays of a file of spans or crossings, which are detached from their scene."""
-    fields = _FIELDS_BY_CLASS[type(detached).__name__]
-    arrays: Arrays = {
-        name: getattr(detached, name) for name in (*fields.floats, *fields.ints, "offsets", *fields.flags)
-    }
+def encode_lists(lists: Any) -> Arrays:
+    """Return the arrays of a file of spans or crossings, without their scene."""
+    fields = _FIELDS_BY_CLASS[type(lists).__name__]
+    arrays: Arrays = {name: getattr(lists, name) for name in (*fields.floats, *fields.ints, "offsets", *fields.flags)}
     if fields.materials:
-        arrays["ends"], arrays["body_count"] = detached._ends, np.array(detached._body_count)
-        arrays["materials"] = encode_bodies((of_solids, material, None) for material, of_solids in detached._distinct)
-    return (
-        arrays | encode_rays(detached._rays) | {"home": encode_bytes(detached._home)} | encode_labels(detached._labels)
-    )
+        arrays["ends"], arrays["body_count"] = lists._ends, np.array(lists._body_count)
+        arrays["materials"] = encode_bodies((of_solids, material, None) for material, of_solids in lists._distinct)
+    return arrays | encode_rays(lists._rays) | {"home": encode_bytes(lists._home)} | encode_labels(lists._labels)
 
 
 def list_row_arrays(answer: Any) -> tuple[str, ...]:
@@ -365,7 +363,7 @@ def _decode_list_rows(arrays: Arrays, fields: _ListFields) -> dict[str, Any]:
     return {
         **{name: arrays[name] for name in fields.floats},
         **{
-            # -1 stands for "outside" in before and after only.
+            # Only before and after may be -1, for no body.
             name: check_integers(name, arrays[name], -(name in _SIDE_NAMES), 2**31 - 1, np.int32)
             for name in fields.ints
         },

@@ -15,13 +15,16 @@ import os
 import threading
 import time
 from collections.abc import Callable, Iterator
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from .._jit.interruptible import PATIENCE, is_main_thread, join_threads, start_thread
 from .._util.environment import MOST_THREADS, read_threads
 from .._util.hints import with_call_hints
 from .._util.validation import as_integer, format_value
 from .tables import HALT, STEPS, Geometry
+
+if TYPE_CHECKING:
+    from queue import SimpleQueue
 
 Progress = Callable[[int, int], None]
 """Callback progress(done, count), called from time to time."""
@@ -111,20 +114,26 @@ def chunk_size(count: int, most: int) -> int:
 
 
 class _Work:
-    """The remaining chunks of some work, shared by the threads that do it."""
+    """The remaining chunks of some work, shared by the threads that do it.
+
+    The thread that waits for the others takes no lock of Python: Ctrl-C may come just after it has taken one, which
+    then nobody gives back. It only reads `reports`, whose `get` is one call of C, and sets `stopped`.
+    """
 
     def __init__(self, work: Callable[[int, int], Any], count: int, chunk: int, timed: bool) -> None:
+        from queue import SimpleQueue  # here, since small queries start sooner without it
+
         self.work, self.count, self.chunk, self.timed = work, count, chunk, timed
         self.next = 0
-        self.done = 0
-        self.error: BaseException | None = None
+        self.stopped = False
         self.lock = threading.Lock()
-        self.changed = threading.Condition(self.lock)
+        self.reports: SimpleQueue[int | BaseException] = SimpleQueue()
+        """The number of items of each chunk that is done, or the exception that ended it."""
 
     def take(self, size: int) -> tuple[int, int] | None:
-        """Return (begin, end) of the next chunk of at most `size` items; None if none is left, or after an error."""
+        """Return (begin, end) of the next chunk of at most `size` items; None if none is left, or after a stop."""
         with self.lock:
-            if self.next >= self.count or self.error is not None:
+            if self.next >= self.count or self.stopped:
                 return None
             begin = self.next
             self.next = min(self.count, begin + size)
@@ -138,20 +147,12 @@ class _Work:
             try:
                 self.work(*piece)
             except BaseException as error:  # the caller's thread raises it
-                with self.changed:
-                    self.error = self.error or error
-                    self.changed.notify_all()
+                self.stopped = True
+                self.reports.put(error)
                 return
             if self.timed:
                 size = next_size(size, time.perf_counter() - began, self.chunk)
-            with self.changed:
-                self.done += piece[1] - piece[0]
-                self.changed.notify_all()
-
-    def stop(self) -> None:
-        """Hand out no more chunks."""
-        with self.changed:
-            self.next = self.count
+            self.reports.put(piece[1] - piece[0])
 
 
 def next_size(size: int, seconds: float, most: int) -> int:
@@ -218,7 +219,7 @@ def _run_serially(work: Callable[[int, int], Any], count: int, chunk: int) -> No
 def _run_on_threads(state: _Work, progress: Progress | None, halt: Callable[[], None]) -> None:
     """Do the work on as many threads as the system starts; this thread waits, and reports the progress."""
     crew: list[threading.Thread] = []
-    finished = False
+    done = 0
     try:
         for i in range(min(thread_count(), -(-state.count // state.chunk))):
             thread = start_thread(state.run, f"conicoid-{i}")
@@ -227,19 +228,30 @@ def _run_on_threads(state: _Work, progress: Progress | None, halt: Callable[[], 
             crew.append(thread)
         if not crew:  # the system refused even one thread
             state.run()
-        while not finished:
-            with state.changed:
-                if state.done < state.count and state.error is None:
-                    state.changed.wait(0.1)
-                done = state.done
-                finished = done == state.count or state.error is not None
+        while done < state.count:
+            done += _next_report(state.reports)
             if progress is not None:
                 progress(done, state.count)
     finally:
-        state.stop()
-        whole = state.done == state.count
-        if not whole:  # an error, or Ctrl-C: kernels shall end early
+        state.stopped = True
+        if done < state.count:  # an error, or Ctrl-C: kernels shall end early
             halt()
-        join_threads(crew, None if whole else PATIENCE)
-    if state.error is not None:
-        raise state.error
+        join_threads(crew, None if done == state.count else PATIENCE)
+
+
+def _next_report(reports: SimpleQueue[int | BaseException]) -> int:
+    """Return the number of items that are newly done, 0 after a tenth of a second without any; raise a chunk's error.
+
+    All reports that have come are taken at once, so that many short chunks do not wake this thread each.
+    """
+    from queue import Empty
+
+    done = 0
+    with contextlib.suppress(Empty):
+        report = reports.get(timeout=0.1)
+        while True:
+            if isinstance(report, BaseException):
+                raise report
+            done += report
+            report = reports.get_nowait()
+    return done

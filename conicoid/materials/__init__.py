@@ -1,1 +1,49 @@
 """Materials, textures, glasses, lights and backgrounds: data only."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from .._util.lazy_names import lazy_names
+
+_HOMES = {
+    "AIR": ".material",
+    "Brick": ".texture",
+    "GLASS": ".material",
+    "Gradient": ".texture",
+    "ImageTexture": ".texture",
+    "Noise": ".texture",
+    "VACUUM": ".material",
+    "WATER": ".material",
+    "Wood": ".texture",
+    "aluminium": ".presets",
+    "clear_sky": ".daylight",
+    "conductor": ".presets",
+    "copper": ".presets",
+    "gold": ".presets",
+    "iron": ".presets",
+    "silver": ".presets",
+}
+"""Public name -> module that defines it."""
+
+__all__ = sorted(_HOMES)  # pyright: ignore[reportUnsupportedDunderAll]
+
+if TYPE_CHECKING:
+    from .daylight import clear_sky as clear_sky
+    from .material import AIR as AIR
+    from .material import GLASS as GLASS
+    from .material import VACUUM as VACUUM
+    from .material import WATER as WATER
+    from .presets import aluminium as aluminium
+    from .presets import conductor as conductor
+    from .presets import copper as copper
+    from .presets import gold as gold
+    from .presets import iron as iron
+    from .presets import silver as silver
+    from .texture import Brick as Brick
+    from .texture import Gradient as Gradient
+    from .texture import ImageTexture as ImageTexture
+    from .texture import Noise as Noise
+    from .texture import Wood as Wood
+else:  # type checkers would accept any name otherwise
+    __getattr__, __dir__ = lazy_names(__name__, _HOMES)

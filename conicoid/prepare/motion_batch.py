@@ -75,7 +75,7 @@ class MotionBatch:
     def __init__(self) -> None:
         self._steps: list[tuple[Step, ...]] = []
         self._forms: dict[Hashable, _MotionForm] = {}
-        self._alone: dict[tuple[Step, ...], int] = {}  # motions with more than numbers
+        self._opaque: dict[tuple[Step, ...], int] = {}  # motions with more than numbers
         self._uses: list[tuple[Ints, int]] = []
 
     def row(self, steps: tuple[Step, ...], uses: int = 1) -> int:
@@ -115,7 +115,7 @@ class MotionBatch:
         """Return the row of one motion, whose steps may hold more than numbers."""
         flat = [flatten(step) for step in steps]
         if any(one is None for one in flat):
-            row = self._alone.setdefault(steps, len(self._steps))
+            row = self._opaque.setdefault(steps, len(self._steps))
             if row == len(self._steps):
                 self._steps.append(steps)
             return row
@@ -158,10 +158,13 @@ class MotionBatch:
         count = len(self._steps)
         table, kinds = np.zeros((count, _NUMBERS, COLUMNS)), np.full(count, -1, np.int8)
         back, few, digits = np.full((count, FRAME_NUMBERS), np.nan), np.zeros(count, bool), _MotionDigits(self._steps)
-        for form, told in self._forms.items():
-            rows, numbers = np.fromiter(told.rows.values(), np.int64, len(told.rows)), np.concatenate(told.numbers)
+        for form, motions in self._forms.items():
+            rows, numbers = (
+                np.fromiter(motions.rows.values(), np.int64, len(motions.rows)),
+                np.concatenate(motions.numbers),
+            )
 
-            def record(which: int, tape: Tape, steps: list[tuple[Step, ...]] = told.steps) -> bool:
+            def record(which: int, tape: Tape, steps: list[tuple[Step, ...]] = motions.steps) -> bool:
                 return _record_motion(steps[which], tape)
 
             results, left = recording_cache.RECORDINGS.play(

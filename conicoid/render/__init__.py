@@ -2,16 +2,6 @@
 
 from __future__ import annotations
 
-import sys
-from types import ModuleType
-from typing import Any, NoReturn
+from .._util.lazy_names import refuse_calls
 
-
-class _NoFunction(ModuleType):
-    """A module that is named as a function might be, and tells so."""
-
-    def __call__(self, *_: Any, **__: Any) -> NoReturn:
-        raise TypeError("conicoid.render is a module, not a function: a scene has it, scene.render(width, height)")
-
-
-sys.modules[__name__].__class__ = _NoFunction
+refuse_calls(__name__, "a scene has it, scene.render(width, height)")

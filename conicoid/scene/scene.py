@@ -616,7 +616,8 @@ class Scene(metaclass=HintingType):
         ValueError
             For invalid rays, with the index of the first.
         """
-        return self._along_rays("first_hit", executor, origins, directions, t_min, t_max)  # type: ignore[no-any-return]
+        hits: Hits = self._along_rays("first_hit", executor, origins, directions, t_min, t_max)
+        return hits
 
     @ignore_fp_errors
     def occluded(
@@ -648,7 +649,8 @@ class Scene(metaclass=HintingType):
         origins, directions, t_min, t_max, executor
             As for `first_hit`. An empty interval, t_min >= t_max, has no spans.
         """
-        return self._along_rays("spans", executor, origins, directions, t_min, t_max)  # type: ignore[no-any-return]
+        spans: Spans = self._along_rays("spans", executor, origins, directions, t_min, t_max)
+        return spans
 
     @ignore_fp_errors
     def crossings(
@@ -662,7 +664,8 @@ class Scene(metaclass=HintingType):
         origins, directions, t_min, t_max, executor
             As for `first_hit`. An empty interval, t_min >= t_max, has no crossings.
         """
-        return self._along_rays("crossings", executor, origins, directions, t_min, t_max)  # type: ignore[no-any-return]
+        crossings: Crossings = self._along_rays("crossings", executor, origins, directions, t_min, t_max)
+        return crossings
 
     @ignore_fp_errors
     def stream(
@@ -843,7 +846,8 @@ class Scene(metaclass=HintingType):
             As for `contains`.
         """
         if _is_remote(executor, points):
-            return self._points_by_workers("bodies_at", executor, points)  # type: ignore[no-any-return]
+            bodies: BodiesAt = self._points_by_workers("bodies_at", executor, points)
+            return bodies
         from ..queries.points import bodies_at
 
         return bodies_at(self.prepared, points)

@@ -14,11 +14,11 @@ import conicoid as co
 from conicoid.cli.app import app
 
 
-def of_kind(findings: list[co.Finding], kind: str) -> list[co.Finding]:
+def of_kind(findings: list[co.checks.Finding], kind: str) -> list[co.checks.Finding]:
     return [finding for finding in findings if finding.kind == kind]
 
 
-def shown(scene: co.Scene, finding: co.Finding):
+def shown(scene: co.Scene, finding: co.checks.Finding):
     return scene.spans(finding.origin, finding.direction)
 
 

@@ -37,7 +37,7 @@ def model(
     return path
 
 
-def undefined(scene: co.Scene, **options: int) -> list[co.Finding]:
+def undefined(scene: co.Scene, **options: int) -> list[co.checks.Finding]:
     return [finding for finding in co.check(scene, **{"rays": 6000, **options}) if finding.kind == "undefined"]
 
 

@@ -75,7 +75,7 @@ def test_what_is_shown_is_saved_and_light_stays(tmp_path):
         shown.save(tmp_path / f"a.{suffix}")
         assert (np.asarray(PIL.Image.open(tmp_path / f"a.{suffix}")) == np.asarray(shown)).all()
     shown.save(tmp_path / "a.exr")
-    assert (co.ImageTexture(tmp_path / "a.exr").pixels.array == image.pixels).all()
+    assert (co.materials.ImageTexture(tmp_path / "a.exr").pixels.array == image.pixels).all()
 
 
 @pytest.mark.parametrize(

@@ -15,7 +15,7 @@ CAMERA = co.Camera((0, -5, 0), (0, 0, 0))
 MOVING = co.Scene(
     [co.Body(co.Sphere(1), name="a")],
     camera=CAMERA,
-    animation=co.BodyTrack("a", (0, 1), translate=((0, 0, 0), (1, 0, 0))),
+    animation=co.scene.BodyTrack("a", (0, 1), translate=((0, 0, 0), (1, 0, 0))),
 )
 ORIGINS, DIRECTIONS = np.array([[0, 0, 5.0]]), np.array([[0, 0, -1.0]])
 DISC = co.Disc((0, 0, 0), (0, 0, 1), 1)
@@ -136,7 +136,7 @@ LOOKS: dict[str, Call] = {
         co.Material,
         dict(color="red", ambient=1, diffuse=1, specular=0, shininess=1, highlight="phong", reflectivity=0)
         | dict(fresnel=False, transparency=0, refractive_index=1, absorption=0, name="a", properties={"a": 1})
-        | dict(roughness=0.1, bump=co.Noise(), bump_height=1),
+        | dict(roughness=0.1, bump=co.materials.Noise(), bump_height=1),
     ),
     **{name: (getattr(co, name), dict(color="red")) for name in ("matte", "phong", "blinn_phong", "lacquer")},
     "metal": (co.metal, dict(color="red", shininess=3, reflectivity=1)),
@@ -153,11 +153,20 @@ LOOKS: dict[str, Call] = {
     "Sky": (co.Sky, dict(zenith="red", horizon="red", ground="red")),
     "glow": (co.glow, dict(emission=3, color="red")),
     "plastic": (co.plastic, dict(color="red", refractive_index=1.5, roughness=0.2)),
-    "conductor": (co.conductor, dict(index=(1, 1, 1), extinction=(1, 1, 1), roughness=0.2)),
-    **{each.__name__: (each, dict(roughness=0.2)) for each in (co.gold, co.silver, co.copper, co.aluminium, co.iron)},
+    "conductor": (co.materials.conductor, dict(index=(1, 1, 1), extinction=(1, 1, 1), roughness=0.2)),
+    **{
+        each.__name__: (each, dict(roughness=0.2))
+        for each in (
+            co.materials.gold,
+            co.materials.silver,
+            co.materials.copper,
+            co.materials.aluminium,
+            co.materials.iron,
+        )
+    },
     "fog": (co.fog, dict(scattering=1, absorption=1, anisotropy=0.5)),
     "Environment": (co.Environment, dict(pixels=[[[1, 1, 1]]], intensity=1, rotation=0)),
-    "clear_sky": (co.clear_sky, dict(sun=(0, 0, 1), turbidity=3, ground="red", intensity=1, height=4)),
+    "clear_sky": (co.materials.clear_sky, dict(sun=(0, 0, 1), turbidity=3, ground="red", intensity=1, height=4)),
     "Camera": (co.Camera, dict(position=(7, 0, 0), look_at=(0, 0, 0), up=(0, 0, 1), field_of_view=40)),
     "OrthographicCamera": (
         co.OrthographicCamera,
@@ -173,14 +182,14 @@ LOOKS: dict[str, Call] = {
         dict(position=(7, 0, 0), look_at=(0, 0, 0), aperture=0.1, focus_distance=3, blades=5),
     ),
     "ImageTexture": (
-        co.ImageTexture,
+        co.materials.ImageTexture,
         dict(image=np.zeros((2, 2, 3), np.uint8), mapping="uv", scale=1, offset=(0, 0), wrap="clamp", data=False),
     ),
-    "Gradient": (co.Gradient, dict(a="red", b="blue", along="x", length=1, offset=0)),
-    "Noise": (co.Noise, dict(a="red", b="blue", scale=1, octaves=2, contrast=1)),
-    "Wood": (co.Wood, dict(early="red", late="blue", ring=1, offset=(0, 0), roughness=0.5)),
+    "Gradient": (co.materials.Gradient, dict(a="red", b="blue", along="x", length=1, offset=0)),
+    "Noise": (co.materials.Noise, dict(a="red", b="blue", scale=1, octaves=2, contrast=1)),
+    "Wood": (co.materials.Wood, dict(early="red", late="blue", ring=1, offset=(0, 0), roughness=0.5)),
     "Brick": (
-        co.Brick,
+        co.materials.Brick,
         dict(bricks="red", mortar="blue", size=(1, 1), joint=0.1, variation=0.1, mapping="uv"),
     ),
     "camera.rays": (CAMERA.rays, dict(width=3, height=3)),
@@ -228,17 +237,17 @@ SCENES: dict[str, Call] = {
         | dict(normals=False, folder=None, keep=False, progress=None),
     ),
     "BodyTrack": (
-        co.BodyTrack,
+        co.scene.BodyTrack,
         dict(body="a", times=(0, 1), translate=((0, 0, 0), (1, 0, 0)), degrees=(0, 9), axis="z", about=(0, 0, 0))
         | dict(ease="smooth"),
     ),
     "CameraTrack": (
-        co.CameraTrack,
+        co.scene.CameraTrack,
         dict(times=(0, 1), position=((0, 0, 0), (1, 0, 0)), look_at=((0, 0, 0), (1, 0, 0)), field_of_view=(40, 30))
         | dict(focus_distance=(1, 2), ease="smooth"),
     ),
     "LightTrack": (
-        co.LightTrack,
+        co.scene.LightTrack,
         dict(light=0, times=(0, 1), position=((0, 0, 0), (1, 0, 0)), direction=((0, 0, -1), (1, 0, 0)))
         | dict(intensity=(1, 2), ease="smooth"),
     ),
@@ -267,9 +276,9 @@ SCENES: dict[str, Call] = {
     "reflect": (co.reflect, dict(directions=DIRECTIONS, normals=DIRECTIONS)),
     "refract": (co.refract, dict(directions=DIRECTIONS, normals=DIRECTIONS, eta=1)),
     "molecule": (co.molecule, dict(atoms=ORIGINS, elements=["C"], bonds=[], cell=np.eye(3))),
-    "fresnel": (co.fresnel, dict(cos=1, n1=1, n2=1.5, k=0)),
+    "fresnel": (co.optics.fresnel, dict(cos=1, n1=1, n2=1.5, k=0)),
     "trace_paths": (
-        co.trace_paths,
+        co.optics.trace_paths,
         dict(scene=SCENE, rays=co.Rays(**RAYS), depth=2, split=True, wavelength=0.5, weight=1, least=0, seed=0, unit=1),
     ),
     "measure": (co.measure, dict(shape=BALL, rays=100, seed=0, progress=None)),

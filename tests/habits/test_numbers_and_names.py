@@ -24,7 +24,7 @@ HIT = SCENE.first_hit((-5, 0, 0), (1, 0, 0))
 SPANS, CROSSINGS = SCENE.spans(RAYS), SCENE.crossings(RAYS)
 NEAR = SCENE.distance([(3, 3, 3), (0, 0, 0)], exact=True)
 SLICE, VOXELS = SCENE.slice("z", pixels=12), SCENE.voxels(shape=3)
-PATHS = co.trace_paths(SCENE, RAYS, depth=2)
+PATHS = co.optics.trace_paths(SCENE, RAYS, depth=2)
 
 NUMBERS: dict[str, Callable[[], Any]] = {
     "hits.body": lambda: HITS.body,

@@ -16,7 +16,7 @@ BODIES = {
     ],
     "of many kinds": [
         co.Body(co.Sphere(1, (-1.5, 0, 0)), co.matte("red")), co.Body(co.Sphere(1, (1.5, 0, 0)), co.matte(co.Checker("white", "black"))),
-        co.Body(co.Sphere(1, (0, 1.5, 0)), co.matte("blue", roughness=0.4)), co.Body(co.Sphere(1, (0, -1.5, 0)), co.gold(0.3)),
+        co.Body(co.Sphere(1, (0, 1.5, 0)), co.matte("blue", roughness=0.4)), co.Body(co.Sphere(1, (0, -1.5, 0)), co.materials.gold(0.3)),
         co.Body(co.Box((-4, -4, -3), (4, 4, -2)), co.phong("green")),
     ],
 }  # fmt: skip

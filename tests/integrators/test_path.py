@@ -275,7 +275,7 @@ def test_direct_light_is_a_path_of_one_scattering():
 STILL_LIFE = co.Scene(
     [
         floor(co.matte((0.6, 0.5, 0.4), roughness=0.5)), co.Body(co.Sphere(1, (0, 0, 1)), co.glass(1.5, roughness=0.2)),
-        co.Body(co.Sphere(1, (2.2, 0, 1)), co.gold(0.2)), co.Body(co.Sphere(1, (-2.2, 0, 1)), co.plastic("navy")),
+        co.Body(co.Sphere(1, (2.2, 0, 1)), co.materials.gold(0.2)), co.Body(co.Sphere(1, (-2.2, 0, 1)), co.plastic("navy")),
         co.Body(co.Disc((0, 0, 5), (0, 0, 1), 1), co.glow(9)), co.Body(co.Sphere(0.5, (1, -2, 0.5)), co.fog(3)),
         co.Body(co.Sphere(0.4, (-1, -2, 0.4)), co.glass(1.6, dispersion=0.02)),
     ],

@@ -214,7 +214,7 @@ def picture(items, camera=CAMERA, **options):
 
 
 GREEN = co.glass(absorption=(1, 0.2, 0.6))
-WATER = co.glass(co.WATER, absorption=(0.4, 0.1, 0.05))
+WATER = co.glass(co.materials.WATER, absorption=(0.4, 0.1, 0.05))
 
 
 def test_a_cut_through_glass_is_invisible():
@@ -271,11 +271,13 @@ def test_what_stands_behind_glass_that_touches_it_is_seen():
 
 def test_a_camera_may_stand_in_water():
     """Through 4 of water to the floor, and on the way up total reflection of what is under water."""
-    sea = co.Body(co.Box((-90, -90, 0), (90, 90, 12)), co.glass(co.WATER, absorption=(0.5, 0.1, 0), specular=0))
+    sea = co.Body(
+        co.Box((-90, -90, 0), (90, 90, 12)), co.glass(co.materials.WATER, absorption=(0.5, 0.1, 0), specular=0)
+    )
     camera = co.OrthographicCamera((0, 0, 4), (0, 0, 0), up=(0, 1, 0), height=1e-3)
     seen = color([sea, floor(co.matte(WHITE))], camera=camera)
     assert seen == pytest.approx(np.exp([-2, -0.4, 0]), rel=1e-6)
-    endless = co.Body(co.HalfSpace((0, 0, 1), 12), co.glass(co.WATER, absorption=(0.5, 0.1, 0), specular=0))
+    endless = co.Body(co.HalfSpace((0, 0, 1), 12), co.glass(co.materials.WATER, absorption=(0.5, 0.1, 0), specular=0))
     assert color([endless], camera=camera) == pytest.approx((0, 0, 1), abs=1e-6)
 
 

@@ -174,7 +174,7 @@ def test_a_scene_body_by_body_and_by_material():
     )  # fmt: skip
     calls: list[tuple[int, int]] = []
     found = co.measure(scene, progress=lambda done, count: calls.append((done, count)))
-    assert isinstance(found, co.SceneMeasures)
+    assert isinstance(found, co.measures.SceneMeasures)
     assert len(found) == scene.body_count == 6
     assert found.volume == pytest.approx([6, 4 / 3 * PI, 32 / 3 * PI, 6, 0, 0])
     assert found.volume_error.tolist() == [0] * 6

@@ -14,7 +14,7 @@ from .solids import KNOWN, Known
 SIGMAS = 4
 
 
-def assert_known(known: Known, found: co.Measures) -> None:
+def assert_known(known: Known, found: co.measures.Measures) -> None:
     assert found.volume == pytest.approx(known.volume, abs=SIGMAS * found.volume_error)
     if known.area is not None:
         assert found.area == pytest.approx(known.area, abs=SIGMAS * found.area_error)

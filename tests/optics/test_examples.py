@@ -30,7 +30,7 @@ def test_the_picture_has_all_colours(prism):
 
 def test_the_beam_is_turned_by_the_least_deviation(prism):
     rays, _ = prism.beam(0.53)
-    paths = co.trace_paths(prism.prism(), rays[:, 0], depth=2, wavelength=0.53)
+    paths = co.optics.trace_paths(prism.prism(), rays[:, 0], depth=2, wavelength=0.53)
     out = paths.escaped & (paths.level == 2) & ~paths.mirrored
     out &= ~paths.mirrored[paths.parent]
     turned = np.degrees(np.arccos(paths.direction[out] @ rays.directions[0, 0]))

@@ -1,4 +1,4 @@
-"""co.fresnel and coats, against closed forms."""
+"""co.optics.fresnel and coats, against closed forms."""
 
 import math
 
@@ -23,14 +23,14 @@ def film(w, cos, n0, n, d, ns, p):
 
 
 def test_normal_incidence_and_signs():
-    found = co.fresnel(1.0, 1.0, 1.5)
+    found = co.optics.fresnel(1.0, 1.0, 1.5)
     assert found.reflectance == pytest.approx(0.04, rel=1e-15)
     assert (found.r_s, found.r_p, found.t_s, found.t_p) == pytest.approx((-0.2, 0.2, 0.8, 0.8), rel=1e-15)
 
 
 @pytest.mark.parametrize("n", [1.31, 1.5, 2.4, 4.0])
 def test_brewsters_angle(n):
-    brewster = co.fresnel(math.cos(math.atan(n)), 1.0, n)
+    brewster = co.optics.fresnel(math.cos(math.atan(n)), 1.0, n)
     assert brewster.reflectance_p < 1e-30
     assert brewster.transmittance_p == pytest.approx(1, rel=1e-14)
     # the reflected light is polarised across; its share is ((n² - 1) / (n² + 1))²
@@ -39,18 +39,18 @@ def test_brewsters_angle(n):
 
 def test_total_reflection_is_exact():
     critical = math.asin(1 / 1.5)
-    found = co.fresnel(np.cos(np.linspace(critical + 1e-9, math.pi / 2, 50)), 1.5, 1.0)
+    found = co.optics.fresnel(np.cos(np.linspace(critical + 1e-9, math.pi / 2, 50)), 1.5, 1.0)
     assert (found.reflectance == 1).all()
     assert (found.transmittance == 0).all()
     # Fresnel's rhomb: the phases differ by 45° at 54.6° in glass of 1.51 (Born and Wolf, section 1.5.4: at 54°37')
-    rhomb = co.fresnel(math.cos(math.radians(54 + 37 / 60)), 1.51, 1.0)
+    rhomb = co.optics.fresnel(math.cos(math.radians(54 + 37 / 60)), 1.51, 1.0)
     differ = np.degrees(np.angle(rhomb.r_p) - np.angle(rhomb.r_s)) % 360
     assert min(differ, 360 - differ) == pytest.approx(45, abs=0.01)
 
 
 @pytest.mark.parametrize(("n1", "n2"), [(1.0, 1.5), (1.5, 1.0), (1.33, 2.2), (1.5, 0.2 + 3.4j), (1.0, 4 + 0.01j)])
 def test_energy_is_kept(n1, n2):
-    found = co.fresnel(COS, n1, n2)
+    found = co.optics.fresnel(COS, n1, n2)
     for r, t in (
         (found.reflectance_s, found.transmittance_s),
         (found.reflectance_p, found.transmittance_p),
@@ -62,7 +62,7 @@ def test_energy_is_kept(n1, n2):
 
 def test_stokes_relations():
     beyond = np.sqrt(1 - (1 - COS**2) / 1.5**2)
-    there, back = co.fresnel(COS, 1.0, 1.5), co.fresnel(beyond, 1.5, 1.0)
+    there, back = co.optics.fresnel(COS, 1.0, 1.5), co.optics.fresnel(beyond, 1.5, 1.0)
     for r, s, t, u in ((there.r_s, back.r_s, there.t_s, back.t_s), (there.r_p, back.r_p, there.t_p, back.t_p)):
         assert np.abs(r + s).max() < 1e-14
         assert np.abs(t * u + r * r - 1).max() < 1e-13
@@ -72,15 +72,15 @@ def test_metals():
     # Born and Wolf, section 14.2: at normal incidence ((n - 1)² + k²) / ((n + 1)² + k²)
     n, k = 0.21, 3.272
     share = ((n - 1) ** 2 + k * k) / ((n + 1) ** 2 + k * k)
-    assert co.fresnel(1.0, 1.0, n, k=k).reflectance == pytest.approx(share, rel=1e-14)
-    assert co.fresnel(1.0, 1.0, n + k * 1j).reflectance == pytest.approx(share, rel=1e-14)
+    assert co.optics.fresnel(1.0, 1.0, n, k=k).reflectance == pytest.approx(share, rel=1e-14)
+    assert co.optics.fresnel(1.0, 1.0, n + k * 1j).reflectance == pytest.approx(share, rel=1e-14)
 
 
 def test_shapes_misses_and_errors():
-    assert co.fresnel(np.full((2, 3), 0.5), 1.0, np.array([1.1, 1.2, 1.3])).reflectance.shape == (2, 3)
-    assert np.isnan(co.fresnel(np.nan, 1.0, 1.5).reflectance)
-    assert co.fresnel(-0.5, 1.0, 1.5).reflectance == co.fresnel(0.5, 1.0, 1.5).reflectance
-    assert (co.fresnel([0.0, 1.0], 1.4, 1.4).transmittance == 1).all()
+    assert co.optics.fresnel(np.full((2, 3), 0.5), 1.0, np.array([1.1, 1.2, 1.3])).reflectance.shape == (2, 3)
+    assert np.isnan(co.optics.fresnel(np.nan, 1.0, 1.5).reflectance)
+    assert co.optics.fresnel(-0.5, 1.0, 1.5).reflectance == co.optics.fresnel(0.5, 1.0, 1.5).reflectance
+    assert (co.optics.fresnel([0.0, 1.0], 1.4, 1.4).transmittance == 1).all()
     for arguments, told in (
         ((1.1, 1, 1.5), r"^fresnel: cos must be in \[-1, 1\]"),
         ((1.0, 0, 1.5), "^fresnel: n1 must be > 0, got 0"),
@@ -89,7 +89,7 @@ def test_shapes_misses_and_errors():
         ((np.ones(3), 1, np.ones(2)), "^fresnel: cos, n1 and n2 must broadcast"),
     ):
         with pytest.raises(ValueError, match=told):
-            co.fresnel(*arguments)
+            co.optics.fresnel(*arguments)
 
 
 def test_a_quarter_wave_of_magnesium_fluoride():
@@ -98,8 +98,8 @@ def test_a_quarter_wave_of_magnesium_fluoride():
     found = coat.at(0.55, n2=1.52).reflectance
     assert found == pytest.approx(((1.52 - 1.38**2) / (1.52 + 1.38**2)) ** 2, rel=1e-13)
     assert round(100 * found, 2) == 1.26
-    assert round(100 * co.fresnel(1, 1, 1.52).reflectance, 2) == 4.26
-    assert coat.at(0.55 / 2, n2=1.52).reflectance == pytest.approx(co.fresnel(1, 1, 1.52).reflectance, rel=1e-12)
+    assert round(100 * co.optics.fresnel(1, 1, 1.52).reflectance, 2) == 4.26
+    assert coat.at(0.55 / 2, n2=1.52).reflectance == pytest.approx(co.optics.fresnel(1, 1, 1.52).reflectance, rel=1e-12)
 
 
 @pytest.mark.parametrize("pairs", [1, 4, 10])
@@ -137,7 +137,9 @@ def test_a_film_may_be_split_and_thick_metal_hides_what_it_lies_on():
     a, b = one.at(0.6, COS, 1, 1.5), two.at(0.6, COS, 1, 1.5)
     assert a.t_p == pytest.approx(b.t_p, rel=1e-12)
     thick = co.optics.Coating([("Ag", 1e4)]).at(0.6, COS, 1, 1.5)
-    assert thick.reflectance == pytest.approx(co.fresnel(COS, 1, co.optics.glass("Ag")(0.6)).reflectance, rel=1e-12)
+    assert thick.reflectance == pytest.approx(
+        co.optics.fresnel(COS, 1, co.optics.glass("Ag")(0.6)).reflectance, rel=1e-12
+    )
     assert (thick.transmittance == 0).all()
 
 

@@ -55,7 +55,7 @@ def test_a_prism_deviates_least_where_the_textbook_says(name):
     directions = np.stack([np.cos(angle), np.sin(angle), 0 * angle], -1)
     target = np.array([-2 * math.tan(math.radians(apex / 2)), -2.0, 0.0])
     rays = co.Rays(target - 3 * directions, directions)
-    paths = co.trace_paths(scene, rays, depth=2, wavelength=np.broadcast_to(waves[:, None], angle.shape))
+    paths = co.optics.trace_paths(scene, rays, depth=2, wavelength=np.broadcast_to(waves[:, None], angle.shape))
     out = followed(paths, False, False)
     assert len(out) == angle.size
     deviation = np.empty(angle.size)
@@ -77,7 +77,7 @@ def test_the_rainbow(wavelength, inside):
     bow = abs(180 - (math.degrees(inside * math.pi + 2 * i - 2 * (inside + 1) * r)) % 360)
     heights = np.append(np.linspace(0.5, 0.999, 400), math.sin(i))
     rays = co.Rays(np.stack([-5 + 0 * heights, heights, 0 * heights], -1), (1, 0, 0))
-    paths = co.trace_paths(co.Scene([co.Body(co.Sphere(1), co.glass("water"))]), rays, 4, wavelength=wavelength)
+    paths = co.optics.trace_paths(co.Scene([co.Body(co.Sphere(1), co.glass("water"))]), rays, 4, wavelength=wavelength)
     out = followed(paths, False, *[True] * inside, False)
     angles = 180 - turned(paths, out)
     best = angles.max() if inside == 1 else angles.min()
@@ -88,7 +88,7 @@ def test_the_rainbow(wavelength, inside):
 def test_the_rainbows_of_the_textbook():
     # n = 4/3: 42°02' and 50°59' (Minnaert, The Nature of Light and Colour in the Open Air; Boyer, The Rainbow)
     rays = co.Rays([(-5, y, 0) for y in np.linspace(0.5, 0.999, 4000)], (1, 0, 0))
-    paths = co.trace_paths(co.Scene([co.Body(co.Sphere(1), co.glass(4 / 3))]), rays, 4)
+    paths = co.optics.trace_paths(co.Scene([co.Body(co.Sphere(1), co.glass(4 / 3))]), rays, 4)
     first, second = followed(paths, False, True, False), followed(paths, False, True, True, False)
     assert (180 - turned(paths, first)).max() == pytest.approx(42 + 2 / 60, abs=0.01)
     assert (180 - turned(paths, second)).min() == pytest.approx(50 + 59 / 60, abs=0.02)
@@ -100,7 +100,7 @@ def test_a_corner_cube_returns_light_by_total_reflection():
     rng = np.random.default_rng(1)
     inward = -np.array([third] * 3) + rng.normal(0, 0.02, (50, 3))
     origins = np.array([third] * 3) * 2 + rng.normal(0, 0.05, (50, 3))
-    paths = co.trace_paths(co.Scene([co.Body(cube, co.glass(1.5168))]), co.Rays(origins, inward), 5)
+    paths = co.optics.trace_paths(co.Scene([co.Body(cube, co.glass(1.5168))]), co.Rays(origins, inward), 5)
     back = followed(paths, False, True, True, True, False)
     assert len(back) == 50
     assert turned(paths, back) == pytest.approx(np.full(50, 180), abs=1e-5)
@@ -122,7 +122,7 @@ DOWN = co.Rays((0.1, 0.2, 5), (0, 0, -1))
 
 def test_a_plate_passes_what_its_beams_add_up_to():
     # without interference T = (1 - R)² / (1 - R²) = (1 - R) / (1 + R) = 2 n / (n² + 1)
-    paths = co.trace_paths(slab(co.glass(1.5)), DOWN, depth=60)
+    paths = co.optics.trace_paths(slab(co.glass(1.5)), DOWN, depth=60)
     out = paths.escaped & (paths.direction[:, 2] < 0)
     assert paths.arriving[out].sum() == pytest.approx(2 * 1.5 / (1.5**2 + 1), rel=1e-15)
     balanced(paths)
@@ -131,7 +131,7 @@ def test_a_plate_passes_what_its_beams_add_up_to():
 def test_a_plate_that_absorbs():
     # Beer within: T = (1 - R)² e / (1 - R² e²), e = exp(-α d)
     fade, share = math.exp(-0.7 * 2.5), 0.04
-    paths = co.trace_paths(slab(co.glass(1.5, absorption=0.7), 2.5), DOWN, depth=60)
+    paths = co.optics.trace_paths(slab(co.glass(1.5, absorption=0.7), 2.5), DOWN, depth=60)
     out = paths.escaped & (paths.direction[:, 2] < 0)
     want = (1 - share) ** 2 * fade / (1 - share**2 * fade**2)
     assert paths.arriving[out].sum() == pytest.approx(want, rel=1e-14)
@@ -141,11 +141,11 @@ def test_a_plate_that_absorbs():
 def test_a_complex_index_absorbs_by_the_wavelength():
     # α = 4 π k / λ: of k = 1e-5 at 0.5 μm, over 0.2 mm
     k, w = 1e-5, 0.5
-    paths = co.trace_paths(slab(co.glass(1.5 + k * 1j), 0.2), DOWN, depth=1, wavelength=w)
+    paths = co.optics.trace_paths(slab(co.glass(1.5 + k * 1j), 0.2), DOWN, depth=1, wavelength=w)
     inside = followed(paths, False)
     want = math.exp(-4 * math.pi * k / w * 200)
     assert paths.arriving[inside] / paths.weight[inside] == pytest.approx(want, rel=1e-13)
-    metres = co.trace_paths(slab(co.glass(1.5 + k * 1j), 0.2e-3), DOWN, depth=1, wavelength=w, unit=1e6)
+    metres = co.optics.trace_paths(slab(co.glass(1.5 + k * 1j), 0.2e-3), DOWN, depth=1, wavelength=w, unit=1e6)
     assert metres.arriving[inside] == pytest.approx(paths.arriving[inside], rel=1e-13)
 
 
@@ -153,7 +153,7 @@ def test_a_coated_lens():
     # a quarter wave of MgF2 on 1.52 at 0.55 μm: 1.26 % (Macleod), from outside and from inside
     coat = co.optics.Coating.quarter_wave([1.38], 0.55)
     lens = co.Scene([co.Body(co.Sphere(50, (0, 0, -48)) & co.Sphere(50, (0, 0, 48)), co.glass(1.52, coating=coat))])
-    paths = co.trace_paths(lens, co.Rays((0, 0, 9), (0, 0, -1)), depth=2, wavelength=0.55)
+    paths = co.optics.trace_paths(lens, co.Rays((0, 0, 9), (0, 0, -1)), depth=2, wavelength=0.55)
     share = ((1.52 - 1.38**2) / (1.52 + 1.38**2)) ** 2
     assert paths.weight[followed(paths, True)] == pytest.approx(share, rel=1e-12)
     assert round(100 * share, 2) == 1.26
@@ -165,14 +165,14 @@ def test_a_coated_lens():
 def test_brewsters_angle_and_metals():
     n = co.optics.glass("gold")(0.6)
     look = co.Material(refractive_index=co.optics.glass("gold"))
-    paths = co.trace_paths(slab(look), DOWN, depth=3, wavelength=0.6)
+    paths = co.optics.trace_paths(slab(look), DOWN, depth=3, wavelength=0.6)
     share = ((n.real - 1) ** 2 + n.imag**2) / ((n.real + 1) ** 2 + n.imag**2)
     assert paths.weight[followed(paths, True)] == pytest.approx(share, rel=1e-13)
     assert balanced(paths).at_walls == pytest.approx(1 - share, rel=1e-12)
     # at Brewster's angle half of what is reflected across is all that is
     angle = math.atan(1.5)
     rays = co.Rays((-math.tan(angle) * 4, 0, 5), (math.sin(angle), 0, -math.cos(angle)))
-    paths = co.trace_paths(slab(co.glass(1.5)), rays, depth=1)
+    paths = co.optics.trace_paths(slab(co.glass(1.5)), rays, depth=1)
     assert paths.weight[followed(paths, True)] == pytest.approx(((1.5**2 - 1) / (1.5**2 + 1)) ** 2 / 2, rel=1e-13)
 
 
@@ -181,9 +181,9 @@ def test_mirrors_panes_and_what_lets_nothing_through():
         co.Body(co.Disc((0, 0, 3), (0, 0, 1), 1), co.Material(reflectivity=0.5, transparency=0.9)),
         co.Body(co.Disc((0, 0, 1), (0, 0, 1), 1), co.mirror(0.8)), co.Body(co.Disc((0, 0, 9), (0, 0, 1), 1), co.matte("red")),
     ])  # fmt: skip
-    found = balanced(co.trace_paths(scene, DOWN, depth=1))
+    found = balanced(co.optics.trace_paths(scene, DOWN, depth=1))
     assert found.at_walls == pytest.approx(0.5 * 0.1)
-    paths = co.trace_paths(scene, DOWN, depth=6)
+    paths = co.optics.trace_paths(scene, DOWN, depth=6)
     assert paths.weight[followed(paths, False, True)] == pytest.approx(0.45 * 0.8)
     assert paths.weight[followed(paths, True)] == pytest.approx(0.5)
     assert (paths.wall[followed(paths, True)] == 2).all()
@@ -195,14 +195,14 @@ def nested():
     return co.Scene([
         co.Body(co.Sphere(0.4, (0.2, 0, 0)), co.glass(1.0)), co.Body(co.Sphere(1), co.glass("N-SF11")),
         co.Body(co.Sphere(1.5), co.glass(1.6, absorption=0.05)), co.Body(co.Box((-3, -3, -3), (3, 3, 3)), co.glass("water")),
-        co.Body(co.Box((-3, -3, -4), (3, 3, -3)), co.conductor()), co.Body(co.Box((3, -3, -3), (4, 3, 3)), co.glass(1.4)),
+        co.Body(co.Box((-3, -3, -4), (3, 3, -3)), co.materials.conductor()), co.Body(co.Box((3, -3, -3), (4, 3, 3)), co.glass(1.4)),
     ])  # fmt: skip
 
 
 def test_no_light_is_lost_over_twelve_levels_of_splitting():
     rng = np.random.default_rng(3)
     rays = co.Rays(rng.uniform(-2.5, 2.5, (40, 3)), rng.normal(size=(40, 3)))
-    paths = co.trace_paths(nested(), rays, depth=12, wavelength=rng.uniform(0.4, 0.7, 40))
+    paths = co.optics.trace_paths(nested(), rays, depth=12, wavelength=rng.uniform(0.4, 0.7, 40))
     assert paths.level.max() == 12
     assert len(paths) > 10_000
     balanced(paths)
@@ -220,10 +220,10 @@ def test_no_light_is_lost_over_twelve_levels_of_splitting():
 
 def test_choosing_is_right_on_average_and_comes_again():
     scene, rays = nested(), co.Rays(np.tile((0.1, 2.0, 5.0), (4000, 1)), (0.05, -0.3, -1))
-    split = co.trace_paths(scene, rays[:1], depth=14).balance()
-    chosen = co.trace_paths(scene, rays, depth=14, split=False, seed=1)
-    again = co.trace_paths(scene, rays, depth=14, split=False, seed=1)
-    other = co.trace_paths(scene, rays, depth=14, split=False, seed=2)
+    split = co.optics.trace_paths(scene, rays[:1], depth=14).balance()
+    chosen = co.optics.trace_paths(scene, rays, depth=14, split=False, seed=1)
+    again = co.optics.trace_paths(scene, rays, depth=14, split=False, seed=1)
+    other = co.optics.trace_paths(scene, rays, depth=14, split=False, seed=2)
     assert (chosen.weight == again.weight).all()
     assert (chosen.parent == again.parent).all()
     assert len(chosen) != len(other) or (chosen.weight != other.weight).any()
@@ -235,8 +235,8 @@ def test_choosing_is_right_on_average_and_comes_again():
 
 
 def test_light_that_is_too_weak_is_not_followed():
-    all_of_it = co.trace_paths(slab(co.glass(1.5)), DOWN, depth=20)
-    most = co.trace_paths(slab(co.glass(1.5)), DOWN, depth=20, least=0.01, weight=5.0)
+    all_of_it = co.optics.trace_paths(slab(co.glass(1.5)), DOWN, depth=20)
+    most = co.optics.trace_paths(slab(co.glass(1.5)), DOWN, depth=20, least=0.01, weight=5.0)
     assert len(most) < len(all_of_it)
     assert (most.weight >= 0.05).all()
     assert balanced(most).not_followed > 0
@@ -250,7 +250,7 @@ def test_an_ellipse_brings_light_from_one_focus_to_the_other_by_equal_ways():
     # half axes 5, 3: foci at ±4, every way is 10
     rng = np.random.default_rng(0)
     scene = co.Scene([co.Body(co.Ellipsoid((5, 3, 3)), co.mirror(1.0))])
-    paths = co.trace_paths(scene, co.Rays((-4, 0, 0), rng.normal(size=(100, 3))), depth=1)
+    paths = co.optics.trace_paths(scene, co.Rays((-4, 0, 0), rng.normal(size=(100, 3))), depth=1)
     back = followed(paths, True)
     middle = paths.start[back]
     to_focus = np.array((4, 0, 0)) - middle
@@ -265,7 +265,7 @@ def test_a_hyperbolic_face_brings_parallel_light_to_its_far_focus():
     wide = 1 / (a * a * (n * n - 1))
     glass = co.TwoSheetHyperboloid(wide, wide, 1 / (a * a)) & co.HalfSpace((0, 0, 1), 0)
     starts = np.stack([np.linspace(-1.5, 1.5, 31), np.full(31, 0.2), np.full(31, -9.0)], -1)
-    paths = co.trace_paths(co.Scene([co.Body(glass, co.glass(n))]), co.Rays(starts, (0, 0, 1)), depth=1)
+    paths = co.optics.trace_paths(co.Scene([co.Body(glass, co.glass(n))]), co.Rays(starts, (0, 0, 1)), depth=1)
     assert (paths.body[paths.level == 0] == 0).all()
     out = followed(paths, False)
     to_focus = np.array((0, 0, n * a)) - paths.start[out]
@@ -279,7 +279,7 @@ def test_cemented_and_immersed_bodies_have_one_wall():
     below = co.Box((-1, -1, -1), (1, 1, 0))
     for other, bodies, lengths in ((1.5, [-1, 1, -1], [4, 2]), (1.6, [-1, 0, 1, -1], [4, 1, 1])):
         scene = co.Scene([co.Body(block, co.glass(1.5)), co.Body(below, co.glass(other))])
-        paths = co.trace_paths(scene, DOWN, depth=3)
+        paths = co.optics.trace_paths(scene, DOWN, depth=3)
         (through,) = followed(paths, *[False] * (len(bodies) - 1))
         chain = paths.chain(int(through))
         assert paths.escaped[through]
@@ -291,14 +291,14 @@ def test_what_stands_on_something_opaque_ends_there():
     scene = co.Scene([co.Body(co.Box((-1, -1, 0), (1, 1, 1)), co.glass(1.5)),
                       co.Body(co.Box((-1, -1, -1), (1, 1, 0)), co.matte("black"))])  # fmt: skip
     for listed in (scene, co.Scene(list(scene.bodies)[::-1])):
-        paths = co.trace_paths(listed, DOWN, depth=4)
+        paths = co.optics.trace_paths(listed, DOWN, depth=4)
         assert followed(paths, False, False).size == 0
         assert balanced(paths).at_walls == pytest.approx(0.96)
 
 
 def test_fields_shapes_and_drawing():
     rays = co.Rays(np.zeros((2, 3, 3)) + (0, 0, 5), (0, 0, -2))
-    paths = co.trace_paths(slab(co.glass("N-BK7")), rays, depth=3, wavelength=[0.4, 0.5, 0.6])
+    paths = co.optics.trace_paths(slab(co.glass("N-BK7")), rays, depth=3, wavelength=[0.4, 0.5, 0.6])
     assert paths.ray[paths.level == 0].tolist() == list(range(6))
     assert paths.wavelength[:6].tolist() == [0.4, 0.5, 0.6] * 2
     inside = followed(paths, False)
@@ -313,8 +313,8 @@ def test_fields_shapes_and_drawing():
     assert repr(paths) == f"Paths({len(paths)} segments of 6 rays)"
     with pytest.raises(ValueError, match="read-only"):
         paths.weight[0] = 2
-    assert len(co.trace_paths(co.Scene([]), rays, depth=3)) == 6
-    assert len(co.trace_paths(co.Scene([]), co.Rays(np.zeros((0, 3)), np.zeros((0, 3))))) == 0
+    assert len(co.optics.trace_paths(co.Scene([]), rays, depth=3)) == 6
+    assert len(co.optics.trace_paths(co.Scene([]), co.Rays(np.zeros((0, 3)), np.zeros((0, 3))))) == 0
 
 
 def test_refusals():
@@ -326,8 +326,8 @@ def test_refusals():
         (dict(least=-1), "trace_paths: least must be >= 0"), (dict(unit=0), "trace_paths: unit must be > 0"),
     ):  # fmt: skip
         with pytest.raises(ValueError, match=told):
-            co.trace_paths(scene, DOWN, **keywords)
+            co.optics.trace_paths(scene, DOWN, **keywords)
     with pytest.raises(TypeError, match="trace_paths: scene must be a Scene, got"):
-        co.trace_paths([], DOWN)
+        co.optics.trace_paths([], DOWN)
     with pytest.raises(TypeError, match="trace_paths: rays must be a Rays"):
-        co.trace_paths(scene, (0, 0, 1))
+        co.optics.trace_paths(scene, (0, 0, 1))

@@ -11,7 +11,7 @@ import conicoid as co
 
 WHITE, BLACK = (1.0, 1.0, 1.0), (0.0, 0.0, 0.0)
 DOWN = co.OrthographicCamera((0.1, 0.2, 3), (0.1, 0.2, 0), up=(0, 1, 0), height=0.2)
-SLOPE = co.Gradient(BLACK, WHITE, along="x", length=2, offset=-1)
+SLOPE = co.materials.Gradient(BLACK, WHITE, along="x", length=2, offset=-1)
 LAMP = (0.48, 0.6, 0.64)
 
 
@@ -49,7 +49,7 @@ def test_a_mirror_with_a_slope_mirrors_elsewhere(integrator):
 def test_maps_of_normals_go_by_the_surface_s_own_coordinates(integrator, code, normal):
     """On a cylinder about z, seen from x: u grows towards y, v towards z, and x is outward."""
     image = np.broadcast_to(np.array(code, np.float32), (4, 4, 3))
-    map_of = co.ImageTexture(image, data=True)
+    map_of = co.materials.ImageTexture(image, data=True)
     post = co.Body(co.Cylinder((0, 0, -1), (0, 0, 1), 1), co.Material(WHITE, normal=map_of))
     view = co.OrthographicCamera((3, 0, 0.1), (0, 0, 0.1), height=1e-6)
     light = co.DirectionalLight((-LAMP[2], -LAMP[0], -LAMP[1]))
@@ -66,9 +66,9 @@ def test_light_from_behind_the_true_surface_is_none():
     assert seen(sheet, co.DirectionalLight((-0.9, 0, -0.2))).min() > 0.5
 
 
-NOISE = co.Noise((0, 0, 0), WHITE, scale=0.2)
+NOISE = co.materials.Noise((0, 0, 0), WHITE, scale=0.2)
 BUMPS = dict(bump=NOISE, bump_height=0.3)
-ROUGH = co.Noise((0, 0, 0), WHITE, scale=0.15)
+ROUGH = co.materials.Noise((0, 0, 0), WHITE, scale=0.15)
 
 
 @pytest.mark.parametrize(
@@ -95,10 +95,10 @@ def test_what_absorbs_nothing_is_invisible_in_a_white_furnace(material):
     assert spread < 0.01
 
 
-@pytest.mark.parametrize("make", [co.gold, lambda roughness: co.glass(1.5, roughness=roughness)])
+@pytest.mark.parametrize("make", [co.materials.gold, lambda roughness: co.glass(1.5, roughness=roughness)])
 def test_a_texture_of_one_value_is_that_value(make):
     """0.25 is one of the steps between which roughness is shared: the same to the bit."""
-    one = co.Noise((0.25,) * 3, (0.25,) * 3)
+    one = co.materials.Noise((0.25,) * 3, (0.25,) * 3)
     pictures = []
     for roughness in (0.25, one):
         ball = co.Body(co.Sphere(1), make(roughness=roughness))
@@ -110,9 +110,9 @@ def test_a_texture_of_one_value_is_that_value(make):
 def test_between_two_steps_it_is_between_them():
     """0.3 lies 0.3 · 256 - 64 = 12.8 of 17 from 0.25 to (9/16)²: the mean of 64 pictures of both."""
     shares = {}
-    for roughness in (0.25, (9 / 16) ** 2, co.Noise((0.3,) * 3, (0.3,) * 3)):
+    for roughness in (0.25, (9 / 16) ** 2, co.materials.Noise((0.3,) * 3, (0.3,) * 3)):
         view = co.OrthographicCamera((0, 0.6, 5), (0, 0.6, 0), up=(0, 1, 0), height=1e-6)
-        ball = co.Body(co.Sphere(1), co.gold(roughness=roughness))
+        ball = co.Body(co.Sphere(1), co.materials.gold(roughness=roughness))
         scene = co.Scene([ball], [co.DirectionalLight((0.1, -0.5, -1))], view, BLACK)
         shares[str(roughness)[:4]] = scene.render(1, 1, 1 << 14, "direct").pixels[0, 0, 0]
     low, high, between = shares.values()
@@ -120,8 +120,8 @@ def test_between_two_steps_it_is_between_them():
 
 
 def test_scene_files_keep_them(tmp_path):
-    material = co.plastic("red", roughness=co.Noise(BLACK, (0.5,) * 3, scale=0.1))
-    bumpy = co.Material(bump=co.Brick(), bump_height=0.01, roughness=co.Wood())
+    material = co.plastic("red", roughness=co.materials.Noise(BLACK, (0.5,) * 3, scale=0.1))
+    bumpy = co.Material(bump=co.materials.Brick(), bump_height=0.01, roughness=co.materials.Wood())
     scene = co.Scene([co.Body(co.Sphere(1), material), co.Body(co.Sphere(2), bumpy)])
     co.save(scene, tmp_path / "scene.yaml")
     back = co.load(tmp_path / "scene.yaml")
@@ -134,7 +134,11 @@ def test_scene_files_keep_them(tmp_path):
         (dict(bump="red"), TypeError, "Material: bump must be a texture"),
         (dict(bump=NOISE, bump_height=math.inf), ValueError, "Material: bump_height must be finite"),
         (dict(normal=NOISE), TypeError, "Material: normal must be an ImageTexture"),
-        (dict(normal=co.ImageTexture(np.zeros((2, 2, 3)))), ValueError, "Material: normal must be a texture of plain"),
+        (
+            dict(normal=co.materials.ImageTexture(np.zeros((2, 2, 3)))),
+            ValueError,
+            "Material: normal must be a texture of plain",
+        ),
         (dict(roughness=1.5), ValueError, r"Material: roughness must be in \[0, 1\], got 1.5"),
         (dict(roughness="red"), ValueError, "Material: roughness must be a number"),
     ],

@@ -18,7 +18,7 @@ VIEW = co.OrthographicCamera((0, 0, 5), (0, 0, 0), up=(0, 1, 0), height=2.0)
 def moving_ball(**track):
     """A white ball from x = -0.7 to 0.7 in the first second."""
     ball = co.Body(co.Sphere(RADIUS, (-WAY / 2, 0, 0)), co.glow(1), "ball")
-    tracks = co.BodyTrack("ball", (0, 1), **(track or dict(translate=((0, 0, 0), (WAY, 0, 0)))))
+    tracks = co.scene.BodyTrack("ball", (0, 1), **(track or dict(translate=((0, 0, 0), (WAY, 0, 0)))))
     return co.Scene([ball], [co.AmbientLight(0)], VIEW, BLACK, animation=tracks)
 
 
@@ -48,7 +48,7 @@ def test_the_blur_of_a_ball_that_moves(integrator):
 def test_a_body_that_turns():
     """Half a disc that turns once about z sees each point of the disc half of the time."""
     half = co.Disc((0, 0, 0), (0, 0, 1), 0.9) & co.HalfSpace((0, 1, 0), 0)
-    track = co.BodyTrack("half", (0, 1), degrees=(0, 360))
+    track = co.scene.BodyTrack("half", (0, 1), degrees=(0, 360))
     scene = co.Scene([co.Body(half, co.glow(1), "half")], [co.AmbientLight(0)], VIEW, BLACK, animation=track)
     pixels = scene.render(20, 20, 64, shutter=(0, 1)).pixels[..., 0]
     places = -0.95 + 0.1 * np.arange(20)
@@ -60,7 +60,7 @@ def test_a_body_that_turns():
 def test_what_stands_still_is_as_without_a_shutter():
     scene = co.Scene(
         [co.Body(co.Sphere(0.5), "red"), co.Body(co.Sphere(0.1, (0, 0, 2)), co.glow(9), "lamp")], [], VIEW, (0.1,) * 3,
-        animation=co.BodyTrack("lamp", (5, 6), translate=((0, 0, 0), (1, 0, 0))),
+        animation=co.scene.BodyTrack("lamp", (5, 6), translate=((0, 0, 0), (1, 0, 0))),
     )  # fmt: skip
     still = scene.render(24, 24, 12, "path").pixels
     assert (scene.render(24, 24, 12, "path", shutter=(0, 1), times=5).pixels == still).all()
@@ -79,7 +79,7 @@ def test_each_moment_is_an_exact_still():
 
 def test_a_camera_that_moves():
     camera = co.Camera((0, -5, 1), (0, 0, 0))
-    track = co.CameraTrack((0, 2), position=((0, -5, 1), (4, -5, 3)), field_of_view=(40, 20))
+    track = co.scene.CameraTrack((0, 2), position=((0, -5, 1), (4, -5, 3)), field_of_view=(40, 20))
     scene = co.Scene([co.Sphere(1)], camera=camera, animation=[track])
     assert scene.at(1).camera == co.Camera((2, -5, 2), (0, 0, 0), field_of_view=30)
     assert scene.at(9).camera == co.Camera((4, -5, 3), (0, 0, 0), field_of_view=20)
@@ -91,13 +91,13 @@ def test_a_camera_that_moves():
 
 def test_keys():
     """Held outside of the times; even in between, or smooth: 3 s² - 2 s³."""
-    track = co.BodyTrack("b", (1, 2, 4), translate=((0, 0, 0), (1, 0, 0), (1, 2, 0)), ease="smooth")
+    track = co.scene.BodyTrack("b", (1, 2, 4), translate=((0, 0, 0), (1, 0, 0), (1, 2, 0)), ease="smooth")
     ball = co.Sphere(1)
     assert track.moved(ball, 0.5) is ball
     for time, place in ((1.25, (3 / 16 - 2 / 64, 0, 0)), (2, (1, 0, 0)), (3, (1, 1, 0)), (7, (1, 2, 0))):
         low, high = track.moved(ball, time).bounds
         assert (low + high) / 2 == pytest.approx(place, abs=1e-15)
-    turned = co.BodyTrack("b", (0, 1), degrees=(0, 90), about=(1, 0, 0)).moved(co.Sphere(0.5), 1)
+    turned = co.scene.BodyTrack("b", (0, 1), degrees=(0, 90), about=(1, 0, 0)).moved(co.Sphere(0.5), 1)
     assert (turned.bounds[0] + turned.bounds[1]) / 2 == pytest.approx((1, -1, 0), abs=1e-15)
 
 
@@ -105,8 +105,8 @@ def test_scene_files_and_pickles_keep_animations(tmp_path):
     import pickle
 
     scene = moving_ball().replace(animation=[
-        co.BodyTrack("ball", (0, 1, 3.5), translate=((0, 0, 0), (1, 0, 0), (0, 0.1, 0)), degrees=(0, 45, 90), axis=(1, 2, 3)),
-        co.CameraTrack((0, 1), look_at=((0, 0, 0), (1, 0, 0))), co.LightTrack(0, (0, 1), intensity=(0, 2)),
+        co.scene.BodyTrack("ball", (0, 1, 3.5), translate=((0, 0, 0), (1, 0, 0), (0, 0.1, 0)), degrees=(0, 45, 90), axis=(1, 2, 3)),
+        co.scene.CameraTrack((0, 1), look_at=((0, 0, 0), (1, 0, 0))), co.scene.LightTrack(0, (0, 1), intensity=(0, 2)),
     ])  # fmt: skip
     for name in ("scene.yaml", "scene.json"):
         co.save(scene, tmp_path / name)
@@ -136,15 +136,15 @@ def test_a_file_that_moves_what_is_not_there(tmp_path):
 @pytest.mark.parametrize(
     ("make", "error", "told"),
     [
-        (lambda: co.BodyTrack("a", (0, 1)), ValueError, "translate or degrees must say how 'a' moves"),
-        (lambda: co.BodyTrack("a", (1, 0), degrees=(0, 1)), ValueError, "times must grow, got 1 before 0"),
-        (lambda: co.BodyTrack("a", (), degrees=()), ValueError, "times must be a list of one time or more"),
-        (lambda: co.BodyTrack("a", (0, 1), degrees=(0,)), ValueError, "degrees must be a list of 2"),
-        (lambda: co.BodyTrack("a", (0,), degrees=(0,), axis="w"), ValueError, "axis must be three numbers or one of"),
-        (lambda: co.BodyTrack("a", (0,), degrees=(0,), ease="fast"), ValueError, "ease must be one of"),
-        (lambda: co.CameraTrack((0, 1)), ValueError, "CameraTrack: position, look_at"),
+        (lambda: co.scene.BodyTrack("a", (0, 1)), ValueError, "translate or degrees must say how 'a' moves"),
+        (lambda: co.scene.BodyTrack("a", (1, 0), degrees=(0, 1)), ValueError, "times must grow, got 1 before 0"),
+        (lambda: co.scene.BodyTrack("a", (), degrees=()), ValueError, "times must be a list of one time or more"),
+        (lambda: co.scene.BodyTrack("a", (0, 1), degrees=(0,)), ValueError, "degrees must be a list of 2"),
+        (lambda: co.scene.BodyTrack("a", (0,), degrees=(0,), axis="w"), ValueError, "axis must be three numbers or one of"),
+        (lambda: co.scene.BodyTrack("a", (0,), degrees=(0,), ease="fast"), ValueError, "ease must be one of"),
+        (lambda: co.scene.CameraTrack((0, 1)), ValueError, "CameraTrack: position, look_at"),
         (lambda: co.Scene(co.Sphere(), animation=3), TypeError, "Scene: animation must be a list of"),
-        (lambda: moving_ball().replace(camera=None, animation=co.CameraTrack((0,), position=((0, 0, 9),))).at(0),
+        (lambda: moving_ball().replace(camera=None, animation=co.scene.CameraTrack((0,), position=((0, 0, 9),))).at(0),
          ValueError, "at: the scene must have a camera"),
         (lambda: moving_ball().without("ball").at(0.5), KeyError, "no body named 'ball'"),
         (lambda: moving_ball().render(4, 4, shutter=(1, 0)), ValueError, "shutter must close after it opens"),
@@ -275,26 +275,26 @@ def test_a_light_that_moves_away():
     light = co.PointLight((0, 0, 1), 1, falloff="inverse_square")
     floor = co.Body(co.Box((-9, -9, -1), (9, 9, 0)), co.matte(WHITE))
     above = co.OrthographicCamera((0, 0, 0.5), (0, 0, 0), up=(0, 1, 0), height=1e-6)
-    track = co.LightTrack(0, (0, 1), position=((0, 0, 1), (0, 0, 2)))
+    track = co.scene.LightTrack(0, (0, 1), position=((0, 0, 1), (0, 0, 2)))
     scene = co.Scene(floor, [light], above, BLACK, animation=track)
     for time, height in ((-1, 1), (0.5, 1.5), (3, 2)):
         assert scene.at(time).lights[0].position == pytest.approx((0, 0, height))
         assert scene.at(time).render(1, 1, 1).pixels[0, 0] == pytest.approx([1 / height**2] * 3, rel=1e-6)
     seen = scene.render(1, 1, 512, shutter=(0, 1), times=512).pixels[0, 0]
     assert seen == pytest.approx([0.5] * 3, rel=1e-5)
-    brighter = scene.replace(animation=co.LightTrack(0, (0, 1), intensity=(1, 3)))
+    brighter = scene.replace(animation=co.scene.LightTrack(0, (0, 1), intensity=(1, 3)))
     assert brighter.at(0.5).render(1, 1, 1).pixels[0, 0] == pytest.approx([2] * 3, rel=1e-6)
 
 
 @pytest.mark.parametrize(
     ("make", "kind", "message"),
     [
-        (lambda: co.LightTrack(0, (0, 1)), ValueError, "LightTrack: position, direction or intensity must say"),
-        (lambda: co.LightTrack(-1, (0,), intensity=(1,)), ValueError, "LightTrack: light must be the number of a light"),
-        (lambda: co.LightTrack(0, (0, 1), intensity=(1,)), ValueError, "intensity must be a list of 2"),
-        (lambda: moving_ball().replace(animation=co.LightTrack(1, (0,), intensity=(1,))).at(0),
+        (lambda: co.scene.LightTrack(0, (0, 1)), ValueError, "LightTrack: position, direction or intensity must say"),
+        (lambda: co.scene.LightTrack(-1, (0,), intensity=(1,)), ValueError, "LightTrack: light must be the number of a light"),
+        (lambda: co.scene.LightTrack(0, (0, 1), intensity=(1,)), ValueError, "intensity must be a list of 2"),
+        (lambda: moving_ball().replace(animation=co.scene.LightTrack(1, (0,), intensity=(1,))).at(0),
          ValueError, "the scene has 1 light, from 0 on; a LightTrack moves light 1"),
-        (lambda: moving_ball().replace(animation=co.LightTrack(0, (0,), position=((0, 0, 1),))).at(0),
+        (lambda: moving_ball().replace(animation=co.scene.LightTrack(0, (0,), position=((0, 0, 1),))).at(0),
          ValueError, "position is nothing that a AmbientLight has"),
     ],
 )  # fmt: skip

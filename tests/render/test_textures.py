@@ -52,7 +52,7 @@ def compared(found, hits, expected, most=2e-6):
 @pytest.mark.parametrize("wrap", ["repeat", "clamp", "mirror"])
 def test_a_picture_on_a_drum(wrap):
     pixels = RNG.random((5, 7, 3)).astype(np.float32)  # few and large: none is smaller than a pixel that sees it
-    texture = co.ImageTexture(pixels, scale=(0.4, 0.6), offset=(0.1, 0.2), wrap=wrap)
+    texture = co.materials.ImageTexture(pixels, scale=(0.4, 0.6), offset=(0.1, 0.2), wrap=wrap)
     found, hits = colors(co.Body(co.Cylinder((0, 0, -1), (0, 0, 1), 1), co.matte(texture)))
     u, v = np.moveaxis(np.nan_to_num(np.asarray(hits.uv)), -1, 0)
     expected = sampled(pixels.astype(float), (u - 0.1) / 0.4, (v - 0.2) / 0.6, (wrap, wrap))
@@ -67,7 +67,7 @@ def test_bytes_are_srgb_and_data_are_not(tmp_path):
         (False, [((188 / 255 + 0.055) / 1.055) ** 2.4, ((55 / 255 + 0.055) / 1.055) ** 2.4, 0]),
         (True, [188 / 255, 55 / 255, 0]),
     ):
-        texture = co.ImageTexture(tmp_path / "flat.png", data=data)
+        texture = co.materials.ImageTexture(tmp_path / "flat.png", data=data)
         found, hits = colors(co.Body(ball, co.matte(texture)))
         compared(found, hits, np.broadcast_to(expected, found.shape), 1e-6)
 
@@ -81,7 +81,7 @@ def test_a_map_of_the_earth_is_laid_by_longitude_and_latitude():
     y = np.cos(latitude)[:, None] * np.sin(longitude)
     z = np.broadcast_to(np.sin(latitude)[:, None], x.shape)
     world = ((1 + np.stack([x, y, z], axis=-1)) / 2).astype(np.float32)
-    body = co.Body(co.Sphere(2), co.matte(co.ImageTexture(world, mapping="latitude")))
+    body = co.Body(co.Sphere(2), co.matte(co.materials.ImageTexture(world, mapping="latitude")))
     for position in ((6, 0, 0.5), (-6, 0.3, 1), (0.1, 0.2, 6), (0.3, 0, -6)):  # the seam, the other side, both poles
         found, hits = colors(body, co.Camera(position, (0, 0, 0)))
         expected = (1 + np.asarray(hits.normal)) / 2
@@ -95,7 +95,7 @@ def test_a_seam_is_no_line():
     """A picture that is periodic in u is smooth across u = 0."""
     pixels = np.zeros((8, 64, 3), np.float32)
     pixels[..., 0] = 0.5 + 0.4 * np.cos(2 * np.pi * (np.arange(64) + 0.5) / 64)
-    body = co.Body(co.Cylinder((0, 0, -2), (0, 0, 2), 1), co.matte(co.ImageTexture(pixels)))
+    body = co.Body(co.Cylinder((0, 0, -2), (0, 0, 2), 1), co.matte(co.materials.ImageTexture(pixels)))
     found, hits = colors(body, co.Camera((5, 0, 0), (0, 0, 0), field_of_view=15), 200, 100)
     u = np.asarray(hits.uv)[..., 0]
     assert np.nanmin(u[50]) < 0.05
@@ -107,7 +107,7 @@ def test_a_seam_is_no_line():
 def test_what_is_far_away_is_read_from_smaller_pictures():
     """A checkerboard of texels far beyond a pixel's size is grey, and the mean of the picture is kept."""
     board = np.indices((256, 256)).sum(axis=0) % 2 * np.ones((3, 1, 1))
-    texture = co.ImageTexture(np.moveaxis(board, 0, -1), mapping="box", scale=1.0, wrap="repeat")
+    texture = co.materials.ImageTexture(np.moveaxis(board, 0, -1), mapping="box", scale=1.0, wrap="repeat")
     floor = co.Body(co.Box((-500, -500, -1), (500, 500, 0)), co.matte(texture))
     found, hits = colors(floor, co.Camera((0.1, 0.2, 60), (0, 0, 0)), samples=1)
     assert np.abs(found[np.asarray(hits.hit)] - 0.5).max() < 0.02
@@ -135,7 +135,7 @@ def test_smaller_pictures_keep_the_mean(shape):
 
 @pytest.mark.parametrize(("along", "axis"), [("x", 0), ("y", 1), ("z", 2)])
 def test_a_gradient_in_the_world(along, axis):
-    texture = co.Gradient((0.1, 0.2, 0.3), (0.9, 0.8, 0.1), along, length=1.5, offset=-0.5)
+    texture = co.materials.Gradient((0.1, 0.2, 0.3), (0.9, 0.8, 0.1), along, length=1.5, offset=-0.5)
     found, hits = colors(co.Body(co.Sphere(2), co.matte(texture)))
     share = np.clip((np.asarray(hits.point)[..., axis] + 0.5) / 1.5, 0, 1)[..., None]
     compared(found, hits, (1 - share) * (0.1, 0.2, 0.3) + share * (0.9, 0.8, 0.1))
@@ -143,7 +143,7 @@ def test_a_gradient_in_the_world(along, axis):
 
 @pytest.mark.parametrize(("along", "axis"), [("u", 0), ("v", 1)])
 def test_a_gradient_on_the_surface(along, axis):
-    texture = co.Gradient("black", "white", along, length=0.25, offset=0.5)
+    texture = co.materials.Gradient("black", "white", along, length=0.25, offset=0.5)
     found, hits = colors(co.Body(co.Sphere(2), co.matte(texture)))
     share = np.clip((np.asarray(hits.uv)[..., axis] - 0.5) / 0.25, 0, 1)[..., None]
     compared(found, hits, np.repeat(share, 3, axis=-1))
@@ -190,7 +190,7 @@ def octaves(point, count):
 
 
 def test_noise_is_perlins():
-    texture = co.Noise((0, 0, 0), (1, 1, 1), scale=0.7, octaves=3, contrast=1.2)
+    texture = co.materials.Noise((0, 0, 0), (1, 1, 1), scale=0.7, octaves=3, contrast=1.2)
     found, hits = colors(co.Body(co.Sphere(2), co.matte(texture)), width=16, height=12)
     for index in zip(*np.nonzero(np.asarray(hits.hit)), strict=True):
         n = octaves(np.asarray(hits.point)[index] / 0.7, 3)
@@ -199,7 +199,7 @@ def test_noise_is_perlins():
 
 @pytest.mark.parametrize("position", [(0.3, -9, 2), (9, 0.2, 2), (0.1, 0.2, 9)])
 def test_bricks_in_running_bond(position):
-    texture = co.Brick((0.5, 0.2, 0.1), (0.9, 0.9, 0.9), size=(0.8, 0.3), joint=0.05, variation=0)
+    texture = co.materials.Brick((0.5, 0.2, 0.1), (0.9, 0.9, 0.9), size=(0.8, 0.3), joint=0.05, variation=0)
     wall = co.Body(co.Box((-2, -2, -2), (2, 2, 2)), co.matte(texture))
     found, hits = colors(wall, co.Camera(position, (0, 0, 0)))
     across = np.argmax(np.abs(np.nan_to_num(np.asarray(hits.normal))), axis=-1)
@@ -214,20 +214,20 @@ def test_bricks_in_running_bond(position):
 
 
 def test_bricks_may_be_of_wood_and_differ():
-    plain = co.Brick((0.4, 0.4, 0.4), (0.9, 0.9, 0.9), size=(0.8, 0.3), joint=0.05, variation=0.5)
+    plain = co.materials.Brick((0.4, 0.4, 0.4), (0.9, 0.9, 0.9), size=(0.8, 0.3), joint=0.05, variation=0.5)
     found, hits = colors(co.Body(co.Box((-2, -2, -2), (2, 2, 2)), co.matte(plain)))
     bricks = found[np.asarray(hits.hit)]
     shades = np.unique(bricks[np.abs(bricks[:, 0] - 0.9) > 1e-6][:, 0])
     assert len(shades) > 10
     assert 0.2 - 1e-6 <= shades.min() < shades.max() <= 0.6 + 1e-6
-    wooden = co.Brick(co.Wood(), co.Noise(), variation=0)
+    wooden = co.materials.Brick(co.materials.Wood(), co.materials.Noise(), variation=0)
     rings, hits = colors(co.Body(co.Box((-2, -2, -2), (2, 2, 2)), co.matte(wooden)))
     assert len(np.unique(rings[np.asarray(hits.hit)], axis=0)) > 100
 
 
 def test_wood_lies_between_its_colours():
     early, late = np.array([0.6, 0.4, 0.2]), np.array([0.2, 0.1, 0.05])
-    found, hits = colors(co.Body(co.Sphere(2), co.matte(co.Wood(early, late, ring=0.3, roughness=0))))
+    found, hits = colors(co.Body(co.Sphere(2), co.matte(co.materials.Wood(early, late, ring=0.3, roughness=0))))
     share = (found - early) / (late - early)
     seen = np.asarray(hits.hit)
     assert np.ptp(share[seen], axis=-1).max() < 1e-5
@@ -248,14 +248,14 @@ def folder(tmp_path):
 
 
 PATTERNS = [
-    co.Gradient("red", "blue", "x", 2, 0.5), co.Noise("white", octaves=2), co.Wood(ring=0.2, offset=(1, 2)),
-    co.Brick(co.Noise("brown"), "white", (1, 0.5), 0.1), co.Checker("red"),
+    co.materials.Gradient("red", "blue", "x", 2, 0.5), co.materials.Noise("white", octaves=2), co.materials.Wood(ring=0.2, offset=(1, 2)),
+    co.materials.Brick(co.materials.Noise("brown"), "white", (1, 0.5), 0.1), co.Checker("red"),
 ]  # fmt: skip
 
 
 @pytest.mark.parametrize("texture", PATTERNS, ids=lambda each: type(each).__name__)
 def test_textures_stay_what_they_are(texture, tmp_path):
-    assert eval(repr(texture), vars(co)) == texture
+    assert eval(repr(texture), vars(co) | vars(co.materials)) == texture
     assert pickle.loads(pickle.dumps(texture)) == texture
     scene = co.Scene([co.Body(co.Sphere(), co.matte(texture))])
     co.save(scene, tmp_path / "scene.yaml")
@@ -265,14 +265,14 @@ def test_textures_stay_what_they_are(texture, tmp_path):
 
 
 def test_pictures_are_named_by_the_scene_file(folder):
-    texture = co.ImageTexture(folder / "tiles.png", "latitude", (2, 1), (0.5, 0), ("mirror", "clamp"))
+    texture = co.materials.ImageTexture(folder / "tiles.png", "latitude", (2, 1), (0.5, 0), ("mirror", "clamp"))
     scene = co.Scene([co.Body(co.Sphere(), co.lacquer(texture))])
     co.save(scene, folder / "scene.yaml")
     assert "image: tiles.png" in (folder / "scene.yaml").read_text()
     again = co.load(folder / "scene.yaml")
     assert again.bodies == scene.bodies
     assert pickle.loads(pickle.dumps(again)).bodies == scene.bodies
-    assert eval(repr(texture), vars(co)) == texture
+    assert eval(repr(texture), vars(co) | vars(co.materials)) == texture
 
 
 TEXT = "bodies: [{{shape: {{Sphere: {{}}}}, material: {{matte: {{color: {{ImageTexture: {{image: {}}}}}}}}}}}]"
@@ -288,7 +288,7 @@ def test_pictures_outside_of_the_folder_must_be_allowed(folder):
         with pytest.raises(co.SceneFileError, match=f"1: .*ImageTexture: image: {message}"):
             co.load(inner / "scene.yaml")
         assert co.load(inner / "scene.yaml", outside=True).bodies[0].material.color.pixels.size == (8, 6)
-    outside = co.Scene([co.Body(co.Sphere(), co.matte(co.ImageTexture(folder / "tiles.png")))])
+    outside = co.Scene([co.Body(co.Sphere(), co.matte(co.materials.ImageTexture(folder / "tiles.png")))])
     with pytest.raises(ValueError, match="image must lie in the folder of the scene file"):
         co.save(outside, inner / "other.yaml")
 
@@ -307,17 +307,17 @@ def test_pictures_that_are_none(folder):
         with pytest.raises(co.SceneFileError, match=message):
             co.load(folder / "scene.yaml")
         with pytest.raises(ValueError, match="ImageTexture: image "):
-            co.ImageTexture(folder / name)
+            co.materials.ImageTexture(folder / name)
 
 
 def test_floats_come_from_exr(tmp_path):
     light = RNG.random((4, 6, 3)).astype(np.float32) * 5
     co.Image(light).save(tmp_path / "light.exr")
-    assert (co.ImageTexture(tmp_path / "light.exr").pixels.array == light).all()
+    assert (co.materials.ImageTexture(tmp_path / "light.exr").pixels.array == light).all()
 
 
 def test_arrays_cannot_stand_in_a_scene_file(tmp_path):
-    scene = co.Scene([co.Body(co.Sphere(), co.matte(co.ImageTexture(np.zeros((2, 2, 3), np.uint8))))])
+    scene = co.Scene([co.Body(co.Sphere(), co.matte(co.materials.ImageTexture(np.zeros((2, 2, 3), np.uint8))))])
     with pytest.raises(ValueError, match="image must be a file to stand in a scene file"):
         co.save(scene, tmp_path / "scene.yaml")
 
@@ -325,16 +325,19 @@ def test_arrays_cannot_stand_in_a_scene_file(tmp_path):
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: co.ImageTexture(np.zeros((2, 2))), r"image must be a file or have shape \(height, width, 3\)"),
-        (lambda: co.ImageTexture(np.full((2, 2, 3), np.nan)), "image must hold finite numbers"),
-        (lambda: co.ImageTexture(np.zeros((2, 2, 3), np.uint8), "round"), "mapping must be one of uv"),
-        (lambda: co.ImageTexture(np.zeros((2, 2, 3), np.uint8), wrap="twice"), "wrap must be one of repeat"),
-        (lambda: co.ImageTexture(np.zeros((2, 2, 3), np.uint8), scale=0), "scale must be > 0"),
-        (lambda: co.Gradient(along="w"), "Gradient: along must be one of u"),
-        (lambda: co.Noise(octaves=0), "Noise: octaves must be a whole number from 1 to 16"),
-        (lambda: co.Wood(ring=-1), "Wood: ring must be > 0"),
-        (lambda: co.Brick(joint=0.1), "Brick: joint must be less than both of size"),
-        (lambda: co.Brick(variation=2), r"Brick: variation must be in \[0, 1\]"),
+        (
+            lambda: co.materials.ImageTexture(np.zeros((2, 2))),
+            r"image must be a file or have shape \(height, width, 3\)",
+        ),
+        (lambda: co.materials.ImageTexture(np.full((2, 2, 3), np.nan)), "image must hold finite numbers"),
+        (lambda: co.materials.ImageTexture(np.zeros((2, 2, 3), np.uint8), "round"), "mapping must be one of uv"),
+        (lambda: co.materials.ImageTexture(np.zeros((2, 2, 3), np.uint8), wrap="twice"), "wrap must be one of repeat"),
+        (lambda: co.materials.ImageTexture(np.zeros((2, 2, 3), np.uint8), scale=0), "scale must be > 0"),
+        (lambda: co.materials.Gradient(along="w"), "Gradient: along must be one of u"),
+        (lambda: co.materials.Noise(octaves=0), "Noise: octaves must be a whole number from 1 to 16"),
+        (lambda: co.materials.Wood(ring=-1), "Wood: ring must be > 0"),
+        (lambda: co.materials.Brick(joint=0.1), "Brick: joint must be less than both of size"),
+        (lambda: co.materials.Brick(variation=2), r"Brick: variation must be in \[0, 1\]"),
     ],
 )
 def test_bad_textures_name_the_field(make, message):

@@ -39,7 +39,7 @@ LOSSY = {
     "phong": (co.phong(WHITE, shininess=5),),
     "half-vector": (co.blinn_phong(WHITE, shininess=5),),
     "sharp half-vector": (co.blinn_phong(WHITE, specular=1, shininess=200),),
-    "gold": (co.gold(0.5),),
+    "gold": (co.materials.gold(0.5),),
     "grey plastic": (co.plastic((0.5, 0.5, 0.5), roughness=0.4),),
 }
 ALL = LOSSLESS | LOSSY
@@ -168,11 +168,17 @@ def test_arrays_have_the_same_formulas():
 
 def test_gold_is_yellow_and_silver_is_not():
     """Reflectances of Johnson and Christy's metals at normal incidence, ((n - 1)² + k²) / ((n + 1)² + k²)."""
-    for metal in (co.gold(), co.silver(), co.copper(), co.aluminium(), co.iron()):
+    for metal in (
+        co.materials.gold(),
+        co.materials.silver(),
+        co.materials.copper(),
+        co.materials.aluminium(),
+        co.materials.iron(),
+    ):
         n, k = np.array(metal.metal_index), np.array(metal.metal_extinction)
         energy, _ = Bench(metal).energy((0, 0, 1), 1)
         assert energy == pytest.approx(((n - 1) ** 2 + k**2) / ((n + 1) ** 2 + k**2), rel=1e-12)
-    gold, _ = Bench(co.gold()).energy((0, 0, 1), 1)
-    silver, _ = Bench(co.silver()).energy((0, 0, 1), 1)
+    gold, _ = Bench(co.materials.gold()).energy((0, 0, 1), 1)
+    silver, _ = Bench(co.materials.silver()).energy((0, 0, 1), 1)
     assert gold[0] > 0.9 > 0.5 > gold[2]
     assert silver.min() > 0.95

@@ -18,7 +18,7 @@ def at(image, direction):
 
 def test_the_zenith_has_the_luminance_and_chromaticity_of_the_formula():
     """Its luminance in kcd/m² at the zenith is that of the formula; r, g and b make it up by Rec. 709."""
-    sky = co.clear_sky((1, 0, 1), 3.0, intensity=1.0, height=512)
+    sky = co.materials.clear_sky((1, 0, 1), 3.0, intensity=1.0, height=512)
     r, g, b = at(sky, (1e-6, 0, 1))
     chi = (4 / 9 - 3 / 120) * (np.pi - 2 * np.pi / 4)
     luminance = (4.0453 * 3 - 4.9710) * np.tan(chi) - 0.2155 * 3 + 2.4192
@@ -27,7 +27,7 @@ def test_the_zenith_has_the_luminance_and_chromaticity_of_the_formula():
 
 
 def test_it_is_brightest_at_the_sun():
-    sky = co.clear_sky((1, 1, 1), 3.0, height=64)
+    sky = co.materials.clear_sky((1, 1, 1), 3.0, height=64)
     light = sky.pixels[:32].mean(axis=2)
     row, column = np.unravel_index(light.argmax(), light.shape)
     theta, phi = (row + 0.5) / 64 * 180, (column + 0.5) / 128 * 360
@@ -37,9 +37,9 @@ def test_it_is_brightest_at_the_sun():
 
 def test_the_ground_sends_back_its_share():
     """Radiance ρ E / π below the horizon, E = ∫ L cos; linear in the reflectance."""
-    dark, bright = (co.clear_sky(ground=(k, k, k), height=32).pixels[-1, 0] for k in (0.1, 0.4))
+    dark, bright = (co.materials.clear_sky(ground=(k, k, k), height=32).pixels[-1, 0] for k in (0.1, 0.4))
     assert bright == pytest.approx(4 * dark, rel=1e-6)
-    assert (co.clear_sky(ground="black", height=32).pixels[16:] == 0).all()
+    assert (co.materials.clear_sky(ground="black", height=32).pixels[16:] == 0).all()
 
 
 @pytest.mark.parametrize(
@@ -52,7 +52,7 @@ def test_the_ground_sends_back_its_share():
 )
 def test_what_is_no_sky_is_refused(arguments, message):
     with pytest.raises(ValueError, match=message):
-        co.clear_sky(**arguments)
+        co.materials.clear_sky(**arguments)
 
 
 @pytest.mark.parametrize(

@@ -15,7 +15,7 @@ from conicoid.materials.presets import CONSTRUCTORS
 
 
 def test_constants_are_those_of_the_source():
-    assert (co.VACUUM, co.AIR, co.WATER, co.GLASS) == (1.0, 1.0003, 1.33, 1.52)
+    assert (co.materials.VACUUM, co.materials.AIR, co.materials.WATER, co.materials.GLASS) == (1.0, 1.0003, 1.33, 1.52)
 
 
 @pytest.mark.parametrize("name", CONSTRUCTORS)
@@ -30,7 +30,7 @@ def test_named_constructors_give_equal_records_that_survive_their_fields(name):
 def test_constructors_choose_the_model():
     assert co.phong("red").highlight == "phong"
     assert co.blinn_phong("red").highlight == "blinn_phong"
-    assert co.glass(co.WATER).refractive_index == 1.33
+    assert co.glass(co.materials.WATER).refractive_index == 1.33
     assert co.mirror(0.9).reflectivity == 0.9
     assert co.metal((1, 0.5, 0.2), reflectivity=0.5).reflectivity == (0.5, 0.25, 0.1)
     assert co.metal((1, 0.5, 0.2)).fresnel

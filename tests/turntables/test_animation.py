@@ -15,7 +15,7 @@ SMALL = dict(width=32, height=24, samples=2)
 SCENE = co.Scene(
     [co.Body(co.Sphere(0.5, (-1, 0, 0)), "red", "ball"), co.Box((-3, -3, -2), (3, 3, -1))],
     [co.AmbientLight(1)], co.Camera((0, -6, 2), (0, 0, 0)), "black",
-    animation=co.BodyTrack("ball", (0, 1), translate=((0, 0, 0), (2, 0, 0))),
+    animation=co.scene.BodyTrack("ball", (0, 1), translate=((0, 0, 0), (2, 0, 0))),
 )  # fmt: skip
 
 
@@ -44,7 +44,7 @@ def test_frames_that_are_there_are_not_made_again(tmp_path):
     assert co.animate(SCENE, path, frames=8, shutter=1, **SMALL) == 4, "every other one: the shutter is open as long"
     assert co.animate(SCENE, path, frames=8, shutter=0, **SMALL) == 8
     assert co.animate(SCENE, path, frames=4, shutter=0, **SMALL) == 0, "every other frame of eight"
-    other = SCENE.replace(animation=co.BodyTrack("ball", (0, 1), translate=((0, 0, 0), (2, 0, 0.1))))
+    other = SCENE.replace(animation=co.scene.BodyTrack("ball", (0, 1), translate=((0, 0, 0), (2, 0, 0.1))))
     assert co.animate(other, path, frames=4, shutter=0, keep=False, **SMALL) == 4
 
 

@@ -44,8 +44,8 @@ def test_frames_of_films_too(tmp_path):
         [co.AmbientLight(0.5), co.PointLight((1, -2, 3))],
         co.Camera((0, -6, 2), (0, 0, 0)),
         animation=[
-            co.BodyTrack("ball", (0, 1), translate=((0, 0, 0), (2, 0, 0))),
-            co.LightTrack(1, (0, 1), intensity=(0, 1)),
+            co.scene.BodyTrack("ball", (0, 1), translate=((0, 0, 0), (2, 0, 0))),
+            co.scene.LightTrack(1, (0, 1), intensity=(0, 1)),
         ],
     )
     with co.parallel.Processes(2) as pool:

@@ -133,7 +133,7 @@ def _faces_of_mesh(shape: Mesh | Extrusion, slopes: Any, motion: Motion) -> Iter
     Not known is how a plane moves with a corner that bends it: of a mesh's face of more than three corners, and of
     faces that lie in one plane.
     """
-    _, _, corners, faces = slopes._said()
+    _, _, corners, faces = slopes._boundary()
     for number, members in shape.planes():
         bends = len(members) > 1 or (isinstance(shape, Mesh) and len(faces[members[0]]) > 3)
         own = [corners[k] for k in faces[members[0]]]

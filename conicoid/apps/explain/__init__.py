@@ -1,5 +1,26 @@
-"""One ray worked out as on a blackboard: `scene.explain`, and what a surface of a scene is: `scene.surface`.
+"""One ray explained as on a blackboard, `scene.explain`, and the surfaces of a scene, `scene.surface`.
 
-The numbers are the kernels' own (`ray_records.py`); the lecture's, beside them, come from exact arithmetic
+The numbers are those of the kernels (`ray_records.py`); those of the lecture, beside them, come from exact arithmetic
 and are rounded once.
 """
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ..._util.lazy_names import lazy_names, refuse_calls
+
+_HOMES = {
+    "Explanation": ".explanation",
+    "SceneSurface": ".scene_surface",
+}
+"""Public name -> module that defines it."""
+
+__all__ = sorted(_HOMES)  # pyright: ignore[reportUnsupportedDunderAll]
+
+if TYPE_CHECKING:
+    from .explanation import Explanation as Explanation
+    from .scene_surface import SceneSurface as SceneSurface
+else:  # type checkers would accept any name otherwise
+    __getattr__, __dir__ = lazy_names(__name__, _HOMES)
+    refuse_calls(__name__, "a scene has it, scene.explain(origin, direction)")

@@ -296,7 +296,7 @@ class RayRecording:
         return int(tables.plane_surface[place]), int(numbers_of(plane_faces(tables, place)))
 
     def counts(self, t: float, surface: int) -> bool:
-        """Is a crossing within the interval, and not the one that the ray starts on? As `is_within`."""
+        """True if a crossing is within the interval and not at the start of the ray (`kernels/surface/interval.py`)."""
         return self.t_min < t < self.t_max and not self.is_start(t, surface)
 
     def is_start(self, t: float, surface: int) -> bool:

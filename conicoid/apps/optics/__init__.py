@@ -41,8 +41,10 @@ _HOMES: dict[str, str] = {
     "Coating": "...materials.coating",
     "Layer": "...materials.coating",
     "Fresnel": "...materials.fresnel",
+    "fresnel": "...materials.fresnel",
     "Balance": ".light_paths",
     "Paths": ".light_paths",
+    "trace_paths": ".light_paths",
 }
 
 __all__ = sorted(_HOMES)  # pyright: ignore[reportUnsupportedDunderAll]
@@ -61,6 +63,7 @@ if TYPE_CHECKING:
     from ...materials.dispersion import glasses as glasses
     from ...materials.dispersion import index_at as index_at
     from ...materials.fresnel import Fresnel as Fresnel
+    from ...materials.fresnel import fresnel as fresnel
     from .cardinal import CardinalPoints as CardinalPoints
     from .cardinal import cardinal_points as cardinal_points
     from .cardinal import focal_length as focal_length
@@ -68,6 +71,7 @@ if TYPE_CHECKING:
     from .drawing import layout as layout
     from .light_paths import Balance as Balance
     from .light_paths import Paths as Paths
+    from .light_paths import trace_paths as trace_paths
     from .optiland_backend import OptilandBackend as OptilandBackend
     from .optiland_backend import optiland_component as optiland_component
     from .prescriptions import Prescription as Prescription

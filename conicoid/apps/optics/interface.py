@@ -131,7 +131,7 @@ class SceneMedia:
     def unseen(self, wall: Any, before: Any, after: Any, wavelength: Any) -> Any:
         """Does light pass the wall of a transparent solid as if nothing were there? By numbers of materials.
 
-        As the medium module says it for pictures, but for one wavelength: the material is the same on both sides, or
+        As in pictures (`kernels/body/media.py`), for one wavelength: the material is the same on both sides, or
         index and absorption are, and the wall itself neither takes any light away nor is coated.
         """
         same = before == after
@@ -165,7 +165,7 @@ class WallHits:
 def find_walls(scene: Any, media: SceneMedia, rays: Rays, medium: Any, wavelength: Any) -> WallHits:
     """What rays meet; `medium`: the bodies that they are in, which counts where they meet nothing.
 
-    As in Whitted's pictures (`render/integrators/whitted.py`): what coincides is taken together, an opaque
+    The rule of Whitted's pictures (`render/integrators/whitted.py`): what coincides is taken together, an opaque
     surface is always noticed, and so is a transparent one unless what is before and after it is the same to light.
     """
     rows, t_min = np.arange(rays.size), np.zeros(rays.size)

@@ -324,37 +324,37 @@ def _finite(values: FloatArray) -> FloatArray:
 
 
 def _reaches(cut: _CanonicalCut) -> list[float]:
-    """Largest u·direction for +x, -x, +y, -y, +z, -z: inf where no end is certain, -inf where the solid is empty."""
+    """Return max u·direction for +x, -x, +y, -y, +z, -z: inf if no end is certain, -inf if the solid is empty."""
     if is_bounded(cut.normals, cut.squares, cut.linear):
         points, errors = _points(cut)
         return [_largest(points, errors, sign * axis) for axis in cut.directions for sign in (1.0, -1.0)]
     reaches = []
     for axis in cut.directions:
         part = _slice_across(cut, axis)
-        found = None
+        candidates = None
         for sign in (1.0, -1.0):
             inward = unit_rows(-sign * axis[None, :])[0]
             if not is_bounded(np.concatenate([part.normals, inward]), cut.squares, cut.linear):
                 reaches.append(math.inf)
                 continue
-            found = found or _points(part)
-            reaches.append(_largest(*found, sign * axis))
+            candidates = candidates or _points(part)
+            reaches.append(_largest(*candidates, sign * axis))
     return reaches
 
 
 def _slice_across(cut: _CanonicalCut, direction: FloatArray) -> _CanonicalCut:
-    """A slice that reaches as far along a direction as all of it.
+    """Return a slice of the solid that reaches as far along a direction as the whole.
 
-    Where f does not change along an axis across the direction, and no plane stops a point that moves there, the planes
-    that it moves away from do not matter, and neither does where on the axis it is.
+    If f does not change along an axis across the direction, and no plane stops a point that moves along the axis, then
+    neither the planes that it moves away from nor its place on the axis matter.
     """
     for k, sign in itertools.product(range(3), (1.0, -1.0)):
-        still = cut.squares[k] == 0 and cut.linear[k] == 0 and direction[k] == 0
+        is_free = cut.squares[k] == 0 and cut.linear[k] == 0 and direction[k] == 0
         rates = sign * cut.normals[:, k]
-        if still and (rates <= 0).all():
-            kept, tie = rates == 0, np.eye(3)[[k, k]] * ((1.0,), (-1.0,))
-            normals = np.concatenate([cut.normals[kept], tie])
-            return replace(cut, normals=normals, offsets=np.concatenate([cut.offsets[kept], (0.0, 0.0)]))
+        if is_free and (rates <= 0).all():
+            parallel, tie = rates == 0, np.eye(3)[[k, k]] * ((1.0,), (-1.0,))
+            normals = np.concatenate([cut.normals[parallel], tie])
+            return replace(cut, normals=normals, offsets=np.concatenate([cut.offsets[parallel], (0.0, 0.0)]))
     return cut
 
 
@@ -363,7 +363,7 @@ def _largest(points: FloatArray, errors: FloatArray, direction: FloatArray) -> f
 
 
 def _points(cut: _CanonicalCut) -> tuple[FloatArray, FloatArray]:
-    """Every point (n, 3) of the solid where a coordinate of the world may be largest, and bounds of their errors."""
+    """Return the points (n, 3) of the solid where a world coordinate may be largest, and their error bounds (n,)."""
     on_lines, line_errors = _line_points(cut, *_lines(cut))
     corners, corner_errors = _corners(cut)
     points, errors = np.concatenate([on_lines, corners]), np.concatenate([line_errors, corner_errors])
@@ -381,7 +381,7 @@ def _points(cut: _CanonicalCut) -> tuple[FloatArray, FloatArray]:
 
 
 def _lines(cut: _CanonicalCut) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Pairs of planes with a line in common: normals (n, 2, 3), offsets (n, 2), how exact the normals are (n,)."""
+    """Return pairs of planes with a common line: normals (n, 2, 3), offsets (n, 2), precision of the normals (n,)."""
     count = len(cut.normals)
     first, second = np.triu_indices(count, 1)
     axes = unit_rows(cut.directions)[0]
@@ -402,7 +402,7 @@ def _lines(cut: _CanonicalCut) -> tuple[FloatArray, FloatArray, FloatArray]:
 
 
 def _gradient_planes(cut: _CanonicalCut, across: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """The planes ∇f·a = 0 for unit vectors a (n, 3): unit normals, offsets, and the lengths that the normals had."""
+    """Return the planes ∇f·a = 0 for unit vectors a (n, 3): unit normals, offsets, lengths of the normals before."""
     normals, size = unit_rows(cut.squares * across)
     return normals, -dot_rows(across, cut.linear) / size, size
 
@@ -410,7 +410,7 @@ def _gradient_planes(cut: _CanonicalCut, across: FloatArray) -> tuple[FloatArray
 def _line_points(
     cut: _CanonicalCut, normals: FloatArray, offsets: FloatArray, weights: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Where the lines common to pairs of planes meet f = 0: two points each, with error bounds."""
+    """Return the two points where the common line of each pair of planes meets f = 0, with error bounds."""
     one, two = normals[:, 0], normals[:, 1]
     along = cross_rows(one, two)
     sine = row_lengths(along)
@@ -429,23 +429,23 @@ def _line_points(
     a_error, b_error = 2 * share, share * (reach + size + slope)
     c_error = share * (2 * (size + slope) * reach + abs(cut.constant))
     noise = 2 * np.abs(b) * b_error + np.abs(a) * c_error + np.abs(c) * a_error + b_error**2 + a_error * c_error
-    # A line that touches may as well cut
+    # A line that touches within its error counts as one that cuts
     root = np.sqrt(b * b - a * c + noise)
     q = -(b + np.copysign(root, b))
-    # Where all of f vanishes the ends of the line are corners
-    met = (root >= 0) & ((np.abs(a) > a_error) | (np.abs(b) > b_error) | (np.abs(c) > c_error))
+    # If f vanishes along the whole line, its ends are corners
+    meets = (root >= 0) & ((np.abs(a) > a_error) | (np.abs(b) > b_error) | (np.abs(c) > c_error))
     points, errors = [], []
     for t in (q / a, c / q):
         loss = a_error * t * t + 2 * b_error * np.abs(t) + c_error
-        moved = np.where(loss > 0, loss / (2 * root), 0.0)
-        known = met & np.isfinite(t) & np.isfinite(moved)
+        shift = np.where(loss > 0, loss / (2 * root), 0.0)
+        known = meets & np.isfinite(t) & np.isfinite(shift)
         points.append((foot + t[:, None] * along)[known])
-        errors.append((share * (reach + np.abs(t)) + moved)[known])
+        errors.append((share * (reach + np.abs(t)) + shift)[known])
     return np.concatenate(points), np.concatenate(errors)
 
 
 def _corners(cut: _CanonicalCut) -> tuple[FloatArray, FloatArray]:
-    """The common points of three planes, with error bounds."""
+    """Return the common points of three planes, with error bounds."""
     triples = np.array(list(itertools.combinations(range(len(cut.normals)), 3)), dtype=np.int64).reshape(-1, 3)
     (n, m, k), (d, e, f) = cut.normals[triples].transpose(1, 0, 2), cut.offsets[triples].T
     first, second, third = cross_rows(m, k), cross_rows(k, n), cross_rows(n, m)

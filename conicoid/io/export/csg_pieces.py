@@ -1,4 +1,7 @@
-"""The room that a body is in: a box around it, with space between, in any frame that its parts stand in."""
+"""Split solids into the pieces of `pieces.py`: named shapes by rules of their own, all others by their cells.
+
+`BodyBox` bounds the unbounded parts of a body: a box around the body, in the frame of any of its parts.
+"""
 
 from __future__ import annotations
 
@@ -43,22 +46,27 @@ from .pieces import (
     upright_box,
 )
 
+# Boxes around bodies.
+
 
 @dataclass(frozen=True)
 class BodyBox:
-    """A box around a body in the world, and the motion that takes a frame there."""
+    """A box around a body in the world, and the motion from a frame to the world."""
 
     low: Vector
     high: Vector
     motion: Motion = IDENTITY_MOTION
 
     def within(self, motion: Motion) -> BodyBox:
-        """Seen from the frame of what is moved by `motion` into this one."""
+        """Return the same box in the frame of a part that `motion` moves into this frame."""
         return BodyBox(self.low, self.high, motion.then(self.motion)) if motion.steps else self
 
     @property
     def box(self) -> BoxPiece:
-        """Around the body in the frame, larger by its size on every side, of short numbers."""
+        """A box of short numbers around the body in the frame, with a margin about as large as the body on each side.
+
+        Raise OverflowError if it leaves the range of float64.
+        """
         low, high = np.array(self.low), np.array(self.high)
         if self.motion.steps:
             corners = np.array([[(low, high)[k >> i & 1][i] for i in range(3)] for k in range(8)])
@@ -66,6 +74,7 @@ class BodyBox:
             corners = corners @ rows[:3, :3].T + rows[:3, 3]
             low, high = corners.min(axis=0), corners.max(axis=0)
         size = float((high - low).max())
+        # A power of two near half the size keeps the numbers short, and two steps of it leave room on each side.
         step = 2.0 ** math.floor(math.log2(size)) / 2 if size > 0 else 1.0
         least, most = (np.floor(low / step) - 2) * step, (np.ceil(high / step) + 2) * step
         if not (np.isfinite(least).all() and np.isfinite(most).all()):
@@ -76,7 +85,7 @@ class BodyBox:
 
 
 def compute_body_box(solid: Solid) -> BodyBox:
-    """Around a body. Raises Unsayable for one without an end, or with nothing in it."""
+    """Return the box around a body. Raise ExportUnsupported for an unbounded or empty body."""
     low, high = solid.bounds
     if (low > high).any():
         raise ExportUnsupported("there is nothing in it")
@@ -85,14 +94,17 @@ def compute_body_box(solid: Solid) -> BodyBox:
     return BodyBox(tuple(low.tolist()), tuple(high.tolist()))
 
 
-# Quadric surfaces as pieces: ellipsoids, cylinders, cones, and bowls of revolution, in their own frame.
+# Quadric surfaces as pieces, in their own frame: ellipsoids, cylinders, cones, and bowls of revolution.
 
 _CYCLES = {2: (0, 1, 2), 0: (1, 2, 0), 1: (2, 0, 1)}
-"""Axes in cyclic order, the one that is turned about last."""
+"""Axis of revolution -> the axes in cyclic order that ends with it."""
 
 
 def split_quadric(surface: QuadricSurface, room: BodyBox) -> PieceNode:
-    """The inside of a quadric, as far as a room goes. Raises Unsayable for what is no such piece."""
+    """Return the inside of a quadric, as far as the box reaches.
+
+    Raise ExportUnsupported for a quadric that is no ellipsoid, cylinder, cone, paraboloid or hyperboloid of one sheet.
+    """
     steps, is_rounded = _frame_steps(surface)
     squares = [ex.exact(value) for value in surface.squares]
     linear = [ex.exact(value) for value in surface.linear]
@@ -103,17 +115,17 @@ def split_quadric(surface: QuadricSurface, room: BodyBox) -> PieceNode:
         if not (a > 0 and b > 0) or p or q:
             continue
         turn: Steps = () if axis == 2 else (Transform(_AXIS_TURNS[axis]),)
-        found = _about_z((a, b, c), s, constant, room.within(Motion((*turn, *steps))))
-        if found is None:
+        node = _about_z((a, b, c), s, constant, room.within(Motion((*turn, *steps))))
+        if node is None:
             continue
-        if isinstance(found, PieceBoolean):
-            return PieceBoolean(found.kind, found.parts, (*found.steps, *turn, *steps))
-        return PieceLeaf(found.piece, (*found.steps, *turn, *steps), found.is_rounded or is_rounded)
+        if isinstance(node, PieceBoolean):
+            return PieceBoolean(node.kind, node.parts, (*node.steps, *turn, *steps))
+        return PieceLeaf(node.piece, (*node.steps, *turn, *steps), node.is_rounded or is_rounded)
     raise ExportUnsupported("a quadric of it is no ellipsoid, cylinder, cone, paraboloid or hyperboloid of one sheet")
 
 
 def _frame_steps(surface: QuadricSurface) -> tuple[Steps, bool]:
-    """The steps from own coordinates y = rows (x - anchor), and whether they are rounded."""
+    """Return the steps from the quadric's own coordinates y = rows (x - anchor) to x, and whether they are rounded."""
     anchor = [ex.exact(value) for value in surface.anchor]
     shift = [ex.rounded(value) for value in anchor]
     is_rounded = any(ex.cancelling_sum((a, -ex.exact(b))) for a, b in zip(anchor, shift, strict=True))
@@ -138,7 +150,7 @@ def _frame_steps(surface: QuadricSurface) -> tuple[Steps, bool]:
 
 
 def _about_z(squares: ex.Row, s: ex.BigFloat, constant: ex.BigFloat, room: BodyBox) -> PieceNode | None:
-    """a x² + b y² + c z² + 2 s z <= k with a, b > 0; None where another axis may do better."""
+    """Return a x² + b y² + c z² + 2 s z <= `constant` with a, b > 0 as a node; None if another axis may fit."""
     a, b, c = squares
     if c > 0:
         if s or not constant > 0:
@@ -148,7 +160,7 @@ def _about_z(squares: ex.Row, s: ex.BigFloat, constant: ex.BigFloat, room: BodyB
         return PieceLeaf(EllipsoidPiece((x, y, z)), (), not all(is_exact for _, is_exact in radii))
     steps: Steps = ()
     is_rounded = False
-    if ex.cancelling_sum((a, -b)):
+    if ex.cancelling_sum((a, -b)):  # an elliptic section is a circle, scaled along y
         factor, is_exact = _root(a / b)
         steps, is_rounded = (Scale((1.0, factor, 1.0)),), not is_exact
     g0, g1, g2 = (ex.cancelling_sum((value / a,)) for value in (constant, -2 * s, -c))
@@ -163,7 +175,7 @@ def _about_z(squares: ex.Row, s: ex.BigFloat, constant: ex.BigFloat, room: BodyB
     if g2 and not square:
         return _double_cone(g1, g2, low, high, steps, is_rounded)
     if g2 and (square > 0 or g0 < 0):
-        return None  # two sheets
+        return None  # two sheets, which no piece holds
     rounded = is_rounded or any(map(ex.is_rounded, (g0, g1, g2)))
     return PieceLeaf(QuadricPiece(ex.fraction(g0), ex.fraction(g1), ex.fraction(g2), low, high), steps, rounded)
 
@@ -171,7 +183,7 @@ def _about_z(squares: ex.Row, s: ex.BigFloat, constant: ex.BigFloat, room: BodyB
 def _double_cone(
     g1: ex.BigFloat, g2: ex.BigFloat, low: float, high: float, steps: Steps, is_rounded: bool
 ) -> PieceNode:
-    """x² + y² <= g2 (z - apex)²: both nappes, as far as the room goes."""
+    """Return x² + y² <= g2 (z - apex)² between two heights: both nappes, or one, as revolutions."""
     apex, slope = ex.cancelling_sum((-g1 / (2 * g2),)), _root(g2)
     at = ex.rounded(apex)
     is_rounded = is_rounded or not slope[1] or bool(ex.cancelling_sum((apex, -ex.exact(at))))
@@ -191,40 +203,43 @@ def _double_cone(
 
 
 def _root(value: ex.BigFloat) -> tuple[float, bool]:
-    """The square root as a float, and whether it is that exactly."""
-    found = ex.cancelling_sum((ex.sqrt(value),))
-    near = ex.rounded(found)
-    return near, not ex.cancelling_sum((found, -ex.exact(near)))
+    """Return the square root as a float, and whether it is exact."""
+    root = ex.cancelling_sum((ex.sqrt(value),))
+    near = ex.rounded(root)
+    return near, not ex.cancelling_sum((root, -ex.exact(near)))
 
 
-# Solids in the words of `pieces`: named shapes by rules of their own, all others by their cells.
+# Booleans.
 
 MAX_TREE_DEPTH = 60
-"""Booleans within Booleans."""
+"""Most levels of Booleans within Booleans."""
 
 
 PieceRule: TypeAlias = Callable[[Solid], "PieceLeaf | None"]
-"""What a format has for a solid, its motion aside; None for most."""
+"""Returns the piece that a format has for a solid, without the motion of the solid; None for most solids."""
 
 
 def split_into_pieces(solid: Solid, rule: PieceRule | None = None) -> PieceNode:
-    """A body, by the rule of a format where it has one. Raises Unsayable for what is unbounded, or no such solid."""
+    """Return the pieces of a body; `rule` may return a piece of the format for any part.
+
+    Raise ExportUnsupported for a body that is unbounded, empty, or not of planes and quadrics.
+    """
     return _PieceBuilder(rule).node(solid, compute_body_box(solid), 0)
 
 
 @dataclass(frozen=True)
 class _PieceBuilder:
-    """Goes down a tree of Booleans."""
+    """Descends a tree of Booleans."""
 
     rule: PieceRule | None
 
     def node(self, solid: Solid, room: BodyBox, depth: int) -> PieceNode:
-        """A solid in a room."""
+        """Return the node of a solid within a box. Raise ExportUnsupported."""
         if depth >= MAX_TREE_DEPTH:
             raise ExportUnsupported(f"it nests Booleans deeper than {MAX_TREE_DEPTH} levels")
-        found = None if self.rule is None else self.rule(solid)
-        if found is not None:
-            return _move_node(found, solid.motion.steps)
+        piece = None if self.rule is None else self.rule(solid)
+        if piece is not None:
+            return _move_node(piece, solid.motion.steps)
         if isinstance(solid, Boolean):
             return self._combined(solid, room.within(solid.motion), depth + 1)
         if not isinstance(solid, PrimitiveSolid):
@@ -232,7 +247,7 @@ class _PieceBuilder:
         return _primitive(solid, room)
 
     def _combined(self, solid: Boolean, room: BodyBox, depth: int) -> PieceNode:
-        """Complements become what is cut, from the room where nothing else is there."""
+        """Return a Boolean. Complements are cut from the other operands, or from the box if there are none."""
         steps = solid.motion.steps
         if isinstance(solid, Painted):
             return PieceBoolean("union", (self.node(solid.operand, room, depth),), steps, hex_color(solid.material)[0])
@@ -244,6 +259,7 @@ class _PieceBuilder:
         cut: list[PieceNode] = []
         for k, operand in enumerate(solid.operands):
             is_out = isinstance(solid, Difference) and k > 0
+            # Complements of complements cancel; one that is left is cut rather than built from the box.
             while isinstance(operand, Complement) and operand.motion.is_identity:
                 operand, is_out = operand.operand, not is_out
             (cut if is_out else inside).append(self.node(operand, room, depth))
@@ -253,7 +269,7 @@ class _PieceBuilder:
 def _node(
     kind: PieceBooleanKind, inside: list[PieceNode], cut: list[PieceNode], steps: Steps, room: BodyBox
 ) -> PieceNode:
-    """What is in all or any of some, and in none of others."""
+    """Return the union or intersection (`kind`) of some nodes without others, moved by steps."""
     if not inside:
         inside = [PieceLeaf(room.box)]
     whole = inside[0] if len(inside) == 1 else PieceBoolean(kind, tuple(inside))
@@ -266,19 +282,21 @@ def _node(
     return PieceBoolean(whole.kind, whole.parts, whole.steps + steps, whole.color)
 
 
-# ---- Primitives ----
+# Primitives. Each rule returns a piece, or None if the cells of the solid are to be used.
 
 
 def _primitive(solid: PrimitiveSolid, room: BodyBox) -> PieceNode:
+    """Return a primitive by its rule, else by its cells."""
     rule = _PIECE_RULES.get(type(solid))
-    found = rule(solid, room.within(solid.motion)) if rule is not None else None
-    if found is None:
+    node = rule(solid, room.within(solid.motion)) if rule is not None else None
+    if node is None:
         own = room.within(solid.motion).within(solid.placement)
-        found = _move_node(_tree(solid.tree(), own), solid.placement.steps)
-    return _move_node(found, solid.motion.steps)
+        node = _move_node(_tree(solid.tree(), own), solid.placement.steps)
+    return _move_node(node, solid.motion.steps)
 
 
 def _move_node(node: PieceNode, steps: Steps) -> PieceNode:
+    """Return a node with further steps."""
     if not steps:
         return node
     if isinstance(node, PieceLeaf):
@@ -318,7 +336,10 @@ def _cone(solid: Cone, room: BodyBox) -> PieceNode:
 
 
 def _frustum(solid: Cylinder | Cone, first: float, second: float) -> PieceNode:
-    """Along an axis of coordinates exactly, else of a length that is rounded; a part of a turn always so."""
+    """Return a cylinder or cone: exact along an axis of coordinates, else with a rounded length.
+
+    A wedge always has a rounded length.
+    """
     length = solid.length
     if solid.end_angle - solid.start_angle != 360:
         profile = dict.fromkeys(((0.0, 0.0), (first, 0.0), (second, length), (0.0, length)))
@@ -332,6 +353,7 @@ def _frustum(solid: Cylinder | Cone, first: float, second: float) -> PieceNode:
 
 
 def _is_rounded(solid: Cylinder | Cone) -> bool:
+    """Return True if the length of a solid is no float64."""
     length = axis_length(solid.start, solid.end)
     return bool(ex.cancelling_sum((length, -ex.exact(solid.length))))
 
@@ -365,12 +387,15 @@ def _polyhedron(solid: Polyhedron, room: BodyBox) -> PieceNode:
 
 @lru_cache(256)
 def _bounded_piece(plain: Polyhedron) -> PieceNode:
-    """One that needs no room; many bodies are one such solid moved."""
+    """Return the faces of a bounded polyhedron without its motion; cached, as many bodies are one solid moved."""
     return _polyhedron_faces(list(zip(plain.normals, plain.offsets, strict=True)), compute_body_box(plain))
 
 
 def _polyhedron_faces(planes: list[tuple[Any, float]], room: BodyBox) -> PieceNode:
-    """Offsets are taken as the decimals that are read as them, so that corners are those that were meant."""
+    """Return the faces of a convex polyhedron within a box.
+
+    Offsets are taken as the shortest decimals that are read as them, so that corners are those that people mean.
+    """
     faces = clip_box(room.box, [(_fractions(normal), shortest_decimal(offset)) for normal, offset in planes])
     if faces is None:
         raise ExportUnsupported("a part of it is empty")
@@ -378,7 +403,7 @@ def _polyhedron_faces(planes: list[tuple[Any, float]], room: BodyBox) -> PieceNo
 
 
 def _plane_number(value: ex.BigFloat) -> Fraction:
-    """A number of a plane; the nearest float of one without an end."""
+    """Return a number of a plane exactly, or the nearest float if `value` itself is rounded."""
     return Fraction(ex.rounded(value)) if ex.is_rounded(value) else ex.fraction(value)
 
 
@@ -393,10 +418,11 @@ _PIECE_RULES: dict[type[PrimitiveSolid], Callable[[Any, BodyBox], PieceNode | No
 }  # fmt: skip
 
 
-# ---- Any primitive, by its cells ----
+# Any primitive, by its cells.
 
 
 def _tree(tree: Tree, room: BodyBox) -> PieceNode:
+    """Return a tree of cells within a box."""
     if isinstance(tree, Cell):
         return _cell(tree.faces, room)
     if isinstance(tree, Not):
@@ -417,7 +443,7 @@ def _tree(tree: Tree, room: BodyBox) -> PieceNode:
 
 
 def _outside_face(tree: Tree) -> Face | None:
-    """The curved face that a cell is the outside of."""
+    """Return the curved face if a tree is one cell outside of it; else None."""
     if isinstance(tree, Cell) and len(tree.faces) == 1:
         face = tree.faces[0]
         if face.inside < 0 and isinstance(face.surface, QuadricSurface):
@@ -426,12 +452,13 @@ def _outside_face(tree: Tree) -> Face | None:
 
 
 def curved_inside(face: Face, room: BodyBox) -> PieceNode:
-    """The inside of a curved face."""
+    """Return the inside of a curved face within a box."""
     assert isinstance(face.surface, QuadricSurface)
     return split_quadric(face.surface, room)
 
 
 def _cell(faces: tuple[Face, ...], room: BodyBox) -> PieceNode:
+    """Return an intersection of half-spaces and quadrics: the planes together clip the box."""
     inside: list[PieceNode] = []
     cut: list[PieceNode] = []
     planes, is_rounded = [], False

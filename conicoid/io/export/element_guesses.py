@@ -1,4 +1,8 @@
-"""Paraboloids and hyperboloids as importers make them, a quadric cut by a box: guesses at their numbers."""
+"""Recognize solids that importers made of one element of GDML or one ball of OpenSCAD, to write that element again.
+
+The numbers of the element are guessed: short decimals near the numbers of the solid. A guess counts only if an importer
+makes exactly the same solid of it, so that a wrong guess costs time but never correctness.
+"""
 
 from __future__ import annotations
 
@@ -24,13 +28,16 @@ from ..xml_tree import XmlElement
 from .exporters import format_number, shortest_decimal
 from .pieces import ExtrusionPiece, NativePiece, PieceBoolean, PieceLeaf, PieceNode
 
+# Paraboloids and hyperboloids, which importers make as a quadric that a box cuts.
+
 _BOWL_GUESS_DIGITS = (6, 9, 12)
+"""Decimals that are tried for the numbers of the element."""
 _Wall = tuple[float, float, float]
 """g0, g1, g2 of x² + y² <= g0 + g1 z + g2 z²"""
 
 
 def guess_bowls(solid: Intersection | Difference) -> Iterator[NativePiece]:
-    """What a solid may be, as elements of GDML."""
+    """Yield the paraboloids and hypes of GDML that a solid may be."""
     outer: Solid = solid
     inner: Solid | None = None
     if isinstance(solid, Difference) and len(solid.operands) == 2:
@@ -61,16 +68,16 @@ def guess_bowls(solid: Intersection | Difference) -> Iterator[NativePiece]:
 
 def _guess_hype(wall: _Wall, bore: _Wall, low: Fraction, high: Fraction, at: tuple[Fraction, Fraction, Fraction],
           digits: int) -> NativePiece:  # fmt: skip
-    told = ""
+    attributes = ""
     for each, radius, angle in ((bore, "rmin", "inst"), (wall, "rmax", "outst")):
         degrees = math.degrees(math.atan(math.sqrt(max(each[2], 0.0))))
         size = _rounded(_radius(each, float(at[2])), digits)
-        told += f' {radius}="{format_number(size)}" {angle}="{format_number(_rounded(degrees, digits))}"'
-    return NativePiece("hype", f'{told} z="{format_number(high - low)}" aunit="deg" lunit="mm"', "", at)
+        attributes += f' {radius}="{format_number(size)}" {angle}="{format_number(_rounded(degrees, digits))}"'
+    return NativePiece("hype", f'{attributes} z="{format_number(high - low)}" aunit="deg" lunit="mm"', "", at)
 
 
 def _shift(solid: Solid) -> tuple[float, float, float] | None:
-    """Where a wall has its axis."""
+    """Return the shift of a wall; None if it is moved in another way."""
     steps = solid.motion.steps
     if not steps:
         return 0.0, 0.0, 0.0
@@ -78,18 +85,19 @@ def _shift(solid: Solid) -> tuple[float, float, float] | None:
 
 
 def _wall(solid: Solid) -> _Wall | None:
-    """Of a quadric about z, or of a cylinder."""
+    """Return the coefficients of a quadric about z or of a cylinder; None for other solids."""
     if isinstance(solid, Quadric) and solid.coefficients is not None:
-        given = dict(solid.coefficients)
-        if given.pop("xx", 0.0) != 1 or given.pop("yy", 0.0) != 1:
+        coefficients = dict(solid.coefficients)
+        if coefficients.pop("xx", 0.0) != 1 or coefficients.pop("yy", 0.0) != 1:
             return None
-        return -given.get("constant", 0.0), -given.get("z", 0.0), -given.get("zz", 0.0)
+        return -coefficients.get("constant", 0.0), -coefficients.get("z", 0.0), -coefficients.get("zz", 0.0)
     if isinstance(solid, Revolution) and len(solid.profile) == 4:
         return max(r for r, _ in solid.profile) ** 2, 0.0, 0.0
     return None
 
 
 def _radius(wall: _Wall, z: float) -> float:
+    """Return the radius of a wall at height z."""
     g0, g1, g2 = wall
     return math.sqrt(max(g0 + z * (g1 + z * g2), 0.0))
 
@@ -98,24 +106,26 @@ def _rounded(value: float, digits: int) -> Fraction:
     return Fraction(f"{round(value, digits):.{digits}f}")
 
 
-# Solids that GDML has elements of its own for, known again: what an importer makes of the element is the very solid.
-#
-# A guess at the numbers, from decimals near them, is read as a file would be, and taken only where it gives the same.
+# Elements of GDML in general.
 
 _LIKE = 1e-9
+"""Tolerance of the test whether sides are regular; the comparison with the solid is exact."""
 _GUESS_DIGITS = (6, 9, 12, 15)
-"""Digits after which numbers that came out of others are taken to end."""
+"""Decimals that are tried for numbers that an importer computed from others."""
 
 
 def guess_element(solid: Solid) -> PieceLeaf | None:
-    """A cutTube, or a polyhedra of one section, without the motion of the solid; None for any other."""
+    """Return the GDML element that a solid is, without the motion of the solid; None if there is none.
+
+    The elements are cutTube, polyhedra of one section, paraboloid and hype.
+    """
     plain = solid if solid.motion.is_identity else solid._moved(IDENTITY_MOTION)
     return _guess_plain(plain)
 
 
 @lru_cache(256)
 def _guess_plain(plain: Solid) -> PieceLeaf | None:
-    """The same for a solid without a motion; many bodies are one such solid moved."""
+    """Return `guess_element` of a solid without a motion. It is cached, as many bodies are one such solid moved."""
     guesses: Iterator[NativePiece]
     if isinstance(plain, Intersection):
         guesses = chain(_cut_tubes(plain), guess_bowls(plain))
@@ -132,7 +142,7 @@ def _guess_plain(plain: Solid) -> PieceLeaf | None:
 
 
 def _read_guess(guess: NativePiece) -> Solid | None:
-    """What an importer makes of an element, at its place."""
+    """Return the solid that the GDML importer makes of an element at its place; None if it refuses the element."""
     element = _element(guess.tag, guess.attributes)
     for child in guess.children.split("/>")[:-1]:
         tag, _, attributes = child[1:].partition(" ")
@@ -144,15 +154,16 @@ def _read_guess(guess: NativePiece) -> Solid | None:
 
 
 def _element(tag: str, attributes: str) -> XmlElement:
+    """Return an element with attributes as `NativePiece` has them: a="..." b="..."."""
     pairs = (pair.split('="') for pair in attributes.split('" ') if pair.strip())
     return XmlElement(tag, 0, 0, {name.strip(): value.rstrip('"') for name, value in pairs})
 
 
-# ---- Tubes between slanted planes ----
+# Tubes between slanted planes.
 
 
 def _cut_tubes(solid: Intersection) -> Iterator[NativePiece]:
-    """A tube of two radii and two half-spaces."""
+    """Yield the cutTube that an intersection of a tube and two half-spaces may be."""
     if len(solid.operands) != 3:
         return
     tube, low, high = solid.operands
@@ -186,11 +197,11 @@ def _cut_tubes(solid: Intersection) -> Iterator[NativePiece]:
     yield NativePiece("cutTube", f'{text} deltaphi="{format_number(width)}"{normals} aunit="deg" lunit="mm"', "", at)
 
 
-# ---- Sides about z ----
+# Prisms and pyramids of equal sides about z.
 
 
 def _polyhedra(solid: Solid) -> Iterator[NativePiece]:
-    """A body of equal sides between two heights, with a bore or none."""
+    """Yield the polyhedra of one section that a body of equal sides may be, with a bore or without."""
     parts = solid.operands if isinstance(solid, Boolean) else (solid,)
     if len(parts) > 2 or not all(isinstance(part, Polyhedron) for part in parts):
         return
@@ -232,7 +243,7 @@ def _polyhedra(solid: Solid) -> Iterator[NativePiece]:
 
 
 def _is_regular(normals: tuple[Vector, ...]) -> bool:
-    """Do sides follow one another by equal angles, with equal slopes, about?"""
+    """Return True if each normal, turned by 360° / count about z, is the next one, to within `_LIKE`."""
     c, s = math.cos(2 * math.pi / len(normals)), math.sin(2 * math.pi / len(normals))
     return all(
         max(abs(c * x - s * y - u), abs(s * x + c * y - v), abs(z - w), abs(math.hypot(x, y) - 1)) < _LIKE
@@ -241,31 +252,37 @@ def _is_regular(normals: tuple[Vector, ...]) -> bool:
 
 
 def _middle(part: Solid) -> float:
-    """Half-way between the ends: a bore goes equally far in both directions from where the element has its origin."""
+    """Return half the difference of the end offsets: the middle of a part.
+
+    A bore extends equally far in both directions from the origin of its element, so this finds the origin.
+    """
     assert isinstance(part, Polyhedron)
     return float((shortest_decimal(part.offsets[1]) - shortest_decimal(part.offsets[0])) / 2)
 
 
 def _axis_of(rows: list[tuple[tuple[float, float, float], float]]) -> tuple[float, float]:
-    """Where the axis of equal sides is: the mean of the normals times their offsets, as these cancel around it."""
+    """Return the axis (x, y) of equal sides: twice the mean of normal times offset.
+
+    The parts of the offsets that do not depend on the axis cancel around it.
+    """
     x = 2 * sum(normal[0] * offset for normal, offset in rows) / len(rows)
     y = 2 * sum(normal[1] * offset for normal, offset in rows) / len(rows)
     return x, y
 
 
 def _near(value: float | Fraction, digits: int) -> Fraction:
-    """A short decimal near a float."""
+    """Return a number rounded to some decimals."""
     return Fraction(f"{round(float(value), digits):.{digits}f}")
 
 
-# Balls of flat sides, as OpenSCAD makes them by $fn: known again in the frustums that they are read as.
+# Balls of flat sides, which OpenSCAD makes with $fn, and which importers read as frustums.
 
 _NEAR_ULPS = 4
-"""Floats on either side of the radius that comes out of the highest ring."""
+"""Floats that are tried on either side of the radius that follows from the highest ring."""
 
 
 def guess_ball(node: PieceBoolean) -> tuple[float, int] | None:
-    """The radius and the sides of the ball that a union of frustums is; None where it is none."""
+    """Return the radius and the number of sides of the ball that a union of frustums is; None if it is none."""
     parts = node.parts
     if node.kind != "union" or not all(
         isinstance(part, PieceLeaf) and isinstance(part.piece, ExtrusionPiece) for part in parts
@@ -288,16 +305,16 @@ def guess_ball(node: PieceBoolean) -> tuple[float, int] | None:
 
 
 def _ball_frustums(radius: float, sides: int) -> list[PieceNode]:
-    """What such a ball is read as."""
-    found: list[PieceNode] = []
+    """Return the frustums that the OpenSCAD importer reads for a ball of flat sides."""
+    frustums: list[PieceNode] = []
     for (first, low), (second, high) in itertools.pairwise(ball_rings(radius, sides)):
         if first >= second:
-            found.append(PieceLeaf(ExtrusionPiece(regular_polygon(first, sides), low, high, second / first)))
+            frustums.append(PieceLeaf(ExtrusionPiece(regular_polygon(first, sides), low, high, second / first)))
         else:
-            found.append(
+            frustums.append(
                 PieceLeaf(
                     ExtrusionPiece(regular_polygon(second, sides), -high, -low, first / second),
                     (Scale((1.0, 1.0, -1.0)),),
                 )
             )
-    return found
+    return frustums

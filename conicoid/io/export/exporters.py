@@ -1,4 +1,7 @@
-"""What an export may be asked for, what it gives, and how it refuses what a format cannot say."""
+"""What all exports share: options and results, the report of losses and refusals, formats, bodies, colours, numbers.
+
+A format is a module of this package with a function `export_text(scene, options)`.
+"""
 
 from __future__ import annotations
 
@@ -28,14 +31,19 @@ from ..scene_file.nodes import shorten
 from ..scene_file.scene_file import WritableScene
 
 _MESSAGE_WIDTH = 96
+"""Half the characters of a line in the list of bodies that a format refuses."""
 
 
 @dataclass(frozen=True)
 class ExportOptions:
-    """How a file is written.
+    """Options of an export.
 
-    strict: is what the format says less of than the scene an error, in place of a remark?
-    progress: progress(done, count) is called with numbers of bodies.
+    Attributes
+    ----------
+    strict
+        Raise ValueError, rather than add remarks, if the file holds less than the scene.
+    progress
+        Function that is called as progress(done, count) with numbers of bodies.
     """
 
     strict: bool = False
@@ -48,7 +56,7 @@ class ExportOptions:
 
 @dataclass(frozen=True)
 class ExportResult:
-    """The text of a file, and what there is to say of it: `notes` are all, `remarks` those that tell of a loss."""
+    """The text of a file, all notes on it (`notes`), and those of them that report a loss (`remarks`)."""
 
     text: str
     notes: tuple[str, ...] = ()
@@ -56,12 +64,12 @@ class ExportResult:
 
 
 class ExportUnsupported(Exception):
-    """Why a format cannot say something; the message names the shape, the field and what to do."""
+    """Raised if a format cannot hold a body; the message names the shape, the field and a remedy."""
 
 
 @dataclass
 class ExportReport:
-    """What is told of an export: bodies that cannot be said, and what is narrowed, by kind."""
+    """The losses of an export: bodies that the format cannot hold, and bodies that it holds only in part, by kind."""
 
     format: str
     refused: list[str] = field(default_factory=list)
@@ -69,7 +77,7 @@ class ExportReport:
 
     @contextmanager
     def about(self, name: str) -> Iterator[None]:
-        """What cannot be said of a body is kept, so that all such bodies are told together."""
+        """Collect the refusal of a body, so that `check` raises one error for all such bodies."""
         try:
             yield
         except ExportUnsupported as error:
@@ -78,30 +86,30 @@ class ExportReport:
             self.refused.append(f"{quote_body(name)}: its numbers leave the range of float64")
 
     def narrow(self, kind: str, name: str) -> None:
-        """A body of which the file says less than the scene; `kind` says what."""
+        """Record that the file holds less of a body than the scene; `kind` describes the loss."""
         names = self.narrowed.setdefault(kind, [])
-        if not names or names[-1] != name:
+        if not names or names[-1] != name:  # bodies come one after the other: once per body and kind
             names.append(name)
 
     def check(self) -> None:
-        """Raises ValueError with the bodies that cannot be said, the first of many."""
+        """Raise ValueError with the refused bodies, or the first of many."""
         if not self.refused:
             return
         count = len(self.refused)
-        head = f"{format_count(count, 'body')} cannot be said in {self.format}:"
-        kept = [_cut_text(line, 2 * _MESSAGE_WIDTH) for line in self.refused[: MAX_LISTED_PROBLEMS // 2 - 1]]
-        more = count - len(kept)
+        head = f"{format_count(count, 'body')} cannot be written as {self.format}:"
+        listed = [_cut_text(line, 2 * _MESSAGE_WIDTH) for line in self.refused[: MAX_LISTED_PROBLEMS // 2 - 1]]
+        more = count - len(listed)
         tail = [f"... and {more:,} more like this"] if more else []
-        raise ValueError("\n".join([head, *kept, *tail]))
+        raise ValueError("\n".join([head, *listed, *tail]))
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """A line for each kind of narrowing, with the first bodies and how many there are."""
+        """A line for each kind of loss, with the first bodies and the number of the others."""
         return tuple(limit_notes(self._remarks()))
 
     def _remarks(self) -> Iterator[str]:
         for kind, names in self.narrowed.items():
-            if names == [""]:
+            if names == [""]:  # a loss of the scene, not of a body
                 yield kind
                 continue
             shown = ", ".join(quote_body(name) for name in names[:3])
@@ -110,7 +118,7 @@ class ExportReport:
 
 
 def quote_body(name: str) -> str:
-    """A body in messages."""
+    """Return the name of a body for messages, printable and short."""
     return printable(shorten(name))
 
 
@@ -118,10 +126,7 @@ def _cut_text(text: str, width: int) -> str:
     return text if len(text) <= width else f"{text[: width // 2 - 3]} ... {text[3 - width // 2 :]}"
 
 
-# The formats of other programs that Conicoid writes, each known by the suffix of the file.
-#
-# A format is a module with `exported(bodies, options)`, which gives an `Exported`, and is loaded when a file of it is
-# written.
+# Formats, chosen by the suffix of the file. A format's module is imported when the first file of it is written.
 
 
 @dataclass(frozen=True)
@@ -133,17 +138,17 @@ class ExportFormat:
     module: str
 
     def write(self, scene: WritableScene, path: str | os.PathLike[str], options: ExportOptions) -> ExportResult:
-        """Write a file, whole or not at all.
+        """Write a scene to a file, which appears whole or not at all.
 
-        Raises ValueError that names the bodies which the format cannot say, or for remarks where none are wanted
-        (`strict`); OSError where the file cannot be written.
+        Raise ValueError with the bodies that the format cannot hold, or with the remarks if `options.strict`. Raise
+        OSError if the file cannot be written.
         """
-        found: ExportResult = importlib.import_module(self.module, __package__).export_text(scene, options)
-        if options.strict and found.remarks:
-            told = "\n".join(limit_notes(found.remarks))
-            raise ValueError(f"{os.fspath(path)}: would not say all of the scene, and strict is asked for:\n{told}")
-        write_text(path, found.text)
-        return found
+        result: ExportResult = importlib.import_module(self.module, __package__).export_text(scene, options)
+        if options.strict and result.remarks:
+            remarks = "\n".join(limit_notes(result.remarks))
+            raise ValueError(f"{os.fspath(path)}: would not hold all of the scene, and strict is set:\n{remarks}")
+        write_text(path, result.text)
+        return result
 
 
 EXPORT_FORMATS: tuple[ExportFormat, ...] = (
@@ -154,20 +159,20 @@ EXPORT_FORMATS: tuple[ExportFormat, ...] = (
 
 
 def find_export_format(path: str | os.PathLike[str]) -> ExportFormat | None:
-    """The format that a file is to have, by its suffix; None for any other."""
+    """Return the format for the suffix of a path; None for any other suffix."""
     suffix = os.path.splitext(os.fspath(path))[1].lower()
     return next((each for each in EXPORT_FORMATS if suffix in each.suffixes), None)
 
 
-# The bodies of a scene one by one, with the names and materials that a file gives them.
+# Bodies of a scene one by one, with unique names.
 
 MAX_EXPORT_BODIES = 2_000_000
-"""Bodies of one file."""
+"""Most bodies of one file."""
 
 
 @dataclass(frozen=True)
 class ExportBody:
-    """A solid body: its name, which no other has, its solid, and its material, None for none."""
+    """A solid body: its unique name, its solid, and its material or None."""
 
     name: str
     solid: Solid
@@ -175,7 +180,10 @@ class ExportBody:
 
 
 def collect_solids(scene: WritableScene, report: ExportReport) -> list[ExportBody]:
-    """All bodies; sheets are refused by name. Of many in one entry, each is one."""
+    """Return all bodies of a scene, each of an entry of many by itself; report sheets as refused.
+
+    Raise ValueError for more than `MAX_EXPORT_BODIES`.
+    """
     found = []
     for number, (name, body) in enumerate(_unique_names(scene)):
         if number >= MAX_EXPORT_BODIES:
@@ -189,6 +197,7 @@ def collect_solids(scene: WritableScene, report: ExportReport) -> list[ExportBod
 
 
 def _unique_names(scene: WritableScene) -> Iterator[tuple[str, Any]]:
+    """Yield a unique name and the body for each body; unnamed ones get their number, copies an index in brackets."""
     taken = {body.name for body in scene.bodies}
     number = 0
     for body in scene.bodies:
@@ -197,7 +206,7 @@ def _unique_names(scene: WritableScene) -> Iterator[tuple[str, Any]]:
             name = body.name or f"body {number}"
             if count > 1 and body.name:
                 name = f"{name}[{k}]"
-            while name != body.name and name in taken:
+            while name != body.name and name in taken:  # names of the scene stay as they are
                 name += "'"
             taken.add(name)
             yield name, single_body(body, k)
@@ -205,14 +214,14 @@ def _unique_names(scene: WritableScene) -> Iterator[tuple[str, Any]]:
 
 
 def _report_ignored(scene: WritableScene, report: ExportReport) -> None:
-    """What no such file has: said once, as pictures are not what it is for."""
+    """Report the parts of a scene that only pictures need; no export format holds them."""
     parts = [name for name in ("lights", "camera", "background", "animation") if getattr(scene, name, None)]
     if parts:
-        report.narrow(f"not said: {', '.join(parts)}", "")
+        report.narrow(f"not written: {', '.join(parts)}", "")
 
 
 def is_void(material: Material | None) -> bool:
-    """Is it nothing that anybody would see: what importers make of void and of gases?"""
+    """Return True for an invisible material, as importers make them for void and for gases."""
     return (
         material is not None
         and is_clear(material)
@@ -225,7 +234,10 @@ def is_void(material: Material | None) -> bool:
 
 
 def hex_color(material: Material | None) -> tuple[str, bool]:
-    """#rrggbb, and whether that is all of how the material looks: textures and mirrors are more than a colour."""
+    """Return the colour of a material as #rrggbb, and whether its look is only that colour.
+
+    Textures, mirrors and clear materials are more than a colour; textures become #cccccc.
+    """
     material = material or Material()
     try:
         rgb = linear_rgb(material.color)  # type: ignore[arg-type]
@@ -237,15 +249,18 @@ def hex_color(material: Material | None) -> tuple[str, bool]:
 
 
 def has_same_color(a: Material, b: Material) -> bool:
-    """Would both be said by the same colour?"""
+    """Return True if an export would give both materials the same colour."""
     return hex_color(a) == hex_color(b)
 
 
-# Which bodies may have points in common: pairs whose boxes do.
+# Pairs of bodies that may overlap.
 
 
 def overlapping_boxes(boxes: Sequence[BoxEnds]) -> Iterator[tuple[int, int]]:
-    """Pairs (i, j), i < j, of boxes that overlap by more than a face, for each j in the order of i."""
+    """Yield the pairs (i, j), i < j, of boxes that overlap by more than a face, sorted by j, then by i.
+
+    Boxes are swept along x: only those that begin before a box ends are compared with it.
+    """
     if len(boxes) < 2:
         return
     lows, highs = (np.array([box[end] for box in boxes]) for end in (0, 1))
@@ -262,21 +277,25 @@ def overlapping_boxes(boxes: Sequence[BoxEnds]) -> Iterator[tuple[int, int]]:
         yield from ((before, later) for before in sorted(found[later]))
 
 
-# Numbers as decimals that readers turn into the same float64; and what is no float64, to forty digits.
+# Numbers as decimals. A float64 is written so that readers get the same float64, other numbers to forty digits.
 
 MAX_DIGITS = 40
-"""Of numbers that are no float64: more than readers keep, so that these round them as they would the exact ones."""
+"""Digits of numbers that are no float64: more than readers keep, so that they round them like the exact numbers."""
 _MAX_LENGTH, _MAX_QUOTIENT_LENGTH = 60, 400
+"""Most digits of an exact decimal, and most characters of an exact quotient."""
 _CONTEXT = Context(prec=MAX_DIGITS)
 
 
 def shortest_decimal(value: float) -> Fraction:
-    """The shortest decimal that is read as a float64: 1/10 for 0.1. Sums of such are what people mean by them."""
-    return Fraction(repr(value + 0.0))
+    """Return the shortest decimal that is read as a float64: 1/10 for 0.1.
+
+    Sums of these decimals are the sums that people mean: 0.1 + 0.2 gives 3/10.
+    """
+    return Fraction(repr(value + 0.0))  # + 0.0 turns -0.0 into 0.0
 
 
 def format_number(value: float | Fraction) -> str:
-    """A number as text."""
+    """Return a number as a decimal: the shortest one of a float64, else that of `_format_digits`."""
     if isinstance(value, Fraction):
         near = float(value)
         if shortest_decimal(near) != value:
@@ -287,18 +306,19 @@ def format_number(value: float | Fraction) -> str:
 
 
 def format_numbers(values: object) -> str:
-    """Several numbers, with blanks between them."""
+    """Return numbers as text, separated by blanks."""
     return " ".join(format_number(value) for value in values)  # type: ignore[attr-defined]
 
 
 def _format_digits(value: Fraction) -> str:
-    """All digits where they end soon, else forty."""
+    """Return a fraction as a decimal: exact if it has at most `_MAX_LENGTH` digits, else with `MAX_DIGITS` digits."""
     denominator = value.denominator
     twos = (denominator & -denominator).bit_length() - 1
     fives, rest = 0, denominator >> twos
     while rest % 5 == 0:
         fives, rest = fives + 1, rest // 5
     places = max(twos, fives)
+    # A decimal ends if its denominator has no prime factors but 2 and 5.
     if rest == 1 and places <= _MAX_LENGTH:
         digits = abs(value.numerator) * 10**places // denominator
         if len(str(digits)) <= _MAX_LENGTH:
@@ -307,7 +327,10 @@ def _format_digits(value: Fraction) -> str:
 
 
 def shorten_fraction(value: ex.Writable) -> tuple[Fraction, bool]:
-    """A number of many bits as a fraction that `word` says, and whether it is a float64: the decimal of that then."""
+    """Return a number as a fraction for `format_number`, and whether it is a float64.
+
+    For a float64 the fraction is its shortest decimal, for other numbers their exact value.
+    """
     if isinstance(value, (int, float)):
         return shortest_decimal(float(value)), True
     near = ex.rounded(value)
@@ -317,7 +340,7 @@ def shorten_fraction(value: ex.Writable) -> tuple[Fraction, bool]:
 
 
 def format_expression(value: Fraction) -> str:
-    """A number for readers that know fractions: as it is where its digits end soon, else a quotient."""
+    """Return a number as an expression for readers that divide: a decimal if that is exact, else a quotient."""
     text = format_number(value)
     quotient = f"{value.numerator}/{value.denominator}"
     return text if Fraction(text) == value or len(quotient) > _MAX_QUOTIENT_LENGTH else quotient

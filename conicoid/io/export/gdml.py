@@ -1,4 +1,8 @@
-"""Materials as GDML's elements, with their densities and what they are made of."""
+"""Export to GDML: materials, solids and volumes.
+
+Bodies that are cut from another become volumes within its volume; all others are placed beside one another. Solids are
+written by `gdml_solids.py`, motions by `gdml_motions.py`.
+"""
 
 from __future__ import annotations
 
@@ -36,13 +40,18 @@ from .gdml_motions import AxisStretch, GdmlMoves, join_moves, relative_moves, sp
 from .gdml_solids import SolidReference, SolidWriter, position_element, rotation_element
 from .openmc_regions import ExportSurfaceTable, RegionWriter, are_disjoint
 
+# Materials, with their densities and components.
+
 _WRITTEN_PROPERTIES = {"density", "fractions", "composite", "formula", "state", "Z"}
 _NO_MATERIAL_NAME = "no material"
-_COLORS_REMARK = "not said: colours of materials"
+_COLORS_REMARK = "not written: colours of materials"
 
 
 class GdmlMaterialWriter:
-    """The materials of a file by name, in the order in which readers give them the colours that they have."""
+    """The materials of a file by name, in an order that makes readers give them their own colours where possible.
+
+    Readers colour materials by number from a palette, so materials with a palette colour are sorted by its number.
+    """
 
     def __init__(self, items: list[ExportBody], report: ExportReport) -> None:
         self._report = report
@@ -55,7 +64,7 @@ class GdmlMaterialWriter:
             if material.name == _NO_MATERIAL_NAME and is_void(material):
                 continue
             first = self._firsts.setdefault((material.name, material.properties, is_void(material)), material)
-            if material.name and first is not material:  # but for its colour, which volumes have
+            if material.name and first is not material:  # only the colour differs, which volumes hold
                 self.names[material], self._numbers[material] = self.names[first], self._numbers[first]
                 continue
             self._numbers[material] = len(taken) + 1
@@ -67,13 +76,13 @@ class GdmlMaterialWriter:
             self.names[material] = unique
 
     def reference(self, item: ExportBody) -> str:
-        """What a volume says."""
+        """Return the element by which a volume refers to its material, or "" for none."""
         if item.material is None or item.material not in self.names:
             return ""
         return f"<materialref ref={quoteattr(self.names[item.material])}/>"
 
     def color(self, item: ExportBody) -> str:
-        """A hint for readers, where they would give another colour to the material."""
+        """Return the element of a volume's colour, or "" if readers give the material this colour anyway."""
         material = item.material
         if material is None or material not in self.names or is_void(material):
             return ""
@@ -83,45 +92,48 @@ class GdmlMaterialWriter:
         return f'<auxiliary auxtype="Color" auxvalue="{color}"/>'
 
     def elements(self) -> list[str]:
-        """Lines of XML."""
+        """Return the lines of XML, and report materials whose look is more than a colour."""
         once = {name: material for material, name in reversed(self.names.items())}
-        told = [name for material, name in self.names.items() if not is_void(material) and not hex_color(material)[1]]
-        for name in told:
+        lossy = [name for material, name in self.names.items() if not is_void(material) and not hex_color(material)[1]]
+        for name in lossy:
             self._report.narrow(_COLORS_REMARK, name)
         return [line for name in dict.fromkeys(self.names.values()) for line in self._element(once[name], name)]
 
     def _element(self, material: Material, name: str) -> list[str]:
-        given = dict(material.properties)
-        density = given.get("density")
-        thin = (isinstance(density, (int, float)) and density < GAS_DENSITY) or given.get("state") == "gas"
+        properties = dict(material.properties)
+        density = properties.get("density")
+        thin = (isinstance(density, (int, float)) and density < GAS_DENSITY) or properties.get("state") == "gas"
+        # Readers take thin materials for void. Where that is not the look of this one, density or look is lost.
         if is_void(material) and not thin:
             density, thin = 1e-25, True
         if is_void(material) != thin:
             self._report.narrow(_COLORS_REMARK, name)
-        attributes = "".join(f" {key}={quoteattr(str(given[key]))}" for key in ("formula", "state") if given.get(key))
-        if isinstance(given.get("Z"), (int, float)):
-            attributes += f' Z="{format_number(float(given["Z"]))}"'
+        attributes = "".join(
+            f" {key}={quoteattr(str(properties[key]))}" for key in ("formula", "state") if properties.get(key)
+        )
+        if isinstance(properties.get("Z"), (int, float)):
+            attributes += f' Z="{format_number(float(properties["Z"]))}"'
         lines = [f"<material name={quoteattr(name)}{attributes}>"]
         if isinstance(density, (int, float)):
             lines.append(f'  <D value="{format_number(float(density))}" unit="g/cm3"/>')
         else:
-            self._report.narrow("no density is known of materials", name)
-        parts = _material_parts(given)
+            self._report.narrow("materials without a density", name)
+        parts = _material_parts(properties)
         lines += [f'  <{tag} n="{format_number(float(share))}" ref={quoteattr(part)}/>' for tag, part, share in parts]
-        rest = sorted(map(str, set(given) - _WRITTEN_PROPERTIES))
+        rest = sorted(map(str, set(properties) - _WRITTEN_PROPERTIES))
         if rest:
-            self._report.narrow(f"not said: properties of materials ({', '.join(rest[:4])})", name)
+            self._report.narrow(f"not written: properties of materials ({', '.join(rest[:4])})", name)
         return [*lines, "</material>"]
 
 
 def _palette_number(material: Material, count: int) -> int:
-    """Its number, if it has the colour that readers give to that."""
+    """Return the number in the palette of readers of a material's colour, or 0; `count` materials are expected."""
     found, _ = hex_color(material)
     return next((n for n in range(1, 4 * count + 9) if color_of_number(n) == found), 0)
 
 
 def _material_parts(given: Mapping[str, Any]) -> list[tuple[str, str, float]]:
-    """(tag, name, share) of what it is made of."""
+    """Return (tag, name, share) of the components of a material."""
     found = []
     for key, tag in (("fractions", "fraction"), ("composite", "composite")):
         if isinstance(given.get(key), Mapping):
@@ -129,12 +141,12 @@ def _material_parts(given: Mapping[str, Any]) -> list[tuple[str, str, float]]:
     return found
 
 
-# Which bodies lie in which: daughters displace their mother, so a mother is a difference from which they are cut.
+# Volumes within volumes. In GDML daughters displace their mother, so the body of a mother is a difference.
 
 
 @dataclass
 class VolumeNest:
-    """A body with those that are placed in it; `outer` is its solid before these are cut from it."""
+    """A body with the bodies that are placed in it; `outer` is its solid before these are cut from it."""
 
     number: int
     item: ExportBody
@@ -143,7 +155,7 @@ class VolumeNest:
 
 
 def body_numbers(nests: list[VolumeNest]) -> list[int]:
-    """The bodies of some nests in the order in which readers find them."""
+    """Return the numbers of the bodies in the order in which readers meet them: depth first, the mother first."""
     found: list[int] = []
     pending = list(reversed(nests))
     while pending:
@@ -154,22 +166,22 @@ def body_numbers(nests: list[VolumeNest]) -> list[int]:
 
 
 def nest_bodies(items: list[ExportBody]) -> list[VolumeNest]:
-    """All bodies, those within others there; in the order of the scene.
+    """Return the outermost bodies, with those within them, in the order of the scene.
 
-    What importers make of volumes in volumes, ``mother - daughter - daughter``, is taken apart again where each
-    daughter is a body that is listed after the mother.
+    Importers make differences of volumes in volumes: ``mother - daughter - daughter``. Such a difference is taken apart
+    again for each daughter that is a body listed after the mother.
     """
     free: dict[Solid, list[VolumeNest]] = {}
-    for number in range(len(items) - 1, -1, -1):
+    for number in range(len(items) - 1, -1, -1):  # daughters before their mother
         item = items[number]
         nest = VolumeNest(number, item, item.solid)
         left: list[Solid] = []
         if isinstance(item.solid, Difference) and item.solid.motion.is_identity:
             first, *cut = item.solid.operands
             for solid in cut:
-                found = free.get(solid)
-                if found:
-                    nest.inner.append(found.pop())
+                daughters = free.get(solid)
+                if daughters:
+                    nest.inner.append(daughters.pop())
                 else:
                     left.append(solid)
             if nest.inner:
@@ -179,16 +191,16 @@ def nest_bodies(items: list[ExportBody]) -> list[VolumeNest]:
     return sorted((nest for nests in free.values() for nest in nests), key=lambda nest: nest.number)
 
 
-# A scene as a GDML file: volumes within volumes where bodies are cut by those in them, else beside one another.
+# The structure and the file.
 
 _COPY_NAME = re.compile(r"(.+)\[(\d{1,9})\]\Z", re.S)
 CONTAINER = '<auxiliary auxtype="Conicoid" auxvalue="container"/>'
-"""Of a world that is no body of the scene."""
+"""Marks a world volume that is no body of the scene."""
 
 
 @dataclass
 class _StructureWriter:
-    """The volumes that are written, each once."""
+    """The elements of <structure>: volumes, equal ones once."""
 
     report: ExportReport
     solids: SolidWriter
@@ -197,13 +209,16 @@ class _StructureWriter:
     taken: set[str] = field(default_factory=set)
     elements: list[str] = field(default_factory=list)
 
-    def placed(self, nest: VolumeNest, frame: GdmlMoves, around: str) -> str:
-        """The physvol of a body, whose volume is written before."""
-        said = self._said(nest)
-        if said is None:
+    def place(self, nest: VolumeNest, frame: GdmlMoves, around: str) -> str:
+        """Write the volume of a body, and return its <physvol> in a volume at `frame` named `around`.
+
+        Return "" if GDML cannot hold the solid, which is reported.
+        """
+        own = self._solid(nest)
+        if own is None:
             return ""
-        rest, place = split_last_placement(relative_moves(said.moves, frame), True)
-        solid = self.solids.wrapped(said.name, rest)
+        rest, place = split_last_placement(relative_moves(own.moves, frame), True)
+        solid = self.solids.move(own.name, rest)
         inner = self._inner(nest, join_moves(place.moves, frame))
         label, copy = self._label(nest.item, around)
         volume = self.volume(nest.item, solid, inner, label)
@@ -213,31 +228,34 @@ class _StructureWriter:
         )
 
     def world(self, nest: VolumeNest) -> str:
-        """The volume of a body that holds all others, where it is."""
-        said = self._said(nest)
-        if said is None:
+        """Write the volume of a body that holds all others, at its place, and return its name."""
+        own = self._solid(nest)
+        if own is None:
             return ""
-        solid = self.solids.wrapped(said.name, said.moves)
+        solid = self.solids.move(own.name, own.moves)
         return self.volume(nest.item, solid, self._inner(nest, ()), self._plain(nest.item, nest.item.name))
 
-    def _said(self, nest: VolumeNest) -> SolidReference | None:
-        said, self.solids.is_worked_out = None, False
+    def _solid(self, nest: VolumeNest) -> SolidReference | None:
+        """Write the solid of a body and report its losses; return None if GDML cannot hold it, which is reported."""
+        solid, self.solids.has_computed_planes = None, False
         with self.report.about(nest.item.name):
-            said = self.solids.said(split_into_pieces(nest.outer, guess_element))
-            if nest.inner and any(isinstance(move, AxisStretch) for move in said.moves):
-                said = SolidReference(self.solids.wrapped(said.name, said.moves), (), said.is_rounded)
-            if said.is_rounded:
+            solid = self.solids.write(split_into_pieces(nest.outer, guess_element))
+            # Frames of volumes in it have no stretches: let the solid hold them.
+            if nest.inner and any(isinstance(move, AxisStretch) for move in solid.moves):
+                solid = SolidReference(self.solids.move(solid.name, solid.moves), (), solid.is_rounded)
+            if solid.is_rounded:
                 self.report.narrow("numbers are rounded to float64", nest.item.name)
-            elif self.solids.is_worked_out:
-                told = "planes are worked out from corners by readers, so that the last digits may be others"
-                self.report.narrow(told, nest.item.name)
-        return said
+            elif self.solids.has_computed_planes:
+                loss = "readers compute planes from corners, so that the last digits may differ"
+                self.report.narrow(loss, nest.item.name)
+        return solid
 
     def _inner(self, nest: VolumeNest, frame: GdmlMoves) -> list[str]:
-        return [self.placed(inner, frame, nest.item.name) for inner in nest.inner]
+        """Write the volumes in a body, and return their <physvol> elements."""
+        return [self.place(inner, frame, nest.item.name) for inner in nest.inner]
 
     def volume(self, item: ExportBody, solid: str, inner: list[str], label: str) -> str:
-        """The name of a volume; those that are alike are one."""
+        """Return the name of a volume; it is added unless an equal one exists."""
         material = self.materials.reference(item)
         color = self.materials.color(item)
         lines = [f'{material}<solidref ref="{solid}"/>', *inner, *([color] if color else [])]
@@ -252,7 +270,7 @@ class _StructureWriter:
         return self.names[text]
 
     def _label(self, item: ExportBody, around: str) -> tuple[str, str]:
-        """What a body is called within another, and its copy number."""
+        """Return the name of a body within another, and the attribute of its copy number, which `[3]` at its end is."""
         name = item.name.removeprefix(f"{around}/") if around else item.name
         found = _COPY_NAME.match(name)
         if found is None or str(int(found[2])) != found[2]:
@@ -260,15 +278,15 @@ class _StructureWriter:
         return self._plain(item, found[1]), f' copynumber="{found[2]}"'
 
     def _plain(self, item: ExportBody, name: str) -> str:
-        """Without brackets, in which GDML has numbers."""
+        """Return a name without brackets, which hold indices in GDML, and report a change."""
         plain = printable(name).replace("[", "(").replace("]", ")")
         if plain != name:
-            self.report.narrow("names with brackets have others in GDML", item.name)
+            self.report.narrow("names with brackets have parentheses in GDML", item.name)
         return plain
 
 
 def export_text(scene: WritableScene, options: ExportOptions) -> ExportResult:
-    """The text of a .gdml file."""
+    """Return the text of a .gdml file. Raise ValueError with the bodies that GDML cannot hold."""
     report = ExportReport("GDML")
     items = collect_solids(scene, report)
     nests = nest_bodies(items)
@@ -280,15 +298,15 @@ def export_text(scene: WritableScene, options: ExportOptions) -> ExportResult:
         for number, nest in enumerate(nests):
             if options.progress is not None and number % 256 == 0:
                 options.progress(number, len(nests))
-            inner.append(structure.placed(nest, (), ""))
+            inner.append(structure.place(nest, (), ""))
         world = _write_container(structure, nests, inner)
     report.check()
     order = body_numbers(nests)
-    if order != sorted(order):  # as some of a body that is cut come after others that are not
+    if order != sorted(order):  # daughters follow their mother at once, in scenes perhaps later
         report.narrow("bodies come back in another order, which is by volumes", "")
     _report_overlaps(nests, report)
     if scene.domain is not None:
-        report.narrow("not said: the domain that bodies are to fill", "")
+        report.narrow("not written: the domain that bodies are to fill", "")
     facts = [f"{format_count(len(structure.solids.names), 'solid')}, {format_count(len(structure.elements), 'volume')}"]
     text = _document(structure, world)
     remarks = report.remarks
@@ -296,7 +314,10 @@ def export_text(scene: WritableScene, options: ExportOptions) -> ExportResult:
 
 
 def _write_container(structure: _StructureWriter, nests: list[VolumeNest], inner: list[str]) -> str:
-    """A world around bodies that none of them holds: a box of nothing, which importers of ours leave out."""
+    """Write a world around bodies that none of them holds, and return its name.
+
+    It is an empty box, marked so that Conicoid's importer leaves it out.
+    """
     ends = [abs(float(end)) for nest in nests for corner in nest.outer.bounds for end in corner]
     size = max((end for end in ends if math.isfinite(end)), default=1.0)
     text = format_number(8.0 * 2.0 ** math.frexp(size)[1])
@@ -310,7 +331,7 @@ def _write_container(structure: _StructureWriter, nests: list[VolumeNest], inner
 
 
 def _report_overlaps(nests: list[VolumeNest], report: ExportReport) -> None:
-    """Volumes in one mother must not share points; who surely does not is left alone."""
+    """Report volumes in one mother that may share points, which GDML forbids."""
     pending = [nests]
     while pending:
         siblings = pending.pop()
@@ -319,6 +340,7 @@ def _report_overlaps(nests: list[VolumeNest], report: ExportReport) -> None:
 
 
 def _report_sibling_overlaps(siblings: list[VolumeNest], report: ExportReport) -> None:
+    """Report pairs of volumes whose boxes overlap, unless their regions surely do not."""
     table = ExportSurfaceTable()
     regions = RegionWriter(table)
     known: dict[int, Region] = {}
@@ -330,7 +352,7 @@ def _report_sibling_overlaps(siblings: list[VolumeNest], report: ExportReport) -
 
     for i, j in overlapping_boxes([nest.outer.bounds for nest in siblings]):
         first, later = siblings[i], siblings[j]
-        if first.outer in _cut_bodies(later) or later.outer in _cut_bodies(first):
+        if first.outer in _cut_bodies(later) or later.outer in _cut_bodies(first):  # one is cut from the other
             continue
         try:
             if are_disjoint(region(i), region(j), table):
@@ -341,10 +363,12 @@ def _report_sibling_overlaps(siblings: list[VolumeNest], report: ExportReport) -
 
 
 def _cut_bodies(nest: VolumeNest) -> tuple[object, ...]:
+    """Return the solids that are cut from a volume."""
     return getattr(nest.outer, "operands", ())[1:]
 
 
 def _document(structure: _StructureWriter, world: str) -> str:
+    """Return the file with its four sections and the world volume."""
     corners = []
     for point, name in structure.solids.positions.items():
         x, y, z = map(format_expression, point)

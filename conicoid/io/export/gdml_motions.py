@@ -1,6 +1,7 @@
-"""Motions as GDML can say them: exchanges of axes and shifts, turns about an axis by an angle, stretches.
+"""Motions in the terms of GDML: exchanges of axes with shifts, spins about an axis, and stretches.
 
-Exchanges and shifts are composed in decimals, which is what readers do with them.
+Exchanges and shifts are composed exactly, with shifts as the shortest decimals of floats, as readers do with them.
+`split_last_placement` turns moves into the rotations and positions of elements.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from ..openmc.placement import NO_TURN, ORIGIN, AxisTurn, Point, rotation_by_ang
 from .exporters import ExportUnsupported, shortest_decimal
 
 _RIGHT_ANGLE_TOLERANCE = 1e-9
-"""How far a matrix may be from a turn that is written as angles."""
+"""Largest error of a product of rows, if a matrix is to be written as a rotation by angles."""
 
 
 @dataclass(frozen=True)
@@ -30,13 +31,13 @@ class RigidMove:
     shift: Point = ORIGIN
 
     def then(self, other: RigidMove) -> RigidMove:
-        """One, and then the other."""
+        """Return the move that is this one, then `other`."""
         moved = other.turn.apply(self.shift)
         return RigidMove(other.turn.after(self.turn), _add_shifts(moved, other.shift))
 
     @property
     def back(self) -> RigidMove:
-        """The way back."""
+        """The inverse."""
         turn = self.turn.inverse
         x, y, z = turn.apply(self.shift)
         return RigidMove(turn, (-x, -y, -z))
@@ -44,7 +45,7 @@ class RigidMove:
 
 @dataclass(frozen=True)
 class AxisSpin:
-    """A turn about an axis of coordinates, in degrees."""
+    """A rotation about an axis of coordinates, in degrees."""
 
     axis: int
     degrees: Fraction
@@ -52,7 +53,7 @@ class AxisSpin:
 
 @dataclass(frozen=True)
 class AxisStretch:
-    """Scaled along the axes, by factors above 0."""
+    """A scaling along the axes by factors above 0."""
 
     factors: tuple[float, float, float]
 
@@ -62,43 +63,46 @@ GdmlMoves: TypeAlias = tuple[GdmlMove, ...]
 
 
 def join_moves(*parts: Iterable[GdmlMove]) -> GdmlMoves:
-    """One after the other, neighbours of one kind composed where that is exact."""
-    found: list[GdmlMove] = []
+    """Return moves one after the other, with adjacent rigid moves composed (that is exact) and identities dropped."""
+    moves: list[GdmlMove] = []
     for move in itertools.chain(*parts):
-        if isinstance(move, RigidMove) and found and isinstance(found[-1], RigidMove):
-            found[-1] = found[-1].then(move)
+        if isinstance(move, RigidMove) and moves and isinstance(moves[-1], RigidMove):
+            moves[-1] = moves[-1].then(move)
         else:
-            found.append(move)
-        if found[-1] == RigidMove():
-            found.pop()
-    return tuple(found)
+            moves.append(move)
+        if moves[-1] == RigidMove():
+            moves.pop()
+    return tuple(moves)
 
 
 def convert_steps(steps: Sequence[Step]) -> tuple[GdmlMoves, bool]:
-    """Steps, and whether a number of them had to be rounded. Raises Unsayable for what is no turn, shift or scaling."""
-    found: list[GdmlMove] = []
+    """Return steps as moves, and whether a number had to be rounded.
+
+    Raise ExportUnsupported for a step that is no rotation, shift or scaling along the axes.
+    """
+    converted: list[GdmlMove] = []
     is_rounded = False
     for step in steps:
         if isinstance(step, Translate):
-            found.append(RigidMove(shift=_decimals(step.offset)))
+            converted.append(RigidMove(shift=_decimals(step.offset)))
         elif isinstance(step, Scale):
-            found += _convert_scaling(step)
+            converted += _convert_scaling(step)
         elif isinstance(step, Rotate) and sum(map(bool, step.axis)) == 1:
-            found.append(_convert_spin(step))
+            converted.append(_convert_spin(step))
         elif isinstance(step, Transform) and _convert_exchange(step) is not None:
             turn = _convert_exchange(step)
             assert turn is not None
-            found.append(RigidMove(turn, _decimals(tuple(row[3] for row in step.matrix[:3]))))
+            converted.append(RigidMove(turn, _decimals(tuple(row[3] for row in step.matrix[:3]))))
         else:
             more, rounded = _three_spins(step)
-            found += more
+            converted += more
             is_rounded = is_rounded or rounded
-    made = join_moves(found)
-    return made, is_rounded or _is_lossy(steps, made)
+    moves = join_moves(converted)
+    return moves, is_rounded or _is_lossy(steps, moves)
 
 
 def _is_lossy(steps: Sequence[Step], moves: GdmlMoves) -> bool:
-    """Were shifts added up, so that their sums may have been rounded?"""
+    """Return True if shifts were added up: their sums may differ from the scene's, which were rounded."""
     shifts = sum(isinstance(step, Translate) for step in steps)
     return shifts > sum(isinstance(move, RigidMove) for move in moves) and shifts > 1
 
@@ -113,13 +117,15 @@ def _add_shifts(a: Point, b: Point) -> Point:
 
 
 def _convert_scaling(step: Scale) -> list[GdmlMove]:
+    """Return the stretch and the mirror of a scaling."""
     x, y, z = (1 if factor > 0 else -1 for factor in step.factors)
     sizes = tuple(map(abs, step.factors))
-    found: list[GdmlMove] = [AxisStretch(sizes)] if sizes != (1.0, 1.0, 1.0) else []  # type: ignore[arg-type]
-    return [*found, RigidMove(AxisTurn(signs=(x, y, z)))]
+    moves: list[GdmlMove] = [AxisStretch(sizes)] if sizes != (1.0, 1.0, 1.0) else []  # type: ignore[arg-type]
+    return [*moves, RigidMove(AxisTurn(signs=(x, y, z)))]
 
 
 def _convert_spin(step: Rotate) -> GdmlMove:
+    """Return a rotation about an axis of coordinates; multiples of 90 degrees become exchanges of axes."""
     axis = next(i for i in range(3) if step.axis[i])
     degrees = shortest_decimal(step.degrees) * (1 if step.axis[axis] > 0 else -1)
     if degrees % 90:
@@ -130,7 +136,7 @@ def _convert_spin(step: Rotate) -> GdmlMove:
 
 
 def _convert_exchange(step: Transform) -> AxisTurn | None:
-    """The exchange of axes that a matrix is."""
+    """Return the exchange of axes, with signs, that a matrix is; None if it is none."""
     rows = [row[:3] for row in step.matrix[:3]]
     lines = [*rows, *zip(*rows, strict=True)]
     if any(sorted(map(abs, line)) != [0, 0, 1] for line in lines):
@@ -141,28 +147,32 @@ def _convert_exchange(step: Transform) -> AxisTurn | None:
 
 
 def _three_spins(step: Step) -> tuple[list[GdmlMove], bool]:
-    """A turn about any axis as three about x, y and z, to the nearest floats; and its shift."""
+    """Return a rotation about any axis as spins about x, y and z, with its shift, and whether numbers are rounded.
+
+    Raise ExportUnsupported if the matrix is no rotation, mirrored or not.
+    """
     rows, shift = Motion((step,)).affine
     m = [[ex.rounded(value) for value in row] for row in rows]
     for i, j in itertools.product(range(3), range(3)):
         if abs(sum(a * b for a, b in zip(m[i], m[j], strict=True)) - (i == j)) > _RIGHT_ANGLE_TOLERANCE:
             what = "Transform" if isinstance(step, Transform) else type(step).__name__
             raise ExportUnsupported(f"a motion of it ({what}) is no chain of turns, shifts and scalings along the axes")
-    found: list[GdmlMove] = []
+    moves: list[GdmlMove] = []
     if _determinant(m) < 0:
         m = [[row[0], row[1], -row[2]] for row in m]
-        found.append(RigidMove(AxisTurn(signs=(1, 1, -1))))
+        moves.append(RigidMove(AxisTurn(signs=(1, 1, -1))))
     y = math.asin(max(-1.0, min(1.0, -m[2][0])))
+    # At y = ±90 degrees only x - z or x + z is defined (gimbal lock): choose z = 0.
     if math.hypot(m[0][0], m[1][0]) > 1e-12:
         x, z = math.atan2(m[2][1], m[2][2]), math.atan2(m[1][0], m[0][0])
     else:
         x, z = math.atan2(-m[1][2], m[1][1]), 0.0
     for axis, angle in enumerate((x, y, z)):
         if angle:
-            found.append(_convert_spin(Rotate(_AXES[axis], math.degrees(angle))))
+            moves.append(_convert_spin(Rotate(_AXES[axis], math.degrees(angle))))
     moved = tuple(ex.rounded(value) for value in shift)
-    found.append(RigidMove(shift=_decimals(moved)))
-    return found, not isinstance(step, AxisFrame) or len(found) > 1
+    moves.append(RigidMove(shift=_decimals(moved)))
+    return moves, not isinstance(step, AxisFrame) or len(moves) > 1
 
 
 _AXES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
@@ -174,7 +184,7 @@ def _determinant(m: list[list[float]]) -> float:
 
 
 def relative_moves(moves: GdmlMoves, frame: GdmlMoves) -> GdmlMoves:
-    """What leads to `moves` within a frame that is placed by others: what both end with is left out."""
+    """Return the moves within a frame that is placed by `frame`: frame⁻¹ after `moves`, without their common end."""
     mine, its = list(moves), list(frame)
     while mine and its and mine[-1] == its[-1]:
         mine.pop()
@@ -183,30 +193,31 @@ def relative_moves(moves: GdmlMoves, frame: GdmlMoves) -> GdmlMoves:
 
 
 def _invert_move(move: GdmlMove) -> GdmlMove:
-    """The way back; stretches are none of frames."""
+    """Return the inverse of a move of a frame; frames have no stretches."""
     if isinstance(move, AxisSpin):
         return AxisSpin(move.axis, -move.degrees)
     assert isinstance(move, RigidMove)
     return move.back
 
 
-# ---- Moves as rotations and positions ----
+# Moves as rotations and positions.
 
 
 @dataclass(frozen=True)
 class ExportPlacement:
-    """A rotation by three angles, in the sense of whatever it is for, then a shift."""
+    """A rotation by three angles in degrees, in the sense of the element that it is for, then a shift."""
 
     angles: Point = ORIGIN
     shift: Point = ORIGIN
     moves: GdmlMoves = ()
-    """The same as moves."""
+    """The same placement as moves."""
 
 
 def split_last_placement(moves: GdmlMoves, is_placement: bool) -> tuple[GdmlMoves, ExportPlacement]:
-    """The last moves as one rotation and shift, and those before.
+    """Return the moves before the last ones, and the last ones as one rotation and shift.
 
-    Operands of Booleans turn about x, then y, then z; placements about z, y, x, the other way (`is_placement`).
+    Operands of Booleans rotate about x, then y, then z; placements (`is_placement`) about z, y, x, by negative angles.
+    A mirror is never part of the rotation.
     """
     rest = list(moves)
     shift = ORIGIN
@@ -223,6 +234,7 @@ def split_last_placement(moves: GdmlMoves, is_placement: bool) -> tuple[GdmlMove
             )
     angles = [Fraction(0)] * 3
     least = -1
+    # Take spins from the end as long as they come in the order in which the element rotates.
     while rest and isinstance(rest[-1], AxisSpin):
         axis = rest[-1].axis
         order = axis if is_placement else 2 - axis
@@ -234,13 +246,13 @@ def split_last_placement(moves: GdmlMoves, is_placement: bool) -> tuple[GdmlMove
 
 
 def mirror_signs(move: RigidMove) -> tuple[int, int, int] | None:
-    """The signs of a mirror across planes of coordinates."""
+    """Return the signs of a move that is only a mirror across planes of coordinates; None for any other."""
     is_plain = move.turn.sources == (0, 1, 2) and move.shift == ORIGIN
     return move.turn.signs if is_plain and math.prod(move.turn.signs) < 0 else None
 
 
 def _split_mirror(turn: AxisTurn) -> tuple[AxisTurn, AxisTurn | None]:
-    """A turn, and the mirror that comes before it, if any."""
+    """Split a turn into a proper rotation and the mirror that comes before it, if any."""
     a, b, c = turn.sources
     parity = 1 if (a, b, c) in ((0, 1, 2), (1, 2, 0), (2, 0, 1)) else -1
     if parity * math.prod(turn.signs) > 0:
@@ -250,9 +262,10 @@ def _split_mirror(turn: AxisTurn) -> tuple[AxisTurn, AxisTurn | None]:
 
 
 def _quarter_angles(turn: AxisTurn, is_placement: bool) -> Point:
+    """Return the angles, multiples of 90 degrees, of a proper rotation that exchanges axes."""
     quarters = [Fraction(angle) for angle in (0, 90, 180, 270)]
     for x, y, z in itertools.product(quarters, repeat=3):
-        found = (placement_rotation if is_placement else operand_rotation)((x, y, z))
-        if found.turn == turn:
+        rotation = (placement_rotation if is_placement else operand_rotation)((x, y, z))
+        if rotation.turn == turn:
             return x, y, z
     raise AssertionError(turn)

@@ -1,4 +1,7 @@
-"""Paraboloids and hyperboloids of revolution, by the radii and angles that GDML has them by."""
+"""Pieces as the <solids> of a GDML file: boxes, tubes, cones, orbs and others, Booleans of them, moved and scaled.
+
+`SolidWriter` writes each distinct solid once; the parts before it write bowls, closed faces and revolutions.
+"""
 
 from __future__ import annotations
 
@@ -44,19 +47,23 @@ from .pieces import (
     RevolutionPiece,
 )
 
+# Paraboloids and hyperboloids of revolution ("hype"), by the radii and angles of GDML.
+
 _NEAR = 12
-"""Floats on either side of an angle that are tried for the very slope."""
+"""Floats that are tried on either side of an angle for one that gives the exact slope."""
 _STEEPEST = 89.999
+"""Largest angle of a hype in degrees."""
 _DOWN = AxisTurn(signs=(1, -1, -1))
+"""Half a turn about x, which takes z to -z."""
 
 
 def write_bowl(solids: SolidWriter, piece: QuadricPiece) -> SolidReference:
-    """A paraboloid or a hype."""
+    """Write a paraboloid or a hype. Raise ExportUnsupported for a hyperboloid that is nearly flat."""
     return _hype(solids, piece) if piece.g2 else _paraboloid(solids, piece)
 
 
 def _paraboloid(solids: SolidWriter, piece: QuadricPiece) -> SolidReference:
-
+    """Write a paraboloid, which opens upward in GDML; half a turn takes the others there."""
     is_up = piece.g1 > 0
     slope = abs(piece.g1)
     low, high = (Fraction(piece.low), Fraction(piece.high)) if is_up else (-Fraction(piece.high), -Fraction(piece.low))
@@ -71,7 +78,7 @@ def _paraboloid(solids: SolidWriter, piece: QuadricPiece) -> SolidReference:
 
 
 def _hype(solids: SolidWriter, piece: QuadricPiece) -> SolidReference:
-
+    """Write a hyperboloid, symmetric about its waist in GDML: it reaches as far as the farther end."""
     middle = -piece.g1 / (2 * piece.g2)
     radius = _root(piece.g0 - piece.g2 * middle * middle)
     half = max(abs(Fraction(z) - middle) for z in (piece.low, piece.high))
@@ -85,7 +92,10 @@ def _hype(solids: SolidWriter, piece: QuadricPiece) -> SolidReference:
 
 
 def _angle(bend: Fraction) -> tuple[float, bool]:
-    """The angle in degrees whose tangent squared is read as a float, and whether there is one."""
+    """Return an angle in degrees whose squared tangent is `bend` as a float, and whether such an angle was found.
+
+    Raise ExportUnsupported above `_STEEPEST`.
+    """
     about = math.degrees(math.atan(math.sqrt(bend)))
     if about > _STEEPEST:
         raise ExportUnsupported("a hyperboloid of it is nearly flat, and GDML has it by an angle near 90 degrees")
@@ -101,42 +111,47 @@ def _angle(bend: Fraction) -> tuple[float, bool]:
 
 
 def _root(value: Fraction) -> Fraction:
-    """The square root, to more digits than are written."""
+    """Return the square root to more digits than are written; 0 for numbers below 0."""
     return ex.fraction(ex.cancelling_sum((ex.sqrt(max(value, Fraction(0))),)))
 
 
-# Faces as triangles and quadrangles, which is what GDML has.
+# Closed faces: GDML has triangles and quadrangles.
 
 MAX_FACETS = 20_000
+"""Most facets of a solid."""
 
 
 @lru_cache(256)
 def is_read_identically(piece: PolyhedronPiece) -> bool:
-    """Do readers get the planes that it had, or the faces, if it had none?"""
+    """Return True if readers get the planes of the piece from its corners, or its faces if it has no planes."""
     corners = [_read_back(corner) for corner in piece.corners]
     planes = convex_planes(corners, piece.faces)
     if planes is None or piece.planes is None:
         return planes is None and piece.planes is None and all(len(face) <= 4 for face in piece.faces)
-    found = polyhedron_factory(planes)(ORIGIN)
-    assert isinstance(found, Polyhedron)
+    solid = polyhedron_factory(planes)(ORIGIN)
+    assert isinstance(solid, Polyhedron)
     known = {_scale_plane(*plane) for plane in piece.planes}
-    return all(_scale_plane(*plane) in known for plane in zip(found.normals, found.offsets, strict=True))
+    return all(_scale_plane(*plane) in known for plane in zip(solid.normals, solid.offsets, strict=True))
 
 
 def _read_back(corner: PieceCorner) -> PieceCorner:
+    """Return a corner as a reader gets it from the text."""
     x, y, z = (evaluate(format_expression(value), {}) for value in corner)
     return x, y, z
 
 
 def _scale_plane(normal: VectorLike, offset: float) -> tuple[float, ...]:
-    """By a power of two, which no rounding depends on."""
+    """Scale a plane by a power of two, which changes no rounding, so that the largest component is in [1/2, 1)."""
     x, y, z = normal
     _, exponent = math.frexp(max(abs(x), abs(y), abs(z)))
     return tuple(math.ldexp(value, -exponent) for value in (x, y, z, offset))
 
 
 def facet_rows(piece: PolyhedronPiece) -> list[list[PieceCorner]]:
-    """Each face, those of more than four corners cut into triangles."""
+    """Return the corners of each face; faces of more than four corners are cut into triangles.
+
+    Raise ExportUnsupported for more than `MAX_FACETS`.
+    """
     rows: list[list[PieceCorner]] = []
     for face in piece.faces:
         corners = [piece.corners[k] for k in face]
@@ -147,27 +162,30 @@ def facet_rows(piece: PolyhedronPiece) -> list[list[PieceCorner]]:
 
 
 def _triangles(corners: list[PieceCorner]) -> list[list[PieceCorner]]:
-    """A polygon without its ears, one after the other (Meisters 1975), by its projection where that is widest."""
+    """Cut a polygon into triangles by ear clipping (Meisters 1975), in its widest projection along an axis.
+
+    Raise ExportUnsupported if no ear is left, as in polygons that cross themselves.
+    """
     normal = _newell_normal(corners)
     across = max(range(3), key=lambda i: abs(normal[i]))
     u, v = ((across + 1) % 3, (across + 2) % 3) if normal[across] > 0 else ((across + 2) % 3, (across + 1) % 3)
-    left, found = list(corners), []
+    left, triangles = list(corners), []
     while len(left) > 3:
         for k in range(len(left)):
             a, b, c = left[k - 1], left[k], left[(k + 1) % len(left)]
             if _turn_sign(a, b, c, u, v) > 0 and not any(
                 _contains_point(p, a, b, c, u, v) for p in left if p not in (a, b, c)
             ):
-                found.append([a, b, c])
+                triangles.append([a, b, c])
                 del left[k]
                 break
         else:
             raise ExportUnsupported("a face of it is no simple polygon")
-    return [*found, left]
+    return [*triangles, left]
 
 
 def _newell_normal(corners: list[PieceCorner]) -> PieceCorner:
-    """By Newell."""
+    """Return the normal of a polygon by Newell's method, of length twice the area."""
     total = [Fraction(0)] * 3
     for a, b in zip(corners, [*corners[1:], corners[0]], strict=True):
         for i in range(3):
@@ -177,6 +195,7 @@ def _newell_normal(corners: list[PieceCorner]) -> PieceCorner:
 
 
 def _turn_sign(a: PieceCorner, b: PieceCorner, c: PieceCorner, u: int, v: int) -> Fraction:
+    """Return twice the signed area of a triangle in the projection to axes u, v: above 0 counter-clockwise."""
     return (b[u] - a[u]) * (c[v] - a[v]) - (b[v] - a[v]) * (c[u] - a[u])
 
 
@@ -184,11 +203,11 @@ def _contains_point(p: PieceCorner, a: PieceCorner, b: PieceCorner, c: PieceCorn
     return _turn_sign(a, b, p, u, v) >= 0 and _turn_sign(b, c, p, u, v) >= 0 and _turn_sign(c, a, p, u, v) >= 0
 
 
-# What is turned about z: tubes and cones where they are some, else a genericPolycone.
+# Revolutions about z: tubes and cones where possible, else a genericPolycone.
 
 
 def write_revolution(solids: SolidWriter, piece: RevolutionPiece) -> SolidReference:
-    """The solid, and where its middle is."""
+    """Write a solid of revolution; tubes and cones have their origin in the middle, and a shift takes them there."""
     angles, rounded = _angle_attributes(piece)
     corners = [(shortest_decimal(r), shortest_decimal(z)) for r, z in piece.profile]
     if len(corners) == 4:
@@ -210,7 +229,7 @@ def write_revolution(solids: SolidWriter, piece: RevolutionPiece) -> SolidRefere
 
 
 def _angle_attributes(piece: RevolutionPiece) -> tuple[str, bool]:
-    """Attributes, and whether readers get another end from start and width."""
+    """Return the angle attributes, and whether readers get another end angle from start and width."""
     if piece.end - piece.start == 360:
         return ' startphi="0" deltaphi="360" aunit="deg"', False
     start, end = shortest_decimal(piece.start), shortest_decimal(piece.end)
@@ -223,14 +242,14 @@ def _angle_attributes(piece: RevolutionPiece) -> tuple[str, bool]:
     )
 
 
-# Pieces as GDML's solids, each once: boxes, tubes, cones, orbs and the rest, Booleans of them, moved and scaled.
+# The writer of all solids.
 
 _KINDS = {"union": "union", "intersection": "intersection", "difference": "subtraction"}
 
 
 @dataclass(frozen=True)
 class SolidReference:
-    """A solid by its name, and what moves it to where it is."""
+    """The name of a written solid, and the moves that take it to its place."""
 
     name: str
     moves: GdmlMoves = ()
@@ -239,26 +258,26 @@ class SolidReference:
 
 @dataclass
 class SolidWriter:
-    """The elements of <solids> and <define>, with what they are called."""
+    """The elements of <solids> and the positions of <define>, by text and by corner, each once."""
 
     names: dict[str, str] = field(default_factory=dict)
     elements: list[str] = field(default_factory=list)
     positions: dict[Point, str] = field(default_factory=dict)
-    is_worked_out: bool = False
-    """Has a solid been said whose planes readers get from its corners, and not as the very numbers that it has?"""
+    has_computed_planes: bool = False
+    """True once a solid was written whose planes readers compute from its corners with other numbers than its own."""
 
-    def said(self, node: PieceNode) -> SolidReference:
-        """A node. Raises Unsayable."""
+    def write(self, node: PieceNode) -> SolidReference:
+        """Write a node and return its reference. Raise ExportUnsupported."""
         if isinstance(node, PieceLeaf):
-            made = self._piece(node.piece)
+            solid = self._piece(node.piece)
             moves, rounded = convert_steps(node.steps)
             return SolidReference(
-                made.name, join_moves(made.moves, moves), made.is_rounded or node.is_rounded or rounded
+                solid.name, join_moves(solid.moves, moves), solid.is_rounded or node.is_rounded or rounded
             )
-        return self._combined(node)
+        return self._boolean(node)
 
     def add(self, tag: str, attributes: str, children: str = "") -> str:
-        """The name of an element, which is made if there is none like it."""
+        """Return the name of an element; it is added unless an equal one exists."""
         text = f"{attributes}>{children}</{tag}>" if children else f"{attributes}/>"
         key = f"{tag} {text}"
         if key not in self.names:
@@ -267,14 +286,14 @@ class SolidWriter:
         return self.names[key]
 
     def position(self, point: Point) -> str:
-        """The name of a corner."""
+        """Return the name of a corner in <define>; it is added unless it exists."""
         if point not in self.positions:
             self.positions[point] = f"corner{len(self.positions) + 1}"
         return self.positions[point]
 
-    def _combined(self, node: PieceBoolean) -> SolidReference:
-        """A chain of Booleans of two; what all operands have of moves at their ends is taken out."""
-        parts = [self.said(part) for part in node.parts]
+    def _boolean(self, node: PieceBoolean) -> SolidReference:
+        """Write a Boolean as a chain of Booleans of two; the common last moves of all operands move the whole."""
+        parts = [self.write(part) for part in node.parts]
         outer = _common_moves([part.moves for part in parts])
         parts = [
             SolidReference(part.name, part.moves[: len(part.moves) - len(outer)], part.is_rounded) for part in parts
@@ -285,9 +304,9 @@ class SolidWriter:
         first = parts[0]
         if len(parts) == 1:
             return SolidReference(first.name, join_moves(first.moves, whole), is_rounded)
-        name, place = self._ready(first)
+        name, place = self._write_operand(first)
         for part in parts[1:]:
-            second, there = self._ready(part)
+            second, there = self._write_operand(part)
             children = (
                 f'<first ref="{name}"/><second '
                 f'ref="{second}"/>{_operand_elements(there)}{_operand_elements(place, "first")}'
@@ -295,39 +314,44 @@ class SolidWriter:
             name, place = self.add(_KINDS[node.kind], "", children), ExportPlacement()
         return SolidReference(name, whole, is_rounded)
 
-    def _ready(self, said: SolidReference) -> tuple[str, ExportPlacement]:
-        """A solid with all its moves but the last, and that as rotation and position."""
-        rest, place = split_last_placement(said.moves, False)
-        return self.wrapped(said.name, rest), place
+    def _write_operand(self, reference: SolidReference) -> tuple[str, ExportPlacement]:
+        """Write a solid with its first moves, and return its name and the last ones as rotation and position."""
+        rest, place = split_last_placement(reference.moves, False)
+        return self.move(reference.name, rest), place
 
-    def wrapped(self, name: str, moves: GdmlMoves) -> str:
-        """A solid that is moved, as a solid."""
+    def move(self, name: str, moves: GdmlMoves) -> str:
+        """Write a moved solid as a solid, and return its name."""
         while moves:
-            done = self._first(name, moves)
+            done = self._apply_first(name, moves)
             name, moves = done
         return name
 
-    def _first(self, name: str, moves: GdmlMoves) -> tuple[str, GdmlMoves]:
-        """With the first of the moves carried out."""
+    def _apply_first(self, name: str, moves: GdmlMoves) -> tuple[str, GdmlMoves]:
+        """Write a solid with the first moves carried out; return its name and the remaining moves.
+
+        GDML has no moved solid: a multiUnion of one node moves it, a scaledSolid stretches or mirrors it.
+        """
         first: GdmlMove = moves[0]
         if isinstance(first, AxisStretch):
             return self._scaled(name, first.factors), moves[1:]
         mirror = mirror_signs(first) if isinstance(first, RigidMove) else None
         if mirror is not None:
             return self._scaled(name, mirror), moves[1:]
+        # As many moves at once as one rotation and shift can express.
         for count in range(len(moves), 0, -1):
             rest, place = split_last_placement(moves[:count], False)
             if not rest:
                 node = f'<multiUnionNode name="node"><solid ref="{name}"/>{_operand_elements(place)}</multiUnionNode>'
                 return self.add("multiUnion", "", node), moves[count:]
-        rest, place = split_last_placement(moves[:1], False)  # a mirror, and what comes after it
-        return self.wrapped(name, rest), join_moves(place.moves, moves[1:])
+        rest, place = split_last_placement(moves[:1], False)  # a mirror, and the rotation after it
+        return self.move(name, rest), join_moves(place.moves, moves[1:])
 
     def _scaled(self, name: str, factors: Sequence[float]) -> str:
         x, y, z = map(format_number, factors)
         return self.add("scaledSolid", "", f'<solidref ref="{name}"/><scale x="{x}" y="{y}" z="{z}"/>')
 
     def _piece(self, piece: Piece) -> SolidReference:
+        """Write one piece and return its reference."""
         if isinstance(piece, BallPiece):
             return SolidReference(self.add("orb", f' r="{format_number(piece.radius)}" lunit="mm"'))
         if isinstance(piece, EllipsoidPiece):
@@ -341,7 +365,7 @@ class SolidWriter:
         if isinstance(piece, RevolutionPiece):
             return write_revolution(self, piece)
         if isinstance(piece, ExtrusionPiece):
-            return self._drawn(piece)
+            return self._extrusion(piece)
         if isinstance(piece, QuadricPiece):
             return write_bowl(self, piece)
         if isinstance(piece, NativePiece):
@@ -358,7 +382,7 @@ class SolidWriter:
             self.add("box", f' x="{x}" y="{y}" z="{z}" lunit="mm"'), join_moves([RigidMove(shift=(a, b, c))])
         )
 
-    def _drawn(self, piece: ExtrusionPiece) -> SolidReference:
+    def _extrusion(self, piece: ExtrusionPiece) -> SolidReference:
         corners = "".join(f'<twoDimVertex x="{format_number(x)}" y="{format_number(y)}"/>' for x, y in piece.outline)
         scales = zip((piece.low, piece.high), (1.0, piece.scale), strict=True)
         ends = "".join(
@@ -371,12 +395,13 @@ class SolidWriter:
             for p in piece.outline
             for v in p
         ]
-        rounded = piece.scale != 1 and any(Fraction(float(said)) != exact for exact, said in products)
+        # Readers multiply decimals; the scene multiplies the floats.
+        rounded = piece.scale != 1 and any(Fraction(float(decimal)) != exact for exact, decimal in products)
         return SolidReference(self.add("xtru", ' lunit="mm"', corners + ends), (), rounded)
 
     def _faces(self, piece: PolyhedronPiece) -> SolidReference:
         rows = facet_rows(piece)
-        self.is_worked_out = self.is_worked_out or not is_read_identically(piece)
+        self.has_computed_planes = self.has_computed_planes or not is_read_identically(piece)
         text = ""
         for row in rows:
             kind = "triangular" if len(row) == 3 else "quadrangular"
@@ -386,7 +411,7 @@ class SolidWriter:
 
 
 def _common_moves(all_moves: Sequence[GdmlMoves]) -> GdmlMoves:
-    """The moves that all end with, from the first that is no plain shift."""
+    """Return the longest common end of all moves."""
     count = 0
     shortest = min(map(len, all_moves))
     while count < shortest and len({moves[-1 - count] for moves in all_moves}) == 1:
@@ -395,12 +420,12 @@ def _common_moves(all_moves: Sequence[GdmlMoves]) -> GdmlMoves:
 
 
 def _operand_elements(place: ExportPlacement, prefix: str = "") -> str:
-    """Position and rotation elements of an operand."""
+    """Return the position and rotation elements of an operand."""
     return position_element(place.shift, f"{prefix}position") + rotation_element(place.angles, f"{prefix}rotation")
 
 
 def position_element(shift: Point, tag: str = "position") -> str:
-    """An element; nothing for none."""
+    """Return the element of a shift in mm, or "" for no shift."""
     if shift == ORIGIN:
         return ""
     x, y, z = map(format_number, shift)
@@ -408,7 +433,7 @@ def position_element(shift: Point, tag: str = "position") -> str:
 
 
 def rotation_element(angles: Point, tag: str = "rotation") -> str:
-    """An element; nothing for none."""
+    """Return the element of a rotation by angles in degrees, or "" for no rotation."""
     if angles == ORIGIN:
         return ""
     x, y, z = map(format_number, angles)

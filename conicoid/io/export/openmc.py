@@ -1,8 +1,8 @@
-"""What of a solid is turned by angles, which surfaces cannot say without rounding: it fills a cell, as a universe.
+"""Export to OpenMC: a model.xml of materials, surfaces and cells, with rotated parts of solids in universes.
 
-OpenMC turns what fills a cell by three angles or a matrix, and then shifts it. So a solid that is an intersection of
-parts, some of them under further turns and shifts, is a cell with the unturned parts, filled with a universe that is
-turned, in which there is a cell with the turned ones.
+Coefficients of rotated surfaces would have to be rounded. OpenMC rotates the universe that fills a cell by three angles
+or a matrix, and then shifts it, without rounding in the file. So a solid that is an intersection of parts, some of them
+rotated, becomes a cell of the other parts, filled with a rotated universe that holds a cell of the rotated parts.
 """
 
 from __future__ import annotations
@@ -51,41 +51,45 @@ from .openmc_regions import (
     region_sides,
 )
 
+# Solids as nested universes.
+
 
 @dataclass(frozen=True)
 class FillPlacement:
-    """How what fills a cell is placed: the texts of the attributes `rotation` and `translation`."""
+    """The placement of a universe that fills a cell: the texts of the attributes `rotation` and `translation`."""
 
     rotation: str = ""
     translation: str = ""
 
     @property
     def attributes(self) -> str:
-        """As they stand in an element."""
-        told = [(name, getattr(self, name)) for name in ("rotation", "translation")]
-        return "".join(f' {name}="{value}"' for name, value in told if value)
+        """The attributes as text of an element."""
+        values = [(name, getattr(self, name)) for name in ("rotation", "translation")]
+        return "".join(f' {name}="{value}"' for name, value in values if value)
 
 
 @dataclass(frozen=True)
 class NestedSolid:
-    """A solid as parts in universes within universes: `levels` lead from each to the next; the first is the root."""
+    """A solid as parts in nested universes, the root first; `levels[i]` leads from `parts[i]` to the next parts."""
 
     parts: tuple[tuple[Solid, ...], ...]
     levels: tuple[tuple[FillPlacement, ...], ...]
 
 
 def split_levels(solid: Solid) -> NestedSolid | None:
-    """A solid by levels; None where nothing of it is turned, or where that is said otherwise than by angles."""
+    """Return a solid as nested universes; None if no part is rotated, or if fills cannot express the motions."""
     groups: dict[tuple[Step, ...], list[Solid]] = {}
     for operand in _intersection_parts(solid):
         own, outer = _split_turns(operand)
         groups.setdefault(outer, []).append(own)
     if set(groups) == {()}:
         return None
+    # Each motion must end with the motion around it: the rest leads from one universe into the next.
     chain = sorted(groups, key=len)
     if chain[0] != ():
         chain.insert(0, ())
     levels = []
+    # The shortest motion is the outermost.
     for around, inner in pairwise(chain):
         if around and inner[-len(around) :] != around:
             return None
@@ -97,7 +101,7 @@ def split_levels(solid: Solid) -> NestedSolid | None:
 
 
 def _intersection_parts(solid: Solid, outer: Motion = IDENTITY_MOTION) -> Iterator[Solid]:
-    """What a solid is the intersection of, under a further motion."""
+    """Yield the parts that a solid is the intersection of, under a further motion."""
     if not isinstance(solid, Intersection | Difference):
         yield _parts_under(solid, outer)
         return
@@ -114,9 +118,9 @@ def _parts_under(solid: Solid, outer: Motion) -> Solid:
 
 
 def _split_turns(solid: Solid) -> tuple[Solid, tuple[Step, ...]]:
-    """A solid before its turns by odd angles and what follows them, and these.
+    """Split a solid into itself before its first rotation by an odd angle, and the steps from there on.
 
-    A quadric of ten coefficients that was shifted is one too: about the origin it would have others, rounded.
+    A shift of a quadric of ten coefficients counts too: about the origin its coefficients would be rounded.
     """
     if isinstance(solid, Complement) and solid.motion.is_identity:
         own, outer = _split_turns(solid.operand)
@@ -126,28 +130,32 @@ def _split_turns(solid: Solid) -> tuple[Solid, tuple[Step, ...]]:
         return solid._moved(IDENTITY_MOTION), steps
     first = next((k for k, step in enumerate(steps) if _is_odd_turn(step)), len(steps))
     if isinstance(solid, Boolean) and first < len(steps):
-        first = 0
+        first = 0  # all steps stay together, so that operands have none of them
     if first == len(steps):
         return solid, ()
     return solid._moved(Motion(steps[:first]) if first else IDENTITY_MOTION), steps[first:]
 
 
 def _is_odd_turn(step: Step) -> bool:
-    """Does a step turn by anything but multiples of 90 degrees?"""
+    """Return True if a step rotates by anything but multiples of 90 degrees."""
     if isinstance(step, Rotate):
         return step.degrees % 90 != 0 or sum(map(bool, step.axis)) > 1
     return isinstance(step, Transform) and not _is_exchange(step)
 
 
 def _is_exchange(step: Transform) -> bool:
+    """Return True if a matrix exchanges axes, with signs."""
     rows = [row[:3] for row in step.matrix[:3]]
     lines = [*rows, *zip(*rows, strict=True)]
     return all(sorted(map(abs, line)) == [0, 0, 1] for line in lines)
 
 
 def _fill_placements(steps: tuple[Step, ...]) -> tuple[FillPlacement, ...] | None:
-    """Steps as fillings, the outermost first; None where they are others than turns and shifts."""
-    found: list[FillPlacement] = []
+    """Return steps as fills, the outermost first; None if some are neither rotations nor shifts.
+
+    A fill rotates about x, then y, then z, and then shifts. OpenMC's matrix is the inverse of the rotation.
+    """
+    fills: list[FillPlacement] = []
     pending = list(steps)
     while pending:
         rotation, shift = "", ""
@@ -172,38 +180,40 @@ def _fill_placements(steps: tuple[Step, ...]) -> tuple[FillPlacement, ...] | Non
             shift = format_numbers(pending.pop(0).offset)  # type: ignore[union-attr]
         if not rotation and not shift:
             return None
-        found.append(FillPlacement(rotation, shift))
-    return tuple(reversed(found))
+        fills.append(FillPlacement(rotation, shift))
+    return tuple(reversed(fills))
 
 
 def _format_plain(value: Fraction) -> float | Fraction:
+    """Return a fraction as a float if it is one, for the shortest decimal."""
     return float(value) if Fraction(float(value)) == value else value
 
 
 def _rotation_axis(step: Rotate) -> int | None:
-    """The axis of coordinates that a turn is about."""
+    """Return the axis of coordinates of a rotation; None for any other axis."""
     along = [i for i in range(3) if step.axis[i]]
     return along[0] if len(along) == 1 else None
 
 
-# Materials as OpenMC's elements: what their properties say, under the numbers that they had.
+# Materials: their properties as elements, under their `id` where possible.
 
 
 class OpenmcMaterialWriter:
-    """The materials of a file, each with a number; void has none."""
+    """The numbered materials of a file; void has no number."""
 
     def __init__(self, items: list[ExportBody], report: ExportReport) -> None:
         self._report = report
         self.numbers: dict[Material, int] = {}
-        wanted = list(dict.fromkeys(item.material for item in items if not is_void(item.material)))
+        materials = list(dict.fromkeys(item.material for item in items if not is_void(item.material)))
         taken: set[int] = set()
-        for material in wanted:
+        # Own numbers first, so that no free one takes them.
+        for material in materials:
             number = _own_number(material)
             if material is not None and number is not None and number not in taken:
                 taken.add(number)
                 self.numbers[material] = number
         free = 1
-        for material in wanted:
+        for material in materials:
             if material is None or material in self.numbers:
                 continue
             while free in taken:
@@ -212,7 +222,7 @@ class OpenmcMaterialWriter:
             self.numbers[material] = free
 
     def number(self, item: ExportBody) -> str:
-        """What a cell says: a number, or void."""
+        """Return the attribute `material` of a cell: a number, or "void"."""
         if item.material is None:
             self._report.narrow("without a material, and void in OpenMC", item.name)
         if item.material is None or is_void(item.material):
@@ -220,42 +230,42 @@ class OpenmcMaterialWriter:
         return str(self.numbers[item.material])
 
     def elements(self) -> list[str]:
-        """Lines of XML."""
+        """Return the lines of XML, and report properties that OpenMC's materials lack."""
         lines = []
         for material, number in sorted(self.numbers.items(), key=lambda pair: pair[1]):
             lines += self._element(material, number)
         return lines
 
     def _element(self, material: Material, number: int) -> list[str]:
-        given = dict(material.properties)
+        properties = dict(material.properties)
         name = f" name={quoteattr(material.name)}" if material.name else ""
         attributes = "".join(
-            f' {key}="{format_number(float(given[key]))}"'
+            f' {key}="{format_number(float(properties[key]))}"'
             for key in ("temperature", "volume")
-            if _is_number(given.get(key))
+            if _is_number(properties.get(key))
         )
-        if "depletable" in given:
-            attributes += f' depletable="{"true" if given["depletable"] else "false"}"'
-        density = _density(given)
+        if "depletable" in properties:
+            attributes += f' depletable="{"true" if properties["depletable"] else "false"}"'
+        density = _density(properties)
         if not density:
-            self._report.narrow("no density is known of materials", material.name or str(number))
+            self._report.narrow("materials without a density", material.name or str(number))
         lines = [f'<material id="{number}"{name}{attributes}>', *([f"  {density}"] if density else [])]
         for kind in ("ao", "wo"):
-            if isinstance(given.get(kind), Mapping):
-                for nuclide, share in given[kind].items():
+            if isinstance(properties.get(kind), Mapping):
+                for nuclide, share in properties[kind].items():
                     lines.append(f'  <nuclide name={quoteattr(nuclide)} {kind}="{format_number(float(share))}"/>')
         for kind in ("sab", "macroscopic"):
-            names = given.get(kind, ())
+            names = properties.get(kind, ())
             for each in (names,) if isinstance(names, str) else names:
                 lines.append(f"  <{kind} name={quoteattr(str(each))}/>")
-        rest = sorted(set(given) - _WRITTEN_PROPERTIES - ({"id"} if given.get("id") == number else set()))
+        rest = sorted(set(properties) - _WRITTEN_PROPERTIES - ({"id"} if properties.get("id") == number else set()))
         if rest:
-            told = ", ".join(map(str, rest[:4]))
+            names = ", ".join(map(str, rest[:4]))
             self._report.narrow(
-                f"properties that OpenMC's materials do not have ({told})", material.name or str(number)
+                f"properties that OpenMC's materials do not have ({names})", material.name or str(number)
             )
-        if not any(kind in given for kind in ("ao", "wo", "macroscopic")):
-            self._report.narrow("no nuclides are known of materials", material.name or str(number))
+        if not any(kind in properties for kind in ("ao", "wo", "macroscopic")):
+            self._report.narrow("materials without nuclides", material.name or str(number))
         return [*lines, "</material>"]
 
 
@@ -273,30 +283,33 @@ _WRITTEN_PROPERTIES = {
 
 
 def _own_number(material: Material | None) -> int | None:
+    """Return the number that an importer stored as the property `id`; None if there is none."""
     number = None if material is None else material.properties.get("id")
     return number if isinstance(number, int) and not isinstance(number, bool) and number > 0 else None
 
 
-def _density(given: dict[str, Any]) -> str:
+def _density(properties: dict[str, Any]) -> str:
+    """Return the element of a density, "" for none."""
     for key, units in (("density", "g/cm3"), ("atom_density", "atom/b-cm")):
-        if _is_number(given.get(key)) and given[key] > 0:
-            return f'<density value="{format_number(float(given[key]))}" units="{units}"/>'
-    return '<density units="macro"/>' if given.get("macroscopic") else ""
+        if _is_number(properties.get(key)) and properties[key] > 0:
+            return f'<density value="{format_number(float(properties[key]))}" units="{units}"/>'
+    return '<density units="macro"/>' if properties.get("macroscopic") else ""
 
 
 def _is_number(value: Any) -> bool:
     return isinstance(value, (int, float)) and not isinstance(value, bool)
 
 
-# A scene as an OpenMC model: surfaces, cells of half-spaces in universes, materials.
+# The model: surfaces, and cells in universes.
 
+# The name that the importer gives to a body: the number of its cell, and its name.
 _CELL_TITLE = re.compile(r"cell (\d{1,9})(?: '(.*)')?\Z")
 _ROOT_UNIVERSE = 0
 
 
 @dataclass
 class _CellEntry:
-    """A body in a universe, and what it is there; `turned` where surfaces are rounded for it."""
+    """A body, the universe of its cell, and its region there; None for all of the universe."""
 
     item: ExportBody
     region: Region | None
@@ -305,17 +318,17 @@ class _CellEntry:
 
 @dataclass
 class _UniverseTable:
-    """Cells that are filled, by what leads to them: (universe around, region there, level) -> universe within."""
+    """Filled cells: (universe around, region there, placement) -> number of the universe within."""
 
     numbers: dict[tuple[int, Region | None, FillPlacement], int] = field(default_factory=dict)
 
     def within(self, universe: int, region: Region | None, level: FillPlacement) -> int:
-        """The universe that fills a region in another, placed by a level."""
+        """Return the universe that fills a region of another at a placement; it gets a number if it is new."""
         return self.numbers.setdefault((universe, region, level), len(self.numbers) + 1)
 
 
 def export_text(scene: WritableScene, options: ExportOptions) -> ExportResult:
-    """The text of a model.xml."""
+    """Return the text of a model.xml. Raise ValueError with the bodies that OpenMC cannot hold."""
     report = ExportReport("OpenMC")
     items = collect_solids(scene, report)
     table, universes = ExportSurfaceTable(), _UniverseTable()
@@ -343,22 +356,22 @@ def export_text(scene: WritableScene, options: ExportOptions) -> ExportResult:
 
 
 def _cell(item: ExportBody, regions: RegionWriter, universes: _UniverseTable) -> _CellEntry:
-    """A body in the universe that it is said in."""
-    found = split_levels(item.solid)
-    if found is None:
+    """Return the cell of a body; rotated parts get universes."""
+    nested = split_levels(item.solid)
+    if nested is None:
         return _CellEntry(item, regions.of(item.solid))
     universe = _ROOT_UNIVERSE
-    for parts, levels in zip(found.parts, found.levels, strict=False):
+    for parts, levels in zip(nested.parts, nested.levels, strict=False):
         region = join_regions(IntersectionNode, [regions.of(part) for part in parts]) if parts else None
         for level in levels:
             universe, region = universes.within(universe, region, level), None
-    return _CellEntry(item, join_regions(IntersectionNode, [regions.of(part) for part in found.parts[-1]]), universe)
+    return _CellEntry(item, join_regions(IntersectionNode, [regions.of(part) for part in nested.parts[-1]]), universe)
 
 
 def _flatten_unbounded(cells: list[_CellEntry], regions: RegionWriter, universes: _UniverseTable) -> None:
-    """Turned bodies without a part that is not turned would fill all of space: they go to the root if others are there.
+    """Move bodies whose universe would fill all of space to the root universe, if other cells are there.
 
-    Their surfaces then are the turned ones, rounded.
+    These are bodies that have rotated parts only. In the root their surfaces are the rotated ones, rounded.
     """
     root = {
         universe
@@ -383,7 +396,7 @@ def _flatten_unbounded(cells: list[_CellEntry], regions: RegionWriter, universes
 
 
 def _cut_overlaps(cells: list[_CellEntry], table: ExportSurfaceTable, report: ExportReport) -> None:
-    """Cells may not overlap: what a body shares with one listed before it belongs to that one."""
+    """Cut bodies by the bodies that are listed before them, since cells must not overlap; report the cuts."""
     known: dict[int, RegionSides] = {}
     for i, j in overlapping_boxes([cell.item.solid.bounds for cell in cells]):
         first, later = cells[i], cells[j]
@@ -394,6 +407,7 @@ def _cut_overlaps(cells: list[_CellEntry], table: ExportSurfaceTable, report: Ex
         for k in (i, j):
             if k not in known:
                 known[k] = region_sides(cells[k].region)
+        # The quick test first.
         if first.region is None or later.region is None or are_disjoint_sides(known[i], known[j]):
             continue
         if are_disjoint(first.region, later.region, table):
@@ -420,7 +434,7 @@ def _enclose(
     cells: list[_CellEntry],
     report: ExportReport,
 ) -> None:
-    """A boundary on the surfaces of what the bodies are to fill."""
+    """Put a vacuum boundary on the surfaces of the domain that the bodies fill, if cells use them all."""
     if domain is None:
         return
     if isinstance(domain, Union) and domain.motion.is_identity:
@@ -431,16 +445,16 @@ def _enclose(
     except ExportUnsupported:
         parts = ()
     if not parts or not all(isinstance(part, HalfSpaceNode) and part.surface in used for part in parts):
-        report.narrow("not said: the domain, whose sides are none of the cells'", "")
+        report.narrow("not written: the domain, whose sides are none of the cells'", "")
         return
     for part in parts:
         assert isinstance(part, HalfSpaceNode)
         table.boundaries[part.surface] = "vacuum"
-    report.narrow("of what kind boundaries are is not known: they are vacuum", "")
+    report.narrow("the kind of boundaries is not known: they become vacuum", "")
 
 
 def _cell_lines(cells: list[_CellEntry], universes: _UniverseTable, materials: OpenmcMaterialWriter) -> list[str]:
-    """All cells: those of bodies under their numbers and names, and those that are filled."""
+    """Return the lines of all cells: those of bodies under their numbers and names, and the filled ones."""
     titles = [_CELL_TITLE.match(cell.item.name) for cell in cells]
     taken: set[int] = set()
     numbers: list[int | None] = []
@@ -453,21 +467,21 @@ def _cell_lines(cells: list[_CellEntry], universes: _UniverseTable, materials: O
     lines: list[str] = []
 
     def lead_to(universe: int) -> None:
-        """The filled cells on the way to a universe, where its first body stands in the order of bodies."""
+        """Write the filled cells on the way to a universe, before the first body in it."""
         if universe in fillings:
             around, region, level = fillings.pop(universe)
             lead_to(around)
-            said = f'{_universe(around)} fill="{universe}"{level.attributes}{_region(region)}'
-            lines.append(f'<cell id="{next(free)}"{said}/>')
+            attributes = f'{_universe(around)} fill="{universe}"{level.attributes}{_region(region)}'
+            lines.append(f'<cell id="{next(free)}"{attributes}/>')
 
     for cell, title, number in zip(cells, titles, numbers, strict=True):
         lead_to(cell.universe)
         keeps = title is not None and number is not None
         name = (title[2] if title else None) if keeps else cell.item.name
-        told = f" name={quoteattr(printable(name))}" if name else ""
+        title_text = f" name={quoteattr(printable(name))}" if name else ""
         which = number if number is not None else next(free)
-        said = f'{_universe(cell.universe)} material="{materials.number(cell.item)}"{_region(cell.region)}'
-        lines.append(f'<cell id="{which}"{told}{said}/>')
+        attributes = f'{_universe(cell.universe)} material="{materials.number(cell.item)}"{_region(cell.region)}'
+        lines.append(f'<cell id="{which}"{title_text}{attributes}/>')
     return lines
 
 

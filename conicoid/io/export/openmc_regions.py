@@ -1,4 +1,8 @@
-"""Planes and quadrics as OpenMC's surfaces, each once: planes, cylinders, cones and spheres where they are some."""
+"""Surfaces and regions of OpenMC: solids as Boolean trees of half-spaces, and tests whether regions are disjoint.
+
+`ExportSurfaceTable` numbers surfaces, each once. `RegionWriter` makes regions, with complements carried inward (De
+Morgan).
+"""
 
 from __future__ import annotations
 
@@ -27,43 +31,48 @@ from ..openmc.surfaces import Surface as ReadSurface
 from ..openmc.surfaces import build_surface
 from .exporters import ExportUnsupported, format_numbers, shorten_fraction
 
+# Surfaces: planes, cylinders, cones and spheres where possible, else general quadrics.
+
 SurfaceNumbers = tuple[Fraction, ...]
 _AXES = "xyz"
 
 
 @dataclass
 class ExportSurfaceTable:
-    """The surfaces of a file, by kind and coefficients. Rounded ones are those whose numbers are no float64."""
+    """The surfaces of a file, numbered by kind and coefficients.
+
+    `rounded` holds the numbers of surfaces with a coefficient that is no float64, `boundaries` the boundary types.
+    """
 
     numbers: dict[tuple[str, SurfaceNumbers], int] = field(default_factory=dict)
     rounded: set[int] = field(default_factory=set)
     boundaries: dict[int, str] = field(default_factory=dict)
     surfaces: dict[int, ReadSurface] = field(default_factory=dict)
-    """As an importer knows them."""
+    """The surfaces as an importer builds them, by number."""
 
     def half(self, surface: Surface, inside: int) -> HalfSpaceNode:
-        """The side of a surface that is inside: f <= 0 for +1, f >= 0 for -1."""
-        made = _plane(surface) if isinstance(surface, PlaneSurface) else _curved(surface.coefficients())
-        return self.added(made, inside)
+        """Return the side of a surface that is inside: f <= 0 for +1, f >= 0 for -1."""
+        element = _plane(surface) if isinstance(surface, PlaneSurface) else _curved(surface.coefficients())
+        return self.add(element, inside)
 
     def half_of_quadric(self, quadric: Quadric) -> HalfSpaceNode:
-        """The inside of a quadric that stands as it was written, by the very coefficients."""
+        """Return the inside of a quadric without a motion, by the coefficients of its definition."""
         q = quadric.symmetric
         terms = (q[0][0], q[1][1], q[2][2], q[0][1], q[0][2], q[1][2], q[0][3], q[1][3], q[2][3], q[3][3])
-        return self.added(_general([ex.exact(term) for term in terms]), 1)
+        return self.add(_general([ex.exact(term) for term in terms]), 1)
 
-    def added(self, made: _SurfaceElement, inside: int) -> HalfSpaceNode:
-        """A side of a surface, which gets a number."""
-        key = made.kind, made.numbers
+    def add(self, element: _SurfaceElement, inside: int) -> HalfSpaceNode:
+        """Return a side of a surface, which gets a number unless an equal one has it."""
+        key = element.kind, element.numbers
         number = self.numbers.setdefault(key, len(self.numbers) + 1)
         if number not in self.surfaces:
-            self.surfaces[number] = build_surface(made.kind, made.numbers)
-        if not made.is_exact:
+            self.surfaces[number] = build_surface(element.kind, element.numbers)
+        if not element.is_exact:
             self.rounded.add(number)
-        return HalfSpaceNode(number, made.sense * inside < 0)
+        return HalfSpaceNode(number, element.sense * inside < 0)
 
     def elements(self) -> list[str]:
-        """A line of XML for each."""
+        """Return a line of XML for each surface."""
         lines = []
         for (kind, numbers), number in self.numbers.items():
             boundary = f' boundary="{self.boundaries[number]}"' if number in self.boundaries else ""
@@ -73,7 +82,7 @@ class ExportSurfaceTable:
 
 @dataclass(frozen=True)
 class _SurfaceElement:
-    """A surface element; `sense` -1 where its inside is the outside of the surface that it was made of."""
+    """A surface element; `sense` is -1 if its inside is the outside of the surface that it was made of."""
 
     kind: str
     numbers: SurfaceNumbers
@@ -82,11 +91,12 @@ class _SurfaceElement:
 
 
 def _make_surface_element(kind: str, numbers: list[ex.BigFloat], sense: int) -> _SurfaceElement:
-    said = [shorten_fraction(number) for number in numbers]
-    return _SurfaceElement(kind, tuple(value for value, _ in said), sense, all(is_exact for _, is_exact in said))
+    short = [shorten_fraction(number) for number in numbers]
+    return _SurfaceElement(kind, tuple(value for value, _ in short), sense, all(is_exact for _, is_exact in short))
 
 
 def _plane(surface: PlaneSurface) -> _SurfaceElement:
+    """Return a plane with its first component above 0, so that both sides of one plane give one element."""
     normal, offset = ex.exact_row(surface.normal), ex.exact(surface.offset)
     along = [i for i in range(3) if normal[i]]
     sense = 1 if normal[along[0]] > 0 else -1
@@ -96,19 +106,19 @@ def _plane(surface: PlaneSurface) -> _SurfaceElement:
 
 
 def _curved(terms: tuple[ex.BigFloat, ...]) -> _SurfaceElement:
-    """By (xx, yy, zz, xy, xz, yz, x, y, z, 1), the mixed and linear ones halved."""
+    """Return a quadric by its terms (xx, yy, zz, xy, xz, yz, x, y, z, 1), the mixed and linear ones halved."""
     squares, mixed, linear = terms[:3], terms[3:6], terms[6:9]
     if not any(mixed):
         for axis in (None, 2, 1, 0):
-            found = _of_revolution(squares, linear, terms[9], axis)
-            if found is not None:
-                return found
+            element = _of_revolution(squares, linear, terms[9], axis)
+            if element is not None:
+                return element
     return _general(list(terms))
 
 
 def _of_revolution(squares: ex.Row | tuple[ex.BigFloat, ...], linear: tuple[ex.BigFloat, ...], constant: ex.BigFloat,
                    axis: int | None) -> _SurfaceElement | None:  # fmt: skip
-    """A sphere (no axis), or a cylinder or cone about an axis of coordinates; None where it is none."""
+    """Return a sphere (`axis` None), or a cylinder or cone about an axis of coordinates; None if it is none."""
     across = [i for i in range(3) if i != axis]
     lead = squares[across[0]]
     if not lead or any(_differ(squares[i], lead) for i in across):
@@ -136,42 +146,46 @@ def _differ(a: ex.BigFloat, b: ex.BigFloat) -> bool:
 
 
 def _general(terms: list[ex.BigFloat]) -> _SurfaceElement:
-    """All ten coefficients, the mixed and linear ones doubled."""
+    """Return a quadric by all ten coefficients, the mixed and linear ones doubled.
+
+    If they are no floats they are scaled so that the largest of second degree is 1.
+    """
     xx, yy, zz, xy, xz, yz, x, y, z, constant = terms
     numbers = [xx, yy, zz, 2 * xy, 2 * yz, 2 * xz, 2 * x, 2 * y, 2 * z, constant]
-    made = _make_surface_element("quadric", numbers, 1)
-    if not made.is_exact:
+    element = _make_surface_element("quadric", numbers, 1)
+    if not element.is_exact:
         lead = max(numbers[:6], key=abs)
         size = lead if lead > 0 else -lead
-        made = _make_surface_element("quadric", [ex.cancelling_sum((number / size,)) for number in numbers], 1)
-    return made
+        element = _make_surface_element("quadric", [ex.cancelling_sum((number / size,)) for number in numbers], 1)
+    return element
 
 
-# Solids as regions of half-spaces: Boolean trees of cells, complements carried inward (De Morgan).
+# Solids as regions of half-spaces.
 
 MAX_REGION_DEPTH = 100
-"""Booleans within Booleans."""
+"""Most levels of Booleans within Booleans."""
 MAX_REGION_LENGTH = LONGEST_REGION
 
 
 class RegionWriter:
-    """Makes regions of solids; primitives that come again are worked out once."""
+    """Makes regions of solids; regions of equal primitives are computed once."""
 
     def __init__(self, table: ExportSurfaceTable) -> None:
         self.table = table
         self._known: dict[tuple[Solid, Motion, bool], Region] = {}
 
     def of(self, solid: Solid, outer: Motion = IDENTITY_MOTION) -> Region:
-        """The region of a solid under a further motion. Raises Unsayable."""
-        found = self._of(solid, outer, True, 0)
-        count = sum(1 for _ in list_half_spaces(found))
+        """Return the region of a solid under a further motion. Raise ExportUnsupported if OpenMC cannot hold it."""
+        region = self._of(solid, outer, True, 0)
+        count = sum(1 for _ in list_half_spaces(region))
         if count > MAX_REGION_LENGTH:
             raise ExportUnsupported(f"its region has {count:,} half-spaces, more than {MAX_REGION_LENGTH:,}")
-        if _depth(found) > MAX_PARENTHESES:
+        if _depth(region) > MAX_PARENTHESES:
             raise ExportUnsupported(f"its region nests deeper than {MAX_PARENTHESES} levels")
-        return found
+        return region
 
     def _of(self, solid: Solid, outer: Motion, inside: bool, depth: int) -> Region:
+        """Return the region inside or outside of a solid."""
         if isinstance(solid, Boolean):
             if depth >= MAX_REGION_DEPTH:
                 raise ExportUnsupported(f"it nests Booleans deeper than {MAX_REGION_DEPTH} levels")
@@ -193,6 +207,7 @@ class RegionWriter:
 
     def _primitive(self, solid: PrimitiveSolid, outer: Motion, inside: bool) -> Region:
         motion = solid.under(outer)
+        # A quadric that is not moved keeps the coefficients that its user wrote, where some is of second degree.
         if (
             isinstance(solid, Quadric)
             and motion.is_identity
@@ -216,7 +231,10 @@ class RegionWriter:
 
 
 def join_regions(kind: type[IntersectionNode] | type[UnionNode], parts: Iterable[Region]) -> Region:
-    """One node of a kind, those of the same kind in it opened up, and each part once."""
+    """Return one node of a kind, with nodes of the same kind opened up, and each part once.
+
+    Raise ExportUnsupported if there are no parts.
+    """
     opened: dict[Region, None] = {}
     for part in parts:
         opened.update(dict.fromkeys(part.parts if isinstance(part, kind) else (part,)))
@@ -226,7 +244,7 @@ def join_regions(kind: type[IntersectionNode] | type[UnionNode], parts: Iterable
 
 
 def negate_region(region: Region) -> Region:
-    """What is not in a region."""
+    """Return the complement of a region."""
     if isinstance(region, HalfSpaceNode):
         return HalfSpaceNode(region.surface, not region.positive)
     kind = UnionNode if isinstance(region, IntersectionNode) else IntersectionNode
@@ -234,12 +252,12 @@ def negate_region(region: Region) -> Region:
 
 
 def list_conjuncts(region: Region) -> tuple[Region, ...]:
-    """What a region is the intersection of."""
+    """Return the parts that a region is the intersection of."""
     return region.parts if isinstance(region, IntersectionNode) else (region,)
 
 
 def format_region(region: Region) -> str:
-    """As OpenMC writes it: -1 2 (3 | -4)."""
+    """Return a region as OpenMC writes it: -1 2 (3 | -4)."""
     return "".join(_pieces(region, False))
 
 
@@ -264,43 +282,45 @@ def _depth(region: Region) -> int:
     return 1 + max(_depth(part) for part in region.parts)
 
 
-# Whether two regions surely have nothing in common: sides exclude each other, or importers would see it.
+# Tests whether regions are disjoint. True is certain; False means unknown.
 
 _MAX_SPLITS, _MAX_BRANCHES = 3, 8
-"""How many unions are looked at, and of how many parts."""
+"""Most unions that are split, and most parts of a union that is split."""
 RegionSides: TypeAlias = tuple[frozenset[Region], list[frozenset[Region]]]
 
 
 def region_sides(region: Region | None) -> RegionSides:
-    """What a region is within, and, for each of these parts, what the outside of it is within."""
+    """Return the parts that a region is the intersection of, and the same for the complement of each part."""
     parts = () if region is None else list_conjuncts(region)
     return frozenset(parts), [frozenset(list_conjuncts(negate_region(part))) for part in parts]
 
 
 def are_disjoint_sides(one: RegionSides, other: RegionSides) -> bool:
-    """Surely? If one is within something and the other outside of it."""
+    """Return True if one region is within a part and the other outside of it; a quick test of equal half-spaces."""
     return any(out <= other[0] for out in one[1]) or any(out <= one[0] for out in other[1])
 
 
 def are_disjoint(first: Region, later: Region, table: ExportSurfaceTable) -> bool:
-    """Surely? Balls, cylinders and planes are compared with one another, as importers do it."""
+    """Return True if two regions are surely disjoint: balls, cylinders and planes are compared as in imports."""
     return _is_empty_intersection(
         [bind_surfaces(first, table.surfaces), bind_surfaces(later, table.surfaces)], _MAX_SPLITS
     )
 
 
 def is_empty_region(region: Region, table: ExportSurfaceTable) -> bool:
-    """Has a region surely no volume?"""
+    """Return True if a region surely has no volume."""
     return _is_empty_intersection([bind_surfaces(region, table.surfaces)], _MAX_SPLITS)
 
 
 def _is_empty_intersection(parts: list[RegionPart], splits: int) -> bool:
-    """Surely? Unions are looked at part by part, so many of them one after the other."""
-    found = Conjunction().and_(parts)
-    if found is None:
+    """Return True if an intersection is surely empty; up to `splits` unions, the smallest first, are split."""
+    conjunction = Conjunction().and_(parts)
+    if conjunction is None:
         return True
-    unions = sorted((part for part in found.parts if isinstance(part, PartUnion)), key=lambda union: len(union.parts))
+    unions = sorted(
+        (part for part in conjunction.parts if isinstance(part, PartUnion)), key=lambda union: len(union.parts)
+    )
     if not unions or splits == 0 or len(unions[0].parts) > _MAX_BRANCHES:
         return False
-    others = [part for part in found.parts if part is not unions[0]]
+    others = [part for part in conjunction.parts if part is not unions[0]]
     return all(_is_empty_intersection([*others, piece], splits - 1) for piece in unions[0].parts)

@@ -1,4 +1,7 @@
-"""Pieces as calls of OpenSCAD: sphere, cube, cylinder, polyhedron, extrusions, under multmatrix."""
+"""Export to OpenSCAD: a coloured solid for each body, from pieces under `multmatrix`.
+
+The calls are sphere, cube, cylinder, polyhedron and extrusions, which .scad and .csg files share.
+"""
 
 from __future__ import annotations
 
@@ -44,18 +47,18 @@ from .pieces import (
 )
 
 _ROUND_OPTIONS = "$fn = 0, $fa = 3, $fs = 0.01"
-"""Circles are round for Conicoid, and have 120 sides in OpenSCAD."""
+"""Conicoid reads circles with these options as round; OpenSCAD gives them 120 sides."""
 
 
 @dataclass(frozen=True)
 class CsgCallText:
-    """A call with its children."""
+    """The text of a call, and its children."""
 
     text: str
     children: tuple[CsgCallText, ...] = ()
 
     def lines(self, depth: int = 0) -> Iterator[str]:
-        """As a file has it."""
+        """Yield the lines of a file, indented by tabs."""
         margin = "\t" * depth
         if not self.children:
             yield f"{margin}{self.text};"
@@ -68,16 +71,16 @@ class CsgCallText:
 
 @dataclass
 class OpenscadWriter:
-    """Turns pieces into calls; `is_rounded` once a number of them is not the scene's."""
+    """Converts pieces to calls; `is_rounded` becomes true if a number in them is not exactly that of the scene."""
 
     is_rounded: bool = False
 
     def call(self, node: PieceNode) -> CsgCallText:
-        """A node under its steps."""
+        """Return the call of a node under its steps. Raise ExportUnsupported for pieces that OpenSCAD lacks."""
         if isinstance(node, PieceLeaf):
             self.is_rounded = self.is_rounded or node.is_rounded
-            made, before = self._piece(node.piece)
-            return self._moved(self._moved(made, before), node.steps)
+            call, before = self._piece(node.piece)
+            return self._moved(self._moved(call, before), node.steps)
         stack = guess_ball(node)
         if stack is not None:
             radius, sides = stack
@@ -96,6 +99,7 @@ class OpenscadWriter:
         return call
 
     def _matrix(self, step: Step) -> str:
+        """Return the 4 x 4 matrix of a step as text, rounded to floats."""
         linear, shift = Motion((step,)).affine
         rows = []
         for row, end in zip(linear, shift, strict=True):
@@ -106,7 +110,7 @@ class OpenscadWriter:
         return f"[{', '.join(rows)}, [0, 0, 0, 1]]"
 
     def _piece(self, piece: Piece) -> tuple[CsgCallText, Steps]:
-        """The call, and what moves it to where the piece is."""
+        """Return the call of a piece, and the steps that move it to the piece's place."""
         if isinstance(piece, BallPiece):
             return CsgCallText(f"sphere({_ROUND_OPTIONS}, r = {format_number(piece.radius)})"), ()
         if isinstance(piece, EllipsoidPiece):
@@ -120,13 +124,14 @@ class OpenscadWriter:
         if isinstance(piece, ExtrusionPiece):
             return self._drawn(piece)
         if isinstance(piece, QuadricPiece | NativePiece):
-            raise ExportUnsupported("a paraboloid or hyperboloid of it is nothing that OpenSCAD has")
+            raise ExportUnsupported("a part of it is a paraboloid or hyperboloid, which OpenSCAD does not have")
         return self._faces(piece), ()
 
     def _cuboid(self, piece: BoxPiece) -> tuple[CsgCallText, Steps]:
         size = [b - a for a, b in zip(piece.low, piece.high, strict=True)]
         if all(a == -b for a, b in zip(piece.low, piece.high, strict=True)):
             return CsgCallText(f"cube(size = {_list(size)}, center = true)"), ()
+        # At other places low + size may differ from high by rounding: write the corners.
         if not any(piece.low):
             return CsgCallText(f"cube(size = {_list(size)}, center = false)"), ()
         corners = []
@@ -156,6 +161,7 @@ class OpenscadWriter:
         height = _height(piece.low, piece.high)
         steps: Steps = ()
         if height is None:
+            # A height that is no float would move the top: write faces instead.
             size = Fraction(piece.high) - Fraction(piece.low)
             if Fraction(float(size)) != size:
                 return self._faces(_ends(piece)), ()
@@ -165,7 +171,7 @@ class OpenscadWriter:
         return CsgCallText(f"linear_extrude({text}, {_ROUND_OPTIONS})", (_polygon(piece.outline),)), steps
 
     def _faces(self, piece: PolyhedronPiece) -> CsgCallText:
-        """OpenSCAD wants corners clockwise, as seen from outside."""
+        """Return a polyhedron; OpenSCAD expects the corners of faces clockwise, as seen from outside."""
         points = []
         for corner in piece.corners:
             numbers = [float(value) for value in corner]
@@ -173,24 +179,25 @@ class OpenscadWriter:
                 Fraction(near) != value for near, value in zip(numbers, corner, strict=True)
             )
             points.append(_list(numbers))
+        # Faces of meshes may run either way; the sign of the volume shows which.
         turned = piece.is_convex or _volume(piece) > 0
         faces = [f"[{', '.join(map(str, reversed(face) if turned else face))}]" for face in piece.faces]
         return CsgCallText(f"polyhedron(points = [{', '.join(points)}], faces = [{', '.join(faces)}], convexity = 10)")
 
 
 def _within_domain(value: float) -> float:
-    """Nothing for what is too small for a scene."""
+    """Return a number, or 0 if it is smaller than a scene allows."""
     return value if abs(value) >= SMALLEST else 0.0
 
 
 def color_list(text: str) -> str:
-    """#rrggbb as a list, to be read as the same."""
+    """Return #rrggbb as a list of four numbers, which reads back as the same colour."""
     channels = [int(text[k : k + 2], 16) / 255 for k in (1, 3, 5)]
     return _list([*channels, 1.0])
 
 
 def _height(low: float, high: float) -> float | None:
-    """Of what begins at 0, or is about it."""
+    """Return the height of a call whose solid begins at 0, or is centred there; None for other ends."""
     return high if low == 0 else 2 * high if low == -high else None
 
 
@@ -207,7 +214,7 @@ def _list(values: Any) -> str:
 
 
 def _ends(piece: ExtrusionPiece) -> PolyhedronPiece:
-    """What is drawn, by its corners: the sides, bottom and top."""
+    """Return an extrusion as a polyhedron: its sides, bottom and top."""
     scale, count = Fraction(piece.scale), len(piece.outline)
     flat = [(Fraction(x), Fraction(y)) for x, y in piece.outline]
     corners = [(x, y, Fraction(piece.low)) for x, y in flat]
@@ -217,7 +224,7 @@ def _ends(piece: ExtrusionPiece) -> PolyhedronPiece:
 
 
 def _volume(piece: PolyhedronPiece) -> Fraction:
-    """Six times the signed volume."""
+    """Return six times the signed volume: above 0 if faces are counter-clockwise from outside."""
     total = Fraction(0)
     for face in piece.faces:
         a = piece.corners[face[0]]
@@ -228,11 +235,11 @@ def _volume(piece: PolyhedronPiece) -> Fraction:
     return total
 
 
-# A scene as an OpenSCAD model: a solid for each body, in its colour.
-
-
 def export_text(scene: WritableScene, options: ExportOptions) -> ExportResult:
-    """The text of a .scad or .csg file, which are of one grammar here."""
+    """Return the text of a .scad or .csg file: the calls used here belong to both.
+
+    Raise ValueError for bodies that OpenSCAD cannot hold, and for a scene without visible bodies.
+    """
     report = ExportReport("OpenSCAD")
     items = collect_solids(scene, report)
     lines: list[str] = []
@@ -254,9 +261,9 @@ def export_text(scene: WritableScene, options: ExportOptions) -> ExportResult:
             if writer.is_rounded:
                 report.narrow("numbers are rounded to float64", item.name)
             if not is_all:
-                report.narrow("only the colour is said of how it looks", item.name)
+                report.narrow("of its look only the colour is written", item.name)
             if item.material is not None and item.material.properties:
-                report.narrow("not said: properties of the material", item.name)
+                report.narrow("not written: properties of the material", item.name)
     report.check()
     if not colors:
         raise ValueError("export: there is no visible body to write")

@@ -13,6 +13,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import numpy.typing as npt
 
 from ..._util.arrays import FloatArray
 from ..._util.safe_files import replace_file
@@ -30,7 +31,10 @@ _LAYER_CHANNELS = {"normal": "XYZ", "position": "XYZ"}
 
 
 def write_exr(
-    path: str | os.PathLike[str], values: Any, layers: Mapping[str, Any] | None = None, half: bool = False
+    path: str | os.PathLike[str],
+    values: npt.ArrayLike,
+    layers: Mapping[str, npt.ArrayLike] | None = None,
+    half: bool = False,
 ) -> None:
     """Write an OpenEXR file; it appears whole or not at all.
 
@@ -96,7 +100,7 @@ _FIRST_BUCKET = (1023 - 13) << 8  # exponent and first fraction bits of 2^-13; s
 _SRGB_CHUNK = 1 << 14  # numbers at a time, so that they stay in the cache
 
 
-def srgb_bytes(pixels: Any) -> Any:
+def srgb_bytes(pixels: npt.ArrayLike) -> npt.NDArray[np.uint8]:
     """Return linear pixels of any shape as sRGB bytes (uint8): values are clipped to [0, 1], NaN becomes black."""
     linear = np.ascontiguousarray(pixels)
     values, codes = linear.reshape(-1), np.empty(linear.size, np.uint8)
@@ -112,7 +116,7 @@ def srgb_bytes(pixels: Any) -> Any:
     return codes.reshape(linear.shape)
 
 
-def srgb_words(pixels: Any) -> Any:
+def srgb_words(pixels: npt.ArrayLike) -> npt.NDArray[np.uint16]:
     """Return linear pixels as uint16 of sRGB, 65,535 being white, clipped as in `srgb_bytes`.
 
     They are computed by the formula: a table of so many thresholds takes as long.
@@ -121,7 +125,7 @@ def srgb_words(pixels: Any) -> Any:
     return np.rint(65535 * srgb_encode(cut)).astype(np.uint16)
 
 
-def _srgb_codes(values: Floats) -> Any:
+def _srgb_codes(values: Floats) -> npt.NDArray[np.uint8]:
     """Return the sRGB bytes of linear values in [0, 1] by the formula."""
     return np.rint(255 * srgb_encode(values)).astype(np.uint8)
 
@@ -154,7 +158,7 @@ PHOTO_OPTIONS: dict[str, tuple[str, dict[str, Any]]] = {
 """Suffix -> Pillow's format and its options."""
 
 
-def write_photo(path: str | os.PathLike[str], pixels: Any, suffix: str) -> None:
+def write_photo(path: str | os.PathLike[str], pixels: npt.ArrayLike, suffix: str) -> None:
     """Write linear pixels (height, width, 3) as JPEG or WebP; the file appears whole or not at all.
 
     `suffix` is a key of `PHOTO_OPTIONS`. Raise ValueError if an image has more pixels a side than the format allows.
@@ -190,7 +194,7 @@ def downsample(pixels: FloatArray, columns: int, rows: int) -> FloatArray:
     return np.asarray(total / sizes[..., None])
 
 
-def render_half_blocks(pixels: Any, columns: int, rows: int) -> Text:
+def render_half_blocks(pixels: FloatArray, columns: int, rows: int) -> Text:
     """Return an image (height, width, 3) of linear light as text of at most `columns` x `rows` characters."""
     from rich.text import Text
 
@@ -204,7 +208,7 @@ def render_half_blocks(pixels: Any, columns: int, rows: int) -> Text:
     return text
 
 
-def _half_block_style(pair: Any) -> str:
+def _half_block_style(pair: npt.NDArray[np.uint8]) -> str:
     """Return the rich style of one character: the colours of its two pixels, or of one in an odd last row."""
     over, under = ("#" + bytes(pixel.tolist()).hex() for pixel in (pair[0], pair[-1]))
     return f"{over} on {under}" if len(pair) == 2 else over

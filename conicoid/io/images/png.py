@@ -8,6 +8,7 @@ import zlib
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from ..._util.safe_files import replace_file
 from .codecs import srgb_bytes, srgb_words
@@ -19,17 +20,17 @@ _MOST = 1 << 30  # bytes of a chunk, which must be fewer than 2^31
 _RGB, _UP = 2, 2  # colour type, and the filter "Up" of a row
 
 
-def png_bytes(pixels: Any) -> bytes:
+def png_bytes(pixels: npt.ArrayLike) -> bytes:
     """Return a PNG file of linear pixels (height, width, 3); values are clipped to [0, 1], NaN becomes black."""
     return _file(srgb_bytes(pixels), 8, _LEVEL)
 
 
-def deep_png_bytes(pixels: Any) -> bytes:
+def deep_png_bytes(pixels: npt.ArrayLike) -> bytes:
     """Return a PNG file of linear pixels (height, width, 3) with 16 bits per channel, clipped as in `png_bytes`."""
     return _file(srgb_words(pixels).astype(">u2"), 16, _DEEP_LEVEL)
 
 
-def _file(codes: Any, bits: int, level: int) -> bytes:
+def _file(codes: npt.NDArray[Any], bits: int, level: int) -> bytes:
     """Return a PNG file of codes (height, width, 3), by the PNG specification, third edition, 2025.
 
     Each row holds its differences from the row above (filter 2, "Up"), modulo 256 in each byte. Pillow, which chooses
@@ -50,7 +51,7 @@ def _file(codes: Any, bits: int, level: int) -> bytes:
     )
 
 
-def write_png(path: str | os.PathLike[str], pixels: Any, bits: int = 8) -> None:
+def write_png(path: str | os.PathLike[str], pixels: npt.ArrayLike, bits: int = 8) -> None:
     """Write linear pixels (height, width, 3) with 8 or 16 bits per channel; the file appears whole or not at all."""
     with replace_file(path) as part:
         part.write_bytes(png_bytes(pixels) if bits == 8 else deep_png_bytes(pixels))

@@ -1,8 +1,9 @@
-"""The elements: symbols, radii of bonds and of van der Waals, and the usual colours.
+"""Atoms of molecules and crystals: elements, bonds, the class `Atoms`, unit cells, and other libraries' objects.
 
-Covalent radii in Å: B. Cordero and others, "Covalent radii revisited", Dalton Transactions (2008), 2832; for C that of
-sp3, for Mn, Fe and Co that of low spin. Radii of van der Waals in Å: S. Alvarez, "A cartography of the van der Waals
-territories", Dalton Transactions 42 (2013), 8617. Colours: those of Jmol, which go back to Corey, Pauling and Koltun.
+Sources of the table of elements. Covalent radii in Å: B. Cordero and others, "Covalent radii revisited", Dalton
+Transactions (2008), 2832; for C that of sp3, for Mn, Fe and Co that of low spin. Van der Waals radii in Å: S. Alvarez,
+"A cartography of the van der Waals territories", Dalton Transactions 42 (2013), 8617. Colours: those of Jmol, which go
+back to Corey, Pauling and Koltun.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from ..._util.hints import frozen_with_hints
 from ..._util.validation import DOMAIN, describe_kind, format_value, is_outside_domain, real_array
 from ...numerics.portable_math import sin_cos_degrees
 
-# Symbol, covalent radius, radius of van der Waals, colour; - where nothing is published
+# Symbol, covalent radius, van der Waals radius, colour; - where nothing is published.
 _ROWS = """
 H 0.31 1.20 ffffff; He 0.28 1.43 d9ffff; Li 1.28 2.12 cc80ff; Be 0.96 1.98 c2ff00; B 0.84 1.91 ffb5b5;
 C 0.76 1.77 909090; N 0.71 1.66 3050f8; O 0.66 1.50 ff0d0d; F 0.57 1.46 90e050; Ne 0.58 1.58 b3e3f5;
@@ -50,67 +51,79 @@ Mt - - eb0026; Ds - - -; Rg - - -; Cn - - -; Nh - - -; Fl - - -; Mc - - -; Lv - 
 _TABLE = [row.split() for row in _ROWS.replace("\n", " ").split(";")]
 
 SYMBOLS = ("X", *(row[0] for row in _TABLE))
-"""By atomic number; 0 is an atom of no known element."""
+"""Symbols by atomic number; 0 is an atom of unknown element."""
 _NUMBERS = {symbol.upper(): number for number, symbol in enumerate(SYMBOLS)} | {"D": 1, "T": 1}
 
 
 def _column(at: int, otherwise: float) -> FloatArray:
+    """Return a read-only column of the table by atomic number."""
     values = np.array([otherwise] + [otherwise if row[at] == "-" else float(row[at]) for row in _TABLE])
     values.flags.writeable = False
     return values
 
 
 COVALENT_RADII = _column(1, 1.5)
-"""By atomic number, in Å; 1.5 where nothing is published."""
+"""Covalent radii by atomic number, in Å; 1.5 where nothing is published."""
 VAN_DER_WAALS_RADII = _column(2, 2.0)
-"""By atomic number, in Å; 2 where nothing is published."""
+"""Van der Waals radii by atomic number, in Å; 2 where nothing is published."""
 ELEMENT_COLORS = ("#ff1493", *("#ff1493" if row[3] == "-" else f"#{row[3]}" for row in _TABLE))
-"""By atomic number; pink where none is usual."""
+"""Colours by atomic number (#rrggbb); pink for elements without a usual colour."""
 
 
 def atomic_number(symbol: str) -> int | None:
-    """The atomic number of a symbol in any letters, also with an isotope or a charge ("FE2+", "13C"); None if unknown.
+    """Return the atomic number of a symbol; None if it is unknown.
 
-    D and T are hydrogen, X is 0.
+    Case does not matter; isotopes and charges are ignored ("FE2+", "13C"). D and T are hydrogen, X is 0.
     """
     return _NUMBERS.get(symbol.strip().lstrip("0123456789").rstrip("0123456789+-").upper())
 
 
-# Which atoms are bonded: by distance, found through a grid, or as they are given.
+# Bonds: by distance, found through a grid, or as the user gives them
 
 BOND_TOLERANCE = 0.45
-"""Å that bonded atoms may be further apart than the sum of their covalent radii (Meng and Lewis 1991)."""
+"""Largest excess in Å of a bond over the sum of the covalent radii of its atoms (Meng and Lewis 1991)."""
 MIN_BOND_LENGTH = 0.4
-"""Å: atoms that are nearer are one atom in two places."""
+"""Least length of a bond in Å; atoms that are nearer are one atom in two alternate positions."""
 _AT_ONCE = 1 << 22
+"""Pairs of atoms that are compared at once, to bound memory."""
 _LONGEST_GRID = 1 << 20
+"""Most squares of the grid along an axis, so that keys fit into 64 bits."""
 
 Indices = npt.NDArray[np.int64]
 
 
 def bonds_by_distance(positions: FloatArray, numbers: Indices) -> Indices:
-    """(M, 2) pairs of atoms, the first the smaller, in order."""
+    """Return the bonded pairs of atoms (M, 2), the smaller index first, in lexicographic order.
+
+    Parameters
+    ----------
+    positions
+        (N, 3) in Å.
+    numbers
+        (N,) atomic numbers.
+
+    """
     if len(positions) < 2:
         return np.zeros((0, 2), np.int64)
     radii = COVALENT_RADII[numbers]
     reach = 2 * float(radii.max()) + BOND_TOLERANCE
-    found = [_select_bonded(positions, radii, first, second) for first, second in _near_pairs(positions, reach)]
-    pairs = np.sort(np.concatenate([*found, np.zeros((0, 2), np.int64)]), axis=1)
+    blocks = [_select_bonded(positions, radii, first, second) for first, second in _near_pairs(positions, reach)]
+    pairs = np.sort(np.concatenate([*blocks, np.zeros((0, 2), np.int64)]), axis=1)
     return pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
 
 
 def _select_bonded(positions: FloatArray, radii: FloatArray, first: Indices, second: Indices) -> Indices:
-    """Those of some pairs that are bonded."""
-    far = ((positions[first] - positions[second]) ** 2).sum(axis=1)
+    """Return the pairs (M, 2) whose distance is that of a bond."""
+    square = ((positions[first] - positions[second]) ** 2).sum(axis=1)
     most = radii[first] + radii[second] + BOND_TOLERANCE
-    kept = (far <= most * most) & (far >= MIN_BOND_LENGTH * MIN_BOND_LENGTH)
-    return np.column_stack([first[kept], second[kept]])
+    bonded = (square <= most * most) & (square >= MIN_BOND_LENGTH * MIN_BOND_LENGTH)
+    return np.column_stack([first[bonded], second[bonded]])
 
 
 def _near_pairs(positions: FloatArray, reach: float) -> Iterator[tuple[Indices, Indices]]:
-    """Pairs of atoms, each once, among them all that are no further apart than `reach`: those of neighbouring squares.
+    """Yield pairs of atoms in neighbouring cubes of a grid, each pair once; they include all pairs within `reach`.
 
-    Squares of a row along z have consecutive keys, so the neighbours of one are five ranges of sorted atoms.
+    Cubes of a row along z have consecutive keys, so that the neighbours of a cube are five ranges of sorted atoms.
     """
     low = positions.min(axis=0)
     size = max(reach, float((positions.max(axis=0) - low).max()) / _LONGEST_GRID)
@@ -133,7 +146,7 @@ def _near_pairs(positions: FloatArray, reach: float) -> Iterator[tuple[Indices, 
 
 
 def _atom_slices(counts: Indices) -> Iterator[slice]:
-    """Slices of atoms that have no more pairs together than fit into memory well."""
+    """Yield slices of atoms whose pairs are at most `_AT_ONCE` together, but at least one atom each."""
     ends = np.cumsum(counts)
     begin = 0
     while begin < len(counts):
@@ -144,7 +157,21 @@ def _atom_slices(counts: Indices) -> Iterator[slice]:
 
 
 def check_bonds(given: Any, count: int) -> FloatArray:
-    """(M, 3) floats: two different atoms, the first the smaller, and the order of their bond. ValueError otherwise."""
+    """Return bonds as floats (M, 3): indices of two atoms, the smaller first, and the order of the bond.
+
+    Parameters
+    ----------
+    given
+        (M, 2) indices, or (M, 3) with orders.
+    count
+        Number of atoms.
+
+    Raises
+    ------
+    ValueError
+        A bond is not of two different atoms, or its order is not in (0, 4].
+
+    """
     bonds = np.array(real_array("molecule", "bonds", given))
     bonds = bonds.reshape(0, 3) if bonds.size == 0 else bonds
     if bonds.ndim != 2 or bonds.shape[1] not in (2, 3):
@@ -164,7 +191,7 @@ def check_bonds(given: Any, count: int) -> FloatArray:
     return bonds
 
 
-# Atoms as data: where they are, which elements, what is bonded to what.
+# Atoms as data
 
 
 @frozen_with_hints
@@ -172,13 +199,27 @@ def check_bonds(given: Any, count: int) -> FloatArray:
 class Atoms:
     """Atoms of a molecule or a crystal, in Å.
 
-    positions: (N, 3). numbers: (N,) atomic numbers, or symbols such as "C"; 0 and "X" are of no known element.
-    given_bonds: (M, 2) indices of bonded atoms, or (M, 3) with the order of each bond (1, 1.5, 2 or 3); None where
-        nothing is said, and `bonds` go by distance. cell: (3, 3), the edges of a unit cell as rows, or None.
-    labels: what each atom is called in its file, such as "CA LEU 12 A"; empty where it is not said.
-    remarks: what there is to say of how they were read.
+    Parameters
+    ----------
+    positions
+        (N, 3).
+    numbers
+        (N,) atomic numbers, or symbols such as "C"; 0 and "X" are atoms of unknown element.
+    given_bonds
+        (M, 2) indices of bonded atoms, or (M, 3) with the order of each bond (1, 1.5, 2 or 3); None finds `bonds` by
+        distance.
+    cell
+        (3, 3), the edges of a unit cell as rows, or None.
+    labels
+        The name of each atom in its file, such as "CA LEU 12 A"; empty if there are none.
+    remarks
+        Notes about how the atoms were read.
 
-    Raises ValueError that names the field and the atom.
+    Raises
+    ------
+    ValueError
+        A value is wrong; the message names the field and the atom.
+
     """
 
     positions: Any
@@ -216,14 +257,14 @@ class Atoms:
 
     @cached_property
     def bonds(self) -> FloatArray:
-        """(M, 3): the indices of two bonded atoms, the first the smaller, and the order of their bond.
+        """Bonds (M, 3): the indices of two atoms, the smaller first, and the order of their bond.
 
-        Where none are given two atoms are bonded that are no further apart than the sum of their covalent radii and
-        0.45 Å, and by 0.4 Å or more (E. C. Meng and R. A. Lewis, J. Comput. Chem. 12 (1991), 891), all of order 1.
+        Without `given_bonds`, two atoms are bonded if their distance is 0.4 Å or more and at most the sum of their
+        covalent radii plus 0.45 Å (E. C. Meng and R. A. Lewis, J. Comput. Chem. 12 (1991), 891); all are of order 1.
         """
         if self.given_bonds is not None:
-            found: FloatArray = self.given_bonds
-            return found
+            bonds: FloatArray = self.given_bonds
+            return bonds
         pairs = bonds_by_distance(self.positions, self.numbers)
         return np.column_stack([pairs, np.ones(len(pairs))])
 
@@ -234,7 +275,7 @@ class Atoms:
 
     @property
     def formula(self) -> str:
-        """How many atoms of each element there are, as Hill writes it: C8H10N4O2."""
+        """The molecular formula in Hill's order, such as C8H10N4O2."""
         counts = {SYMBOLS[n]: c for n, c in zip(*_count_elements(self.numbers), strict=True)}
         first = [name for name in ("C", "H") if name in counts and "C" in counts]
         rest = sorted(name for name in counts if name not in first)
@@ -247,11 +288,12 @@ def _count_elements(numbers: Any) -> tuple[list[int], list[int]]:
 
 
 def _parse_atomic_numbers(given: Any, count: int) -> Any:
-    """Atomic numbers (N,) of numbers or symbols."""
+    """Return atomic numbers (N,) from numbers or symbols. Raise ValueError that names the atom."""
     values = np.asarray(given)
     if values.shape != (count,):
         raise ValueError(f"molecule: elements must have shape ({count},), as there are positions, got {values.shape}")
     if values.dtype.kind in "USO" and count:
+        # Each different symbol is looked up once: there may be millions of atoms.
         different, place = np.unique(np.array([str(value) for value in values.tolist()]), return_inverse=True)
         known = [atomic_number(symbol) for symbol in different.tolist()]
         if None in known:
@@ -264,19 +306,31 @@ def _parse_atomic_numbers(given: Any, count: int) -> Any:
     numbers = np.array(real_array("molecule", "elements", values)).reshape(count)
     bad = np.flatnonzero(~((numbers >= 0) & (numbers < len(SYMBOLS)) & (numbers == np.floor(numbers))))
     if len(bad):
-        told = f"an atomic number from 0 to {len(SYMBOLS) - 1}, got {numbers[bad[0]]:g}"
-        raise ValueError(f"molecule: elements[{bad[0]}] must be {told}")
+        expected = f"an atomic number from 0 to {len(SYMBOLS) - 1}, got {numbers[bad[0]]:g}"
+        raise ValueError(f"molecule: elements[{bad[0]}] must be {expected}")
     return numbers.astype(np.int64)
 
 
-# Unit cells of crystals from their lengths and angles.
+# Unit cells of crystals from lengths and angles
 
 
 def cell_vectors(a: float, b: float, c: float, alpha: float, beta: float, gamma: float) -> FloatArray | None:
-    """(3, 3): the edges of a cell as rows, the first along x, the second in the plane of x and y; None for none.
+    """Return the edges of a cell as rows (3, 3), the first along x, the second in the plane of x and y.
 
-    Lengths in Å, angles in degrees: alpha between b and c, beta between a and c, gamma between a and b (IUCr,
-    International Tables for Crystallography B, 3.3.1).
+    Source: IUCr, International Tables for Crystallography B, 3.3.1.
+
+    Parameters
+    ----------
+    a, b, c
+        Lengths of the edges in Å.
+    alpha, beta, gamma
+        Angles in degrees: alpha between b and c, beta between a and c, gamma between a and b.
+
+    Returns
+    -------
+    array or None
+        None if the numbers make no cell.
+
     """
     if not all(math.isfinite(v) and v > 0 for v in (a, b, c)) or not all(0 < v < 180 for v in (alpha, beta, gamma)):
         return None
@@ -284,21 +338,23 @@ def cell_vectors(a: float, b: float, c: float, alpha: float, beta: float, gamma:
     sine = sin_cos_degrees(gamma)[0]
     across = (cosines[0] - cosines[1] * cosines[2]) / sine
     rest = 1 - cosines[1] ** 2 - across**2
-    if not rest > 0:
+    if not rest > 0:  # the three angles do not fit together
         return None
     return np.array(
         [(a, 0, 0), (b * cosines[2], b * sine, 0), (c * cosines[1], c * across, c * math.sqrt(rest))], np.float64
     )
 
 
-# Atoms of other libraries' objects, known by what they have and not by their class: none of them is imported.
-#
+# Other libraries' objects, recognised by their attributes and not by their class, so that no library is imported:
 # ASE (`get_positions`), biotite (`coord`), MDAnalysis (`atoms.positions`), RDKit (`GetConformer`), gemmi (`cell`, and
-# models or sites). Others have `positions` and `numbers`, `elements` or `symbols`.
+# models or sites). Other objects need `positions` and one of `numbers`, `elements` and `symbols`.
 
 
 def read_atoms_object(given: Any) -> Atoms:
-    """The atoms of an object. Raises TypeError for what has none."""
+    """Return the atoms of an object of ASE, biotite, MDAnalysis, RDKit, gemmi, or with `positions` and elements.
+
+    Raise TypeError for other objects, and ValueError for wrong values.
+    """
     if hasattr(given, "GetConformer") and hasattr(given, "GetAtoms"):
         return _from_rdkit(given)
     if hasattr(given, "get_positions") and hasattr(given, "get_atomic_numbers"):
@@ -313,8 +369,8 @@ def read_atoms_object(given: Any) -> Atoms:
         for name in ("numbers", "elements", "symbols"):
             if getattr(given, name, None) is not None:
                 return Atoms(given.positions, np.asarray(getattr(given, name)))
-    told = "a file's path, positions with elements, or an object of ASE, biotite, MDAnalysis, RDKit or gemmi"
-    raise TypeError(f"molecule: atoms must be {told}, got {describe_kind(given)}")
+    expected = "a file's path, positions with elements, or an object of ASE, biotite, MDAnalysis, RDKit or gemmi"
+    raise TypeError(f"molecule: atoms must be {expected}, got {describe_kind(given)}")
 
 
 def _from_ase(given: Any) -> Atoms:
@@ -332,7 +388,7 @@ def _from_biotite(given: Any) -> Atoms:
     bonds = None
     if getattr(given, "bonds", None) is not None:
         bonds = np.asarray(given.bonds.as_array(), np.float64)
-        # kinds: any, single, double, triple, quadruple, then aromatic of single, double, triple, and of neither
+        # biotite's bond types: any, single, double, triple, quadruple, then aromatic single, double, triple, and other
         bonds[:, 2] = np.array([1, 1, 2, 3, 4, 1.5, 1.5, 3, 1, 1.5])[np.minimum(bonds[:, 2].astype(int), 9)]
     labels: tuple[str, ...] = ()
     if hasattr(given, "atom_name") and hasattr(given, "res_name"):
@@ -366,19 +422,24 @@ def _from_rdkit(given: Any) -> Atoms:
     try:
         positions = given.GetConformer().GetPositions()
     except ValueError:
-        told = "must have a conformer: rdkit.Chem.AllChem.EmbedMolecule(molecule) makes one"
-        raise ValueError(f"molecule: atoms {told}") from None
+        expected = "must have a conformer: rdkit.Chem.AllChem.EmbedMolecule(molecule) makes one"
+        raise ValueError(f"molecule: atoms {expected}") from None
     return Atoms(positions, np.array(numbers, np.int64), bonds)
 
 
 def read_gemmi_atoms(given: Any) -> Atoms:
-    """The atoms of a gemmi Structure, of its first model and first alternate places, or of a SmallStructure's cell."""
+    """Return the atoms of a gemmi Structure or SmallStructure.
+
+    Of a Structure the first model and the first of alternate positions are read; of a SmallStructure all sites of the
+    unit cell.
+    """
     parameters = given.cell.parameters
+    # Lengths 1 1 1 stand for no cell.
     cell = None if parameters[:3] == (1.0, 1.0, 1.0) else cell_vectors(*parameters)
     if hasattr(given, "get_all_unit_cell_sites"):
         sites = [site for site in given.get_all_unit_cell_sites() if site.element.atomic_number > 0]
         within = np.array([site.fract.tolist() for site in sites]).reshape(-1, 3)
-        within -= np.floor(within + 1e-9)  # sites that symmetry puts beside the cell are those within it
+        within -= np.floor(within + 1e-9)  # symmetry may put sites beside the cell: move them into it
         places = within @ np.array(given.cell.orth.mat.tolist()).T
         numbers = np.array([site.element.atomic_number for site in sites], np.int64)
         return Atoms(places, numbers, cell=cell, labels=tuple(site.label for site in sites))

@@ -1,7 +1,7 @@
-"""Molecules of mmCIF and CIF files, which gemmi reads: an extra, `pip install "conicoid[molecules]"`.
+"""Import of molecules: readers of CIF, mmCIF, PDB and XYZ files, and bodies in a default style.
 
-Of an mmCIF the first model and the first of alternate places are taken, as gemmi has them; of a CIF all sites of a unit
-cell, by the symmetry that it states.
+CIF and mmCIF files need gemmi, an extra: `pip install "conicoid[molecules]"`. Of an mmCIF the first model and the first
+of alternate positions are read, as gemmi has them; of a CIF all sites of a unit cell, by the symmetry that it states.
 """
 
 from __future__ import annotations
@@ -23,12 +23,12 @@ from .styles import MoleculeStyle, build_molecule_bodies
 
 
 def read_cif(path: Path) -> Atoms:
-    """The atoms of a file. Raises ImportError without gemmi, SceneFileError with what gemmi says of the file."""
+    """Return the atoms of a CIF or mmCIF. Raise ImportError without gemmi, SceneFileError with gemmi's message."""
     try:
         import gemmi
     except ImportError:
-        told = 'is read by gemmi: pip install "conicoid[molecules]"'
-        raise ImportError(f"{path}: a CIF or mmCIF {told}") from None
+        advice = 'is read by gemmi: pip install "conicoid[molecules]"'
+        raise ImportError(f"{path}: a CIF or mmCIF {advice}") from None
     try:
         block = gemmi.cif.read(str(path)).sole_block()
         if block.find_loop("_atom_site.Cartn_x"):
@@ -39,10 +39,10 @@ def read_cif(path: Path) -> Atoms:
 
 
 def _macromolecule(block: Any, as_string: Any) -> Atoms:
-    """The atoms of an mmCIF's table, by columns: a million take seconds."""
+    """Return the atoms of an mmCIF's table, read by columns: a million atoms take seconds."""
 
     def column(*names: str) -> Any:
-        """The first column that there is, without quotes; None for none."""
+        """Return the first column that exists, without quotes; None if none does."""
         for name in names:
             values = list(block.find_loop(f"_atom_site.{name}"))
             if values:
@@ -57,23 +57,23 @@ def _macromolecule(block: Any, as_string: Any) -> Atoms:
     symbols, model, other = column("type_symbol"), column("pdbx_PDB_model_num"), column("label_alt_id")
     if symbols is None:
         raise ValueError("_atom_site.type_symbol, the element of each atom, must be there")
-    kept, remarks = np.ones(len(places), bool), []
+    selected, remarks = np.ones(len(places), bool), []
     if model is not None and (model != model[0]).any():
-        kept &= model == model[0]
+        selected &= model == model[0]
         remarks.append("the first of several models is read")
     if other is not None and not np.isin(other, (".", "?")).all():
         whole = [" ".join(row) for row in zip(*(part for part in names if part is not None), strict=True)]
         _, first = np.unique(np.array(whole), return_index=True)
         alternate = ~np.isin(other, (".", "?"))
         alternate[first] = False
-        remarks.append(f"{int((alternate & kept).sum()):,} alternate places of atoms are left out")
-        kept &= ~alternate
-    labels: Any = names[0][kept] if names[0] is not None else np.zeros(0, "U1")
+        remarks.append(f"{int((alternate & selected).sum()):,} alternate places of atoms are left out")
+        selected &= ~alternate
+    labels: Any = names[0][selected] if names[0] is not None else np.zeros(0, "U1")
     for part in names[1:]:
         if part is not None and len(labels):
-            labels = np.char.add(np.char.add(labels, " "), part[kept])
+            labels = np.char.add(np.char.add(labels, " "), part[selected])
     cell = _cif_cell(block)
-    return Atoms(places[kept], symbols[kept], cell=cell, labels=tuple(labels.tolist()), remarks=tuple(remarks))
+    return Atoms(places[selected], symbols[selected], cell=cell, labels=tuple(labels.tolist()), remarks=tuple(remarks))
 
 
 def _cif_floats(values: Any, name: str) -> Any:
@@ -84,7 +84,7 @@ def _cif_floats(values: Any, name: str) -> Any:
 
 
 def _cif_cell(block: Any) -> Any:
-    """The unit cell; None for none, and for 1 1 1, which stands for none."""
+    """Return the unit cell (3, 3); None if there is none, and for lengths 1 1 1, which stand for none."""
     names = ("length_a", "length_b", "length_c", "angle_alpha", "angle_beta", "angle_gamma")
     texts = [(block.find_value(f"_cell.{name}") or "?").partition("(")[0] for name in names]
     try:
@@ -94,26 +94,28 @@ def _cif_cell(block: Any) -> Any:
     return None if numbers[:3] == [1.0, 1.0, 1.0] else cell_vectors(*numbers)
 
 
-def _cif_problem(path: Path, told: str) -> Problem:
-    """What gemmi says, at its line: `name:line:column: message`, or `name:line:column(offset): message`."""
-    found = re.search(r":(\d+):(\d+)(?:\(\d+\))?: *(.*)", told, re.S)
-    if found:
-        return Problem(int(found[1]), int(found[2]), "molecule", found[3].strip()[:200])
-    return Problem(0, 0, "molecule", told.replace(str(path), "").strip(": ")[:200])
+def _cif_problem(path: Path, message: str) -> Problem:
+    """Return gemmi's message as a problem at its line.
+
+    Messages have the form `name:line:column: message`, or `name:line:column(offset): message`.
+    """
+    match = re.search(r":(\d+):(\d+)(?:\(\d+\))?: *(.*)", message, re.S)
+    if match:
+        return Problem(int(match[1]), int(match[2]), "molecule", match[3].strip()[:200])
+    return Problem(0, 0, "molecule", message.replace(str(path), "").strip(": ")[:200])
 
 
-# PDB files, by their columns (wwPDB, "Atomic Coordinate Entry Format", version 3.3): atoms, unit cell, CONECT.
+# PDB files, by columns (wwPDB, "Atomic Coordinate Entry Format", version 3.3): atoms, unit cell, CONECT.
 #
-# Of several models the first is read, of alternate places of an atom that which is named first. The element stands in
-# columns 77 and 78; where a file has none there, it follows from the atom's name in columns 13 to 16, in which
-# symbols of
-# one letter begin in 14.
+# Of several models the first is read, of alternate positions of an atom the one that is listed first. The element
+# stands in columns 77 and 78; if these are blank, it follows from the atom's name in columns 13 to 16, in which symbols
+# of one letter begin in column 14.
 
 _PDB_WIDTH = 80
 
 
 def read_pdb(path: Path) -> Atoms:
-    """The atoms of the first model. Raises SceneFileError with lines."""
+    """Return the atoms of the first model of a PDB. Raise SceneFileError with the line of an error."""
     lines = path.read_bytes().splitlines()
     numbers = [k for k, line in enumerate(lines) if line.startswith((b"ATOM  ", b"HETATM"))]
     ends = [k for k, line in enumerate(lines) if line.startswith(b"ENDMDL")]
@@ -124,10 +126,10 @@ def read_pdb(path: Path) -> Atoms:
         if len(numbers) < before:
             remarks.append("the first of several models is read")
     rows = _pdb_columns([lines[k] for k in numbers])
-    kept = _first_places(rows)
-    if not kept.all():
-        remarks.append(f"{int((~kept).sum()):,} alternate places of atoms are left out")
-    rows, line_of = rows[kept], np.array(numbers, np.int64)[kept] + 1
+    first = _first_places(rows)
+    if not first.all():
+        remarks.append(f"{int((~first).sum()):,} alternate places of atoms are left out")
+    rows, line_of = rows[first], np.array(numbers, np.int64)[first] + 1
     positions = np.column_stack([_pdb_floats(path, rows, line_of, begin) for begin in (30, 38, 46)])
     elements = _pdb_elements(path, rows, line_of)
     bonds = _read_conect(lines, rows, positions, elements)
@@ -135,43 +137,48 @@ def read_pdb(path: Path) -> Atoms:
 
 
 def _pdb_columns(lines: list[bytes]) -> Any:
-    """(N, 80) bytes of lines, filled with blanks."""
+    """Return the bytes of lines (N, 80), padded with blanks."""
     rows = np.array([line[:_PDB_WIDTH] for line in lines], f"S{_PDB_WIDTH}").view(np.uint8).reshape(-1, _PDB_WIDTH)
     return np.where(rows == 0, ord(" "), rows).astype(np.uint8)
 
 
 def _pdb_texts(rows: Any, begin: int, end: int) -> Any:
-    """(N,) texts of columns, counted from 0, without blanks around them."""
+    """Return the texts (N,) of columns, counted from 0, without blanks around them."""
     return np.char.strip(np.ascontiguousarray(rows[:, begin:end]).view(f"S{end - begin}").reshape(-1))
 
 
 def _first_places(rows: Any) -> Any:
-    """Which atoms are not alternate places of one before: those with no letter, or the first of their name."""
+    """Return a mask (N,) of atoms that are no alternate position of one before.
+
+    These have no letter for alternate positions (column 17), or they are the first of their name and residue.
+    """
     letters = rows[:, 16]
     if (letters == ord(" ")).all():
         return np.ones(len(rows), bool)
     whole = np.ascontiguousarray(np.delete(rows[:, 12:27], 4, axis=1)).view("S14").reshape(-1)
     _, first = np.unique(whole, return_index=True)
-    kept = letters == ord(" ")
-    kept[first] = True
-    return kept
+    mask = letters == ord(" ")
+    mask[first] = True
+    return mask
 
 
 def _pdb_floats(path: Path, rows: Any, line_of: Any, begin: int) -> Any:
+    """Return the numbers (N,) in eight columns from `begin`, counted from 0."""
     texts = _pdb_texts(rows, begin, begin + 8)
     try:
-        found = texts.astype(np.float64)
-    except ValueError:
-        found = np.array([_pdb_number(text) for text in texts.tolist()])
-    bad = np.flatnonzero(~np.isfinite(found))
+        values = texts.astype(np.float64)
+    except ValueError:  # one by one, to find the first that is no number
+        values = np.array([_pdb_number(text) for text in texts.tolist()])
+    bad = np.flatnonzero(~np.isfinite(values))
     if len(bad):
-        told = texts[bad[0]].decode("utf-8", "replace")
+        text = texts[bad[0]].decode("utf-8", "replace")
         where = f"columns {begin + 1} to {begin + 8}"
-        raise _pdb_error(path, int(line_of[bad[0]]), f"{where} must be a finite number, got {told!r}")
-    return found
+        raise _pdb_error(path, int(line_of[bad[0]]), f"{where} must be a finite number, got {text!r}")
+    return values
 
 
 def _pdb_number(text: bytes) -> float:
+    """Return a number; NaN for other texts."""
     try:
         return float(text)
     except ValueError:
@@ -179,28 +186,29 @@ def _pdb_number(text: bytes) -> float:
 
 
 def _pdb_elements(path: Path, rows: Any, line_of: Any) -> Any:
-    """(N,) atomic numbers."""
-    given, names = _pdb_texts(rows, 76, 78), np.ascontiguousarray(rows[:, 12:16]).view("S4").reshape(-1)
-    keys, place = np.unique(np.char.add(np.char.add(given, b"|"), names), return_inverse=True)
-    found = np.zeros(len(keys), np.int64)
+    """Return the atomic numbers (N,)."""
+    symbols, names = _pdb_texts(rows, 76, 78), np.ascontiguousarray(rows[:, 12:16]).view("S4").reshape(-1)
+    # Each different pair of symbol and name is looked up once.
+    keys, place = np.unique(np.char.add(np.char.add(symbols, b"|"), names), return_inverse=True)
+    elements = np.zeros(len(keys), np.int64)
     for k, key in enumerate(keys.tolist()):
         symbol, _, name = key.decode("ascii", "replace").partition("|")
         number = atomic_number(symbol) if symbol else _element_of_atom_name(name.ljust(4))
         if number is None:
             line = int(line_of[np.flatnonzero(place == k)[0]])
             raise _pdb_error(path, line, f"columns 77 and 78 must be an element's symbol, got {symbol!r}")
-        found[k] = number
-    return found[place]
+        elements[k] = number
+    return elements[place]
 
 
 def _element_of_atom_name(name: str) -> int:
-    """The element of an atom's name; 0 where it tells none."""
+    """Return the atomic number that an atom's name begins with; 0 if it names no element."""
     first = name[:2].strip(" 0123456789'\"*")
     return atomic_number(first) or atomic_number(name.strip(" 0123456789'\"*")[:1]) or 0
 
 
 def _pdb_labels(rows: Any) -> tuple[str, ...]:
-    """Such as "CA LEU 12 A": atom, residue, its number and chain."""
+    """Return labels such as "CA LEU 12 A": atom, residue, number of the residue, and chain."""
     parts = [_pdb_texts(rows, *columns) for columns in ((12, 16), (17, 20), (22, 27), (21, 22))]
     joined = parts[0]
     for part in parts[1:]:
@@ -209,25 +217,29 @@ def _pdb_labels(rows: Any) -> tuple[str, ...]:
 
 
 def _read_conect(lines: list[bytes], rows: Any, positions: Any, elements: Any) -> Any:
-    """Bonds of CONECT records with those by distance; None where there are no records. One told twice is double."""
-    told: dict[tuple[int, int], int] = {}
+    """Return the bonds (a, b, order) of CONECT records and those by distance; None if there are no records.
+
+    A bond that the records repeat is double or triple.
+    """
+    orders: dict[tuple[int, int], int] = {}
     lines = [line for line in lines if line.startswith(b"CONECT")]
     if not lines:
         return None
+    # Reversed, so that of equal serial numbers the first atom counts.
     serial = {text: k for k, text in reversed(list(enumerate(_pdb_texts(rows, 6, 11).tolist())))}
     for line in lines:
         first = serial.get(line[6:11].strip())
         for begin in range(11, 31, 5):
             other = serial.get(line[begin : begin + 5].strip())
-            if first is not None and other is not None and first < other:
-                told[first, other] = told.get((first, other), 0) + 1
+            if first is not None and other is not None and first < other:  # records list a bond from both atoms
+                orders[first, other] = orders.get((first, other), 0) + 1
     for first, other in bonds_by_distance(positions, elements).tolist():
-        told.setdefault((first, other), 1)
-    return [(first, other, min(order, 3)) for (first, other), order in sorted(told.items())]
+        orders.setdefault((first, other), 1)
+    return [(first, other, min(order, 3)) for (first, other), order in sorted(orders.items())]
 
 
 def _pdb_cell(path: Path, lines: list[bytes]) -> Any:
-    """The unit cell of a CRYST1 record; None for none, and for 1 1 1, which stands for none."""
+    """Return the unit cell (3, 3) of a CRYST1 record; None without one, and for lengths 1 1 1, which stand for none."""
     for k, line in enumerate(lines):
         if line.startswith(b"CRYST1"):
             places = ((6, 15), (15, 24), (24, 33), (33, 40), (40, 47), (47, 54))
@@ -245,15 +257,15 @@ def _pdb_error(path: Path, line: int, message: str) -> SceneFileError:
     return SceneFileError(path, [Problem(line, 1, "molecule", message)])
 
 
-# XYZ files: how many atoms, a comment, and a line for each atom: symbol (or number), x, y, z in Å.
+# XYZ files: the number of atoms, a comment, and a line for each atom: symbol (or number), x, y, z in Å.
 #
-# The comment of an extended file may say `Lattice="ax ay az bx by bz cx cy cz"`. Of several frames the first is read.
+# The comment of an extended file may hold `Lattice="ax ay az bx by bz cx cy cz"`. Of several frames the first is read.
 
 _XYZ_LATTICE = re.compile(r"\blattice\s*=\s*(?:\"([^\"]*)\"|'([^']*)'|\{([^}]*)\})", re.I)
 
 
 def read_xyz(path: Path) -> Atoms:
-    """The atoms of the first frame. Raises SceneFileError with lines."""
+    """Return the atoms of the first frame of an XYZ. Raise SceneFileError with the line of an error."""
     with open(path, encoding="utf-8", errors="replace") as file:
         head = [file.readline(), file.readline()]
         count = int(head[0]) if re.fullmatch(r"\s*\d{1,9}\s*", head[0]) else None
@@ -277,19 +289,19 @@ def _xyz_remarks(more: bool) -> tuple[str, ...]:
 
 
 def _xyz_positions(path: Path, rows: list[list[str]]) -> Any:
-    """(N, 3) places."""
+    """Return the positions (N, 3)."""
     try:
         columns = [np.array([row[k] for row in rows], np.float64) for k in (1, 2, 3)]
-        found = np.stack(columns, axis=1)
+        positions = np.stack(columns, axis=1)
     except ValueError:
-        found = None
-    if found is not None and np.isfinite(found).all():
-        return found
-    for k, row in enumerate(rows):
+        positions = None
+    if positions is not None and np.isfinite(positions).all():
+        return positions
+    for k, row in enumerate(rows):  # one by one, to report the line
         for text in row[1:]:
             if not _is_number(text):
                 raise _xyz_error(path, k + 3, f"x, y and z must be finite numbers, got {text!r:.40}")
-    return found
+    return positions
 
 
 def _is_number(text: str) -> bool:
@@ -300,7 +312,7 @@ def _is_number(text: str) -> bool:
 
 
 def _xyz_elements(path: Path, texts: list[str]) -> Any:
-    """(N,) atomic numbers."""
+    """Return the atomic numbers (N,)."""
     known = {text: atomic_number(text) for text in set(texts)}
     for text in known:
         if known[text] is None and text.isdecimal() and int(text[:4]) < len(SYMBOLS):
@@ -312,11 +324,11 @@ def _xyz_elements(path: Path, texts: list[str]) -> Any:
 
 
 def _xyz_cell(path: Path, comment: str) -> Any:
-    """The unit cell that a comment says; None where it says none."""
-    found = _XYZ_LATTICE.search(comment)
-    if found is None:
+    """Return the unit cell (3, 3) in a comment; None if it has none."""
+    match = _XYZ_LATTICE.search(comment)
+    if match is None:
         return None
-    words = (found[1] or found[2] or found[3] or "").split()
+    words = (match[1] or match[2] or match[3] or "").split()
     if len(words) != 9 or not all(_is_number(word) for word in words):
         raise _xyz_error(path, 2, f"Lattice must be nine finite numbers, got {' '.join(words)!r:.80}")
     return np.array([float(word) for word in words]).reshape(3, 3)
@@ -326,7 +338,7 @@ def _xyz_error(path: Path, line: int, message: str) -> SceneFileError:
     return SceneFileError(path, [Problem(line, 1, "molecule", message)])
 
 
-# Files of molecules: XYZ, PDB, mmCIF and CIF, known by their content.
+# Files of molecules, recognised by their content
 
 _READERS: tuple[tuple[Callable[[str, str], bool], Callable[[Path], Atoms]], ...] = (
     (is_cif, read_cif), (is_pdb, read_pdb), (is_xyz, read_xyz),
@@ -334,7 +346,25 @@ _READERS: tuple[tuple[Callable[[str, str], bool], Callable[[Path], Atoms]], ...]
 
 
 def read_atoms(path: str | os.PathLike[str]) -> Atoms:
-    """The atoms in a file. Raises SceneFileError with lines, OSError, and ValueError for a file of another kind."""
+    """Return the atoms in a file.
+
+    Parameters
+    ----------
+    path
+        An XYZ, PDB, mmCIF or CIF file.
+
+    Raises
+    ------
+    SceneFileError
+        The file has an error; the message has its line.
+    OSError
+        The file cannot be read.
+    ValueError
+        The file is of another kind.
+    ImportError
+        The file needs gemmi, which is not installed.
+
+    """
     with open(path, "rb") as file:
         head = file.read(DETECTION_BYTES).decode("utf-8", "replace")
     for recognises, read in _READERS:
@@ -343,22 +373,40 @@ def read_atoms(path: str | os.PathLike[str]) -> Atoms:
     raise ValueError(f"{os.fspath(path)}: is no XYZ, PDB, mmCIF or CIF file")
 
 
-# A file of a molecule as bodies, by the options of all imports.
+# Import by the options of all formats
 
 MANY_ATOMS = 20_000
-"""Atoms that are shown as balls alone: bonds could not be told apart."""
+"""Above this number atoms are shown as balls only, as bonds could not be distinguished."""
 
 
 def import_file(path: str | os.PathLike[str], options: ImportOptions) -> ImportResult:
-    """Balls and sticks, or balls of van der Waals' radii where there are many atoms; and the cell of a crystal."""
+    """Import a molecule as balls and sticks, or as balls of van der Waals radii above `MANY_ATOMS` atoms.
+
+    The unit cell of a crystal is shown too.
+
+    Parameters
+    ----------
+    path
+        The file.
+    options
+        Options of the import; `strict` applies.
+
+    Raises
+    ------
+    ValueError
+        An option does not apply, or there are more bodies than `max_bodies`; also SceneFileError.
+    ImportError, OSError
+        See `read_atoms`.
+
+    """
     options.refuse_others("a molecule", "strict")
     atoms = read_atoms(path)
     look = MoleculeStyle("ball and stick" if len(atoms) <= MANY_ATOMS else "space filling", {}, {})
     bodies = build_molecule_bodies(atoms, look, True)
-    made = len(atoms) + (0 if look.style == "space filling" else 2 * len(atoms.bonds))
-    if options.max_bodies is not None and made > options.max_bodies:
+    count = len(atoms) + (0 if look.style == "space filling" else 2 * len(atoms.bonds))
+    if options.max_bodies is not None and count > options.max_bodies:
         raise ValueError(
-            f"{os.fspath(path)}: {format_count(made, 'body')}, more than max_bodies = {options.max_bodies:,}"
+            f"{os.fspath(path)}: {format_count(count, 'body')}, more than max_bodies = {options.max_bodies:,}"
         )
     legend = []
     for number, count in zip(*np.unique(atoms.numbers, return_counts=True), strict=True):

@@ -1,7 +1,8 @@
-"""Atoms as bodies: balls of van der Waals' radii, balls and sticks, licorice; and the edges of a unit cell.
+"""Styles of molecules: atoms as bodies (space filling, ball and stick, licorice), and the edges of a unit cell.
 
-The balls of all atoms come first, as one entry, so that body k is atom k. A bond is two rods that meet in its middle,
-each in the colour of its atom, and follow the balls; double bonds are two such pairs side by side, triple ones three.
+The balls of all atoms come first, as one entry, so that body k is atom k. The rods of bonds follow: a bond is two rods
+that meet in its middle, each in the colour of its atom; a double bond is two such pairs side by side, a triple bond
+three.
 """
 
 from __future__ import annotations
@@ -24,21 +25,32 @@ StyleName: TypeAlias = Literal["space filling", "ball and stick", "licorice"]
 STYLES: tuple[StyleName, ...] = get_args(StyleName)
 
 BALL = 0.25
-"""Of balls on sticks: their radius as a share of van der Waals'."""
+"""Radius of balls on sticks, as a share of the van der Waals radius."""
 STICK = 0.12
 LICORICE = 0.2
 EDGE = 0.04
 """Radii of sticks, licorice and edges of a cell, in Å."""
 _APART = 1.3
-"""How far rods of one bond lie from its middle, in their radii, and how thick they are as a share of a single one."""
+"""Distance of the two rods of a double bond from its middle line, in their radii."""
 _THIN = 0.55
+"""Radius of the rods of double and triple bonds, as a share of that of a single bond."""
 
 
 @dataclass(frozen=True)
 class MoleculeStyle:
-    """How a molecule is shown: its style, and what is not as usual.
+    """The look of a molecule.
 
-    radii: of balls by symbol, in Å. colors: by symbol: colours or materials. prefix: of names.
+    Parameters
+    ----------
+    style
+        The style.
+    radii
+        Radii of balls by symbol, in Å, in place of the usual ones.
+    colors
+        Colours or materials by symbol, in place of the usual ones.
+    prefix
+        Text before the names of entries.
+
     """
 
     style: StyleName
@@ -48,13 +60,24 @@ class MoleculeStyle:
 
 
 def build_molecule_bodies(atoms: Atoms, look: MoleculeStyle, with_cell: bool) -> list[Body]:
-    """The bodies of atoms: an entry for all balls, one for all rods, one for the cell."""
+    """Return the bodies of atoms: an entry for all balls, one for all rods, one for the cell.
+
+    Parameters
+    ----------
+    atoms
+        The atoms.
+    look
+        The look of balls and rods.
+    with_cell
+        Whether to add the edges of the unit cell, if there is one.
+
+    """
     if not len(atoms):
         return []
     kinds, index = np.unique(atoms.numbers, return_inverse=True)
     materials = [element_material(int(number), look.colors) for number in kinds]
     paint: dict[str, Any] = dict(materials=materials)
-    found = [
+    bodies = [
         Body(Spheres(atoms.positions, _radii(atoms, look)), **paint, material_index=index, name=f"{look.prefix}atoms")
     ]
     if look.style != "space filling" and len(atoms.bonds):
@@ -62,36 +85,49 @@ def build_molecule_bodies(atoms: Atoms, look: MoleculeStyle, with_cell: bool) ->
             atoms, LICORICE if look.style == "licorice" else STICK, look.style == "licorice"
         )
         sticks = Cylinders(ends[:, 0], ends[:, 1], radii)
-        found.append(Body(sticks, **paint, material_index=index[owner], name=f"{look.prefix}bonds"))
+        bodies.append(Body(sticks, **paint, material_index=index[owner], name=f"{look.prefix}bonds"))
     if with_cell and atoms.cell is not None:
-        found.append(Body(cell_edges(atoms.cell), lacquer("#8c8c8c"), name=f"{look.prefix}cell"))
-    return found
+        bodies.append(Body(cell_edges(atoms.cell), lacquer("#8c8c8c"), name=f"{look.prefix}cell"))
+    return bodies
 
 
 def element_material(number: int, colors: Mapping[str, Any]) -> Material:
-    """The material of an element: its name is the symbol."""
+    """Return the material of an element, named by its symbol unless `colors` has a named material for it."""
     symbol = SYMBOLS[number]
-    given = colors.get(symbol)
-    if given is None:
+    chosen = colors.get(symbol)
+    if chosen is None:
         return lacquer(ELEMENT_COLORS[number], name=symbol, properties=dict(element=symbol, number=number))
-    made = as_material("molecule", given)
-    return made if made.name else rename_material(made, symbol)
+    material = as_material("molecule", chosen)
+    return material if material.name else rename_material(material, symbol)
 
 
 def _radii(atoms: Atoms, look: MoleculeStyle) -> FloatArray:
-    """(N,) radii of balls."""
-    usual = np.full(len(SYMBOLS), LICORICE) if look.style == "licorice" else VAN_DER_WAALS_RADII.copy()
+    """Return the radii of balls (N,)."""
+    by_element = np.full(len(SYMBOLS), LICORICE) if look.style == "licorice" else VAN_DER_WAALS_RADII.copy()
     if look.style == "ball and stick":
-        usual *= BALL
+        by_element *= BALL
     for symbol, radius in look.radii.items():
-        usual[SYMBOLS.index(symbol)] = radius
-    return np.asarray(usual[atoms.numbers])
+        by_element[SYMBOLS.index(symbol)] = radius
+    return np.asarray(by_element[atoms.numbers])
 
 
 def build_rods(atoms: Atoms, radius: float, single: bool) -> tuple[FloatArray, FloatArray, Any]:
-    """(ends (R, 2, 3), radii (R,), whose colour each has (R,)): two halves for each line of each bond.
+    """Return the rods of bonds: two half rods for each line of each bond.
 
-    single: one line for a bond of any order.
+    Parameters
+    ----------
+    atoms
+        The atoms.
+    radius
+        Radius of the rod of a single bond, in Å.
+    single
+        Whether bonds of any order have one line.
+
+    Returns
+    -------
+    tuple
+        Ends (R, 2, 3), radii (R,), and the atoms (R,) whose colours the rods have.
+
     """
     bonds = atoms.bonds
     pairs, order = bonds[:, :2].astype(np.int64), np.ones(len(bonds)) if single else np.ceil(bonds[:, 2] - 0.25)
@@ -113,24 +149,25 @@ def build_rods(atoms: Atoms, radius: float, single: bool) -> tuple[FloatArray, F
 
 
 def _sideways(atoms: Atoms, pairs: Any) -> FloatArray:
-    """(M, 3) unit vectors across bonds, in the plane of a third atom that is bonded to one of the two, if one is."""
+    """Return unit vectors across bonds (M, 3), in the plane of a third atom bonded to one of the two, if any."""
     near: dict[int, list[int]] = {}
     for i, k in atoms.bonds[:, :2].astype(np.int64).tolist():
         near.setdefault(i, []).append(k)
         near.setdefault(k, []).append(i)
-    found = np.empty((len(pairs), 3))
+    vectors = np.empty((len(pairs), 3))
     for row, (i, k) in enumerate(pairs.tolist()):
         along = atoms.positions[k] - atoms.positions[i]
         along = along / np.linalg.norm(along)
         thirds = [atoms.positions[n] - atoms.positions[i] for n in (*near[i], *near[k]) if n not in (i, k)]
         across = [third - along * (third @ along) for third in (*thirds, *np.eye(3)[np.argsort(np.abs(along))])]
+        # A third atom may lie on the line of the bond; one of the axes never does.
         best = next(vector for vector in across if vector @ vector > 1e-4)
-        found[row] = best / np.linalg.norm(best)
-    return found
+        vectors[row] = best / np.linalg.norm(best)
+    return vectors
 
 
 def cell_edges(cell: FloatArray) -> Capsules:
-    """The twelve edges of a unit cell from the origin."""
+    """Return the twelve edges of a unit cell with a corner at the origin; `cell` has its edges as rows (3, 3)."""
     a, b, c = cell
     zero = np.zeros(3)
     edges = [(start, start + a) for start in (zero, b, c, b + c)]

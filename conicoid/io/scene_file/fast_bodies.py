@@ -1,7 +1,8 @@
-"""Bodies as they stand in nearly all files, read at once. What is unusual in any way is left to the reader that tells.
+"""Fast readers of plain bodies, which nearly all bodies of files are; unusual ones are left to `SceneReader`.
 
-A `Quick` reads a node of one kind; it raises `Unusual` where the node is not plainly of that kind, and may raise what
-the classes of shapes raise. Nothing is reported here, and nothing is counted before all of a body is read.
+`PlainBodyReader` reads one body from its nodes. `build_alike_bodies` builds bodies that match one pattern together, in
+columns. Neither reports problems, and both count a body (names, parts, steps) only after all of it is read. A
+`QuickReader` reads a node of one type; it raises `UnusualNode` unless the node is plainly of that type.
 """
 
 from __future__ import annotations
@@ -39,32 +40,38 @@ from .nodes import DECIMAL, MappingNode, Node, ScalarNode, SequenceNode, is_text
 from .shape_reader import MAX_STEPS, ShapeReader, apply_motion, operand_field
 from .value_types import BadValue, FixedListType, ListType, NumberType, OptionalType, ValueType
 
+# Single bodies.
+
 QuickReader: TypeAlias = Callable[[Node], Any]
 
 _NUMBER = re.compile(DECIMAL)
 MAX_PLAIN_DEPTH = 20
+"""Most levels of shapes within shapes of a plain body."""
 
 
 class UnusualNode(Exception):
-    """What is not read here."""
+    """Raised for a node that the fast readers leave to `SceneReader`."""
 
 
 @dataclass
 class PlainBodyReader:
-    """Reads bodies of one file, with what the reader of its shapes knows."""
+    """Reads plain bodies of one file. It shares named shapes, nodes and the budget with the reader of its shapes."""
 
     shapes: ShapeReader
     materials: dict[str, Any]
     names: dict[str, int]
-    """Those of the bodies so far, with their lines."""
+    """The names of the bodies so far, with their lines."""
     steps: int = 0
-    """Of the motions of the body that is being read."""
+    """The number of steps in the motions of the current body."""
     colors: dict[str, Material] = field(default_factory=dict)
     lasting: bool = True
-    """Do the nodes that are being read stay as they are?"""
+    """True if the current nodes do not change, so that results may be stored by their ids."""
 
     def read_alike(self, item: PatternItem) -> Body | None:
-        """The same of a body that is written as others are; nothing is kept of its nodes, for which no alias stands."""
+        """Return the body of an item that matches a pattern, or None; nothing is stored by the ids of its nodes.
+
+        No alias refers to them.
+        """
         self.lasting = False
         try:
             return self.read(item.read())
@@ -72,7 +79,7 @@ class PlainBodyReader:
             self.lasting = True
 
     def read(self, node: Node) -> Body | None:
-        """The body at a node; None for one that is to be read word by word."""
+        """Return the body at a node; None for one that is unusual or has a problem."""
         self.steps = 0
         try:
             return self._body(node)
@@ -104,7 +111,7 @@ class PlainBodyReader:
         return body
 
     def accepts(self, name: str | None, line: int, steps: int, parts: int = 0) -> bool:
-        """Count a body of so many parts, with so many steps in its motions, and its name; False if it cannot be."""
+        """Count the parts, steps and name of a body; return False, and count nothing, if it cannot be accepted."""
         if name in self.names:
             return False
         if not self.shapes.allowance.take(parts, steps):
@@ -115,17 +122,18 @@ class PlainBodyReader:
         return True
 
     def material(self, node: Node) -> Material:
-        """A material by its name, or a colour."""
+        """Return a material by its name, or a matte one by its colour."""
         name = plain_text(node)
-        found = self.materials.get(name) or self.colors.get(name)
-        if isinstance(found, Material):
-            return found
+        known = self.materials.get(name) or self.colors.get(name)
+        if isinstance(known, Material):
+            return known
         if name in self.materials:
             raise UnusualNode
-        made = self.colors[name] = as_material("matte", name)
-        return made
+        material = self.colors[name] = as_material("matte", name)
+        return material
 
     def shape(self, node: Node, depth: int) -> Shape:
+        """Return the shape at a node, `depth` levels within that of the body."""
         known = self.shapes.read_nodes.get(id(node)) if self.lasting else None
         if known is not None:
             if isinstance(known, BadValue):
@@ -145,10 +153,10 @@ class PlainBodyReader:
         if head == "shape":
             shape = self.shape(value, depth + 1)
         else:
-            made = find_constructor(head)
-            if made is None:
+            constructor = find_constructor(head)
+            if constructor is None:
                 raise UnusualNode
-            shape = self.built(made, value, depth)
+            shape = self.build(constructor, value, depth)
         if "move" in node.entries:
             shape = self._moved(shape, node.entries["move"])
         if self.lasting:
@@ -156,36 +164,38 @@ class PlainBodyReader:
         return shape
 
     def _named(self, node: Node) -> Shape:
-        found = self.shapes.built.get(plain_text(node))
-        if found is None or isinstance(found, BadValue):
+        """Return a named shape that was read without problems."""
+        shape = self.shapes.built.get(plain_text(node))
+        if shape is None or isinstance(shape, BadValue):
             raise UnusualNode
-        return found
+        return shape
 
-    def built(self, made: ShapeConstructor, node: Node, depth: int) -> Shape:
-        """A primitive of its fields, or a combination of its operands."""
-        if made.fields:
-            return made.make(**self.values(made, node))
-        if not made.several:
-            return made.make(self.shape(node, depth + 1))
+    def build(self, constructor: ShapeConstructor, node: Node, depth: int) -> Shape:
+        """Return a primitive by its fields, or a combination of its operands."""
+        if constructor.fields:
+            return constructor.make(**self.values(constructor, node))
+        if not constructor.several:
+            return constructor.make(self.shape(node, depth + 1))
         if type(node) is not SequenceNode or not node.items:
             raise UnusualNode
-        return made.make(tuple([self.shape(item, depth + 1) for item in node.items]))
+        return constructor.make(tuple([self.shape(item, depth + 1) for item in node.items]))
 
-    def values(self, made: ShapeConstructor, node: Node) -> dict[str, Any]:
-        """The values of a primitive's fields."""
+    def values(self, constructor: ShapeConstructor, node: Node) -> dict[str, Any]:
+        """Return the values of a primitive's fields."""
         if type(node) is not MappingNode:
             raise UnusualNode
-        fields, values = made.fields, {}
+        fields, values = constructor.fields, {}
         for name, value in node.entries.items():
             if name not in fields:
                 raise UnusualNode
             values[name] = fields[name](value)
-        for name in made.required:
+        for name in constructor.required:
             if name not in values:
                 raise UnusualNode
         return values
 
     def _moved(self, shape: Shape, node: Node) -> Shape:
+        """Return a shape after the steps of a `move` list."""
         if type(node) is not SequenceNode or len(node.items) > MAX_STEPS:
             raise UnusualNode
         motion = self.shapes.motions.get(id(node)) if self.lasting else None
@@ -203,7 +213,7 @@ class PlainBodyReader:
 
 @dataclass(frozen=True)
 class ShapeConstructor:
-    """How a class is made: from fields by name, or, where there are none, from one operand or several."""
+    """The way to construct a class: from fields by name, or, if it has none, from one operand or several."""
 
     make: Callable[..., Shape]
     fields: dict[str, QuickReader]
@@ -212,14 +222,14 @@ class ShapeConstructor:
 
 
 def find_constructor(name: str) -> ShapeConstructor | None:
-    """None for what is not a class, and for bulk shapes."""
+    """Return the constructor of a class by name; None for other names and for bulk shapes."""
     cls = REGISTRY.get(name)
     return None if cls is None or issubclass(cls, Bulk) else _constructor(cls)
 
 
 @cache
 def _constructor(cls: type[Shape]) -> ShapeConstructor:
-    """How its objects are made."""
+    """Return the constructor of a class, cached."""
     operand = operand_field(cls)
     if operand is not None:
         return ShapeConstructor(cls, {}, (), isinstance(operand, ListType))
@@ -232,7 +242,7 @@ def _constructor(cls: type[Shape]) -> ShapeConstructor:
 
 
 def _quick_reader(kind: ValueType) -> QuickReader:
-    """What reads the plainest nodes of a kind."""
+    """Return the reader of plain nodes of a type: numbers and lists of them; all other types are unusual."""
     if type(kind) is NumberType:
         return plain_number
     if type(kind) is FixedListType or type(kind) is ListType:
@@ -245,6 +255,8 @@ def _unusual(_: Node) -> Any:
 
 
 def _list(item: QuickReader, count: int | None) -> QuickReader:
+    """Return a reader of lists of `count` items, or of any length for None."""
+
     def read(node: Node) -> tuple[Any, ...]:
         if type(node) is not SequenceNode or (count is not None and len(node.items) != count):
             raise UnusualNode
@@ -254,6 +266,7 @@ def _list(item: QuickReader, count: int | None) -> QuickReader:
 
 
 def plain_number(node: Node) -> float:
+    """Return a plain decimal number."""
     if type(node) is not ScalarNode or not node.plain or not _NUMBER.fullmatch(node.text):
         raise UnusualNode
     return float(node.text)
@@ -264,13 +277,14 @@ plain_matrix = _list(_list(plain_number, 4), 4)
 
 
 def plain_text(node: Node) -> str:
+    """Return a text that is not empty."""
     if type(node) is not ScalarNode or not is_text(node) or not node.text:
         raise UnusualNode
     return node.text
 
 
 def append_step(motion: Motion, step: Node) -> Motion:
-    """The motion followed by one more step."""
+    """Return the motion followed by one more step."""
     if type(step) is not MappingNode or len(step.entries) != 1:
         raise UnusualNode
     ((verb, value),) = step.entries.items()
@@ -287,43 +301,41 @@ def append_step(motion: Motion, step: Node) -> Motion:
     return motion.rotate(direction, plain_number(value.entries["degrees"]))
 
 
-# Bodies that are written alike, made together: what they have in common is read once, and their numbers in columns.
+# Bodies of one pattern, built together: their common parts are read once, their numbers in columns.
 #
-# What is plain in one of them is plain in all, as they are of one pattern; what their numbers decide is looked at for
-# all
-# at once. Nothing is reported or counted here. A body of which anything is in doubt is left to `PlainBodies`, and all
-# of
-# a pattern are where there is something to warn of, or more to them than is plain.
+# The nodes of all bodies of a pattern are equally plain, and checks of numbers run on whole columns. Nothing is
+# reported or counted here. A body in doubt is left to `PlainBodyReader`; so are all bodies of a group if one raises a
+# warning, or if the pattern is not plain.
 
 _MIN_GROUP = 8
-"""Bodies of a pattern that are worth it."""
+"""Least bodies of a group that is worth building together."""
 _DOUBT = (UnusualNode, SuppressedWarning, ValueError, TypeError, ArithmeticError)
-_DOUBTFUL: Any = object()
+_DOUBTFUL: Any = object()  # in place of a name or material that is in doubt
 
 
 class FastBody(NamedTuple):
-    """A body as it was made, and what is to be counted of it."""
+    """A body, and the numbers that `PlainBodyReader.accepts` counts."""
 
     body: Body
     parts: int
     steps: int
-    """Of its motions."""
+    """The number of steps in its motions."""
     name_line: int
 
 
 @dataclass
 class _SharedShape:
-    """The shape that all have."""
+    """One shape for all bodies of a group."""
 
     shape: Shape
 
 
 _Shapes: TypeAlias = _SharedShape | list[Shape | None]
-"""The shape of each; None where it is in doubt."""
+"""One shape for all bodies, or the shape of each, None for one in doubt."""
 
 
 def build_alike_bodies(first: int, items: Sequence[DocumentItem], plain: PlainBodyReader) -> dict[int, FastBody]:
-    """Bodies by their places, of which the first is said: those that could be made with others."""
+    """Return the bodies that could be built in groups, by their numbers; `first` is the number of the first item."""
     groups: dict[Any, list[int]] = {}
     words_of: dict[int, _SlotWords] = {}
     for place, item in enumerate(items):
@@ -332,16 +344,19 @@ def build_alike_bodies(first: int, items: Sequence[DocumentItem], plain: PlainBo
             if words is None:
                 words = words_of[id(item.pattern)] = _SlotWords(item.pattern)
             groups.setdefault((words, words.key(item.words)), []).append(place)
-    found: dict[int, FastBody] = {}
+    bodies: dict[int, FastBody] = {}
     for (words, _), places in groups.items():
         if len(places) >= _MIN_GROUP:
             group = _BodyGroup(words, [items[place] for place in places], plain)  # type: ignore[misc]
-            found.update((first + places[k], made) for k, made in group.made())
-    return found
+            bodies.update((first + places[k], body) for k, body in group.build())
+    return bodies
 
 
 class _SlotWords:
-    """What stands in the places of a pattern: numbers, the body's name and material, or what tells bodies apart."""
+    """The kinds of slots of a pattern: numbers, the name and material of the body, and others.
+
+    `key` returns the words in the other slots, such as names of axes and shapes; bodies of a group share them.
+    """
 
     def __init__(self, pattern: TextPattern) -> None:
         self.pattern = pattern
@@ -352,11 +367,11 @@ class _SlotWords:
 
 
 def _no_key(_: Sequence[str]) -> None:
-    """What bodies are told apart by that differ in numbers, names and materials alone."""
+    """Return the key of bodies that differ in numbers, names and materials alone."""
 
 
 class _BodyGroup:
-    """Bodies of one pattern that have the same words, but for numbers and their names and materials."""
+    """Bodies of one pattern that share all words except numbers, names and materials."""
 
     def __init__(self, words: _SlotWords, items: Sequence[PatternItem], plain: PlainBodyReader) -> None:
         self.pattern, self.items, self.plain, self.count = words.pattern, items, plain, len(items)
@@ -367,14 +382,14 @@ class _BodyGroup:
             for k in words.numbers
             if self.columns[k].count(self.columns[k][0]) < self.count
         }
-        """The words of numbers that are not the same in all."""
+        """By id of the node: the words of numbers that differ between bodies."""
         self.varied: dict[int, bool] = {}
         self.steps = 0
 
-    def made(self) -> Iterator[tuple[int, FastBody]]:
-        """Bodies by their numbers among those of the group, without those that are in doubt."""
+    def build(self) -> Iterator[tuple[int, FastBody]]:
+        """Yield the bodies with their numbers in the group, without those in doubt; none if all are."""
         plain, first = self.plain, self.items[0]
-        self.pattern.filled(first.words, first.line)
+        self.pattern.fill(first.words, first.line)
         plain.lasting, plain.steps = False, 0
         try:
             with raise_warnings():
@@ -388,11 +403,11 @@ class _BodyGroup:
         parts = 0
         for k, (item, body) in enumerate(zip(self.items, bodies, strict=True)):
             if body.shape is not None and body.name is not _DOUBTFUL and body.material is not _DOUBTFUL:
-                parts = parts or 1 + plain.shapes.size(body.shape)  # it is that of all
+                parts = parts or 1 + plain.shapes.size(body.shape)  # all bodies have the same number of parts
                 yield k, FastBody(body, parts, steps, item.line + row)
 
     def _bodies(self) -> list[Body]:
-        """All of them, as `PlainBodies.read` reads one."""
+        """Return all bodies, as `PlainBodyReader.read` reads one."""
         entries = self.pattern.item.entries
         if "shape" not in entries or not entries.keys() <= {"shape", "name", "material", "move"}:
             raise UnusualNode
@@ -404,7 +419,9 @@ class _BodyGroup:
         each: Iterable[Shape | None]
         if isinstance(shapes, _SharedShape):
             is_named = any(shapes.shape is named for named in self.plain.shapes.built.values())
-            each = [shapes.shape] * self.count if is_named else self._twins(shapes.shape, repeat(shapes.shape.motion))
+            # As without groups: bodies share a named shape, but equal shapes that are written out are objects of their
+            # own.
+            each = [shapes.shape] * self.count if is_named else self._copies(shapes.shape, repeat(shapes.shape.motion))
         else:
             each = shapes
         return construct_many(
@@ -413,27 +430,29 @@ class _BodyGroup:
         )  # fmt: skip
 
     def _material(self, word: str) -> Any:
+        """Return the material of a word."""
         return self.plain.material(ScalarNode(0, 0, word, False))
 
     def _words(self, node: Node, meaning: Callable[[str], Any]) -> list[Any]:
-        """What the words at a node mean, texts all of them; `_DOUBTFUL` for others."""
+        """Return the meanings of the words at a node for all bodies, `_DOUBTFUL` for words that are no texts."""
         plain_text(node)
-        words, found = self.columns[self._place_of(node)], dict[str, Any]()
+        words, meanings = self.columns[self._place_of(node)], dict[str, Any]()
         for word in dict.fromkeys(words):
             try:
-                found[word] = meaning(plain_text(ScalarNode(0, 0, word, node.plain)))  # type: ignore[union-attr]
+                meanings[word] = meaning(plain_text(ScalarNode(0, 0, word, node.plain)))  # type: ignore[union-attr]
             except _DOUBT:
-                found[word] = _DOUBTFUL
-        return list(map(found.__getitem__, words))
+                meanings[word] = _DOUBTFUL
+        return list(map(meanings.__getitem__, words))
 
     def _place_of(self, node: Node) -> int:
+        """Return the number of the slot at a node. Raise UnusualNode if there is none."""
         place = self.pattern.number_of.get(id(node))
         if place is None:
             raise UnusualNode
         return place
 
     def _varies(self, node: Node) -> bool:
-        """Are there numbers at a node, or below it, that are not the same in all?"""
+        """Return True if a number at a node, or below it, differs between bodies."""
         if type(node) is ScalarNode:
             return id(node) in self.numbers
         known = self.varied.get(id(node))
@@ -443,14 +462,14 @@ class _BodyGroup:
         return known
 
     def _values(self, node: Node) -> list[Any]:
-        """What stands at a node in each: numbers, or tuples of what stands below."""
+        """Return the value at a node for each body: a number, or a tuple of the values below."""
         if isinstance(node, SequenceNode):
             return list(zip(*map(self._values, node.items), strict=True)) or [()] * self.count
         words = self.numbers.get(id(node))
         return [plain_number(node)] * self.count if words is None else list(map(float, words))
 
     def _shapes(self, node: Node, depth: int) -> _Shapes:
-        """The shapes at a node, as `PlainBodies.shape` reads one."""
+        """Return the shapes at a node, as `PlainBodyReader.shape` reads one."""
         if not self._varies(node):
             return _SharedShape(self.plain.shape(node, depth))
         if (
@@ -462,37 +481,37 @@ class _BodyGroup:
         head = next(name for name in node.entries if name != "move")
         value = node.entries[head]
         shapes = (
-            self._shapes(value, depth + 1) if head == "shape" else self._built(find_constructor(head), value, depth)
+            self._shapes(value, depth + 1) if head == "shape" else self._build(find_constructor(head), value, depth)
         )
         return self._moved(shapes, node.entries["move"]) if "move" in node.entries else shapes
 
-    def _built(self, made: ShapeConstructor | None, node: Node, depth: int) -> _Shapes:
-        """Primitives of their fields, or combinations of their operands."""
-        if made is None:
+    def _build(self, constructor: ShapeConstructor | None, node: Node, depth: int) -> _Shapes:
+        """Return primitives by their fields, or combinations of their operands."""
+        if constructor is None:
             raise UnusualNode
         if not self._varies(node):
-            return _SharedShape(self.plain.built(made, node, depth))
-        if made.fields:
-            given = self.plain.values(made, node)
+            return _SharedShape(self.plain.build(constructor, node, depth))
+        if constructor.fields:
+            values = self.plain.values(constructor, node)  # of the first body: checks that the nodes are plain
             assert isinstance(node, MappingNode)
             own = {name: self._values(value) for name, value in node.entries.items() if self._varies(value)}
-            make = functools.partial(made.make, **{name: given[name] for name in given if name not in own})
+            make = functools.partial(constructor.make, **{name: values[name] for name in values if name not in own})
             names = tuple(own)
             return _shape_rows(lambda *row: make(**dict(zip(names, row, strict=True))), zip(*own.values(), strict=True))
-        if not made.several:
-            return _shape_rows(made.make, zip(self._listed(node, depth), strict=True))
+        if not constructor.several:
+            return _shape_rows(constructor.make, zip(self._operands(node, depth), strict=True))
         if type(node) is not SequenceNode:
             raise UnusualNode
-        rows = zip(*[self._listed(item, depth) for item in node.items], strict=True)
-        return _shape_rows(lambda *row: made.make(row), rows)
+        rows = zip(*[self._operands(item, depth) for item in node.items], strict=True)
+        return _shape_rows(lambda *row: constructor.make(row), rows)
 
-    def _listed(self, node: Node, depth: int) -> list[Shape | None]:
-        """The operands at a node."""
+    def _operands(self, node: Node, depth: int) -> list[Shape | None]:
+        """Return the operand at a node for each body."""
         shapes = self._shapes(node, depth + 1)
         return [shapes.shape] * self.count if isinstance(shapes, _SharedShape) else shapes
 
     def _moved(self, shapes: _Shapes, node: Node) -> _Shapes:
-        """The shapes after all steps of a list."""
+        """Return the shapes after all steps of a `move` list."""
         if type(node) is not SequenceNode or len(node.items) > MAX_STEPS:
             raise UnusualNode
         of_all = isinstance(shapes, _SharedShape)
@@ -508,25 +527,26 @@ class _BodyGroup:
             if isinstance(shapes, _SharedShape):
                 return _SharedShape(apply_motion(shapes.shape, motion))
             return _shape_rows(lambda shape: apply_motion(shape, motion), zip(shapes, strict=True))
+        # Motions are composed and checked in columns; a body whose motion is not good is left out.
         then, good = compose_motions(
             self.count, [self._step(step) for step in node.items], before.reach if of_all else IDENTITY_REACH
         )
         if isinstance(shapes, _SharedShape):
-            moved = self._twins(shapes.shape, map(before.then, then) if before.steps else then)
+            moved = self._copies(shapes.shape, map(before.then, then) if before.steps else then)
         elif before.steps:
             moved = _shape_rows(apply_motion, zip(shapes, then, strict=True))
         else:
-            kept = zip(shapes, then, strict=True)
-            moved = [None if shape is None else shape._with_motion(motion) for shape, motion in kept]
+            pairs = zip(shapes, then, strict=True)
+            moved = [None if shape is None else shape._with_motion(motion) for shape, motion in pairs]
         return [shape if fine else None for shape, fine in zip(moved, good.tolist(), strict=True)]
 
-    def _twins(self, shape: Shape, moved: Iterable[Motion]) -> list[Shape | None]:
-        """A shape under motions that were checked."""
+    def _copies(self, shape: Shape, motions: Iterable[Motion]) -> list[Shape | None]:
+        """Return a copy of a shape under each of some motions, which are checked already."""
         fields: dict[str, Iterable[Any]] = {name: repeat(value) for name, value in pickle_state(shape).items()}
-        return construct_many(type(shape), self.count, **{**fields, "motion": moved})
+        return construct_many(type(shape), self.count, **{**fields, "motion": motions})
 
     def _step(self, node: Node) -> StepColumn:
-        """A step of each, as `followed` reads one."""
+        """Return a step for each body, as `append_step` reads one."""
         if not self._varies(node):
             (step,) = append_step(IDENTITY_MOTION, node).steps
             return repeat_step(step)
@@ -534,7 +554,7 @@ class _BodyGroup:
             raise UnusualNode
         ((verb, value),) = node.entries.items()
         if verb == "translate":
-            plain_vector(value)
+            plain_vector(value)  # of the first body: checks that the nodes are plain
             return translate_column(self._values(value))
         if verb == "scale" and type(value) is ScalarNode:
             return scale_column([(factor, factor, factor) for factor in self._values(value)])
@@ -555,11 +575,11 @@ class _BodyGroup:
 
 
 def _shape_rows(make: Callable[..., Shape], rows: Iterable[tuple[Any, ...]]) -> list[Shape | None]:
-    """Shapes of rows, which hold shapes or what they are made of; None for a row that is in doubt."""
-    made: list[Shape | None] = []
+    """Return make(*row) for each row of operands or fields; None for a row with None in it, or one that raises."""
+    shapes: list[Shape | None] = []
     for row in rows:
         try:
-            made.append(None if None in row else make(*row))
+            shapes.append(None if None in row else make(*row))
         except (ValueError, TypeError, ArithmeticError):
-            made.append(None)
-    return made
+            shapes.append(None)
+    return shapes

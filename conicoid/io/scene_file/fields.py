@@ -1,7 +1,7 @@
-"""Type hints of a dataclass or function -> what its arguments look like in a scene file.
+"""Value types from type hints: the arguments of a dataclass or function in a scene file, and the sections of a file.
 
-Nothing is declared twice: the fields of a shape, a material or a light, with their types and
-defaults, are all that reading, writing and the schema need.
+Nothing is declared twice: the fields of a shape, a material or a light, with their types and defaults, are all that
+reading, writing and the schema need.
 """
 
 from __future__ import annotations
@@ -52,25 +52,27 @@ _KEYS_BESIDE_SHAPES = {
     **dict.fromkeys(("material", "name"), "a body has it, beside its shape"),
     **dict.fromkeys(("color", "colour"), "a body has a material, beside its shape"),
 }
-"""What is no field of a shape."""
+"""Hints for keys that are no fields of a shape."""
 REQUIRED = inspect.Parameter.empty
+# A number, or nested lists of numbers up to two deep: any array of a field.
 NUMBERS = UnionType((NumberType(), ListType(UnionType((NumberType(), ListType(NumberType()))))))
 
 
 @dataclass(frozen=True)
 class ArgumentField:
-    """One argument: its kind, and its default or `REQUIRED`."""
+    """One argument: its type, and its default or `REQUIRED`."""
 
     kind: ValueType
     default: Any
 
     @property
     def required(self) -> bool:
+        """True if the argument has no default."""
         return self.default is REQUIRED
 
 
 class ArgumentsType(ValueType):
-    """The arguments of a class or function as a mapping; `read` calls it."""
+    """The arguments of a class or function as a mapping; `read` returns the result of the call."""
 
     def __init__(self, make: Callable[..., Any]) -> None:
         self.make = make
@@ -78,14 +80,16 @@ class ArgumentsType(ValueType):
 
     @property
     def fields(self) -> dict[str, ArgumentField]:
+        """The arguments by name."""
         return argument_fields(self.make)
 
     def read(self, node: Node, reader: NodeReader, where: str) -> Any:
         where = f"{where}: {self.make.__name__}" if where else self.make.__name__
         required = [name for name, field in self.fields.items() if field.required]
+        # Some classes explain calls with foreign or missing arguments themselves.
         refused = getattr(self.make, "_refused_call", None)
-        if refused is not None and isinstance(node, MappingNode) and (told := refused((), node.entries)):
-            return reader.report(node, where, told.partition(": ")[2])
+        if refused is not None and isinstance(node, MappingNode) and (message := refused((), node.entries)):
+            return reader.report(node, where, message.partition(": ")[2])
         is_shape = isinstance(self.make, type) and issubclass(self.make, Shape)
         entries = reader.entries(
             node, where, self.fields, required, _KEYS_BESIDE_SHAPES if is_shape else NO_MISPLACED_KEYS
@@ -98,7 +102,7 @@ class ArgumentsType(ValueType):
         }
         if not isinstance(entries, dict) or any(value is BAD for value in values.values()):
             return BAD
-        return reader.made(node, where, lambda: self.make(**values))
+        return reader.build(node, where, lambda: self.make(**values))
 
     def schema(self) -> Schema:
         properties = {name: field.kind.schema() for name, field in self.fields.items()}
@@ -113,7 +117,7 @@ class ArgumentsType(ValueType):
 
 
 class TaggedType(ValueType):
-    """``{Name: {arguments}}``, the name being that of one of several classes or functions."""
+    """``{Name: {arguments}}`` for one of several classes or functions."""
 
     def __init__(self, makers: Mapping[str, Callable[..., Any]], what: str) -> None:
         self.makers = dict(makers)
@@ -130,19 +134,19 @@ class TaggedType(ValueType):
                 maker := next((one for one, make in self.makers.items() if name in argument_fields(make)), None)
             ) is None:
                 return reader.unknown(key, where, self.what, name, self.makers)
-            told = f"unknown {self.what} {name!r}: it stands among the fields of one, {{{maker}: {{{name}: ...}}}}"
-            return reader.report(key, where, told)
+            message = f"unknown {self.what} {name!r}: it stands among the fields of one, {{{maker}: {{{name}: ...}}}}"
+            return reader.report(key, where, message)
         return ArgumentsType(self.makers[name]).read(value, reader, where)
 
     def _inside(self, node: Node) -> str:
-        """What to tell of fields that stand beside the name of what has them."""
+        """Return a hint for fields that stand beside the name of their class, rather than in it."""
         names = [key.text for key in node.heads] if isinstance(node, MappingNode) else []
         makers = [name for name in names if name in self.makers]
         if len(makers) != 1:
             return ""
         fields = [name for name in names if name in argument_fields(self.makers[makers[0]])]
-        told = " and ".join(fields)
-        return f"; {told} goes among its fields, {{{makers[0]}: {{{fields[0]}: ...}}}}" if fields else ""
+        listed = " and ".join(fields)
+        return f"; {listed} goes among its fields, {{{makers[0]}: {{{fields[0]}: ...}}}}" if fields else ""
 
     def schema(self) -> Schema:
         return {
@@ -154,7 +158,7 @@ class TaggedType(ValueType):
 
 
 class ShapeType(ValueType):
-    """A shape of a given class, below it or above all: solid, sheet, or any."""
+    """A shape of a class or its subclasses: one kind of shape, any solid, any sheet, or any shape."""
 
     def __init__(self, base: type[Shape]) -> None:
         self.base = base
@@ -179,7 +183,7 @@ class ShapeType(ValueType):
 
 
 class MaterialType(ValueType):
-    """A material by its constructor or with all its fields, the name of one under `materials`, or a colour."""
+    """A material by its constructor or by all its fields, the name of one under `materials`, or a colour."""
 
     phrase = "a material such as {matte: {...}}, or the name of one under `materials`, or a colour such as 'gray'"
 
@@ -190,14 +194,16 @@ class MaterialType(ValueType):
         if isinstance(node, ScalarNode) and is_text(node):
             if node.text in reader.materials:
                 return reader.materials[node.text]
-            with contextlib.suppress(ValueError):
+            with contextlib.suppress(ValueError):  # materials of the file come before names of colours
                 return matte(node.text)
             if node.text.startswith("#"):
-                told = f"unknown material {shorten(node.text)!r}{color_hint(node.text)}"
-                return reader.report(node, where, told)
+                message = f"unknown material {shorten(node.text)!r}{color_hint(node.text)}"
+                return reader.report(node, where, message)
             if node.text in CONSTRUCTORS:
-                told = f"unknown material {node.text!r}: a look is a mapping, {{{node.text}: {{}}}} with its arguments"
-                return reader.report(node, where, told)
+                message = (
+                    f"unknown material {node.text!r}: a look is a mapping, {{{node.text}: {{}}}} with its arguments"
+                )
+                return reader.report(node, where, message)
             hint = reader.did_you_mean(node.text, reader.materials) or color_hint(node.text)
             return reader.report(node, where, f"unknown material {shorten(node.text)!r}{hint}")
         if reader.only_entry(node) is None:
@@ -219,7 +225,7 @@ class MaterialType(ValueType):
 
 
 class PictureFileType(TextType):
-    """The name of a picture's file in the folder of the scene file, or below; any path where the reader allows it."""
+    """The name of an image file in the folder of the scene file, or below; any path if the reader allows it."""
 
     phrase = "the name of a picture's file"
 
@@ -237,7 +243,7 @@ class PictureFileType(TextType):
 
 
 class AnyValueType(ValueType):
-    """Numbers, texts, lists and mappings, for fields whose type says nothing."""
+    """Any value: numbers, texts, lists and mappings, for fields whose type is `Any`."""
 
     phrase = "a value"
 
@@ -246,7 +252,7 @@ class AnyValueType(ValueType):
             return ListType(self).read(node, reader, where)
         if isinstance(node, MappingNode):
             return MappingType(self).read(node, reader, where)
-        for kind in (BoolType(), IntegerType(), TextType()):
+        for kind in (BoolType(), IntegerType(), TextType()):  # integers before numbers, so that 1 stays an int
             if kind.fits(node):
                 return kind.read(node, reader, where)
         return OptionalType(NumberType()).read(node, reader, where)
@@ -259,7 +265,7 @@ class AnyValueType(ValueType):
 
 
 class UserValueType(AnyValueType):
-    """A value of the user's own, as the properties of a material have: the class that keeps them checks them."""
+    """A value in the properties of a material, which the class `Properties` checks."""
 
     phrase = "a number, a text, true or false, an array of numbers or texts, or a mapping to numbers or texts"
 
@@ -277,7 +283,7 @@ class UserValueType(AnyValueType):
 
 
 def tagged_schema(name: str, arguments: Schema, make: Callable[..., Any]) -> Schema:
-    """Schema of ``{name: arguments}``, described by the first paragraph of the docstring."""
+    """Return the schema of ``{name: arguments}``; its description is the first paragraph of the docstring."""
     text = " ".join((inspect.getdoc(make) or name).split("\n\n")[0].split())
     return {
         "type": "object",
@@ -290,7 +296,7 @@ def tagged_schema(name: str, arguments: Schema, make: Callable[..., Any]) -> Sch
 
 @cache
 def argument_fields(make: Callable[..., Any]) -> dict[str, ArgumentField]:
-    """The arguments of a class or function by name; a shape's motion is not among them."""
+    """Return the arguments of a class or function by name, without the motion of a shape."""
     source = (
         make if dataclasses.is_dataclass(make) else getattr(make, "__init__", make) if isinstance(make, type) else make
     )
@@ -304,7 +310,7 @@ def argument_fields(make: Callable[..., Any]) -> dict[str, ArgumentField]:
 
 
 def _hints(source: Any) -> dict[str, Any]:
-    """The type hints of a class or function; shapes may be named that its file does not import."""
+    """Return the type hints of a class or function, which may name shapes that its file does not import."""
     try:
         return get_type_hints(source, localns={})
     except NameError:
@@ -312,7 +318,7 @@ def _hints(source: Any) -> dict[str, Any]:
 
 
 def resolve_type(hint: Any) -> ValueType:
-    """The kind that a type hint asks for."""
+    """Return the value type of a type hint."""
     if hint is ImagePath:
         return PictureFileType()
     simple: dict[Any, ValueType] = {float: NumberType(), int: IntegerType(), bool: BoolType(), str: TextType()}
@@ -345,7 +351,9 @@ def resolve_type(hint: Any) -> ValueType:
 
 
 def _alternatives(hints: tuple[Any, ...]) -> ValueType:
-    rest = [hint for hint in hints if hint is not type(None) and get_origin(hint) is not Callable]  # a file says none
+    """Return the value type of a union."""
+    # No file holds a function.
+    rest = [hint for hint in hints if hint is not type(None) and get_origin(hint) is not Callable]
     classes = [hint for hint in rest if isinstance(hint, type) and not issubclass(hint, Shape)]
     records = {hint.__name__: hint for hint in classes if dataclasses.is_dataclass(hint)}
     kinds = [resolve_type(hint) for hint in rest if hint not in records.values()]
@@ -356,7 +364,7 @@ def _alternatives(hints: tuple[Any, ...]) -> ValueType:
     return OptionalType(kind) if type(None) in hints else kind
 
 
-# The sections of a scene file, and the kind of what stands in each.
+# Sections of a scene file, and their types.
 
 SCENE_VERSION = 1
 SECTIONS = ("conicoid", "camera", "background", "lights", "materials", "shapes", "domain", "bodies", "animation")
@@ -390,23 +398,26 @@ class CameraType(ValueType):
 
 
 def light_type() -> ValueType:
+    """Return the type of the section `lights`."""
     return ListType(TaggedType(LIGHTS, "light"))
 
 
 def animation_type() -> ValueType:
+    """Return the type of the section `animation`."""
     return ListType(TaggedType(TRACKS, "track"))
 
 
 def material_type() -> TaggedType:
+    """Return the type of the values in the section `materials`."""
     return MaterialType().written
 
 
 _MAPPINGS = ("Sky", "Environment")
-"""Backgrounds that have arguments."""
+"""Backgrounds with arguments, which are mappings."""
 
 
 class BackgroundType(ValueType):
-    """A colour or a sky, checked as a scene checks it."""
+    """A colour, a sky or an environment, with the checks of a scene."""
 
     def __init__(self) -> None:
         self.written = resolve_type(Background | None)
@@ -417,7 +428,7 @@ class BackgroundType(ValueType):
         if isinstance(value, str) and value in _MAPPINGS:
             return reader.report(node, where, f"must be a mapping, {{{value}: {{...}}}}, got the bare word {value!r}")
         holder = MappingNode(node.line, node.column, {where: node})
-        return BAD if value is BAD else reader.made(holder, "scene", lambda: as_background(value))
+        return BAD if value is BAD else reader.build(holder, "scene", lambda: as_background(value))
 
     def schema(self) -> Schema:
         return self.written.schema()

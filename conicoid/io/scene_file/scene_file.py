@@ -1,4 +1,8 @@
-"""The sections of a scene file, from nodes to the parts of a scene."""
+"""Read and write scene files: YAML 1.2, with JSON as a part of it. `docs/files.md` describes the format.
+
+`SceneReader` turns nodes into the parts of a scene; `read_scene`, `parse_scene` and `write_scene` are the entry points.
+They work on `SceneParts`: `Scene` itself belongs to a layer above.
+"""
 
 from __future__ import annotations
 
@@ -43,19 +47,21 @@ from .value_types import BAD, BadValue, IntegerType, NodeReader, TextType, TooMa
 from .writer import ShapeWriter, body_data, dump_json, dump_yaml
 from .yaml_parser import YamlError
 
+# From nodes to the parts of a scene.
+
 SceneProgress: TypeAlias = Callable[[int, int], Any]
-"""Is called with how much is done, and of how much."""
+"""A function that is called as progress(done, count)."""
 
 
 _PROGRESS_STEP = 500
-"""Bodies from one report of progress to the next."""
+"""Bodies between two reports of progress."""
 _BODY_BATCH = 8192
-"""Bodies that are looked at together."""
+"""Bodies in which `build_alike_bodies` looks for groups at once."""
 
 
 @dataclass(frozen=True)
 class SceneParts:
-    """What a scene file holds."""
+    """The contents of a scene file."""
 
     bodies: tuple[Body, ...]
     lights: tuple[Any, ...] = ()
@@ -66,52 +72,55 @@ class SceneParts:
 
 
 class SceneReader:
-    """Reads the sections of one file; on mistakes it goes on, and what it returns is not used."""
+    """Reads the sections of one file. It continues after problems; callers then ignore the result."""
 
     progress: SceneProgress | None = None
-    """Of the bodies."""
+    """Called with numbers of bodies."""
 
-    def __init__(self, reader: NodeReader, found: PatternDocument) -> None:
+    def __init__(self, reader: NodeReader, document: PatternDocument) -> None:
         self.reader = reader
-        self.values = found.distinct
-        self.items = found.bodies
-        self.body_names: dict[str, int] = {}
-        self.unnamed: dict[int, Body] = {}
-        self.written: list[Node] = []
+        self.values = document.distinct
+        self.items = document.bodies
+        self.body_names: dict[str, int] = {}  # name -> line
+        self.unnamed: dict[int, Body] = {}  # by id of the node
+        self.written: list[Node] = []  # nodes that must not be freed, since others are known by their ids
 
     def read(self, root: Node) -> SceneParts:
+        """Return the parts of the scene at the root; problems are in `reader.problems`."""
         if not isinstance(root, MappingNode):
             self.reader.expected(root, "scene", f"a mapping with {', '.join(SECTIONS)}")
             return SceneParts(())
         self.reader.entries(root, "scene", SECTIONS, ("bodies",))
-        given = {name: node for name, node in root.entries.items() if not is_null(node) or name == "background"}
-        self._version(given.get("conicoid"))
-        camera = CameraType().read(given["camera"], self.reader, "camera") if "camera" in given else None
-        lights = light_type().read(given["lights"], self.reader, "lights") if "lights" in given else ()
+        sections = {name: node for name, node in root.entries.items() if not is_null(node) or name == "background"}
+        self._version(sections.get("conicoid"))
+        camera = CameraType().read(sections["camera"], self.reader, "camera") if "camera" in sections else None
+        lights = light_type().read(sections["lights"], self.reader, "lights") if "lights" in sections else ()
         background = (
-            BackgroundType().read(given["background"], self.reader, "background") if "background" in given else None
+            BackgroundType().read(sections["background"], self.reader, "background")
+            if "background" in sections
+            else None
         )
-        self._read_materials(given.get("materials"))
-        shapes = ShapeReader(self.reader, self._named(given.get("shapes"), "shapes"), PartBudget(self.values))
+        self._read_materials(sections.get("materials"))
+        shapes = ShapeReader(self.reader, self._named(sections.get("shapes"), "shapes"), PartBudget(self.values))
         shapes.read_named()
         bodies = self._bodies(root.entries.get("bodies"), shapes)
-        domain = shapes.read(given["domain"], "domain", Solid) if "domain" in given else None
+        domain = shapes.read(sections["domain"], "domain", Solid) if "domain" in sections else None
         if isinstance(domain, Solid):
-            shapes.charge_body(given["domain"], "domain", domain)
-        animation = self._animation(given["animation"], bodies, lights) if "animation" in given else ()
+            shapes.charge_body(sections["domain"], "domain", domain)
+        animation = self._animation(sections["animation"], bodies, lights) if "animation" in sections else ()
         return SceneParts(bodies, () if lights is BAD else lights, camera, background, domain, animation)
 
     def _animation(self, node: Node, bodies: tuple[Body, ...], lights: Any) -> Any:
-        """Tracks, of bodies and lights that there are."""
+        """Return the tracks of existing bodies and lights; report the others."""
         tracks = animation_type().read(node, self.reader, "animation")
         for i, track in enumerate(() if tracks is BAD else tracks):
             if isinstance(track, BodyTrack) and all(body.name != track.body for body in bodies):
                 names = sorted(body.name for body in bodies if body.name)
-                told = f"unknown body {shorten(track.body)!r}; {describe_names(track.body, 'named bodies', names)}"
-                self.reader.report(node, f"animation[{i}]", told)
+                message = f"unknown body {shorten(track.body)!r}; {describe_names(track.body, 'named bodies', names)}"
+                self.reader.report(node, f"animation[{i}]", message)
             if isinstance(track, LightTrack) and lights is not BAD and track.light >= len(lights):
-                told = f"unknown light {track.light}; there are {len(lights)}, from 0 on"
-                self.reader.report(node, f"animation[{i}]", told)
+                message = f"unknown light {track.light}; there are {len(lights)}, from 0 on"
+                self.reader.report(node, f"animation[{i}]", message)
         return () if tracks is BAD else tracks
 
     def _version(self, node: Node | None) -> None:
@@ -121,7 +130,7 @@ class SceneReader:
             )
 
     def _named(self, node: Node | None, where: str) -> dict[str, Node]:
-        """A section of named things."""
+        """Return the entries of a section of named values; report names that are no texts."""
         if node is None:
             return {}
         if not isinstance(node, MappingNode):
@@ -135,17 +144,18 @@ class SceneReader:
     def _read_materials(self, node: Node | None) -> None:
         kind = material_type()
         for name, item in self._named(node, "materials").items():
-            made = kind.read(item, self.reader, f'material "{shorten(name)}"')
-            nameless = name and isinstance(made, Material) and not _says_name(item)
-            self.reader.materials[name] = rename_material(made, name) if nameless else made
+            material = kind.read(item, self.reader, f'material "{shorten(name)}"')
+            nameless = name and isinstance(material, Material) and not _has_name_argument(item)
+            self.reader.materials[name] = rename_material(material, name) if nameless else material
 
     def _bodies(self, node: Node | None, shapes: ShapeReader) -> tuple[Body, ...]:
+        """Return the bodies. Three ways lead to a body: in a group that is alike, plainly, or with full reports."""
         if node is None:
             return ()
         if not isinstance(node, SequenceNode):
             none = "; of no bodies at all: `bodies: []`" if is_null(node) else ""
-            found = f"must be a list of bodies, each with a shape, got {describe_node(node)}{none}"
-            self.reader.report(node, "bodies", found)
+            message = f"must be a list of bodies, each with a shape, got {describe_node(node)}{none}"
+            self.reader.report(node, "bodies", message)
             return ()
         bodies, plain = [], PlainBodyReader(shapes, self.reader.materials, self.body_names)
         items: Sequence[DocumentItem] = node.items if self.items is None else self.items
@@ -155,9 +165,9 @@ class SceneReader:
                 self.progress(i, len(items))
             if i % _BODY_BATCH == 0:
                 ready = build_alike_bodies(i, items[i : i + _BODY_BATCH], plain)
-            made = ready.get(i)
-            if made is not None and plain.accepts(made.body.name, made.name_line, made.steps, made.parts):
-                bodies.append(made.body)
+            fast = ready.get(i)
+            if fast is not None and plain.accepts(fast.body.name, fast.name_line, fast.steps, fast.parts):
+                bodies.append(fast.body)
                 continue
             body = (
                 self._alike(item, i, plain, shapes) if type(item) is PatternItem else self._item(item, i, plain, shapes)
@@ -168,21 +178,23 @@ class SceneReader:
         return tuple(bodies)
 
     def _alike(self, item: PatternItem, i: int, plain: PlainBodyReader, shapes: ShapeReader) -> Body | BadValue:
-        """A body that is written as others are; one that is not plainly well is read as if it were alone."""
+        """Return a body that matches a pattern; if it is unusual, read it as if it matched none."""
         body = plain.read_alike(item)
         if body is not None:
             return body
         written = item.written()
-        self.written.append(written)  # what is known of nodes is known by their ids
+        self.written.append(written)
         return self._item(written, i, plain, shapes)
 
     def _item(self, node: Any, i: int, plain: PlainBodyReader, shapes: ShapeReader) -> Body | BadValue:
+        """Return a body of the tree: plainly if possible, else with reports."""
         body = self.unnamed.get(id(node)) or plain.read(node) or self._body(node, f"bodies[{i}]", shapes)
         if isinstance(body, Body) and body.name is None:
             self.unnamed[id(node)] = body  # an alias stands for the same body
         return body
 
     def _body(self, node: Node, where: str, shapes: ShapeReader) -> Body | BadValue:
+        """Return a body, or BAD after a report of each problem in it."""
         name = node.entries.get("name") if isinstance(node, MappingNode) else None
         if isinstance(name, ScalarNode) and is_text(name):
             where = f'body "{shorten(name.text)}"'
@@ -197,23 +209,24 @@ class SceneReader:
         if any(isinstance(part, BadValue) for part in (shape, material, named, *several)):
             return BAD
         materials, index = several
-        body: Body | BadValue = self.reader.made(
+        body: Body | BadValue = self.reader.build(
             node, where, lambda: Body(shape, material, named, materials=materials, material_index=index)
         )
         return body
 
     def _several(self, entries: Mapping[str, Node], where: str) -> tuple[Any, Any]:
-        """Materials of many bodies in one entry, and which each has."""
+        """Return `materials` and `material_index` of many bodies in one entry; None if missing, BAD if bad."""
         materials, index = entries.get("materials"), entries.get("material_index")
-        found: Any = None
+        read: Any = None
         if isinstance(materials, SequenceNode):
-            found = [self._material(item, f"{where}: materials[{i}]") for i, item in enumerate(materials.items)]
-            found = BAD if any(isinstance(item, BadValue) for item in found) else found
+            read = [self._material(item, f"{where}: materials[{i}]") for i, item in enumerate(materials.items)]
+            read = BAD if any(isinstance(item, BadValue) for item in read) else read
         elif materials is not None:
-            found = self.reader.expected(materials, f"{where}: materials", "a list of materials")
-        return found, None if index is None else read_index(index, self.reader, f"{where}: material_index")
+            read = self.reader.expected(materials, f"{where}: materials", "a list of materials")
+        return read, None if index is None else read_index(index, self.reader, f"{where}: material_index")
 
     def _name(self, node: Node, where: str) -> Any:
+        """Return the name of a body, or BAD after a report, also of a name that another body has."""
         name = TextType().read(node, self.reader, f"{where}: name")
         if name is not BAD:
             if name in self.body_names:
@@ -226,19 +239,19 @@ class SceneReader:
         return None if _is_null(node) else MaterialType().read(node, self.reader, where)
 
 
-def _says_name(material: Node) -> bool:
-    """Whether a material under a key has an argument `name`, if only null; else the key is its name."""
+def _has_name_argument(material: Node) -> bool:
+    """Return True if a material under a key has an argument `name`, even null; otherwise the key is its name."""
     arguments = next(iter(material.entries.values()), None) if isinstance(material, MappingNode) else None
     return isinstance(arguments, MappingNode) and "name" in arguments.entries
 
 
 def _is_null(node: Node) -> bool:
-    """Whether null is written, and not just nothing."""
+    """Return True if null is written; an empty place does not count."""
     return is_null(node) and not is_empty_node(node)
 
 
 class _MisplacedKeys(dict[str, str]):
-    """What is no entry of a body, and where it stands. Shapes are asked for only where there is a mistake."""
+    """Hints for keys that are no entries of a body. Names of shapes are looked up in the registry on a mistake only."""
 
     def get(self, name: str, default: Any = None) -> Any:
         if name not in self and name in REGISTRY:
@@ -261,13 +274,11 @@ _MISPLACED_IN_BODIES = _MisplacedKeys(
 )
 
 
-# Scene files: YAML 1.2, of which JSON is a part. See docs/files.md for what they say.
-#
-# `read` and `write` speak of the parts of a scene; the scene itself is put together above this layer.
+# From files to parts of a scene, and back.
 
 
 class WritableScene(Protocol):
-    """What can be written: a scene, or its parts."""
+    """A scene or its parts, for writing."""
 
     @property
     def bodies(self) -> Sequence[Body]: ...
@@ -287,43 +298,58 @@ _XML = re.compile(r"\s*<(?:\?xml|!--|geometry|model|materials)")
 def read_scene(
     path: str | os.PathLike[str], progress: SceneProgress | None = None, outside: bool = False
 ) -> SceneParts:
-    """The parts of the scene in a file; progress(done, count) is called now and then, half of it for the letters.
+    """Read the parts of the scene in a file.
 
-    outside: may pictures of textures lie outside of the file's folder?
-    Raises SceneFileError with every mistake found.
+    Parameters
+    ----------
+    path
+        The file.
+    progress
+        Function that is called as progress(done, count) now and then; the first half is the parsing of the text.
+    outside
+        True if images of textures may lie outside of the file's folder.
+
+    Raises
+    ------
+    SceneFileError
+        With every problem that was found.
     """
     text = scene_text.read_scene_text(path)
     if _XML.match(text):
-        found = (
+        message = (
             "is XML; scene files are YAML or JSON, and `conicoid import`, or co.load_openmc, reads OpenMC's geometries"
         )
-        raise SceneFileError(path, [Problem(0, 0, "", found)])
+        raise SceneFileError(path, [Problem(0, 0, "", message)])
     return parse_scene(text, path, progress, outside)
 
 
 def parse_scene(
     text: str, path: str | os.PathLike[str], progress: SceneProgress | None = None, outside: bool = False
 ) -> SceneParts:
-    """The parts of the scene in a text, which `path` holds. Raises SceneFileError with every mistake found."""
-    with pause_gc():
+    """Return the parts of the scene in a text; `path` names it in messages, and its folder holds other files.
+
+    Raise SceneFileError with every problem that was found.
+    """
+    with pause_gc():  # millions of nodes and bodies, none of them garbage
         return _parse_parts(text, path, progress, outside)
 
 
 def _parse_parts(text: str, path: str | os.PathLike[str], progress: SceneProgress | None, outside: bool) -> SceneParts:
     size = len(text)
     try:
-        found = parse_patterned_document(text, progress and (lambda done: progress(done, 2 * size)))
+        document = parse_patterned_document(text, progress and (lambda done: progress(done, 2 * size)))
     except YamlError as error:
         raise SceneFileError(path, [error.problem]) from None
-    root = found.root
+    root = document.root
     if root is None or is_null(root):
-        raise SceneFileError(path, [*found.problems, Problem(0, 0, "", "is empty, a scene file has at least `bodies`")])
+        empty = Problem(0, 0, "", "is empty, a scene file has at least `bodies`")
+        raise SceneFileError(path, [*document.problems, empty])
     reader = NodeReader(Path(path).resolve().parent)
     reader.takes_any_file = outside
-    reader.problems.extend(found.problems)
+    reader.problems.extend(document.problems)
     parts = SceneParts(())
     with contextlib.suppress(TooManyProblems):
-        scene = SceneReader(reader, found)
+        scene = SceneReader(reader, document)
         scene.progress = progress and (lambda done, count: progress(size + size * done // count, 2 * size))
         parts = scene.read(root)
     if reader.problems:
@@ -331,9 +357,9 @@ def _parse_parts(text: str, path: str | os.PathLike[str], progress: SceneProgres
     return parts
 
 
-_WRITE_PROGRESS_STEP = 256  # bodies between two words of progress
+_WRITE_PROGRESS_STEP = 256  # bodies between two reports of progress
 SCENE_SUFFIXES = (".yaml", ".yml", ".json")
-"""Of files that scenes are saved to."""
+"""Suffixes of the files that scenes are saved to."""
 
 
 def write_scene(
@@ -342,14 +368,28 @@ def write_scene(
 ) -> None:  # fmt: skip
     """Write a scene so that reading gives an equal one: floats to the last bit, motions step by step.
 
-    Materials stand under the names given for them, others under letters. progress(done, count) is called with numbers
-    of bodies.
+    More than 100 balls of a `Spheres` go to a .npy file beside the scene, named after the scene and after its content.
+    No file of balls is ever overwritten or removed, so that anything that refers to one keeps its balls. They are
+    written first and the scene last. Files appear whole or not at all.
 
-    More than 100 balls of a `Spheres` go to a .npy file beside the scene, named after it and after its content:
-    no file of balls is ever overwritten or removed, so that whatever refers to one keeps what it had. They are
-    written first and the scene last. Files appear whole or not at all. Raises OSError where they cannot be
-    written, ValueError for what a file cannot say, and for another suffix than .yaml, .yml or .json: a geometry.xml
-    that a scene was imported from is not to become a scene file.
+    Parameters
+    ----------
+    scene
+        The scene or its parts.
+    path
+        The file, with suffix .yaml, .yml or .json.
+    material_names
+        Names of materials in the file; others get their own name, or letters.
+    progress
+        Function that is called as progress(done, count) with numbers of bodies.
+
+    Raises
+    ------
+    OSError
+        If a file cannot be written.
+    ValueError
+        For a scene that a file cannot hold, and for another suffix: a geometry.xml that a scene was imported from must
+        not become a scene file.
     """
     if not os.fspath(path).lower().endswith(SCENE_SUFFIXES):
         ending = os.path.splitext(path)[1]
@@ -364,6 +404,7 @@ def _write(
     scene: WritableScene, path: str | os.PathLike[str], final: Path, material_names: Mapping[Material, str] | None,
     progress: SceneProgress | None,
 ) -> None:  # fmt: skip
+    """Check the size of a scene before and after it becomes data, then write it."""
     about = _count_repeated_parts(scene.bodies)
     if about > MAX_PARTS:
         raise ValueError(f"{final}: a scene file may have {MAX_PARTS:,} {PARTS_PHRASE} this scene has about {about:,}")
@@ -379,23 +420,26 @@ def _write(
     count = _count_values(data)
     parts, most = count_parts(_scene_shapes(scene)), part_limit(count)
     if parts > most:
-        found = f"a scene file of this size may have {most:,} {PARTS_PHRASE} this scene has {parts:,}"
-        raise ValueError(f"{final}: {found}")
+        reason = f"a scene file of this size may have {most:,} {PARTS_PHRASE} this scene has {parts:,}"
+        raise ValueError(f"{final}: {reason}")
     if count > yaml_parser.MAX_NODES:
-        found = f"a scene file holds at most {yaml_parser.MAX_NODES:,} values, this scene takes {count:,}"
-        raise ValueError(f"{final}: {found}: write bodies apart, or balls as one Spheres")
+        reason = f"a scene file holds at most {yaml_parser.MAX_NODES:,} values, this scene takes {count:,}"
+        raise ValueError(f"{final}: {reason}: write bodies apart, or balls as one Spheres")
     text = dump_json(data) if Path(path).suffix.lower() == ".json" else dump_yaml(data)
     size = len(text.encode())
     if size > scene_text.MAX_SCENE_BYTES:
-        found = f"a scene file has at most {scene_text.MAX_SCENE_BYTES >> 20} MB, this scene takes {size >> 20} MB"
-        raise ValueError(f"{final}: {found}: write bodies apart, or balls as one Spheres")
+        reason = f"a scene file has at most {scene_text.MAX_SCENE_BYTES >> 20} MB, this scene takes {size >> 20} MB"
+        raise ValueError(f"{final}: {reason}: write bodies apart, or balls as one Spheres")
     for name, table in bulk.items():
         save_array_once(final.with_name(name), table)
     write_text(path, text)
 
 
 def _count_repeated_parts(bodies: Sequence[Body]) -> int:
-    """About how many parts bodies have that are others moved: that of the first of a kind for each; 0 for others."""
+    """Return about how many parts the bodies of an `InstanceList` have, by the first body of each group; else 0.
+
+    This is cheap, as it makes no bodies but the first of each group.
+    """
     if not isinstance(bodies, InstanceList):
         return 0
     firsts = (bodies.shape(int(numbers[0])) for numbers in bodies.members if len(numbers))
@@ -404,7 +448,7 @@ def _count_repeated_parts(bodies: Sequence[Body]) -> int:
 
 
 def _count_values(data: Any) -> int:
-    """How many values a scene file has, as its parser counts them."""
+    """Return the number of values of a scene file, as the parser counts them."""
     count, pending = 0, [data]
     while pending:
         value = pending.pop()
@@ -421,7 +465,12 @@ def scene_data(
     scene: WritableScene, keep: Any, defaults: bool = False, material_names: Mapping[Material, str] | None = None,
     folder: Path | None = None, progress: SceneProgress | None = None,
 ) -> dict[str, Any]:  # fmt: skip
-    """The sections of a scene file, those that say nothing left out; with `defaults` not so a record's fields."""
+    """Return the sections of a scene file without empty ones.
+
+    `keep` writes a table and returns the name of its file. With `defaults` fields at their defaults are written too.
+    `folder` is that of the file; without it images are replaced by their mean colours, and environments by their
+    pixels.
+    """
     writer = ShapeWriter(_scene_shapes(scene), keep, defaults, material_names, folder)
     domain = {} if scene.domain is None else {"domain": writer.data(scene.domain)}
     bodies = []
@@ -444,5 +493,5 @@ def scene_data(
 
 
 def _scene_shapes(scene: WritableScene) -> list[Shape]:
-    """The shapes of the bodies, and the domain."""
+    """Return the shapes of the bodies, and the domain."""
     return [body.shape for body in scene.bodies] + ([] if scene.domain is None else [scene.domain])

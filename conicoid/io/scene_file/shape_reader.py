@@ -1,7 +1,8 @@
-"""What a scene file grows to when its references and aliases are written out, and how much of that is borne.
+"""Shapes of scene files: primitives, Booleans, references, motions, and arrays of many bodies in one entry.
 
-Twenty lines of references that double make a million parts, each of which takes time to place. So the parts of a
-file are counted before anything is made of them, and may be many only where the file is long.
+`ShapeReader` reads them. `PartBudget` limits the parts that references and aliases expand to: twenty lines of
+references that double would make a million parts, and placing each takes time. So parts are counted before anything is
+made of them, and only long files may have many.
 """
 
 from __future__ import annotations
@@ -45,16 +46,19 @@ from .value_types import (
     ValueType,
 )
 
+# Limits on the number of parts.
+
 FREE_PARTS, PARTS_PER_VALUE, MAX_PARTS = 1 << 15, 4, 1_000_000
+"""Parts that any file may have, parts for each value in a file, and most parts of any file."""
 STEP_PARTS, STEP_COMPOSED = 2, 4
-"""Parts that take as long as a step of a part's motion, and as one that a motion is put together from."""
+"""Parts that take as long as one step in the motion of a part, and as one step that is composed into a motion."""
 PARTS_PHRASE = "parts and steps of motion, references written out,"
 
 
 class PartBudget:
-    """How many parts all bodies of a file may have together, and how many steps its motions.
+    """The number of parts of all bodies of a file together, and of composed steps, with their limit.
 
-    values: how many stand in the file, keys among them; what an alias stands for counts once.
+    `values` is the number of values written in the file, keys included; the values of an alias count once.
     """
 
     def __init__(self, values: int) -> None:
@@ -62,26 +66,29 @@ class PartBudget:
         self.most = part_limit(values)
 
     def take(self, parts: int = 0, steps: int = 0) -> bool:
-        """Whether so many more parts, and steps to be composed, can be borne."""
+        """Count more parts, and steps to be composed; return False beyond the limit."""
         self.parts += parts
         self.steps += steps * STEP_COMPOSED
         return max(self.parts, self.steps) <= self.most
 
 
 def part_limit(values: int) -> int:
-    """How many parts a file of so many values may have."""
+    """Return the most parts of a file with so many values."""
     return min(MAX_PARTS, max(FREE_PARTS, PARTS_PER_VALUE * values))
 
 
 class ShapeSizes:
-    """How many parts shapes are made of, fully written out; a part that is shared is counted once for each use."""
+    """Counts the parts of shapes, with references written out: a shared part counts once for each use."""
 
     def __init__(self) -> None:
         self.known: dict[int, tuple[Shape, int]] = {}  # by id: the shape, kept alive, and its parts
         self.below: dict[int, tuple[Any, int]] = {}  # by id: operands, which shapes that are moved share, and theirs
 
     def __call__(self, shape: Shape) -> int:
-        """Primitives, Booleans and, `STEP_PARTS` each, steps of motion. No recursion."""
+        """Return the number of primitives and Booleans of a shape, and `STEP_PARTS` for each step of motion.
+
+        The tree is walked without recursion, as it may be deep.
+        """
         names = shape_fields(type(shape))
         own = 1 + STEP_PARTS * len(shape.motion.steps)
         if not names:
@@ -108,13 +115,13 @@ class ShapeSizes:
 
 
 def count_parts(shapes: Iterable[Shape]) -> int:
-    """The parts of all shapes together, as `Allowance` counts those of bodies."""
+    """Return the parts of all shapes together, as `PartBudget` counts those of bodies."""
     size = ShapeSizes()
     return sum(1 + size(shape) for shape in shapes)
 
 
 def operand_shapes(shape: Shape) -> list[Shape]:
-    """The shapes that a shape's fields hold."""
+    """Return the shapes in the fields of a shape."""
     held = [getattr(shape, name) for name in shape_fields(type(shape))]
     flat = [item for value in held for item in (value if isinstance(value, tuple) else (value,))]
     return [item for item in flat if isinstance(item, Shape)]
@@ -122,11 +129,12 @@ def operand_shapes(shape: Shape) -> list[Shape]:
 
 @cache
 def shape_fields(cls: type[Shape]) -> tuple[str, ...]:
-    """The fields of a class that may hold shapes: those that are not plainly numbers or texts."""
+    """Return the fields of a class that may hold shapes: those whose type is not of numbers and texts only."""
     return tuple(name for name, field in argument_fields(cls).items() if not _is_plain(field.kind))
 
 
 def _is_plain(kind: ValueType) -> bool:
+    """Return True if a type holds numbers and texts only."""
     if isinstance(kind, UnionType):
         return all(map(_is_plain, kind.items))
     return (
@@ -139,7 +147,7 @@ def _is_plain(kind: ValueType) -> bool:
 _PLAIN_TYPES = (NumberType, IntegerType, BoolType, TextType)
 
 
-# Many bodies of one kind in a scene file: arrays written out, or those of a .npy, .npz or .csv file beside it.
+# Many bodies in one entry: arrays written out, or in a .npy, .npz or .csv file beside the scene file.
 
 INDEX_SCHEMA: Schema = {
     "description": "Of many bodies in one entry, the place of each one's material among the materials.",
@@ -156,31 +164,31 @@ INDEX_SCHEMA: Schema = {
 
 
 def array_type(cls: type[Bulk], field: str) -> ValueType:
-    """What stands for a field: an array, or what is the same for all bodies."""
+    """Return the type of a field: a value for each body, or one value for all."""
     width = len(cls.columns[field])
     one: ValueType = NumberType() if width == 1 else FixedListType(NumberType(), width)
     return UnionType((one, ListType(one)))
 
 
 def read_bulk_shape(cls: type[Bulk], value: Node, reader: NodeReader, where: str) -> Any:
-    """The shape at a node, or BAD after a report."""
+    """Return the shape of many bodies at a node, or BAD after a report."""
     fields = tuple(cls.columns)
     entries = reader.entries(value, where, (*fields, "file"))
     if isinstance(entries, BadValue):
         return BAD
     if set(entries) not in (set(fields), {"file"}):
-        told = f"{', '.join(fields[:-1])} and {fields[-1]}"
-        return reader.report(value, where, f"either {told}, or file, must be given")
+        listed = f"{', '.join(fields[:-1])} and {fields[-1]}"
+        return reader.report(value, where, f"either {listed}, or file, must be given")
     if "file" in entries:
         return _read_file(cls, entries["file"], reader, f"{where}: file")
     found = {name: _read_array(cls, name, entries[name], reader, f"{where}: {name}") for name in fields}
     if any(each is BAD for each in found.values()):
         return BAD
-    return reader.made(value, where, lambda: cls(**found))
+    return reader.build(value, where, lambda: cls(**found))
 
 
 def _read_array(cls: type[Bulk], field: str, node: Node, reader: NodeReader, where: str) -> Any:
-    """Several are told from one by what they hold: a vector for all holds numbers."""
+    """Return an array of a field, or BAD after a report. A list of numbers is one vector for all bodies."""
     width = len(cls.columns[field])
     if width == 1:
         return array_type(cls, field).read(node, reader, where)
@@ -193,6 +201,7 @@ def _read_array(cls: type[Bulk], field: str, node: Node, reader: NodeReader, whe
 
 
 def _read_file(cls: type[Bulk], node: Node, reader: NodeReader, where: str) -> Any:
+    """Return the shape of a file beside the scene, or BAD after a report."""
     name = TextType().read(node, reader, where)
     if name is BAD:
         return BAD
@@ -204,16 +213,16 @@ def _read_file(cls: type[Bulk], node: Node, reader: NodeReader, where: str) -> A
         headings = cls.headings()
         table, lines = _read_bulk(name, lambda: read_rows(path, len(headings), headings))
         try:
-            made: Bulk = cls.of_table(table)
+            shape: Bulk = cls.of_table(table)
         except ValueError as error:
             raise ValueError(_add_line(str(error), shorten(name), lines)) from None
-        return made
+        return shape
 
-    return reader.made(node, where, load)
+    return reader.build(node, where, load)
 
 
 def read_index(node: Node, reader: NodeReader, where: str) -> Any:
-    """The places of materials: integers written out, or in a .npy file."""
+    """Return `material_index`: integers written out, or in a .npy file; BAD after a report."""
     if not isinstance(node, MappingNode):
         return ListType(IntegerType()).read(node, reader, where)
     entries = reader.entries(node, where, ("file",), ("file",))
@@ -230,16 +239,18 @@ def read_index(node: Node, reader: NodeReader, where: str) -> Any:
             raise ValueError(f"{path.name} must hold integers of shape (N,), got {found}")
         return values.astype(np.int64)
 
-    return reader.made(node, where, load)
+    return reader.build(node, where, load)
 
 
 def _find_bulk_file(path: Path, name: str) -> Path:
+    """Return a path. Raise ValueError for a file that is too large."""
     if path.suffix.lower() in (".npy", ".npz") and path.stat().st_size > MAX_DATA_BYTES:
         raise ValueError(f"{shorten(name)} is larger than {MAX_DATA_BYTES >> 30} GiB")
     return path
 
 
 def _read_bulk(name: str, read: Callable[[], Any]) -> Any:
+    """Return read(), with an OSError as a ValueError that names the file."""
     try:
         return read()
     except OSError as error:
@@ -247,7 +258,7 @@ def _read_bulk(name: str, read: Callable[[], Any]) -> Any:
 
 
 def _read_bulk_arrays(path: Path, fields: Sequence[str]) -> dict[str, Any]:
-    """The arrays of a .npz file; a ValueError where one is missing."""
+    """Return the arrays of a .npz file. Raise ValueError if one is missing or bad."""
 
     def read() -> dict[str, Any]:
         with open_regular(path) as file:
@@ -268,7 +279,7 @@ def _read_bulk_arrays(path: Path, fields: Sequence[str]) -> dict[str, Any]:
 
 
 def _add_line(message: str, name: str, lines: Sequence[int]) -> str:
-    """A message about one of the bodies of a file with the line it stands in, where the file has lines."""
+    """Return a message about one body of a file, such as "radii[3] ...", with the body's line if the file has lines."""
     row = re.search(r"\[(\d+)\]", message)
     if row is None or not int(row[1]) < len(lines):
         return message
@@ -276,7 +287,7 @@ def _add_line(message: str, name: str, lines: Sequence[int]) -> str:
     return f"{owner}: {name}:{lines[int(row[1])]}: {rest}"
 
 
-# Shapes in a scene file: ``{ClassName: {fields}, move: [...]}``, Booleans of them, and references.
+# Shapes: ``{ClassName: {fields}, move: [...]}``, Booleans of them, and references. Examples:
 #
 # {Sphere: {radius: 2}, move: [{translate: [0, 0, 1]}]}
 # {Difference: [{Box: {}}, {Sphere: {radius: 1.2}}]}
@@ -284,13 +295,15 @@ def _add_line(message: str, name: str, lines: Sequence[int]) -> str:
 # {shape: wheel, move: [{scale: 2}]}
 
 MAX_LEVELS = 100
+"""Most levels of shapes within shapes; reading them is recursive."""
 MAX_STEPS = 1000
+"""Most steps of one `move` list."""
 
 VECTOR_TYPE = FixedListType(NumberType(), 3)
 
 
 class AxisType(UnionType):
-    """A direction, or the name of an axis."""
+    """A direction, or the name of an axis of coordinates."""
 
     def __init__(self) -> None:
         super().__init__((VECTOR_TYPE, ChoiceType(tuple(AXES))))
@@ -314,13 +327,16 @@ ROTATION_TYPES: dict[str, ValueType] = {"axis": AXIS_TYPE, "degrees": NumberType
 
 
 class ShapeReader:
-    """Reads shapes of one scene; knows the named ones and how large each is, fully written out."""
+    """Reads the shapes of one scene file; knows the named ones, and the number of parts of each.
+
+    Named shapes are read on first use, so that they may stand in any order.
+    """
 
     def __init__(self, reader: NodeReader, named: dict[str, Node], allowance: PartBudget) -> None:
         self.reader = reader
         self.named = named
         self.built: dict[str, Shape | BadValue] = {}
-        self.open: list[str] = []
+        self.open: list[str] = []  # the named shapes that are being read, to find circles
         self.level = 0
         self.allowance = allowance
         self.size = ShapeSizes()
@@ -334,7 +350,7 @@ class ShapeReader:
             self._resolve(name)
 
     def read(self, node: Node, where: str, base: type = Shape) -> Any:
-        """The shape at a node, or BAD after a report; it must be of class `base`."""
+        """Return the shape at a node, or BAD after a report; it must be of class `base`."""
         if self.level >= MAX_LEVELS:
             return self.reader.report(
                 node, where, f"nested deeper than {MAX_LEVELS} levels (put parts under `shapes`, each before its use)"
@@ -353,17 +369,18 @@ class ShapeReader:
         return self.reader.report(node, where, f"must be {ShapeType(base).phrase}, got {found}")
 
     def check_size(self, node: Node, where: str, shape: Shape) -> Shape | BadValue:
-        """Refuse what references would blow up to more primitives than any scene needs."""
+        """Return the shape, or BAD after a report if references expand it to more than `MAX_PARTS`."""
         if self.size(shape) > MAX_PARTS:
             return self.reader.report(node, where, f"has more than {MAX_PARTS:,} parts, references written out")
         return shape
 
     def charge_body(self, node: HasPosition, where: str, shape: Shape) -> None:
-        """Count the parts of a body, and stop reading where the file has more than its length accounts for."""
+        """Count the parts of a body. Raise TooManyProblems, after a report, if the file has too many for its length."""
         self._charge(node, where, self.allowance.take(parts=1 + self.size(shape)))
 
-    def _charge(self, node: HasPosition, where: str, borne: bool) -> None:
-        if not borne:
+    def _charge(self, node: HasPosition, where: str, is_within: bool) -> None:
+        """Report, and stop reading, if the budget is exceeded."""
+        if not is_within:
             grown = (
                 f"here the file has grown to more than {self.allowance.most:,} "
                 f"{PARTS_PHRASE} which is too much for its length"
@@ -372,6 +389,7 @@ class ShapeReader:
             raise TooManyProblems
 
     def _reference(self, node: Node, where: str) -> Any:
+        """Return a named shape, or BAD after a report of an unknown name or a circle."""
         name = node.text if isinstance(node, ScalarNode) else ""
         if name in self.named:
             if name in self.open:
@@ -385,6 +403,7 @@ class ShapeReader:
         return self.reader.unknown(node, where, "shape", name, self.named)
 
     def _resolve(self, name: str) -> Shape | BadValue:
+        """Return a named shape, which is read on first use."""
         if name not in self.built:
             self.open.append(name)
             node, where = self.named[name], f'shape "{name}"'
@@ -394,6 +413,7 @@ class ShapeReader:
         return self.built[name]
 
     def _written(self, node: Node, where: str) -> Any:
+        """Return the shape of a mapping: a shape as its only key, and perhaps `move`."""
         if not isinstance(node, MappingNode):
             example = "a shape, a mapping such as {Sphere: {radius: 1}}, or the name of one under `shapes`"
             return self.reader.expected(node, where, example)
@@ -409,6 +429,7 @@ class ShapeReader:
         return self.moved(shape, node.entries.get("move"), where)
 
     def _head(self, key: ScalarNode, value: Node, where: str) -> Any:
+        """Return the shape of one key and its value: a class, or `shape` for a nested one."""
         if key.text == "shape":
             return self.read(value, where)
         if key.text not in REGISTRY:
@@ -420,22 +441,23 @@ class ShapeReader:
             return ArgumentsType(cls).read(value, self.reader, where)
         where = f"{where}: {cls.__name__}"
         operands = self._operands(value, where, isinstance(field, ListType))
-        return operands if operands is BAD else self.reader.made(value, where, lambda: build_boolean(cls, operands))
+        return operands if operands is BAD else self.reader.build(value, where, lambda: build_boolean(cls, operands))
 
     def _unknown(self, key: ScalarNode, where: str) -> BadValue:
-        """Report a name that no shape has: a motion, one that has another name here, or a typo."""
+        """Report an unknown name of a shape: a motion, a name from another program, or a typo."""
         if key.text.lower() in ("translate", "rotate", "scale", "transform"):
-            found = f"unknown shape {key.text!r}: motions stand beside a shape, move: [{{{key.text.lower()}: ...}}]"
-            return self.reader.report(key, where, found)
+            message = f"unknown shape {key.text!r}: motions stand beside a shape, move: [{{{key.text.lower()}: ...}}]"
+            return self.reader.report(key, where, message)
         if (meant := CLASS_SYNONYMS.get(key.text, "")) in REGISTRY:
             return self.reader.report(key, where, f"unknown shape {key.text!r} (did you mean {meant!r}?)")
         if key.text in ("Torus", "Obj", "Stl", "STL", "OBJ"):
-            told = f"unknown shape {key.text!r}: bodies are of planes and quadrics; "
-            told += "a mesh is {Mesh: ...} or {Triangles: ...}"
-            return self.reader.report(key, where, told)
+            message = f"unknown shape {key.text!r}: bodies are of planes and quadrics; "
+            message += "a mesh is {Mesh: ...} or {Triangles: ...}"
+            return self.reader.report(key, where, message)
         return self.reader.unknown(key, where, "shape", key.text, [*REGISTRY, "shape"])
 
     def _operands(self, value: Node, where: str, several: bool) -> Any:
+        """Return the operands of a Boolean, one shape or a tuple, or BAD after a report."""
         if not several:
             return self.read(value, where)
         if not isinstance(value, SequenceNode) or not value.items:
@@ -446,7 +468,7 @@ class ShapeReader:
         return BAD if BAD in shapes else tuple(shapes)
 
     def moved(self, shape: Any, moves: Node | None, where: str) -> Any:
-        """The shape after the steps of a `move` list; mistakes are reported for a BAD shape too."""
+        """Return a shape after the steps of a `move` list; problems with the steps of a BAD shape are reported too."""
         if moves is None:
             return shape
         where = f"{where}: move"
@@ -459,10 +481,10 @@ class ShapeReader:
         if shape is BAD or isinstance(motion, BadValue):
             return BAD
         self._charge(moves, where, self.allowance.take(steps=len(shape.motion.steps) + len(motion.steps)))
-        return self.reader.made(moves, where, lambda: apply_motion(shape, motion))
+        return self.reader.build(moves, where, lambda: apply_motion(shape, motion))
 
     def _motion(self, moves: SequenceNode, where: str) -> Motion | BadValue:
-        """All steps of a list, which an alias may stand for again."""
+        """Return the motion of all steps of a list; the caller stores it for aliases of the list."""
         motion, good = IDENTITY_MOTION, True
         for i, step in enumerate(moves.items):
             moved = self._step(motion, step, f"{where}[{i}]")
@@ -470,7 +492,7 @@ class ShapeReader:
         return motion if good else BAD
 
     def _step(self, motion: Motion, step: Node, where: str) -> Any:
-        """The motion followed by one more step."""
+        """Return the motion followed by one more step, or BAD after a report."""
         entry = self.reader.only_entry(step)
         verbs = ("translate", "rotate", "scale", "transform")
         if entry is None:
@@ -480,28 +502,29 @@ class ShapeReader:
             return self.reader.unknown(key, where, "step", verb, verbs)
         where = f"{where}: {verb}"
         if verb == "rotate":
-            return self._rotated(motion, value, where)
+            return self._rotate(motion, value, where)
         argument = MOVE_TYPES[verb].read(value, self.reader, where)
-        return BAD if argument is BAD else self.reader.made(value, where, lambda: getattr(motion, verb)(argument))
+        return BAD if argument is BAD else self.reader.build(value, where, lambda: getattr(motion, verb)(argument))
 
-    def _rotated(self, motion: Motion, value: Node, where: str) -> Any:
+    def _rotate(self, motion: Motion, value: Node, where: str) -> Any:
+        """Return the motion followed by a rotation, or BAD after a report."""
         entries = self.reader.entries(value, where, ROTATION_TYPES, ("axis", "degrees"))
-        given = value.entries if isinstance(value, MappingNode) else {}
-        found = {
-            name: kind.read(given[name], self.reader, f"{where}: {name}")
+        present = value.entries if isinstance(value, MappingNode) else {}
+        arguments = {
+            name: kind.read(present[name], self.reader, f"{where}: {name}")
             for name, kind in ROTATION_TYPES.items()
-            if name in given
+            if name in present
         }
-        if isinstance(entries, BadValue) or BAD in found.values():
+        if isinstance(entries, BadValue) or BAD in arguments.values():
             return BAD
-        point, axis, degrees = found.get("about"), found["axis"], found["degrees"]
-        return self.reader.made(
+        point, axis, degrees = arguments.get("about"), arguments["axis"], arguments["degrees"]
+        return self.reader.build(
             value, where, lambda: apply_about("rotate", motion, point, lambda still: still.rotate(axis, degrees))
         )
 
 
 def build_boolean(cls: Any, operands: Any) -> Any:
-    """A Boolean of shapes; with a sheet, what `sheet - solid` and `sheet & solid` are."""
+    """Return a Boolean of shapes; with one sheet, the result of `sheet - solid` or `sheet & solid`."""
     sheets = [part for part in operands if isinstance(part, Sheet)] if isinstance(operands, tuple) else []
     if len(sheets) == 1 and cls is Difference and operands[0] is sheets[0]:
         return functools.reduce(operator.sub, operands)
@@ -511,12 +534,15 @@ def build_boolean(cls: Any, operands: Any) -> Any:
 
 
 def apply_motion(shape: Shape, motion: Motion) -> Shape:
-    """The shape after all steps of a motion, checked once."""
+    """Return the shape after all steps of a motion, with one check of the whole motion."""
     return shape._moved(shape.motion.then(motion))
 
 
 def operand_field(cls: type[Shape]) -> ValueType | None:
-    """The kind of a class's only field if that holds shapes: Booleans take them without naming the field."""
+    """Return the type of a class's only field if it holds shapes, else None.
+
+    Booleans take their operands without the name of the field.
+    """
     kinds = [field.kind for field in argument_fields(cls).values()]
     inner = kinds[0].item if len(kinds) == 1 and isinstance(kinds[0], ListType) else kinds[0] if kinds else None
     return kinds[0] if len(kinds) == 1 and isinstance(inner, ShapeType) else None

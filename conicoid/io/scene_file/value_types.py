@@ -1,4 +1,7 @@
-"""What a reader of nodes carries along: the problems so far, and how to report the next one."""
+"""The types of values in a scene file, and `NodeReader`, which collects the problems of a file.
+
+A `ValueType` reads its value from a node and describes itself by JSON Schema. `fields.py` makes types from type hints.
+"""
 
 from __future__ import annotations
 
@@ -28,58 +31,62 @@ from .nodes import (
     shorten,
 )
 
+# Problems.
+
 Value = TypeVar("Value")
 NO_MISPLACED_KEYS: Mapping[str, str] = {}
 
 
 class BadValue:
-    """Stands for a value that could not be read; its problem is reported already."""
+    """Stands for a value that could not be read and whose problem is reported."""
 
 
 BAD: Final = BadValue()
 
 
 class TooManyProblems(Exception):
-    """There is no point in reading on."""
+    """Raised after so many problems that reading stops."""
 
 
 class NodeReader:
-    """Collects problems. Reading goes on after one, so that a user sees them all at once."""
+    """Collects problems. Reading continues after a problem, so that a user sees all of them at once."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         self.takes_any_file = False
-        """May pictures lie outside of the folder?"""
+        """True if image files may lie outside of the folder."""
         self.problems: list[Problem] = []
         self.did_you_mean = Suggestions()
         self.materials: dict[str, Any] = {}
-        """The materials of the scene by name, BAD where one could not be read."""
+        """The materials of the scene by name; BAD for one that could not be read."""
         self.shape: Callable[[Node, str, type], Any] = _no_shape
-        """Reads a shape of at least the given class; set by whoever knows the scene's named shapes."""
+        """Reads a shape of a class or its subclasses; `ShapeReader`, which knows the named shapes, sets it."""
 
     def report(self, node: HasPosition, where: str, message: str) -> BadValue:
+        """Record a problem and return BAD. Raise TooManyProblems after `MAX_PROBLEMS`."""
         self.problems.append(Problem(node.line, node.column, where, message))
         if len(self.problems) >= MAX_PROBLEMS:
             raise TooManyProblems
         return BAD
 
     def expected(self, node: Node, where: str, what: str) -> BadValue:
-        """Report that `what` must stand here, with what stands here instead."""
+        """Report that `what` was expected here, with the value that was found."""
         return self.report(node, where, f"must be {what}, got {describe_node(node)}")
 
     def unknown(self, node: Node, where: str, what: str, name: str, known: Collection[str]) -> BadValue:
-        """Report a name that stands for nothing, with a suggestion."""
+        """Report an unknown name, with a suggestion."""
         return self.report(node, where, f"unknown {what} {shorten(name)!r}{self.did_you_mean(name, known)}")
 
     def entries(
         self, node: Node, where: str, known: Iterable[str], required: Iterable[str] = (),
-        elsewhere: Mapping[str, str] = NO_MISPLACED_KEYS,
+        misplaced: Mapping[str, str] = NO_MISPLACED_KEYS,
     ) -> dict[str, Node] | BadValue:  # fmt: skip
-        """The known entries of a mapping (an empty one may be left out); others, and missing ones, are reported.
+        """Return the known entries of a mapping; null counts as an empty mapping.
 
-        elsewhere: where the place of some others is.
+        Report unknown and missing keys, and return BAD then. `misplaced` maps some unknown keys to hints where they
+        belong.
         """
-        if is_null(node):
+        if is_null(node):  # `{Box:}` without fields
             node = MappingNode(node.line, node.column)
         names = list(known)
         if not isinstance(node, MappingNode):
@@ -87,10 +94,10 @@ class NodeReader:
             return self.expected(node, where, f"a mapping with {listed}" if len(listed) < 200 else "a mapping")
         found = {name: value for name, value in node.entries.items() if name in names}
         good = len(found) == len(node.entries)
-        for key in () if good else node.heads:
+        for key in () if good else node.heads:  # suggestions cost time, and nearly all mappings are good
             if key.text not in found:
                 left = [other for other in names if other not in node.entries]
-                moved = elsewhere.get(key.text)
+                moved = misplaced.get(key.text)
                 meant = argument_synonym(key.text, left)
                 hint = (
                     f" ({moved})"
@@ -108,14 +115,14 @@ class NodeReader:
         return found if good else BAD
 
     def only_entry(self, node: Node) -> tuple[str, ScalarNode, Node] | None:
-        """(name, key, value) of a mapping with one entry, None for anything else."""
+        """Return (name, key, value) of a mapping with one entry, or None for anything else."""
         if not isinstance(node, MappingNode) or len(node.entries) != 1:
             return None
         ((name, value),) = node.entries.items()
         return name, node.heads[0], value
 
-    def made(self, node: Node, where: str, make: Callable[[], Value]) -> Value | BadValue:
-        """make(), with a ValueError or TypeError reported at the field that its text names."""
+    def build(self, node: Node, where: str, make: Callable[[], Value]) -> Value | BadValue:
+        """Return make(), or report its ValueError or TypeError at the field that the message names."""
         try:
             return make()
         except RecursionError:
@@ -125,54 +132,58 @@ class NodeReader:
 
 
 def _quote_keys(meant: str) -> str:
-    """A key as messages name it; several, with what there is to say of them, as they are."""
+    """Return one key in quotes, and a longer hint as it is."""
     return repr(meant) if meant.isidentifier() else meant
 
 
 def _no_shape(node: Node, where: str, base: type) -> Any:
     raise LookupError(
-        f"{where}: a reader without a scene has no shapes, asked for a {base.__name__} in line {node.line}"
+        f"{where}: a reader without a scene has no shapes, it cannot read a {base.__name__} in line {node.line}"
     )
 
 
 def _locate_problem(node: Node, where: str, message: str) -> tuple[Node, str, str]:
-    """The node that an error such as "Ellipsoid: radii[1] must be > 0, got -2.0" speaks of."""
+    """Return the arguments of `report` for an error such as "Ellipsoid: radii[1] must be > 0, got -2.0".
+
+    The node is the one that the message names, `radii[1]`, if it exists, else the whole node.
+    """
+    # Messages begin with the class, then the field and indices: the same path leads to the node.
     message = re.sub(r"^\w+: ", "", message)
-    found: Any = node
+    target: Any = node
     match = re.match(r"(\w+)((?:\[\d+\])*)", message)
-    if match and isinstance(found, MappingNode) and match.group(1) in found.entries:
-        found = found.entries[match.group(1)]
+    if match and isinstance(target, MappingNode) and match.group(1) in target.entries:
+        target = target.entries[match.group(1)]
         for index in re.findall(r"\d+", match.group(2)):
-            items = getattr(found, "items", [])
-            found = items[int(index)] if int(index) < len(items) else found
-    return found, where, message
+            items = getattr(target, "items", [])
+            target = items[int(index)] if int(index) < len(items) else target
+    return target, where, message
 
 
-# The kinds of value that stand in a scene file: each reads itself from a node and describes itself to editors.
+# Types of values.
 
 Schema = dict[str, Any]
 
 
 class ValueType(ABC):
-    """What may stand in a place. `phrase` completes the sentence "must be ..."."""
+    """A type of value. `phrase` completes the sentence "must be ..."."""
 
     phrase: str
 
     @abstractmethod
     def read(self, node: Node, reader: NodeReader, where: str) -> Any:
-        """The value of a node, or BAD after a report."""
+        """Return the value of a node, or BAD after a report."""
 
     @abstractmethod
     def schema(self) -> Schema:
-        """JSON Schema of the values."""
+        """Return the JSON Schema of the values."""
 
     @abstractmethod
     def fits(self, node: Node) -> bool:
-        """Whether a node looks like this kind: what `OneOf` chooses by."""
+        """Return True if a node looks like this type, by which `UnionType` chooses."""
 
 
 class NumberType(ValueType):
-    """A float64, infinities included; the class that takes it says where they are not."""
+    """A float64, infinities included; the class that takes the number checks whether it may be infinite."""
 
     phrase = "a number"
 
@@ -212,7 +223,7 @@ class IntegerType(ValueType):
 
 
 class BoolType(ValueType):
-    """A truth value."""
+    """A boolean."""
 
     phrase = "true or false"
 
@@ -228,7 +239,7 @@ class BoolType(ValueType):
 
 
 class TextType(ValueType):
-    """A word that is not a number, a truth value or null, or anything in quotes; not empty."""
+    """A word that is not a number, a boolean or null, or any quoted word; not empty."""
 
     phrase = "a text"
 
@@ -245,7 +256,7 @@ class TextType(ValueType):
 
 
 class ChoiceType(ValueType):
-    """One of a few given texts."""
+    """One of a few texts."""
 
     def __init__(self, values: tuple[str, ...]) -> None:
         self.values = values
@@ -264,7 +275,7 @@ class ChoiceType(ValueType):
 
 
 class ListType(ValueType):
-    """A list of one kind, of any length."""
+    """A list of one type, of any length."""
 
     def __init__(self, item: ValueType) -> None:
         self.item = item
@@ -284,7 +295,7 @@ class ListType(ValueType):
 
 
 class FixedListType(ListType):
-    """A list of one kind and of given length: points, intervals, matrices."""
+    """A list of one type and of fixed length: points, intervals, matrices."""
 
     def __init__(self, item: ValueType, count: int) -> None:
         super().__init__(item)
@@ -306,7 +317,7 @@ class FixedListType(ListType):
 
 
 class MappingType(ValueType):
-    """A mapping from names to values of one kind."""
+    """A mapping from names to values of one type."""
 
     def __init__(self, item: ValueType) -> None:
         self.item = item
@@ -326,7 +337,7 @@ class MappingType(ValueType):
 
 
 class OptionalType(ValueType):
-    """A value or null, which must be written: where nothing stands, something may have been forgotten."""
+    """A value or null. An empty place is a problem, as something may have been forgotten there."""
 
     def __init__(self, item: ValueType) -> None:
         self.item = item
@@ -345,7 +356,7 @@ class OptionalType(ValueType):
 
 
 class UnionType(ValueType):
-    """Any of several kinds; the first that a node looks like reads it."""
+    """One of several types; the first that fits a node reads it."""
 
     def __init__(self, items: tuple[ValueType, ...]) -> None:
         self.items = items
@@ -370,7 +381,7 @@ class UnionType(ValueType):
 
 
 def quotes_hint(node: Node) -> str:
-    """What to do where a text is wanted and YAML sees something else."""
+    """Return a hint for a node that should be a text."""
     if isinstance(node, ScalarNode) and node.plain and node.text:
         return " (quote it)"
     if isinstance(node, ScalarNode) and not node.plain and not node.text:
@@ -379,6 +390,6 @@ def quotes_hint(node: Node) -> str:
 
 
 def comment_hint(node: Node) -> str:
-    """What to do about a colour like #ff0000 without quotes."""
-    told = " (# begins a comment: put a text that begins with it in quotes; what has no value is left out)"
-    return told if is_empty_node(node) else ""
+    """Return a hint for an empty place, which a colour such as #ff0000 without quotes leaves."""
+    hint = " (# begins a comment: put a text that begins with it in quotes; what has no value is left out)"
+    return hint if is_empty_node(node) else ""

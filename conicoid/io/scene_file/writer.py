@@ -1,7 +1,8 @@
-"""Numbers, texts, lists and mappings -> YAML that people like to read and that loses no bit.
+"""From shapes, materials and bodies to data, and from data to readable YAML or JSON that loses no bit.
 
-What fits on a line stands on one line, the rest one item a line. Floats are the shortest decimals
-that read back exactly; every word is written so that YAML 1.1 and 1.2 readers agree on it.
+`ShapeWriter` makes data: numbers, texts, lists and mappings. `dump_yaml` puts a value on one line if it fits, else one
+item a line. Floats are the shortest decimals that read back exactly; every word is written so that readers of YAML 1.1
+and 1.2 agree on it.
 """
 
 from __future__ import annotations
@@ -33,9 +34,12 @@ from .fields import argument_fields
 from .shape_reader import operand_field, operand_shapes
 from .value_types import ListType
 
+# From data to text.
+
 WIDTH = 110
 _WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*(?:[ .-][A-Za-z0-9_]+)*")
 _ESCAPES = {'"': '\\"', "\\": "\\\\", "\n": "\\n", "\t": "\\t"}
+# Words that some reader of YAML 1.1 or 1.2 takes for something other than a text.
 _MEANINGFUL = {"null", "true", "false", "yes", "no", "on", "off", "y", "n", "inf", "nan"}
 
 
@@ -44,7 +48,7 @@ class YamlFloat(float):
 
 
 def dump_yaml(data: dict[str, Any]) -> str:
-    """A document with one section per key, an empty line before each list or mapping."""
+    """Return a document with one section per key, and an empty line before each list or mapping."""
     text = ""
     for key, value in data.items():
         simple = not isinstance(value, (list, dict))
@@ -53,12 +57,15 @@ def dump_yaml(data: dict[str, Any]) -> str:
 
 
 def dump_json(data: dict[str, Any]) -> str:
-    """The document as JSON, for which infinities do not exist: each body, and each of what has a name, on its line."""
+    """Return a document as JSON, with each body and each named value on its own line.
+
+    Raise ValueError for infinite numbers, which JSON lacks.
+    """
     try:
         sections = ",\n".join(f" {_json(key)}: {_json_section(value)}" for key, value in data.items())
     except ValueError:
         raise ValueError("JSON has no infinite numbers: save this scene as .yaml") from None
-    return f"{{\n{sections}\n}}\n".replace("\x7f", "\\u007f")
+    return f"{{\n{sections}\n}}\n".replace("\x7f", "\\u007f")  # YAML readers refuse the bare character
 
 
 def _json_section(value: Any) -> str:
@@ -74,7 +81,7 @@ def _json(value: Any) -> str:
 
 
 def _entry(key: str, value: Any, indent: str, top: bool = False) -> Iterator[str]:
-    """`key: value`, on a line of its own if it fits and is not a section of the document."""
+    """Yield the lines of `key: value`: one line if it fits and is not a section of the document."""
     inline = inline_yaml(value, WIDTH - len(indent) - len(key) - 2)
     if inline is not None and not (top and isinstance(value, (list, dict)) and value and _is_section(value)):
         yield f"{indent}{key}: {inline}"
@@ -84,11 +91,13 @@ def _entry(key: str, value: Any, indent: str, top: bool = False) -> Iterator[str
 
 
 def _is_section(value: Any) -> bool:
+    """Return True for a list or mapping that holds lists or mappings."""
     items = value.values() if isinstance(value, dict) else value
     return any(isinstance(item, (list, dict)) for item in items)
 
 
 def _block(value: Any, indent: str) -> Iterator[str]:
+    """Yield the lines of a list or mapping, one item a line where it fits."""
     if isinstance(value, dict):
         for key, item in value.items():
             yield from _entry(_key(key), item, indent)
@@ -105,7 +114,7 @@ def _block(value: Any, indent: str) -> Iterator[str]:
 
 
 def inline_yaml(value: Any, room: int) -> str | None:
-    """The value on one line, or None for a list or mapping that takes more than `room` characters."""
+    """Return a value on one line, or None for a list or mapping that takes more than `room` characters."""
     if isinstance(value, dict):
         keys = [f"{_key(key)}: " for key in value]
         return _join_inline("{", "}", keys, list(value.values()), room)
@@ -116,7 +125,7 @@ def inline_yaml(value: Any, room: int) -> str | None:
 
 def _join_inline(opening: str, closing: str, keys: Sequence[str], items: Sequence[Any], room: int) -> str | None:
     room -= 2
-    if 3 * len(items) > room + 4:  # each takes a character and what parts it from the next
+    if 3 * len(items) > room + 4:  # each item takes a character and ", " at least
         return None
     texts: list[str] = []
     for key, item in zip(keys, items, strict=True):
@@ -129,7 +138,7 @@ def _join_inline(opening: str, closing: str, keys: Sequence[str], items: Sequenc
 
 
 def format_scalar(value: Any) -> str:
-    """One word: null, a truth value, a number or a text."""
+    """Return one word: null, a boolean, a number or a text."""
     if type(value) is float:
         return format_number(value)
     if value is None:
@@ -147,9 +156,10 @@ def format_scalar(value: Any) -> str:
 
 
 def format_number(value: float) -> str:
-    """The shortest decimal that reads back as `value`, with a point before an exponent, as YAML 1.1 wants."""
+    """Return the shortest decimal that reads back as `value`, with a point before an exponent, as YAML 1.1 requires."""
     if math.isinf(value):
         return ".inf" if value > 0 else "-.inf"
+    # Integers in full up to 1e15, where floats still hold them; -0.0 keeps its sign.
     if value.is_integer() and abs(value) < 1e15 and math.copysign(1.0, value) * value >= 0 and repr(value) != "-0.0":
         return str(int(value))
     text = repr(value)
@@ -158,7 +168,7 @@ def format_number(value: float) -> str:
 
 
 def format_text(text: str) -> str:
-    """A text, in quotes where it could be taken for something else; ValueError for half a surrogate pair."""
+    """Return a text, in quotes if a reader could misread it. Raise ValueError for half a surrogate pair."""
     if _WORD.fullmatch(text) and text.lower() not in _MEANINGFUL:
         return text
     if any("\ud800" <= character <= "\udfff" for character in text):
@@ -167,7 +177,7 @@ def format_text(text: str) -> str:
 
 
 _key = lru_cache(maxsize=256)(format_text)
-"""Of the names of classes and fields, which stand in a file over and over."""
+"""`format_text` of the names of classes and fields, which a file repeats."""
 
 
 def _escape(character: str) -> str:
@@ -175,23 +185,26 @@ def _escape(character: str) -> str:
     return f"\\x{code:02x}" if code < 0x100 else f"\\u{code:04x}" if code < 0x10000 else f"\\U{code:08x}"
 
 
-# A scene as numbers, texts, lists and mappings: what a scene file says, before it is written.
+# From a scene to data.
 
 INLINE_BODIES = 100
+"""Most bodies of one entry whose arrays stand in the scene file; larger arrays go to files beside it."""
 MOST_NUMBERS = 1_000_000
-"""Of an environment's pixels in the scene file itself, which holds four million values at most."""
+"""Most numbers of an environment's pixels in the scene file itself, which holds four million values at most."""
 LEVELS_INLINE = 20
+"""Levels of Booleans after which a part gets a name, so that files are not nested too deep for their reader."""
 
 ShapeIdentity: TypeAlias = tuple[Any, ...]
 
 KeepTable = Callable[[str, Any], str]
-"""Writes an array to a file, for what it is of (`spheres`), and returns its name."""
+"""A function (kind, array) that writes an array to a file, `kind` being such as "spheres", and returns its name."""
 
 
 class ShapeWriter:
-    """Turns shapes into data. A Boolean stands under a name if it is used more than once, moved or not, or is deep.
+    """Turns shapes, materials and other fields into data.
 
-    Materials stand under names, equal ones once.
+    A Boolean gets a name if it is used more than once, moved or not, or if it is deep. Materials get names, equal ones
+    once.
     """
 
     def __init__(
@@ -203,8 +216,8 @@ class ShapeWriter:
         folder: Path | None = None,
     ) -> None:
         self.keep_table = keep_table
-        self.folder = folder  # of the file, by which pictures are named; without one their mean colours are written
-        self.defaults = defaults  # are a shape's fields at their defaults written too?
+        self.folder = folder  # of the file; images are named relative to it, without it mean colours are written
+        self.defaults = defaults  # True if fields at their defaults are written too
         self.named: dict[str, Any] = {}
         self.names: dict[ShapeIdentity, str] = {}
         self.materials: dict[str, Any] = {}
@@ -223,7 +236,7 @@ class ShapeWriter:
                 self.named[self.names[key]] = written
 
     def data(self, shape: Shape) -> Any:
-        """``{ClassName: fields, move: steps}``, or a reference to a shape that stands under a name."""
+        """Return ``{ClassName: fields, move: steps}``, or a reference to a named shape."""
         move = {"move": motion_steps(shape.motion)} if shape.motion.steps else {}
         name = self.names.get(shape_identity(shape))
         if name is None:
@@ -231,75 +244,87 @@ class ShapeWriter:
         return {"shape": name} | move if move else name
 
     def _fields(self, shape: Shape) -> Any:
+        """Return the fields, arrays or operands of a shape."""
         if isinstance(shape, Bulk):
-            return self._many(shape)
+            return self._bulk(shape)
         kind = operand_field(type(shape))
         if kind is None:
             return self.record(shape)
         operands = [self.data(part) for part in operand_shapes(shape)]
         return operands if isinstance(kind, ListType) else operands[0]
 
-    def _many(self, shape: Bulk) -> dict[str, Any]:
+    def _bulk(self, shape: Bulk) -> dict[str, Any]:
+        """Return the arrays of many bodies, or the file that holds them."""
         if len(shape) > INLINE_BODIES:
             return {"file": self.keep_table(type(shape).__name__.lower(), shape.table())}
         return {name: getattr(shape, name).tolist() for name in shape.columns}
 
     def index(self, values: Any) -> Any:
-        """The places of many bodies' materials."""
+        """Return the `material_index` of many bodies, or the file that holds it."""
         return {"file": self.keep_table("materials", values)} if len(values) > INLINE_BODIES else values.tolist()
 
     def record(self, item: Any) -> dict[str, Any]:
-        """The arguments that rebuild a dataclass, those at their defaults left out (or those that are None)."""
-        made_by: Any = type(item)
-        values = {name: (getattr(item, name), field) for name, field in argument_fields(made_by).items()}
+        """Return the arguments that rebuild a dataclass, without those at their defaults.
+
+        With `defaults` only arguments at a default of None are left out.
+        """
+        cls: Any = type(item)
+        values = {name: (getattr(item, name), field) for name, field in argument_fields(cls).items()}
         return {
             name: self.value(value)
             for name, (value, field) in values.items()
             if field.required or repr(value) != repr(field.default) or (self.defaults and value is not None)
         }
 
-    def surroundings(self, given: Environment) -> Any:
-        """The pixels of an environment: the name of their file, or all numbers of a small one."""
-        pixels: Any = given.pixels
+    def surroundings(self, environment: Environment) -> Any:
+        """Return the pixels of an environment: the name of their file, or all numbers of a small one.
+
+        Raise ValueError for many pixels without a file in the folder.
+        """
+        pixels: Any = environment.pixels
         if self.folder is None:
             return pixels.tolist()
-        if given.file is not None and Path(given.file).resolve().is_relative_to(self.folder):
-            return picture_name(given.file, self.folder)
+        file = environment.file
+        if file is not None and Path(file).resolve().is_relative_to(self.folder):
+            return picture_name(file, self.folder)
         if pixels.size > MOST_NUMBERS:
-            told = "co.Image(pixels).save('sky.exr') makes one" if given.file is None else f"copy {given.file!r} there"
+            remedy = "co.Image(pixels).save('sky.exr') makes one" if file is None else f"copy {file!r} there"
             raise ValueError(
-                "Environment: pixels must be in a file in the folder of the scene file, or below, to stand in one, "
-                f"where they are more than {MOST_NUMBERS:,} numbers: {told}"
+                "Environment: pixels must be in a file in the folder of the scene file, or below, to be saved, "
+                f"if they are more than {MOST_NUMBERS:,} numbers: {remedy}"
             )
         return pixels.tolist()
 
     def material(self, material: Any) -> str:
-        """The name under which a material stands."""
+        """Return the name of a material in the file; it is added to `materials` on first use."""
         key = material.exactly
         if key not in self.material_names:
             self.material_names[key] = self._free_name(material)
             self.taken.add(self.material_names[key])
         name = self.material_names[key]
         if name not in self.materials:
-            self.materials[name] = self._made_material(material, name)
+            self.materials[name] = self._material_call(material, name)
         return name
 
-    def _made_material(self, material: Material, key: str) -> dict[str, Any]:
-        """The function that made it, with its arguments. The key is its name, unless they say another, or none."""
-        maker, given = constructor_call(material)
-        given.pop("name", None)
+    def _material_call(self, material: Material, key: str) -> dict[str, Any]:
+        """Return the constructor of a material with its arguments; `name` is one only if it differs from the key."""
+        maker, arguments = constructor_call(material)
+        arguments.pop("name", None)
         own = {} if material.name == key else {"name": material.name}
-        return {maker: {name: self.value(value) for name, value in (given | own).items()}}
+        return {maker: {name: self.value(value) for name, value in (arguments | own).items()}}
 
     def _free_name(self, material: Material) -> str:
-        """Its own; with a number where that is taken; without one, letters."""
+        """Return a free name for a material: its own, with a number if that is taken, or letters if it has none."""
         if material.name is None:
             return next(self.letters)
         numbered = (f"{material.name} ({number})" for number in count(2))
         return next(name for name in chain([material.name], numbered) if name not in self.taken)
 
     def value(self, value: Any) -> Any:
-        """Any field: shapes and records by their class name, materials by name, arrays and tuples as lists."""
+        """Return the data of any field: shapes and records by class name, materials by name, arrays as lists.
+
+        Raise ValueError for values that a file cannot hold: pixels without a file, and functions.
+        """
         if isinstance(value, Shape):
             return self.data(value)
         if isinstance(value, Material):
@@ -333,7 +358,7 @@ class ShapeWriter:
 
 
 def picture_name(path: str, folder: Path | None) -> str:
-    """The name of a picture's file as a scene file in a folder says it."""
+    """Return the name of an image file for a scene file in a folder. Raise ValueError for a file outside of it."""
     final = Path(path).resolve()
     if folder is not None and not final.is_relative_to(folder):
         raise ValueError(
@@ -343,7 +368,10 @@ def picture_name(path: str, folder: Path | None) -> str:
 
 
 def _letter_name(number: int) -> str:
-    """material A, material B, ... material Z, material AA: no number, which might be taken for an importer's."""
+    """Return material A, material B, ..., material Z, material AA, ...
+
+    Letters cannot be mistaken for the numbers that importers give.
+    """
     letters = ""
     while number >= 0:
         letters = chr(ord("A") + number % 26) + letters
@@ -352,7 +380,7 @@ def _letter_name(number: int) -> str:
 
 
 def sort_by_parts(shapes: Iterable[Shape], uses: Counter[ShapeIdentity]) -> Iterator[Shape]:
-    """Each shape once, after the shapes it is made of; `uses` counts how often it occurs. No recursion."""
+    """Yield each shape once, after its operands, and count in `uses` how often it occurs; without recursion."""
     pending = [(shape, False) for shape in shapes][::-1]
     while pending:
         shape, parts_done = pending.pop()
@@ -366,9 +394,10 @@ def sort_by_parts(shapes: Iterable[Shape], uses: Counter[ShapeIdentity]) -> Iter
 
 
 def shape_identity(shape: Shape) -> ShapeIdentity:
-    """What is the same for a shape and its moved copies: its class and the very objects it is made of."""
+    """Return a key that a shape shares with its moved copies: its class and the identities of its fields."""
     if not operand_shapes(shape):
         return type(shape), id(shape)
+    # Moved copies share the very objects of their fields. Small texts may be equal without being one object.
     values = [getattr(shape, name) for name in argument_fields(type(shape))]
     return type(shape), *(repr(value) if isinstance(value, str) else _ids(value) for value in values)
 
@@ -378,7 +407,7 @@ def _ids(value: Any) -> Any:
 
 
 def body_data(body: Body, writer: ShapeWriter) -> dict[str, Any]:
-    """One entry of `bodies`; a motion stands beside the shape, not in it."""
+    """Return one entry of `bodies`; a motion stands beside the shape, not in it."""
     data: dict[str, Any] = {"name": body.name} if body.name is not None else {}
     shape = writer.data(body.shape)
     if isinstance(shape, dict):
@@ -394,7 +423,7 @@ def body_data(body: Body, writer: ShapeWriter) -> dict[str, Any]:
 
 
 def motion_steps(motion: Motion) -> list[Any]:
-    """The steps of a motion as a user would write them."""
+    """Return the steps of a motion as a user would write them."""
     return [_step_data(step) for step in motion.steps]
 
 

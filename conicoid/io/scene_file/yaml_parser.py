@@ -1,4 +1,8 @@
-"""The letters of a scene file before they are parsed: what is refused of them, and where they stand."""
+"""Read the text of a scene file, and parse it into a tree of nodes that know their line and column.
+
+libyaml finds the structure (its events) and nothing else: no tag is obeyed, no object is made. Depth, and the number of
+values that aliases expand to, are limited; the tree is built without recursion.
+"""
 
 from __future__ import annotations
 
@@ -16,12 +20,14 @@ from ..._util.file_errors import Problem, SceneFileError, unreadable_error
 from ..._util.safe_files import open_regular
 from .nodes import MappingNode, Node, ScalarNode, SequenceNode, shorten
 
+# The text before it is parsed.
+
 _BREAKS = "\n\r\x85\u2028\u2029"
-"""What ends a line in YAML."""
+"""Characters that end a line in YAML."""
 
 
 class YamlError(Exception):
-    """The text has no tree; `problem` says why and where."""
+    """Raised for a text that cannot be parsed; `problem` holds the reason and the place."""
 
     def __init__(self, line: int, column: int, message: str) -> None:
         self.problem = Problem(line, column, "", message)
@@ -29,17 +35,17 @@ class YamlError(Exception):
 
 
 def line_and_column(text: str, position: int) -> tuple[int, int]:
-    """Line and column, from 1, of a position in a text."""
+    """Return line and column, from 1, of a position in a text."""
     return text.count("\n", 0, position) + 1, position - (text.rfind("\n", 0, position) + 1) + 1
 
 
 def line_numbers(text: str) -> list[int]:
-    """A number for each line that a parser may see, and one more."""
+    """Return the numbers 1, 2, 3, ... for each line that a parser may count, and for the line after the last."""
     return list(range(1, 3 + sum(text.count(each) for each in _BREAKS)))
 
 
 def check_directives(text: str) -> None:
-    """Only a %YAML line may stand before the document (libyaml is slow on many %TAG lines)."""
+    """Raise YamlError for a directive other than %YAML 1.x before the document: libyaml is slow on many %TAG lines."""
     if not text.startswith("%") and "\n%" not in text:
         return
     found = re.search(r"^%(?!YAML 1\.).*", text, re.MULTILINE)
@@ -49,7 +55,10 @@ def check_directives(text: str) -> None:
 
 
 def join_surrogates(text: str) -> str:
-    """JSON writes a character beyond U+FFFF as two escapes; YAML as one character."""
+    """Return a text with pairs of escaped surrogates joined.
+
+    JSON writes a character beyond U+FFFF as two escapes; YAML writes it as one character.
+    """
     if "\\" not in text or not re.search(r"\\u[dD][89abAB]", text):
         return text
 
@@ -64,51 +73,48 @@ def join_surrogates(text: str) -> str:
     )
 
 
-# Text of a scene file -> a tree of nodes that know their line and column.
-#
-# libyaml finds the structure (its events), nothing else: no tag is obeyed, no object is made. Depth,
-# and the number of values that aliases expand to, are limited; the tree is built without recursion.
+# From text to a tree.
 
 MAX_DEPTH = 250
 MAX_NODES, MAX_EXPANDED = 4_000_000, 1_000_000
-"""Values of a file, with aliases written out, and how many of them these may add."""
+"""Most values of a file with aliases written out, and most values that aliases may add."""
 _EVENT_STEP = 10_000
 """Events from one report of progress to the next."""
 
 
 @dataclass
 class YamlDocument:
-    """The one document of a text: None if there is none, and its repeated keys."""
+    """The single document of a text: its root, None if there is none, and problems with repeated keys."""
 
     root: Node | None = None
     problems: list[Problem] = field(default_factory=list)
     distinct: int = 0
-    """Values that stand in it, keys among them: an alias is none."""
+    """The number of values written in the text, keys included; aliases do not count."""
 
 
 _COLON = re.compile(r"\w:[\[{]?$")
-"""The end of what stands before a mistake: a colon with nothing behind it."""
+"""The end of a text before a mistake: a word and a colon without a blank after it."""
 
 
 def parse_yaml(text: str) -> tuple[Node | None, list[Problem]]:
-    """The root of the one document of `text`, None if there is none, and its repeated keys."""
-    found = parse_document(text)
-    return found.root, found.problems
+    """Return the root of the single document of `text`, None if there is none, and problems with repeated keys."""
+    document = parse_document(text)
+    return document.root, document.problems
 
 
 def parse_document(
     text: str, progress: Callable[[int], Any] | None = None, lines: Sequence[int] | None = None
 ) -> YamlDocument:
-    """The one document of `text`; progress(characters) is called now and then.
+    """Parse the single document of `text`.
 
-    lines: the numbers of its lines, where they are not 1, 2, 3 and so on.
-    Raises `Unreadable` for what is not YAML and for what passes the limits.
+    `progress` is called as progress(characters) now and then. `lines` holds the numbers of its lines if they are not
+    1, 2, 3, .... Raise YamlError for text that is not YAML or exceeds the limits.
     """
     check_directives(text)
     try:
         loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)(join_surrogates(text))
         try:
-            return _Tree(lines or line_numbers(text)).built(loader.get_event, progress)
+            return _TreeBuilder(lines or line_numbers(text)).build(loader.get_event, progress)
         finally:
             loader.dispose()
     except yaml.MarkedYAMLError as error:
@@ -126,23 +132,26 @@ def parse_document(
         raise YamlError(0, 0, f"not YAML: {str(error)[:200]}") from None
 
 
-class _Tree:
-    """Nodes from events, with a stack of its own, so that depth costs no recursion."""
+class _TreeBuilder:
+    """Builds nodes from events with a stack of its own, so that depth costs no recursion."""
 
     def __init__(self, lines: Sequence[int]) -> None:
         self.lines = lines
-        self.made = YamlDocument()
+        self.document = YamlDocument()
         self.stack: list[tuple[SequenceNode | MappingNode, str | None]] = []  # the open collections, and their anchors
         self.pending: list[ScalarNode | None] = []  # the key that waits for its value, per open collection
         self.open_anchors: set[str] = set()
         self.anchors: dict[str, Node] = {}
-        self.twice: dict[int, dict[str, ScalarNode]] = {}  # the keys of open collections in which one is repeated
-        self.words: dict[str, str] = {}  # one text for all keys that are equal
-        self.count = self.documents = 0
+        self.twice: dict[int, dict[str, ScalarNode]] = {}  # by id: keys of open mappings with a repeated key
+        self.words: dict[str, str] = {}  # equal keys share one text, which saves memory
+        self.count = self.documents = 0  # values with aliases expanded, and documents
 
-    def built(self, next_event: Callable[[], Any], progress: Callable[[int], Any] | None) -> YamlDocument:
-        """The document of all events. A scalar, as most of millions are, is made here."""
-        made, lines, events = self.made, self.lines, 0
+    def build(self, next_event: Callable[[], Any], progress: Callable[[int], Any] | None) -> YamlDocument:
+        """Return the document of all events.
+
+        Scalars, which most of millions of events are, are made here, without a call.
+        """
+        document, lines, events = self.document, self.lines, 0
         scalar, alias, ended = yaml.ScalarEvent, yaml.AliasEvent, yaml.StreamEndEvent
         starts, ends = (yaml.MappingStartEvent, yaml.SequenceStartEvent), (yaml.MappingEndEvent, yaml.SequenceEndEvent)
         node: Node
@@ -158,23 +167,23 @@ class _Tree:
                 node = ScalarNode(line, column, event.value, event.implicit[0])
                 if event.anchor:
                     self.anchors[event.anchor] = node
-                made.distinct += 1
+                document.distinct += 1
             elif kind in starts:
                 self._open(event, MappingNode(line, column) if kind is starts[0] else SequenceNode(line, column))
                 continue
             elif kind in ends:
-                node = self._closed()
+                node = self._close()
                 line, column = node.line, node.column
             elif kind is alias:
-                node = self._aliased(event.anchor, line, column)
+                node = self._resolve_alias(event.anchor, line, column)
             else:
                 self._between(kind, line, column)
                 continue
             self._put(node, line, column)
-        return made
+        return document
 
     def _open(self, event: Any, opened: MappingNode | SequenceNode) -> None:
-        """A collection begins."""
+        """Begin a collection. Raise YamlError if it has a tag or lies too deep."""
         if event.tag is not None:
             _refuse_tag(event.tag, opened.line, opened.column)
         if len(self.stack) >= MAX_DEPTH:
@@ -183,42 +192,45 @@ class _Tree:
         if event.anchor:
             self.open_anchors.add(event.anchor)
         self.pending.append(None)
-        self.made.distinct += 1
+        self.document.distinct += 1
 
-    def _closed(self) -> Node:
-        """The collection that ends."""
+    def _close(self) -> Node:
+        """End the innermost collection and return it."""
         node, anchor = self.stack.pop()
         self.pending.pop()
         if anchor:
             self.open_anchors.discard(anchor)
             self.anchors[anchor] = node
         self.twice.pop(id(node), None)
-        self.count -= node.size - 1  # its parts were counted one by one
+        self.count -= node.size - 1  # its parts are counted already, and `_put` adds all of its size
         return node
 
-    def _aliased(self, anchor: str, line: int, column: int) -> Node:
-        """What an alias stands for."""
+    def _resolve_alias(self, anchor: str, line: int, column: int) -> Node:
+        """Return the node of an anchor. Raise YamlError if it is unknown, or open: that would be a circle."""
         if anchor in self.open_anchors:
             raise YamlError(line, column, f"alias *{shorten(anchor)} lies inside what it stands for")
         if anchor not in self.anchors:
-            told = f"alias *{shorten(anchor)} has no anchor &{shorten(anchor)} before it"
-            raise YamlError(line, column, told)
+            message = f"alias *{shorten(anchor)} has no anchor &{shorten(anchor)} before it"
+            raise YamlError(line, column, message)
         return self.anchors[anchor]
 
     def _between(self, kind: Any, line: int, column: int) -> None:
-        """A document, or all of it, begins or ends."""
+        """Note the begin or end of the stream or of a document. Raise YamlError for a second document."""
         self.documents += kind is yaml.DocumentStartEvent
         if self.documents > 1:
             raise YamlError(line, column, "a scene file holds one document, found a second one")
 
     def _put(self, node: Node, line: int, column: int) -> None:
-        """Count a node that is finished, with all that it stands for, and put it where it belongs."""
+        """Count a finished node with all below it, and put it into the open collection, as item, key or value.
+
+        Raise YamlError beyond the limits, and for a key that is no word.
+        """
         self.count += node.size
-        if self.count > MAX_NODES or self.count - self.made.distinct > MAX_EXPANDED:
+        if self.count > MAX_NODES or self.count - self.document.distinct > MAX_EXPANDED:
             most = f"{MAX_NODES:,} values" if self.count > MAX_NODES else f"{MAX_EXPANDED:,} values, aliases expanded"
             raise YamlError(line, column, f"more than {most} (bulk data belongs in a .npy file)")
         if not self.stack:
-            self.made.root = node
+            self.document.root = node
             return
         parent = self.stack[-1][0]
         parent.size += node.size
@@ -238,15 +250,15 @@ class _Tree:
                 if id(parent) in self.twice:
                     self.twice[id(parent)][key.text] = key
             else:
-                self._told_twice(parent, key)
+                self._report_repeated_key(parent, key)
 
-    def _told_twice(self, parent: MappingNode, key: ScalarNode) -> None:
-        """A key stands twice in a mapping."""
+    def _report_repeated_key(self, parent: MappingNode, key: ScalarNode) -> None:
+        """Report a key that a mapping has already; the first value stays."""
         if id(parent) not in self.twice:
             self.twice[id(parent)] = parent.keys
         first = self.twice[id(parent)][key.text].line
         message = f"key {shorten(key.text)!r} is given twice (first in line {first})"
-        self.made.problems.append(Problem(key.line, key.column, "", message))
+        self.document.problems.append(Problem(key.line, key.column, "", message))
 
 
 def _refuse_tag(tag: Any, line: int, column: int) -> None:
@@ -254,16 +266,17 @@ def _refuse_tag(tag: Any, line: int, column: int) -> None:
 
 
 def _code(character: Any) -> int:
+    """Return the code of a character, which may be a number or a text."""
     return character if isinstance(character, int) else ord(character)
 
 
-# From a path to the text of a scene file, or one clear reason why there is none.
+# From a path to the text.
 
 MAX_SCENE_BYTES = 64 << 20
 
 
 def read_scene_text(path: str | os.PathLike[str]) -> str:
-    """The text of a scene file. Raises SceneFileError for anything that is no text of bearable size."""
+    """Return the text of a scene file. Raise SceneFileError for a file that is no text in UTF-8, or too large."""
     try:
         raw = _read_bytes(Path(path))
         return _decode(raw)
@@ -274,12 +287,15 @@ def read_scene_text(path: str | os.PathLike[str]) -> str:
 
 
 class _TextError(Exception):
+    """Raised for a file without a readable text; the message gives the reason."""
+
     def __init__(self, message: str, line: int = 0, column: int = 0) -> None:
         super().__init__(message)
         self.line, self.column = line, column
 
 
 def _read_bytes(path: Path) -> bytes:
+    """Return the bytes of a regular file of at most `MAX_SCENE_BYTES`."""
     if "\0" in str(path):
         raise _TextError("cannot be read: a path cannot hold a zero character")
     status = path.stat()
@@ -298,6 +314,7 @@ def _read_bytes(path: Path) -> bytes:
 
 
 def _decode(raw: bytes) -> str:
+    """Return bytes as text in UTF-8, with or without a byte order mark."""
     if raw.startswith((b"\xff\xfe", b"\xfe\xff")):
         raise _TextError("is in UTF-16 or UTF-32, a scene file must be in UTF-8")
     try:

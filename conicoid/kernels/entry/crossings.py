@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -178,9 +178,6 @@ def put_crossings(
 
 
 # Rows of many rays, in pieces as the threads traced them
-
-if TYPE_CHECKING:
-    pass
 
 
 @dataclass(frozen=True)

@@ -105,7 +105,7 @@ class PatchedTrees:
     parts: list[tuple[int, int]]
 
     @property
-    def kept(self) -> slice:
+    def unchanged_items(self) -> slice:
         """The leaf items that stay as they were, except in leaves of `parts`."""
         return slice(0, ROWS * (self.woods.main[1] - int(self.woods.places[-1])) if self.parts else 0)
 
@@ -120,7 +120,7 @@ class PatchedTrees:
         equal in all numbers.
         """
         if before is not None:
-            tables.leaf_items[self.kept] = before.leaf_items[self.kept]
+            tables.leaf_items[self.unchanged_items] = before.leaf_items[self.unchanged_items]
         tables.leaf_items.reshape(-1, ROWS)[tables.tree_order[int(self.woods.places[-1]) :] < 0] = 0.0
 
     def put_boxes(self, node_boxes: Floats) -> None:

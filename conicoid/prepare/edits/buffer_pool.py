@@ -202,13 +202,13 @@ class BufferPool:
     def __init__(self) -> None:
         self._free: deque[SceneBuffer] = deque(maxlen=1)
 
-    def take(self, wanted: SceneBuffer | None = None) -> OpenBuffer | None:
-        """Take a free buffer with the rows of an earlier scene, or only `wanted`; None if there is none."""
+    def take(self, requested: SceneBuffer | None = None) -> OpenBuffer | None:
+        """Take a free buffer with the rows of an earlier scene, or only `requested`; None if there is none."""
         try:
             found = self._free.pop()
         except IndexError:
             return None
-        if wanted is not None and found is not wanted:
+        if requested is not None and found is not requested:
             self._free.append(found)
             return None
         return OpenBuffer(found)

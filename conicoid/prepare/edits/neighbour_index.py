@@ -123,9 +123,9 @@ class NeighbourPlaces:
     @classmethod
     def marked(cls, planes: Floats, spheres: Floats, quadrics: Floats, *marks: Marks) -> NeighbourPlaces:
         """Build places with known buckets."""
-        made = cls(planes, spheres, quadrics)
-        vars(made)["marks"] = marks
-        return made
+        places = cls(planes, spheres, quadrics)
+        vars(places)["marks"] = marks
+        return places
 
 
 def find_neighbours(places: Floats, marks: Marks, new: Floats) -> Longs:

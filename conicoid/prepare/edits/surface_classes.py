@@ -210,8 +210,8 @@ class _ClassUpdate:
         if not np.array_equal(before_senses[bereft], senses[bereft]):
             return False
         slots = self._slots_of_new()
-        alone = self.new.kinds if self.new.first is None else self.new.kinds[self.new.first[: len(slots)]]
-        return np.array_equal(alone, kinds_of(first[slots], kinds))
+        own_kinds = self.new.kinds if self.new.first is None else self.new.kinds[self.new.first[: len(slots)]]
+        return np.array_equal(own_kinds, kinds_of(first[slots], kinds))
 
     def _renumber(self, own: Ints, first: Ints, left: Longs) -> tuple[Ints, int, Ints]:
         """Return (the number of each slot where the leads changed, the count of leads, `SurfaceClasses.onto`).

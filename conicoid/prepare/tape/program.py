@@ -1,4 +1,4 @@
-"""Recordings: tapes as kernels take them, and what playing them gives."""
+"""Recordings: tapes as arrays that kernels take, and the results of playing them."""
 
 from __future__ import annotations
 
@@ -29,16 +29,16 @@ from .simd_sine_cosine import LANE_CONSTANTS, LANE_TERMS
 Longs = npt.NDArray[np.int64]
 _AT_ONCE = 4096
 _FEWEST = 4
-"""Bodies that are worth lanes."""
+"""Fewer bodies are not worth lanes."""
 _MOST = 1 << 16
-"""Registers of a kind that lanes have room for."""
+"""Most registers of a kind in lanes."""
 _NUMBERED = {name: number for number, name in enumerate(OPERATIONS)}
 _PLACES = 320
-"""Binary places of what sines are made of, which are more than numbers of `wide` have."""
+"""Binary places of the constants of sines: more than numbers of `bigfloat_kernel` have."""
 
 
 def bigfloat_row(value: BigFloat) -> Longs:
-    """A number as kernels take it; cut where it is longer."""
+    """Convert a number to a row (WIDTH,) for kernels; longer numbers are cut, and their error grows."""
     row = np.zeros(WIDTH, np.int64)
     size, exponent, off = abs(value.mantissa), value.exponent, value.off
     less = size.bit_length() - (LIMBS - 1) * BITS
@@ -59,7 +59,7 @@ def bigfloat_row(value: BigFloat) -> Longs:
 
 
 def quad_row(value: BigFloat) -> list[float]:
-    """A number as kernels in lanes take it: four floats, and the error."""
+    """Convert a number to four floats and an error, for kernels in lanes; the error is infinite beyond the floats."""
     rest, scale, floats = value.mantissa, value.exponent, []
     for _ in range(COLUMNS - 1):
         try:
@@ -75,15 +75,15 @@ def quad_row(value: BigFloat) -> list[float]:
 
 
 def _leading(digits: int, scale: int) -> float:
-    """The float nearest to digits · 2^scale, but for the last bit of very long ones. Raises OverflowError."""
+    """Return the float nearest to digits · 2^scale, except for the last bit of very long ones. Raises OverflowError."""
     more = max(0, digits.bit_length() - 1000)
     return math.ldexp(float(digits >> more), scale + more)
 
 
 def _coefficients(terms: int) -> list[BigFloat]:
-    """Of the sine, from the first one on.
+    """Return the coefficients of the sine's series, from the first on.
 
-    One is cut to what counts beside its power of an angle below 2^-7.
+    Each is cut to the digits that count beside its power of an angle below 2^-7.
     """
     coefficients = [bigfloat.ONE]
     for k in range(1, terms):
@@ -94,7 +94,7 @@ def _coefficients(terms: int) -> list[BigFloat]:
 
 @lru_cache(maxsize=1)
 def _degree_and_table() -> tuple[BigFloat, list[BigFloat]]:
-    """pi / 180; sine and cosine of each multiple of STEP, from the first on, each by a turn from the one before."""
+    """Return pi / 180, and sine and cosine of each multiple of STEP, each by a rotation of the one before."""
     degree = BigFloat(bigfloat.round_shift(bigfloat.pi_fixed_point(bigfloat.BITS) // 180, 64), 64 - bigfloat.BITS, 2)
     places = _PLACES + 64
     s, c = sine, cosine = bigfloat.sin_cos_fixed_point(Fraction(STEP), places)
@@ -107,7 +107,7 @@ def _degree_and_table() -> tuple[BigFloat, list[BigFloat]]:
 
 @lru_cache(maxsize=1)
 def _series() -> Longs:
-    """What `roots.sine_cosine` needs: pi / 180, the sine's coefficients from the last one to the first, the table."""
+    """Return the table of `bigfloat_functions.sine_cosine`: pi / 180, coefficients from last to first, multiples."""
     degree, table = _degree_and_table()
     rows = degree, *reversed(_coefficients(TERMS)), bigfloat.ZERO, bigfloat.ONE, *table
     return np.array([bigfloat_row(value) for value in rows])
@@ -115,30 +115,30 @@ def _series() -> Longs:
 
 @lru_cache(maxsize=1)
 def _lane_series() -> Floats:
-    """What `lane_angles.sine_cosine_rows` needs."""
+    """Return the table of `simd_sine_cosine.sine_cosine_rows`."""
     degree, table = _degree_and_table()
     rows = degree, bigfloat.ONE, *reversed(_coefficients(LANE_TERMS)), bigfloat.ZERO, bigfloat.ONE, *table
     return np.array([quad_row(value) for value in rows])
 
 
 _NO_SERIES = np.zeros((CONSTANTS, WIDTH), np.int64), np.zeros((LANE_CONSTANTS, COLUMNS))
-"""For tapes without a sine, which are most: the others have to be worked out."""
+"""For tapes without a sine, which are most: these tables need not be computed for them."""
 
 
 @dataclass(frozen=True)
 class WideInputs:
-    """Numbers of many digits that bodies come with: rows of them in four floats, and in more where these do not do."""
+    """Wide inputs of bodies: rows of numbers as four floats each, and with more digits where these do not suffice."""
 
     fours: Floats  # (rows, numbers, COLUMNS)
     digits: Callable[[Ints], Longs]
-    """(rows, numbers, WIDTH) of some of the rows."""
+    """Returns some of the rows with all digits, (rows, numbers, WIDTH)."""
 
 
 NO_INPUTS = WideInputs(np.zeros((1, 0, COLUMNS)), lambda rows: np.zeros((len(rows), 0, WIDTH), np.int64))
 
 
 def quads_from_bigfloats(wides: Longs) -> Floats:
-    """(..., WIDTH) wide numbers in four floats each, (..., COLUMNS)."""
+    """Convert wide numbers (..., WIDTH) to four floats and an error each, (..., COLUMNS)."""
     rows = np.ascontiguousarray(wides).reshape(-1, WIDTH)
     found = np.empty((len(rows), COLUMNS))
     cut_to_fours(rows, found)
@@ -147,44 +147,44 @@ def quads_from_bigfloats(wides: Longs) -> Floats:
 
 @dataclass
 class ProgramResult:
-    """What a recording gave for some bodies, and for which of them it held."""
+    """The outputs of a recording for some bodies, and for which of them they are valid."""
 
     floats: Floats  # (bodies, outputs)
-    fours: Floats  # (bodies, outputs, COLUMNS), the wide ones
+    fours: Floats  # (bodies, wide outputs, COLUMNS)
     state: Signs
     recording: TapeProgram
 
     @property
-    def held(self) -> npt.NDArray[np.bool_]:
-        """Those whose tests turned out as recorded, and whose numbers were settled."""
+    def valid(self) -> npt.NDArray[np.bool_]:
+        """Bodies whose tests turned out as recorded, with all numbers decided."""
         return np.asarray(self.state == STATE_VALID)
 
     @property
-    def elsewhere(self) -> npt.NDArray[np.bool_]:
-        """Those of which a test turned out otherwise."""
+    def other_branch(self) -> npt.NDArray[np.bool_]:
+        """Bodies for which a test turned out otherwise."""
         return np.asarray(self.state == STATE_OTHER_BRANCH)
 
     @property
-    def open(self) -> npt.NDArray[np.bool_]:
-        """Those that need more digits."""
+    def undecided(self) -> npt.NDArray[np.bool_]:
+        """Bodies that need more digits."""
         return np.asarray(self.state == STATE_UNDECIDED)
 
-    def kept(self) -> ProgramResult:
-        """Only those for which it held."""
-        held = self.held
-        if held.all():
+    def select_valid(self) -> ProgramResult:
+        """Select the bodies for which the outputs are valid."""
+        valid = self.valid
+        if valid.all():
             return self
-        fours = self.fours[held] if len(self.fours) else self.fours
-        return ProgramResult(self.floats[held], fours, self.state[held], self.recording)
+        fours = self.fours[valid] if len(self.fours) else self.fours
+        return ProgramResult(self.floats[valid], fours, self.state[valid], self.recording)
 
 
 @dataclass(frozen=True)
 class TapeProgram:
-    """A tape in arrays."""
+    """A tape as arrays."""
 
     code: Ints
     written: Ints
-    """The registers that are the outputs."""
+    """The registers that hold the outputs."""
     numbers: Floats
     constants: Longs
     wides: int
@@ -193,7 +193,7 @@ class TapeProgram:
 
     @classmethod
     def of(cls, tape: Tape) -> TapeProgram:
-        """From what was recorded."""
+        """Build the arrays from a recorded tape."""
         which, *operands = zip(*schedule_tape(tape), strict=True)
         constants = [bigfloat_row(value) for _, value in tape.constants.values()]
         return cls(
@@ -207,29 +207,29 @@ class TapeProgram:
         )
 
     def play(self, inputs: Floats, given: WideInputs, rows: Ints) -> ProgramResult:
-        """Work it out for bodies that have a row of inputs each, and one of the given numbers.
+        """Play the recording for bodies with a row of inputs each, and a row of wide inputs.
 
-        In four floats; and in more digits for those that are left open then.
+        In four floats first, and with more digits for the bodies that these leave undecided.
         """
         played = self.in_lanes(inputs, given.fours, rows)
-        left = np.flatnonzero(played.open)
+        left = np.flatnonzero(played.undecided)
         if len(left):
             mine, places = unique_with_inverse(rows[left])
             which: Ints = places.astype(np.int32)
             played.floats[left], wides, played.state[left] = self.in_digits(inputs[left], given.digits(mine), which)
             if self.wide_outputs:
-                held = played.held[left]  # of what is open there are no numbers
-                played.fours[left[held]] = quads_from_bigfloats(wides[held])
+                valid = played.valid[left]  # undecided bodies have no numbers
+                played.fours[left[valid]] = quads_from_bigfloats(wides[valid])
         return played
 
     def in_lanes(self, inputs: Floats, given: Floats, rows: Ints) -> ProgramResult:
-        """`play` in four floats alone; a few bodies, and tapes too long for lanes, are left open."""
+        """`play` in four floats alone; few bodies, and tapes too long for lanes, stay undecided."""
         count, inputs, rows = len(inputs), np.ascontiguousarray(inputs), np.ascontiguousarray(rows, np.int32)
         floats, state = np.empty((count, len(self.written))), np.full(count, STATE_UNDECIDED, np.int8)
         fours = np.empty((count if self.wide_outputs else 0, self.wide_outputs, COLUMNS))
         if count >= _FEWEST and max(self.wides, self.plains) <= _MOST:
             series = _lane_series() if self._turns else _NO_SERIES[1]
-            for begin in range(0, count, _AT_ONCE):  # Ctrl-C is heard in between
+            for begin in range(0, count, _AT_ONCE):  # Ctrl-C takes effect between calls
                 play_in_lanes(
                     self.code, self.written, self.numbers, self._lane_constants, series, inputs, given, rows, floats,
                     fours, state, self.wides, self.plains, begin, min(count, begin + _AT_ONCE),
@@ -238,7 +238,7 @@ class TapeProgram:
 
     @cached_property
     def _turns(self) -> bool:
-        """Are there sines in it?"""
+        """Does it compute sines?"""
         return bool((self.code[:, 0] == SINE_COSINE).any())
 
     @cached_property
@@ -247,7 +247,7 @@ class TapeProgram:
         return quads_from_bigfloats(self.constants)
 
     def in_digits(self, inputs: Floats, given: Longs, rows: Ints) -> tuple[Floats, Longs, Signs]:
-        """(bodies, outputs), (bodies, outputs, WIDTH) and states by numbers of 253 bits and more alone."""
+        """Play with numbers of 253 bits and more alone; return outputs, wide outputs (..., WIDTH), and states."""
         count, inputs, rows = len(inputs), np.ascontiguousarray(inputs), np.ascontiguousarray(rows, np.int32)
         floats, state = np.empty((count, len(self.written))), np.zeros(count, np.int8)
         wides = np.empty((count if self.wide_outputs else 0, self.wide_outputs, WIDTH), np.int64)

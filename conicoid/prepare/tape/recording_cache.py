@@ -51,28 +51,28 @@ class RecordingCache:
             The rows that are left.
         """
         with self._lock:
-            found = self._of.setdefault(key, [])
+            recordings = self._of.setdefault(key, [])
             results: list[tuple[Any, Longs, ProgramResult]] = []
-            left, open_, number = np.arange(len(inputs)), [], 0
-            while len(left) and found is not None:
-                if number == len(found):
+            left, undecided, number = np.arange(len(inputs)), [], 0
+            while len(left) and recordings is not None:
+                if number == len(recordings):
                     if len(left) < FEWEST or number == _MOST:
                         break
                     try:
                         tape = Tape()
-                        made = record(int(left[0]), tape)
-                        found.append((made, TapeProgram.of(tape)))
+                        result = record(int(left[0]), tape)
+                        recordings.append((result, TapeProgram.of(tape)))
                     except Exception:  # it inspects numbers untraceably, or single lowering reports what is wrong
                         self._of[key] = None
                         break
-                what, recording = found[number]
+                label, recording = recordings[number]
                 played = recording.play(inputs[left], given, rows[left])
-                if played.held.any():
-                    results.append((what, left[played.held], played.kept()))
-                open_.append(left[played.open])
-                left = left[played.elsewhere]
+                if played.valid.any():
+                    results.append((label, left[played.valid], played.select_valid()))
+                undecided.append(left[played.undecided])
+                left = left[played.other_branch]
                 number += 1
-            return results, np.concatenate([left, *open_])
+            return results, np.concatenate([left, *undecided])
 
 
 RECORDINGS = RecordingCache()

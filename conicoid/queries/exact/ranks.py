@@ -442,7 +442,7 @@ def rows_of_ranks(
     rows: Floats,
     used: int,
 ) -> tuple[Floats, int]:
-    """Append rows (crossing_rows) of the entries scratch.found[:count]. Return (rows, number)."""
+    """Append rows (kernels/body/crossing_rows.py) of the entries scratch.found[:count]. Return (rows, number)."""
     (ray, scale), stand, ranks = scale_ray(given), room.stand, room.ranks
     first, along = used, ray_of_ranks(ray.start)
     for k in range(count):

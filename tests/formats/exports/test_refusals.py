@@ -19,7 +19,7 @@ SADDLE = co.HyperbolicParaboloid(1, 1, within=co.Box())
 @pytest.mark.parametrize("suffix", SUFFIXES)
 def test_sheets_are_refused_by_name(suffix: str, tmp_path: Path) -> None:
     bodies = [co.Body(co.Disc((0, 0, k), (0, 0, 1), 1), name=f"pane {k}") for k in range(40)]
-    with pytest.raises(ValueError, match="40 bodies cannot be said in ") as error:
+    with pytest.raises(ValueError, match="40 bodies cannot be written as ") as error:
         co.export(co.Scene([*bodies, co.Sphere(9)]), tmp_path / f"out{suffix}")
     lines = str(error.value).splitlines()
     assert lines[1] == "pane 0: Disc is a sheet, and such files have solids only"
@@ -35,7 +35,7 @@ def test_sheets_are_refused_by_name(suffix: str, tmp_path: Path) -> None:
         (".gdml", co.HalfSpace((0, 0, 1), 0), "thing: it has no end on some side: intersect it with a Box"),
         (".scad", ~co.Sphere(), "thing: it has no end on some side"),
         (".gdml", SADDLE, "thing: a quadric of it is no ellipsoid, cylinder, cone, paraboloid or hyperboloid"),
-        (".scad", co.EllipticParaboloid(1, 1, (0, 2)), "thing: a paraboloid or hyperboloid of it is nothing"),
+        (".scad", co.EllipticParaboloid(1, 1, (0, 2)), "thing: a part of it is a paraboloid or hyperboloid"),
         (".gdml", co.Sphere().transform([[1, 0.5, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]) - co.Box((0, 0, 0), (9, 9, 9)),
          "thing: a motion of it (Transform) is no chain of turns, shifts and scalings along the axes"),
         (".xml", co.Sphere(1) - co.Sphere(1), None),
@@ -48,7 +48,7 @@ def test_solids_that_cannot_be_said(suffix: str, shape: co.Union, message: str |
     if message is None:
         co.export(scene, path)
         return
-    with pytest.raises(ValueError, match="1 body cannot be said in ") as error:
+    with pytest.raises(ValueError, match="1 body cannot be written as ") as error:
         co.export(scene, path)
     assert message in str(error.value)
     assert "ball" not in str(error.value)
@@ -65,9 +65,9 @@ def test_what_is_narrowed_is_told(tmp_path: Path) -> None:
     told = {suffix: "\n".join(co.export(scene, tmp_path / f"out{suffix}")) for suffix in SUFFIXES}
     for suffix, word in ((".gdml", "numbers"), (".scad", "numbers"), (".xml", "surfaces")):
         assert f"{word} are rounded to float64: rod" in told[suffix]
-        assert "not said: lights, camera" in told[suffix]
+        assert "not written: lights, camera" in told[suffix]
         assert_close_answers(scene, co.load(tmp_path / f"out{suffix}"))
-        with pytest.raises(ValueError, match="would not say all of the scene, and strict is asked for:\nnot said"):
+        with pytest.raises(ValueError, match="would not hold all of the scene, and strict is set:\nnot written"):
             co.export(scene, tmp_path / f"strict{suffix}", strict=True)
         assert not (tmp_path / f"strict{suffix}").exists()
 
@@ -159,5 +159,5 @@ def test_the_command_names_what_it_refuses(tmp_path: Path) -> None:
     co.save(co.Scene([co.Body(co.Plane((0, 0, 1), 0), name="floor"), co.Sphere()]), tmp_path / "scene.yaml")
     done = run("export", str(tmp_path / "scene.yaml"), str(tmp_path / "x.gdml"))
     assert done.exit_code == 2
-    assert "1 body cannot be said in GDML:\nfloor: Plane is a sheet" in done.stderr
+    assert "1 body cannot be written as GDML:\nfloor: Plane is a sheet" in done.stderr
     assert not (tmp_path / "x.gdml").exists()

@@ -1,4 +1,4 @@
-"""The sky of a clear day, by a published formula.
+"""The light of a clear sky by day, by a published formula.
 
 Preetham, Shirley and Smits, A practical analytic model for daylight, SIGGRAPH 1999. Luminance and chromaticity follow
 Perez, F(θ, γ) = (1 + A e^(B / cos θ)) (1 + C e^(D γ) + E cos² γ), over the angle θ from the zenith and γ from the sun;

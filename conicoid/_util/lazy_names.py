@@ -1,0 +1,60 @@
+"""Public names of a package that are imported on first use, so that `import conicoid` stays quick."""
+
+from __future__ import annotations
+
+import importlib
+import sys
+from collections.abc import Callable, Mapping
+from types import ModuleType
+from typing import Any, NoReturn
+
+
+def lazy_names(package: str, homes: Mapping[str, str]) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
+    """Return `__getattr__` and `__dir__` of a package, whose `__name__` is `package`.
+
+    Parameters
+    ----------
+    package : str
+        The full name of the package.
+    homes : mapping
+        Public name -> module that defines it, relative to the package.
+    """
+
+    def find(name: str) -> Any:
+        if name not in homes:
+            raise _name_error(package, name, sorted(homes))
+        value = getattr(importlib.import_module(homes[name], package), name)
+        if isinstance(value, type):
+            from .hints import add_call_hints
+
+            add_call_hints(value)
+        vars(sys.modules[package])[name] = value
+        return value
+
+    return find, lambda: sorted(homes)
+
+
+def _name_error(package: str, name: str, known: list[str]) -> AttributeError:
+    """Return the error for an unknown name, with the name that was probably meant."""
+    from importlib.util import find_spec
+
+    from .foreign_names import module_attribute_error
+
+    root = sys.modules[package.partition(".")[0]]
+    if name in getattr(root, "__all__", ()):
+        return AttributeError(f"module {package!r} has no attribute {name!r}: it is co.{name}", name=name)
+    # `from package import module` asks for the module as an attribute before it imports it: no search for a hint then
+    if name.isidentifier() and not name.startswith("__") and find_spec(f"{package}.{name}") is not None:
+        return AttributeError(f"module {package!r} has no attribute {name!r}", name=name)
+    return module_attribute_error(package, name, known)
+
+
+def refuse_calls(package: str, hint: str) -> None:
+    """Let a call of a package, which a user may take for a function of that name, raise TypeError with a hint."""
+
+    class CalledPackage(ModuleType):
+        def __call__(self, *_: Any, **__: Any) -> NoReturn:
+            called = f"conicoid.{package.rpartition('.')[2]}"
+            raise TypeError(f"{called} is a module, not a function: {hint}")
+
+    sys.modules[package].__class__ = CalledPackage
