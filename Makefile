@@ -6,15 +6,17 @@ PYTHON ?= $(shell for python in python3.11 python3.12 python3.13 python3.14 pyth
 VENV := .venv
 BIN := $(VENV)/bin
 PYTEST := $(BIN)/python -m pytest --numprocesses=auto --maxprocesses=4 --dist=worksteal
+BUILT := $(VENV)/.build
 READY := $(VENV)/.ready
 DOCS_READY := $(VENV)/.docs
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 
 .DEFAULT_GOAL := help
-.PHONY: help demo docs playground kernels test test-jit test-wheel deep check format wheel wheels lock clean
+.PHONY: help demo gallery docs playground kernels test test-jit test-wheel deep check format wheel wheels lock clean
 
 help:
-	@echo "make demo    render the gallery into out/"
+	@echo "make demo    the picture of the README and seven others, in out/"
+	@echo "make gallery every picture of the gallery, in out/"
 	@echo "make docs    the site, in out/site"
 	@echo "make playground  a page that runs Conicoid itself, in out/playground; PYODIDE=folder takes Pyodide from there"
 	@echo "make test    the fast test suite"
@@ -28,9 +30,13 @@ help:
 	@echo "make lock    take the newest development packages"
 	@echo "make clean   remove everything that make made"
 
-demo: kernels
+demo: $(BUILT)
+	@$(BIN)/python -m native.build --in-place || echo "Kernels are compiled as they are called."
+	@$(BIN)/python examples/gallery.py out 1 demo
+	@du -sh $(VENV) | awk '{print "$(VENV) takes " $$1 "; make clean removes it."}'
+
+gallery: kernels
 	$(BIN)/python examples/gallery.py
-	@echo "The pictures are in $(CURDIR)/out"
 
 docs: $(DOCS_READY) kernels
 	$(BIN)/python -m docs.tools.live out/extra
@@ -43,7 +49,7 @@ playground: kernels
 
 # Kernels as machine code for this processor: sooner than compiling each as it is called. Not a must.
 kernels: $(READY)
-	@$(BIN)/python -m native.build --in-place || echo "Kernels are compiled as they are called."
+	@$(BIN)/python -m native.build --in-place && $(BIN)/python -m native.page || echo "Kernels are compiled as they are called."
 
 test: kernels
 	$(PYTEST)
@@ -73,8 +79,8 @@ wheel: $(READY)
 wheels: $(READY)
 	$(BIN)/python -m native.wheels
 
-# One installation serves every target; the stamp keeps it until its inputs change.
-$(READY): pyproject.toml requirements-dev.lock
+# One environment serves every target, a demonstration with part of it; stamps keep it until its inputs change.
+$(BUILT): pyproject.toml requirements-dev.lock
 	@test -n "$(PYTHON)" || { echo "Conicoid needs Python 3.11 or newer with its venv module (Debian: apt-get install python3-venv);" \
 		"none was found. Set PYTHON=/path/to/python if it is elsewhere." >&2; exit 1; }
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { echo "Conicoid needs Python 3.11 or newer;" \
@@ -82,8 +88,14 @@ $(READY): pyproject.toml requirements-dev.lock
 	@echo "Installing into $(VENV) ..."
 	@test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
 	@$(PIP) install --constraint requirements-dev.lock --upgrade pip hatchling
-	@$(PIP) install --constraint requirements-dev.lock --no-build-isolation --editable . --group dev
+	@$(PIP) install --constraint requirements-dev.lock --no-build-isolation --editable . --group build
 	@touch $@
+
+$(READY): $(BUILT)
+	@echo "Installing what tests and checks need into $(VENV) ..."
+	@$(PIP) install --constraint requirements-dev.lock --group dev
+	@touch $@
+	@du -sh $(VENV) | awk '{print "$(VENV) takes " $$1 "; make clean removes it."}'
 
 $(DOCS_READY): $(READY)
 	@echo "Installing what makes the site into $(VENV) ..."
@@ -94,7 +106,7 @@ lock:
 	rm -rf $(VENV)/lock
 	$(PYTHON) -m venv $(VENV)/lock
 	$(VENV)/lock/bin/python -m pip install --quiet --upgrade pip hatchling
-	$(VENV)/lock/bin/python -m pip install --quiet --no-build-isolation --editable . --group dev --group docs
+	$(VENV)/lock/bin/python -m pip install --quiet --no-build-isolation --editable . --group build --group dev --group docs
 	{ echo "# Exact versions for development, made by \`make lock\`."; \
 		$(VENV)/lock/bin/python -m pip freeze --all --exclude-editable --exclude setuptools; } > requirements-dev.lock
 	rm -rf $(VENV)/lock

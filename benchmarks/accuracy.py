@@ -1,4 +1,4 @@
-"""The accuracy table of docs/accuracy.md: every shape against 90 digits, on random hard rays.
+"""The accuracy table of docs/dev/accuracy-tables.md: every shape against 90 digits, on random hard rays.
 
     python benchmarks/accuracy.py [--cases 200] [--rays 55] [--only Sphere Cone ...]
 

@@ -54,10 +54,10 @@ def once(path: str, void: bool) -> None:
 def trace(across: list[int], width: int = 1000) -> None:
     """The table of rays: all cores in turns, medians of them."""
     import numpy as np
+    from comparison.harness import machine
+    from comparison.scenes import PINS, VIEWS, rays_of_view, write_core
 
     import conicoid as co
-    from conicoid.bench.harness import machine
-    from conicoid.bench.scenes import PINS, VIEWS, rays_of_view, write_core
 
     scenes = []
     with tempfile.TemporaryDirectory() as folder:
@@ -104,8 +104,8 @@ def main() -> None:
     if asked.once:
         once(asked.once[0], asked.once[1] == "1")
         return
-    from conicoid.bench.harness import machine
-    from conicoid.bench.scenes import PINS, pitch_of_assemblies, write_core
+    from comparison.harness import machine
+    from comparison.scenes import PINS, pitch_of_assemblies, write_core
 
     print("| assemblies, pins | void | bodies | read | ready | largest memory | tables and tree | one body moved |")
     print("|---|---|---|---|---|---|---|---|")

@@ -18,9 +18,9 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
+from comparison.harness import machine
 
 import conicoid as co
-from conicoid.bench.harness import machine
 
 
 def arc(radius: float, first: float, last: float, steps: int, height: float = 0.0) -> Any:

@@ -14,9 +14,10 @@ import time
 from collections.abc import Callable
 from functools import partial
 
+from comparison.harness import machine
+from comparison.scenes import camera_rays, growing_balls, random_rays
+
 import conicoid as co
-from conicoid.bench.harness import machine
-from conicoid.bench.scenes import camera_rays, growing_balls, random_rays
 
 
 def median(run: Callable[[], object]) -> float:
@@ -31,8 +32,8 @@ def median(run: Callable[[], object]) -> float:
 
 def with_peers(most: int) -> None:
     """The same camera's rays in Embree and in Mitsuba, in turn."""
-    from conicoid.bench import peers as embree
-    from conicoid.bench import peers as mitsuba
+    from comparison import peers as embree
+    from comparison import peers as mitsuba
 
     origins, directions = camera_rays(1024)
     rays, flat = co.Rays(origins, directions), (origins.reshape(-1, 3), directions.reshape(-1, 3))
@@ -66,7 +67,7 @@ def main() -> None:
     while count <= most:
         scene = co.Scene(growing_balls(count).shapes())
         begin = time.perf_counter()
-        _ = scene.prepared
+        _ = scene._prepared
         built = time.perf_counter() - begin
         times = [median(partial(scene.first_hit, rays)) / (1 << 20) * 1e9 for rays in (camera, random)]
         memory = scene.memory

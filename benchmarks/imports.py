@@ -26,7 +26,7 @@ begin = time.perf_counter()
 scene = co.load(sys.argv[1])
 read = time.perf_counter()
 opened = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-scene.prepared
+scene._prepared
 ready = time.perf_counter()
 peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 print(len(scene.bodies), read - begin, ready - read, (opened - before) / 2**10, peak / 2**20)

@@ -60,7 +60,7 @@ def measure(count: int) -> None:
         small.first_hit(*each)
     shape = balls(count)
     scene = co.Scene([shape])
-    seconds, _ = timed(lambda: scene.prepared)
+    seconds, _ = timed(lambda: scene._prepared)
     memory, peak = scene.memory, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
     times = []
     for each in (rays, incoherent):

@@ -125,8 +125,9 @@ def _timed(runs: list[tuple[float, float, Any]]) -> Timed:
 
 def our_pictures(options: argparse.Namespace) -> dict[str, Render]:
     """Ours by name."""
+    from comparison.scenes import balls, bored_blocks
+
     import conicoid as co
-    from conicoid.bench.scenes import balls, bored_blocks
 
     each, camera, grey = balls(1000), co.Camera(EYE, TARGET, up=(0, 1, 0), field_of_view=ANGLE), co.matte((GREY,) * 3)
     whole = [co.Body(shape, grey) for shape in each.shapes()]
@@ -157,7 +158,7 @@ class Peer:
     """Mitsuba with one picture; use it in a `with` block."""
 
     def __init__(self, options: argparse.Namespace, kind: str, sampler: str) -> None:
-        from conicoid.bench.scenes import balls
+        from comparison.scenes import balls
 
         each = balls(1000)
         self._held = tempfile.TemporaryDirectory()

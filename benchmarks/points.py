@@ -15,9 +15,9 @@ import time
 from typing import Any
 
 import numpy as np
+from comparison.harness import machine
 
 import conicoid as co
-from conicoid.bench.harness import machine
 from conicoid.kernels.threads import thread_count
 
 QUERIES = ("body_at", "contains", "bodies_at")

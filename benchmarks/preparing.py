@@ -71,8 +71,8 @@ def drilled(rng: Any) -> Any:
 
 
 def bored(rng: Any) -> Any:
-    """What is left of a ball in a box after three bores, scaled and moved, as in `conicoid bench`: five leaves."""
-    from conicoid.bench.scenes import BallRows, bored_blocks
+    """The rest of a ball in a box after three bores, scaled and moved, as in `python -m benchmarks`: five leaves."""
+    from comparison.scenes import BallRows, bored_blocks
 
     each = BallRows(rng.uniform(-5, 5, (1, 3)), rng.uniform(0.1, 1, 1))
     return bored_blocks(each)[0]
@@ -199,10 +199,11 @@ def in_a_process(*arguments: str) -> Any:
 
 def whole_processes(folder: Path) -> None:
     """Scene files to pictures, beside POV-Ray."""
+    from comparison import scenes
+    from comparison.harness import Absent
+    from comparison.peers import POVRAY_TRACE, write_povray
+
     import conicoid as co
-    from conicoid.bench import scenes
-    from conicoid.bench.harness import Absent
-    from conicoid.bench.peers import POVRAY_TRACE, write_povray
 
     shapes = {"spheres": scenes.spheres, "quadrics": scenes.cut_balls, "csg": scenes.bored_blocks}
     try:
@@ -232,8 +233,9 @@ def whole_processes(folder: Path) -> None:
 
 def edits(count: int = 10_000, turns: int = 24) -> None:
     """One body of many moved, up to the next first hit: what is held of the scenes before says whose memory is free."""
+    from comparison.preparation import _MOVED
+
     import conicoid as co
-    from conicoid.bench.preparation import _MOVED
 
     ways = {
         "each from the last": lambda first, held, last, k: last.moved(k, (0, 0, -0.01)),

@@ -19,11 +19,11 @@ import time
 from typing import Any
 
 import numpy as np
+from comparison.harness import machine
+from comparison.scenes import balls, camera_rays, random_rays
 from machine import copy_bandwidth, fused_peak, latency, least
 
 import conicoid as co
-from conicoid.bench.harness import machine
-from conicoid.bench.scenes import balls, camera_rays, random_rays
 
 NODE, LEAF, BALL, GROUP, LANES, STREAM_NODE, STREAM_LEAF, STREAM_BALL, SINGLE = range(9)
 NAMES = (

@@ -9,6 +9,7 @@ hits = scene.first_hit((0.7, 0, 5), (0, 0, -1))
 from __future__ import annotations
 
 import importlib
+import sys
 from typing import TYPE_CHECKING, Any
 
 from ._util.version import __version__
@@ -74,6 +75,29 @@ _PACKAGES = {
 """Public package -> its place. Their names are for special purposes, or the classes of results."""
 _LAZY_PACKAGES = ("checks", "explain", "materials", "measures", "optics", "scene", "section")
 """Packages whose names an error may look up: these import nothing before a name is used."""
+
+_FORMER_PACKAGES = frozenset(
+    "checks cluster collector colormap command_line compiler ct derivatives emitters engine environment exact explain "
+    "files film forks formats image integrators measures molecules optics overlay scattering scene_animation "
+    "scene_contents scene_edits scene_explained scene_parts scene_pictures scene_queries shading shapes slices "
+    "textures turntables warmup".split()
+)
+"""Modules of development versions, which their pickles name."""
+
+
+class _FormerModuleFinder:
+    """The last finder of `sys.meta_path`: it refuses pickles of development versions in a sentence."""
+
+    @staticmethod
+    def find_spec(name: str, path: Any = None, target: Any = None) -> None:
+        """Raise ModuleNotFoundError for a module that only development versions had."""
+        package, _, rest = name.partition(".")
+        if package == __name__ and rest.partition(".")[0] in _FORMER_PACKAGES:
+            reason = f"Conicoid {__version__} has none; pickles of development versions must be made anew"
+            raise ModuleNotFoundError(f"No module named {name!r}: {reason}", name=name)
+
+
+sys.meta_path.append(_FormerModuleFinder)
 
 __all__ = ["__version__", *sorted(_HOMES)]  # pyright: ignore[reportUnsupportedDunderAll]
 
@@ -204,10 +228,6 @@ def __getattr__(name: str) -> Any:
     if home is None:
         raise AttributeError(f"module 'conicoid' has no attribute {name[:80]!r}{_name_hint(name)}")
     value = getattr(importlib.import_module(home, __name__), name)
-    if isinstance(value, type):
-        from ._util.hints import add_call_hints
-
-        add_call_hints(value)
     globals()[name] = value
     return value
 
@@ -216,11 +236,8 @@ def _name_hint(name: str) -> str:
     """Return what to add to the error for an unknown name: where the name is, or which one was probably meant."""
     if name.startswith("_"):
         return ""
-    from ._util.foreign_names import package_name_hint
     from ._util.hints import closest_name
 
-    if hint := package_name_hint(name):
-        return hint
     for package in _LAZY_PACKAGES:
         if name in importlib.import_module(_PACKAGES[package], __name__).__all__:
             return f": it is co.{package}.{name}"

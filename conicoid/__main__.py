@@ -1,4 +1,4 @@
-"""The command ``conicoid``, also ``python -m conicoid``: what must be ready before anything large is imported."""
+"""The command ``conicoid``, also ``python -m conicoid``: signals and streams are ready before any large import."""
 
 from __future__ import annotations
 
@@ -15,29 +15,29 @@ from typing import Any, NoReturn
 from .cli.terminal import EXIT_FAILURE, EXIT_INTERRUPT, EXIT_OK, open_streams
 
 _YOUNG, _MIDDLE, _OLD = 100_000, 50, 100
-"""Thresholds of Python's collector. What is imported and read are tens of thousands of objects that stay, and with the
-usual ones it goes through them dozens of times."""
+"""Thresholds of the garbage collector. Imports and files make tens of thousands of objects that stay, and with the
+default thresholds the collector goes through them dozens of times."""
 
 
 def run() -> NoReturn:
-    """`main` in a process of its own, which ends without freeing what was made, object by object."""
+    """Run `main` in a process of its own, which ends without freeing objects one by one."""
     gc.set_threshold(_YOUNG, _MIDDLE, _OLD)
     try:
         main()
     except SystemExit as end:
         code = end.code
     others = [thread for thread in threading.enumerate() if thread is not threading.main_thread() and not thread.daemon]
-    if others or _goes_on() or not (code is None or isinstance(code, int)):
+    if others or _must_end_normally() or not (code is None or isinstance(code, int)):
         sys.exit(code)
-    atexit._run_exitfuncs()
-    code = _last_words(code)
-    with contextlib.suppress(OSError, ValueError, AttributeError):  # closed, or none
+    atexit._run_exitfuncs()  # `os._exit` below skips them
+    code = _flush_results(code)
+    with contextlib.suppress(OSError, ValueError, AttributeError):  # stderr is closed, or None
         sys.stderr.flush()
     os._exit((code or 0) & 0xFF)
 
 
-def _goes_on() -> bool:
-    """Does somebody wait for the end: a profiler that tells then what it saw, or a prompt?"""
+def _must_end_normally() -> bool:
+    """Return whether the process must end as usual: for a profiler or tracer that reports then, or for a prompt."""
     if sys.getprofile() is not None or sys.gettrace() is not None:
         return True
     monitoring: Any = getattr(sys, "monitoring", None)  # from Python 3.12 on
@@ -47,21 +47,23 @@ def _goes_on() -> bool:
 
 
 def main() -> NoReturn:
-    """Do what the command line says, and end with one of `exit_codes`."""
-    hears = signal.getsignal(signal.SIGINT) is signal.default_int_handler  # not in the background of a script
-    if hears:
+    """Run the command line, and end with one of the exit codes of `cli.terminal`."""
+    # Shells let programs in the background of a script ignore the signal: then this one does, too
+    takes_interrupts = signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    if takes_interrupts:
         signal.signal(signal.SIGINT, _end_now)
     open_streams()
-    code = _command(hears)
-    if hears:
+    code = _command(takes_interrupts)
+    if takes_interrupts:  # the work is done: a late Ctrl-C must not spoil its results
         signal.signal(signal.SIGINT, signal.SIG_IGN)
-    code = _last_words(code)
+    code = _flush_results(code)
     if code == EXIT_INTERRUPT:
-        os._exit(code)  # what was begun in compiled code would go on until it is done, or be cut off
+        os._exit(code)  # compiled code that still runs would go on to its end, or be cut off
     sys.exit(code)
 
 
-def _command(hears: bool) -> Any:
+def _command(takes_interrupts: bool) -> Any:
+    """Run the command; return its exit code."""
     try:
         from .cli.drawing import parse_plain_render
 
@@ -70,7 +72,7 @@ def _command(hears: bool) -> Any:
             from .cli import app
 
             command = app.main
-        if hears:
+        if takes_interrupts:  # from here on Ctrl-C has a message; imports before end at once
             signal.signal(signal.SIGINT, _interrupt)
         command()
     except SystemExit as end:
@@ -83,8 +85,8 @@ def _command(hears: bool) -> Any:
     return EXIT_OK
 
 
-def _last_words(code: Any) -> Any:
-    """Results that are still to be written."""
+def _flush_results(code: Any) -> Any:
+    """Write results that are still in a buffer; return the exit code."""
     try:
         sys.stdout.flush()
     except SystemExit as end:
@@ -96,15 +98,15 @@ def _last_words(code: Any) -> Any:
 
 
 def _interrupt(*_: object) -> None:
-    """Ctrl-C: the first is heard wherever the command is, a second ends it there."""
+    """Raise KeyboardInterrupt at the first Ctrl-C; a second ends the process."""
     signal.signal(signal.SIGINT, _end_now)
     raise KeyboardInterrupt
 
 
 def _end_now(*_: object) -> None:
-    """Nothing is done yet, or enough has been waited."""
+    """End the process at once: nothing is done yet, or the user has waited enough."""
     os._exit(EXIT_INTERRUPT)
 
 
 if __name__ == "__main__":
-    (run if vars(sys.modules["__main__"]) is globals() else main)()  # another program goes on
+    (run if vars(sys.modules["__main__"]) is globals() else main)()  # run by another program, which continues

@@ -11,7 +11,7 @@ ASSEMBLY = Path(__file__).with_name("openmc") / "assembly" / "geometry.xml"
 
 def cut(pixels: int = 640) -> co.section.Slice:
     """A corner of the assembly at half of its height: an instrument tube in the middle, control tubes, fuel rods."""
-    return co.load_openmc(ASSEMBLY).slice((-0.7, -0.7, 183), (8.4, 0, 0), (0, 8.4, 0), pixels)
+    return co.load_openmc(ASSEMBLY).slice(origin=(-0.7, -0.7, 183), u=(8.4, 0, 0), v=(0, 8.4, 0), pixels=pixels)
 
 
 if __name__ == "__main__":

@@ -14,7 +14,7 @@ CASK = Path(__file__).with_name("mcnp") / "cask.mcnp"
 
 def cut(pixels: int = 640) -> co.section.Slice:
     """The plane y = 0.1 cm, through the rods and the drain."""
-    return co.load(CASK).slice((-32, 0.1, -34), (64, 0, 0), (0, 0, 68), pixels)
+    return co.load(CASK).slice(origin=(-32, 0.1, -34), u=(64, 0, 0), v=(0, 0, 68), pixels=pixels)
 
 
 def shielding(count: int = 3600) -> np.ndarray:

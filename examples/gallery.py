@@ -1,7 +1,8 @@
-"""Render the pictures of the gallery: python examples/gallery.py [folder] [scale] [light] [denoised]
+"""Render the pictures of the gallery: python examples/gallery.py [folder] [scale] [demo | light] [denoised]
 
-Those by light transport take minutes each, with `light`; without it two of them are made small and with few samples.
-`denoised` takes what noise they have left out of them, by Open Image Denoise (an extra).
+`demo` is eight of them, that of the README first. Those by light transport take minutes each, with `light`; without it
+two of them are made small and with few samples. `denoised` takes what noise they have left out of them, by Open Image
+Denoise (an extra).
 """
 
 from __future__ import annotations
@@ -96,6 +97,13 @@ LIGHT = {
 """By light transport, but for the first, in full."""
 
 
+DEMO = (
+    "glass_water_mirror", "balls_and_barrel", "nine_quadrics", "bored_box", "die", "caffeine", "shepp_logan_x_ray",
+    "steinmetz",
+)  # fmt: skip
+"""Quick ones for a first look; the first is that of the README."""
+
+
 def render_all(pictures: dict[str, Any], folder: Path, scale: float, console: Console, cleans: bool) -> None:
     """One file for each picture; those that are finished stay if the rest is stopped."""
     folder.mkdir(parents=True, exist_ok=True)
@@ -112,13 +120,15 @@ def render_all(pictures: dict[str, Any], folder: Path, scale: float, console: Co
             if cleans:
                 image = image.denoised()
             image.save(folder / f"{name}.png")
-            bars.update(task, description=str(folder / f"{name}.png"), completed=1, total=1)
+            bars.update(task, description=str((folder / f"{name}.png").resolve()), completed=1, total=1)
 
 
 def main() -> None:
     folder = Path(sys.argv[1] if len(sys.argv) > 1 else "out")
     scale = float(sys.argv[2]) if len(sys.argv) > 2 else 1.0
     pictures = LIGHT if "light" in sys.argv[3:] else PICTURES
+    if "demo" in sys.argv[3:]:
+        pictures = {name: PICTURES[name] for name in DEMO}
     console = Console()
     start = time.perf_counter()
     render_all(pictures, folder, scale, console, "denoised" in sys.argv[3:])

@@ -28,7 +28,7 @@ def scene() -> co.Scene:
 
 def cut(pixels: int = 640) -> co.section.Slice:
     """An oblique plane, a little beside the middle: circles and paraboloids become ellipses, the groove hyperbolas."""
-    return scene().slice((-4.5, -0.5, -3.4), (11, 0, 0), (0, 1.2, 6.8), pixels)
+    return scene().slice(origin=(-4.5, -0.5, -3.4), u=(11, 0, 0), v=(0, 1.2, 6.8), pixels=pixels)
 
 
 if __name__ == "__main__":

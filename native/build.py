@@ -1,8 +1,8 @@
 """The extension `conicoid._kernels` for a target: `python -m native.build [TARGET] [--in-place]`.
 
 Front end, then an object for each level on all cores, then the door, compiled and linked with them (`link`).
-`--in-place` builds for this processor's level alone and puts the extension into the checkout, with the engine for pages
-(`page`) and a hash of the sources, so that they are used only until one is edited; if they are there, nothing is done.
+`--in-place` builds for this processor's level alone and puts the extension into the checkout, with a stamp of the
+sources: it is used until one of the files that the compiler read is edited. If it is there, nothing is done.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ import os
 import subprocess
 import sys
 import tempfile
+import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -40,25 +41,41 @@ def lowered(folder: Path, *names: str) -> Path:
     return code
 
 
-def _object(code: Path, target: Target, level: Level, folder: Path) -> Path:
-    """An object of a level; targets of the same triple share it."""
-    out = folder / f"{target.triple}-{level.name}.o"
+def _base(code: Path, target: Target, folder: Path) -> Path:
+    """The simplified module of a target; those of the same triple share it."""
+    out = folder / f"{target.triple}.bc"
     if not out.exists():
         unfinished = out.with_suffix(".unfinished")
-        _python("native.objects", str(code), target.name, level.name, str(unfinished))
+        _python("native.objects", str(code), target.name, str(unfinished))
         unfinished.replace(out)
     return out
 
 
-def build(target: Target, folder: Path, sources: str = "") -> Path:
-    """The extension, in the folder. `sources`: what it is made of, if that may change (`tables.tables`)."""
+def _object(base: Path, target: Target, level: Level, folder: Path) -> Path:
+    """An object of a level; targets of the same triple share it."""
+    out = folder / f"{target.triple}-{level.name}.o"
+    if not out.exists():
+        unfinished = out.with_suffix(".unfinished")
+        _python("native.objects", str(base), target.name, level.name, str(unfinished))
+        unfinished.replace(out)
+    return out
+
+
+def stamp_of(code: Path) -> str:
+    """Return the stamp of the sources of LLVM code that `lowered` returned."""
+    return code.with_suffix(".stamp").read_text(encoding="utf-8")
+
+
+def build(target: Target, folder: Path, stamped: bool = False) -> Path:
+    """The extension, in the folder, with a stamp of its sources if these may change."""
     code = lowered(folder)
     with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
-        objects = list(pool.map(lambda level: _object(code, target, level, folder), target.levels))
+        base = _base(code, target, folder)
+        objects = list(pool.map(lambda level: _object(base, target, level, folder), target.levels))
     header = folder / target.name
     header.mkdir(exist_ok=True)
     names = ",".join(level.name for level in target.levels)
-    _python("native.tables", target.name, names, str(header / "tables.h"), sources)
+    _python("native.tables", target.name, names, str(header / "tables.h"), *([str(code)] if stamped else []))
     return link(target, header, objects)
 
 
@@ -94,17 +111,20 @@ def host_level(target: Target) -> str:
     return [level.name for level in target.levels if level.needs <= needs][-1]
 
 
-def _is_there(sources: str) -> bool:
-    """Was the checkout's extension made of these sources, and after the last edit of what makes it?"""
+def is_newer(made: Path) -> bool:
+    """Return whether a file is newer than all files of the build."""
+    return made.exists() and made.stat().st_mtime > max(each.stat().st_mtime for each in HERE.glob("*.*"))
+
+
+def _is_there() -> bool:
+    """Return whether the checkout has an extension of these sources, newer than the files of the build."""
+    from conicoid._jit.sources import is_current
+
     try:
         found = importlib.import_module("conicoid._kernels")
     except ImportError:
         return False
-    from .inspection import PAGE_ENGINE
-
-    edited = max(each.stat().st_mtime for each in HERE.glob("*.*"))
-    made = Path(str(found.__file__)), HERE.parent / PAGE_ENGINE
-    return bool(found.sources == sources and all(each.exists() and each.stat().st_mtime > edited for each in made))
+    return is_current(found.sources) and is_newer(Path(str(found.__file__)))
 
 
 def main() -> None:
@@ -114,25 +134,20 @@ def main() -> None:
     parser.add_argument("--folder", type=Path, help="where what is made on the way is kept")
     parser.add_argument("--in-place", action="store_true")
     wanted = parser.parse_args()
+    begin = time.monotonic()
     target = TARGETS[wanted.target] if wanted.target else host()
     with tempfile.TemporaryDirectory() as temporary:
         folder = wanted.folder or Path(temporary)
         folder.mkdir(parents=True, exist_ok=True)
-        sources = ""
         if wanted.in_place:
-            from conicoid._jit.sources import hash_of_sources
-
-            sources, target = hash_of_sources(), target.only(host_level(target))
-            if _is_there(sources):
+            target = target.only(host_level(target))
+            if _is_there():
                 return
-            print("Making machine code of the kernels, which takes about a minute ...", flush=True)
-        out = build(target, folder, sources)
+            print("Making machine code of the kernels, which takes two to three minutes ...", flush=True)
+        out = build(target, folder, wanted.in_place)
         if wanted.in_place:
-            from . import page
-
             out = put(out, HERE.parent / "conicoid" / out.name)
-            page.put_engine(folder, sources)
-        print(out)
+        print(f"{out}, after {time.monotonic() - begin:.0f} s")
 
 
 if __name__ == "__main__":

@@ -20,12 +20,16 @@ import numba
 from numba import types
 from numba.core import codegen
 
+import conicoid
 from conicoid._jit import compiler as functions
 from conicoid._jit import dispatch
+from conicoid._jit.sources import package_files, stamp_of
 
 dispatch.Kernel = functions.Inner  # type: ignore[misc, assignment]
 
 from .signature import Leaf, Signature, declared
+
+SUFFIX = ".stamp"
 
 
 def _keep_as_it_is(library: Any, module: Any) -> None:
@@ -61,8 +65,12 @@ def types_of(leaves: list[Leaf]) -> list[Any]:
     return waiting[0]
 
 
-def lowered(kernel: Signature) -> dict[str, Any]:
-    """The LLVM code of a kernel with all that it calls, its symbol, and how LLVM passes its arguments."""
+def lowered(kernel: Signature, codes: dict[Any, bytes]) -> dict[str, Any]:
+    """Return a kernel's symbol, how LLVM passes its arguments, and the numbers of its functions in `codes`.
+
+    `codes` maps each of Numba's libraries to its LLVM code; it gets those that are new. A function that many kernels
+    call is there once.
+    """
     dispatcher: Any = functions.Inner(kernel.function, nogil=True, error_model="numpy")
     arguments = tuple(types_of(kernel.leaves))
     dispatcher.compile(arguments)
@@ -72,17 +80,40 @@ def lowered(kernel: Signature) -> dict[str, Any]:
         symbol=result.fndesc.llvm_func_name,
         arguments=[str(each) for each in calls.args],
         result=str(result.fndesc.restype),
-        code=result.library._get_module_for_linking().as_bitcode(),
+        functions=_numbers([result.library], codes),
     )
 
 
+def _numbers(libraries: list[Any], codes: dict[Any, bytes]) -> list[int]:
+    """Return the places in `codes` of libraries and of those that they call, and add the code of new ones."""
+    reached = functions._reachable_libraries(libraries)
+    for library in reached:
+        if library not in codes:
+            codes[library] = functions._own_module(library).as_bitcode()
+    places = {library: place for place, library in enumerate(codes)}
+    return [places[library] for library in reached]
+
+
 def main() -> None:
-    """Write the code of every kernel, or of some, to a file."""
+    """Write the code of every kernel, or of some, to a file, and beside it the stamp of the sources (SUFFIX)."""
     out, *names = sys.argv[1:]
+    before = stamp_of(package_files())
     bend()
     with functions._rare_collections():
-        found = {kernel.name: lowered(kernel) for kernel in declared() if not names or kernel.name in names}
-    Path(out).write_bytes(pickle.dumps(found))
+        codes: dict[Any, bytes] = {}
+        kernels = {kernel.name: lowered(kernel, codes) for kernel in declared() if not names or kernel.name in names}
+    # A file that changed meanwhile may have been read before or after: no stamp, so that the code is built again
+    stamp = stamp_of(imported_files()) if stamp_of(package_files()) == before else ""
+    Path(out).with_suffix(SUFFIX).write_text(stamp, encoding="utf-8")
+    Path(out).write_bytes(pickle.dumps((kernels, list(codes.values()))))
+
+
+def imported_files() -> set[str]:
+    """The source files of the package that this process has imported."""
+    package = os.path.dirname(os.path.realpath(conicoid.__file__))
+    modules = [module for name, module in sys.modules.items() if name.partition(".")[0] == "conicoid"]
+    paths = {os.path.realpath(module.__file__) for module in modules if getattr(module, "__file__", None)}
+    return {path.removeprefix(package).replace(os.sep, "/") for path in paths if path.endswith(".py")}
 
 
 if __name__ == "__main__":

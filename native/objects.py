@@ -1,4 +1,7 @@
-"""LLVM code of kernels to an object file for one level of processor: `python -m native.objects CODE TARGET LEVEL OUT`.
+"""LLVM code of kernels to an object file for one level of processor, in two steps.
+
+`python -m native.objects CODE TARGET BASE` links all kernels into one module and simplifies it, once for a target;
+`python -m native.objects BASE TARGET LEVEL OUT` optimises that for a level and writes the object.
 
 Every kernel gets an entry point that C can call, `int NAME(void *result, const int64_t *slots)`: each slot is one
 argument as LLVM passes it, a number or a pointer. The result is what Numba's own functions write, the return value
@@ -10,6 +13,7 @@ from __future__ import annotations
 import pickle
 import signal
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +22,11 @@ from llvmlite import ir
 
 from .arithmetic import reordered, strange_functions
 from .targets import TARGETS, Level
+
+PREFIX = "conicoid_entry_"
+"""How the entry points begin before a level gives them its own prefix."""
+
+DROPPED = llvm.Linkage.linkonce_any, llvm.Linkage.linkonce_odr
 
 _WIDTHS = {"i64": ir.IntType(64), "i32": ir.IntType(32), "i8": ir.IntType(8), "i1": ir.IntType(1)}
 _DOUBLE, _POINTER, _SLOT = ir.DoubleType(), ir.IntType(8).as_pointer(), ir.IntType(64)
@@ -50,17 +59,22 @@ def _entry(module: ir.Module, name: str, kernel: dict[str, Any]) -> None:
     builder.ret(builder.call(inner, arguments))
 
 
-def linked(kernels: dict[str, dict[str, Any]], machine: Any, triple: str, prefix: str) -> Any:
-    """One module of all kernels and their entry points, where only these are seen from outside."""
+def linked(
+    kernels: dict[str, dict[str, Any]], codes: list[bytes], machine: Any, triple: str, prefix: str = PREFIX
+) -> Any:
+    """Return one module of kernels and their entry points, where only these are seen from outside."""
 
     def placed(module: Any) -> Any:
         module.data_layout, module.triple = str(machine.target_data), triple
         return module
 
     whole: Any = None
-    for kernel in kernels.values():
-        part = placed(llvm.parse_bitcode(kernel["code"]))
-        part.get_function(kernel["symbol"]).linkage = "external"  # what is linked in keeps what others may call
+    for number in sorted({number for kernel in kernels.values() for number in kernel["functions"]}):
+        part = placed(llvm.parse_bitcode(codes[number]))
+        # What the modules before do not call would be dropped, though later ones may call it
+        for each in (*part.functions, *part.global_variables):
+            if not each.is_declaration and each.linkage in DROPPED:
+                each.linkage = "weak_odr"
         if whole is None:
             whole = part
         else:
@@ -79,19 +93,30 @@ def linked(kernels: dict[str, dict[str, Any]], machine: Any, triple: str, prefix
     return whole
 
 
+def simplify(module: Any, machine: Any) -> None:
+    """Run the cheap round in which Numba drops counts of references, for no level of processor in particular."""
+
+    def with_passes(passes: Any) -> None:
+        passes.add_loop_rotate_pass()
+        passes.add_instruction_combine_pass()
+        passes.add_jump_threading_pass()
+
+    _run_passes(module, machine, 0, with_passes)
+
+
 def optimize(module: Any, machine: Any) -> None:
-    """As Numba does: a cheap round that lets it drop counts of references, then LLVM's best."""
-    for speed in (0, 3):
-        options = llvm.create_pipeline_tuning_options(speed_level=speed)
-        options.loop_vectorization, options.slp_vectorization = speed == 3, False
-        builder = llvm.create_pass_builder(machine, options)
-        passes = builder.getModulePassManager()
-        if speed == 0:
-            passes.add_loop_rotate_pass()
-            passes.add_instruction_combine_pass()
-            passes.add_jump_threading_pass()
-        passes.add_refprune_pass()
-        passes.run(module, builder)
+    """Run LLVM's best round, for one level of processor, on a module that `simplify` has seen."""
+    _run_passes(module, machine, 3, lambda passes: None)
+
+
+def _run_passes(module: Any, machine: Any, speed: int, more: Callable[[Any], None]) -> None:
+    options = llvm.create_pipeline_tuning_options(speed_level=speed)
+    options.loop_vectorization, options.slp_vectorization = speed == 3, False
+    builder = llvm.create_pass_builder(machine, options)
+    passes = builder.getModulePassManager()
+    more(passes)
+    passes.add_refprune_pass()
+    passes.run(module, builder)
 
 
 def hold(module: Any) -> None:
@@ -114,12 +139,24 @@ def machine_for(triple: str, level: Level, relocation: str = "pic") -> Any:
     return llvm.Target.from_triple(triple).create_target_machine(**options)
 
 
-def main(code: str, target: str, name: str, out: str) -> None:
-    """Write the object."""
+def write_base(code: str, target: str, out: str) -> None:
+    """Write the module of all kernels that the levels of a target have in common, as bitcode."""
+    chosen = TARGETS[target]
+    machine = machine_for(chosen.triple, chosen.levels[0])
+    whole = linked(*pickle.loads(Path(code).read_bytes()), machine, chosen.triple)
+    simplify(whole, machine)
+    Path(out).write_bytes(whole.as_bitcode())
+
+
+def write_object(base: str, target: str, name: str, out: str) -> None:
+    """Write the object of a level."""
     chosen = TARGETS[target]
     level = next(each for each in chosen.levels if each.name == name)
     machine = machine_for(chosen.triple, level)
-    whole = linked(pickle.loads(Path(code).read_bytes()), machine, chosen.triple, level.prefix)
+    whole = llvm.parse_bitcode(Path(base).read_bytes())
+    for function in whole.functions:
+        if function.name.startswith(PREFIX):
+            function.name = level.prefix + function.name.removeprefix(PREFIX)
     optimize(whole, machine)
     hold(whole)
     Path(out).write_bytes(machine.emit_object(whole))
@@ -127,4 +164,4 @@ def main(code: str, target: str, name: str, out: str) -> None:
 
 if __name__ == "__main__":
     signal.signal(signal.SIGINT, signal.SIG_DFL)  # Ctrl-C ends it without a trace: whoever started it tells
-    main(*sys.argv[1:])
+    (write_base if len(sys.argv) == 4 else write_object)(*sys.argv[1:])

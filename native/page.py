@@ -1,4 +1,4 @@
-"""The engine that exported pages carry, as WebAssembly: `python -m native.page`, into the checkout.
+"""The engine that exported pages carry, as WebAssembly: `python -m native.page` puts it into the checkout.
 
 The kernels that answer a click, for one ray at a time, and their memory (page.c). It takes nothing from JavaScript:
 there is no function of it that could decide bits. Where the kernels ask for a fused multiply-add, it is that of fma.c.
@@ -15,7 +15,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from . import objects
-from .build import HERE, lowered, put
+from .build import HERE, is_newer, lowered, put, stamp_of
 from .inspection import PAGE_ENGINE
 from .targets import WASM
 
@@ -36,7 +36,7 @@ def _object(code: Path, folder: Path) -> Path:
     if not out.exists():
         unfinished = out.with_suffix(".unfinished")
         subprocess.run(
-            [sys.executable, "-m", __name__, "--object", str(code), str(unfinished)], check=True, cwd=HERE.parent
+            [sys.executable, "-m", "native.page", "--object", str(code), str(unfinished)], check=True, cwd=HERE.parent
         )
         unfinished.replace(out)
     return out
@@ -44,32 +44,29 @@ def _object(code: Path, folder: Path) -> Path:
 
 def emit(code: Path, out: Path) -> None:
     """Write the kernels' object."""
-    every = pickle.loads(code.read_bytes())
+    kernels, codes = pickle.loads(code.read_bytes())
     machine = objects.machine_for(TRIPLE, LEVEL, relocation="static")
-    whole = objects.linked({name: every[name] for name in KERNELS}, machine, TRIPLE, LEVEL.prefix)
+    whole = objects.linked({name: kernels[name] for name in KERNELS}, codes, machine, TRIPLE, LEVEL.prefix)
+    objects.simplify(whole, machine)
     objects.optimize(whole, machine)
     out.write_bytes(machine.emit_object(whole))
 
 
-def build(folder: Path, sources: str = "") -> Path:
-    """The engine, in the folder. `sources`: what it is made of, if that may change."""
-    kernels, out = _object(lowered(folder, *KERNELS), folder), folder / Path(PAGE_ENGINE).name
+def build(folder: Path, stamped: bool = False) -> Path:
+    """The engine, in the folder, with a stamp of its sources if these may change."""
+    code = lowered(folder, *KERNELS)
+    kernels, out = _object(code, folder), folder / Path(PAGE_ENGINE).name
     zig, parts = [sys.executable, "-m", "ziglang"], [kernels]
     for name in SOURCES:
         parts.append(folder / f"{name}.o")
         subprocess.run([*zig, "cc", *COMPILE, str(HERE / name), "-o", str(parts[-1])], check=True)
     exports = [f"--export={LEVEL.prefix}{name}" for name in KERNELS]
     subprocess.run([*zig, "wasm-ld", *LINK, *exports, *map(str, parts), "-o", str(out)], check=True)
-    if sources:
+    if stamped:
         from conicoid.viewer.html import stamp_sources
 
-        out.write_bytes(stamp_sources(out.read_bytes(), sources))
+        out.write_bytes(stamp_sources(out.read_bytes(), stamp_of(code)))
     return out
-
-
-def put_engine(folder: Path, sources: str) -> Path:
-    """Build it into the checkout."""
-    return put(build(folder, sources), HERE.parent / PAGE_ENGINE)
 
 
 def main() -> None:
@@ -81,12 +78,16 @@ def main() -> None:
     if wanted.object:
         emit(*wanted.object)
         return
-    from conicoid._jit.sources import hash_of_sources
+    from conicoid.viewer.html import read_engine
 
+    place = HERE.parent / PAGE_ENGINE
+    if read_engine() is not None and is_newer(place):
+        return
+    print("Making the engine for pages ...", flush=True)
     with tempfile.TemporaryDirectory() as temporary:
         folder = wanted.folder or Path(temporary)
         folder.mkdir(parents=True, exist_ok=True)
-        print(put_engine(folder, hash_of_sources()))
+        print(put(build(folder, stamped=True), place))
 
 
 if __name__ == "__main__":

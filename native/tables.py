@@ -30,7 +30,7 @@ _ANY = "{0, {ANY, NOTHING}, {0, 0}}"
 
 
 def _text(value: str) -> str:
-    escaped = value.replace("\\", "\\\\").replace('"', '\\"')
+    escaped = value.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n")
     return f'"{escaped}"'
 
 
@@ -116,14 +116,16 @@ def _lines(kernels: list[Signature], target: Target, sources: str) -> Iterator[s
 
 
 def tables(kernels: list[Signature], target: Target, sources: str) -> str:
-    """The C header. `sources` is a hash of what the kernels were made of; "" if it is not to be compared."""
+    """The C header. `sources` is the stamp of the kernels' sources; "" if they cannot change."""
     return "\n".join(_lines(kernels, target, sources)) + "\n"
 
 
-def main(target: str, levels: str, out: str, sources: str) -> None:
-    """Write the header."""
+def main(target: str, levels: str, out: str, code: str = "") -> None:
+    """Write the header, with the stamp of the LLVM code in the file `code`."""
+    from .build import stamp_of
     from .targets import TARGETS
 
+    sources = stamp_of(Path(code)) if code else ""
     Path(out).write_text(tables(declared(), TARGETS[target].only(levels), sources))
 
 

@@ -1,4 +1,4 @@
-"""One numbering: what `hits.body`, `body_at`, spans and lengths tell is what names, materials and bodies are found by."""
+"""One numbering: numbers of `hits.body`, `body_at`, spans and lengths find names, materials and bodies."""
 
 from __future__ import annotations
 

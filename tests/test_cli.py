@@ -32,7 +32,7 @@ def test_version():
 
 
 @pytest.mark.parametrize(
-    "command", ["render", "turntable", "view", "playground", "export", "info", "trace", "import", "bench", "schema"]
+    "command", ["render", "turntable", "view", "playground", "export", "info", "trace", "import", "schema"]
 )
 def test_help_has_an_example(command):
     result = run(command, "--help")
@@ -43,7 +43,7 @@ def test_help_has_an_example(command):
 def test_help_lists_what_there_is_and_no_more():
     text = run("--help").stdout
     assert re.findall(
-        r"^\W*(render|turntable|info|trace|schema|view|playground|export|import|bench) ", text, re.MULTILINE
+        r"^\W*(render|turntable|info|trace|schema|view|playground|export|import) ", text, re.MULTILINE
     ) == [
         "render",
         "turntable",
@@ -53,7 +53,6 @@ def test_help_lists_what_there_is_and_no_more():
         "info",
         "trace",
         "import",
-        "bench",
         "schema",
     ]
 

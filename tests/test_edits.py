@@ -36,11 +36,11 @@ def _things() -> list[co.Body]:
 
 def _same(a: co.Scene, b: co.Scene) -> None:
     """Tables to the bit."""
-    for name, column in a.lowered.tables._asdict().items():
+    for name, column in a._prepared.lowered.tables._asdict().items():
         if name == "leaf_items":  # has room between its rows that nobody fills
             continue
-        assert np.array_equal(column, getattr(b.lowered.tables, name), equal_nan=True), name
-    assert a.lowered.face_paint == b.lowered.face_paint
+        assert np.array_equal(column, getattr(b._prepared.lowered.tables, name), equal_nan=True), name
+    assert a._prepared.lowered.face_paint == b._prepared.lowered.face_paint
     assert np.array_equal(a.first_hit(*RAYS).t, b.first_hit(*RAYS).t)
 
 
@@ -94,10 +94,10 @@ def test_other_lights_and_cameras_prepare_nothing(monkeypatch):
     lit = scene.replace(lights=light, camera=camera, background="red")
     assert (lit.lights, lit.camera, lit.background, lit.bodies) == ((light,), camera, "red", scene.bodies)
     assert lit.replace(camera=None).camera is None
-    assert lit.prepared is scene.prepared
+    assert lit._prepared is scene._prepared
     painted = scene.replace("drilled", co.Body(scene["drilled"].shape, "green", "new"))
     hit = painted.first_hit((0.7, 0, 5), (0, 0, -1))
-    assert painted.geometry is scene.geometry
+    assert painted._prepared.geometry is scene._prepared.geometry
     assert hit.material == co.matte("green")
     assert hit.name == "new"
     assert scene.first_hit((0.7, 0, 5), (0, 0, -1)).name == "drilled"
@@ -211,7 +211,7 @@ def test_a_slider_changes_one_body_as_the_whole_file_would():
             assert [new is old for new, old in zip(changed.bodies, scene.bodies, strict=True)].count(False) == (
                 1 if number["path"][0] == "bodies" else 2
             )
-            assert changed._before is scene.prepared
+            assert changed._before is scene._prepared
 
 
 def test_preparing_tells_of_its_progress(worked_out):

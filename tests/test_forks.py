@@ -32,11 +32,11 @@ def slow(bodies):
     return lower(bodies)
 
 lowering.lower = slow
-threading.Thread(target=lambda: scene.prepared).start()
+threading.Thread(target=lambda: scene._prepared).start()
 begun.wait()
 forked = os.fork()
 if forked == 0:
-    print(scene.lowered.body_count, flush=True)
+    print(scene._prepared.lowered.body_count, flush=True)
     os._exit(0)
 go_on.set()
 print(os.waitpid(forked, 0)[1])

@@ -58,8 +58,8 @@ ASKS = {
     "render": lambda n: (scene.render(n, 2, samples=1).pixels,),
     "measure": lambda n: (0,) if n < 5 else co.measure(shape, n),
     "check": lambda n: (0,) if n < 5 else co.check(scene, n),
-    "lower": lambda n: (0,) if n < 5 else co.Scene([nested(n)]).prepared,
-    "build": lambda n: (0,) if n < 5 else co.Scene([co.Spheres(np.random.default_rng(0).random((10 * n, 3)), 1e-3)]).prepared,
+    "lower": lambda n: (0,) if n < 5 else co.Scene([nested(n)])._prepared,
+    "build": lambda n: (0,) if n < 5 else co.Scene([co.Spheres(np.random.default_rng(0).random((10 * n, 3)), 1e-3)])._prepared,
 }
 """
 
@@ -232,7 +232,6 @@ FURTHER = [
     ("conicoid.io.openmc:read", ["import", "geometry.xml", "-o", "x.yaml"], 1),
     ("conicoid.viewer.html:page", ["export", "scene.yaml", "x.html"], 1),
     ("conicoid.io.scene_file.schema:scene_schema", ["schema"], 4),
-    ("conicoid.bench.suite:measure", ["bench"], 1),
     ("conicoid.prepare.lowering:lower", ["view", "scene.yaml", "--no-browser"], 1),
 ]
 

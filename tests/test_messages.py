@@ -81,7 +81,7 @@ def test_bad_arguments_of_commands(tmp_path):
         ("render", tmp_path / "scene.yaml", "-o", tmp_path / "x.png", "--integrator", LONG), (LONG,),
         ("render", tmp_path / "scene.yaml", "-o", tmp_path / "x.png", "--position", LONG),
         ("turntable", tmp_path / "scene.yaml", "-o", LONG), ("render", tmp_path / "scene.yaml", f"--{LONG}"),
-        ("render", tmp_path / "scene.yaml", "-o", tmp_path / "x.png", "--width", LONG), ("bench", "--rows", LONG),
+        ("render", tmp_path / "scene.yaml", "-o", tmp_path / "x.png", "--width", LONG),
     ):  # fmt: skip
         result = run(*arguments)
         assert result.exit_code == 2, arguments

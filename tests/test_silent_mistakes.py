@@ -26,11 +26,22 @@ HITS = SCENE.first_hit(RAYS)
 @pytest.mark.parametrize(
     "color", [(20, 30, 90), (20.0, 30.0, 90.0), np.array([20, 30, 90]), np.array([20, 30, 90], np.uint8)]
 )
-@pytest.mark.parametrize("take", [
-    lambda c: co.Scene(BALL, background=c), lambda c: co.Scene(BALL).replace(background=c), co.Sky,
-    lambda c: co.Sky("white", c), lambda c: co.Sky("white", "white", c), co.matte, co.metal, lambda c: co.Material(specular=c),
-    lambda c: co.Checker("white", c), lambda c: co.Body(BALL, c), BALL.painted,
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "take",
+    [
+        lambda c: co.Scene(BALL, background=c),
+        lambda c: co.Scene(BALL).replace(background=c),
+        co.Sky,
+        lambda c: co.Sky("white", c),
+        lambda c: co.Sky("white", "white", c),
+        co.matte,
+        co.metal,
+        lambda c: co.Material(specular=c),
+        lambda c: co.Checker("white", c),
+        lambda c: co.Body(BALL, c),
+        BALL.painted,
+    ],
+)
 def test_bytes_are_no_linear_light(color, take):
     with pytest.raises(ValueError, match=r"a colour from 0 to 255 is '#141e5a' here, or divided by 255"):
         take(color)
@@ -43,8 +54,10 @@ def test_bytes_in_a_file_are_no_linear_light():
 
 def test_light_that_is_brighter_than_white_is_said_so():
     """A sky of the intensity 8 is eight times as bright, in every direction, and comes back from files."""
-    plain, bright = (co.Scene([], background=co.Sky("navy", "tomato", "gray", i), camera=co.Camera((0, 0, 0), (1, 0, z)))
-                     for i, z in ((1, 0.5), (8, 0.5)))  # fmt: skip
+    plain, bright = (
+        co.Scene([], background=co.Sky("navy", "tomato", "gray", i), camera=co.Camera((0, 0, 0), (1, 0, z)))
+        for i, z in ((1, 0.5), (8, 0.5))
+    )
     one, eight = (scene.render(4, 3, samples=1).pixels for scene in (plain, bright))
     assert np.array_equal(eight, 8 * one)
     assert co.Scene([], background=(1.5, 2.25, 9.5)).background == (1.5, 2.25, 9.5)
@@ -62,8 +75,15 @@ def test_a_brighter_sky_is_kept_in_files(tmp_path):
     assert co.Scene.load(tmp_path / "scene.yaml") == co.load(tmp_path / "scene.yaml") == scene
 
 
-@pytest.mark.parametrize("make", [co.AmbientLight, lambda i: co.DirectionalLight((0, 0, 1), i), lambda i: co.PointLight((0, 0, 1), i),
-                                  lambda i: co.SpotLight((0, 0, 1), (0, 0, -1), intensity=i)])  # fmt: skip
+@pytest.mark.parametrize(
+    "make",
+    [
+        co.AmbientLight,
+        lambda i: co.DirectionalLight((0, 0, 1), i),
+        lambda i: co.PointLight((0, 0, 1), i),
+        lambda i: co.SpotLight((0, 0, 1), (0, 0, -1), intensity=i),
+    ],
+)
 def test_lights_in_bytes_are_doubted(make):
     with pytest.warns(
         UserWarning, match=r"intensity \(255.0, 240.0, 200.0\) is linear light, 255 times white; .*'#fff0c8'"
@@ -79,7 +99,8 @@ def test_lights_in_bytes_are_doubted(make):
 def test_the_number_of_a_miss_is_not_the_last_entry(index):
     with pytest.raises(
         IndexError,
-        match=r"Scene: bodies\[...\] takes an integer >= 0, got -\d; -1 stands for a miss; the last entry is bodies\[2\]$",
+        match=r"Scene: bodies\[...\] takes an integer >= 0, got -\d; -1 stands for a miss; the last entry is "
+        r"bodies\[2\]$",
     ):
         SCENE.bodies[index]
 
@@ -140,12 +161,20 @@ _ANGLES = [
 
 
 @pytest.mark.parametrize("angle", _ANGLES)
-@pytest.mark.parametrize("turn", [
-    lambda a: BALL.rotate("z", a), lambda a: co.Body(BALL).rotate((0, 0, 1), a, about=(1, 1, 1)),
-    lambda a: co.Camera((0, 0, 5), (0, 0, 0), field_of_view=abs(a)), lambda a: co.SpotLight((0, 0, 1), (0, 0, -1), abs(a), 0),
-    lambda a: co.Cylinder((0, 0, 0), (0, 0, 1), 1, -9, a, (1, 0, 0)), lambda a: co.CylinderPatch((0, 0, 0), (0, 0, 1), 1, a, 20, (1, 0, 0)),
-    lambda a: parse_scene(f"camera: {{position: [0, 0, 5], look_at: [0, 0, 0], field_of_view: {abs(a)!r}}}\nbodies: []".replace("np.float64(", "").replace(")", ""), "x"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "turn",
+    [
+        lambda a: BALL.rotate("z", a),
+        lambda a: co.Body(BALL).rotate((0, 0, 1), a, about=(1, 1, 1)),
+        lambda a: co.Camera((0, 0, 5), (0, 0, 0), field_of_view=abs(a)),
+        lambda a: co.SpotLight((0, 0, 1), (0, 0, -1), abs(a), 0),
+        lambda a: co.Cylinder((0, 0, 0), (0, 0, 1), 1, -9, a, (1, 0, 0)),
+        lambda a: co.CylinderPatch((0, 0, 0), (0, 0, 1), 1, a, 20, (1, 0, 0)),
+        lambda a: parse_scene(
+            f"camera: {{position: [0, 0, 5], look_at: [0, 0, 0], field_of_view: {abs(float(a))!r}}}\nbodies: []", "x"
+        ),
+    ],
+)
 def test_radians_are_doubted(angle, turn):
     with pytest.warns(
         UserWarning,
@@ -210,7 +239,8 @@ def test_overlaps_are_told_of_by_what_adds_them_up(caplog):
     (record,) = caplog.records
     assert record.levelname == "WARNING"
     assert record.getMessage().startswith(
-        "line_integral: 2 rays go through two bodies at once, and such a stretch counts for each: body 0 'one' and body 1 'two' overlap on the ray from (-1.0, 0.5, 0.5) along (2.0, 0.0, 0.0)"
+        "line_integral: 2 rays go through two bodies at once, and such a stretch counts for each: "
+        "body 0 'one' and body 1 'two' overlap on the ray from (-1.0, 0.5, 0.5) along (2.0, 0.0, 0.0)"
     )
     scene.line_integral([1, 1, 1], THROUGH)
     assert len(caplog.records) == 1  # once for a scene
@@ -219,12 +249,19 @@ def test_overlaps_are_told_of_by_what_adds_them_up(caplog):
     assert "body 1 'two' and body 2 overlap" in caplog.records[1].getMessage()
 
 
-@pytest.mark.parametrize("ask", [
-    lambda scene: scene.line_integral([1, 0, 1], THROUGH), lambda scene: scene.spans(THROUGH).line_integral({"steel": 1, "lead": 0}),
-    lambda scene: scene.line_integral([1, -1, 1], THROUGH), lambda scene: scene.line_integral([1, 1, 1], THROUGH, overlaps="both"),
-    lambda scene: scene.lengths(THROUGH), lambda scene: scene.lengths(THROUGH, by="material", overlaps="both"),
-    lambda scene: scene.line_integral("mu", THROUGH, t_max=0.9), lambda scene: scene.line_integral("mu", (0, 5, 0), (0, 0, 1)),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "ask",
+    [
+        lambda scene: scene.line_integral([1, 0, 1], THROUGH),
+        lambda scene: scene.spans(THROUGH).line_integral({"steel": 1, "lead": 0}),
+        lambda scene: scene.line_integral([1, -1, 1], THROUGH),
+        lambda scene: scene.line_integral([1, 1, 1], THROUGH, overlaps="both"),
+        lambda scene: scene.lengths(THROUGH),
+        lambda scene: scene.lengths(THROUGH, by="material", overlaps="both"),
+        lambda scene: scene.line_integral("mu", THROUGH, t_max=0.9),
+        lambda scene: scene.line_integral("mu", (0, 5, 0), (0, 0, 1)),
+    ],
+)
 def test_what_counts_nothing_twice_is_quiet(ask, caplog):
     ask(co.Scene(BLOCKS))
     assert caplog.records == []

@@ -107,8 +107,6 @@ OUTPUTS = {
     "spans": ("trace scene.yaml rays.csv --spans -o {}", ".npz"),
     "import": ("import geometry.xml -o {}", ".yaml"),
     "export": ("export scene.yaml {}", ".html"),
-    "bench": ("bench --json {}", ".json"),
-    "picture": ("bench --accuracy --picture {}", ".png"),
 }
 
 

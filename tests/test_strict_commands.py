@@ -50,10 +50,6 @@ def test_options_that_would_be_ignored(arguments, message, scene, tmp_path, monk
     assert [path.name for path in tmp_path.iterdir()] == ["scene.yaml"]
 
 
-def test_bench_takes_either():
-    assert "either --rays or --quick" in refused("bench", "--accuracy", "--quick", "--rays", 10)
-
-
 @pytest.mark.parametrize(("variable", "value", "message"), [
     ("CONICOID_THREADS", "many", "CONICOID_THREADS must be an integer from 1 to 65536, got 'many'"),
     ("CONICOID_THREADS", "9" * 5000, "got '9999"),

@@ -16,6 +16,7 @@ def _is_limited() -> bool:
         return False
     import resource
 
+    # Both limits make an allocation fail: of the address space, and of the data segment.
     kinds = (resource.RLIMIT_AS, resource.RLIMIT_DATA)
     return any(resource.getrlimit(kind)[0] != resource.RLIM_INFINITY for kind in kinds)
 

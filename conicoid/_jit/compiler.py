@@ -82,6 +82,7 @@ def memoize_typing(context: Any) -> Any:
     if view is None:  # no __init__: it would make a second, empty context
         view = object.__new__(_Typing)
         context._memory = {}
+        # Shared state: Numba goes on to register functions in its own context.
         view.__dict__ = context.__dict__
         _views[id(context)] = view
     return view
@@ -179,6 +180,7 @@ class _Compiler(compiler.Compiler):
     library: type[Any] = _InnerLibrary
 
     def __init__(self, typing_context: Any, target: Any, library: Any, *rest: Any) -> None:
+
         library = library or self.library(target.codegen(), "inner")
         super().__init__(memoize_typing(typing_context), target, library, *rest)
 
@@ -237,6 +239,7 @@ class Kernel(CPUDispatcher):
     """Numba's dispatcher for a function that Python calls, cached on disk."""
 
     def __init__(self, function: Any, **options: Any) -> None:
+        # No wrapper for C callers: kernels are called from Python alone.
         options |= dict(nopython=True, boundscheck=None, no_cfunc_wrapper=True)
         super().__init__(function, targetoptions=options, pipeline_class=_KernelCompiler)
         self._cache = KernelCache(self.py_func)
@@ -266,6 +269,7 @@ class Inner(CPUDispatcher):
     """Numba's dispatcher for a function that kernels call; Python interprets it."""
 
     def __init__(self, function: Any, **options: Any) -> None:
+        # No wrappers at all: only compiled code calls inner functions.
         options |= dict(nopython=True, boundscheck=None, no_cfunc_wrapper=True, no_cpython_wrapper=True)
         super().__init__(function, targetoptions=options, pipeline_class=_InnerCompiler)
 

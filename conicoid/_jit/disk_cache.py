@@ -63,6 +63,7 @@ def objection(found: os.stat_result) -> str:
     """Return why another user might have written a file; "" if only this user and the administrator could."""
     if sys.platform == "win32":
         return ""
+    # The administrator can do anything anyway, so files of root are no risk of their own.
     if found.st_uid not in (os.geteuid(), 0):
         return "it belongs to another user"
     if found.st_mode & (stat.S_IWGRP | stat.S_IWOTH):
@@ -129,6 +130,7 @@ def remove_old(current: Path) -> None:
     """Remove folders beside the current one that are no longer used; a process that still uses one compiles again."""
     with contextlib.suppress(OSError):
         others = [path for path in current.parent.iterdir() if path != current and _is_ours(path)]
+        # The last used folders are first, so that the oldest are removed.
         others.sort(key=_last_used, reverse=True)
         for path in others[MOST_FOLDERS:]:
             if _last_used(path) < time.time() - _DAY:
@@ -161,6 +163,7 @@ def _remove(folder: Path) -> None:
         for entry in list(os.scandir(folder)):
             if _FILES.fullmatch(entry.name) and entry.is_file(follow_symlinks=False):
                 os.unlink(entry.path)
+        # The mark goes last: a folder without it is not recognised as ours any more.
         if os.listdir(folder) == [MARK]:
             os.unlink(folder / MARK)
             os.rmdir(folder)
@@ -272,6 +275,7 @@ def _replace(path: Path, data: bytes) -> None:
     try:
         with open(descriptor, "wb") as file:
             file.write(data)
+        # In one step: other processes see the old file or the whole new one.
         os.replace(temporary, path)
     except BaseException:
         with contextlib.suppress(OSError):

@@ -29,6 +29,7 @@ TESTED = (0, 65), (0, 68)
 def _is_plain(wish: str, version: str) -> bool:
     """True if Numba's `njit` shall compile: by a wish ("plain", "own", or "" for none), or for an untested version."""
     known = re.match(r"(\d+)\.(\d+)", version)
+    # An unreadable version counts as untested.
     tested = known is not None and TESTED[0] <= (int(known[1]), int(known[2])) <= TESTED[1]
     return wish == "plain" or (not wish and not tested)
 
@@ -55,6 +56,7 @@ class _Listener(event.Listener):
     def on_start(self, event: Any) -> None:
         function = event.data["dispatcher"].py_func
         options = event.data["dispatcher"].targetoptions
+        # Inlined functions are part of a kernel: listeners hear of kernels and called functions only.
         if function.__module__.startswith("conicoid.") and not options.get("forceinline"):
             self._callback(function.__name__)
 

@@ -28,6 +28,7 @@ def compiler() -> str:
 def processor() -> str:
     """Return the name of the processor, as far as the system has it."""
     try:
+        # Linux names the processor here; `platform.processor` is often empty there.
         for line in Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines():
             if line.startswith("model name"):
                 return line.partition(":")[2].strip()

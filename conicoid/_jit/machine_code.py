@@ -25,15 +25,16 @@ def _load_extension() -> Any:
     """
     if read_jit_mode():
         return None
+    # Before the import: loading without memory would end the process.
     require_memory(TO_RUN, "Conicoid")
     try:
         _kernels: Any = importlib.import_module(__name__.partition(".")[0] + "._kernels")
     except ModuleNotFoundError:
         return None
     if _kernels.sources:  # built in place: the sources may have been edited since
-        from .sources import hash_of_sources
+        from .sources import is_current
 
-        if _kernels.sources != hash_of_sources():
+        if not is_current(_kernels.sources):
             return None
     requested, levels = read_processor_level(), _kernels.levels()
     if requested and requested not in levels:

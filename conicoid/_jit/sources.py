@@ -1,10 +1,14 @@
-"""Hash of all source files, which identifies compiled code; it costs milliseconds at each start."""
+"""Hashes of source files, which identify compiled code; they cost milliseconds at each start.
+
+Machine code that is built in a checkout has a stamp: a digest of the files that the compiler read, and their names. It
+is used until one of these changes, whatever happens to the others.
+"""
 
 from __future__ import annotations
 
 import functools
 import os
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 _PACKAGE = os.path.dirname(os.path.dirname(os.path.realpath(__file__)))
@@ -46,6 +50,35 @@ def digest_of_files() -> str:
     return _digest(sha256())
 
 
+def package_files() -> list[str]:
+    """Return the names of all source files below the package, with slashes."""
+    return sorted(path.removeprefix(_PACKAGE).replace(os.sep, "/") for path in _files(_PACKAGE))
+
+
+def stamp_of(files: Iterable[str]) -> str:
+    """Return the stamp of code that was compiled from files, given as `package_files` returns them; "" if unreadable.
+
+    The compilers' versions count as well.
+    """
+    from hashlib import sha256
+
+    names = sorted(files)
+    digest = sha256(" ".join(map(_version, ("numba", "llvmlite"))).encode())
+    try:
+        for name in names:
+            digest.update(name.encode())
+            with open(_PACKAGE + name, "rb", buffering=0) as file:
+                digest.update(file.read())
+    except OSError:
+        return ""
+    return "\n".join([digest.hexdigest()[:20], *names])
+
+
+def is_current(stamp: str) -> bool:
+    """Return whether the files of a stamp are as they were."""
+    return bool(stamp) and stamp == stamp_of(stamp.split("\n")[1:])
+
+
 def _digest(digest: Any) -> str:
     """Update a hash with every source file and return its hexadecimal digits; "" if a file is unreadable."""
     # Names count as well, with slashes on every system: a file that is only renamed changes the hash
@@ -53,6 +86,7 @@ def _digest(digest: Any) -> str:
         paths = sorted(_files(_PACKAGE))
         for path in paths:
             digest.update(path.removeprefix(_PACKAGE).replace(os.sep, "/").encode())
+            # Whole files at once need no buffer.
             with open(path, "rb", buffering=0) as file:
                 digest.update(file.read())
     except OSError:

@@ -1,1 +1,1 @@
-"""What every layer may use: checks of arguments, messages, safe files, pickling, settings from the environment."""
+"""Helpers for every layer: checks of arguments, messages, safe files, pickling, settings from the environment."""

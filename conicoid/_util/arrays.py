@@ -1,4 +1,8 @@
-"""Type names for the data that shapes are made of."""
+"""Type names of arrays and vectors, products of arrays whose rows are vectors, and sorted unique numbers.
+
+Sums of products are written out term by term: BLAS and `einsum` add them in an order, and fused or not, that depends on
+the processor.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +14,7 @@ import numpy.typing as npt
 Vector: TypeAlias = tuple[float, float, float]
 if TYPE_CHECKING:
     VectorLike: TypeAlias = Any
-    """A field that is a `Vector` and takes arrays and lists of three numbers as well, which a dataclass cannot say."""
+    """A field that is a `Vector` and takes arrays and lists of three numbers too, which a dataclass cannot express."""
 else:
     VectorLike = Vector
 Matrix4: TypeAlias = tuple[tuple[float, ...], ...]
@@ -19,14 +23,11 @@ FloatArray: TypeAlias = npt.NDArray[np.float64]
 BoxEnds: TypeAlias = tuple[FloatArray, FloatArray]
 
 
-# Arrays whose rows are vectors.
-#
-# Sums of products are written out: BLAS and `einsum` add them up in an order, and fused or not, that depends on the
-# processor.
+# --- Arrays whose rows are vectors
 
 
 def dot_rows(a: FloatArray, b: FloatArray) -> FloatArray:
-    """a·b along the last axis, the terms added from the first to the last."""
+    """Return a·b along the last axis, with terms added from the first to the last."""
     result: FloatArray = a[..., 0] * b[..., 0]
     for k in range(1, a.shape[-1]):
         result += a[..., k] * b[..., k]
@@ -34,7 +35,7 @@ def dot_rows(a: FloatArray, b: FloatArray) -> FloatArray:
 
 
 def matmul_rows(a: FloatArray, b: FloatArray) -> FloatArray:
-    """a @ b of arrays (..., n) and (n, m)."""
+    """Return a @ b of arrays (..., n) and (n, m)."""
     result: FloatArray = a[..., :1] * b[0]
     for k in range(1, len(b)):
         result += a[..., k : k + 1] * b[k]
@@ -42,44 +43,43 @@ def matmul_rows(a: FloatArray, b: FloatArray) -> FloatArray:
 
 
 def cross_rows(a: FloatArray, b: FloatArray) -> FloatArray:
-    """a × b along the last axis, (..., 3)."""
+    """Return a × b along the last axis, (..., 3)."""
     product: FloatArray = a[..., [1, 2, 0]] * b[..., [2, 0, 1]] - a[..., [2, 0, 1]] * b[..., [1, 2, 0]]
     return product
 
 
 def row_lengths(rows: FloatArray) -> FloatArray:
-    """Euclidean lengths along the last axis."""
+    """Return Euclidean lengths along the last axis."""
     result: FloatArray = np.sqrt(dot_rows(rows, rows))
     return result
 
 
 def unit_rows(rows: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Vectors divided by their lengths, and the lengths; zero vectors stay. Squares may not overflow."""
+    """Return vectors divided by their lengths, and the lengths; zero vectors stay. Squares do not overflow."""
     largest = np.abs(rows).max(axis=-1, initial=0.0)
     largest = np.where(largest > 0, largest, 1.0)
-    scaled = rows / largest[..., None]
+    scaled = rows / largest[..., None]  # at most 1, so squares neither overflow nor all underflow
     reach = row_lengths(scaled)
     return scaled / np.where(reach > 0, reach, 1.0)[..., None], reach * largest
 
 
-# Numbers in rising order, each once: what NumPy's `unique` gives, which takes 8 ms when it is first called.
+# --- Distinct numbers in rising order
 #
-# It imports masked arrays then, which costs more than preparing a small scene, or than a whole edit. NaN may not be
-# among
-# the numbers.
+# NumPy's `unique` gives them too, but takes 8 ms on its first call, in which it imports masked arrays. That is more
+# than to prepare a small scene, or a whole edit. No number may be NaN here.
 
 IndexArray = npt.NDArray[np.int64]
 
 
 def unique_sorted(*parts: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    """The different numbers of some arrays (n,), in rising order."""
+    """Return the distinct numbers of some arrays (n,), in rising order."""
     ordered = np.sort(parts[0] if len(parts) == 1 else np.concatenate(parts))
-    found: npt.NDArray[Any] = ordered[_starts_run(ordered)]
-    return found
+    unique: npt.NDArray[Any] = ordered[_starts_run(ordered)]
+    return unique
 
 
 def unique_with_inverse(numbers: npt.NDArray[Any]) -> tuple[npt.NDArray[Any], IndexArray]:
-    """The different numbers of an array (n,), in rising order, and (n,) the place of each given among them."""
+    """Return the distinct numbers of an array (n,), in rising order, and (n,) the index of each number among them."""
     order = np.argsort(numbers)
     ordered = numbers[order]
     begins = _starts_run(ordered)
@@ -87,30 +87,30 @@ def unique_with_inverse(numbers: npt.NDArray[Any]) -> tuple[npt.NDArray[Any], In
 
 
 def unique_first_with_inverse(numbers: npt.NDArray[Any]) -> tuple[IndexArray, IndexArray]:
-    """Where each different number of an array (n,) stands first, by rising numbers; and (n,) as `distinct_places`."""
-    order = np.argsort(numbers, kind="stable")
+    """Return the first index of each distinct number of an array (n,), by rising numbers, and (n,) the inverse."""
+    order = np.argsort(numbers, kind="stable")  # so that the first of equal numbers leads their run
     begins = _starts_run(numbers[order])
     return order[begins], _inverse_indices(order, begins)
 
 
 def is_member_sorted(numbers: npt.NDArray[Any], ordered: npt.NDArray[Any]) -> npt.NDArray[np.bool_]:
-    """Which of some numbers are there in an array of distinct numbers in rising order."""
+    """Return which numbers are in an array of distinct numbers in rising order."""
     if not len(ordered):
         return np.zeros(numbers.shape, bool)
     place = np.searchsorted(ordered, numbers)
-    found: npt.NDArray[np.bool_] = ordered[np.minimum(place, len(ordered) - 1)] == numbers
-    return found
+    is_member: npt.NDArray[np.bool_] = ordered[np.minimum(place, len(ordered) - 1)] == numbers
+    return is_member
 
 
 def _starts_run(ordered: npt.NDArray[Any]) -> npt.NDArray[np.bool_]:
-    """Which numbers are others than the one before."""
-    other = np.ones(len(ordered), bool)
-    np.not_equal(ordered[1:], ordered[:-1], out=other[1:])
-    return other
+    """Return which numbers differ from the one before."""
+    is_first = np.ones(len(ordered), bool)
+    np.not_equal(ordered[1:], ordered[:-1], out=is_first[1:])
+    return is_first
 
 
 def _inverse_indices(order: IndexArray, begins: npt.NDArray[np.bool_]) -> IndexArray:
-    """The places among different numbers, of numbers that were ordered so."""
-    found = np.empty(len(order), np.int64)
-    found[order] = np.cumsum(begins) - 1
-    return found
+    """Return the index of each number among the distinct ones; `order` sorts the numbers."""
+    inverse = np.empty(len(order), np.int64)
+    inverse[order] = np.cumsum(begins) - 1
+    return inverse

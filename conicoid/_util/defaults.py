@@ -1,4 +1,4 @@
-"""Arguments that were not given: what is usual stands for them, unless what is asked has something of its own."""
+"""Sentinels for the limits of rays: an argument that was not passed leaves the limits of a `Rays` in force."""
 
 from __future__ import annotations
 
@@ -7,17 +7,17 @@ from typing import Any, Final
 
 
 class DefaultFloat(float):
-    """A number that nobody gave."""
+    """Sentinel for a number that was not passed."""
 
     __slots__ = ()
 
 
 DEFAULT_T_MIN: Final = DefaultFloat(0.0)
-"""Where rays begin that say nothing else, in units of their directions' lengths."""
+"""Where rays begin without other limits, in units of the lengths of their directions."""
 DEFAULT_T_MAX: Final = DefaultFloat(math.inf)
-"""Where they end."""
+"""Where rays end without other limits."""
 
 
 def replace_default(own: Any, value: Any) -> Any:
-    """A value that was given, or else its own of what is asked."""
+    """Return the value that was passed, or `own`, that of the object, for a sentinel."""
     return own if isinstance(value, DefaultFloat) else value

@@ -1,4 +1,4 @@
-"""The environment variables that Conicoid reads, and what is wrong with them."""
+"""The environment variables that Conicoid reads, and messages on wrong ones."""
 
 from __future__ import annotations
 
@@ -13,43 +13,45 @@ LEVEL = "CONICOID_LEVEL"
 KNOWN = THREADS, CACHE, JIT, VECTOR_BITS, LEVEL
 MOST_THREADS = 1 << 16
 _LONGEST = 80
+"""The largest number of characters of a value in a message."""
 
 
 def read_threads() -> int | None:
-    """The number in CONICOID_THREADS; None where it is not set. Raises ValueError for anything else."""
+    """Return the number in CONICOID_THREADS, None if it is not set; raise ValueError for anything else."""
     warn_of_unknown()
-    wanted = os.environ.get(THREADS, "")
-    if not wanted:
+    text = os.environ.get(THREADS, "")
+    if not text:
         return None
-    if not (wanted.isascii() and wanted.isdigit() and len(wanted) < 7 and 1 <= int(wanted) <= MOST_THREADS):
-        raise ValueError(f"{THREADS} must be an integer from 1 to {MOST_THREADS}, got {_shown(wanted, _LONGEST)}")
-    return int(wanted)
+    # `int` accepts signs, spaces, underscores and other digits too
+    if not (text.isascii() and text.isdigit() and len(text) < 7 and 1 <= int(text) <= MOST_THREADS):
+        raise ValueError(f"{THREADS} must be an integer from 1 to {MOST_THREADS}, got {_quote(text, _LONGEST)}")
+    return int(text)
 
 
 def read_jit_mode() -> str:
-    """What CONICOID_JIT asks for: "plain", "own", or nothing, "". Raises ValueError for anything else."""
+    """Return the mode in CONICOID_JIT, "plain", "own" or "" for the default; raise ValueError for anything else."""
     warn_of_unknown()
-    wanted = os.environ.get(JIT, "")
-    if wanted not in ("", "plain", "own"):
-        raise ValueError(f"{JIT} must be 'plain' or 'own', got {_shown(wanted, _LONGEST)}")
-    return wanted
+    text = os.environ.get(JIT, "")
+    if text not in ("", "plain", "own"):
+        raise ValueError(f"{JIT} must be 'plain' or 'own', got {_quote(text, _LONGEST)}")
+    return text
 
 
 def read_vector_bits() -> int:
-    """What CONICOID_VECTOR_BITS asks for: 256, 512, or nothing, 0. Raises ValueError for anything else."""
-    wanted = os.environ.get(VECTOR_BITS, "")
-    if wanted not in ("", "256", "512"):
-        raise ValueError(f"{VECTOR_BITS} must be 256 or 512, got {_shown(wanted, _LONGEST)}")
-    return int(wanted or 0)
+    """Return the number in CONICOID_VECTOR_BITS, 256, 512 or 0 for the default; raise ValueError for anything else."""
+    text = os.environ.get(VECTOR_BITS, "")
+    if text not in ("", "256", "512"):
+        raise ValueError(f"{VECTOR_BITS} must be 256 or 512, got {_quote(text, _LONGEST)}")
+    return int(text or 0)
 
 
 def read_processor_level() -> str:
-    """The level of processor in CONICOID_LEVEL, whose machine code is to be taken, as "x86-64-v3"; "" for the best."""
+    """Return the processor level in CONICOID_LEVEL that selects machine code, as "x86-64-v3"; "" for the best."""
     return os.environ.get(LEVEL, "")
 
 
 def check_environment() -> None:
-    """Raise ValueError for what the command line is not to pass over: a wrong value, or an unknown name."""
+    """Raise ValueError for a wrong value or an unknown name; the command line ignores neither."""
     for message in _unknown():
         raise ValueError(message)
     read_threads()
@@ -60,13 +62,13 @@ def check_environment() -> None:
 
 @functools.cache
 def warn_of_unknown() -> None:
-    """Warn of names that nobody reads, once in a process: when those that somebody reads are read."""
+    """Warn of unknown names, once in a process: on the first read of a known variable."""
     for message in _unknown():
         warnings.warn(message, stacklevel=2)
 
 
 def _unknown() -> Iterator[str]:
-    """What there is to say of each variable that begins with CONICOID_ and is none of ours."""
+    """Yield a message for each unknown variable that begins with CONICOID_."""
     for name in sorted(os.environ):
         if name.startswith("CONICOID_") and name not in KNOWN:
             import difflib
@@ -77,10 +79,11 @@ def _unknown() -> Iterator[str]:
 
 
 def _check_cache(chosen: str) -> None:
-    """A folder, or what can become one: nothing on the way to it is something else."""
+    """Raise ValueError unless the path is a folder, or can become one: every part of it is a folder or missing."""
     from pathlib import Path
 
     path = Path(chosen).absolute()
+    # The first ancestor that exists decides: missing ones below it can be created
     for place in (path, *path.parents) if chosen else ():
         try:
             is_there = place.is_dir()
@@ -90,12 +93,13 @@ def _check_cache(chosen: str) -> None:
             continue
         except (OSError, ValueError) as error:
             reason = getattr(error, "strerror", None) or str(error)
-            raise ValueError(f"{CACHE} must name a folder, got {_shown(chosen)}: {reason.lower()}") from None
+            raise ValueError(f"{CACHE} must name a folder, got {_quote(chosen)}: {reason.lower()}") from None
         if not is_there:
-            raise ValueError(f"{CACHE} must name a folder, got {_shown(chosen)}: {_shown(str(place))} is none")
+            raise ValueError(f"{CACHE} must name a folder, got {_quote(chosen)}: {_quote(str(place))} is none")
         return
 
 
-def _shown(text: str, most: int = 2 * _LONGEST) -> str:
-    shown = repr(text)
-    return shown if len(shown) <= most else f"{shown[:most]}..."
+def _quote(text: str, most: int = 2 * _LONGEST) -> str:
+    """Return the repr of a text, cut to a length."""
+    quoted = repr(text)
+    return quoted if len(quoted) <= most else f"{quoted[:most]}..."

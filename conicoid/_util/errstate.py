@@ -1,4 +1,4 @@
-"""NumPy's settings for floating-point errors, which are the caller's, kept out of what is worked out here."""
+"""Run with NumPy floating-point warnings off, whatever `np.errstate` the caller has set."""
 
 from __future__ import annotations
 
@@ -8,27 +8,19 @@ from typing import ParamSpec, TypeVar
 
 import numpy as np
 
-from .hints import misfit_error
-
 P = ParamSpec("P")
 R = TypeVar("R")
 
 
 def ignore_fp_errors(function: Callable[P, R]) -> Callable[P, R]:
-    """The function with no warnings or errors of NumPy's, whatever `np.seterr` or `np.errstate` says around it.
+    """Return the function with NumPy warnings and errors off, whatever `np.seterr` or `np.errstate` the caller has set.
 
-    Overflows and NaN are looked for where they matter. An underflow, which is harmless, may not stop anything.
-    A call that does not fit is told in words of our own.
+    Code checks for overflows and NaN where they matter, and a harmless underflow must not stop it.
     """
 
     @functools.wraps(function)
-    def calmly(*args: P.args, **keywords: P.kwargs) -> R:
-        try:
-            with np.errstate(all="ignore"):
-                return function(*args, **keywords)
-        except TypeError as error:
-            if (told := misfit_error(function, args, keywords, error)) is None:
-                raise
-            raise told from None
+    def wrapper(*args: P.args, **keywords: P.kwargs) -> R:
+        with np.errstate(all="ignore"):
+            return function(*args, **keywords)
 
-    return calmly
+    return wrapper

@@ -1,4 +1,4 @@
-"""What is wrong with a scene file: every problem with its line, reported in one go."""
+"""Errors of scene files: every problem with its line, reported at once, and suggestions for misspelt names."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ __all__ = [
 ]
 
 MAX_LISTED_PROBLEMS, MAX_MESSAGE_WIDTH = 18, 100
-"""Lines of a message, of so many letters: with its first and last a screen."""
+"""The largest number of lines of a message, and their width: one screen, with its first and last line."""
 MAX_PROBLEMS = 1000
 
 
@@ -37,7 +37,7 @@ class Problem:
 
 
 class SceneFileError(ValueError):
-    """A scene file that cannot be used. `problems` holds them in the order of the file, at most about `MOST`."""
+    """A scene file that cannot be used. `problems` has them in the order of the file, at most about `MAX_PROBLEMS`."""
 
     def __init__(self, path: str | PathLike[str], problems: Iterable[Problem]) -> None:
         self.path = fspath(path)
@@ -49,67 +49,71 @@ class SceneFileError(ValueError):
         rows = 0
         for problem in self.problems[:MAX_LISTED_PROBLEMS]:
             line = self._line(problem)
-            rows += -(-len(line) // MAX_MESSAGE_WIDTH)
+            rows += -(-len(line) // MAX_MESSAGE_WIDTH)  # a long line takes several of the screen
             if lines and rows > MAX_LISTED_PROBLEMS:
                 break
             lines.append(line)
         rest = len(self.problems) - len(lines)
         if rest > 0:
+            # A reader stops at that number, so there may be more
             least = "at least " if len(self.problems) >= MAX_PROBLEMS else ""
             lines.append(f"{self._file}: and {least}{rest} more problem{'s' if rest > 1 else ''}")
         return "\n".join(lines)
 
     @property
     def _file(self) -> str:
+        """The path for messages."""
         return _cut_middle(printable(self.path), 400)
 
     def _line(self, problem: Problem) -> str:
+        """Return the line of a message for a problem."""
         place = f":{problem.line}:{problem.column}" if problem.line else ""
         where = f"{_cut_middle(printable(problem.where), 160)}: " if problem.where else ""
         return f"{self._file}{place}: {where}{_cut_middle(printable(problem.message), 600)}"
 
 
 class UnreadableFileError(SceneFileError, OSError):
-    """A file is there that cannot be read: no permission, a folder, a failing disk."""
+    """A file that exists and cannot be read: no permission, a folder, a failing disk."""
 
     def __reduce__(self) -> tuple[Any, ...]:
         return unreadable_error, (self.path, OSError(self.errno, self.strerror))
 
 
 class MissingFileError(UnreadableFileError, FileNotFoundError):
-    """There is no file of that name: what `except FileNotFoundError` waits for."""
+    """A file that does not exist, which `except FileNotFoundError` catches too."""
 
 
 def unreadable_error(path: str | PathLike[str], error: OSError) -> SceneFileError:
-    """What to raise in place of an error of the system, as a scene file's and still one of its kind."""
+    """Return the error for a scene file in place of an OSError, of the same kind and with its fields."""
     reason = (error.strerror or str(error)).lower()
     kind = MissingFileError if isinstance(error, FileNotFoundError) else UnreadableFileError
-    told = kind(path, [Problem(0, 0, "", f"cannot be read: {reason}")])
-    told.errno, told.strerror, told.filename = error.errno, error.strerror, fspath(path)
-    return told
+    unreadable = kind(path, [Problem(0, 0, "", f"cannot be read: {reason}")])
+    unreadable.errno, unreadable.strerror, unreadable.filename = error.errno, error.strerror, fspath(path)
+    return unreadable
 
 
 def printable(text: str) -> str:
-    """The text on one line, without what a terminal would obey."""
+    """Return text on one line, without characters that a terminal would obey."""
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
 
 
 def _cut_middle(text: str, width: int) -> str:
+    """Return text without its middle if it is longer than `width`."""
     return text if len(text) <= width else f"{text[: width // 2 - 2]} ... {text[-width // 2 + 3 :]}"
 
 
 MAX_COMPARISONS = 20_000
-"""Names that a typo is compared with, all typos of a file together: about a second."""
+"""Names that all typos of a file together are compared with: about a second."""
 
 
 class Suggestions:
-    """What the user of a file may have meant; after many typos no more is suggested, since only the first are read."""
+    """Suggestions for misspelt names of one file; none after many, since only the first are read."""
 
     def __init__(self) -> None:
         self.left = MAX_COMPARISONS
 
     def __call__(self, name: str, known: Collection[str]) -> str:
-        """A suggestion in brackets, or the list of what exists where that is short; empty otherwise."""
+        """Return a suggestion in brackets, or the list of known names if that is short; else ""."""
         if len(known) > self.left:
             return ""
         self.left -= len(known)

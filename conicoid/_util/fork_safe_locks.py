@@ -1,7 +1,7 @@
-"""Locks that a fork does not leave shut.
+"""Locks that are open in every child of `os.fork`.
 
-A child of `os.fork` has only the thread that forked. A lock that another thread held would stay shut in it for ever,
-so locks made here are open in every child; what they guard must be such that half of it is as good as nothing.
+A child has only the thread that forked. A lock that another thread held would stay shut in it for ever. Locks made here
+are opened in the child, so they must guard data for which a half-finished change is as good as none.
 """
 
 from __future__ import annotations
@@ -11,24 +11,25 @@ import threading
 import weakref
 from typing import Any
 
-_locks: weakref.WeakSet[Any] = weakref.WeakSet()
+_locks: weakref.WeakSet[Any] = weakref.WeakSet()  # a lock lives as long as its owner
 
 
 def fork_safe_lock() -> threading.Lock:
-    """A lock that is open in a fork of this process."""
-    made = threading.Lock()
-    _locks.add(made)
-    return made
+    """Return a lock that is open in a fork of this process."""
+    lock = threading.Lock()
+    _locks.add(lock)
+    return lock
 
 
 def fork_safe_rlock() -> Any:
-    """The same that its owner may take again."""
-    made = threading.RLock()
-    _locks.add(made)
-    return made
+    """Return such a lock that its owner may take again."""
+    lock = threading.RLock()
+    _locks.add(lock)
+    return lock
 
 
 def _open_all() -> None:
+    """Open all locks, in the child."""
     for lock in list(_locks):
         lock._at_fork_reinit()
 

@@ -1,4 +1,4 @@
-"""Python's collector of cycles, kept out of work that makes millions of objects and not one cycle."""
+"""The garbage collector, paused during work that makes millions of objects and no cycle."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from collections.abc import Iterator
 
 @contextlib.contextmanager
 def pause_gc() -> Iterator[None]:
-    """Nothing is collected meanwhile: it would go through all objects over and over, and find nothing."""
+    """Pause the collector: it would go through all objects over and over, and find nothing."""
     was_on = gc.isenabled()
     gc.disable()
     try:

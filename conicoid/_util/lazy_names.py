@@ -24,10 +24,6 @@ def lazy_names(package: str, homes: Mapping[str, str]) -> tuple[Callable[[str], 
         if name not in homes:
             raise _name_error(package, name, sorted(homes))
         value = getattr(importlib.import_module(homes[name], package), name)
-        if isinstance(value, type):
-            from .hints import add_call_hints
-
-            add_call_hints(value)
         vars(sys.modules[package])[name] = value
         return value
 
@@ -38,7 +34,7 @@ def _name_error(package: str, name: str, known: list[str]) -> AttributeError:
     """Return the error for an unknown name, with the name that was probably meant."""
     from importlib.util import find_spec
 
-    from .foreign_names import module_attribute_error
+    from .hints import unknown_package_name
 
     root = sys.modules[package.partition(".")[0]]
     if name in getattr(root, "__all__", ()):
@@ -46,7 +42,7 @@ def _name_error(package: str, name: str, known: list[str]) -> AttributeError:
     # `from package import module` asks for the module as an attribute before it imports it: no search for a hint then
     if name.isidentifier() and not name.startswith("__") and find_spec(f"{package}.{name}") is not None:
         return AttributeError(f"module {package!r} has no attribute {name!r}", name=name)
-    return module_attribute_error(package, name, known)
+    return unknown_package_name(package, name, known)
 
 
 def refuse_calls(package: str, hint: str) -> None:

@@ -1,4 +1,4 @@
-"""How immutable things travel by pickle and copy: what was said of them goes along, what was worked out does not."""
+"""Pickle and copy immutable objects: fields travel, values of cached properties do not."""
 
 from __future__ import annotations
 
@@ -12,40 +12,45 @@ import numpy as np
 
 
 def pickle_state(thing: Any) -> dict[str, Any]:
-    """The attributes of an object without what its cached properties hold."""
+    """Return the attributes of an object without the values of its cached properties."""
     kind: type = type(thing)
-    worked_out = _cached_names(kind)
-    return {name: value for name, value in vars(thing).items() if name not in worked_out}
+    cached = _cached_names(kind)
+    return {name: value for name, value in vars(thing).items() if name not in cached}
 
 
 @cache
 def _cached_names(kind: type) -> frozenset[str]:
-    """The names of a class's cached properties."""
-    found = {name: value for base in reversed(kind.__mro__) for name, value in vars(base).items()}
-    return frozenset(name for name, value in found.items() if isinstance(value, cached_property))
+    """Return the names of the cached properties of a class."""
+    # Bases first: a subclass may replace a cached property
+    attributes = {name: value for base in reversed(kind.__mro__) for name, value in vars(base).items()}
+    return frozenset(name for name, value in attributes.items() if isinstance(value, cached_property))
 
 
 def restore_state(thing: Any, state: dict[str, Any]) -> None:
-    """Give an object its attributes back; arrays are read-only, which pickles do not keep."""
+    """Set the attributes of an object; make arrays read-only, which pickles do not preserve."""
     vars(thing).update({name: align_array(value) for name, value in state.items()})
     freeze_arrays(thing)
 
 
 def construct_many(kind: type[Any], count: int, **fields: Iterable[Any]) -> list[Any]:
-    """So many objects of a class with these values of their fields, all of them, of which each was checked before."""
-    made = list(map(object.__new__, repeat(kind, count)))
+    """Return `count` objects of a class from the values of all its fields, without checks.
+
+    The caller has checked each value.
+    """
+    objects = list(map(object.__new__, repeat(kind, count)))
+    # The loop over objects runs in C, and sets frozen fields without the `__setattr__` of the class
     for name, values in fields.items():
-        deque(map(object.__setattr__, made, repeat(name), values), maxlen=0)
-    return made
+        deque(map(object.__setattr__, objects, repeat(name), values), maxlen=0)
+    return objects
 
 
 def align_array(value: Any) -> Any:
-    """The same; a copy of an array that lies between the places of its numbers, as in a message of a network."""
+    """Return the value; for an array that is not aligned, as in a message of a network, an aligned copy."""
     return value.copy() if isinstance(value, np.ndarray) and not value.flags.aligned else value
 
 
 def freeze_arrays(thing: Any) -> None:
-    """Make all arrays among an object's attributes read-only."""
+    """Make all arrays among the attributes of an object read-only."""
     for value in vars(thing).values():
         if isinstance(value, np.ndarray):
             value.flags.writeable = False

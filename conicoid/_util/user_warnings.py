@@ -1,4 +1,4 @@
-"""Warnings that point at the line of the caller, however deep in the package they come from."""
+"""Warnings that point at the line of the caller, however deep in the package their cause is."""
 
 from __future__ import annotations
 
@@ -11,15 +11,19 @@ from contextvars import ContextVar
 
 _PACKAGE = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "")
 _RAISE = ContextVar("refused", default=False)
+"""Whether warnings are exceptions in this context."""
 
 
 class SuppressedWarning(Exception):
-    """There is something to warn of, where nothing is to be said yet."""
+    """Raised instead of a warning during a speculative attempt."""
 
 
 @contextlib.contextmanager
 def raise_warnings() -> Iterator[None]:
-    """Warnings are exceptions, `Warned`, meanwhile: what is tried here is done in another way, which tells of them."""
+    """Let `warn` raise `SuppressedWarning` within the block.
+
+    The block is an attempt; after such an error the work is done in another way, which gives the warning.
+    """
     token = _RAISE.set(True)
     try:
         yield
@@ -28,7 +32,10 @@ def raise_warnings() -> Iterator[None]:
 
 
 def warn(message: str) -> None:
-    """A UserWarning at the first line of the stack that is neither of this package nor made by Python for it."""
+    """Give a UserWarning at the line of the caller.
+
+    That is the first line of the stack outside of this package and of code that Python generates for it.
+    """
     if _RAISE.get():
         raise SuppressedWarning(message)
     level, frame = 1, sys._getframe()
@@ -38,4 +45,5 @@ def warn(message: str) -> None:
 
 
 def _is_internal_frame(file: str) -> bool:
+    """Return whether a file belongs to the package, or is generated code such as that of dataclasses."""
     return file.startswith((_PACKAGE, "<")) or os.path.basename(file) == "dataclasses.py"

@@ -1,7 +1,7 @@
-"""Turn what a caller passes into plain floats and tuples, or refuse it by name.
+"""Turn arguments of callers into plain floats, tuples and arrays, or refuse them by name.
 
-Every error reads ``Sphere: radius must be > 0, got -1.0``: the object, the field, what was
-expected and what was found.
+Every error reads ``Sphere: radius must be > 0, got -1.0``: the object, the field, what was expected and what was found.
+Angles in radians in place of degrees give a warning.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from .arrays import FloatArray, Matrix4, Vector
 from .user_warnings import warn
 
 SMALLEST, LARGEST = 1e-100, 1e100
-"""The domain of every number: 0, or of a magnitude between these. Squares and fourth powers then stay in float64."""
+"""The domain of every number: 0, or a magnitude between these. Squares and fourth powers then stay in float64."""
 DOMAIN = "0 or of magnitude 1e-100 to 1e100"
 
 
@@ -29,7 +29,7 @@ _POSITIVE = "> 0, from 1e-100 to 1e100"
 
 
 def is_outside_domain(values: Any) -> Any:
-    """Which finite numbers of an array lie outside of the domain."""
+    """Return which finite numbers of an array lie outside of the domain."""
     sizes = np.abs(values)
     return (sizes != 0) & ~((sizes >= SMALLEST) & (sizes <= LARGEST))
 
@@ -38,10 +38,10 @@ _LONGEST = 80
 
 
 def format_value(value: Any) -> str:
-    """A value as a message tells it: of thousands of digits or entries the first."""
+    """Return a value for a message: of thousands of digits or entries the first."""
     try:
         text = repr(value)
-    except Exception:  # as of an integer with more digits than Python prints
+    except Exception:  # an integer may have more digits than Python prints
         text = ""
     if not text or len(text) > _LONGEST:
         return f"{text[:_LONGEST]}... of type {type(value).__name__}" if text else f"a {type(value).__name__}"
@@ -49,13 +49,13 @@ def format_value(value: Any) -> str:
 
 
 def format_list(texts: Sequence[str], most: int = 8) -> str:
-    """The first of some texts, one after the other, each cut to what a line holds; and how many more there are."""
+    """Return the first texts, with commas between, each cut to the width of a line, and the number of the others."""
     first = [text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..." for text in texts[:most]]
     return ", ".join(first) + (f" and {len(texts) - most:,} more" if len(texts) > most else "")
 
 
 def describe_kind(value: Any) -> str:
-    """What something is that has no business here: the class, the function, or the kind of thing."""
+    """Return the kind of an unexpected value for a message: the class, the function, or its type."""
     if isinstance(value, type):
         return f"the class {value.__name__}"
     if callable(value) and isinstance(getattr(value, "__name__", None), str):
@@ -64,24 +64,28 @@ def describe_kind(value: Any) -> str:
 
 
 def masked_arrays() -> Any:
-    """NumPy's class of masked arrays; () where nobody has imported it, so that nothing can be one."""
+    """Return the class of masked arrays of NumPy; () if nobody has imported it, so that nothing can be one."""
     return getattr(sys.modules.get("numpy.ma"), "MaskedArray", ())
 
 
 def _is_number(value: Any) -> bool:
-    """Whether float() says what is meant: no text, truth value, complex number, masked entry or array with axes."""
+    """Return whether float() is right for a value: no text, bool, complex number, masked entry or array with axes."""
     if isinstance(value, (bool, np.bool_, str, bytes)) or value is None or isinstance(value, masked_arrays()):
         return False
     return not (isinstance(value, np.ndarray) and value.ndim) and not is_complex(value)
 
 
 def is_complex(value: Any) -> bool:
-    """Whether float() would drop an imaginary part, with a warning."""
+    """Return whether float() would drop an imaginary part, with a warning."""
     return isinstance(value, complex) or getattr(getattr(value, "dtype", None), "kind", "") == "c"
 
 
 def check_number(owner: str, field: str, value: Any, *, finite: bool = True, domain: str = DOMAIN) -> float:
-    """`value` as a float; NaN is refused, infinity too unless `finite` is False. domain: what messages call it."""
+    """Return `value` as a float; NaN is refused, infinity too unless `finite` is False.
+
+    domain: the domain in messages.
+    """
+    # The usual case first: a float of the domain needs no other test
     if type(value) is float and (SMALLEST <= value <= LARGEST or -LARGEST <= value <= -SMALLEST):
         return value
     if type(value) not in (float, int) and not _is_number(value):
@@ -100,7 +104,7 @@ def check_number(owner: str, field: str, value: Any, *, finite: bool = True, dom
 
 
 def check_positive(owner: str, field: str, value: Any) -> float:
-    """`value` as a finite float > 0."""
+    """Return `value` as a finite float > 0."""
     result = check_number(owner, field, value, domain=_POSITIVE)
     if not result > 0:
         raise ValueError(f"{owner}: {field} must be > 0, got {result}")
@@ -108,7 +112,7 @@ def check_positive(owner: str, field: str, value: Any) -> float:
 
 
 def check_nonnegative(owner: str, field: str, value: Any) -> float:
-    """`value` as a finite float >= 0."""
+    """Return `value` as a finite float >= 0."""
     result = check_number(owner, field, value)
     if result < 0:
         raise ValueError(f"{owner}: {field} must be >= 0, got {result}")
@@ -116,7 +120,10 @@ def check_nonnegative(owner: str, field: str, value: Any) -> float:
 
 
 def as_integer(value: Any) -> int | None:
-    """The one rule for whole numbers: an integer, or a float without a fraction such as 1e5, NumPy's too; else None."""
+    """Return an integer, or a float without a fraction such as 1e5, as an int, also for NumPy types; else None.
+
+    This is the one rule for whole numbers in the package.
+    """
     if isinstance(value, (bool, np.bool_)):
         return None
     if isinstance(value, (int, np.integer)):
@@ -125,7 +132,7 @@ def as_integer(value: Any) -> int | None:
 
 
 def check_integer(owner: str, field: str, value: Any, least: int, most: int | None = None) -> int:
-    """`value` as an integer from `least` to `most`."""
+    """Return `value` as an integer from `least` to `most`."""
     found = as_integer(value)
     if found is None or found < least:
         raise ValueError(f"{owner}: {field} must be an integer >= {least}, got {format_value(value)}")
@@ -135,15 +142,16 @@ def check_integer(owner: str, field: str, value: Any, least: int, most: int | No
 
 
 def check_flag(owner: str, field: str, value: Any) -> bool:
-    """`value` as a bool; nothing else is taken for one."""
+    """Return `value` as a bool; no other type is accepted."""
     if not isinstance(value, (bool, np.bool_)):
         raise ValueError(f"{owner}: {field} must be true or false, got {format_value(value)}")
     return bool(value)
 
 
 def check_vector(owner: str, field: str, value: Any, *, nonzero: bool = False) -> Vector:
-    """`value` as three finite floats; all zero is refused if `nonzero`."""
+    """Return `value` as three finite floats; all zero is refused if `nonzero`."""
     plain = _plain_vector(value)
+    # Zero vectors take the slow path, which has the messages
     if plain is not None and not (nonzero and plain == (0.0, 0.0, 0.0)):
         return plain
     x, y, z = check_numbers(owner, field, value, 3)
@@ -153,7 +161,7 @@ def check_vector(owner: str, field: str, value: Any, *, nonzero: bool = False) -
 
 
 def _plain_vector(value: Any) -> Vector | None:
-    """Three floats of the domain, as nearly all vectors are; None for `numbers` to look closer."""
+    """Return three floats of the domain, as nearly all vectors are; None if `check_numbers` must decide."""
     kind = type(value)
     if kind is np.ndarray and value.dtype == np.float64 and value.shape == (3,):
         value = value.tolist()
@@ -163,13 +171,14 @@ def _plain_vector(value: Any) -> Vector | None:
     if not (type(x) is type(y) is type(z) is float):
         return None
     for number_ in (x, y, z):
+        # NaN fails every comparison, so it is left to `check_numbers`
         if not (SMALLEST <= number_ <= LARGEST or -LARGEST <= number_ <= -SMALLEST or number_ == 0):
             return None
     return x, y, z
 
 
 def _items(value: Any) -> tuple[Any, ...] | None:
-    """What a list, tuple or array holds; None for a text, a set, and what cannot be gone through."""
+    """Return the items of a list, tuple or array; None for a text, a set, and anything that is not iterable."""
     if (
         isinstance(value, (str, bytes, Set, Mapping))
         or not isinstance(value, Iterable)
@@ -190,7 +199,7 @@ _AXIS_VECTORS = {
 
 
 def check_numbers(owner: str, field: str, value: Any, count: int) -> tuple[float, ...]:
-    """`value` as a tuple of `count` finite floats."""
+    """Return `value` as a tuple of `count` finite floats."""
     items = _items(value)
     if items is None:
         kind = "the number " if _is_number(value) and isinstance(value, (int, float, np.number)) else ""
@@ -203,11 +212,12 @@ def check_numbers(owner: str, field: str, value: Any, count: int) -> tuple[float
 
 
 def _count_phrase(count: int) -> str:
+    """Return a number of numbers in words."""
     return "a list of 1 number" if count == 1 else f"{count} numbers"
 
 
 def check_interval(owner: str, field: str, value: Any) -> tuple[float, float] | None:
-    """None, or (low, high) with low < high; either end may be infinite."""
+    """Return None, or (low, high) with low < high; either end may be infinite."""
     if value is None:
         return None
     ends = value if type(value) is tuple else _items(value)
@@ -221,7 +231,7 @@ def check_interval(owner: str, field: str, value: Any) -> tuple[float, float] | 
 
 
 def check_vectors(owner: str, field: str, value: Any, minimum: int) -> tuple[Vector, ...]:
-    """`value` as a tuple of at least `minimum` points."""
+    """Return `value` as a tuple of at least `minimum` points."""
     items = _items(value)
     if items is None:
         raise ValueError(f"{owner}: {field} must be a list of points, got {format_value(value)}")
@@ -232,7 +242,7 @@ def check_vectors(owner: str, field: str, value: Any, minimum: int) -> tuple[Vec
 
 
 def check_matrix4(owner: str, field: str, value: Any) -> Matrix4:
-    """`value` as a 4 × 4 tuple of rows of finite floats."""
+    """Return `value` as a 4 × 4 tuple of rows of finite floats."""
     rows = _items(value)
     if rows is None:
         raise ValueError(f"{owner}: {field} must be a 4 x 4 matrix, got {format_value(value)}")
@@ -242,29 +252,29 @@ def check_matrix4(owner: str, field: str, value: Any) -> Matrix4:
 
 
 def check_callback(owner: str, field: str, value: Any, takes: str = "done, count") -> None:
-    """Refuse what is neither a function nor None, or takes other arguments."""
+    """Raise TypeError for a value that is neither a function nor None, or that takes other arguments."""
     if value is None:
         return
     if not callable(value) or isinstance(value, type):
         raise TypeError(f"{owner}: {field} must be a function or None, got {describe_kind(value)}")
     try:
         inspect.signature(value).bind(*takes.split(", "))
-    except ValueError:  # one of Python's own, which tell nothing
+    except ValueError:  # a builtin function may have no signature
         return
     except TypeError as error:
-        told = f"got {describe_kind(value)}, which does not: {error}"
-        raise TypeError(f"{owner}: {field} must be called as {field}({takes}); {told}") from None
+        found = f"got {describe_kind(value)}, which does not: {error}"
+        raise TypeError(f"{owner}: {field} must be called as {field}({takes}); {found}") from None
 
 
 def check_path(owner: str, value: Any, field: str = "path") -> str | os.PathLike[str]:
-    """Refuse what is no path of a file."""
+    """Return `value`; raise TypeError unless it is a path."""
     if not isinstance(value, (str, os.PathLike)) or not os.fspath(value):
         raise TypeError(f"{owner}: {field} must be a text or a Path, got {format_value(value)}")
     return value
 
 
 def check_npz_path(owner: str, what: str, value: Any) -> str | os.PathLike[str]:
-    """The path of a file of arrays; a ValueError for another suffix than .npz."""
+    """Return the path of a file of arrays; raise ValueError for another suffix than .npz."""
     file = check_path(owner, value)
     if not os.fspath(file).lower().endswith(".npz"):
         table = owner == "load" and os.fspath(file).lower().endswith(".csv")
@@ -274,34 +284,35 @@ def check_npz_path(owner: str, what: str, value: Any) -> str | os.PathLike[str]:
 
 
 def refuse_with(owner: str, field: str, **others: Any) -> None:
-    """ValueError for the first of some arguments that is given beside one that it does not go with."""
+    """Raise ValueError for the first argument that is passed beside one that it does not go with."""
     for name, value in others.items():
         if value is not None:
             raise ValueError(f"{owner}: {name} does not go with {field}")
 
 
-# Turn what a caller passes into arrays of float64, or refuse it by name.
+# --- Arrays
 
 _MASK_SEARCH_DEPTH = 5
+"""The depth of lists that are searched for masked entries."""
 _BELOW_ROUNDING = 2.0**-60
 
 
 def real_array(owner: str, field: str, values: Any, expected: str = "an array of numbers") -> FloatArray:
-    """`values` as an array of float64, NaN and infinity among them; not a copy where it is one already, and is aligned.
+    """Return `values` as an array of float64, with NaN and infinity; without a copy if it is an aligned one already.
 
-    Raises ValueError that names object and field for anything but real numbers: texts, None, complex numbers, masked
-    entries, numbers beyond float64, lists of uneven lengths.
+    Raises ValueError with object and field for anything but real numbers: texts, None, complex numbers, masked entries,
+    numbers beyond float64, lists of uneven lengths.
     """
     name = f"{owner}: {field}" if owner else field
     if isinstance(values, np.ndarray) and values.dtype == np.float64 and not isinstance(values, masked_arrays()):
-        return values if values.flags.aligned else values.copy()  # such come from networks and records
-    if _is_plain_row(values):  # one ray's: what follows takes longer than tracing it
+        return values if values.flags.aligned else values.copy()  # messages of networks and records are not aligned
+    if _is_plain_row(values):  # of one ray: the checks below take longer than its tracing
         with contextlib.suppress(OverflowError):
             return np.array(values, dtype=np.float64)
     if is_masked(values):
         raise ValueError(f"{name} must be {expected} without masked entries")
     try:
-        with np.errstate(all="ignore"):
+        with np.errstate(all="ignore"):  # numbers that become infinite are for the caller to refuse
             array = np.asarray(values)
             if array.dtype == object:
                 # Fractions, decimals and large integers
@@ -311,14 +322,14 @@ def real_array(owner: str, field: str, values: Any, expected: str = "an array of
             return np.asarray(array, dtype=np.float64)
     except (TypeError, ValueError, OverflowError):
         found = f"an array of {values.dtype}" if isinstance(values, np.ndarray) else format_value(values)
-        raise ValueError(f"{name} must be {expected}, got {found}{_array_fields_hint(values)}") from None
+        raise ValueError(f"{name} must be {expected}, got {found}{_refraction_hint(values)}") from None
 
 
 _AXIS_LETTERS = ["x", "y", "z"]
 
 
 def refuse_columns(owner: str, field: str, values: Any) -> None:
-    """ValueError for a table whose three columns are named after x, y and z, in another order."""
+    """Raise ValueError for a table whose three columns are named after x, y and z, in another order."""
     columns = getattr(values, "columns", None)
     if columns is None or len(columns) != 3:
         return
@@ -334,23 +345,19 @@ def refuse_columns(owner: str, field: str, values: Any) -> None:
         )
 
 
-def _array_fields_hint(values: Any) -> str:
-    """Where the numbers are of something that has arrays as its fields."""
+def _refraction_hint(values: Any) -> str:
+    """Return a hint for the pair that `co.refract` returns; "" for anything else."""
     pair = isinstance(values, tuple) and len(values) == 2
     if pair and isinstance(values[0], np.ndarray) and getattr(values[1], "dtype", None) == np.bool_:
         return "; co.refract gives two things, directions, total = co.refract(...)"
-    one = values[0] if isinstance(values, list | tuple) and values else values
-    fields = getattr(type(one), "instead", "")
-    if not fields or one is values:
-        return f"; {fields} are arrays" if fields else ""
-    return f"; co.{type(one).__name__}.concatenate joins them"
+    return ""
 
 
 _PLAIN_KINDS = frozenset((float, int))
 
 
 def _is_plain_row(values: Any) -> bool:
-    """Whether they are a number of Python's, or a list or tuple of such."""
+    """Return whether a value is a number of Python, or a list or tuple of such."""
     kind = type(values)
     return kind in _PLAIN_KINDS or (
         (kind is tuple or kind is list) and bool(values) and _PLAIN_KINDS.issuperset(map(type, values))
@@ -358,20 +365,24 @@ def _is_plain_row(values: Any) -> bool:
 
 
 def _real_float(item: Any) -> float:
+    """Return an item as a float; raise TypeError for a text, None or a complex number."""
     if item is None or isinstance(item, (str, bytes)) or is_complex(item):
         raise TypeError
     return float(item)
 
 
 def is_dask_array(values: Any) -> bool:
-    """Whether they are Dask's: those of xarray are where their data are, and have no graph where these are at hand."""
+    """Return whether an array is lazy, by Dask.
+
+    One of xarray is as lazy as its data: it has no graph if they are in memory.
+    """
     graph = getattr(values, "__dask_graph__", None)
     return callable(graph) and graph() is not None
 
 
 def is_masked(values: Any) -> bool:
-    """Whether there are masked entries, also in lists, where NumPy takes them for NaN with a warning."""
-    level = [values]
+    """Return whether there are masked entries, also within lists, where NumPy takes them for NaN with a warning."""
+    level = [values]  # the items of one depth
     for _ in range(_MASK_SEARCH_DEPTH):
         kinds = set(map(type, level))
         if any(issubclass(kind, masked_arrays()) for kind in kinds) and any(map(_has_masked, level)):
@@ -382,17 +393,18 @@ def is_masked(values: Any) -> bool:
 
 
 def _has_masked(item: Any) -> bool:
+    """Return whether an item is an array with masked entries."""
     return isinstance(item, masked_arrays()) and bool(np.ma.getmaskarray(item).any())
 
 
 def zero_negligible(vectors: FloatArray) -> FloatArray:
-    """Vectors (..., 3) that are rounded themselves, with 0 for components that are neither of the domain nor of weight.
+    """Return rounded vectors (..., 3), with 0 for components that are outside of the domain and negligible.
 
-    What is below 1e-100 and 2^-60 of the largest component is less than the rounding of the vector's length.
+    A component below 1e-100 and below 2^-60 of the largest is smaller than the rounding of the length of the vector.
     """
     sizes = np.abs(vectors)
     small = sizes < SMALLEST
-    if not small.any():  # as almost always
+    if not small.any():  # the usual case
         return vectors
     with np.errstate(all="ignore"):
         trace = small & (sizes <= _BELOW_ROUNDING * sizes.max(axis=-1, keepdims=True, initial=0.0))
@@ -400,23 +412,25 @@ def zero_negligible(vectors: FloatArray) -> FloatArray:
 
 
 def rows_outside_domain(points: FloatArray) -> Any:
-    """Indices of those rows of points (n, 3) that are not finite or lie beyond the domain."""
+    """Return the indices of rows of points (n, 3) that are not finite or lie beyond the domain."""
+    # Two passes without temporary arrays settle nearly all calls
     if points.size and points.max() <= LARGEST and points.min() >= -LARGEST:  # NaN is neither
         return np.zeros(0, np.intp)
     return np.flatnonzero(~(np.abs(points) <= LARGEST).all(axis=1))
 
 
-# Angles, which are in degrees everywhere; what is in radians beyond doubt is warned of.
+# --- Angles, which are in degrees in the whole package
 
 _LARGEST_RADIANS = 4 * math.pi
+"""Two turns: larger numbers are no angles in radians."""
 _RADIANS_STEP = math.pi / 1800
 """A tenth of a degree, in radians."""
 _RADIANS_ROUNDINGS = 3
-"""Of math.radians, of π / 6, of 2 * (π / 3)."""
+"""Roundings of an angle in radians: of math.radians, of π / 6, of 2 * (π / 3)."""
 
 
 def check_degrees(owner: str, field: str, value: Any) -> float:
-    """`value` as a finite float; a UserWarning where it is a plain angle in radians to the last bits."""
+    """Return `value` as a finite float; warn if it is a plain angle in radians to the last bits."""
     angle = check_number(owner, field, value)
     if looks_like_radians(angle) or (isinstance(value, np.float32) and _looks_like_radians32(value)):
         warn(
@@ -427,7 +441,7 @@ def check_degrees(owner: str, field: str, value: Any) -> float:
 
 
 def check_angle_range(owner: str, start_angle: Any, end_angle: Any) -> tuple[float, float]:
-    """Two angles as floats, from the first counter-clockwise to the last: their difference is in (0, 360]."""
+    """Return two angles as floats, counter-clockwise from the first: their difference is in (0, 360]."""
     first, last = check_degrees(owner, "start_angle", start_angle), check_degrees(owner, "end_angle", end_angle)
     if not 0 < last - first <= 360:
         raise ValueError(f"{owner}: end_angle - start_angle must be in (0, 360], got {last} - {first} = {last - first}")
@@ -435,17 +449,18 @@ def check_angle_range(owner: str, start_angle: Any, end_angle: Any) -> tuple[flo
 
 
 def warn_of_radians(owner: str, field: str, values: Any) -> None:
-    """A UserWarning where one of several angles, which are to be in degrees, is a plain one in radians.
+    """Warn if one of several angles, which must be in degrees, is a plain angle in radians.
 
     All of them must be within two turns in radians, as those of a scan in radians are.
     """
-    given = np.asarray(values)
-    if given.dtype.kind != "f" or not given.size or np.abs(given).max() > _LARGEST_RADIANS * (1 + 1e-6):
+    angles = np.asarray(values)
+    # Integers are never angles in radians; the factor allows for the rounding of float32
+    if angles.dtype.kind != "f" or not angles.size or np.abs(angles).max() > _LARGEST_RADIANS * (1 + 1e-6):
         return
     is_plain = (
-        (lambda angle: _looks_like_radians32(np.float32(angle))) if given.dtype == np.float32 else looks_like_radians
+        (lambda angle: _looks_like_radians32(np.float32(angle))) if angles.dtype == np.float32 else looks_like_radians
     )
-    found = next((angle for angle in given.ravel().tolist() if is_plain(angle)), None)
+    found = next((angle for angle in angles.ravel().tolist() if is_plain(angle)), None)
     if found is not None:
         warn(
             f"{owner}: {field} must be in degrees, got {found!r}: "
@@ -454,16 +469,17 @@ def warn_of_radians(owner: str, field: str, values: Any) -> None:
 
 
 def warn_of_degrees(owner: str, field: str, angles: FloatArray) -> None:
-    """A UserWarning where one of several angles, which are to be in radians, is a whole number beyond a turn."""
+    """Warn if one of several angles, which must be in radians, is a whole number beyond a turn."""
     found = angles[(np.abs(angles) > 2 * math.pi) & (angles == np.round(angles))]
     if len(found):
         warn(f"{owner}: {field} must be in radians, got {found[0]:g}: np.radians(angles) makes them of degrees")
 
 
 def looks_like_radians(angle: float) -> bool:
-    """Whether a number is, but for rounding, tenths of a degree in radians: no number of degrees is by chance.
+    """Return whether a number is, apart from rounding, a multiple of a tenth of a degree in radians.
 
-    Of all decimals up to 4π with six digits after the point or fewer none is: π has no such multiples.
+    No number of degrees is so by chance: no decimal up to 4π with six digits after the point or fewer is, since π has
+    no such multiples.
     """
     size = abs(angle)
     if not _RADIANS_STEP / 2 < size <= _LARGEST_RADIANS * (1 + 1e-12):
@@ -472,12 +488,13 @@ def looks_like_radians(angle: float) -> bool:
 
 
 def _looks_like_radians32(angle: np.float32) -> bool:
-    """The same of float32, which holds fewer digits: only multiples of 15 degrees are told from others."""
-    size, step = abs(float(angle)), math.pi / 12
+    """Return the same for float32, which has fewer digits: only multiples of 15 degrees are distinct."""
+    size, step = abs(float(angle)), math.pi / 12  # 15 degrees
     if not step / 2 < size <= _LARGEST_RADIANS * (1 + 1e-6):
         return False
     return abs(size - round(size / step) * step) <= 2 * float(np.spacing(np.float32(size)))
 
 
 def _radians_as_degrees(angle: float) -> str:
+    """Return an angle in radians as text in degrees."""
     return f"{round(angle / _RADIANS_STEP) / 10:g}"

@@ -1,4 +1,4 @@
-"""The command line: conicoid render, turntable, slice, view, export, info, trace, measure and the rest."""
+"""The command line: the commands of conicoid; `info`, `trace` and `schema` are defined here."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ from .resources import (
     refuse_stdin,
     write_output,
 )
-from .terminal import EXIT_FINDINGS, Bar, compile_notes, show_message, show_table, user_mistakes
+from .terminal import EXIT_FINDINGS, Bar, compile_notes, show_message, user_mistakes
 
 app = typer.Typer(
     cls=Commands,
@@ -63,19 +63,20 @@ app = typer.Typer(
     rich_markup_mode="rich",
     context_settings={"help_option_names": ["-h", "--help"]},
     epilog="Scene files, ray files and results are described in docs/files.md. Exit codes: 0 done, "
-    "2 a mistake in the input, 3 a check that has found something, 130 interrupted, 141 nobody reads the results, "
+    "2 a mistake in the input, 3 a check with findings, 130 interrupted, 141 nobody reads the results, "
     "1 anything else.",
 )
 
 
 def main() -> None:
-    """The commands; the entry point is in `__main__`."""
+    """Run the command that the arguments name; the entry point is in `__main__`."""
     with user_mistakes():
         app(prog_name="conicoid")
 
 
-def _version(wanted: bool) -> None:
-    if wanted:
+def _version(is_set: bool) -> None:
+    """Print the version and exit, for --version."""
+    if is_set:
         from .._util.version import __version__
 
         typer.echo(f"conicoid {__version__}")
@@ -95,6 +96,7 @@ def common(
         check_environment()
 
 
+# The order of registration is that of the help
 app.command(cls=Command, epilog=RENDER_EXAMPLES)(render)
 app.command(cls=Command, epilog=TURNTABLE_EXAMPLES)(turntable)
 app.command("slice", cls=Command, epilog=SLICE_EXAMPLES)(slice_scene)
@@ -109,8 +111,8 @@ app.command(cls=Command, epilog=EXPLAIN_EXAMPLES)(explain)
     cls=Command,
     epilog="Examples:\n\n  conicoid info scene.yaml\n\n  conicoid info scene.yaml --check\n\n"
     "  conicoid info --system\n\n"
-    "Overlaps may be intended: the body listed first has them. docs/booleans.md says what the check finds. "
-    "With --check the exit code is 3 where there are findings.",
+    "Overlaps may be intended: the body listed first has them. docs/booleans.md lists the findings. "
+    "With --check the exit code is 3 if there are findings.",
 )
 def info(
     context: typer.Context,
@@ -124,10 +126,10 @@ def info(
         ),
     ] = False,
     rays: Annotated[int, typer.Option(min=1, help="Rays for the check.")] = 200_000,
-    seed: Annotated[int, typer.Option(min=0, help="Of the check's random rays.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the random rays of the check.")] = 0,
     system: Annotated[bool, typer.Option("--system", help="Versions, processor, where kernels come from.")] = False,
 ) -> None:
-    """List the bodies of a scene with their bounds, and what it takes in memory; check it."""
+    """List the bodies of a scene with their bounds, and its memory; check it."""
     with user_mistakes():
         only_with(context, "--check", check, "rays", "seed")
         if system and check:
@@ -157,7 +159,7 @@ def info(
             findings = find(loaded, rays, seed, bar)
         for line in (*report.findings(findings), *report.list_unchecked(loaded)):
             typer.echo(line)
-        if findings:
+        if findings:  # scripts see them by the exit code
             raise typer.Exit(EXIT_FINDINGS)
 
 
@@ -208,6 +210,7 @@ def trace(
     with user_mistakes():
         from ..io.ray_file import write_hits, write_spans
 
+        # Files of these kinds are read and written part by part in any case
         parts = chunk is not None or {rays.suffix.lower(), output.suffix.lower()} & {".parquet", ".zarr"}
         only_with(context, "--chunk", bool(parts), "resume", "workers", "cluster", "slurm")
         all_fields = output != STDOUT and output.suffix.lower() in (".npz", ".zarr")
@@ -215,13 +218,14 @@ def trace(
             raise ValueError(f"trace: --errors goes with .csv; a {output.suffix} file has all fields in any case")
         if parts:
             limits = dict(t_min=t_min, t_max=t_max, errors=errors)
-            where = workers, cluster, slurm
-            _trace_in_chunks(scene, rays, output, spans, chunk or CHUNK, resume, where, threads, limits)
+            executors = workers, cluster, slurm
+            _trace_in_chunks(scene, rays, output, spans, chunk or CHUNK, resume, executors, threads, limits)
             return
         table = rays_for(rays, scene, output, (".npz", ".csv", ".parquet", ".zarr")).within(t_min, t_max)
         loaded = load(scene, threads)
         from . import ray_tables
 
+        # Before the preparation, which may take much longer
         with compile_notes():
             ray_tables.check(table)
         prepare(loaded)
@@ -233,14 +237,14 @@ def trace(
 
 
 CHUNK = 1_000_000
-"""Rays at a time of files that are read or written part by part in any case."""
+"""Rays in a part, for files that are read or written part by part without --chunk."""
 
 
 def _trace_in_chunks(
-    scene: Path, rays: Path, output: Path, spans: bool, chunk: int, resume: bool, where: tuple[Any, Any, Any],
+    scene: Path, rays: Path, output: Path, spans: bool, chunk: int, resume: bool, executors: tuple[Any, Any, Any],
     threads: int | None, options: dict[str, Any],
 ) -> None:  # fmt: skip
-    """What `trace --chunk` does."""
+    """Trace a file of rays part by part, for `trace --chunk`."""
     from .._util.text import format_count
     from ..io.ray_file import check_output
     from ..io.ray_stream import RayStream
@@ -248,7 +252,7 @@ def _trace_in_chunks(
 
     refuse_stdin(rays, "rays")
     if output == STDOUT:
-        raise ValueError("trace: --chunk writes a file, which it goes on with: name one with -o")
+        raise ValueError("trace: --chunk writes a file, with which it can continue: name one with -o")
     check_output(output, SUFFIXES)
     check_folder(output)
     refuse_overwriting(output, scene, rays)
@@ -257,14 +261,13 @@ def _trace_in_chunks(
     loaded = load(scene, threads)
     prepare(loaded)
     query = "spans" if spans else "first_hit"
-    with compile_notes(), Bar("tracing", "ray") as bar, executor_of("trace", *where) as executor:
-        found, count = trace_file(
+    with compile_notes(), Bar("tracing", "ray") as bar, executor_of("trace", *executors) as executor:
+        rows, count = trace_file(
             loaded, stream, output, query, chunk=chunk, resume=resume, executor=executor, told=bar, **options
         )
-    told = format_count(count, "ray", "rays")
-    show_message(
-        f"{output}: " + (f"{format_count(found, 'span', 'spans')} of {told}" if spans else f"{found:,} of {told} hit")
-    )
+    rays_text = format_count(count, "ray", "rays")
+    results = f"{format_count(rows, 'span', 'spans')} of" if spans else f"{rows:,} of"
+    show_message(f"{output}: {results} {rays_text}{'' if spans else ' hit'}")
 
 
 app.command(cls=Command, epilog=LENGTHS_EXAMPLES)(lengths)
@@ -272,62 +275,6 @@ app.command(cls=Command, epilog=MEASURE_EXAMPLES)(measure)
 
 
 app.command("import", cls=Command, epilog=IMPORT_EXAMPLES)(import_)
-
-
-@app.command(
-    cls=Command,
-    epilog="Examples:\n\n  conicoid bench\n\n  conicoid bench --rows camera-1000 --rows build\n\n"
-    "  conicoid bench --accuracy --rows sphere --picture errors.png\n\n"
-    "Rows: camera, random, picture, build, growth and more against peers; latency, import, command, compile, memory "
-    "against what is asked of Conicoid itself, at most.\n\n"
-    'The peers come with `pip install ".\\[bench]"` in the repository; docs/performance.md says how to read the table, '
-    "docs/exactness-measured.md that of accuracy.",
-)
-def bench(
-    rows: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--rows",
-            help="Only this row; may be repeated. With --accuracy: a shape, a family of rays, float32 or float64.",
-            show_default=False,
-        ),
-    ] = None,
-    quick: Annotated[
-        bool, typer.Option("--quick", help="Small, to see that all works; the ratios mean nothing.")
-    ] = False,
-    markdown: Annotated[
-        bool, typer.Option("--markdown", help="Print the table as Markdown, as in the documentation.")
-    ] = False,
-    output: Annotated[
-        Path | None, typer.Option("--json", help="Write the figures to a file as well.", show_default=False)
-    ] = None,
-    accuracy: Annotated[bool, typer.Option("--accuracy", help="Measure errors instead of times.")] = False,
-    rays: Annotated[
-        int | None, typer.Option(min=1, help="With --accuracy: rays of each row.", show_default="100000")
-    ] = None,
-    picture: Annotated[
-        Path | None, typer.Option(help="With --accuracy: a picture of the errors, .png.", show_default=False)
-    ] = None,
-) -> None:
-    """Time the same rays in Conicoid and in every peer that is installed, in turn; or measure how wrong each is."""
-    with user_mistakes():
-        from ..bench import suite as times
-        from ..bench.accuracy import suite as errors
-
-        for file in filter(None, (output, picture)):
-            check_folder(file)
-        if accuracy and quick and rays is not None:
-            raise ValueError("bench: give either --rays or --quick, which is 2000 of them")
-        if accuracy:
-            shown = errors.measure(rows or (), rays or (2000 if quick else 100_000), output, picture, show_message)
-        elif rays is not None or picture is not None:
-            raise ValueError("bench: --rays and --picture go with --accuracy")
-        else:
-            shown = times.measure(rows or (), quick, output, show_message)
-        if markdown:
-            typer.echo(shown.markdown)
-        else:
-            show_table(shown.table, shown.about)
 
 
 @app.command(cls=Command, epilog="Example:\n\n  conicoid schema > scene.schema.json")

@@ -1,4 +1,4 @@
-"""The command that turns files of other programs into scene files."""
+"""The commands that read and write files of others: import and export; and those in a browser: view and playground."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from .terminal import Bar, compile_notes, show_message, user_mistakes
 IMPORT_EXAMPLES = (
     "Examples:\n\n  conicoid import geometry.xml -o scene.yaml\n\n"
     "  conicoid import model.xml -o scene.yaml --no-void\n\n"
-    "docs/importing.md says which formats there are, and what becomes of what."
+    "docs/importing.md lists the formats, and how each part of a file is read."
 )
 
 
@@ -32,7 +32,7 @@ def import_(
     file: Annotated[
         Path,
         typer.Argument(
-            metavar="FILE", help="A file of another program, which is known by what is in it.", show_default=False
+            metavar="FILE", help="A file of another program; its content decides the format.", show_default=False
         ),
     ],
     output: Annotated[
@@ -46,23 +46,24 @@ def import_(
         int | None,
         typer.Option(
             min=1,
-            help="Refuse what expands into more bodies.",
-            show_default="4,000,000, of which 500,000 are no others moved",
+            help="Refuse a file that expands into more bodies.",
+            show_default="4,000,000, of them 500,000 that are no moved copies",
         ),
     ] = None,
-    strict: Annotated[bool, typer.Option("--strict", help="Refuse a file that is not read as it says.")] = False,
+    strict: Annotated[bool, typer.Option("--strict", help="Refuse a file that cannot be read as it stands.")] = False,
     only: Annotated[
-        str | None, typer.Option(help="Only what this text, or a pattern such as '*/fuel*', names.", show_default=False)
+        str | None,
+        typer.Option(help="Only volumes with this text, or pattern such as '*/fuel*'.", show_default=False),
     ] = None,
     depth: Annotated[
         int | None, typer.Option(min=0, help="How many levels of volumes are opened.", show_default="all")
     ] = None,
     smooth: Annotated[bool, typer.Option("--smooth", help="Circles are round, whatever $fn of OpenSCAD says.")] = False,
     entities: Annotated[
-        bool, typer.Option("--entities", help="Read files in its folder that GDML takes in by entities.")
+        bool, typer.Option("--entities", help="Read files in its folder that GDML includes by entities.")
     ] = False,
 ) -> None:
-    """Turn a file of another program into a scene; what there is to say of it, and its materials, are printed."""
+    """Turn a file of another program into a scene; print remarks on it, and its materials."""
     with user_mistakes():
         if output != STDOUT and output.suffix.lower() not in (".yaml", ".yml", ".json"):
             raise ValueError(f"{output}: scenes are saved as .yaml or .json")
@@ -73,23 +74,23 @@ def import_(
 
         refuse_stdin(file, "files of other programs")
         with report_refused_files(), Bar("reading", "body") as bar:
-            found = detect_format(file)
-            if found is None:
-                file.open("rb").close()  # an error where there is none
+            importer = detect_format(file)
+            if importer is None:
+                file.open("rb").close()  # raises OSError for a missing file
                 raise ValueError(f"{file}: is of no known format: {', '.join(each.name for each in IMPORT_FORMATS)}")
-            imported = found.read(
+            imported = importer.read(
                 file,
                 ImportOptions(void, max_bodies, strict, only, depth, smooth, entities, _import_parts(file, bar)),
             )
         with write_output(output, ".yaml") as place, Bar("writing", "body") as bar:
             scene_file.write_scene(imported, place, imported.material_names, bar)
         for line in (*imported.notes, *imported.legend):
-            typer.echo(line, err=output == STDOUT)
+            typer.echo(line, err=output == STDOUT)  # stdout may hold the scene
         show_message(f"{name_of(output)}: {format_count(len(imported.bodies), 'body', 'bodies')}")
 
 
 def _import_parts(file: Path, bar: Bar) -> Any:
-    """Progress that states the number of bodies before the first of them is made."""
+    """Return progress that states the number of bodies before the first of them is made."""
     from .._util.text import format_count
 
     def progress(done: int, count: int) -> None:
@@ -100,11 +101,11 @@ def _import_parts(file: Path, bar: Bar) -> Any:
     return progress
 
 
-# The command that writes scenes for others: pages, and models of other programs.
+# --- export: pages, and models of other programs
 
 EXPORT_EXAMPLES = (
     "Examples:\n\n  conicoid export scene.yaml scene.html\n\n  conicoid export geometry.xml detector.gdml\n\n"
-    "docs/exporting.md says what becomes of what in GDML, OpenSCAD and OpenMC."
+    "docs/exporting.md describes how GDML, OpenSCAD and OpenMC hold each part of a scene."
 )
 _PAGES = (".html", ".htm")
 
@@ -120,33 +121,34 @@ def export(
         ),
     ],
     strict: Annotated[
-        bool, typer.Option("--strict", help="Refuse a model that does not say all of the scene.")
+        bool, typer.Option("--strict", help="Refuse a model that does not hold all of the scene.")
     ] = False,
 ) -> None:
     """Write a scene as one page that any current browser shows from a disk, or as a model of another program."""
     with user_mistakes():
         from ..io.export.exporters import EXPORT_FORMATS, ExportOptions, find_export_format
 
-        found = find_export_format(output)
-        if found is None and output.suffix.lower() not in _PAGES:
+        exporter = find_export_format(output)
+        if exporter is None and output.suffix.lower() not in _PAGES:
             known = ", ".join(suffix for each in EXPORT_FORMATS for suffix in each.suffixes)
             raise ValueError(f"{output}: pages are saved as .html, models as {known}")
-        if found is None and strict:
-            raise ValueError("export: --strict goes with models; of a page it would be ignored")
+        if exporter is None and strict:
+            raise ValueError("export: --strict goes with models; for a page it would be ignored")
         check_folder(output)
         refuse_overwriting(output, scene)
         loaded = load(scene, None)
-        if found is None:
+        if exporter is None:
             _page(loaded, output, scene.stem)
         else:
             with Bar("writing", "body") as bar:
-                done = found.write(loaded, output, ExportOptions(strict, bar))
-            for line in done.notes:
+                result = exporter.write(loaded, output, ExportOptions(strict, bar))
+            for line in result.notes:
                 typer.echo(line)
         show_message(f"{output}: {output.stat().st_size / 1024:,.0f} KiB")
 
 
 def _page(scene: Any, output: Path, title: str) -> None:
+    """Write a scene as a page."""
     from ..viewer import export as write_page
 
     prepare(scene)
@@ -154,15 +156,15 @@ def _page(scene: Any, output: Path, title: str) -> None:
         write_page(scene, output, title)
 
 
-# Commands that show scenes in a browser: view and playground.
+# --- view and playground: scenes in a browser
 
 VIEW_EXAMPLES = (
     "Examples:\n\n  conicoid view scene.yaml\n\n  conicoid view --quadrics\n\n"
-    "The page follows the file as it changes. docs/viewer.md says what can be done on it."
+    "The page follows the file as it changes. docs/viewer.md describes the page."
 )
 PLAYGROUND_EXAMPLES = (
     "Examples:\n\n  conicoid playground\n\n  conicoid playground scene.yaml\n\n"
-    "The file stays as it is. docs/playground.md says what can be done there."
+    "The file stays as it is. docs/playground.md describes the page."
 )
 
 
@@ -171,7 +173,7 @@ def view(
         Path | None, typer.Argument(metavar="[SCENE]", help="A scene file, YAML or JSON.", show_default=False)
     ] = None,
     quadrics: Annotated[bool, typer.Option("--quadrics", help="The nine quadrics, with sliders.")] = False,
-    port: Annotated[int, typer.Option(min=0, max=65535, help="Of the page on this machine; 0: any free one.")] = 0,
+    port: Annotated[int, typer.Option(min=0, max=65535, help="Port of the page on this machine; 0: any free one.")] = 0,
     browser: Annotated[bool, typer.Option(help="Open the browser.")] = True,
 ) -> None:
     """Walk around in a scene in the browser, until Ctrl-C."""
@@ -185,10 +187,11 @@ def view(
         if scene is None:
             session = Session(quadrics_scene(), "Nine quadrics", select=0)
         else:
-            stamp = stamp_of(scene)
+            stamp = stamp_of(scene)  # before the file is read: a change meanwhile is then noticed
             loaded = load(scene, None)
             prepare(loaded)
             session = Session(loaded, scene.stem, scene, stamp=stamp)
+        # Scenes that are too large for a browser fail here, not in the page
         with compile_notes():
             session.scene()
         serve(session, port, browser, show_message)
@@ -198,15 +201,15 @@ def playground(
     scene: Annotated[
         Path | None, typer.Argument(metavar="[SCENE]", help="A scene file to begin with.", show_default=False)
     ] = None,
-    port: Annotated[int, typer.Option(min=0, max=65535, help="Of the page on this machine; 0: any free one.")] = 0,
+    port: Annotated[int, typer.Option(min=0, max=65535, help="Port of the page on this machine; 0: any free one.")] = 0,
     browser: Annotated[bool, typer.Option(help="Open the browser.")] = True,
 ) -> None:
-    """Type a scene in the browser, and read what is on a ray, until Ctrl-C."""
+    """Type a scene in the browser, and read the hits along a ray, until Ctrl-C."""
     with user_mistakes():
         from ..viewer.playground import Playground
         from ..viewer.server import serve
 
-        if scene is not None:
+        if scene is not None:  # mistakes in the file are reported here
             load(scene, None)
         with compile_notes():
             session = Playground(scene)

@@ -1,4 +1,7 @@
-"""Pictures that are shown while they become better."""
+"""A picture from a scene to its file, as `conicoid render` makes it, with previews while it improves.
+
+`parse_plain_render` runs the plain command without Typer.
+"""
 
 from __future__ import annotations
 
@@ -28,12 +31,12 @@ if TYPE_CHECKING:
 
 
 def previews(bar: Bar, path: Path | None, developed: Callable[[Any], Any]) -> Callable[[Any], None]:
-    """What is done with a picture as it becomes better: its noise is told, and it is written, whole, at `path`.
+    """Return a function that shows the noise of a picture as it improves, and writes the picture, whole, at `path`.
 
     path: STDOUT for a picture above the line of progress, in the terminal.
     """
 
-    def shown(image: Any) -> None:
+    def show(image: Any) -> None:
         if image.noise < float("inf"):
             bar.note = f", noise {image.noise:.2g}"
         if path == STDOUT:
@@ -46,19 +49,19 @@ def previews(bar: Bar, path: Path | None, developed: Callable[[Any], Any]) -> Ca
         elif path is not None:
             developed(image).save(path)
 
-    return shown
+    return show
 
 
-# A picture from a scene to its file, as `conicoid render` makes it.
+# --- The picture
 
 _ROWS = 16
-"""Of pixels that are looked at before all."""
+"""Rows of pixels that are traced before all others."""
 PROGRESSIVE = tuple(name for name, one in INTEGRATORS.items() if one.progressive)
 
 
 @dataclass(frozen=True)
 class RenderRequest:
-    """What is wanted of a picture; the defaults are those of the command's options."""
+    """The options of a picture; the defaults are those of the command."""
 
     output: Path
     width: int = 640
@@ -71,7 +74,7 @@ class RenderRequest:
     labels: bool = False
     normals: bool = False
     plane: tuple[str, float] | None = None
-    """A section, in place of a view."""
+    """The axis and place of a section, in place of a view."""
     filter: str = "box"
     noise: float | None = None
     layers: tuple[str, ...] = ()
@@ -85,7 +88,7 @@ class RenderRequest:
     """Workers, the address of a cluster, jobs of Slurm."""
 
     def check_output(self) -> None:
-        """Refuse an output that cannot be written before the work, not after it."""
+        """Refuse an output that cannot be written, before the work."""
         from ..io.images.image import SUFFIXES
 
         if self.output == STDOUT:
@@ -95,72 +98,79 @@ class RenderRequest:
         check_folder(self.output)
 
     def developed(self, image: Any) -> Any:
-        """A picture as it is displayed."""
+        """Return a picture as it is displayed."""
         plain = self.exposure == 0 and self.tone == "srgb"
         return image if plain else image.developed(self.exposure, cast(Tone, self.tone))
 
 
-def draw(scene: Scene, camera: AnyCamera | None, wanted: RenderRequest, about_none: str) -> None:
-    """Make a picture and write it. camera: None for the scene's; about_none: what to say where nothing is seen."""
-    width, height = wanted.width, wanted.height
+def draw(scene: Scene, camera: AnyCamera | None, request: RenderRequest, about_none: str) -> None:
+    """Make a picture and write it.
+
+    camera: None for that of the scene. about_none: the end of the note for an empty picture.
+    """
+    width, height = request.width, request.height
     prepare(scene)
     with (
         compile_notes(),
         show_warnings(),
         Bar("rendering", "ray") as bar,
-        executor_of("render", *wanted.executor) as executor,
+        executor_of("render", *request.executor) as executor,
     ):
-        image = wanted.developed(
-            scene.section(*wanted.plane, width, height, wanted.samples or MOST_SAMPLES)
-            if wanted.plane
-            else _view(scene, camera, wanted, bar, executor)
+        image = request.developed(
+            scene.section(*request.plane, width, height, request.samples or MOST_SAMPLES)
+            if request.plane
+            else _view(scene, camera, request, bar, executor)
         )
-    if wanted.plane is None and _sees_nothing(scene, camera, width, height):
+    if request.plane is None and _sees_nothing(scene, camera, width, height):
         show_message(f"note: no body is in view{about_none}")
-    with write_output(wanted.output, ".png") as file:
-        image.save(file, bits=wanted.bits)
-    if wanted.resume is not None:
-        wanted.resume.unlink(missing_ok=True)
-    show_message(f"{name_of(wanted.output)}: {width} x {height} pixels")
+    with write_output(request.output, ".png") as file:
+        image.save(file, bits=request.bits)
+    if request.resume is not None:
+        request.resume.unlink(missing_ok=True)  # the picture is complete: its tiles have no further use
+    show_message(f"{name_of(request.output)}: {width} x {height} pixels")
 
 
-def _view(scene: Scene, camera: AnyCamera | None, wanted: RenderRequest, bar: Bar, executor: Any) -> Any:
-    """What the camera sees."""
-    w = wanted
+def _view(scene: Scene, camera: AnyCamera | None, request: RenderRequest, bar: Bar, executor: Any) -> Any:
+    """Return the picture by the camera."""
+    r = request
     return scene.render(
-        w.width, w.height, w.samples, w.integrator, w.seed, depth=w.depth, camera=camera, filter=cast(Filter, w.filter),
-        noise=w.noise, shutter=w.shutter, layers=w.layers, axes=w.axes, labels=w.labels, normals=w.normals,
-        progress=count_rays(bar, w.width * w.height * (w.samples or MOST_SAMPLES)), executor=executor, resume=w.resume,
-        preview=previews(bar, w.preview, w.developed) if w.integrator in PROGRESSIVE else None,
+        r.width, r.height, r.samples, r.integrator, r.seed, depth=r.depth, camera=camera, filter=cast(Filter, r.filter),
+        noise=r.noise, shutter=r.shutter, layers=r.layers, axes=r.axes, labels=r.labels, normals=r.normals,
+        progress=count_rays(bar, r.width * r.height * (r.samples or MOST_SAMPLES)), executor=executor, resume=r.resume,
+        preview=previews(bar, r.preview, r.developed) if r.integrator in PROGRESSIVE else None,
     )  # fmt: skip
 
 
 def _sees_nothing(scene: Scene, camera: AnyCamera | None, width: int, height: int) -> bool:
-    """Whether no ray through the centre of a pixel hits; those of a few rows are asked first, from the middle on."""
-    seen_by = camera or scene.camera
-    if seen_by is None or not scene.bodies:
+    """Return whether no ray through the centre of a pixel hits; a few rows are traced first, from the middle on."""
+    view = camera or scene.camera
+    if view is None or not scene.bodies:
         return False
-    rays = seen_by.lazy_rays(width, height)
-    few = max(1, height // _ROWS)
-    for row in sorted(range(few // 2, height, few), key=lambda row: abs(2 * row - height)):
+    rays = view.lazy_rays(width, height)
+    step = max(1, height // _ROWS)
+    # Bodies are most likely in the middle, so one of few rows usually decides
+    for row in sorted(range(step // 2, height, step), key=lambda row: abs(2 * row - height)):
         if scene.occluded(rays.part(row * width, (row + 1) * width)).any():
             return False
     return not scene.occluded(rays).any()
 
 
-# Plain commands, understood without Typer: to import that takes longer than many a picture.
-#
-# `conicoid render SCENE -o PICTURE`, with options that are whole numbers, is all of it. Whatever else is written, and
-# whatever may be a mistake, is left to the command line proper, with its messages.
+# --- Plain commands
 
 _NUMBERS = "--width", "--height", "--samples", "--threads"
 _OUTPUT = "-o", "--output"
 _DIGITS = 9
+"""The longest number of a plain command."""
 FIT_HINT = "; --fit takes a camera that sees all that is bounded"
 
 
 def parse_plain_render(arguments: Sequence[str]) -> Callable[[], int] | None:
-    """What does a command, and returns its exit code; None where the command line has to say what is meant."""
+    """Return a function that runs a plain command and returns its exit code.
+
+    Plain commands are `conicoid render SCENE -o PICTURE` with options that are whole numbers. They need no Typer, whose
+    import takes longer than many a picture. None for other commands, and for any that may be a mistake: the command
+    line proper handles these, with its messages.
+    """
     if not arguments or arguments[0] != "render":
         return None
     numbers: dict[str, int] = {}
@@ -179,13 +189,14 @@ def parse_plain_render(arguments: Sequence[str]) -> Callable[[], int] | None:
             numbers[word] = int(value)
         else:
             return None
+    # Repeated and missing arguments get the messages of the command line proper
     if len(outputs) != 1 or len(scenes) != 1 or not outputs[0] or outputs[0].startswith("-"):
         return None
     return lambda: _render(Path(scenes[0]), Path(outputs[0]), {name[2:]: each for name, each in numbers.items()})
 
 
 def _render(scene: Path, output: Path, numbers: dict[str, int]) -> int:
-    """A picture with the options of `render` that are given."""
+    """Make a picture with some options of `render`; return the exit code."""
     from .._util.environment import check_environment
 
     with user_mistakes():
@@ -195,9 +206,9 @@ def _render(scene: Path, output: Path, numbers: dict[str, int]) -> int:
         from .resources import load
 
         threads = numbers.pop("threads", None)
-        wanted = RenderRequest(output, **numbers)  # type: ignore[arg-type]
-        wanted.check_output()
-        check_options(wanted.samples, wanted.integrator, wanted.seed, wanted.depth)
-        with pause_gc():  # one scene is made and drawn, and then the process ends
-            draw(load(scene, threads), None, wanted, FIT_HINT)
+        request = RenderRequest(output, **numbers)  # type: ignore[arg-type]
+        request.check_output()
+        check_options(request.samples, request.integrator, request.seed, request.depth)
+        with pause_gc():  # the process ends after one scene and one picture
+            draw(load(scene, threads), None, request, FIT_HINT)
     return EXIT_OK

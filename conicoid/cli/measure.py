@@ -1,4 +1,4 @@
-"""The commands conicoid lengths and conicoid measure: what rays go through, and how large bodies are."""
+"""The commands conicoid lengths, measure and explain: lengths inside bodies, sizes of bodies, one ray explained."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def lengths(
     value: Annotated[
         list[str] | None,
         typer.Option(
-            "--value", metavar="MATERIAL=NUMBER", help="The line integral of this; may be repeated.", show_default=False
+            "--value", metavar="MATERIAL=NUMBER", help="The line integral of it; may be repeated.", show_default=False
         ),
     ] = None,
     property_: Annotated[
@@ -49,11 +49,11 @@ def lengths(
                      show_default=False),
     ] = None,
     otherwise: Annotated[
-        float | None, typer.Option(help="With --value or --property: of materials without one.", show_default=False)
+        float | None, typer.Option(help="With --value or --property: for materials without one.", show_default=False)
     ] = None,
     overlaps: Annotated[
         str | None,
-        typer.Option(help="Stretches in two bodies at once: both, they are meant to count twice; error.",
+        typer.Option(help="Stretches in two bodies at once: both, to count them twice; or error.",
                      show_default="a note"),
     ] = None,
     t_min: TMin = None,
@@ -79,26 +79,27 @@ def lengths(
         from ..io.ray_file import integral_columns, length_columns, write_values
         from . import ray_tables
 
+        # Before the preparation, which may take much longer
         with compile_notes():
             ray_tables.check(table)
         prepare(loaded)
         with compile_notes(), Bar("measuring", "ray") as bar:
             if integral:
-                found = _integrals(loaded, table, values, otherwise, overlaps, bar)
+                results = _integrals(loaded, table, values, otherwise, overlaps, bar)
             else:
-                found = ray_tables.lengths(loaded, table, by, overlaps, bar)
-        energies = found.shape[len(table.shape) :]
+                results = ray_tables.lengths(loaded, table, by, overlaps, bar)
+        energies = results.shape[len(table.shape) :]  # the axes behind those of the rays
         columns = integral_columns(energies) if integral else length_columns(loaded, by)
         name = "line_integrals" if integral else "lengths"
         with write_output(output, ".csv") as file:
-            write_values(file, name, found, columns, with_names=not integral)
-        show_message(f"{name_of(output)}: {_summary(found, table.shape, len(columns), integral, by)}")
+            write_values(file, name, results, columns, with_names=not integral)
+        show_message(f"{name_of(output)}: {_summary(results, table.shape, len(columns), integral, by)}")
 
 
 def _integrals(
     scene: Scene, table: RayTable, values: Any, otherwise: float | None, overlaps: str | None, bar: Bar
 ) -> Any:
-    """Line integrals; what is wrong with the values is told in words of the command line."""
+    """Return line integrals; messages about the values name options of the command line."""
     from ..queries.weights import BY_BODY
     from . import ray_tables
 
@@ -111,10 +112,10 @@ def _integrals(
 
 
 def _values(texts: list[str]) -> dict[str, float]:
-    """MATERIAL=NUMBER as a mapping; names may hold = themselves."""
+    """Return MATERIAL=NUMBER texts as a mapping; names may contain = themselves."""
     values: dict[str, float] = {}
     for text in texts:
-        name, _, number = text.rpartition("=")
+        name, _, number = text.rpartition("=")  # the last one: names may contain others
         try:
             value = float(number)
         except ValueError:
@@ -127,17 +128,17 @@ def _values(texts: list[str]) -> dict[str, float]:
     return values
 
 
-def _summary(found: Any, rays: tuple[int, ...], columns: int, integral: bool, by: str) -> str:
-    """One line on what was found."""
+def _summary(results: Any, rays: tuple[int, ...], columns: int, integral: bool, by: str) -> str:
+    """Return one line on the results."""
     from .._util.text import format_count
 
     count = math.prod(rays)
     of_rays = format_count(count, "ray", "rays")
     if integral:
         return f"line integrals of {of_rays}"
-    inside = int((found.reshape(count, columns) > 0).any(axis=1).sum())
-    what = format_count(columns, by, "bodies" if by == "body" else "materials")
-    return f"lengths of {of_rays} inside {what}; {inside:,} inside any"
+    inside = int((results.reshape(count, columns) > 0).any(axis=1).sum())
+    columns_text = format_count(columns, by, "bodies" if by == "body" else "materials")
+    return f"lengths of {of_rays} inside {columns_text}; {inside:,} inside any"
 
 
 def measure(
@@ -152,7 +153,7 @@ def measure(
         typer.Option(min=60, help="Rays for all bodies; combinations are followed in any case.",
                      show_default="1000000, where no closed form is known"),
     ] = None,
-    seed: Annotated[int, typer.Option(min=0, help="Of the random rays.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the random rays.")] = 0,
     threads: Threads = None,
 ) -> None:  # fmt: skip
     """Volume, area, centroid and inertia of every body, and the volumes of materials."""
@@ -163,53 +164,54 @@ def measure(
             check_folder(output)
             refuse_overwriting(output, scene)
         loaded = load(scene, threads)
-        from ..apps.measures.measure import measure as measured
+        from ..apps.measures.measure import measure as measure_scene
 
         with compile_notes(), Bar("measuring", "body") as bar:
-            found = measured(loaded, rays, seed, bar)
+            measures = measure_scene(loaded, rays, seed, bar)
         if output is None:
-            typer.echo(_printable(str(found)))
+            typer.echo(_printable(str(measures)))
             return
         from ..io.ray_file import write_table
 
         with write_output(output, ".csv") as file:
-            write_table(file, {}, _table(found))
-        show_message(f"{name_of(output)}: {len(found):,} bodies")
+            write_table(file, {}, _table(measures))
+        show_message(f"{name_of(output)}: {len(measures):,} bodies")
 
 
 def _printable(text: str) -> str:
+    """Return text without characters that a terminal would obey."""
     from .._util.file_errors import printable
 
     return "\n".join(printable(line) for line in text.split("\n"))
 
 
-def _table(found: SceneMeasures) -> dict[str, Any]:
-    """The columns of the file of measures: a line for each body."""
+def _table(measures: SceneMeasures) -> dict[str, Any]:
+    """Return the columns of the file of measures: a row for each body."""
     import numpy as np
 
-    names = ["" if name is None else name for name in found.names]
-    called = ["" if material is None or not material.name else material.name for material in found.materials]
+    names = ["" if name is None else name for name in measures.names]
+    material_names = ["" if material is None or not material.name else material.name for material in measures.materials]
     table: dict[str, Any] = {
-        "body": np.arange(len(found)),
+        "body": np.arange(len(measures)),
         "name": np.array(names, object),
-        "material": np.array([called[place] for place in found.places], object),
+        "material": np.array([material_names[place] for place in measures.places], object),
     }
     for name in ("volume", "area"):
-        table[name] = np.array([getattr(body, name) for body in found])
-        table[f"{name}_error"] = np.array([getattr(body, f"{name}_error") for body in found])
-    centroids = np.array([body.centroid for body in found]).reshape(-1, 3)
-    inertias = np.array([body.inertia for body in found]).reshape(-1, 3, 3)
+        table[name] = np.array([getattr(body, name) for body in measures])
+        table[f"{name}_error"] = np.array([getattr(body, f"{name}_error") for body in measures])
+    centroids = np.array([body.centroid for body in measures]).reshape(-1, 3)
+    inertias = np.array([body.inertia for body in measures]).reshape(-1, 3, 3)
     table |= {f"centroid_{axis}": centroids[:, k] for k, axis in enumerate("xyz")}
     pairs = [(i, j) for i in range(3) for j in range(i, 3)]
     return table | {f"inertia_{'xyz'[i]}{'xyz'[j]}": inertias[:, i, j] for i, j in pairs}
 
 
-# The command conicoid explain: one ray of a scene worked out.
+# --- explain
 
 EXPLAIN_EXAMPLES = (
     "Examples:\n\n  conicoid explain scene.yaml --ray -3 0.6 0 1 0 0\n\n"
     "  conicoid explain scene.yaml --ray 0 0 9 0 0 -1 --body lens --html why.html\n\n"
-    "docs/explain.md says how to read it."
+    "docs/explain.md describes how to read it."
 )
 
 
@@ -229,7 +231,7 @@ def explain(
     t_min: TMin = None,
     t_max: TMax = None,
 ) -> None:  # fmt: skip
-    """Work one ray out as on a blackboard: what every body does with it, and why."""
+    """Explain one ray as on a blackboard: the steps by which every body is hit or missed."""
     with user_mistakes():
         if html is not None:
             if html.suffix.lower() not in (".html", ".svg"):
@@ -241,17 +243,18 @@ def explain(
         limits = {name: value for name, value in (("t_min", t_min), ("t_max", t_max)) if value is not None}
         with compile_notes():
             try:
-                found = loaded.explain(ray[:3], ray[3:], body=_which(body, loaded), **limits)
+                explanation = loaded.explain(ray[:3], ray[3:], body=_which(body, loaded), **limits)
             except LookupError as error:
                 raise ValueError(f"explain: {error.args[0]}") from None
             if html is not None:
-                found.save(html)
-                show_message(f"{html}: {found!r}")
-        typer.echo(found.text, nl=False)
+                explanation.save(html)
+                show_message(f"{html}: {explanation!r}")
+        typer.echo(explanation.text, nl=False)
 
 
 def _which(body: str | None, scene: object) -> str | int | None:
-    """The number of a body where it is one and no name."""
+    """Return the number of a body if the text is a number and no name."""
+    # A name of digits alone wins over the number
     if body is None or body in scene or not body.isdecimal():  # type: ignore[operator]
         return body
     return int(body)

@@ -1,4 +1,4 @@
-"""What commands share of the command line: options and arguments, those that go together, what they say of mistakes."""
+"""Options and arguments that commands share, rules on options that go together, and hints for mistakes."""
 
 from __future__ import annotations
 
@@ -14,9 +14,10 @@ from ..render.integrators import INTEGRATORS
 
 
 class Commands(TyperGroup):
-    """The commands; what they say of their arguments is never longer than a screen."""
+    """The group of commands. Its messages on arguments are never longer than a screen."""
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        """Resolve a command; `help` shows help, and names of other programs get a hint."""
         if args and args[0] == "help":
             return super().resolve_command(ctx, [*args[1:2], "--help"]) if args[1:] else self._show_help(ctx)
         if args and args[0] in _NOT_COMMANDS:
@@ -26,10 +27,12 @@ class Commands(TyperGroup):
         return super().resolve_command(ctx, args)
 
     def _show_help(self, ctx: Any) -> Any:
+        """Print the help and exit."""
         typer.echo(ctx.get_help())
         ctx.exit()
 
     def invoke(self, ctx: Any) -> Any:
+        """Run a command; shorten a message that is too long."""
         try:
             return super().invoke(ctx)
         except Exception as error:
@@ -40,6 +43,7 @@ class Commands(TyperGroup):
 
 
 _LONGEST = 600
+"""The largest number of characters of a message on arguments."""
 _COMMANDS = {
     "check": "info SCENE --check", "volume": "measure", "volumes": "measure", "spans": "trace --spans",
     "section": "slice", "plot": "slice", "show": "view", "version": "--version",
@@ -47,14 +51,14 @@ _COMMANDS = {
     "line_integral": "lengths --property", "project": "lengths --property", "gif": "turntable",
     "movie": "turntable or animate", "film": "animate",
 }  # fmt: skip
-"""Commands that one may look for, and those that there are."""
+"""Names of other programs -> commands of this one."""
 _NOT_COMMANDS = {
     "convert": "conicoid import reads files of other programs, conicoid export writes them, and in Python "
     "scene.save(path) writes .yaml and .json",
     "gallery": "`make demo` in the repository renders the gallery",
     "crossings": "conicoid trace --spans has the ends of each stretch, in Python scene.crossings(rays) all crossings",
 }
-"""Commands that one may look for, and what there is instead."""
+"""Names of other programs -> hints, where no command does the same."""
 _NOT_OPTIONS = {
     "--crossings": "--spans has both ends of each stretch, and in Python scene.crossings(rays) all crossings",
     **dict.fromkeys(
@@ -62,42 +66,45 @@ _NOT_OPTIONS = {
         "rays are read from a file, such as a .csv with a line x,y,z,dx,dy,dz for each",
     ),
 }
-"""Options that one may look for, and what there is instead."""
+"""Options of other programs -> hints, where no option does the same."""
 _OPTIONS = {
     "--fov": ("--field-of-view",), "--size": ("--width", "--height"), "--resolution": ("--width", "--height"),
     "--camera": ("--position", "--look-at"), "--eye": ("--position",), "--target": ("--look-at",),
     "--spp": ("--samples",), "--out": ("--output",),
 }  # fmt: skip
-"""Options as they are called elsewhere, and here."""
+"""Options of other programs -> options of this one."""
 
 
 class Command(TyperCommand):
-    """A command that takes each option once: of two values the first would be lost without a word."""
+    """A command that takes each option once: of two values, the first would be lost without a message."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Parse arguments, after their repair, with hints for unknown and repeated options."""
         args = self._with_whole_numbers(ctx, self._with_output_last(args))
         try:
-            _, _, given = self.make_parser(ctx).parse_args(args=list(args))
+            # A first pass finds options that are given twice: the result of the second has the last value alone
+            _, _, parsed = self.make_parser(ctx).parse_args(args=list(args))
         except Exception as error:
             name = getattr(error, "option_name", None)
+            # Suggestions of Click go by spelling alone
             if name in _OPTIONS and set(_OPTIONS[name]) <= set(self._names):
                 error.possibilities = list(_OPTIONS[name])  # type: ignore[attr-defined]
             if name in _NOT_OPTIONS and name not in self._names:
                 ctx.fail(f"No such option: {name}: {_NOT_OPTIONS[name]}")
             raise
-        for option in given:
-            if option.param_type_name == "option" and not option.multiple and given.count(option) > 1:
+        for option in parsed:
+            if option.param_type_name == "option" and not option.multiple and parsed.count(option) > 1:
                 name = max(option.opts, key=len)
-                ctx.fail(f"{name} is given {_times(given.count(option))}: only the last would count")
+                ctx.fail(f"{name} is given {_times(parsed.count(option))}: only the last would count")
         try:
-            return super().parse_args(ctx, list(args))  # which it empties
+            return super().parse_args(ctx, list(args))  # a copy: parsing empties the list
         except Exception as error:
-            if hint := self._meant(error, args):
+            if hint := self._hint(error, args):
                 ctx.fail(f"{getattr(error, 'format_message', error.__str__)().rstrip('.')}: {hint}")
             raise
 
     def _with_output_last(self, args: list[str]) -> list[str]:
-        """Of a command whose output is an argument: -o and --output may be written as in all others."""
+        """Move -o or --output to the end, for a command whose output is an argument."""
         named = next((name for name in ("-o", "--output") if name in args[:-1] and name not in self._names), None)
         if named is None or not any(one.name == "output" and one.param_type_name == "argument" for one in self.params):
             return args
@@ -105,28 +112,28 @@ class Command(TyperCommand):
         return [*args[:at], *args[at + 2 :], args[at + 1]]
 
     def _with_whole_numbers(self, ctx: Any, args: list[str]) -> list[str]:
-        """1e6 as 1000000 for options that take integers; what is no whole number is refused by its name."""
-        whole = {
+        """Write 1e6 as 1000000 for options that take integers; refuse other numbers by the name of the option."""
+        integer_options = {
             name
             for one in self.params
             if getattr(getattr(one, "type_descriptor", None), "annotation", None) is int
             for name in one.opts
         }
-        written = list(args)
+        result = list(args)
         for place, (name, text) in enumerate(itertools.pairwise(args)):
-            if name not in whole or text.lstrip("+-").isdigit() or text.startswith("--"):
+            if name not in integer_options or text.lstrip("+-").isdigit() or text.startswith("--"):
                 continue
             try:
                 number = float(text)
             except ValueError:
-                number = 0.5
+                number = 0.5  # no number at all: refused like a fraction
             if not number.is_integer() or abs(number) > 2**63:
                 ctx.fail(f"Invalid value for {name!r}: must be a whole number, got {text[:40]!r}")
-            written[place + 1] = str(int(number))
-        return written
+            result[place + 1] = str(int(number))
+        return result
 
-    def _meant(self, error: Exception, args: list[str]) -> str:
-        """What to tell where a command does not fit."""
+    def _hint(self, error: Exception, args: list[str]) -> str:
+        """Return a hint for arguments that do not fit, or ""."""
         text = getattr(error, "message", "") or ""
         vectors = [name for name in ("--position", "--look-at", "--up") if name in args]
         if text.startswith("Got unexpected extra argument") and vectors:
@@ -138,10 +145,12 @@ class Command(TyperCommand):
 
     @property
     def _names(self) -> list[str]:
+        """The names of all options."""
         return [name for option in self.params for name in option.opts]
 
 
 def _times(count: int) -> str:
+    """Return a number of times in words."""
     return "twice" if count == 2 else f"{count} times"
 
 
@@ -154,19 +163,20 @@ RayFile = Annotated[
     ),
 ]
 WorkersOption = Annotated[
-    int | None, typer.Option("--workers", min=1, help="Processes to do it, instead of threads.", show_default=False)
+    int | None,
+    typer.Option("--workers", min=1, help="Processes for the work, not threads.", show_default=False),
 ]
 ClusterOption = Annotated[
     str | None,
     typer.Option(
-        "--cluster", metavar="ADDRESS", help="Dask's scheduler to do it, as tcp://host:8786.", show_default=False
+        "--cluster", metavar="ADDRESS", help="Dask scheduler for the work, such as tcp://host:8786.", show_default=False
     ),
 ]  # fmt: skip
 SlurmOption = Annotated[
     int | None,
     typer.Option(
         "--slurm", metavar="JOBS", min=1, show_default=False,
-        help="Slurm's jobs to do it, as dask-jobqueue starts them: docs/cluster.md.",
+        help="Slurm jobs for the work, as dask-jobqueue starts them: docs/cluster.md.",
     ),
 ]  # fmt: skip
 TMin = Annotated[float | None, typer.Option("--t-min", help="Where rays begin, in units of the direction's length.",
@@ -179,15 +189,16 @@ Results = Annotated[
 
 
 def only_with(context: typer.Context, other: str, given: bool, *names: str) -> None:
-    """Refuse options that would be ignored: those named go with another alone."""
+    """Raise ValueError for options that would be ignored, because they go with `other` alone."""
     for name in names:
+        # An equal default is no mistake, so the source of the value decides
         source = context.get_parameter_source(name)
         if not given and source is not None and source.name != "DEFAULT":
             option = "--" + name.replace("_", "-")
             raise ValueError(f"{context.info_name}: {option} goes with {other}; it would be ignored")
 
 
-# The options of commands that make pictures: what each is called, and its line of help.
+# --- Options of commands that make pictures
 
 Pixels = Annotated[int, typer.Option(min=1, help="Pixels.")]
 Samples = Annotated[int, typer.Option(min=1, help="Rays for each pixel.")]
@@ -197,12 +208,13 @@ Seed = Annotated[int, typer.Option(min=0, help="The same seed gives the same pic
 Depth = Annotated[int, typer.Option(min=0, max=10_000, help="Reflections and refractions of a ray, at most.")]
 Axes = Annotated[bool, typer.Option("--axes", help="Draw the axes of the world, with their scale.")]
 Labels = Annotated[bool, typer.Option("--labels", help="Write the names of bodies on them, or their numbers.")]
-Normals = Annotated[bool, typer.Option("--normals", help="Draw arrows along the normals of what is seen.")]
+Normals = Annotated[bool, typer.Option("--normals", help="Draw arrows along the normals of visible surfaces.")]
 Position = Annotated[
-    str | None, typer.Option(metavar="X,Y,Z", help="A camera here, not the scene's.", show_default=False)
+    str | None, typer.Option(metavar="X,Y,Z", help="A camera here, not that of the scene.", show_default=False)
 ]
 LookAt = Annotated[
-    str | None, typer.Option(metavar="X,Y,Z", help="With --position: what it looks at.", show_default="the middle")
+    str | None,
+    typer.Option(metavar="X,Y,Z", help="With --position: the point in the middle.", show_default="the middle"),
 ]
 Up = Annotated[str | None, typer.Option(metavar="X,Y,Z", help="With --position.", show_default="0,0,1")]
 FieldOfView = Annotated[float | None, typer.Option(help="With --position: degrees, vertical.", show_default="40")]
@@ -220,38 +232,38 @@ Section = Annotated[
 Resume = Annotated[
     Path | None,
     typer.Option(
-        metavar="FILE", help="Keep finished tiles in a file, and go on from those in it.", show_default=False
+        metavar="FILE", help="Keep finished tiles in a file, and continue from those in it.", show_default=False
     ),
 ]  # fmt: skip
 FilterOption = Annotated[str, typer.Option("--filter", help=f"How samples make a pixel: {', '.join(FILTERS)}.")]
 Noise = Annotated[
     float | None,
-    typer.Option(help="Go on until brightness is as sure as this, where 1 is white; --samples is a limit.",
+    typer.Option(help="Add samples until brightness is as sure as this, where 1 is white; --samples is a limit.",
                  show_default=False),
 ]  # fmt: skip
-Exposure = Annotated[float, typer.Option(help="Stops; each makes all twice as bright.")]
+Exposure = Annotated[float, typer.Option(help="Stops; each makes the picture twice as bright.")]
 ToneOption = Annotated[str, typer.Option("--tone", help=f"The curve from light to the display: {', '.join(TONES)}.")]
 Layers = Annotated[
     str | None,
     typer.Option(metavar="NAMES", help=f"For an .exr: all, or some of {', '.join(LAYERS)}.", show_default=False),
 ]
 Bits = Annotated[
-    int | None, typer.Option(help="16 for a .png so deep, or an .exr of half floats.", show_default="8, or 32")
+    int | None, typer.Option(help="16 for a .png of 16 bits, or an .exr of half floats.", show_default="8, or 32")
 ]
 Outside = Annotated[
     bool, typer.Option("--outside", help="Pictures of textures may lie outside of the scene file's folder.")
 ]
 Shutter = Annotated[
     str | None,
-    typer.Option(metavar="OPENS,CLOSES", help="Seconds: what the scene's animation moves meanwhile is blurred.",
+    typer.Option(metavar="OPENS,CLOSES", help="Seconds: the motion of the animation meanwhile is blurred.",
                  show_default=False),
 ]  # fmt: skip
 Time = Annotated[
-    float | None, typer.Option(help="Seconds: the scene as its animation has it then.", show_default=False)
+    float | None, typer.Option(help="Seconds: the scene at this time of its animation.", show_default=False)
 ]
 Preview = Annotated[
     Path | None,
-    typer.Option(metavar="FILE", help="A picture that is written again and again as it gets better; - draws it here.",
+    typer.Option(metavar="FILE", help="A picture that is written again and again as it improves; - draws it here.",
                  show_default=False),
 ]  # fmt: skip
-Fit = Annotated[bool, typer.Option("--fit", help="The camera that fits, not the scene's.")]
+Fit = Annotated[bool, typer.Option("--fit", help="The camera that fits, not that of the scene.")]

@@ -1,4 +1,4 @@
-"""The commands conicoid render, turntable and animate."""
+"""The commands conicoid render, turntable, animate and slice."""
 
 from __future__ import annotations
 
@@ -73,11 +73,11 @@ RENDER_EXAMPLES = (
 TURNTABLE_EXAMPLES = (
     "Examples:\n\n  conicoid turntable scene.yaml -o spin.gif\n\n"
     "  conicoid turntable scene.yaml -o spin.mp4 --width 1280 --height 720 --frames 120 --workers 4\n\n"
-    "Frames are kept beside the output and taken again, so what was interrupted goes on. "
+    "Frames are kept beside the output and used again, so an interrupted command continues. "
     'A .mp4 needs `pip install ".\\[video]"` in the repository.'
 )
 
-_OF_VIEWS = (
+_VIEW_OPTIONS = (
     "integrator", "seed", "depth", "position", "look_at", "up", "field_of_view", "orthographic", "fit", "axes",
     "labels", "normals", "resume", "workers", "cluster", "slurm", "filter", "noise", "layers", "shutter", "preview",
 )  # fmt: skip
@@ -128,38 +128,39 @@ def render(
 ) -> None:  # fmt: skip
     """Make a picture of a scene. A scene without a camera or lights gets some that fit."""
     with user_mistakes():
+        # With --noise the default of --samples is no limit
         limit = None if noise is not None and not _is_given(context, "samples") else samples
-        wanted = RenderRequest(
+        request = RenderRequest(
             output, width, height, limit, integrator, seed, depth, axes, labels, normals, filter=filter, noise=noise,
             exposure=exposure, tone=tone, bits=bits, resume=resume, preview=preview,
             executor=(workers, cluster, slurm),
         )  # fmt: skip
-        wanted.check_output()
+        request.check_output()
         _check(context, samples, integrator, seed, depth)
-        only_with(context, "a view, not with --section", section is None, *_OF_VIEWS)
+        only_with(context, "a view, not with --section", section is None, *_VIEW_OPTIONS)
         names = _film(context, output, layers, bits, exposure, tone)
         plane = None if section is None else _plane(context, section)
-        during = None if shutter is None else _interval(context, "--shutter", shutter)
-        only_with(context, "a moment, not with --shutter", during is None, "time")
+        interval = None if shutter is None else _interval(context, "--shutter", shutter)
+        only_with(context, "a moment, not with --shutter", interval is None, "time")
         if preview is not None:
             only_with(context, f"--integrator {' or '.join(PROGRESSIVE)}", integrator in PROGRESSIVE, "preview")
             check_folder(preview)
-        wanted = replace(wanted, layers=names, plane=plane, shutter=during)
+        request = replace(request, layers=names, plane=plane, shutter=interval)
         loaded = load(scene, threads, outside)
         loaded = loaded if time is None else loaded.at(time)
         with show_warnings():
             camera = _camera(context, loaded, width / height, position, look_at, up, field_of_view, orthographic, fit)
-        draw(loaded, camera, wanted, "" if fit else FIT_HINT)
+        draw(loaded, camera, request, "" if fit else FIT_HINT)
 
 
 def turntable(
     context: typer.Context,
     scene: SceneFile,
     output: Annotated[
-        Path, typer.Option("--output", "-o", help="What moves: .gif, .webp or .mp4.", show_default=False)
+        Path, typer.Option("--output", "-o", help="The film: .gif, .webp or .mp4.", show_default=False)
     ],
     frames: Annotated[int, typer.Option(min=1, help="Pictures of a whole turn.")] = 48,
-    seconds: Annotated[float, typer.Option(help="That a turn takes.")] = 4.0,
+    seconds: Annotated[float, typer.Option(help="Length of a turn.")] = 4.0,
     width: Pixels = 480,
     height: Pixels = 360,
     samples: Samples = 4,
@@ -176,15 +177,15 @@ def turntable(
     labels: Labels = False,
     normals: Normals = False,
     folder: Annotated[
-        Path | None, typer.Option(help="Where frames are kept.", show_default="OUTPUT-frames")
+        Path | None, typer.Option(help="The folder of the frames.", show_default="OUTPUT-frames")
     ] = None,
-    keep: Annotated[bool, typer.Option(help="Keep the frames in the end.")] = True,
+    keep: Annotated[bool, typer.Option(help="Keep the frames at the end.")] = True,
     workers: WorkersOption = None,
     cluster: ClusterOption = None,
     slurm: SlurmOption = None,
     threads: Threads = None,
 ) -> None:  # fmt: skip
-    """Turn a scene about once: the camera goes around what it looks at."""
+    """Turn a scene about once: the camera goes around the point that it looks at."""
     with user_mistakes():
         from .._util.validation import check_positive
         from ..io.images.movie import check_movie
@@ -196,32 +197,32 @@ def turntable(
         loaded = load(scene, threads)
         with show_warnings():
             camera = _camera(context, loaded, width / height, position, look_at, up, field_of_view, orthographic, False)
-        if fit:
+        if fit:  # the turntable then fits a camera to the whole turn
             loaded = loaded.replace(camera=None)
         prepare(loaded)
-        where = executor_of("turntable", workers, cluster, slurm)
-        with compile_notes(), Bar("turning", "ray") as bar, where as executor:
+        executor_context = executor_of("turntable", workers, cluster, slurm)
+        with compile_notes(), Bar("turning", "ray") as bar, executor_context as executor:
             rendered = turn(
                 loaded, output, frames=frames, seconds=seconds, width=width, height=height, samples=samples,
                 integrator=integrator, seed=seed, depth=depth, camera=camera, axes=axes, labels=labels,
                 normals=normals, folder=folder, keep=keep, progress=count_rays(bar, width * height * samples * frames),
                 executor=executor,
             )  # fmt: skip
-        taken = f", {frames - rendered} of them were there" if rendered < frames else ""
-        show_message(f"{output}: {frames} frames of {width} x {height} pixels{taken}")
+        reused = f", {frames - rendered} of them were there" if rendered < frames else ""
+        show_message(f"{output}: {frames} frames of {width} x {height} pixels{reused}")
 
 
 def _film(
     context: typer.Context, output: Path, layers: str | None, bits: int | None, exposure: float, tone: str
 ) -> tuple[str, ...]:
-    """The names of the layers; mistakes in what is saved are found before anything is rendered."""
+    """Return the names of the layers; raise ValueError for options that the file cannot hold, before the work."""
     from ..render.film.layers import check_layers
     from ..render.film.tone import check_exposure, check_tone
 
     suffix = ".png" if output == STDOUT else output.suffix.lower()
     only_with(context, "an .exr", suffix == ".exr", "layers")
     only_with(context, "a .png or an .exr", suffix in (".png", ".exr"), "bits")
-    only_with(context, "what is displayed, not with an .exr of light", suffix != ".exr", "exposure", "tone")
+    only_with(context, "a displayed picture, not with an .exr of light", suffix != ".exr", "exposure", "tone")
     if bits is not None and bits != 16 and bits != (8 if suffix == ".png" else 32):
         raise ValueError(f"{context.info_name}: --bits must be 16, or {8 if suffix == '.png' else 32}, got {bits}")
     check_exposure(str(context.info_name), exposure)
@@ -232,11 +233,13 @@ def _film(
 
 
 def _is_given(context: typer.Context, name: str) -> bool:
+    """Return whether an option is on the command line."""
     source = context.get_parameter_source(name)
     return source is not None and source.name != "DEFAULT"
 
 
 def _check(context: typer.Context, samples: int, integrator: str, seed: int, depth: int) -> None:
+    """Raise ValueError for options of light or of the camera that do not go together."""
     check_light(context, samples, integrator, seed, depth)
     only_with(context, "--position", context.params["position"] is not None, "look_at", "up", "field_of_view",
               "orthographic")  # fmt: skip
@@ -247,7 +250,7 @@ def _check(context: typer.Context, samples: int, integrator: str, seed: int, dep
 
 
 def check_light(context: typer.Context, samples: int, integrator: str, seed: int, depth: int) -> None:
-    """The options of how light is gathered, or an error."""
+    """Raise ValueError for wrong options of light."""
     from ..render.job import check_options
 
     check_options(samples, integrator, seed, depth)
@@ -261,7 +264,7 @@ def _camera(
     position: str | None, look_at: str | None, up: str | None, field_of_view: float | None,
     orthographic: float | None, fit: bool,
 ) -> AnyCamera | None:  # fmt: skip
-    """The camera that the options describe; None for the scene's."""
+    """Return the camera that the options describe; None for that of the scene."""
     if fit:
         return scene.fitting_camera(aspect)
     if position is None:
@@ -280,6 +283,7 @@ def _camera(
 
 
 def _interval(context: typer.Context, option: str, text: str) -> tuple[float, float]:
+    """Return two numbers with a comma between them."""
     try:
         first, last = (float(part) for part in text.split(","))
     except ValueError:
@@ -288,17 +292,18 @@ def _interval(context: typer.Context, option: str, text: str) -> tuple[float, fl
 
 
 def _plane(context: typer.Context, text: str) -> tuple[str, float]:
-    """z=0 as an axis and a number."""
+    """Return z=0 as an axis and a number."""
     axis, _, value = text.partition("=")
     try:
         if axis.strip() in AXES:
             return axis.strip(), float(value)
     except ValueError:
-        pass
+        pass  # the message below names the form for both mistakes
     raise ValueError(f"{context.info_name}: --section must be x=NUMBER, y=NUMBER or z=NUMBER, got {text[:80]!r}")
 
 
 def _point(context: typer.Context, option: str, text: str) -> tuple[float, ...]:
+    """Return X,Y,Z as three numbers."""
     try:
         x, y, z = (float(part) for part in text.split(","))
     except ValueError:
@@ -306,13 +311,13 @@ def _point(context: typer.Context, option: str, text: str) -> tuple[float, ...]:
     return x, y, z
 
 
-# The command conicoid animate.
+# --- animate
 
 ANIMATE_EXAMPLES = (
     "Examples:\n\n  conicoid animate scene.yaml -o film.gif\n\n"
     "  conicoid animate scene.yaml -o film.mp4 --width 1280 --height 720 --shutter 0.5 --samples 64\n\n"
-    "What moves stands in the section `animation` of the scene file (docs/film.md). Frames are kept beside the output "
-    "and taken again, so what was interrupted goes on."
+    "The section `animation` of the scene file has the motions (docs/cameras-and-film.md). Finished frames are kept "
+    "beside the output, so an interrupted film goes on from there."
 )
 
 
@@ -323,11 +328,11 @@ def animate(
         Path, typer.Option("--output", "-o", help="The film: .gif, .webp or .mp4.", show_default=False)
     ],
     frames: Annotated[int | None, typer.Option(min=1, help="Pictures in all.", show_default="24 a second")] = None,
-    seconds: Annotated[float | None, typer.Option(help="How long it is.", show_default="to the last key")] = None,
-    start: Annotated[float, typer.Option(help="Where in the animation it begins, in seconds.")] = 0.0,
-    shutter: Annotated[float, typer.Option(help="For which share of a frame the shutter is open.")] = 0.5,
+    seconds: Annotated[float | None, typer.Option(help="Length of the film.", show_default="to the last key")] = None,
+    start: Annotated[float, typer.Option(help="The time of the animation at which it begins, in seconds.")] = 0.0,
+    shutter: Annotated[float, typer.Option(help="The share of a frame for which the shutter is open.")] = 0.5,
     times: Annotated[
-        int | None, typer.Option(min=1, help="In how many moments of that.", show_default="64 at most")
+        int | None, typer.Option(min=1, help="The number of moments of that share.", show_default="64 at most")
     ] = None,
     width: Pixels = 480,
     height: Pixels = 360,
@@ -339,9 +344,9 @@ def animate(
     labels: Labels = False,
     normals: Normals = False,
     folder: Annotated[
-        Path | None, typer.Option(help="Where frames are kept.", show_default="OUTPUT-frames")
+        Path | None, typer.Option(help="The folder of the frames.", show_default="OUTPUT-frames")
     ] = None,
-    keep: Annotated[bool, typer.Option(help="Keep the frames in the end.")] = True,
+    keep: Annotated[bool, typer.Option(help="Keep the frames at the end.")] = True,
     outside: Outside = False,
     workers: WorkersOption = None,
     cluster: ClusterOption = None,
@@ -358,25 +363,25 @@ def animate(
         loaded = load(scene, threads, outside)
         count = frame_count(loaded, frames, seconds, start)
         prepare(loaded)
-        where = executor_of("animate", workers, cluster, slurm)
-        with compile_notes(), show_warnings(), Bar("filming", "ray") as bar, where as executor:
+        executor_context = executor_of("animate", workers, cluster, slurm)
+        with compile_notes(), show_warnings(), Bar("filming", "ray") as bar, executor_context as executor:
             rendered = film(
                 loaded, output, frames=frames, seconds=seconds, start=start, shutter=shutter, times=times,
                 width=width, height=height, samples=samples, integrator=integrator, seed=seed, depth=depth,
                 axes=axes, labels=labels, normals=normals, folder=folder, keep=keep,
                 progress=count_rays(bar, width * height * samples * count), executor=executor,
             )  # fmt: skip
-        taken = f", {count - rendered} of them were there" if rendered < count else ""
-        show_message(f"{output}: {count} frames of {width} x {height} pixels{taken}")
+        reused = f", {count - rendered} of them were there" if rendered < count else ""
+        show_message(f"{output}: {count} frames of {width} x {height} pixels{reused}")
 
 
-# The command conicoid slice.
+# --- slice
 
 SLICE_EXAMPLES = (
     "Examples:\n\n  conicoid slice scene.yaml -o slice.svg\n\n"
     "  conicoid slice scene.yaml -o slice.pdf --axis y --at 0.5 --by material\n\n"
     "  conicoid slice scene.yaml -o oblique.png --origin 0,0,0 --u 1,1,0 --v 0,0,1 --pixels 1200\n\n"
-    "docs/slices.md says what is drawn."
+    "docs/slices.md describes the picture."
 )
 _AXES = ("x", "y", "z")
 
@@ -391,7 +396,7 @@ def slice_scene(
             show_default=False,
         ),
     ],
-    axis: Annotated[str, typer.Option(help="Across which the plane lies, in a window that fits: x, y or z.")] = "z",
+    axis: Annotated[str, typer.Option(help="The axis across which the plane lies: x, y or z.")] = "z",
     at: Annotated[float, typer.Option(help="Where on the axis.")] = 0.0,
     origin: Annotated[
         str | None, typer.Option(metavar="X,Y,Z", help="A corner, with --u and --v, not --axis.", show_default=False)
@@ -403,9 +408,9 @@ def slice_scene(
         str | None, typer.Option("--v", metavar="X,Y,Z", help="From it, over the height.", show_default=False)
     ] = None,
     pixels: Annotated[int, typer.Option(min=1, help="Along the longer side.")] = 640,
-    by: Annotated[str, typer.Option(help="What is coloured apart: body or material.")] = "body",
+    by: Annotated[str, typer.Option(help="A colour for each: body or material.")] = "body",
     outlines: Annotated[bool, typer.Option(help="Draw the walls.")] = True,
-    legend: Annotated[bool, typer.Option(help="Say what the colours are.")] = True,
+    legend: Annotated[bool, typer.Option(help="Draw a legend of the colours.")] = True,
     problems: Annotated[
         bool, typer.Option("--problems", help="Red where bodies overlap, magenta where a domain is undefined.")
     ] = False,
@@ -432,10 +437,10 @@ def slice_scene(
         prepare(loaded)
         with compile_notes(), Bar("slicing", "point") as bar:
             if origin is None or u is None or v is None:
-                cut = loaded.slice(axis, pixels=pixels, at=at, progress=bar)
+                cut = loaded.slice(axis, at, pixels=pixels, progress=bar)
             else:
                 corner_at, right, up = _vector("--origin", origin), _vector("--u", u), _vector("--v", v)
-                cut = loaded.slice(corner_at, right, up, pixels, progress=bar)
+                cut = loaded.slice(origin=corner_at, u=right, v=up, pixels=pixels, progress=bar)
         with write_output(output, ".svg") as file:
             cut.save(file, by, outlines=outlines, legend=legend, problems=problems)
         pieces = f", {len(cut.outlines)} outlines" if outlines else ""
@@ -443,6 +448,7 @@ def slice_scene(
 
 
 def _vector(option: str, text: str) -> tuple[float, ...]:
+    """Return X,Y,Z as three numbers."""
     try:
         x, y, z = (float(part) for part in text.split(","))
     except ValueError:

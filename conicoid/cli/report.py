@@ -1,4 +1,4 @@
-"""What `conicoid info` prints: the bodies of a scene, what it takes in memory, what a check has found."""
+"""The lines that `conicoid info` prints: bodies of a scene, its memory, findings of a check, and the system."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ if TYPE_CHECKING:
 
 
 LISTED = 50
-"""Lines of one kind; of more, only the number is told."""
+"""The largest number of lines of one kind; the rest are counted."""
 _WIDTHS = (16, 16, 22)
-"""Of the columns of names, materials and shapes, at least."""
+"""The least widths of the columns of names, materials and shapes."""
 
 
 def list_bodies(scene: Scene) -> list[str]:
-    """A line for each body: its ids, name, material, shape and bounds; below a general quadric, which one it is."""
+    """Return a line for each entry: ids, name, material, shape and bounds; below a general quadric, its class."""
     rows, number = [("id", "name", "material", "shape", "bounds")], 0
     quadrics: dict[int, str] = {}
     for body in scene.bodies[:LISTED]:
@@ -56,20 +56,20 @@ def list_bodies(scene: Scene) -> list[str]:
 
 
 def totals(scene: Scene) -> list[str]:
-    """How many bodies, lights and distinct surfaces there are, how far they reach, and their memory."""
+    """Return the numbers of bodies, lights and distinct surfaces, the bounds, and the memory."""
     from ..kernels.tables import SURFACE_KIND, length
 
     return [
         f"bodies    {scene.body_count:,}",
         f"lights    {len(scene.lights):,}",
-        f"surfaces  {int(length(scene.geometry, SURFACE_KIND)):,}",
+        f"surfaces  {int(length(scene._prepared.geometry, SURFACE_KIND)):,}",
         f"bounds    {_box(*scene.bounds)}",
         f"memory    {_memory(scene.memory)}",
     ]
 
 
 def findings(found: list[Finding]) -> list[str]:
-    """How many there are, and of each kind the worst."""
+    """Return the number of findings, and the worst of each kind."""
     from ..apps.checks.findings import KINDS
 
     lines = [f"findings  {len(found):,}"]
@@ -82,7 +82,7 @@ def findings(found: list[Finding]) -> list[str]:
 
 
 def list_unchecked(scene: Scene) -> list[str]:
-    """What a check has left out, and why."""
+    """Return the parts that a check has left out, and why."""
     from ..apps.checks.undefined_regions import skip_reason
 
     reason = skip_reason(scene)
@@ -90,13 +90,13 @@ def list_unchecked(scene: Scene) -> list[str]:
 
 
 def _material_of(body: Any) -> str:
-    """The material of an entry; of several, how many there are."""
+    """Return the material of an entry, or the number of its materials."""
     used = distinct_materials([body])
     return _material(used[0]) if len(used) == 1 else f"{len(used)} materials"
 
 
 def _material(material: Any) -> str:
-    """Its name; for one without, its colour, or that it has none."""
+    """Return the name of a material; without a name its colour, and "-" for no material."""
     if material is None:
         return "-"
     if material.name:
@@ -110,13 +110,14 @@ def _material(material: Any) -> str:
 
 
 def _box(low: Any, high: Any) -> str:
-    if (low > high).any():
+    """Return bounds as text."""
+    if (low > high).any():  # (inf, -inf) for no points
         return "empty"
     return "  ".join(f"{axis} [{a:.6g}, {b:.6g}]" for axis, a, b in zip("xyz", low, high, strict=True))
 
 
 def _memory(memory: Memory) -> str:
-    """Bytes in all, and for each primitive."""
+    """Return the bytes in all, and for each primitive."""
     each = ", ".join(
         f"{part / max(memory.primitives, 1):.0f} bytes a primitive for {name}"
         for name, part in (("the tables", memory.tables), ("the tree", memory.tree))
@@ -127,21 +128,24 @@ def _memory(memory: Memory) -> str:
     )
 
 
-# What `conicoid info --system` prints: what a report of a problem, or of a time, has to say.
+# --- info --system
 
 
 def system_report() -> list[str]:
-    """Versions, the processor, where kernels come from, and where what is kept is kept."""
+    """Return versions, the processor, the source of the kernels, and the folder of the cache.
+
+    A report of a problem, or of a time, needs these lines.
+    """
     from .._util.version import __version__
 
-    kept = cache_directory()
+    cache = cache_directory()
     lines = [
         f"conicoid   {__version__}",
         f"python     {', '.join([platform.python_version(), *versions('numpy', 'numba')])}",
         f"platform   {platform.platform()}",
         f"processor  {processor()}, {thread_count()} threads",
         f"kernels    {', '.join(dict.fromkeys((describe_code(), compiler())))}",
-        f"cache      {'none' if kept is None else kept}{'' if SHIPPED is None else ', not needed for kernels'}",
+        f"cache      {'none' if cache is None else cache}{'' if SHIPPED is None else ', not needed for kernels'}",
     ]
     if levels():
         lines.insert(5, f"levels     {', '.join(levels())} (CONICOID_LEVEL chooses another)")

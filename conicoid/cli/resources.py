@@ -1,4 +1,4 @@
-"""What commands do alike, whatever their options are: files that are read and written, the scene made ready."""
+"""Files that commands read and write, the scene with its preparation, warnings, and executors."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ if TYPE_CHECKING:
 
 
 _READ = 0.5
-"""Bytes of a file for each step of reading it: its letters are gone through, and then its bodies."""
+"""Bytes of a file for each step of progress: a file is read twice, its text and then its bodies."""
 STDOUT = Path("-")
-"""As the name of an output: standard output."""
+"""The name of an output that stands for standard output."""
 
 
 @contextlib.contextmanager
 def report_refused_files() -> Iterator[None]:
-    """List the mistakes in a file, and end with exit code 2."""
+    """Print the mistakes in a file, and end with exit code 2."""
     from .._util.file_errors import SceneFileError
 
     try:
@@ -37,7 +37,10 @@ def report_refused_files() -> Iterator[None]:
 
 
 def load(path: Path, threads: int | None, outside: bool = False) -> Scene:
-    """The scene in a file; so many threads from now on. outside: may textures lie outside of its folder?"""
+    """Return the scene in a file, and set the number of threads.
+
+    outside: textures may lie outside of the folder of the file.
+    """
     from ..scene.files import load as read
 
     refuse_stdin(path, "scenes")
@@ -53,29 +56,29 @@ def load(path: Path, threads: int | None, outside: bool = False) -> Scene:
 
 
 def prepare(scene: Scene) -> None:
-    """Make a scene ready, with progress where that takes long."""
+    """Prepare a scene, with progress if that takes long."""
     from .._util.text import format_count
 
     with compile_notes(), Bar("preparing", "entry") as bar:
         scene.prepare(_progress(bar, lambda count: f"preparing {format_count(count, 'entry', 'entries')} ..."))
 
 
-def _progress(bar: Bar, said: Callable[[int], str]) -> Callable[[int, int], None]:
-    """Progress for a bar; where nobody watches that, one line after a second."""
-    began, told = time.perf_counter(), False
+def _progress(bar: Bar, message: Callable[[int], str]) -> Callable[[int, int], None]:
+    """Return progress for a bar; without a terminal, one line after a second in its place."""
+    began, shown = time.perf_counter(), False
 
     def progress(done: int, count: int) -> None:
-        nonlocal told
+        nonlocal shown
         bar(done, count)
-        if not told and time.perf_counter() - began > PATIENCE and not bar.console.is_terminal:
-            show_message(said(count))
-            told = True
+        if not shown and time.perf_counter() - began > PATIENCE and not bar.console.is_terminal:
+            show_message(message(count))
+            shown = True
 
     return progress
 
 
 def check_folder(output: Path) -> None:
-    """Refuse an output that cannot be written before the work, not after it."""
+    """Raise OSError for an output that cannot be written, before the work."""
     if output == STDOUT:
         return
     if output.is_dir():
@@ -87,26 +90,26 @@ def check_folder(output: Path) -> None:
 
 
 def check_stdout(what: str) -> None:
-    """Refuse to write bytes to a terminal."""
+    """Raise ValueError for bytes to a terminal."""
     if sys.stdout.isatty():
         raise ValueError(f"-: {what} is not for a terminal; send it to a file or to another program")
 
 
 def refuse_stdin(path: Path, what: str) -> None:
-    """ValueError for - in place of a file to read."""
+    """Raise ValueError for - in place of a file to read."""
     if path == STDOUT:
         raise ValueError(f"-: {what} are read from files, not from standard input; name a file")
 
 
 def refuse_overwriting(output: Path, *read: Path) -> None:
-    """ValueError where an output is one of the files that are read for it, which would be lost."""
+    """Raise ValueError for an output that is one of the input files, which would be lost."""
     for path in read:
         if output != STDOUT and output.exists() and path.exists() and output.samefile(path):
             raise ValueError(f"{output}: is read for this and would be lost: choose another file for the results")
 
 
 def rays_for(rays: Path, scene: Path, output: Path, suffixes: tuple[str, ...] = (".npz", ".csv")) -> RayTable:
-    """The rays in a file, with what there is to say of them; an output that cannot be written is refused before.
+    """Return the rays in a file, and print notes on them; refuse an output that cannot be written before.
 
     suffixes: those of results that the command writes, whatever the file of rays.
     """
@@ -124,37 +127,38 @@ def rays_for(rays: Path, scene: Path, output: Path, suffixes: tuple[str, ...] = 
 
 
 def name_of(output: Path) -> str:
-    """What messages call an output."""
+    """Return the name of an output in messages."""
     return "standard output" if output == STDOUT else str(output)
 
 
 @contextlib.contextmanager
 def write_output(output: Path, suffix: str) -> Iterator[Path]:
-    """The file to write; what is for standard output goes there in the end, all of it."""
+    """Yield the file to write; for standard output, write its whole content there at the end."""
     if output != STDOUT:
         yield output
         return
     with tempfile.TemporaryDirectory(prefix="conicoid-") as folder:
         file = Path(folder) / f"output{suffix}"
         yield file
+        # All at once, after success: a reader gets no part of a failed result
         _write_bytes(file.read_bytes())
 
 
 def _write_bytes(content: bytes) -> None:
-    """Bytes to standard output. Raises OSError that names it."""
-    sys.stdout.flush()
+    """Write bytes to standard output; an OSError names it."""
+    sys.stdout.flush()  # text that is still in its buffer goes first
     try:
         sys.stdout.buffer.write(content)
         sys.stdout.buffer.flush()
     except BrokenPipeError:
-        raise
+        raise  # it has an exit code of its own
     except OSError as error:
         raise OSError(error.errno, error.strerror, "standard output") from None
 
 
 @contextlib.contextmanager
 def show_warnings() -> Iterator[None]:
-    """Warnings as notes on stderr, a line each."""
+    """Print warnings as notes on stderr, a line each."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", UserWarning)
         yield
@@ -163,7 +167,7 @@ def show_warnings() -> Iterator[None]:
 
 
 def count_rays(bar: Bar, count: int) -> Any:
-    """Progress that is counted in tiles, shown in rays."""
+    """Return progress for a bar that counts rays, from progress in tiles."""
 
     def progress(done: int, tiles: int) -> None:
         bar.scale = count / tiles
@@ -172,24 +176,25 @@ def count_rays(bar: Bar, count: int) -> Any:
     return progress
 
 
-# Where commands do their work: here, on processes of this machine, or on a cluster of Dask.
+# --- Executors
 
 _PATIENCE = "30s"
+"""The longest wait for a scheduler."""
 
 
 @contextlib.contextmanager
 def executor_of(command: str, workers: int | None, cluster: str | None, slurm: int | None) -> Iterator[Any]:
-    """The executor that the options ask for; None for this process."""
-    given = [name for name, x in (("--workers", workers), ("--cluster", cluster), ("--slurm", slurm)) if x is not None]
-    if len(given) > 1:
-        raise ValueError(f"{command}: give either {' or '.join(given)}")
+    """Yield the executor of the options: processes of this machine, Dask or Slurm; None for this process."""
+    chosen = [name for name, x in (("--workers", workers), ("--cluster", cluster), ("--slurm", slurm)) if x is not None]
+    if len(chosen) > 1:
+        raise ValueError(f"{command}: give either {' or '.join(chosen)}")
     if workers is not None:
         from ..parallel import Processes
 
         with Processes(workers) as pool:
             try:
                 yield pool
-            except BaseException:
+            except BaseException:  # Ctrl-C too: do not wait for tasks that are under way
                 pool.shutdown(wait=False, cancel_futures=True)
                 raise
     elif cluster is not None:
@@ -203,6 +208,7 @@ def executor_of(command: str, workers: int | None, cluster: str | None, slurm: i
 
 
 def _client(command: str, address: str) -> Any:
+    """Return a client of a Dask scheduler."""
     try:
         from distributed import Client
     except ImportError:
@@ -216,17 +222,20 @@ def _client(command: str, address: str) -> Any:
 
 @contextlib.contextmanager
 def _jobs(command: str, count: int) -> Iterator[Any]:
-    """A client of a scheduler here whose workers are jobs of Slurm; they are cancelled in the end."""
+    """Yield a client of a scheduler here whose workers are Slurm jobs; the jobs are cancelled at the end."""
     try:
         from dask_jobqueue import SLURMCluster
         from distributed import Client
     except ImportError:
         raise ImportError("--slurm needs dask-jobqueue: pip install dask-jobqueue 'conicoid[cluster]'") from None
     try:
-        made = SLURMCluster(scheduler_options={"dashboard_address": ":0"})
+        # The dashboard takes any free port: another scheduler may run on this machine
+        slurm_cluster = SLURMCluster(scheduler_options={"dashboard_address": ":0"})
     except (ValueError, TypeError) as error:
-        told = " ".join(str(error).split())[:200]
-        raise ValueError(f"{command}: --slurm: what a job takes is said in Dask's jobqueue.yaml ({told})") from None
-    with made as jobs, Client(jobs, timeout=_PATIENCE) as client:
+        cause = " ".join(str(error).split())[:200]
+        raise ValueError(
+            f"{command}: --slurm: Dask's jobqueue.yaml must state the resources of a job ({cause})"
+        ) from None
+    with slurm_cluster as jobs, Client(jobs, timeout=_PATIENCE) as client:
         jobs.scale(jobs=count)
         yield client

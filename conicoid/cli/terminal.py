@@ -1,4 +1,7 @@
-"""With which code the command `conicoid` ends, and why."""
+"""How the command line ends and what it prints: exit codes, messages, progress, tables, and safe standard streams.
+
+Results go to stdout, everything else to stderr, progress only to a terminal.
+"""
 
 from __future__ import annotations
 
@@ -21,17 +24,17 @@ if TYPE_CHECKING:
 
 EXIT_OK = 0
 EXIT_FAILURE = 1
-"""The machine's fault, not the input's: a full disk, too little memory, a package that is missing; or a bug."""
+"""A fault of the machine, not of the input: a full disk, too little memory, a missing package; or a bug."""
 EXIT_USAGE = 2
-"""The input's, or the command line's: a message says what is wrong, and nothing is written."""
+"""A mistake in the input or on the command line: a message describes it, and nothing is written."""
 EXIT_FINDINGS = 3
-"""A check has found something: what was asked for is done, and says that a person should look."""
+"""A check has findings: the work is done, and a person should look at them."""
 EXIT_INTERRUPT = 130
-"""By Ctrl-C: 128 and the number of the signal, as shells have it."""
+"""Ctrl-C: 128 plus the number of the signal, as in shells."""
 EXIT_PIPE = 141
-"""Nobody reads the results any more (`| head`): what a program has that SIGPIPE ends."""
+"""Nobody reads the results any more (`| head`): the code of a program that SIGPIPE ends."""
 
-_OF_PATHS = frozenset(
+_NAME_ERRORS = frozenset(
     getattr(errno, name)
     for name in (
         "EACCES", "EADDRINUSE", "EADDRNOTAVAIL", "EEXIST", "EINVAL", "EISDIR", "ELOOP", "ENAMETOOLONG", "ENODEV",
@@ -39,43 +42,43 @@ _OF_PATHS = frozenset(
     )
     if hasattr(errno, name)
 )  # fmt: skip
-"""What is wrong with a name that was given: there is no such file, a folder is none, a port is taken."""
+"""Errors that another name would avoid: a missing file, a path through a file, a port in use."""
 
 
 def exit_code(error: OSError) -> int:
-    """MISTAKE where another name would do, else FAILED."""
-    return EXIT_USAGE if error.errno in _OF_PATHS else EXIT_FAILURE
+    """Return EXIT_USAGE for an error that another name would avoid, else EXIT_FAILURE."""
+    return EXIT_USAGE if error.errno in _NAME_ERRORS else EXIT_FAILURE
 
 
-# How the command line speaks: results on stdout, everything else on stderr, progress only to a person.
+# --- Messages and progress
 
 PATIENCE = 1.0
 """Seconds before a progress bar appears."""
 SCREEN = 1800
-"""Letters of a message, at most."""
+"""The largest number of characters of a message."""
 
 
 def console() -> Console:
-    """stderr; plain text where it is not a terminal."""
+    """Return a console on stderr; plain text without a terminal."""
     from rich.console import Console
 
     return Console(stderr=True, highlight=False, soft_wrap=True)
 
 
 def show_message(message: str) -> None:
-    """A line on stderr, as it is: no markup."""
+    """Print a line on stderr, without markup."""
     sys.stderr.write(f"{message}\n")
     sys.stderr.flush()
 
 
 def shorten_message(message: str) -> str:
-    """A message without its middle, where that would be longer than a screen: names may be as long as one likes."""
+    """Return a message without its middle if it is longer than a screen: names may be of any length."""
     half = SCREEN // 2
     return message if len(message) <= SCREEN else f"{message[:half]} ... {message[-half:]}"
 
 
 def first_cause(error: BaseException) -> str:
-    """The first line of what went wrong first: packages wrap what their own libraries say in pages of advice."""
+    """Return the first line of the first error: packages wrap errors of their libraries in pages of advice."""
     while isinstance(
         before := error.__cause__ or (None if error.__suppress_context__ else error.__context__), ImportError
     ):
@@ -85,15 +88,15 @@ def first_cause(error: BaseException) -> str:
 
 @contextlib.contextmanager
 def user_mistakes() -> Iterator[None]:
-    """Turn what goes wrong into its message and one of `exit_codes`; bugs keep their traceback."""
+    """Turn errors into messages and exit codes; bugs keep their traceback."""
     try:
         yield
     except KeyboardInterrupt:
         show_message("interrupted")
         raise SystemExit(EXIT_INTERRUPT) from None
-    except BrokenPipeError:
+    except BrokenPipeError:  # an OSError too, so before these
         raise SystemExit(EXIT_PIPE) from None
-    except OSError as error:
+    except OSError as error:  # before ValueError, since errors of unreadable files are both
         name = f"{error.filename}: " if error.filename else ""
         show_message(f"error: {shorten_message(name + (error.strerror or str(error)).lower())}")
         raise SystemExit(exit_code(error)) from None
@@ -110,14 +113,14 @@ def user_mistakes() -> Iterator[None]:
 
 @contextlib.contextmanager
 def compile_notes() -> Iterator[None]:
-    """Say once, while it happens, that kernels are being compiled."""
+    """Print once, while it happens, that kernels are being compiled."""
     from .._jit.decorators import on_compile
 
-    told: list[float] = []
+    times: list[float] = []
 
     def note(name: str) -> None:
-        if not told:
-            told.append(time.perf_counter())
+        if not times:  # once for all kernels
+            times.append(time.perf_counter())
             show_message("compiling kernels, which later runs find in the cache: up to a minute ...")
 
     with on_compile(note):
@@ -125,20 +128,20 @@ def compile_notes() -> Iterator[None]:
 
 
 class Bar:
-    """A progress bar with rate and time left, on stderr; silent for a second, and where stderr is not a terminal."""
+    """A progress bar with rate and time left, on stderr; silent for a second, and without a terminal."""
 
     def __init__(self, what: str, unit: str, scale: float = 1.0) -> None:
         self.what, self.unit, self.scale = what, unit, scale
         self.started = time.perf_counter()
         self.note = ""
-        """What else the line says."""
+        """More text at the end of the line."""
         self.picture: Text | None = None
-        """What is drawn above the line."""
+        """A picture above the line."""
         self.progress: Progress | None = None
 
     @cached_property
     def console(self) -> Console:
-        """Made when it is needed: what ends within a second does not import what draws bars."""
+        """The console, made on first use: work of less than a second does not import the library of bars."""
         return console()
 
     def __enter__(self) -> Bar:
@@ -149,7 +152,7 @@ class Bar:
             self.progress.stop()
 
     def __call__(self, done: int, count: int) -> None:
-        """`done` of `count` steps are finished; each is `scale` units of work."""
+        """Show that `done` of `count` steps are finished; each is `scale` units of work."""
         if time.perf_counter() - self.started < PATIENCE or not self.console.is_terminal:
             return
         if self.progress is None:
@@ -162,10 +165,11 @@ class Bar:
 
 
 def _bar(bar: Bar) -> Progress:
+    """Return the bar of a library, with the picture of a `Bar` above it."""
     from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
     class UnderPicture(Progress):
-        """The line, and above it what the bar has to show."""
+        """The bar, under the picture."""
 
         def get_renderables(self) -> Iterator[RenderableType]:
             if bar.picture is not None:
@@ -184,7 +188,7 @@ def _bar(bar: Bar) -> Progress:
 
 
 def format_si(value: float) -> str:
-    """A number with three digits and a prefix: 1.23 M."""
+    """Return a number with three digits and a prefix: 1.23 M."""
     for size, prefix in ((1e9, "G"), (1e6, "M"), (1e3, "k")):
         if value >= size:
             return f"{value / size:.3g} {prefix}"
@@ -192,7 +196,7 @@ def format_si(value: float) -> str:
 
 
 def show_table(table: Table, about: list[str]) -> None:
-    """A table and lines below it, on stdout, as wide as they need to be."""
+    """Print a table and lines below it on stdout, as wide as they need to be."""
     from rich.console import Console
 
     wide = Console(highlight=False, soft_wrap=True, width=None if sys.stdout.isatty() else 200)
@@ -201,13 +205,11 @@ def show_table(table: Table, about: list[str]) -> None:
         wide.print(line, markup=False)
 
 
-# stdout and stderr of the command `conicoid`, whatever they are: a pipe that nobody reads, a full disk, or closed.
-#
-# Results that cannot be written are an error. Messages that cannot are not: what was asked for is done.
+# --- Standard streams, which may be a pipe that nobody reads, a full disk, or closed
 
 
 class _Stream(io.TextIOWrapper):
-    """A text stream that loses what it cannot write, once it has been told of."""
+    """A text stream that reports the first error of writing, and drops all later text."""
 
     def write(self, text: str) -> int:
         try:
@@ -223,42 +225,47 @@ class _Stream(io.TextIOWrapper):
             self._give_up(error)
 
     def _give_up(self, error: OSError) -> None:
+        """Let further text go nowhere, and report the error."""
+        # The descriptor is replaced, so that flushes at exit succeed as well
         nowhere = os.open(os.devnull, os.O_WRONLY)
         os.dup2(nowhere, self.fileno())
         os.close(nowhere)
-        self.tell_of(error)
+        self.report(error)
 
-    def tell_of(self, error: OSError) -> None:
-        """Say what went wrong."""
+    def report(self, error: OSError) -> None:
+        """Report an error of writing; the default ignores it."""
 
 
 class ResultStream(_Stream):
-    """Raises SystemExit where nobody reads on, else OSError."""
+    """Standard output: ends the process if nobody reads on, raises OSError for other errors."""
 
-    def tell_of(self, error: OSError) -> None:
+    def report(self, error: OSError) -> None:
         if error.errno == errno.EPIPE:
             raise SystemExit(EXIT_PIPE) from None
         raise OSError(error.errno, error.strerror, "standard output") from None
 
 
 class MessageStream(_Stream):
-    """Raises nothing."""
+    """Standard error: ignores errors."""
 
 
 def open_streams() -> None:
-    """Put them in place of Python's own, which are None where a stream is closed."""
+    """Replace the standard streams of Python, which are None if a stream is closed.
+
+    Results that cannot be written are an error; messages that cannot be written are not: the work is done.
+    """
     for number, mode in ((0, os.O_RDONLY), (1, os.O_RDONLY), (2, os.O_WRONLY)):
         try:
             os.fstat(number)
-        except OSError:  # else the next file would get its number, and what is said would be written there
-            os.open(os.devnull, mode)  # what is closed cannot be written: of stdout that is to be noticed
+        except OSError:  # the next file to be opened would get the number, and messages would go there
+            os.open(os.devnull, mode)  # stdout opens for reading, so that a write of results fails
     sys.stdout = _in_place_of(sys.stdout, 1, ResultStream)
     sys.stderr = _in_place_of(sys.stderr, 2, MessageStream)
 
 
 def _in_place_of(stream: Any, number: int, kind: type[_Stream]) -> _Stream:
-    """A terminal that knows ASCII only is no mistake."""
+    """Return a stream for a descriptor; characters that its encoding lacks are escaped."""
     bytes_ = io.BufferedWriter(io.FileIO(number, "w", closefd=False)) if stream is None else stream.buffer
     encoding = "utf-8" if stream is None else stream.encoding
-    lines = number == 2 or os.isatty(number)
+    lines = number == 2 or os.isatty(number)  # messages appear at once
     return kind(bytes_, encoding=encoding, errors="backslashreplace", line_buffering=lines)

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
 
-from .._util.foreign_names import operator_error, shape_attribute_error
-from .._util.hints import frozen_with_hints, with_method_hints
+from .._util.hints import unknown_attribute
 from .._util.pickling import restore_state
 from .._util.validation import describe_kind, format_value, real_array
 from ..materials.material import Material
@@ -63,8 +62,6 @@ def _check_index(index: Any, materials: int, bodies: int) -> MaterialIndex:
     return result
 
 
-@frozen_with_hints
-@with_method_hints
 @dataclass(frozen=True)
 class Body:
     """One entry of a scene: a shape with a material and a name.
@@ -151,26 +148,14 @@ class Body:
         """Return the body carried by an affine motion, a `matrix` (4, 4), as `Shape.transform` does."""
         return dataclasses.replace(self, shape=self.shape.transform(matrix))
 
-    if not TYPE_CHECKING:  # type checkers would otherwise accept any attribute and operator
+    if not TYPE_CHECKING:  # type checkers would otherwise accept any attribute
 
         def __getattr__(self, name: str) -> Any:
-            raise shape_attribute_error(self, name)
+            raise unknown_attribute(self, name)
 
         def __contains__(self, other: Any) -> bool:
             hint = "a scene tests points: co.Scene(body).contains(points)"
             raise TypeError(f"Body: `in` means nothing here; {hint}")
-
-        def __or__(self, other: Any) -> Any:
-            return _reject_operator(self, "|", other)
-
-        def __and__(self, other: Any) -> Any:
-            return _reject_operator(self, "&", other)
-
-        def __sub__(self, other: Any) -> Any:
-            return _reject_operator(self, "-", other)
-
-        def __add__(self, other: Any) -> Any:
-            return _reject_operator(self, "+", other)
 
 
 def _name_hint(body: Body) -> str:
@@ -180,9 +165,12 @@ def _name_hint(body: Body) -> str:
     return f"; a name is the third, Body(shape, name={format_value(body.material)})"
 
 
-def _reject_operator(body: Body, operator: str, other: Any) -> Any:
-    """Raise a TypeError with a hint if there is one; return NotImplemented otherwise."""
-    error = operator_error(body, operator, other)
-    if error is None:
-        return NotImplemented
-    raise error
+def bodies_table(bodies: Sequence[Body]) -> str:
+    """Return the table of entries that a notebook shows."""
+    from .._util.html_table import html_table
+
+    rows = (
+        (number, body.name, type(body.shape).__name__, getattr(body.material, "name", None) or body.material)
+        for number, body in enumerate(bodies)
+    )
+    return html_table(("entry", "name", "shape", "material"), rows, len(bodies))

@@ -12,7 +12,7 @@ import numpy as np
 from .._util.arrays import FloatArray
 from .._util.hints import describe_names
 from .._util.validation import describe_kind, format_value
-from .body import Body
+from .body import Body, bodies_table
 from .bulk import Bulk, Spheres
 from .instances import InstanceList
 from .instances_edited import EditedInstances, InstanceOrigins, collect_instances
@@ -32,6 +32,10 @@ class Entries(tuple[Body, ...]):
     """
 
     __slots__ = ()
+
+    def _repr_html_(self) -> str:
+        """Return the table that a notebook shows."""
+        return bodies_table(self)
 
     def __getitem__(self, index: Any) -> Any:
         if isinstance(index, slice) or (type(index) is int and index >= 0):

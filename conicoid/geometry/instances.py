@@ -21,7 +21,7 @@ import numpy.typing as npt
 
 from .._util.arrays import BoxEnds, FloatArray
 from .._util.validation import format_value
-from .body import Body
+from .body import Body, bodies_table
 from .shape import Solid
 from .transform import IDENTITY_MOTION, Motion
 
@@ -67,6 +67,10 @@ class InstanceList(Sequence[Body], ABC):
         """(kind, indices of the shift) -> numbers of a body lowered by itself; edited lists share the cache."""
         self._firsts: dict[int, Solid] = {}
         self._shapes: OrderedDict[int, Solid] = OrderedDict()
+
+    def _repr_html_(self) -> str:
+        """Return the table that a notebook shows."""
+        return bodies_table(self)
 
     @abstractmethod
     def made(self, kind: int, shift: Shift) -> Solid:

@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 
 from .._util.arrays import Vector
-from .._util.hints import frozen_with_hints, with_method_hints
 from .._util.validation import check_nonnegative, check_number, check_positive, describe_kind, format_value
 from ..materials.material import Material
 from ..materials.presets import glass
@@ -214,8 +213,6 @@ def _stations(a: ConicWall, b: ConicWall) -> list[float]:
 # Cemented lenses
 
 
-@frozen_with_hints
-@with_method_hints
 @dataclass(frozen=True)
 class LensGroup:
     """Elements cemented to each other: ``co.Scene([*group])`` has each of them as a body.

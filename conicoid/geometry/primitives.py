@@ -6,7 +6,6 @@ Their helpers for axes, wedges and caps serve other shapes too.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from operator import sub
 from typing import Any, ClassVar
@@ -57,12 +56,6 @@ def _square_exact(x: float) -> object:
     return ex.rational(x) ** 2
 
 
-_SIZE_NAMES = (
-    "size", "sizes", "half_size", "half_sizes", "extent", "extents", "half_extents", "dimensions", "edge", "edges",
-)  # fmt: skip
-"""Arguments of boxes in other programs."""
-
-
 @dataclass(frozen=True)
 class Box(PrimitiveSolid):
     """low <= (x, y, z) <= high, its edges along the axes.
@@ -83,17 +76,6 @@ class Box(PrimitiveSolid):
                 raise ValueError(f"Box: high[{i}] must be > low[{i}] = {low[i]}, got {high[i]}")
         object.__setattr__(self, "low", low)
         object.__setattr__(self, "high", high)
-
-    @staticmethod
-    def _refused_call(args: Sequence[Any], keywords: Mapping[str, Any]) -> str:
-        """Return the error text for a call with a size, or with one argument, which may be a size or half of it."""
-        sized = [name for name in _SIZE_NAMES if name in keywords]
-        is_alone = len(args) == 1 and "high" not in keywords and args[0] is not None and not isinstance(args[0], str)
-        if not is_alone and not sized:
-            return ""
-        found = f"{sized[0]} alone" if sized else "one argument alone"
-        size = "of size (x, y, z) about the origin it is Box((-x/2, -y/2, -z/2), (x/2, y/2, z/2))"
-        return f"Box: a box is given by two corners, Box(low, high), got {found}; {size}"
 
     def tree(self) -> Cell:
         faces, edges = [], [b - a for a, b in zip(self.low, self.high, strict=True)]

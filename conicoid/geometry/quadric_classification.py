@@ -13,7 +13,6 @@ from functools import cache, cached_property
 from typing import Any
 
 from .._util.arrays import Vector
-from .._util.foreign_names import with_attribute_hints
 from .._util.fork_safe_locks import fork_safe_rlock
 from ..numerics import bigfloat_linalg as ex
 from ..numerics import rational_linalg
@@ -64,7 +63,6 @@ SIDES = {
 }  # fmt: skip
 
 
-@with_attribute_hints
 @dataclass(frozen=True)
 class Classification:
     """The kind, place and measures of a quadric; numbers that are not exact are rounded once.

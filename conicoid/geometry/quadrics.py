@@ -22,7 +22,6 @@ import numpy as np
 
 from .._util.arrays import FloatArray, Interval, Vector, VectorLike, dot_rows, matmul_rows
 from .._util.errstate import ignore_fp_errors
-from .._util.hints import with_call_hints
 from .._util.validation import check_interval, check_positive, check_vector, format_value
 from ..numerics import bigfloat_linalg as ex
 from ..numerics.portable_math import hypot, is_finite, portable_max, portable_sqrt
@@ -178,7 +177,6 @@ class Ellipsoid(EllipticSolid):
         return inverse_root(a), inverse_root(e), inverse_root(h)
 
     @classmethod
-    @with_call_hints
     def from_coefficients(
         cls, A: float, E: float, H: float, center: Any = (0.0, 0.0, 0.0), z_range: Any = None
     ) -> Ellipsoid:

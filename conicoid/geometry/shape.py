@@ -22,8 +22,7 @@ import numpy as np
 
 from .._util.arrays import BoxEnds, Vector
 from .._util.errstate import ignore_fp_errors
-from .._util.foreign_names import operator_error, shape_attribute_error
-from .._util.hints import frozen_with_hints, with_call_hints
+from .._util.hints import unknown_attribute
 from .._util.pickling import pickle_state, restore_state
 from .._util.validation import describe_kind, format_value
 from ..materials.material import Material
@@ -93,7 +92,6 @@ class Shape(ABC):
         self._check_motion()
 
     def _check_motion(self) -> None:
-        frozen_with_hints(type(self))
         if not isinstance(self.motion, Motion):
             expected = "left out: shape.translate(...), .rotate(...), .scale(...) and .transform(...) move it"
             raise TypeError(f"{type(self).__name__}: motion must be {expected}; got {format_value(self.motion)}")
@@ -141,12 +139,10 @@ class Shape(ABC):
         vars(shape).update(pickle_state(self), motion=motion)
         return shape
 
-    @with_call_hints
     def translate(self, offset: Any) -> Self:
         """Return the shape moved by `offset`, three numbers."""
         return self._moved(self.motion.translate(offset))
 
-    @with_call_hints
     def rotate(self, axis: Any, degrees: float, *, about: Any = None) -> Self:
         """Return the shape turned about an axis through the world's origin, or through the point `about`.
 
@@ -161,7 +157,6 @@ class Shape(ABC):
         """
         return self._moved(moved_about("rotate", self.motion, about, lambda motion: motion.rotate(axis, degrees)))
 
-    @with_call_hints
     def scale(self, factors: Any, *, about: Any = None) -> Self:
         """Return the shape scaled about the world's origin, or about the point `about`.
 
@@ -174,7 +169,6 @@ class Shape(ABC):
         """
         return self._moved(moved_about("scale", self.motion, about, lambda motion: motion.scale(factors)))
 
-    @with_call_hints
     def transform(self, matrix: Any) -> Self:
         """Return the shape carried by an affine motion.
 
@@ -206,48 +200,14 @@ class Shape(ABC):
             "not with `and`, `or`, `not`; whether there is one: `shape is not None`"
         )
 
-    if not TYPE_CHECKING:  # type checkers would otherwise accept any attribute and these operators
+    if not TYPE_CHECKING:  # type checkers would otherwise accept any attribute
 
         def __getattr__(self, name: str) -> Any:
-            raise shape_attribute_error(self, name)
-
-        def __add__(self, other: Any) -> Any:
-            return _reject_operator(self, "+", other)
-
-        def __mul__(self, other: Any) -> Any:
-            return _reject_operator(self, "*", other)
-
-        def __radd__(self, other: Any) -> Any:
-            return _reject_operator(self, "+", other)
-
-        def __neg__(self) -> Any:
-            raise TypeError(
-                f"{type(self).__name__}: signs mean nothing here: a shape is its inside, ~shape the outside"
-            )
-
-        def __xor__(self, other: Any) -> Any:
-            hint = "^ is no operation of shapes; (a | b) - (a & b) is the part that only one of two shapes has"
-            raise TypeError(f"{type(self).__name__}: {hint}")
+            raise unknown_attribute(self, name)
 
         def __contains__(self, other: Any) -> bool:
             hint = f"a scene tests points: co.Scene({type(self).__name__.lower()}).contains(points)"
             raise TypeError(f"{type(self).__name__}: `in` means nothing here; {hint}")
-
-        __rmul__, __pos__, __rxor__ = __mul__, __neg__, __xor__
-
-
-def _reject_operator(shape: Shape, operator: str, other: Any) -> Any:
-    """Raise a TypeError with a hint if there is one; return NotImplemented otherwise."""
-    error = operator_error(shape, operator, other)
-    if error is None:
-        return NotImplemented
-    raise error
-
-
-def _refuse_body(shape: Shape, operator: str, other: Any) -> None:
-    """Raise a TypeError with a hint for an operand that is no shape: a body, or an offset."""
-    if not isinstance(other, Shape) and (error := operator_error(shape, operator, other)) is not None:
-        raise error
 
 
 class Primitive(Shape, abstract=True):
@@ -292,7 +252,6 @@ class Solid(Shape, abstract=True):
         return []
 
     def __or__(self, other: Solid) -> Union:
-        _refuse_body(self, "|", other)
         return _unite(self, other)
 
     @overload
@@ -302,17 +261,14 @@ class Solid(Shape, abstract=True):
     def __and__(self, other: Sheet) -> ClippedSheet: ...
 
     def __and__(self, other: Any) -> Intersection | ClippedSheet:
-        _refuse_body(self, "&", other)
         return _intersect(self, other)
 
     def __sub__(self, other: Solid) -> Difference:
-        _refuse_body(self, "-", other)
         return _subtract(self, other)
 
     def __invert__(self) -> Complement:
         return Complement(self)
 
-    @with_call_hints
     def painted(self, material: Any) -> Painted:
         """Return the solid with a material of its own for its faces: ``body - bore.painted(red)`` has red cuts.
 

@@ -19,7 +19,6 @@ from typing import TYPE_CHECKING, Any
 
 from .._jit.interruptible import PATIENCE, is_main_thread, join_threads, start_thread
 from .._util.environment import MOST_THREADS, read_threads
-from .._util.hints import with_call_hints
 from .._util.validation import as_integer, format_value
 from .tables import HALT, STEPS, Geometry
 
@@ -72,7 +71,6 @@ def thread_count() -> int:
     return max(1, os.cpu_count() or 1)
 
 
-@with_call_hints
 def set_threads(count: int | None) -> None:
     """Use `count` threads from now on.
 

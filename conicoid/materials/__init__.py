@@ -1,4 +1,7 @@
-"""Materials, textures, glasses, lights and backgrounds: data only."""
+"""Materials, textures, glasses, lights and backgrounds: data only.
+
+The names of `co.materials` are loaded on first use.
+"""
 
 from __future__ import annotations
 

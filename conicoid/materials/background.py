@@ -1,4 +1,4 @@
-"""What rays see that hit nothing: one colour, or a sky that changes with height."""
+"""Backgrounds, for rays that hit nothing: one colour, a sky that changes with height, or an image of all directions."""
 
 from __future__ import annotations
 
@@ -18,12 +18,13 @@ from .texture import ImagePath
 
 
 def _light(owner: str, field: str, value: Any) -> Color:
-    """A colour, which may be brighter than white; three bytes are refused, as everything would be white."""
+    """Return a colour that may be brighter than white; refuse three bytes, as they would make everything white."""
     color = check_color(owner, field, value, most=float("inf"))
     if not isinstance(color, str) and look_like_bytes(color):
-        brighter = "what is brighter than white is co.Sky(zenith, horizon, ground, intensity)"
+        # Three whole numbers up to 255 are most likely bytes.
+        brighter = "for light brighter than white use co.Sky(zenith, horizon, ground, intensity)"
         raise ValueError(
-            f"{owner}: {field} must be linear light, of which 1 is white, got {color}; {bytes_hint(color)}; {brighter}"
+            f"{owner}: {field} must be linear light, where 1 is white, got {color}; {bytes_hint(color)}; {brighter}"
         )
     if not isinstance(color, str) and BRIGHT < max(color) <= BYTE:
         warn(
@@ -34,10 +35,18 @@ def _light(owner: str, field: str, value: Any) -> Color:
 
 @dataclass(frozen=True)
 class Sky:
-    """From `ground` straight down over `horizon` to `zenith` straight up (the z axis).
+    """A sky from `ground` straight down over `horizon` to `zenith` straight up (the z axis).
 
-    Between them linear in the square root of |direction's z|, so that most of the change is near the horizon.
-    Without `ground` the lower half looks like the horizon. All is `intensity` times as bright as the colours say.
+    Between them it is linear in the square root of |direction's z|, so that most of the change is near the horizon.
+
+    Parameters
+    ----------
+    zenith, horizon : Color
+        Colours straight up and at the horizon.
+    ground : Color, optional
+        Colour straight down. Without it the lower half has the colour of the horizon.
+    intensity : float
+        Factor of all colours, >= 0.
     """
 
     zenith: Color = (0.28, 0.45, 0.75)
@@ -48,13 +57,14 @@ class Sky:
     def __post_init__(self) -> None:
         for field in ("zenith", "horizon", "ground"):
             value = getattr(self, field)
+            # Only the ground may be missing.
             if value is not None or field != "ground":
                 object.__setattr__(self, field, _light("Sky", field, value))
         object.__setattr__(self, "intensity", check_nonnegative("Sky", "intensity", self.intensity))
 
 
 def _read(path: str | os.PathLike[str]) -> Any:
-    """What is in a file, as linear light."""
+    """Return the linear light of an image file."""
     try:
         return read_pixels(path).linear(is_data=False)
     except ValueError as error:
@@ -63,51 +73,74 @@ def _read(path: str | os.PathLike[str]) -> Any:
 
 @dataclass(frozen=True, eq=False)
 class Environment:
-    """An image of all directions around a scene, equirectangular, which lights it in light transport.
-
-    pixels: (height, width, 3), linear radiance >= 0, bytes (uint8) of sRGB, or an `Image`; or the name of a file, an
-        .exr of linear light, or a .png, .jpg or .webp, which is read at once. A scene file may name those in its own
-        folder, or below.
-        The first row is straight up, +z; along a row the angle about z grows from left to right, from the x axis on.
-    intensity: everything is so many times as bright.
-    rotation: degrees about z by which the image is turned, counter-clockwise as seen from above.
+    """An image of all directions around a scene, equirectangular, that lights it in light transport.
 
     Whitted's pictures show the mean colours of its top, middle and bottom.
+
+    Parameters
+    ----------
+    pixels : array_like or path
+        (height, width, 3): linear radiance >= 0, bytes (uint8) of sRGB, or an `Image`. Or the name of a file, an .exr
+        of linear light, or a .png, .jpg or .webp, which is read at once. A scene file may name those in its own
+        folder, or below. The first row is straight up, +z; along a row the angle about z grows from left to right,
+        starting at the x axis.
+    intensity : float
+        Factor of the radiance, >= 0.
+    rotation : float
+        Degrees about z that turn the image, counter-clockwise as seen from above.
+
+    Raises
+    ------
+    ValueError
+        If a file cannot be read, or pixels have another shape or are not finite and >= 0.
     """
 
     pixels: ImagePath | Any
     intensity: float = 1.0
     rotation: float = 0.0
     file: ClassVar[ImagePath | None] = None
-    """Where they were read from."""
+    """The file of the pixels, if they came from one."""
 
     def __post_init__(self) -> None:
         if isinstance(self.pixels, str | os.PathLike):
             object.__setattr__(self, "file", ImagePath(os.path.abspath(checked_path("Environment", self.pixels))))
-            found: Any = _read(self.pixels)
+            radiance: Any = _read(self.pixels)
         else:
-            found = image_array("Environment", "pixels", self.pixels)
-        found = srgb_decode(found / 255) if found.dtype == np.uint8 else found
-        if found.ndim != 3 or found.shape[2] != 3 or found.size == 0:
-            raise ValueError(f"Environment: pixels must have shape (height, width, 3), got {found.shape}")
-        bad = np.argwhere(~(np.isfinite(found) & (found >= 0)))
+            radiance = image_array("Environment", "pixels", self.pixels)
+        radiance = srgb_decode(radiance / 255) if radiance.dtype == np.uint8 else radiance
+        if radiance.ndim != 3 or radiance.shape[2] != 3 or radiance.size == 0:
+            raise ValueError(f"Environment: pixels must have shape (height, width, 3), got {radiance.shape}")
+        bad = np.argwhere(~(np.isfinite(radiance) & (radiance >= 0)))
         if len(bad):
             place = tuple(int(k) for k in bad[0])
-            raise ValueError(f"Environment: pixels{list(place)} must be finite and >= 0, got {found[place]}")
+            raise ValueError(f"Environment: pixels{list(place)} must be finite and >= 0, got {radiance[place]}")
         intensity = check_nonnegative("Environment", "intensity", self.intensity)
         rotation = check_degrees("Environment", "rotation", self.rotation)
-        pixels = np.array(found, np.float64)
+        pixels = np.array(radiance, np.float64)
+        # Frozen: equality and hashes depend on the pixels.
         pixels.flags.writeable = False
         for field, value in (("pixels", pixels), ("intensity", intensity), ("rotation", rotation)):
             object.__setattr__(self, field, value)
 
     @classmethod
     def of_file(cls, path: str | os.PathLike[str], intensity: float = 1.0, rotation: float = 0.0) -> Environment:
-        """The picture of all directions in a file, an .exr of linear light, or a .png, .jpg or .webp.
+        """Read an image of all directions from a file, an .exr of linear light, or a .png, .jpg or .webp.
 
-        path: the file; intensity, rotation: those of an `Environment`.
+        Parameters
+        ----------
+        path : str or os.PathLike
+            The file.
+        intensity, rotation : float
+            As in `Environment`.
 
-        Raises ValueError for what is missing, no picture, or damaged.
+        Returns
+        -------
+        Environment
+
+        Raises
+        ------
+        ValueError
+            If the file is missing, no picture, or damaged.
         """
         return cls(ImagePath(checked_path("Environment", path)), intensity, rotation)
 
@@ -120,23 +153,26 @@ class Environment:
         return hash(self._key())
 
     def _key(self) -> tuple[Any, ...]:
+        """Return the values that equality and hashes use; the sum stands for the pixels."""
         pixels: Any = self.pixels
+        # A cheap key: equality also compares all pixels.
         return pixels.shape, float(pixels.sum()), self.intensity, self.rotation
 
     @property
     def radiance(self) -> FloatArray:
-        """(height, width, 3) with intensity and rotation, which is rounded to whole pixels."""
+        """Radiance (height, width, 3) with intensity and rotation; the rotation is rounded to whole pixels."""
         pixels: Any = self.pixels
-        turned: FloatArray = np.roll(pixels, round(self.rotation / 360 * pixels.shape[1]), axis=1)
-        return self.intensity * turned
+        rotated: FloatArray = np.roll(pixels, round(self.rotation / 360 * pixels.shape[1]), axis=1)
+        return self.intensity * rotated
 
 
 Background: TypeAlias = Color | Sky | Environment
 DEFAULT_BACKGROUND = Sky((0.62, 0.72, 0.84), (0.94, 0.95, 0.96))
+"""The sky of scenes without a background."""
 
 
 def as_background(value: Any) -> Background | None:
-    """A colour, a Sky, or None for the default, checked."""
+    """Return a checked background: a colour, a Sky, an Environment, or None for the default."""
     if value is None or isinstance(value, Sky | Environment):
         return value
     if not isinstance(value, str) and not hasattr(value, "__len__"):

@@ -1,4 +1,4 @@
-"""Thin films on a surface, and what they reflect: the transfer matrix."""
+"""Thin films on a surface, and their reflectance by the transfer matrix method."""
 
 from __future__ import annotations
 
@@ -7,18 +7,25 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from .._util.errstate import ignore_fp_errors
-from .._util.hints import frozen_with_hints
 from .._util.validation import check_number, check_positive, format_value
 from .dispersion import Index, check_index, check_wavelengths, index_at
 from .fresnel import Fresnel, check_interface, fresnel
 
 
-@frozen_with_hints
 @dataclass(frozen=True)
 class Layer:
-    """A film of a refractive index, as a material takes it, and a thickness in μm."""
+    """A thin film.
+
+    Parameters
+    ----------
+    index : Index
+        Refractive index, as for a material.
+    thickness : float
+        In μm, > 0.
+    """
 
     index: Index
     thickness: float
@@ -28,28 +35,39 @@ class Layer:
         object.__setattr__(self, "thickness", check_positive("Layer", "thickness", self.thickness))
 
 
-@frozen_with_hints
 @dataclass(frozen=True)
 class Coating:
-    """Thin films on the walls of a body, the outermost first.
+    """Thin films on the walls of a body.
 
-    layers: each a `Layer`, or a pair (index, thickness in μm); the index is a number, the name of a glass, a formula, a
-        table of n and k, or a function of the wavelength in μm. A film that absorbs has a complex one.
+    Parameters
+    ----------
+    layers : sequence of Layer or of (index, thickness in μm)
+        The outermost first. An index is a number, the name of a glass, a formula, a table of n and k, or a function of
+        the wavelength in μm. A film that absorbs has a complex index.
     """
 
     layers: tuple[Layer, ...]
 
     def __post_init__(self) -> None:
-        given = self.layers
-        if isinstance(given, str) or not isinstance(given, Sequence):
-            raise ValueError(f"Coating: layers must be pairs (index, thickness in μm), got {format_value(given)}")
-        object.__setattr__(self, "layers", tuple(_layer(i, each) for i, each in enumerate(given)))
+        layers = self.layers
+        if isinstance(layers, str) or not isinstance(layers, Sequence):
+            raise ValueError(f"Coating: layers must be pairs (index, thickness in μm), got {format_value(layers)}")
+        object.__setattr__(self, "layers", tuple(_layer(i, each) for i, each in enumerate(layers)))
 
     @classmethod
     def quarter_wave(cls, indices: Sequence[Index], wavelength: float) -> Coating:
-        """Films a quarter of a wavelength thick each, λ / (4 n), the outermost first.
+        """Make films a quarter of a wavelength thick each, λ / (4 n).
 
-        indices: of the films; wavelength: in μm, in vacuum.
+        Parameters
+        ----------
+        indices : sequence of Index
+            Refractive indices of the films, the outermost first.
+        wavelength : float
+            In μm, in vacuum.
+
+        Returns
+        -------
+        Coating
         """
         w = check_positive("Coating", "wavelength", wavelength)
         if isinstance(indices, str) or not isinstance(indices, Sequence):
@@ -57,16 +75,36 @@ class Coating:
         return cls(tuple(Layer(n, w / (4 * float(np.real(index_at(check_index("Coating", n), w))))) for n in indices))
 
     @ignore_fp_errors
-    def at(self, wavelength: Any, cos: Any = 1.0, n1: Any = 1.0, n2: Any = 1.5) -> Fresnel:
-        """What becomes of light that comes from outside of the coat, by polarisation, as `co.optics.fresnel` tells it.
+    def at(
+        self, wavelength: npt.ArrayLike, cos: npt.ArrayLike = 1.0, n1: npt.ArrayLike = 1.0, n2: npt.ArrayLike = 1.5
+    ) -> Fresnel:
+        """Return what `co.optics.fresnel` returns, for light that comes from outside of the coat.
 
-        wavelength: in μm, in vacuum; cos: cosine of the angle of incidence.
-        n1, n2: indices of the medium outside, real, and of what is coated, maybe complex. All broadcast together.
+        It is computed by the characteristic matrix of each film (Macleod, Thin-Film Optical Filters, chapter 2).
 
-        By the characteristic matrix of each film (Macleod, Thin-Film Optical Filters, chapter 2).
-        Raises ValueError for a wavelength outside of the range of a film's index.
+        Parameters
+        ----------
+        wavelength : array_like
+            In μm, in vacuum.
+        cos : array_like
+            Cosine of the angle of incidence.
+        n1 : array_like
+            Index of the medium outside, real.
+        n2 : array_like
+            Index of the coated medium, real or complex. All arguments broadcast together.
+
+        Returns
+        -------
+        Fresnel
+            Shares and amplitudes, of the common shape of the arguments.
+
+        Raises
+        ------
+        ValueError
+            For a wavelength outside of the range of a film's index.
         """
         w = check_wavelengths("Coating", wavelength)
+        # Without films Fresnel's formulas apply, which are exact in total reflection.
         if not self.layers:
             return fresnel(cos, np.broadcast_arrays(n1, w)[0], n2)
         c, first, second = check_interface("Coating", cos, n1, n2, 0.0)
@@ -75,16 +113,17 @@ class Coating:
         return _stack(films, w, c, first, second)
 
     def reversed(self) -> Coating:
-        """The same films as light meets them that comes from inside."""
+        """Return the same films in the order for light from inside."""
         return Coating(self.layers[::-1])
 
 
-def _layer(i: int, given: Any) -> Layer:
-    if isinstance(given, Layer):
-        return given
-    if isinstance(given, str) or not isinstance(given, Sequence) or len(given) != 2:
-        raise ValueError(f"Coating: layers[{i}] must be a pair (index, thickness in μm), got {format_value(given)}")
-    index, thickness = given
+def _layer(i: int, layer: Any) -> Layer:
+    """Return a `Layer`, or make one from a pair."""
+    if isinstance(layer, Layer):
+        return layer
+    if isinstance(layer, str) or not isinstance(layer, Sequence) or len(layer) != 2:
+        raise ValueError(f"Coating: layers[{i}] must be a pair (index, thickness in μm), got {format_value(layer)}")
+    index, thickness = layer
     try:
         return Layer(index, check_number("Layer", "thickness", thickness))
     except ValueError as error:
@@ -92,21 +131,24 @@ def _layer(i: int, given: Any) -> Layer:
 
 
 def _stack(films: Sequence[tuple[Any, float]], w: Any, c: Any, first: Any, second: Any) -> Fresnel:
-    """The films' matrices, times exp(iδ) each so that nothing overflows, times the field beyond, from inside out.
+    """Multiply the films' matrices, times exp(iδ) each so that nothing overflows, by the field beyond, from inside out.
 
     With q = n cos θ a film of phase δ = 2π q d / λ has ((cos δ, -i sin δ / η), (-i η sin δ, cos δ)), with η = q for s
-    and n²/q for p; beyond is (1, q) for s and (q, n²), which is q (1, η), for p.
+    and n²/q for p. The field beyond is (1, q) for s and (q, n²), which is q (1, η), for p.
     """
+    # n sin θ is the same in all layers (Snell's law). Here its square.
     sine = first * first * ((1 - c) * (1 + c))
     last = np.sqrt(second * second - sine)
     b_s, c_s, b_p, c_p = np.ones_like(last), last, last, second * second
     scale = np.ones_like(last)
+    # From the body outwards: each matrix multiplies the field beyond it.
     for n, thickness in reversed(films):
         square = n * n
         q = np.sqrt(square - sine)
         phase = 2 * np.pi * thickness / w
         turn = np.exp(2j * q * phase)
         cosine, rest = (1 + turn) / 2, (1 - turn) / 2  # of cos δ and -i sin δ, times exp(iδ)
+        # Near q = 0 the quotient sin δ / q takes its limit, phase.
         small = abs(q * phase) < 1e-5
         per_q = np.where(small, -1j * phase, rest / np.where(small, 1, q))
         b_s, c_s = cosine * b_s + per_q * c_s, q * rest * b_s + cosine * c_s

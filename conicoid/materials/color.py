@@ -1,7 +1,7 @@
-"""Colours: linear light inside, sRGB where people write or look.
+"""Colours: linear light inside, sRGB in texts and images.
 
-A colour is three numbers of linear light (Rec. 709 primaries), or a text: "#rrggbb", "#rgb" or a
-CSS name such as "steelblue", which means sRGB and is decoded by IEC 61966-2-1.
+A colour is three numbers of linear light (Rec. 709 primaries), or a text: "#rrggbb", "#rgb" or a CSS name such as
+"steelblue". A text is sRGB, decoded by IEC 61966-2-1.
 """
 
 from __future__ import annotations
@@ -24,36 +24,37 @@ Amount: TypeAlias = float | Vector | str
 _HEX = "0123456789abcdefABCDEF"
 BYTE = 255
 BRIGHT = 30.0
-"""Of such light more would make a body white that is nearly black."""
+"""Times white: brighter light would make a nearly black body white."""
 _EXPECTED = "three linear numbers, '#rrggbb' or a CSS colour name"
 
 
 def srgb_decode(encoded: Any) -> FloatArray:
-    """sRGB values in [0, 1] to linear light (IEC 61966-2-1), any shape."""
+    """Return linear light of sRGB values in [0, 1] (IEC 61966-2-1), any shape."""
     c = np.asarray(encoded, dtype=np.float64)
+    # Both branches are computed: the maximum keeps the base of the unused power positive.
     return np.where(c <= 0.04045, c / 12.92, _power_decode((np.maximum(c, 0.04045) + 0.055) / 1.055))
 
 
 def srgb_encode(linear: Any) -> FloatArray:
-    """Linear light in [0, 1] to sRGB values (IEC 61966-2-1), any shape."""
+    """Return sRGB values of linear light in [0, 1] (IEC 61966-2-1), any shape."""
     c = np.asarray(linear, dtype=np.float64)
     return np.where(c <= 0.0031308, 12.92 * c, 1.055 * _power_encode(np.maximum(c, 0.0031308)) - 0.055)
 
 
 def _power_decode(c: FloatArray) -> FloatArray:
-    """c^2.4, without NumPy's powers, which are the C library's or made for a processor."""
+    """Return c^2.4, without NumPy's powers: they depend on the C library or the processor."""
     root = odd_root(c, 5)
     return c * c * (root * root)
 
 
 def _power_encode(c: FloatArray) -> FloatArray:
-    """c^(1 / 2.4) = c^(1/4 + 1/6)"""
+    """Return c^(1 / 2.4) = c^(1/4 + 1/6)."""
     root = np.sqrt(c)
     return np.sqrt(root) * odd_root(root, 3)
 
 
 def linear_rgb(color: Color, owner: str = "color", field: str = "value") -> Vector:
-    """The three linear numbers of a colour."""
+    """Return the three linear numbers of a colour."""
     if isinstance(color, str):
         r, g, b = srgb_decode([channel / 255 for channel in _parse_bytes(owner, field, color)]).tolist()
     else:
@@ -62,12 +63,13 @@ def linear_rgb(color: Color, owner: str = "color", field: str = "value") -> Vect
 
 
 def _parse_bytes(owner: str, field: str, text: str) -> tuple[int, int, int]:
-    """Red, green and blue of "#rgb", "#rrggbb" or a CSS name, 0 to 255."""
+    """Return red, green and blue, 0 to 255, of "#rgb", "#rrggbb" or a CSS name."""
     if text.startswith("#") and len(text) in (4, 7) and all(digit in _HEX for digit in text[1:]):
         red, green, blue = bytes.fromhex(text[1:] if len(text) == 7 else "".join(2 * digit for digit in text[1:]))
         return red, green, blue
     from PIL import ImageColor
 
+    # The lookup comes first, as `getrgb` accepts more forms than CSS names.
     if text.lower() not in ImageColor.colormap:
         raise ValueError(f"{owner}: {field} must be {_EXPECTED}, got {format_value(text)}{color_hint(text)}")
     red, green, blue = ImageColor.getrgb(text)[:3]
@@ -75,7 +77,7 @@ def _parse_bytes(owner: str, field: str, text: str) -> tuple[int, int, int]:
 
 
 def color_hint(text: str) -> str:
-    """What is wrong with a text that is no colour: the number of digits, a letter, or a name that is like another."""
+    """Explain the error in a text that is no colour: the number of digits, a letter, or a name close to a known one."""
     from PIL import ImageColor
 
     if not text.startswith("#"):
@@ -91,13 +93,14 @@ def color_hint(text: str) -> str:
 
 
 def check_color(owner: str, field: str, value: Any, *, most: float = 1.0) -> Color:
-    """A colour kept as it was written: the text, or a tuple of three floats in [0, most]."""
+    """Return a colour as it was written: the text, or a tuple of three floats in [0, most]."""
     if isinstance(value, str):
         linear_rgb(value, owner, field)
         return value
     if _is_one_number(value):
         raise ValueError(f"{owner}: {field} must be 3 numbers, got the number {format_value(value)}{grey_hint(value)}")
     rgb = check_numbers(owner, field, value, 3)
+    # Without an upper bound a byte is a valid brightness, so no hint.
     hint = f"; {bytes_hint(rgb)}" if most == 1 and look_like_bytes(rgb) else ""
     for i, channel in enumerate(rgb):
         _check_range(owner, f"{field}[{i}]", channel, most, hint)
@@ -105,22 +108,23 @@ def check_color(owner: str, field: str, value: Any, *, most: float = 1.0) -> Col
 
 
 def look_like_bytes(rgb: Sequence[float], bright: float = 1.0) -> bool:
-    """Whether numbers of a colour are plainly from 0 to 255: whole ones, and one above what is `bright`."""
+    """Return whether the numbers of a colour are most likely bytes: whole, 0 to 255, and one above `bright`."""
     return bright < max(rgb) <= BYTE and min(rgb) >= 0 and all(channel.is_integer() for channel in rgb)
 
 
 def bytes_hint(rgb: Sequence[float]) -> str:
-    """How a colour of three bytes is written."""
+    """Explain how to write a colour of three bytes."""
     red, green, blue = (int(channel) for channel in rgb)
     return f"a colour from 0 to 255 is '#{red:02x}{green:02x}{blue:02x}' here, or divided by 255 for linear light"
 
 
 def _is_one_number(value: Any) -> bool:
+    """Return whether a value is one number; truth values are not."""
     return isinstance(value, int | float | np.number) and not isinstance(value, bool)
 
 
 def grey_hint(value: float) -> str:
-    """For one number in place of a colour: a grey, or all of its bytes."""
+    """Return a hint for one number in place of a colour: a grey, or all its bytes in one number."""
     if not -1 < value <= 0xFFFFFF:  # integers beyond float64 among them
         return ""
     if 0 <= value <= 1:
@@ -130,20 +134,21 @@ def grey_hint(value: float) -> str:
 
 
 def check_amount(owner: str, field: str, value: Any, *, most: float = 1.0) -> Amount:
-    """One float in [0, most], or a colour."""
+    """Return one float in [0, most], or a colour."""
     if isinstance(value, str) or hasattr(value, "__len__"):
         return check_color(owner, field, value, most=most)
     return _check_range(owner, field, check_number(owner, field, value), most)
 
 
 def amount_rgb(amount: Amount) -> Vector:
-    """Three linear numbers of a checked amount."""
+    """Return three linear numbers of a checked amount."""
     if isinstance(amount, (int, float)):
         return float(amount), float(amount), float(amount)
     return linear_rgb(amount)
 
 
 def _check_range(owner: str, field: str, value: float, most: float, hint: str = "") -> float:
+    """Return a number in [0, most]."""
     if not 0 <= value <= most:
         expected = f"in [0, {most:g}]" if most < float("inf") else ">= 0"
         raise ValueError(f"{owner}: {field} must be {expected}, got {value}{hint}")

@@ -13,7 +13,6 @@ import numpy as np
 
 from .._util.arrays import FloatArray, VectorLike
 from .._util.errstate import ignore_fp_errors
-from .._util.hints import with_call_hints
 from .._util.validation import as_integer, check_nonnegative, check_number, check_vector, format_value
 from .background import Environment
 from .color import Color, check_color, linear_rgb
@@ -23,7 +22,7 @@ _PEREZ = {
     "x": ((-0.0193, -0.2592), (-0.0665, 0.0008), (-0.0004, 0.2125), (-0.0641, -0.8989), (-0.0033, 0.0452)),
     "y": ((-0.0167, -0.2608), (-0.0950, 0.0092), (-0.0079, 0.2102), (-0.0441, -1.6537), (-0.0109, 0.0529)),
 }
-"""A to E, each a slope over the turbidity and a constant (appendix A.2)."""
+"""Coefficients A to E of Perez, each a slope over the turbidity and a constant (appendix A.2)."""
 _ZENITH = {
     "x": (
         (0.00166, -0.00375, 0.00209, 0.0), (-0.02903, 0.06377, -0.03202, 0.00394),
@@ -35,13 +34,13 @@ _ZENITH = {
     ),
 }  # fmt: skip
 """Chromaticity straight up: rows are powers 2, 1, 0 of the turbidity, columns powers 3 to 0 of the sun's angle."""
+# From CIE XYZ to linear rgb (Rec. 709 primaries).
 _TO_RGB = np.array(
     [[3.2404542, -1.5371385, -0.4985314], [-0.969266, 1.8760108, 0.041556], [0.0556434, -0.2040259, 1.0572252]]
 )
-_LEAST = 0.02  # cosine: below, light from the horizon
+_LEAST = 0.02  # the formula divides by the cosine: lower directions take the light of this one
 
 
-@with_call_hints
 @ignore_fp_errors
 def clear_sky(
     sun: VectorLike = (1.0, 0.0, 1.0),
@@ -50,13 +49,30 @@ def clear_sky(
     intensity: float = 0.1,
     height: int = 128,
 ) -> Environment:
-    """A clear sky by day, without the disc of the sun, for which a `DirectionalLight` does.
+    """Return a clear sky by day, without the disc of the sun; add a `DirectionalLight` for the sun itself.
 
-    sun: the direction to the sun, not below the horizon.
-    turbidity: how hazy the air is, from 2, clear, to 10.
-    ground: the reflectance of what is below the horizon, which the sky lights.
-    intensity: radiance is so many times the luminance in thousands of candela per square metre, 5 to 30 of a sky.
-    height: rows of the image; there are twice as many columns.
+    Parameters
+    ----------
+    sun : VectorLike
+        Direction to the sun, not below the horizon.
+    turbidity : float
+        Haze of the air, from 2, clear, to 10.
+    ground : Color
+        Reflectance of everything below the horizon; the sky lights it.
+    intensity : float
+        Radiance for each thousand candela per square metre of luminance. A sky has 5 to 30 of these.
+    height : int
+        Rows of the image, 4 to 4096; there are twice as many columns.
+
+    Returns
+    -------
+    Environment
+        The sky as an image of all directions.
+
+    Raises
+    ------
+    ValueError
+        If the sun is below the horizon, or a number is out of range.
     """
     x, y, z = check_vector("clear_sky", "sun", sun, nonzero=True)
     haze = check_number("clear_sky", "turbidity", turbidity)
@@ -73,13 +89,14 @@ def clear_sky(
     directions, weights = _directions(rows)
     upper = directions[..., 2] > 0
     light = np.where(upper[..., None], _radiance(directions, towards, haze), 0.0)
+    # The ground reflects the irradiance of the sky as a Lambertian surface.
     irradiance = (light * (weights * np.maximum(directions[..., 2], 0))[..., None]).sum(axis=(0, 1))
     light[~upper] = np.array(reflectance) * irradiance / np.pi
     return Environment(scale * light.astype(np.float32).astype(np.float64))  # the same bits on all machines
 
 
 def _directions(height: int) -> tuple[FloatArray, FloatArray]:
-    """Of the middles of pixels, (height, 2 height, 3), and the solid angle of each."""
+    """Return the directions of pixel centres, (height, 2 height, 3), and the solid angle of each pixel."""
     theta = (np.arange(height) + 0.5) / height * np.pi
     phi = (np.arange(2 * height) + 0.5) / height * np.pi
     s, c = np.sin(theta)[:, None], np.cos(theta)[:, None]
@@ -90,33 +107,33 @@ def _directions(height: int) -> tuple[FloatArray, FloatArray]:
 
 
 def _perez(numbers: Any, haze: float, cosine: Any, gamma: Any) -> Any:
-    """F(θ, γ)."""
+    """Return F(θ, γ) of Perez."""
     a, b, c, d, e = (slope * haze + constant for slope, constant in numbers)
     return (1 + a * np.exp(b / cosine)) * (1 + c * np.exp(d * gamma) + e * np.cos(gamma) ** 2)
 
 
 def _at_zenith(haze: float, theta: float) -> dict[str, float]:
-    """Y in kcd/m², x and y straight up."""
+    """Return luminance Y in kcd/m² and chromaticity x and y straight up."""
     chi = (4 / 9 - haze / 120) * (np.pi - 2 * theta)
-    found = {"Y": (4.0453 * haze - 4.9710) * float(np.tan(chi)) - 0.2155 * haze + 2.4192}
+    zenith = {"Y": (4.0453 * haze - 4.9710) * float(np.tan(chi)) - 0.2155 * haze + 2.4192}
     for name, rows in _ZENITH.items():
-        found[name] = sum(
+        zenith[name] = sum(
             power * sum(k * theta ** (3 - j) for j, k in enumerate(row))
             for power, row in zip((haze * haze, haze, 1.0), rows, strict=True)
         )
-    return found
+    return zenith
 
 
 def _radiance(directions: FloatArray, sun: FloatArray, haze: float) -> FloatArray:
-    """Linear rgb of directions."""
+    """Return linear rgb of directions, (height, width, 3)."""
     theta = float(np.arccos(min(1.0, sun[2])))
     gamma = np.arccos(np.clip((directions * sun).sum(axis=-1), -1, 1))
     cosine = np.maximum(directions[..., 2], _LEAST)
     zenith = _at_zenith(haze, theta)
-    found = {}
+    channels = {}
     for name, numbers in _PEREZ.items():
-        found[name] = zenith[name] * _perez(numbers, haze, cosine, gamma) / _perez(numbers, haze, 1.0, theta)
-    luminance, x, y = found["Y"], found["x"], found["y"]
+        channels[name] = zenith[name] * _perez(numbers, haze, cosine, gamma) / _perez(numbers, haze, 1.0, theta)
+    luminance, x, y = channels["Y"], channels["x"], channels["y"]
     xyz = (luminance / y * x, luminance, luminance / y * (1 - x - y))
     rgb = np.stack([sum(k * part for k, part in zip(row, xyz, strict=True)) for row in _TO_RGB.tolist()], axis=-1)
     light: FloatArray = np.maximum(rgb, 0.0)

@@ -1,4 +1,4 @@
-"""Refractive indices that depend on the wavelength. Wavelengths are in μm, in vacuum."""
+"""Refractive indices that depend on the wavelength, and a catalogue of them. Wavelengths are in μm, in vacuum."""
 
 from __future__ import annotations
 
@@ -9,33 +9,48 @@ from typing import Any, ClassVar, TypeAlias
 
 import numpy as np
 
-from .._util.hints import closest_name, frozen_with_hints
+from .._util.hints import closest_name
 from .._util.validation import check_number, format_value, is_complex, real_array
 
 LINE_D, LINE_F, LINE_C = 0.5875618, 0.4861327, 0.6562725
-"""Fraunhofer's lines of helium and hydrogen, by which makers give n_d and the Abbe number."""
+"""Fraunhofer's lines of helium and hydrogen, which define n_d and the Abbe number."""
 
 
 class Dispersion:
-    """A refractive index n(λ), or n + ik, that is called with wavelengths: an array comes back, or a number for one.
+    """A refractive index n(λ), or n + ik, as a function of wavelengths: an array gives an array, a number a number.
 
-    name, source: what it is called, and where its numbers were published.
-    range: the wavelengths (lowest, highest) for which it holds; outside of them a call is a ValueError. None is any.
+    name, source: its name, and the publication of its numbers.
+    range: the wavelengths (lowest, highest) for which it holds; a call outside of them is a ValueError. None is any.
     """
 
     name: str | None
     source: str | None
     range: tuple[float, float] | None
+    # Name of the class in messages.
     _title: ClassVar[str] = "Dispersion"
 
     def __call__(self, wavelength: Any) -> Any:
-        """n at wavelengths in μm: float64 of their shape, complex128 (n + ik) of what absorbs.
+        """Return the index at wavelengths in μm.
 
-        Raises ValueError outside of `range`, with the wavelength.
+        Parameters
+        ----------
+        wavelength : array_like
+            In μm, in vacuum.
+
+        Returns
+        -------
+        float64 or complex128
+            n, or n + ik of an absorbing medium, of the shape of the wavelengths.
+
+        Raises
+        ------
+        ValueError
+            Outside of `range`, with the wavelength.
         """
         w = check_wavelengths(self._called, wavelength)
         if self.range is not None and w.size:
             low, high = self.range
+            # Rounding must not exclude the ends of the range.
             bad = w[(w < low * (1 - 1e-12)) | (w > high * (1 + 1e-12))]
             if bad.size:
                 raise ValueError(
@@ -45,25 +60,26 @@ class Dispersion:
         return np.asarray(self._of(w))[()]
 
     def _of(self, w: Any) -> Any:
-        """The index at wavelengths."""
+        """Return the index at checked wavelengths."""
         raise NotImplementedError
 
     @property
     def _called(self) -> str:
+        """Name for messages."""
         return self._title if self.name is None else f"{self._title} {self.name!r}"
 
     @property
     def n_d(self) -> float:
-        """The index at 0.5875618 μm, the yellow line of helium: that of catalogues."""
+        """The index at 0.5875618 μm, the yellow line of helium, as in catalogues."""
         return float(np.real(self(LINE_D)))
 
     @property
     def abbe_number(self) -> float:
-        """(n_d - 1) / (n_F - n_C): the greater, the less it disperses."""
+        """(n_d - 1) / (n_F - n_C): the greater, the lower the dispersion."""
         return (self.n_d - 1) / float(np.real(self(LINE_F) - self(LINE_C)))
 
     def _keep(self, **fields: Any) -> None:
-        """Set checked fields."""
+        """Set checked fields; check range, name and source."""
         for name, value in fields.items():
             object.__setattr__(self, name, value)
         if "range" in vars(self) and self.range is not None:
@@ -77,14 +93,23 @@ class Dispersion:
                 raise ValueError(f"{self._title}: {name} must be a non-empty text or None, got {format_value(value)}")
 
 
-@frozen_with_hints
+# Formulas and tables.
+
+
 @dataclass(frozen=True)
 class Sellmeier(Dispersion):
     """n² = 1 + a + Σ b λ² / (λ² - c), λ in μm: the formula of most makers (Sellmeier 1871).
 
-    b: strengths; c: squared resonances in μm², as many.
-    a: what is added to n², for two-term formulas.
-    range, name, source: as in `Dispersion`.
+    Parameters
+    ----------
+    b : sequence of float
+        Strengths.
+    c : sequence of float
+        Squared resonances in μm², as many.
+    a : float
+        Added to n², for two-term formulas.
+    range, name, source
+        As in `Dispersion`.
     """
 
     b: tuple[float, ...]
@@ -106,13 +131,16 @@ class Sellmeier(Dispersion):
         return np.sqrt(1 + self.a + sum(b * square / (square - c) for b, c in zip(self.b, self.c, strict=True)))
 
 
-@frozen_with_hints
 @dataclass(frozen=True)
 class Cauchy(Dispersion):
     """n = A + B / λ² + C / λ⁴ + ..., λ in μm (Cauchy 1836).
 
-    coefficients: A, B, C and so on.
-    range, name, source: as in `Dispersion`.
+    Parameters
+    ----------
+    coefficients : sequence of float
+        A, B, C and so on.
+    range, name, source
+        As in `Dispersion`.
     """
 
     coefficients: tuple[float, ...]
@@ -128,13 +156,16 @@ class Cauchy(Dispersion):
         return sum(c / w ** (2 * k) for k, c in enumerate(self.coefficients))
 
 
-@frozen_with_hints
 @dataclass(frozen=True)
 class Schott(Dispersion):
     """n² = A0 + A1 λ² + A2 λ⁻² + A3 λ⁻⁴ + A4 λ⁻⁶ + A5 λ⁻⁸, λ in μm: the series of Schott's older catalogues.
 
-    coefficients: A0 to A5.
-    range, name, source: as in `Dispersion`.
+    Parameters
+    ----------
+    coefficients : sequence of 6 floats
+        A0 to A5.
+    range, name, source
+        As in `Dispersion`.
     """
 
     coefficients: tuple[float, ...]
@@ -151,13 +182,16 @@ class Schott(Dispersion):
         return np.sqrt(first + second * w * w + sum(c / w ** (2 * k) for k, c in enumerate(rest, 1)))
 
 
-@frozen_with_hints
 @dataclass(frozen=True)
 class Edlen(Dispersion):
     """n = 1 + Σ k / (b - λ⁻²), λ in μm: gases (Edlén 1953).
 
-    k, b: of each term, in μm⁻².
-    range, name, source: as in `Dispersion`.
+    Parameters
+    ----------
+    k, b : sequence of float
+        Of each term, in μm⁻².
+    range, name, source
+        As in `Dispersion`.
     """
 
     k: tuple[float, ...]
@@ -177,13 +211,20 @@ class Edlen(Dispersion):
         return 1 + sum(k / (b - 1 / (w * w)) for k, b in zip(self.k, self.b, strict=True))
 
 
-@frozen_with_hints
 @dataclass(frozen=True)
 class Tabulated(Dispersion):
-    """n, or n + ik, measured at some wavelengths and linear between them; of one wavelength it is the same for all.
+    """n, or n + ik, measured at some wavelengths and linear between them; one wavelength alone is constant for all.
 
-    wavelengths: in μm, rising; n, k: as many, k >= 0; without k nothing is absorbed.
-    name, source: as in `Dispersion`; the range is that of the table.
+    Parameters
+    ----------
+    wavelengths : sequence of float
+        In μm, rising.
+    n : sequence of float
+        As many, > 0.
+    k : sequence of float, optional
+        As many, >= 0; without it nothing is absorbed.
+    name, source
+        As in `Dispersion`; the range is that of the table.
     """
 
     wavelengths: tuple[float, ...]
@@ -210,7 +251,7 @@ class Tabulated(Dispersion):
 
     @property
     def range(self) -> tuple[float, float] | None:  # type: ignore[override]
-        """The first wavelength and the last; None of a single one."""
+        """The first wavelength and the last; None for a single one."""
         return (self.wavelengths[0], self.wavelengths[-1]) if len(self.wavelengths) > 1 else None
 
     def _of(self, w: Any) -> Any:
@@ -218,13 +259,16 @@ class Tabulated(Dispersion):
         return n if self.k is None else n + 1j * np.interp(w, self.wavelengths, self.k)
 
 
+# Indices of any kind: checks, values at wavelengths, and the one number of pictures.
+
 Index: TypeAlias = float | str | Sellmeier | Cauchy | Schott | Edlen | Tabulated | Callable[[Any], Any]
-"""What a material takes as its refractive index: a number, the name of a glass, a formula, a table, or a function."""
+"""The refractive index of a material: a number, the name of a glass, a formula, a table, or a function."""
 FORMULAS = (Sellmeier, Cauchy, Schott, Edlen, Tabulated)
+"""The classes of formulas and tables."""
 
 
 def check_row(owner: str, field: str, values: Any, count: int | None = None) -> tuple[float, ...]:
-    """Numbers as a tuple, of a given count or one at least; a named ValueError otherwise."""
+    """Return numbers as a tuple, `count` of them or at least one. Raise ValueError with the owner and the field."""
     expected = f"a list of {count} numbers" if count else "a list of one number or more"
     if isinstance(values, str) or not hasattr(values, "__len__") or not len(values):
         raise ValueError(f"{owner}: {field} must be {expected}, got {format_value(values)}")
@@ -234,7 +278,7 @@ def check_row(owner: str, field: str, values: Any, count: int | None = None) -> 
 
 
 def check_wavelengths(owner: str, wavelength: Any) -> Any:
-    """Wavelengths as float64, all finite and > 0; a named ValueError otherwise."""
+    """Return wavelengths as float64, all finite and > 0. Raise ValueError with the owner."""
     w = real_array(owner, "wavelength", wavelength)
     bad = w[~(np.isfinite(w) & (w > 0))]
     if bad.size:
@@ -243,26 +287,33 @@ def check_wavelengths(owner: str, wavelength: Any) -> Any:
 
 
 def _in_nanometres(wavelength: float) -> str:
+    """Return a hint if a wavelength is most likely in nm."""
     return f"; {wavelength:g} nm are {wavelength / 1000:g}" if wavelength >= 100 else ""
 
 
 def check_index(owner: str, value: Any) -> Index:
-    """What a material keeps as its refractive index: a complex number becomes a table of one; ValueError otherwise."""
+    """Return the refractive index in the form that a material stores. Raise ValueError if it is none.
+
+    A complex number becomes a table of one wavelength.
+    """
     if isinstance(value, FORMULAS):
         return value
+    # An unknown name falls through to `check_number`, whose error gets a hint by the caller.
     if isinstance(value, str) and value in glasses:
         return value
+    # A constant n + ik: a table of one wavelength is constant.
     if is_complex(value) and np.ndim(value) == 0 and complex(value).real > 0 and complex(value).imag > 0:
         whole = complex(value)
         return Tabulated((LINE_D,), (whole.real,), (whole.imag,))
     if callable(value) and not isinstance(value, type):
         try:
+            # One trial call: an error in the user's function should not wait for the first ray.
             index_at(value, LINE_D)
         except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
             expected = "a function of it must take wavelengths in μm and return n > 0"
             raise ValueError(f"{owner}: refractive_index: {expected}; {str(error)[:160]}") from None
-        found: Index = value
-        return found
+        function: Index = value
+        return function
     index = check_number(owner, "refractive_index", value)
     if not index > 0:
         raise ValueError(f"{owner}: refractive_index must be > 0, got {index}")
@@ -270,9 +321,10 @@ def check_index(owner: str, value: Any) -> Index:
 
 
 def index_at(value: Any, wavelength: Any) -> Any:
-    """A refractive index, of any kind that a material takes, at wavelengths in μm: float64 or complex128, their shape.
+    """Return a refractive index, of any kind that a material takes, at wavelengths in μm: float64 or complex128.
 
-    Raises ValueError outside of the range of a formula, and for what a function returns and is no index.
+    The result has the shape of the wavelengths. Raise ValueError outside of the range of a formula, and if a function
+    returns no index.
     """
     if isinstance(value, str):
         value = glasses[value]
@@ -281,42 +333,45 @@ def index_at(value: Any, wavelength: Any) -> Any:
     w = check_wavelengths("refractive_index", wavelength)
     if not callable(value):
         return np.full(w.shape, float(value))[()]
-    found = np.asarray(value(w))
-    if found.dtype.kind not in "iufc" or found.shape not in (w.shape, ()):
+    index = np.asarray(value(w))
+    if index.dtype.kind not in "iufc" or index.shape not in (w.shape, ()):
         raise ValueError(
             f"refractive_index: the function must return numbers of shape {w.shape}, as its wavelengths have, "
-            f"got {format_value(found)}"
+            f"got {format_value(index)}"
         )
-    found = np.broadcast_to(found, w.shape) + 0.0
-    bad = found[~(np.isfinite(found) & (found.real > 0) & (found.imag >= 0))]
+    # A function may return one number; + 0.0 makes a float64 copy of integers.
+    index = np.broadcast_to(index, w.shape) + 0.0
+    bad = index[~(np.isfinite(index) & (index.real > 0) & (index.imag >= 0))]
     if bad.size:
         raise ValueError(f"refractive_index: the function must return n > 0, or n + ik with k >= 0, got {bad.flat[0]}")
-    return found[()]
+    return index[()]
 
 
 def _index_in_range(value: Any, wavelength: float) -> float:
-    """The real index at a wavelength, or at the end of its range that is nearest."""
+    """Return the real index at a wavelength, or at the nearest end of its range."""
     if isinstance(value, str):
         value = glasses[value]
     if isinstance(value, Dispersion) and value.range is not None:
+        # Pictures need a number even of a medium that was measured in the infrared only.
         wavelength = min(max(wavelength, value.range[0]), value.range[1])
     return float(np.real(index_at(value, wavelength)))
 
 
 def render_index(value: Any) -> float:
-    """The one number that pictures in three channels use: n_d, or the index at the end of the range nearest to it."""
+    """Return the one number for pictures in three channels: n_d, or the index at the end of the range nearest to it."""
     return value if isinstance(value, float) else _index_in_range(value, LINE_D)
 
 
 def render_cauchy_b(value: Any) -> float:
-    """Cauchy's B in μm² through n_F and n_C, as pictures with dispersion take it: (n_F - n_C) / (1/λ_F² - 1/λ_C²)."""
+    """Return Cauchy's B in μm² through n_F and n_C, for pictures with dispersion: (n_F - n_C) / (1/λ_F² - 1/λ_C²)."""
     if isinstance(value, float):
         return 0.0
     rise = _index_in_range(value, LINE_F) - _index_in_range(value, LINE_C)
+    # Pictures have no anomalous dispersion.
     return max(0.0, rise / (LINE_F**-2 - LINE_C**-2))
 
 
-# A catalogue of published refractive indices, by name: glasses of four makers, crystals, liquids, plastics, metals.
+# The catalogue of published refractive indices: glasses of four makers, crystals, liquids, plastics, metals.
 
 DispersionFactory = Callable[[], Dispersion]
 
@@ -350,7 +405,7 @@ _CRYSTALS: tuple[tuple[str, str, tuple[float, float], float, tuple[float, ...], 
      (5.466742, 0.4431307, 0.0242996, 0.8746453, 1.957522, 36.9166),
      "T. Skauli and others, J. Appl. Phys. 94 (2003), 6447"),
 )  # fmt: skip
-"""Name, formula, range, a, and (b, resonance in μm) of each term, source."""
+"""Name, formula, range, a, (b, resonance in μm) of each term, source."""
 
 _POLYMERS = "N. Sultanova and others, Acta Physica Polonica A 116 (2009), 585; 20 °C"
 _OTHER_MEDIA: tuple[tuple[str, str | None, DispersionFactory], ...] = (
@@ -373,10 +428,11 @@ _OTHER_MEDIA: tuple[tuple[str, str | None, DispersionFactory], ...] = (
     ("copper", "Cu", lambda: _metal_table("copper")),
     ("aluminium", "Al", lambda: _metal_table("aluminium")),
 )  # fmt: skip
+"""Name, formula, constructor."""
 
 
 def _metal_table(name: str) -> Dispersion:
-    """A metal by its table."""
+    """Return a metal's table of n and k."""
     from .glass_tables import metals
 
     rows = [tuple(map(float, item.split())) for item in getattr(metals, name.upper()).replace("\n", ";").split(";")]
@@ -392,11 +448,12 @@ def _metal_table(name: str) -> Dispersion:
 def _crystal_formula(
     name: str, span: tuple[float, float], a: float, terms: tuple[float, ...], source: str
 ) -> DispersionFactory:
+    """Return the constructor of a crystal's Sellmeier formula."""
     return lambda: Sellmeier(terms[::2], tuple(w * w for w in terms[1::2]), a, span, name, source)
 
 
 def _glass_formula(line: str, source: str) -> tuple[str, DispersionFactory]:
-    """A line of a maker's table."""
+    """Parse a line of a maker's table: name and constructor."""
     name, formula, low, high, *rest = line.split()
     span, values = (float(low), float(high)), tuple(map(float, rest))
     if formula == "S":
@@ -407,12 +464,15 @@ def _glass_formula(line: str, source: str) -> tuple[str, DispersionFactory]:
 class Glasses(Mapping[str, Dispersion]):
     """Published refractive indices by name: `glasses["N-BK7"]`; crystals and metals by their formulas as well.
 
-    Each has `name`, `source`, `range` and, within the visible, `n_d` and `abbe_number`.
-    Raises KeyError for a name that there is not, with the one most like it.
+    Each has `name`, `source`, `range` and, within the visible, `n_d` and `abbe_number`. An unknown name raises
+    KeyError, with the closest name.
     """
 
+    # The tables are parsed on first use, and a formula is built when its name is first used.
+
     @cached_property
-    def _made(self) -> dict[str, DispersionFactory]:
+    def _factories(self) -> dict[str, DispersionFactory]:
+        """Name -> constructor."""
         from .glass_tables import makers, schott
 
         tables = (
@@ -430,24 +490,25 @@ class Glasses(Mapping[str, Dispersion]):
 
     @cached_property
     def _known(self) -> dict[str, Dispersion]:
+        """Name -> index, of the ones used so far."""
         return {}
 
     def __getitem__(self, name: str) -> Dispersion:
         if name not in self._known:
-            if not isinstance(name, str) or name not in self._made:
-                close = closest_name(name, list(self._made)) if isinstance(name, str) else ""
-                raise KeyError(f"there is no {format_value(name)}{f' (did you mean {close!r}?)' if close else ''}")
-            self._known[name] = self._made[name]()
+            if not isinstance(name, str) or name not in self._factories:
+                close = closest_name(name, list(self._factories)) if isinstance(name, str) else ""
+                raise KeyError(f"unknown name {format_value(name)}{f' (did you mean {close!r}?)' if close else ''}")
+            self._known[name] = self._factories[name]()
         return self._known[name]
 
     def __iter__(self) -> Iterator[str]:
-        return iter(self._made)
+        return iter(self._factories)
 
     def __len__(self) -> int:
-        return len(self._made)
+        return len(self._factories)
 
     def __contains__(self, name: object) -> bool:
-        return name in self._made
+        return name in self._factories
 
     def __repr__(self) -> str:
         return f"Glasses({len(self)} by name)"
@@ -457,13 +518,25 @@ class Glasses(Mapping[str, Dispersion]):
 
 
 glasses = Glasses()
+"""The one catalogue."""
 
 
 def glass(name: str) -> Dispersion:
-    """The published index of a glass, crystal, liquid, plastic or metal: `glasses[name]`.
+    """Return the published index of a glass, crystal, liquid, plastic or metal: `glasses[name]`.
 
-    name: as makers write it, such as "N-BK7" or "S-FPL53", or "water"; list(co.optics.glasses) are all.
-    Raises ValueError for a name that there is not.
+    Parameters
+    ----------
+    name : str
+        As makers write it, such as "N-BK7" or "S-FPL53", or "water"; list(co.optics.glasses) has all names.
+
+    Returns
+    -------
+    Dispersion
+
+    Raises
+    ------
+    ValueError
+        If the name is unknown.
     """
     if isinstance(name, str) and name in glasses:
         return glasses[name]
@@ -471,9 +544,10 @@ def glass(name: str) -> Dispersion:
 
 
 def glass_hint(name: object) -> str:
-    """What glass may be meant by a name that there is not."""
+    """Return a hint with the glass most like an unknown name, "" if none is close."""
     if not isinstance(name, str):
         return ""
+    # Newer versions of a glass have these prefixes: "N-BK7" of "BK7".
     newer = [f"{first}{name}" for first in ("N-", "S-", "H-") if f"{first}{name}" in glasses]
     close = newer[0] if newer else closest_name(name, list(glasses))
     return f"; {close!r} is a glass of the catalogue, co.optics.glasses" if close else ""

@@ -1,4 +1,4 @@
-"""Fresnel's formulas for arrays: how much light a wall reflects and lets through, by polarisation."""
+"""Fresnel's formulas for arrays: reflected and transmitted power and amplitudes at a wall, by polarisation."""
 
 from __future__ import annotations
 
@@ -9,24 +9,22 @@ import numpy as np
 import numpy.typing as npt
 
 from .._util.errstate import ignore_fp_errors
-from .._util.hints import frozen_with_hints, with_call_hints
 from .._util.validation import real_array
 
 FloatArray = npt.NDArray[np.float64]
-_SLACK = 1e-9  # by which rounding may take the product of two unit vectors beyond 1
+_SLACK = 1e-9  # rounding may move the product of two unit vectors beyond 1 by this much
 
 
-@frozen_with_hints
 @dataclass(frozen=True, eq=False)
 class Fresnel:
-    """What becomes of light at a wall: shares of its power, and amplitudes; arrays of one shape, or numbers.
+    """Light at a wall: shares of its power, and amplitudes; arrays of one shape, or numbers.
 
-    reflectance, transmittance, absorptance   of unpolarised light, the means of those of s and p; together they are 1
+    reflectance, transmittance, absorptance   of unpolarised light, the means of s and p; together they are 1
     reflectance_s, reflectance_p, transmittance_s, transmittance_p   of light polarised across and in the plane of
         incidence
     r_s, r_p, t_s, t_p   complex amplitudes, in the signs of Born and Wolf: at normal incidence r_p = -r_s
 
-    What an absorbing medium beyond the wall lets in counts as transmitted; absorptance is that of coats.
+    Light that enters an absorbing medium beyond the wall counts as transmitted; absorptance is that of coats.
     """
 
     r_s: Any
@@ -40,38 +38,58 @@ class Fresnel:
 
     @property
     def reflectance(self) -> Any:
+        """Reflected share of unpolarised light."""
         return (self.reflectance_s + self.reflectance_p) / 2
 
     @property
     def transmittance(self) -> Any:
+        """Transmitted share of unpolarised light."""
         return (self.transmittance_s + self.transmittance_p) / 2
 
     @property
     def absorptance(self) -> Any:
+        """Share of unpolarised light that coats absorb."""
         return 1 - self.reflectance - self.transmittance
 
 
-@with_call_hints
 @ignore_fp_errors
-def fresnel(cos: Any, n1: Any, n2: Any, k: Any = 0.0) -> Fresnel:
-    """Fresnel's formulas at the wall from a medium of index n1 to one of index n2 + ik.
-
-    cos: cosine of the angle of incidence, as `(hits.normal * directions).sum(-1)` of unit vectors: its sign does not
-        matter.
-    n1: real, > 0; n2: real and > 0, or complex, n + ik; k: what of it absorbs, >= 0. All broadcast together.
+def fresnel(cos: npt.ArrayLike, n1: npt.ArrayLike, n2: npt.ArrayLike, k: npt.ArrayLike = 0.0) -> Fresnel:
+    """Apply Fresnel's formulas at the wall from a medium of index n1 to one of index n2 + ik.
 
     r_s = (n1 cos θ1 - n2 cos θ2) / (n1 cos θ1 + n2 cos θ2), r_p = (n2 cos θ1 - n1 cos θ2) / (n2 cos θ1 + n1 cos θ2), by
     Snell's law with complex cos θ2 (Born and Wolf, Principles of Optics, sections 1.5 and 14.2). Total reflection has
     reflectance 1, exactly. A NaN, such as that of a miss, gives NaN.
-    Raises ValueError for a cosine beyond ±1 and for what is no index.
+
+    Parameters
+    ----------
+    cos : array_like
+        Cosine of the angle of incidence, as `(hits.normal * directions).sum(-1)` of unit vectors. Its sign does not
+        matter.
+    n1 : array_like
+        Index before the wall, real, > 0.
+    n2 : array_like
+        Index beyond the wall: real, > 0, or complex, n + ik.
+    k : array_like
+        Extinction beyond the wall, >= 0; added to that of n2. All arguments broadcast together.
+
+    Returns
+    -------
+    Fresnel
+        Shares and amplitudes, of the common shape of the arguments.
+
+    Raises
+    ------
+    ValueError
+        For a cosine beyond ±1, and for a number that is no index.
     """
     c, first, second = np.broadcast_arrays(*check_interface("fresnel", cos, n1, n2, k))
     sine = first * first * ((1 - c) * (1 + c))
+    # 1 - c² as a product of two factors keeps the digits of c near 1.
     square = second * second
     q = np.sqrt(square - sine)  # n2 cos θ2
     near = first * c
     below_s, below_p = near + q, square * c + first * q
-    same = (below_s == 0) | (below_p == 0)  # along a wall between equals: as if it were not there
+    same = (below_s == 0) | (below_p == 0)  # along a wall between equal media: as without the wall
     below_s, below_p = np.where(same, 1, below_s), np.where(same, 1, below_p)
     r_s, r_p = np.where(same, 0, (near - q) / below_s), np.where(same, 0, (square * c - first * q) / below_p)
     t_s, t_p = np.where(same, 1, 2 * near / below_s), np.where(same, 1, 2 * near * second / below_p)
@@ -84,7 +102,7 @@ def fresnel(cos: Any, n1: Any, n2: Any, k: Any = 0.0) -> Fresnel:
 
 
 def check_interface(owner: str, cos: Any, n1: Any, n2: Any, k: Any) -> tuple[FloatArray, FloatArray, Any]:
-    """(|cos|, n1, n2 + ik) as arrays; a named ValueError otherwise."""
+    """Return (|cos|, n1, n2 + ik) as arrays. Raise ValueError with the owner and the field."""
     c = abs(real_array(owner, "cos", cos))
     if (c > 1 + _SLACK).any():
         raise ValueError(f"{owner}: cos must be in [-1, 1], of unit vectors, got {np.max(c[c > 1 + _SLACK])}")

@@ -1,4 +1,4 @@
-"""Pictures in files, for textures: what is in them as linear light, or a message that says what is wrong."""
+"""Image files for textures and environments: decode them to sRGB bytes or linear light, or raise a clear error."""
 
 from __future__ import annotations
 
@@ -15,19 +15,22 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 MOST_TEXELS = 1 << 27
+"""The most pixels of a texture."""
 _FEW = 8
-"""Different whole numbers that light may have by intention."""
+"""The most different whole numbers that an array of linear light may plausibly hold."""
 _PHOTOS = {".png": "PNG", ".jpg": "JPEG", ".jpeg": "JPEG", ".webp": "WEBP"}
 SUFFIXES = (*_PHOTOS, ".exr")
+"""Suffixes of the files that can be read."""
 
 
 class Pixels:
-    """A picture (height, width, 3): bytes of sRGB, or float32 of linear light. Compared by its content."""
+    """Pixels (height, width, 3): bytes of sRGB, or float32 of linear light. Their content is compared by a digest."""
 
     def __init__(self, array: Any) -> None:
         from hashlib import blake2b
 
         self.array = array
+        # Frozen: the digest depends on it.
         self.array.setflags(write=False)
         head = f"{array.dtype} {array.shape};".encode()
         self.digest = blake2b(head + array.tobytes(), digest_size=8).hexdigest()
@@ -41,23 +44,25 @@ class Pixels:
         return self.array.shape[1], self.array.shape[0]
 
     def linear(self, is_data: bool) -> Any:
-        """float32 of linear light, (height, width, 3); bytes that are data, and no colours, as shares of 255."""
+        """Return linear light (height, width, 3) float32. With `is_data`, bytes are no colours but shares of 255."""
         if self.array.dtype != np.uint8:
             return self.array
+        # 256 values only: decode a table, not each pixel.
         table = np.arange(256) / 255 if is_data else srgb_decode(np.arange(256) / 255)
         return table.astype(np.float32)[self.array]
 
 
 def image_array(owner: str, field: str, image: Any) -> Any:
-    """The numbers of an array, or of an `Image`: uint8, which are bytes of sRGB, or floats of linear light.
+    """Return the numbers of an array, or of an `Image`: uint8 (bytes of sRGB), or floats (linear light).
 
-    Whole numbers of other types that can only be bytes are a ValueError: as light they were hundreds of times white.
+    Raise ValueError for whole numbers of other types that can only be bytes: as light they would be hundreds of times
+    white.
     """
-    given = image if isinstance(image, list | tuple) else getattr(image, "pixels", image)
-    array = np.asarray(given) if hasattr(given, "dtype") else np.zeros(0)
+    numbers = image if isinstance(image, list | tuple) else getattr(image, "pixels", image)
+    array = np.asarray(numbers) if hasattr(numbers, "dtype") else np.zeros(0)
     if array.dtype == np.uint8:
         return array
-    floats = real_array(owner, field, given, "an array of numbers (height, width, 3)")
+    floats = real_array(owner, field, numbers, "an array of numbers (height, width, 3)")
     bright = float(floats.max()) if floats.size and np.isfinite(floats).all() else 0.0
     if array.dtype.kind in "iu" and bright > 1:
         raise ValueError(
@@ -68,26 +73,28 @@ def image_array(owner: str, field: str, image: Any) -> Any:
     if is_whole and len(np.unique(floats)) > _FEW:
         raise ValueError(
             f"{owner}: {field} of whole numbers up to {bright:g} must be of uint8, sRGB bytes "
-            f"(array.astype('uint8')), or linear light of which 1 is white; got {array.dtype}"
+            f"(array.astype('uint8')), or linear light, where 1 is white; got {array.dtype}"
         )
     return floats
 
 
 def _restore_pixels(array: Any) -> Pixels:
+    """Unpickle from a copy of the array."""
     return Pixels(np.array(array))
 
 
 def read_pixels(file: str | os.PathLike[str]) -> Pixels:
-    """The picture in a file. Raises ValueError for a file that is missing, no picture, damaged, or too large."""
+    """Return the pixels of a file. Raise ValueError if it is missing, no picture, damaged, or too large."""
     from pathlib import Path  # few scenes have pictures on their bodies
 
     path = Path(file)
     try:
         is_there = path.is_file()
-    except (OSError, ValueError):  # no name that the system could have
+    except (OSError, ValueError):  # the name is impossible on this system
         is_there = False
     if not is_there:
         raise ValueError(f"is not an existing file: {format_value(str(path))}")
+    # The suffix decides the decoder, not the content.
     suffix = path.suffix.lower()
     if suffix not in SUFFIXES:
         raise ValueError(f"must be a picture ({', '.join(SUFFIXES)}), got {path.name!r}")
@@ -95,8 +102,10 @@ def read_pixels(file: str | os.PathLike[str]) -> Pixels:
 
 
 def _read_photo(path: Path, kind: str) -> Any:
+    """Decode a .png, .jpg or .webp."""
     from PIL import Image
 
+    # `_check_size` has its own limit, so the warning of Pillow is turned off.
     before = Image.MAX_IMAGE_PIXELS
     try:
         with warnings.catch_warnings():
@@ -113,12 +122,13 @@ def _read_photo(path: Path, kind: str) -> Any:
 
 
 def _grey16(file: Any) -> Any:
-    """Grey of 16 bits, as linear light."""
+    """Return grey of 16 bits as linear light."""
     grey = srgb_decode(np.array(file, np.float64) / 65535).astype(np.float32)
     return np.repeat(grey[..., None], 3, axis=2)
 
 
 def _read_exr(path: Path) -> Any:
+    """Decode an .exr: channels R, G, B or one of grey."""
     import OpenEXR
 
     try:
@@ -136,5 +146,6 @@ def _read_exr(path: Path) -> Any:
 
 
 def _check_size(path: Path, width: int, height: int) -> None:
+    """Raise ValueError for a picture with more than MOST_TEXELS pixels."""
     if width * height > MOST_TEXELS:
         raise ValueError(f"{path.name!r} has {width} x {height} pixels, a texture at most {MOST_TEXELS:,}")

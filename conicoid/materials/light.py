@@ -1,6 +1,6 @@
-"""Lights. Intensities are linear, one number or a colour times a number; see `falloff` for distance.
+"""Lights. Intensities are linear, one number or a colour times a number; see `falloff` for the distance.
 
-A light of intensity I that falls on a matte surface of reflectance c at angle θ gives c I cos θ.
+A light of intensity I on a matte surface of reflectance c at angle θ gives c I cos θ.
 """
 
 from __future__ import annotations
@@ -15,14 +15,17 @@ from .._util.validation import check_degrees, check_vector, describe_kind, forma
 from .color import BRIGHT, Amount, bytes_hint, check_amount, look_like_bytes
 
 Falloff: TypeAlias = Literal["none", "inverse_square"]
-"""none: the same at any distance; inverse_square: intensity / distance², intensity at distance 1."""
+"""none: the same at any distance; inverse_square: intensity / distance², so intensity at distance 1."""
 
 
 @dataclass(frozen=True)
 class AmbientLight:
     """Light from everywhere, without shadows. Several add up.
 
-    intensity: linear, one number or a colour.
+    Parameters
+    ----------
+    intensity : Amount
+        Linear: one number or a colour.
     """
 
     intensity: Amount = 0.2
@@ -33,9 +36,14 @@ class AmbientLight:
 
 @dataclass(frozen=True)
 class DirectionalLight:
-    """Parallel light that travels along `direction`, like the sun's.
+    """Parallel light, as of the sun.
 
-    intensity: linear, one number or a colour.
+    Parameters
+    ----------
+    direction : VectorLike
+        Direction in which the light travels.
+    intensity : Amount
+        Linear: one number or a colour.
     """
 
     direction: VectorLike
@@ -49,9 +57,14 @@ class DirectionalLight:
 class PointLight:
     """Light from one point to all sides.
 
-    position: the point.
-    intensity: linear, one number or a colour.
-    falloff: "none", the same at any distance, or "inverse_square": intensity / distance², so intensity at distance 1.
+    Parameters
+    ----------
+    position : VectorLike
+        The point.
+    intensity : Amount
+        Linear: one number or a colour.
+    falloff : {"none", "inverse_square"}
+        "none" is the same at any distance. "inverse_square" is intensity / distance², so intensity at distance 1.
     """
 
     position: VectorLike
@@ -64,11 +77,23 @@ class PointLight:
 
 @dataclass(frozen=True)
 class SpotLight:
-    """A cone of light from `position` along `direction`.
+    """A cone of light.
 
-    Full within `angle - soft_edge` degrees of the axis, nothing beyond `angle`; between them it
-    falls smoothly, as 3s² - 2s³ of the angle's share s of the edge. `intensity` and `falloff` are those of a
-    `PointLight`.
+    It is full within `angle - soft_edge` degrees of the axis and zero beyond `angle`. Between them it falls smoothly,
+    as 3s² - 2s³ of the angle's share s of the edge.
+
+    Parameters
+    ----------
+    position : VectorLike
+        The tip of the cone.
+    direction : VectorLike
+        The axis of the cone.
+    angle : float
+        Degrees from the axis to the rim, in (0, 180].
+    soft_edge : float
+        Degrees of the edge, in [0, angle].
+    intensity, falloff
+        As in `PointLight`.
     """
 
     position: VectorLike
@@ -90,13 +115,15 @@ class SpotLight:
         object.__setattr__(self, "soft_edge", edge)
 
 
+# All kinds of lights, and their checks.
+
 Light: TypeAlias = AmbientLight | DirectionalLight | PointLight | SpotLight
 LIGHTS: dict[str, type[Light]] = {kind.__name__: kind for kind in get_args(Light)}
-"""Scene-file name -> class."""
+"""Name in scene files -> class."""
 
 
 def as_lights(lights: Any) -> tuple[Light, ...]:
-    """Lights as a tuple, checked; one light stands for a list of it."""
+    """Return checked lights as a tuple; one light stands for a list of it."""
     if isinstance(lights, get_args(Light)):
         return (lights,)
     if isinstance(lights, (str, bytes, dict)) or not isinstance(lights, Iterable):
@@ -111,7 +138,8 @@ def as_lights(lights: Any) -> tuple[Light, ...]:
 
 
 def _warn_of_bytes(light: Light, owner: str, intensity: Amount) -> None:
-    """A UserWarning for a colour in bytes, where no distance weakens the light."""
+    """Warn about a colour in bytes, unless distance weakens the light."""
+    # Near an inverse square light, intensities of hundreds are normal.
     fades = getattr(light, "falloff", "none") == "inverse_square"
     if isinstance(intensity, tuple) and not fades and look_like_bytes(intensity, BRIGHT):
         warn(f"{owner}: intensity {intensity} is linear light, {max(intensity):g} times white; {bytes_hint(intensity)}")
@@ -123,6 +151,7 @@ def _check(light: Light, *fields: str) -> None:
     for field in fields:
         value = getattr(light, field)
         if field == "intensity":
+            # Lights may be brighter than white, so there is no upper bound.
             value = check_amount(owner, field, value, most=float("inf"))
             _warn_of_bytes(light, owner, value)
         elif field == "falloff":

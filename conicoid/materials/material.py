@@ -1,4 +1,4 @@
-"""What textures say of a surface beside its colour: how rough it is, bumps, normals."""
+"""Material: the record of a look, the checks of its fields, and the constructor that a material remembers."""
 
 from __future__ import annotations
 
@@ -10,8 +10,6 @@ from dataclasses import dataclass
 from typing import Any, Literal, NoReturn, TypeAlias, get_args
 
 from .._util.arrays import Vector
-from .._util.foreign_names import with_attribute_hints
-from .._util.hints import frozen_with_hints
 from .._util.user_warnings import warn
 from .._util.validation import check_nonnegative, check_number, check_numbers, check_positive, format_value
 from .coating import Coating
@@ -23,8 +21,11 @@ from .texture import PATTERNS, TEXTURES, ImageTexture, Pattern, Texture, mean_gr
 _TEXTURE_KINDS = "an ImageTexture, Gradient, Noise, Wood or Brick"
 
 
+# Checks of fields that may be textures.
+
+
 def check_roughness(owner: str, value: Any) -> Any:
-    """A number in [0, 1], or a texture of such."""
+    """Return a number in [0, 1], or a texture of such numbers."""
     if isinstance(value, TEXTURES):
         return value
     rough = check_number(owner, "roughness", value)
@@ -34,13 +35,13 @@ def check_roughness(owner: str, value: Any) -> Any:
 
 
 def typical_roughness(owner: str, value: Any) -> float:
-    """One number, of a texture its mean."""
+    """Return one number: the roughness itself, or the mean of a texture."""
     rough = check_roughness(owner, value)
     return rough if isinstance(rough, float) else mean_grey(rough)
 
 
 def check_bump_and_normal(material: Any) -> dict[str, Any]:
-    """Bumps and normals of a material."""
+    """Check the textures of bumps and normals. Return the fields to set."""
     bump, normal = material.bump, material.normal
     if bump is not None and not isinstance(bump, TEXTURES):
         raise TypeError(f"Material: bump must be a texture ({_TEXTURE_KINDS}) or None, got {format_value(bump)}")
@@ -52,7 +53,7 @@ def check_bump_and_normal(material: Any) -> dict[str, Any]:
     return dict(bump_height=check_number("Material", "bump_height", material.bump_height))
 
 
-# Materials: one record for every look, and named constructors for the usual ones.
+# The record. The named constructors for usual looks are in presets.py.
 
 Highlight: TypeAlias = Literal["phong", "blinn_phong"]
 
@@ -60,61 +61,86 @@ VACUUM = 1.0
 AIR = 1.0003
 WATER = 1.33
 GLASS = 1.52
-"""Refractive indices: speed of light in vacuum over speed in the medium (the ray tracing notes)."""
+"""Refractive indices: the speed of light in vacuum over the speed in the medium (the ray tracing notes)."""
 
 
-@with_attribute_hints
-@frozen_with_hints
 @dataclass(frozen=True)
 class Material:
-    """What happens to light at a body, in linear rgb. An amount is one number or a colour.
+    """The response of a body to light, in linear rgb. An amount is one number or a colour.
 
     With L to the light, E to the eye, N the normal on the eye's side, R = 2 (N·L) N - L and
     H = (L + E) / |L + E|, a surface sends to the eye
 
         color (ambient · A + diffuse · Σ I N·L) (1 - F) (1 - transparency)
-        + specular Σ I h + F · (what comes along the mirrored ray) + (1 - F) transparency · (what comes through)
+        + specular Σ I h + F · (light along the mirrored ray) + (1 - F) transparency · (light along the refracted ray)
 
-    summed over lights of intensity I that are not hidden, A being the ambient light and
+    summed over lights of intensity I that are not hidden. A is the ambient light, and
     h = (R·E)^shininess ("phong") or (H·N)^shininess ("blinn_phong").
 
-    color: diffuse reflectance, or a Checker or texture.
-    highlight: "phong" or "blinn_phong", the formula of h.
-    reflectivity: F of an opaque surface; with `fresnel` it is the value at normal incidence, and
+    Light transport ("path", "direct") also uses the fields from `emission` to `dispersion`; docs/lighting.md explains
+    the meaning of the other fields there. `name` and `properties` change no picture. Scene files and pickles keep
+    them, `hits.material` returns them, and path lengths, line integrals and volumes use them.
+
+    Parameters
+    ----------
+    color : Color or pattern
+        Diffuse reflectance, or a Checker or texture.
+    ambient, diffuse : float
+        Factors of the ambient light, and of the light of other lights; >= 0.
+    specular : Amount
+        Strength of highlights, in [0, 1].
+    shininess : float
+        Exponent of h, > 0.
+    highlight : {"phong", "blinn_phong"}
+        Formula of h.
+    reflectivity : Amount
+        F of an opaque surface. With `fresnel` it is the value at normal incidence, and
         F = reflectivity + (1 - reflectivity) (1 - cos θ)⁵ (Schlick 1994).
-    transparency: over 0 a solid is a dielectric: F is Fresnel's for unpolarised light, the ray is
-        refracted by Snell's law, and total reflection has F = 1. A transparent sheet is a pane too
-        thin to bend rays. `transparency` as a colour tints at each wall.
-    refractive_index: of the inside, against `VACUUM` = 1 outside of all bodies: a number, the name of a glass such as
-        "N-BK7", a formula of `co.optics`, or a function of the wavelength in μm (docs/optics.md). Pictures take n_d.
-    absorption: per unit length inside, for each channel: light fades by exp(-absorption · length) (Beer).
+    fresnel : bool
+        Whether F depends on the angle of incidence θ.
+    transparency : Amount
+        Over 0 a solid is a dielectric: F is Fresnel's for unpolarised light, Snell's law refracts the ray, and total
+        reflection has F = 1. A transparent sheet is a pane too thin to bend rays. As a colour it tints at each wall.
+    refractive_index : Index
+        Of the inside, against `VACUUM` = 1 outside of all bodies: a number, the name of a glass such as "N-BK7", a
+        formula of `co.optics`, or a function of the wavelength in μm (docs/light-paths.md). Pictures take n_d.
+    absorption : Amount
+        Per unit length inside, for each channel: light fades by exp(-absorption · length) (Beer).
+    name : str, optional
+        Name of the material.
+    properties : Mapping[str, Any]
+        The user's own values by name (a density, attenuation by energy, a number in another program): numbers, texts,
+        arrays of them, and mappings from names to numbers or texts. They become a mapping that cannot change.
+    emission : Amount
+        Radiance that the surface sends to all sides by itself, from both of its sides.
+    roughness : float or Texture
+        In [0, 1]; 0 is smooth. For surfaces that mirror or refract, the α of Trowbridge and Reitz's distribution
+        (GGX); for matte surfaces, the σ of Oren and Nayar's law. The brightness of a texture is its value.
+    coat : float
+        Refractive index of a clear coat over the colour, >= 1; 1 is none.
+    metal_index, metal_extinction : Vector, optional
+        Complex refractive index n + ik of a metal for red, green and blue; both or none.
+    scattering : Amount
+        Per unit length inside, for each channel: the rate of scattering (fog, milk).
+    anisotropy : float
+        Mean cosine of the scattering angle, in ]-1, 1[: 0 is isotropic, over 0 is forward.
+    dispersion : float
+        Cauchy's B in μm² of n(λ) = refractive_index + B (1/λ² - 1/λ_d²), λ_d = 0.5876 μm: the growth of the index
+        towards blue. Without it, a refractive index that depends on the wavelength has the B through n_F and n_C.
+    bump : Texture, optional
+        A texture whose brightness times `bump_height` is a height over the surface. It bends the normal, in all
+        pictures.
+    bump_height : float
+        Factor of `bump`.
+    normal : ImageTexture, optional
+        Normals, with `data=True`: 2 c - 1 along growing u, growing v and the surface's normal. All pictures use it.
+    coating : Coating, optional
+        Thin films on the walls, a `co.optics.Coating`. `co.optics.trace_paths` uses it, pictures do not.
 
-    What follows is for light transport ("path", "direct"); what it means there of the fields above says docs/light.md.
-
-    emission: radiance that the surface sends to all sides by itself, from both of its sides.
-    roughness: 0 is smooth. Of what mirrors or refracts the α of Trowbridge and Reitz's distribution (GGX), of matte
-        surfaces the σ of Oren and Nayar's law; in [0, 1]. A texture says it by how bright it is.
-    coat: the refractive index of a clear coat over the colour; 1 is none.
-    metal_index, metal_extinction: the complex refractive index n + ik of a metal for red, green and blue.
-    scattering: per unit length inside, for each channel: how often light is scattered there (fog, milk).
-    anisotropy: the mean cosine of such a turn, in ]-1, 1[: 0 to all sides alike, over 0 rather forward.
-    dispersion: by how much the refractive index grows towards blue: Cauchy's B in μm² of
-        n(λ) = refractive_index + B (1/λ² - 1/λ_d²), λ_d = 0.5876 μm. Of an index that depends on the wavelength it is
-        the B through n_F and n_C unless it is given.
-
-    coating: thin films on its walls, a `co.optics.Coating`; `co.optics.trace_paths` goes by it, pictures do not.
-
-    And for all pictures:
-
-    bump: a texture whose brightness is a height over the surface, times `bump_height`, which bends its normal.
-    normal: an `ImageTexture` with `data=True` of normals: 2 c - 1 along growing u, growing v and the surface's normal.
-
-    What follows changes no picture. It is kept in scene files and pickles, `hits.material` gives it back, and path
-    lengths, line integrals and volumes go by it:
-
-    name: what the material is called.
-    properties: the user's own values by name (a density, attenuation by energy, a number in another program): numbers,
-        texts, arrays of them, and mappings from names to numbers or texts; kept as a mapping that cannot be changed.
+    Raises
+    ------
+    ValueError, TypeError
+        If a field is out of range or of another kind; the message names it.
     """
 
     color: Color | Pattern = (0.8, 0.8, 0.8)
@@ -151,8 +177,10 @@ class Material:
             object.__setattr__(self, "properties", Properties(self.properties, owner=name))
         color = self.color if isinstance(self.color, PATTERNS) else check_color(name, "color", self.color)
         object.__setattr__(self, "color", color)
+        # Shares of light are at most 1.
         for field in ("specular", "reflectivity", "transparency"):
             object.__setattr__(self, field, _amount(self, field, 1.0))
+        # Rates and radiances have no upper bound.
         for field in ("absorption", "emission", "scattering"):
             object.__setattr__(self, field, _amount(self, field, infinity))
         for field, value in _checked_transport(self).items():
@@ -172,21 +200,21 @@ class Material:
             raise ValueError(f"{name}: fresnel must be true or false, got {format_value(self.fresnel)}")
 
     def __repr__(self) -> str:
-        """The call that makes it, without what it leaves out."""
+        """Return the call that makes the material, without arguments that have their defaults."""
         maker, given = constructor_call(self)
         shown_fields = ", ".join(f"{name}={value!r}" for name, value in given.items())
         return f"{maker}({shown_fields})"
 
     @property
     def exactly(self) -> str:
-        """All that it says, to the bit: in equal words where it is the same, however it was made."""
+        """Text of all fields, to the bit: equal for equal materials, whichever constructor made them."""
         fields = [getattr(self, field.name) for field in dataclasses.fields(self) if field.name != "properties"]
         assert isinstance(self.properties, Properties)
         return f"{fields!r} {self.properties.written}"
 
 
 def _checked_transport(material: Material) -> dict[str, Any]:
-    """The fields of light transport that are no amounts."""
+    """Return the checked fields of light transport that are no amounts."""
     name = "Material"
     coat = check_number(name, "coat", material.coat)
     if not coat >= 1:
@@ -194,18 +222,18 @@ def _checked_transport(material: Material) -> dict[str, Any]:
     anisotropy = check_number(name, "anisotropy", material.anisotropy)
     if not -1 < anisotropy < 1:
         raise ValueError(f"{name}: anisotropy must be in ]-1, 1[, got {anisotropy}")
-    found: dict[str, Any] = dict(roughness=check_roughness(name, material.roughness))
-    found |= dict(coat=coat, anisotropy=anisotropy) | check_bump_and_normal(material)
-    found["dispersion"] = check_nonnegative(name, "dispersion", material.dispersion)
-    return found | _checked_metal(material)
+    checked: dict[str, Any] = dict(roughness=check_roughness(name, material.roughness))
+    checked |= dict(coat=coat, anisotropy=anisotropy) | check_bump_and_normal(material)
+    checked["dispersion"] = check_nonnegative(name, "dispersion", material.dispersion)
+    return checked | _checked_metal(material)
 
 
 def _checked_metal(material: Material) -> dict[str, Any]:
-    """The complex index of a metal, both parts or none."""
+    """Return the complex index of a metal, both parts or none."""
     parts = dict(metal_index=material.metal_index, metal_extinction=material.metal_extinction)
     if all(part is None for part in parts.values()):
         return parts
-    found: dict[str, Any] = {}
+    checked: dict[str, Any] = {}
     for field, part in parts.items():
         if part is None:
             raise ValueError(f"Material: metal_index and metal_extinction go together, got no {field}")
@@ -214,30 +242,34 @@ def _checked_metal(material: Material) -> dict[str, Any]:
             if not (value > 0 if field == "metal_index" else value >= 0):
                 least = "> 0" if field == "metal_index" else ">= 0"
                 raise ValueError(f"Material: {field}[{i}] must be {least}, got {value}")
-        found[field] = (rgb[0], rgb[1], rgb[2])
-    return found
+        checked[field] = (rgb[0], rgb[1], rgb[2])
+    return checked
 
 
 def _refuse_items(material: Material, name: object) -> NoReturn:
+    """Raise TypeError: a material has no items, its properties have."""
     raise TypeError(
-        f"'Material' object has no items: material.properties[{format_value(name)}] is what it keeps by that name"
+        f"'Material' object has no items: material.properties[{format_value(name)}] is the user's value of that name"
     )
 
 
 def _warn_and_compare(material: Material, other: object) -> Any:
-    """Equality of all fields. That a text equals no material is told, as it may be meant for its name."""
+    """Compare all fields. Warn if the other is a text, as the user may mean the material's name."""
     if isinstance(other, str):
-        told = f"material.name == {format_value(other)} compares names, and scene.materials[name] is the one of a name"
-        warn(f"Material: a material equals no text, got {format_value(other)}: {told}")
+        hint = f"material.name == {format_value(other)} compares names, and scene.materials[name] is the one of a name"
+        warn(f"Material: a material equals no text, got {format_value(other)}: {hint}")
     return _equal_fields(material, other)
 
 
 _equal_fields = Material.__eq__
-setattr(Material, "__eq__", _warn_and_compare)  # noqa: B010 - the one that dataclass made is called by it
-setattr(Material, "__getitem__", _refuse_items)  # noqa: B010 - else checkers would let items be asked for
+# Set here, not in the class: `_warn_and_compare` calls the method that dataclass generates.
+setattr(Material, "__eq__", _warn_and_compare)  # noqa: B010
+# Type checkers must not see this method, or they would accept material[name].
+setattr(Material, "__getitem__", _refuse_items)  # noqa: B010
 
 
 def _amount(material: Material, field: str, most: float) -> Amount:
+    """Return an amount in [0, most]; the error of a text says how to name a material."""
     value = getattr(material, field)
     try:
         return check_amount("Material", field, value, most=most)
@@ -246,11 +278,12 @@ def _amount(material: Material, field: str, most: float) -> Amount:
 
 
 def _checked_refractive_index(material: Material) -> Index:
-    """The refractive index: one number, or what gives one for each wavelength."""
+    """Return the refractive index: one number, or a function of the wavelength."""
     value = material.refractive_index
     try:
         return check_index("Material", value)
     except ValueError as error:
+        # A list of indices is most likely meant for several wavelengths, a text for a glass or for the material's name.
         several = isinstance(value, list | tuple | dict) or bool(getattr(value, "ndim", 0))
         hint = "; a scene is of one wavelength: make one for each, scene.replace(name, material=co.glass(index))"
         hint += "; or co.optics.Tabulated(wavelengths, n) is a table of them"
@@ -259,52 +292,57 @@ def _checked_refractive_index(material: Material) -> Index:
 
 
 def _name_hint(material: Material, value: Any) -> str:
-    """What to tell of a text that is no colour and no number."""
+    """Return a hint for a text that is no colour and no number, "" for other values."""
     if not isinstance(value, str) or value.startswith("#") or material.name is not None:
         return ""
-    return f"; a name is given by its argument, name={format_value(value)}"
+    return f"; pass a name by its keyword, name={format_value(value)}"
 
+
+# The constructor of a material, for its repr and for scene files.
 
 MaterialMaker: TypeAlias = Callable[..., Material]
-"""A function that makes materials, such as `matte`, or the class itself."""
+"""A constructor of materials, such as `matte`, or the class itself."""
 
 
 def rename_material(material: Material, name: str) -> Material:
-    """The same under another name, made by the same function."""
+    """Return the same material with another name; its recorded constructor stays."""
     return record_maker(dataclasses.replace(material, name=name), *_maker_of(material))
 
 
 def record_maker(material: Material, maker: MaterialMaker, own: Mapping[str, Any]) -> Material:
-    """Store on a material the function that made it, and return the material.
+    """Store on a material the constructor that made it, and return the material.
 
-    `own` holds the arguments of the function that are no fields of the material. The repr and scene files write the
-    call from both; equality ignores them. Pickles name the function by its module.
+    `own` holds the arguments of the constructor that are no fields of the material. The repr and scene files write the
+    call from both; equality ignores them. Pickles name the constructor by its module.
     """
+    # Not a field of the dataclass, so that equality and hashes ignore it.
     object.__setattr__(material, "_made", (maker, dict(own)))
     return material
 
 
 def _maker_of(material: Material) -> tuple[MaterialMaker, dict[str, Any]]:
+    """Return the recorded constructor and its own arguments; the class for a material without a record."""
     made: tuple[MaterialMaker, dict[str, Any]] = vars(material).get("_made", (Material, {}))
     return made
 
 
 def constructor_call(material: Material) -> tuple[str, dict[str, Any]]:
-    """Return the name of the function, or of the class, that made a material, and its arguments without defaults."""
+    """Return the name of the constructor of a material, and its arguments that differ from their defaults."""
     maker, own = _maker_of(material)
-    given = {}
+    arguments = {}
     for name, default in _defaults(maker).items():
+        # Arguments of the constructor come from its record, all others are fields.
         value = own[name] if name in own else getattr(material, name)
         if repr(value) != default:
-            given[name] = value
-    return maker.__name__, given
+            arguments[name] = value
+    return maker.__name__, arguments
 
 
 @functools.cache
 def _defaults(maker: MaterialMaker) -> dict[str, str]:
-    """Argument of a function that makes materials -> the repr of its default."""
+    """Return argument -> repr of its default, of a constructor of materials."""
     return {name: repr(one.default) for name, one in inspect.signature(maker).parameters.items()}
 
 
 DEFAULT_MATERIAL = Material()
-"""The material of bodies that are given none: matte light grey."""
+"""The material of bodies without one: matte light grey."""

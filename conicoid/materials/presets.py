@@ -1,4 +1,4 @@
-"""Named constructors of materials: matte, shining, clear, glowing. Metals by their complex index are in `metals`."""
+"""Presets: named constructors of materials, metals by complex index, and the conversion of values to materials."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from .._util.arrays import VectorLike
-from .._util.hints import with_call_hints
 from .._util.validation import check_number, check_numbers, describe_kind
 from .coating import Coating
 from .color import Amount, Color, check_color, linear_rgb
@@ -19,8 +18,9 @@ from .material import GLASS, Material, MaterialMaker, record_maker, typical_roug
 from .properties import NO_PROPERTIES
 from .texture import PATTERNS, Pattern, Texture
 
+# Surfaces for all pictures.
 
-@with_call_hints
+
 def matte(
     color: Color | Pattern = (0.8, 0.8, 0.8),
     ambient: float = 1.0,
@@ -30,20 +30,29 @@ def matte(
     name: str | None = None,
     properties: Mapping[str, Any] = NO_PROPERTIES,
 ) -> Material:
-    """Lambert's law alone.
+    """Make a material with Lambert's law alone.
 
-    color: diffuse reflectance, linear rgb, a text in sRGB or a Checker or texture.
-    ambient, diffuse: how much of the ambient light, and of that of other lights, it sends on.
-    roughness: over 0, in light transport, Oren and Nayar's law in its place, of that σ.
-    name, properties: the user's own, as in `Material`.
+    Parameters
+    ----------
+    color : Color or pattern
+        Diffuse reflectance: linear rgb, a text in sRGB, or a Checker or texture.
+    ambient, diffuse : float
+        Factors of the ambient light, and of the light of other lights.
+    roughness : float or Texture
+        Over 0, light transport uses Oren and Nayar's law of this σ instead.
+    name, properties
+        The user's own, as in `Material`.
+
+    Returns
+    -------
+    Material
     """
-    made = Material(
+    material = Material(
         color=color, ambient=ambient, diffuse=diffuse, roughness=roughness, name=name, properties=properties
     )
-    return record_maker(made, matte, {})
+    return record_maker(material, matte, {})
 
 
-@with_call_hints
 def phong(
     color: Color | Pattern = (0.8, 0.8, 0.8),
     specular: Amount = 0.5,
@@ -55,22 +64,33 @@ def phong(
     name: str | None = None,
     properties: Mapping[str, Any] = NO_PROPERTIES,
 ) -> Material:
-    """A plastic with Phong's highlight (R·E)^shininess.
+    """Make a plastic with Phong's highlight (R·E)^shininess.
 
-    color: diffuse reflectance, linear rgb, a text in sRGB or a Checker or texture.
-    specular: how strong highlights are, in [0, 1]: one number, or a colour.
-    shininess: > 0; the greater, the smaller the highlight.
-    ambient, diffuse: how much of the ambient light, and of that of other lights, it sends on.
-    reflectivity: the share of light that it mirrors, in [0, 1]: one number, or a colour.
-    name, properties: the user's own, as in `Material`.
+    Parameters
+    ----------
+    color : Color or pattern
+        Diffuse reflectance: linear rgb, a text in sRGB, or a Checker or texture.
+    specular : Amount
+        Strength of highlights, in [0, 1]: one number, or a colour.
+    shininess : float
+        > 0; the greater, the smaller the highlight.
+    ambient, diffuse : float
+        Factors of the ambient light, and of the light of other lights.
+    reflectivity : Amount
+        Mirrored share of light, in [0, 1]: one number, or a colour.
+    name, properties
+        The user's own, as in `Material`.
+
+    Returns
+    -------
+    Material
     """
-    made = Material(
+    material = Material(
         color, ambient, diffuse, specular, shininess, "phong", reflectivity, name=name, properties=properties
     )
-    return record_maker(made, phong, {})
+    return record_maker(material, phong, {})
 
 
-@with_call_hints
 def blinn_phong(
     color: Color | Pattern = (0.8, 0.8, 0.8),
     specular: Amount = 0.5,
@@ -82,22 +102,33 @@ def blinn_phong(
     name: str | None = None,
     properties: Mapping[str, Any] = NO_PROPERTIES,
 ) -> Material:
-    """A plastic with the half-vector highlight (H·N)^shininess.
+    """Make a plastic with the half-vector highlight (H·N)^shininess.
 
-    color: diffuse reflectance, linear rgb, a text in sRGB or a Checker or texture.
-    specular: how strong highlights are, in [0, 1]: one number, or a colour.
-    shininess: > 0; the greater, the smaller the highlight.
-    ambient, diffuse: how much of the ambient light, and of that of other lights, it sends on.
-    reflectivity: the share of light that it mirrors, in [0, 1]: one number, or a colour.
-    name, properties: the user's own, as in `Material`.
+    Parameters
+    ----------
+    color : Color or pattern
+        Diffuse reflectance: linear rgb, a text in sRGB, or a Checker or texture.
+    specular : Amount
+        Strength of highlights, in [0, 1]: one number, or a colour.
+    shininess : float
+        > 0; the greater, the smaller the highlight.
+    ambient, diffuse : float
+        Factors of the ambient light, and of the light of other lights.
+    reflectivity : Amount
+        Mirrored share of light, in [0, 1]: one number, or a colour.
+    name, properties
+        The user's own, as in `Material`.
+
+    Returns
+    -------
+    Material
     """
-    made = Material(
+    material = Material(
         color, ambient, diffuse, specular, shininess, "blinn_phong", reflectivity, name=name, properties=properties
     )
-    return record_maker(made, blinn_phong, {})
+    return record_maker(material, blinn_phong, {})
 
 
-@with_call_hints
 def lacquer(
     color: Color | Pattern = (0.8, 0.8, 0.8),
     specular: Amount = 0.8,
@@ -107,15 +138,26 @@ def lacquer(
     name: str | None = None,
     properties: Mapping[str, Any] = NO_PROPERTIES,
 ) -> Material:
-    """A colour under clear lacquer: a sharp highlight, and reflections that grow towards the rim.
+    """Make a colour under clear lacquer: a sharp highlight, and reflections that grow towards the rim.
 
-    color: diffuse reflectance, linear rgb, a text in sRGB or a Checker or texture.
-    specular: how strong highlights are, in [0, 1]: one number, or a colour.
-    shininess: > 0; the greater, the smaller the highlight.
-    reflectivity: the share of light that it mirrors at normal incidence, in [0, 1]: one number, or a colour.
-    name, properties: the user's own, as in `Material`.
+    Parameters
+    ----------
+    color : Color or pattern
+        Diffuse reflectance: linear rgb, a text in sRGB, or a Checker or texture.
+    specular : Amount
+        Strength of highlights, in [0, 1]: one number, or a colour.
+    shininess : float
+        > 0; the greater, the smaller the highlight.
+    reflectivity : Amount
+        Mirrored share of light at normal incidence, in [0, 1]: one number, or a colour.
+    name, properties
+        The user's own, as in `Material`.
+
+    Returns
+    -------
+    Material
     """
-    made = Material(
+    material = Material(
         color,
         specular=specular,
         shininess=shininess,
@@ -124,24 +166,34 @@ def lacquer(
         name=name,
         properties=properties,
     )
-    return record_maker(made, lacquer, {})
+    return record_maker(material, lacquer, {})
 
 
-@with_call_hints
+# Mirrors, glass and metals.
+
+
 def mirror(
     reflectivity: Amount = 0.95, *, name: str | None = None, properties: Mapping[str, Any] = NO_PROPERTIES
 ) -> Material:
-    """A mirror: all that it sends on comes along the mirrored ray.
+    """Make a mirror: all its light comes along the mirrored ray.
 
-    reflectivity: the share of light that it mirrors, in [0, 1]: one number, or a colour.
-    name, properties: the user's own, as in `Material`.
+    Parameters
+    ----------
+    reflectivity : Amount
+        Mirrored share of light, in [0, 1]: one number, or a colour.
+    name, properties
+        The user's own, as in `Material`.
+
+    Returns
+    -------
+    Material
     """
     black = (0.0, 0.0, 0.0)
-    made = Material(black, ambient=0.0, diffuse=0.0, reflectivity=reflectivity, name=name, properties=properties)
-    return record_maker(made, mirror, {})
+    # Black without ambient and diffuse light: the mirrored ray is the only source.
+    material = Material(black, ambient=0.0, diffuse=0.0, reflectivity=reflectivity, name=name, properties=properties)
+    return record_maker(material, mirror, {})
 
 
-@with_call_hints
 def glass(
     refractive_index: Index = GLASS,
     absorption: Amount = 0.0,
@@ -154,17 +206,28 @@ def glass(
     name: str | None = None,
     properties: Mapping[str, Any] = NO_PROPERTIES,
 ) -> Material:
-    """A clear dielectric with a sharp highlight; of index WATER it is water.
+    """Make a clear dielectric with a sharp highlight; with the index WATER it is water.
 
-    refractive_index: of the inside against vacuum, > 0; or the name of a glass, a formula or a function, as in
-        `Material`.
-    absorption: per unit length inside, for each channel: light fades by exp(-absorption · length).
-    transparency: the share of light that passes each wall unless mirrored, in [0, 1]: one number, or a colour.
-    specular: how strong the highlights of lights are, in [0, 1]: one number, or a colour.
-    roughness, dispersion, coating: of light transport and `co.optics.trace_paths`, as in `Material`.
-    name, properties: the user's own, as in `Material`.
+    Parameters
+    ----------
+    refractive_index : Index
+        Of the inside against vacuum, > 0; or the name of a glass, a formula or a function, as in `Material`.
+    absorption : Amount
+        Per unit length inside, for each channel: light fades by exp(-absorption · length).
+    transparency : Amount
+        Share of the light that is not mirrored and passes each wall, in [0, 1]: one number, or a colour.
+    specular : Amount
+        Strength of the highlights of lights, in [0, 1]: one number, or a colour.
+    roughness, dispersion, coating
+        For light transport and `co.optics.trace_paths`, as in `Material`.
+    name, properties
+        The user's own, as in `Material`.
+
+    Returns
+    -------
+    Material
     """
-    made = Material(
+    material = Material(
         (0.0, 0.0, 0.0),
         ambient=0.0,
         diffuse=0.0,
@@ -179,10 +242,9 @@ def glass(
         name=name,
         properties=properties,
     )
-    return record_maker(made, glass, {})
+    return record_maker(material, glass, {})
 
 
-@with_call_hints
 def metal(
     color: Color = (0.9, 0.6, 0.3),
     shininess: float = 200.0,
@@ -191,17 +253,28 @@ def metal(
     name: str | None = None,
     properties: Mapping[str, Any] = NO_PROPERTIES,
 ) -> Material:
-    """A polished metal: highlight and reflections (times `reflectivity`) in its own tint, whiter towards the rim.
+    """Make a polished metal: highlight and reflections (times `reflectivity`) in its own tint, whiter towards the rim.
 
-    color: the tint, linear rgb or a text in sRGB.
-    shininess: > 0; the greater, the smaller the highlight.
-    reflectivity: the share of light that it mirrors, in [0, 1].
-    name, properties: the user's own, as in `Material`.
+    Parameters
+    ----------
+    color : Color
+        The tint: linear rgb or a text in sRGB.
+    shininess : float
+        > 0; the greater, the smaller the highlight.
+    reflectivity : float
+        Mirrored share of light, in [0, 1].
+    name, properties
+        The user's own, as in `Material`.
+
+    Returns
+    -------
+    Material
     """
+    # Highlights keep the tint; `reflectivity` scales the reflections alone.
     share = check_number("metal", "reflectivity", reflectivity)
     r, g, b = linear_rgb(color, "metal", "color")
     tint = (share * r, share * g, share * b)
-    made = Material(
+    material = Material(
         color,
         0.4,
         0.4,
@@ -212,10 +285,12 @@ def metal(
         name=name,
         properties=properties,
     )
-    return record_maker(made, metal, {"reflectivity": share})
+    return record_maker(material, metal, {"reflectivity": share})
 
 
-@with_call_hints
+# Materials for light transport; Whitted's pictures approximate them.
+
+
 def glow(
     emission: Amount = 1.0,
     color: Color | Pattern = (0.0, 0.0, 0.0),
@@ -223,16 +298,24 @@ def glow(
     name: str | None = None,
     properties: Mapping[str, Any] = NO_PROPERTIES,
 ) -> Material:
-    """A surface that gives light, in light transport: a lamp.
+    """Make a surface that emits light in light transport: a lamp.
 
-    emission: its radiance, >= 0: one number, or a colour; a colour brighter than white is three numbers.
-    color: its diffuse reflectance besides.
-    name, properties: the user's own, as in `Material`.
+    Parameters
+    ----------
+    emission : Amount
+        Radiance, >= 0: one number, or a colour. A colour brighter than white is three numbers.
+    color : Color or pattern
+        Diffuse reflectance besides.
+    name, properties
+        The user's own, as in `Material`.
+
+    Returns
+    -------
+    Material
     """
     return record_maker(Material(color, emission=emission, name=name, properties=properties), glow, {})
 
 
-@with_call_hints
 def plastic(
     color: Color | Pattern = (0.8, 0.8, 0.8),
     refractive_index: float = 1.5,
@@ -241,18 +324,29 @@ def plastic(
     name: str | None = None,
     properties: Mapping[str, Any] = NO_PROPERTIES,
 ) -> Material:
-    """A colour under a clear coat, by Fresnel's formulas: paint, varnish, porcelain.
+    """Make a colour under a clear coat, by Fresnel's formulas: paint, varnish, porcelain.
 
-    color: the reflectance under the coat, linear rgb, a text in sRGB or a Checker.
-    refractive_index: of the coat, >= 1.
-    roughness: of the coat, the α of GGX in [0, 1], or a texture of it.
-    name, properties: the user's own, as in `Material`.
+    Parameters
+    ----------
+    color : Color or pattern
+        Reflectance under the coat: linear rgb, a text in sRGB, or a Checker or texture.
+    refractive_index : float
+        Of the coat, >= 1.
+    roughness : float or Texture
+        Of the coat: the α of GGX in [0, 1], or a texture of it.
+    name, properties
+        The user's own, as in `Material`.
+
+    Returns
+    -------
+    Material
     """
     index = check_number("plastic", "refractive_index", refractive_index)
     if not index >= 1:
         raise ValueError(f"plastic: refractive_index must be >= 1, got {index}")
+    # Fresnel's reflectance at normal incidence, for Whitted's pictures.
     at_normal = ((index - 1) / (index + 1)) ** 2
-    made = Material(
+    material = Material(
         color,
         specular=0.5,
         shininess=shininess_of(typical_roughness("plastic", roughness)),
@@ -263,10 +357,9 @@ def plastic(
         name=name,
         properties=properties,
     )
-    return record_maker(made, plastic, {"refractive_index": index})
+    return record_maker(material, plastic, {"refractive_index": index})
 
 
-@with_call_hints
 def fog(
     scattering: Amount = 1.0,
     absorption: Amount = 0.0,
@@ -275,13 +368,22 @@ def fog(
     name: str | None = None,
     properties: Mapping[str, Any] = NO_PROPERTIES,
 ) -> Material:
-    """A homogeneous medium without a surface, which scatters light in light transport: fog, smoke, milk in water.
+    """Make a homogeneous medium without a surface that scatters light in light transport: fog, smoke, milk in water.
 
-    scattering, absorption: per unit length, for each channel.
-    anisotropy: the mean cosine of a turn, in ]-1, 1[ (Henyey and Greenstein).
-    name, properties: the user's own, as in `Material`.
+    Parameters
+    ----------
+    scattering, absorption : Amount
+        Per unit length, for each channel.
+    anisotropy : float
+        Mean cosine of the scattering angle, in ]-1, 1[ (Henyey and Greenstein).
+    name, properties
+        The user's own, as in `Material`.
+
+    Returns
+    -------
+    Material
     """
-    made = Material(
+    material = Material(
         (0.0, 0.0, 0.0),
         0.0,
         0.0,
@@ -292,18 +394,17 @@ def fog(
         name=name,
         properties=properties,
     )
-    return record_maker(made, fog, {})
+    return record_maker(material, fog, {})
 
 
 def shininess_of(roughness: float) -> float:
-    """The exponent of a half-vector highlight about as wide: 2 / α² - 2 (Walter and others 2007)."""
+    """Return the exponent of a half-vector highlight as wide: 2 / α² - 2 (Walter and others 2007), cut to [1, 1000]."""
     return min(1000.0, max(1.0, 2 / max(roughness, 1e-3) ** 2 - 2))
 
 
 # Metals by their complex refractive index, and some by name.
 
 
-@with_call_hints
 def conductor(
     index: VectorLike = (0.3, 1.02, 1.15),
     extinction: VectorLike = (3.205, 2.577, 2.5),
@@ -312,11 +413,20 @@ def conductor(
     name: str | None = None,
     properties: Mapping[str, Any] = NO_PROPERTIES,
 ) -> Material:
-    """A metal by its complex refractive index n + ik.
+    """Make a metal by its complex refractive index n + ik.
 
-    index, extinction: n > 0 and k >= 0 for red, green and blue; left out, those of copper.
-    roughness: the α of GGX in [0, 1], or a texture of it.
-    name, properties: the user's own, as in `Material`.
+    Parameters
+    ----------
+    index, extinction : VectorLike
+        n > 0 and k >= 0 for red, green and blue; the defaults are those of copper.
+    roughness : float or Texture
+        The α of GGX in [0, 1], or a texture of it.
+    name, properties
+        The user's own, as in `Material`.
+
+    Returns
+    -------
+    Material
     """
     return _conductor(conductor, index, extinction, roughness, name, properties)
 
@@ -324,13 +434,13 @@ def conductor(
 def _conductor(
     maker: MaterialMaker, index: Any, extinction: Any, roughness: Any, name: str | None, properties: Mapping[str, Any]
 ) -> Material:
-    """A metal; Whitted's pictures show its reflectance at normal incidence, ((n - 1)² + k²) / ((n + 1)² + k²)."""
+    """Make a metal; Whitted's pictures show its reflectance at normal incidence, ((n - 1)² + k²) / ((n + 1)² + k²)."""
     owner = maker.__name__
     n, k = check_numbers(owner, "index", index, 3), check_numbers(owner, "extinction", extinction, 3)
     share = [((a - 1) ** 2 + b * b) / max((a + 1) ** 2 + b * b, 1e-300) for a, b in zip(n, k, strict=True)]
     tint = (min(1.0, share[0]), min(1.0, share[1]), min(1.0, share[2]))
     rough = typical_roughness(owner, roughness)
-    made = Material(
+    material = Material(
         tint,
         0.4,
         0.4,
@@ -344,71 +454,107 @@ def _conductor(
         name=name,
         properties=properties,
     )
-    own = {"index": made.metal_index, "extinction": made.metal_extinction} if maker is conductor else {}
-    return record_maker(made, maker, own)
+    # Named metals need no arguments: their constructor implies the index.
+    own = {"index": material.metal_index, "extinction": material.metal_extinction} if maker is conductor else {}
+    return record_maker(material, maker, own)
 
 
-@with_call_hints
 def gold(
     roughness: float | Texture = 0.0, *, name: str | None = None, properties: Mapping[str, Any] = NO_PROPERTIES
 ) -> Material:
-    """Gold, by its complex refractive index at 617, 549 and 471 nm: Johnson and Christy, Phys. Rev. B 6, 1972.
+    """Make gold, by its complex refractive index at 617, 549 and 471 nm: Johnson and Christy, Phys. Rev. B 6, 1972.
 
-    roughness: the α of GGX in [0, 1], or a texture of it.
-    name, properties: the user's own, as in `Material`.
+    Parameters
+    ----------
+    roughness : float or Texture
+        The α of GGX in [0, 1], or a texture of it.
+    name, properties
+        The user's own, as in `Material`.
+
+    Returns
+    -------
+    Material
     """
     return _conductor(gold, (0.21, 0.43, 1.31), (3.272, 2.455, 1.849), roughness, name, properties)
 
 
-@with_call_hints
 def silver(
     roughness: float | Texture = 0.0, *, name: str | None = None, properties: Mapping[str, Any] = NO_PROPERTIES
 ) -> Material:
-    """Silver, by its complex refractive index at 617, 549 and 471 nm: Johnson and Christy, Phys. Rev. B 6, 1972.
+    """Make silver, by its complex refractive index at 617, 549 and 471 nm: Johnson and Christy, Phys. Rev. B 6, 1972.
 
-    roughness: the α of GGX in [0, 1], or a texture of it.
-    name, properties: the user's own, as in `Material`.
+    Parameters
+    ----------
+    roughness : float or Texture
+        The α of GGX in [0, 1], or a texture of it.
+    name, properties
+        The user's own, as in `Material`.
+
+    Returns
+    -------
+    Material
     """
     return _conductor(silver, (0.06, 0.06, 0.05), (4.152, 3.586, 2.869), roughness, name, properties)
 
 
-@with_call_hints
 def copper(
     roughness: float | Texture = 0.0, *, name: str | None = None, properties: Mapping[str, Any] = NO_PROPERTIES
 ) -> Material:
-    """Copper, by its complex refractive index at 617, 549 and 471 nm: Johnson and Christy, Phys. Rev. B 6, 1972.
+    """Make copper, by its complex refractive index at 617, 549 and 471 nm: Johnson and Christy, Phys. Rev. B 6, 1972.
 
-    roughness: the α of GGX in [0, 1], or a texture of it.
-    name, properties: the user's own, as in `Material`.
+    Parameters
+    ----------
+    roughness : float or Texture
+        The α of GGX in [0, 1], or a texture of it.
+    name, properties
+        The user's own, as in `Material`.
+
+    Returns
+    -------
+    Material
     """
     return _conductor(copper, (0.3, 1.02, 1.15), (3.205, 2.577, 2.5), roughness, name, properties)
 
 
-@with_call_hints
 def aluminium(
     roughness: float | Texture = 0.0, *, name: str | None = None, properties: Mapping[str, Any] = NO_PROPERTIES
 ) -> Material:
-    """Aluminium, by its complex refractive index at 650, 550 and 450 nm: Rakić, Applied Optics 34, 1995.
+    """Make aluminium, by its complex refractive index at 650, 550 and 450 nm: Rakić, Applied Optics 34, 1995.
 
-    roughness: the α of GGX in [0, 1], or a texture of it.
-    name, properties: the user's own, as in `Material`.
+    Parameters
+    ----------
+    roughness : float or Texture
+        The α of GGX in [0, 1], or a texture of it.
+    name, properties
+        The user's own, as in `Material`.
+
+    Returns
+    -------
+    Material
     """
     return _conductor(aluminium, (1.3456, 0.96521, 0.61722), (7.4746, 6.3995, 5.3031), roughness, name, properties)
 
 
-@with_call_hints
 def iron(
     roughness: float | Texture = 0.0, *, name: str | None = None, properties: Mapping[str, Any] = NO_PROPERTIES
 ) -> Material:
-    """Iron, by its complex refractive index at 650, 550 and 450 nm: Johnson and Christy, Phys. Rev. B 9, 1974.
+    """Make iron, by its complex refractive index at 650, 550 and 450 nm: Johnson and Christy, Phys. Rev. B 9, 1974.
 
-    roughness: the α of GGX in [0, 1], or a texture of it.
-    name, properties: the user's own, as in `Material`.
+    Parameters
+    ----------
+    roughness : float or Texture
+        The α of GGX in [0, 1], or a texture of it.
+    name, properties
+        The user's own, as in `Material`.
+
+    Returns
+    -------
+    Material
     """
     return _conductor(iron, (2.9114, 2.9497, 2.5845), (3.0893, 2.9318, 2.767), roughness, name, properties)
 
 
-# What makes materials, by name, and what is taken for a material.
+# The registry of constructors, and the conversion of values to materials.
 
 _PRESETS = (
     matte,
@@ -428,16 +574,29 @@ _PRESETS = (
     iron,
     fog,
 )
-"""The registry of presets: one line makes a function known to scene files, to `repr` and to hints."""
+"""The registry of presets: one line adds a constructor to scene files, to `repr` and to hints."""
 CONSTRUCTORS = {f.__name__: f for f in _PRESETS}
-"""Name -> function, for scene files that name a look instead of listing the fields."""
+"""Name -> constructor, for scene files that name a look instead of a list of fields."""
 
 
 def as_material(owner: str, value: Any, hint: str = "") -> Material:
-    """`value` as a material: a Material, or the matte one of a colour, a Checker or a texture.
+    """Return `value` as a material: a Material, or the matte one of a colour, a Checker or a texture.
 
-    hint: what else may have been meant by a text that is no colour.
-    Raises TypeError for anything else, ValueError for what is no colour.
+    Parameters
+    ----------
+    owner : str
+        Name of the object, for messages.
+    value
+        The value of the user.
+    hint : str
+        Added to the message for a text that is no colour.
+
+    Raises
+    ------
+    TypeError
+        If the value is of another kind.
+    ValueError
+        If a text or numbers are no colour.
     """
     if isinstance(value, Material):
         return value
@@ -454,7 +613,10 @@ def as_material(owner: str, value: Any, hint: str = "") -> Material:
 
 @lru_cache(maxsize=256)
 def _material_of_color(owner: str, color: str, hint: str) -> Material:
-    """The matte material of a colour's text: also of "gold" and "silver", which are metals where they are called."""
+    """Return the matte material of a colour's name.
+
+    "gold" and "silver" are CSS colours: only a call makes the metals of these names.
+    """
     try:
         return matte(check_color(owner, "material", color))
     except ValueError as error:
@@ -465,6 +627,7 @@ def _material_of_color(owner: str, color: str, hint: str) -> Material:
 
 
 def describe_non_material(value: Any) -> str:
-    """What stands in place of a material; of what makes one, how it is meant."""
+    """Describe a value that is no material, for a message; a constructor gets the hint to call it."""
+    # A constructor without a call is a common mistake.
     makes_materials = isinstance(value, type | FunctionType) and value in (Material, *_PRESETS)
     return describe_kind(value) + (f"; call it: {value.__name__}(...)" if makes_materials else "")

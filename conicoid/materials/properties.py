@@ -1,4 +1,4 @@
-"""What a user knows of a material besides its look: density, attenuation, a number in another program, ..."""
+"""The user's own values of a material: density, attenuation, a number in another program."""
 
 from __future__ import annotations
 
@@ -12,17 +12,29 @@ import numpy as np
 from .._util.validation import describe_kind, format_value, real_array
 
 _DIMENSIONS = 2
-_LARGEST_INTEGER = 10**18  # what scene files read as integers
+_LARGEST_INTEGER = 10**18  # scene files read shorter numbers as integers
 _SHOWN = 8
 _EXPECTED = "a number, a text, true or false, an array of numbers or texts, or a mapping from names to numbers or texts"
 
 
 class Properties(Mapping[str, Any]):
-    """A mapping from names to values that never changes, so that materials can be compared and used as keys.
+    """An immutable mapping from names to values, so that materials can be compared and used as keys.
 
-    A value is a number, a text, a truth value, an array of numbers of one or two dimensions (kept as read-only
-    float64), a list of texts (kept as a tuple), or a mapping from names to numbers, texts and truth values.
-    Infinite numbers are allowed, NaN is not. Raises ValueError or TypeError for anything else, with the name.
+    A value is a number, a text, a truth value, an array of numbers of one or two dimensions (stored as read-only
+    float64), a list of texts (stored as a tuple), or a mapping from names to numbers, texts and truth values.
+    Infinite numbers are allowed, NaN is not.
+
+    Parameters
+    ----------
+    values : Mapping[str, Any]
+        The values by name.
+    owner : str
+        Name of the object, for messages.
+
+    Raises
+    ------
+    ValueError, TypeError
+        For any other value; the message has its name.
     """
 
     __slots__ = ("_hash", "_values")
@@ -35,7 +47,7 @@ class Properties(Mapping[str, Any]):
 
     @classmethod
     def _of(cls, values: dict[str, Any]) -> Properties:
-        """Of values that are checked."""
+        """Return the properties of values that are already checked."""
         result = cls()
         result._values = values
         return result
@@ -47,14 +59,17 @@ class Properties(Mapping[str, Any]):
             known = ", ".join(map(repr, self._values)) or "none"
             raise KeyError(f"no property {format_value(name)}; properties: {known}") from None
 
-    if not TYPE_CHECKING:  # else checkers would let any name be asked for, and values be set
+    # Type checkers must not see these methods, or they would accept every attribute and every assignment.
+    if not TYPE_CHECKING:
 
         def __setitem__(self, name: str, value: Any) -> NoReturn:
+            """Raise TypeError, and show how to make another material."""
             another = f"properties={{{{**material.properties, {name!r}: ...}}}}".replace("{{", "{").replace("}}", "}")
             raise TypeError(f"properties never change: dataclasses.replace(material, {another}) is another material")
 
         def __getattr__(self, name: str) -> Any:
-            hint = f": properties[{name!r}] is that" if not name.startswith("_") and name in self else ""
+            """Raise AttributeError; a hint points to the property of this name."""
+            hint = f": use properties[{name!r}]" if not name.startswith("_") and name in self else ""
             raise AttributeError(f"properties have no {name[:80]!r}{hint}", name=name, obj=self)
 
     def __iter__(self) -> Iterator[str]:
@@ -80,7 +95,7 @@ class Properties(Mapping[str, Any]):
 
     @property
     def written(self) -> str:
-        """All of it as a text, however long: equal for values that are equal to the bit."""
+        """Text of all values, however long: equal for values that are equal to the bit."""
         return ", ".join(f"{name!r}: {_text(value, None)}" for name, value in self._values.items())
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -88,13 +103,14 @@ class Properties(Mapping[str, Any]):
 
 
 def _check_density(field: str, value: Any) -> None:
-    """The one name that means something to everybody: no density is below 0, or a truth value."""
+    """Check the one property with a fixed meaning: a density is >= 0 and no truth value."""
     wrong = isinstance(value, bool) or (isinstance(value, int | float | np.ndarray) and bool(np.any(np.less(value, 0))))
     if wrong:
         raise ValueError(f"{field}['density'] must be >= 0, got {format_value(value)}")
 
 
 def _named(field: str, values: Any) -> Iterator[tuple[str, Any]]:
+    """Yield (name, value). Raise TypeError if `values` is no mapping, or a name no text."""
     if not isinstance(values, Mapping):
         raise TypeError(f"{field} must be a mapping from names to values, got {describe_kind(values)}")
     for name, value in values.items():
@@ -104,13 +120,15 @@ def _named(field: str, values: Any) -> Iterator[tuple[str, Any]]:
 
 
 def _value(field: str, value: Any, nested: bool) -> Any:
-    """A value as it is kept."""
+    """Return a value in its stored form."""
+    # Scalars of NumPy become Python's, so that equal values have equal texts.
     if isinstance(value, (np.generic, np.ndarray)) and value.ndim == 0:
         value = value.item()
     if isinstance(value, str):
         if not value:
             raise ValueError(f"{field} must not be an empty text")
         return str(value)
+    # Before numbers, as bool is an integer type.
     if isinstance(value, bool):
         return value
     if isinstance(value, numbers.Real):
@@ -123,6 +141,7 @@ def _value(field: str, value: Any, nested: bool) -> Any:
 
 
 def _number(field: str, value: Any) -> int | float:
+    """Return an int of at most 18 digits, or a float that is not NaN."""
     if isinstance(value, numbers.Integral):
         if abs(int(value)) >= _LARGEST_INTEGER:
             raise ValueError(f"{field} must be an integer of at most 18 digits, or a float, got {format_value(value)}")
@@ -137,7 +156,7 @@ def _number(field: str, value: Any) -> int | float:
 
 
 def _array(field: str, values: Any) -> Any:
-    """A tuple of texts, or a read-only array of float64."""
+    """Return a tuple of texts, or a read-only array of float64."""
     if len(values) and all(isinstance(item, str) for item in values):
         if not all(values):
             raise ValueError(f"{field} must not hold empty texts")
@@ -152,6 +171,7 @@ def _array(field: str, values: Any) -> Any:
 
 
 def _same(one: Any, other: Any) -> bool:
+    """Compare two values, arrays among them."""
     if isinstance(one, np.ndarray) or isinstance(other, np.ndarray):
         return np.array_equal(one, other)
     if isinstance(one, tuple) and isinstance(other, list):
@@ -160,13 +180,14 @@ def _same(one: Any, other: Any) -> bool:
 
 
 def _hashed(value: Any) -> Any:
+    """Return a hashable form of a value: equal for equal values."""
     if isinstance(value, np.ndarray):
         return value.shape, (value + 0.0).tobytes()  # -0 is 0
     return value
 
 
 def _text(value: Any, most: int | None) -> str:
-    """A value, of long arrays only the beginning where `most` is given."""
+    """Return the repr of a value; long arrays and lists are shortened if `most` is a number."""
     if isinstance(value, Properties):
         return repr(value) if most is not None else "{" + value.written + "}"
     if isinstance(value, np.ndarray) and (most is None or value.size <= most):

@@ -1,4 +1,4 @@
-"""The checker pattern, on uv or in space."""
+"""Patterns and textures: colours that vary over a surface or through space, and their mean colours."""
 
 from __future__ import annotations
 
@@ -30,10 +30,18 @@ Scale: TypeAlias = float | tuple[float, float] | tuple[float, float, float]
 class Checker:
     """Squares (or cubes) of two colours: `a` where the sum of floor(coordinate / scale) is even, `b` where it is odd.
 
-    `scale` is the side of a square in uv, or of a cube in world units with `space=True`; two or
-    three numbers give each coordinate its own. In space the colour is taken just under the surface
-    (scale / 2²⁰ deep, against the normal), so that a wall that lies on a boundary of the cubes has
-    the one colour of the matter behind it.
+    In space the colour is taken just under the surface (scale / 2²⁰ deep, against the normal). So a wall on a boundary
+    of the cubes has the one colour of the matter behind it.
+
+    Parameters
+    ----------
+    a, b : Color
+        The two colours.
+    scale : float or tuple of 2 or 3 floats
+        Side of a square in uv, or of a cube in world units with `space=True`. Two or three numbers are the sides along
+        each coordinate.
+    space : bool
+        Cubes in space, not squares in uv.
     """
 
     a: Color = (0.8, 0.8, 0.8)
@@ -42,6 +50,7 @@ class Checker:
     space: bool = False
 
     def __post_init__(self) -> None:
+        # The dataclass is frozen: normalised fields are set around it.
         object.__setattr__(self, "a", check_color("Checker", "a", self.a))
         object.__setattr__(self, "b", check_color("Checker", "b", self.b))
         object.__setattr__(self, "scale", _checked_scale(self.scale))
@@ -50,13 +59,14 @@ class Checker:
 
     @property
     def scales(self) -> tuple[float, float, float]:
-        """The side along each of three coordinates."""
+        """Sides along each of three coordinates."""
         if isinstance(self.scale, tuple):
             return (*self.scale, 1.0) if len(self.scale) == 2 else self.scale
         return self.scale, self.scale, self.scale
 
 
 def _checked_scale(scale: Scale) -> Scale:
+    """Return one side, or the sides along two or three coordinates."""
     if not hasattr(scale, "__len__") or isinstance(scale, str) or getattr(scale, "ndim", 1) == 0:
         return check_positive("Checker", "scale", scale)
     count = 2 if len(scale) == 2 else 3
@@ -67,9 +77,8 @@ def _checked_scale(scale: Scale) -> Scale:
     return (sides[0], sides[1]) if count == 2 else (sides[0], sides[1], sides[2])
 
 
-# Textures: colours that vary over a surface, or through space.
-#
-# Coordinates of a texture are `scale` times as fine as those that it is laid on, and begin at `offset`. It is laid on
+# Textures. Their coordinates are `scale` times as fine as the coordinates of the mapping, and begin at `offset`.
+# Mappings are
 #
 # - "uv": the surface's own coordinates;
 # - "latitude": on balls and other bodies of revolution, u and the latitude from south to north,
@@ -83,15 +92,15 @@ Sides: TypeAlias = float | tuple[float, float]
 
 
 _BRIGHTEST_TEXEL = 16
-"""Times white: most of a texture is not so bright."""
+"""Times white: most textures have no brighter pixel."""
 
 
 class ImagePath(str):
-    """The name of a picture's file; in a scene file relative to its folder."""
+    """The name of an image file; in a scene file relative to its folder."""
 
 
 def _sides(owner: str, field: str, value: Any) -> Sides:
-    """A side, or one for each of two coordinates."""
+    """Return one side, or one for each of two coordinates."""
     if not hasattr(value, "__len__") or isinstance(value, str) or getattr(value, "ndim", 1) == 0:
         return check_positive(owner, field, value)
     u, v = (
@@ -101,7 +110,7 @@ def _sides(owner: str, field: str, value: Any) -> Sides:
 
 
 def pair_sides(sides: Sides) -> tuple[float, float]:
-    """Two numbers of one or two."""
+    """Return two sides, of one or two."""
     return sides if isinstance(sides, tuple) else (sides, sides)
 
 
@@ -109,16 +118,29 @@ def pair_sides(sides: Sides) -> tuple[float, float]:
 class ImageTexture:
     """A picture on a surface: once from u = 0 to 1, and from v = 0, its lower edge, to 1.
 
-    image: a file, .png, .jpg, .webp or .exr, or an array (height, width, 3) as `Image` takes it. Files are read at
-        once; a scene file may name those in its own folder, or below.
-    mapping: what it is laid on.
-    scale: how large it is in these coordinates, one number or one for each.
-    offset: where its lower left corner lies.
-    wrap: what is beyond its edges, at the sides and above and below: the picture again, its last pixels, or its mirror
-        image; one word for both, or two. On "latitude" nothing is above and below.
-    data: are its numbers no colours in sRGB but plain data, as those of roughness or normals?
+    Pixels are interpolated. Where the texture is small in a picture, smaller copies of it are read.
 
-    It is read between its pixels, and where it is small in a picture by smaller copies of it.
+    Parameters
+    ----------
+    image : path or array_like
+        A file, .png, .jpg, .webp or .exr, or an array (height, width, 3) as for `Image`. Files are read at once; a
+        scene file may name those in its own folder, or below.
+    mapping : {"uv", "latitude", "box"}
+        Coordinates of the picture.
+    scale : float or (float, float)
+        Size in these coordinates, one number or one for each.
+    offset : (float, float)
+        Place of the lower left corner.
+    wrap : {"repeat", "clamp", "mirror"} or two of them
+        Content beyond the edges, at the sides and above and below: the picture again, its last pixels, or its mirror
+        image; one word for both, or two. On "latitude" nothing is above and below.
+    data : bool
+        The numbers are plain data, as roughness or normals, and no colours in sRGB.
+
+    Raises
+    ------
+    ValueError
+        If a file cannot be read, or a field is out of range.
     """
 
     image: ImagePath
@@ -127,8 +149,9 @@ class ImageTexture:
     offset: tuple[float, float] = (0.0, 0.0)
     wrap: Wrap | tuple[Wrap, Wrap] = ("repeat", "clamp")
     data: bool = False
+    # No field of the dataclass: set per instance, so that `fields` and `replace` see only the arguments.
     pixels: ClassVar[Pixels]
-    """What is in the file."""
+    """The decoded picture."""
 
     def __post_init__(self) -> None:
         name = "ImageTexture"
@@ -144,12 +167,13 @@ class ImageTexture:
         object.__setattr__(self, "data", check_flag(name, "data", self.data))
         pixels = _pixels_of(self.image)
         object.__setattr__(self, "pixels", pixels)
+        # An absolute path, as the working directory may change before the scene is saved.
         is_file = isinstance(self.image, str | os.PathLike)
         object.__setattr__(self, "image", ImagePath(os.path.abspath(self.image)) if is_file else pixels)
 
     @property
     def mean(self) -> tuple[float, float, float]:
-        """The mean of all its pixels, in linear light."""
+        """Mean of all pixels, in linear light."""
         r, g, b = self.pixels.linear(self.data).mean(axis=(0, 1), dtype=np.float64).tolist()
         return r, g, b
 
@@ -165,7 +189,9 @@ class ImageTexture:
         return f"ImageTexture({', '.join([image, *rest])})"
 
     def _key(self) -> tuple[Any, ...]:
+        """Return the values that equality and hashes use."""
         rest = tuple(getattr(self, one.name) for one in fields(self)[1:])
+        # The digest stands for the pixels, so that equal pictures from two files are equal.
         return self.pixels.digest, *rest
 
     def __eq__(self, other: object) -> bool:
@@ -176,7 +202,7 @@ class ImageTexture:
 
 
 def _pixels_of(image: Any) -> Pixels:
-    """The pixels of a file or an array."""
+    """Return the pixels of a file or an array."""
     if isinstance(image, Pixels):
         return image
     if isinstance(image, str | os.PathLike):
@@ -187,9 +213,10 @@ def _pixels_of(image: Any) -> Pixels:
     array = image_array("ImageTexture", "image", image)
     if array.dtype != np.uint8:
         array = array.astype(np.float32)
+        # Most values above white, and no more than 255: probably bytes as floats.
         if np.count_nonzero(array > 1) * 2 > array.size and _BRIGHTEST_TEXEL < (most := float(array.max())) <= BYTE:
-            told = f"most numbers of the array, up to {most:g}, are beyond 1, which is white"
-            warn(f"ImageTexture: {told}: colours are linear light, or sRGB bytes in uint8")
+            hint = f"most numbers of the array, up to {most:g}, are beyond 1, which is white"
+            warn(f"ImageTexture: {hint}: colours are linear light, or sRGB bytes in uint8")
     if array.ndim != 3 or array.shape[2] != 3 or array.size == 0:
         raise ValueError(f"ImageTexture: image must be a file or have shape (height, width, 3), got {array.shape}")
     if not np.isfinite(array).all():
@@ -197,11 +224,23 @@ def _pixels_of(image: Any) -> Pixels:
     return Pixels(np.array(array))
 
 
+# Patterns by a formula.
+
+
 @dataclass(frozen=True)
 class Gradient:
-    """From `a` to `b` along a coordinate: u or v of the surface, or x, y or z of the world.
+    """A ramp from `a` to `b` along a coordinate; beyond its ends it has their colours.
 
-    It begins at `offset`, ends `length` further on, and goes on with the two colours.
+    Parameters
+    ----------
+    a, b : Color
+        Colours at the beginning and at the end.
+    along : {"u", "v", "x", "y", "z"}
+        The coordinate: u or v of the surface, or x, y or z of the world.
+    length : float
+        Length of the ramp.
+    offset : float
+        Coordinate of its beginning.
     """
 
     a: Color = (0.0, 0.0, 0.0)
@@ -219,10 +258,21 @@ class Gradient:
 
 @dataclass(frozen=True)
 class Noise:
-    """Clouds of `a` and `b` in space: Perlin's noise (Improving noise, 2002), added up in octaves.
+    """Clouds of `a` and `b` in space: Perlin's noise (Improving noise, 2002), a sum of octaves.
 
-    Each octave is half as large and half as strong as the one before; the first has features about `scale` in size. The
-    sum n, between -1 and 1, becomes the share (1 + contrast · n) / 2 of `b`, cut to [0, 1].
+    Each octave is half as large and half as strong as the one before. The sum n, between -1 and 1, becomes the share
+    (1 + contrast · n) / 2 of `b`, cut to [0, 1].
+
+    Parameters
+    ----------
+    a, b : Color
+        The two colours.
+    scale : float
+        Size of the features of the first octave, about.
+    octaves : int
+        Number of octaves, 1 to 16.
+    contrast : float
+        Factor of the sum, >= 0.
     """
 
     a: Color = (0.0, 0.0, 0.0)
@@ -240,10 +290,18 @@ class Noise:
 
 @dataclass(frozen=True)
 class Wood:
-    """Rings about a vertical trunk: dark `late` wood at the end of each, `early` wood else.
+    """Rings around a vertical trunk: dark `late` wood at the end of each, `early` wood before it.
 
-    ring: how thick a year's ring is; the trunk's middle is at `offset`, (x, y).
-    roughness: how much rings are out of round, in rings.
+    Parameters
+    ----------
+    early, late : Color
+        Colours of the wood.
+    ring : float
+        Thickness of a ring.
+    offset : (float, float)
+        (x, y) of the trunk's middle.
+    roughness : float
+        How far rings are out of round, in rings.
     """
 
     early: Color = (0.55, 0.33, 0.15)
@@ -265,12 +323,20 @@ PlainPattern: TypeAlias = Color | ImageTexture | Gradient | Noise | Wood
 
 @dataclass(frozen=True)
 class Brick:
-    """A wall in running bond: every other course is moved by half a brick.
+    """A wall in running bond: every other course is shifted by half a brick.
 
-    bricks, mortar: their colours, which may be textures.
-    size: (length, height) of a brick with its joint; `joint`: how wide that is.
-    variation: how much bricks differ in brightness; at 0.2 each is 0.8 to 1.2 times as bright.
-    mapping: "box" for walls in the world, or "uv", "latitude".
+    Parameters
+    ----------
+    bricks, mortar : Color or texture
+        Their colours.
+    size : (float, float)
+        (length, height) of a brick with its joint.
+    joint : float
+        Width of the joint, less than both of `size`.
+    variation : float
+        Spread of the brightness of bricks, in [0, 1]; at 0.2 each is 0.8 to 1.2 times as bright.
+    mapping : {"box", "uv", "latitude"}
+        "box" is for walls in the world.
     """
 
     bricks: PlainPattern = (0.45, 0.13, 0.08)
@@ -299,6 +365,8 @@ class Brick:
         object.__setattr__(self, "mapping", check_choice("Brick", "mapping", self.mapping, get_args(TextureMapping)))
 
 
+# A Checker is a pattern of colours only: as a texture of roughness or bumps it has no meaning.
+
 Texture: TypeAlias = ImageTexture | Gradient | Noise | Wood | Brick
 Pattern: TypeAlias = Checker | ImageTexture | Gradient | Noise | Wood | Brick
 TEXTURES = (ImageTexture, Gradient, Noise, Wood, Brick)
@@ -306,22 +374,24 @@ PATTERNS = (Checker, *TEXTURES)
 
 
 def _check_colors(texture: Any, *names: str) -> None:
+    """Check and normalise the named colours of a frozen texture."""
     for field in names:
         object.__setattr__(texture, field, check_color(type(texture).__name__, field, getattr(texture, field)))
 
 
 def _octaves(owner: str, value: Any) -> int:
+    """Return a whole number from 1 to 16."""
     count = as_integer(value)
     if count is None or not 1 <= count <= 16:
         raise ValueError(f"{owner}: octaves must be a whole number from 1 to 16, got {format_value(value)}")
     return count
 
 
-# One value for a pattern, where no pattern can be shown.
+# One value for a pattern, for outputs without patterns.
 
 
 def mean_color(pattern: Any) -> tuple[float, float, float]:
-    """One colour for a pattern."""
+    """Return one colour for a pattern: a mean, or the first colour of a Checker and the bricks of a Brick."""
     if isinstance(pattern, ImageTexture):
         return pattern.mean
     if isinstance(pattern, Brick):
@@ -340,5 +410,5 @@ def mean_color(pattern: Any) -> tuple[float, float, float]:
 
 
 def mean_grey(pattern: Any) -> float:
-    """One number for a pattern of numbers, in [0, 1]."""
+    """Return one number for a pattern of numbers, in [0, 1]."""
     return min(1.0, max(0.0, sum(mean_color(pattern)) / 3))

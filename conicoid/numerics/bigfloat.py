@@ -1,14 +1,14 @@
-"""Numbers of 3000 bits that know how far off they may be: what motions and surfaces are composed in.
+"""`BigFloat`: numbers of 3000 bits with an error bound, for the composition of motions and surfaces.
 
-A `Number` is mantissa · 2^exponent, and the true one lies within off · 2^exponent of it. Floats, their sums and
-their products are exact (off = 0) and as long as they need to be; quotients, square roots and sines are cut to
-3000 bits, and every operation adds up what that may have cost. So what is known is proved: a number is positive if
-its whole interval is. (The intervals are those of midpoint and radius: Johansson, Arb: efficient arbitrary-precision
-midpoint-radius interval arithmetic, IEEE Transactions on Computers 66, 2017.)
+A `BigFloat` is mantissa · 2^exponent, and the true number lies within off · 2^exponent of it. Floats, their sums and
+their products are exact (off = 0) and as long as necessary. Quotients, square roots and sines are cut to 3000 bits,
+and every operation adds up its possible error. So comparisons are proved: a number is positive if its whole interval
+is. (Intervals of midpoint and radius: Johansson, Arb: efficient arbitrary-precision midpoint-radius interval
+arithmetic, IEEE Transactions on Computers 66, 2017.)
 
-What an interval leaves open is decided by one rule, `settled`: an interval that holds zero, or a binary number of at
-most 512 bits although its own first thousand are known, is that number. By chance that happens once in 2^500
-times; where numbers are equal on paper it always does.
+One rule, `settled`, decides open cases: an interval that holds zero, or a binary number of at most 512 bits although
+its own first thousand are known, is that number. By chance that happens once in 2^500 times; for numbers that are
+equal on paper it always does.
 """
 
 from __future__ import annotations
@@ -23,45 +23,46 @@ from functools import lru_cache
 from typing import Any, TypeAlias
 
 BITS = 3000
-"""Digits that irrational numbers are taken to."""
+"""Bits of irrational numbers."""
 _LONGEST = 16384
-"""Exact numbers beyond so many bits are cut as well."""
-_SHORT, _KNOWN = 512, 1024
+"""Exact numbers of more bits are cut as well."""
+_SHORT, _KNOWN = 512, 1024  # `settled`: bits of a short number, and bits that must be known of the interval
 _RADIUS = 32
-"""Bits that are kept of an error."""
+"""Bits of an error."""
 
 
 Writable: TypeAlias = "float | int | Fraction | BigFloat"
+"""A value that `exact` converts."""
 
 
 class Symbol:
-    """A float in a formula that is being recorded, or a number of more digits: see `traced`, which has the methods."""
+    """A float or a `BigFloat` of a recorded formula; `tracing` has the methods."""
 
     __slots__ = ()
 
     def exact(self) -> BigFloat:
-        """The same as a number of many digits."""
+        """Return the same number as a `BigFloat`."""
         raise NotImplementedError
 
     def rounded(self) -> Any:
-        """The nearest float64."""
+        """Return the nearest float64."""
         raise NotImplementedError
 
     def root(self) -> Any:
-        """The square root."""
+        """Return the square root."""
         raise NotImplementedError
 
     def sine_cosine(self) -> tuple[BigFloat, BigFloat]:
-        """Of an angle in degrees."""
+        """Return sine and cosine of an angle in degrees."""
         raise NotImplementedError
 
     def larger(self, other: Any, first: bool = True) -> Any:
-        """`max(self, other)`, or `max(other, self)`."""
+        """Return `max(self, other)`, or `max(other, self)` if not `first`."""
         raise NotImplementedError
 
 
 class BigFloat:
-    """mantissa · 2^exponent ± off · 2^exponent, immutable. Its truth is whether it is certainly not zero."""
+    """mantissa · 2^exponent ± off · 2^exponent, immutable. It is true if it is certainly not zero."""
 
     __slots__ = ("exponent", "mantissa", "off")
 
@@ -71,10 +72,12 @@ class BigFloat:
 
     def __init__(self, mantissa: int, exponent: int, off: int = 0) -> None:
         if off:
+            # Cut bits below the error. The shifts round down, so 2 is added to the error: one for each of its parts.
             more = max(off.bit_length() - _RADIUS, mantissa.bit_length() - BITS)
             if more > 0:
                 mantissa, off, exponent = mantissa >> more, (off >> more) + 2, exponent + more
         elif mantissa:
+            # An exact number has an odd mantissa, so that equal numbers have equal fields.
             zeros = (mantissa & -mantissa).bit_length() - 1
             if zeros:
                 mantissa, exponent = mantissa >> zeros, exponent + zeros
@@ -95,6 +98,7 @@ class BigFloat:
             return self
         if not self.mantissa and not self.off:
             return other
+        # Align both mantissas to the lower exponent: sums are exact.
         least = self.exponent if self.exponent < other.exponent else other.exponent
         mine, its = self.exponent - least, other.exponent - least
         return BigFloat(
@@ -129,13 +133,14 @@ class BigFloat:
     __rmul__ = __mul__
 
     def __truediv__(self, other: Writable) -> BigFloat:
-        """Raises ZeroDivisionError where the divisor may be zero."""
+        """Return the quotient. Raise ZeroDivisionError if the divisor may be zero."""
         if not isinstance(other, BigFloat):
             other = exact(other)
         if not other:
-            raise ZeroDivisionError("division by what may be zero")
+            raise ZeroDivisionError("division by a number that may be zero")
         if not self.mantissa and not self.off:
             return self
+        # 64 guard bits beyond the 3000.
         shift = max(0, BITS + 64 + other.mantissa.bit_length() - self.mantissa.bit_length())
         divisor = abs(other.mantissa)
         high = (self.mantissa if other.mantissa > 0 else -self.mantissa) << shift
@@ -148,12 +153,13 @@ class BigFloat:
     def __rtruediv__(self, other: Writable) -> BigFloat:
         return exact(other) / self
 
-    # Order, by the midpoints where intervals do not overlap; those that do are equal to it
+    # Order: by the midpoints of intervals that do not overlap; overlapping ones are equal in order
 
     def __bool__(self) -> bool:
         return abs(self.mantissa) > self.off
 
     def _sign_beside(self, other: Writable) -> int:
+        """Return the sign of the difference, 0 if it may be zero."""
         difference = self - other
         return 0 if not difference else 1 if difference.mantissa > 0 else -1
 
@@ -169,7 +175,7 @@ class BigFloat:
     def __ge__(self, other: Writable) -> bool:
         return self._sign_beside(other) >= 0
 
-    # Identity: the same interval, as dictionaries need it
+    # Identity: the same interval, for dictionaries
 
     def __eq__(self, other: object) -> bool:
         if isinstance(other, BigFloat):
@@ -179,13 +185,13 @@ class BigFloat:
         return NotImplemented
 
     def __hash__(self) -> int:
-        """That of the equal int, float or Fraction, where there is one (Python's "Hashing of numeric types")."""
+        """Return the hash of the equal int, float or Fraction, if any (Python's "Hashing of numeric types")."""
         modulus = sys.hash_info.modulus
         remainder = abs(self.mantissa) * pow(2, self.exponent, modulus) % modulus
         return -remainder if self.mantissa < 0 else remainder
 
     def __float__(self) -> float:
-        """The float64 nearest to the midpoint."""
+        """Return the float64 nearest to the midpoint."""
         try:
             if self.exponent >= 0:
                 return float(self.mantissa << self.exponent)
@@ -201,7 +207,7 @@ ZERO, ONE = BigFloat(0, 0), BigFloat(1, 0)
 
 
 def exact(value: Writable) -> BigFloat:
-    """Floats and integers as they are; fractions cut to 3000 bits if they are not binary."""
+    """Return a value as a `BigFloat`: floats and integers exactly; fractions that are not binary, cut to 3000 bits."""
     if isinstance(value, BigFloat):
         return value
     if isinstance(value, Symbol):
@@ -218,13 +224,14 @@ def exact(value: Writable) -> BigFloat:
 
 
 def _ratio(numerator: int, denominator: int) -> BigFloat:
+    """Return a quotient of integers: exact for powers of two, else cut to 3000 bits."""
     if denominator & (denominator - 1):
         return BigFloat(numerator, 0) / BigFloat(denominator, 0)
     return BigFloat(numerator, 1 - denominator.bit_length())
 
 
 def fraction(value: Writable) -> Fraction:
-    """The midpoint as a fraction."""
+    """Return the midpoint as a fraction."""
     if not isinstance(value, BigFloat):
         return Fraction(value)
     if value.exponent >= 0:
@@ -233,30 +240,31 @@ def fraction(value: Writable) -> Fraction:
 
 
 def rational(value: Any) -> Any:
-    """A float as a fraction, to be divided without rounding; in a formula that is being recorded, as it is there."""
+    """Return a float as a fraction, for division without rounding; a recorded number as its `BigFloat`."""
     if isinstance(value, Symbol):
         return value.exact()
     return value if isinstance(value, Fraction) else Fraction(value)
 
 
 def rounded(value: Any) -> float:
-    """The nearest float64."""
+    """Return the nearest float64."""
     return value.rounded() if isinstance(value, Symbol) else float(value)
 
 
 def is_rounded(value: Any) -> bool:
-    """Was something cut of it?"""
+    """Return whether a number was cut."""
     return isinstance(value, BigFloat) and value.off != 0
 
 
 def is_nothing(value: BigFloat) -> bool:
-    """Is it zero, and known to be: as a term it can be left out."""
+    """Return whether a number is zero for certain: as a term it can be left out."""
     return type(value) is BigFloat and not value.mantissa and not value.off
 
 
 def total(terms: Iterable[BigFloat]) -> BigFloat:
-    """The sum, not settled."""
+    """Return the sum, not settled."""
     terms = list(terms)
+    # Recorded terms must be added one by one; plain ones need only one alignment.
     if any(type(term) is not BigFloat for term in terms):
         return functools.reduce(operator.add, terms)
     least = min((term.exponent for term in terms), default=0)
@@ -268,7 +276,7 @@ def total(terms: Iterable[BigFloat]) -> BigFloat:
 
 
 def settled(value: BigFloat) -> BigFloat:
-    """Zero, or a short binary number, where the interval holds one (see the top of the file)."""
+    """Return zero, or a short binary number, if the interval holds one (see the top of the file)."""
     if type(value) is not BigFloat:
         return value.settled()  # type: ignore[attr-defined, no-any-return]
     if not value.off:
@@ -287,7 +295,7 @@ def settled(value: BigFloat) -> BigFloat:
 
 
 def cut(value: BigFloat, bits: int) -> BigFloat:
-    """The midpoint rounded to so many bits, as an exact number."""
+    """Return the midpoint rounded to `bits` bits, as an exact number."""
     size = abs(value.mantissa)
     less = size.bit_length() - bits
     if less <= 0:
@@ -297,11 +305,12 @@ def cut(value: BigFloat, bits: int) -> BigFloat:
 
 
 def power_of_two(exponent: int) -> BigFloat:
+    """Return 2^exponent."""
     return BigFloat(1, exponent)
 
 
 def sqrt(value: Writable) -> BigFloat:
-    """Raises ValueError where the number is certainly negative."""
+    """Return the square root. Raise ValueError for a number that is certainly negative."""
     value = exact(value)
     if type(value) is not BigFloat:
         return value.root()  # type: ignore[attr-defined, no-any-return]
@@ -311,8 +320,10 @@ def sqrt(value: Writable) -> BigFloat:
     if size <= value.off:
         if size < -value.off:
             raise ValueError("square root of a negative number")
+        # An interval that holds zero: the root lies between 0 and that of its upper end.
         return BigFloat(0, (value.exponent - 1) // 2, math.isqrt(4 * (max(size, 0) + value.off)) + 1)
     shift = max(0, 2 * (BITS + 64) - size.bit_length())
+    # The exponent must be even to be halved.
     shift += (value.exponent - shift) & 1
     root = math.isqrt(size << shift)
     off = 0
@@ -322,11 +333,11 @@ def sqrt(value: Writable) -> BigFloat:
 
 
 def simplest_ratio(value: BigFloat, most: int) -> Fraction | None:
-    """The fraction in an interval whose parts, but for a power of two, have at most `most` bits; None if there is none.
+    """Return the fraction in an interval whose parts, but for a power of two, have at most `most` bits, or None.
 
-    By the continued fraction of the midpoint: a fraction nearer to it than 1 / 2q² is one of its convergents
-    (Legendre), and the quotient that follows is huge. The interval must be known to more than 2 `most` bits, or
-    its being there would say nothing.
+    The continued fraction of the midpoint gives it: a fraction nearer to it than 1 / 2q² is one of its convergents
+    (Legendre), and the next quotient is huge. The interval must be known to more than 2 `most` bits, or a fraction in
+    it would prove nothing.
     """
     size = abs(value.mantissa)
     if size.bit_length() - value.off.bit_length() < 2 * most + 128:
@@ -337,6 +348,7 @@ def simplest_ratio(value: BigFloat, most: int) -> Fraction | None:
     p, before_p, q, before_q = 1, 0, 0, 1
     while below:
         whole, rest = divmod(above, below)
+        # The huge quotient: the convergent before it is the fraction.
         if whole >> 48 and q:
             break
         p, before_p, q, before_q = whole * p + before_p, p, whole * q + before_q, q
@@ -348,16 +360,16 @@ def simplest_ratio(value: BigFloat, most: int) -> Fraction | None:
     return Fraction(p if value.mantissa > 0 else -p, q) * Fraction(2) ** (value.exponent + length)
 
 
-# Sines and cosines of degrees to as many bits as are asked for, in whole numbers; exact where they are rational.
+# Sines and cosines of degrees to any number of bits, in integers; rational ones are exact.
 
 _GUARD_BITS = 64
-"""Bits that are worked out beyond those that are asked for: far more than is lost on the way."""
+"""Bits beyond the result's: far more than the rounding errors take."""
 _SERIES_STRIDE = 4
-"""Terms of a series that are multiplied by one power of an angle's square."""
+"""Terms of a series that share one power of an angle's square."""
 
 
 def sin_cos_degrees(degrees: float) -> tuple[BigFloat, BigFloat]:
-    """Sine and cosine of an angle in degrees. Of rational angles they are rational only at multiples of 30 (Niven)."""
+    """Return sine and cosine of an angle in degrees; for rational ones only multiples of 30 are rational (Niven)."""
     if isinstance(degrees, Symbol):
         return degrees.sine_cosine()
     return _sin_cos_degrees(degrees)
@@ -365,7 +377,7 @@ def sin_cos_degrees(degrees: float) -> tuple[BigFloat, BigFloat]:
 
 @lru_cache(maxsize=1024)
 def _sin_cos_degrees(degrees: float) -> tuple[BigFloat, BigFloat]:
-    """`sin_cos_degrees` of a float."""
+    """Return `sin_cos_degrees` of a float."""
     angle = Fraction(degrees) % 360
     quarter, rest = divmod(angle, 90)
     half = BigFloat(1, -1)
@@ -382,27 +394,27 @@ def _sin_cos_degrees(degrees: float) -> tuple[BigFloat, BigFloat]:
 
 
 def _up_to_45_degrees(angle: Fraction) -> tuple[BigFloat, BigFloat]:
-    """Sine and cosine, each to 3000 bits of its own, however small."""
+    """Return sine and cosine, each to 3000 bits of its own, however small."""
     small = max(0, angle.denominator.bit_length() - angle.numerator.bit_length() + 6)  # angle > 2^-small in radians
     places = BITS + _GUARD_BITS + 2 * small
-    found = []
+    results = []
     for value in sin_cos_fixed_point(angle, places):
         more = value.bit_length() - BITS - 32
-        found.append(settled(BigFloat(round_shift(value, more), more - places, 2)))
-    return found[0], found[1]
+        results.append(settled(BigFloat(round_shift(value, more), more - places, 2)))
+    return results[0], results[1]
 
 
 def round_shift(value: int, less: int) -> int:
-    """value / 2^less, rounded."""
+    """Return value / 2^less, rounded."""
     return ((value >> (less - 1)) + 1) >> 1
 
 
 def sin_cos_fixed_point(angle: Fraction, places: int) -> tuple[int, int]:
-    """Sine and cosine, times 2^places, of an angle up to 45 degrees.
+    """Return sine and cosine, times 2^places, of an angle up to 45 degrees.
 
-    The cosine is off by a few units at most. So is the square of the sine, which for small angles wants more places.
+    The cosine is off by a few units at most. So is the square of the sine, which for small angles needs more places.
 
-    By the series of 1 - cos of a 2^-halved of the angle, which is then doubled so often, as
+    The series gives 1 - cos of the angle / 2^halved. That is then doubled as often, by
     1 - cos 2t = 4 (1 - cos t) - 2 (1 - cos t)²: nothing cancels.
     """
     halved = math.isqrt(places) // 4
@@ -416,10 +428,10 @@ def sin_cos_fixed_point(angle: Fraction, places: int) -> tuple[int, int]:
 
 
 def _versine_fixed_point(square: int, p: int) -> int:
-    """1 - cos of an angle whose square is given, all times 2^p: square / 2! - square² / 4! + ...
+    """Return 1 - cos of an angle with this square, all times 2^p: square / 2! - square² / 4! + ...
 
-    Terms that are _TOGETHER apart are summed first, without the power of the square that they lack: most multiply by
-    small numbers alone (Smith: Efficient multiple-precision evaluation of elementary functions, Mathematics of
+    Terms that are _SERIES_STRIDE apart are summed first, without the power of the square that they lack: most products
+    are with small numbers alone (Smith: Efficient multiple-precision evaluation of elementary functions, Mathematics of
     Computation 52, 1989).
     """
     powers = [1 << p, square]
@@ -438,7 +450,7 @@ def _versine_fixed_point(square: int, p: int) -> int:
 
 @lru_cache(maxsize=4)
 def pi_fixed_point(places: int) -> int:
-    """pi times 2^places, off by a unit at most: by the series of D. and G. Chudnovsky (1988), 47 bits a term."""
+    """Return pi times 2^places, off by a unit at most: by the series of D. and G. Chudnovsky (1988), 47 bits a term."""
     p = places + 32
     term = total = 13591409 << p
     factor, k = 1 << p, 0

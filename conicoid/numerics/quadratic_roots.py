@@ -1,11 +1,11 @@
 """Roots of quadratics with integer coefficients, compared without rounding.
 
-A root is rational where the discriminant is a square, and then its name is the reduced fraction; else it is the
-quadratic in lowest terms, which is irreducible and so the only one that has the root. Equal roots have one name, and
-roots that are not equal part at some precision, so a comparison always ends.
+A rational root (the discriminant is a square) is named by its reduced fraction. Any other root is named by its
+quadratic in lowest terms, which is irreducible and so the only one with this root. Equal roots have one name. Unequal
+roots differ at some precision, so a comparison always ends.
 
-What is irrational on paper is known to thousands of bits (bigfloat_linalg.py), and its coefficients come with how far
-they may be off. There what cannot be told from zero is zero, and roots that cannot be told apart are one.
+Irrational coefficients are known to thousands of bits (bigfloat_linalg.py), with an error bound. Then numbers that
+may be zero are zero, and roots that may be equal are equal.
 """
 
 from __future__ import annotations
@@ -20,21 +20,22 @@ _FIRST_BITS = 64
 
 
 def sign(x: int | Fraction) -> int:
+    """Return -1, 0 or 1."""
     return (x > 0) - (x < 0)
 
 
 def is_certain(value: int, off: int) -> bool:
-    """Is a number, which may be off by so much, surely not zero, and known to 64 bits?
+    """Return whether a number with the error bound `off` is certainly not zero, and known to 64 bits.
 
-    Between that and zero lies a gap that no number of the domain falls into. So whatever is not taken for zero is all
-    but exact, and so are the roots that are told.
+    Between such numbers and zero lies a gap that no number of the domain falls into. So every number that is not taken
+    for zero is nearly exact, and so are its roots.
     """
     return abs(value) > off << 64
 
 
 @dataclass(frozen=True)
 class IntegerQuadratic:
-    """a t² + 2 b t + c; each coefficient is 0 exactly, or off by at most the one in `off` (see `known`)."""
+    """a t² + 2 b t + c; each coefficient is 0 exactly, or has the error bound in `off` (see `is_certain`)."""
 
     a: int
     b: int
@@ -43,7 +44,7 @@ class IntegerQuadratic:
 
     @cached_property
     def discriminant(self) -> int:
-        """b² - a c; 0 where it cannot be told from that."""
+        """b² - a c; 0 if it may be zero."""
         a, b, c, (off_a, off_b, off_c) = abs(self.a), abs(self.b), abs(self.c), self.off
         value = self.b * self.b - self.a * self.c
         off = (2 * b + off_b) * off_b + a * off_c + c * off_a + off_a * off_c
@@ -51,6 +52,7 @@ class IntegerQuadratic:
 
     @property
     def rounded(self) -> bool:
+        """Whether a coefficient has an error."""
         return any(self.off)
 
     def __neg__(self) -> IntegerQuadratic:
@@ -59,7 +61,7 @@ class IntegerQuadratic:
 
 @dataclass(frozen=True)
 class RootInterval:
-    """[low / unit, high / unit]; all of it but `resolution` / unit is there for what coefficients are off by."""
+    """[low / unit, high / unit]; all of its width but `resolution` / unit comes from the error of coefficients."""
 
     low: int
     high: int
@@ -68,7 +70,7 @@ class RootInterval:
 
     @cached_property
     def ends(self) -> tuple[float, float]:
-        """Floats below and above."""
+        """Floats below and above the interval."""
         try:
             return nextafter(self.low / self.unit, -inf), nextafter(self.high / self.unit, inf)
         except OverflowError:
@@ -84,18 +86,18 @@ class Root:
     known: dict[int, RootInterval] = field(default_factory=dict, compare=False, repr=False)
 
     def within(self, bits: int) -> RootInterval:
-        """Where the root surely is; of so many bits, or as narrow as coefficients tell."""
-        found = self.known.get(bits)
-        if found is None:
-            found = self._as_written(bits)
+        """Return an interval that surely holds the root, of `bits` bits, or as narrow as the coefficients allow."""
+        interval = self.known.get(bits)
+        if interval is None:
+            interval = self._of_midpoints(bits)
             if self.of.rounded:
-                off = self._off(found, bits)
-                found = RootInterval(found.low - off, found.high + off, found.unit, found.resolution + 1)
-            self.known[bits] = found
-        return found
+                off = self._off(interval, bits)
+                interval = RootInterval(interval.low - off, interval.high + off, interval.unit, interval.resolution + 1)
+            self.known[bits] = interval
+        return interval
 
-    def _as_written(self, bits: int) -> RootInterval:
-        """Of the coefficients as they are."""
+    def _of_midpoints(self, bits: int) -> RootInterval:
+        """Return the interval of the root for the coefficients without their errors."""
         q = self.of
         if q.a == 0:
             return RootInterval(-q.c << bits, -q.c << bits, 2 * q.b << bits, 0)
@@ -104,7 +106,7 @@ class Root:
         return RootInterval(low - (q.b << bits), high - (q.b << bits), q.a << bits, 1)
 
     def _off(self, at: RootInterval, bits: int) -> int:
-        """By how many units what coefficients are off by may move the root: |f| / |f'|, twice."""
+        """Return the number of units by which errors of coefficients may move the root: twice |f| / |f'|."""
         (off_a, off_b, off_c), b = self.of.off, self.of.b << bits
         # A hundred bits of t are enough
         less = max(at.unit.bit_length() - 100, 0)
@@ -115,7 +117,7 @@ class Root:
 
     @cached_property
     def ends(self) -> tuple[float, float]:
-        """Floats below and above."""
+        """Floats below and above the root."""
         if self.name is not None and len(self.name) == 2:
             nearest = float(self)
             return nextafter(nearest, -inf), nextafter(nearest, inf)
@@ -123,7 +125,7 @@ class Root:
 
     @cached_property
     def name(self) -> tuple[int, ...] | None:
-        """The same for equal roots of exact quadratics, and for no others; None where coefficients are rounded."""
+        """The same for equal roots of exact quadratics, and for no others; None for rounded coefficients."""
         q = self.of
         if q.rounded:
             return None
@@ -131,6 +133,7 @@ class Root:
         if q.a:
             root = isqrt(q.discriminant)
             if root * root != q.discriminant:
+                # Lowest terms, so that equal roots have equal names.
                 common = gcd(q.a, 2 * q.b, q.c)
                 return q.a // common, 2 * q.b // common, q.c // common, self.side
             above, below = self.side * root - q.b, q.a
@@ -138,12 +141,13 @@ class Root:
         return above // common, below // common
 
     def __float__(self) -> float:
-        """The nearest float64."""
+        """Return the nearest float64."""
         if self.name is not None and len(self.name) == 2:
             return _quotient(*self.name)
         bits = 64
         while True:
-            at = self._as_written(bits)
+            at = self._of_midpoints(bits)
+            # Both ends round to the same float: that is the nearest.
             low, high = _quotient(at.low, at.unit), _quotient(at.high, at.unit)
             if low == high or bits > 1 << 16:
                 return low
@@ -151,7 +155,7 @@ class Root:
 
 
 def _quotient(above: int, below: int) -> float:
-    """The float64 nearest to a quotient."""
+    """Return the float64 nearest to a quotient."""
     try:
         return above / below
     except OverflowError:
@@ -159,15 +163,17 @@ def _quotient(above: int, below: int) -> float:
 
 
 def rational_root(x: Fraction) -> Root:
-    """A rational number as the root of a line."""
+    """Return a rational number as the root of a line."""
     return Root(IntegerQuadratic(0, x.denominator, -2 * x.numerator), 0)
 
 
 ZERO = rational_root(Fraction(0))
+"""The root 0."""
 
 
 def exact_real_roots(q: IntegerQuadratic) -> tuple[Root, Root] | tuple[Root] | tuple[()]:
-    """The real roots, in order; none where the quadratic only touches zero, or is constant."""
+    """Return the real roots, in order; none for a quadratic that only touches zero, or is constant."""
+    # A positive leading coefficient, so that the sides of roots have their meaning.
     if q.a < 0 or (q.a == 0 and q.b < 0):
         q = -q
     if q.a == 0:
@@ -180,12 +186,13 @@ def exact_real_roots(q: IntegerQuadratic) -> tuple[Root, Root] | tuple[Root] | t
 
 
 def compare_roots(x: Root, y: Root) -> int:
-    """-1, 0 or 1 as x lies before y, at y or after it."""
+    """Return -1, 0 or 1 as x lies before y, at y or after it."""
     if x is y or (x.name is not None and x.name == y.name):
         return 0
     (low, high), (least, most) = x.ends, y.ends
     if high < least or low > most:
         return -1 if high < least else 1
+    # Exact roots without a common name differ, so more bits always separate them.
     bits, exact = _FIRST_BITS, x.name is not None and y.name is not None
     while True:
         p, q = x.within(bits), y.within(bits)
@@ -193,7 +200,7 @@ def compare_roots(x: Root, y: Root) -> int:
             return -1
         if p.low * q.unit > q.high * p.unit:
             return 1
-        # More bits would not tell either
+        # The errors of coefficients dominate the width: more bits would not separate the roots.
         width = (p.high - p.low) * q.unit + (q.high - q.low) * p.unit
         if not exact and 4 * (p.resolution * q.unit + q.resolution * p.unit) <= width:
             return 0

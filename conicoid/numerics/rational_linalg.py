@@ -12,17 +12,18 @@ FractionMatrix: TypeAlias = Sequence[FractionRow]
 
 
 def dot(a: FractionRow, b: FractionRow) -> Fraction:
+    """Return the dot product."""
     return sum((x * y for x, y in zip(a, b, strict=True)), Fraction(0))
 
 
 def matmul(a: FractionMatrix, b: FractionMatrix) -> list[list[Fraction]]:
-    """The product of two matrices."""
+    """Return the product of two matrices."""
     columns = list(zip(*b, strict=True))
     return [[dot(row, column) for column in columns] for row in a]
 
 
 def row_echelon(matrix: FractionMatrix, columns: int) -> tuple[list[list[Fraction]], list[int]]:
-    """(the reduced row echelon form over the first `columns` columns, the pivots' columns)."""
+    """Return (the reduced row echelon form over the first `columns` columns, the pivots' columns)."""
     rows, pivots = [list(row) for row in matrix], list[int]()
     for column in range(columns):
         rank = len(pivots)
@@ -40,7 +41,7 @@ def row_echelon(matrix: FractionMatrix, columns: int) -> tuple[list[list[Fractio
 
 
 def solve(matrix: FractionMatrix, right: FractionRow) -> list[Fraction]:
-    """x with matrix x = right, for an invertible matrix."""
+    """Return x with matrix x = right. Raise ZeroDivisionError for a singular matrix."""
     size = len(matrix)
     rows, pivots = row_echelon([[*row, value] for row, value in zip(matrix, right, strict=True)], size)
     if len(pivots) < size:
@@ -49,9 +50,10 @@ def solve(matrix: FractionMatrix, right: FractionRow) -> list[Fraction]:
 
 
 def null_space(matrix: FractionMatrix) -> list[list[Fraction]]:
-    """A basis of all x with matrix x = 0."""
+    """Return a basis of all x with matrix x = 0."""
     size = len(matrix[0])
     rows, pivots = row_echelon(matrix, size)
+    # One vector for each free column: 1 there, and the pivots solve for the rest.
     basis = []
     for free in sorted(set(range(size)) - set(pivots)):
         vector = [Fraction(int(i == free)) for i in range(size)]
@@ -62,7 +64,7 @@ def null_space(matrix: FractionMatrix) -> list[list[Fraction]]:
 
 
 def characteristic_polynomial(matrix: FractionMatrix) -> list[Fraction]:
-    """Coefficients of det(λ - matrix), that of the highest power (1) first (Faddeev and Le Verrier)."""
+    """Return the coefficients of det(λ - matrix), that of the highest power (1) first (Faddeev and Le Verrier)."""
     size = len(matrix)
     result, power = [Fraction(1)], [[Fraction(0)] * size for _ in range(size)]
     for k in range(1, size + 1):
@@ -75,11 +77,13 @@ def characteristic_polynomial(matrix: FractionMatrix) -> list[Fraction]:
 
 
 def inertia(matrix: FractionMatrix) -> tuple[int, int]:
-    """(positive, negative) eigenvalues of a symmetric matrix, which no congruence changes (Sylvester).
+    """Return the numbers of (positive, negative) eigenvalues of a symmetric matrix.
 
-    All roots of the characteristic polynomial are real, so Descartes' rule of signs counts them exactly.
+    No congruence changes them (Sylvester). All roots of the characteristic polynomial are real, so Descartes' rule of
+    signs counts them exactly.
     """
     coefficients = characteristic_polynomial(matrix)
+    # Trailing zeros are roots at 0, which count as neither.
     while not coefficients[-1]:
         coefficients.pop()
     signs = [value > 0 for value in coefficients if value]
@@ -88,6 +92,6 @@ def inertia(matrix: FractionMatrix) -> tuple[int, int]:
 
 
 def has_equal_eigenvalues(matrix: FractionMatrix) -> bool:
-    """Is the discriminant of the characteristic polynomial of a 3 × 3 matrix zero?"""
+    """Return whether the discriminant of the characteristic polynomial of a 3 × 3 matrix is zero."""
     _, b, c, d = characteristic_polynomial(matrix)
     return b * b * c * c - 4 * c**3 - 4 * b**3 * d - 27 * d * d + 18 * b * c * d == 0

@@ -1,7 +1,4 @@
-"""A file of finished parts of some work, each with a checksum: what was being written when a process died is not read.
-
-It begins with a name of the work (a hash of all it depends on), so that parts of another one are never taken for its.
-"""
+"""Pictures in tiles on workers, and checkpoint files from which a stopped picture goes on."""
 
 from __future__ import annotations
 
@@ -37,18 +34,23 @@ if TYPE_CHECKING:
 
 _MAGIC = b"conicoid parts 2\n"
 _HEAD = struct.Struct("<QQQI")
-"""begin, end, bytes of the part, checksum of these three and of it"""
+"""begin, end, bytes of the part, checksum of these three and of the part."""
 
 
 class Checkpoint:
-    """Parts of the work of a key, at `path`. Raises ValueError where the file is of other work or of something else."""
+    """A file of finished parts of some work, each with a checksum.
+
+    A part that was incomplete when its process died is not read. The file begins with a hash of everything that the
+    work depends on, so that parts of other work are never read. Raise ValueError if the file holds other work or
+    something else.
+    """
 
     def __init__(self, path: str | os.PathLike[str], key: bytes) -> None:
         self.path = Path(checked_path("render", path, "resume"))
         self.head = _MAGIC + blake2b(key + source_version().encode(), digest_size=16).digest()
-        with open(self.path, "ab"):
+        with open(self.path, "ab"):  # create the file if it is missing, keep it otherwise
             pass
-        self.file = open(self.path, "r+b")  # noqa: SIM115 - for as long as the work takes
+        self.file = open(self.path, "r+b")  # noqa: SIM115 - open during the work
         try:
             self._check()
         except BaseException:
@@ -56,6 +58,7 @@ class Checkpoint:
             raise
 
     def _check(self) -> None:
+        """Check the head, or write it into a new file."""
         head = self.file.read(len(self.head))
         if head != self.head[: len(head)]:
             whose = "other work, or of another version" if head[: len(_MAGIC)] == _MAGIC else "something else"
@@ -66,7 +69,7 @@ class Checkpoint:
             self.file.flush()
 
     def records(self) -> Iterator[tuple[int, int, bytes]]:
-        """The whole parts (begin, end, bytes) in the file; what follows them is cut off."""
+        """Yield the complete parts (begin, end, bytes) in the file, and truncate it after them."""
         at = len(self.head)
         while True:
             self.file.seek(at)
@@ -74,6 +77,7 @@ class Checkpoint:
             if len(head) < _HEAD.size:
                 break
             begin, end, count, checksum = _HEAD.unpack(head)
+            # A length beyond the file is damage: do not allocate it.
             if count > os.fstat(self.file.fileno()).st_size:
                 break
             data = self.file.read(count)
@@ -85,7 +89,7 @@ class Checkpoint:
         self.file.seek(at)
 
     def rewrite(self, records: Iterable[tuple[int, int, bytes]]) -> None:
-        """Leave nothing in the file but these parts. What is in it stays until they are all on the disk."""
+        """Replace the content of the file by these parts. The old content stays until all are on the disk."""
         self.file.close()
         try:
             with replace_file(self.path) as part:
@@ -98,7 +102,7 @@ class Checkpoint:
                 finally:
                     other.close()
         finally:
-            self.file = open(self.path, "r+b")  # noqa: SIM115 - for as long as the work takes
+            self.file = open(self.path, "r+b")  # noqa: SIM115 - open during the work
             self.file.seek(0, os.SEEK_END)
 
     @property
@@ -112,7 +116,7 @@ class Checkpoint:
             os.fsync(self.file.fileno())
 
     def add(self, begin: int, end: int, data: bytes) -> None:
-        """Append a part. Raises OSError, naming the file, where there is no room; what is in it stays good."""
+        """Append a part. Raise OSError with the file's name if there is no room; earlier parts stay valid."""
         numbers = _HEAD.pack(begin, end, len(data), 0)[:24]
         try:
             self.file.write(numbers + struct.pack("<I", zlib.crc32(data, zlib.crc32(numbers))) + data)
@@ -128,18 +132,18 @@ class Checkpoint:
             raise OSError(error.errno, error.strerror, os.fspath(self.path)) from None
 
 
-# Pictures in tiles: on workers, and gone on with where a driver was stopped.
+# Pictures in tiles: on workers, and from a checkpoint.
 
 _LARGE = 1 << 26  # bytes
 _MOST = 1 << 12  # tiles of a task: 50 MB
-_OF_DASK = 1 << 9  # less than Dask warns of
+_OF_DASK = 1 << 9  # tiles of a task for Dask: few enough for no warning
 
 
 @prepare_first
 def tiles_part(scene: SceneLike, job: RenderJob, keeps: bool, begin: int, end: int, before: Any) -> Any:
-    """The pixels of tiles `begin` to `end`, each tile's rows one after the other: (pixels, 3).
+    """Render tiles `begin` to `end`. Return their pixels, each tile's rows one after the other: (pixels, 3).
 
-    keeps: their sums instead, (pixels, SUMS). before: those that there were.
+    With `keeps`, return their sums instead, (pixels, SUMS). `before` are the earlier sums of these tiles, or None.
     """
     keeps = keeps or job.keeps_sums
     exposure = Exposure(scene, job, keeps, begin, end, _look(scene, job), job.shutter is not None)
@@ -150,23 +154,23 @@ def tiles_part(scene: SceneLike, job: RenderJob, keeps: bool, begin: int, end: i
 
 
 def _look(scene: SceneLike, job: RenderJob) -> Any:
-    """Materials, lights and background as kernels take them, kept with the scene for the camera of the last picture."""
-    asked = job.view, INTEGRATORS[job.integrator].module
-    known = vars(scene).get("_look")
-    if known is None or known[0] != asked:
-        known = vars(scene)["_look"] = asked, lower_scene_light(scene, job.view, job.integrator)
-    return known[1]
+    """Return materials, lights and background in the form of kernels; the scene caches those of its last camera."""
+    key = job.view, INTEGRATORS[job.integrator].module
+    cached = vars(scene).get("_look")
+    if cached is None or cached[0] != key:
+        cached = vars(scene)["_look"] = key, lower_scene_light(scene, job.view, job.integrator)
+    return cached[1]
 
 
 def tile_slices(begin: int, end: int, width: int) -> Iterator[tuple[slice, slice]]:
-    """The pixels of each tile of a film so wide."""
+    """Yield rows and columns of each tile of a film of this width."""
     for tile in range(begin, end):
         column, row = tile_corner(tile, width)
         yield slice(row, row + SIDE), slice(column, column + SIDE)
 
 
 def put_tiles(film: Any, begin: int, end: int, pixels: Any) -> None:
-    """Tiles, as `tiles_part` brings them, onto the film, or among the sums."""
+    """Put tiles in the form of `tiles_part` onto the film, or among the sums."""
     at = 0
     for square in tile_slices(begin, end, film.shape[1]):
         part = film[square]
@@ -179,11 +183,11 @@ def render_tiles(
     scene: SceneLike, job: RenderJob, keeps: bool, executor: Any, resume: str | os.PathLike[str] | None,
     progress: Progress | None, preview: Preview | None, fixed: bool = False,
 ) -> FilmResult:  # fmt: skip
-    """A picture whose tiles are made on workers, or that goes on where it was stopped.
+    """Render a picture in tiles on workers, or from a checkpoint.
 
-    keeps: are the sums of its samples wanted?
-    resume: a file of the sums of tiles. Those in it are taken, and new ones added as they come.
-    fixed: with a shutter, is the camera that of the job throughout?
+    keeps: return the sums of its samples as well.
+    resume: a file of the sums of tiles. Its tiles are used, and new ones are added as they come.
+    fixed: with a shutter, the camera of the job is that of all moments.
     """
     if executor is not None and preview is not None:
         raise TypeError("render: preview goes with pictures of this process, not with an executor")
@@ -198,21 +202,21 @@ def render_tiles(
         sums = empty_sums(job)
         _render_on_workers(scene, job, executor, recipes, progress, sums, None)
         return FilmResult(mean_pixels(sums), sums)
-    kept = TileCheckpoint(resume, recipes[0].key + SharedObject(_job_identity(job)).key, job)
+    checkpoint = TileCheckpoint(resume, recipes[0].key + SharedObject(_job_identity(job)).key, job)
     try:
         if executor is None:
-            return _render_here(scene, job, progress, preview, kept)
+            return _render_here(scene, job, progress, preview, checkpoint)
         sums = empty_sums(job)
-        kept.read(sums)
-        _render_on_workers(scene, job, executor, recipes, progress, sums, kept)
+        checkpoint.read(sums)
+        _render_on_workers(scene, job, executor, recipes, progress, sums, checkpoint)
         return FilmResult(mean_pixels(sums), sums)
     finally:
-        kept.close()
+        checkpoint.close()
 
 
 def _job_identity(job: RenderJob) -> RenderJob:
-    """The job as far as its samples depend on it: of a progressive picture there may be more, or less noise."""
-    if job.shutter is not None:  # whose samples are shared out among moments
+    """Return the part of the job that its samples depend on: a progressive picture may get more, or less noise."""
+    if job.shutter is not None:  # its samples are distributed over moments
         return job if job.noise is None else replace(job, noise=1.0)
     return replace(job, samples=1, noise=None) if job.is_progressive else job
 
@@ -221,38 +225,41 @@ def _open(
     scene: SceneLike, job: RenderJob, fixed: bool, executor: Any, resume: str | os.PathLike[str] | None,
     progress: Progress | None, preview: Preview | None,
 ) -> FilmResult:  # fmt: skip
-    """A picture with a shutter: one moment after the other, whose samples share the sums."""
+    """Render a picture with a shutter: one moment after the other, with common sums."""
     key = shared_scene(scene).key + SharedObject((_job_identity(job), fixed)).key
-    kept = None if resume is None else TileCheckpoint(resume, key, job)
+    checkpoint = None if resume is None else TileCheckpoint(resume, key, job)
     try:
         if executor is None:
-            return render_motion_blur(scene, job, fixed, progress, preview, kept)
+            return render_motion_blur(scene, job, fixed, progress, preview, checkpoint)
         sums = empty_sums(job)
-        if kept is not None:
-            kept.read(sums)
+        if checkpoint is not None:
+            checkpoint.read(sums)
+        # Samples of a moment follow those of the moment before it.
         begun = 0
         for still, part in stills(scene, job, fixed, sums):
-            told = progress and _of_moment(progress, begun, part.samples, job.samples)
-            _render_on_workers(still, part, executor, (shared_scene(still), SharedObject(part)), told, sums, kept)
+            moment_progress = progress and _of_moment(progress, begun, part.samples, job.samples)
+            _render_on_workers(
+                still, part, executor, (shared_scene(still), SharedObject(part)), moment_progress, sums, checkpoint
+            )
             begun = part.samples
         return FilmResult(mean_pixels(sums), sums)
     finally:
-        if kept is not None:
-            kept.close()
+        if checkpoint is not None:
+            checkpoint.close()
 
 
 def _of_moment(progress: Progress, begun: int, end: int, of: int) -> Progress:
-    """Progress of the samples from `begun` to `end` as of all."""
+    """Return the progress function of the samples from `begun` to `end`, as a share of all samples."""
     return lambda done, count: progress(begun * count + done * (end - begun), of * count)
 
 
 def _render_here(
-    scene: SceneLike, job: RenderJob, progress: Progress | None, preview: Preview | None, kept: TileCheckpoint
+    scene: SceneLike, job: RenderJob, progress: Progress | None, preview: Preview | None, checkpoint: TileCheckpoint
 ) -> FilmResult:
-    """By the threads of this process, which go over all tiles again and again."""
+    """Render with the threads of this process, which pass over all tiles several times."""
     exposure = Exposure(scene, job, True)
-    kept.read(exposure.sums)
-    exposure.go_on(progress, preview, lambda tiles: kept.add(exposure.sums, tiles))
+    checkpoint.read(exposure.sums)
+    exposure.go_on(progress, preview, lambda tiles: checkpoint.add(exposure.sums, tiles))
     return FilmResult(exposure.film, exposure.sums)
 
 
@@ -263,15 +270,16 @@ def _render_on_workers(
     recipes: tuple[SharedObject, SharedObject],
     progress: Progress | None,
     film: Any,
-    kept: TileCheckpoint | None,
+    checkpoint: TileCheckpoint | None,
 ) -> None:
-    """By workers, each tile from its first sample to its last, onto the film; if it is of sums, what is missing there.
+    """Render on workers, each tile from its first sample to its last, onto the film; of sums, only missing samples.
 
-    kept: where sums are added as they come, or None.
+    checkpoint: receives sums as they come, or None.
     """
     workers = workers_of("render", executor, progress)
     total = tile_total(job.width, job.height)
     keeps = film.shape[2] == SUMS
+    # Sums may come from a checkpoint: only tiles that still need samples are sent.
     gaps = _gaps(film, total, job) if keeps else [(0, total)]
     pace = ChunkSize(workers.chunk, 1, _OF_DASK if workers.is_dask else _MOST, workers.count)
     pieces = (
@@ -284,25 +292,25 @@ def _render_on_workers(
     with cancel_on_exit(course.results(pieces, pace.saw, total, total - missing)) as results:
         for piece, pixels in results:
             put_tiles(film, piece.begin, piece.end, pixels)
-            if kept is not None:
-                kept.add(film, [(piece.begin, piece.end)])
+            if checkpoint is not None:
+                checkpoint.add(film, [(piece.begin, piece.end)])
 
 
 def _previous_sums(sums: Any, begin: int, end: int) -> Any:
-    """The sums of tiles that have samples already."""
-    found = tiles_of(sums, begin, end)
-    return found if found[:, COUNT].any() else None
+    """Return the sums of tiles that have samples already, or None."""
+    tiles = tiles_of(sums, begin, end)
+    return tiles if tiles[:, COUNT].any() else None
 
 
 def tiles_of(sums: Any, begin: int, end: int) -> Any:
-    """Tiles of a film or of sums, each tile's rows one after the other."""
+    """Return tiles of a film or of sums, each tile's rows one after the other."""
     return np.concatenate(
         [sums[square].reshape(-1, sums.shape[2]) for square in tile_slices(begin, end, sums.shape[1])]
     )
 
 
 def _gaps(sums: Any, total: int, job: RenderJob) -> list[tuple[int, int]]:
-    """The tiles in which some pixels are to get samples."""
+    """Return ranges of tiles with pixels that still need samples."""
     row, column = np.nonzero(job.wanted(sums, job.samples, SQUARE))
     done = np.ones(total + 1, np.bool_)
     done[tiles_of_squares(row, column, job.width)] = False
@@ -312,20 +320,21 @@ def _gaps(sums: Any, total: int, job: RenderJob) -> list[tuple[int, int]]:
 
 
 class TileCheckpoint:
-    """The sums of a picture's tiles in a file. Later parts take the place of earlier ones."""
+    """The sums of a picture's tiles in a file. Later parts replace earlier ones."""
 
     def __init__(self, path: str | os.PathLike[str], key: bytes, job: RenderJob) -> None:
         self._file = Checkpoint(path, key)
         self._whole = job.width * job.height * SUMS * 8
 
     def read(self, sums: Any) -> None:
-        """Fill in what there is."""
+        """Put the sums of the file among `sums`."""
         for begin, end, data in self._file.records():
             put_tiles(sums, begin, end, np.frombuffer(data, "<f8").reshape(-1, SUMS))
 
     def add(self, sums: Any, tiles: list[tuple[int, int]]) -> None:
-        """Add tiles; a file that has become several times as large as it need be is written anew."""
+        """Append tiles; rewrite a file that is several times as large as necessary."""
         parts = ((begin, end, _bytes_of(sums, begin, end)) for begin, end in tiles)
+        # Each pass appends all tiles again, so the file grows until it is rewritten.
         if self._file.size > _LARGE + 4 * self._whole:
             total = tile_total(sums.shape[1], sums.shape[0])
             ranges = ((k, min(k + 64, total)) for k in range(0, total, 64))
@@ -341,4 +350,5 @@ class TileCheckpoint:
 
 
 def _bytes_of(sums: Any, begin: int, end: int) -> bytes:
+    """Return the sums of tiles as bytes."""
     return np.ascontiguousarray(tiles_of(sums, begin, end), "<f8").tobytes()

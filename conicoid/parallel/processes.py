@@ -1,8 +1,8 @@
-"""Worker processes of this machine, as an executor that outlives them.
+"""Worker processes of this machine, as an executor that survives the death of a process.
 
-Each is a fresh interpreter that reads tasks from its standard input, so no main module is imported again, as
-`multiprocessing` does, and nothing is inherited but the path of modules. A process that dies, or takes longer for a
-task than it may, costs its own task alone: another one takes over. They end with the process that started them.
+Each process is a fresh interpreter that reads tasks from its standard input. So no main module is imported again, as
+`multiprocessing` does, and only the module path is inherited. A process that dies, or exceeds the time limit of a
+task, costs this task alone: another process takes over. All end with the process that started them.
 """
 
 from __future__ import annotations
@@ -23,20 +23,32 @@ from .._util.validation import as_integer, check_positive, format_value
 from ..kernels.threads import thread_count
 
 _SERVE = "from conicoid.parallel.processes import serve; serve()"
+"""The program of a worker process."""
 
 
 class WorkerDied(BrokenExecutor):
-    """A process ended with its task, or was ended because it took too long, too often."""
+    """A process died with its task, or exceeded the time limit, more often than `retries` allows."""
 
 
 class Processes(Executor):
-    """`count` processes, by default one for each thread of this one.
+    """An executor of processes on this machine.
 
-    retries: how often a task is given to another process after one that died with it.
-    timeout: seconds that a task may take before its process is ended and it counts as dead; None for any time.
+    Functions and arguments are pickled, so functions must be those of modules. As a context manager it shuts down at
+    the end.
 
-    Functions and arguments are pickled, so functions are those of modules. As a context manager it shuts down in the
-    end. Raises ValueError for senseless numbers.
+    Parameters
+    ----------
+    count : int, optional
+        Number of processes; by default one for each thread of this one.
+    retries : int
+        How often another process gets a task after one that died with it.
+    timeout : float, optional
+        Seconds for a task. After them its process is killed and counts as dead. None is any time.
+
+    Raises
+    ------
+    ValueError
+        If a number is out of range.
     """
 
     def __init__(self, count: int | None = None, *, retries: int = 3, timeout: float | None = None) -> None:
@@ -50,12 +62,13 @@ class Processes(Executor):
 
     @property
     def pids(self) -> tuple[int, ...]:
-        """The numbers of the processes that are alive."""
+        """The ids of the processes that are alive."""
         processes = [worker.process for worker in self._crew]
         return tuple(p.pid for p in processes if p is not None and p.poll() is None)
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
         data = pickle.dumps((fn, args, kwargs), protocol=5)
+        # Under the lock no task can come after the end marks of `shutdown`.
         with self._lock:
             if not self._open:
                 raise RuntimeError("cannot schedule new futures after shutdown")
@@ -80,7 +93,7 @@ class Processes(Executor):
 
 
 class _Worker:
-    """A thread that hands tasks to a process of its own, one after the other."""
+    """A thread that hands tasks to its own process, one after the other."""
 
     def __init__(self, tasks: queue.SimpleQueue[Any], retries: int, timeout: float | None) -> None:
         self.tasks, self.retries, self.timeout = tasks, retries, timeout
@@ -89,25 +102,26 @@ class _Worker:
         self.thread.start()
 
     def run(self) -> None:
-        """Until there are no more tasks."""
+        """Run tasks until there are no more."""
         try:
             while (item := self.tasks.get()) is not None:
                 future, data = item
                 if future.set_running_or_notify_cancel():
                     try:
-                        is_value, found = self.done(data)
+                        is_value, outcome = self.outcome_of(data)
                     except BaseException as error:
-                        is_value, found = False, error
-                    (future.set_result if is_value else future.set_exception)(found)
-                del item, future, data
+                        is_value, outcome = False, error
+                    (future.set_result if is_value else future.set_exception)(outcome)
+                del item, future, data  # so that a waiting thread holds no result
         finally:
             self.end()
 
-    def done(self, data: bytes) -> tuple[bool, Any]:
-        """(whether it is a value, the value or what was raised) of a task."""
+    def outcome_of(self, data: bytes) -> tuple[bool, Any]:
+        """Return (is_value, the value or the exception) of a task."""
+        # Each try has a live process: a dead one is replaced.
         for _ in range(self.retries + 1):
             try:
-                process = self.alive()
+                process = self.live_process()
             except (OSError, EOFError):
                 self.end()
                 continue
@@ -124,14 +138,15 @@ class _Worker:
             finally:
                 if watch is not None:
                     watch.cancel()
-            found: tuple[bool, Any] = pickle.loads(answer)
-            return found
-        raise WorkerDied(f"{self.retries + 1} processes, one after the other, ended with the same task")
+            outcome: tuple[bool, Any] = pickle.loads(answer)
+            return outcome
+        raise WorkerDied(f"{self.retries + 1} processes died in turn with the same task")
 
-    def alive(self) -> subprocess.Popen[bytes]:
-        """The process, or a new one."""
+    def live_process(self) -> subprocess.Popen[bytes]:
+        """Return the process; start a new one if it is dead."""
         if self.process is None or self.process.poll() is not None:
             self.end()
+            # Absolute paths, as the module path may hold relative ones.
             paths = os.pathsep.join(dict.fromkeys(os.path.abspath(path) for path in sys.path))
             self.process = subprocess.Popen(
                 [sys.executable, "-c", _SERVE],
@@ -139,11 +154,11 @@ class _Worker:
                 stdout=subprocess.PIPE,
                 env={**os.environ, "PYTHONPATH": paths},
             )
-            receive(self.process.stdout)  # it is ready, so that no task pays for its start
+            receive(self.process.stdout)  # wait until it is ready: its start is no part of a task's time limit
         return self.process
 
     def end(self) -> None:
-        """End the process: at once, as nobody waits for its answer."""
+        """Kill the process at once, as nobody waits for its answer."""
         if self.process is not None:
             self.process.kill()
             self.process.wait()
@@ -155,14 +170,14 @@ class _Worker:
 
 
 def send(pipe: Any, data: bytes) -> None:
-    """Write one message: its length, and itself."""
+    """Write one message: its length and its bytes."""
     pipe.write(len(data).to_bytes(8, "little"))
     pipe.write(data)
     pipe.flush()
 
 
 def receive(pipe: Any) -> bytes:
-    """Read one message; EOFError where the other end is gone."""
+    """Read one message. Raise EOFError if the other end is gone."""
     head = pipe.read(8)
     count = int.from_bytes(head, "little")
     data: bytes = pipe.read(count) if len(head) == 8 else b""
@@ -172,18 +187,20 @@ def receive(pipe: Any) -> bytes:
 
 
 def _number(name: str, value: Any, least: int) -> int:
-    found = as_integer(value)
-    if found is None or found < least:
+    """Return a whole number >= `least`."""
+    number = as_integer(value)
+    if number is None or number < least:
         raise ValueError(f"Processes: {name} must be a whole number >= {least}, got {format_value(value)}")
-    return found
+    return number
 
 
-# The other end of `Processes`: a process that does one task after the other.
+# The other end of `Processes`: a process that runs one task after the other.
 
 
 def serve() -> None:
-    """Answer tasks on standard input until it ends. What they print goes to standard error."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process that asks
+    """Run the tasks on standard input until it ends. Their printed output goes to standard error."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process that started this one
+    # Keep both pipes under new numbers: standard output is redirected next, and answers must not mix with prints.
     tasks, answers = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)
     sys.stdin = open(os.devnull)  # noqa: SIM115 - for the life of the process
@@ -205,7 +222,7 @@ def serve() -> None:
 
 
 def _pickle_error(error: BaseException) -> bytes:
-    """An exception as an answer; as its text where it cannot be pickled."""
+    """Return a pickled exception; its text if it cannot be pickled."""
     try:
         data = pickle.dumps((False, error), protocol=5)
         pickle.loads(data)

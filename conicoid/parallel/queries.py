@@ -1,4 +1,8 @@
-"""Rays, points and intervals cut into the shares of tasks."""
+"""Queries of rays, points and voxels in parts, on workers or in this process, and their whole answers.
+
+Each ray's answer depends neither on the rays beside it nor on the route that it takes. So parts of any size give the
+same answer, to the bit.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +21,6 @@ from ..queries import distances, line_integrals, ray_queries
 from ..queries import points as at_points
 from ..queries.distances import Distances, Nearest
 from ..queries.hits import Hits
-from ..queries.id_arrays import as_id_array, number_fields
 from ..queries.points import BodiesAt
 from ..queries.ray_queries import as_rays, limits_of
 from ..queries.rays import LazyRays, Rays, lines_of
@@ -36,11 +39,11 @@ if TYPE_CHECKING:
 
 
 RAY_BYTES = 48
-"""Bytes of a ray that is sent as numbers."""
+"""Bytes of a ray that travels as numbers."""
 
 
 class RayShare(NamedTuple):
-    """Some of the flat rays as they travel, with their intervals."""
+    """Some of the flat rays in the form that travels, with their intervals."""
 
     rays: Rays | LazyRays
     begin: int
@@ -50,14 +53,14 @@ class RayShare(NamedTuple):
     t_max: Any
 
     def made(self) -> Rays:
-        """The rays of the share, in its shape."""
+        """Return the rays of the share, in its shape."""
         if isinstance(self.rays, Rays):
             return self.rays
         return self.rays.part(self.begin, self.end, self.shape)
 
 
 class RayRequest:
-    """The rays of a question and their intervals, as a user gave them."""
+    """The rays of a query and their intervals, from the user's arguments."""
 
     def __init__(self, query: str, origins: Any, directions: Any, t_min: Any, t_max: Any) -> None:
         lazy = isinstance(origins, LazyRays) and directions is None
@@ -68,26 +71,29 @@ class RayRequest:
 
     @property
     def shape(self) -> tuple[int, ...]:
+        """Leading shape of the rays."""
         return self.rays.shape
 
     @property
     def count(self) -> int:
+        """Number of rays."""
         return math.prod(self.shape)
 
     @property
     def bytes_each(self) -> int:
-        """That are sent for a ray."""
+        """Bytes that travel for each ray."""
         ends = 8 * ((len(self.t_min) > 1) + (len(self.t_max) > 1))
         return ends + (1 if isinstance(self.rays, LazyRays) else RAY_BYTES)
 
     @property
     def width(self) -> int:
-        """Rays in a row, where they make a picture."""
+        """Rays in a row of a picture; 0 if the rays are no picture."""
         return self.shape[-1] if len(self.shape) > 1 else 0
 
     def share(self, begin: int, end: int) -> RayShare:
-        """Flat rays `begin` to `end`; whole rows of a picture stay one."""
+        """Return the flat rays `begin` to `end`; whole rows of a picture keep two axes."""
         width, count = self.width, end - begin
+        # Whole rows keep the two axes of a picture.
         rows = width > 0 and begin % width == 0 == count % width
         shape = (count // width, width) if rows else (count,)
         limits = (_cut(t, begin, end, shape) for t in (self.t_min, self.t_max))
@@ -95,23 +101,22 @@ class RayRequest:
             source, first, last = self.rays._share(begin, end)
             return RayShare(source, first, last, shape, *limits)
         origins, directions = (lines[begin:end].reshape((*shape, 3)) for lines in lines_of(self.rays))
+        # One start surface stands for all rays if there is only one.
         starts = self.rays._starts
         some = starts[begin:end] if len(starts) > 1 else starts
         return RayShare(Rays._spawned(origins, directions, some, self.rays._home), 0, count, shape, *limits)
 
     def made(self) -> Rays:
-        """All rays."""
+        """Return all rays."""
         return self.rays.made() if isinstance(self.rays, LazyRays) else self.rays
 
 
 def _cut(limits: FloatArray, begin: int, end: int, shape: tuple[int, ...]) -> Any:
+    """Return the interval ends of some rays; one number stands for all."""
     return limits[begin:end].reshape(shape) if len(limits) > 1 else float(limits[0])
 
 
-# The queries of a scene in parts, on workers or here, put together to the answers that are given at once.
-#
-# Each ray's answer is its own: it depends neither on the rays beside it nor on the route it takes, so parts of any size
-# make the same answer to the bit.
+# Each query in parts: a function that runs on a worker, and one that assembles the whole answer here.
 
 _LEAST_RAYS = 4096  # rays of a first task: some milliseconds
 _MOST_RAYS = 1 << 20  # rays of a task
@@ -119,175 +124,204 @@ Lists = TypeVar("Lists", Spans, Crossings)
 
 
 def workers_of(query: str, executor: Any, progress: Progress | None = None) -> Workers:
-    """Those of an `executor=`; for None this process, a piece at a time with all threads."""
+    """Return the workers of an `executor=`; for None this process, one piece at a time with all threads."""
     return as_workers(query, inline_workers() if executor is None else executor, progress)
 
 
 def run_parts(
     query: str,
     scene: SceneLike,
-    asked: RayRequest,
+    request: RayRequest,
     workers: Workers,
     call: Callable[..., Any],
     *shared: Any,
     each: int = 32,
 ) -> Iterator[tuple[int, int, Any]]:
-    """(begin, end, call(scene, *shared, share)) for shares of the rays, in order; `each`: bytes of a ray's answer."""
-    most = min(_MOST_RAYS, workers.most_bytes // max(asked.bytes_each, each))
+    """Yield (begin, end, call(scene, *shared, share)) for shares of the rays, in order.
+
+    `each` is the number of bytes of a ray's answer. Neither a task nor its answer is larger than workers allow.
+    """
+    most = min(_MOST_RAYS, workers.most_bytes // max(request.bytes_each, each))
     pace = ChunkSize(workers.chunk, _LEAST_RAYS, most, workers.count)
     recipes = (shared_scene(scene), *map(SharedObject, shared))
-    step = max(1, 8 * asked.width)
-    pieces = (ScheduledTask(a, b, (asked.share(a, b),)) for a, b in pace.pieces(0, asked.count, step))
+    # Pieces of a picture are multiples of eight rows, if they are large enough.
+    step = max(1, 8 * request.width)
+    pieces = (ScheduledTask(a, b, (request.share(a, b),)) for a, b in pace.pieces(0, request.count, step))
     course = Scheduler(query, workers, call, recipes)
-    with cancel_on_exit(course.results(pieces, pace.saw, asked.count)) as results:
+    with cancel_on_exit(course.results(pieces, pace.saw, request.count)) as results:
         for piece, value in results:
             yield piece.begin, piece.end, value
 
 
 @prepare_first
 def _hits_part(scene: SceneLike, share: RayShare) -> tuple[tuple[Any, ...], Any]:
-    hits = ray_queries.first_hit(scene.prepared, share.made(), share.t_min, share.t_max)
+    """Return the columns of hits and the doubtful rays of a share, without the scene."""
+    hits = ray_queries.first_hit(scene._prepared, share.made(), share.t_min, share.t_max)
     return tuple(map(np.ascontiguousarray, hits._found)), hits._doubtful
 
 
-def first_hit(scene: SceneLike, asked: RayRequest, executor: Any) -> Hits:
-    """`scene.first_hit` in parts."""
+def first_hit(scene: SceneLike, request: RayRequest, executor: Any) -> Hits:
+    """Run `scene.first_hit` in parts."""
     workers = workers_of("first_hit", executor)
-    found, doubtful = HitBuffers.new(asked.count), [np.zeros(0, np.int64)]
-    for begin, end, (columns, doubts) in run_parts("first_hit", scene, asked, workers, _hits_part):
+    found, doubtful = HitBuffers.new(request.count), [np.zeros(0, np.int64)]
+    for begin, end, (columns, doubts) in run_parts("first_hit", scene, request, workers, _hits_part):
         for name, part in zip(HitBuffers._fields, columns, strict=True):
             getattr(found, name)[begin:end] = part
         doubtful.append(doubts + begin)
-    return Hits(scene.prepared, asked.made(), found, np.concatenate(doubtful))
+    return Hits(scene._prepared, request.made(), found, np.concatenate(doubtful))
 
 
 @prepare_first
 def _occluded_part(scene: SceneLike, share: RayShare) -> Any:
-    return np.asarray(ray_queries.occluded(scene.prepared, share.made(), share.t_min, share.t_max)).ravel()
+    """Return the flat answer of a share."""
+    return np.asarray(ray_queries.occluded(scene._prepared, share.made(), share.t_min, share.t_max)).ravel()
 
 
-def occluded(scene: SceneLike, asked: RayRequest, executor: Any) -> Any:
-    """`scene.occluded` in parts."""
-    result = np.zeros(asked.count, np.bool_)
+def occluded(scene: SceneLike, request: RayRequest, executor: Any) -> Any:
+    """Run `scene.occluded` in parts."""
+    result = np.zeros(request.count, np.bool_)
     for begin, end, part in run_parts(
-        "occluded", scene, asked, workers_of("occluded", executor), _occluded_part, each=1
+        "occluded", scene, request, workers_of("occluded", executor), _occluded_part, each=1
     ):
         result[begin:end] = part
-    return result.reshape(asked.shape)[()]
+    return result.reshape(request.shape)[()]
 
 
 @prepare_first
 def _spans_part(scene: SceneLike, share: RayShare) -> Any:
-    return _columns(ray_queries.spans(scene.prepared, share.made(), share.t_min, share.t_max))
+    """Return the columns of spans of a share."""
+    return _columns(ray_queries.spans(scene._prepared, share.made(), share.t_min, share.t_max))
 
 
 @prepare_first
 def _crossings_part(scene: SceneLike, share: RayShare) -> Any:
-    return _columns(ray_queries.crossings(scene.prepared, share.made(), share.t_min, share.t_max))
+    """Return the columns of crossings of a share."""
+    return _columns(ray_queries.crossings(scene._prepared, share.made(), share.t_min, share.t_max))
 
 
 def _columns(lists: Spans | Crossings) -> tuple[Any, ...]:
-    """How many rows each ray has, and their columns."""
+    """Return the number of rows of each ray, and the columns of the rows."""
     return np.diff(lists.offsets), *(getattr(lists, name) for name in lists._columns)
 
 
-def spans(scene: SceneLike, asked: RayRequest, executor: Any) -> Spans:
-    """`scene.spans` in parts."""
-    return _lists("spans", Spans, scene, asked, executor, _spans_part)
+def spans(scene: SceneLike, request: RayRequest, executor: Any) -> Spans:
+    """Run `scene.spans` in parts."""
+    return _lists("spans", Spans, scene, request, executor, _spans_part)
 
 
-def crossings(scene: SceneLike, asked: RayRequest, executor: Any) -> Crossings:
-    """`scene.crossings` in parts."""
-    return _lists("crossings", Crossings, scene, asked, executor, _crossings_part)
+def crossings(scene: SceneLike, request: RayRequest, executor: Any) -> Crossings:
+    """Run `scene.crossings` in parts."""
+    return _lists("crossings", Crossings, scene, request, executor, _crossings_part)
 
 
 def _lists(
-    query: str, kind: type[Lists], scene: SceneLike, asked: RayRequest, executor: Any, call: Callable[..., Any]
+    query: str, kind: type[Lists], scene: SceneLike, request: RayRequest, executor: Any, call: Callable[..., Any]
 ) -> Lists:
-    """Rows of all rays, one part after the other."""
-    pieces = [_columns(_empty_lists(kind, scene))]  # which have the types
+    """Join the rows of all parts, in the order of the rays."""
+    pieces = [_columns(_empty_lists(kind, scene))]  # their columns have the types, even without any ray
     workers = workers_of(query, executor)
-    pieces += [value for _, _, value in run_parts(query, scene, asked, workers, call, each=256)]
+    pieces += [value for _, _, value in run_parts(query, scene, request, workers, call, each=256)]
     counts, *columns = (np.concatenate(column, axis=-1) for column in zip(*pieces, strict=True))
-    return lists_of(kind, scene, asked.made(), np.concatenate([[0], np.cumsum(counts)]), columns)
+    return lists_of(kind, scene, request.made(), np.concatenate([[0], np.cumsum(counts)]), columns)
 
 
 def _empty_lists(kind: type[Lists], scene: SceneLike) -> Any:
-    """The rows of no rays."""
-    ask = ray_queries.spans if kind is Spans else ray_queries.crossings
-    return ask(scene.prepared, ray_queries.as_rays("lists", np.zeros((0, 3)), np.zeros((0, 3))), 0.0, 1.0)
+    """Return the spans or crossings of no rays."""
+    query = ray_queries.spans if kind is Spans else ray_queries.crossings
+    return query(scene._prepared, ray_queries.as_rays("lists", np.zeros((0, 3)), np.zeros((0, 3))), 0.0, 1.0)
 
 
 def lists_of(kind: type[Lists], scene: SceneLike, rays: Rays, offsets: Any, columns: Any) -> Lists:
-    """Spans or crossings of a scene from their columns."""
-    nothing, result = _empty_lists(kind, scene), object.__new__(kind)
-    vars(result).update(vars(nothing), offsets=offsets.astype(nothing.offsets.dtype), _rays=rays)
+    """Make spans or crossings of a scene from their columns."""
+    empty, result = _empty_lists(kind, scene), object.__new__(kind)
+    vars(result).update(vars(empty), offsets=offsets.astype(empty.offsets.dtype), _rays=rays)
     vars(result).update(zip(kind._columns, columns, strict=True))
     freeze_arrays(result)
-    vars(result).update(number_fields(vars(result)))
     return result
+
+
+# Sums along rays.
 
 
 @prepare_first
 def _lengths_part(scene: SceneLike, options: tuple[Any, Any], share: RayShare) -> Any:
+    """Return the lengths of a share, (rays, bodies or materials)."""
     by, overlaps = options
-    found = line_integrals.lengths(scene.prepared, share.made(), share.t_min, share.t_max, by, None, overlaps)
-    return found.reshape(-1, found.shape[-1])
+    values = line_integrals.lengths(scene._prepared, share.made(), share.t_min, share.t_max, by, None, overlaps)
+    return values.reshape(-1, values.shape[-1])
 
 
 def lengths(
-    scene: SceneLike, asked: RayRequest, by: Any, overlaps: Any, executor: Any, progress: Progress | None
+    scene: SceneLike, request: RayRequest, by: Any, overlaps: Any, executor: Any, progress: Progress | None
 ) -> Any:
-    """`scene.lengths` in parts."""
-    prepared = scene.prepared
+    """Run `scene.lengths` in parts."""
+    prepared = scene._prepared
     count = prepared.lowered.body_count if check_by("lengths", by) == BODY else len(prepared.labels.distinct)
-    refuse_large_lengths(asked.count, count, by)
-    workers, result = workers_of("lengths", executor, progress), np.zeros((asked.count, count))
-    for begin, end, part in run_parts("lengths", scene, asked, workers, _lengths_part, (by, overlaps), each=8 * count):
+    # Before any work: the array could be larger than memory.
+    refuse_large_lengths(request.count, count, by)
+    workers, result = workers_of("lengths", executor, progress), np.zeros((request.count, count))
+    for begin, end, part in run_parts(
+        "lengths", scene, request, workers, _lengths_part, (by, overlaps), each=8 * count
+    ):
         result[begin:end] = part
-    return result.reshape((*asked.shape, count))
+    return result.reshape((*request.shape, count))
 
 
 @prepare_first
 def _integral_part(scene: SceneLike, options: tuple[Any, Any, Any], share: RayShare) -> Any:
+    """Return the line integrals of a share, (rays, ...)."""
     (values, otherwise, overlaps), made = options, share.made()
     found = np.asarray(
-        line_integrals.line_integral(scene.prepared, values, made, share.t_min, share.t_max, otherwise, None, overlaps)
+        line_integrals.line_integral(scene._prepared, values, made, share.t_min, share.t_max, otherwise, None, overlaps)
     )
     return found.reshape(-1, *found.shape[len(made.shape) :])
 
 
 def integral_parts(
-    scene: SceneLike, values: Any, asked: RayRequest, options: tuple[Any, Any], executor: Any, progress: Progress | None
+    scene: SceneLike,
+    values: Any,
+    request: RayRequest,
+    options: tuple[Any, Any],
+    executor: Any,
+    progress: Progress | None,
 ) -> tuple[tuple[int, ...], Iterator[tuple[int, int, Any]]]:
-    """(what follows the rays' shape, parts) of `scene.line_integral`; options are `otherwise` and `overlaps`."""
-    prepared, otherwise = scene.prepared, options[0]
-    last = weights_of(values, otherwise, prepared.lowered.body_count, prepared.labels.distinct).shape
+    """Return the trailing shape of `scene.line_integral` and its parts; options are `otherwise` and `overlaps`."""
+    prepared, otherwise = scene._prepared, options[0]
+    trailing = weights_of(values, otherwise, prepared.lowered.body_count, prepared.labels.distinct).shape
     workers = workers_of("line_integral", executor, progress)
-    each = 8 * int(np.prod(last))
-    return last, run_parts("line_integral", scene, asked, workers, _integral_part, (values, *options), each=each)
+    each = 8 * int(np.prod(trailing))
+    return trailing, run_parts("line_integral", scene, request, workers, _integral_part, (values, *options), each=each)
 
 
 def line_integral(
-    scene: SceneLike, values: Any, asked: RayRequest, options: tuple[Any, Any], executor: Any, progress: Progress | None
+    scene: SceneLike,
+    values: Any,
+    request: RayRequest,
+    options: tuple[Any, Any],
+    executor: Any,
+    progress: Progress | None,
 ) -> Any:
-    """`scene.line_integral` in parts; options as for `integral_parts`."""
-    last, found = integral_parts(scene, values, asked, options, executor, progress)
-    result = np.zeros((asked.count, *last))
-    for begin, end, part in found:
+    """Run `scene.line_integral` in parts; options as for `integral_parts`."""
+    trailing, parts = integral_parts(scene, values, request, options, executor, progress)
+    result = np.zeros((request.count, *trailing))
+    for begin, end, part in parts:
         result[begin:end] = part
-    return result.reshape((*asked.shape, *last))[()]
+    return result.reshape((*request.shape, *trailing))[()]
+
+
+# Points.
 
 
 @prepare_first
 def _bodies_part(scene: SceneLike, points: Any, after: Any) -> Any:
-    return at_points.first_after(scene.prepared, points, after)
+    """Return the first body after `after` at each point of a share."""
+    return at_points.first_after(scene._prepared, points, after)
 
 
 def body_at(
     scene: SceneLike, points: Any, executor: Any, owner: str = "body_at", after: Any = at_points.BEFORE_FIRST
 ) -> Any:
-    """`scene.body_at` in parts; of each point the first body after a number, or after one number for all."""
+    """Run `scene.body_at` in parts: of each point the first body after a number, or after one number for all points."""
     flat, shape = at_points.points_of(owner, points)
     workers, result = workers_of(owner, executor), np.empty(len(flat), np.int32)
     pace = ChunkSize(workers.chunk, _LEAST_RAYS, min(_MOST_RAYS, workers.most_bytes // 24), workers.count)
@@ -298,72 +332,73 @@ def body_at(
     with cancel_on_exit(course.results(pieces, pace.saw, len(flat))) as results:
         for piece, value in results:
             result[piece.begin : piece.end] = value
-    return as_id_array("body", result.reshape(shape)[()])
+    return result.reshape(shape)[()]
 
 
 def bodies_at(scene: SceneLike, points: Any, executor: Any) -> BodiesAt:
-    """`scene.bodies_at` in parts."""
+    """Run `scene.bodies_at` in parts."""
     return at_points.bodies_at(
-        scene.prepared, points, lambda some, after: body_at(scene, some, executor, "bodies_at", after)
+        scene._prepared, points, lambda some, after: body_at(scene, some, executor, "bodies_at", after)
     )
 
 
 @prepare_first
 def _distances_part(scene: SceneLike, exact: bool, points: Any, reach: Any) -> Any:
-    return tuple((distances.exact_distances if exact else distances.distance_bounds)(scene.prepared, points, reach))
+    """Return the columns of the nearest surfaces of a share of points."""
+    return tuple((distances.exact_distances if exact else distances.distance_bounds)(scene._prepared, points, reach))
 
 
 def distance(
     scene: SceneLike, points: Any, max_distance: Any, exact: bool, executor: Any, progress: Progress | None
 ) -> Distances:
-    """`scene.distance` in parts."""
+    """Run `scene.distance` in parts."""
     flat, shape = at_points.points_of("distance", points)
     reach = distances.reach_of(max_distance, shape)
-    workers, found = workers_of("distance", executor, progress), Nearest.nothing(len(flat))
+    workers, nearest = workers_of("distance", executor, progress), Nearest.nothing(len(flat))
     pace = ChunkSize(workers.chunk, _LEAST_RAYS // 16, min(_MOST_RAYS, workers.most_bytes // 96), workers.count)
     pieces = (ScheduledTask(a, b, (flat[a:b], reach[a:b])) for a, b in pace.pieces(0, len(flat)))
     course = Scheduler("distance", workers, _distances_part, (shared_scene(scene), SharedObject(exact)))
     with cancel_on_exit(course.results(pieces, pace.saw, len(flat))) as results:
         for piece, columns in results:
             for name, part in zip(Nearest._fields, columns, strict=True):
-                getattr(found, name)[piece.begin : piece.end] = part
-    return Distances(scene.prepared, flat.reshape((*shape, 3)), found)
+                getattr(nearest, name)[piece.begin : piece.end] = part
+    return Distances(scene._prepared, flat.reshape((*shape, 3)), nearest)
 
 
-# Where a question goes that is not for this process alone: to workers, to Dask's arrays, or through here in parts.
+# Dispatch of queries with an executor, with arrays of Dask, or with lazy rays.
 
 
 def is_dask(thing: Any) -> bool:
-    """Is it an array of Dask, or one of its lazy collections?"""
+    """Return whether a value is an array of Dask, or one of its lazy collections."""
     return is_dask_array(thing)
 
 
 def dispatch_rays(
     scene: Any, query: str, executor: Any, origins: Any, directions: Any, t_min: Any, t_max: Any, *more: Any
 ) -> Any:
-    """The answer to a query of rays; `more` are what it takes beyond rays and interval."""
+    """Answer a query of rays; `more` are its arguments beyond rays and interval."""
     if any(map(is_dask, (origins, directions, t_min, t_max))):
         from . import dask_arrays
 
         _no_executor(query, executor)
         return dask_arrays.lazy_ray_query(scene, query, origins, directions, t_min, t_max, *more)
 
-    asked = RayRequest(query, origins, directions, t_min, t_max)
+    request = RayRequest(query, origins, directions, t_min, t_max)
     if query == "lengths":
         by, overlaps, progress = more
-        return lengths(scene, asked, by, overlaps, executor, progress)
+        return lengths(scene, request, by, overlaps, executor, progress)
     if query == "line_integral":
         values, otherwise, overlaps, progress = more
-        return line_integral(scene, values, asked, (otherwise, overlaps), executor, progress)
+        return line_integral(scene, values, request, (otherwise, overlaps), executor, progress)
     simple: dict[str, Any] = {
         "first_hit": first_hit, "occluded": occluded, "spans": spans,
         "crossings": crossings,
     }  # fmt: skip
-    return simple[query](scene, asked, executor)
+    return simple[query](scene, request, executor)
 
 
 def dispatch_points(scene: Any, query: str, executor: Any, points: Any) -> Any:
-    """The answer to a query of points."""
+    """Answer a query of points."""
     if is_dask(points) and query == "bodies_at":
         raise TypeError(
             f"{query}: points must be an array of NumPy's, got {describe_kind(points)}; body_at takes Dask's"
@@ -378,39 +413,41 @@ def dispatch_points(scene: Any, query: str, executor: Any, points: Any) -> Any:
 
     if query == "bodies_at":
         return bodies_at(scene, points, executor)
-    found = body_at(scene, points, executor, query)
-    return found if query == "body_at" else (found >= 0)
+    bodies = body_at(scene, points, executor, query)
+    return bodies if query == "body_at" else (bodies >= 0)
 
 
 def dispatch_distances(scene: Any, executor: Any, points: Any, max_distance: Any, exact: bool, progress: Any) -> Any:
-    """Distances of points."""
+    """Answer a query of distances."""
     if is_dask(points) or hasattr(points, "_share"):
-        raise TypeError(f"distance: points must be an array (..., 3) that is at hand, got {describe_kind(points)}")
+        raise TypeError(f"distance: points must be an array (..., 3) in memory, got {describe_kind(points)}")
 
     return distance(scene, points, max_distance, exact, executor, progress)
 
 
 def _no_executor(query: str, executor: Any) -> None:
+    """Raise TypeError if there is an executor beside arrays of Dask."""
     if executor is not None:
         raise TypeError(f"{query}: executor must be left out for Dask's arrays: their own scheduler computes them")
 
 
-# Shares of voxels in parts, on workers: columns of voxels are the pieces.
+# Shares of voxels in parts: the pieces are columns of voxels.
 
 _LEAST_COLUMNS, _MOST_COLUMNS = 16, 1 << 16  # columns of a task
 
 
 @prepare_first
 def _columns_part(scene: SceneLike, options: tuple[Any, ...], begin: int, end: int) -> Any:
+    """Return shares and bounds of some columns of voxels."""
     frame, axis, samples, groups, count, voxels = options
-    return columns_here(scene.prepared, ColumnGrid(frame, axis, samples), groups, count, voxels, begin, end)
+    return columns_here(scene._prepared, ColumnGrid(frame, axis, samples), groups, count, voxels, begin, end)
 
 
 def column_shares(
     scene: SceneLike, grid: ColumnGrid, groups: Any, count: int, voxels: int, which: tuple[int, int], executor: Any,
     progress: Progress | None,
 ) -> tuple[FloatArray, FloatArray]:  # fmt: skip
-    """`engine.queries.columns.columns` of the columns from which[0] to which[1], in parts."""
+    """Run `voxel_shares` in parts, for the columns of voxels from which[0] to which[1]."""
     first, total = which[0], which[1] - which[0]
     workers = workers_of("voxels", executor, progress)
     pace = ChunkSize(

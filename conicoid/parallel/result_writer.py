@@ -1,4 +1,4 @@
-"""Answers that are numbers of rays, `occluded`, `lengths` and `line_integral`, on their way into a file."""
+"""Writers of answers to more rays than memory holds: part by part beside the file, and as one file at the end."""
 
 from __future__ import annotations
 
@@ -41,11 +41,15 @@ if TYPE_CHECKING:
 
 
 VALUE_SUFFIXES = (".npy", ".npz", ".csv", ".parquet", ".zarr")
+"""Suffixes of files of values: `occluded`, `lengths`, `line_integral`."""
 _VALUE_TEXT = "lines"
 
 
 class ValueWriter:
-    """An array (...) or (..., columns) in .npy, .npz and .zarr, there by the query's name; else a table of columns."""
+    """A writer of values: an array (...) or (..., columns) in .npy, .npz and .zarr, else a table of columns.
+
+    In .npz and .zarr the array has the query's name.
+    """
 
     def __init__(self, scene: SceneLike, query: str, output: Path, options: Mapping[str, Any]) -> None:
         check_output(output, VALUE_SUFFIXES)
@@ -56,10 +60,11 @@ class ValueWriter:
 
     @property
     def rays(self) -> int:
+        """Number of rays written."""
         return self._parts.rays
 
     def add(self, answer: Any) -> None:
-        """The answers to some more rays, (...) or (..., columns)."""
+        """Add the answers to some more rays, (...) or (..., columns)."""
         answer = answer.reshape(-1, *self._nothing.shape[1:])
         rows: dict[str, Any] = {self.query: answer}
         if self.suffix == ".parquet":
@@ -71,7 +76,7 @@ class ValueWriter:
         self._parts.add(rows, len(answer), len(answer))
 
     def finish(self, shape: tuple[int, ...] | None, _home: bytes | None) -> None:
-        """Put all together, for rays of this leading shape, or for those that came one after the other."""
+        """Join all parts, for rays of the leading shape `shape`, or for a flat sequence if it is None."""
         parts = self._parts
         if not parts.rays:
             self.add(self._nothing)
@@ -87,15 +92,17 @@ class ValueWriter:
                 parts.finish_arrays({self.query: whole}, {})
 
     def give_up(self) -> None:
-        """Remove what is there of it."""
+        """Remove all parts."""
         shutil.rmtree(self._parts.folder, ignore_errors=True)
 
     def _of_no_rays(self) -> Any:
+        """Return the answer to no rays: it has the trailing shape."""
         options, nothing = dict(self.options), np.zeros((0, 3))
         values = (options.pop("values"),) if self.query == "line_integral" else ()
         return getattr(self.scene, self.query)(*values, nothing, nothing, **options)
 
     def _columns(self, answer: Any) -> dict[str, Any]:
+        """Return the columns of a table."""
         if self.query == "occluded":
             return {self.query: answer}
         if self.query == "lengths":
@@ -106,13 +113,13 @@ class ValueWriter:
         return {quote_csv(name): rows[:, k] for k, name in enumerate(names)}
 
 
-# Answers to more rays than memory holds, kept in files: each part as it comes, and all of them as one in the end.
+# Writers of hits, spans and crossings, with all fields.
 
 if TYPE_CHECKING:
     Answer = Hits | Spans | Crossings
 
 SUFFIXES = (".npz", ".csv", ".parquet", ".zarr")
-"""Of results that are written part by part."""
+"""Suffixes of results that are written part by part."""
 _TEXT = "lines"
 _BLOCK = 1 << 22
 _OF_SCENES = "body_count", "materials"
@@ -121,34 +128,37 @@ _FIELDS = dict(
     spans=(SPAN_ARRAYS, SPAN_ERROR_ARRAYS),
     crossings=(CROSSING_ARRAYS, CROSSING_ERROR_ARRAYS),
 )
-"""The fields of a table of each query's answers, and their bounds."""
+"""The fields of a table of each query's answers, and their error bounds."""
 
 
 class ResultWriter:
-    """The answers to a query on their way into a file; `found` hits or rows of `rays` rays are there.
+    """A writer of hits, spans or crossings: so far `found` hits or rows of `rays` rays.
 
-    Until it is whole there is a folder beside the file, which `resume` goes on with. Raises ValueError where that is of
-    other work, and for suffixes of no such files.
+    Until the end the parts lie in a folder beside the file, from which `resume` goes on. Raise ValueError if that
+    folder holds other work, and for other suffixes.
     """
 
     def __init__(self, scene: SceneLike, query: str, output: Path, key: str, *, errors: bool, resume: bool) -> None:
         check_output(output, SUFFIXES)
         self.scene, self.query, self.errors = scene, query, errors
         self.suffix = output.suffix.lower()
-        told = f"{query} {errors} {self.suffix} {key} {source_version()}"
-        digest = hashlib.blake2b(shared_scene(scene).key + told.encode(), digest_size=16).hexdigest()
+        settings = f"{query} {errors} {self.suffix} {key} {source_version()}"
+        # The digest names the work: `resume` continues only the same query of the same scene with the same sources.
+        digest = hashlib.blake2b(shared_scene(scene).key + settings.encode(), digest_size=16).hexdigest()
         self._parts = ResultParts(output, digest, resume)
 
     @property
     def rays(self) -> int:
+        """Number of rays written."""
         return self._parts.rays
 
     @property
     def found(self) -> int:
+        """Number of hits or rows written."""
         return self._parts.found
 
     def add(self, answer: Answer) -> None:
-        """The answers to some more rays."""
+        """Add the answers to some more rays."""
         lists = isinstance(answer, Spans | Crossings)
         found = len(answer.body) if lists else int((answer.body >= 0).sum())
         if self.suffix in (".npz", ".zarr"):
@@ -160,11 +170,12 @@ class ResultWriter:
         self._parts.add(rows, len(answer) if isinstance(answer, Spans | Crossings) else answer.size, found)
 
     def finish(self, shape: tuple[int, ...] | None, home: bytes | None) -> None:
-        """Put all together, for rays of this leading shape, or for those that came one after the other.
+        """Join all parts, for rays of the leading shape `shape`, or for a flat sequence if it is None.
 
         home: the scene whose surfaces the rays start on.
         """
         parts, nothing = self._parts, np.zeros((0, 3))
+        # Rays with the home scene of the file: they carry its key into the head of the result.
         none = Rays._spawned(nothing, nothing, Rays(nothing, nothing)._starts, home)
         if not parts.rays:
             self.add(getattr(self.scene, self.query)(none))
@@ -174,11 +185,12 @@ class ResultWriter:
             parts.finish_table()
         else:
             leading = shape or (parts.rays,)
-            prepared = self.scene.prepared
+            prepared = self.scene._prepared
+            # Only the bodies that occur, so that the file of a few hits in a large scene is small.
             labels = prepared.labels.of_only(_distinct(parts.column("body")))
             if self.query != "first_hit":
-                arrays, kept = self._lists_of(leading), getattr(self.scene, self.query)(none).detached()
-                more = {name: array for name, array in encode_lists(kept).items() if name in _OF_SCENES}
+                arrays, lists = self._lists_of(leading), getattr(self.scene, self.query)(none).detached()
+                more = {name: array for name, array in encode_lists(lists).items() if name in _OF_SCENES}
             else:
                 flat = {
                     name: parts.stored(name, (parts.rays,) if name == "starts" else leading) for name in HIT_ROW_FIELDS
@@ -187,13 +199,14 @@ class ResultWriter:
             parts.finish_arrays(arrays, more | hit_head_arrays(none, prepared.key, labels))
 
     def give_up(self) -> None:
-        """Remove what is there of it."""
+        """Remove all parts."""
         shutil.rmtree(self._parts.folder, ignore_errors=True)
 
     def _lists_of(self, leading: tuple[int, ...]) -> dict[str, StoredArray]:
-        """The arrays of spans or crossings: what is of rays has their shape, and both ends are rows of one."""
+        """Return the arrays of spans or crossings: those of rays in the rays' shape, both ends as two rows of one."""
         parts, arrays = self._parts, {}
         for name in parts.kinds:
+            # Both ends were written as two columns, as rows of a part must have one length.
             if name == "ends_1":
                 continue
             if name == "ends_0":
@@ -205,16 +218,19 @@ class ResultWriter:
         return arrays
 
     def _list_rows(self, answer: Spans | Crossings) -> dict[str, Any]:
+        """Return the arrays of some spans or crossings, with offsets into all rows."""
         arrays = encode_lists(answer.detached())
+        # Offsets of a part count from 0: shift them by the rows before it.
         offsets = self.found + arrays["offsets"].astype(np.int64)
         rows = {name: arrays[name] for name in list_row_arrays(answer)}
         rows |= {f"ends_{k}": ends for k, ends in enumerate(arrays.get("ends", ()))}
         rows |= {name: arrays[name].reshape(-1, 3) for name in ("origins", "directions")}
         starts = np.broadcast_to(arrays["starts"], (len(answer),))
+        # The first offset of a part repeats the last of the part before it.
         return rows | {"starts": starts, "offsets": offsets[1 if self.rays else 0 :]}
 
     def _columns(self, answer: Answer) -> dict[str, Any]:
-        """Columns of a table, flat."""
+        """Return columns of a table, flat."""
         usual, errors = _FIELDS[self.query]
         names = (*usual, *(errors if self.errors else ()))
         arrays = {name: getattr(answer, name) for name in names}
@@ -226,14 +242,14 @@ class ResultWriter:
         return {name: np.asarray(column).reshape(-1) for name, column in columns.items()}
 
     def _text(self, answer: Answer) -> bytes:
-        """Lines of a .csv file, with its heading where they are the first."""
+        """Return lines of a .csv file; the first ones with its heading."""
         lines = csv_lines(self._columns(answer))
         heading = next(lines)
         return ("" if self.rays else heading).encode() + "".join(lines).encode()
 
 
 def _hit_rows(hits: Hits) -> dict[str, Any]:
-    """All that `hits.save` writes of each ray, an item for each: parts of a picture's rays have two axes."""
+    """Return all that `hits.save` writes of each ray, flat: parts of a picture have two axes."""
     rows, count = hit_row_arrays(hits.detached()), hits.size
     flat = {
         name: rows[name].reshape(count, *rows[name].shape[hits.ndim :]) for name in HIT_ROW_FIELDS if name != "starts"
@@ -242,55 +258,61 @@ def _hit_rows(hits: Hits) -> dict[str, Any]:
 
 
 def _distinct(column: Any) -> Any:
-    """The different numbers of a column that memory need not hold."""
-    found = np.zeros(0, column.dtype)
+    """Return the distinct numbers of a column; it is read in blocks, as it may be larger than memory."""
+    distinct = np.zeros(0, column.dtype)
     for begin in range(0, len(column), _BLOCK):
-        found = np.union1d(found, np.asarray(column[begin : begin + _BLOCK]))
-    return found
+        distinct = np.union1d(distinct, np.asarray(column[begin : begin + _BLOCK]))
+    return distinct
 
 
 def trace_file(
     scene: SceneLike, rays: RayStream, output: Path, query: str, *, chunk: int, resume: bool, errors: bool,
     t_min: float | None, t_max: float | None, executor: Any, told: Callable[[int, int], Any],
 ) -> tuple[int, int]:  # fmt: skip
-    """Trace a file of rays into a file of answers; returns how many were found, and of how many rays."""
+    """Trace a file of rays into a file of answers. Return the number of hits or rows, and of rays.
+
+    The callback gets the number of rays done, and the total if it is known.
+    """
     key = f"{_state(rays.path)} {t_min} {t_max}"
-    filed = ResultWriter(scene, query, output, key, errors=errors, resume=resume)
+    writer = ResultWriter(scene, query, output, key, errors=errors, resume=resume)
     total = 0 if rays.shape is None else int(np.prod(rays.shape))
+    # Limits of the file itself stand for missing ones.
     limits: dict[str, Any] = {name: end for name, end in (("t_min", t_min), ("t_max", t_max)) if end is not None}
-    pieces = rays.pieces(chunk, filed.rays)
+    pieces = rays.pieces(chunk, writer.rays)
     for answer in scene.stream(pieces, query, chunk=chunk, executor=executor, **limits):
-        filed.add(answer)
-        told(filed.rays, max(filed.rays, total))
-    filed.finish(rays.shape if query == "first_hit" else None, rays.source.home)
-    return filed.found, filed.rays
+        writer.add(answer)
+        told(writer.rays, max(writer.rays, total))
+    writer.finish(rays.shape if query == "first_hit" else None, rays.source.home)
+    return writer.found, writer.rays
 
 
 def write_answers(
     scene: SceneLike, query: str, out: Path, shape: tuple[int, ...] | None, home: bytes | None, answers: Iterator[Any],
     options: Mapping[str, Any],
 ) -> int:  # fmt: skip
-    """Write all answers into a new file, whole or not at all; returns of how many rays they were."""
-    filed: ResultWriter | ValueWriter
+    """Write all answers into a new file, whole or not at all. Return the number of rays."""
+    writer: ResultWriter | ValueWriter
     if query in _FIELDS:
-        filed = ResultWriter(scene, query, out, "", errors=True, resume=False)
+        writer = ResultWriter(scene, query, out, "", errors=True, resume=False)
     else:
-        filed = ValueWriter(scene, query, out, options)
+        writer = ValueWriter(scene, query, out, options)
     try:
         for answer in answers:
-            filed.add(answer)
-        filed.finish(shape, home)
+            writer.add(answer)
+        writer.finish(shape, home)
+    # A failed query leaves no partial file, not even after Ctrl-C.
     except BaseException:
-        filed.give_up()
+        writer.give_up()
         raise
-    return filed.rays
+    return writer.rays
 
 
 def _state(path: Path) -> str:
-    """What tells a file, or a folder of files, as it is from what it was or will be."""
+    """Return sizes, times and number of a file, or of the files of a folder: they differ after a change."""
     stats = [os.stat(file) for file in ([path] if path.is_file() else sorted(_files(path)))]
     return f"{sum(s.st_size for s in stats)} {max((s.st_mtime_ns for s in stats), default=0)} {len(stats)}"
 
 
 def _files(folder: Path) -> Iterator[Path]:
+    """Yield the files of a folder."""
     return (file for file in folder.rglob("*") if file.is_file())

@@ -1,4 +1,4 @@
-"""How much of some work a task should take: about a second's, by what the tasks before it took."""
+"""The scheduler of parallel work: sizes of tasks, the function that runs on a worker, and lost tasks sent again."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ from .shared_state import SharedObject, SharedReference, find_shared, source_ver
 from .workers import DaskExecutor, LostTaskError, Workers
 
 TASK_SECONDS = 1.0
-"""That a task should take: long beside what a scheduler takes for it (a millisecond), short beside the whole."""
-_MOST_GROWTH = 8  # a size is at most so many times the one before
+"""Duration of a task to aim at: long beside a scheduler's time for it (a millisecond), short beside the whole work."""
+_MOST_GROWTH = 8  # the greatest ratio of a size to the one before
 
 
 class ChunkSize:
@@ -36,12 +36,12 @@ class ChunkSize:
         self.size = self.least
 
     def saw(self, count: int, seconds: float) -> None:
-        """A task of `count` took some seconds."""
-        wanted = count * TASK_SECONDS / max(seconds, 1e-6)
-        self.size = int(min(self.most, max(self.least, min(wanted, _MOST_GROWTH * max(count, self.size)))))
+        """Record that a task of `count` took `seconds`."""
+        ideal = count * TASK_SECONDS / max(seconds, 1e-6)
+        self.size = int(min(self.most, max(self.least, min(ideal, _MOST_GROWTH * max(count, self.size)))))
 
     def pieces(self, begin: int, end: int, step: int = 1) -> Iterator[tuple[int, int]]:
-        """(begin, end) of one piece after the other, by the rate known by then; multiples of `step` where they may.
+        """Yield (begin, end) of one piece after the other, by the current rate; multiples of `step` where possible.
 
         Towards the end pieces become smaller, so that all workers end at about the same time.
         """
@@ -55,13 +55,13 @@ class ChunkSize:
             begin += size
 
 
-# What runs on a worker: a function of what tasks share and of its own arguments, on as many threads as it may use.
+# The function that runs on a worker: a call with shared objects and its own arguments, on some threads.
 
 
 class TaskResult(NamedTuple):
-    """What a task brings back; `seconds` are those of the work itself, without what is made ready for it.
+    """The answer of a task; `seconds` are those of the work itself, without its preparation.
 
-    notes: what would have been logged here, for the one who asked.
+    notes: messages for the log of the process that sent the task.
     """
 
     value: Any
@@ -76,15 +76,19 @@ class MissingState(NamedTuple):
 
 
 def run_task(
-    asked: str, references: tuple[SharedReference, ...], threads: int | None, call: Callable[..., Any], *arguments: Any
+    edition: str,
+    references: tuple[SharedReference, ...],
+    threads: int | None,
+    call: Callable[..., Any],
+    *arguments: Any,
 ) -> TaskResult | MissingState:
-    """call(*shared, *arguments) with what the references stand for.
+    """Return call(*shared, *arguments) with the objects of the references.
 
-    Raises ValueError where this process has another edition than the one who asked.
+    Raise ValueError if this process has another edition than the sender.
     """
-    if source_version() != asked:
+    if source_version() != edition:
         raise ValueError(
-            f"executor: the worker {worker_name()} has conicoid {source_version()}, and this process has {asked}"
+            f"executor: the worker {worker_name()} has conicoid {source_version()}, and this process has {edition}"
         )
     shared: list[Any] = []
     for reference in references:
@@ -102,28 +106,28 @@ def run_task(
 
 
 def worker_name() -> str:
-    """Machine and number of the process, for messages."""
+    """Return machine and process number, for messages."""
     return f"{platform.node()}:{os.getpid()}"
 
 
 def prepare_first(call: Callable[..., Any]) -> Callable[..., Any]:
-    """A call whose first argument is a scene that is to be prepared, which is not part of its time."""
-    call.ready = lambda scene, *_: scene.prepared  # type: ignore[attr-defined]
+    """Mark a call whose first argument is a scene: it is prepared before the call's time is taken."""
+    call.ready = lambda scene, *_: scene._prepared  # type: ignore[attr-defined]
     return call
 
 
-# The course of some work on an executor: tasks sent, awaited in order, and sent again where they were lost.
+# Some work on an executor: tasks are sent, awaited in order, and sent again if they are lost.
 
-_PATIENCE = 0.2  # seconds between two looks at Ctrl-C and at the progress
+_PATIENCE = 0.2  # seconds between two checks of Ctrl-C and of the progress
 _IN_FLIGHT = 3  # tasks for each worker
 _COUNTED = 2.0  # seconds between two counts of the workers
 _LOST = {"KilledWorker", "CommClosedError", "FutureCancelledError", "FuturesCancelledError", "FutureLostError"}
-"""What Dask raises for tasks whose worker, or connection, was lost. Without Dask these classes cannot be imported."""
+"""Dask's exceptions for tasks whose worker, or connection, was lost. Without Dask these classes cannot be imported."""
 
 
 @dataclass
 class ScheduledTask:
-    """A task: its share of the work, and what it is called with; `told` is for whoever made it."""
+    """A task: its share of the work, the arguments of the call, and a note for its maker."""
 
     begin: int
     end: int
@@ -150,7 +154,7 @@ class Scheduler:
 
     @property
     def window(self) -> int:
-        """How many pieces may be on their way; workers may come and go, so they are counted now and then."""
+        """The most pieces on their way. Workers may come and go, so they are counted now and then."""
         if self.workers.window:
             return self.workers.window
         now = time.monotonic()
@@ -161,8 +165,9 @@ class Scheduler:
     def results(
         self, pieces: Iterator[ScheduledTask], saw: Callable[[int, float], Any], total: int, done: int = 0
     ) -> Iterator[tuple[ScheduledTask, Any]]:
-        """Every piece with its value, in order. What is still queued when this ends, however it ends, is cancelled."""
-        self._ask_version()
+        """Yield every piece with its value, in order. At the end, however it ends, queued pieces are cancelled."""
+        self._check_version()
+        # Threads of this process have the scene itself; all other workers may map a file of its tables.
         if not self.workers.are_here:
             for recipe in self.shared:
                 recipe.share_tables(source_version(), self.workers.store)
@@ -176,12 +181,12 @@ class Scheduler:
                         self._send(piece)
                         self.sent.append(piece)
                 if self.sent:
-                    answer = self._awaited(self.sent[0], done, total)
-                    self._pass_on(answer.notes)
+                    answer = self._await_result(self.sent[0], done, total)
+                    self._log_notes(answer.notes)
                     piece = self.sent.popleft()
                     saw(piece.end - piece.begin, answer.seconds)
                     done += piece.end - piece.begin
-                    self._tell(done, total)
+                    self._report_progress(done, total)
                     piece.future = None
                     yield piece, answer.value
         finally:
@@ -189,25 +194,27 @@ class Scheduler:
                 if piece.future is not None:
                     piece.future.cancel()
 
-    def _pass_on(self, notes: tuple[str, ...]) -> None:
-        """Log what workers have to say of a scene, once, though each of them says it."""
+    def _log_notes(self, notes: tuple[str, ...]) -> None:
+        """Log the workers' notes on a scene, each once, though every worker sends it."""
         for note in notes:
             log_once(self.shared[0].labels, lambda: note)  # noqa: B023 - called at once
 
-    def _tell(self, done: int, total: int) -> None:
+    def _report_progress(self, done: int, total: int) -> None:
+        """Call the progress function, if there is one."""
         if self.workers.progress is not None:
             self.workers.progress(done, total)
 
-    def _ask_version(self) -> None:
-        """Refuse workers without Conicoid, or with another version, in words: nothing of Conicoid is needed to ask."""
+    def _check_version(self) -> None:
+        """Raise ValueError for workers without Conicoid or with another version; the probe itself needs no Conicoid."""
         probe = ScheduledTask(0, 0, ())
         while True:
             probe.sent_to = self.workers.executor
             try:
+                # A function of the standard library: workers without Conicoid can run it.
                 theirs = self._result(self._submit(pydoc.locate, "conicoid.__version__"), lambda: None)
                 break
             except Exception as error:
-                self._again(probe, error)
+                self._count_loss(probe, error)
         if theirs is None:
             raise ValueError(f"{self.owner}: executor: its workers have no conicoid; this process has {__version__}")
         if theirs != __version__:
@@ -216,19 +223,20 @@ class Scheduler:
             )
 
     def _submit(self, call: Callable[..., Any], *arguments: Any) -> Future[Any]:
+        """Submit a call. Raise ValueError if the executor takes no more."""
         try:
             future: Future[Any] = self.workers.executor.submit(call, *arguments)
         except BrokenExecutor:
             raise
         except Exception as error:
             if getattr(self.workers.executor, "is_here", False):
-                raise  # of the task, which is done at once
-            told = f"{self.owner}: executor takes no more tasks, it was shut down ({error})"
-            raise ValueError(told) from error
+                raise  # an error of the task, which runs at once
+            message = f"{self.owner}: executor takes no more tasks, it was shut down ({error})"
+            raise ValueError(message) from error
         return future
 
     def _send(self, piece: ScheduledTask) -> None:
-        """Hand a piece to the executor."""
+        """Submit a piece; renew a broken executor."""
         references = tuple(recipe.reference(piece.has_all) for recipe in self.shared)
         while True:
             piece.sent_to = self.workers.executor
@@ -238,27 +246,28 @@ class Scheduler:
                 )
                 return
             except BrokenExecutor as error:
-                self._again(piece, error)
+                self._count_loss(piece, error)
 
-    def _awaited(self, piece: ScheduledTask, done: int, total: int) -> TaskResult:
-        """The value of a piece, which is sent again where it was lost."""
+    def _await_result(self, piece: ScheduledTask, done: int, total: int) -> TaskResult:
+        """Return the result of a piece; send it again if it was lost."""
         while True:
             try:
                 if piece.future is None:
                     self._send(piece)
-                answer = self._result(piece.future, lambda: self._tell(done, total))
+                answer = self._result(piece.future, lambda: self._report_progress(done, total))
             except Exception as error:
-                self._again(piece, error)
+                self._count_loss(piece, error)
                 piece.future = None
                 continue
             if isinstance(answer, TaskResult):
                 return answer
             if not isinstance(answer, MissingState) or piece.has_all:
                 raise ValueError(f"{self.owner}: executor: a task came back as {type(answer).__name__}")
+            # The worker lacks a recipe: send the piece once more, with all bytes.
             piece.has_all, piece.future = True, None
 
     def _result(self, future: Any, tell: Callable[[], Any]) -> Any:
-        """What a future brings, waiting in short steps in which Ctrl-C is heard on every system."""
+        """Wait for a future in short steps, between which Ctrl-C works on every system."""
         while True:
             try:
                 return future.result(timeout=_PATIENCE)
@@ -269,34 +278,34 @@ class Scheduler:
                 tell()
 
     def _check_open(self, future: Any) -> None:
-        """Raise ValueError where a client was closed while its tasks are awaited: they are not done any more."""
+        """Raise ValueError if a client was closed before its tasks were done: they will never be."""
         executor = self.workers.executor
         if isinstance(executor, DaskExecutor) and not executor.is_open and not future.done():
             raise ValueError(f"{self.owner}: executor was shut down, or lost its scheduler, before all was done")
 
-    def _again(self, piece: ScheduledTask, error: Exception) -> None:
-        """Whether a piece may be sent again after an error; raises it where that is not the worker's end."""
+    def _count_loss(self, piece: ScheduledTask, error: Exception) -> None:
+        """Count a loss, so that the piece may be sent again. Raise an error that is not the worker's end."""
         if not _is_loss(error):
             raise error
         piece.lost += 1
         if piece.lost > self.workers.retries:
-            told = f"{self.owner}: executor: a task was lost {piece.lost} times with its worker ({error})"
-            raise ValueError(told) from error
+            message = f"{self.owner}: executor: a task was lost {piece.lost} times with its worker ({error})"
+            raise ValueError(message) from error
         if isinstance(error, BrokenExecutor) and not self.workers.renew(piece.sent_to):
             raise ValueError(
-                f"{self.owner}: executor is broken, a process of it died ({error}); one that goes on after that is "
-                "co.parallel.Processes(n), or co.parallel.Workers(make) with a function that makes a new one"
+                f"{self.owner}: executor is broken, one of its processes died ({error}); co.parallel.Processes(n) "
+                "survives that, and so does co.parallel.Workers(make) with a function that makes an executor"
             ) from error
 
 
 def _is_loss(error: BaseException) -> bool:
-    """Did a task end with its worker, and not by itself?"""
+    """Return whether a task ended with its worker, and not by itself."""
     return isinstance(error, BrokenExecutor | CancelledError | LostTaskError) or type(error).__name__ in _LOST
 
 
 @contextlib.contextmanager
 def cancel_on_exit(results: Iterator[Any]) -> Iterator[Iterator[Any]]:
-    """Results that are given up when the block ends, whoever still holds them."""
+    """Close the results when the block ends, whoever still holds them."""
     try:
         yield results
     finally:

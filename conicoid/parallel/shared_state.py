@@ -1,4 +1,4 @@
-"""Which Conicoid this is, to the letter: processes work together only where all have the same."""
+"""State that tasks share: the edition of Conicoid, files of prepared tables, and recipes of scenes and options."""
 
 from __future__ import annotations
 
@@ -35,28 +35,28 @@ from ..prepare.prepared_scene import PreparedScene
 
 @functools.cache
 def source_version() -> str:
-    """Version and sources of this process' Conicoid: tasks are done only by the same."""
+    """Return version and source hash of this process' Conicoid: tasks run only where both are the same."""
     from .._jit.sources import digest_of_files
 
     return f"{__version__} (sources {digest_of_files()[:8] or 'unknown'})"
 
 
-# Prepared scenes in files that processes map into memory: opened in no time, and held once for all of a machine.
+# Files of prepared scenes. Processes map them: opening takes no time, and a machine holds one copy in memory.
 #
-# A file has a head (JSON), pickles, and the numbers of all tables, each of which begins where it did in a line of
-# memory. What is mapped is private: whoever wrote into it would write into a copy. The bodies themselves, as they were
-# said, are a pickle of their own that is read when somebody asks for them, as few questions do.
+# A file has a head (JSON), pickles, and the numbers of all tables. Each table keeps its offset within a line of
+# memory. The mapping is private: writes would go into a copy. The bodies themselves are a separate pickle that is
+# read on first use, as few queries need them.
 #
-# Pickles are read only where their hash is the one that the head says, and the head's is the one that a task says.
+# A pickle is read only if its hash is the one in the head, and the head only if its hash is the one in the task.
 
 _MAGIC = b"conicoid tables 1\n"
-_LINE = 64  # bytes of a line of memory
+_LINE = 64  # bytes of a cache line
 _BODIES, _SHAPES = "bodies", "shapes"
 _TABLES, _LABELS, _REST = "tables", "labels", "rest"
 
 
 def can_store_tables(prepared: PreparedScene) -> bool:
-    """Are the tables all that was worked out? Of balls that a motion has stretched, and of lattices, they are not."""
+    """Return whether the tables hold all computed state: not with stretched `Spheres`, nor with lattices."""
     return not isinstance(prepared.entries, InstanceList) and not any(
         isinstance(body.shape, Spheres) and "balls" in body.shape.kept for body in prepared.entries
     )
@@ -65,10 +65,10 @@ def can_store_tables(prepared: PreparedScene) -> bool:
 def write_tables(
     path: str | os.PathLike[str], edition: str, prepared: PreparedScene, rest: Any, bodies: bytes
 ) -> bytes:
-    """Write a file of tables, whole or not at all; returns the hash of its head.
+    """Write a file of tables, whole or not at all. Return the hash of its head.
 
-    rest: what a scene is beyond its bodies. bodies: the pickle of a scene that has them. Raises OSError where there is
-    no room.
+    rest: everything of a scene beyond its bodies. bodies: the pickle of a scene with bodies.
+    Raise OSError if there is no room.
     """
     plain = replace(prepared, kept=EditState(), forms={}, lowered=replace(prepared.lowered, laid=None))
     vars(plain)["key"] = prepared.key
@@ -84,7 +84,7 @@ def write_tables(
 
 
 class _Pickler(pickle.Pickler):
-    """Leaves the bodies and their shapes out, which are read later."""
+    """A pickler that leaves out the bodies and their shapes, which are read later."""
 
     def __init__(self, file: Any, prepared: PreparedScene, take: Callable[[pickle.PickleBuffer], Any]) -> None:
         super().__init__(file, protocol=5, buffer_callback=take)
@@ -95,13 +95,14 @@ class _Pickler(pickle.Pickler):
 
 
 def _pickle_tables(thing: Any, prepared: PreparedScene, take: Callable[[pickle.PickleBuffer], Any]) -> bytes:
+    """Return the pickle of the tables without their buffers, which go to `take`."""
     file = io.BytesIO()
     _Pickler(file, prepared, take).dump(thing)
     return file.getvalue()
 
 
 def _write_sections(file: Any, edition: str, pickles: dict[str, bytes], buffers: list[Any]) -> bytes:
-    """The head's length and itself, pickles, and the memory of the buffers, what is in several of them once."""
+    """Write the head's length, the head, the pickles and the buffers; overlapping buffers are written once."""
     regions, places = _regions(buffers)
     at = 0
     sections: dict[str, tuple[int, int, str]] = {}
@@ -113,25 +114,26 @@ def _write_sections(file: Any, edition: str, pickles: dict[str, bytes], buffers:
         at += (address - at) % _LINE
         starts.append(at)
         at += count
-    where = [[starts[region] + offset if region >= 0 else 0, count] for region, offset, count in places]
-    head = json.dumps(dict(edition=edition, sections=sections, buffers=where, size=at)).encode()
+    ranges = [[starts[region] + offset if region >= 0 else 0, count] for region, offset, count in places]
+    head = json.dumps(dict(edition=edition, sections=sections, buffers=ranges, size=at)).encode()
     file.write(_MAGIC + len(head).to_bytes(8, "little") + head)
     first = _first_section(head)
     for name, data in pickles.items():
         file.seek(first + sections[name][0])
         file.write(data)
-    own = {(buffer.ctypes.data, buffer.nbytes): buffer for buffer in buffers}
+    by_place = {(buffer.ctypes.data, buffer.nbytes): buffer for buffer in buffers}
     for region, start in zip(regions, starts, strict=True):
         file.seek(first + start)
-        file.write(own[region].data)
+        file.write(by_place[region].data)
     file.truncate(first + at)
     return _digest(head)
 
 
 def _regions(buffers: list[Any]) -> tuple[list[tuple[int, int]], list[tuple[int, int, int]]]:
-    """([address, bytes] of memory, and for each buffer which of these, how far in it, and its bytes)."""
+    """Return ([address, bytes] of memory, and for each buffer its region, its offset in the region, and its bytes)."""
     spans = [(buffer.ctypes.data, buffer.nbytes) for buffer in buffers]
     regions: list[tuple[int, int]] = []
+    # Of buffers at one address the longest is first, so that a view lies within an earlier region.
     for address, count in sorted((span for span in spans if span[1]), key=lambda span: (span[0], -span[1])):
         if not regions or address + count > sum(regions[-1]):
             regions.append((address, count))
@@ -143,19 +145,20 @@ def _regions(buffers: list[Any]) -> tuple[list[tuple[int, int]], list[tuple[int,
 
 
 def _first_section(head: bytes) -> int:
-    """Where in the file the sections begin: at a line."""
+    """Return the place of the first section in the file: the beginning of a cache line."""
     at = len(_MAGIC) + 8 + len(head)
     return at + -at % _LINE
 
 
 class ReplacedFileError(OSError):
-    """Another file has taken the place of one of tables, as where two programs write the same at the same time."""
+    """Another file has replaced a file of tables, for example because two programs wrote it at the same time."""
 
 
 class TablesFile:
-    """A file of tables that is mapped. Raises ValueError for what is none, and for one of another edition; OSError.
+    """A mapped file of tables.
 
-    digest: the hash of its head, without which it is not read; None where whoever opens it trusts the folder.
+    digest: the hash of its head; the file is read only if it matches. None if the folder is trusted.
+    Raise ValueError for other files, damaged ones, and those of another edition; OSError if it cannot be read.
     """
 
     def __init__(self, path: str | os.PathLike[str], edition: str, digest: bytes | None = None) -> None:
@@ -168,29 +171,32 @@ class TablesFile:
                 raise ValueError(f"{self.path}: is not a file of tables")
             head = file.read(length)
             if digest is not None and _digest(head) != digest:
-                raise ReplacedFileError(f"{self.path}: is not the file of tables that it was")
-            told = json.loads(head)
-            if told["edition"] != edition:
-                raise ValueError(f"{self.path}: holds tables of conicoid {told['edition']}; this process has {edition}")
-            self._first, self._told, self.digest = _first_section(head), told, _digest(head)
-            if size != self._first + told["size"]:
-                raise ValueError(f"{self.path}: holds {size:,} bytes of {self._first + told['size']:,}")
+                raise ReplacedFileError(f"{self.path}: was replaced by another file of tables")
+            facts = json.loads(head)
+            if facts["edition"] != edition:
+                raise ValueError(
+                    f"{self.path}: holds tables of conicoid {facts['edition']}; this process has {edition}"
+                )
+            self._first, self._facts, self.digest = _first_section(head), facts, _digest(head)
+            if size != self._first + facts["size"]:
+                raise ValueError(f"{self.path}: is incomplete, {size:,} of {self._first + facts['size']:,} bytes")
             self._memory = memoryview(mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_COPY))
 
     def section(self, name: str) -> Any:
-        """What one of the pickles holds."""
+        """Return the object of one of the pickles."""
         return pickle.loads(self._data(name))
 
     def prepared(self, bodies: Sequence[Any]) -> PreparedScene:
-        """The prepared scene, whose tables are those of the file; its bodies are as given."""
-        buffers = [self._memory[self._first + at : self._first + at + count] for at, count in self._told["buffers"]]
+        """Return the prepared scene with the tables of the file and the given bodies."""
+        buffers = [self._memory[self._first + at : self._first + at + count] for at, count in self._facts["buffers"]]
         reader = _Unpickler(io.BytesIO(self._data(_TABLES)), bodies, buffers)
         made = object.__new__(_MappedPrepared)
         vars(made).update(vars(reader.load()), _file=self)
         return made
 
     def _data(self, name: str) -> memoryview:
-        at, count, digest = self._told["sections"][name]
+        """Return the bytes of a section, after a check of their hash."""
+        at, count, digest = self._facts["sections"][name]
         data = self._memory[self._first + at : self._first + at + count]
         if _digest(data).hex() != digest:
             raise ValueError(f"{self.path}: is damaged")
@@ -198,6 +204,8 @@ class TablesFile:
 
 
 class _Unpickler(pickle.Unpickler):
+    """An unpickler that puts in the bodies and their shapes."""
+
     def __init__(self, file: Any, bodies: Sequence[Any], buffers: list[memoryview]) -> None:
         super().__init__(file, buffers=buffers)
         self._bodies = bodies
@@ -207,19 +215,20 @@ class _Unpickler(pickle.Unpickler):
 
 
 class _MappedPrepared(PreparedScene):
-    """A prepared scene out of a file; its labels are read when they are asked for."""
+    """A prepared scene from a file; its labels are read on first use."""
 
     @cached_property
     def labels(self) -> Labels:
+        """Names and materials of the bodies."""
         labels: Labels = vars(self)["_file"].section(_LABELS)
         return labels
 
     can_be_edited = False
-    """What edits need beyond the tables is not in the file: others are prepared from the beginning."""
+    """The file lacks the state that edits need beyond the tables: an edited scene is prepared from the beginning."""
 
 
 class LazyBodies(Sequence[Any]):
-    """The bodies of a scene out of a file, read when one of them is asked for."""
+    """The bodies of a scene from a file, read on first use."""
 
     def __init__(self, read: Callable[[], Sequence[Any]]) -> None:
         self._read: Callable[[], Sequence[Any]] | None = read
@@ -227,10 +236,12 @@ class LazyBodies(Sequence[Any]):
 
     @property
     def are_read(self) -> bool:
+        """Whether the bodies have been read."""
         return self._read is None
 
     @property
     def _bodies(self) -> Sequence[Any]:
+        """The bodies, read on first use."""
         if self._read is not None:
             self._all, self._read = self._read(), None
         return self._all
@@ -254,39 +265,37 @@ class LazyBodies(Sequence[Any]):
 
 
 def open_scene_tables(path: str | os.PathLike[str], edition: str, digest: bytes | None = None) -> Any:
-    """The scene of a file, prepared. Raises what `TablesFile` raises."""
+    """Return the prepared scene of a file. Raise the errors of `TablesFile`."""
     file = TablesFile(path, edition, digest)
     kind, parts, notes = file.section(_REST)
     scene = kind((), *parts)
     scene._bodies = LazyBodies(lambda: file.section(_BODIES)._bodies)
-    scene._prepared, scene._notes = file.prepared(scene._bodies), notes
+    scene._cached_prepared, scene._notes = file.prepared(scene._bodies), notes
     return scene
 
 
 def _digest(data: Any) -> bytes:
+    """Return a hash of 16 bytes."""
     return blake2b(data, digest_size=16).digest()
 
 
-# What workers need for a task and what is the same for all of them: it is sent once, not with each task.
+# Recipes: objects that all tasks share. They are sent once, not with each task.
 #
-# A recipe is the pickle of what a user said (a scene without its tables), known by a hash of these bytes. A task
-# carries
-# a `Reference`: the hash, and the bytes where they are few, or the name of a file that workers of this machine can
-# read.
-# A worker that has none of these answers with `MISSING`, and gets the bytes with the task's second copy. What it has
-# made
-# of them stays, so that a scene is prepared once in each process, and again wherever a new process takes over; where
-# workers can read the file of its prepared tables (`tables_file`), they map that and prepare nothing.
+# A recipe is the pickle of the user's object (a scene without its tables), named by a hash of these bytes. A task
+# carries a `SharedReference`: the hash, and the bytes if they are few, or the name of a file that workers of this
+# machine can read. A worker that has none of these answers with `MissingState`, and gets the bytes with the task's
+# second copy. Its object stays, so that a scene is prepared once in each process, and once more in a process that
+# takes over. Workers that can read the file of the scene's prepared tables map that file and prepare nothing.
 
 INLINE_BYTES = 1 << 12
-"""Recipes of up to so many bytes travel with each task."""
+"""Recipes of up to this many bytes travel with each task."""
 CACHE_SIZE = 8
-"""So many things are kept by a worker, the latest."""
+"""Number of objects that a worker keeps, the most recently used ones."""
 
 
 @dataclass(frozen=True)
 class SharedReference:
-    """Where a worker finds a recipe, or the recipe itself."""
+    """The place of a recipe for a worker, or the recipe itself."""
 
     key: bytes
     data: bytes | None = None
@@ -296,7 +305,7 @@ class SharedReference:
 
 
 class SharedObject:
-    """Something that tasks share, as bytes."""
+    """An object that tasks share, and its pickle."""
 
     def __init__(self, thing: Any) -> None:
         self.data = pickle.dumps(thing, protocol=5)
@@ -311,12 +320,12 @@ class SharedObject:
 
     @property
     def labels(self) -> Any:
-        """Of a scene, what its bodies are called and made of."""
+        """Of a scene, names and materials of its bodies."""
         scene: Any = self.thing.scene() if isinstance(self.thing, _WeakScene) else self.thing
-        return scene.prepared.labels
+        return scene._prepared.labels
 
     def reference(self, whole: bool = False) -> SharedReference:
-        """What a task carries; `whole` for a worker that has nothing but the task."""
+        """Return the reference that a task carries; with `whole`, for a worker that has nothing but the task."""
         if whole or len(self.data) <= INLINE_BYTES:
             return SharedReference(self.key, self.data, None, self._tables)
         if not self._tried:
@@ -324,10 +333,10 @@ class SharedObject:
         return SharedReference(self.key, None, self._path, self._tables)
 
     def share_tables(self, edition: str, store: str | None) -> None:
-        """Have a file of the scene's prepared tables, for workers that can read it, if the scene is not a small one.
+        """Write a file of the scene's prepared tables for workers that can read it, unless the scene is small.
 
-        store: a folder that workers share; None for one of this machine, which goes away with the scene. Tables that
-        are there already are taken. Raises ValueError for files of a store that are damaged or of another edition.
+        store: a folder that workers share; None for one of this machine, which is removed with the scene. Existing
+        tables are used. Raise ValueError for files of a store that are damaged or of another edition.
         """
         scene = self.thing.scene() if isinstance(self.thing, _WeakScene) else None
         if scene is None or len(self.data) <= INLINE_BYTES or type(scene).__module__ != _WeakScene.home:
@@ -336,18 +345,19 @@ class SharedObject:
         if folder is None or (self._tables is not None and os.path.dirname(self._tables[0]) == folder):
             return
         path = os.path.join(folder, f"{self.key.hex()}-{_key_of(edition.encode()).hex()[:8]}.tables")
+        # Without a file, workers prepare the scene themselves: no room is no error.
         with contextlib.suppress(OSError):
             if os.path.exists(path):
                 file = TablesFile(path, edition)
-                if scene._prepared is None:
-                    scene._prepared = file.prepared(scene._bodies)
+                if scene._cached_prepared is None:
+                    scene._cached_prepared = file.prepared(scene._bodies)
                 self._tables = path, file.digest
-            elif can_store_tables(scene.prepared):
+            elif can_store_tables(scene._prepared):
                 rest = type(scene), scene._parts[1:], scene._notes
-                self._tables = path, write_tables(path, edition, scene.prepared, rest, self.data)
+                self._tables = path, write_tables(path, edition, scene._prepared, rest, self.data)
 
     def _folder(self) -> str | None:
-        """A folder that only this user can read, until the recipe goes away; None where there is no room."""
+        """Return a folder that only this user can read, until the recipe goes away; None if there is no room."""
         if self._own_folder is None:
             with contextlib.suppress(OSError):
                 self._own_folder = tempfile.mkdtemp(prefix="conicoid-")
@@ -355,7 +365,7 @@ class SharedObject:
         return self._own_folder
 
     def _written(self) -> str | None:
-        """The name of a file of the bytes; None where there is no room."""
+        """Return the name of a file of the bytes; None if there is no room."""
         folder = self._folder()
         if folder is None:
             return None
@@ -369,7 +379,7 @@ class SharedObject:
 
 
 def shared_scene(scene: Any) -> SharedObject:
-    """The recipe of a scene, which is immutable and so has one."""
+    """Return the recipe of a scene; the scene is immutable, so it has one."""
     known: SharedObject | None = vars(scene).get("_recipe")
     if known is None:
         known = SharedObject(_WeakScene(scene))
@@ -378,9 +388,9 @@ def shared_scene(scene: Any) -> SharedObject:
 
 
 class _WeakScene:
-    """A scene as it travels: only a weak reference keeps it from here, as it owns its recipe."""
+    """A scene in the form that travels. It holds a weak reference only, as the scene owns its recipe."""
 
-    home = "conicoid.scene.scene"  # the module of scenes that are nothing else
+    home = "conicoid.scene.scene"  # the module of `Scene`
 
     def __init__(self, scene: Any) -> None:
         self.scene = weakref.ref(scene)
@@ -390,6 +400,7 @@ class _WeakScene:
 
 
 def _identity(scene: Any) -> Any:
+    """Return the argument: pickles of `_WeakScene` hold the scene itself."""
     return scene
 
 
@@ -399,9 +410,9 @@ _cache: OrderedDict[bytes, Any] = OrderedDict()
 
 
 def find_shared(reference: SharedReference) -> tuple[Any, ...]:
-    """(what was made by a recipe,), or () in a worker that has none.
+    """Return (object of a recipe,), or () in a worker that lacks it.
 
-    In the process of the one who asks, and in its forks, that is the very scene, prepared as it is.
+    In the process that sent the task, and in its forks, it is the same prepared scene.
     """
     with _lock:
         mine = _own_objects.get(reference.key)
@@ -411,7 +422,7 @@ def find_shared(reference: SharedReference) -> tuple[Any, ...]:
             return (thing,)
         if reference.key not in _cache and reference.tables is not None:
             path, digest = reference.tables
-            with contextlib.suppress(OSError):  # it is on another machine, or another file by now
+            with contextlib.suppress(OSError):  # on another machine, or replaced by another file
                 _cache[reference.key] = open_scene_tables(path, source_version(), digest)
         if reference.key not in _cache:
             data = reference.data if reference.data is not None else _read(reference)
@@ -425,7 +436,7 @@ def find_shared(reference: SharedReference) -> tuple[Any, ...]:
 
 
 def _read(reference: SharedReference) -> bytes | None:
-    """The bytes in the file of a recipe, if they are those that its hash is of."""
+    """Return the bytes of a recipe's file if their hash matches, else None."""
     if reference.path is None:
         return None
     with contextlib.suppress(OSError), open(reference.path, "rb") as file:
@@ -441,4 +452,5 @@ def _remove(folder: str, process: int) -> None:
 
 
 def _key_of(data: bytes) -> bytes:
+    """Return the hash that names a recipe."""
     return blake2b(data, digest_size=16).digest()

@@ -1,4 +1,4 @@
-"""Queries of more rays than memory holds: one part after the other, the parts in order."""
+"""`scene.stream`: queries of more rays than memory holds, one part after the other, in order."""
 
 from __future__ import annotations
 
@@ -26,41 +26,45 @@ if TYPE_CHECKING:
     from ..queries.scene_protocol import SceneLike
 
 QUERIES = ("first_hit", "occluded", "spans", "crossings", "lengths", "line_integral")
+"""The queries of `scene.stream`."""
 _LEAST, _MOST = 4096, 1 << 20
-_READ = 1 << 18  # rays that are read from a file at a time
+_READ = 1 << 18  # rays to read from a file at a time
 _LIMITS = DEFAULT_T_MIN, DEFAULT_T_MAX
 
 
 @prepare_first
 def _part(scene: SceneLike, query: str, options: dict[str, Any], share: RayShare) -> Any:
-    """The answer to one share, as it travels: without the scene, to whose tables the asker adds it again."""
-    made = share.made()
+    """Return the answer to one share in the form that travels: without the scene, which `_assemble` adds again."""
+    rays = share.made()
     if query == "line_integral":
+        # A copy: the task may run in this process, which uses the options again.
         options = dict(options)
-        return scene.line_integral(options.pop("values"), made, None, share.t_min, share.t_max, **options)
-    found = getattr(scene, query)(made, None, share.t_min, share.t_max, **options)
+        return scene.line_integral(options.pop("values"), rays, None, share.t_min, share.t_max, **options)
+    answer = getattr(scene, query)(rays, None, share.t_min, share.t_max, **options)
     if query == "first_hit":
-        return "hits", share, tuple(map(_compact, found._found)), found._doubtful
-    rows = isinstance(found, Spans | Crossings)
-    return ("rows", share, found.offsets, queries._columns(found)[1:]) if rows else found
+        return "hits", share, tuple(map(_compact, answer._found)), answer._doubtful
+    rows = isinstance(answer, Spans | Crossings)
+    return ("rows", share, answer.offsets, queries._columns(answer)[1:]) if rows else answer
 
 
 def stream(
     scene: Any, rays: Any, query: str, chunk: int | None, executor: Any, out: Any, options: dict[str, Any]
 ) -> Any:
-    """`scene.stream`."""
+    """Run `scene.stream`."""
     if not isinstance(query, str):
-        told = "rays are one argument: stream(co.Rays(origins, directions)), or (origins, directions) in brackets"
-        raise TypeError(f"stream: query must be the name of one, got {describe_kind(query)}; {told}")
+        hint = "rays are one argument: stream(co.Rays(origins, directions)), or (origins, directions) in brackets"
+        raise TypeError(f"stream: query must be the name of a query, got {describe_kind(query)}; {hint}")
     check_choice("stream", "query", query, QUERIES)
     refuse_no_rays("stream", rays)
     if query == "line_integral" and "values" not in options:
         raise TypeError("stream: line_integral needs values=")
     limits = options.pop("t_min", _LIMITS[0]), options.pop("t_max", _LIMITS[1])
-    given = queries.workers_of("stream", executor)
+    base = queries.workers_of("stream", executor)
+    # A copy: the user's workers keep their own size of tasks. The constructor only checks `chunk`.
     workers = object.__new__(Workers)
-    vars(workers).update(vars(given), chunk=Workers(given.executor, chunk=chunk).chunk or given.chunk)
+    vars(workers).update(vars(base), chunk=Workers(base.executor, chunk=chunk).chunk or base.chunk)
     if isinstance(rays, str | os.PathLike):
+        # The file's own interval must not conflict with an explicit one.
         file = RayStream(rays)
         file.check_ends(*(None if limit == usual else limit for limit, usual in zip(limits, _LIMITS, strict=True)))
         rays, shape, home = file.pieces(workers.chunk or _READ), file.shape, file.source.home
@@ -79,16 +83,18 @@ def _iterate_answers(
     scene: SceneLike, sources: Iterator[Any], query: str, options: dict[str, Any], limits: tuple[Any, Any],
     workers: Workers,
 ) -> Iterator[Any]:  # fmt: skip
+    """Yield the answers to all parts, in order."""
     pace = ChunkSize(workers.chunk, _LEAST, _MOST, workers.count)
 
     def pieces() -> Iterator[ScheduledTask]:
         for source in sources:
-            rays, *own = source if isinstance(source, TimedRays) else (source, None, None)
-            ends = (limit if end is None else end for end, limit in zip(own, limits, strict=True))
-            asked = RayRequest(query, rays, None, *ends)
-            pace.most = max(1, min(_MOST, workers.most_bytes // asked.bytes_each))
-            for a, b in pace.pieces(0, asked.count, max(1, 8 * asked.width)):
-                yield ScheduledTask(a, b, (asked.share(a, b),))
+            rays, *own_limits = source if isinstance(source, TimedRays) else (source, None, None)
+            ends = (limit if end is None else end for end, limit in zip(own_limits, limits, strict=True))
+            request = RayRequest(query, rays, None, *ends)
+            # Rays of each source may have another size.
+            pace.most = max(1, min(_MOST, workers.most_bytes // request.bytes_each))
+            for a, b in pace.pieces(0, request.count, max(1, 8 * request.width)):
+                yield ScheduledTask(a, b, (request.share(a, b),))
 
     recipes = shared_scene(scene), SharedObject(query), SharedObject(options)
     with cancel_on_exit(Scheduler("stream", workers, _part, recipes).results(pieces(), pace.saw, 0)) as results:
@@ -97,7 +103,7 @@ def _iterate_answers(
 
 
 def _assemble(scene: SceneLike, query: str, value: Any) -> Any:
-    """An answer as the query gives it, with the scene of the one who asked."""
+    """Return an answer in the form of the query, with the scene of this process."""
     if not isinstance(value, tuple):
         return value
     from ..kernels.entry.first_hits import HitBuffers
@@ -105,22 +111,22 @@ def _assemble(scene: SceneLike, query: str, value: Any) -> Any:
 
     kind, share, *rest = value
     if kind == "hits":
-        return Hits(scene.prepared, share.made(), HitBuffers(*map(align_array, rest[0])), rest[1])
+        return Hits(scene._prepared, share.made(), HitBuffers(*map(align_array, rest[0])), rest[1])
     offsets, columns = rest
-    kept = [align_array(column) for column in columns]
-    made = share.made()
+    rows = [align_array(column) for column in columns]
+    rays = share.made()
     if query == "spans":
-        return queries.lists_of(Spans, scene, made, align_array(offsets), kept)
-    return queries.lists_of(Crossings, scene, made, align_array(offsets), kept)
+        return queries.lists_of(Spans, scene, rays, align_array(offsets), rows)
+    return queries.lists_of(Crossings, scene, rays, align_array(offsets), rows)
 
 
 def _compact(column: Any) -> Any:
-    """An array without the room around it."""
+    """Return a copy without unused memory."""
     return column.copy()
 
 
 def _sources(rays: Any) -> Iterator[Rays | LazyRays | TimedRays]:
-    """The parts of what a user has for rays, each with a length."""
+    """Yield the parts of the user's rays, each with a length."""
     if isinstance(rays, Rays | LazyRays | TimedRays):
         yield rays
     elif isinstance(rays, tuple) and len(rays) == 2 and all(hasattr(part, "shape") for part in rays):

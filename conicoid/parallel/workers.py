@@ -1,9 +1,4 @@
-"""A client of Dask as an executor none of whose tasks is left without an outcome.
-
-That of Dask itself, `client.get_executor()`, names tasks by what they do, so that one that Dask has given up, as its
-workers died, fails again at once however often it is sent. And a result that is lost while it is fetched, with a worker
-or with the scheduler, leaves its future open for ever if the task then fails: whoever waits for it hangs.
-"""
+"""`Workers` around any executor: the standard library's, Dask's, or this process itself."""
 
 from __future__ import annotations
 
@@ -13,7 +8,6 @@ from collections.abc import Callable
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from typing import TYPE_CHECKING, Any
 
-from .._util.hints import with_call_hints
 from .._util.validation import as_integer, check_callback, describe_kind, format_value
 from .._util.validation import check_path as checked_path
 
@@ -22,29 +16,37 @@ if TYPE_CHECKING:
 
 
 class LostTaskError(RuntimeError):
-    """A task whose worker, result or connection was lost: it may be sent again."""
+    """A task lost its worker, result or connection: it may be sent again."""
 
 
 class DaskExecutor(Executor):
-    """The workers of a client. `given` is the client's own executor, if it was that which a user gave."""
+    """A client of Dask as an executor whose tasks always have an outcome.
+
+    Dask's own executor, `client.get_executor()`, names tasks by their content. So a task that Dask has given up, as
+    its workers died, fails again at once however often it is sent. And if a result is lost while it is fetched, with
+    a worker or with the scheduler, its future stays open for ever if the task then fails.
+
+    `given` is the client's own executor, if the user passed that.
+    """
 
     def __init__(self, client: Any, given: Any = None) -> None:
         self.client, self._given = client, given
+        # pure=False gives each task a key of its own, so that a lost one can be sent again.
         self._options: dict[str, Any] = dict(getattr(given, "_kwargs", {})) | dict(pure=False)
         self._sent: weakref.WeakSet[Any] = weakref.WeakSet()
         self._open = True
 
     @property
     def is_open(self) -> bool:
-        """Does it take tasks, and bring back what was sent?"""
+        """Whether it takes tasks, and returns those already sent."""
         return self._open and not getattr(self._given, "_shutdown", False) and self.client.status != "closed"
 
     @property
     def count(self) -> int:
-        """Threads of all workers; 1 where none has come yet, or the scheduler does not answer."""
+        """Threads of all workers; 1 if none has come yet, or the scheduler does not answer."""
         try:
             return max(1, sum(map(int, self.client.ncores().values())))
-        except Exception:  # as of a client that is closed, which submitting tells of
+        except Exception:  # such as a closed client: `submit` reports it
             return 1
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
@@ -53,6 +55,7 @@ class DaskExecutor(Executor):
         task = self.client.submit(fn, *args, **kwargs, **self._options)
         self._sent.add(task)
         future: Future[Any] = Future()
+        # Cancelling the future cancels the task of Dask.
         future.add_done_callback(lambda done: task.cancel() if done.cancelled() else None)
         self.client.loop.add_callback(_relay, self.client, task, future)
         return future
@@ -65,10 +68,10 @@ class DaskExecutor(Executor):
 
 
 async def _relay(client: Any, task: Any, future: Future[Any]) -> None:
-    """Wait for a task of Dask, and give its future what it brought, whatever happens meanwhile."""
+    """Wait for a task of Dask, and set the outcome of its future in every case."""
     try:
         value = await client.gather(task, asynchronous=True)
-    except BaseException as error:  # the loop ends as well: nobody may wait for ever
+    except BaseException as error:  # also if the loop ends: the future must not stay open
         outcome = error if task.status == "error" else LostTaskError(f"{type(error).__name__}: {error}")
         _resolve(future, outcome, False)
         if not isinstance(error, Exception):
@@ -78,7 +81,7 @@ async def _relay(client: Any, task: Any, future: Future[Any]) -> None:
 
 
 def _resolve(future: Future[Any], outcome: Any, is_value: bool) -> None:
-    """The outcome of a future, unless nobody waits for it."""
+    """Set the outcome of a future, unless it is cancelled."""
     if future.set_running_or_notify_cancel():
         (future.set_result if is_value else future.set_exception)(outcome)
 
@@ -86,29 +89,43 @@ def _resolve(future: Future[Any], outcome: Any, is_value: bool) -> None:
 # Executors of all kinds as one: `Workers`.
 
 _BYTES, _BYTES_OF_DASK = 32 << 20, 8 << 20
-"""Sent with a task at most. (Dask warns from 10 MB on.)"""
+"""The most bytes to send with a task. (Dask warns from 10 MB on.)"""
 
 
 class Workers:
-    """An executor, with what is to be known beyond its interface.
+    """An executor with options beyond its interface.
 
-    executor: a `concurrent.futures.Executor` or what has its `submit`: the standard library's, loky's, mpi4py's,
-        `client.get_executor()` of Dask; a Dask `Client`; or a function without arguments that makes one. This is called
-        again where a pool breaks because a process of it died.
-    chunk: rays, points or tiles of a task. None: about a second's, by the rate that is measured.
-    window: tasks that are sent and not yet back, at most; they bound the memory. None: three for each worker.
-    retries: how often a task is sent again that was lost with its worker.
-    threads: of a task, on its worker: 1 where the executor has a worker for each processor.
-    progress: progress(done, count) is called now and then.
-    store: a folder that workers share, of files of prepared tables, which they map instead of preparing a large scene
-        each; it keeps them for later runs. None: a folder of this machine, for as long as the scene is in use. Only you
-        should be able to write to it.
+    As a context manager it shuts the executor down at the end.
 
-    As a context manager it shuts the executor down in the end.
-    Raises TypeError for what is no executor, ValueError for senseless numbers.
+    Parameters
+    ----------
+    executor : Executor, Client or callable
+        A `concurrent.futures.Executor` or another object with its `submit`: the standard library's, loky's, mpi4py's,
+        `client.get_executor()` of Dask; a Dask `Client`; or a function without arguments that makes one. The function
+        is called again if a pool breaks because a process of it died.
+    chunk : int, optional
+        Rays, points or tiles of a task. None: about a second's work, by the measured rate.
+    window : int, optional
+        The most tasks that are sent and not yet back; it bounds the memory. None: three for each worker.
+    retries : int
+        How often a task is sent again after its worker was lost.
+    threads : int, optional
+        Threads of a task on its worker: 1 if the executor has a worker for each processor.
+    progress : callable, optional
+        progress(done, count) is called now and then.
+    store : path, optional
+        A folder that workers share, with files of prepared tables. Workers map them instead of preparing a large scene
+        each. The folder keeps them for later runs. None: a folder of this machine, as long as the scene is in use. Only
+        you should be able to write to it.
+
+    Raises
+    ------
+    TypeError
+        If `executor` is no executor.
+    ValueError
+        If a number is out of range.
     """
 
-    @with_call_hints
     def __init__(
         self, executor: Any, *, chunk: int | None = None, window: int | None = None, retries: int = 3,
         threads: int | None = 1, progress: Progress | None = None, store: str | os.PathLike[str] | None = None,
@@ -123,7 +140,7 @@ class Workers:
 
     @property
     def count(self) -> int:
-        """Workers at work at the same time, as far as the executor tells; else the processors of this machine."""
+        """Workers that run at the same time, if the executor knows; else the processors of this machine."""
         if isinstance(self.executor, DaskExecutor):
             return self.executor.count
         for name in ("_max_workers", "num_workers"):
@@ -134,25 +151,27 @@ class Workers:
 
     @property
     def is_dask(self) -> bool:
-        """Is it an executor of Dask?"""
+        """Whether the executor is one of Dask."""
         return isinstance(self.executor, DaskExecutor)
 
     @property
     def are_here(self) -> bool:
-        """Are they threads of this process, which have all that it has?"""
+        """Whether the workers are threads of this process, with all its objects."""
         return isinstance(self.executor, ThreadPoolExecutor) or getattr(self.executor, "is_here", False)
 
     @property
     def most_bytes(self) -> int:
-        """That are to be sent with one task."""
+        """The most bytes to send with one task."""
         return _BYTES_OF_DASK if self.is_dask else _BYTES
 
     def renew(self, broken: Any) -> bool:
-        """Have a new executor in place of one that broke; False where there is no way to make one."""
+        """Replace a broken executor by a new one. Return False if there is no function that makes one."""
+        # Another task of the same pool has already replaced it.
         if self.executor is not broken:
             return True
         if self._make is None:
             return False
+        # Do not wait for processes that may never answer.
         broken.shutdown(wait=False)
         self.executor = _as_executor("Workers", self._make())
         return True
@@ -165,21 +184,22 @@ class Workers:
 
 
 def as_workers(owner: str, executor: Any, progress: Progress | None = None) -> Workers:
-    """The `Workers` of an argument `executor=`."""
-    made = executor if isinstance(executor, Workers) else Workers(_as_executor(owner, executor))
+    """Return the `Workers` of an argument `executor=`."""
+    workers = executor if isinstance(executor, Workers) else Workers(_as_executor(owner, executor))
     if progress is None:
-        return made
-    again = object.__new__(Workers)
-    vars(again).update(vars(made), progress=progress)
-    return again
+        return workers
+    copy = object.__new__(Workers)
+    vars(copy).update(vars(workers), progress=progress)
+    return copy
 
 
 def _submits(executor: Any) -> bool:
+    """Return whether an object has `submit`, and is no class."""
     return callable(getattr(executor, "submit", None)) and not isinstance(executor, type)
 
 
 def _as_executor(owner: str, executor: Any) -> Any:
-    """What has the interface of executors; of a Dask client, and of its own executor, one that loses nothing."""
+    """Return an executor; a Dask client, or its own executor, becomes a `DaskExecutor`."""
     if not _submits(executor):
         raise TypeError(
             f"{owner}: executor must be a concurrent.futures.Executor or a Workers, got {describe_kind(executor)}"
@@ -192,24 +212,26 @@ def _as_executor(owner: str, executor: Any) -> Any:
 
 
 def _folder(path: Any) -> str:
-    found = os.path.abspath(checked_path("Workers", path, "store"))
-    if not os.path.isdir(found):
-        raise FileNotFoundError(2, "no such folder", found)
-    return found
+    """Return the absolute path of an existing folder."""
+    folder = os.path.abspath(checked_path("Workers", path, "store"))
+    if not os.path.isdir(folder):
+        raise FileNotFoundError(2, "no such folder", folder)
+    return folder
 
 
 def _number(name: str, value: Any, least: int) -> int | None:
-    found = None if value is None else as_integer(value)
-    if value is not None and (found is None or found < least):
+    """Return None or a whole number >= `least`."""
+    number = None if value is None else as_integer(value)
+    if value is not None and (number is None or number < least):
         raise ValueError(f"Workers: {name} must be a whole number >= {least} or None, got {format_value(value)}")
-    return found
+    return number
 
 
-# An executor of the process that asks: what is submitted is done at once, with all threads.
+# The executor of this process.
 
 
 class _InlineExecutor(Executor):
-    """One task at a time, in the caller's thread."""
+    """Run each task at once in the caller's thread, with all threads of the kernels."""
 
     _max_workers = 1
     is_here = True
@@ -221,5 +243,5 @@ class _InlineExecutor(Executor):
 
 
 def inline_workers() -> Workers:
-    """The process that asks, as `Workers`."""
+    """Return this process as `Workers`."""
     return Workers(_InlineExecutor(), window=1, threads=None)

@@ -1,6 +1,6 @@
 """Limits of the fast formulas: how far they can be trusted, and from where on a ray is marked as doubtful.
 
-Every bound of docs/exactness.md depends on a scene only through a few numbers of each surface and cell. They are
+Every bound of docs/dev/exactness.md depends on a scene only through a few numbers of each surface and cell. They are
 computed here, once, from the constants of `kernels/surface/doubt.py`. R is how far the bodies that a surface bounds
 reach from its anchor; kappa is the share of a value's terms by which rounding may change it; the bounds hold for rays
 within `far` of the scene.

@@ -12,16 +12,13 @@ import numpy.typing as npt
 
 from .._util.arrays import FloatArray
 from .._util.errstate import ignore_fp_errors
-from .._util.hints import with_method_hints
 from .._util.text import format_count
 from .._util.validation import format_value, real_array, zero_negligible
 from ..kernels.closest.nearest_walls import nearest_walls
 from ..kernels.closest.safety import bounds_of_points
 from ..kernels.threads import chunk_size, run_chunks, run_on
 from .hit_fields import faces_of, normals_of
-from .id_arrays import as_id_array
 from .points import body_at, packets_of, points_of, width_of
-from .rays import refuse_name_index
 from .result import NO_SCENE, QueryResult, check_parts, common_scene_state, format_body, format_field
 
 if TYPE_CHECKING:
@@ -53,7 +50,6 @@ class Nearest(NamedTuple):
         return cls(distance, lower, error, np.full((count, 3), np.nan), body, entry, place, np.ones(count, np.int8))
 
 
-@with_method_hints
 class Distances(QueryResult):
     """Distances of points from the nearest walls, shaped like the points; one point gives scalars. Read-only.
 
@@ -80,7 +76,6 @@ class Distances(QueryResult):
         Those of `distance`.
     """
 
-    instead = "distances.distance, distances.lower and distances.point"
     points: FloatArray
     _found: Nearest
     _views = ("distance", "lower", "error", "point", "body", "face", "surface", "normal")
@@ -131,7 +126,7 @@ class Distances(QueryResult):
 
     @cached_property
     def body(self) -> npt.NDArray[np.int32]:
-        result: npt.NDArray[np.int32] = as_id_array("body", self._shaped(self._found.body))
+        result: npt.NDArray[np.int32] = self._shaped(self._found.body)
         return result
 
     @cached_property
@@ -145,11 +140,11 @@ class Distances(QueryResult):
 
     @cached_property
     def face(self) -> Any:
-        return as_id_array("face", self._shaped(self._faces[1]))
+        return self._shaped(self._faces[1])
 
     @cached_property
     def surface(self) -> Any:
-        return as_id_array("surface", self._shaped(self._faces[0]))
+        return self._shaped(self._faces[0])
 
     @cached_property
     @ignore_fp_errors
@@ -175,7 +170,6 @@ class Distances(QueryResult):
 
     def __getitem__(self, index: Any) -> Distances:
         """Return the distances that an index or mask over the points' shape selects."""
-        refuse_name_index(self, index)
         rows = np.arange(self.size).reshape(self.shape)[index]
         flat = np.atleast_1d(rows).ravel()
         picked = Distances(self._scene, self.points[index], Nearest(*(array[flat] for array in self._found)))

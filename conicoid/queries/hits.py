@@ -12,8 +12,6 @@ import numpy.typing as npt
 
 from .._util.arrays import FloatArray
 from .._util.errstate import ignore_fp_errors
-from .._util.foreign_names import with_attribute_hints
-from .._util.hints import with_method_hints
 from .._util.text import format_count
 from .._util.validation import DOMAIN, check_npz_path, is_outside_domain, zero_negligible
 from ..kernels.body.media import AFTER, BEFORE
@@ -23,8 +21,7 @@ from ..kernels.threads import run_chunks
 from .derivative_methods import HitDerivatives
 from .extensions import extension
 from .hit_fields import faces_of, local_points_of, normals_of, points_along, uvs_of
-from .id_arrays import as_id_array
-from .rays import Rays, lines_of, points_array, refuse_name_index, refuse_pairs
+from .rays import Rays, lines_of, points_array
 from .result import NO_SCENE, QueryResult, check_parts, format_body, format_field, merge_labels
 
 if TYPE_CHECKING:
@@ -33,8 +30,6 @@ if TYPE_CHECKING:
 _FIELD_CHUNK = 16384  # hits that a thread takes at a time when it computes a field
 
 
-@with_attribute_hints
-@with_method_hints
 class Hits(QueryResult, HitDerivatives):
     """First hits of rays, shaped like the rays; one ray gives scalars. All arrays are read-only.
 
@@ -73,7 +68,6 @@ class Hits(QueryResult, HitDerivatives):
     """
 
     rays: Rays
-    instead = "hits.t, hits.point, hits.normal and hits.body"
     _found: HitBuffers
     _doubtful: npt.NDArray[np.int64]
     _views = ("t", "body", "surface", "face", "entering", "doubtful")
@@ -109,7 +103,7 @@ class Hits(QueryResult, HitDerivatives):
 
     @cached_property
     def body(self) -> npt.NDArray[np.int32]:
-        result: npt.NDArray[np.int32] = as_id_array("body", self._shaped(self._found.body))
+        result: npt.NDArray[np.int32] = self._shaped(self._found.body)
         return result
 
     @property
@@ -129,11 +123,11 @@ class Hits(QueryResult, HitDerivatives):
 
     @cached_property
     def surface(self) -> Any:
-        return as_id_array("surface", self._shaped(self._faces[0]))
+        return self._shaped(self._faces[0])
 
     @cached_property
     def face(self) -> Any:
-        return as_id_array("face", self._shaped(self._faces[1]))
+        return self._shaped(self._faces[1])
 
     @cached_property
     def _sides(self) -> Any:
@@ -154,12 +148,12 @@ class Hits(QueryResult, HitDerivatives):
         is how pictures show glass in water. Coinciding walls act together: two blocks that abut leave no gap, and where
         a nested body ends, the body around it continues.
         """
-        return as_id_array("before", self._shaped(self._sides[BEFORE]))
+        return self._shaped(self._sides[BEFORE])
 
     @cached_property
     def after(self) -> Any:
         """int32 (...): the body that the ray would be in just after the wall, by the rule of `before`."""
-        return as_id_array("after", self._shaped(self._sides[AFTER]))
+        return self._shaped(self._sides[AFTER])
 
     @cached_property
     def entering(self) -> Any:
@@ -360,12 +354,10 @@ class Hits(QueryResult, HitDerivatives):
 
     def __iter__(self) -> Iterator[Hits]:
         for i in range(len(self)):
-            refuse_pairs("Hits")
             yield self[i]
 
     def __getitem__(self, index: Any) -> Hits:
         """Return the hits that an index or mask over the rays' shape selects."""
-        refuse_name_index(self, index)
         rows = np.arange(len(self._found.t)).reshape(self.rays.shape)[index]
         flat = np.atleast_1d(rows).ravel()
         doubtful = np.flatnonzero(np.isin(flat, self._doubtful)) if len(self._doubtful) else ()
@@ -392,6 +384,20 @@ class Hits(QueryResult, HitDerivatives):
             return f"Hits({_format_hit(self)})"
         count = int((self._found.body >= 0).sum())
         return f"Hits(shape={self.rays.shape}, {count:,} of {format_count(len(self._found.t), 'ray', 'rays')} hit)"
+
+    def _repr_html_(self) -> str:
+        """Return the table that a notebook shows: a row for each of the first rays."""
+        from itertools import islice
+
+        from .._util.html_table import MOST_ROWS, html_table
+
+        shape, count = self.rays.shape, self.size
+        first = self[np.unravel_index(np.arange(min(count, MOST_ROWS)), shape)] if shape else self[None]
+        rays = islice(np.ndindex(*shape), MOST_ROWS)
+        names = ("t", "body", "name", "face", "entering", "point", "normal")
+        fields = zip(*(getattr(first, name) for name in names), strict=True)
+        rows = ((", ".join(map(str, ray)), *row) for ray, row in zip(rays, fields, strict=False))
+        return html_table(("ray", *names), rows, count)
 
 
 def _format_hit(hits: Hits) -> str:

@@ -9,7 +9,6 @@ import numpy as np
 import numpy.typing as npt
 
 from .._util.arrays import FloatArray
-from .._util.hints import with_method_hints
 from .._util.text import format_count
 from .._util.validation import LARGEST, rows_outside_domain
 from ..geometry.labels import Labels
@@ -17,12 +16,9 @@ from ..kernels.threads import chunk_of_rays, run_on
 from ..prepare.prepared_scene import PreparedScene
 from .exact.doubtful_rays import resolve_bodies
 from .exact.membership import locate_packets
-from .id_arrays import as_id_array
 from .rays import points_array
-from .result import object_array
 
 
-@with_method_hints
 class BodiesAt:
     """The bodies that contain each point, in listing order. Those of point i are body[offsets[i]:offsets[i + 1]].
 
@@ -44,7 +40,7 @@ class BodiesAt:
         self.offsets, self.shape, self._labels = offsets, shape, labels
         for array in (offsets, body):
             array.setflags(write=False)
-        self.body: Any = as_id_array("body", body)
+        self.body: Any = body
 
     @property
     def counts(self) -> Any:
@@ -54,12 +50,12 @@ class BodiesAt:
     @property
     def name(self) -> Any:
         """object (n,): the name of each of `body`, or None."""
-        return object_array(self._labels.names_of(self.body))
+        return self._labels.names_of(self.body)
 
     @property
     def material(self) -> Any:
         """object (n,): the material of each of `body`, or None."""
-        return object_array(self._labels.materials_of(self.body))
+        return self._labels.materials_of(self.body)
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, BodiesAt):
@@ -110,7 +106,7 @@ def points_of(owner: str, points: Any) -> tuple[FloatArray, tuple[int, ...]]:
 def body_at(scene: PreparedScene, points: Any, owner: str = "body_at") -> Any:
     """Return the lowest-numbered body that contains each point, -1 for none; int32 of the points' shape."""
     flat, shape = points_of(owner, points)
-    return as_id_array("body", first_after(scene, flat, BEFORE_FIRST, width_of(shape)).reshape(shape)[()])
+    return first_after(scene, flat, BEFORE_FIRST, width_of(shape)).reshape(shape)[()]
 
 
 def width_of(shape: tuple[int, ...]) -> int:

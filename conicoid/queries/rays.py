@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import math
 import os
-import threading
-import weakref
 from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, Any, NoReturn
 
@@ -14,56 +12,15 @@ import numpy.typing as npt
 
 from .._util.arrays import FloatArray
 from .._util.errstate import ignore_fp_errors
-from .._util.foreign_names import with_attribute_hints
-from .._util.hints import with_method_hints
 from .._util.pickling import align_array
 from .._util.validation import DOMAIN, check_npz_path, describe_kind, format_value, real_array, refuse_columns
 from .._util.validation import check_path as checked_path
 from ..kernels.threads import run_chunks
 from .extensions import extension
-from .result import NoArray, check_parts
+from .result import ArrayRecord, check_parts
 
 if TYPE_CHECKING:
     from ..prepare.prepared_scene import PreparedScene
-
-
-# Rays unpack to two arrays, so `zip(rays, hits)` would pair the array of origins with the first hit. An iterator of
-# rays therefore records that it stands between the two arrays, and iterators of results refuse to advance then. Plain
-# unpacking never leaves an iterator in that state while other iterators advance.
-
-_UNPACKING = threading.local()
-"""`iterator`: a weak reference to the iterator of this thread that has yielded origins and not yet directions."""
-
-
-class RayUnpacking(Iterator[FloatArray]):
-    """Yield the origins, then the directions."""
-
-    __slots__ = ("__weakref__", "_left")
-
-    def __init__(self, origins: FloatArray, directions: FloatArray) -> None:
-        self._left = [directions, origins]
-
-    def __next__(self) -> FloatArray:
-        _UNPACKING.iterator = None
-        if not self._left:
-            raise StopIteration
-        array = self._left.pop()
-        if self._left:
-            _UNPACKING.iterator = weakref.ref(self)
-        return array
-
-
-def refuse_pairs(kind: str) -> None:
-    """Raise TypeError if a loop over results of class `kind` advances while an iterator of rays does too."""
-    begun = getattr(_UNPACKING, "iterator", None)
-    if begun is None or begun() is None:
-        return
-    _UNPACKING.iterator = None
-    it = kind.lower()
-    raise TypeError(
-        f"{kind}: a loop over rays and {it} at once pairs the array of origins with the first of the {it}: "
-        f"`for one in {it}` has the ray of each as one.rays"
-    )
 
 
 # Arrays of rays
@@ -106,9 +63,7 @@ def find_invalid_ray(origins: FloatArray, directions: FloatArray) -> tuple[int, 
     return index, f"{_REASONS[reason]}, got {tuple(value.tolist())}"
 
 
-@with_attribute_hints
-@with_method_hints
-class Rays(NoArray):
+class Rays(ArrayRecord):
     """Rays of any leading shape, read-only.
 
     Parameters
@@ -124,9 +79,9 @@ class Rays(NoArray):
 
     Notes
     -----
-    Rays unpack to (origins, directions), so a loop over rays yields these two arrays, and `zip(rays, hits)` raises
-    TypeError. `rays[i]` is one ray, `rays[2:5]` are three, `len(rays)` is the length of the first axis, and
-    `for hit in hits` gives the ray of each hit as `hit.rays`.
+    Rays unpack to (origins, directions), so a loop over rays yields these two arrays. `rays[i]` is one ray,
+    `rays[2:5]` are three, `len(rays)` is the length of the first axis, and `for hit in hits` gives the ray of each hit
+    as `hit.rays`.
 
     Spawned rays store the number of the surface on which they start, and the key of its scene. In a scene with other
     surfaces they act as plain rays with the same origins and directions. Unpacking drops the surface.
@@ -134,7 +89,6 @@ class Rays(NoArray):
 
     __slots__ = ("_home", "_starts", "directions", "origins")
     __hash__ = None  # type: ignore[assignment]
-    instead = "rays.origins and rays.directions"
     origins: FloatArray
     directions: FloatArray
     _starts: npt.NDArray[np.int32]  # surface numbers, -1 for none, or DEAD; one for all rays or one for each
@@ -348,10 +302,9 @@ class Rays(NoArray):
         return self.shape[0]
 
     def __iter__(self) -> Iterator[FloatArray]:
-        return RayUnpacking(self.origins, self.directions)
+        return iter((self.origins, self.directions))
 
     def __getitem__(self, index: Any) -> Rays:
-        refuse_name_index(self, index)
         starts = self._starts
         if len(starts) > 1 or self.origins.size == 3:
             starts = np.atleast_1d(np.broadcast_to(starts, (self.origins.size // 3,)).reshape(self.shape)[index])
@@ -370,25 +323,6 @@ class Rays(NoArray):
         return f"Rays(shape={self.shape})"
 
 
-_NAME_INDEX_HINTS = {
-    "Hits": "; hits[hits.name == {0}] are those of a body",
-    "Spans": "; spans.t_enter[spans.name == {0}] are those in a body, and so is any field",
-    "Crossings": "; crossings.t[crossings.name == {0}] are those of a body, and so is any field",
-}
-"""Hints for a text as an index, which is perhaps the name of a body."""
-
-
-def refuse_name_index(thing: Any, index: Any) -> None:
-    """Raise IndexError for a text as an index, with a hint to the field or body of that name."""
-    if isinstance(index, str):
-        kind = type(thing).__name__
-        known = hasattr(type(thing), index) or index in getattr(thing, "__dict__", {})
-        hint = f"; {kind.lower()}.{index} is a field" if known and not index.startswith("_") else ""
-        if not known:
-            hint = _NAME_INDEX_HINTS.get(kind, "").format(format_value(index))
-        raise IndexError(f"{kind}: index must be numbers, slices or a mask, got {format_value(index)}{hint}")
-
-
 def lines_of(rays: Rays) -> tuple[FloatArray, FloatArray]:
     """Return origins and directions, both (n, 3)."""
     return rays.origins.reshape(-1, 3), rays.directions.reshape(-1, 3)
@@ -405,16 +339,13 @@ def _own_copy(array: FloatArray, shape: tuple[int, ...]) -> FloatArray:
 _BLOCK = 1 << 12  # rays; their arrays (192 KiB) stay in the processor's cache while they are computed and checked
 
 
-@with_attribute_hints
-@with_method_hints
-class LazyRays(NoArray):
+class LazyRays(ArrayRecord):
     """Rays of a camera, a scan or a file that are computed in parts, so that they take a few bytes until then.
 
     Every query accepts them in place of `Rays`; `made()` returns them as `Rays`. Each ray has the same bits in whatever
     part it is computed.
     """
 
-    instead = "rays.made()"
     _in_blocks = True
     """Whether the rays are computed, in blocks and by several threads, rather than read."""
 

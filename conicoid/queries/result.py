@@ -1,7 +1,6 @@
-"""Base classes of query results: `NoArray`, which keeps NumPy from treating a result as numbers, and `QueryResult`.
+"""`ArrayRecord`, an object of array fields that NumPy does not take for an array, and `QueryResult`, its main subclass.
 
-A result has arrays as fields and is no array itself. `ObjectArray` holds names and materials of bodies. The functions
-at the end format one-ray results and join results for `concatenate`.
+The functions at the end format one-ray results and join results for `concatenate`.
 """
 
 from __future__ import annotations
@@ -12,192 +11,33 @@ from typing import TYPE_CHECKING, Any, ClassVar, NoReturn, Self, TypeVar
 
 import numpy as np
 
-from .._util.foreign_names import HintingType
-from .._util.hints import describe_names, with_method_hints
+from .._util.hints import unknown_attribute
 from .._util.pickling import restore_state
 from .._util.text import format_count
-from .._util.user_warnings import warn
 from .._util.validation import describe_kind, format_value
 from ..geometry.labels import Labels
-from .id_arrays import number_fields
 
 if TYPE_CHECKING:
     from ..prepare.prepared_scene import PreparedScene
 
 
-_NUMPY_SAVERS = (np.save, np.savez, np.savez_compressed)
-"""NumPy functions that accept a result, since they only store it."""
+class ArrayRecord:
+    """An object whose fields are arrays, and which is no array itself.
 
-
-class NoArray(metaclass=HintingType):
-    """An object whose fields are arrays. NumPy functions and operators raise a TypeError that names fields to use."""
+    NumPy would take it for a sequence of Python objects, one for each ray.
+    """
 
     __slots__ = ()
-    instead: ClassVar[str]
-    """The fields that messages recommend."""
-
-    def _refusal(self, what: str = "") -> TypeError:
-        kind = type(self).__name__
-        return TypeError(f"{what}{kind} is no array of numbers: its fields are, such as {type(self).instead}")
+    __array_ufunc__ = None
+    """Operators and universal functions raise TypeError."""
 
     def __array__(self, dtype: Any = None, copy: Any = None) -> NoReturn:
-        raise self._refusal()
+        raise TypeError(f"{type(self).__name__} is no array of numbers; its fields are arrays")
 
-    def __array_ufunc__(self, function: Any, *_: Any, **__: Any) -> NoReturn:
-        raise self._refusal(f"{function.__name__}: ")
+    if not TYPE_CHECKING:  # type checkers would otherwise accept any attribute
 
-    def __array_function__(self, function: Any, types: Any, args: Any, keywords: Any) -> Any:
-        if function not in _NUMPY_SAVERS:
-            raise self._refusal(f"{function.__name__}: ")
-        boxed = {name: _box_result(value) for name, value in keywords.items()}
-        return function(*map(_box_result, args), **boxed)
-
-    if not TYPE_CHECKING:  # a type checker that saw __setitem__ would accept assignments to items
-
-        def __setitem__(self, index: Any, value: Any) -> NoReturn:
-            raise self._read_only()
-
-        def __delitem__(self, index: Any) -> NoReturn:
-            raise self._read_only()
-
-    def _read_only(self) -> TypeError:
-        first = type(self).instead.partition(",")[0].partition(" ")[0]
-        return TypeError(f"{type(self).__name__} are read-only: a field as a copy is not, such as {first}.copy()")
-
-
-_BINARY = {"add": "+", "sub": "-", "mul": "*", "truediv": "/", "pow": "**"}
-_OPERATORS = {
-    **{f"__{side}{name}__": sign for name, sign in _BINARY.items() for side in ("", "r")},
-    "__neg__": "-", "__abs__": "abs", "__float__": "float", "__int__": "int",
-    "__lt__": "<", "__le__": "<=", "__gt__": ">", "__ge__": ">=",
-}  # fmt: skip
-"""Special methods of numbers, and the operator that each implements."""
-
-
-def _refusing_operator(sign: str) -> Any:
-    def refuse(self: NoArray, *others: Any) -> NoReturn:
-        raise self._refusal(f"{sign}: ")
-
-    return refuse
-
-
-for _method, _sign in _OPERATORS.items():
-    setattr(NoArray, _method, _refusing_operator(_sign))
-
-
-def box_object(thing: Any, dtype: Any = None) -> Any:
-    """Return an array of shape () that holds `thing` itself, so that NumPy can store it in a file.
-
-    Without the box NumPy would unpack a sequence into its parts. Raise TypeError for a `dtype` other than object.
-    """
-    if dtype is not None and np.dtype(dtype) != np.dtype(object):
-        raise TypeError(f"{type(thing).__name__} is no array of numbers")
-    box = np.empty((), object)
-    box[()] = thing
-    return box
-
-
-def _box_result(value: Any) -> Any:
-    """Return a result in a box, and anything else unchanged."""
-    return box_object(value) if isinstance(value, NoArray) else value
-
-
-# Names and materials of results: arrays of objects that `np.unique` accepts.
-#
-# NumPy sorts in `unique`, and neither None (the name of a miss) nor a material has an order. Here names sort as texts,
-# None comes last, and materials keep the order of their first appearance. Arrays computed from these are plain.
-
-_UNIQUE_FUNCTIONS = ("unique", "unique_values", "unique_counts", "unique_inverse", "unique_all")
-
-
-_ORDER_FUNCTIONS = ("sort", "argsort", "lexsort", "min", "max", "amin", "amax", "searchsorted")
-_MOST_NAMES = 100_000  # above this a scene's names are not searched, since each comparison would take too long
-
-
-class ObjectArray(np.ndarray[Any, Any]):
-    """An array of names or materials, many of them equal.
-
-    Comparing an array of names with a name that no body of the scene has gives False throughout, and warns.
-    """
-
-    labels: Labels | None = None
-    """Names and materials of the whole scene; None where they are unknown."""
-
-    def __eq__(self, other: object) -> Any:
-        found = super().__eq__(other)
-        if isinstance(other, str) and self.labels is not None:
-            self._warn_unknown(other, self.labels)
-        return found
-
-    def __ne__(self, other: object) -> Any:
-        found = super().__ne__(other)
-        if isinstance(other, str) and self.labels is not None:
-            self._warn_unknown(other, self.labels)
-        return found
-
-    __hash__ = None
-
-    def _warn_unknown(self, name: str, labels: Labels) -> None:
-        """Warn if no body of the scene has this name."""
-        # A subclass of Labels makes names on demand, so testing for one there would make all of them
-        if type(labels) is Labels and len(labels.names) <= _MOST_NAMES and name not in labels.names:
-            known = [one for one in labels.names if one is not None]
-            warn(
-                f"no body is called {format_value(name)}, which so equals none of "
-                f"these; {describe_names(name, 'names', known)}"
-            )
-
-    def __array_wrap__(self, array: Any, context: Any = None, return_scalar: bool = False) -> Any:
-        del context
-        return array[()] if return_scalar or array.ndim == 0 else np.asarray(array)
-
-    def __array_function__(self, function: Any, types: Any, args: Any, kwargs: Any) -> Any:
-        if function.__name__ in _UNIQUE_FUNCTIONS and args and args[0] is self and self.dtype == object:
-            return _unique(function, np.asarray(self), args[1:], kwargs)
-        if function.__name__ in _ORDER_FUNCTIONS and self.dtype == object and any(value is None for value in self.flat):
-            raise TypeError(
-                f"{function.__name__}: a miss has no name and no material, and None has no order: "
-                f"np.unique(...) has the different ones, and hits[hits.hit] no misses"
-            )
-        return super().__array_function__(function, types, args, kwargs)
-
-    def __reduce_ex__(self, protocol: Any) -> Any:
-        return np.asarray(self).__reduce_ex__(protocol)
-
-    def __repr__(self) -> str:
-        return repr(np.asarray(self))
-
-
-def object_array(values: Any, labels: Labels | None = None) -> Any:
-    """Return `values` as a read-only `ObjectArray`; a single value is returned unchanged.
-
-    labels: of names, the labels of the whole scene.
-    """
-    if not isinstance(values, np.ndarray):
-        return values
-    values.flags.writeable = False
-    array = values.view(ObjectArray)
-    array.labels = labels
-    return array
-
-
-def _unique(function: Any, values: Any, args: Any, kwargs: Any) -> Any:
-    """Apply one of NumPy's `unique` functions to objects: to the place of each among the distinct ones, in order."""
-    by_identity = {id(value): value for value in values.ravel().tolist()}  # faster than comparing materials
-    different = list(dict.fromkeys(by_identity.values()))
-    texts = sorted(value for value in different if isinstance(value, str))
-    others = [value for value in different if value is not None and not isinstance(value, str)]
-    ordered = [*texts, *others, *([None] if None in by_identity.values() else [])]
-    places = {value: place for place, value in enumerate(ordered)}
-    place_of = {one: places[value] for one, value in by_identity.items()}
-    codes = np.array([place_of[id(value)] for value in values.ravel().tolist()], np.int64).reshape(values.shape)
-    table = np.empty(len(ordered), object)
-    table[:] = ordered
-    found = function(codes, *args, **kwargs)
-    if isinstance(found, np.ndarray):
-        return table[found]
-    parts = [table[found[0]], *found[1:]]
-    return type(found)(*parts) if hasattr(found, "_fields") else tuple(parts)
+        def __getattr__(self, name: str) -> Any:
+            raise unknown_attribute(self, name)
 
 
 # The base class of results: names and materials of their bodies, comparison, pickles, and results without a scene.
@@ -219,8 +59,7 @@ _SCENE_FIELDS = "_scene", "_met", "_moving"
 """Attributes that pickles and `detached` leave out: the scene, and data of its walls that derivatives have cached."""
 
 
-@with_method_hints
-class QueryResult(NoArray):
+class QueryResult(ArrayRecord):
     """The base class of hits, spans, crossings and distances: read-only, and equal if all fields are equal.
 
     A pickled or `detached` result keeps all fields and drops the scene.
@@ -249,7 +88,7 @@ class QueryResult(NoArray):
     @property
     def name(self) -> Any:
         """The name of each body, an object array of the shape of `body`; None for a nameless body and for a miss."""
-        return object_array(self._labels.names_of(self._numbers), None if self._scene is NO_SCENE else self._labels)
+        return _read_only(self._labels.names_of(self._numbers))
 
     @property
     def material(self) -> Any:
@@ -257,7 +96,7 @@ class QueryResult(NoArray):
 
         It is None for a miss and for a body with the default material. The paint of single faces is not included.
         """
-        return object_array(self._labels.materials_of(self._numbers))
+        return _read_only(self._labels.materials_of(self._numbers))
 
     def detached(self) -> Self:
         """Return a copy that does not keep the scene in memory: it computes all fields first.
@@ -297,7 +136,7 @@ class QueryResult(NoArray):
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         restore_state(self, state)
-        vars(self).update(number_fields(vars(self)), _scene=NO_SCENE)
+        vars(self).update(_scene=NO_SCENE)
 
     def __copy__(self) -> Self:
         result = object.__new__(type(self))
@@ -307,6 +146,13 @@ class QueryResult(NoArray):
     def __deepcopy__(self, memo: Any) -> Self:
         del memo  # all parts are read-only, so copies may share them
         return self.__copy__()
+
+
+def _read_only(values: Any) -> Any:
+    """Return an array that cannot be written, or a single value."""
+    if isinstance(values, np.ndarray):
+        values.flags.writeable = False
+    return values
 
 
 def _fields_equal(one: Any, other: Any) -> bool:

@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from ..geometry.bounds.aabb import Bounds
     from ..geometry.entries import Bodies
     from ..geometry.shape import Solid
-    from ..prepare.lowering import LoweredScene
     from ..prepare.prepared_scene import PreparedScene
     from .hits import Hits
     from .points import BodiesAt
@@ -34,8 +33,8 @@ class SceneLike(Protocol):
     their classes belong to higher layers.
     """
 
-    _prepared: PreparedScene | None
-    """The tables and the tree, or None before the first query."""
+    _cached_prepared: PreparedScene | None
+    """`_prepared`, or None before the first query."""
 
     def __init__(self, items: Any = (), lights: Any = (), camera: Any = None) -> None: ...
 
@@ -67,13 +66,8 @@ class SceneLike(Protocol):
     def bounds(self) -> Bounds: ...
 
     @property
-    def prepared(self) -> PreparedScene: ...
-
-    @property
-    def lowered(self) -> LoweredScene: ...
-
-    @property
-    def geometry(self) -> Any: ...
+    def _prepared(self) -> PreparedScene:
+        """The tables and the tree, built on first use."""
 
     @property
     def _firsts(self) -> Any:

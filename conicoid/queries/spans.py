@@ -19,9 +19,8 @@ import numpy.typing as npt
 
 from .._util.arrays import FloatArray
 from .._util.errstate import ignore_fp_errors
-from .._util.foreign_names import with_attribute_hints
-from .._util.hints import closest_name, with_method_hints
-from .._util.name_tuples import NamedPartTuple
+from .._util.hints import closest_name
+from .._util.name_tuples import NameTuple
 from .._util.pickling import freeze_arrays
 from .._util.text import format_count
 from .._util.validation import check_npz_path, format_value, zero_negligible
@@ -46,8 +45,7 @@ from .exact.error_bounds import bounds_of_t
 from .exact.hit_sides import HitPlaces, sides_of
 from .extensions import extension
 from .hit_fields import normals_of, points_along
-from .id_arrays import as_id_array, number_fields
-from .rays import Rays, lines_of, refuse_name_index, refuse_pairs
+from .rays import Rays, lines_of
 from .result import NO_SCENE, QueryResult, check_parts, common_scene_state, format_body, format_field, format_rows
 from .weights import BODY, DistinctMaterials, Weights, check_by, weights_of
 
@@ -55,7 +53,6 @@ if TYPE_CHECKING:
     from ..prepare.prepared_scene import PreparedScene
 
 
-@with_method_hints
 class RayLists:
     """A sequence over rays, numbered in C order: `x[i]` has the rows of one ray; a slice, list or mask selects several.
 
@@ -94,6 +91,16 @@ class RayLists:
             different scenes, in which body numbers have different meanings.
         """
         return _concatenate_lists(cls, parts)
+
+    def _table(self, *names: str) -> str:
+        """Return the table that a notebook shows: some fields of the first rows."""
+        from .._util.html_table import MOST_ROWS, html_table
+
+        body = self.body[:MOST_ROWS]  # type: ignore[attr-defined]
+        rays = np.searchsorted(self.offsets, np.arange(len(body)), side="right") - 1
+        fields = (getattr(self, name)[:MOST_ROWS] for name in names)
+        rows = zip(rays, *fields, self._labels.names_of(body), strict=True)  # type: ignore[attr-defined]
+        return html_table(("ray", *names, "name"), rows, len(self.body))  # type: ignore[attr-defined]
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write all fields, without the scene, as a .npz file that `load` reads.
@@ -145,12 +152,10 @@ class RayLists:
 
     def __iter__(self) -> Iterator[Self]:
         for i in range(len(self)):
-            refuse_pairs(type(self).__name__)
             yield self[i]
 
     def __getitem__(self, index: Any) -> Self:
         """Return the rows of one ray, or of several."""
-        refuse_name_index(self, index)
         which = self._which(index)
         flat = np.ravel(which)
         counts = np.diff(self.offsets)[flat].astype(np.intp, copy=False)
@@ -340,8 +345,6 @@ def _crossing_errors(scene: PreparedScene, rays: Rays, offsets: Any, t: FloatArr
     return errors
 
 
-@with_attribute_hints
-@with_method_hints
 class Spans(QueryResult, RayLists, SpanDerivatives):
     """Stretches of rays inside solids. Those of ray i are rows offsets[i]:offsets[i + 1], sorted by t_enter.
 
@@ -369,7 +372,6 @@ class Spans(QueryResult, RayLists, SpanDerivatives):
     Pickled or `detached` spans keep all these fields and drop the scene.
     """
 
-    instead = "spans.t_enter, spans.t_exit and spans.body"
     t_enter: FloatArray
     t_exit: FloatArray
     body: npt.NDArray[np.int32]
@@ -385,7 +387,7 @@ class Spans(QueryResult, RayLists, SpanDerivatives):
         clipped, ends = np.empty((2, count), np.bool_), np.empty((2, count), np.int32)
         listed.put(put_spans, SpanColumns(t_enter, t_exit, body, clipped, ends))
         vars(self).update(
-            offsets=listed.offsets, t_enter=t_enter, t_exit=t_exit, body=as_id_array("body", body),
+            offsets=listed.offsets, t_enter=t_enter, t_exit=t_exit, body=body,
             enter_clipped=clipped[0], exit_clipped=clipped[1], _ends=ends,
             _rays=rays, _scene=scene, _body_count=scene.lowered.body_count,
         )  # fmt: skip
@@ -411,7 +413,7 @@ class Spans(QueryResult, RayLists, SpanDerivatives):
     @cached_property
     def materials(self) -> tuple[Any, ...]:
         """The different materials of the scene, as `scene.materials`: the columns of lengths(by="material")."""
-        return NamedPartTuple((material for material, _ in self._distinct), "spans.materials")
+        return NameTuple((material for material, _ in self._distinct), "spans.materials")
 
     @cached_property
     def _distinct(self) -> DistinctMaterials:
@@ -513,9 +515,11 @@ class Spans(QueryResult, RayLists, SpanDerivatives):
             return f"Spans(shape=(), {_format_spans(self)})"
         return f"Spans(shape={self._rays.shape}, {format_count(len(self.body), 'span', 'spans')})"
 
+    def _repr_html_(self) -> str:
+        """Return the table that a notebook shows: the first spans."""
+        return self._table("t_enter", "t_exit", "body")
 
-@with_attribute_hints
-@with_method_hints
+
 class Crossings(QueryResult, RayLists):
     """Every crossing of rays with bodies. Those of ray i are rows offsets[i]:offsets[i + 1], sorted by t.
 
@@ -545,7 +549,6 @@ class Crossings(QueryResult, RayLists):
     Pickled or `detached` crossings keep all these fields and drop the scene.
     """
 
-    instead = "crossings.t, crossings.point and crossings.body"
     t: FloatArray
     entering: npt.NDArray[np.bool_]
     body: npt.NDArray[np.int32]
@@ -560,7 +563,7 @@ class Crossings(QueryResult, RayLists):
         listed.put(put_crossings, CrossingColumns(t, body, face, surface, entering))
         vars(self).update(
             offsets=listed.offsets, t=t, entering=entering, _scene=scene, _rays=rays,
-            **number_fields({"body": body, "face": face, "surface": surface}),
+            body=body, face=face, surface=surface,
         )  # fmt: skip
 
     @property
@@ -611,19 +614,23 @@ class Crossings(QueryResult, RayLists):
     @cached_property
     def before(self) -> npt.NDArray[np.int32]:
         """int32: the body that the ray is in just before each crossing, as `Hits.before`; -1 for none."""
-        result: npt.NDArray[np.int32] = as_id_array("before", self._sides[:, BEFORE])
+        result: npt.NDArray[np.int32] = self._sides[:, BEFORE]
         return result
 
     @cached_property
     def after(self) -> npt.NDArray[np.int32]:
         """int32: the body that the ray is in just after each crossing, as `Hits.after`; -1 for none."""
-        result: npt.NDArray[np.int32] = as_id_array("after", self._sides[:, AFTER])
+        result: npt.NDArray[np.int32] = self._sides[:, AFTER]
         return result
 
     def __repr__(self) -> str:
         if not self.shape:
             return f"Crossings(shape=(), {_format_crossings(self)})"
         return f"Crossings(shape={self._rays.shape}, {format_count(len(self.t), 'crossing', 'crossings')})"
+
+    def _repr_html_(self) -> str:
+        """Return the table that a notebook shows: the first crossings."""
+        return self._table("t", "entering", "body", "face")
 
 
 def _format_spans(spans: Spans) -> str:

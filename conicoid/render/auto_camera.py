@@ -80,7 +80,7 @@ def fit_lights(camera: AnyCamera) -> tuple[Light, ...]:
 
 
 def snap_to_domain(point: FloatArray) -> Vector:
-    """A point of the domain: what is smaller goes to the nearer of 0 and the least number."""
+    """Return a point of the domain: a smaller component goes to the nearer of 0 and the least number."""
     least = np.where(2 * np.abs(point) < SMALLEST, 0.0, np.copysign(SMALLEST, point))
     return _vector(np.where(np.abs(point) < SMALLEST, least, point))
 

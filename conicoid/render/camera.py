@@ -1,12 +1,12 @@
-"""Cameras: data, and the rays of a picture's points.
+"""Cameras as data, and projections of points onto their pictures.
 
-On a picture w wide and h high the point (x, y), in pixels from the top left corner, has the film
-coordinates u = (2x - w) / h to the right and v = (h - 2y) / h upwards. The usual cameras are linear in them:
+On a picture w wide and h high the point (x, y), in pixels from the top left corner, has the film coordinates
+u = (2x - w) / h to the right and v = (h - 2y) / h upwards. The usual cameras are linear in them:
 
     origin = o₀ + u o₁ + v o₂,   direction = d₀ + u d₁ + v d₂,
 
-so for kernels they are `lens`, these six vectors, and pixels are square whatever w and h are. What else a camera is, an
-opening or another way to lay directions on a picture, is `optics` (see `camera_rays.CameraView`).
+so for kernels they are `lens`, these six vectors, and pixels are square whatever w and h are. An opening, or another
+projection of directions onto the picture, is `optics` (see `camera_rays.CameraView`).
 """
 
 from __future__ import annotations
@@ -19,8 +19,7 @@ import numpy as np
 
 from .._util.arrays import FloatArray, Vector, VectorLike, dot_rows, matmul_rows, row_lengths
 from .._util.errstate import ignore_fp_errors
-from .._util.foreign_names import with_attribute_hints
-from .._util.hints import check_choice, with_method_hints
+from .._util.hints import check_choice
 from .._util.validation import (
     as_integer,
     check_degrees,
@@ -48,11 +47,11 @@ if TYPE_CHECKING:
 
 UP = (0.0, 0.0, 1.0)
 MOST_BLADES = 100
+"""The largest number of edges of an opening."""
 
 
-@with_method_hints
 class AnyCamera:
-    """What all cameras have."""
+    """The base class of cameras: rays and projections of points."""
 
     position: Any
     look_at: Any
@@ -69,33 +68,63 @@ class AnyCamera:
         return LINEAR, (0.0, 0.0, 0.0, 0.0)
 
     def pixel(self, width: int, height: int) -> tuple[float, float]:
-        """How large a pixel of a picture of `width` x `height` is at the camera, and how much more each unit away."""
+        """Return the size of a pixel at the camera, and its growth for each unit of distance.
+
+        Parameters
+        ----------
+        width, height : int
+            Of the picture, in pixels.
+        """
         lens = self.lens
         return 2 * float(row_lengths(lens[2])) / height, 2 * float(row_lengths(lens[5])) / height
 
     def rays(self, width: int, height: int) -> Rays:
-        """Rays through the pixel centres, of shape (height, width), first row on top, directions of unit length.
+        """Return the rays through the centres of pixels, those of a lens through its centre.
 
-        Of a lens those through its middle.
+        Parameters
+        ----------
+        width, height : int
+            Of the picture, in pixels.
+
+        Returns
+        -------
+        Rays
+            Of shape (height, width), the first row on top, with directions of unit length.
         """
         return self.lazy_rays(width, height).made()
 
     def lazy_rays(self, width: int, height: int) -> LazyRays:
-        """`rays(width, height)`, made where they are traced; `Rays.from_camera` is the same."""
+        """Return `rays(width, height)`, computed where they are traced; `Rays.from_camera` is the same.
+
+        Parameters
+        ----------
+        width, height : int
+            Of the picture, in pixels.
+        """
         from .camera_rays import CameraRays
 
         return CameraRays(self, width, height)
 
     def project(self, points: Any, width: int, height: int) -> FloatArray:
-        """(..., 2): where points (..., 3) are seen on a picture of `width` x `height` pixels, (x, y) from its top left.
+        """Return the places of points on a picture, whether or not other bodies hide them.
 
-        The centre of the first pixel is (0.5, 0.5); what lies beside the picture has coordinates beyond its edges.
-        NaN for points that are not in front of the camera. Nothing is said of what hides them.
+        Parameters
+        ----------
+        points : (..., 3)
+            In the world.
+        width, height : int
+            Of the picture, in pixels.
+
+        Returns
+        -------
+        float64 (..., 2)
+            (x, y) in pixels from the top left corner. The centre of the first pixel is (0.5, 0.5); points beside the
+            picture have coordinates beyond its edges. NaN for points that are not in front of the camera.
         """
         return project_points(self, points, width, height)
 
     def _film(self, points: FloatArray, width: int, height: int) -> FloatArray:
-        """(..., 2): the film coordinates u and v of points, NaN where there are none."""
+        """Return the film coordinates u and v of points, (..., 2); NaN for points that have none."""
         lens = self.lens
         from_camera = points - lens[0]
         across, depth = lens[1:3] + lens[4:6], dot_rows(from_camera, lens[3])
@@ -103,21 +132,31 @@ class AnyCamera:
         return np.where((depth > 0)[..., None], film, np.nan)
 
 
-@with_attribute_hints
-@with_method_hints
 @dataclass(frozen=True)
 class Camera(AnyCamera):
-    """A pinhole camera at `position` that looks at `look_at`; `field_of_view` is vertical, in degrees.
+    """A pinhole camera, or a thin lens.
 
-    Where `up` lies along the view, y is up in the picture (z, if the view is along y): `camera.up` says so.
+    Parameters
+    ----------
+    position, look_at : (3,)
+        The place of the camera, and the point in the middle of the picture.
+    up : (3,)
+        Upwards in the picture. If it lies along the view, it becomes y (z, if the view is along y).
+    field_of_view : float
+        Vertical, in degrees, in (0, 180).
+    aperture : float
+        The diameter of the opening of a thin lens, in units of the scene; 0 for a pinhole, which images everything
+        sharply. A lens is sharp at one depth, that of `look_at` or `focus_distance`; a point at another depth z becomes
+        a disc that is aperture |1 / focus_distance - 1 / z| wide at depth 1.
+    focus_distance : float, optional
+        Along the view, from the lens to the plane in focus.
+    blades : int
+        The number of edges of the opening, 3 or more; 0 for a round one. The first corner is to the right.
 
-    aperture: the diameter of the opening of a thin lens, in units of the scene; 0 for a pinhole, which sees all sharp.
-        A lens is sharp at one depth, that of `look_at` or `focus_distance`; a point at another depth z becomes a disc,
-        aperture |1 / focus_distance - 1 / z| wide where the view's depth is 1.
-    focus_distance: along the view, from the lens to the plane that is in focus.
-    blades: how many edges the opening has, 3 or more; 0 for a round one. The first corner is to the right.
-
-    Raises ValueError if position equals look_at, and for a field of view not in (0, 180).
+    Raises
+    ------
+    ValueError
+        If position equals look_at, and for a field of view outside of (0, 180).
     """
 
     position: VectorLike
@@ -154,7 +193,7 @@ class Camera(AnyCamera):
 
     @property
     def optics(self) -> tuple[int, tuple[float, float, float, float]]:
-        """A thin lens has (radius, distance of the plane in focus, blades, 0)."""
+        """The kind; a thin lens has the numbers (radius, distance of the plane in focus, blades, 0)."""
         if self.aperture == 0:
             return LINEAR, (0.0, 0.0, 0.0, 0.0)
         focus = self.focus_distance
@@ -167,13 +206,23 @@ class Camera(AnyCamera):
         return super()._film(points, width, height) / np.where(depth > 0, depth, np.nan)[..., None]
 
 
-@with_attribute_hints
-@with_method_hints
 @dataclass(frozen=True)
 class OrthographicCamera(AnyCamera):
-    """Parallel rays from a window `height` high about `position`, along the way to `look_at`.
+    """Parallel rays from a window about `position`, in the direction of `look_at`.
 
-    `up` is that of a `Camera`.
+    Parameters
+    ----------
+    position, look_at : (3,)
+        The centre of the window, and a point in the middle of the picture.
+    up : (3,)
+        As for `Camera`.
+    height : float
+        The height of the window, in units of the scene.
+
+    Raises
+    ------
+    ValueError
+        If position equals look_at, and for a height that is not positive.
     """
 
     position: VectorLike
@@ -194,7 +243,7 @@ class OrthographicCamera(AnyCamera):
 
 
 def as_camera(owner: str, camera: Any) -> AnyCamera | None:
-    """A camera, or None for one that fits; a TypeError otherwise."""
+    """Return a camera, or None for one that fits; raise TypeError for anything else."""
     if camera is not None and not isinstance(camera, AnyCamera):
         kinds = "Camera, OrthographicCamera, EquirectangularCamera, FisheyeCamera or None"
         raise TypeError(f"{owner}: camera must be a {kinds}, got {describe_kind(camera)}")
@@ -203,7 +252,7 @@ def as_camera(owner: str, camera: Any) -> AnyCamera | None:
 
 @ignore_fp_errors
 def camera_basis(position: Vector, look_at: Vector, up: Vector) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """(right, up, forward): unit vectors of the view."""
+    """Return the unit vectors (right, up, forward) of a view."""
     forward = _unit(np.subtract(look_at, position))
     right = _unit(np.cross(forward, _unit(np.array(up))))
     return right, np.cross(right, forward), forward
@@ -211,7 +260,7 @@ def camera_basis(position: Vector, look_at: Vector, up: Vector) -> tuple[FloatAr
 
 @ignore_fp_errors
 def project_points(camera: AnyCamera, points: Any, width: int, height: int) -> FloatArray:
-    """The pixel coordinates of points: the film coordinates u and v of the rays through them, turned around."""
+    """Return the pixel coordinates of points: the film coordinates of the rays through them, inverted."""
     from ..queries.rays import points_array
 
     width, height = check_size(width, height, "project")
@@ -230,29 +279,30 @@ def _check_camera(camera: AnyCamera) -> None:
     if position == look_at:
         raise ValueError(f"{owner}: look_at must differ from position, got {position} for both")
     forward = np.subtract(look_at, position)
-    if _are_along(forward, up):  # a plan view
+    if _are_along(forward, up):  # a plan view: `up` cannot be along it
         up = (0.0, 0.0, 1.0) if _are_along(forward, (0.0, 1.0, 0.0)) else (0.0, 1.0, 0.0)
     for field, value in (("position", position), ("look_at", look_at), ("up", up)):
         object.__setattr__(camera, field, value)
 
 
 def _are_along(a: FloatArray, b: Vector) -> bool:
-    """Whether two vectors are parallel, up to rounding."""
+    """Return whether two vectors are parallel, up to rounding."""
     return float(np.abs(np.cross(_unit(a), _unit(np.array(b)))).max()) < 1e-12
 
 
 def _unit(v: FloatArray) -> FloatArray:
+    """Return a vector divided by its length; scaled before, so that no square overflows."""
     scaled = v / np.abs(v).max()
     return np.asarray(scaled / row_lengths(scaled))
 
 
-# Cameras that see more than a plane film can hold: all around, or a hemisphere and more in a circle.
+# --- Cameras that see more than a plane film can hold
 
 Projection: TypeAlias = Literal["equidistant", "equisolid", "stereographic"]
 
 
 class _PanoramicCamera(AnyCamera):
-    """A camera whose rays come together in its position, in any direction."""
+    """A camera whose rays meet in its position, in any direction."""
 
     @property
     def lens(self) -> FloatArray:
@@ -262,26 +312,41 @@ class _PanoramicCamera(AnyCamera):
         return np.array([self.position, zero, zero, forward, right, up])
 
     def pixel(self, width: int, height: int) -> tuple[float, float]:
-        """How large a pixel of a picture of `width` x `height` is at the camera, and how much more each unit away."""
+        """Return the size of a pixel at the camera, which is 0, and its growth for each unit of distance.
+
+        Parameters
+        ----------
+        width, height : int
+            Of the picture, in pixels.
+        """
         kind, numbers = self.optics
         return 0.0, (4 * math.pi * numbers[1] if kind == FISHEYE else math.pi) / height
 
     def _directions(self, points: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """How far points lie to the right, upwards and forward; NaN for the position itself."""
+        """Return the coordinates of points to the right, upwards and forward; NaN for the position itself."""
         lens = self.lens
-        away = points - lens[0]
-        away = np.where((away == 0).all(axis=-1, keepdims=True), np.nan, away)
-        return dot_rows(away, lens[4]), dot_rows(away, lens[5]), dot_rows(away, lens[3])
+        offsets = points - lens[0]
+        offsets = np.where((offsets == 0).all(axis=-1, keepdims=True), np.nan, offsets)
+        return dot_rows(offsets, lens[4]), dot_rows(offsets, lens[5]), dot_rows(offsets, lens[3])
 
 
-@with_attribute_hints
-@with_method_hints
 @dataclass(frozen=True)
 class EquirectangularCamera(_PanoramicCamera):
-    """All around `position`, as a map: 360 degrees of longitude across the picture, 180 of latitude from top to bottom.
+    """A map of everything around `position`: 360 degrees of longitude across the picture, 180 of latitude down.
 
-    The middle looks at `look_at`; longitudes grow to the right, about `up` as far as it is across the view. A picture
-    twice as wide as high has square pixels at its equator, and is what programs take for a panorama or environment.
+    A picture twice as wide as high has square pixels at its equator: programs take it for a panorama or environment.
+
+    Parameters
+    ----------
+    position, look_at : (3,)
+        The place of the camera, and the point in the middle of the picture.
+    up : (3,)
+        Its part across the view is the axis of longitudes, which grow to the right.
+
+    Raises
+    ------
+    ValueError
+        If position equals look_at.
     """
 
     position: VectorLike
@@ -293,7 +358,7 @@ class EquirectangularCamera(_PanoramicCamera):
 
     @property
     def optics(self) -> tuple[int, tuple[float, float, float, float]]:
-        """It has no numbers."""
+        """The kind; it has no numbers."""
         return EQUIRECTANGULAR, (0.0, 0.0, 0.0, 0.0)
 
     def _film(self, points: FloatArray, width: int, height: int) -> FloatArray:
@@ -302,18 +367,27 @@ class EquirectangularCamera(_PanoramicCamera):
         return np.stack([longitude * (width / height / math.pi), latitude * (2 / math.pi)], axis=-1)
 
 
-@with_attribute_hints
-@with_method_hints
 @dataclass(frozen=True)
 class FisheyeCamera(_PanoramicCamera):
-    """A circle as high as the picture, of all that is within `field_of_view`, in degrees; around it all is black.
+    """A circle as high as the picture, of all directions within the field of view; black around it.
 
-    projection: how the angle θ from the middle grows with the distance r from it, 1 at the rim:
-        "equidistant": θ in proportion to r;
-        "equisolid": sin(θ/2) in proportion to r, equal areas for equal solid angles, as most lenses do;
-        "stereographic": tan(θ/2) in proportion to r: small circles stay circles.
-    position, look_at: where the camera is, and what is in the middle; `up` is upwards in the picture.
-    `field_of_view` is in (0, 360], of a stereographic one below 360.
+    Parameters
+    ----------
+    position, look_at : (3,)
+        The place of the camera, and the point in the middle of the picture.
+    up : (3,)
+        Upwards in the picture.
+    field_of_view : float
+        In degrees, in (0, 360]; for a stereographic projection below 360.
+    projection : {"equidistant", "equisolid", "stereographic"}
+        The angle θ from the middle as a function of the distance r from it, 1 at the rim. Equidistant: θ in proportion
+        to r. Equisolid: sin(θ/2) in proportion to r, equal areas for equal solid angles, as most lenses do.
+        Stereographic: tan(θ/2) in proportion to r: small circles stay circles.
+
+    Raises
+    ------
+    ValueError
+        If position equals look_at, and for a field of view outside of its range.
     """
 
     position: VectorLike
@@ -333,7 +407,7 @@ class FisheyeCamera(_PanoramicCamera):
 
     @property
     def optics(self) -> tuple[int, tuple[float, float, float, float]]:
-        """(projection, θ at the rim in turns, sin(θ/2) there, tan(θ/2) there)."""
+        """The kind, and (projection, θ at the rim in turns, sin(θ/2) there, tan(θ/2) there)."""
         number = get_args(Projection).index(self.projection)
         quarter = self.field_of_view / 4
         tangent = tan_degrees(quarter) if number == STEREOGRAPHIC else 0.0
@@ -348,12 +422,10 @@ class FisheyeCamera(_PanoramicCamera):
             r = angle / (2 * math.pi * rim)
         else:
             r = np.sin(angle / 2) / sine if number == EQUISOLID else np.tan(angle / 2) / tangent
-        away = np.where(across > 0, across, 1.0)
-        film = np.stack([right, up], axis=-1) * np.where(across > 0, r / away, 0.0)[..., None]
+        divisor = np.where(across > 0, across, 1.0)
+        film = np.stack([right, up], axis=-1) * np.where(across > 0, r / divisor, 0.0)[..., None]
         return np.where(np.isnan(row_lengths(film))[..., None], np.nan, film)
 
-
-# All cameras by their names in scene files.
 
 CAMERAS: dict[str, type[AnyCamera]] = {
     each.__name__: each for each in (Camera, OrthographicCamera, EquirectangularCamera, FisheyeCamera)

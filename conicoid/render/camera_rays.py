@@ -229,9 +229,9 @@ def filtered_offset(view: CameraView, a: float) -> tuple[float, float]:
 def pixel_lines(
     view: CameraView, first: int, a: float, b: float, width: int, height: int, origins: Floats, directions: Floats
 ) -> None:
-    """Origins and unit directions through the middles of a picture's pixels, from the given one on, row by row.
+    """Compute origins and unit directions through the centres of pixels, from number `first` on, row by row.
 
-    All go through one point of the lens, (a, b), of which (1/2, 1/2) is the middle.
+    All go through one point (a, b) of the lens; (1/2, 1/2) is its centre.
     """
     row, column = first // width, first % width
     linear = view.kind == LINEAR

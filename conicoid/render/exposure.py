@@ -31,11 +31,11 @@ _TILES = 16
 
 Of many samples each is handed over as it is done.
 """
-_PATIENCE = 60.0  # seconds for threads that were told to end
+_PATIENCE = 60.0  # seconds for threads to end
 
 
 class Exposure:
-    """A film, and the sums of its samples if they are kept, of which tiles `begin` to `end` are worked on.
+    """A film, with the sums of its samples if they are kept; work is on tiles `begin` to `end`.
 
     Invariant: the sums of a square are those of whole samples, whenever no thread works on it.
     """
@@ -48,7 +48,7 @@ class Exposure:
         self.scene, self.job, self.keeps = scene, job, keeps
         self.begin = begin
         self.end = tiles.tile_total(job.width, job.height) if end is None else end
-        self.film = np.zeros((job.height, job.width, 3), np.float32)  # of which only what is filled takes memory
+        self.film = np.zeros((job.height, job.width, 3), np.float32)  # only filled parts take memory
         self.sums = np.zeros((job.height if keeps else 0, job.width, SUMS))
         look = lower_scene_light(scene, job.view, job.integrator) if look is None else look
         turns = most_turns(job.integrator, job.depth)
@@ -66,10 +66,10 @@ class Exposure:
     def go_on(
         self, progress: Progress | None = None, preview: Preview | None = None, keep: TileSink | None = None
     ) -> None:
-        """Make what is missing.
+        """Compute the missing samples.
 
-        keep([(begin, end), ...]) is called now and then with tiles whose sums are new, also where the work is broken
-        off. What is not handed over is that of some seconds.
+        keep([(begin, end), ...]) is called from time to time with tiles whose sums are new, also if the work is
+        interrupted. Between two calls lies the work of some seconds.
         """
         if self.keeps:
             self.film[:] = mean_pixels(self.sums)
@@ -134,7 +134,7 @@ class Exposure:
                     self._busy -= 1
                     self._finished.update(changed.intersection(mine))
 
-        def told(done: int, count: int) -> None:
+        def report(done: int, count: int) -> None:
             if keep is not None:
                 self._hand_over(keep, False)
             if progress is not None and self.keeps:
@@ -145,9 +145,9 @@ class Exposure:
         count = self.end - self.begin
         rays = min(count * SIDE * SIDE, self.job.width * self.job.height) * (last - begun)
         try:
-            watched = told if progress is not None or keep is not None else None
+            watched = report if progress is not None or keep is not None else None
             most = max(1, _TILES // max(1, last - begun))
-            run_on(self.scene.geometry, work, count, chunk_size(count, most), rays, watched)
+            run_on(self.scene._prepared.geometry, work, count, chunk_size(count, most), rays, watched)
         except BaseException:
             self._after_end(keep)
             raise
@@ -155,7 +155,7 @@ class Exposure:
         self._finished = set()
 
     def _after_end(self, keep: TileSink | None) -> None:
-        """Hand over what there is, once all threads have ended: also squares of tiles that are not done."""
+        """Hand over all new tiles once all threads have ended, also those with unfinished squares."""
         until = time.monotonic() + _PATIENCE
         while self._busy > 0 and time.monotonic() < until:
             time.sleep(0.01)
@@ -164,7 +164,7 @@ class Exposure:
             self._hand_over(keep, True)
 
     def _hand_over(self, keep: TileSink, is_end: bool) -> None:
-        """Tell which tiles are new, now and then; in the middle of a pass those that no thread will write into."""
+        """Hand over new tiles, from time to time; in the middle of a pass those that no thread will write to."""
         if not is_end and time.monotonic() - self._saved < SAVE_INTERVAL:
             return
         with self._lock:
@@ -212,7 +212,7 @@ def render(
     return FilmResult(exposure.film, exposure.sums if exposure.keeps else None)
 
 
-# What else is known of each pixel than its light: what is seen there, how far, how sure.
+# --- Layers: data of each pixel besides its light, such as the body, its distance, and error bounds
 
 
 def compute_layers(scene: Any, job: RenderJob, names: tuple[str, ...], exposed: FilmResult) -> dict[str, Any]:

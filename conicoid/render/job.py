@@ -75,7 +75,7 @@ def make_job(
     scene: Any, width: Any, height: Any, samples: Any, integrator: Any, seed: Any, depth: Any, camera: Any,
     form: Any = "box", noise: Any = None, shutter: Any = None, times: Any = None,
 ) -> RenderJob:  # fmt: skip
-    """The picture that is asked for. Raises ValueError for unknown integrators and senseless numbers."""
+    """Return the job of a picture. Raise ValueError for unknown integrators and invalid numbers."""
     width, height = check_size(width, height, "render")
     limit = check_positive("render", "noise", noise) if noise is not None else None
     if samples is None:
@@ -129,7 +129,7 @@ def _lower_whitted(scene: Any, camera: AnyCamera) -> Any:
     """What Whitted's pictures need. Where the scene has lamps and no lights, of those that fit only the ambient one."""
     from .lights.light_tables import lower_lamplight
 
-    made = lower_lamplight(lower_scene_shading(scene, camera), scene.bodies, scene.lowered.body_item)
+    made = lower_lamplight(lower_scene_shading(scene, camera), scene.bodies, scene._prepared.lowered.body_item)
     if scene.lights or len(made.lamps.records) == 0:
         return made
     ambient = [light for light in fit_lights(camera) if isinstance(light, AmbientLight)]
@@ -142,7 +142,7 @@ def _lower_transport(scene: Any, camera: AnyCamera) -> Any:
 
     def with_lights(lights: Any) -> Any:
         look = lower_scene_shading(scene, camera, lights)
-        return lower_transport(look, scene.bodies, scene.lowered.body_item, scene.background)
+        return lower_transport(look, scene.bodies, scene._prepared.lowered.body_item, scene.background)
 
     if scene.lights:
         return with_lights(scene.lights)
@@ -154,13 +154,14 @@ def lower_scene_shading(scene: Any, camera: AnyCamera, lights: Any = None) -> An
     """Materials, lights and background as kernels take them; lights fit the camera where the scene has none."""
     from .lights.light_tables import lower_shading_tables
 
-    found, sheets, place_of = body_material_table(scene.bodies, scene.lowered.body_item)
+    found, sheets, place_of = body_material_table(scene.bodies, scene._prepared.lowered.body_item)
     materials = [DEFAULT_MATERIAL if material is None else material for material in found]
     for i, material in enumerate(materials):
         if not isinstance(material, Material):
             raise TypeError(f"render: material of bodies[{i}] must be a Material, got {type(material).__name__}")
     lights = scene.lights or fit_lights(camera) if lights is None else lights
-    return lower_shading_tables(materials, sheets, place_of, lights, scene.background, scene.lowered.face_paint)
+    paint = scene._prepared.lowered.face_paint
+    return lower_shading_tables(materials, sheets, place_of, lights, scene.background, paint)
 
 
 def scale_to_pixels(look: Any, job: RenderJob) -> Any:

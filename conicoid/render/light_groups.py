@@ -21,9 +21,9 @@ _BLACK = (0.0, 0.0, 0.0)
 
 
 def scenes_by_group(scene: Any, groups: Any) -> dict[str, Any]:
-    """Name of a group -> the scene with its lights alone.
+    """Return, for the name of each group, the scene with its lights alone.
 
-    groups: name -> what is in it: names of bodies that glow, lights of the scene, and "background".
+    groups: name -> members: names of bodies that glow, lights of the scene, and "background".
     """
     if not isinstance(groups, Mapping):
         raise TypeError(f"render: groups must be a mapping from names to lists of lights, got {describe_kind(groups)}")
@@ -49,10 +49,10 @@ def _scene_of_group(scene: Any, group: str, members: Any) -> Any:
         elif not isinstance(item, str) and item in scene.lights:
             lights.append(item)
         else:
-            told = describe_names(item, "bodies that glow", sorted(lamps))
+            known = describe_names(item, "bodies that glow", sorted(lamps))
             expected = f'bodies that glow, lights of the scene or "{BACKGROUND}"'
             raise ValueError(
-                f"render: groups[{format_value(group)}] must name {expected}, got {format_value(item)}; {told}"
+                f"render: groups[{format_value(group)}] must name {expected}, got {format_value(item)}; {known}"
             )
     made = scene
     for number, body in enumerate(scene.bodies):

@@ -1,12 +1,12 @@
-"""What moves while the shutter is open: the samples of each pixel are shared out over moments of that time.
+"""Motion blur: the samples of each pixel are spread over moments of the time while the shutter is open.
 
-The time is cut into `times` equal parts; in the middle of each the scene stands where its tracks have it, exactly, and
+That time is cut into `times` equal parts. At the middle of each the scene stands where its tracks have it, exactly, and
 a block of consecutive samples sees it so. The picture is the mean of these exact pictures. Blocks of Sobol's points are
-themselves spread evenly, over the pixel and the lens, so what does not move looks as without a shutter, to the bit with
-integrators that are progressive. Only bodies that move are prepared anew.
+themselves spread evenly, over the pixel and the lens. So a scene at rest looks as without a shutter, to the bit with
+progressive integrators. Only bodies that move are prepared anew.
 
-Where noise ends the work, all moments are seen in a round of some samples before it is judged, and in the next again.
-Moments differ, and their differences count as noise: so what is told is not too little.
+If noise ends the work, all moments are seen in a round of some samples before it is judged, and in the next again.
+Moments differ, and their differences count as noise, so the reported noise is not too small.
 """
 
 from __future__ import annotations
@@ -42,9 +42,9 @@ def empty_sums(job: RenderJob) -> FloatArray:
 
 
 def stills(scene: Any, job: RenderJob, fixed: bool, sums: FloatArray) -> Iterator[tuple[Any, RenderJob]]:
-    """The scene at each moment in which some pixels get samples, and the picture up to the end of that moment's.
+    """Yield the scene at each moment in which some pixels get samples, and the picture up to the end of that moment.
 
-    sums: those of all samples so far, whenever the next moment is asked for.
+    sums: those of all samples so far, up to date whenever the next moment is requested.
     """
     assert job.shutter is not None
     for begin in range(0, job.samples, job.round):

@@ -79,7 +79,7 @@ def _draw_axis(
     places = camera.project(points, sheet.width, sheet.height)
     known = ~np.isnan(places[:, 0])
     behind = find_hidden(scene, camera, (points[:-1] + points[1:]) / 2)
-    for dim in (True, False):  # what is seen is drawn last
+    for dim in (True, False):  # visible parts are drawn last
         for first, last in _runs((behind == dim) & known[:-1] & known[1:]):
             line = places[first : last + 1].tolist()
             if not dim:
@@ -132,7 +132,7 @@ def draw_labels(sheet: Canvas, scene: SceneLike, camera: AnyCamera) -> None:
     """The name of each entry that is seen, or the number of its first body where it has none."""
     step = max(1.0, max(sheet.width, sheet.height) / _FINEST)
     hits = grid_of_hits(scene, camera, sheet.width, sheet.height, step)
-    entries = np.where(hits.hit, np.append(scene.lowered.body_item, -1)[hits.body], -1)
+    entries = np.where(hits.hit, np.append(scene._prepared.lowered.body_item, -1)[hits.body], -1)
     depths = _depths(entries)
     taken: list[Box] = []
     found, counts = np.unique(entries[entries >= 0], return_counts=True)
@@ -161,7 +161,8 @@ def _depths(entries: Ints) -> Ints:
 
 
 def _entry_label(scene: SceneLike, entry: int) -> str:
-    name = printable_label(scene.bodies[entry].name or str(int(np.searchsorted(scene.lowered.body_item, entry))))
+    number = int(np.searchsorted(scene._prepared.lowered.body_item, entry))
+    name = printable_label(scene.bodies[entry].name or str(number))
     return name if len(name) <= _LONGEST else f"{name[: _LONGEST - 1]}…"
 
 
@@ -189,7 +190,7 @@ def _place_label(sheet: Canvas, text: str, place: list[float], taken: list[Box])
             return
 
 
-# Outward normals of what is seen, as arrows: of one length in the picture, shorter where they point at the eye.
+# --- Outward normals of visible surfaces, as arrows of one length in the picture, shorter if they point at the eye
 
 _ARROW_SPACING, _ARROW_LENGTH, _ARROW_HEAD = 30, 22, 5  # pixels of a small picture
 _ARROW_COLOR = "#7a1fa2"

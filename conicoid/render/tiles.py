@@ -186,9 +186,10 @@ def plain_rays(
     frame: SquareBuffers, lens: Floats, lanes: Floats, film: Film, count: int, sample: int, settings: Settings,
     progressive: bool,
 ) -> None:  # fmt: skip
-    """`camera_rays` of a pinhole or an orthographic camera, without a filter: short loops, for lanes of a processor.
+    """Put the rays of a pinhole or an orthographic camera without a filter into lanes, as `camera_rays` does.
 
-    Where samples lie is worked out first: in a loop with the rays, a processor sees too few lanes at a time.
+    Its loops are short, for the lanes of a processor. The places of samples come first: in one loop with the rays, a
+    processor sees too few lanes at a time.
     """
     height, width, seed, samples, pixels = film.shape[0], film.shape[1], settings.seed, settings.samples, frame.pixels
     x, y, u, v = frame.places[:LANES], frame.places[LANES:], frame.offsets[:LANES], frame.offsets[LANES:]

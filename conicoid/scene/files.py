@@ -1,4 +1,4 @@
-"""Scenes from and to files."""
+"""Load scenes from scene files and from files of other programs, and save them."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from ..io.importers import ImportResult
 
 _MOST_LOGGED_NOTES = 12
-"""Notes of an import that are shown at once."""
+"""The largest number of remarks of one import in the log."""
 
 
 @ignore_fp_errors
@@ -29,36 +29,53 @@ def load(
     outside: bool = False,
     **options: Any,
 ) -> Scene:
-    """The scene in the file at `path`: YAML or JSON (docs/files.md), or a file of another program (docs/importing.md).
+    """Return the scene in a file: YAML or JSON (docs/files.md), or a file of another program (docs/importing.md).
 
-    The format is known by what is in the file. Nothing in a file is executed.
+    The content of the file decides its format, not its name. Nothing in a file is executed.
 
-    progress: progress(done, count) is called now and then, with shares of the work, or numbers of bodies.
-    outside: may pictures of textures lie outside of the file's folder? Else that is an error.
-    options: of files of other programs, those of `conicoid.io.importers.Options`: void, max_bodies, strict, only,
-        depth, smooth, entities. `scene.notes` then is what there is to say of the import; what is not as the file says
-        also goes to the log, `logging.getLogger("conicoid")`, as warnings.
+    Parameters
+    ----------
+    path : path
+        The file.
+    progress : callable, optional
+        progress(done, count) is called from time to time, with shares of the work or numbers of bodies.
+    outside : bool
+        Allow pictures of textures outside of the folder of the file. Otherwise they are an error.
+    **options
+        For files of other programs, those of `conicoid.io.importers.ImportOptions`: void, max_bodies, strict, only,
+        depth, smooth, entities.
 
-    Raises `SceneFileError`, a ValueError, that lists every mistake with its line, the object, the field,
-    what was expected and what was found; where there is no such file it is a FileNotFoundError as well.
+    Returns
+    -------
+    Scene
+        `scene.notes` has the remarks of an import. Remarks about differences from the file also go to the log,
+        `logging.getLogger("conicoid")`, as warnings.
+
+    Raises
+    ------
+    SceneFileError
+        A ValueError that lists every mistake with its line, the object, the field, what was expected and what was
+        found. For a missing file it is a FileNotFoundError as well.
+    TypeError
+        For `options` with a scene file.
     """
     from .._util.gc_pause import pause_gc
     from ..io.importers import ImportOptions, detect_format
 
-    found = detect_format(checked_path("load", path))
-    if found is None:
+    importer = detect_format(checked_path("load", path))
+    if importer is None:  # a scene file, which has no options
         if options:
             raise TypeError(f"load: {', '.join(options)} are for files of other programs, which {path} is not")
         return Scene.load(path, progress=progress, outside=outside)
     check_flag("load", "outside", outside)
     with pause_gc():
-        return _scene_of(path, found.read(path, ImportOptions.of(progress=progress, **options)))
+        return _scene_of(path, importer.read(path, ImportOptions.of(progress=progress, **options)))
 
 
 def _scene_of(path: str | os.PathLike[str], parts: ImportResult) -> Scene:
-    """The scene of what was imported, with its notes; its remarks are told."""
+    """Return the scene of imported parts, with its notes, and log the remarks."""
     scene = Scene(parts.bodies, parts.lights, parts.camera, parts.background, parts.domain)
-    scene._notes = parts.notes
+    scene._notes = parts.notes  # no argument of `Scene`: scene files do not keep them
     if parts.remarks:
         import logging
 
@@ -67,20 +84,31 @@ def _scene_of(path: str | os.PathLike[str], parts: ImportResult) -> Scene:
             if len(parts.remarks) <= _MOST_LOGGED_NOTES
             else [f"... and {len(parts.remarks) - _MOST_LOGGED_NOTES:,} more in scene.notes"]
         )
-        told = "\n".join(f"{os.fspath(path)}: {note}" for note in [*parts.remarks[:_MOST_LOGGED_NOTES], *more])
-        logging.getLogger("conicoid").warning("%s", told)
+        message = "\n".join(f"{os.fspath(path)}: {note}" for note in [*parts.remarks[:_MOST_LOGGED_NOTES], *more])
+        logging.getLogger("conicoid").warning("%s", message)
     return scene
 
 
 @ignore_fp_errors
 def save(scene: Scene | Shape | Body, path: str | os.PathLike[str]) -> None:
-    """Write a scene file that loads as an equal scene: YAML, or JSON if `path` ends with .json.
+    """Write a scene file that `load` reads as an equal scene: YAML, or JSON if `path` ends with .json.
 
-    scene: one shape or body is saved as a scene of it.
+    More than 100 balls of a `Spheres` go to a .npy file beside it, named by its content and never overwritten. Files
+    appear whole or not at all, the scene last.
 
-    More than 100 balls of a `Spheres` go to a .npy file beside it, named by its content and never overwritten.
-    Files appear whole or not at all, the scene last.
-    Raises OSError where they cannot be written, and ValueError for what a file cannot say.
+    Parameters
+    ----------
+    scene : Scene, Shape or Body
+        One shape or body is saved as the scene of it.
+    path : path
+        The file to write.
+
+    Raises
+    ------
+    OSError
+        If a file cannot be written.
+    ValueError
+        For parts that a scene file cannot hold.
     """
     scene_file.write_scene(as_scene("save", scene), checked_path("save", path))
 
@@ -93,22 +121,33 @@ def load_openmc(
     max_bodies: int | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Scene:
-    """The scene of an OpenMC geometry: a geometry.xml (with the materials.xml beside it) or a model.xml.
+    """Return the scene of an OpenMC geometry, with a body for each place of each cell; docs/openmc.md describes how.
 
-    A body for each place of each cell; docs/openmc.md says how.
+    `conicoid.io.openmc.read` returns the legend as well.
 
-    path: of the file.
-    void: whether cells without material are invisible bodies, so that `scene.body_at` finds every cell.
-    max_bodies: what expands into more is refused, before they are made; None for 4,000,000, of which 500,000 are no
-        others moved, as those in lattices are.
-    progress: progress(done, count) is called with numbers of bodies.
+    Parameters
+    ----------
+    path : path
+        A geometry.xml, with its materials.xml beside it, or a model.xml.
+    void : bool
+        Cells without material become invisible bodies, so that `scene.body_at` finds every cell.
+    max_bodies : int, optional
+        The largest number of bodies; a model that expands into more is refused before they are made. None allows
+        4,000,000, of them 500,000 that are no moved copies of others, as those in lattices are.
+    progress : callable, optional
+        progress(done, count) is called with numbers of bodies.
 
-    `scene.notes` is what there is to say of the import. Those of the notes that tell what is not as the file says, or
-    may not be meant, also go to the log, `logging.getLogger("conicoid")`, as warnings: Python shows them on stderr.
-    `conicoid.io.openmc.read` gives the legend as well.
+    Returns
+    -------
+    Scene
+        `scene.notes` has the remarks of the import. Those about differences from the file, or about what may not be
+        meant, also go to the log, `logging.getLogger("conicoid")`, as warnings: Python shows them on stderr.
 
-    Raises `SceneFileError`, a ValueError, that lists the mistakes with their lines; also for what is no quadric (tori,
-    meshes) and for more than `max_bodies` bodies, before they are made.
+    Raises
+    ------
+    SceneFileError
+        A ValueError that lists the mistakes with their lines; also for surfaces that are no quadrics (tori, meshes) and
+        for more than `max_bodies` bodies.
     """
     from ..io import openmc
 

@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 
 from .._util.errstate import ignore_fp_errors
-from .._util.foreign_names import with_attribute_hints
-from .._util.hints import check_choice, with_method_hints
+from .._util.hints import check_choice
 from .._util.validation import check_flag, check_nonnegative, check_positive, format_value
 from ..geometry.body import Body
 from ..geometry.primitives import Sphere
@@ -23,18 +22,28 @@ from .scene import Scene
 _NOTHING: Mapping[str, Any] = {}
 
 
-@with_attribute_hints
-@with_method_hints
 class Molecule(Atoms):
-    """Atoms of a molecule or a crystal, in Å; `co.molecule` makes one of files and of other libraries' objects.
+    """Atoms of a molecule or a crystal, in Å; `co.molecule` makes one from files and from objects of other libraries.
 
-    positions: (N, 3). numbers: (N,) atomic numbers, 0 for no known element. bonds: (M, 3), two atoms and the order of
-    their bond. cell: (3, 3), the edges of a crystal's unit *cell* as rows, the box that repeats, or None.
-    given_bonds: those that are given, None where `bonds` go by distance.
-    labels: what each atom is called, such as "CA LEU 12 A". remarks: what there is to say of how they were read.
-    symbols, formula: of the elements.
+    A notebook shows it as a scene.
 
-    In a notebook it shows itself.
+    Attributes
+    ----------
+    positions : (N, 3)
+    numbers : (N,)
+        Atomic numbers, 0 for an unknown element.
+    bonds : (M, 3)
+        Two atoms and the order of their bond.
+    given_bonds : (M, 3) or None
+        Bonds from the source; None if `bonds` follow from distances.
+    cell : (3, 3) or None
+        The edges of the unit *cell* of a crystal, the box that repeats, as rows.
+    labels
+        The name of each atom, such as "CA LEU 12 A".
+    remarks
+        Remarks about how the atoms were read.
+    symbols, formula
+        Of the elements.
     """
 
     @ignore_fp_errors
@@ -47,50 +56,72 @@ class Molecule(Atoms):
         cell: bool = True,
         name: str | None = None,
     ) -> list[Body]:
-        """Bodies for a scene: the balls of all atoms in one entry, then sticks in one, then the edges of the cell.
+        """Return bodies for a scene: balls of all atoms in one entry, then sticks in one, then the edges of the cell.
 
-        In a scene that begins with them body k is atom k: `molecule.labels[hits.body]`. The materials are called as the
-        elements.
+        In a scene that begins with them body k is atom k: `molecule.labels[hits.body]`. The materials have the names of
+        the elements.
 
-        style: "space filling", balls of van der Waals' radii (Alvarez 2013); "ball and stick", balls of a quarter of
-            that; "licorice", sticks alone with round ends. Two halves of a stick meet in its middle; double bonds are
-            two sticks.
-        radii: other radii of balls, in Å, by symbol.
-        colors: by symbol, colours or materials in place of the usual colours (those of Jmol).
-        cell: are the edges of the unit cell shown, where there is one?
-        name: of the molecule, which its entries begin with: "water" makes "water atoms" and "water bonds".
+        Parameters
+        ----------
+        style : {"space filling", "ball and stick", "licorice"}
+            Balls of van der Waals radii (Alvarez 2013); balls of a quarter of these radii, with sticks; or sticks alone
+            with round ends. The two halves of a stick meet in its middle; a double bond is two sticks.
+        radii : mapping
+            From symbols to other radii of balls, in Å.
+        colors : mapping
+            From symbols to colours or materials, in place of the usual colours (those of Jmol).
+        cell : bool
+            Show the edges of the unit cell, if there is one.
+        name : str, optional
+            The name of the molecule, with which the names of its entries begin: "water" makes "water atoms" and "water
+            bonds".
 
-        Raises ValueError for a style or a symbol that there is not.
+        Raises
+        ------
+        ValueError
+            For an unknown style or symbol.
         """
         check_choice("molecule", "style", style, STYLES)
         check_flag("molecule", "cell", cell)
-        for field, given in (("radii", radii), ("colors", colors)):
-            for symbol in given:
+        for field, by_symbol in (("radii", radii), ("colors", colors)):
+            for symbol in by_symbol:
                 if not isinstance(symbol, str) or symbol not in SYMBOLS:
                     raise ValueError(f"molecule: {field} must be by symbols such as 'C', got {format_value(symbol)}")
-        checked = {symbol: check_positive("molecule", f"radii[{symbol!r}]", radius) for symbol, radius in radii.items()}
+        ball_radii = {
+            symbol: check_positive("molecule", f"radii[{symbol!r}]", radius) for symbol, radius in radii.items()
+        }
         return build_molecule_bodies(
-            self, MoleculeStyle(style, checked, dict(colors), "" if name is None else f"{name} "), cell
+            self, MoleculeStyle(style, ball_radii, dict(colors), "" if name is None else f"{name} "), cell
         )
 
     def scene(self, style: StyleName = "ball and stick", **options: Any) -> Scene:
-        """`bodies(style, ...)` as a scene.
+        """Return the scene of `bodies(style, ...)`.
 
-        style: "space filling", "ball and stick" or "licorice".
-        options: those of `bodies`: radii, colors, cell, name.
+        Parameters
+        ----------
+        style : {"space filling", "ball and stick", "licorice"}
+            As for `bodies`.
+        **options
+            Those of `bodies`: radii, colors, cell, name.
         """
         return Scene(self.bodies(style, **options))
 
     @ignore_fp_errors
     def solvent_accessible(self, probe: float = 1.4) -> Union | Sphere:
-        """One solid: all that is nearer to an atom than its radius of van der Waals and a probe's.
+        """Return one solid: all points nearer to an atom than its van der Waals radius plus that of a probe.
 
-        Its surface is where the middle of a ball of a solvent can be (Lee and Richards 1971). `co.measure` has its
-        volume and area, rays its walls, and `Body(...)` gives it a material. Some thousands of atoms take seconds.
+        Its surface is where the centre of a ball of a solvent can be (Lee and Richards 1971). `co.measure` computes its
+        volume and area, rays hit its walls, and `Body(...)` gives it a material. Some thousands of atoms take seconds.
 
-        probe: the radius of a molecule of the solvent, in Å; 1.4 is water's.
+        Parameters
+        ----------
+        probe : float
+            The radius of a molecule of the solvent, in Å; 1.4 is that of water.
 
-        Raises ValueError where there are no atoms.
+        Raises
+        ------
+        ValueError
+            For a molecule without atoms.
         """
         reach = VAN_DER_WAALS_RADII[self.numbers] + check_nonnegative("molecule", "probe", probe)
         if not len(self):
@@ -107,35 +138,50 @@ class Molecule(Atoms):
 
 @ignore_fp_errors
 def molecule(atoms: Any, elements: Any = None, *, bonds: Any = None, cell: Any = None) -> Molecule:
-    """A molecule, of a file, of positions and elements, or of another library's object.
+    """Return the molecule of a file, of positions and elements, or of an object of another library.
 
-    atoms: the path of an XYZ, PDB, mmCIF or CIF file; positions (N, 3) in Å; or an object of ASE, biotite, MDAnalysis,
-        RDKit or gemmi, which are known by what they have.
-    elements: with positions, (N,) symbols such as "C", or atomic numbers.
-    bonds: (M, 2) indices of bonded atoms, or (M, 3) with orders 1, 1.5, 2 or 3, in place of what the atoms say
-        themselves or, where they say nothing, of those by distance.
-    cell: (3, 3), the edges of a crystal's unit *cell* as rows, the box that repeats, in place of what atoms say.
+    Parameters
+    ----------
+    atoms : path, (N, 3) or object
+        The path of an XYZ, PDB, mmCIF or CIF file; positions in Å; or an object of ASE, biotite, MDAnalysis, RDKit or
+        gemmi, recognised by its attributes.
+    elements : (N,), optional
+        With positions: symbols such as "C", or atomic numbers.
+    bonds : (M, 2) or (M, 3), optional
+        Indices of bonded atoms, without or with orders 1, 1.5, 2 or 3. They replace the bonds of `atoms`, or those that
+        follow from distances if `atoms` has none.
+    cell : (3, 3), optional
+        The edges of the unit *cell* of a crystal, the box that repeats, as rows. It replaces the cell of `atoms`.
 
-    Raises TypeError for what has no atoms, ValueError that names the field and the atom, SceneFileError with the line
-    of a file, ImportError where a CIF is to be read without gemmi.
+    Raises
+    ------
+    TypeError
+        For an object without atoms.
+    ValueError
+        For invalid values, with the field and the atom.
+    SceneFileError
+        For a mistake in a file, with its line.
+    ImportError
+        For a CIF file without gemmi.
     """
     if elements is not None:
         if isinstance(elements, str) and atomic_number(elements) is not None:
+            # One symbol stands for all atoms
             elements = np.full(len(np.atleast_2d(atoms)), elements)
-        found = Atoms(atoms, elements)
+        source = Atoms(atoms, elements)
     elif isinstance(atoms, Atoms):
-        found = atoms
+        source = atoms
     elif isinstance(atoms, str | os.PathLike):
-        found = read_atoms(atoms)
+        source = read_atoms(atoms)
     elif isinstance(atoms, np.ndarray | list | tuple):
         raise TypeError("molecule: positions need elements: co.molecule(positions, ['C', 'O', 'O'])")
     else:
-        found = read_atoms_object(atoms)
+        source = read_atoms_object(atoms)
     return Molecule(
-        found.positions,
-        found.numbers,
-        found.given_bonds if bonds is None else bonds,
-        found.cell if cell is None else cell,
-        found.labels,
-        found.remarks,
+        source.positions,
+        source.numbers,
+        source.given_bonds if bonds is None else bonds,
+        source.cell if cell is None else cell,
+        source.labels,
+        source.remarks,
     )

@@ -1,4 +1,8 @@
-"""Frames in a folder, each named by all that its picture is made from, so that what is there can be taken."""
+"""Turntables and films: pictures of many frames, written as a .gif, .webp or .mp4.
+
+Frames are .png files in a folder. The name of each is a digest of everything that its picture depends on, so that a
+later run takes the frames that are there. `turntable` goes around a scene, `animate` follows the tracks of a scene.
+"""
 
 from __future__ import annotations
 
@@ -40,62 +44,65 @@ if TYPE_CHECKING:
     from .scene import Scene
 
 
-_OF_THE_TREE = {"node_boxes", "node_children", "tree_order", "tree_root", "roots", "tree_depth", "leaf_items"}
+_TREE_TABLES = {"node_boxes", "node_children", "tree_order", "tree_root", "roots", "tree_depth", "leaf_items"}
+"""Tables of the tree of boxes, which the names of frames leave out."""
 
 
 class Frames:
-    """The frames of one scene and one set of options, in a folder that need not be there yet."""
+    """The frames of one scene and one set of options, in a folder that is created with the first frame."""
 
     def __init__(self, scene: Scene, folder: Path, options: dict[str, Any]) -> None:
         from .._jit.sources import source_hash
 
         self.scene, self.folder, self.options = scene, folder, options
-        lowered = scene.lowered
-        tables = {k: v for k, v in lowered.tables._asdict().items() if k not in _OF_THE_TREE}
+        lowered = scene._prepared.lowered
+        tables = {k: v for k, v in lowered.tables._asdict().items() if k not in _TREE_TABLES}
+        # Names show in pictures with labels only; a change of code makes other frames
         names = [body.name for body in scene.bodies] if options["labels"] else []
         parts = (source_hash(), sorted(options.items()), names, tables, lowered.rest, lowered.boxes, lowered.body_item)
         self._key = digest_of(*parts, *scene.extent)
 
     def path(self, camera: AnyCamera) -> Path:
-        """Where the picture by a camera is, or is to be."""
+        """Return where the picture by a camera is, or will be."""
         light = lower_scene_light(self.scene, camera, self.options["integrator"])
         light = lower_scene_shading(self.scene, camera) if light is None else light
         key = digest_of(self._key, type(camera).__name__, camera, light)
         return self.folder / f"{key.hex()}.png"
 
     def is_there(self, path: Path) -> bool:
-        """Whether a frame is whole, and of the right size."""
+        """Return whether a frame is whole and of the right size."""
         from PIL import Image
 
         try:
             with Image.open(path) as file:
-                file.verify()  # the checksums: the pixels of a file that is cut short may all be there
-            with Image.open(path) as file:
+                file.verify()  # the checksums: a truncated file may still hold all pixels
+            with Image.open(path) as file:  # again, since nothing can be loaded after `verify`
                 file.load()
                 return file.format == "PNG" and file.size == (self.options["width"], self.options["height"])
         except (OSError, ValueError, SyntaxError, Image.DecompressionBombError):
             return False
 
     def render(self, path: Path, camera: AnyCamera, progress: Any) -> None:
-        """Make a frame."""
-        self._keep(path, self.scene.render(camera=camera, progress=progress, **self.options)._repr_png_())
+        """Compute a frame and write its file."""
+        self._write(path, self.scene.render(camera=camera, progress=progress, **self.options)._repr_png_())
 
-    def render_on(self, workers: Workers, missing: Sequence[tuple[Path, Any]], told: Callable[[int], Any]) -> None:
-        """Make several on workers, a frame a task; each is kept as it comes back, and told(done) is called.
+    def render_on(self, workers: Workers, missing: Sequence[tuple[Path, Any]], report: Callable[[int], Any]) -> None:
+        """Compute frames on workers, a frame in each task, and write each as it comes back; then call report(done).
 
-        missing: the files, and what each frame is of: its camera (its time, where the scene moves).
+        missing: the files, and what each frame shows: its camera, or its time in a film.
         """
         pieces = (ScheduledTask(k, k + 1, (each,)) for k, (_, each) in enumerate(missing))
-        with cancel_on_exit(self._course(workers).results(pieces, lambda *_: None, len(missing))) as results:
+        with cancel_on_exit(self._scheduler(workers).results(pieces, lambda *_: None, len(missing))) as results:
             for piece, content in results:
-                self._keep(missing[piece.begin][0], content)
-                told(piece.end)
+                self._write(missing[piece.begin][0], content)
+                report(piece.end)
 
-    def _course(self, workers: Workers) -> Scheduler:
-        """Tasks that make a frame each."""
+    def _scheduler(self, workers: Workers) -> Scheduler:
+        """Return the scheduler of tasks that each compute a frame."""
         return Scheduler("turntable", workers, render_frame, (shared_scene(self.scene), SharedObject(self.options)))
 
-    def _keep(self, path: Path, content: bytes) -> None:
+    def _write(self, path: Path, content: bytes) -> None:
+        """Write a frame, whole or not at all."""
         self.folder.mkdir(exist_ok=True)
         with replace_file(path) as part:
             part.write_bytes(content)
@@ -103,12 +110,12 @@ class Frames:
 
 @prepare_first
 def render_frame(scene: Scene, options: dict[str, Any], camera: AnyCamera) -> bytes:
-    """A frame as the bytes of its file."""
+    """Return a frame as the bytes of its file."""
     return scene.render(camera=camera, **options)._repr_png_()
 
 
 def digest_of(*parts: Any) -> bytes:
-    """One digest of all parts."""
+    """Return one digest of all parts."""
     digest = blake2b(digest_size=16)
     for part in parts:
         _add(digest, part)
@@ -116,10 +123,13 @@ def digest_of(*parts: Any) -> bytes:
 
 
 def _add(digest: Any, part: Any) -> None:
-    """Arrays by their bytes, tables field by field, the rest as Python shows it; each with what sets it off."""
+    """Add arrays by their bytes, tables field by field, the rest by their repr.
+
+    A length or shape goes before each, so that different parts cannot run together into equal bytes.
+    """
     if isinstance(part, np.ndarray):
         digest.update(f"{part.dtype} {part.shape};".encode())
-        digest.update(np.ascontiguousarray(part).view(np.uint8).data if part.size else b"")
+        digest.update(np.ascontiguousarray(part).view(np.uint8).data if part.size else b"")  # without a copy
     elif hasattr(part, "__dataclass_fields__"):
         _add(digest, [(name, getattr(part, name)) for name in part.__dataclass_fields__])
     elif isinstance(part, (tuple, list, dict)):
@@ -132,7 +142,7 @@ def _add(digest: Any, part: Any) -> None:
         digest.update(b"%d;" % len(text) + text)
 
 
-# The frames of a turntable, and the file that they become.
+# --- Turntables
 
 _MOST_TURNTABLE_FRAMES = 100_000
 
@@ -159,18 +169,49 @@ def turntable(
     progress: Callable[[int, int], Any] | None = None,
     executor: Any = None,
 ) -> int:
-    """A `scene` turned about once in `seconds`, a .gif, .webp or .mp4 at `path`; returns how many frames were rendered.
+    """Turn a scene about once, and write the film as a .gif, .webp or .mp4.
 
-    The camera (that given, the scene's, or one that fits) goes around the point it looks at, about its `up`; the
-    scene seems to turn counterclockwise. Lights of the scene's own turn with it, others stand still.
-    `width`, `height`, `samples`, `integrator`, `seed`, `depth`, `axes`, `labels` and `normals` are those of `render`.
+    The camera goes around the point that it looks at, about its `up`: the scene seems to turn counterclockwise. Lights
+    of the scene turn with it; default lights stand still.
 
-    Frames are .png files in `folder` (by default `spin-frames` beside spin.gif), named by all that they are made
-    from. Those that are there already are taken: a turntable that was interrupted goes on, a changed scene has
-    others. `keep=False` removes them in the end. `progress(done, count)` is called now and then.
-    `executor` is where frames are made, a task each, as for `scene.first_hit`: a worker that dies costs its own frame.
-    Raises ValueError for what cannot be written and ImportError where a .mp4 lacks its encoder
-    (extra `video`: `pip install ".[video]"` in the repository), both before the first frame.
+    The frames are .png files, each named by everything that it depends on. Frames that are there are not rendered
+    again: an interrupted turntable continues, and a changed scene gets other frames.
+
+    Parameters
+    ----------
+    scene : Scene, Shape or Body
+        The scene.
+    path : path
+        The file to write, .gif, .webp or .mp4.
+    frames : int
+        The number of pictures of the whole turn.
+    seconds : float
+        The time of the turn.
+    width, height, samples, integrator, seed, depth, axes, labels, normals
+        As for `Scene.render`.
+    camera : AnyCamera, optional
+        Default: the camera of the scene, or one that fits.
+    folder : path, optional
+        The folder of the frames. Default: `spin-frames` beside spin.gif.
+    keep : bool
+        Keep the frames at the end.
+    progress : callable, optional
+        progress(done, count) is called from time to time.
+    executor : optional
+        Computes the frames, a task each, as for `scene.first_hit`. A worker that dies costs only its own frame.
+
+    Returns
+    -------
+    int
+        The number of frames that were rendered.
+
+    Raises
+    ------
+    ValueError
+        For a film that cannot be written, before the first frame.
+    ImportError
+        For a .mp4 without its encoder (extra `video`: `pip install ".[video]"` in the repository), before the first
+        frame.
     """
     scene, target = as_scene("turntable", scene), Path(checked_path("turntable", path))
     width, height = check_size(width, height, "turntable")
@@ -189,41 +230,44 @@ def turntable(
     check_callback("turntable", "progress", progress)
     as_camera("turntable", camera)
     workers = None if executor is None else as_workers("turntable", executor)
-    place = (
+    frame_folder = (
         target.with_name(f"{target.stem}-frames")
         if folder is None
         else Path(checked_path("turntable", folder, "folder"))
     )
+    # Before the first frame: both raise for a film that cannot be written
     check_movie(target, width, height, int(frames), seconds)
     resolve_output(target)
-    made = Frames(scene, place, dict(width=width, height=height, **options))
+    store = Frames(scene, frame_folder, dict(width=width, height=height, **options))
     views = list(_views(scene, camera, frames, width / height))
-    files = [made.path(view) for view in views]
+    files = [store.path(view) for view in views]
     if workers is None:
-        rendered = _render_missing(made, list(zip(files, views, strict=True)), progress)
+        rendered = _render_missing(store, list(zip(files, views, strict=True)), progress)
     else:
-        missing = {file: view for file, view in zip(files, views, strict=True) if not made.is_there(file)}
+        # A dictionary, so that equal frames are rendered once
+        missing = {file: view for file, view in zip(files, views, strict=True) if not store.is_there(file)}
         there, rendered = frames - len(missing), len(missing)
 
-        def told(done: int) -> None:
+        def report(done: int) -> None:
+            """Report frames, those that were there included."""
             if progress is not None:
                 progress(there + done, frames)
 
-        made.render_on(workers, list(missing.items()), told)
+        store.render_on(workers, list(missing.items()), report)
     write_movie(target, files, seconds)
     if not keep:
-        remove_frames(files, place)
+        remove_frames(files, frame_folder)
     return rendered
 
 
 def _render_missing(
-    made: Frames, wanted: list[tuple[Path, AnyCamera]], progress: Callable[[int, int], Any] | None
+    store: Frames, views: list[tuple[Path, AnyCamera]], progress: Callable[[int, int], Any] | None
 ) -> int:
-    """Render here what is not there; returns how many these were."""
-    rendered, frames = 0, len(wanted)
-    for i, (file, view) in enumerate(wanted):
-        if not made.is_there(file):
-            made.render(file, view, progress and _turntable_progress(progress, i, frames))
+    """Render the missing frames in this process; return their number."""
+    rendered, frames = 0, len(views)
+    for i, (file, view) in enumerate(views):
+        if not store.is_there(file):
+            store.render(file, view, progress and _turntable_progress(progress, i, frames))
             rendered += 1
         if progress is not None:
             progress(i + 1, frames)
@@ -231,14 +275,16 @@ def _render_missing(
 
 
 def _views(scene: Scene, camera: AnyCamera | None, frames: int, aspect: float) -> Iterator[AnyCamera]:
+    """Yield the camera of each frame: the position turned about the axis `up` through the point that it looks at."""
     first = camera or scene.camera or fit_camera(*scene.extent, aspect, frames)
     axis = unit_rows(np.array(first.up))[0]
-    away = np.subtract(first.position, first.look_at)
-    along = dot_rows(away, axis) * axis
-    across, aside = away - along, np.cross(axis, away)
+    offset = np.subtract(first.position, first.look_at)
+    axial = dot_rows(offset, axis) * axis
+    radial, tangential = offset - axial, np.cross(axis, offset)
     for i in range(frames):
+        # The camera turns clockwise, so the scene seems to turn counterclockwise
         s, c = sin_cos_degrees(Fraction(-360 * i, frames))
-        turned = along + c * across + s * aside
+        turned = axial + c * radial + s * tangential
         yield (
             dataclasses.replace(cast(Any, first), position=snap_to_domain(np.add(first.look_at, turned)))
             if i
@@ -247,29 +293,29 @@ def _views(scene: Scene, camera: AnyCamera | None, frames: int, aspect: float) -
 
 
 def _turntable_progress(progress: Callable[[int, int], Any], frame: int, frames: int) -> Callable[[int, int], None]:
-    """Progress of one frame as that of all, in their tiles."""
+    """Return a function that reports the progress of one frame as that of all frames, in tiles."""
 
-    def told(done: int, count: int) -> None:
+    def report(done: int, count: int) -> None:
         progress(frame * count + done, frames * count)
 
-    return told
+    return report
 
 
 def remove_frames(files: list[Path], folder: Path) -> None:
-    """Frames that are no longer wanted, and their folder if nothing else is in it."""
-    for file in set(files):
+    """Remove frames, and their folder if it is empty then."""
+    for file in set(files):  # equal frames share a file
         file.unlink(missing_ok=True)
     with contextlib.suppress(OSError):
-        folder.rmdir()
+        folder.rmdir()  # fails if other files are in it
 
 
-# The film of a scene that moves by keyframes.
+# --- Films of scenes that move by keyframes
 
 _MOST_FILM_FRAMES = 100_000
 
 
 class FilmFrames(Frames):
-    """The frames of a scene that moves, each named also by its time, the tracks and how long the shutter is open."""
+    """The frames of an animated scene; the name of each depends on its time, the tracks and the shutter as well."""
 
     def __init__(
         self, scene: Scene, folder: Path, options: dict[str, Any], camera: AnyCamera | None, aperture: float,
@@ -282,29 +328,34 @@ class FilmFrames(Frames):
         self._film = digest_of(self._key, type(view).__name__, view, light, scene.animation, aperture, times)
 
     def path_at(self, time: float) -> Path:
-        """Where the frame of a time is, or is to be."""
+        """Return where the frame of a time is, or will be."""
         return self.folder / f"{digest_of(self._film, time).hex()}.png"
 
     def render_at(self, path: Path, time: float, progress: Any) -> None:
-        """Make the frame of a time."""
-        self._keep(path, render_moment(self.scene, self._how, time, progress))
+        """Compute the frame of a time and write its file."""
+        self._write(path, render_moment(self.scene, self._frame_options, time, progress))
 
-    def _course(self, workers: Workers) -> Scheduler:
-        return Scheduler("animate", workers, render_moment, (SharedObject(self.scene), SharedObject(self._how)))
+    def _scheduler(self, workers: Workers) -> Scheduler:
+        return Scheduler(
+            "animate", workers, render_moment, (SharedObject(self.scene), SharedObject(self._frame_options))
+        )
 
     @property
-    def _how(self) -> dict[str, Any]:
-        """All that makes a frame but the scene and the time."""
+    def _frame_options(self) -> dict[str, Any]:
+        """Everything that a frame depends on, apart from the scene and the time."""
         return dict(camera=self.camera, aperture=self.aperture, times=self.times, options=self.options)
 
 
 @prepare_first
 def render_moment(scene: Scene, how: dict[str, Any], time: float, progress: Any = None) -> bytes:
-    """The frame of a time as the bytes of its file: with the shutter open from then on, or as the scene stands then."""
-    given = dict(camera=how["camera"], progress=progress, **how["options"])
+    """Return the frame of a time as the bytes of its file.
+
+    The shutter opens at that time. For an aperture of 0 the picture shows that instant.
+    """
+    arguments = dict(camera=how["camera"], progress=progress, **how["options"])
     if how["aperture"] == 0:
-        return scene.at(time).render(**given)._repr_png_()
-    return scene.render(shutter=(time, time + how["aperture"]), times=how["times"], **given)._repr_png_()
+        return scene.at(time).render(**arguments)._repr_png_()
+    return scene.render(shutter=(time, time + how["aperture"]), times=how["times"], **arguments)._repr_png_()
 
 
 @ignore_fp_errors
@@ -332,65 +383,101 @@ def animate(
     progress: Callable[[int, int], Any] | None = None,
     executor: Any = None,
 ) -> int:
-    """A film of a `scene` with an animation, a .gif, .webp or .mp4 at `path`; returns how many frames were rendered.
+    """Make a film of a scene with an animation, as a .gif, .webp or .mp4.
 
-    It shows `seconds` from `start` on, to the last key if not given, in `frames`, 24 a second if not given. The shutter
-    is open for the share `shutter` of a frame's time, 0 for an instant, in as many moments as `times` says
-    (see `render`). `camera` stands still in place of the scene's own. `width`, `height`, `samples`, `integrator`,
-    `seed`, `depth`, `axes`, `labels` and `normals` are those of `render`. A body that moves costs its own preparation.
+    A body that moves is prepared anew for each moment; everything else is shared. The frames are .png files, each named
+    by everything that it depends on. Frames that are there are not rendered again.
 
-    Frames are .png files in `folder` (by default `film-frames` beside film.gif), named by all that they are made from.
-    Those that are there already are taken. `keep=False` removes them in the end. `progress(done, count)` is called now
-    and then. `executor` is where frames are made, a task each, as for `scene.first_hit`. Raises ValueError for what
-    cannot be written, before the first frame.
+    Parameters
+    ----------
+    scene : Scene
+        With tracks, `scene.animation`.
+    path : path
+        The file to write, .gif, .webp or .mp4.
+    frames : int, optional
+        The number of pictures. Default: 24 a second.
+    seconds : float, optional
+        The length of the film. Default: to the last key.
+    start : float
+        The time of the first frame, in seconds of the animation.
+    shutter : float
+        The share of the time of a frame during which the shutter is open, from 0, an instant, to 1.
+    times : int, optional
+        The number of moments of that interval, as for `Scene.render`.
+    width, height, samples, integrator, seed, depth, axes, labels, normals
+        As for `Scene.render`.
+    camera : AnyCamera, optional
+        A camera that stands still, in place of the camera of the scene.
+    folder : path, optional
+        The folder of the frames. Default: `film-frames` beside film.gif.
+    keep : bool
+        Keep the frames at the end.
+    progress : callable, optional
+        progress(done, count) is called from time to time.
+    executor : optional
+        Computes the frames, a task each, as for `scene.first_hit`.
+
+    Returns
+    -------
+    int
+        The number of frames that were rendered.
+
+    Raises
+    ------
+    ValueError
+        For a scene without an animation, and a film that cannot be written, before the first frame.
     """
     scene, target = as_scene("animate", scene), Path(checked_path("animate", path))
     width, height = check_size(width, height)
     start, length, count = _extent(scene, frames, seconds, start)
-    open_for = check_number("animate", "shutter", shutter)
-    if not 0 <= open_for <= 1:
-        raise ValueError(f"animate: shutter must be in [0, 1], a share of a frame's time, got {open_for:g}")
+    open_share = check_number("animate", "shutter", shutter)
+    if not 0 <= open_share <= 1:
+        raise ValueError(f"animate: shutter must be in [0, 1], a share of the time of a frame, got {open_share:g}")
     options = check_options(samples, integrator, seed, depth) | {
         name: check_flag("animate", name, on) for name, on in dict(axes=axes, labels=labels, normals=normals).items()
     }
     check_callback("animate", "progress", progress)
     view = as_camera("animate", camera)
     workers = None if executor is None else as_workers("animate", executor)
+    # Before the first frame: both raise for a film that cannot be written
     check_movie(target, width, height, count, length)
     resolve_output(target)
-    beside = target.with_name(f"{target.stem}-frames")
-    place = beside if folder is None else Path(checked_path("animate", folder, "folder"))
+    default_folder = target.with_name(f"{target.stem}-frames")
+    frame_folder = default_folder if folder is None else Path(checked_path("animate", folder, "folder"))
     step = length / count
-    made = FilmFrames(scene, place, dict(width=width, height=height, **options), view, open_for * step, _moments(times))
+    store = FilmFrames(
+        scene, frame_folder, dict(width=width, height=height, **options), view, open_share * step, _moments(times)
+    )
     moments = [start + k * step for k in range(count)]
     files = (
-        _render_moments(made, moments, progress)
+        _render_moments(store, moments, progress)
         if workers is None
-        else _render_moments_on(made, moments, workers, progress)
+        else _render_moments_on(store, moments, workers, progress)
     )
     write_movie(target, [file for file, _ in files], length)
     if not check_flag("animate", "keep", keep):
-        remove_frames([file for file, _ in files], place)
+        remove_frames([file for file, _ in files], frame_folder)
     return sum(new for _, new in files)
 
 
 def frame_count(scene: Scene, frames: Any, seconds: Any, start: Any) -> int:
-    """How many frames a film has."""
+    """Return the number of frames of a film; the arguments are those of `animate`."""
     return _extent(scene, frames, seconds, start)[2]
 
 
 def _extent(scene: Scene, frames: Any, seconds: Any, start: Any) -> tuple[float, float, int]:
-    """When a film begins, how long it is, and its number of frames."""
+    """Return the start of a film, its length in seconds, and its number of frames."""
     if not scene.animation:
-        raise ValueError("animate: the scene has no animation; a co.turntable goes around what stands still")
+        raise ValueError("animate: the scene has no animation; co.turntable goes around a scene at rest")
     begin, end = check_number("animate", "start", start), last_time(scene.animation)
     if seconds is None and not end > begin:
-        raise ValueError(f"animate: seconds must be given where the last key, {end:g}, is not after start, {begin:g}")
+        raise ValueError(f"animate: seconds must be given if the last key, {end:g}, is not after start, {begin:g}")
     length = check_positive("animate", "seconds", end - begin if seconds is None else seconds)
     return begin, length, _count(frames, length)
 
 
 def _count(frames: Any, length: float) -> int:
+    """Return the number of frames; the default is 24 a second."""
     if frames is None:
         return max(1, round(24 * length))
     count = as_integer(frames)
@@ -402,7 +489,7 @@ def _count(frames: Any, length: float) -> int:
 
 
 def _moments(times: Any) -> int | None:
-    """In how many moments of a frame what moves is seen."""
+    """Return the number of moments of one frame, or None for the default."""
     if times is None:
         return None
     count = as_integer(times)
@@ -413,14 +500,14 @@ def _moments(times: Any) -> int | None:
     return count
 
 
-def _render_moments(made: FilmFrames, times: list[float], progress: Any) -> list[tuple[Path, bool]]:
-    """The files of all frames, and which of them are new."""
+def _render_moments(store: FilmFrames, times: list[float], progress: Any) -> list[tuple[Path, bool]]:
+    """Return the files of all frames, and whether each is new."""
     files = []
     for k, time in enumerate(times):
-        file = made.path_at(time)
-        missing = not made.is_there(file)
+        file = store.path_at(time)
+        missing = not store.is_there(file)
         if missing:
-            made.render_at(file, time, progress and _film_progress(progress, k, len(times)))
+            store.render_at(file, time, progress and _film_progress(progress, k, len(times)))
         files.append((file, missing))
         if progress is not None:
             progress(k + 1, len(times))
@@ -428,25 +515,26 @@ def _render_moments(made: FilmFrames, times: list[float], progress: Any) -> list
 
 
 def _render_moments_on(
-    made: FilmFrames, times: list[float], workers: Workers, progress: Any
+    store: FilmFrames, times: list[float], workers: Workers, progress: Any
 ) -> list[tuple[Path, bool]]:
-    """The same on workers: a task for each file that is missing."""
-    files = [made.path_at(time) for time in times]
-    missing = {file: time for file, time in zip(files, times, strict=True) if not made.is_there(file)}
+    """Return the same as `_render_moments`, with a task on workers for each missing file."""
+    files = [store.path_at(time) for time in times]
+    missing = {file: time for file, time in zip(files, times, strict=True) if not store.is_there(file)}
     there = len(files) - len(missing)
 
-    def told(done: int) -> None:
+    def report(done: int) -> None:
         if progress is not None:
             progress(there + done, len(times))
 
-    made.render_on(workers, list(missing.items()), told)
-    new = set(missing)
-    found = []
+    store.render_on(workers, list(missing.items()), report)
+    new = set(missing)  # of equal frames only the first counts as rendered
+    frames = []
     for file in files:
-        found.append((file, file in new))
+        frames.append((file, file in new))
         new.discard(file)
-    return found
+    return frames
 
 
 def _film_progress(progress: Callable[[int, int], Any], frame: int, frames: int) -> Callable[[int, int], None]:
+    """Return a function that reports the progress of one frame as that of all frames."""
     return lambda done, count: progress(frame * count + done, frames * count)

@@ -1,4 +1,4 @@
-"""The pictures of a scene: what `Scene.render` does."""
+"""The pictures of a scene: `Scene.render`, with layers, groups of lights and previews."""
 
 from __future__ import annotations
 
@@ -16,49 +16,50 @@ from ..render.job import FilmResult, RenderJob, make_job
 
 
 def render_image(
-    scene: Any, asked: tuple[Any, ...], *, layers: Any, groups: Any, drawn: Mapping[str, Any], progress: Any,
+    scene: Any, options: tuple[Any, ...], *, layers: Any, groups: Any, drawn: Mapping[str, Any], progress: Any,
     preview: Any, executor: Any, resume: Any,
 ) -> Image:  # fmt: skip
-    """The picture of a job: `asked` are the arguments of `job_of` behind the scene."""
+    """Return the picture of a scene; `options` are the arguments of `make_job` after the scene."""
     flags = {name: check_flag("render", name, on) for name, on in drawn.items()}
-    names, job = check_layers(layers), make_job(scene, *asked)
+    names, job = check_layers(layers), make_job(scene, *options)
     check_callback("render", "progress", progress)
-    shows = _preview_function(preview)
-    fixed, seen = asked[6] is not None, scene
-    keeps = any(name in names for name in SUM_LAYERS)
-    if job.shutter is not None:
-        seen = scene.at((job.shutter[0] + job.shutter[1]) / 2)
-    lit_by = _groups(scene, groups)
-    exposed = _expose_film(scene, job, fixed, keeps, progress, shows, executor, resume)
-    found = compute_layers(seen, job, names, exposed)
-    for name, part in lit_by.items():
-        found[f"light.{name}"] = _expose_film(part, job, fixed, False, None, None, executor, None).film
-    image = Image._of_light(exposed.film, found)
+    show = _preview_function(preview)
+    fixed, shown_scene = options[6] is not None, scene
+    with_sums = any(name in names for name in SUM_LAYERS)
+    if job.shutter is not None:  # layers and labels show the scene in the middle of the interval
+        shown_scene = scene.at((job.shutter[0] + job.shutter[1]) / 2)
+    group_scenes = _groups(scene, groups)
+    exposed = _expose_film(scene, job, fixed, with_sums, progress, show, executor, resume)
+    layer_arrays = compute_layers(shown_scene, job, names, exposed)
+    for name, part in group_scenes.items():
+        # Each group is a picture of its own, with as many samples
+        layer_arrays[f"light.{name}"] = _expose_film(part, job, fixed, False, None, None, executor, None).film
+    image = Image._of_light(exposed.film, layer_arrays)
     image.noise = None if exposed.sums is None else image_error(exposed.sums)
     if not any(flags.values()):
         return image
     from ..render.overlay import draw_overlay
 
-    return Image._of_light(draw_overlay(image.pixels, seen, job.view, **flags), image.layers)
+    return Image._of_light(draw_overlay(image.pixels, shown_scene, job.view, **flags), image.layers)
 
 
 def _expose_film(
-    scene: Any, job: RenderJob, fixed: bool, keeps: bool, progress: Any, shows: Any, executor: Any, resume: Any
+    scene: Any, job: RenderJob, fixed: bool, with_sums: bool, progress: Any, show: Any, executor: Any, resume: Any
 ) -> FilmResult:
-    """A film: by these threads or an executor, at once or while the shutter is open."""
+    """Return the film of a job, computed by threads of this process or by an executor, with or without a shutter."""
     if executor is not None or resume is not None:
         from ..parallel.pictures import render_tiles
 
-        return render_tiles(scene, job, keeps, executor, resume, progress, shows, fixed)
+        return render_tiles(scene, job, with_sums, executor, resume, progress, show, fixed)
     if job.shutter is not None:
         from ..render.motion_blur import render_motion_blur
 
-        return render_motion_blur(scene, job, fixed, progress, shows)
-    return render(scene, job, keeps, progress, shows)
+        return render_motion_blur(scene, job, fixed, progress, show)
+    return render(scene, job, with_sums, progress, show)
 
 
 def _groups(scene: Any, groups: Any) -> dict[str, Any]:
-    """For each group of lights the scene with these alone."""
+    """Return, for each group of lights, the scene with these lights alone."""
     if groups is None:
         return {}
     from ..render.light_groups import scenes_by_group
@@ -67,7 +68,7 @@ def _groups(scene: Any, groups: Any) -> dict[str, Any]:
 
 
 def _preview_function(preview: Any) -> Callable[[Any, Any], None] | None:
-    """What is called with a film as it becomes better."""
+    """Return the function that a job calls with its film as the picture improves, or None without a preview."""
     if preview is None or preview is False:
         return None
     if preview is True:
@@ -79,27 +80,24 @@ def _preview_function(preview: Any) -> Callable[[Any, Any], None] | None:
         preview = terminal_preview()
     check_callback("render", "preview", preview, "image")
 
-    def shown(film: Any, sums: Any) -> None:
-        image = Image._of_light(film.copy())
+    def show(film: Any, sums: Any) -> None:
+        image = Image._of_light(film.copy())  # the job goes on to change its film
         image.noise = image_error(sums)
         preview(image)
 
-    return shown
-
-
-# A picture in a notebook that becomes better while it is made.
+    return show
 
 
 def notebook_preview() -> Callable[[Any], None]:
-    """What shows pictures in one place of a notebook's cell, each in place of the one before.
+    """Return a function that shows pictures in one place of a notebook cell, each in place of the one before.
 
-    Raises ImportError where IPython, and so a notebook, is not there.
+    Raises ImportError without IPython, and so without a notebook.
     """
     try:
-        shows: Any = importlib.import_module("IPython.display")
+        display: Any = importlib.import_module("IPython.display")
     except ImportError:
         raise ImportError(
-            'render: preview=True shows pictures in notebooks; elsewhere it is "terminal" or a function'
+            'render: preview=True shows pictures in notebooks; other programs take "terminal" or a function'
         ) from None
     handle: list[Any] = []
 
@@ -107,6 +105,6 @@ def notebook_preview() -> Callable[[Any], None]:
         if handle:
             handle[0].update(image)
         else:
-            handle.append(shows.display(image, display_id=True))
+            handle.append(display.display(image, display_id=True))
 
     return preview

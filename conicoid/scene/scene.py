@@ -19,10 +19,9 @@ import numpy as np
 from .._util.arrays import BoxEnds, FloatArray
 from .._util.defaults import DEFAULT_T_MAX, DEFAULT_T_MIN
 from .._util.errstate import ignore_fp_errors
-from .._util.foreign_names import HintingType, scene_attribute_error
 from .._util.fork_safe_locks import fork_safe_lock
-from .._util.hints import frozen_with_hints, with_method_hints
-from .._util.name_tuples import NamedPartTuple, PartTuple
+from .._util.hints import unknown_attribute
+from .._util.name_tuples import NameTuple
 from .._util.text import format_count
 from .._util.validation import (
     check_callback,
@@ -58,9 +57,9 @@ from ..geometry.entries import (
 from ..geometry.instances import InstanceList
 from ..geometry.labels import count_bodies, distinct_materials, first_numbers, single_body
 from ..geometry.shape import Shape, Solid
-from ..geometry.tracks import BodyTrack, CameraTrack, LightTrack, as_tracks
-from ..materials.background import as_background
-from ..materials.light import as_lights
+from ..geometry.tracks import BodyTrack, CameraTrack, LightTrack, Track, as_tracks
+from ..materials.background import Background, as_background
+from ..materials.light import Light, as_lights
 from ..materials.material import Material
 from ..queries.extensions import extension
 
@@ -71,7 +70,6 @@ if TYPE_CHECKING:
     from ..apps.section.voxels import Voxels
     from ..io.images.image import Image
     from ..kernels.threads import Progress
-    from ..prepare.lowering import LoweredScene
     from ..prepare.memory import Memory
     from ..prepare.prepared_scene import PreparedScene
     from ..queries.distances import Distances
@@ -95,11 +93,9 @@ _UNCHANGED: Any = object()
 """Default of the arguments of `Scene.replace`, where None takes a part away."""
 
 _PARTS = ("lights", "camera", "background", "domain", "animation")
-_OTHER_MATERIALS = "bodies have materials, scene.replace(which, material=...) is a scene with another"
 
 
-@with_method_hints
-class Scene(metaclass=HintingType):
+class Scene:
     """Bodies in listing order (ties go to the first), with lights, a camera and a background.
 
     The scene is immutable. Its arrays are built on first use and shared by all threads. Every query takes origins and
@@ -136,33 +132,31 @@ class Scene(metaclass=HintingType):
         self,
         items: Shape | Body | Iterable[Shape | Body] = (),
         lights: Any = (),
-        camera: Any = None,
-        background: Any = None,
+        camera: AnyCamera | None = None,
+        background: Background | None = None,
         domain: Solid | None = None,
         animation: Any = (),
     ) -> None:
         refuse_second(lights)
         self._bodies: Bodies = as_bodies(items)
         refuse_same_names(self._bodies)
-        self._lights: tuple[Any, ...] = as_lights(lights)
+        self._lights: tuple[Light, ...] = as_lights(lights)
         self._camera = _as_camera(camera)
         self._background = as_background(background)
         self._domain = as_domain(domain)
-        self._animation: tuple[Any, ...] = as_tracks(animation)
+        self._animation: tuple[Track, ...] = as_tracks(animation)
         refuse_unknown_tracks(self._bodies, self._animation)
-        for part in (*self._lights, self._camera, self._background):
-            frozen_with_hints(type(part))
-        self._prepared: PreparedScene | None = None
+        self._cached_prepared: PreparedScene | None = None
         self._before: PreparedScene | None = None
         """The prepared scene that this one was edited from, until this one is prepared too."""
         self._lock = fork_safe_lock()
 
-    _notes: tuple[str, ...] = ()
+    _notes: tuple[str, ...] = ()  # of importers, which set them after construction
 
     if not TYPE_CHECKING:  # else type checkers would accept any attribute, and entries that are set
 
         def __getattr__(self, name: str) -> Any:
-            raise scene_attribute_error(self, name)
+            raise unknown_attribute(self, name)
 
         def __setattr__(self, name: str, value: Any) -> None:
             if not name.startswith("_") and (type(self) is Scene or hasattr(Scene, name)):
@@ -180,8 +174,8 @@ class Scene(metaclass=HintingType):
         return _rebuild_scene, (type(self), *self._parts), {"_notes": self._notes} if self._notes else None
 
     def __copy__(self) -> Scene:
-        copied = _rebuild_scene(type(self), *self._parts)
-        copied._prepared, copied._before, copied._notes = self._prepared, self._before, self._notes
+        copied = _rebuild_scene(type(self), *self._parts)  # with a lock of its own
+        copied._cached_prepared, copied._before, copied._notes = self._cached_prepared, self._before, self._notes
         return copied
 
     # --- Contents
@@ -197,12 +191,12 @@ class Scene(metaclass=HintingType):
         return self._bodies
 
     @property
-    def lights(self) -> tuple[Any, ...]:
+    def lights(self) -> tuple[Light, ...]:
         """The lights as listed; without any, pictures use lights that fit."""
-        return PartTuple(self._lights, "scene.lights", "scene.replace(lights=[...]) is a scene with other lights")
+        return self._lights
 
     @property
-    def camera(self) -> Any:
+    def camera(self) -> AnyCamera | None:
         """The camera, or None: then pictures are taken by `fitting_camera(width / height)`.
 
         `scene.rays(width, height)` are the rays of either; `scene.camera or scene.fitting_camera()` is one in any case.
@@ -210,8 +204,8 @@ class Scene(metaclass=HintingType):
         return self._camera
 
     @property
-    def background(self) -> Any:
-        """A colour, a `Sky` or an `Environment`: the light of rays that hit nothing."""
+    def background(self) -> Background | None:
+        """The light of rays that hit nothing: a colour, a `Sky` or an `Environment`."""
         return self._background
 
     @property
@@ -237,15 +231,12 @@ class Scene(metaclass=HintingType):
         """The distinct materials, in the order of the first body of each; None is that of bodies without.
 
         Two materials are distinct if they differ in anything: two of one name, say, in their colour.
-        `materials["steel"]` is the one of a name, and `materials.index("steel")` its place. Numbers of bodies are not
-        places here: an index of a result (NumPy's int32) raises IndexError where the body has another material, and so
-        does -1.
+        `materials["steel"]` is the one of a name, and `materials.index("steel")` its index. The indices are not numbers
+        of bodies: `hits.material` has the materials of these.
         """
         bodies = self._bodies
         listed = bodies.distinct_materials if isinstance(bodies, InstanceList) else distinct_materials(bodies)
-        return NamedPartTuple(
-            listed, "scene.materials", _OTHER_MATERIALS, material_of=lambda number: self.body(number).material
-        )
+        return NameTuple(listed, "scene.materials")
 
     @property
     @ignore_fp_errors
@@ -279,7 +270,7 @@ class Scene(metaclass=HintingType):
         IndexError
             For other numbers, -1 (a miss) among them.
         """
-        entry, ball = find_body(self._firsts, number)
+        entry, ball = find_body(self._firsts, number)  # `ball`: the index in a `Spheres` or `Boxes`
         return single_body(self._bodies[entry], ball)
 
     @overload
@@ -307,7 +298,7 @@ class Scene(metaclass=HintingType):
     def __contains__(self, item: object) -> bool:
         """Return whether an entry has this name, is this `Body`, or has this shape; TypeError for anything else."""
         if isinstance(item, str):
-            if isinstance(self._bodies, InstanceList):
+            if isinstance(self._bodies, InstanceList):  # a look-up, without creating bodies
                 return self._bodies.number(item) is not None
             return any(item == body.name for body in self._bodies)
         if isinstance(item, Shape):
@@ -333,13 +324,6 @@ class Scene(metaclass=HintingType):
 
     __or__ = __add__
 
-    def __array__(self, dtype: Any = None, copy: Any = None) -> Any:
-        """Return an array () of the scene itself, as NumPy's files store it."""
-        from ..queries.result import box_object
-
-        del copy
-        return box_object(self, dtype)
-
     def __repr__(self) -> str:
         counts = [format_count(self.body_count, "body", "bodies"), format_count(len(self._lights), "light", "lights")]
         if len(self._bodies) != self.body_count:
@@ -355,16 +339,17 @@ class Scene(metaclass=HintingType):
     @cached_property
     def _firsts(self) -> Any:
         """The first body number of each entry, and at the end the number of bodies."""
-        if isinstance(self._bodies, InstanceList):
+        if isinstance(self._bodies, InstanceList):  # each entry is one body, and none need be created
             return np.arange(len(self._bodies) + 1)
         return first_numbers(self._bodies)
 
     def _first_numbers(self) -> Any:
+        """Return `_firsts`, for functions of entries that need it only for some arguments."""
         return self._firsts
 
     def _boxes(self) -> FloatArray:
         """Return boxes around the bodies; those of the prepared scene, if there is one, need no computation."""
-        prepared = self._prepared
+        prepared = self._cached_prepared
         return boxes_of(self._bodies, None if prepared is None else lambda: prepared.lowered.boxes)
 
     # --- Edits: new scenes, which reuse the prepared tables of the old one and prepare only the difference
@@ -404,7 +389,7 @@ class Scene(metaclass=HintingType):
         labels = {key: new for key, new in dict(material=material, name=name).items() if new is not _UNCHANGED}
         news = lights, camera, background, domain, animation
         parts = (old if new is _UNCHANGED else new for new, old in zip(news, self._parts[1:], strict=True))
-        if which is None and item is None and not labels:
+        if which is None and item is None and not labels:  # the bodies stay, and with them all tables
             return self._edited(self._bodies, *parts)
         return self._with_entry(*exchange_entry(self._bodies, self._first_numbers, which, item, labels), *parts)
 
@@ -466,6 +451,7 @@ class Scene(metaclass=HintingType):
             For an unknown entry.
         """
         each = which if isinstance(which, Iterable) and not isinstance(which, str) else [which]
+        # A set: several numbers may be bodies of one entry
         gone = {one_entry(self._bodies, self._first_numbers, one, "without") for one in each}
         return self._edited(remove_entries(self._bodies, gone))
 
@@ -475,13 +461,15 @@ class Scene(metaclass=HintingType):
         parts: lights, camera, background, domain and animation, if they differ.
         """
         *others, animation = parts or self._parts[1:]
+        # An empty scene checks the other parts; the bodies are checked already
         scene, source = Scene((), *others), before or self
         scene._bodies, scene._notes, scene._animation = bodies, self._notes, as_tracks(animation)
         refuse_unknown_tracks(bodies, scene._animation)
-        if bodies is source._bodies and source._prepared is not None:
-            scene._prepared = source._prepared
+        # The same bodies have the same tables; other bodies are prepared from the difference, when needed
+        if bodies is source._bodies and source._cached_prepared is not None:
+            scene._cached_prepared = source._cached_prepared
         else:
-            scene._before = source._prepared or source._before
+            scene._before = source._cached_prepared or source._before
         return scene
 
     def _with_entry(self, entry: int, old: Body, body: Body, *parts: Any) -> Scene:
@@ -490,6 +478,7 @@ class Scene(metaclass=HintingType):
         if body.name is not None and body.name != old.name:
             refuse_same_names(bodies)
         scene = self._edited(bodies, *parts)
+        # Body numbers stay if the entry keeps its number of bodies
         if "_firsts" in vars(self) and count_bodies(old) == count_bodies(body):
             scene._firsts = self._firsts
         return scene
@@ -501,7 +490,7 @@ class Scene(metaclass=HintingType):
     # --- Animation
 
     @property
-    def animation(self) -> tuple[Any, ...]:
+    def animation(self) -> tuple[Track, ...]:
         """The tracks of bodies, camera and lights; queries and pictures see everything where the scene lists it."""
         return self._animation
 
@@ -521,11 +510,12 @@ class Scene(metaclass=HintingType):
             If a track moves a camera or a light that the scene does not have.
         """
         time = check_number("at", "time", time)
+        # Without tracks, since the result is a scene at rest
         scene = self._edited(self._bodies, *self._parts[1:-1], ()) if self._animation else self
         for track in self._animation:
             if isinstance(track, BodyTrack):
                 shape = self._bodies[find_entry(self._bodies, track.body)].shape
-                if track.moved(shape, time) is not shape:
+                if track.moved(shape, time) is not shape:  # a body at rest needs no preparation
                     scene = scene.moved(track.body, lambda old, track=track: track.moved(old, time))
             elif isinstance(track, CameraTrack):
                 if scene.camera is None:
@@ -539,7 +529,7 @@ class Scene(metaclass=HintingType):
 
     @property
     @ignore_fp_errors
-    def prepared(self) -> PreparedScene:
+    def _prepared(self) -> PreparedScene:
         """The lowered scene with its tree, built on first use and shared by all threads."""
         return self._ready()
 
@@ -558,32 +548,24 @@ class Scene(metaclass=HintingType):
         self._ready(progress)
 
     def _ready(self, *progress: Any) -> PreparedScene:
+        """Return the prepared scene, built once under the lock; `progress` is that of `prepare`."""
         with self._lock:
-            if self._prepared is None:
+            if self._cached_prepared is None:
                 from .._util.gc_pause import pause_gc
                 from ..prepare.prepared_scene import prepare
 
+                # Held by this list alone, the old scene can give its memory to the new one
                 before, self._before = [self._before] if self._before else [], None
                 with pause_gc():
-                    self._prepared = prepare(self._bodies, before, *progress)
-            return self._prepared
-
-    @property
-    def lowered(self) -> LoweredScene:
-        """The scene as arrays, built on first use."""
-        return self.prepared.lowered
-
-    @property
-    def geometry(self) -> Any:
-        """The arrays that kernels take."""
-        return self.prepared.geometry
+                    self._cached_prepared = prepare(self._bodies, before, *progress)
+            return self._cached_prepared
 
     @property
     def memory(self) -> Memory:
         """The size of the prepared scene: bytes of its tables and of its tree, and the number of primitives."""
         from ..prepare.memory import measure_memory
 
-        return measure_memory(self.geometry)
+        return measure_memory(self._prepared.geometry)
 
     # --- Queries along rays
 
@@ -742,7 +724,7 @@ class Scene(metaclass=HintingType):
             )
             return lengths
         rays = ray_queries.as_rays("lengths", origins, directions)
-        return line_integrals.lengths(self.prepared, rays, t_min, t_max, by, progress, overlaps)
+        return line_integrals.lengths(self._prepared, rays, t_min, t_max, by, progress, overlaps)
 
     @ignore_fp_errors
     def line_integral(
@@ -781,7 +763,7 @@ class Scene(metaclass=HintingType):
             more = values, otherwise, overlaps, progress
             return dispatch_rays(self, "line_integral", executor, origins, directions, t_min, t_max, *more)
         rays = ray_queries.rays_after_values(values, origins, directions)
-        return line_integrals.line_integral(self.prepared, values, rays, t_min, t_max, otherwise, progress, overlaps)
+        return line_integrals.line_integral(self._prepared, values, rays, t_min, t_max, otherwise, progress, overlaps)
 
     def _along_rays(self, query: str, executor: Any, origins: Any, directions: Any, t_min: Any, t_max: Any) -> Any:
         """Answer a query of rays here, or by workers."""
@@ -792,7 +774,7 @@ class Scene(metaclass=HintingType):
         from ..queries import ray_queries
 
         answer = getattr(ray_queries, query)
-        return answer(self.prepared, ray_queries.as_rays(query, origins, directions), t_min, t_max)
+        return answer(self._prepared, ray_queries.as_rays(query, origins, directions), t_min, t_max)
 
     # --- Queries at points
 
@@ -815,7 +797,7 @@ class Scene(metaclass=HintingType):
             return self._points_by_workers("contains", executor, points)
         from ..queries.points import body_at
 
-        return np.asarray(body_at(self.prepared, points, "contains") >= 0)[()]
+        return np.asarray(body_at(self._prepared, points, "contains") >= 0)[()]  # a scalar for one point
 
     @ignore_fp_errors
     def body_at(self, points: Any, *, executor: Any = None) -> Any:
@@ -834,7 +816,7 @@ class Scene(metaclass=HintingType):
             return self._points_by_workers("body_at", executor, points)
         from ..queries.points import body_at
 
-        return body_at(self.prepared, points)
+        return body_at(self._prepared, points)
 
     @ignore_fp_errors
     def bodies_at(self, points: Any, *, executor: Any = None) -> BodiesAt:
@@ -850,7 +832,7 @@ class Scene(metaclass=HintingType):
             return bodies
         from ..queries.points import bodies_at
 
-        return bodies_at(self.prepared, points)
+        return bodies_at(self._prepared, points)
 
     @ignore_fp_errors
     def distance(
@@ -887,9 +869,10 @@ class Scene(metaclass=HintingType):
 
             result: Distances = dispatch_distances(self, executor, points, max_distance, exact, progress)
             return result
-        return distances.distance(self.prepared, points, max_distance, exact, progress)
+        return distances.distance(self._prepared, points, max_distance, exact, progress)
 
     def _points_by_workers(self, query: str, executor: Any, points: Any) -> Any:
+        """Answer a query of points by workers."""
         from ..parallel.queries import dispatch_points
 
         return dispatch_points(self, query, executor, points)
@@ -941,7 +924,7 @@ class Scene(metaclass=HintingType):
         """
         from ..apps.explain.scene_surface import surface_of
 
-        index, count = as_index(number), len(self.lowered.tables.surface_kind)
+        index, count = as_index(number), len(self._prepared.lowered.tables.surface_kind)
         if index is None:
             raise TypeError(
                 f"surface: number must be one integer, got {format_value(number)}; scene.surface(int(k)) for each"
@@ -1077,34 +1060,42 @@ class Scene(metaclass=HintingType):
         from ..io.images.image import Image
 
         return Image._of_light(
-            section_pixels(self.prepared, self._bodies, self.extent, plane, at, width, height, samples)
+            section_pixels(self._prepared, self._bodies, self.extent, plane, at, width, height, samples)
         )
 
     @ignore_fp_errors
     def slice(
-        self, origin: Any = "z", u: Any = None, v: Any = None, pixels: Any = 640, *, at: float | None = None,
+        self, plane: str | None = None, at: float | None = None, *, origin: Any = None,
+        u: Any = None, v: Any = None, pixels: int | tuple[int, int] = 640,
         progress: Callable[[int, int], Any] | None = None, executor: Any = None,
     ) -> Slice:  # fmt: skip
         """Return a plane's bodies and materials by pixel, exact outlines of walls, and pictures with a legend.
 
+        `scene.slice("y", 0.5)` is the plane y = 0.5 in a window that fits, as `scene.section("y", 0.5)` pictures it.
+
         Parameters
         ----------
-        origin : (3,) or {"x", "y", "z"}
-            A corner of the window, with u and v; or the axis across which the plane lies, in a window that fits.
-        u, v : (3,)
-            From that corner over the whole width and height, at right angles.
+        plane : {"x", "y", "z"}, optional
+            The axis across which the plane lies; "z" unless there is an origin.
+        at : float, optional
+            The coordinate of the plane along the axis; 0 by default.
+        origin, u, v : (3,), optional
+            In place of the axis: a corner of the window, and its two sides, at right angles.
         pixels : int or (int, int)
             (width, height), or the number along the longer side.
-        at : float, optional
-            The coordinate of the plane along the axis, by default 0.
         progress : callable, optional
             progress(done, count) is called with numbers of pixels.
         executor : optional
             As for `first_hit`.
+
+        Raises
+        ------
+        ValueError
+            For another axis, and for sides that are zero, oblique or incomplete.
         """
         from ..apps.section.slice import cut_scene
 
-        return cut_scene(self, origin, u, v, pixels, at, progress, executor)
+        return cut_scene(self, plane, at, (origin, u, v), pixels, progress, executor)
 
     @ignore_fp_errors
     def voxels(
@@ -1223,7 +1214,7 @@ def _as_camera(camera: Any) -> AnyCamera | None:
     return as_camera("Scene", camera)
 
 
-def _move_light(lights: Any, track: LightTrack, time: float) -> list[Any]:
+def _move_light(lights: tuple[Light, ...], track: LightTrack, time: float) -> list[Light]:
     """Return the lights of a scene, with one of them where its track has it."""
     if track.light >= len(lights):
         there = format_count(len(lights), "light", "lights")
@@ -1232,5 +1223,5 @@ def _move_light(lights: Any, track: LightTrack, time: float) -> list[Any]:
 
 
 def _is_remote(executor: Any, *arrays: Any) -> bool:
-    """Return whether workers answer a query, or its rays are lazy."""
+    """Return whether workers answer a query, or its rays or points are lazy."""
     return executor is not None or any(is_dask_array(a) or hasattr(a, "_share") for a in arrays)

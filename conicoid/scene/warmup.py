@@ -1,15 +1,12 @@
-"""Compile every kernel now, rather than at first use."""
+"""Compile every kernel ahead of time, by small scenes that reach each of them."""
 
 from __future__ import annotations
 
-from .._util.hints import with_call_hints
 
-
-@with_call_hints
 def warmup() -> None:
     """Compile and cache all kernels (a minute or two the first time, some seconds later).
 
-    There is nothing to do where the package came with machine code.
+    There is nothing to do if the package came with machine code.
     """
     from .._jit.machine_code import SHIPPED
 
@@ -30,17 +27,18 @@ def warmup() -> None:
 
 
 def _answers() -> None:
-    """Every field of every answer, for rays that are certain and that only touch a ball."""
+    """Compute every field of every result, for rays that certainly hit and for rays that only touch a ball."""
     from ..geometry.primitives import Sphere
     from .scene import QUERIES, Scene
 
     scene = Scene([Sphere(1.0), Sphere(1.0, (0.0, 0.0, 1.0)) - Sphere(0.5)])
     along_rays = [name for name, first in QUERIES.items() if first == "origins"]
     at_points = [name for name, first in QUERIES.items() if first == "points"]
+    # The second ray touches the ball, so exact arithmetic must decide it
     certain, touching = (0.0, 0.0, 5.0), (1.0, 0.0, 5.0)
     for origins in ([certain], [touching], [certain, touching]):
         hits = scene.first_hit(origins, (0.0, 0.0, -1.0))
-        hits.before  # noqa: B018 (worked out when asked)
+        hits.before  # noqa: B018 (computed on access)
         for rays in (hits.rays, hits.spawn((0.0, 0.0, 1.0)), hits.spawn((1.0, 0.0, 0.0))):
             for name in along_rays:
                 answer = getattr(scene, name)(rays)
@@ -57,7 +55,7 @@ def _answers() -> None:
 
 
 def _pictures() -> None:
-    """What renders, by each integrator."""
+    """Render with each integrator."""
     from ..render.camera import EquirectangularCamera
     from ..render.integrators import INTEGRATORS
     from .scene import Scene
@@ -68,7 +66,7 @@ def _pictures() -> None:
 
 
 def _coherent() -> None:
-    """First hits of coherent rays: enough of them that their coherence is tested."""
+    """Trace first hits of coherent rays: enough of them for the test of coherence."""
     import numpy as np
 
     from .scene import Scene
@@ -77,7 +75,7 @@ def _coherent() -> None:
 
 
 def _incoherent() -> None:
-    """First hits of rays in no order: what begins before its origin is in order only where it is parallel."""
+    """Trace first hits of many rays in no order, which begin before their origins."""
     import numpy as np
 
     from .scene import Scene
@@ -87,7 +85,7 @@ def _incoherent() -> None:
 
 
 def _single_rays() -> None:
-    """Rays each by itself: what exported pages call, from machine code of their own."""
+    """Trace rays one by one, as exported pages do from machine code of their own."""
     import math
 
     import numpy as np
@@ -98,14 +96,14 @@ def _single_rays() -> None:
     from ..queries.rays import Rays
     from .scene import Scene
 
-    scene = Scene([]).prepared
+    scene = Scene([])._prepared
     arrays = arrays_of("warmup", scene, Rays((0.0, 0.0, 0.0), (0.0, 0.0, 1.0)), 0.0, math.inf)
     trace_first_alone(scene.geometry, arrays, 0, 1, HitBuffers.new(1))
     trace_rows_alone(scene.geometry, arrays, True, 0, 1, np.zeros(1, np.int32), np.zeros(1, np.int8))
 
 
 def _exact() -> None:
-    """What error bounds leave open: two roots that are one and irrational, and a point on an oblique wall."""
+    """Decide rays that error bounds leave open: two equal irrational roots, and a point on an oblique wall."""
     from ..geometry.general_quadric import Quadric
     from ..geometry.primitives import Sphere
     from .scene import Scene
@@ -118,7 +116,7 @@ def _exact() -> None:
 
 
 def _batches() -> None:
-    """Bodies lowered together: in lanes, beside numbers halfway between floats; surfaces that may be one; no end."""
+    """Lower bodies together: in lanes, with numbers halfway between floats, surfaces that may be one, no bounds."""
     from ..geometry.bulk import Spheres
     from ..geometry.general_quadric import Quadric
     from ..geometry.primitives import HalfSpace, Sphere
@@ -126,6 +124,7 @@ def _batches() -> None:
     from .scene import Scene
 
     for beside in (0.0, 2.0**-120):
+        # As few as are lowered together, moved halfway between two floats, exactly and by a little more
         balls = [Sphere(1.0, (1.0, float(k), 0.0)) for k in range(FEWEST)]
         Scene([ball.translate((2.0**-53, 0.0, 0.0)).translate((beside, 0.0, 0.0)) for ball in balls]).prepare()
     slanted = [HalfSpace((1.0, 2.0, 3.0), float(k)) for k in range(2)]
@@ -135,7 +134,7 @@ def _batches() -> None:
 
 
 def _explanations() -> None:
-    """What writes down how an answer came about: of solids, and of sheets that are clipped."""
+    """Explain rays through solids and clipped sheets."""
     from ..geometry.primitives import Box, Sphere
     from ..geometry.sheets import Polygon
     from .scene import Scene
@@ -145,12 +144,13 @@ def _explanations() -> None:
 
 
 def _large_tree() -> None:
-    """The tree of a scene that is built by all threads together."""
+    """Build the tree of a scene that all threads build together."""
     import numpy as np
 
     from ..geometry.bulk import Spheres
     from ..prepare.bvh.sah_binning import ONE_THREAD
     from .scene import Scene
 
+    # One more than a single thread builds
     centers = np.random.default_rng(0).random((ONE_THREAD + 1, 3))
     Scene([Spheres(centers, 0.001)]).first_hit((0.0, 0.0, 5.0), (0.0, 0.0, -1.0))

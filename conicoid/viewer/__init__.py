@@ -1,4 +1,4 @@
-"""The scene in a browser, traced there in a fragment shader from the tables that the CPU engine reads."""
+"""The scene in a browser: a fragment shader traces it there, from the tables that the engine on the CPU reads."""
 
 from __future__ import annotations
 

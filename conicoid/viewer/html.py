@@ -1,4 +1,8 @@
-"""The exact engine in the page: its WebAssembly, and of the scene what it needs beyond the shader's tables."""
+"""The page of a scene as one HTML file, which loads nothing: markup, style, modules, shaders, and the scene.
+
+`export` writes it, or a model of another program. An exported page also carries the exact engine: its WebAssembly,
+and those tables of the scene that the shaders do not need.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +20,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from .._util.hints import with_call_hints
 from .._util.safe_files import replace_file
 from .._util.validation import check_path as checked_path
 from .._util.validation import describe_kind
@@ -33,42 +36,55 @@ if TYPE_CHECKING:
     from ..scene.scene import Scene
 
 
+_LONGEST_STAMP = 1 << 16
 ENGINE_FILE = "engine.wasm"
-"""Made by `native.page`; it comes with wheels, and stands in a checkout where it was built."""
+"""The exact engine as WebAssembly. `native.page` builds it in a checkout; wheels contain it."""
 _SECTION = b"conicoid"
+"""The name of the custom section with the stamp of the sources."""
 
 
-def stamp_sources(code: bytes, sources: str) -> bytes:
-    """A module that says what it was made of, in a section of its own; unchanged for ""."""
-    if not sources:
+def stamp_sources(code: bytes, stamp: str) -> bytes:
+    """Return a WebAssembly module with the stamp of its sources in a custom section; unchanged for ""."""
+    if not stamp:
         return code
-    content = bytes([len(_SECTION)]) + _SECTION + sources.encode()
-    return code + bytes([0, len(content)]) + content
+    content = bytes([len(_SECTION)]) + _SECTION + stamp.encode()
+    size, count = b"", len(content)
+    while count > 127:  # LEB128: seven bits a byte, the lowest first
+        size, count = size + bytes([count & 127 | 128]), count >> 7
+    return code + bytes([0, *size, count]) + content
 
 
 @cache
 def read_engine() -> bytes | None:
-    """The module; None where there is none, and where it was made of other sources."""
+    """Return the WebAssembly module of the exact engine.
+
+    None if there is no module, or if it was built from other sources than those of this package.
+    """
     try:
         code = (resources.files(__package__) / ENGINE_FILE).read_bytes()
     except FileNotFoundError:
         return None
-    mark = code.rfind(_SECTION, -128)
-    if mark >= 0:  # it was built in place: the sources may have been edited since
-        from .._jit.sources import hash_of_sources
+    # `stamp_sources` puts its section at the end, so only the last bytes can hold it
+    mark = code.rfind(bytes([len(_SECTION)]) + _SECTION, -_LONGEST_STAMP)
+    if mark >= 0:  # built in a checkout, whose sources may have changed since
+        from .._jit.sources import is_current
 
-        if code[mark + len(_SECTION) :].decode() != hash_of_sources():
+        if not is_current(code[mark + 1 + len(_SECTION) :].decode(errors="replace")):
             return None
     return code
 
 
 def engine_data(scene: Scene, shown: Any) -> dict[str, Any] | None:
-    """The engine and its tables that are not `shown` to the shader as they are, compressed; None if there is none."""
+    """Return the engine and its tables, compressed, for the data of a page; None without an engine.
+
+    shown: the tables that the shader has in the same form, and that the page need not hold twice.
+    """
     code = read_engine()
     if code is None:
         return None
-    geometry, rest, tables = scene.geometry, scene.prepared.rest, scene.prepared.lowered.tables
+    geometry, rest, tables = scene._prepared.geometry, scene._prepared.rest, scene._prepared.lowered.tables
     parts: dict[str, npt.NDArray[Any]] = {"places": geometry.places}
+    # The shader has tables without shared rows; of those the engine needs the originals as well
     others = expand_tables(tables)
     parts |= {name: getattr(tables, name) for name in Tables._fields if name not in shown or name in others}
     parts |= {f"rest_{name}": getattr(rest, name) for name in rest._fields}
@@ -83,14 +99,16 @@ def engine_data(scene: Scene, shown: Any) -> dict[str, Any] | None:
     }
 
 
+# (kind of the array, whether it is `places`) -> type in the page
 _KINDS = {("f", False): "f8", ("i", False): "i4", ("i", True): "i8"}
 
 
 def _compress(content: bytes) -> str:
+    """Return compressed bytes as base64."""
     return base64.b64encode(zlib.compress(content, 9)).decode()
 
 
-# One page that holds everything: markup, style, modules, shaders, and the scene. It asks nobody for anything.
+# --- The page, and models of other programs
 
 SHADERS = (
     "vectors", "tables", "quadric", "cell", "polygon", "walk", "program", "events", "traverse", "materials", "lights",
@@ -107,46 +125,67 @@ _IMPORT = re.compile(r"^import \{[^}]*\} from \"\./\w+\.js\";\n", re.MULTILINE)
 _EXPORT = re.compile(r"^export (?=const|let|function|class|async)", re.MULTILINE)
 _log = logging.getLogger("conicoid")
 PREVIEW_BYTES = 40 << 10
+"""The largest small picture."""
 _PREVIEW_ASPECT = 1.5
-"""As wide as most windows: a picture of the same height covers them as the shader's will."""
+"""Width over height, as of most windows: a picture of their height covers them as that of the shader does."""
 
 
 @cache
 def asset(name: str) -> str:
-    """The text of a file of the page or of a shader."""
+    """Return the text of a file of the page or of a shader."""
     return (resources.files(__package__) / name).read_text(encoding="utf-8")
 
 
 @cache
 def script() -> str:
-    """All modules as one."""
+    """Return all modules of the page as one script."""
     return join_modules(MODULES)
 
 
 def join_modules(modules: tuple[str, ...]) -> str:
-    """Modules as one: names at their top level are distinct, so imports between them can be left out."""
+    """Return modules as one script, without imports: names at their top level are distinct."""
     return "\n".join(_EXPORT.sub("", _IMPORT.sub("", asset(f"page/{name}.js"))) for name in modules)
 
 
 @cache
 def shaders() -> dict[str, Any]:
-    """The pieces, and of which each shader is made; the page puts the sizes of arrays before them."""
+    """Return the pieces of the shaders, and the list of pieces of each; the page puts array sizes before them."""
     pieces = {name: asset(f"shaders/{name}.glsl") for name in (*SHADERS, "pick", "show")}
     return {"pieces": pieces, "picture": SHADERS, "pick": PICK_SHADERS, "show": ("show",)}
 
 
 def page(scene: Scene, title: str, preview: str, served: dict[str, Any] | None = None, *, carries: bool = True) -> str:
-    """The page as HTML. `preview`: where its small picture is; `served`: what a page needs that can ask its server.
+    """Return the page of a scene as HTML.
 
-    One that cannot ask carries the exact engine, where there is one for pages, unless told not to.
+    A page without a server carries the exact engine, if there is a module of it.
+
+    Parameters
+    ----------
+    scene : Scene
+        The scene.
+    title : str
+        The title of the page.
+    preview : str
+        The address of its small picture.
+    served : dict, optional
+        What the page needs for requests to its server.
+    carries : bool
+        False leaves out the engine.
+
+    Raises
+    ------
+    ValueError
+        For a scene that is too large for a browser.
     """
     shown = pack_scene(scene)
     data = {"title": title, "scene": shown, "shaders": shaders(), "served": served}
+    # A served page needs no engine of its own: it asks the process that serves it
     engine = engine_data(scene, shown["tables"]) if served is None and carries else None
     if engine is not None:
         data["engine"] = engine
     fields = {
         "TITLE": _text(title),
+        # Content security policy: WebAssembly only with an engine, connections only to a server of the page
         "MACHINE": " 'wasm-unsafe-eval'" if engine else "",
         "CONNECT": "'self'" if served else "'none'",
         "STYLE": asset("page/style.css"),
@@ -154,28 +193,46 @@ def page(scene: Scene, title: str, preview: str, served: dict[str, Any] | None =
         "DATA": embed_json(data),
         "SCRIPT": script(),
     }
+    # One pass over the template: braces in a title or in data are not replaced
     return re.sub(r"\{\{(\w+)\}\}", lambda match: fields[match[1]], asset("page/page.html"))
 
 
 def markup(preview: str) -> str:
-    """What a scene stands in. `preview`: where its small picture is; that is there before anything is computed."""
+    """Return the markup around a scene; the picture at `preview` shows before anything is computed."""
     return asset("page/markup.html").replace("{{PREVIEW}}", _text(preview))
 
 
-@with_call_hints
 def export(
     scene: Scene | Shape | Body, path: str | os.PathLike[str], title: str | None = None, *, strict: bool = False
 ) -> tuple[str, ...]:
     """Write the scene as a file for others: one HTML page that works from a disk, or a model of another program.
 
-    path: of the file, whose suffix says what it is: .html, a page; .gdml, GDML; .scad, OpenSCAD; .xml, an OpenMC model.
-    title: of the page; by default the file's name.
-    strict: of a model, is what its format cannot say of the scene an error?
+    docs/exporting.md describes how each part of a scene is exported.
 
-    Returns notes on the model: how large it is, and what it does not say; those also go to the log,
-    `logging.getLogger("conicoid")`, as warnings. docs/exporting.md says what becomes of what.
-    Raises ValueError for a scene that a browser cannot hold, with the limit, for bodies that a format cannot say, with
-    their names, and for another suffix; OSError where it cannot be written.
+    Parameters
+    ----------
+    scene : Scene, Shape or Body
+        The scene.
+    path : path
+        The file. Its suffix chooses the format: .html, a page; .gdml, GDML; .scad, OpenSCAD; .xml, an OpenMC model.
+    title : str, optional
+        The title of the page. Default: the name of the file.
+    strict : bool
+        For a model: a part of the scene that the format cannot hold is an error.
+
+    Returns
+    -------
+    tuple of str
+        Notes on the model: its size, and the parts of the scene that it leaves out. The latter also go to the log,
+        `logging.getLogger("conicoid")`, as warnings.
+
+    Raises
+    ------
+    ValueError
+        For a scene that is too large for a browser, with the limit; for bodies that a format cannot hold, with their
+        names; and for another suffix.
+    OSError
+        If the file cannot be written.
     """
     scene, path = as_scene("export", scene), checked_path("export", path)
     if title is not None and not isinstance(title, str):
@@ -197,36 +254,40 @@ def export(
 
 
 def _model(scene: Scene, path: str | os.PathLike[str], title: str | None, options: ExportOptions) -> tuple[str, ...]:
-    """A file of another program."""
-    found = find_export_format(path)
-    if found is None:
+    """Write a model of another program; return its notes."""
+    exporter = find_export_format(path)
+    if exporter is None:
         known = ", ".join(suffix for each in EXPORT_FORMATS for suffix in each.suffixes)
         raise ValueError(f"{os.fspath(path)}: scenes are exported as a page, .html, or as models: {known}")
     if title is not None:
-        raise ValueError(f"export: title means nothing for {found.name}: pages have one")
-    done = found.write(scene, path, options)
-    if done.remarks:
-        _log.warning("%s", "\n".join(f"{os.fspath(path)}: {remark}" for remark in done.remarks))
-    return done.notes
+        raise ValueError(f"export: title means nothing for {exporter.name}: pages have one")
+    result = exporter.write(scene, path, options)
+    if result.remarks:
+        _log.warning("%s", "\n".join(f"{os.fspath(path)}: {remark}" for remark in result.remarks))
+    return result.notes
 
 
 def as_url(preview: bytes) -> str:
-    """A small picture as an address that holds it."""
+    """Return a small picture as a data URL."""
     return "data:image/webp;base64," + base64.b64encode(preview).decode()
 
 
 def embed_json(data: Any) -> str:
-    """JSON that may stand in a script element: no `</script>` or `<!--` in it, whatever names say."""
+    """Return JSON that may stand in a script element: without `</script>` or `<!--`, whatever names hold."""
     text = json.dumps(data, allow_nan=False, separators=(",", ":"))
     return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
 
 
 def _text(words: str) -> str:
+    """Return text escaped for HTML."""
     return words.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;").replace('"', "&quot;")
 
 
 def preview_of(scene: Scene, width: int = 540) -> bytes:
-    """A small picture by the engine, a WebP file of at most 40 KiB: shown until the browser draws, or instead."""
+    """Return a small picture by the engine, a WebP file of at most 40 KiB.
+
+    A page shows it until the browser draws, or in place of that. Quality falls first, then the size.
+    """
     from PIL import Image
 
     pixels = scene.render(width, round(width / _PREVIEW_ASPECT), samples=1, depth=6).pixels

@@ -1,7 +1,7 @@
-"""The playground: a page in which a scene is typed, and what is on a ray through it is read.
+"""The playground: a page in which a user types a scene and reads the hits, spans and crossings of a ray through it.
 
-Who answers is Python: the process that serves the page, or one in the page itself (`native.playground` makes such a
-site, with Conicoid's wheel for Pyodide).
+Python answers: the process that serves the page, or one in the page itself (`native.playground` makes such a site, with
+the wheel of Conicoid for Pyodide). `quadrics_scene` is the scene of nine quadrics.
 """
 
 from __future__ import annotations
@@ -28,26 +28,28 @@ _MARKUP = re.compile(r"\{\{(\w+)\}\}")
 
 @cache
 def examples() -> list[dict[str, str]]:
-    """Scenes to begin with: their names, texts, and a ray for each, all from the first lines of their files."""
-    found = []
+    """Return the first scenes: name, text and a ray for each, all from the first lines of their files."""
+    scenes = []
     for name in EXAMPLES:
         text = asset(f"page/examples/{name}.yaml")
         title, ray, *rest = text.splitlines(keepends=True)
-        found.append({"name": title[2:].strip(), "ray": ray.partition(":")[2].strip(), "text": "".join([title, *rest])})
-    return found
+        scenes.append(
+            {"name": title[2:].strip(), "ray": ray.partition(":")[2].strip(), "text": "".join([title, *rest])}
+        )
+    return scenes
 
 
 def first_scene() -> Scene:
-    """The first of the examples."""
+    """Return the first of the examples."""
     return scene_of(examples()[0]["text"])
 
 
 def page(
     scene: Scene, text: str | None, *, served: dict[str, Any] | None = None, python: dict[str, Any] | None = None
 ) -> str:
-    """The page as HTML, with a scene in it and its text; without one it begins with the first example.
+    """Return the page as HTML, with a scene and its text; without a text it begins with the first example.
 
-    served: what it needs to ask its server. python: where the Python is that it runs itself.
+    served: what it needs for requests to its server. python: where the Python is that it runs itself.
     """
     data = {
         "title": TITLE,
@@ -67,15 +69,17 @@ def page(
         "DATA": embed_json(data),
         "SCRIPT": join_modules((*MODULES, "brain", "links", "playground")),
     }
-    made = _MARKUP.sub(lambda match: fields[match[1]], asset("page/page.html"))
-    made = made.replace("openPage();", "openPlayground();").replace(
+    html = _MARKUP.sub(lambda match: fields[match[1]], asset("page/page.html"))
+    # The markup and the script are those of a plain page but for these names
+    html = html.replace("openPage();", "openPlayground();").replace(
         'class="conicoid"', 'class="conicoid playground"', 1
     )
-    return made.replace("connect-src", "worker-src 'self'; connect-src", 1)
+    # Python in the page runs in a worker
+    return html.replace("connect-src", "worker-src 'self'; connect-src", 1)
 
 
 def worker() -> str:
-    """The program that runs Python beside the page."""
+    """Return the program that runs Python beside the page."""
     return (resources.files(__package__) / "page/worker.js").read_text(encoding="utf-8")
 
 
@@ -90,17 +94,19 @@ class Playground(Session):
 
     @property
     def calls(self) -> dict[str, Callable[[Any], Any]]:
+        """The functions that a page may call, by name."""
         return self._typed.calls
 
     def page(self) -> str:
+        """Return the page as HTML."""
         return page(self._scene, self._text, served={"version": 0})
 
 
-# A scene to play with: the nine quadrics, each as its ten coefficients in a box.
+# --- The nine quadrics, each as its ten coefficients in a box
 
 ZERO = dict.fromkeys(("xx", "yy", "zz", "xy", "yz", "xz", "x", "y", "z", "constant"), 0.0)
 
-# name, coefficients of f <= 0, colour
+# Name, coefficients of f <= 0, colour
 NINE: tuple[tuple[str, dict[str, float], str], ...] = (
     ("ellipsoid", {"xx": 1.4, "yy": 2.2, "zz": 1.8, "constant": -1}, "#a62b2b"),
     ("elliptic paraboloid", {"xx": 1.5, "yy": 2.2, "z": -1, "constant": -0.8}, "#c2622d"),
@@ -113,10 +119,11 @@ NINE: tuple[tuple[str, dict[str, float], str], ...] = (
     ("parabolic cylinder", {"xx": 1, "y": -0.6, "constant": -0.5}, "#8d3c78"),
 )
 _GAP = 2.6
+"""Between the centres of neighbours."""
 
 
 def quadrics_scene() -> Scene:
-    """Nine bodies, three by three, first row in front."""
+    """Return nine bodies, three by three, the first row in front."""
     room = co.Box((-1, -1, -1), (1, 1, 1))
     bodies = []
     for k, (name, coefficients, color) in enumerate(NINE):

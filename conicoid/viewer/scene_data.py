@@ -1,4 +1,8 @@
-"""How much of a scene the page takes: what every browser with WebGL 2 can be expected to hold."""
+"""A scene as plain JSON for the page: the lowered tables, materials and lights, the camera and a list of bodies.
+
+The tables have rows of their own for every body: the shaders know no shared rows. `check_limits` refuses scenes beyond
+what every browser with WebGL 2 can be expected to hold.
+"""
 
 from __future__ import annotations
 
@@ -24,14 +28,14 @@ from ..render.lights.light_tables import ShadingTables, lower_shading_tables
 from ..scene.scene import Scene
 
 MOST_BYTES = 256 << 20
-"""Of all tables together, as they stand in the page."""
+"""The largest size of all tables together, as the page holds them."""
 MOST_GATES = 1024
-"""In the Boolean program of one body: the shader keeps a counter for each while it follows a ray."""
+"""The largest number of gates in the Boolean program of one body: the shader has a counter for each along a ray."""
 
 
 def check_limits(tables: Mapping[str, Any]) -> None:
-    """Raise ValueError for tables that the page cannot take, naming the limit. The page checks its own GPU's."""
-    size = sum(array.size * max(4, array.itemsize) for array in tables.values())  # signs stand there as integers
+    """Raise ValueError for tables that are too large for the page, with the limit. The page checks its own GPU."""
+    size = sum(array.size * max(4, array.itemsize) for array in tables.values())  # the page holds signs as integers
     if size > MOST_BYTES:
         raise ValueError(
             f"view: this scene's tables take {size / 2**20:,.0f} MiB, "
@@ -44,11 +48,11 @@ def check_limits(tables: Mapping[str, Any]) -> None:
         )
 
 
-# Tables in which every body has rows of its own, for the shaders: they know nothing of what bodies have in common.
+# --- Tables without shared rows
 
 
 def expand_tables(tables: Tables) -> dict[str, npt.NDArray[Any]]:
-    """The columns that differ from those of `tables`: of leaves, gates and maps of faces, and trees of a few leaves."""
+    """Return the columns that differ from those of `tables`: leaves, gates, maps of faces, and trees of few leaves."""
     columns = _trees(tables)
     if len(tables.program_shifts):
         columns |= expand_programs(tables)
@@ -60,7 +64,7 @@ def expand_tables(tables: Tables) -> dict[str, npt.NDArray[Any]]:
 
 
 def expand_programs(tables: Tables) -> dict[str, npt.NDArray[Any]]:
-    """Leaves and gates of every program."""
+    """Return the leaves and gates of every program, without shared rows."""
     rows, (leaf_of, leaves) = rows_of_programs(tables), leaves_of_programs(tables)
     gates = np.diff(tables.program_gate)[rows]
     first = _ends(gates)
@@ -87,7 +91,7 @@ def expand_programs(tables: Tables) -> dict[str, npt.NDArray[Any]]:
 
 
 def expand_faces(tables: Tables) -> dict[str, npt.NDArray[Any]]:
-    """The faces of every cell."""
+    """Return the faces of every cell."""
     return dict(
         cell_face=cell_faces(tables, np.arange(len(tables.cell_quadric))),
         plane_face=plane_faces(tables, np.arange(len(tables.plane_surface))),
@@ -95,32 +99,33 @@ def expand_faces(tables: Tables) -> dict[str, npt.NDArray[Any]]:
 
 
 def _trees(tables: Tables) -> dict[str, npt.NDArray[Any]]:
-    """The trees of bodies, whose leaves are numbered as they are written out.
+    """Return the trees of bodies over expanded leaves.
 
-    Those of a few leaves, which have none, are one leaf of a tree each; their places come last.
+    Bodies of a few leaves have no tree; here each gets a tree of one leaf, and their places come last.
     """
     leaf_of, leaves = leaves_of_programs(tables)
     first = _ends(leaves)
     few = np.flatnonzero((leaves > 0) & (leaves <= FEW))
-    known = _known_order(tables, leaf_of, leaves, first)
+    tree_leaves = _known_order(tables, leaf_of, leaves, first)
     if not len(few):
-        return dict(tree_order=known)
-    own = np.diff(tables.tree_root, prepend=np.zeros(len(first) + 1 - len(tables.tree_root), np.int32))
-    own[few] = 1
-    ends = _ends(own)
+        return dict(tree_order=tree_leaves)
+    root_counts = np.diff(tables.tree_root, prepend=np.zeros(len(first) + 1 - len(tables.tree_root), np.int32))
+    # A body of a few leaves gets one root; those of other bodies keep their order
+    root_counts[few] = 1
+    ends = _ends(root_counts)
     roots = np.zeros(ends[-1], np.int32)
-    others = np.ones(len(roots), bool)
-    others[ends[few]] = False
-    roots[others] = tables.roots
+    in_trees = np.ones(len(roots), bool)
+    in_trees[ends[few]] = False
+    roots[in_trees] = tables.roots
     places = len(tables.tree_order) + _ends(leaves[few])
     roots[ends[few]] = -(places[:-1] << 4 | leaves[few]) - 1
-    held = np.repeat(first[few] - places[:-1], leaves[few]) + np.arange(len(tables.tree_order), places[-1])
-    order = np.concatenate([known, held]).astype(np.int32)
+    few_leaves = np.repeat(first[few] - places[:-1], leaves[few]) + np.arange(len(tables.tree_order), places[-1])
+    order = np.concatenate([tree_leaves, few_leaves]).astype(np.int32)
     return dict(tree_root=ends, roots=roots, tree_order=order)
 
 
 def _known_order(tables: Tables, leaf_of: Ints, leaves: Ints, first: Ints) -> Ints:
-    """`Tables.tree_order`, in which leaves have the numbers from `first` on; they have those of cells with shifts."""
+    """Return `Tables.tree_order` with the numbers of expanded leaves, those from `first` on, for shared leaves."""
     if not len(tables.program_shifts):
         return tables.tree_order
     renumbered = np.zeros(len(tables.cell_quadric), np.int32)
@@ -132,11 +137,11 @@ def _known_order(tables: Tables, leaf_of: Ints, leaves: Ints, first: Ints) -> In
 
 
 def _ends(counts: Any) -> Ints:
-    """Where each begins, and the last ends."""
+    """Return offsets (n + 1) of runs of some lengths (n): the begin of each, and the end of the last."""
     return np.concatenate([np.zeros(1, np.int32), np.cumsum(counts, dtype=np.int32)])
 
 
-# A scene as the page takes it: the lowered tables, the look, the camera and a list of bodies, as plain JSON.
+# --- The data of a scene
 
 ASPECT = 4 / 3
 _UNUSED = {
@@ -150,21 +155,21 @@ _UNUSED = {
     *(name for name in Tables._fields if name.endswith("_limits")),
 }
 _MOST_NAMED = 400
-"""Items that get a row each in the page's list."""
+"""The largest number of entries with a row of their own in the list of the page."""
 
 
 def pack_scene(scene: Scene) -> dict[str, Any]:
-    """All that the page needs; every array as base64 of little-endian float64 or int32.
+    """Return all data of a scene that the page needs; every array as base64 of little-endian float64 or int32.
 
-    Raises ValueError for a scene beyond what a browser must be able to draw, naming the limit.
+    Raises ValueError for a scene that is too large for a browser, with the limit.
     """
     camera = view_of(scene)
     lights = scene.lights or fit_lights(camera)
     look = look_of(scene, lights)
     low, high = scene.extent
     tables = {name: _array(scene, number) for number, name in enumerate(Tables._fields) if name not in _UNUSED}
-    # The engine takes those that share rows, see `engine_data`
-    tables |= {name: column.ravel() for name, column in expand_tables(scene.prepared.lowered.tables).items()}
+    # The engine takes the tables with shared rows, see `engine_data`
+    tables |= {name: column.ravel() for name, column in expand_tables(scene._prepared.lowered.tables).items()}
     check_limits(tables)
     return {
         "tables": {name: _encoded(array) for name, array in tables.items()},
@@ -174,12 +179,15 @@ def pack_scene(scene: Scene) -> dict[str, Any]:
         "bounds": [low.tolist(), high.tolist()],
         "items": [_item(scene, i) for i in range(min(len(scene.bodies), _MOST_NAMED))],
         "item_count": len(scene.bodies),
-        "body_item": _encoded(scene.lowered.body_item),
+        "body_item": _encoded(scene._prepared.lowered.body_item),
     }
 
 
 def view_of(scene: Scene) -> Camera | OrthographicCamera:
-    """The scene's camera, or one that fits; one that sees all around is shown as a pinhole that looks the same way."""
+    """Return the camera of the scene, or one that fits.
+
+    A camera that sees all around becomes a pinhole camera that looks the same way.
+    """
     camera = scene.camera or scene.fitting_camera(ASPECT)
     if isinstance(camera, EquirectangularCamera | FisheyeCamera):
         return Camera(camera.position, camera.look_at, camera.up)
@@ -189,15 +197,15 @@ def view_of(scene: Scene) -> Camera | OrthographicCamera:
 
 
 def look_of(scene: Scene, lights: Any) -> ShadingTables:
-    """Materials and lights as records."""
-    lowered = scene.lowered
-    found, sheets, place_of = body_material_table(scene.bodies, lowered.body_item)
-    materials = [DEFAULT_MATERIAL if material is None else material for material in found]
+    """Return the tables of materials and lights."""
+    lowered = scene._prepared.lowered
+    distinct, sheets, place_of = body_material_table(scene.bodies, lowered.body_item)
+    materials = [DEFAULT_MATERIAL if material is None else material for material in distinct]
     return lower_shading_tables(materials, sheets, place_of, lights, scene.background, lowered.face_paint)
 
 
 def camera_data(camera: Camera | OrthographicCamera) -> dict[str, Any]:
-    """A camera by its fields."""
+    """Return a camera as its fields."""
     data = {"position": camera.position, "look_at": camera.look_at, "up": camera.up}
     if isinstance(camera, Camera):
         return data | {"field_of_view": camera.field_of_view}
@@ -205,13 +213,13 @@ def camera_data(camera: Camera | OrthographicCamera) -> dict[str, Any]:
 
 
 def look_data(look: ShadingTables) -> dict[str, Any]:
-    """Eight rows of four numbers for each material, in the order of viewer/shaders/materials.glsl."""
+    """Return eight rows of four numbers for each material, in the order of viewer/shaders/materials.glsl."""
     rows = look.materials.rows
     packed = np.zeros((len(rows), 8, 4))
     for out, row in zip(packed, rows, strict=True):
         columns = ("color", "second_color", "scale", "specular", "reflectivity", "transparency", "absorption")
         for k, name in enumerate(columns):
-            out[k, :3] = row[name]
+            out[k, :3] = row[name]  # the fourth number of each row is a scalar of its own, below
         numbers = ("pattern", "ambient", "diffuse", "shininess", "half_vector", "fresnel", "index", "transparent")
         for k, name in enumerate(numbers):
             out[k, 3] = row[name] if name != "pattern" or row[name] <= CHECKER_SPACE else PLAIN
@@ -229,11 +237,12 @@ def look_data(look: ShadingTables) -> dict[str, Any]:
 
 
 def _directed(lights: Any) -> list[Any]:
+    """Return the lights that have a place or a direction, which are those with a record."""
     return [light for light in lights if hasattr(light, "position") or hasattr(light, "direction")]
 
 
 def _light(record: Any, light: Any) -> dict[str, Any]:
-    """A light's record; an angle without end becomes null."""
+    """Return the record of a light; an infinite angle becomes null."""
     data: dict[str, Any] = {
         name: record[name].tolist() for name in ("parallel", "position", "axis", "intensity", "fades")
     }
@@ -243,13 +252,14 @@ def _light(record: Any, light: Any) -> dict[str, Any]:
 
 
 def _item(scene: Scene, number: int) -> dict[str, Any]:
+    """Return the row of an entry in the list of bodies."""
     body = scene.bodies[number]
     return {"name": body.name, "shape": type(body.shape).__name__, "sheet": body.shape.is_sheet}
 
 
 def _array(scene: Scene, number: int) -> npt.NDArray[Any]:
-    """A table from what the kernels take, flat."""
-    geometry = scene.geometry
+    """Return a table as a flat array, from those that the kernels take."""
+    geometry = scene._prepared.geometry
     start, count = int(geometry.places[number]), int(length(geometry, number))
     real = number in _REAL
     flat: npt.NDArray[Any] = geometry.floats if real else geometry.integers
@@ -263,6 +273,7 @@ _REAL = {
 
 
 def _encoded(array: npt.NDArray[Any]) -> dict[str, str]:
+    """Return an array as base64, with its type."""
     real = array.dtype.kind == "f"
     data = np.ascontiguousarray(array, "<f8" if real else "<i4").tobytes()
     return {"f8" if real else "i4": base64.b64encode(data).decode()}

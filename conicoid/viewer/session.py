@@ -1,4 +1,7 @@
-"""The numbers of a body, as its scene file would have them, and the scene with one of them changed."""
+"""The session of a served page: a scene, its file, which is read again when it changes, and edits of numbers.
+
+`numbers_of` lists the numbers of an entry as its scene file has them; `with_number` returns the scene with one changed.
+"""
 
 from __future__ import annotations
 
@@ -28,34 +31,35 @@ from .picks import explain_pick, pick
 from .scene_data import pack_scene
 
 MOST = 40
-"""Numbers of one body that get a slider."""
+"""The largest number of sliders of one body."""
 _SIZES = {
     "radius", "radii", "start_radius", "end_radius", "outer_radius", "slope", "length", "width", "height",
     "A", "E", "H",
 }  # fmt: skip
 Step = str | int
+"""A key or an index in the data of a file."""
 
 
 def numbers_of(scene: Scene, item: int) -> list[dict[str, Any]]:
-    """{label, path, value, low, high} of the numbers of an entry of the scene, at most `MOST`."""
+    """Return {label, path, value, low, high} for the numbers of an entry of the scene, at most `MOST`."""
     if not 0 <= item < len(scene.bodies):
         raise ValueError(f"numbers: item must be in [0, {len(scene.bodies)}), got {item}")
     if isinstance(scene.bodies[item].shape, Bulk):
         return []
     data, place = _data_of(scene, item)
-    found: list[dict[str, Any]] = []
+    numbers: list[dict[str, Any]] = []
     body = data["bodies"][place]
     for part in ("shape", "move"):
         if part in body:
-            _collect(data, body[part], ["bodies", item, part], [], found)
-    return found[:MOST]
+            _collect(data, body[part], ["bodies", item, part], [], numbers)
+    return numbers[:MOST]
 
 
 def with_number(scene: Scene, path: list[Step], value: float) -> Scene:
-    """The scene with the number at a path of its file's data changed.
+    """Return the scene with the number at a path of the data of its file changed.
 
-    A number in the file's list of bodies is that of one body, and only that one is written and read again.
-    Raises ValueError (SceneFileError) where the new number is not possible, KeyError for no such path.
+    A number in the list of bodies belongs to one body, and only that one is written and read again. Raises ValueError
+    (SceneFileError) for an invalid number, KeyError for an unknown path.
     """
     if path[0] == "bodies":
         entry = int(path[1])
@@ -66,7 +70,7 @@ def with_number(scene: Scene, path: list[Step], value: float) -> Scene:
 
 
 def _changed(scene: Scene, path: list[Step], value: float) -> Scene:
-    """The scene that is read from the file with one number changed."""
+    """Return the scene with one number changed, by way of its file."""
     with tempfile.TemporaryDirectory(prefix="conicoid-") as folder:
         file = Path(folder) / "scene.yaml"
         data = _data(scene, file.parent)
@@ -81,7 +85,10 @@ def _changed(scene: Scene, path: list[Step], value: float) -> Scene:
 
 
 def _data_of(scene: Scene, item: int) -> tuple[dict[str, Any], int]:
-    """(data of a file with an entry of a scene, where it is there): all, as shapes may be shared; one of many alike."""
+    """Return (data of a file with an entry of a scene, the index of the entry there).
+
+    The data are those of all entries, since shapes may be shared; of instances without shared shapes, of the one alone.
+    """
     if isinstance(scene.bodies, InstanceList):
         data = _data(Scene(scene.bodies[item]), None)
         if "shapes" not in data:
@@ -90,7 +97,7 @@ def _data_of(scene: Scene, item: int) -> tuple[dict[str, Any], int]:
 
 
 def _data(scene: Scene, folder: Path | None) -> dict[str, Any]:
-    """A scene file's data, its lists copied; large sets of balls go to the folder."""
+    """Return the data of a scene file, with its lists copied; large sets of balls go to the folder."""
     count = 0
 
     def keep(_: str, table: Any) -> str:
@@ -106,6 +113,7 @@ def _data(scene: Scene, folder: Path | None) -> dict[str, Any]:
 
 
 def _copied(value: Any) -> Any:
+    """Return a copy of data in which lists can be changed; quadrics have all their coefficients."""
     if isinstance(value, dict):
         return {key: _copied(_with_zeros(item) if key == "Quadric" else item) for key, item in value.items()}
     if isinstance(value, np.ndarray):
@@ -114,30 +122,30 @@ def _copied(value: Any) -> Any:
 
 
 def _with_zeros(fields: Any) -> Any:
-    """A quadric's fields with the coefficients that are zero, which can be changed as well."""
+    """Return the fields of a quadric with coefficients that are zero, which can be changed as well."""
     if not isinstance(fields, dict) or not isinstance(fields.get("coefficients"), dict):
         return fields
     return {**fields, "coefficients": {**dict.fromkeys(COEFFICIENTS, 0.0), **fields["coefficients"]}}
 
 
-def _collect(data: Any, value: Any, path: list[Step], words: list[str], found: list[dict[str, Any]]) -> None:
-    """Walk through lists, mappings and shapes that stand under a name."""
+def _collect(data: Any, value: Any, path: list[Step], words: list[str], numbers: list[dict[str, Any]]) -> None:
+    """Collect numbers from lists, mappings and named shapes."""
     if isinstance(value, str) and value in data.get("shapes", {}) and path[-1] != "name" and len(path) < 100:
-        _collect(data, data["shapes"][value], ["shapes", value], words, found)
+        _collect(data, data["shapes"][value], ["shapes", value], words, numbers)
     elif isinstance(value, dict):
         for key, item in value.items():
-            if key != "material":
-                _collect(data, item, [*path, key], [*words, str(key)], found)
+            if key != "material":  # sliders move geometry only
+                _collect(data, item, [*path, key], [*words, str(key)], numbers)
     elif isinstance(value, list):
         for k, item in enumerate(value):
-            _collect(data, item, [*path, k], [*words, str(k)], found)
+            _collect(data, item, [*path, k], [*words, str(k)], numbers)
     elif isinstance(value, (int, float)) and not isinstance(value, bool) and np.isfinite(value):
         low, high = _range(words, float(value))
-        found.append({"label": _label(words), "path": path, "value": value, "low": low, "high": high})
+        numbers.append({"label": _label(words), "path": path, "value": value, "low": low, "high": high})
 
 
 def _label(words: list[str]) -> str:
-    """The field's name with its component: `radii 2`, `center z`."""
+    """Return the name of the field with its component: `radii 2`, `center z`."""
     last = words[-2:] if words[-1].isdigit() else words[-1:]
     if last[-1].isdigit() and last[0] in {
         "center",
@@ -155,7 +163,7 @@ def _label(words: list[str]) -> str:
 
 
 def _range(words: list[str], value: float) -> tuple[float, float]:
-    """Where a slider goes: sizes stay above zero, everything else passes through it."""
+    """Return the range of a slider: sizes stay positive, all else passes through zero."""
     reach = max(2.0, 2.0 * abs(value))
     if "degrees" in words or any("angle" in word for word in words):
         return -360.0, 360.0
@@ -164,12 +172,12 @@ def _range(words: list[str], value: float) -> tuple[float, float]:
     return -reach, reach
 
 
-# What a served page looks at: a scene, and the file it comes from, read again when it changes.
+# --- Sessions
 
 Stamp = tuple[int, int, int, int]
 _PAUSE, _SHARE = 2.0, 10.0
-"""A file that cannot be loaded is tried again after two seconds, or ten times as long as trying takes, even if it
-has not changed: what it refers to may have come."""
+"""A file that fails to load is tried again after two seconds, or ten times the time of a try, even if it has not
+changed: a file that it refers to may have come."""
 
 
 class Session:
@@ -185,9 +193,9 @@ class Session:
     ) -> None:
         self._scene, self._title, self._path = scene, title, path
         self._select = select
-        self._stamp = stamp or stamp_of(path)  # of the file before the scene was read from it
+        self._stamp = stamp or stamp_of(path)  # from before the scene was read, so that a change meanwhile counts
         self._again = math.inf
-        self._version = 0
+        self._version = 0  # grows with every change of the file or of its problem
         self._trouble: str | None = None
         self._lock = fork_safe_rlock()
         self._previews = fork_safe_rlock()
@@ -196,11 +204,11 @@ class Session:
 
     @property
     def calls(self) -> dict[str, Callable[[Any], Any]]:
-        """What a page may ask with a request, by name."""
+        """The functions that a page may call with a request, by name."""
         return {"pick": self.pick, "why": self.why, "numbers": self.numbers, "edit": self.edit}
 
     def page(self) -> str:
-        """The page as it is now."""
+        """Return the page in its present state."""
         with self._lock:
             self._refresh()
             served: dict[str, Any] = {"version": self._version if self._trouble is None else -1}
@@ -209,7 +217,7 @@ class Session:
             return page(self._scene, self._title, "preview.webp", served)
 
     def preview(self) -> bytes:
-        """The small picture, a WebP file, made once for each scene; other requests need not wait for it."""
+        """Return the small picture, a WebP file, made once for each scene; other requests do not wait for it."""
         with self._previews:
             scene = self._scene
             if self._pictured is not scene:
@@ -217,30 +225,30 @@ class Session:
             return self._picture
 
     def version(self, _: Any = None) -> dict[str, Any]:
-        """A number that changes when the file does, and what is wrong with it."""
+        """Return a number that changes with the file, and the problem of the file, if it has one."""
         with self._lock:
             self._refresh()
             return {"version": self._version, "trouble": self._trouble}
 
     def scene(self, _: Any = None) -> dict[str, Any]:
-        """The scene's data."""
+        """Return the data of the scene."""
         with self._lock:
             return pack_scene(self._scene)
 
     def pick(self, request: Any) -> dict[str, Any]:
-        """What is on a ray."""
+        """Return the hit, the spans and the crossings on a ray."""
         return pick(self._scene, request)
 
     def why(self, request: Any) -> dict[str, Any]:
-        """A ray worked out."""
+        """Return the explanation of a ray."""
         return explain_pick(self._scene, request)
 
     def numbers(self, request: Any) -> list[dict[str, Any]]:
-        """The numbers of a body."""
+        """Return the numbers of a body."""
         return numbers_of(self._scene, int(request["item"]))
 
     def edit(self, request: Any) -> dict[str, Any]:
-        """Change a number; the file stays as it is. The new scene's data."""
+        """Change a number, not the file, and return the data of the new scene."""
         path: list[Step] = [step if isinstance(step, str) else int(step) for step in request["path"]]
         with self._lock:
             try:
@@ -252,6 +260,7 @@ class Session:
             return data
 
     def _refresh(self) -> None:
+        """Load the file again if it has changed, or if it is time for another try after a failure."""
         if self._path is None:
             return
         stamp, started = stamp_of(self._path), time.monotonic()
@@ -262,10 +271,11 @@ class Session:
             self._version += 1
         self._stamp, self._trouble = stamp, trouble
         now = time.monotonic()
+        # Counted from the end of the try, so that a slow file does not keep the session busy
         self._again = now + max(_PAUSE, _SHARE * (now - started))
 
     def _load(self, path: Path) -> str | None:
-        """Take the scene from the file, or say why that is impossible: nothing that goes wrong here is passed over."""
+        """Load the scene from the file; return the problem if that fails, whatever the error."""
         try:
             scene = load(path)._reuse(self._scene)
             pack_scene(scene)
@@ -275,16 +285,16 @@ class Session:
             return f"{path}: {(error.strerror or str(error)).lower()}"
         except MemoryError:
             return f"{path}: there is not enough memory for this scene"
-        except Exception as error:
+        except Exception as error:  # no error may pass unreported
             return f"{path}: cannot be shown: {type(error).__name__}: {error}"
         self._scene = scene
         return None
 
 
 def stamp_of(path: Path | None) -> Stamp | None:
-    """What tells one state of a file from another; None where there is none."""
+    """Return times, size and inode of a file, which differ between its states; None without a file."""
     try:
-        found = path.stat() if path is not None else None
+        status = path.stat() if path is not None else None
     except OSError:
         return None
-    return (found.st_mtime_ns, found.st_ctime_ns, found.st_size, found.st_ino) if found else None
+    return (status.st_mtime_ns, status.st_ctime_ns, status.st_size, status.st_ino) if status else None

@@ -1,4 +1,4 @@
-"""Scenes that are typed into a page, and what is on a ray through them: the part of the playground that computes.
+"""Scenes that users type into a page, and rays through them: the part of the playground that computes.
 
 The same functions answer a served page (`playground`) and one that runs Python itself, in WebAssembly (`in_page`).
 """
@@ -21,14 +21,15 @@ from .picks import MISTAKES, explain_pick, pick
 from .scene_data import pack_scene
 
 _MOST_SCENES = 16
+"""The number of scenes that are kept."""
 NO_FILE = os.path.join(os.devnull, "scene")
-"""In place of a file's name, where a typed scene can refer to no others."""
+"""Stands for the name of a file if a text can refer to no other files."""
 
 
 class TextScenes:
-    """The last scenes that pages have typed, by number: pages that are open at once do not disturb each other.
+    """The last scenes that pages have sent, by number, so that several open pages do not disturb each other.
 
-    path: of the file that they began as; others that it names are looked for beside it.
+    path: the file of the first text; files that a text names are looked for beside it.
     """
 
     def __init__(self, path: str | os.PathLike[str] = NO_FILE) -> None:
@@ -39,11 +40,11 @@ class TextScenes:
 
     @property
     def calls(self) -> dict[str, Callable[[Any], Any]]:
-        """What a page may ask, by name."""
+        """The functions that a page may call, by name."""
         return {"typed": self.typed, "pick": self.pick, "why": self.why}
 
     def typed(self, request: Any) -> dict[str, Any]:
-        """The answer to {text}: the scene as the page takes it and its number, or {problems}, with their places."""
+        """Answer {text} with the data of the scene and its number, or with {problems} and their places."""
         try:
             scene = scene_of(str(request["text"]), self._path)
             data = pack_scene(scene)
@@ -55,37 +56,38 @@ class TextScenes:
         with self._lock:
             self._count += 1
             self._scenes[self._count] = scene
-            for number in list(self._scenes)[:-_MOST_SCENES]:
+            for number in list(self._scenes)[:-_MOST_SCENES]:  # the oldest, as dictionaries keep their order
                 del self._scenes[number]
             return {"scene": data, "number": self._count, "camera": scene.camera is not None}
 
     def pick(self, request: Any) -> dict[str, Any]:
-        """What is on a ray through the scene of a number: `picks.pick`, with a normal and bounds in every row."""
+        """Answer as `picks.pick`, for the scene of a number, with a normal and error bounds in every row."""
         scene = self._scene(request)
         return with_bounds(scene, request, pick(scene, request))
 
     def why(self, request: Any) -> dict[str, Any]:
-        """A ray through the scene of a number, worked out."""
+        """Return the explanation of a ray through the scene of a number."""
         return explain_pick(self._scene(request), request)
 
     def _scene(self, request: Any) -> Scene:
+        """Return the scene of a number."""
         with self._lock:
             scene = self._scenes.get(int(request["number"]))
         if scene is None:
-            raise ValueError("this scene is no longer known here; change a letter of it, and ask again")
+            raise ValueError("this scene is no longer known here: change a letter of it, then try again")
         return scene
 
 
 def scene_of(text: str, path: str | os.PathLike[str] = NO_FILE) -> Scene:
-    """The scene that a text says. Raises SceneFileError with every mistake, and where it is."""
+    """Return the scene of a text. Raise SceneFileError with every mistake and its place."""
     parts = scene_file.parse_scene(text, path)
     return Scene(parts.bodies, parts.lights, parts.camera, parts.background, parts.domain)
 
 
 def with_bounds(scene: Scene, request: Any, answer: dict[str, Any]) -> dict[str, Any]:
-    """The answer of `pick` with the normal of every crossing, and how far the ends of spans may be from the exact ones.
+    """Return the answer of `pick` with the normal of every crossing and the error bounds of the ends of spans.
 
-    An end that the section plane or the ray's begin makes has no bound, and neither has one without end.
+    An infinite end has no bound, nor has an end on the section plane or at the begin of the ray.
     """
     if answer["found"] is None:
         return answer
@@ -95,6 +97,7 @@ def with_bounds(scene: Scene, request: Any, answer: dict[str, Any]) -> dict[str,
     for t, body, entering, error, normal in zip(
         crossings.t, crossings.body, crossings.entering, crossings.t_error, crossings.normal, strict=True
     ):
+        # Rows of `pick` hold the same floats, so a crossing is found by equality
         errors[float(t), int(body)] = _finite(error)
         normals[float(t), int(body), bool(entering)] = [_finite(v) for v in normal]
     for row in answer["found"]["crossings"]:
@@ -106,11 +109,12 @@ def with_bounds(scene: Scene, request: Any, answer: dict[str, Any]) -> dict[str,
 
 
 def _finite(value: float) -> float | None:
+    """Return a float, or None for one that is not finite."""
     return float(value) if math.isfinite(value) else None
 
 
 def in_page() -> Callable[[str, str], str]:
-    """For Python that runs in a page itself: ask(name, request) in JSON, {answer} or {error}."""
+    """Return ask(name, request) for Python that runs in a page: JSON to JSON, {answer} or {error}."""
     calls = TextScenes().calls
 
     def ask(name: str, request: str) -> str:

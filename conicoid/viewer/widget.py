@@ -1,4 +1,7 @@
-"""A scene within a notebook that is saved as HTML: a page in itself, which asks neither a kernel nor the network."""
+"""The page as a widget in notebooks, through anywidget: Jupyter, VS Code, Colab, marimo.
+
+A notebook that is saved as HTML shows a page of its own instead, which needs neither a kernel nor the network.
+"""
 
 from __future__ import annotations
 
@@ -15,16 +18,16 @@ from .picks import MISTAKES, explain_pick, pick
 from .scene_data import pack_scene
 
 MOST_BYTES = 2 << 20
-"""Of a page that stands in a notebook's file beside the widget; a larger scene leaves its small picture there."""
+"""The largest page in the file of a notebook, beside the widget; a larger scene leaves its small picture there."""
 _RIGHTS = "allow-scripts allow-downloads allow-modals"
-"""What a page may do in there: trace the scene, save a picture, show the camera's numbers."""
+"""Permissions of the page in its frame: trace the scene, save a picture, show the numbers of the camera."""
 
 
 def still_page(scene: Scene, preview: bytes, height: int) -> str:
-    """HTML of `height` pixels: the scene's page in a frame, and its small picture where frames are taken out."""
+    """Return HTML of `height` pixels: the page in a frame, over a small picture for readers that remove frames."""
     source = as_url(preview)
     text = "" if _is_too_large(scene) else page(scene, "Scene", source)
-    if len(text) > MOST_BYTES:
+    if len(text) > MOST_BYTES:  # the engine is the first part to go
         text = page(scene, "Scene", source, carries=False)
     picture = (
         f'<img src="{source}" alt="A picture of the scene" style="position: absolute; height: 100%; max-width: none">'
@@ -39,28 +42,30 @@ def still_page(scene: Scene, preview: bytes, height: int) -> str:
 
 
 def _is_too_large(scene: Scene) -> bool:
-    """Are the boxes of its tree alone too much for a page, so that none need be made to see it?"""
-    return scene.lowered.tables.node_boxes.nbytes > MOST_BYTES
+    """Return whether the boxes of the tree alone exceed the limit of a page, before a page is made."""
+    return scene._prepared.lowered.tables.node_boxes.nbytes > MOST_BYTES
 
 
 def run_by_a_program() -> bool:
-    """Whether the notebook is executed by a program, as `jupyter nbconvert --execute` does.
+    """Return whether a program executes the notebook, as `jupyter nbconvert --execute` does.
 
-    Such programs cannot be asked for input and say so with every cell. Nobody can click there, and a widget would make
-    the HTML load its front end from the network. Voilà executes likewise, but then keeps the kernel for its reader.
+    Such programs refuse input and declare so with every cell. Nobody can click there, and a widget would make the HTML
+    load its front end from the network. Voilà executes likewise, but then keeps the kernel for its reader.
     """
     if os.environ.get("SERVER_SOFTWARE", "").startswith("voila"):
         return False
     shell: Any = getattr(sys.modules.get("IPython"), "get_ipython", lambda: None)()
+    # The request that runs the cell states whether its sender accepts input
     parent = shell.get_parent() if hasattr(shell, "get_parent") else {}
     return (parent.get("content") or {}).get("allow_stdin") is False
 
 
 def _attribute(text: str) -> str:
+    """Return text escaped for an attribute in double quotes."""
     return text.replace("&", "&amp;").replace('"', "&quot;")
 
 
-# The page as a widget in notebooks, through anywidget: Jupyter, VS Code, Colab, marimo.
+# --- The widget
 
 _RENDER = """
 export default {
@@ -79,28 +84,29 @@ export default {
 
 
 def view(scene: Scene, height: int = 480) -> Any:
-    """A widget of the scene, `height` pixels high. Raises ImportError where anywidget is not installed."""
+    """Return a widget of the scene, `height` pixels high. Raise ImportError without anywidget."""
     height = check_integer("view", "height", height, 1, 10_000)
-    made = _widget_class()
+    widget_class = _widget_class()
     preview = preview_of(scene)
     data = {"title": "Scene", "scene": pack_scene(scene), "shaders": shaders(), "preview": as_url(preview)}
-    widget = made(data=json.dumps(data), height=height)
+    widget = widget_class(data=json.dumps(data), height=height)
     widget.show(scene, preview)
     return widget
 
 
 def answer(scene: Scene, message: Any) -> dict[str, Any] | None:
-    """The kernel's answer to what the page asks, {id, answer} or {id, error}; None for messages that are not its own.
+    """Return the answer of the kernel to a message of the page, {id, answer} or {id, error}; None for other messages.
 
-    The page asks {ask, id, request}: `hello`, whether there is a kernel at all, or `pick`, `why`, as picks.py has them.
+    A page sends {ask, id, request}: `hello` tests whether there is a kernel at all; `pick` and `why` are those of
+    picks.py.
     """
     if not isinstance(message, dict) or message.get("ask") not in ("hello", *_REQUESTS):
         return None
     try:
-        found = _REQUESTS[message["ask"]](scene, message["request"]) if message["ask"] in _REQUESTS else None
+        result = _REQUESTS[message["ask"]](scene, message["request"]) if message["ask"] in _REQUESTS else None
     except MISTAKES as error:
         return {"id": message.get("id"), "error": str(error) or type(error).__name__}
-    return {"id": message.get("id"), "answer": found}
+    return {"id": message.get("id"), "answer": result}
 
 
 _REQUESTS = {"pick": pick, "why": explain_pick}
@@ -108,6 +114,7 @@ _REQUESTS = {"pick": pick, "why": explain_pick}
 
 @cache
 def _widget_class() -> type[Any]:
+    """Return the class of the widget, which exists only with anywidget."""
     try:
         import anywidget
         import traitlets
@@ -123,22 +130,24 @@ def _widget_class() -> type[Any]:
         height = traitlets.Int(480).tag(sync=True)
 
         def open(self) -> None:
-            """Tell the front end of this widget, if there is one."""
+            """Register the widget with the front end, if there is one."""
             if not run_by_a_program():
                 super().open()
 
         def show(self, scene: Scene, preview: bytes) -> None:
-            """The scene that answers, and its small picture."""
+            """Set the scene that answers, and its small picture."""
             self._scene, self._preview = scene, preview
-            self.on_msg(self._asked)
+            self.on_msg(self._reply)
 
-        def _asked(self, _: Any, message: Any, __: Any) -> None:
-            found = answer(self._scene, message)
-            if found is not None:
-                self.send(found)
+        def _reply(self, _: Any, message: Any, __: Any) -> None:
+            """Answer a message of the page."""
+            reply = answer(self._scene, message)
+            if reply is not None:
+                self.send(reply)
 
         def _repr_mimebundle_(self, **options: Any) -> Any:
-            """The widget, and a page in itself for where there are no widgets: a notebook as HTML."""
+            """Return the widget, and a page for readers without widgets: a notebook as HTML."""
+            # Readers take the richest kind that they know, so both go into the file
             still = {"text/html": still_page(self._scene, self._preview, self.height)}
             if self.comm is None:
                 return still | {"text/plain": repr(self._scene)}, {}

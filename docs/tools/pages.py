@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from typing import Any
 
+from docs.tools import reference
 from docs.tools.live import SCENES
 
 _OUTSIDE = {  # from pages in docs/
@@ -17,7 +18,7 @@ _PROGRAM = re.compile(r"`(\w+\.(?:py|ipynb))`")
 
 
 def process(app: Any, name: str, content: list[str]) -> None:
-    """The event "source-read": links out of docs/ lead to the site's own copies; the gallery comes to life."""
+    """Handle the event "source-read": replace links out of docs/, entries of the reference, and live pictures."""
     text = content[0]
     for file, page in _OUTSIDE.items():
         text = text.replace(f"]({file})", f"]({page})")
@@ -25,6 +26,8 @@ def process(app: Any, name: str, content: list[str]) -> None:
         text = text.replace("[`examples/`](../examples)", "`examples/`")
         text = _PROGRAM.sub(r'<a href="examples/\1"><code>\1</code></a>', text)
         text = _PICTURE.sub(_alive, text)
+    if name.startswith("reference/"):
+        text = reference.directives(text)
     content[0] = text
 
 

@@ -1,4 +1,4 @@
-"""`conicoid bench --accuracy`: its rays are what they say, its statistics are right, its systems see the same bodies."""
+"""`python -m benchmarks --accuracy`: its rays are what they say, its statistics are right, its systems see the same bodies."""
 
 from __future__ import annotations
 
@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from conicoid.bench.accuracy import suite as report
-from conicoid.bench.accuracy import suite as rows
-from conicoid.bench.accuracy import systems
-from conicoid.bench.accuracy.bodies import (
+from benchmarks.__main__ import app
+from benchmarks.comparison.accuracy import suite as report
+from benchmarks.comparison.accuracy import suite as rows
+from benchmarks.comparison.accuracy import systems
+from benchmarks.comparison.accuracy.bodies import (
     DOUBLE,
     FAMILIES,
     SHAPES,
@@ -25,10 +26,9 @@ from conicoid.bench.accuracy.bodies import (
     trials,
     unit,
 )
-from conicoid.bench.accuracy.reference import EDGES, ExactCrossings, SystemAnswer, Tally, first_crossings
-from conicoid.bench.accuracy.systems import along_axis
-from conicoid.bench.harness import Absent, Peer
-from conicoid.cli.app import app
+from benchmarks.comparison.accuracy.reference import EDGES, ExactCrossings, SystemAnswer, Tally, first_crossings
+from benchmarks.comparison.accuracy.systems import along_axis
+from benchmarks.comparison.harness import Absent, Peer
 
 FAMILY = {family.name: family for family in FAMILIES}
 
@@ -227,7 +227,7 @@ def test_unknown_rows_are_refused():
 
 def test_the_command(tmp_path):
     file = tmp_path / "errors.json"
-    command = ["bench", "--accuracy", "--rows", "sphere", "--rows", "near", "--rows", "far", "--rays", "400"]
+    command = ["--accuracy", "--rows", "sphere", "--rows", "near", "--rows", "far", "--rays", "400"]
     result = CliRunner().invoke(app, [*command, "--markdown", "--json", str(file)])
     assert result.exit_code == 0
     found = json.loads(file.read_text())
@@ -238,30 +238,33 @@ def test_the_command(tmp_path):
     assert all(row["wrong_hits"] == row["wrong_misses"] == 0 for row in ours)
     assert all(sum(row["histogram"]) == row["hits"] for row in ours)
     assert "| float32 | sphere | near | Conicoid | 0 | 0 |" in result.stdout
-    result = CliRunner().invoke(app, ["bench", "--accuracy", "--rows", "nothing"])
+    result = CliRunner().invoke(app, ["--accuracy", "--rows", "nothing"])
     assert result.exit_code == 2
     assert "there are no rows 'nothing'" in result.stderr
 
 
-@pytest.mark.parametrize("option", [["--rays", "5"], ["--picture", "errors.png"]])
-def test_its_options_are_refused_alone(option):
-    result = CliRunner().invoke(app, ["bench", *option])
+@pytest.mark.parametrize(("option", "message"), [
+    (["--rays", "5"], "go with --accuracy"), (["--picture", "errors.png"], "go with --accuracy"),
+    (["--accuracy", "--quick", "--rays", "10"], "either --rays or --quick"),
+])  # fmt: skip
+def test_options_that_do_not_go_together(option, message):
+    result = CliRunner().invoke(app, option)
     assert result.exit_code == 2
-    assert "go with --accuracy" in result.stderr
+    assert message in result.stderr
 
 
 def test_a_picture_without_its_library_is_refused_before_the_work(monkeypatch, tmp_path):
-    monkeypatch.setattr("conicoid.bench.accuracy.suite.module", lambda *names: _absent())
-    result = CliRunner().invoke(app, ["bench", "--accuracy", "--picture", str(tmp_path / "errors.png")])
+    monkeypatch.setattr("benchmarks.comparison.accuracy.suite.module", lambda *names: _absent())
+    result = CliRunner().invoke(app, ["--accuracy", "--picture", str(tmp_path / "errors.png")])
     assert result.exit_code == 2
     assert "a picture needs matplotlib: not installed: pip install somebody" in result.stderr
 
 
 def test_the_picture(tmp_path):
-    pytest.importorskip("matplotlib", reason="matplotlib comes with the extra `bench`")
+    pytest.importorskip("matplotlib", reason="matplotlib comes with the group `bench`")
     from PIL import Image
 
-    from conicoid.bench.accuracy.suite import draw
+    from benchmarks.comparison.accuracy.suite import draw
 
     outcomes = [
         rows.CaseOutcome("sphere", f, "float32", SYSTEM, tally_of([1, 2], [1, 2.5], bound=[1, 1]))

@@ -1,4 +1,4 @@
-"""The integer reference of `conicoid bench --accuracy` against textbook formulas at 50 digits, and exact cases by hand."""
+"""The integer reference of `python -m benchmarks --accuracy` against textbook formulas at 50 digits, and exact cases by hand."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import mpmath
 import numpy as np
 import pytest
 
-from conicoid.bench.accuracy.bodies import (
+from benchmarks.comparison.accuracy.bodies import (
     DOUBLE,
     FAMILIES,
     SHAPES,
@@ -18,7 +18,7 @@ from conicoid.bench.accuracy.bodies import (
     inside,
     trials,
 )
-from conicoid.bench.accuracy.reference import first_crossings
+from benchmarks.comparison.accuracy.reference import first_crossings
 
 BALL = ExactBall((0.1, 0.2, 0.3), 1.3)
 BLOCK = ExactBlock((-1, -0.5, -0.25), (1, 0.7, 0.3))

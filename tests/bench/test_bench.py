@@ -9,14 +9,14 @@ import pytest
 from typer.testing import CliRunner
 
 import conicoid as co
-from conicoid.bench import harness as report
-from conicoid.bench import limits, scenes
-from conicoid.bench import preparation as preparing
-from conicoid.bench import preparation as processes
-from conicoid.bench import scenes as core
-from conicoid.bench import suite as rows
-from conicoid.bench.harness import QUICK, Absent, BenchRow, Measured, Peer, Size
-from conicoid.cli.app import app
+from benchmarks.__main__ import app
+from benchmarks.comparison import harness as report
+from benchmarks.comparison import limits, scenes
+from benchmarks.comparison import preparation as preparing
+from benchmarks.comparison import preparation as processes
+from benchmarks.comparison import scenes as core
+from benchmarks.comparison import suite as rows
+from benchmarks.comparison.harness import QUICK, Absent, BenchRow, Measured, Peer, Size
 
 HERE = Peer("Somebody", "float32", lambda: "Somebody 1")
 
@@ -114,10 +114,10 @@ def test_each_round_takes_turns(monkeypatch):
 
 
 def test_the_command(tmp_path):
-    result = CliRunner().invoke(app, ["bench", "--quick", "--rows", "growth", "--json", str(tmp_path / "bench.json")])
+    result = CliRunner().invoke(app, ["--quick", "--rows", "growth", "--json", str(tmp_path / "bench.json")])
     assert result.exit_code == 0
     assert json.loads((tmp_path / "bench.json").read_text())["rows"][0]["ratio"] > 0
-    result = CliRunner().invoke(app, ["bench", "--rows", "nothing"])
+    result = CliRunner().invoke(app, ["--rows", "nothing"])
     assert result.exit_code == 2
     assert "there is no row 'nothing'" in result.stderr
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from conicoid.bench import startup as fresh
-from conicoid.bench.harness import Absent, Size
-from conicoid.bench.startup import HITS, OURS, PICTURES
+from benchmarks.comparison import startup as fresh
+from benchmarks.comparison.harness import Absent, Size
+from benchmarks.comparison.startup import HITS, OURS, PICTURES
 
 CACHED = """
 import json, os, conicoid._util.environment

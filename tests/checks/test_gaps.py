@@ -53,7 +53,7 @@ def test_a_gap_in_a_pin_is_found_wherever_the_pin_stands(tmp_path):
         assert 0.4 < math.hypot(abs(x) - 0.5, abs(y) - 0.5) < 0.45
         assert finding.size == pytest.approx(PI * (0.45**2 - 0.4**2) * 2, rel=0.3)  # by a few thousand points
         assert len(scene.spans(finding.origin, finding.direction).body) > 0
-        assert "is in no body, though the scene's domain holds it; the region beside bodies" in finding.message
+        assert "is in the scene's domain but in no body; the region beside bodies" in finding.message
         assert "cell 1" in finding.message
     assert np.sign(found[0].point[:2]).tolist() != np.sign(found[1].point[:2]).tolist()
 
@@ -80,7 +80,7 @@ def test_the_examples_are_whole():
     for path in EXAMPLE_FILES.values():
         scene = loaded(path)
         assert scene.domain is not None
-        assert undefined_regions(scene, ProbeTargets.of(scene.lowered), 1000, np.random.default_rng(0)) == []
+        assert undefined_regions(scene, ProbeTargets.of(scene._prepared.lowered), 1000, np.random.default_rng(0)) == []
 
 
 def test_void_that_is_left_out_is_not_looked_for(tmp_path):

@@ -62,5 +62,5 @@ def test_what_a_job_takes_must_be_said(tmp_path, slurm):
     command = [sys.executable, "-m", "conicoid", "render", tmp_path / "scene.yaml", "-o", tmp_path / "x.png"]
     found = subprocess.run([*command, "--slurm", "2"], env=slurm, capture_output=True, text=True, timeout=240)
     assert found.returncode == 2
-    assert "--slurm: what a job takes is said in Dask's jobqueue.yaml" in found.stderr
+    assert "--slurm: Dask's jobqueue.yaml must state the resources of a job" in found.stderr
     assert not (tmp_path / "pids").exists()

@@ -44,8 +44,8 @@ def test_what_is_opened_answers_the_same(kept):
         for one in (scene, again)
     )
     assert subject.differing(local, far) == []
-    assert again.prepared.key == scene.prepared.key
-    tables, others = again.prepared.geometry.floats, scene.prepared.geometry.floats
+    assert again._prepared.key == scene._prepared.key
+    tables, others = again._prepared.geometry.floats, scene._prepared.geometry.floats
     assert tables.ctypes.data % 64 == others.ctypes.data % 64 == 0
     assert np.array_equal(tables, others)
     assert np.array_equal(again.render(40, 30).pixels, scene.render(40, 30).pixels)
@@ -76,7 +76,7 @@ def test_the_file_is_written_in_no_process_twice(kept, tmp_path):
     same = crowd()
     made = recipe.shared_scene(same)
     made.share_tables(source_version(), str(tmp_path))
-    assert same._prepared is not None  # it came out of the file
+    assert same._cached_prepared is not None  # it came out of the file
     assert made.reference().tables == (path, digest)
     assert os.stat(path).st_mtime_ns == before.st_mtime_ns
     rays = subject.rays(200)
@@ -108,11 +108,11 @@ def test_other_editions_and_damage_are_refused(kept, tmp_path):
     _, path, digest = kept
     with pytest.raises(ValueError, match=r"holds tables of conicoid .*; this process has 0\.0\.9"):
         open_scene_tables(path, "0.0.9 (sources 12345678)", digest)
-    with pytest.raises(ReplacedFileError, match="is not the file of tables that it was"):
+    with pytest.raises(ReplacedFileError, match="was replaced by another file of tables"):
         open_scene_tables(path, source_version(), b"another hash")
     data = bytearray(Path(path).read_bytes())
     for name, content, message in (
-        ("cut", data[:-100], "bytes of"),
+        ("cut", data[:-100], "is incomplete"),
         ("other", b"PK" + data[2:], "is not a file of tables"),
         ("empty", b"", "is not a file of tables"),
     ):

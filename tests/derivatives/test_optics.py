@@ -88,7 +88,7 @@ def test_at_the_critical_angle_there_is_no_derivative():
 def test_what_is_refused():
     with pytest.raises(ValueError, match=r"reflect_jvp: d_normals must broadcast to \(3,\), got \(2, 3\)"):
         reflect_jvp((0, 0, 1), (0, 0, 1), d_normals=np.zeros((2, 3)))
-    with pytest.raises(ValueError, match=r"refract_vjp: asked must be an array of numbers"):
+    with pytest.raises(ValueError, match=r"refract_vjp: cotangents must be an array of numbers"):
         refract_vjp((0, 0, 1), (0, 0, 1), 1.5, "x")
     with pytest.raises(ValueError, match="finite and not zero"):
         reflect_vjp((0, 0, 0), (0, 0, 1), (1, 0, 0))

@@ -92,7 +92,7 @@ def slid(scene, rng):
 
 def content(scene):
     """All numbers of a scene."""
-    lowered, rest = scene.lowered, scene.lowered.rest
+    lowered, rest = scene._prepared.lowered, scene._prepared.lowered.rest
     parts = (*lowered.tables, lowered.boxes, lowered.frames, lowered.body_frame, lowered.body_item, rest.planes,
              rest.spheres, rest.quadrics, rest.vertices)  # fmt: skip
     return [part.tobytes() for part in parts]

@@ -13,7 +13,7 @@ class Nodes:
     """The scene's tree, read from its tables as `tables.py` documents them."""
 
     def __init__(self, scene):
-        geometry = scene.geometry
+        geometry = scene._prepared.geometry
 
         def part(k, numbers):
             first, size = geometry.places[k], geometry.places[table.LENGTHS + k]
@@ -26,7 +26,7 @@ class Nodes:
         self.roots = part(table.ROOTS, geometry.integers)[ends[-2] : ends[-1]].tolist()
         self.depth = int(part(table.TREE_DEPTH, geometry.integers)[0])
         self.extent = part(table.EXTENT, geometry.floats)
-        self.entries = scene.lowered.boxes
+        self.entries = scene._prepared.lowered.boxes
 
     def leaf(self, code):
         first, count = (-code - 1) >> 4, (-code - 1) & 15

@@ -85,7 +85,7 @@ def test_bodies_are_met_in_lanes_as_by_single_rays(kind, most):
     """Rays from anywhere, and from the surfaces of the bodies; short ones too."""
     rng = np.random.default_rng(most)
     scene = co.Scene(shapes(kind, rng, 12))
-    geometry, tables = scene.prepared.geometry, scene.prepared.lowered.tables
+    geometry, tables = scene._prepared.geometry, scene._prepared.lowered.tables
     origins = rng.uniform(-2, 2, (3000, 3))
     first = scene.first_hit(origins, rng.uniform(-1, 1, (3000, 3)) - origins)
     on = np.flatnonzero(first.hit)[:600]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import conicoid as co
-from conicoid.bench.scenes import PINS, core_xml
+from benchmarks.comparison.scenes import PINS, core_xml
 from conicoid.kernels.bvh.walk import ROWS
 
 REAL, WHOLE = 8, 4
@@ -26,7 +26,7 @@ def test_a_pin_takes_what_tells_it_from_others(tmp_path: Path) -> None:
         path.write_text(core_xml(across), encoding="utf-8")
         scenes.append(co.load_openmc(path, void=False))
     few, many = (scene.memory for scene in scenes)
-    one, other = (scene.lowered.tables for scene in scenes)
+    one, other = (scene._prepared.lowered.tables for scene in scenes)
     pins = (4**2 - 2**2) * PINS**2
     assert (many.tables - few.tables) / pins <= PIN + EDGES
     assert len(one.quadric_forms) == len(other.quadric_forms)

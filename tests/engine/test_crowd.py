@@ -73,7 +73,7 @@ def rays_of(view):
 @functools.cache
 def traced(view, any_hit=False, without=()):
     """(which packets are crowds, t, body, doubt of each ray of a picture)."""
-    scene, rays = field().prepared, rays_of(view)
+    scene, rays = field()._prepared, rays_of(view)
     arrays = arrays_of("first_hit", scene, rays, 0.0, math.inf)
     blocks = np.ones(len(field().bodies) if without else 0, np.int8)
     blocks[list(without)] = 0
@@ -86,7 +86,7 @@ def traced(view, any_hit=False, without=()):
 @functools.cache
 def alone(view):
     """The same of single rays: (t, body, doubt)."""
-    scene, rays = field().prepared, rays_of(view)
+    scene, rays = field()._prepared, rays_of(view)
     arrays, found = arrays_of("first_hit", scene, rays, 0.0, math.inf), HitBuffers.new(WIDTH * WIDTH)
     trace_first_alone(scene.geometry, arrays, 0, WIDTH * WIDTH, found)
     return found.t, found.body, is_doubtful(found.turn)

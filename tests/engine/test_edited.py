@@ -20,7 +20,7 @@ CUBE = co.Box((0, 0, 0), (1, 1, 1))
 
 def same_tables(a, b):
     """Everything but trees, to the bit."""
-    p, q = a.lowered, b.lowered
+    p, q = a._prepared.lowered, b._prepared.lowered
     for name, column in p.tables._asdict().items():
         other = getattr(q.tables, name)
         if name not in OF_TREES:
@@ -32,7 +32,7 @@ def same_tables(a, b):
         assert getattr(p.rest, name).tobytes() == getattr(q.rest, name).tobytes(), name
     assert (p.face_paint, p.body_count) == (q.face_paint, q.body_count)
     assert np.array_equal(p.exact.single, q.exact.single)
-    assert a.prepared.key == b.prepared.key
+    assert a._prepared.key == b._prepared.key
 
 
 def same_answers(a, b, rng, count=200):
@@ -95,13 +95,13 @@ def chain(seed: int, bodies: int, edits: int, answers: int) -> int:
         edited = edit(scene, rng, names)
         if rng.random() < 0.3:  # two at once
             edited = edit(edited, rng, names)
-        assert edited._before is scene.prepared
+        assert edited._before is scene._prepared
         fresh = co.Scene(edited.bodies)
         same_tables(edited, fresh)
         Nodes(edited).check()
         if number % answers == 0:
             same_answers(edited, fresh, rng)
-        ids = edited.lowered.laid.ids
+        ids = edited._prepared.lowered.laid.ids
         merged.append(0 if ids is None else len(ids) - len(np.unique(ids)))
         scene = edited
     return int((np.diff(merged) != 0).sum())
@@ -136,11 +136,11 @@ def test_walls_become_one_and_part_again(motion):
     boxes = [motion(CUBE), motion(CUBE.translate((3, 0, 0)))]
     scene = co.Scene([co.Body(boxes[0], name="a"), co.Body(boxes[1], name="b")])
     count = 12 - 4  # both lie between the same y and z
-    assert len(scene.lowered.tables.surface_kind) == count
+    assert len(scene._prepared.lowered.tables.surface_kind) == count
     flush = scene.replace("b", motion(CUBE.translate((1, 0, 0))))
-    assert len(flush.lowered.tables.surface_kind) == count - 1
+    assert len(flush._prepared.lowered.tables.surface_kind) == count - 1
     inner = flush.replace("a", motion(CUBE.translate((0, 0.25, 0.25))))
-    assert len(inner.lowered.tables.surface_kind) == 11
+    assert len(inner._prepared.lowered.tables.surface_kind) == 11
     for edited in (flush, inner, inner.replace("a", boxes[0]), flush.replace("b", boxes[1])):
         same_tables(edited, co.Scene(edited.bodies))
         same_answers(edited, co.Scene(edited.bodies), np.random.default_rng(0))
@@ -149,14 +149,14 @@ def test_walls_become_one_and_part_again(motion):
 def test_a_ball_becomes_that_of_many_and_back():
     balls = co.Spheres([(0, 0, 0), (3, 0, 0)], [1, 1])
     scene = co.Scene([co.Body(co.Ellipsoid((1, 1, 1)).rotate("x", 20), name="round"), balls])
-    assert len(scene.lowered.tables.surface_kind) == 2
+    assert len(scene._prepared.lowered.tables.surface_kind) == 2
     away = scene.moved("round", (0, 0, 5))
-    assert len(away.lowered.tables.surface_kind) == 3
+    assert len(away._prepared.lowered.tables.surface_kind) == 3
     onto = away.replace("round", co.Ellipsoid((1, 1, 1)).rotate("y", 20).translate((3, 0, 0)))
     alone = onto.without("round").added(co.Sphere(1, (3, 0, 0)), before=None)
     for edited in (away, onto, alone):
         same_tables(edited, co.Scene(edited.bodies))
-    assert len(onto.lowered.tables.surface_kind) == len(alone.lowered.tables.surface_kind) == 2
+    assert len(onto._prepared.lowered.tables.surface_kind) == len(alone._prepared.lowered.tables.surface_kind) == 2
 
 
 def test_a_tree_is_built_anew_after_many_edits(monkeypatch):
@@ -166,13 +166,13 @@ def test_a_tree_is_built_anew_after_many_edits(monkeypatch):
     loose = []
     for number in range(45):
         scene = scene.moved(number, (0.1, 0, 0))
-        loose.append(len(scene.prepared.woods.loose))
+        loose.append(len(scene._prepared.woods.loose))
         Nodes(scene).check()
     assert loose == [*range(1, 21), 0, *range(1, 21), 0, 1, 2, 3]  # up to the square root of 400
     for _ in range(30):
         scene = scene.moved(5, (0.1, 0, 0))
     scene.prepare()
-    assert len(scene.prepared.woods.loose) == 4
+    assert len(scene._prepared.woods.loose) == 4
 
 
 def test_what_runs_are_kept():

@@ -22,7 +22,7 @@ def taken(monkeypatch):
 def leaves(scene):
     """The items of the leaves of the tree over the entries: each leaf's, by its first place."""
     found, tree = {}, Nodes(scene)
-    tables, first = scene.lowered.tables, int(scene.prepared.woods.places[-1])
+    tables, first = scene._prepared.lowered.tables, int(scene._prepared.woods.places[-1])
     items = tables.leaf_items
     assert len(items) == ROWS * (len(tables.tree_order) - first)
     for code in [*tree.children[tree.children < 0].tolist(), *(root for root in tree.roots if root < 0)]:
@@ -35,11 +35,11 @@ def leaves(scene):
 def written_anew(scene):
     """`leaves` after all have been written."""
     before = leaves(scene)
-    copy = scene.geometry._replace(floats=scene.geometry.floats.copy())
-    scene.lowered.tables.leaf_items[...] = 0.0
-    put_items(scene.geometry, scene.lowered.boxes, int(scene.prepared.woods.places[-1]))
+    copy = scene._prepared.geometry._replace(floats=scene._prepared.geometry.floats.copy())
+    scene._prepared.lowered.tables.leaf_items[...] = 0.0
+    put_items(scene._prepared.geometry, scene._prepared.lowered.boxes, int(scene._prepared.woods.places[-1]))
     after = leaves(scene)
-    scene.geometry.floats[...] = copy.floats
+    scene._prepared.geometry.floats[...] = copy.floats
     return before, after
 
 

@@ -109,7 +109,7 @@ def test_random_scenes_never_read_each_other():
 
 def test_rays_do_not_keep_their_scene_in_memory():
     scene = co.Scene(BALLS)
-    prepared = weakref.ref(scene.prepared)
+    prepared = weakref.ref(scene._prepared)
     rays = rays_up(scene)
     del scene
     gc.collect()

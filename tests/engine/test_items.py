@@ -258,7 +258,7 @@ def deep_scene():
 
 def test_a_tile_that_sees_more_than_it_can_hold_keeps_nodes():
     scene, rays = deep_scene()
-    arrays = arrays_of("first_hit", scene.prepared, rays, 0.0, math.inf)
+    arrays = arrays_of("first_hit", scene._prepared, rays, 0.0, math.inf)
 
     @numba.njit
     def seen(geometry, arrays):
@@ -266,7 +266,7 @@ def test_a_tile_that_sees_more_than_it_can_hold_keeps_nodes():
         open_tile(geometry, tile, np.empty(SIZE), arrays, 0, 32)
         return tile.seen
 
-    found = seen(scene.prepared.geometry, arrays)
+    found = seen(scene._prepared.geometry, arrays)
     count = int(found[ITEM_COUNT])
     codes, boxes = found[CODE : CODE + count], found[BOX_OR_BALL : BOX_OR_BALL + count]
     assert MOST_ITEMS - 64 < count <= MOST_ITEMS
@@ -313,7 +313,7 @@ def test_nodes_beyond_the_horizon_stay_closed():
         find_frontier(geometry, items, new_level(), beam, 0, scene_tree(geometry), horizon)
         return items
 
-    near, far = seen(scene.prepared.geometry, 4.0), seen(scene.prepared.geometry, math.inf)
+    near, far = seen(scene._prepared.geometry, 4.0), seen(scene._prepared.geometry, math.inf)
     codes = near[CODE : CODE + int(near[ITEM_COUNT])]
     entered = near[ENTERED : ENTERED + len(codes)]
     assert near[ITEM_COUNT] < 0.5 * far[ITEM_COUNT]

@@ -24,7 +24,7 @@ ROWS = {
 @pytest.mark.parametrize("name", ROWS)
 def test_as_many_as_the_documented_coordinates_have(name: str, moved: bool) -> None:
     shape, count = ROWS[name]
-    tables = co.Scene([shape.rotate((1, 2, 3), 40) if moved else shape]).lowered.tables
+    tables = co.Scene([shape.rotate((1, 2, 3), 40) if moved else shape])._prepared.lowered.tables
     assert len(tables.map_rows) == count
     rows = np.where(tables.face_maps < 0, -1 - tables.face_maps, tables.face_maps)
     assert set(rows.ravel().tolist()) == set(range(count))
@@ -34,7 +34,7 @@ def test_as_many_as_the_documented_coordinates_have(name: str, moved: bool) -> N
 
 def test_they_are_rows_of_each_body_in_a_bulk() -> None:
     low = np.random.default_rng(1).uniform(-9, 9, (50, 3))
-    tables = co.Scene([co.Boxes(low, low + 1)]).lowered.tables
+    tables = co.Scene([co.Boxes(low, low + 1)])._prepared.lowered.tables
     assert len(tables.map_rows) == 3 * 50
     # Row k of a body scales its axis k: (p - low) / 1
     assert (tables.map_rows.reshape(50, 3, 4)[:, :, :3] != 0).sum() == 150
@@ -44,12 +44,12 @@ def test_one_object_that_is_used_twice_is_two() -> None:
     """How many there are does not tell whether a shape was made twice, or copied, or is one of many."""
     one, other, box = co.Cylinder((0, 0, 0), (0, 0, 1), 2), co.Cylinder((0, 0, 0), (0, 0, 1), 2), co.Box()
     twice, apart = (one | box) & (one | co.Sphere(2)), (one | box) & (other | co.Sphere(2))
-    tables = [co.Scene([shape]).lowered.tables for shape in (twice, apart, pickle.loads(pickle.dumps(twice)))]
+    tables = [co.Scene([shape])._prepared.lowered.tables for shape in (twice, apart, pickle.loads(pickle.dumps(twice)))]
     assert [len(each.map_rows) for each in tables] == [5 + 3 + 5 + 3] * 3
     many = co.Scene([twice.translate((9 * k, 0, 0)) for k in range(40)])
-    assert len(many.lowered.tables.map_rows) == 16 * 40
-    edited = many.replace(3, apart).lowered.tables
-    anew = co.Scene([apart if k == 3 else body.shape for k, body in enumerate(many.bodies)]).lowered.tables
+    assert len(many._prepared.lowered.tables.map_rows) == 16 * 40
+    edited = many.replace(3, apart)._prepared.lowered.tables
+    anew = co.Scene([apart if k == 3 else body.shape for k, body in enumerate(many.bodies)])._prepared.lowered.tables
     assert edited.face_maps.tobytes() == anew.face_maps.tobytes()
     assert edited.map_rows.tobytes() == anew.map_rows.tobytes()
 
@@ -57,5 +57,5 @@ def test_one_object_that_is_used_twice_is_two() -> None:
 def test_equal_numbers_do_not_make_them_one() -> None:
     """How many there are is told by how a body is built: the radius of a cylinder may be 1."""
     shapes: list[Shape] = [co.Cylinder((0, 0, 0), (0, 0, 1), radius) for radius in (1, 2)]
-    one, other = (co.Scene([shape]).lowered.tables for shape in shapes)
+    one, other = (co.Scene([shape])._prepared.lowered.tables for shape in shapes)
     assert len(one.map_rows) == len(other.map_rows)

@@ -29,17 +29,17 @@ def taken(monkeypatch):
 
 def test_the_memory_of_a_scene_that_is_gone_is_taken_again(taken):
     scene = bodies(30)
-    places, hits = [scene.geometry.floats.ctypes.data], None
+    places, hits = [scene._prepared.geometry.floats.ctypes.data], None
     for number in range(6):  # nobody else has it, so each is written over
         scene = scene.moved(str(number), (0, 0.1, 0))
-        places.append(scene.geometry.floats.ctypes.data)
+        places.append(scene._prepared.geometry.floats.ctypes.data)
     assert taken == 6 * [True]
     assert len(set(places)) == 1
     taken.clear()
     for number in range(6):  # answers hold it until there are others: two take turns
         hits = scene.first_hit((0, 0, 9), (0, 0, -1))
         scene = scene.moved(str(number), (0, 0.1, 0))
-        places.append(scene.geometry.floats.ctypes.data)
+        places.append(scene._prepared.geometry.floats.ctypes.data)
     del hits
     assert taken == [False, True, True, True, True, True]
     assert len(set(places)) == 2
@@ -54,23 +54,23 @@ def test_the_memory_of_a_scene_that_is_gone_is_taken_again(taken):
 
 @pytest.mark.parametrize("holder", [
     lambda scene: scene.first_hit((0, 0, 9), (0, 0, -1)), lambda scene: scene.spans((0, 0, 9), (0, 0, -1)),
-    lambda scene: scene.lowered.tables.planes[3:5], lambda scene: scene.geometry.floats, lambda scene: scene.geometry,
-    lambda scene: scene.lowered.boxes, lambda scene: scene.lowered.rest.quadrics[:1], lambda scene: scene.prepared,
-    lambda scene: memoryview(scene.lowered.frames), lambda scene: scene.replace(background="red"),
-    lambda scene: np.asarray(scene.prepared.rest.planes).reshape(-1, 7).T,
+    lambda scene: scene._prepared.lowered.tables.planes[3:5], lambda scene: scene._prepared.geometry.floats, lambda scene: scene._prepared.geometry,
+    lambda scene: scene._prepared.lowered.boxes, lambda scene: scene._prepared.lowered.rest.quadrics[:1], lambda scene: scene._prepared,
+    lambda scene: memoryview(scene._prepared.lowered.frames), lambda scene: scene.replace(background="red"),
+    lambda scene: np.asarray(scene._prepared.rest.planes).reshape(-1, 7).T,
 ])  # fmt: skip
 def test_whatever_is_left_of_a_scene_keeps_its_memory(holder):
     first = bodies(30)
     first.prepare()
     scene = first.moved("1", (0, 0, 0.1)).moved("2", (0, 0, 0.1))
     scene.prepare()
-    numbers, floats = content(scene), scene.geometry.floats.ctypes.data
+    numbers, floats = content(scene), scene._prepared.geometry.floats.ctypes.data
     held = holder(scene)
     scene = scene.moved("3", (0.1, 0, 0))
     scene.prepare()
     for number in range(4, 12):
         scene = scene.moved(str(number), (0.1, 0, 0))
-        assert scene.geometry.floats.ctypes.data != floats
+        assert scene._prepared.geometry.floats.ctypes.data != floats
     del held
     again = first.moved("1", (0, 0, 0.1)).moved("2", (0, 0, 0.1))
     assert content(again)[:30] == numbers[:30]
@@ -184,7 +184,7 @@ def test_pickles_and_files_of_tables(tmp_path):
     sizes = []
     for number, one in enumerate((scene, again)):
         path = tmp_path / f"{number}.tables"
-        digest = write_tables(path, source_version(), one.prepared, (co.Scene, one._parts[1:], ()), pickle.dumps(one))
+        digest = write_tables(path, source_version(), one._prepared, (co.Scene, one._parts[1:], ()), pickle.dumps(one))
         sizes.append(path.stat().st_size)
         read = open_scene_tables(path, source_version(), digest)
         assert content(read)[:20] == content(scene)[:20]
@@ -198,14 +198,14 @@ def test_what_is_pickled_or_copied_has_stamps_of_its_own(monkeypatch):
         scene = scene.moved(str(number), (0, 0.2, 0))
         scene.prepare()
     for copied in (lambda thing: pickle.loads(pickle.dumps(thing)), copy.deepcopy):
-        made = copied(scene.prepared)
+        made = copied(scene._prepared)
         assert type(made.kept) is EditState
-        assert np.array_equal(made.kept.places.planes, scene.prepared.kept.places.planes)
+        assert np.array_equal(made.kept.places.planes, scene._prepared.kept.places.planes)
         made.kept.places.planes[:] = np.nan  # its own numbers
-        assert not np.isnan(scene.prepared.kept.places.planes).any()
+        assert not np.isnan(scene._prepared.kept.places.planes).any()
 
     monkeypatch.setattr(stores, "_edits", itertools.count(100))  # as in one process
-    there = edited(edited(scene.prepared, "10"), "3")
+    there = edited(edited(scene._prepared, "10"), "3")
     sent = pickle.dumps(there)
     monkeypatch.setattr(stores, "_edits", itertools.count(100))  # as in another, which was forked before
     one = edited(pickle.loads(sent), "4")
@@ -225,7 +225,7 @@ def edited(prepared, name):
 def of(prepared):
     """A scene that is prepared."""
     scene = co.Scene(list(prepared.entries))
-    scene._prepared = prepared
+    scene._cached_prepared = prepared
     return scene
 
 
@@ -241,16 +241,16 @@ def test_numbers_of_what_was_edited_in_the_same_way_are_equal_in_any_memory(take
             scene = scene.moved(str(number % 25), (0.1, 0, 0.01 * number))
             scene.prepare()
             held += [scene] if holds else []
-            alone += [] if holds else [[part.tobytes() for part in scene.geometry]]
-            tables = scene.lowered.tables
-            of_no_leaf = tables.tree_order[int(scene.prepared.woods.places[-1]) :] < 0
+            alone += [] if holds else [[part.tobytes() for part in scene._prepared.geometry]]
+            tables = scene._prepared.lowered.tables
+            of_no_leaf = tables.tree_order[int(scene._prepared.woods.places[-1]) :] < 0
             assert not tables.leaf_items.reshape(-1, ROWS)[of_no_leaf].any()
             gaps += of_no_leaf.sum()
         assert sum(taken[1:]) > 20 or holds
         assert not any(taken[1:]) or not holds
     assert gaps > 100
     for scene, numbers in zip(held, alone, strict=True):
-        assert [part.tobytes() for part in scene.geometry] == numbers
+        assert [part.tobytes() for part in scene._prepared.geometry] == numbers
 
 
 def test_the_collector_of_cycles_does_not_look_into_arrays():

@@ -23,7 +23,7 @@ def some(reach, count=1_600):
 
 
 def records(shapes):
-    return surface_columns(co.Scene(shapes).lowered.tables)
+    return surface_columns(co.Scene(shapes)._prepared.lowered.tables)
 
 
 def lengths(frame, found):
@@ -100,7 +100,7 @@ def test_a_scene_has_places_from_the_beginning_unless_it_is_large(monkeypatch, p
     monkeypatch.setattr(exchange, "_PLACED", placed)
     rng, scene = np.random.default_rng(3), bodies(40, 3)
     scene.prepare()
-    kept = scene.prepared.kept
+    kept = scene._prepared.kept
     assert (kept.places is None) == (placed == 0)
     assert (kept.frame is None) == (placed == 0)
     del kept
@@ -128,14 +128,14 @@ def test_places_in_memory_of_a_scene_with_another_frame_are_written_anew():
     for number in (0, 1):
         hits = scene.first_hit((0, 0, 9), (0, 0, -1))  # holds the scene: two take turns
         scene = scene.moved(str(number), (0, 0.1, 0))
-    frame = scene.prepared.kept.frame
+    frame = scene._prepared.kept.frame
     hits = scene.first_hit((0, 0, 9), (0, 0, -1))
     scene = scene.moved("2", (0, 1e4, 0))
-    assert scene.prepared.kept.frame != frame
+    assert scene._prepared.kept.frame != frame
     for number in (5, 6):  # a corner of what stays where it was, and so three of its walls
         scene = scene.replace("3", CUBE.scale(0.5).translate((0.5, 0.5, 0.5)).rotate((1, 2, 3), 7 * number)
                               .translate((3 * number, 0, 0)))  # fmt: skip
         anew = co.Scene(scene.bodies)
-        assert len(anew.lowered.tables.surface_kind) == 6 * 9 - 3
+        assert len(anew._prepared.lowered.tables.surface_kind) == 6 * 9 - 3
         same_tables(scene, anew)
     del hits

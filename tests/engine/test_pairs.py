@@ -47,11 +47,11 @@ def in_pairs(geometry, rays, more, places, most, hits):
 
 def places_of_balls(scene):
     """Where the balls of a scene stand: (leaf, its size, place in it) each."""
-    nodes, found = Nodes(scene.prepared), []
+    nodes, found = Nodes(scene), []
     for code in [*nodes.roots, *nodes.children.ravel().tolist()]:
         first, count = (-code - 1) >> 4, (-code - 1) & 15
         if code < 0:
-            at = int(scene.prepared.geometry.places[table.ITEMS]) + ROWS * first
+            at = int(scene._prepared.geometry.places[table.ITEMS]) + ROWS * first
             found += [(at, count, place) for place in range(count)]
     return found
 
@@ -64,7 +64,7 @@ def test_pairs_are_met_as_single_rays_meet_balls(most, start):
     size, count = 5, 400
     centers, radii = rng.uniform(-1, 1, (size, 3)), rng.uniform(0.2, 0.9, size)
     scene = co.Scene([co.Sphere(r).translate(c) for c, r in zip(centers, radii, strict=True)])
-    geometry, places = scene.prepared.geometry, tuple(places_of_balls(scene))
+    geometry, places = scene._prepared.geometry, tuple(places_of_balls(scene))
     assert len(places) == size
     which, origins = np.arange(count) % size, rng.uniform(-2, 2, (count, 3))
     directions = (centers[which] + rng.normal(scale=0.3, size=(count, 3)) - origins) * 10 ** rng.uniform(

@@ -31,7 +31,7 @@ CASES = [
 
 def ball_of(shape):
     """(center, radius, is it preferred to the box) of the only entry of a scene."""
-    geometry = co.Scene([shape]).prepared.geometry
+    geometry = co.Scene([shape])._prepared.geometry
     assert length(geometry, table.LEAF_ITEMS) == ROWS
     items = geometry.floats[geometry.places[table.LEAF_ITEMS] :][:ROWS]
     return items[:3], items[3], items[4] % 1 == ROUND

@@ -29,7 +29,7 @@ def share_of_packets(scene, rays, t_min=0.0):
     """Which part of packets is coherent, and so traced as such."""
     width, packets = _packets(rays)
     found = coherent_packets(
-        scene.geometry, arrays_of("spans", scene.prepared, rays, t_min, math.inf), width, packets, packets
+        scene._prepared.geometry, arrays_of("spans", scene._prepared, rays, t_min, math.inf), width, packets, packets
     )
     return found / packets
 

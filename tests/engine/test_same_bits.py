@@ -47,7 +47,7 @@ image = scene.render(130, 100, samples=2, camera=camera)
 hits = scene.first_hit(camera.rays(130, 100))
 strewn = scene.first_hit(random.uniform(-9, 9, (20_000, 3)), random.normal(size=(20_000, 3)))
 fields = ("t", "point", "normal", "uv", "t_error", "point_error", "body")
-tables = scene.lowered.tables
+tables = scene._prepared.lowered.tables
 print(json.dumps({name: digest(arrays) for name, arrays in {
     "tables": [table for name, table in zip(tables._fields, tables) if name != "leaf_items"],  # has room that nobody reads
     "bounds": [end for shape in shapes for end in shape.bounds],

@@ -95,7 +95,7 @@ def test_a_wall_that_reaches_farther_since_another_came(which, exchanged):
     for name, up in ((4, 3), (5, 3), (0, -5), (6, 3), (7, 3), (0, 0), (8, 3), (9, 3)):
         scene = scene.replace(str(name), turn(shapes[name].translate((0, 0, up))))
         checked(scene)
-        memory.append(scene.lowered.laid.first is None)
+        memory.append(scene._prepared.lowered.laid.first is None)
     assert memory == [True, True, False, False, False, True, True, True]
     assert exchanged == 8 * [True]
 
@@ -223,7 +223,12 @@ def test_a_wall_that_stays_goes_from_one_wall_of_a_body_to_the_other():
     assert scene.first_hit((-5, 2.5, 2.5), (1, 0, 0)).t == 6.0
     assert scene.contains((1.5, 2.5, 2.5))
     anew = co.Scene(list(scene.bodies))
-    for name, table, other in zip(scene.lowered.tables._fields, scene.lowered.tables, anew.lowered.tables, strict=True):
+    for name, table, other in zip(
+        scene._prepared.lowered.tables._fields,
+        scene._prepared.lowered.tables,
+        anew._prepared.lowered.tables,
+        strict=True,
+    ):
         if name in ("cell_quadric", "plane_surface", "plane_face", "surface_kind", "surface_row", "planes"):
             assert table.tobytes() == other.tobytes(), name
 
@@ -238,7 +243,9 @@ def test_walls_that_are_all_in_one_oblique_plane_stay_one():
         scene.prepare()
         for k in range(4):
             edited = scene.without(str(k))
-            assert len(edited.lowered.tables.surface_kind) == len(co.Scene(edited.bodies).lowered.tables.surface_kind)
+            assert len(edited._prepared.lowered.tables.surface_kind) == len(
+                co.Scene(edited.bodies)._prepared.lowered.tables.surface_kind
+            )
 
 
 def test_sheets_in_one_oblique_plane_are_one_surface():
@@ -246,4 +253,4 @@ def test_sheets_in_one_oblique_plane_are_one_surface():
         co.Disc((0, 0, 0), (0, 0, 1), 0.3).translate((3.0 * k, 0.7 * k, 0)).rotate((1, 2, 3), 25).translate((7, 8, 9))
         for k in range(5)
     ]
-    assert (co.Scene(discs).lowered.tables.surface_kind == PLANE).sum() == 1
+    assert (co.Scene(discs)._prepared.lowered.tables.surface_kind == PLANE).sum() == 1

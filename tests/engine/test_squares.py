@@ -106,7 +106,7 @@ def packets_of(rng, kind, count):
 @pytest.mark.parametrize("kind", ["pinhole", "lens", "straying"])
 @pytest.mark.parametrize("bodies", ["balls", "others"])
 def test_packets_of_a_square_meet_what_each_meets_alone(bodies, kind, any_hit):
-    rng, geometry = np.random.default_rng(4), scene_of(bodies).geometry
+    rng, geometry = np.random.default_rng(4), scene_of(bodies)._prepared.geometry
     count, hits, most = 9, 0, []
     for _ in range(12):
         one, other = packets_of(rng, kind, count), packets_of(rng, kind, count)

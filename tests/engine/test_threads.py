@@ -78,16 +78,16 @@ def test_an_error_ends_the_others(four_threads):
 
     co.set_threads(2)
     with pytest.raises(MemoryError):
-        threads.run_on(SCENE.geometry, work, 100, 1, 1)
+        threads.run_on(SCENE._prepared.geometry, work, 100, 1, 1)
     assert len(begun) <= 2
-    assert SCENE.geometry.places[HALT] == 0
+    assert SCENE._prepared.geometry.places[HALT] == 0
 
 
 @pytest.mark.parametrize("progress", [None, lambda done, count: None])
 @pytest.mark.parametrize("count", [1, 2, 999, 1000])
 def test_every_chunk_once(four_threads, count, progress):
     seen = []
-    threads.run_on(SCENE.geometry, lambda geometry, a, b: seen.append((a, b)), count, 100, 1, progress)
+    threads.run_on(SCENE._prepared.geometry, lambda geometry, a, b: seen.append((a, b)), count, 100, 1, progress)
     ends = sorted(seen)
     assert [ends[0][0], ends[-1][1]] == [0, count]
     assert all(before[1] == after[0] for before, after in itertools.pairwise(ends))
@@ -114,8 +114,8 @@ def test_chunks_grow_while_they_are_short_and_shrink_when_they_are_long():
 
 
 def test_steps_are_counted():
-    assert SCENE.geometry.places[STEPS] == STEPS_OF_SCENE
-    assert co.Scene([co.Polygon([(0, 0, 0), (1, 0, 0), (0, 1, 0)])]).geometry.places[STEPS] == 1 + 3
+    assert SCENE._prepared.geometry.places[STEPS] == STEPS_OF_SCENE
+    assert co.Scene([co.Polygon([(0, 0, 0), (1, 0, 0), (0, 1, 0)])])._prepared.geometry.places[STEPS] == 1 + 3
 
 
 def test_memory_of_a_thread_is_for_the_largest_body():
@@ -123,7 +123,7 @@ def test_memory_of_a_thread_is_for_the_largest_body():
     three = two | (co.Sphere(1.0, (9, 0, 0)) & co.Box((8, 0, 0), (9, 1, 1)))
 
     def most(scene: co.Scene) -> list[int]:
-        return scene.geometry.places[[LEAVES, GATES]].tolist()
+        return scene._prepared.geometry.places[[LEAVES, GATES]].tolist()
 
     assert most(co.Scene([co.Sphere(1.0)])) == [1, 1]
     assert most(co.Scene([one] * 3)) == [2, 1]
@@ -154,7 +154,7 @@ def test_bodies_of_a_scene_with_many_gates_are_met_in_turn():
     half = co.Sphere(1.0, (5, 5, -4)) & co.HalfSpace((0, 0, 1), -4)
     bodies = [*many, shell, half]
     scene = co.Scene(bodies)
-    assert scene.prepared.lowered.tables.gate_start.size > 1 << 15
+    assert scene._prepared.lowered.tables.gate_start.size > 1 << 15
     points = np.random.default_rng(0).uniform(-0.3, 0.3, (50, 3)) + (5.0, 5.0, 9.0)
     spans = scene.spans(points, (0.0, 0.0, -1.0))
     assert len(spans.t_enter) > 150
@@ -169,14 +169,16 @@ def test_bodies_of_a_scene_with_many_gates_are_met_in_turn():
 @pytest.mark.parametrize(("rays", "elsewhere"), [(1, False), ((1 << 24) // STEPS_OF_SCENE + 1, True)])
 def test_what_may_take_long_is_not_done_by_the_thread_that_hears_of_control_c(rays, elsewhere):
     workers = []
-    threads.run_on(SCENE.geometry, lambda *_: workers.append(threading.current_thread()), 1, 1, rays)
+    threads.run_on(SCENE._prepared.geometry, lambda *_: workers.append(threading.current_thread()), 1, 1, rays)
     assert (workers[0] is not threading.main_thread()) == elsewhere
 
 
 @pytest.mark.parametrize(("largest", "held"), [(20_000, 40_000), (5_000, 5_000)])
 def test_counts_of_all_gates_are_held_where_one_program_has_many_of_them(largest, held):
     """Of 40,000 gates: all, if they are at most four times those of the largest program, else as many as that has."""
-    places = SCENE.geometry.places.copy()
+    places = SCENE._prepared.geometry.places.copy()
     places[LENGTHS + GATE_START], places[GATES] = 40_000, largest
-    geometry = SCENE.geometry._replace(places=places, integers=np.zeros(places[GATE_START] + 40_000, np.int32))
+    geometry = SCENE._prepared.geometry._replace(
+        places=places, integers=np.zeros(places[GATE_START] + 40_000, np.int32)
+    )
     assert len(new_counts(geometry)) == held + 2

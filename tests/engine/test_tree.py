@@ -88,7 +88,7 @@ def test_a_large_tree_is_the_same_on_any_number_of_threads():
     finally:
         threads.set_threads(None)
     for other in built[1:]:
-        for one, two in zip(built[0].geometry, other.geometry, strict=True):
+        for one, two in zip(built[0]._prepared.geometry, other._prepared.geometry, strict=True):
             assert one.tobytes() == two.tobytes()
     Nodes(built[0]).check()
 

@@ -88,7 +88,7 @@ def test_one_without_an_end_in_memory_that_is_written_over(taken):
         scene = scene.replace(number, shape)
         anew = co.Scene(scene.bodies)
         same_tables(scene, anew)
-        limits.append(anew.lowered.tables.quadric_limits.tobytes())
+        limits.append(anew._prepared.lowered.tables.quadric_limits.tobytes())
     assert taken == len(changes) * [True]
     first, larger, as_large, smaller = limits[:4]
     assert first != larger

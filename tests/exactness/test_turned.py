@@ -29,7 +29,7 @@ ANGLES = [15, 105, 16, 45, 1e-3, 33.3, -75]
 
 def forms(shape):
     scene = co.Scene([shape])
-    return [surface_form(surface) for surface in scene.prepared.lowered.exact]
+    return [surface_form(surface) for surface in scene._prepared.lowered.exact]
 
 
 @pytest.mark.parametrize("name", ROUND)

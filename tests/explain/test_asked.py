@@ -46,7 +46,7 @@ def test_a_spawned_ray_knows_where_it_starts():
 
 
 @pytest.mark.parametrize(("arguments", "error", "message"), [
-    (([[0, 0, 0]], [[1, 0, 0]]), ValueError, r"explain: one ray is worked out, got rays of shape \(1,\); rays\[i\] is one of them"),
+    (([[0, 0, 0]], [[1, 0, 0]]), ValueError, r"explain: origin and direction must be one ray, got rays of shape \(1,\); rays\[i\] is one of them"),
     (((0, 0, 0), (0, 0, 0)), ValueError, "direction must not be zero"),
     (((0, 0, 0),), TypeError, "explain: directions are missing"),
     ((*RAY, math.nan), ValueError, "explain: t_min must not be NaN"),

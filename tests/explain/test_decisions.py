@@ -54,7 +54,7 @@ def test_what_comes_after_the_first_hit_may_be_in_doubt():
     scene = co.Scene([co.Box((-3, -1, -1), (-2, 2, 1)), co.Sphere(1)])
     found = scene.explain((-5, 1 - 2.0**-44, 0), (1, 0, 0))
     assert (found.decision.first, found.decision.all) == ("floats", "certified")
-    assert "what comes after it is in doubt" in found.text
+    assert "crossings behind it are in doubt" in found.text
     assert [c.body for c in found.crossings] == [0, 0, 1, 1]
 
 

@@ -103,8 +103,8 @@ def test_plane_behind_parallel_and_one_sided():
 def test_polygon_exercise():
     """The plane is x + 2y + z + 2 = 0 (erratum); y is dropped; the edges cross at −1 + 3·6/4 = 3.5 and at 6: outside."""
     found = told(co.Polygon(CORNERS), (-2, -7, 4), (0, 1, 0))
-    has(found, "nothing is hit: t = ∞", "its plane is met outside its outline", "surface 0, plane: x + 2 y + z + 2 = 0",
-        "the plane is met at t = 5, at (−2, −2, 4)", "moved to the point: (−1, 3), (5, −1), (6, 0)",
+    has(found, "nothing is hit: t = ∞", "the ray crosses its plane outside its outline", "surface 0, plane: x + 2 y + z + 2 = 0",
+        "the ray crosses the plane at t = 5, at (−2, −2, 4)", "moved to the point: (−1, 3), (5, −1), (6, 0)",
         "edge 1 crosses the u axis at u = 3.5 > 0: counted", "edge 2 crosses the u axis at u = 6 > 0: counted",
         "2 crossings, even: outside")  # fmt: skip
     numbers = found.bodies[0].outline.board.numbers
@@ -327,7 +327,7 @@ def test_tangency_is_invisibility(shape):
     found = told(shape, (-5, 2, 1 if isinstance(shape, co.Sphere) else 0), (1, 0, 0))
     assert found.bodies[0].outcome == "only touched"
     assert not found.hit.hit
-    has(found, "the ray only touches it, which counts as not met", "read as invisible: no crossing")
+    has(found, "the ray only touches it, which counts as a miss", "read as invisible: no crossing")
     assert "the graphics textbook, tangency is invisibility" in sources(found)
     assert found.decision.first in ("certified", "exact")
 
@@ -345,7 +345,7 @@ def test_the_sweep_of_a_difference():
         (5.0, "A", True, "A", 2, 2, True), (5.5, "B", True, "AB", 1, 2, False),
         (6.5, "B", False, "A", 2, 2, True), (7.0, "A", False, "", 1, 2, False),
     ]  # fmt: skip
-    has(found, "the body is A ∩ ¬B", "before everything: outside", "inside for t in [5, 5.5], [6.5, 7]")
+    has(found, "the body is A ∩ ¬B", "before all events: outside", "inside for t in [5, 5.5], [6.5, 7]")
 
 
 def test_coincident_walls_act_together():

@@ -68,7 +68,7 @@ def test_walls_lie_on_their_surfaces_and_end_at_crossings(shape):
     made = found.figure()
     ET.fromstring(made.svg)
     for arc in made.arcs.get(0, ()):
-        polynomial = SurfaceSource.of(scene.prepared, arc.surface).polynomial
+        polynomial = SurfaceSource.of(scene._prepared, arc.surface).polynomial
         for point in made.plane.points(arc.branch.points(np.linspace(arc.first, arc.last, 9))).tolist():
             size = float(sum(abs(c) for c in polynomial.coefficients.values())) * (1 + max(map(abs, point))) ** 2
             assert abs(float(polynomial.value(point))) <= 1e-10 * size

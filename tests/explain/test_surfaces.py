@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.bench.scenes import write_core
+from benchmarks.comparison.scenes import write_core
 
 from ..booleans.random_solids import EXAMPLES
 
@@ -54,7 +54,7 @@ def test_the_face_of_a_hit_is_an_owner():
 
 def test_abutting_boxes_share_a_plane():
     scene = co.Scene([co.Box((0, 0, 0), (1, 1, 1)), co.Box((1, 0, 0), (2, 1, 1))])
-    shared = [scene.surface(k) for k in range(len(scene.lowered.tables.surface_kind))]
+    shared = [scene.surface(k) for k in range(len(scene._prepared.lowered.tables.surface_kind))]
     wall = next(one for one in shared if one.equation == "x − 1 = 0")
     assert [(o.body, o.face, o.side) for o in wall.owners] == [(0, 1, 1), (1, 0, -1)]
     assert wall.kind == "plane"

@@ -54,7 +54,7 @@ def test_exposure_and_tone(scene, tmp_path):
     ("options", "message"),
     [
         (["-o", "a.png", "--layers", "depth"], "--layers goes with an .exr"),
-        (["-o", "a.exr", "--tone", "agx"], "--tone goes with what is displayed"),
+        (["-o", "a.exr", "--tone", "agx"], "--tone goes with a displayed picture"),
         (["-o", "a.webp", "--bits", "16"], "--bits goes with a .png or an .exr"),
         (["-o", "a.png", "--bits", "12"], "--bits must be 16, or 8, got 12"),
         (["-o", "a.png", "--filter", "cubic"], "filter must be one of box"),

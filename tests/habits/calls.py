@@ -258,7 +258,7 @@ SCENES: dict[str, Call] = {
     "body_at": (_query("body_at"), dict(points=ORIGINS)),
     "bodies_at": (_query("bodies_at"), dict(points=ORIGINS)),
     "slice": (_query("slice"), dict(origin=(-2, -2, 0), u=(4, 0, 0), v=(0, 4, 0), pixels=(4, 3), progress=None)),
-    "slice across": (_query("slice"), dict(origin="z", pixels=4, at=0)),
+    "slice across": (_query("slice"), dict(plane="z", pixels=4, at=0)),
     "voxels": (
         _query("voxels"),
         dict(bounds=((-2, -2, -2), (2, 2, 2)), shape=(2, 2, 2), fractions="body", samples=1, axis="z", progress=None),

@@ -59,9 +59,9 @@ def test_every_public_function_is_in_the_table():
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda: co.Body(co.Sphere(), co.matte), "Body: material must be a Material .* got the function matte; call it: matte"),
-        (lambda: co.Body(co.Sphere(), co.Material), "Body: material must be .* got the class Material; call it: Material"),
-        (lambda: co.Body(co.Sphere(), "rde"), "Body: material must be three linear numbers, .*CSS colour name, got 'rde'"),
+        (lambda: co.Body(co.Sphere(), co.matte), "Body: material must be .* got the function matte; call it: matte"),
+        (lambda: co.Body(co.Sphere(), co.Material), "Body: material must be .* got the class Material; call it: "),
+        (lambda: co.Body(co.Sphere(), "rde"), "Body: material must be three linear numbers, .*colour name, got 'rde'"),
         (lambda: co.Body(co.Sphere(), (1, 2, 0)), r"Body: material\[1\] must be in \[0, 1\], got 2"),
         (lambda: co.Body(co.Sphere(), 3), "Body: material must be a Material .* got int"),
         (lambda: co.Body(co.Sphere), "Body: shape must be a shape such as .* got the class Sphere"),

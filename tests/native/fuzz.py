@@ -132,10 +132,10 @@ def _as_pages_ask(scene: Any) -> None:
     from conicoid.kernels.entry.first_hits import HitBuffers, trace_first_alone
     from conicoid.queries.ray_queries import arrays_of
 
-    arrays = arrays_of("fuzz", scene.prepared, co.Rays([(0, 0, 5), (1, 0, 5)], (0, 0, -1)), 0.0, np.inf)
-    trace_first_alone(scene.geometry, arrays, 0, 2, HitBuffers.new(2))
+    arrays = arrays_of("fuzz", scene._prepared, co.Rays([(0, 0, 5), (1, 0, 5)], (0, 0, -1)), 0.0, np.inf)
+    trace_first_alone(scene._prepared.geometry, arrays, 0, 2, HitBuffers.new(2))
     for spans in (True, False):
-        trace_rows_alone(scene.geometry, arrays, spans, 0, 2, np.zeros(2, np.int32), np.zeros(2, np.int8))
+        trace_rows_alone(scene._prepared.geometry, arrays, spans, 0, 2, np.zeros(2, np.int32), np.zeros(2, np.int8))
 
 
 # ---- Spoiling ----

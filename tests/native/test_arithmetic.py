@@ -25,11 +25,11 @@ ARGUMENTS = "ptr %out, ptr %error, double %a"
 def made(folder, instruction, function="llvm.sqrt.f64"):
     """The object of a kernel of one instruction."""
     text = BODY.format(function=function, arguments=ARGUMENTS, instruction=instruction)
-    code = dict(
-        symbol="k", arguments=["i8*", "i8*", "double"], result="none", code=llvm.parse_assembly(text).as_bitcode()
-    )
-    (folder / "code").write_bytes(pickle.dumps({"kernel": code}))
-    objects.main(str(folder / "code"), host().name, host_level(host()), str(folder / "object"))
+    kernel = dict(symbol="k", arguments=["i8*", "i8*", "double"], result="none", functions=[0])
+    codes = [llvm.parse_assembly(text).as_bitcode()]
+    (folder / "code").write_bytes(pickle.dumps(({"kernel": kernel}, codes)))
+    objects.write_base(str(folder / "code"), host().name, str(folder / "base"))
+    objects.write_object(str(folder / "base"), host().name, host_level(host()), str(folder / "object"))
     return folder / "object"
 
 

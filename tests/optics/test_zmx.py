@@ -98,7 +98,7 @@ def test_glasses_may_be_given(glasses, index):
     text = file(rows, waves=(0.5,))
     with pytest.raises(
         co.SceneFileError,
-        match=r"text:\d+:1: surface 1: GLAS: 'SF99' is not in the catalogue: glasses=\{'SF99': index\} says",
+        match=r"text:\d+:1: surface 1: GLAS: 'SF99' is not in the catalogue: glasses=\{'SF99': index\} gives",
     ):
         co.optics.read_zmx(text)
     system = co.optics.read_zmx(text, glasses=glasses)

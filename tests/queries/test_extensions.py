@@ -28,7 +28,7 @@ class Titled(co.Scene):
 @pytest.mark.parametrize("scene", [co.Scene([co.Sphere()]), Titled()])
 def test_scenes(scene):
     assert is_scene(scene)
-    assert scene._prepared is None
+    assert scene._cached_prepared is None
 
 
 SCENE = co.Scene([co.Sphere()])
@@ -36,7 +36,7 @@ SCENE = co.Scene([co.Sphere()])
 
 @pytest.mark.parametrize(
     "thing",
-    [co.Sphere(), co.Body(co.Sphere()), SCENE.bodies, SCENE.prepared, SCENE.first_hit((0, 0, -3), (0, 0, 1)), co.Scene, None, [], "scene"],
+    [co.Sphere(), co.Body(co.Sphere()), SCENE.bodies, SCENE._prepared, SCENE.first_hit((0, 0, -3), (0, 0, 1)), co.Scene, None, [], "scene"],
 )  # fmt: skip
 def test_other_things(thing):
     assert not is_scene(thing)

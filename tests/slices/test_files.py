@@ -18,7 +18,7 @@ SCENE = co.Scene([
     co.EllipticParaboloid(1, 1, (0, 2)).rotate((1, 0, 0), 90).translate((-2, 1, 0)),
     co.HyperbolicCylinder(4, 1, co.Box((-1, -1, -1), (1, 1, 1))).translate((-2, -1.5, 0)),
 ])  # fmt: skip
-CUT = SCENE.slice((-3.5, -3, 0.125), (6, 0, 0), (0, 6, 0), 300)
+CUT = SCENE.slice(origin=(-3.5, -3, 0.125), u=(6, 0, 0), v=(0, 6, 0), pixels=300)
 SVG = "{http://www.w3.org/2000/svg}"
 
 
@@ -146,7 +146,7 @@ def test_problems_are_shown_on_request():
     scene = co.Scene(
         [co.Box((-1, -1, -1), (0.5, 1, 1)), co.Box((0, -1, -1), (1, 1, 0.5))], domain=co.Box((-2, -1, -1), (1, 1, 1))
     )
-    cut = scene.slice((-2.5, -1.5, 0.25), (4, 0, 0), (0, 3, 0), (80, 60))
+    cut = scene.slice(origin=(-2.5, -1.5, 0.25), u=(4, 0, 0), v=(0, 3, 0), pixels=(80, 60))
     assert cut.overlapping.sum() == 10 * 40
     assert cut.undefined.sum() == 20 * 40
     shown = np.asarray(cut.image(problems=True, outlines=False, legend=False)).reshape(-1, 3).tolist()

@@ -87,7 +87,7 @@ def test_outlines_pass_through_the_roots(name: str):
     rng = np.random.default_rng(sum(map(ord, name)))
     scene = co.Scene([solids()[name], co.Sphere(0.75, (0.5, 0.25, 0.125))])
     for corner, u, v in planes(rng, 2):
-        cut = scene.slice(corner, u, v, 16)
+        cut = scene.slice(origin=corner, u=u, v=v, pixels=16)
         checked = check_roots(cut, scene, rng, 60), check_sides(cut, scene)
         assert min(checked) > 5
 
@@ -98,7 +98,7 @@ def test_outlines_pass_through_many_roots(name: str):
     rng = np.random.default_rng(len(name))
     scene = co.Scene([solids()[name], co.Sphere(0.75, (0.5, 0.25, 0.125)), BALL.scale((2, 0.5, 0.25))])
     for corner, u, v in planes(rng, 40):
-        cut = scene.slice(corner, u, v, 16)
+        cut = scene.slice(origin=corner, u=u, v=v, pixels=16)
         check_roots(cut, scene, rng, 400)
         check_sides(cut, scene)
 
@@ -111,7 +111,7 @@ def only(cut: Slice):
 
 def test_a_ball_is_cut_in_a_circle():
     # At the height 3 over the centre of a ball of radius 5: a circle of radius 4.
-    one = only(co.Scene([co.Sphere(5, (1, 2, 0))]).slice((-9, -9, 3), (20, 0, 0), (0, 20, 0), 8))
+    one = only(co.Scene([co.Sphere(5, (1, 2, 0))]).slice(origin=(-9, -9, 3), u=(20, 0, 0), v=(0, 20, 0), pixels=8))
     assert one.is_closed
     assert one.kind == "ellipse"
     assert one.radii == pytest.approx((4, 4), rel=1e-15)
@@ -123,7 +123,7 @@ def test_a_cylinder_is_cut_in_an_ellipse():
     # At 60 degrees between plane and circle the half-axes are r and r / cos 60 = 2 r.
     c, s = 0.5, math.sqrt(0.75)
     pipe = co.EllipticCylinder(1, 1)
-    one = only(co.Scene([pipe]).slice((-4 * c, -3, -4 * s), (8 * c, 0, 8 * s), (0, 6, 0), 8))
+    one = only(co.Scene([pipe]).slice(origin=(-4 * c, -3, -4 * s), u=(8 * c, 0, 8 * s), v=(0, 6, 0), pixels=8))
     assert sorted(one.radii) == pytest.approx([1, 2], rel=1e-14)
 
 
@@ -131,7 +131,11 @@ def test_a_cylinder_is_cut_in_an_ellipse():
 def test_kinds_of_sections_of_a_cone(rise: float, kind: str, pieces: int):
     # z² = x² + y² by the plane z = rise x + 1: steeper than the cone, as steep, or less steep.
     u = np.array([1, 0, rise])
-    outlines = co.Scene([co.EllipticCone(1, 1, 1)]).slice((-9, -9, 1 - 9 * rise), 18 * u, (0, 18, 0), 8).outlines
+    outlines = (
+        co.Scene([co.EllipticCone(1, 1, 1)])
+        .slice(origin=(-9, -9, 1 - 9 * rise), u=18 * u, v=(0, 18, 0), pixels=8)
+        .outlines
+    )
     assert [one.kind for one in outlines] == [kind] * pieces
     for one in outlines:
         places = one.points(50)
@@ -143,18 +147,21 @@ def test_kinds_of_sections_of_a_cone(rise: float, kind: str, pieces: int):
 
 
 def test_planes_through_an_apex_and_along_rulings_cut_lines():
-    cone = co.Scene([co.EllipticCone(1, 1, 1)]).slice((-2, 0, -2), (4, 0, 0), (0, 0, 4), 8)
+    cone = co.Scene([co.EllipticCone(1, 1, 1)]).slice(origin=(-2, 0, -2), u=(4, 0, 0), v=(0, 0, 4), pixels=8)
     assert {one.kind for one in cone.outlines} == {"line"}
     assert sorted(round(math.degrees(math.atan2(*(one.end - one.start)))) % 180 for one in cone.outlines) in (
         [45, 135], [45, 45, 135, 135],
     )  # fmt: skip
-    pipe = co.Scene([co.EllipticCylinder(1, 1)]).slice((-2, 0.6, -2), (4, 0, 0), (0, 0, 4), 8)
+    pipe = co.Scene([co.EllipticCylinder(1, 1)]).slice(origin=(-2, 0.6, -2), u=(4, 0, 0), v=(0, 0, 4), pixels=8)
     assert sorted(one.start[0] for one in pipe.outlines) == pytest.approx([-0.8, 0.8], rel=1e-15)
 
 
 def test_what_a_plane_only_touches_has_no_outline():
-    assert co.Scene([BALL]).slice((-2, -2, 1), (4, 0, 0), (0, 4, 0), 8).outlines == ()
-    assert co.Scene([co.EllipticCylinder(1, 1)]).slice((-2, 1, -2), (4, 0, 0), (0, 0, 4), 8).outlines == ()
+    assert co.Scene([BALL]).slice(origin=(-2, -2, 1), u=(4, 0, 0), v=(0, 4, 0), pixels=8).outlines == ()
+    assert (
+        co.Scene([co.EllipticCylinder(1, 1)]).slice(origin=(-2, 1, -2), u=(4, 0, 0), v=(0, 0, 4), pixels=8).outlines
+        == ()
+    )
 
 
 def test_a_lens_ends_where_its_walls_cross():
@@ -200,7 +207,7 @@ def test_sheets_are_drawn_where_they_are():
 def test_a_far_center_costs_no_digit():
     # A circle of radius 2^40 whose centre is 2^40 away: over the window it is all but a line. x = 2^40 - sqrt(2^80 - y²).
     scene = co.Scene([co.Sphere(2.0**40, (2.0**40, 0, 0))])
-    cut = scene.slice((-1, -1, 0), (2, 0, 0), (0, 2, 0), 8)
+    cut = scene.slice(origin=(-1, -1, 0), u=(2, 0, 0), v=(0, 2, 0), pixels=8)
     (one,) = cut.outlines
     x, y = one.points(9).T
     assert x == pytest.approx(y * y / 2.0**41, abs=1e-15)
@@ -209,13 +216,13 @@ def test_a_far_center_costs_no_digit():
 def test_what_slices_are_asked_for():
     scene = co.Scene([BALL])
     for arguments, message in (
-        (dict(origin="w"), "origin must be 'x', 'y', 'z', or a corner"),
-        (dict(origin=(0, 0, 0)), "a corner alone"),
+        (dict(plane="w"), "plane must be 'x', 'y' or 'z', got 'w'"),
+        (dict(origin=(0, 0, 0)), "origin, u and v must be given together"),
         (dict(origin=(0, 0, 0), u=(1, 0, 0), v=(1, 1, 0)), "u and v must be at right angles"),
         (dict(origin=(0, 0, 0), u=(1, 0, 0), v=(0, 0, 0)), "u and v must not be zero"),
-        (dict(origin="z", u=(1, 0, 0)), "u and v go with a corner"),
-        (dict(origin=(0, 0, 0), u=(1, 0, 0), v=(0, 1, 0), at=1), "at goes with an axis"),
-        (dict(origin="z", pixels=0), "pixels must be a whole number"),
+        (dict(plane="z", u=(1, 0, 0)), "leave out the axis"),
+        (dict(origin=(0, 0, 0), u=(1, 0, 0), v=(0, 1, 0), at=1), "origin gives the place"),
+        (dict(plane="z", pixels=0), "pixels must be a whole number"),
     ):
         with pytest.raises(ValueError, match=message):
             scene.slice(**arguments)

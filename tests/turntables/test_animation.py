@@ -53,7 +53,7 @@ def test_only_what_moves_is_prepared_for_each_frame(monkeypatch):
     moved = SCENE.at(0.4)
     assert moved.bodies[1].shape is SCENE.bodies[1].shape
     assert moved.bodies[0].shape is not SCENE.bodies[0].shape
-    assert SCENE.at(-1).prepared is SCENE.prepared
+    assert SCENE.at(-1)._prepared is SCENE._prepared
 
 
 def test_the_command(tmp_path):

@@ -94,7 +94,7 @@ def bound(scene: co.Scene, ray: dict[str, Any], row: dict[str, Any]) -> float:
     """The bound without exact arithmetic."""
     errors, lines = np.empty(1), [np.array([ray[name]]) for name in ("origin", "direction")]
     t, surface = np.array([row["t"]]), np.array([row["surface"]], np.int32)
-    errors_of_t(scene.geometry, scene.prepared.rest, *lines, np.zeros(0, np.int64), t, surface, 0, 1, errors)
+    errors_of_t(scene._prepared.geometry, scene._prepared.rest, *lines, np.zeros(0, np.int64), t, surface, 0, 1, errors)
     return float(errors[0])
 
 

@@ -65,7 +65,7 @@ def test_trees_hold_the_leaves_of_their_bodies(edit: str, tmp_path: Path) -> Non
         scene = scene.replace(0, box)
     elif edit == "behind":
         scene = scene.added(box)
-    tables = scene.prepared.lowered.tables
+    tables = scene._prepared.lowered.tables
     assert len(tables.program_shifts) > 0  # else leaves are numbered by themselves as it is
     out = tables._replace(**expand_tables(tables))
     sizes = []

@@ -1,4 +1,4 @@
-"""Findings of `check`: overlaps, slivers, nearly coincident surfaces, empty bodies, lost digits."""
+"""Findings of `check`: overlaps, slivers, nearly coincident surfaces, empty bodies, lost digits, undefined regions."""
 
 from __future__ import annotations
 

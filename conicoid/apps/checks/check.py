@@ -1,4 +1,8 @@
-"""Look for what a scene's author may not have meant, and show each with a ray."""
+"""`check`: look for probable mistakes in a scene, and give a ray that shows each of them.
+
+Random rays find overlaps, slivers, empty bodies and undefined regions. Coefficients of surfaces give near-coincidences,
+and the numbers of shapes give lost digits; neither needs a ray.
+"""
 
 from __future__ import annotations
 
@@ -23,165 +27,207 @@ if TYPE_CHECKING:
     from ...queries.scene_protocol import SceneLike
 
 _FOR_A_PAIR = 64
+"""Rays through the common box of each pair of nearly coincident surfaces."""
 _FOR_THE_UNSEEN = 256
+"""Rays through the box of each body that no ray has hit, at most `rays` in all."""
 _MOST_BALLS = 1000
+"""Balls of one entry of `Spheres` that are reported for lost digits: the worst."""
 _MOST_RAYS = 10**9
 
 Progress = Callable[[int, int], Any]
+"""progress(done, total)"""
 
 
 @ignore_fp_errors
 def check(
     scene: SceneLike | Shape | Body, rays: int = 200_000, seed: int = 0, progress: Progress | None = None
 ) -> Findings:
-    """Overlaps, slivers, nearly coincident surfaces, empty bodies, lost digits, undefined regions; worst first of each.
+    """Find overlaps, slivers, nearly coincident surfaces, empty bodies, lost digits and undefined regions.
 
-    scene: a shape or a body is checked as a scene of it.
-    rays: about how many rays are followed, of each kind.
-    seed: of their places; equal seeds give equal findings.
-    progress: progress(done, count) is called with steps of the check.
+    About a third of `rays` each goes through the whole scene, through the boxes of single bodies, and through the
+    common boxes of two bodies. More rays go through nearly coincident surfaces, through bodies that no ray has hit, and
+    into the domain. Overlaps, slivers and undefined regions that no ray crosses are not reported. Near-coincidences and
+    lost digits need no ray: they follow from the numbers of the shapes. A region is undefined if it lies in the scene's
+    `domain`, as imported models have one, and in no body; a scene without a domain is not searched for them.
 
-    About `rays` rays go through the whole scene, through every body, and where boxes of two bodies meet; more
-    through surfaces that are nearly equal and bodies that none has met. What no ray has seen is not
-    reported, but for surfaces and digits: those follow from the numbers that were written. Regions are undefined
-    where a scene has a `domain`, as imported models have, and points of it are in no body; `not_looked_for` of the
-    answer says so where there is none.
+    Parameters
+    ----------
+    scene : Scene, Shape or Body
+        A shape or a body is checked as a scene of its own.
+    rays : int
+        About how many rays to trace, 1 to 1e9.
+    seed : int
+        Seed of the random rays; equal seeds give equal findings.
+    progress : callable, optional
+        progress(done, total) is called after each of the 6 steps.
+
+    Returns
+    -------
+    Findings
+        A list of `Finding`, kind by kind, the worst of each kind first. Its `not_looked_for` names the checks that
+        were skipped, with the reason.
+
+    Raises
+    ------
+    TypeError, ValueError
+        For wrong arguments.
     """
     whole: SceneLike = extension("as_scene")("check", scene)
     check_callback("check", "progress", progress)
     rays, seed = check_integer("check", "rays", rays, 1, _MOST_RAYS), check_integer("check", "seed", seed, 0)
-    lowered = whole.lowered
+    lowered = whole._prepared.lowered
     targets, random = ProbeTargets.of(lowered), np.random.default_rng(seed)
+    # Without bodies, all of the domain is undefined
     if lowered.body_count == 0:
         return Findings(undefined_regions(whole, targets, rays, random), skipped_checks(whole))
     scan = ProbeScan(whole, targets.sizes, np.zeros(lowered.body_count, bool))
+    # Rays through the scene, through bodies and through pairs of bodies
     for part, step in enumerate((_probe_window, _probe_bodies, _probe_pairs)):
         step(scan, targets, rays // 3, random)
         if progress is not None:
             progress(part + 1, 6)
+    # Surfaces that nearly coincide: more rays where both are, to show them and the slivers between them
     near = list(near_pairs(lowered.tables, targets))
     for pair in near:
         low, high = (np.tile(end, (_FOR_A_PAIR, 1)) for end in (pair.low, pair.high))
         scan.follow(*rays_through(low, np.maximum(low, high), random))
     if progress is not None:
         progress(4, 6)
+    # Bodies that are still unseen after this are reported as empty
     unseen = _probe_unseen(scan, targets, rays, random)
     if progress is not None:
         progress(5, 6)
     undefined = undefined_regions(whole, targets, rays // 3, random)
-    few = conditioning(whole, SINGLE_PRECISION_DIGITS, _MOST_BALLS)
+    # Lost digits follow from the numbers of shapes, without rays
+    conditions = conditioning(whole, SINGLE_PRECISION_DIGITS, _MOST_BALLS)
     if progress is not None:
         progress(6, 6)
-    found = [
+    findings = [
         *_overlaps(scan),
         *_slivers(scan),
         *(_coincidence(scan, pair) for pair in near),
         *_empty(scan, targets, unseen),
-        *(_few_digits(whole, one) for one in sorted(few, key=lambda one: (one.digits, one.body))),
+        *(_few_digits(whole, one) for one in sorted(conditions, key=lambda one: (one.digits, one.body))),
         *undefined,
     ]
-    return Findings(found, skipped_checks(whole))
+    return Findings(findings, skipped_checks(whole))
 
 
 def _probe_window(scan: ProbeScan, targets: ProbeTargets, rays: int, random: np.random.Generator) -> None:
+    """Trace rays through the whole scene."""
     scan.follow(*targets.through_window(rays, random))
 
 
 def _probe_bodies(scan: ProbeScan, targets: ProbeTargets, rays: int, random: np.random.Generator) -> None:
+    """Trace rays through the boxes of the bodies in turn, in random order."""
     full = np.flatnonzero(~targets.empty)
     if len(full):
         scan.follow(*targets.through_bodies(np.resize(random.permutation(full), rays), random))
 
 
 def _probe_pairs(scan: ProbeScan, targets: ProbeTargets, rays: int, random: np.random.Generator) -> None:
+    """Trace rays through the common boxes of pairs of bodies in turn, in random order."""
     one, other = targets.pairs()
     if len(one):
+        # Every pair gets rays if there are enough
         chosen = np.resize(random.permutation(len(one)), rays)
         scan.follow(*rays_through(*targets.common(one[chosen], other[chosen]), random))
 
 
 def _probe_unseen(scan: ProbeScan, targets: ProbeTargets, rays: int, random: np.random.Generator) -> Any:
-    """Bodies that no ray has met, after some more through their boxes. A ball is never empty."""
-    tables = scan.scene.lowered.tables
+    """Return the ids of bodies that no ray has hit, after more rays through their boxes. A ball is never empty."""
+    tables = scan.scene._prepared.lowered.tables
     missing = ~scan.seen
     missing[tables.entry_kind == BALL] = False
     bodies = np.flatnonzero(missing & ~targets.empty)
     if len(bodies):
         scan.follow(
             *targets.through_bodies(
-                np.resize(bodies, min(_FOR_THE_UNSEEN * len(bodies), max(rays, len(bodies)))), random
+                # At least one ray for each of the bodies
+                np.resize(bodies, min(_FOR_THE_UNSEEN * len(bodies), max(rays, len(bodies)))),
+                random,
             )
         )
     return np.flatnonzero(missing & ~scan.seen)
 
 
-def _ordered(sightings: Any) -> Any:
+def _by_length(sightings: Any) -> Any:
+    """Sort (key, sighting) by length, the longest first, then by key."""
     return sorted(sightings, key=lambda item: (-item[1].length, item[0]))
 
 
 def _overlaps(scan: ProbeScan) -> list[Finding]:
-    found = []
-    for bodies, sighting in _ordered(scan.overlaps.items()):
+    """Return a finding for each pair of bodies that overlap by more than a sliver."""
+    findings = []
+    for bodies, sighting in _by_length(scan.overlaps.items()):
+        # A shorter overlap is a sliver, which `_slivers` reports
         if sighting.length > THIN * min(scan.sizes[list(bodies)]):
             message = (
-                f"{body_titles(scan.scene, bodies)} overlap: {_times(sighting)} "
+                f"{body_titles(scan.scene, bodies)} overlap: {_ray_count(sighting)} "
                 f"within both, for up to {sighting.length:.6g}"
             )
-            found.append(_finding_with_ray(OVERLAP, bodies, message, sighting))
-    return found
+            findings.append(_finding_with_ray(OVERLAP, bodies, message, sighting))
+    return findings
 
 
 def _slivers(scan: ProbeScan) -> list[Finding]:
-    found = []
-    for (one, other, first, second), sighting in _ordered(scan.slivers.items()):
+    """Return a finding for each pair of walls with a sliver between them."""
+    findings = []
+    for (one, other, first, second), sighting in _by_length(scan.slivers.items()):
+        # Both walls of a sliver may be of one body
         bodies = (one,) if one == other else (min(one, other), max(one, other))
         where = "in" if one == other else "between"
         kinds = {"film": "a film", "gap": "a gap", "step": "a step", "overlap": "an overlap"}
         message = (
-            f"{kinds[sighting.what]} {where} {body_titles(scan.scene, bodies)}, {sighting.length:.3g} thick, "
+            f"{kinds[sighting.kind]} {where} {body_titles(scan.scene, bodies)}, {sighting.length:.3g} thick, "
             f"between surfaces {first} and {second}; seen by {sighting.times} ray{'s' * (sighting.times != 1)}"
         )
-        found.append(_finding_with_ray(SLIVER, bodies, message, sighting))
-    return found
+        findings.append(_finding_with_ray(SLIVER, bodies, message, sighting))
+    return findings
 
 
-def _times(sighting: Sighting) -> str:
+def _ray_count(sighting: Sighting) -> str:
+    """Return '1 ray is' or '5 rays are'."""
     return f"{sighting.times} ray{'s are' if sighting.times != 1 else ' is'}"
 
 
 def _coincidence(scan: ProbeScan, pair: NearPair) -> Finding:
-    """Shown by a ray on which both surfaces were seen next to each other, if there was one."""
+    """Return the finding of a pair, with a ray on which both surfaces follow each other if the scan has one."""
     bodies = tuple(sorted(set(pair.bodies)))
     message = (
         f"surfaces {pair.surfaces[0]} and {pair.surfaces[1]} of {body_titles(scan.scene, bodies)} "
         f"differ by {pair.difference:.2g} of their size; written alike, they would be one"
     )
-    shown = [sighting for key, sighting in scan.slivers.items() if set(key[2:]) == set(pair.surfaces)]
-    if shown:
-        return _finding_with_ray(COINCIDENCE, bodies, message, shown[0], pair.difference)
+    sightings = [sighting for key, sighting in scan.slivers.items() if set(key[2:]) == set(pair.surfaces)]
+    if sightings:
+        return _finding_with_ray(COINCIDENCE, bodies, message, sightings[0], pair.difference)
     return Finding(COINCIDENCE, bodies, message, pair.difference)
 
 
 def _empty(scan: ProbeScan, targets: ProbeTargets, bodies: Any) -> list[Finding]:
-    found = []
+    """Return a finding for each of the bodies that no ray has hit."""
+    findings = []
     for body in bodies.tolist():
-        why = "its bounds are empty" if targets.empty[body] else f"none of {scan.rays:,} rays meets it"
-        found.append(Finding(EMPTY, (body,), f"{body_titles(scan.scene, (body,))} is empty: {why}", 0.0))
-    return found
+        why = "its bounds are empty" if targets.empty[body] else f"none of {scan.rays:,} rays hits it"
+        findings.append(Finding(EMPTY, (body,), f"{body_titles(scan.scene, (body,))} is empty: {why}", 0.0))
+    return findings
 
 
-def _few_digits(scene: SceneLike, one: Conditioning) -> Finding:
-    place = ", ".join(f"{c:.6g}" for c in one.point.tolist())
+def _few_digits(scene: SceneLike, condition: Conditioning) -> Finding:
+    """Return the finding of a body that loses digits."""
+    place = ", ".join(f"{c:.6g}" for c in condition.point.tolist())
     message = (
-        f"{body_titles(scene, (one.body,))} keeps {one.digits:.1f} of 16 digits near ({place}): {one.reason}; "
-        f"{one.number} of its {one.part} counts most"
+        f"{body_titles(scene, (condition.body,))} keeps {condition.digits:.1f} of 16 digits near ({place}): "
+        f"{condition.reason}; {condition.number} of its {condition.part} counts most"
     )
-    return Finding(DIGITS, (one.body,), message, one.digits)
+    return Finding(DIGITS, (condition.body,), message, condition.digits)
 
 
 def _finding_with_ray(
     kind: str, bodies: tuple[int, ...], message: str, sighting: Sighting, size: float | None = None
 ) -> Finding:
+    """Return a finding with the ray of a sighting; its size is the length of the sighting unless given."""
+    # Copies, as the rows of a sighting would keep the arrays of all rays alive; read-only, as findings are
     origin, direction = sighting.origin.copy(), sighting.direction.copy()
     origin.flags.writeable = direction.flags.writeable = False
     return Finding(kind, bodies, message, sighting.length if size is None else size, origin, direction)

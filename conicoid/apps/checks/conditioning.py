@@ -1,4 +1,8 @@
-"""What is said about a body that loses digits: how many are left, where, by which number, and why."""
+"""How many decimal digits of each body its numbers leave, and which number loses them: docs/dev/conditioning.md.
+
+The worst place of a body is that of its worst primitive. Balls, polygons and triangles have formulas of their own;
+other primitives are tested at the points of `critical_points.py`.
+"""
 
 from __future__ import annotations
 
@@ -28,22 +32,23 @@ if TYPE_CHECKING:
 
 
 ALL_DIGITS = 53 * math.log10(2)
-"""What float64 has: 15.95."""
+"""Decimal digits of float64: 15.95."""
 _NOTABLE = 1e3
+"""A cause of lost digits is named if it is larger than this."""
 
 
 @dataclass(frozen=True, eq=False)
 class Conditioning:
-    """What is left of a body's digits where that is least.
+    """The digits of a body at its worst place.
 
-    body      its id
-    part      the kind of the primitive
+    body      id of the body
+    part      class name of the primitive
     digits    decimal digits that remain, 0 to 15.95: -log10 of `movement`
-    movement  how far the surface moves, in units of the part's extent in that direction, when each number that was
-              written changes by a relative 2^-53
-    number    the number that most of it comes from
-    point     (3,) where that is
-    reason    why, in words
+    movement  how far the surface moves, in units of the part's extent in that direction, when each number of the shape
+              changes by a relative 2^-53
+    number    the number that contributes most, as scene files name it
+    point     (3,) the place in the world
+    reason    the causes in words
     """
 
     body: int
@@ -56,12 +61,15 @@ class Conditioning:
 
 
 def digits_of(relative: float) -> float:
-    """-log10, between none and all that float64 has."""
+    """Return -log10 of a relative movement, clamped to 0 ... ALL_DIGITS."""
     return ALL_DIGITS if relative <= 0 else min(max(-math.log10(relative), 0.0), ALL_DIGITS)
 
 
 def verdict(leaf: Any, motion: Motion, body: int, moved: Movement, frame: LocalFrame) -> Conditioning:
-    """The worst place of a part: `frame` takes its local coordinates to its own, `motion` those to the world."""
+    """Return the conditioning of a primitive from its worst movement.
+
+    `frame` takes local coordinates to the primitive's own, and `motion` takes those to the world.
+    """
     linear, shift = motion.affine
     z = ex.exact_row(moved.local.tolist())
     own = ex.exact_row(ex.dot(row, z, start) for row, start in zip(frame.columns, frame.origin, strict=True))
@@ -78,19 +86,22 @@ def verdict(leaf: Any, motion: Motion, body: int, moved: Movement, frame: LocalF
 
 
 def _number(name: str, motion: Motion) -> str:
-    """As scene files have it: steps[0].degrees of a rotation is move[0].rotate.degrees."""
-    found = re.match(r"steps\[(\d+)\]\.(.*)", name)
-    if found is None:
+    """Return a number's name as in scene files: steps[0].degrees of a rotation is move[0].rotate.degrees."""
+    match = re.match(r"steps\[(\d+)\]\.(.*)", name)
+    # A number of the shape itself: its name is that of scene files
+    if match is None:
         return name
-    step, field = int(found[1]), found[2]
+    step, field = int(match[1]), match[2]
     verb = type(motion.steps[step]).__name__.lower()
+    # Scene files give these fields without their name, as the value of the step
     field = re.sub(r"^(offset|factors|matrix)", "", field)
     return f"move[{step}].{verb}{field if not field or field.startswith('[') else f'.{field}'}"
 
 
 def _sine(normals: FloatArray) -> float:
-    """The volume that one, two or three vectors of length 1 along others span: 0 where they are parallel."""
+    """Return the volume spanned by the unit vectors along one, two or three vectors; 0 if they are parallel."""
     lengths = np.linalg.norm(normals, axis=1, keepdims=True)
+    # One surface alone, or a surface without a normal, has no angle to name
     if len(normals) == 1 or not lengths.all():
         return 1.0
     units = normals / lengths
@@ -99,11 +110,12 @@ def _sine(normals: FloatArray) -> float:
 
 
 def _reason(moved: Movement, point: FloatArray, linear: ex.Rows, to_world: ex.Rows) -> str:
-    """What has been measured there and is large, the largest first."""
+    """Return the two largest causes of lost digits in words, the largest first."""
     if moved.relative < _NOTABLE * HALF_ULP:
         return "no digits are lost"
     back, forth = _floats(ex.inverse(to_world)), _floats(to_world)
     with np.errstate(all="ignore"):  # sizes may be beyond float64
+        # Gradients are covectors: they go to the world by the inverse matrix
         slope = np.linalg.norm(moved.gradient @ back)
         width = moved.width / slope if 0 < slope < math.inf else np.linalg.norm(forth, -2)
         far, long = float(np.linalg.norm(point) / width), float(np.linalg.norm(forth, 2) / width)
@@ -121,23 +133,32 @@ def _reason(moved: Movement, point: FloatArray, linear: ex.Rows, to_world: ex.Ro
 
 
 def _floats(rows: ex.Rows) -> FloatArray:
+    """Round an exact matrix to float64."""
     return np.array([[float(c) for c in row] for row in rows])
 
 
 # Digits of balls, by a formula and all at once.
 
 _STEPS = 4
+"""Steps from the worst axis towards the worst direction."""
 
 
 def ball_verdict(leaf: Sphere, motion: Motion, body: int) -> Conditioning:
-    """The worst place of one ball."""
+    """Return the conditioning of one ball."""
     balls = BallsConditioning.of(Spheres([leaf.center], [leaf.radius], motion=motion), body)
-    return balls.told(0, leaf, ("center[0]", "center[1]", "center[2]", "radius"))
+    return balls.of_ball(0, leaf, ("center[0]", "center[1]", "center[2]", "radius"))
 
 
 @dataclass(frozen=True, eq=False)
 class BallsConditioning:
-    """Balls with consecutive ids, all at once: how far they move, and the direction (N, 3) in which that is."""
+    """The worst movements of the balls of one entry, whose ids are consecutive.
+
+    shape      the entry
+    first      id of the first ball
+    fields     the motion's fields in the coordinates of the balls
+    relative   (N,) movement in units of the diameter
+    where      (N, 3) unit vector from the center to the worst place
+    """
 
     shape: Spheres
     first: int
@@ -147,27 +168,31 @@ class BallsConditioning:
 
     @classmethod
     def of(cls, shape: Spheres, first: int) -> BallsConditioning:
+        """Compute the movements of all balls of an entry."""
+        # All balls share the motion: its fields are taken once, about the origin of their coordinates
         fields = fields_of(shape.motion, LocalFrame(ex.exact_row((0.0, 0.0, 0.0)), ex.IDENTITY))
         return cls(shape, first, fields, *ball_movements(shape.centers, shape.radii, fields))
 
     @property
     def digits(self) -> FloatArray:
-        """(N,), as `digits_of` for each."""
+        """(N,) decimal digits that remain, as `digits_of` has them."""
         with np.errstate(divide="ignore"):
             result: FloatArray = np.clip(-np.log10(self.relative), 0.0, ALL_DIGITS)
         return result
 
     def below(self, limit: float, most: int | None) -> Iterator[Conditioning]:
-        """Those with fewer digits, in order; if there are more than `most`, the worst of them."""
+        """Yield the balls with fewer digits than a limit, in order; the worst `most` of them if they are more."""
         digits = self.digits
         few = np.flatnonzero(digits < limit)
         if most is not None and len(few) > most:
+            # The worst of them, in the order of their ids
             few = np.sort(few[np.argsort(digits[few], kind="stable")[:most]])
         for i in few.tolist():
             names = (*(f"centers[{i}][{k}]" for k in range(3)), f"radii[{i}]")
-            yield self.told(i, self.shape, names)
+            yield self.of_ball(i, self.shape, names)
 
-    def told(self, i: int, leaf: Any, names: tuple[str, ...]) -> Conditioning:
+    def of_ball(self, i: int, leaf: Any, names: tuple[str, ...]) -> Conditioning:
+        """Return the conditioning of ball i; `names` are those of its center's coordinates and radius."""
         center, radius, n = self.shape.centers[i], float(self.shape.radii[i]), self.where[i]
         shares = ball_shares(center, radius, n, self.fields)
         number = (*names, *self.fields.numbers)[int(shares.argmax())]
@@ -178,21 +203,23 @@ class BallsConditioning:
 
 
 def ball_movements(centers: FloatArray, radii: FloatArray, fields: MotionFields) -> tuple[FloatArray, FloatArray]:
-    """((N,), (N, 3)) for balls: the worst movement and the direction from the center in which it is.
+    """Return the worst movement (N,) of each ball, and the direction (N, 3) from its center to that place.
 
-    `fields` are those of the balls' own coordinates. Along the unit vector n the surface goes by
+    `fields` are those of the balls' own coordinates. Along the unit vector n the surface moves by
     Σ |n_k c_k| + r for the ball's own numbers, and by n·field(c + r n) for each number of a motion. From the worst
     axis, n turns to the sum of all changes with their signs, which makes the sum of their sizes grow.
     """
     worst, where = np.zeros(len(radii)), np.zeros((len(radii), 3))
+    # Row k of a ball is c_k e_k: times 2^-53 it is the shift by coordinate k of the center
     own = np.eye(3) * centers[:, None, :]
 
     def look(n: FloatArray) -> FloatArray:
-        """Note where a direction (N, 3) is worse; the sum of all changes, each with the sign that it has there."""
+        """Update the worst directions by n (N, 3); return the sum of all changes with the signs that they have at n."""
         points = centers + radii[:, None] * n
         goes = [*own.transpose(1, 0, 2) * HALF_ULP, *(points @ field[:, :3].T + field[:, 3] for field in fields.fields)]
         along = [(vector * n).sum(axis=1) for vector in goes]
         change = HALF_ULP * radii + sum(np.abs(one) for one in along)
+        # In units of the diameter, width and bend of a sphere are 1
         relative = least_displacement(change / (2 * radii), 1.0, 1.0)
         better = relative > worst
         worst[better], where[better] = relative[better], n[better]
@@ -201,39 +228,43 @@ def ball_movements(centers: FloatArray, radii: FloatArray, fields: MotionFields)
         )
         return total
 
+    # The worst axis is the start of the search
     for start in np.eye(3):
         look(np.broadcast_to(start, centers.shape))
     n = where.copy()
     for _ in range(_STEPS):
         total = look(n)
         lengths = np.linalg.norm(total, axis=1)
+        # A ball that nothing moves keeps its direction
         n = np.where(lengths[:, None] > 0, total / np.where(lengths > 0, lengths, 1.0)[:, None], n)
     look(n)
     return worst, where
 
 
 def ball_shares(center: FloatArray, radius: float, n: FloatArray, fields: MotionFields) -> FloatArray:
-    """What each number gives to that sum for one ball: center, radius, motion."""
+    """Return what each number of one ball adds to its movement: center, radius, then those of the motion."""
     own = HALF_ULP * np.append(np.abs(n * center), radius)
     return np.append(own, np.abs(fields.fields @ np.append(center + radius * n, 1.0) @ n))
 
 
-# Digits of polygons and triangles: how far corners move against the polygon's width across each edge.
+# Digits of polygons and triangles: how far corners move, relative to the polygon's width across each edge.
 
 _MOST_EDGES = 128
+"""About how many edges of a polygon give directions; of more, every second, third and so on."""
 
 
 def polygon_movement(leaf: Polygon | Triangle, motion: Motion) -> tuple[Movement, LocalFrame]:
-    """The worst corner and direction: across an edge in the plane, or across the plane, compared with the least width.
+    """Return the worst movement of a corner, and the local frame: the polygon's own about its first corner.
 
-    A corner goes by u |v_k| for each of its coordinates, and by the fields of the motion's numbers. Coordinates are
-    those of the polygon's own frame about its first corner.
+    Directions are across an edge within the plane, and across the plane; the latter counts against the least width.
+    A corner moves by u |v_k| for each of its coordinates, u = 2^-53, and by the fields of the motion's numbers.
     """
     own = leaf.vertices if isinstance(leaf, Polygon) else (leaf.a, leaf.b, leaf.c)
     names = [f"vertices[{k}]" for k in range(len(own))] if isinstance(leaf, Polygon) else ["a", "b", "c"]
     start = ex.exact_row(own[0])
     frame = LocalFrame(start, ex.IDENTITY)
     fields = fields_of(motion, frame)
+    # Exact differences, so that a polygon far from the origin keeps its digits
     corners = [ex.exact_row(ex.exact(a) - b for a, b in zip(vertex, start, strict=True)) for vertex in own]
     covectors, widths = _directions(corners, motion)
     h = np.array([[*(float(c) for c in corner), 1.0] for corner in corners])
@@ -247,10 +278,10 @@ def polygon_movement(leaf: Polygon | Triangle, motion: Motion) -> tuple[Movement
 
 
 def _directions(corners: list[ex.Row], motion: Motion) -> tuple[FloatArray, FloatArray]:
-    """Directions of the world as covectors (E, 3) of the own frame, and the polygon's widths (E,) along them.
+    """Return directions of the world as covectors (E, 3) of the own frame, and the polygon's widths (E,) along them.
 
-    Across (at most about 128 of) the edges within the plane, and last across the plane, with the least of the widths.
-    The world is scaled so that the largest coordinate is 1.
+    They are across (at most about 128 of) the edges within the plane, and last across the plane, with the least of the
+    widths. The world is scaled so that the largest coordinate is 1.
     """
     rows, _ = motion.affine
     carried = [ex.apply(rows, corner) for corner in corners]
@@ -260,32 +291,51 @@ def _directions(corners: list[ex.Row], motion: Motion) -> tuple[FloatArray, Floa
     normal = np.array([float(c) for c in ex.unit(newell_sum(carried))])
     edges = np.roll(points, -1, axis=0) - points
     across = np.cross(normal, edges[:: -(-len(edges) // _MOST_EDGES)])
+    # Edges of length 0 have no direction
     across = across[np.abs(across).max(axis=1) > 0]
     across = across / np.linalg.norm(across, axis=1)[:, None]
     heights = across @ points.T
     widths = heights.max(axis=1) - heights.min(axis=1)
+    # Covectors of the own frame: movements and widths are in the same scale
     return np.concatenate([across, normal[None]]) @ linear, np.append(widths, widths.min())
 
 
-# How many decimal digits of each body its numbers leave, and which number loses them: docs/conditioning.md.
+# Digits of all bodies of a scene.
 
 SINGLE_PRECISION_DIGITS = 24 * math.log10(2)
-"""Fewer digits than this are reported: those of single precision, 7.22."""
+"""`check` reports fewer digits than this: those of single precision, 7.22."""
 
 _MARGIN = 1e-3
+"""The box of a body is enlarged by this share in a part's frame."""
 _CACHE_SIZE = 1024
+"""Parts whose frames and tests are kept, for others that differ by their motion alone."""
 
 Progress = Callable[[int, int], Any]
+"""progress(done, total)"""
 
 
 def conditioning(
     scene: SceneLike, below: float = math.inf, most: int | None = None, progress: Progress | None = None
 ) -> list[Conditioning]:
-    """The worst place of every body with fewer than `below` digits, in order of their ids.
+    """Return the worst place of every body with fewer than `below` digits, in order of their ids.
 
-    Of an entry of `Spheres` at most so many. A body of which nothing is left to look at (an empty one) is missing.
-    A part takes some 20 milliseconds, 2 where it only differs by its motion from another; a million `Spheres` one
-    second, and half a millisecond for each that is told.
+    An empty body has no place to test and is left out. A primitive takes some 20 milliseconds, or 2 if it differs from
+    another by its motion alone. A million `Spheres` take one second, and half a millisecond for each one returned.
+
+    Parameters
+    ----------
+    scene : Scene
+        Its bodies are tested one by one, and `Spheres` all at once.
+    below : float
+        Digits; bodies with as many or more are left out.
+    most : int, optional
+        The largest number of balls returned for each entry of `Spheres`: the worst. Default: all.
+    progress : callable, optional
+        progress(done, total) is called after each entry of the scene.
+
+    Returns
+    -------
+    list of Conditioning
     """
     found: list[Conditioning] = []
     for one in _examine_bodies(scene, progress):
@@ -297,7 +347,17 @@ def conditioning(
 
 
 def digits(scene: SceneLike) -> FloatArray:
-    """(bodies,) decimal digits that remain of every body, NaN where nothing is left to look at."""
+    """Return the decimal digits (bodies,) that remain of every body, NaN for an empty one.
+
+    Parameters
+    ----------
+    scene : Scene
+
+    Returns
+    -------
+    float64 (bodies,)
+        0 to 15.95.
+    """
     result = np.full(scene.body_count, np.nan)
     for one in _examine_bodies(scene, None):
         if isinstance(one, BallsConditioning):
@@ -308,7 +368,8 @@ def digits(scene: SceneLike) -> FloatArray:
 
 
 def _examine_bodies(scene: SceneLike, progress: Progress | None) -> Iterator[Conditioning | BallsConditioning]:
-    lowered = scene.lowered
+    """Yield the conditioning of each body in order, of `Spheres` all at once; empty bodies are left out."""
+    lowered = scene._prepared.lowered
     if lowered.body_count == 0:
         return
     examiner, first = _BodyExaminer(ProbeTargets.of(lowered)), 0
@@ -316,28 +377,30 @@ def _examine_bodies(scene: SceneLike, progress: Progress | None) -> Iterator[Con
         if isinstance(body.shape, Spheres):
             yield BallsConditioning.of(body.shape, first)
             first += len(body.shape)
+        # Other entries of many bodies: one body at a time
         elif isinstance(body.shape, Bulk):
             for index in range(len(body.shape)):
-                worst = examiner.worst(body.shape.single(index), first + index)
-                if worst is not None:
-                    yield worst
+                condition = examiner.worst(body.shape.single(index), first + index)
+                if condition is not None:
+                    yield condition
             first += len(body.shape)
         else:
-            worst = examiner.worst(body.shape, first)
-            if worst is not None:
-                yield worst
+            condition = examiner.worst(body.shape, first)
+            if condition is not None:
+                yield condition
             first += 1
         if progress is not None:
             progress(item + 1, len(scene.bodies))
 
 
 def parts(shape: Shape, outer: Motion = IDENTITY_MOTION) -> Iterator[tuple[Any, Motion]]:
-    """The primitives of a shape without their motions, and what motion takes each to the world."""
+    """Yield the primitives of a shape without their motions, and the motion that takes each to the world."""
     pending: list[tuple[Any, Motion]] = [(shape, outer)]
     while pending:
         node, motion = pending.pop()
         own = node.motion.then(motion)
         if isinstance(node, Boolean):
+            # Reversed on the stack, so that operands come in their order
             pending.extend((part, own) for part in reversed(node.operands))
         elif isinstance(node, ClippedSheet):
             pending.extend((part, own) for part in (node.solid, node.base))
@@ -346,39 +409,42 @@ def parts(shape: Shape, outer: Motion = IDENTITY_MOTION) -> Iterator[tuple[Any, 
 
 
 class _BodyExaminer:
-    """Looks at bodies, and at parts that only differ by their motion once."""
+    """Tests bodies; prepares parts that differ by their motion alone once."""
 
     def __init__(self, targets: ProbeTargets) -> None:
         self.targets = targets
         self._own_frame = lru_cache(_CACHE_SIZE)(own_frame)
-        self._made = lru_cache(_CACHE_SIZE)(_part)
+        self._prepared_part = lru_cache(_CACHE_SIZE)(_part)
 
     def worst(self, shape: Shape, body: int) -> Conditioning | None:
-        """The worst part of a body."""
+        """Return the conditioning of a body's worst part; None if the body is empty."""
         low, high = self.targets.box(body)
         if (low > high).any():
             return None
         whole = not isinstance(shape, (Boolean, ClippedSheet))
-        found = [self._part(leaf, motion, body, (low, high), whole) for leaf, motion in parts(shape)]
-        return min((one for one in found if one is not None), key=lambda one: one.digits, default=None)
+        conditions = [self._part(leaf, motion, body, (low, high), whole) for leaf, motion in parts(shape)]
+        return min((one for one in conditions if one is not None), key=lambda one: one.digits, default=None)
 
     def _part(self, leaf: Any, motion: Motion, body: int, box: Extent, whole: bool) -> Conditioning | None:
+        """Return the conditioning of one primitive within its body's box; `whole` if it is all of the body."""
         if isinstance(leaf, Sphere):
             return ball_verdict(leaf, motion, body)
         if isinstance(leaf, (Polygon, Triangle)):
             return verdict(leaf, motion, body, *polygon_movement(leaf, motion))
         frame, own, size = self._own_frame(leaf)
+        # A part of a combination, or an infinite one, counts only as far as its body reaches
         cut = not whole or not np.isfinite(own).all()
-        extent = _intersect_extents(own, self._looked_at(body, box, motion, frame, size)) if cut else own
+        extent = _intersect_extents(own, self._tested_extent(body, box, motion, frame, size)) if cut else own
+        # The part lies outside of its body's box
         if not (extent[0] <= extent[1]).all():
             return None
         low, high = _thicken(extent, frame, leaf.is_sheet)
-        seen = self._made(leaf, frame, tuple(low.tolist()), tuple(high.tolist()), cut)
-        moved = movement(seen, fields_of(motion, seen.local.frame), leaf.is_sheet)
-        return None if moved is None else verdict(leaf, motion, body, moved, seen.local.frame)
+        seen = self._prepared_part(leaf, frame, tuple(low.tolist()), tuple(high.tolist()), cut)
+        displacement = movement(seen, fields_of(motion, seen.local.frame), leaf.is_sheet)
+        return None if displacement is None else verdict(leaf, motion, body, displacement, seen.local.frame)
 
-    def _looked_at(self, body: int, box: Extent, motion: Motion, frame: LocalFrame, size: FloatArray) -> Extent:
-        """What is looked at along the axes of a part: the box of its body; if that is endless, all its size."""
+    def _tested_extent(self, body: int, box: Extent, motion: Motion, frame: LocalFrame, size: FloatArray) -> Extent:
+        """Return the extent to test along a part's axes: its body's box; at least twice its size if it is infinite."""
         low, high = _extent_in_frame(box, motion, frame)
         if self.targets.endless(body):
             return np.minimum(low, -2 * size), np.maximum(high, 2 * size)
@@ -386,27 +452,30 @@ class _BodyExaminer:
 
 
 def _part(leaf: Any, frame: LocalFrame, low: Vector, high: Vector, cut: bool) -> TestedPart:
+    """Return a primitive in coordinates of its extent, with its test points; `low` and `high` are hashable."""
     return TestedPart.of(localize(leaf, frame.scaled((np.array(low), np.array(high))), cut))
 
 
 def _extent_in_frame(box: Extent, motion: Motion, frame: LocalFrame) -> Extent:
-    """How far a box of the world reaches along the axes of a part's frame."""
+    """Return how far a box of the world reaches along the axes of a part's frame."""
     back, shift = motion.inverse
     own = ex.inverse(frame.columns)
     middle = ex.exact_row((ex.exact(a) + ex.exact(b)) / 2 for a, b in zip(*(end.tolist() for end in box), strict=True))
     at = [ex.dot(row, middle, t, -start) for row, t, start in zip(back, shift, frame.origin, strict=True)]
     center = np.array([float(c) for c in ex.apply(own, (at[0], at[1], at[2]))])
     reach = np.array([[float(c) for c in row] for row in ex.multiply(own, back)])
+    # The axis-aligned box around the rotated box
     half = np.abs(reach) @ ((box[1] - box[0]) / 2) * (1 + _MARGIN)
     return center - half, center + half
 
 
 def _intersect_extents(one: Extent, other: Extent) -> Extent:
+    """Return the common part of two extents; low > high if there is none."""
     return np.maximum(one[0], other[0]), np.minimum(one[1], other[1])
 
 
 def _thicken(extent: Extent, frame: LocalFrame, is_sheet: bool) -> Extent:
-    """Directions without any extent, and the thickness of sheets, take the largest; a point that of its place."""
+    """Give directions without extent, and all directions of sheets, the largest extent; a point that of its place."""
     size, middle = extent[1] - extent[0], (extent[0] + extent[1]) / 2
     largest = float(size.max()) or max(abs(float(c)) for c in frame.origin) or 1.0
     size = np.where((size <= 0) | is_sheet, largest, size)

@@ -1,7 +1,7 @@
-"""Where a cell's surfaces are looked at: points of its faces, edges and corners, in local coordinates.
+"""Test points of a cell, on its faces, edges and corners in local coordinates, and how far each of them moves.
 
-A test is a point with a combination of the surfaces that pass through it: one of them, or, where several meet, one
-without its components along the others, which tells how far the edge or the corner moves within them.
+A test is a point with weights of the surfaces through it: one surface alone; or, at an edge or a corner, one surface
+without its components along the others. The latter measures how far the edge or corner moves within the others.
 """
 
 from __future__ import annotations
@@ -17,11 +17,17 @@ from ..._util.arrays import FloatArray, cross_rows, unit_rows
 from .perturbation import LocalCell, LocalShape, MotionFields
 
 _LINES = 48
+"""Random lines that are intersected with each surface, besides the three axes."""
 _MOST_PLANES = 96
+"""Cells of more planes have no tests at corners: their number grows with its cube."""
 _TOLERANCE = 1e-9
+"""A point is inside a face if the face's function is at most this."""
 _REACH = 0.5 + 1e-6
+"""The tested part reaches this far along each axis, with some room for rounding."""
 _SMALL = 1e-300
+"""Shorter gradients have no direction."""
 
+# The six sides of the tested part, as forms of planes
 _CUBE = np.zeros((6, 4, 4))
 for _k in range(3):
     for _end in (0, 1):
@@ -31,7 +37,7 @@ for _k in range(3):
 
 @dataclass(frozen=True, eq=False)
 class TestPoints:
-    """points (T, 3), and weights (T, S) of the surfaces; corners (V, 3) where the cell is a polyhedron."""
+    """Points (T, 3), weights (T, S) of the surfaces in each test, and the corners (V, 3) of a polyhedron."""
 
     points: FloatArray
     weights: FloatArray
@@ -39,20 +45,22 @@ class TestPoints:
 
 
 def tests_of(cell: LocalCell) -> TestPoints:
-    """The points looked at, always the same."""
+    """Return the tests of a cell; random lines have a fixed seed, so they are always the same."""
     random = np.random.default_rng(20261122)
     lines = random.random((_LINES, 2, 3)) - 0.5
+    # Also the three axes of the tested part
     lines = np.concatenate([lines, np.stack([-np.eye(3), np.eye(3)], axis=1) / 2])
-    found = [*_on_lines(cell, lines), *_corners(cell), *_rims(cell, lines), *_singular(cell)]
+    sources = [*_on_lines(cell, lines), *_corners(cell), *_rims(cell, lines), *_singular(cell)]
     count = len(cell.forms)
     points: list[FloatArray] = []
     weights: list[FloatArray] = []
     corners: list[FloatArray] = []
-    for through, at in found:
-        keep = _inside(cell, at, through)
-        if not keep.any():
+    for through, at in sources:
+        mask = _inside(cell, at, through)
+        if not mask.any():
             continue
-        at = at[keep]
+        at = at[mask]
+        # The corners of a polyhedron also give its width
         if cell.flat.all() and len(through) == 3:
             corners.append(at)
         for chosen in _combinations([s for s in through if s < count]):
@@ -68,49 +76,53 @@ def tests_of(cell: LocalCell) -> TestPoints:
 
 
 WeightedPoints = tuple[tuple[int, ...], FloatArray]
+"""Numbers of the surfaces through some points, and the points (n, 3)."""
 
 
 def _combinations(surfaces: Sequence[int]) -> Iterator[tuple[int, ...]]:
+    """Yield all subsets but the empty one."""
     for size in range(1, len(surfaces) + 1):
         yield from itertools.combinations(surfaces, size)
 
 
 def gradients(forms: FloatArray, points: FloatArray) -> FloatArray:
-    """(T, S, 3) of S forms at T points."""
+    """Return the gradients (T, S, 3) of S forms (S, 4, 4) at T points (T, 3)."""
     result: FloatArray = 2 * (np.einsum("sij,tj->tsi", forms[:, :3, :3], points) + forms[None, :, :3, 3])
     return result
 
 
 def values(forms: FloatArray, points: FloatArray) -> FloatArray:
-    """(T, S) of S forms at T points."""
+    """Return the values (T, S) of S forms (S, 4, 4) at T points (T, 3)."""
     h = np.concatenate([points, np.ones((len(points), 1))], axis=1)
     result: FloatArray = np.einsum("ti,sij,tj->ts", h, forms, h)
     return result
 
 
 def _inside(cell: LocalCell, points: FloatArray, through: Sequence[int]) -> Any:
-    """(T,) bool: in the part looked at, and inside all other faces."""
-    keep: Any = (np.isfinite(points) & (np.abs(points) <= _REACH)).all(axis=1)
+    """Return (T,) bool: is the point in the tested part, and inside all faces but those through it?"""
+    mask: Any = (np.isfinite(points) & (np.abs(points) <= _REACH)).all(axis=1)
     others = [s for s in range(len(cell.forms)) if s not in through and cell.sides[s]]
-    if others and keep.any():
-        height = values(cell.forms[others], np.where(keep[:, None], points, 0.0)) * cell.sides[others]
-        keep &= (height <= _TOLERANCE).all(axis=1)
-    return keep
+    if others and mask.any():
+        height = values(cell.forms[others], np.where(mask[:, None], points, 0.0)) * cell.sides[others]
+        mask &= (height <= _TOLERANCE).all(axis=1)
+    return mask
 
 
 def _weights(cell: LocalCell, points: FloatArray, chosen: tuple[int, ...]) -> Iterator[FloatArray]:
-    """(T, S) for each of the chosen surfaces: it alone, or without what the other ones' normals have in common."""
+    """Yield weights (T, S) for each chosen surface: it alone, or without its components along the others' normals."""
     weights = np.zeros((len(points), len(cell.forms)))
     if len(chosen) == 1:
         weights[:, chosen[0]] = 1.0
         yield weights
         return
+    # Unit normals, so that weights of different surfaces compare; points without some normal get no test
     normals = gradients(cell.forms[list(chosen)], points)
     sizes = np.linalg.norm(normals, axis=2)
     usable = sizes.min(axis=1) > _SMALL
     units = normals / np.where(usable, sizes.T, 1.0).T[:, :, None]
     for k in range(len(chosen)):
         others = [j for j in range(len(chosen)) if j != k]
+        # The weighted sum of gradients is the unit normal k without its projection onto the others
         parts = _along(units[:, others], units[:, k])
         result = weights.copy()
         result[:, chosen[k]] = 1 / np.where(usable, sizes[:, k], 1.0)
@@ -121,12 +133,13 @@ def _weights(cell: LocalCell, points: FloatArray, chosen: tuple[int, ...]) -> It
 
 
 def _along(units: FloatArray, vector: FloatArray) -> FloatArray:
-    """(T, 1 or 2): the combination of one or two unit vectors that is nearest to another vector."""
+    """Return the coefficients (T, 1 or 2) of the combination of one or two unit vectors nearest to a vector."""
     first: FloatArray = (units[:, 0] * vector).sum(axis=1)
     if units.shape[1] == 1:
         return first[:, None]
     second = (units[:, 1] * vector).sum(axis=1)
     both = (units[:, 0] * units[:, 1]).sum(axis=1)
+    # Determinant of the normal equations, by |u × v|² without the cancellation of 1 - (u·v)²
     square = (cross_rows(units[:, 0], units[:, 1]) ** 2).sum(axis=1)
     with np.errstate(divide="ignore", invalid="ignore"):
         parts: FloatArray = np.stack([(first - both * second) / square, (second - both * first) / square], axis=1)
@@ -134,7 +147,10 @@ def _along(units: FloatArray, vector: FloatArray) -> FloatArray:
 
 
 def _on_lines(cell: LocalCell, lines: FloatArray) -> Iterator[WeightedPoints]:
-    """Where lines (L, 2, 3) through two points meet each surface; of a cell of planes the corners say more."""
+    """Yield where lines (L, 2, 3), each through two points, cross each surface.
+
+    A cell of planes alone is tested at its corners instead, which show more, unless it has very many.
+    """
     if cell.flat.all() and len(cell.forms) <= _MOST_PLANES:
         return
     for s in range(len(cell.forms)):
@@ -142,35 +158,39 @@ def _on_lines(cell: LocalCell, lines: FloatArray) -> Iterator[WeightedPoints]:
 
 
 def _line_crossings(form: FloatArray, lines: FloatArray) -> FloatArray:
-    """(n, 3): where lines (L, 2, 3) meet a surface."""
+    """Return the points (n, 3) where lines (L, 2, 3), each through two points, cross a surface."""
     start, along = lines[:, 0], lines[:, 1] - lines[:, 0]
     second, first = form[:3, :3], form[:3, 3]
     a = np.einsum("ti,ij,tj->t", along, second, along)
     b = np.einsum("ti,ij,tj->t", along, second, start) + along @ first
     c = np.einsum("ti,ij,tj->t", start, second, start) + 2 * start @ first + form[3, 3]
     with np.errstate(divide="ignore", invalid="ignore"):
+        # Both roots without cancellation: q / a and c / q
         root = np.sqrt(b * b - a * c)
         q = -(b + np.copysign(root, b))
         t = np.stack([np.where(a == 0, np.nan, q / a), np.where(a == 0, -c / (2 * b), c / q)], axis=1)
         points = start[:, None] + t[:, :, None] * along[:, None]
     points = points.reshape(-1, 3)
-    found: FloatArray = points[np.isfinite(points).all(axis=1)]
-    return found
+    finite_points: FloatArray = points[np.isfinite(points).all(axis=1)]
+    return finite_points
 
 
 def _rims(cell: LocalCell, lines: FloatArray) -> Iterator[WeightedPoints]:
-    """Edges between the quadric and a plane: along lines of the plane."""
+    """Yield points of the edges between the quadric and each plane, where lines of the plane cross the quadric."""
     for q in np.flatnonzero(~cell.flat).tolist():
         for p in np.flatnonzero(cell.flat).tolist():
             points = _line_crossings(cell.forms[p], lines)
             points = points[(np.abs(points) <= _REACH).all(axis=1)]
-            if len(points) > 1:
+            if len(points) > 1:  # two points of a plane give a line in it
                 pairs = np.stack([points, np.roll(points, 1, axis=0)], axis=1)
                 yield (p, q), _line_crossings(cell.forms[q], pairs)
 
 
 def _corners(cell: LocalCell) -> Iterator[WeightedPoints]:
-    """Where three planes meet, or two and the quadric. The ends of what is looked at count as planes if it is cut."""
+    """Yield the corners of three planes, or of two planes and the quadric.
+
+    If the cell is cut, the sides of the tested part count as planes too; every corner has at least one face.
+    """
     count = len(cell.forms)
     planes = np.flatnonzero(cell.flat)
     if len(planes) > _MOST_PLANES:
@@ -180,13 +200,15 @@ def _corners(cell: LocalCell) -> Iterator[WeightedPoints]:
         forms, planes = np.concatenate([forms, _CUBE]), np.append(planes, np.arange(count, count + 6))
     normals, offsets = forms[:, :3, 3], forms[:, 3, 3] / 2
     first, second, start, along = _common_lines(normals, offsets, planes)
+    # One plane of each line must be a face of the cell
     real = first < count
     first, second, start, along = first[real], second[real], start[real], along[real]
     with np.errstate(divide="ignore", invalid="ignore"):
+        # Every plane crosses every line; a corner is taken once, by its planes in rising order
         t = -(start @ normals[planes].T + offsets[planes]) / (along @ normals[planes].T)
         points = start[:, None] + t[:, :, None] * along[:, None]
-        kept = (np.abs(points) <= _REACH).all(axis=2) & (planes > second[:, None])
-    for k, c in np.argwhere(kept).tolist():
+        mask = (np.abs(points) <= _REACH).all(axis=2) & (planes > second[:, None])
+    for k, c in np.argwhere(mask).tolist():
         yield (int(first[k]), int(second[k]), int(planes[c])), points[k, c][None, :]
     for q in np.flatnonzero(~cell.flat).tolist():
         for k in range(len(first)):
@@ -195,22 +217,24 @@ def _corners(cell: LocalCell) -> Iterator[WeightedPoints]:
 
 
 def _common_lines(normals: FloatArray, offsets: FloatArray, planes: Any) -> tuple[Any, Any, FloatArray, FloatArray]:
-    """(first, second, a point, the direction) of the line that each two of the planes normal·x + offset = 0 share."""
+    """Return the lines that two planes normal·x + offset = 0 share: (first plane, second plane, point, direction)."""
     i, j = np.triu_indices(len(planes), 1)
     first, second = planes[i], planes[j]
     along = cross_rows(normals[first], normals[second])
     crossing = along.any(axis=1)
     first, second, along = first[crossing], second[crossing], along[crossing]
+    # The point of the line that is nearest to the origin
     start = offsets[first, None] * cross_rows(along, normals[second])
     start += offsets[second, None] * cross_rows(normals[first], along)
     return first, second, start / (along * along).sum(axis=1)[:, None], unit_rows(along)[0]
 
 
 def _singular(cell: LocalCell) -> Iterator[WeightedPoints]:
-    """The point of a quadric where its gradient vanishes, if it lies in it as far as its numbers can tell."""
+    """Yield the double point of each quadric: the gradient vanishes, and the value does as far as its numbers show."""
     for q in np.flatnonzero(~cell.flat).tolist():
         form = cell.forms[q]
         point = -np.linalg.pinv(form[:3, :3], rcond=1e-12) @ form[:3, 3]
+        # The pseudoinverse gives the center, or the nearest of many centers
         at = point[None, :]
         doubt = 4 * np.abs(values(cell.moves[:, q], at)).sum()
         slope = np.abs(gradients(form[None], at)).sum()
@@ -220,20 +244,23 @@ def _singular(cell: LocalCell) -> Iterator[WeightedPoints]:
 
 # How far a relative change of 2^-53 of each of its numbers moves a shape, in units of its own extent.
 #
-# docs/conditioning.md derives what is computed here: a lower bound on the movement, attained up to second order.
+# The result is a lower bound on the movement, attained up to second order: docs/dev/conditioning.md derives it.
 
 _ROUNDING = 2.0**-50
+"""Widths are increased by this share of the gradients' size, as they are rounded."""
 
 
 @dataclass(frozen=True, eq=False)
 class Movement:
     """The worst place of a part.
 
-    relative    how far it moves there, in units of the part's extent in that direction
-    number      the number that most of it comes from
-    local       (3,) where, in local coordinates; `gradient` (3,) of what moves, and `width` of the part along it
+    relative    how far the surface moves, in units of the part's extent in that direction
+    number      the number that contributes most
+    local       (3,) the place in local coordinates
+    gradient    (3,) of the combination of surfaces that moves
+    width       of the part along the gradient
+    singular    whether the gradient vanishes there, as far as the numbers show
     normals     (k, 3) gradients of the surfaces that meet there
-    singular    does the surface's gradient vanish there, as far as its numbers can tell?
     """
 
     relative: float
@@ -247,30 +274,33 @@ class Movement:
 
 @dataclass(frozen=True, eq=False)
 class TestedPart:
-    """The cells of a shape with the places where they are looked at."""
+    """The cells of a shape with the tests of each."""
 
     local: LocalShape
     tests: tuple[TestPoints, ...]
 
     @classmethod
     def of(cls, local: LocalShape) -> TestedPart:
+        """Find the tests of all cells."""
         return cls(local, tuple(tests_of(cell) for cell in local.cells))
 
 
 def movement(part: TestedPart, fields: MotionFields, is_sheet: bool) -> Movement | None:
-    """The worst of all cells; None where nothing of the part is looked at."""
-    found = [
+    """Return the worst movement of all cells; None if no cell has a test."""
+    movements = [
         _cell_movement(cell, tests, fields, is_sheet) for cell, tests in zip(part.local.cells, part.tests, strict=True)
     ]
-    return max((one for one in found if one is not None), key=lambda one: one.relative, default=None)
+    return max((one for one in movements if one is not None), key=lambda one: one.relative, default=None)
 
 
 def _cell_movement(cell: LocalCell, tests: TestPoints, fields: MotionFields, is_sheet: bool) -> Movement | None:
+    """Return the worst movement of a cell; None if it has no test."""
     if not len(tests.points):
         return None
     h = np.concatenate([tests.points, np.ones((len(tests.points), 1))], axis=1)
     slopes = gradients(cell.forms, tests.points)
     gradient = np.einsum("ts,tsi->ti", tests.weights, slopes)
+    # The change of the combined form at each test by each number: of the shape, then of the motion
     by_number = np.concatenate(
         [
             np.einsum("ts,ti,nsij,tj->tn", tests.weights, h, cell.moves, h, optimize=True),
@@ -280,6 +310,7 @@ def _cell_movement(cell: LocalCell, tests: TestPoints, fields: MotionFields, is_
     )
     by_number = np.abs(by_number)
     change = by_number.sum(axis=1)
+    # The width of the tested part, or of a polyhedron's corners, along the gradient; a sheet has none of its own
     width = np.abs(gradient).sum(axis=1)
     if is_sheet:
         width = np.linalg.norm(gradient, axis=1)
@@ -303,7 +334,7 @@ def _cell_movement(cell: LocalCell, tests: TestPoints, fields: MotionFields, is_
 
 
 def least_displacement(change: Any, width: Any, bend: Any) -> Any:
-    """The least d with width d + bend d² >= change."""
+    """Return the least d with width d + bend d² >= change."""
     with np.errstate(divide="ignore", invalid="ignore"):
-        found = 2 * change / (width + np.sqrt(width * width + 4 * bend * change))
-    return np.where(change > 0, found, 0.0)
+        displacement = 2 * change / (width + np.sqrt(width * width + 4 * bend * change))
+    return np.where(change > 0, displacement, 0.0)

@@ -1,15 +1,14 @@
-"""What a check reports."""
+"""`Finding` and `Findings`: the result of `check`."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from html import escape
 from typing import TYPE_CHECKING, Any
 
 from ..._util.arrays import FloatArray
 from ..._util.equality import compare_by_value
-from ..._util.foreign_names import with_attribute_hints
-from ..._util.hints import frozen_with_hints
 
 if TYPE_CHECKING:
     from ...queries.scene_protocol import SceneLike
@@ -17,23 +16,31 @@ if TYPE_CHECKING:
 OVERLAP, SLIVER, COINCIDENCE, EMPTY, DIGITS = "overlap", "sliver", "near-coincidence", "empty", "lost digits"
 UNDEFINED = "undefined"
 KINDS = (OVERLAP, SLIVER, COINCIDENCE, EMPTY, DIGITS, UNDEFINED)
+"""Every `Finding.kind`, in the order of the report."""
 
 
-@with_attribute_hints
-@frozen_with_hints
 @compare_by_value()
 @dataclass(frozen=True, eq=False)
 class Finding:
-    """Something that a scene's author may not have meant.
+    """A probable mistake in a scene.
 
-    kind       "overlap", "sliver", "near-coincidence", "empty", "lost digits" or "undefined"
-    bodies     ids of the bodies concerned
-    message    one sentence
-    size       the longest common stretch, the thickness, or the relative difference; 0 for an empty body; the decimal
-               digits that remain; the estimated volume of an undefined region
-    size_error the standard error of that volume, as estimated by random points; 0 for other kinds
-    origin, direction   (3,) a ray that shows it: ask `scene.spans(origin, direction)`; None where none does
-    point      (3,) a point of an undefined region; None for other kinds
+    Attributes
+    ----------
+    kind : str
+        "overlap", "sliver", "near-coincidence", "empty", "lost digits" or "undefined".
+    bodies : tuple of int
+        Ids of the bodies concerned.
+    message : str
+        One sentence.
+    size : float
+        By kind: the longest common stretch, the thickness, the relative difference, 0, the decimal digits that remain,
+        the estimated volume of the region.
+    size_error : float
+        Standard error of that volume, which random points estimate; 0 for other kinds.
+    origin, direction : float64 (3,) or None
+        A ray that shows the finding in `scene.spans(origin, direction)`; None if there is none.
+    point : float64 (3,) or None
+        A point of an undefined region; None for other kinds.
     """
 
     kind: str
@@ -58,25 +65,43 @@ _LIST_HINT = (
 
 
 class Findings(list[Finding]):
-    """What `check` has found: a list, with what it has not looked for.
+    """The findings of `check`: a list, equal to a plain list of the same findings.
 
-    not_looked_for   texts, each with its reason; empty where everything was
+    `print` shows a line for each finding, and one for each skipped check.
 
-    Equal to a list of the same findings. `print` shows a line for each finding, and for what was not looked for.
+    Parameters
+    ----------
+    found : iterable of Finding
+        The findings.
+    not_looked_for : iterable of str
+        Checks that were skipped, each with its reason.
+
+    Attributes
+    ----------
+    not_looked_for : tuple of str
+        Checks that were skipped, each with its reason; empty if all were done.
     """
 
     def __init__(self, found: Iterable[Finding] = (), not_looked_for: Iterable[str] = ()) -> None:
         super().__init__(found)
         self.not_looked_for = tuple(not_looked_for)
 
-    if not TYPE_CHECKING:  # else checkers would let any name be asked for
+    if not TYPE_CHECKING:  # else type checkers would accept any name
 
         def __getattr__(self, name: str) -> Any:
             raise AttributeError(f"'Findings' object has no attribute {name[:80]!r}: {_LIST_HINT}", name=name, obj=self)
 
     def __repr__(self) -> str:
-        left = f", not looked for: {'; '.join(self.not_looked_for)}" if self.not_looked_for else ""
-        return f"Findings({super().__repr__()}{left})"
+        skipped = f", not looked for: {'; '.join(self.not_looked_for)}" if self.not_looked_for else ""
+        return f"Findings({super().__repr__()}{skipped})"
+
+    def _repr_html_(self) -> str:
+        """Return the table that a notebook shows."""
+        from ..._util.html_table import html_table
+
+        rows = ((one.kind, one.bodies, one.size, one.message) for one in self)
+        skipped = "".join(f"<p>not looked for: {escape(text)}</p>" for text in self.not_looked_for)
+        return html_table(("kind", "bodies", "size", "message"), rows, len(self)) + skipped
 
     def __str__(self) -> str:
         lines = [str(finding) for finding in self] or ["nothing found"]
@@ -84,8 +109,8 @@ class Findings(list[Finding]):
 
 
 def body_titles(scene: SceneLike, bodies: tuple[int, ...]) -> str:
-    """Bodies as a person would call them: 'body 3 (barrel)' or 'bodies 3 (barrel) and 5'."""
-    items = scene.lowered.body_item
+    """Return bodies in words: 'body 3 (barrel)' or 'bodies 3 (barrel) and 5'."""
+    items = scene._prepared.lowered.body_item
     names = [scene.bodies[int(items[body])].name for body in bodies]
     labels = [f"{body} ({name})" if name else f"{body}" for body, name in zip(bodies, names, strict=True)]
     listed = " and ".join([", ".join(labels[:-1]), labels[-1]] if len(labels) > 2 else labels)

@@ -1,7 +1,7 @@
 """Surfaces that are equal up to rounding, but not equal: two entries of the scene's table where one was meant.
 
-Coefficients of each surface about the middle of where two bodies meet, in units of its size, say how far
-two surfaces differ there. Candidates are those that differ by little over the whole scene.
+Two surfaces are compared by their coefficients about the middle of the common box of two bodies, in units of its size.
+Candidates are surfaces whose coefficients over the whole scene differ little.
 """
 
 from __future__ import annotations
@@ -20,13 +20,15 @@ from .probe_rays import ProbeTargets
 CLOSE = 1e-12
 """Relative difference of coefficients below which surfaces are nearly coincident."""
 
-_FAR_OFF = 1e-11  # for candidates, over the whole scene
+_FAR_OFF = 1e-11
+"""The same for candidates, over the whole scene."""
 _MOST_PAIRS = 20_000
+"""The search for candidates ends after about so many."""
 
 
 @dataclass(frozen=True)
 class NearPair:
-    """Two surfaces, a body that each belongs to, how far they differ, and the box where both bodies are."""
+    """Two surfaces, a body of each, the relative difference of their coefficients, and the common box of the bodies."""
 
     surfaces: tuple[int, int]
     bodies: tuple[int, int]
@@ -36,16 +38,18 @@ class NearPair:
 
 
 def near_pairs(tables: Tables, targets: ProbeTargets) -> Iterator[NearPair]:
-    """Pairs of different surfaces that are nearly coincident where two bodies with them meet, or one body has both."""
+    """Yield pairs of surfaces that nearly coincide in the common box of two bodies with them, or of one with both."""
     users = SurfaceUsers.of(tables)
     for one, other in _candidates(tables, targets):
         a, b = users.bodies(one), users.bodies(other)
         first, second = np.repeat(a, len(b)), np.tile(b, len(a))
         low, high = targets.common(first, second)
+        # Boxes that touch up to rounding have a common part
         margin = CLOSE * np.minimum(targets.sizes[first], targets.sizes[second])[:, None]
         meeting = np.flatnonzero((low <= high + margin).all(axis=1))
         if not len(meeting):
             continue
+        # The largest common box of all pairs of bodies
         k = meeting[np.argmax(np.linalg.norm(high - low, axis=1)[meeting])]
         difference = _difference(coefficients(tables, np.array([one, other]), low[k], high[k]))
         if difference <= CLOSE:
@@ -53,12 +57,16 @@ def near_pairs(tables: Tables, targets: ProbeTargets) -> Iterator[NearPair]:
 
 
 def _candidates(tables: Tables, targets: ProbeTargets) -> Iterator[tuple[int, int]]:
-    """Pairs of surfaces that differ by little over the whole window: neighbours along a random projection."""
+    """Yield pairs of surfaces that differ little over the whole window: neighbours along a random projection.
+
+    The projection has a fixed seed. Its absolute value is compared, as the sign of a surface's equation is arbitrary.
+    """
     surfaces = np.arange(len(tables.surface_kind))
     rows = coefficients(tables, surfaces, *targets.window)
     place = np.abs(rows @ np.random.default_rng(20261121).normal(size=10))
     order = np.argsort(place, kind="stable")
     count = 0
+    # Neighbours of distance 1, 2 and so on in the order, until none of them is close
     for apart in range(1, len(order)):
         near = np.flatnonzero(place[order[apart:]] - place[order[:-apart]] <= _FAR_OFF)
         if not len(near) or count > _MOST_PAIRS:
@@ -70,12 +78,15 @@ def _candidates(tables: Tables, targets: ProbeTargets) -> Iterator[tuple[int, in
 
 
 def _difference(rows: FloatArray) -> float:
-    """The largest difference of two rows of coefficients, whatever their signs."""
+    """Return the largest difference of two rows of coefficients, whatever the sign of each row."""
     return float(min(np.abs(rows[0] - rows[1]).max(), np.abs(rows[0] + rows[1]).max()))
 
 
 def coefficients(tables: Tables, surfaces: Any, low: FloatArray, high: FloatArray) -> FloatArray:
-    """(n, 10) xx, yy, zz, xy, xz, yz, x, y, z, 1 about the middle of a box in units of its size, the largest ±1."""
+    """Return coefficients (n, 10) of xx, yy, zz, xy, xz, yz, x, y, z, 1 of some surfaces; the largest of a row is ±1.
+
+    Coordinates are about the middle of the box low (3,) to high (3,), in units of half its largest side.
+    """
     center, half = low / 2 + high / 2, max(float(np.abs(high / 2 - low / 2).max()), 1e-290)
     kind, row = tables.surface_kind[surfaces], tables.surface_row[surfaces]
     result = np.zeros((len(surfaces), 10))
@@ -93,22 +104,25 @@ def coefficients(tables: Tables, surfaces: Any, low: FloatArray, high: FloatArra
     result[~ball & ~plane] = np.column_stack([second * half * half, first * half, zeroth])
     n = tables.planes[row[plane]]
     result[plane, 6:9], result[plane, 9] = n[:, :3] * half, n[:, 3] + (n[:, :3] * (center - n[:, 4:])).sum(axis=1)
+    # Coefficients that are all 0 stay 0
     largest = np.abs(result).max(axis=1, keepdims=True)
     return result / np.where(largest > 0, largest, 1.0)
 
 
 @dataclass(frozen=True)
 class SurfaceUsers:
-    """Which bodies have which surfaces: rows sorted by surface."""
+    """The bodies that have each surface, as pairs (surface, body) sorted by surface."""
 
     surface: Any
     body: Any
 
     @classmethod
     def of(cls, tables: Tables) -> SurfaceUsers:
+        """Collect the pairs of balls, cells, regions, sheets and polygons."""
         kind, index, body = tables.entry_kind, tables.entry_index, np.arange(len(tables.entry_kind))
+        # The index of a ball is its surface
         pairs = [(index[kind == BALL], body[kind == BALL])]
-        # Surfaces of every cell
+        # Surfaces of every cell: those of cell i are surface[order][first[i]:first[i + 1]]
         cell = np.repeat(np.arange(len(tables.cell_quadric)), np.diff(tables.cell_first))
         curved = np.flatnonzero(tables.cell_quadric >= 0)
         cell, surface = (
@@ -139,11 +153,11 @@ class SurfaceUsers:
         return cls(rows[:, 0], rows[:, 1])
 
     def bodies(self, surface: int) -> Any:
-        """Ids of the bodies that have a surface."""
+        """Return the ids of the bodies that have a surface."""
         first, last = np.searchsorted(self.surface, (surface, surface + 1))
         return self.body[first:last]
 
 
 def _count_ranges(counts: Any) -> Any:
-    """0 .. n - 1 for every n, one after the other."""
+    """Return 0 .. n - 1 for every n, one after the other."""
     return np.arange(int(counts.sum())) - np.repeat(np.cumsum(counts) - counts, counts)

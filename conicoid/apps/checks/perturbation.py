@@ -1,4 +1,8 @@
-"""The numbers that a user wrote for a shape, and the shape with each of them changed in its last place."""
+"""How a shape's surfaces move as its numbers change: each number in its last place, surfaces as exact 4 × 4 forms.
+
+The numbers are those of the shape's fields and of its motion. Forms are exact up to the local coordinates of the tested
+part, and rounded to float64 there. docs/dev/conditioning.md derives the method.
+"""
 
 from __future__ import annotations
 
@@ -21,18 +25,21 @@ from ...geometry.surface import UPRIGHT, PlaneSurface, QuadricSurface, Surface
 from ...geometry.transform import IDENTITY_MOTION, Motion
 from ...numerics import bigfloat_linalg as ex
 
+# The numbers of a shape, and the shape with one of them changed.
+
 HALF_ULP = 2.0**-53
-"""The relative change that is asked about: what rounding a number to float64 may do to it."""
+"""The relative change whose effect is wanted: the largest that rounding a number to float64 makes."""
 
 Changed = TypeVar("Changed")
 
 
 @dataclass(frozen=True)
 class NumberChange(Generic[Changed]):
-    """What one number, moved to the next float64, makes of a shape or a motion.
+    """A shape or a motion with one number moved to the next float64.
 
-    number   as the user knows it: center[0], coefficients.xy, steps[1].degrees
-    share    the change that is asked about (a relative 2^-53) as a part of the one that was made, in [1/2, 1]
+    number   name of the number: center[0], coefficients.xy, steps[1].degrees
+    share    the wanted change (a relative 2^-53) as a part of the one applied, in [1/2, 1]
+    made     the changed shape or motion
     """
 
     number: str
@@ -41,10 +48,14 @@ class NumberChange(Generic[Changed]):
 
 
 def number_changes(given: Changed) -> Iterator[NumberChange[Changed]]:
-    """A change for each number of a dataclass other than 0; what `given` refuses is left out. No motion of its own."""
+    """Yield a change of each number of a dataclass other than 0, but not of the numbers of its motion.
+
+    A number moves away from 0, or towards 0 if the constructor refuses that; it is left out if both are refused.
+    """
     for name, value, put in _numbers(given, ""):
         for towards in (math.copysign(math.inf, value), 0.0):
             changed = math.nextafter(value, towards)
+            # A change to 0 or infinity is no rounding of the number
             if not changed or math.isinf(changed):
                 continue
             try:
@@ -56,14 +67,15 @@ def number_changes(given: Changed) -> Iterator[NumberChange[Changed]]:
 
 
 def column_change(given: Any, change: NumberChange[Any]) -> NumberChange[Any] | None:
-    """A change of all numbers that are equal to one in a table's column; None for any but the first of them."""
-    found = _IN_TABLE.fullmatch(change.number)
-    if found is None:
+    """Return a change of all numbers of a table's column that are equal to one; None for any but the first of them."""
+    match = _IN_TABLE.fullmatch(change.number)
+    if match is None:
         return None
-    field, row, column = found[1], int(found[2]), int(found[3])
+    field, row, column = match[1], int(match[2]), int(match[3])
     table = getattr(given, field)
     old, new = table[row][column], getattr(change.made, field)[row][column]
     rows = [k for k, each in enumerate(table) if each[column] == old]
+    # Equal numbers change once, by the first of them
     if rows[0] != row:
         return None
     changed = ((*each[:column], new, *each[column + 1 :]) if k in rows else each for k, each in enumerate(table))
@@ -74,12 +86,14 @@ def column_change(given: Any, change: NumberChange[Any]) -> NumberChange[Any] | 
 
 
 _IN_TABLE = re.compile(r"(\w+)\[(\d+)\]\[(\d+)\]")
+"""The name of a number in a table: field[row][column]."""
 
 Put = Callable[[float], Any]
+"""Return a value with another number in one place."""
 
 
 def _numbers(value: Any, name: str) -> Iterator[tuple[str, float, Put]]:
-    """(name, number, what `value` is with another one in its place) for every finite number within."""
+    """Yield (name, number, setter) for every finite number in a value that is not 0; setter(x) is the value with x."""
     if isinstance(value, float):
         if value and math.isfinite(value):
             yield name, value, lambda new: new
@@ -95,26 +109,30 @@ def _numbers(value: Any, name: str) -> Iterator[tuple[str, float, Put]]:
 
 
 def _of_fields(value: Any, name: str) -> Iterator[tuple[str, float, Put]]:
-    given = {field.name: getattr(value, field.name) for field in dataclasses.fields(value) if field.init}
-    if given.get("coefficients") is not None and "radii" in given:
-        del given["radii"]  # they follow from the coefficients
+    """Yield the numbers in the fields of a dataclass, without those of the outermost shape's motion."""
+    parts_by_field = {field.name: getattr(value, field.name) for field in dataclasses.fields(value) if field.init}
+    if parts_by_field.get("coefficients") is not None and "radii" in parts_by_field:
+        del parts_by_field["radii"]  # they follow from the coefficients
     if not name and not isinstance(value, Motion):
-        given.pop("motion", None)
-    for field, part in given.items():
+        parts_by_field.pop("motion", None)
+    for field, part in parts_by_field.items():
         for inner, number, put in _numbers(part, f"{name}.{field}" if name else field):
-            yield inner, number, _in_field(value, given, field, put)
+            yield inner, number, _in_field(value, parts_by_field, field, put)
 
 
 def _in_mapping(value: Coefficients, key: str) -> Put:
+    """Return the setter of one coefficient."""
     return lambda new: Coefficients({**value, key: new})
 
 
 def _in_tuple(value: tuple[Any, ...], i: int, put: Put) -> Put:
+    """Return the setter of a number in item i of a tuple."""
     return lambda new: (*value[:i], put(new), *value[i + 1 :])
 
 
-def _in_field(value: Any, given: dict[str, Any], field: str, put: Put) -> Put:
-    return lambda new: type(value)(**{**given, field: put(new)})
+def _in_field(value: Any, parts_by_field: dict[str, Any], field: str, put: Put) -> Put:
+    """Return the setter of a number in a field of a dataclass."""
+    return lambda new: type(value)(**{**parts_by_field, field: put(new)})
 
 
 # Surfaces of a shape as exact symmetric 4 × 4 forms, in any affine coordinates.
@@ -130,11 +148,12 @@ class ExactForm:
 
     @property
     def entries(self) -> tuple[ex.BigFloat, ...]:
+        """All 16 entries of the symmetric 4 × 4 matrix, in an order of their own."""
         second = self.second or ((ex.ZERO,) * 3,) * 3
         return (*second[0], *second[1], *second[2], *self.first, *self.first, self.zeroth)
 
     def minus(self, factor: ex.BigFloat, other: ExactForm) -> ExactForm:
-        """self - factor other"""
+        """Return self - factor other."""
 
         def row(a: Sequence[ex.BigFloat], b: Sequence[ex.BigFloat]) -> ex.Row:
             return a[0] - factor * b[0], a[1] - factor * b[1], a[2] - factor * b[2]
@@ -145,10 +164,11 @@ class ExactForm:
         return ExactForm(second, row(self.first, other.first), self.zeroth - factor * other.zeroth)
 
     def seen_from(self, origin: ex.Row, columns: ex.Rows) -> ExactForm:
-        """The form in coordinates z, x = origin + columns z."""
+        """Return the form in coordinates z, x = origin + columns z."""
         rows = ex.transpose(columns)
         if self.second is None:
             return ExactForm(None, _apply_rows(rows, self.first), 2 * dot(self.first, origin) + self.zeroth)
+        # Terms of f(origin + columns z) by powers of z
         half = _apply_rows(self.second, origin)
         slope = half[0] + self.first[0], half[1] + self.first[1], half[2] + self.first[2]
         zeroth = dot(origin, half) + 2 * dot(self.first, origin) + self.zeroth
@@ -157,7 +177,7 @@ class ExactForm:
         return ExactForm(second, _apply_rows(rows, slope), zeroth)
 
     def rounded(self) -> FloatArray:
-        """(4, 4) float64."""
+        """Return the symmetric matrix (4, 4), rounded to float64."""
         result = np.zeros((4, 4))
         if self.second is not None:
             result[:3, :3] = [[float(c) for c in row] for row in self.second]
@@ -167,17 +187,21 @@ class ExactForm:
 
 
 def dot(a: Sequence[ex.BigFloat], b: Sequence[ex.BigFloat]) -> ex.BigFloat:
-    """a·b to 3000 bits. What cancels leaves its rounding, unlike in `exact.dot`: here all is rounded to float64."""
+    """Return a·b to 3000 bits.
+
+    Unlike `bigfloat_linalg.dot`, terms that cancel leave their rounding, as results are rounded to float64 here.
+    """
     return ex.total(x * y for x, y in zip(a, b, strict=True))
 
 
 def _apply_rows(rows: ex.Rows, point: ex.Row) -> ex.Row:
+    """Return the product of a matrix and a vector."""
     return dot(rows[0], point), dot(rows[1], point), dot(rows[2], point)
 
 
 @dataclass(frozen=True)
 class CellSide:
-    """A surface in the shape's own frame; `inside` as of a `Face`, 0 for a sheet's own surface."""
+    """A surface in the shape's own frame; `inside` is that of a `Face`, 0 for a sheet's own surface."""
 
     number: int
     inside: int
@@ -185,7 +209,7 @@ class CellSide:
 
 
 def cells_of(leaf: Any) -> list[list[CellSide]]:
-    """The faces of every cell of a primitive, in its own frame; a sheet's surface with each cell that clips it."""
+    """Return the faces of every cell of a primitive in its own frame; of a sheet, its surface and a clipping cell."""
     if isinstance(leaf, Polyhedron):
         planes = [PlaneSurface(n, d) for n, d in zip(leaf.normals, leaf.offsets, strict=True)]
         return [[CellSide(i, 1, plane) for i, plane in enumerate(planes)]]
@@ -193,21 +217,26 @@ def cells_of(leaf: Any) -> list[list[CellSide]]:
         return [_sides(cell) for cell in _cells(leaf.tree())]
     assert isinstance(leaf, PrimitiveSheet)
     sheet = leaf.sheet(IDENTITY_MOTION)
+    # Polygons have a formula of their own in `conditioning.py`
     assert not isinstance(sheet, PolygonSheet)
     clips = [_sides(cell) for cell in _cells(sheet.clip)] if sheet.clip is not None else [[]]
     return [[CellSide(-1, 0, sheet.surface), *clip] for clip in clips]
 
 
 def kinds_of(cells: Sequence[Sequence[CellSide]]) -> list[list[tuple[Any, ...]]]:
-    """What cells are made of: faces, on which side, plane or not."""
+    """Return the kinds of the faces of cells: number, side, and class of surface."""
     return [[(side.number, side.inside, type(side.surface)) for side in cell] for cell in cells]
 
 
 def forms_of(leaf: Any, cells: Sequence[Sequence[CellSide]] | None = None) -> list[dict[int, ExactForm]]:
-    """The forms of `cells_of` by number, where the placement puts them. A general quadric needs no principal axes."""
+    """Return the forms of the faces of each cell by number, moved by the shape's placement.
+
+    A general quadric gives its form from its coefficients, without its principal axes.
+    """
     if isinstance(leaf, Quadric):
         q = [[ex.exact(c) for c in row] for row in leaf.symmetric]
         second = (ex.exact_row(q[0][:3]), ex.exact_row(q[1][:3]), ex.exact_row(q[2][:3]))
+        # Without terms of the second degree it is a plane
         curved = any(c for row in second for c in row)
         return [{0: ExactForm(second if curved else None, (q[0][3], q[1][3], q[2][3]), q[3][3])}]
     placement = leaf.placement
@@ -215,7 +244,7 @@ def forms_of(leaf: Any, cells: Sequence[Sequence[CellSide]] | None = None) -> li
 
 
 def form_of(surface: Surface) -> ExactForm:
-    """The exact polynomial of a surface about the origin."""
+    """Return the exact polynomial of a surface about the origin."""
     if isinstance(surface, PlaneSurface):
         x, y, z = (c / 2 for c in ex.exact_row(surface.normal))
         return ExactForm(None, (x, y, z), -ex.exact(surface.offset))
@@ -225,6 +254,7 @@ def form_of(surface: Surface) -> ExactForm:
 
 
 def _cells(tree: Tree) -> Iterator[Cell]:
+    """Yield the cells of a Boolean tree."""
     if isinstance(tree, Cell):
         yield tree
         return
@@ -233,27 +263,29 @@ def _cells(tree: Tree) -> Iterator[Cell]:
 
 
 def _sides(cell: Cell) -> list[CellSide]:
+    """Return the faces of a cell."""
     return [CellSide(face.number, face.inside, face.surface) for face in cell.faces]
 
 
 # A cell of a shape in coordinates of its own size, and how its surfaces move as the shape's numbers change.
 #
-# The coordinates z have their origin in the middle of the part looked at, axes along the quadric's principal ones, and
-# the part between -1/2 and 1/2 along each; so z measures in units of the part itself, whatever its size and place.
+# The coordinates z have their origin in the middle of the tested part and axes along the quadric's principal ones. The
+# part reaches from -1/2 to 1/2 along each; so z measures in units of the part itself, whatever its size and place.
 # Everything is exact up to here and rounded to float64 now.
 
 Extent = tuple[FloatArray, FloatArray]
+"""(low, high) (3,) along the axes of a frame."""
 
 
 @dataclass(frozen=True)
 class LocalFrame:
-    """x = origin + columns z, from local coordinates to those of the shape before its motion."""
+    """The map x = origin + columns z from local coordinates to those of the shape before its motion."""
 
     origin: ex.Row
     columns: ex.Rows
 
     def scaled(self, extent: Extent) -> LocalFrame:
-        """The same axes, with `extent` (low, high) going from -1/2 to 1/2."""
+        """Return the frame with the same axes in which `extent` (low, high) goes from -1/2 to 1/2."""
         low, high = extent
         middle = ex.exact_row((ex.exact(a) + ex.exact(b)) / 2 for a, b in zip(low.tolist(), high.tolist(), strict=True))
         sizes = ex.exact_row(high - low)
@@ -268,10 +300,11 @@ class LocalCell:
 
     forms     (S, 4, 4), the largest entry of each 1
     flat      (S,) bool: planes
-    sides     (S,): +1 where f <= 0 is inside, -1 where f >= 0 is, 0 where a sheet lies in it
-    moves     (n, S, 4, 4): what a relative change by 2^-53 of each of n numbers adds to the forms, up to a factor
-    numbers   their names
-    cut       is the part looked at smaller than the cell?
+    sides     (S,): +1 where f <= 0 is inside, -1 where f >= 0 is, 0 for the surface of a sheet
+    moves     (n, S, 4, 4): the change of the forms, up to a multiple of each form, when each of n numbers changes by
+              a relative 2^-53
+    numbers   names of the n numbers
+    cut       whether the tested part is smaller than the cell
     """
 
     forms: FloatArray
@@ -284,28 +317,30 @@ class LocalCell:
 
 @dataclass(frozen=True, eq=False)
 class LocalShape:
-    """The cells of a shape in the same coordinates."""
+    """The cells of a shape in the coordinates of one frame."""
 
     frame: LocalFrame
     cells: tuple[LocalCell, ...]
 
 
 def own_frame(leaf: Any) -> tuple[LocalFrame, Extent, FloatArray]:
-    """(axes of the first quadric about its anchor, how far the shape reaches along them, its own size along them).
+    """Return the frame of the first quadric about its anchor, the shape's extent along its axes, and its size (3,).
 
-    The extent is infinite where the shape is, and low > high where it is empty; the size is of the order of the
-    quadric's semi-axes, and 0 for planes.
+    The extent is infinite where the shape is, and low > high if it is empty. The size is of the order of the quadric's
+    semi-axes, and 0 for planes.
     """
     sides = [side.surface for cell in cells_of(leaf) for side in cell]
     curved = next((surface for surface in sides if isinstance(surface, QuadricSurface)), None)
     chosen = curved or sides[0]
     anchor, columns = ex.exact_row(chosen.anchor), ex.IDENTITY
     rows = ex.IDENTITY
+    # The rows of an upright quadric are those of the identity
     if curved is not None and curved.rows is not UPRIGHT:
         rows = ex.exact_row(curved.rows[0]), ex.exact_row(curved.rows[1]), ex.exact_row(curved.rows[2])
         columns = ex.inverse(rows)
     low, high = np.empty(3), np.empty(3)
     for k, row in enumerate(rows):
+        # How far the shape reaches beyond the anchor, both ways along the axis
         x, y, z = (float(c) for c in row)
         middle = ex.dot(row, anchor)
         high[k] = _distance_beyond(leaf.support((x, y, z)), -middle)
@@ -317,42 +352,46 @@ def own_frame(leaf: Any) -> tuple[LocalFrame, Extent, FloatArray]:
 
 
 def _distance_beyond(reach: float, middle: ex.BigFloat) -> float:
+    """Return reach + middle, added exactly; an infinite reach as it is."""
     return float(ex.exact(reach) + middle) if math.isfinite(reach) else reach
 
 
 def _size(surface: QuadricSurface) -> FloatArray:
-    """(3,) half lengths along the axes, with the largest where the surface is not curved."""
+    """Return half lengths (3,) along the axes, the largest of them along an axis without a square."""
     constant, slope = abs(ex.exact(surface.constant)), max(abs(ex.exact(b)) for b in surface.linear)
     squares = [abs(ex.exact(s)) for s in surface.squares]
+    # A semi-axis √(c / s), plus the distance b / s of the center
     curved = [float(ex.sqrt(constant / s) + slope / s) if s else 0.0 for s in squares]
     return np.array([size or max(curved) for size in curved])
 
 
 def localize(leaf: Any, frame: LocalFrame, cut: bool) -> LocalShape:
-    """The cells of a shape without motion, in a frame that fits the part looked at."""
+    """Return the cells of a shape without motion in a frame that fits the tested part."""
     sides = cells_of(leaf)
     base = forms_of(leaf, sides)
-    made = [(change, forms_of(change.made, cells)) for change, cells in _comparable(leaf, sides)]
+    changes = [(change, forms_of(change.made, cells)) for change, cells in _comparable_changes(leaf, sides)]
     cells = []
     for i, (forms, cell) in enumerate(zip(base, sides, strict=True)):
-        changed = [(change.share, forms_[i] if i < len(forms_) else {}) for change, forms_ in made]
-        cells.append(_cell(forms, cell, changed, tuple(change.number for change, _ in made), frame, cut))
+        changed = [(change.share, forms_[i] if i < len(forms_) else {}) for change, forms_ in changes]
+        cells.append(_cell(forms, cell, changed, tuple(change.number for change, _ in changes), frame, cut))
     return LocalShape(frame, tuple(cells))
 
 
-def _comparable(leaf: Any, sides: list[list[CellSide]]) -> Iterator[tuple[NumberChange[Any], list[list[CellSide]]]]:
-    """The changes of a shape, and its cells then, if they are as many of the same kinds.
+def _comparable_changes(
+    leaf: Any, sides: list[list[CellSide]]
+) -> Iterator[tuple[NumberChange[Any], list[list[CellSide]]]]:
+    """Yield the changes of a shape that keep the number and the kinds of its cells, with the cells after the change.
 
-    Where they are not, as one corner of a level edge that rises makes a flat cone of a plane, equal numbers are one
-    number on paper, and change together.
+    A single change may not: one corner of a level edge that rises makes a flat cone of a plane. Then all equal numbers
+    of the table's column change together, as they are one number on paper.
     """
     kinds = kinds_of(sides)
-    for alone in number_changes(leaf):
-        cells = cells_of(alone.made)
+    for single in number_changes(leaf):
+        cells = cells_of(single.made)
         if kinds_of(cells) == kinds:
-            yield alone, cells
+            yield single, cells
             continue
-        change = column_change(leaf, alone)
+        change = column_change(leaf, single)
         if change is not None and kinds_of(cells := cells_of(change.made)) == kinds:
             yield change, cells
 
@@ -365,14 +404,17 @@ def _cell(
     frame: LocalFrame,
     cut: bool,
 ) -> LocalCell:
+    """Return a cell as float64 forms in a frame; `changed` holds (share, forms) after each change of a number."""
     rounded, moves = np.empty((len(sides), 4, 4)), np.zeros((len(changed), len(sides), 4, 4))
     for s, side in enumerate(sides):
         form = forms[side.number]
-        seen = form.seen_from(frame.origin, frame.columns)
-        largest = max(abs(entry) for entry in seen.entries) or ex.ONE
-        rounded[s] = _divide_form(seen, largest)
-        for n, (share, found) in enumerate(changed):
-            other = found.get(side.number)
+        local = form.seen_from(frame.origin, frame.columns)
+        # The largest entry becomes 1, and changes are divided by the same number
+        largest = max(abs(entry) for entry in local.entries) or ex.ONE
+        rounded[s] = _divide_form(local, largest)
+        for n, (share, changed_forms) in enumerate(changed):
+            other = changed_forms.get(side.number)
+            # Most numbers leave most faces as they are
             if other is not None and other != form:
                 moves[n, s] = share * _divide_form(
                     _difference(other, form).seen_from(frame.origin, frame.columns), largest
@@ -382,12 +424,13 @@ def _cell(
 
 
 def _difference(changed: ExactForm, form: ExactForm) -> ExactForm:
-    """What is left of the changed form without the multiple of the old one that is most like it: 0 on the surface."""
+    """Return the changed form minus its projection onto the old one: a multiple of the old form moves no surface."""
     own = form.entries
     return changed.minus(dot(changed.entries, own) / dot(own, own), form)
 
 
 def _divide_form(form: ExactForm, divisor: ex.BigFloat) -> FloatArray:
+    """Return form / divisor, rounded to float64."""
     return ExactForm(
         None if form.second is None else (_divide_row(form.second[0], divisor), _divide_row(form.second[1], divisor),
                                           _divide_row(form.second[2], divisor)),
@@ -397,15 +440,19 @@ def _divide_form(form: ExactForm, divisor: ex.BigFloat) -> FloatArray:
 
 
 def _divide_row(row: ex.Row, divisor: ex.BigFloat) -> ex.Row:
+    """Return row / divisor."""
     return row[0] / divisor, row[1] / divisor, row[2] / divisor
+
+
+# How the numbers of a motion move the points of a shape.
 
 
 @dataclass(frozen=True, eq=False)
 class MotionFields:
-    """How a motion's numbers move the points of a shape, seen from its own coordinates.
+    """The displacements of a shape's points by a motion's numbers, in the shape's own coordinates.
 
-    fields    (n, 3, 4): a point (z, 1) goes by fields (z, 1), for a relative change by 2^-53 of each number
-    numbers   their names
+    fields    (n, 3, 4): a point z moves by fields @ (z, 1) when each of n numbers changes by a relative 2^-53
+    numbers   names of the n numbers
     """
 
     fields: FloatArray
@@ -414,7 +461,7 @@ class MotionFields:
 
 @dataclass(frozen=True, eq=False)
 class MotionChange:
-    """M⁻¹ M' - 1 for one number: x goes by linear x + shift; `linear` is None where all points go alike."""
+    """M⁻¹ M' - 1 for one number: x moves by linear x + shift; `linear` is None if all points move alike."""
 
     number: str
     linear: ex.Rows | None
@@ -422,45 +469,53 @@ class MotionChange:
 
 
 def motion_changes(motion: Motion) -> list[MotionChange]:
-    """For each number of a motion M = A S B, S being the step with the number: (S B)⁻¹ (S' - S) B."""
-    found, before = [], Motion()
+    """Return (S B)⁻¹ (S' - S) B for each number of a motion M = A S B, where S is the step with the number."""
+    changes, before = [], Motion()
     for i, step in enumerate(motion.steps):
-        until = before.then(Motion((step,)))
-        back, _ = until.inverse
+        # `before` is B and `through` is S B
+        through = before.then(Motion((step,)))
+        back, _ = through.inverse
         before_rows, before_shift = before.affine
         rows, shift = step.affine()
         for change in number_changes(step):
             to, to_shift = change.made.affine()
             share = ex.exact(change.share)
-            moved = share * (to_shift[0] - shift[0]), share * (to_shift[1] - shift[1]), share * (to_shift[2] - shift[2])
+            # The shift of (S' - S) B; its linear part follows if S has one that changes
+            moved = (
+                share * (to_shift[0] - shift[0]),
+                share * (to_shift[1] - shift[1]),
+                share * (to_shift[2] - shift[2]),
+            )
             linear = None
             if to != rows:
-                turned = _times(share, _minus(to, rows))
-                at = ex.apply(turned, before_shift)
+                difference = _times(share, _minus(to, rows))
+                at = ex.apply(difference, before_shift)
                 moved = moved[0] + at[0], moved[1] + at[1], moved[2] + at[2]
-                linear = ex.multiply(ex.multiply(back, turned), before_rows)
-            found.append(MotionChange(f"steps[{i}].{change.number}", linear, ex.apply(back, moved)))
-        before = until
-    return found
+                linear = ex.multiply(ex.multiply(back, difference), before_rows)
+            changes.append(MotionChange(f"steps[{i}].{change.number}", linear, ex.apply(back, moved)))
+        before = through
+    return changes
 
 
 def fields_of(motion: Motion, frame: LocalFrame) -> MotionFields:
-    """The changes of a motion in the coordinates of `frame`."""
-    found = motion_changes(motion)
-    fields = np.zeros((len(found), 3, 4))
-    own = ex.inverse(frame.columns) if found else ex.IDENTITY
-    for field, change in zip(fields, found, strict=True):
+    """Return the changes of a motion in the coordinates of `frame`."""
+    changes = motion_changes(motion)
+    fields = np.zeros((len(changes), 3, 4))
+    own = ex.inverse(frame.columns) if changes else ex.IDENTITY
+    for field, change in zip(fields, changes, strict=True):
         shift = change.shift
         if change.linear is not None:
+            # x = origin + columns z: the displacement in coordinates z
             at = ex.apply(change.linear, frame.origin)
             shift = at[0] + shift[0], at[1] + shift[1], at[2] + shift[2]
             linear = ex.multiply(ex.multiply(own, change.linear), frame.columns)
             field[:, :3] = [[float(c) for c in row] for row in linear]
         field[:, 3] = [float(c) for c in ex.apply(own, shift)]
-    return MotionFields(fields, tuple(change.number for change in found))
+    return MotionFields(fields, tuple(change.number for change in changes))
 
 
 def _times(factor: ex.BigFloat, rows: ex.Rows) -> ex.Rows:
+    """Return factor times a matrix."""
     (a, b, c), (d, e, f), (g, h, i) = rows
     return (
         (factor * a, factor * b, factor * c),
@@ -470,6 +525,8 @@ def _times(factor: ex.BigFloat, rows: ex.Rows) -> ex.Rows:
 
 
 def _minus(a: ex.Rows, b: ex.Rows) -> ex.Rows:
+    """Return a - b."""
+
     def row(p: ex.Row, q: ex.Row) -> ex.Row:
         return p[0] - q[0], p[1] - q[1], p[2] - q[2]
 

@@ -1,4 +1,7 @@
-"""Rays for a check: through the whole scene, through every body, and where boxes of two bodies overlap."""
+"""Random rays of a check and the findings that they give: overlaps of bodies, and slivers between surfaces.
+
+Rays go through the whole scene, through every body, and through the common boxes of two bodies.
+"""
 
 from __future__ import annotations
 
@@ -20,14 +23,16 @@ if TYPE_CHECKING:
 Indices = npt.NDArray[np.int64]
 
 _MOST_PAIRS = 100_000
+"""The search for pairs of bodies ends after about so many."""
 _ALONG_AXES = 0.25
+"""Share of rays that run along an axis of the world."""
 _BACK = 2.0
-"""Rays start so many sizes of what they are aimed at away from it."""
+"""Rays start so many diagonals of their target box before it."""
 
 
 @dataclass(frozen=True)
 class ProbeTargets:
-    """Boxes of all bodies, (n, 3) low and high, and of the part of space that is looked at."""
+    """Boxes of all bodies, (n, 3) low and high, and the window: the box of the part of space that rays go through."""
 
     low: FloatArray
     high: FloatArray
@@ -35,30 +40,35 @@ class ProbeTargets:
 
     @classmethod
     def of(cls, lowered: LoweredScene) -> ProbeTargets:
+        """Return the boxes of a lowered scene."""
         return cls(lowered.boxes[:, :3], lowered.boxes[:, 3:], _window(lowered))
 
     @property
     def sizes(self) -> FloatArray:
-        """(n,) diagonals of the boxes, cut to the window; 0 for empty ones."""
+        """(n,) diagonals of the boxes, cut to the window; 0 for empty boxes."""
         low, high = self._cut(np.arange(len(self.low)))
         result: FloatArray = np.linalg.norm(np.maximum(high - low, 0.0), axis=1)
         return result
 
     @property
     def empty(self) -> Any:
-        """(n,) bool: boxes that hold nothing."""
+        """(n,) bool: is the box empty?"""
         return (self.low > self.high).any(axis=1)
 
     def _cut(self, bodies: Indices) -> tuple[FloatArray, FloatArray]:
-        """Boxes of bodies, infinite ends moved to the window's."""
+        """Return the boxes of bodies with infinite ends moved to the window's."""
         low, high = self.low[bodies], self.high[bodies]
         first, last = self.window
+        # A finite end may lie beyond the window: the infinite one then moves to it, so that low <= high
         return np.where(np.isfinite(low), low, np.minimum(first, high)), np.where(
             np.isfinite(high), high, np.maximum(last, low)
         )
 
     def box(self, body: int) -> tuple[FloatArray, FloatArray]:
-        """The box of one body; low > high if it is empty. Infinite ends lie as far from 0 as the window reaches."""
+        """Return the box of one body; low > high if it is empty.
+
+        Infinite ends are moved at least as far from 0 as the window reaches, and at least its size from the other end.
+        """
         low, high = self.low[body], self.high[body]
         if (low > high).any():
             return low, high
@@ -70,57 +80,63 @@ class ProbeTargets:
         )
 
     def endless(self, body: int) -> bool:
-        """Is some end of a body's box infinite?"""
+        """Return True if some end of a body's box is infinite."""
         return not (np.isfinite(self.low[body]).all() and np.isfinite(self.high[body]).all())
 
     def common(self, one: Indices, other: Indices) -> tuple[FloatArray, FloatArray]:
-        """The common boxes of pairs of bodies; low > high where there is none."""
+        """Return the common boxes (n, 3) of pairs of bodies; low > high if a pair has none."""
         (a, b), (c, d) = self._cut(one), self._cut(other)
         return np.maximum(a, c), np.minimum(b, d)
 
     def pairs(self) -> tuple[Indices, Indices]:
-        """Pairs of bodies whose boxes meet, at most about 100 000: those next to each other along x first."""
+        """Return pairs of bodies whose boxes meet, at most about 100 000: neighbours along x first."""
+        # Sorted along x: neighbours of distance 1, 2 and so on in the order, until none overlap along x
         order = np.argsort(self.low[:, 0], kind="stable")
         order = order[~self.empty[order]]
         low, high = self.low[order], self.high[order]
-        found: list[tuple[Indices, Indices]] = []
+        chunks: list[tuple[Indices, Indices]] = []
         count = 0
         for apart in range(1, len(order)):
             if count > _MOST_PAIRS or not (low[apart:, 0] <= high[:-apart, 0]).any():
                 break
-            met = np.flatnonzero(((low[apart:] <= high[:-apart]) & (low[:-apart] <= high[apart:])).all(axis=1))
-            count += len(met)
-            found.append((order[met], order[met + apart]))
+            overlapping = np.flatnonzero(((low[apart:] <= high[:-apart]) & (low[:-apart] <= high[apart:])).all(axis=1))
+            count += len(overlapping)
+            chunks.append((order[overlapping], order[overlapping + apart]))
         none = np.zeros(0, np.int64)
-        return np.concatenate([none, *(a for a, _ in found)]), np.concatenate([none, *(b for _, b in found)])
+        return np.concatenate([none, *(a for a, _ in chunks)]), np.concatenate([none, *(b for _, b in chunks)])
 
     def through_window(self, count: int, random: np.random.Generator) -> tuple[FloatArray, FloatArray]:
-        """Rays (origins, directions) through random points of the window."""
+        """Return rays (origins, directions) through random points of the window."""
         low, high = self.window
         return rays_through(np.tile(low, (count, 1)), np.tile(high, (count, 1)), random)
 
     def through_bodies(self, bodies: Indices, random: np.random.Generator) -> tuple[FloatArray, FloatArray]:
-        """A ray through a random point of each body's box."""
+        """Return a ray (origins, directions) through a random point of each body's box."""
         return rays_through(*self._cut(bodies), random)
 
 
 def rays_through(low: FloatArray, high: FloatArray, random: np.random.Generator) -> tuple[FloatArray, FloatArray]:
-    """A ray through a random point of each box (n, 3), from outside of it; a quarter of them along the axes."""
+    """Return a ray through a random point of each box (n, 3), from outside of it; a quarter of them along the axes."""
     points = low + (high - low) * random.random(low.shape)
     directions = random.normal(size=low.shape)
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
     along = np.flatnonzero(random.random(len(low)) < _ALONG_AXES)
     directions[along] = np.eye(3)[random.integers(0, 3, len(along))]
     sizes = np.linalg.norm(high - low, axis=1, keepdims=True)
+    # A box without size: its coordinates give the distance
     back = _BACK * np.where(sizes > 0, sizes, np.abs(points).max(axis=1, keepdims=True, initial=1.0))
     return points - back * directions, directions
 
 
 def _window(lowered: LoweredScene) -> tuple[FloatArray, FloatArray]:
-    """Around all that is finite; where a body is infinite also around the anchors of surfaces, and somewhat larger."""
+    """Return (low, high) around all finite ends of boxes.
+
+    If a body is infinite, the window also holds the anchors of all surfaces, and has a margin of its own size.
+    """
     boxes = lowered.boxes[(lowered.boxes[:, :3] <= lowered.boxes[:, 3:]).all(axis=1)]
     points = np.concatenate([boxes[:, :3], boxes[:, 3:]])
     endless = not len(points) or not np.isfinite(points).all()
+    # The anchors of surfaces show where an infinite scene has its features
     if endless:
         tables = lowered.tables
         points = np.concatenate([points, tables.planes[:, 4:7], tables.spheres[:, :3], tables.quadrics[:, :3]])
@@ -134,9 +150,10 @@ def _window(lowered: LoweredScene) -> tuple[FloatArray, FloatArray]:
     return low, high
 
 
-# What rays see: stretches common to two bodies, and slivers between two surfaces.
+# Findings of rays: stretches common to two bodies, and slivers between two surfaces.
 
 CHUNK = 1 << 14
+"""Rays of one query."""
 THIN = 1e-9
 """Anything thinner than this part of a body's size is a sliver."""
 
@@ -146,28 +163,31 @@ _PARALLEL = 0.99
 
 @dataclass
 class Sighting:
-    """Bodies and surfaces seen together: how often, and the ray on which the stretch was longest, or thickest."""
+    """The longest overlap of two bodies, or the thickest sliver of two surfaces: its ray, and the number of rays.
+
+    kind   "overlap", or the kind of sliver: "film", "gap", "step" or "overlap"
+    """
 
     length: float
     origin: FloatArray
     direction: FloatArray
-    what: str = ""
+    kind: str = ""
     times: int = 0
 
 
 @dataclass
 class ProbeScan:
-    """Collects what rays through a scene see. `overlaps` by pair of bodies, `slivers` by bodies and surfaces."""
+    """Collects the findings of rays through a scene: `overlaps` by pair of bodies, `slivers` by bodies and surfaces."""
 
     scene: SceneLike
     sizes: FloatArray
-    seen: Any  # (bodies,) bool: some ray meets it
+    seen: Any  # (bodies,) bool: some ray hits it
     overlaps: dict[tuple[int, int], Sighting] = field(default_factory=dict)
     slivers: dict[tuple[int, int, int, int], Sighting] = field(default_factory=dict)
     rays: int = 0
 
     def follow(self, origins: FloatArray, directions: FloatArray) -> None:
-        """Send rays of unit direction."""
+        """Trace rays of unit direction and collect their findings."""
         for begin in range(0, len(origins), CHUNK):
             o, d = origins[begin : begin + CHUNK], directions[begin : begin + CHUNK]
             self._spans(o, d)
@@ -175,13 +195,14 @@ class ProbeScan:
             self.rays += len(o)
 
     def _spans(self, origins: FloatArray, directions: FloatArray) -> None:
+        """Collect overlaps: spans of two bodies that have a stretch in common."""
         spans = self.scene.spans(origins, directions)
         self.seen[spans.body] = True
         ray = row_owners(spans.offsets)
         # Rays along an axis may run within a sliver from end to end
         askew = np.count_nonzero(directions, axis=1) > 1
         first = np.flatnonzero(askew[ray])
-        # In order of t_enter, those that overlap a span follow it without a gap
+        # In order of t_enter, the spans that overlap one follow it without a gap
         for apart in range(1, len(ray)):
             first = first[first + apart < len(ray)]
             other = first + apart
@@ -191,50 +212,55 @@ class ProbeScan:
             other = first + apart
             length = np.minimum(spans.t_exit[first], spans.t_exit[other]) - spans.t_enter[other]
             bodies = np.sort(np.column_stack([spans.body[first], spans.body[other]]), axis=1)
+            # Spans that touch in a point do not overlap
             there = length > 0
             for key, length_, k, times in _longest(bodies[there], length[there], ray[first][there]):
                 _note(self.overlaps, (key[0], key[1]), Sighting(length_, origins[k], directions[k], "overlap", times))
 
     def _crossings(self, origins: FloatArray, directions: FloatArray) -> None:
-        found = self.scene.crossings(origins, directions)
-        self.seen[found.body] = True
-        ray = row_owners(found.offsets)
+        """Collect slivers: crossings with two surfaces that follow each other closely and are nearly parallel."""
+        hits = self.scene.crossings(origins, directions)
+        self.seen[hits.body] = True
+        ray = row_owners(hits.offsets)
         one, other = np.arange(len(ray) - 1), np.arange(1, len(ray))
-        apart = found.t[other] - found.t[one]
-        thin = THIN * np.minimum(self.sizes[found.body[one]], self.sizes[found.body[other]])
-        thin = (ray[one] == ray[other]) & (apart > 0) & (apart < thin) & (found.surface[one] != found.surface[other])
+        apart = hits.t[other] - hits.t[one]
+        thin = THIN * np.minimum(self.sizes[hits.body[one]], self.sizes[hits.body[other]])
+        thin = (ray[one] == ray[other]) & (apart > 0) & (apart < thin) & (hits.surface[one] != hits.surface[other])
         one, other, apart = one[thin], other[thin], apart[thin]
-        normals = [
-            self._normals(found, k, origins[ray[k]] + found.t[k, None] * directions[ray[k]]) for k in (one, other)
-        ]
+        normals = [self._normals(hits, k, origins[ray[k]] + hits.t[k, None] * directions[ray[k]]) for k in (one, other)]
         thin = np.abs((normals[0] * normals[1]).sum(axis=1)) > _PARALLEL
+        # Thickness across the walls instead of along the ray
         apart = apart * np.abs((normals[0] * directions[ray[one]]).sum(axis=1))
         one, other, apart = one[thin], other[thin], apart[thin]
-        keys = np.column_stack([found.body[one], found.body[other], found.surface[one], found.surface[other]])
-        turned = (keys[:, 2] > keys[:, 3])[:, None]
-        keys = np.where(turned, keys[:, (1, 0, 3, 2)], keys)
+        keys = np.column_stack([hits.body[one], hits.body[other], hits.surface[one], hits.surface[other]])
+        # One key for both senses of a ray: the smaller number of a surface first
+        swapped = (keys[:, 2] > keys[:, 3])[:, None]
+        keys = np.where(swapped, keys[:, (1, 0, 3, 2)], keys)
         for key, length, k, times in _longest(keys, apart, np.arange(len(apart))):
-            what = _gap_kind(
-                found.body[one[k]] == found.body[other[k]], found.entering[one[k]], found.entering[other[k]]
+            kind = _gap_kind(
+                hits.body[one[k]] == hits.body[other[k]],
+                hits.entering[one[k]],
+                hits.entering[other[k]],
             )
             at = ray[one[k]]
             _note(
                 self.slivers,
                 (key[0], key[1], key[2], key[3]),
-                Sighting(length, origins[at], directions[at], what, times),
+                Sighting(length, origins[at], directions[at], kind, times),
             )
 
-    def _normals(self, found: Any, rows: Any, points: FloatArray) -> FloatArray:
+    def _normals(self, crossings: Any, rows: Any, points: FloatArray) -> FloatArray:
+        """Return the unit normals (n, 3) at some crossings."""
         from ...queries.hit_fields import normals_of
 
         normals = np.empty_like(points)
-        faces = np.stack([found.surface[rows], found.face[rows], np.ones_like(found.face[rows])])
-        normals_of(self.scene.geometry, faces, points, 0, len(points), normals)
+        faces = np.stack([crossings.surface[rows], crossings.face[rows], np.ones_like(crossings.face[rows])])
+        normals_of(self.scene._prepared.geometry, faces, points, 0, len(points), normals)
         return normals
 
 
 def _gap_kind(same_body: bool, first_enters: bool, second_enters: bool) -> str:
-    """What lies between two walls next to each other on a ray."""
+    """Return the kind of sliver between two walls that follow each other on a ray."""
     if same_body:
         return "film" if first_enters else "gap"
     if first_enters == second_enters:
@@ -243,9 +269,10 @@ def _gap_kind(same_body: bool, first_enters: bool, second_enters: bool) -> str:
 
 
 def _longest(keys: Any, lengths: FloatArray, places: Any) -> Iterator[tuple[Any, float, int, int]]:
-    """(key, longest, its place, how many) for every different row of keys."""
+    """Yield (key, largest length, its place, number of rows) for every different row of keys."""
     if not len(keys):
         return
+    # Rows of equal keys follow each other, the longest first
     order = np.lexsort((-lengths, *keys.T[::-1]))
     keys = keys[order]
     heads = np.flatnonzero(np.concatenate([[True], (keys[1:] != keys[:-1]).any(axis=1)]))
@@ -255,6 +282,7 @@ def _longest(keys: Any, lengths: FloatArray, places: Any) -> Iterator[tuple[Any,
 
 
 def _note(table: dict[Any, Sighting], key: Any, sighting: Sighting) -> None:
+    """Add a sighting to a table: keep the longer of two, and the sum of their numbers of rays."""
     known = table.get(key)
     if known is None:
         table[key] = sighting

@@ -1,4 +1,8 @@
-"""Which stretches of rays through undefined points lie in one region: those that see each other, one by the other."""
+"""Undefined regions: points of a scene's domain that are in no body.
+
+Rays find gaps: stretches in the domain and in no body. Gaps belong to one region if a straight way between them stays
+undefined, directly or through other gaps. Random points then estimate the volume of each region.
+"""
 
 from __future__ import annotations
 
@@ -24,17 +28,24 @@ GapWall = tuple[int, int]
 """A body and a surface."""
 
 _SHARE_KEPT, _OF_EACH, _MOST_STRETCHES = 600, 24, 6000
-"""Stretches that are compared: about so many in all, at least so many of each set that shares walls, and at most."""
+"""Gaps that are compared: about so many in all, at least so many of each set that shares walls, and at most so many."""
 _NEIGHBOURS, _LOOKS, _NEAR, _PAIRS = 8, 3, 12.0, 2000
-"""Of each place; of each point; what shares a wall is near within so many times the way to neighbours; pairs."""
+"""Nearest places that a place is tested against; nearest places that a point is tested against; gaps that share a wall
+are near within so many times the median distance of neighbours; pairs of near gaps that are tested."""
 _SHARES = (0.05, 0.5, 0.95)
+"""Places along a gap, as shares of its length."""
 _MOST_REGIONS, _WALKERS, _STEPS, _TURN = 64, 24, 12, 0.3
-"""Regions that are walked through, the walks of each, their steps, and how far each turns from the one before."""
+"""Regions that random walks explore at most; walks in each, steps of a walk, and spread of its turns."""
 
 
 @dataclass
 class Gap:
-    """A stretch of a ray in no body, between two walls; None where an end is that of the domain."""
+    """A stretch of a ray in the domain and in no body.
+
+    ends       (2, 3) points
+    walls      (body, surface) at each end; None where the domain ends
+    origin, direction   (3,) the ray
+    """
 
     ends: FloatArray
     walls: tuple[GapWall | None, GapWall | None]
@@ -43,38 +54,50 @@ class Gap:
 
     @property
     def length(self) -> float:
+        """Distance between the ends."""
         return float(np.linalg.norm(self.ends[1] - self.ends[0]))
 
 
 class UnionFind:
-    """Sets that are joined, each known by one of its members (union-find)."""
+    """Disjoint sets, each represented by one of its members (union-find)."""
 
     def __init__(self) -> None:
         self.parent: dict[Any, Any] = {}
 
     def of(self, item: Any) -> Any:
+        """Return the representative of an item's set; a new item is a set of its own."""
         while self.parent.setdefault(item, item) != item:
             self.parent[item] = item = self.parent[self.parent[item]]
         return item
 
     def join(self, one: Any, other: Any) -> None:
+        """Unite the sets of two items."""
         self.parent[self.of(one)] = self.of(other)
 
 
 @dataclass
 class UndefinedRegions:
-    """Stretches of each region, and what they were told apart by: places in it, (n, 3), and whose each is."""
+    """Regions and the places by which points are assigned to them.
+
+    stretches   the gaps of each region
+    places      (n, 3) points within regions
+    region      (n,) number of the region of each place
+    """
 
     stretches: list[list[Gap]]
     places: FloatArray
     region: Any
 
     def of_points(self, points: FloatArray, some: Sequence[int], free: Free) -> Any:
-        """The region of each point, among some: that of the nearest place that it sees, or of the nearest one."""
+        """Return the region (n,) of each point, among some regions.
+
+        It is that of the nearest place with a free straight way to the point, or of the nearest place if there is none.
+        """
         result = np.full(len(points), some[0])
         if len(some) == 1:
             return result
         own = np.flatnonzero(np.isin(self.region, some))
+        # In blocks, as the distances of all pairs would need too much memory
         for begin in range(0, len(points), 256):
             here = points[begin : begin + 256]
             squares = ((here[:, None] - self.places[own][None]) ** 2).sum(axis=2)
@@ -86,35 +109,36 @@ class UndefinedRegions:
 
 
 Free = Callable[[FloatArray, FloatArray], Any]
-"""Whether all points between two are undefined: (n, 3), (n, 3) to (n,)."""
+"""free(one, other) -> (n,) bool: are all points between two points undefined? Both are (n, 3)."""
 Around = Callable[[FloatArray, FloatArray], Any]
-"""The surface by which the way between two points leaves what is undefined and comes back; -1 where it is not one."""
-
-
+"""around(one, other) -> (n,) the surface by which the way between two points leaves the region and comes back to it;
+-1 if these are two surfaces."""
 Reach = Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
-"""How far it is from undefined points in directions to what ends the region, (n,), and the normals there, (n, 3)."""
+"""reach(points, directions) -> t (n,) where rays from undefined points leave the region, and the normals (n, 3)."""
 
 
 def regions_of(gaps: list[Gap], free: Free, around: Around, reach: Reach) -> UndefinedRegions:
-    """Regions of undefined points, the one with most stretches first.
+    """Return the regions of gaps, the one with most gaps first.
 
-    Stretches that share a wall may be of several regions: two gaps beside one plane. They are one where they see each
-    other, or others between them, or places to which one walks from them; and where they are neighbours around the
-    bend of a wall that they share.
+    Gaps that share a wall may belong to several regions: two gaps beside one plane. They are of one region if a free
+    straight way leads from one to the other, through others between them, or through places that a random walk from
+    them reaches; and if they are neighbours around the bend of a wall that they share.
     """
-    groups = _sharing(gaps)
+    groups = _wall_groups(gaps)
     chosen = [gap for group in groups for gap in _sample_group(group, len(gaps))][:_MOST_STRETCHES]
     places, roots = _places(chosen), UnionFind()
     owners = np.repeat(np.arange(len(chosen)), len(_SHARES))
-    _see(places, owners, roots, free)
-    _bend(chosen, places, roots, around)
-    visited, walkers = _walk(places, roots, reach)
+    _join_visible_gaps(places, owners, roots, free)
+    _join_around_bends(chosen, places, roots, around)
+    visited, walkers = _random_walks(places, roots, reach)
     first = len(places)
+    # Places of walks count as places of the gaps that they started from
     places, owners = np.concatenate([places, visited]), np.concatenate([owners, walkers])
-    _see_others(places, owners, roots, free, first)
+    _join_visible_regions(places, owners, roots, free, first)
     numbers: dict[Any, int] = {}
     region = np.array([numbers.setdefault(roots.of(k), len(numbers)) for k in range(len(chosen))], np.int64)
     result = UndefinedRegions([[] for _ in numbers], places, region[owners])
+    # Gaps that were not compared join the regions of those that were
     _assign(groups, {id(gap): int(k) for gap, k in zip(chosen, region, strict=True)}, result, free)
     order = sorted((k for k, own in enumerate(result.stretches) if own), key=lambda k: -len(result.stretches[k]))
     rank = np.full(len(numbers), -1)
@@ -122,10 +146,11 @@ def regions_of(gaps: list[Gap], free: Free, around: Around, reach: Reach) -> Und
     return UndefinedRegions([result.stretches[k] for k in order], places, rank[result.region])
 
 
-def _sharing(gaps: list[Gap]) -> list[list[Gap]]:
-    """Stretches that share a wall, directly or one by the other; those without any walls together."""
+def _wall_groups(gaps: list[Gap]) -> list[list[Gap]]:
+    """Return groups of gaps that share walls, directly or through others; gaps without walls are one group."""
     roots = UnionFind()
     for gap in gaps:
+        # A gap with one wall joins that wall with itself
         roots.join(gap.walls[0] or gap.walls[1], gap.walls[1] or gap.walls[0])
     groups: dict[Any, list[Gap]] = {}
     for gap in gaps:
@@ -134,20 +159,20 @@ def _sharing(gaps: list[Gap]) -> list[list[Gap]]:
 
 
 def _sample_group(group: list[Gap], count: int) -> list[Gap]:
-    """A share of a group, at least a few."""
-    kept = max(_OF_EACH, _SHARE_KEPT * len(group) // count)
-    return group[:: -(-len(group) // kept)]
+    """Return a share of a group of gaps, at least a few."""
+    size = max(_OF_EACH, _SHARE_KEPT * len(group) // count)
+    return group[:: -(-len(group) // size)]
 
 
 def _places(gaps: Sequence[Gap]) -> FloatArray:
-    """Points within stretches, (3 n, 3)."""
+    """Return the places (3 n, 3) within n gaps, gap by gap."""
     ends, shares = np.array([gap.ends for gap in gaps]).reshape(-1, 2, 3), np.array(_SHARES)[:, None]
     result: FloatArray = ends[:, :1] + shares * (ends[:, 1:] - ends[:, :1])
     return result.reshape(-1, 3)
 
 
-def _see(places: FloatArray, owners: Any, roots: UnionFind, free: Free) -> None:
-    """Join stretches where a place of one sees a near one of another; owners: the stretch of each place."""
+def _join_visible_gaps(places: FloatArray, owners: Any, roots: UnionFind, free: Free) -> None:
+    """Join gaps if a free way leads from a place of one to a near place of another; owners: the gap of each place."""
     most = min(_NEIGHBOURS + len(_SHARES), len(places))
     for begin in range(0, len(places), 256):
         squares = ((places[begin : begin + 256, None] - places[None]) ** 2).sum(axis=2)
@@ -160,25 +185,26 @@ def _see(places: FloatArray, owners: Any, roots: UnionFind, free: Free) -> None:
             roots.join(a, b)
 
 
-def _see_others(places: FloatArray, owners: Any, roots: UnionFind, free: Free, first: int) -> None:
-    """Join regions where a place, from a first one on, sees one of the nearest places of other regions."""
+def _join_visible_regions(places: FloatArray, owners: Any, roots: UnionFind, free: Free, first: int) -> None:
+    """Join regions if a free way leads from a place, from `first` on, to one of the nearest places of other regions."""
     regions: Any = np.array([roots.of(k) for k in owners.tolist()])
     for begin in range(first, len(places), 256):
         some = np.arange(begin, min(begin + 256, len(places)))
         squares = ((places[some][:, None] - places[None]) ** 2).sum(axis=2)
         squares[regions[some][:, None] == regions] = np.inf
         close = np.argpartition(squares, _LOOKS, axis=1)[:, :_LOOKS]
-        known = np.isfinite(np.take_along_axis(squares, close, axis=1)).ravel()
-        one, other = np.repeat(some, _LOOKS)[known], close.ravel()[known]
+        finite = np.isfinite(np.take_along_axis(squares, close, axis=1)).ravel()
+        one, other = np.repeat(some, _LOOKS)[finite], close.ravel()[finite]
         sees = free(places[one], places[other])
         for a, b in zip(owners[one[sees]].tolist(), owners[other[sees]].tolist(), strict=True):
             roots.join(a, b)
 
 
-def _walk(places: FloatArray, roots: UnionFind, reach: Reach) -> tuple[FloatArray, Any]:
-    """Places that are reached from some stretches of each region, along its walls, and the stretches.
+def _random_walks(places: FloatArray, roots: UnionFind, reach: Reach) -> tuple[FloatArray, Any]:
+    """Return places (n, 3) on random walks from some gaps of each region along its walls, and the gaps (n,).
 
-    Thin regions are seen in pieces where stretches are few: a slab, both sides of an edge. Walks bring them together.
+    Few gaps show a thin region in pieces: a slab, both sides of an edge. Walks bring the pieces together. They have a
+    fixed seed.
     """
     middles = places[len(_SHARES) // 2 :: len(_SHARES)]
     regions: dict[Any, list[int]] = {}
@@ -186,11 +212,13 @@ def _walk(places: FloatArray, roots: UnionFind, reach: Reach) -> tuple[FloatArra
         regions.setdefault(roots.of(k), []).append(k)
     if not 1 < len(regions) <= _MOST_REGIONS:
         return np.empty((0, 3)), np.empty(0, np.int64)
+    # As many walks in every region, from gaps that are spread over it
     walkers = np.array([np.resize(own[:: -(-len(own) // _WALKERS)], _WALKERS) for own in regions.values()]).ravel()
     random, at = np.random.default_rng(0), middles[walkers]
     way, visited = random.normal(size=(len(walkers), 3)), []
     for _ in range(_STEPS):
         far, normals = reach(at, way)
+        # A step ends short of the wall
         at = at + (far * random.uniform(0.3, 0.95, len(at)))[:, None] * way
         visited.append(at)
         way = way / np.linalg.norm(way, axis=1, keepdims=True) + random.normal(scale=_TURN, size=at.shape)
@@ -198,8 +226,8 @@ def _walk(places: FloatArray, roots: UnionFind, reach: Reach) -> tuple[FloatArra
     return np.concatenate(visited), np.tile(walkers, _STEPS)
 
 
-def _bend(gaps: Sequence[Gap], places: FloatArray, roots: UnionFind, around: Around) -> None:
-    """Join neighbours that share a wall, and between which lies the bend of one: the parts of a thin shell."""
+def _join_around_bends(gaps: Sequence[Gap], places: FloatArray, roots: UnionFind, around: Around) -> None:
+    """Join near gaps that share a wall if its bend alone lies between them: the parts of a thin shell."""
     middles = places[len(_SHARES) // 2 :: len(_SHARES)]
     by_wall: dict[GapWall, list[int]] = {}
     for k, gap in enumerate(gaps):
@@ -210,6 +238,7 @@ def _bend(gaps: Sequence[Gap], places: FloatArray, roots: UnionFind, around: Aro
         if len({roots.of(k) for k in own}) < 2:
             continue
         apart = np.linalg.norm(middles[own][:, None] - middles[own][None], axis=2)
+        # Near: within some times the median distance of nearest neighbours at this wall
         np.fill_diagonal(apart, np.inf)
         one, other = np.nonzero(np.triu(apart <= _NEAR * np.median(apart.min(axis=1))))
         order = np.argsort(apart[one, other], kind="stable")[:_PAIRS]
@@ -222,10 +251,10 @@ def _bend(gaps: Sequence[Gap], places: FloatArray, roots: UnionFind, around: Aro
 
 
 def _assign(groups: list[list[Gap]], known: dict[int, int], regions: UndefinedRegions, free: Free) -> None:
-    """Every stretch to its region."""
+    """Add every gap to its region; `known` has the regions of gaps that were compared, by id."""
     for group in groups:
         of_group = sorted({known[id(gap)] for gap in group if id(gap) in known})
-        if group[0].walls == (None, None):  # these share nothing
+        if group[0].walls == (None, None):  # these gaps share no wall, and may lie in any region
             of_group = list(range(len(regions.stretches)))
         rest = [gap for gap in group if id(gap) not in known]
         for gap in group:
@@ -237,21 +266,22 @@ def _assign(groups: list[list[Gap]], known: dict[int, int], regions: UndefinedRe
                 regions.stretches[k].append(gap)
 
 
-# Where bodies leave part of a scene's domain empty: points that a model says are in a cell, and that are in none.
+# Findings of undefined regions.
 
 _POINTS = 4096
-"""Points by which a volume is estimated."""
+"""Random points that estimate a volume."""
 _MOST_NAMED = 4
+"""Bodies beside a region that its message names."""
 _MOST_REGIONS_BOXED = 64
-"""Regions that are told apart where their boxes meet."""
+"""Regions, the first ones, whose points are separated where their boxes overlap."""
 
 
 def undefined_regions(scene: SceneLike, targets: ProbeTargets, rays: int, random: np.random.Generator) -> list[Finding]:
-    """One finding for each region, told apart by what sees what; the largest first."""
+    """Return a finding for each undefined region, the largest first; none if the scene has no domain."""
     if scene.domain is None or skip_reason(scene):
         return []
     domain: SceneLike = extension("Scene")(scene.domain)
-    around = ProbeTargets.of(domain.lowered)
+    around = ProbeTargets.of(domain._prepared.lowered)
     low, high = around.window
     bodies = np.flatnonzero(~targets.empty)
     aims = [around.through_window(rays // 2 + 1, random)]
@@ -265,21 +295,21 @@ def undefined_regions(scene: SceneLike, targets: ProbeTargets, rays: int, random
     if not gaps:
         return []
     regions = regions_of(gaps, _make_free(scene, domain), _make_around(scene, domain), _make_reach(scene, domain))
-    found = [_finding(scene, domain, regions, k, random) for k in range(len(regions.stretches))]
-    return sorted(found, key=lambda finding: -finding.size)
+    findings = [_finding(scene, domain, regions, k, random) for k in range(len(regions.stretches))]
+    return sorted(findings, key=lambda finding: -finding.size)
 
 
 def skipped_checks(scene: SceneLike) -> list[str]:
-    """What a check has left out, and why."""
+    """Return the checks that are skipped for a scene, each with its reason."""
     reason = skip_reason(scene)
     return [f"undefined regions ({reason})"] if reason else []
 
 
 def skip_reason(scene: SceneLike) -> str:
-    """Why undefined regions of a scene are not looked for; empty where they are."""
+    """Return why undefined regions of a scene are not searched for; an empty string if they are."""
     if scene.domain is None:
-        return "the scene has no domain, which says where bodies are to be"
-    around = ProbeTargets.of(extension("Scene")(scene.domain).lowered)
+        return "the scene has no domain for its bodies to fill"
+    around = ProbeTargets.of(extension("Scene")(scene.domain)._prepared.lowered)
     low, high = around.window
     return "the scene's domain is empty" if around.empty.all() or not (low < high).all() else ""
 
@@ -287,7 +317,8 @@ def skip_reason(scene: SceneLike) -> str:
 def _find_gaps(
     scene: SceneLike, domain: SceneLike, origins: FloatArray, directions: FloatArray, size: float
 ) -> Iterator[Gap]:
-    """Stretches within the domain and in no body, longer than what rounding leaves between walls."""
+    """Yield the gaps of rays, longer than the slivers that rounding leaves between walls."""
+    # Ends of spans of the scene (0) and of its domain (1) along each ray; counts of both are summed from end to end
     parts = [(scene.spans(origins, directions), 0), (domain.spans(origins, directions), 1)]
     ray = np.concatenate([np.tile(row_owners(s.offsets), 2) for s, _ in parts])
     t = np.concatenate([np.concatenate([s.t_enter, s.t_exit]) for s, _ in parts])
@@ -302,6 +333,7 @@ def _find_gaps(
         there = (bodies[:-1] == 0) & (domains[:-1] > 0) & (ray[1:] == ray[:-1]) & (t[1:] - t[:-1] > THIN * size)
     rows = np.flatnonzero(there & np.isfinite(t[1:]))
     middles = origins[ray[rows]] + ((t[rows] + t[rows + 1]) / 2)[:, None] * directions[ray[rows]]
+    # Ends that coincide may come in any order: the middle of a gap decides
     sure = _is_undefined(scene, domain, middles)
     for row in rows[sure].tolist():
         walls = tuple((int(body[k]), int(surface[k])) if body[k] >= 0 else None for k in (row, row + 1))
@@ -310,15 +342,18 @@ def _find_gaps(
 
 
 def _is_undefined(scene: SceneLike, domain: SceneLike, points: FloatArray) -> Any:
+    """Return (n,) bool: is the point in the domain and in no body?"""
     return domain.contains(points) & ~scene.contains(points)
 
 
 def _finding(
     scene: SceneLike, domain: SceneLike, regions: UndefinedRegions, which: int, random: np.random.Generator
 ) -> Finding:
+    """Return the finding of one region."""
     gaps = regions.stretches[which]
     own, volume, error = _sample_region(scene, domain, regions, which, random)
     reached = np.concatenate([*(gap.ends for gap in gaps), own])
+    # Shown by the longest gap, preferably one with walls at both ends
     longest = max(gaps, key=lambda gap: (sum(wall is not None for wall in gap.walls), gap.length))
     point = longest.ends.mean(axis=0)
     bodies = tuple(sorted({wall[0] for gap in gaps for wall in gap.walls if wall is not None}))
@@ -328,8 +363,8 @@ def _finding(
     place, reach = (", ".join(f"{c:.6g}" for c in row.tolist()) for row in (point, sides))
     size = f"about {volume:.2g} ± {error:.1g}" if len(own) else f"less than about {3 * error:.1g}"
     message = (
-        f"({place}) is in no body, though the scene's domain holds it; the region{beside}{more} reaches over about "
-        f"({reach}), a volume of {size}; seen by {format_count(len(gaps), 'ray', 'rays')}"
+        f"({place}) is in the scene's domain but in no body; the region{beside}{more} extends over about "
+        f"({reach}) and has a volume of {size}; seen by {format_count(len(gaps), 'ray', 'rays')}"
     )
     origin, direction = longest.origin.copy(), longest.direction.copy()
     for array in (point, origin, direction):
@@ -340,11 +375,12 @@ def _finding(
 def _sample_region(
     scene: SceneLike, domain: SceneLike, regions: UndefinedRegions, which: int, random: np.random.Generator
 ) -> tuple[FloatArray, float, float]:
-    """Points of a region, its volume and the standard error of that, by points of a box around what was seen of it."""
+    """Return points (n, 3) of a region, its volume and the standard error of that, from random points of its box."""
     low, high = _box(regions.stretches[which])
     points = low + (high - low) * random.random((_POINTS, 3))
     inside = points[_is_undefined(scene, domain, points)]
     boxes = [_box(gaps) for gaps in regions.stretches[:_MOST_REGIONS_BOXED]] if which < _MOST_REGIONS_BOXED else []
+    # Points in the boxes of other regions may belong to these
     others = [k for k, (a, b) in enumerate(boxes) if k != which and (a <= high).all() and (low <= b).all()]
     own = inside[regions.of_points(inside, [which, *others], _make_free(scene, domain)) == which]
     share, box = len(own) / _POINTS, float(np.prod(high - low))
@@ -352,9 +388,10 @@ def _sample_region(
 
 
 def _share_error(inside: int) -> float:
-    """The standard error of the share of points that are inside; 1 / n for none, which so is below 3 / n, at 95 %.
+    """Return the standard error of the share of n points that are inside.
 
-    That of a share of which nothing was known before (Bayes and Laplace): also for all of them it is not 0.
+    With no point inside it is 1 / n: the share is below 3 / n with a confidence of 95 %. Otherwise it is that of the
+    posterior for a uniform prior (Bayes and Laplace), which is not 0 even if all points are inside.
     """
     if not inside:
         return 1 / _POINTS
@@ -362,7 +399,7 @@ def _share_error(inside: int) -> float:
 
 
 def _box(gaps: list[Gap]) -> tuple[FloatArray, FloatArray]:
-    """Around the ends of stretches, and by so much more as few of them may have missed."""
+    """Return a box (low, high) around the ends of gaps, with a margin that shrinks as there are more gaps."""
     ends = np.concatenate([gap.ends for gap in gaps])
     low, high = ends.min(axis=0), ends.max(axis=0)
     margin = (high - low) * 2 / (len(ends) + 1)
@@ -370,12 +407,16 @@ def _box(gaps: list[Gap]) -> tuple[FloatArray, FloatArray]:
 
 
 def _make_free(scene: SceneLike, domain: SceneLike) -> Free:
+    """Return the `Free` function of a scene and its domain."""
+
     def free(one: FloatArray, other: FloatArray) -> Any:
-        """Whether all between two points is in the domain and in no body, by the exact spans of the way."""
+        """Is all between two points in the domain and in no body? By the exact spans of the way."""
         way = other - one
+        # A way without length has no direction, and is free
         still: Any = ~way.any(axis=1)
         rays = one, np.where(still[:, None], 1.0, way)
         within = domain.spans(*rays, 0, 1)
+        # The way is free if one span of the domain covers it, and no body has a span on it
         ends = within.enter_clipped & within.exit_clipped
         covered = np.bincount(row_owners(within.offsets), ends, len(one)) > 0
         return still | (covered & (np.diff(scene.spans(*rays, 0, 1).offsets) == 0))
@@ -384,8 +425,10 @@ def _make_free(scene: SceneLike, domain: SceneLike) -> Free:
 
 
 def _make_reach(scene: SceneLike, domain: SceneLike) -> Reach:
+    """Return the `Reach` function of a scene and its domain."""
+
     def reach(points: FloatArray, ways: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """How far it is to the first body or the end of the domain, and the normal there."""
+        """Return t at the first body or at the end of the domain, and the normal there; 0 if there is neither."""
         still: Any = ~ways.any(axis=1)
         ways = np.where(still[:, None], 1.0, ways)
         body, end = scene.first_hit(points, ways), domain.first_hit(points, ways)
@@ -399,13 +442,19 @@ def _make_reach(scene: SceneLike, domain: SceneLike) -> Reach:
 
 
 def _make_around(scene: SceneLike, domain: SceneLike) -> Around:
+    """Return the `Around` function of a scene and its domain."""
+
     def around(one: FloatArray, other: FloatArray) -> Any:
-        """The surface by which the way between two points enters a first body and leaves the last, if it is one."""
-        found = scene.spans(one, other - one, 0, 1)
+        """Return the surface by which the way between two points enters a first body and leaves the last; -1 for two.
+
+        It is -1 as well if an end of the way is in a body, or its middle is outside of the domain.
+        """
+        spans = scene.spans(one, other - one, 0, 1)
         result = np.full(len(one), -1)
-        some = np.flatnonzero(np.diff(found.offsets) > 0)
-        first, last = found._ends[0, found.offsets[some]], found._ends[1, found.offsets[some + 1] - 1]
-        inside = ~(found.enter_clipped[found.offsets[some]] | found.exit_clipped[found.offsets[some + 1] - 1])
+        # Ways that enter some body; its first and its last end must be of one surface
+        some = np.flatnonzero(np.diff(spans.offsets) > 0)
+        first, last = spans._ends[0, spans.offsets[some]], spans._ends[1, spans.offsets[some + 1] - 1]
+        inside = ~(spans.enter_clipped[spans.offsets[some]] | spans.exit_clipped[spans.offsets[some + 1] - 1])
         result[some] = np.where((first == last) & inside, first, -1)
         result[~domain.contains((one + other) / 2)] = -1
         return result

@@ -36,23 +36,45 @@ def project(
     chunks: int | None = None,
     progress: Progress | None = None,
 ) -> Any:
-    """The sinogram of a scene, float64 (views, rows, columns): sums over what each ray goes through of value × length.
+    """Compute the sinogram of a scene: for each ray the sum of value × length over the bodies that it crosses.
 
-    A plane scan has (views, columns), and several energies are one axis more, the last. Lengths are exact but for
-    rounding: nothing is cut into voxels. Where bodies overlap, the values of all of them count.
+    Lengths are exact but for rounding: nothing is cut into voxels. Where bodies overlap, the values of all of them
+    count.
 
-    geometry: a scan of `co.ct`.
-    values, otherwise: as for `scene.line_integral`: by body, (bodies,) or (bodies, energies); a mapping from names of
-        materials; or the name of a property of materials.
-    executor: where it is done, as for `scene.first_hit`; rays are made where they are traced.
-    out: a .npy file that is to hold it, which appears whole or not at all; what is returned then is the file, mapped
-        into memory, and neither rays nor sinogram are held.
-    chunks: so many views make a block of a lazy array of Dask, which is returned; nothing is traced before.
-    progress: progress(done, count) is called with numbers of rays.
+    Parameters
+    ----------
+    scene : Scene, Shape or Body
+        The bodies.
+    geometry : ScanGeometry
+        A scan of `co.ct`.
+    values, otherwise
+        As for `scene.line_integral`: by body, (bodies,) or (bodies, energies); a mapping from names of materials; or
+        the name of a property of materials.
+    executor : optional
+        As for `scene.first_hit`. Workers make the rays themselves.
+    out : path, optional
+        A .npy file for the sinogram; it appears whole or not at all. Neither rays nor sinogram are held in memory.
+    chunks : int, optional
+        Views of a block of a lazy array of Dask. Nothing is traced before that array is computed.
+    progress : callable, optional
+        progress(done, count) is called with numbers of rays.
 
-    Raises what `line_integral` raises; TypeError for what is no scan; OSError where the file cannot be written.
+    Returns
+    -------
+    ndarray, memmap or dask.array.Array
+        float64 (views, rows, columns), or (views, columns) of a plane scan; several energies are one more axis, the
+        last. With `out`, the file mapped into memory; with `chunks`, the lazy array.
+
+    Raises
+    ------
+    TypeError
+        If `geometry` is no scan, or arguments exclude each other.
+    OSError
+        If the file cannot be written.
+    ValueError
+        As `scene.line_integral`, and if `out` does not end with .npy.
     """
-    asked_of = extension("as_scene")("project", scene)
+    target = extension("as_scene")("project", scene)
     if not isinstance(geometry, ScanGeometry):
         raise TypeError(
             f"project: geometry must be one of co.ct, got {describe_kind(geometry)}; "
@@ -62,48 +84,50 @@ def project(
     if chunks is not None:
         if executor is not None or out is not None:
             raise TypeError("project: chunks goes without executor and out: Dask's own scheduler computes lazy arrays")
-        return _lazy(asked_of, geometry, values, otherwise, check_integer("project", "chunks", chunks, 1))
-    asked = RayRequest("project", geometry.lazy_rays, None, *geometry.interval)
-    last, parts = integral_parts(asked_of, values, asked, (otherwise, None), executor, progress)
-    shape = (*geometry.shape, *last)
+        return _lazy(target, geometry, values, otherwise, check_integer("project", "chunks", chunks, 1))
+    request = RayRequest("project", geometry.lazy_rays, None, *geometry.interval)
+    trailing, parts = integral_parts(target, values, request, (otherwise, None), executor, progress)
+    shape = (*geometry.shape, *trailing)
     if out is None:
         sinogram = np.zeros(shape)
-        _fill(sinogram, last, parts)
+        _fill(sinogram, trailing, parts)
         return sinogram
     path = os.fspath(checked_path("project", out, "out"))
     if not path.endswith(".npy"):
         raise ValueError(f"project: out must end with .npy, got {path[:80]!r}")
-    return _file(path, shape, last, parts)
+    return _file(path, shape, trailing, parts)
 
 
-def _fill(sinogram: Any, last: tuple[int, ...], parts: Iterator[tuple[int, int, Any]]) -> None:
+def _fill(sinogram: Any, trailing: tuple[int, ...], parts: Iterator[tuple[int, int, Any]]) -> None:
     """Write the parts into an array."""
-    flat = sinogram.reshape((-1, *last))
+    flat = sinogram.reshape((-1, *trailing))
     for begin, end, part in parts:
         flat[begin:end] = part
 
 
-def _file(path: str, shape: tuple[int, ...], last: tuple[int, ...], parts: Iterator[tuple[int, int, Any]]) -> Any:
+def _file(path: str, shape: tuple[int, ...], trailing: tuple[int, ...], parts: Iterator[tuple[int, int, Any]]) -> Any:
     """Write the parts into a new file, one after the other, and map it."""
     with replace_file(path) as partial, open(partial, "wb") as file:
         header = dict(descr="<f8", fortran_order=False, shape=shape)
         np.lib.format.write_array_header_1_0(file, header)
+        # The parts come in order, so that they are appended without an index.
         for _, _, part in parts:
             file.write(np.ascontiguousarray(part, "<f8").data.cast("B"))
     return np.load(path, mmap_mode="r")
 
 
 def _lazy(scene: SceneLike, geometry: ScanGeometry, values: Any, otherwise: Any, views: int) -> Any:
-    """The sinogram as an array of Dask, a task for some views."""
+    """Return the sinogram as an array of Dask, with one task for each block of views."""
     from ...parallel.dask_arrays import lazy_parts
 
-    prepared = scene.prepared
-    last = weights_of(values, otherwise, prepared.lowered.body_count, prepared.labels.distinct).shape
+    prepared = scene._prepared
+    trailing = weights_of(values, otherwise, prepared.lowered.body_count, prepared.labels.distinct).shape
+    # An empty scan still makes one block, with the right shape.
     starts = range(0, max(geometry.views, 1), views)
     shares = [geometry[start : start + views] for start in starts]
-    return lazy_parts(scene, _views, shares, (values, otherwise), [(*share.shape, *last) for share in shares])
+    return lazy_parts(scene, _views, shares, (values, otherwise), [(*share.shape, *trailing) for share in shares])
 
 
 def _views(scene: SceneLike, geometry: ScanGeometry, values: tuple[Any, Any]) -> Any:
-    """The sinogram of some views, in a task."""
+    """Return the sinogram of some views; this runs in a task."""
     return project(scene, geometry, values[0], otherwise=values[1])

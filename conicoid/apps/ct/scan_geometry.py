@@ -1,4 +1,4 @@
-"""Scans as data: for each view a source or a direction, and where the pixels of the detector are."""
+"""Scans as data: for each view a source or a direction, and the places of the detector's pixels."""
 
 from __future__ import annotations
 
@@ -11,31 +11,37 @@ import numpy as np
 from ..._util.arrays import FloatArray
 from ..._util.equality import compare_by_value
 from ..._util.errstate import ignore_fp_errors
-from ..._util.foreign_names import with_attribute_hints
-from ..._util.hints import frozen_with_hints, with_method_hints
 from ..._util.validation import check_flag, check_integer, check_nonnegative, real_array, zero_negligible
 from ...queries.rays import LazyRays
 
 
-@with_attribute_hints
-@frozen_with_hints
-@with_method_hints
 @compare_by_value()
 @dataclass(frozen=True, eq=False)
 class ScanGeometry:
-    """Views of a scan by ASTRA's twelve numbers each (`cone_vec` and `parallel3d_vec`).
+    """Views of a scan, by ASTRA's twelve numbers each (`cone_vec` and `parallel3d_vec`).
 
-    vectors: (views, 12): the source, or the direction of parallel rays; the centre of the detector; u, from a pixel to
-        the next in its row; v, from a pixel to the one in the next row.
-    rows, columns: pixels of the detector. Pixel (i, j) is centred at
+    Parameters
+    ----------
+    vectors : ndarray (views, 12)
+        The source, or the direction of parallel rays; the centre of the detector; u, from a pixel to the next in its
+        row; v, from a pixel to the one in the next row.
+    rows, columns : int
+        Pixels of the detector. Pixel (i, j) is centred at
         centre + (j - (columns - 1) / 2) u + (i - (rows - 1) / 2) v.
-    is_parallel: whether rays are parallel. They then are whole lines; else they go from the source to the pixel.
-    is_plane: a scan of one row, whose sinogram has no axis of rows.
-    radius: of a detector that is part of a cylinder about an axis along v, on the side of the source; 0: it is flat.
-        A pixel then lies as far along the arc as it would in the plane that touches the cylinder.
-    touch: (views,), where that plane touches it: so far along u, in length, from there is the centre.
+    is_parallel : bool
+        Whether rays are parallel. Then they are whole lines; else they go from the source to the pixel.
+    is_plane : bool
+        A scan of one row, whose sinogram has no axis of rows.
+    radius : float
+        Of a detector that is part of a cylinder about an axis along v, on the side of the source; 0 is a flat one. A
+        pixel lies as far along the arc as it would in the plane that touches the cylinder.
+    touch : float or ndarray (views,)
+        Where that plane touches the cylinder: the distance from there to the centre, along u.
 
-    Raises ValueError for numbers that make no scan.
+    Raises
+    ------
+    ValueError
+        If the numbers make no scan.
     """
 
     vectors: FloatArray
@@ -70,30 +76,31 @@ class ScanGeometry:
         )
         for name, value in checked.items():
             object.__setattr__(self, name, value)
+        # A frozen dataclass: its arrays must not change either.
         vectors.flags.writeable = False
 
     @property
     def views(self) -> int:
-        """How many views there are."""
+        """Number of views."""
         return len(self.vectors)
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """That of the sinogram: (views, rows, columns), or (views, columns) of a plane scan."""
+        """Shape of the sinogram: (views, rows, columns), or (views, columns) of a plane scan."""
         return (self.views, self.columns) if self.is_plane else (self.views, self.rows, self.columns)
 
     @property
     def interval(self) -> tuple[float, float]:
-        """t_min and t_max of its rays: 0 to 1 from the source to the pixel, or the whole of a line."""
+        """t_min and t_max of the rays: 0 to 1 from the source to the pixel, or the whole of a line."""
         return (-np.inf, np.inf) if self.is_parallel else (0.0, 1.0)
 
     @property
     def lazy_rays(self) -> ScanRays:
-        """The rays of all pixels, made where they are traced."""
+        """The rays of all pixels, made only when they are traced."""
         return ScanRays(self)
 
     def __getitem__(self, index: Any) -> ScanGeometry:
-        """The scan of some views, by a slice or numbers."""
+        """Return the scan of some views, by a slice or numbers."""
         which = np.atleast_1d(np.arange(self.views)[index])
         return replace(self, vectors=self.vectors[which], touch=self.touch[which])
 
@@ -102,7 +109,17 @@ class ScanGeometry:
 
     @ignore_fp_errors
     def pixels(self, view: Any, row: Any, column: Any) -> FloatArray:
-        """(..., 3): the centres of pixels."""
+        """Return the centres of pixels.
+
+        Parameters
+        ----------
+        view, row, column : int or array_like of int
+            Numbers of pixels; they broadcast together.
+
+        Returns
+        -------
+        ndarray (..., 3)
+        """
         center, u, v = (self.vectors[view, k : k + 3] for k in (3, 6, 9))
         across = np.asarray(column - (self.columns - 1) / 2)[..., None]
         up = np.asarray(row - (self.rows - 1) / 2)[..., None]
@@ -112,14 +129,16 @@ class ScanGeometry:
         along, inwards = u / length, self._inwards(view)
         touch = self.touch[view][..., None]
         angle = (touch + across * length) / self.radius
+        # 2 sin² (angle / 2) is 1 - cos angle without cancellation.
         bent = np.sin(angle) * self.radius * along + 2 * self.radius * np.sin(angle / 2) ** 2 * inwards
         return np.asarray(center - touch * along + bent + up * v)
 
     def _inwards(self, view: Any) -> FloatArray:
-        """The normals of detectors, towards the source."""
+        """Return the normals of detectors, towards the source."""
         source, center, u, v = (self.vectors[view, k : k + 3] for k in (0, 3, 6, 9))
         normal = np.cross(u, v)
         normal = normal / np.sqrt((normal * normal).sum(axis=-1, keepdims=True))
+        # Parallel rays travel along `source`, so the source is on the other side.
         back = -source if self.is_parallel else source - center
         return np.asarray(np.where((normal * back).sum(axis=-1, keepdims=True) < 0, -normal, normal))
 
@@ -128,7 +147,7 @@ class ScanGeometry:
         return f"Geometry({kind}, shape={self.shape})"
 
 
-# The rays of a scan, made where they are traced.
+# The rays of a scan, made only when they are traced.
 
 
 @compare_by_value("geometry")
@@ -140,22 +159,28 @@ class ScanRays(LazyRays):
 
     @property
     def shape(self) -> tuple[int, ...]:
+        """Shape of the sinogram."""
         return self.geometry.shape
 
     @property
     def interval(self) -> tuple[float, float]:
-        """That of the scan: from the source to the pixel, or the whole of a line."""
+        """t_min and t_max: from the source to the pixel, or the whole of a line."""
         return self.geometry.interval
 
     def _lines(self, begin: int, end: int) -> tuple[FloatArray, FloatArray]:
+        """Return origins and directions of the flat rays `begin` to `end`."""
         scan = self.geometry
+        # The flat index runs over columns, then rows, then views.
         pixel, column = np.divmod(np.arange(begin, end), scan.columns)
         view, row = np.divmod(pixel, scan.rows)
         places, first = scan.pixels(view, row, column), scan.vectors[view, :3]
+        # From the source with t = 1 at the pixel; parallel rays pass the pixel.
         origins, directions = (places, first) if scan.is_parallel else (first, places - first)
         return zero_negligible(origins), zero_negligible(directions)
 
     def _share(self, begin: int, end: int) -> tuple[LazyRays, int, int]:
+        """Return the rays of the views that hold the flat rays `begin` to `end`, and their place among these."""
         each = math.prod(self.shape[1:])
+        # A worker needs only the views of its rays.
         first, last = begin // each, -(-end // each)
         return ScanRays(self.geometry[first:last]), begin - first * each, end - first * each

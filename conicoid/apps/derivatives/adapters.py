@@ -1,4 +1,7 @@
-"""What the adapters for other libraries share: answers and what is handed back, from arrays to arrays of NumPy."""
+"""Differentiable functions of NumPy arrays, which the adapters for JAX and PyTorch wrap.
+
+Each has a forward pass and a backward pass (vector-Jacobian product) over the parameter vector and the rays.
+"""
 
 from __future__ import annotations
 
@@ -6,6 +9,7 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
+import numpy.typing as npt
 
 from ..._util.arrays import FloatArray
 from ..._util.validation import describe_kind
@@ -16,25 +20,25 @@ Axes = dict[str, tuple[int, ...]]
 
 
 class DifferentiableFunction(Protocol):
-    """Named arrays from (vector, origins, directions), and what is asked of them handed back."""
+    """A function (vector, origins, directions) -> named arrays, with its vector-Jacobian product."""
 
     shapes: Axes
-    """Of each array, the axes after those of the rays."""
+    """Name of an output -> its axes after those of the rays."""
 
     def forward(self, vector: FloatArray, origins: FloatArray, directions: FloatArray) -> Arrays:
-        """The answers."""
+        """Return the outputs by name."""
         ...
 
     def backward(
-        self, vector: FloatArray, origins: FloatArray, directions: FloatArray, asked: Arrays
+        self, vector: FloatArray, origins: FloatArray, directions: FloatArray, cotangents: Arrays
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """What is asked of the vector, origins and directions, in their shapes."""
+        """Return the cotangents of vector, origins and directions, in their shapes, from those of the outputs."""
         ...
 
 
 @dataclass(frozen=True)
 class AdapterFunctions:
-    """The functions of a scene's parameters."""
+    """Builds the differentiable functions of a scene's parameters."""
 
     parameters: Parameters
 
@@ -43,15 +47,17 @@ class AdapterFunctions:
             raise TypeError(f"parameters must be those of co.parameters(scene), got {describe_kind(self.parameters)}")
 
     def of_hits(self) -> DifferentiableFunction:
-        """First hits: t, point, normal, uv."""
+        """Return the function of first hits: t, point, normal, uv."""
         return _HitFunction(self.parameters)
 
-    def of_integrals(self, values: Any) -> DifferentiableFunction:
-        """Line integrals."""
+    def of_integrals(self, values: npt.ArrayLike) -> DifferentiableFunction:
+        """Return the function of line integrals with constant `values`, as `spans.line_integral` takes them."""
         return _IntegralFunction(self.parameters, np.asarray(values, np.float64))
 
 
 class _HitFunction:
+    """First hits. The backward pass traces the rays again."""
+
     shapes: Axes = {"t": (), "point": (3,), "normal": (3,), "uv": (2,)}  # noqa: RUF012 (never changed)
 
     def __init__(self, parameters: Parameters) -> None:
@@ -62,14 +68,16 @@ class _HitFunction:
         return {name: np.asarray(getattr(hits, name)) for name in self.shapes}
 
     def backward(
-        self, vector: FloatArray, origins: FloatArray, directions: FloatArray, asked: Arrays
+        self, vector: FloatArray, origins: FloatArray, directions: FloatArray, cotangents: Arrays
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
         hits = self._parameters.scene(vector).first_hit(origins, directions)
-        found = hits.vjp(self._parameters, **asked)
-        return _shape_cotangents(found, origins, directions)
+        gradient = hits.vjp(self._parameters, **cotangents)
+        return _shape_cotangents(gradient, origins, directions)
 
 
 class _IntegralFunction:
+    """Line integrals; overlapping bodies all count. The backward pass traces the rays again."""
+
     shapes: Axes = {"integral": ()}  # noqa: RUF012 (never changed)
 
     def __init__(self, parameters: Parameters, values: FloatArray) -> None:
@@ -80,26 +88,28 @@ class _IntegralFunction:
         return {"integral": np.asarray(spans.line_integral(self._values, overlaps="both"))}
 
     def backward(
-        self, vector: FloatArray, origins: FloatArray, directions: FloatArray, asked: Arrays
+        self, vector: FloatArray, origins: FloatArray, directions: FloatArray, cotangents: Arrays
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
         spans = self._parameters.scene(vector).spans(origins, directions)
-        found = spans.vjp(self._parameters, line_integral=asked["integral"], values=self._values)
-        return _shape_cotangents(found, origins, directions)
+        gradient = spans.vjp(self._parameters, line_integral=cotangents["integral"], values=self._values)
+        return _shape_cotangents(gradient, origins, directions)
 
 
 def _shape_cotangents(
-    found: Any, origins: FloatArray, directions: FloatArray
+    gradient: Any, origins: FloatArray, directions: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the cotangents of vector, origins and directions, in the shapes of the arguments."""
     return (
-        found.parameters,
-        _sum_broadcast(found.origins, origins.shape),
-        _sum_broadcast(found.directions, directions.shape),
+        gradient.parameters,
+        _sum_broadcast(gradient.origins, origins.shape),
+        _sum_broadcast(gradient.directions, directions.shape),
     )
 
 
-def _sum_broadcast(asked: FloatArray, shape: tuple[int, ...]) -> FloatArray:
-    """What is asked of an array that was broadcast, as what is asked of the array."""
-    extra = asked.ndim - len(shape)
-    found = asked.sum(axis=tuple(range(extra)))
-    stretched = tuple(i for i, (have, size) in enumerate(zip(found.shape, shape, strict=True)) if have != size)
-    return np.asarray(found.sum(axis=stretched, keepdims=True)).reshape(shape)
+def _sum_broadcast(cotangent: FloatArray, shape: tuple[int, ...]) -> FloatArray:
+    """Sum the cotangent of a broadcast array over the broadcast axes; the result has the array's own shape."""
+    # First the axes that broadcasting added in front, then those of size 1 that it stretched.
+    extra = cotangent.ndim - len(shape)
+    total = cotangent.sum(axis=tuple(range(extra)))
+    stretched = tuple(i for i, (have, size) in enumerate(zip(total.shape, shape, strict=True)) if have != size)
+    return np.asarray(total.sum(axis=stretched, keepdims=True)).reshape(shape)

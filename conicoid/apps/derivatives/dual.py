@@ -1,8 +1,8 @@
-"""Numbers that know how they move with others: a shape's own formulas, worked out with these, give its derivatives.
+"""Dual numbers: evaluating a shape's own formulas with them gives the derivatives of its walls.
 
-A `Slope` is a `Number` of 3000 bits and the derivatives of it, as floats, by the parameters that it depends on (forward
-mode: Wengert, A simple automatic derivative evaluation program, CACM 7, 1964). Formulas take their branches by the
-values; but what is zero and moves counts as something, so that a formula does not leave out a term for being zero now.
+A `Dual` is a `BigFloat` of 3000 bits with its derivatives, as floats, by the parameters that it depends on (forward
+mode: Wengert, A simple automatic derivative evaluation program, CACM 7, 1964). Comparisons use the value alone. A zero
+with a derivative is true, so that a formula does not skip a term that is zero now but changes.
 """
 
 from __future__ import annotations
@@ -16,13 +16,13 @@ from ...numerics import bigfloat
 from ...numerics.bigfloat import BigFloat, Symbol, exact
 
 Slopes = dict[int, float]
-"""Derivatives by the numbers of parameters; those that are not there are zero."""
+"""Number of a parameter -> derivative by it. Missing derivatives are zero."""
 
 _RADIAN = math.pi / 180
 
 
 class Dual(BigFloat, Symbol):
-    """A number and its derivatives."""
+    """A number with its derivatives by parameters."""
 
     __slots__ = ("slopes", "value")
 
@@ -31,8 +31,10 @@ class Dual(BigFloat, Symbol):
 
     @property
     def _unseen(self) -> NoReturn:
-        raise TypeError("the digits of a number whose derivatives are asked for")
+        """Refuse access to the digits: they have no derivative."""
+        raise TypeError("a number with derivatives does not expose its digits")
 
+    # The fields of `BigFloat`. A formula that read them would lose the derivatives.
     mantissa = exponent = off = _unseen
 
     def __add__(self, other: Any) -> Any:
@@ -53,7 +55,7 @@ class Dual(BigFloat, Symbol):
         return -self if self.value < 0 else self
 
     def __mul__(self, other: Any) -> Any:
-        if not is_finite(other):
+        if not is_finite(other):  # an infinite float has no derivative, and its product has none
             return float(self.value) * other
         value = value_of(other)
         return _depends_on(self.value * value, (self, float(value)), (other, float(self.value)))
@@ -77,6 +79,7 @@ class Dual(BigFloat, Symbol):
     def __eq__(self, other: object) -> bool:
         if isinstance(other, float) and not math.isfinite(other):
             return False
+        # The difference is false only if its value and all its derivatives are zero.
         return not (self - other)
 
     def __ne__(self, other: object) -> bool:
@@ -97,7 +100,7 @@ class Dual(BigFloat, Symbol):
     __hash__ = None  # type: ignore[assignment]
 
     def __float__(self) -> NoReturn:
-        raise TypeError("a number whose derivatives are asked for has no float: exact.rounded")
+        raise TypeError("a number with derivatives does not convert to float: use ex.rounded")
 
     def __repr__(self) -> str:
         return f"Slope({float(self.value)!r}, {self.slopes})"
@@ -106,49 +109,53 @@ class Dual(BigFloat, Symbol):
         return self
 
     def settled(self) -> Dual:
-        """The same where the value is only known better (`number.settled`)."""
+        """Return the number with its value settled (`bigfloat.settled`) and the same derivatives."""
         return Dual(bigfloat.settled(self.value), self.slopes)
 
     def rounded(self) -> Dual:
-        """Itself: what rounding does has no derivative."""
+        """Return the number itself: the step of rounding has no derivative."""
         return self
 
     def root(self) -> Any:
-        """The square root."""
+        """Return the square root. At zero its derivatives are NaN where those of the number are not 0."""
         value = bigfloat.sqrt(self.value)
         return _depends_on(value, (self, 0.5 / float(value))) if value else Dual(value, _unknown(self.slopes))
 
     def larger(self, other: Any, first: bool = True) -> Any:
-        """The larger of two; of two that are equal, what moves one of them alone makes either of them the larger."""
+        """Return the larger of two numbers.
+
+        If the values are equal, the derivative by each parameter that moves them apart is NaN: either may become the
+        larger.
+        """
         if self.value != value_of(other):
             return max(self, other)
         keys = self.slopes.keys() | slopes_of(other).keys()
-        apart = [key for key in keys if self.slopes.get(key, 0.0) != slopes_of(other).get(key, 0.0)]
-        return Dual(self.value, {**self.slopes, **dict.fromkeys(apart, math.nan)})
+        differing = [key for key in keys if self.slopes.get(key, 0.0) != slopes_of(other).get(key, 0.0)]
+        return Dual(self.value, {**self.slopes, **dict.fromkeys(differing, math.nan)})
 
     def sine_cosine(self) -> tuple[Any, Any]:
-        """Of an angle in degrees."""
+        """Return (sine, cosine) of the number as an angle in degrees."""
         s, c = bigfloat.sin_cos_degrees(float(self.value))
         return _depends_on(s, (self, _RADIAN * float(c))), _depends_on(c, (self, -_RADIAN * float(s)))
 
 
 def value_of(x: Any) -> BigFloat:
-    """A number without its derivatives."""
+    """Return the value of a number without its derivatives."""
     return x.value if isinstance(x, Dual) else exact(x)
 
 
 def slopes_of(x: Any) -> Slopes:
-    """The derivatives of a number."""
+    """Return the derivatives of a number; none for a plain one."""
     return x.slopes if isinstance(x, Dual) else {}
 
 
 def is_finite(x: Any) -> bool:
-    """Whether it is anything but an infinite float."""
+    """Return whether x is anything but a float that is not finite."""
     return not isinstance(x, float) or math.isfinite(x)
 
 
 def _depends_on(value: BigFloat, *parts: tuple[Any, float]) -> Dual:
-    """A number that depends on others, each with the derivative by it."""
+    """Return a number whose derivatives follow by the chain rule from (number, partial derivative) pairs."""
     slopes: Slopes = {}
     for part, factor in parts:
         for key, slope in slopes_of(part).items():
@@ -166,6 +173,7 @@ def _sum(a: Dual, b: Any, sign: float) -> Any:
 def _quotient(a: Any, b: Any) -> Any:
     if not is_finite(b):
         return 0.0
+    # d(a / b) = da / b - (a / b) db / b.
     above, below = value_of(a), value_of(b)
     value = above / below
     inverse = 1.0 / float(below)
@@ -173,10 +181,11 @@ def _quotient(a: Any, b: Any) -> Any:
 
 
 def _compare_values(how: Callable[[Any, Any], bool], a: Dual, b: Any) -> bool:
-    """By the values; an infinite float is beyond all of them."""
+    """Compare by the values; an infinite float lies beyond all of them."""
+    # Any finite value compares with an infinite float like 0.
     return how(0.0, b) if not is_finite(b) else how(a.value, value_of(b))
 
 
 def _unknown(slopes: Slopes) -> Slopes:
-    """Where there is no derivative."""
+    """Return NaN for each derivative that is not zero: no derivative exists."""
     return dict.fromkeys((key for key, slope in slopes.items() if slope), math.nan)

@@ -1,6 +1,6 @@
 """First hits and line integrals as functions that PyTorch differentiates: `pip install conicoid[torch]`.
 
-They run on the CPU; tensors of other devices are brought there and back.
+They run on the CPU. Tensors on other devices are copied there, and the results back.
 """
 
 from __future__ import annotations
@@ -9,6 +9,7 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from .adapters import AdapterFunctions
 from .parameters import Parameters
@@ -20,54 +21,86 @@ except ImportError as error:  # pragma: no cover
 
 
 def first_hit(parameters: Parameters) -> Callable[..., dict[str, Any]]:
-    """trace(vector, origins, directions) -> dict of t, point, normal, uv, differentiable by all three.
+    """Return a function trace(vector, origins, directions) that PyTorch differentiates by all three arguments.
 
-    parameters: those of `co.parameters(scene)`; the vector (parameters,) is of their values. Rays are (..., 3). A miss
-    has t = inf and NaN elsewhere, and what is asked of it must be 0: sums over `t[torch.isfinite(t)]` see to that.
+    Parameters
+    ----------
+    parameters : Parameters
+        Those of `co.parameters(scene)`.
+
+    Returns
+    -------
+    callable
+        It takes the values of the parameters, (parameters,), and rays (..., 3), and returns a dict of t (...), point
+        and normal (..., 3), and uv (..., 2). A miss has t = inf and NaN in the other fields. The gradient must not
+        depend on misses: sum over `t[torch.isfinite(t)]`.
+
+    Raises
+    ------
+    TypeError
+        For `parameters` of another type.
     """
     return _function(AdapterFunctions(parameters).of_hits())
 
 
-def line_integral(parameters: Parameters, values: Any) -> Callable[..., Any]:
-    """integrate(vector, origins, directions) -> (...), `spans.line_integral(values)`, differentiable by all three.
+def line_integral(parameters: Parameters, values: npt.ArrayLike) -> Callable[..., Any]:
+    """Return a function integrate(vector, origins, directions) that PyTorch differentiates by all three arguments.
 
-    parameters, vector: as for `first_hit`; values: (bodies,), which stay.
+    Parameters
+    ----------
+    parameters : Parameters
+        Those of `co.parameters(scene)`.
+    values : array_like (bodies,)
+        The integrand in each body. They are constants.
+
+    Returns
+    -------
+    callable
+        It takes the arguments of the function of `first_hit`, and returns `spans.line_integral(values)`, (...).
+
+    Raises
+    ------
+    TypeError
+        For `parameters` of another type.
     """
     traced = _function(AdapterFunctions(parameters).of_integrals(values))
     return lambda vector, origins, directions: traced(vector, origins, directions)["integral"]
 
 
 def _function(host: Any) -> Callable[..., dict[str, Any]]:
-    """A function of PyTorch from one that works out answers, and what is handed back, in NumPy."""
+    """Wrap a `DifferentiableFunction` of NumPy arrays as a function of PyTorch."""
 
     class Traced(torch.autograd.Function):  # type: ignore[misc]
-        """One evaluation."""
+        """The forward and the backward pass."""
 
         @staticmethod
-        def forward(ctx: Any, *given: Any) -> Any:
-            ctx.save_for_backward(*given)
-            found = host.forward(*(_array(tensor) for tensor in given))
-            return tuple(_like(found[name], given[0]) for name in host.shapes)
+        def forward(ctx: Any, *inputs: Any) -> Any:
+            # The backward pass traces the rays again, so the inputs are all that it needs.
+            ctx.save_for_backward(*inputs)
+            results = host.forward(*(_array(tensor) for tensor in inputs))
+            return tuple(_like(results[name], inputs[0]) for name in host.shapes)
 
         @staticmethod
-        def backward(ctx: Any, *asked: Any) -> Any:
-            given = ctx.saved_tensors
-            wanted = {name: _array(tensor) for name, tensor in zip(host.shapes, asked, strict=True)}
-            found = host.backward(*(_array(tensor) for tensor in given), wanted)
-            return tuple(_like(one, tensor) for one, tensor in zip(found, given, strict=True))
+        def backward(ctx: Any, *cotangents: Any) -> Any:
+            inputs = ctx.saved_tensors
+            weights = {name: _array(tensor) for name, tensor in zip(host.shapes, cotangents, strict=True)}
+            results = host.backward(*(_array(tensor) for tensor in inputs), weights)
+            return tuple(_like(one, tensor) for one, tensor in zip(results, inputs, strict=True))
 
     def function(vector: Any, origins: Any, directions: Any) -> dict[str, Any]:
+        # The dtype and the device of the vector rule; float64 if it is not a tensor.
         like = vector if torch.is_tensor(vector) else torch.as_tensor(vector, dtype=torch.float64)
-        given = [torch.as_tensor(part, dtype=like.dtype, device=like.device) for part in (like, origins, directions)]
-        return dict(zip(host.shapes, Traced.apply(*given), strict=True))
+        inputs = [torch.as_tensor(part, dtype=like.dtype, device=like.device) for part in (like, origins, directions)]
+        return dict(zip(host.shapes, Traced.apply(*inputs), strict=True))
 
     return function
 
 
 def _array(tensor: Any) -> Any:
+    """Return a tensor as a float64 array on the CPU."""
     return tensor.detach().cpu().numpy().astype(np.float64)
 
 
 def _like(array: Any, tensor: Any) -> Any:
-    """An array as a tensor of another's kind and device."""
+    """Return an array as a tensor with the dtype and the device of another tensor."""
     return torch.as_tensor(np.array(array), dtype=tensor.dtype, device=tensor.device)

@@ -1,4 +1,7 @@
-"""The walls that crossings are on, as tables: of each wall its form, its map to uv, and what moves it."""
+"""Surface data per crossing: the quadric form, the uv map and the parameter Jacobian of each wall, as arrays.
+
+The data are stored once per distinct wall, which many crossings may share.
+"""
 
 from __future__ import annotations
 
@@ -22,41 +25,41 @@ if TYPE_CHECKING:
     from .parameters import Parameters
 
 _MOST_KEYS = 1 << 22
-"""Of bodies times faces, beyond which those that are there are found by sorting."""
+"""Bodies times faces up to which walls are numbered through a table; beyond, by sorting."""
 
 
 @dataclass
 class HitSurfaces:
-    """Different walls (w,), and for each crossing its place among them; -1 for a miss."""
+    """The distinct walls (w,) of crossings, and for each crossing the row of its wall."""
 
-    place: Any
-    body: Any
-    face: Any
-    forms: FloatArray  # (w, 10) as the scene's tables have them
+    place: Any  # (n,) the row of the wall; -1 for a miss
+    body: Any  # (w,)
+    face: Any  # (w,)
+    forms: FloatArray  # (w, 10) as in the tables of the scene
     anchors: FloatArray  # (w, 3)
     maps: FloatArray  # (w, 12)
-    angular: Any  # (w,) is u an angle?
+    angular: Any  # (w,) whether u is an angle
 
     @cached_property
     def rows(self) -> WallRows:
-        """The walls as kernels take them: form, anchor and map of each."""
+        """The walls as kernels take them: form, anchor and map, one row each."""
         numbers = np.concatenate([self.forms, self.anchors, self.maps], axis=1)
         return WallRows(as_kernel_array(numbers), as_kernel_array(self.angular.astype(np.int8)))
 
 
 @dataclass
 class SurfaceJacobians:
-    """What moves some walls: rows of one wall follow one another."""
+    """Sparse Jacobian of walls by parameters. The rows of one wall follow one another."""
 
     wall: Any  # (m,) the wall of each row
-    ids: Any  # (m,) the parameter
-    forms: FloatArray  # (m, 10)
-    maps: FloatArray  # (m, 12)
-    count: int = field(default=0)
+    ids: Any  # (m,) the number of its parameter
+    forms: FloatArray  # (m, 10) derivatives of the form
+    maps: FloatArray  # (m, 12) derivatives of the map
+    count: int = field(default=0)  # of walls
 
 
 def find_hit_surfaces(prepared: PreparedScene, body: Any, face: Any, surface: Any) -> HitSurfaces:
-    """The walls of crossings (n,) by their bodies, numbers of faces and surfaces."""
+    """Return the distinct walls of crossings (n,) from their body, face and surface numbers."""
     place, first = _distinct(body, face)
     body, face, surface = body[first], face[first], surface[first]
     tables = prepared.lowered.tables
@@ -66,15 +69,15 @@ def find_hit_surfaces(prepared: PreparedScene, body: Any, face: Any, surface: An
 
 
 def _distinct(body: Any, face: Any) -> tuple[Any, Any]:
-    """(place of each pair among the different ones, -1 for none; an index of each of these)."""
+    """Return (row of each pair among the distinct pairs, -1 for a miss; an index of each distinct pair)."""
     hit = body >= 0
     width = int(face.max(initial=0)) + 1
     keys = np.where(hit, body.astype(np.int64) * width + face, -1)
     most = int(keys.max(initial=-1)) + 1
     if most > _MOST_KEYS:
         _, first, place = np.unique(keys, return_index=True, return_inverse=True)
-        missed = int(len(keys) > 0 and not hit.all())
-        return place.reshape(keys.shape) - missed, first[missed:]
+        has_miss = int(len(keys) > 0 and not hit.all())
+        return place.reshape(keys.shape) - has_miss, first[has_miss:]
     known, place, first = np.zeros(most, np.int32), np.empty(keys.shape, np.int64), np.empty(most, np.int64)
     count = number_walls(as_kernel_array(keys), known, place, first)
     return place, first[:count]
@@ -82,9 +85,10 @@ def _distinct(body: Any, face: Any) -> tuple[Any, Any]:
 
 @kernel(keys="n", known="out m", place="out n", first="out m")
 def number_walls(keys: Longs, known: Ints, place: Longs, first: Longs) -> int:
-    """Number walls by their keys as they come: place[i] for each, -1 for keys below 0, and first[k] of each number.
+    """Number keys in order of appearance and return how many distinct ones appear.
 
-    known: zeros, one for each key. Returns how many numbers there are.
+    place[i] is the number of keys[i], -1 for keys below 0. first[k] is the first index with number k. `known` holds a
+    zero for each key.
     """
     count = 0
     for i in range(len(keys)):
@@ -103,17 +107,18 @@ def number_walls(keys: Longs, known: Ints, place: Longs, first: Longs) -> int:
 def _maps(
     prepared: PreparedScene, body: Any, face: Any, anchors: FloatArray, forms: FloatArray
 ) -> tuple[FloatArray, Any]:
-    """(maps to uv (w, 12), is u an angle) of walls; those of many balls are worked out from their frames."""
+    """Return (maps to uv (w, 12), whether u is an angle) of walls. Maps of `Spheres` are built from their frames."""
     tables = prepared.lowered.tables
     row = tables.body_face[body].astype(np.int64)
     plain = row >= 0
     maps, angular = np.zeros((len(body), MAP)), np.ones(len(body), np.bool_)
+    # A first row below 0 marks an angular map; the row itself is -1 minus it.
     rows: Any = rows_of_maps(tables, body[plain], face[plain]).copy()
     angular[plain] = rows[:, 0] < 0
     rows[:, 0] = np.where(rows[:, 0] < 0, -1 - rows[:, 0], rows[:, 0])
-    found = tables.map_rows[rows]
-    found[~angular[plain], 2] = 0.0  # a flat map has two rows
-    maps[plain] = found.reshape(-1, MAP)
+    plain_maps = tables.map_rows[rows]
+    plain_maps[~angular[plain], 2] = 0.0  # a flat map has two rows
+    maps[plain] = plain_maps.reshape(-1, MAP)
     balls = np.flatnonzero(~plain)
     if len(balls):
         frames = tables.ball_frames.reshape(-1, 3, 3)[-1 - row[balls]]
@@ -127,7 +132,7 @@ def _maps(
 
 
 def _own_radii(prepared: PreparedScene, body: Any) -> FloatArray:
-    """The radii of balls of `Spheres`, as they were said."""
+    """Return the radii of balls of `Spheres`, as the user gave them."""
     items = prepared.lowered.body_item[body]
     radii = np.ones(len(body))
     for item in np.unique(items).tolist():
@@ -137,11 +142,12 @@ def _own_radii(prepared: PreparedScene, body: Any) -> FloatArray:
 
 
 def _first_body(prepared: PreparedScene, item: int) -> int:
+    """Return the number of the first body of an entry."""
     return int(np.searchsorted(prepared.lowered.body_item, item))
 
 
 def surface_jacobians(prepared: PreparedScene, walls: HitSurfaces, parameters: Parameters) -> SurfaceJacobians:
-    """What moves the walls, by the parameters' numbers among all of the scene."""
+    """Return the Jacobian of walls by all numbers of the scene's shapes, selected as parameters or not."""
     parts: list[_JacobianRows] = []
     single: list[tuple[int, int, WallJacobian]] = []  # place, first parameter, wall
     if not len(parameters._full):
@@ -151,18 +157,19 @@ def surface_jacobians(prepared: PreparedScene, walls: HitSurfaces, parameters: P
         mine = np.flatnonzero(items == item)
         shape, bodies = prepared.entries[item].shape, walls.body[mine] - _first_body(prepared, item)
         first = int(parameters._firsts[item])
+        # Balls that are not moved have closed formulas, evaluated for all at once.
         if isinstance(shape, Spheres) and not shape.motion.steps:
             parts.append(_ball_rows(shape, bodies, mine, first))
             continue
         for place, index, face in zip(mine.tolist(), bodies.tolist(), walls.face[mine].tolist(), strict=True):
-            found = (walls_of_one(shape, index) if isinstance(shape, Bulk) else walls_of(shape))[face]
-            single.append((place, first, found))
+            jacobian = (walls_of_one(shape, index) if isinstance(shape, Bulk) else walls_of(shape))[face]
+            single.append((place, first, jacobian))
     return _concatenate_jacobians([*parts, _single_wall_rows(single)] if single else parts, walls)
 
 
 @dataclass
 class _JacobianRows:
-    """Some rows of `Moving`, the forms about an anchor of their own and by the own form of the wall."""
+    """Rows of `SurfaceJacobians` about the anchors and in the scale of their own forms, not of the tables."""
 
     wall: Any
     ids: Any
@@ -170,7 +177,7 @@ class _JacobianRows:
 
 
 def _single_wall_rows(walls: list[tuple[int, int, WallJacobian]]) -> _JacobianRows:
-    """Walls that were each worked out alone, by their places and the first parameters of their shapes."""
+    """Join (row, first parameter of the shape, Jacobian) of walls that were each evaluated alone."""
     counts = [len(wall.ids) for _, _, wall in walls]
     place, first = (np.repeat([part[k] for part in walls], counts) for k in (0, 1))
     anchor, form = (
@@ -183,24 +190,26 @@ def _single_wall_rows(walls: list[tuple[int, int, WallJacobian]]) -> _JacobianRo
 
 
 def _concatenate_jacobians(parts: list[_JacobianRows], walls: HitSurfaces) -> SurfaceJacobians:
-    """All rows, about the anchors of the scene's tables and in the scale of their forms."""
+    """Join all rows, shifted to the anchors and scaled to the forms in the tables of the scene."""
     if not parts:
         none = np.zeros(0, np.int64)
         return SurfaceJacobians(none, none, np.zeros((0, FORM)), np.zeros((0, MAP)), len(walls.body))
     wall, ids = (np.concatenate([getattr(part, name) for part in parts]) for name in ("wall", "ids"))
     forms, maps = (np.concatenate([getattr(part.of, name) for part in parts]) for name in ("forms", "maps"))
     own, anchors = (np.concatenate([getattr(part.of, name) for part in parts]) for name in ("form", "anchor"))
+    # The form of a shape and that in the tables describe one surface, but may differ by a factor.
     by = walls.anchors[wall] - anchors
     scale = scale_between(shift_forms(own, by), walls.forms[wall])
     return SurfaceJacobians(wall, ids, shift_forms(forms, by) / scale[:, None], maps, len(walls.body))
 
 
 def _ball_rows(shape: Spheres, index: Any, place: Any, first: int) -> _JacobianRows:
-    """Many balls where they were said: |x - c|² - r² and its derivatives, -2 (x - c) and -2 r."""
+    """Return the rows of balls without motion: f = |x - c|² - r², with the derivatives -2 (x - c) and -2 r."""
     radius, center, count = shape.radii[index], shape.centers[index], len(index)
     form, forms, maps = np.zeros((count, 4, FORM)), np.zeros((count, 4, FORM)), np.zeros((count, 4, MAP))
     form[:, :, :3], form[:, :, 9] = 1.0, -(radius**2)[:, None]
     forms[:, :3, 6:9], forms[:, 3, 9] = -np.eye(3), -2 * radius
+    # The map of a ball is (x - cx, y - cy, (z - cz) / 2r + 1/2).
     maps[:, 0, 3] = maps[:, 1, 7] = -1.0
     maps[:, 2, 11] = maps[:, 3, 10] = -0.5 / radius
     maps[:, 3, 10] /= radius
@@ -217,29 +226,32 @@ def _ball_rows(shape: Spheres, index: Any, place: Any, first: int) -> _JacobianR
 
 
 def apply_jacobians(moves: SurfaceJacobians, tangent: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """(forms (w, 10), maps (w, 12)): how walls change where the parameters change by a tangent.
+    """Return the tangents of walls, (forms (w, 10), maps (w, 12)), for a tangent of the parameters.
 
-    What a parameter that stays does counts nothing, known or not.
+    A parameter that does not change counts nothing, even if its derivative is NaN.
     """
     weight = tangent[moves.ids]
-    still = weight == 0
+    constant = weight == 0
     forms, maps = np.zeros((moves.count, FORM)), np.zeros((moves.count, MAP))
     for out, rows in ((forms, moves.forms), (maps, moves.maps)):
         for k in range(rows.shape[1]):
-            column = np.where(still, 0.0, rows[:, k]) * weight
+            column = np.where(constant, 0.0, rows[:, k]) * weight
             out[:, k] = np.bincount(moves.wall, column, moves.count)
     return forms, maps
 
 
 def apply_jacobians_transposed(moves: SurfaceJacobians, forms: FloatArray, maps: FloatArray, count: int) -> FloatArray:
-    """The transpose of `combined`: (count,) of what is asked of forms (w, 10) and maps (w, 12) of walls."""
-    asked = _weighted_sums(moves.forms, forms[moves.wall]) + _weighted_sums(moves.maps, maps[moves.wall])
-    found: FloatArray = np.bincount(moves.ids, asked, count).astype(np.float64)
-    return found
+    """Return the cotangents (count,) of the parameters from those of forms (w, 10) and maps (w, 12) of walls.
+
+    This is the transpose of `apply_jacobians`.
+    """
+    cotangents = _weighted_sums(moves.forms, forms[moves.wall]) + _weighted_sums(moves.maps, maps[moves.wall])
+    gradient: FloatArray = np.bincount(moves.ids, cotangents, count).astype(np.float64)
+    return gradient
 
 
 def _weighted_sums(rows: FloatArray, weights: FloatArray) -> FloatArray:
-    """Sums of products; what is not known counts nothing where it does not matter."""
+    """Return row sums of products. A zero factor makes a product 0, even if the other factor is NaN."""
     products = np.where((rows == 0) | (weights == 0), 0.0, rows * weights)
-    found: FloatArray = products.sum(axis=1)
-    return found
+    sums: FloatArray = products.sum(axis=1)
+    return sums

@@ -1,7 +1,8 @@
-"""Every number of a shape, by a name that says where it stands; and the shape again with other numbers.
+"""`co.parameters`: the numbers of a scene's shapes as a flat vector with names, and scenes with other numbers.
 
-One walk, in one order, serves both: the operands of Booleans, the steps of motions and a box within which a shape is
-cut are gone into. Numbers are floats; what is infinite, such as the end of a range, is none.
+One traversal, in one order, reads the numbers of a shape and rebuilds the shape with others. It visits the operands of
+Booleans, the steps of motions, and the box that clips a shape. Parameters are finite floats: an infinite value, such as
+the end of a range, is not a parameter.
 """
 
 from __future__ import annotations
@@ -14,10 +15,11 @@ from functools import cached_property
 from typing import Any, TypeAlias
 
 import numpy as np
+import numpy.typing as npt
 
 from ..._util.arrays import FloatArray
 from ..._util.errstate import ignore_fp_errors
-from ..._util.hints import describe_names, with_method_hints
+from ..._util.hints import describe_names
 from ..._util.validation import describe_kind, format_value, real_array
 from ...geometry.body import Body
 from ...geometry.bulk import Bulk, Spheres
@@ -29,28 +31,29 @@ from ...geometry.transform import IDENTITY_MOTION, Motion, Rotate, Scale, Step, 
 from ...queries.scene_protocol import SceneLike, is_scene
 
 Take: TypeAlias = Callable[[str, float], Any]
-"""What is to stand in place of a number, by its name."""
+"""(name, value of a number) -> its replacement."""
 Make: TypeAlias = Callable[[Any, dict[str, Any]], Any]
-"""A shape or a step with other values of some fields."""
+"""(shape or step, new values by field) -> shape or step with these values."""
 
 Task: TypeAlias = Generator["Task", Any, Any]
-"""What yields the tasks that it needs the results of."""
+"""A generator that yields the tasks whose results it needs, and returns its own result."""
 
 _ANGLES = ("start_angle", "end_angle")
+"""Fields that are no parameters for a whole turn without a reference."""
 
 
 def map_numbers(shape: Any, take: Take, make: Make, path: str | None = "") -> Any:
-    """The shape with every number replaced by what `take` gives for it. path: before the names; None for no names."""
+    """Return the shape with every number replaced by `take`. `path` precedes the names; None makes no names."""
     return _run_task(_map_shape(shape, take, make, path))
 
 
 def map_value(value: Any, take: Take, make: Make) -> Any:
-    """The value of a field with every number replaced."""
+    """Return the value of a field with every number replaced."""
     return _run_task(_map_value(value, take, make, None))
 
 
 def _run_task(task: Task) -> Any:
-    """What a task returns, which yields the tasks that it needs done before: nothing calls itself level by level."""
+    """Run a task and the tasks that it yields, on a stack of their own: nesting does not use Python's recursion."""
     waiting, result = [task], None
     while waiting:
         try:
@@ -65,10 +68,12 @@ def _run_task(task: Task) -> Any:
 
 
 def _join_path(path: str | None, more: str) -> str | None:
+    """Append to a path; None stays None."""
     return None if path is None else path + more
 
 
 def _map_shape(shape: Any, take: Take, make: Make, path: str | None) -> Task:
+    """Map the fields of a shape in their order, and its motion last; unchanged shapes are returned as they are."""
     changes: dict[str, Any] = {}
     for field in dataclasses.fields(shape):
         if not field.init or field.name == "motion" or is_derived(shape, field.name):
@@ -77,6 +82,7 @@ def _map_shape(shape: Any, take: Take, make: Make, path: str | None) -> Task:
         new = yield _map_value(old, take, make, _join_path(path, field.name))
         if new is not old:
             changes[field.name] = new
+    # Identity tells whether a value changed: `take` returns the same object for an equal number.
     motion = map_motion(shape.motion, take, make, _join_path(path, "motion"))
     if motion is not shape.motion:
         changes["motion"] = motion
@@ -84,7 +90,8 @@ def _map_shape(shape: Any, take: Take, make: Make, path: str | None) -> Task:
 
 
 def is_derived(shape: Any, name: str) -> bool:
-    """Does a field say nothing of its own: radii besides coefficients, angles of a whole turn?"""
+    """Return whether other fields determine a field: radii next to coefficients, angles of a whole turn."""
+    # The radii of an ellipsoid that is given by coefficients.
     if name == "radii" and getattr(shape, "coefficients", None) is not None:
         return True
     if isinstance(shape, Revolution) and name in _ANGLES:
@@ -93,7 +100,7 @@ def is_derived(shape: Any, name: str) -> bool:
 
 
 def map_motion(motion: Motion, take: Take, make: Make, path: str | None) -> Motion:
-    """The motion with every number of its steps replaced."""
+    """Return the motion with every number of its steps replaced."""
     steps = tuple(
         _run_task(_map_step(step, take, make, _join_path(path, f"[{k}]."))) for k, step in enumerate(motion.steps)
     )
@@ -101,10 +108,12 @@ def map_motion(motion: Motion, take: Take, make: Make, path: str | None) -> Moti
 
 
 def _map_step(step: Any, take: Take, make: Make, path: str | None) -> Task:
+    """Map the fields of a step; of a matrix only the first three rows, as the last one is fixed."""
     changes: dict[str, Any] = {}
     for field in dataclasses.fields(step):
         old = getattr(step, field.name)
         if isinstance(step, Transform):
+            # The last row of an affine matrix is fixed.
             rows = yield _map_value(old[:3], take, make, _join_path(path, "matrix"))
             new: Any = (
                 old if rows is old[:3] or all(a is b for a, b in zip(rows, old, strict=False)) else (*rows, old[3])
@@ -117,27 +126,28 @@ def _map_step(step: Any, take: Take, make: Make, path: str | None) -> Task:
 
 
 def _map_value(value: Any, take: Take, make: Make, path: str | None) -> Task:
+    """Map a float, an array, a shape, or a mapping or tuple of such; other values stay."""
     if isinstance(value, float):
         return take(path or "", value) if math.isfinite(value) else value
     if isinstance(value, np.ndarray):
         return _map_array(value, take, path)
     if isinstance(value, Shape):
-        made = yield _map_shape(value, take, make, _join_path(path, "."))
-        return made
+        part_value = yield _map_shape(value, take, make, _join_path(path, "."))
+        return part_value
     if isinstance(value, Mapping):
         new = {name: take(_join_path(path, f".{name}") or "", number) for name, number in value.items()}
         return value if all(new[name] is number for name, number in value.items()) else new
     if isinstance(value, tuple):
         parts = []
         for k, part in enumerate(value):
-            made = yield _map_value(part, take, make, _join_path(path, f"[{k}]"))
-            parts.append(made)
+            part_value = yield _map_value(part, take, make, _join_path(path, f"[{k}]"))
+            parts.append(part_value)
         return value if all(new is old for new, old in zip(parts, value, strict=True)) else tuple(parts)
     return value
 
 
 def _map_array(values: Any, take: Take, path: str | None) -> Any:
-    """The numbers of many bodies."""
+    """Map a column of `Bulk` shapes: one number, or one row of numbers, for each body."""
     old = values.tolist()
     if values.ndim == 1:
         new = [take(_join_path(path, f"[{i}]") or "", x) for i, x in enumerate(old)]
@@ -147,39 +157,43 @@ def _map_array(values: Any, take: Take, path: str | None) -> Any:
 
 
 def replace_unchecked(thing: Any, changes: dict[str, Any]) -> Any:
-    """A shape or a step with other values of fields, of which nothing is checked."""
-    made = object.__new__(type(thing))
+    """Return a shape or step with other values of fields, without any check."""
+    # The constructor would check and convert the values, and they may be duals.
+    copy = object.__new__(type(thing))
     for field in dataclasses.fields(thing):
-        object.__setattr__(made, field.name, changes.get(field.name, getattr(thing, field.name)))
-    return made
+        object.__setattr__(copy, field.name, changes.get(field.name, getattr(thing, field.name)))
+    return copy
 
 
 def replace_checked(thing: Any, changes: dict[str, Any]) -> Any:
-    """A shape with other values of fields, as if it was said so. Raises what its class raises."""
+    """Return a shape with other values of fields, built by its constructor. Raise what the constructor raises."""
+    # Steps are not checked here: `_apply_motion` appends them anew, which checks them.
     if not isinstance(thing, Shape):
         return replace_unchecked(thing, changes)
     motion = changes.pop("motion", None)
-    made = dataclasses.replace(thing, **_constructor_arguments(thing, changes)) if changes else thing
-    return made if motion is None else _apply_motion(made, motion)
+    copy = dataclasses.replace(thing, **_constructor_arguments(thing, changes)) if changes else thing
+    return copy if motion is None else _apply_motion(copy, motion)
 
 
 def _constructor_arguments(thing: Any, changes: dict[str, Any]) -> dict[str, Any]:
+    """Return the fields that the constructor needs: radii derived from old coefficients are reset to the default."""
     if "coefficients" in changes and isinstance(thing, Ellipsoid):
         return {"radii": Ellipsoid.radii, **changes}
     return changes
 
 
 def _apply_motion(shape: Shape, motion: Motion) -> Shape:
-    """The shape under a motion whose steps are asked for anew, so that they are checked."""
-    told = IDENTITY_MOTION
+    """Return the shape with a motion that is rebuilt step by step, so that every step is checked."""
+    checked = IDENTITY_MOTION
     for step in motion.steps:
-        told = _append_step(told, step)
-    made: Shape = dataclasses.replace(shape, motion=told)
-    told.check(type(shape).__name__)
-    return made
+        checked = _append_step(checked, step)
+    result: Shape = dataclasses.replace(shape, motion=checked)
+    checked.check(type(shape).__name__)
+    return result
 
 
 def _append_step(motion: Motion, step: Step) -> Motion:
+    """Append a step through the public method of its kind."""
     if isinstance(step, Translate):
         return motion.translate(step.offset)
     if isinstance(step, Rotate):
@@ -190,7 +204,7 @@ def _append_step(motion: Motion, step: Step) -> Motion:
 
 
 def numbers_of(shape: Shape, path: str | None = "") -> tuple[list[str], list[float]]:
-    """The names and the values of all numbers of a shape."""
+    """Return the names and the values of all numbers of a shape."""
     names: list[str] = []
     values: list[float] = []
 
@@ -204,9 +218,10 @@ def numbers_of(shape: Shape, path: str | None = "") -> tuple[list[str], list[flo
 
 
 def values_of(shape: Shape) -> Any:
-    """`numbers_of`, the values alone: quickly also of many bodies."""
+    """Return the values of `numbers_of` alone; fast for `Bulk` shapes too, whose columns are copied whole."""
     if not isinstance(shape, Bulk):
         return np.array(numbers_of(shape, None)[1])
+    # The order is that of `numbers_of`: the columns, then the motion.
     parts = [np.ravel(getattr(shape, name)) for name in shape.columns]
     steps: list[float] = []
 
@@ -219,46 +234,63 @@ def values_of(shape: Shape) -> Any:
 
 
 def columns_of_leaf(shape: Bulk, leaf: int) -> tuple[str | float, ...]:
-    """What the fields of one primitive of each body are of: columns, or constants."""
+    """Return the source of each field of one leaf of a `Bulk` shape: the name of a column, or a constant."""
     leaves: Any = (("radii", "centers"),) if isinstance(shape, Spheres) else shape.leaves
     return tuple(leaves[leaf])
 
 
-# `co.parameters`: the numbers of a scene's shapes as one flat vector with names, and scenes with other numbers.
+# --- The vector of a scene
 
 
 @ignore_fp_errors
-def parameters(scene: Any, only: str | Iterable[str] | None = None) -> Parameters:
-    """The numbers of a scene's shapes: a flat vector with names, from which scenes with other numbers are made.
+def parameters(scene: SceneLike, only: str | Iterable[str] | None = None) -> Parameters:
+    """Return the numbers of a scene's shapes as a flat vector with names, from which edited scenes are made.
 
-    scene: a `Scene`; of a model that was imported as copies moved there are none, as its bodies are made on demand.
-    only: a name or several, or patterns such as "lens.*.radius": the parameters that there are to be, in the scene's
-        order; None takes all.
+    Parameters
+    ----------
+    scene : Scene
+        A model that was imported as moved copies has no parameters, since its bodies are made on demand.
+    only : str or iterable of str, optional
+        Names, or patterns such as "lens.*.radius", of the parameters to select. They keep the order of the scene. None
+        selects all.
 
-    Raises TypeError for what is no scene, ValueError for a name or pattern that nothing has.
+    Returns
+    -------
+    derivatives.Parameters
+
+    Raises
+    ------
+    TypeError
+        For an object that is not a scene.
+    ValueError
+        For a name or pattern that fits no parameter.
     """
     if not is_scene(scene):
         raise TypeError(f"parameters: scene must be a Scene, got {describe_kind(scene)}")
-    found = Parameters(scene)
-    return found if only is None else found.only(only)
+    every = Parameters(scene)
+    return every if only is None else every.only(only)
 
 
-@with_method_hints
 class Parameters:
     """Numbers of a scene's shapes, in a fixed order. Immutable; arrays are read-only.
 
-    values   float64 (parameters,): what they are
-    names    their names: the body's name, or bodies[i], and the way to the number, as in "lens.operands[0].radii[2]"
+    Every finite number that defines a shape is a parameter, also in the operands of Booleans and the steps of motions.
+    Derived numbers are not: the radii of an ellipsoid that is given by coefficients, and the angles of a whole turn
+    without a reference.
 
-    Every finite number that a shape was said by is one: of operands of Booleans and of the steps of motions too. What
-    is said by other numbers is none: the radii of an ellipsoid that is given by coefficients, the angles of a whole
-    turn without a reference.
+    Attributes
+    ----------
+    values : float64 (parameters,)
+        Their values.
+    names : tuple of str
+        The body's name, or bodies[i], and the path to the number, as in "lens.operands[0].radii[2]".
     """
 
     def __init__(self, scene: SceneLike, chosen: Any = None, full: FloatArray | None = None) -> None:
         bodies = scene.bodies
         self._scene, self._bodies = scene, () if isinstance(bodies, InstanceList) else tuple(bodies)
         parts = [values_of(body.shape) for body in self._bodies]
+        # The index of the first number of each entry, and last the count of all.
         self._firsts = np.cumsum([0, *map(len, parts)], dtype=np.int64)
         self._full: FloatArray = np.concatenate([np.zeros(0), *parts]) if full is None else full
         self._chosen = np.arange(len(self._full)) if chosen is None else chosen
@@ -277,12 +309,12 @@ class Parameters:
 
     @cached_property
     def _names(self) -> list[str]:
-        """Of all, chosen or not."""
-        found: list[str] = []
+        """The names of all numbers of the scene, selected or not."""
+        names: list[str] = []
         for number, body in enumerate(self._bodies):
             owner = body.name if body.name is not None else f"bodies[{number}]"
-            found += numbers_of(body.shape, f"{owner}.")[0]
-        return found
+            names += numbers_of(body.shape, f"{owner}.")[0]
+        return names
 
     @cached_property
     def _places(self) -> dict[str, int]:
@@ -291,8 +323,8 @@ class Parameters:
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Parameters):
             return NotImplemented
-        mine, its = ((one._scene, one._chosen.tolist(), one._full.tolist()) for one in (self, other))
-        return mine == its
+        own, others = ((one._scene, one._chosen.tolist(), one._full.tolist()) for one in (self, other))
+        return own == others
 
     __hash__ = None  # type: ignore[assignment]
 
@@ -300,58 +332,103 @@ class Parameters:
         return len(self._chosen)
 
     def __getitem__(self, name: str) -> float:
-        """The value of a parameter."""
+        """Return the value of a parameter by name. Raise KeyError for an unknown name."""
         return float(self.values[self.index(name)])
 
     def index(self, name: str) -> int:
-        """The place of a `name` in the vector. Raises KeyError for one that there is not."""
+        """Return the index of a parameter in the vector.
+
+        Parameters
+        ----------
+        name : str
+            One of `names`.
+
+        Raises
+        ------
+        KeyError
+            For an unknown name.
+        """
         if not isinstance(name, str) or name not in self._places:
-            told = describe_names(str(name), "names", list(self.names))
-            raise KeyError(f"parameters: there is no {format_value(name)}; {told}")
+            hint = describe_names(str(name), "names", list(self.names))
+            raise KeyError(f"parameters: there is no {format_value(name)}; {hint}")
         return self._places[name]
 
     def only(self, names: str | Iterable[str]) -> Parameters:
-        """Some of them, by `names` or patterns, in which * stands for any letters. Raises ValueError for others."""
+        """Return a selection of the parameters, in the order of the scene.
+
+        Parameters
+        ----------
+        names : str or iterable of str
+            Names, or patterns in which * stands for any characters.
+
+        Raises
+        ------
+        TypeError
+            For names that are not strings.
+        ValueError
+            For a name or pattern that fits no parameter.
+        """
         patterns = _patterns(names)
         own = self.names
-        kept: set[int] = set()
+        chosen: set[int] = set()
         for pattern in patterns:
-            found = [self._places[pattern]] if pattern in self._places else _matching(own, pattern)
-            if not found:
-                known = describe_names(str(pattern), "names", list(own))
-                raise ValueError(f"parameters: only: nothing is called {format_value(pattern)}; {known}")
-            kept.update(found)
-        return Parameters(self._scene, self._chosen[sorted(kept)], self._full)
+            places = [self._places[pattern]] if pattern in self._places else _matching(own, pattern)
+            if not places:
+                hint = describe_names(str(pattern), "names", list(own))
+                raise ValueError(f"parameters: only: nothing is called {format_value(pattern)}; {hint}")
+            chosen.update(places)
+        return Parameters(self._scene, self._chosen[sorted(chosen)], self._full)
 
     def vector(self, values: Mapping[str, float]) -> FloatArray:
-        """The vector with other `values` for some names: {"lens.radius": 2.5}. Raises KeyError for unknown ones."""
+        """Return the vector of values with some of them replaced.
+
+        Parameters
+        ----------
+        values : mapping of str to float
+            New values by name: {"lens.radius": 2.5}.
+
+        Raises
+        ------
+        KeyError
+            For an unknown name.
+        """
         vector = self.values.copy()
         for name, value in values.items():
             vector[self.index(name)] = value
         return vector
 
     @ignore_fp_errors
-    def scene(self, vector: Any) -> SceneLike:
-        """The scene with the numbers of a `vector` (parameters,); shapes that do not change stay what they are.
+    def scene(self, vector: npt.ArrayLike) -> SceneLike:
+        """Return the scene with other numbers. Unchanged shapes are shared, so only changed ones are prepared anew.
 
-        So it prepares only what is new. Raises ValueError for a vector of another shape, or what a shape cannot be.
+        Parameters
+        ----------
+        vector : array_like (parameters,)
+            The new values.
+
+        Raises
+        ------
+        ValueError
+            For a vector of another length, and for values that a shape refuses.
         """
         full = self._filled(real_array("parameters.scene", "vector", vector, "numbers (parameters,)"))
         changed = np.flatnonzero(full != self._full)
         if not len(changed):
             return self._scene
         bodies: list[Body] = list(self._bodies)
+        # Only entries with a changed number are rebuilt.
         for entry in np.unique(np.searchsorted(self._firsts, changed, side="right") - 1).tolist():
             part = full[self._firsts[entry] : self._firsts[entry + 1]]
             bodies[entry] = _with_numbers(bodies[entry], part)
         return _replace_bodies(self._scene, bodies)
 
     def _fits(self, entries: Sequence[Body]) -> bool:
-        """Have the shapes of other entries their numbers in the same places?"""
+        """Return whether other entries have the same kinds of shapes with as many numbers each."""
         if entries is self._scene.bodies:
             return True
         if isinstance(entries, InstanceList):
             return not len(self._bodies)
+        # Counts of numbers are compared last: equal bodies and equal shapes are quicker to recognise.
         counts = np.diff(self._firsts).tolist()
         return len(entries) == len(counts) and all(
             mine is body or mine.shape is body.shape
@@ -360,7 +437,7 @@ class Parameters:
         )  # fmt: skip
 
     def _filled(self, vector: FloatArray) -> FloatArray:
-        """All numbers, with those of a vector of the chosen ones."""
+        """Return all numbers, with those of `vector` for the selected ones."""
         if vector.shape != (len(self),):
             raise ValueError(f"parameters.scene: vector must have shape ({len(self)},), got {vector.shape}")
         full = self._full.copy()
@@ -368,7 +445,7 @@ class Parameters:
         return full
 
     def _spread(self, tangent: FloatArray) -> FloatArray:
-        """A change of the chosen ones as a change of all."""
+        """Return a tangent of all numbers from one of the selected ones; the others do not change."""
         full = np.zeros(len(self._full))
         full[self._chosen] = tangent
         return full
@@ -380,7 +457,7 @@ class Parameters:
 
 
 def _patterns(names: Any) -> list[str]:
-    """Names or patterns, one or several. Raises TypeError for anything else."""
+    """Return names or patterns as a list. Raise TypeError for anything but strings."""
     patterns = [names] if isinstance(names, str) else list(names) if isinstance(names, Iterable) else [names]
     for pattern in patterns:
         if not isinstance(pattern, str):
@@ -391,24 +468,25 @@ def _patterns(names: Any) -> list[str]:
 
 
 def _matching(names: Sequence[str], pattern: str) -> list[int]:
-    """The places of names that a pattern fits; brackets stand for themselves."""
+    """Return the indices of the names that a pattern fits; brackets stand for themselves."""
+    # fnmatch reads [...] as a set of characters; [[] stands for the bracket itself.
     plain = pattern.replace("[", "[[]")
     return [place for place, name in enumerate(names) if fnmatch.fnmatchcase(name, plain)]
 
 
 def _with_numbers(body: Body, numbers: FloatArray) -> Body:
-    """A body whose shape has other numbers."""
+    """Return the body with other numbers in its shape."""
     rest = iter(numbers.tolist())
 
     def take(_: str, old: float) -> float:
         new = float(next(rest))
-        return old if new == old else new
+        return old if new == old else new  # the same object, so that unchanged parts are recognised
 
     return dataclasses.replace(body, shape=map_numbers(body.shape, take, replace_checked, None))
 
 
 def _replace_bodies(scene: SceneLike, bodies: Sequence[Body]) -> SceneLike:
-    """The scene with other bodies, as `scene.replace` makes it: it takes what is prepared, and prepares what is new."""
+    """Return the scene with other bodies, as `scene.replace` does: prepared entries are kept, new ones prepared."""
     from ...geometry.entries import Entries
 
     return scene._edited(Entries(bodies))

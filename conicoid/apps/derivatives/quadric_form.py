@@ -1,7 +1,7 @@
-"""Surfaces as polynomials f(r) = r·A r + 2 B·r + C about an anchor near the part in use, r = x - anchor.
+"""Quadric forms: surfaces as polynomials f(r) = r·A r + 2 B·r + C, r = x - anchor, about an anchor near the wall.
 
-A form is ten numbers: (xx, yy, zz, xy, xz, yz) of A, three of B, and C. A plane has A = 0. Derivatives of a surface by
-a parameter are forms too, about the same anchor: by f_p the wall moves there, by -f_p / |∇f| along its normal.
+A form is ten numbers: (xx, yy, zz, xy, xz, yz) of A, three of B, and C. A plane has A = 0. The derivative f_p of a
+surface by a parameter is a form too, about the same anchor: the wall moves by -f_p / |∇f| along its normal.
 """
 
 from __future__ import annotations
@@ -17,24 +17,25 @@ from ...kernels.tables import PLANE, SPHERE, Tables
 from ...numerics import bigfloat_linalg as ex
 
 FORM, MAP = 10, 12
-"""Numbers of a form, and of a map of uv."""
+"""Numbers of a form, and of a map to uv."""
 PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
-"""Places of the first six numbers of a form in A."""
+"""Indices in A of the first six numbers of a form."""
 
 
 def form_of(surface: Surface, anchor: Sequence[float]) -> list[Any]:
-    """The form of a surface about an anchor, by the numbers that the surface has: floats, exact, with derivatives."""
+    """Return the form of a surface about an anchor, in the numbers of the surface: floats, exact ones or duals."""
     if isinstance(surface, PlaneSurface):
         aside = tuple(ex.exact(a) - ex.exact(own) for a, own in zip(anchor, surface.anchor, strict=True))
         height = _height(surface)
         n = ex.exact_row(surface.normal)
+        # f = normal·r + over. B is half the normal, since a form has 2 B·r.
         over = height + n[0] * aside[0] + n[1] * aside[1] + n[2] * aside[2]
         return [ex.ZERO] * 6 + [c * 0.5 for c in n] + [over]
     return _quadric_form(surface, anchor)
 
 
 def _height(surface: PlaneSurface) -> Any:
-    """normal·anchor - offset, not settled: what it moves by may be all there is of it."""
+    """Return normal·anchor - offset. It is not settled: it may be zero and yet have a derivative."""
     if surface.over is not None:
         return ex.exact(surface.over)
     n, a = ex.exact_row(surface.normal), ex.exact_row(surface.anchor)
@@ -42,7 +43,7 @@ def _height(surface: PlaneSurface) -> Any:
 
 
 def _quadric_form(surface: QuadricSurface, anchor: Sequence[float]) -> list[Any]:
-    """Σ s y² + 2 b y - k with y = W r + e, e = W (anchor - own anchor)."""
+    """Return the form of Σ s y² + 2 b y - k with y = W r + e, e = W (anchor - own anchor)."""
     rows = [ex.exact_row(row) for row in surface.rows]
     s, b, k = ex.exact_row(surface.squares), ex.exact_row(surface.linear), ex.exact(surface.constant)
     aside = [ex.exact(a) - ex.exact(own) for a, own in zip(anchor, surface.anchor, strict=True)]
@@ -53,34 +54,37 @@ def _quadric_form(surface: QuadricSurface, anchor: Sequence[float]) -> list[Any]
 
 
 def shift_forms(forms: FloatArray, by: FloatArray) -> FloatArray:
-    """Forms (..., 10) about another anchor, `by` (..., 3) from their own."""
+    """Return forms (..., 10) about other anchors, which lie `by` (..., 3) from their own."""
     if not by.any():
         return forms
     second, first = matrix_of(forms), forms[..., 6:9]
     along = np.einsum("...ij,...j->...i", second, by)
-    moved = np.array(forms)
-    moved[..., 6:9] = first + along
-    moved[..., 9] += (by * (along + 2 * first)).sum(axis=-1)
-    return moved
+    shifted = np.array(forms)
+    shifted[..., 6:9] = first + along
+    shifted[..., 9] += (by * (along + 2 * first)).sum(axis=-1)
+    return shifted
 
 
 def matrix_of(forms: FloatArray) -> FloatArray:
-    """A of forms (..., 10), (..., 3, 3)."""
+    """Return the matrices A (..., 3, 3) of forms (..., 10)."""
     xx, yy, zz, xy, xz, yz = (forms[..., i] for i in range(6))
     rows = (np.stack(row, axis=-1) for row in ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz)))
     return np.stack(list(rows), axis=-2)
 
 
 def forms_of(tables: Tables, surfaces: Any) -> tuple[FloatArray, FloatArray]:
-    """(forms (n, 10), anchors (n, 3)) of surfaces by their numbers, as the tables of a scene have them."""
+    """Return (forms (n, 10), anchors (n, 3)) of surfaces, given by number, from the tables of a scene."""
     kinds, rows = tables.surface_kind[surfaces], tables.surface_row[surfaces]
     forms, anchors = np.zeros((len(kinds), FORM)), np.zeros((len(kinds), 3))
     flat, round_ = kinds == PLANE, kinds == SPHERE
+    # Rows of planes: normal, value at the anchor, anchor.
     planes = tables.planes[rows[flat]]
     forms[flat, 6:9], forms[flat, 9], anchors[flat] = planes[:, :3] / 2, planes[:, 3], planes[:, 4:]
+    # Rows of spheres: centre, which is the anchor, and radius.
     balls = tables.spheres[rows[round_]]
     forms[round_, :3], forms[round_, 9], anchors[round_] = 1.0, -(balls[:, 3] ** 2), balls[:, :3]
     rest = ~(flat | round_)
+    # Rows of quadrics: anchor, W, squares s, linear b, constant k of Σ s y² + 2 b y - k, y = W r.
     quadrics = tables.whole_quadrics(rows[rest])
     w, s, b = quadrics[:, 3:12].reshape(-1, 3, 3), quadrics[:, 12:15], quadrics[:, 15:18]
     second = np.einsum("nki,nk,nkj->nij", w, s, w)
@@ -91,13 +95,14 @@ def forms_of(tables: Tables, surfaces: Any) -> tuple[FloatArray, FloatArray]:
 
 
 def scale_between(own: FloatArray, other: FloatArray) -> FloatArray:
-    """The factors (n,) of surfaces' forms over other forms of the same surfaces, about the same anchors."""
+    """Return the factors (n,) between two forms of the same surfaces about the same anchors, own / other."""
+    # Least squares over the entries of A, or over the normal of a plane.
     curved = (other[:, :6] != 0).any(axis=1)
     weight = np.where(curved[:, None], _SECOND, _FIRST)
-    found: FloatArray = (weight * own * other).sum(axis=1) / (weight * other**2).sum(axis=1)
-    return found
+    factors: FloatArray = (weight * own * other).sum(axis=1) / (weight * other**2).sum(axis=1)
+    return factors
 
 
 _SECOND = np.array([1.0, 1.0, 1.0, 2.0, 2.0, 2.0, 0.0, 0.0, 0.0, 0.0])
 _FIRST = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 0.0])
-"""How entries of forms weigh: those of A, or of a plane's normal."""
+"""Weights of the numbers of a form: those of A, where mixed terms count twice, and those of a plane's normal."""

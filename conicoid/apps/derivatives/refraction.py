@@ -1,8 +1,8 @@
-"""The derivatives of `co.reflect` and `co.refract`, by directions, normals and the ratio of indices.
+"""Derivatives of `co.reflect` and `co.refract` by directions, normals and the ratio of indices.
 
-Both are formulas of the unit vectors u = d / |d| and n: u - 2 (u·n) n, and eta (u - c n) + s n with c = u·n and
-s = ±sqrt(1 - eta² + eta² c²), the sign that of c. They are as long as d. Where refraction is total it is reflection; at
-the critical angle s = 0, where there is no derivative.
+With the unit vectors u = d / |d| and n, the reflected direction is u - 2 (u·n) n. The refracted direction is
+eta (u - c n) + s n with c = u·n and s = ±sqrt(1 - eta² + eta² c²), where s has the sign of c. Both results have the
+length of d. Total reflection is differentiated as reflection. At the critical angle s = 0, and no derivative exists.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from ..._util.arrays import FloatArray
 from ..._util.errstate import ignore_fp_errors
@@ -18,43 +19,97 @@ from ..optics.refraction import reflect, refract
 
 
 @ignore_fp_errors
-def reflect_jvp(directions: Any, normals: Any, d_directions: Any = None, d_normals: Any = None) -> FloatArray:
-    """How `co.reflect(directions, normals)` changes, (..., 3).
+def reflect_jvp(
+    directions: npt.ArrayLike,
+    normals: npt.ArrayLike,
+    d_directions: npt.ArrayLike | None = None,
+    d_normals: npt.ArrayLike | None = None,
+) -> FloatArray:
+    """Return the tangent of `co.reflect(directions, normals)` (forward mode).
 
-    directions, normals: as for `co.reflect`.
-    d_directions, d_normals: (..., 3), how they change; None where they stay. Normals may change in length.
+    Parameters
+    ----------
+    directions, normals : array_like (..., 3)
+        The arguments of `co.reflect`.
+    d_directions, d_normals : array_like (..., 3), optional
+        Their tangents; None for no change. A change of the length of a normal has no effect.
+
+    Returns
+    -------
+    ndarray (..., 3)
+
+    Raises
+    ------
+    ValueError
+        If a tangent does not broadcast to the shape of the vectors, and for the reasons of `co.reflect`.
     """
-    reflect(directions, normals)
+    reflect(directions, normals)  # it checks the arguments
     d, n, _ = _parts(directions, normals)
     dd, dn = (
         _like("reflect_jvp", "d_directions", d_directions, d),
         _across(n, _like("reflect_jvp", "d_normals", d_normals, d), normals),
     )
+    # The product rule for d - 2 (d·n) n.
     return dd - 2 * (_dot(dd, n) + _dot(d, dn)) * n - 2 * _dot(d, n) * dn
 
 
 @ignore_fp_errors
-def reflect_vjp(directions: Any, normals: Any, asked: Any) -> tuple[FloatArray, FloatArray]:
-    """The gradient of Σ asked · co.reflect(directions, normals) by directions and normals, both (..., 3).
+def reflect_vjp(
+    directions: npt.ArrayLike, normals: npt.ArrayLike, cotangents: npt.ArrayLike
+) -> tuple[FloatArray, FloatArray]:
+    """Return the gradient of Σ cotangent · co.reflect(directions, normals) by its arguments (reverse mode).
 
-    directions, normals: as for `co.reflect`.
-    asked: (..., 3), what is asked of the mirrored directions.
+    Parameters
+    ----------
+    directions, normals : array_like (..., 3)
+        The arguments of `co.reflect`.
+    cotangents : array_like (..., 3)
+        The cotangents of the reflected directions.
+
+    Returns
+    -------
+    tuple of ndarray (..., 3)
+        The cotangents of directions and of normals, both of the shape that the two have together.
+
+    Raises
+    ------
+    ValueError
+        If the cotangents do not broadcast to that shape, and for the reasons of `co.reflect`.
     """
-    reflect(directions, normals)
+    reflect(directions, normals)  # it checks the arguments
     d, n, _ = _parts(directions, normals)
-    w = _like("reflect_vjp", "asked", asked, d)
+    w = _like("reflect_vjp", "cotangents", cotangents, d)
     of_n = -2 * (_dot(w, n) * d + _dot(d, n) * w)
     return w - 2 * _dot(w, n) * n, _across(n, of_n, normals)
 
 
 @ignore_fp_errors
 def refract_jvp(
-    directions: Any, normals: Any, eta: Any, d_directions: Any = None, d_normals: Any = None, d_eta: Any = None
+    directions: npt.ArrayLike,
+    normals: npt.ArrayLike,
+    eta: npt.ArrayLike,
+    d_directions: npt.ArrayLike | None = None,
+    d_normals: npt.ArrayLike | None = None,
+    d_eta: npt.ArrayLike | None = None,
 ) -> FloatArray:
-    """How the directions of `co.refract(directions, normals, eta)` change, (..., 3); NaN at the critical angle.
+    """Return the tangent of the directions of `co.refract(directions, normals, eta)` (forward mode).
 
-    directions, normals, eta: as for `co.refract`.
-    d_directions, d_normals, d_eta: how they change, of their shapes; None where they stay.
+    Parameters
+    ----------
+    directions, normals, eta : array_like
+        The arguments of `co.refract`.
+    d_directions, d_normals, d_eta : array_like, optional
+        Their tangents, of their shapes; None for no change.
+
+    Returns
+    -------
+    ndarray (..., 3)
+        NaN at the critical angle.
+
+    Raises
+    ------
+    ValueError
+        If a tangent does not broadcast to the shape of the vectors, and for the reasons of `co.refract`.
     """
     ratio, total, d, n, size = _refraction(directions, normals, eta)
     dd, dn = (
@@ -63,6 +118,7 @@ def refract_jvp(
     )
     de = np.zeros_like(ratio) if d_eta is None else ratio * 0 + real_array("refract_jvp", "d_eta", d_eta)[..., None]
     u = d / size
+    # The change of u is across it; that of the length of d is added at the end.
     du = (dd - u * _dot(u, dd)) / size
     c = _dot(u, n)
     dc = _dot(du, n) + _dot(u, dn)
@@ -75,14 +131,31 @@ def refract_jvp(
 
 
 @ignore_fp_errors
-def refract_vjp(directions: Any, normals: Any, eta: Any, asked: Any) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """The gradient of Σ asked · directions beyond, by directions and normals (..., 3) and by eta (...).
+def refract_vjp(
+    directions: npt.ArrayLike, normals: npt.ArrayLike, eta: npt.ArrayLike, cotangents: npt.ArrayLike
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the gradient of Σ cotangent · refracted directions by the arguments of `co.refract` (reverse mode).
 
-    directions, normals, eta: as for `co.refract`; what comes back has the shape that they have together.
-    asked: (..., 3), what is asked of the directions that `co.refract` gives.
+    Parameters
+    ----------
+    directions, normals, eta : array_like
+        The arguments of `co.refract`.
+    cotangents : array_like (..., 3)
+        The cotangents of the directions that `co.refract` returns.
+
+    Returns
+    -------
+    tuple of ndarray
+        The cotangents of directions (..., 3), of normals (..., 3) and of eta (...), all of the shape that the arguments
+        have together. NaN at the critical angle.
+
+    Raises
+    ------
+    ValueError
+        If the cotangents do not broadcast to that shape, and for the reasons of `co.refract`.
     """
     ratio, total, d, n, size = _refraction(directions, normals, eta)
-    w, u = _like("refract_vjp", "asked", asked, d), d / size
+    w, u = _like("refract_vjp", "cotangents", cotangents, d), d / size
     c = _dot(u, n)
     with np.errstate(all="ignore"):
         s, of_c = _transmitted_cosine(ratio, c, np.ones_like(c), np.zeros_like(c))
@@ -94,6 +167,7 @@ def refract_vjp(directions: Any, normals: Any, eta: Any, asked: Any) -> tuple[Fl
     mirrored_u, mirrored_n = w - 2 * along * n, -2 * (along * u + c * w)
     of_u, of_n = np.where(total, mirrored_u, bent_u), np.where(total, mirrored_n, bent_n)
     whole = np.where(total, u - 2 * c * n, ratio * (u - c * n) + s * n)
+    # The transpose of du, plus the part along u, by which the length of the result follows that of d.
     of_d = of_u - u * _dot(u, of_u) + u * _dot(w, whole)
     return of_d, _across(n, of_n * size, normals), np.where(total, 0.0, bent_eta * size)[..., 0][()]
 
@@ -101,7 +175,8 @@ def refract_vjp(directions: Any, normals: Any, eta: Any, asked: Any) -> tuple[Fl
 def _transmitted_cosine(
     ratio: FloatArray, c: FloatArray, dc: FloatArray, de: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """s and its change: s² = (1 - eta²) + eta² c², s of the sign of c."""
+    """Return s and its tangent, from s² = (1 - eta²) + eta² c²; s has the sign of c."""
+    # Differences of squares are factored, so that they do not cancel.
     square = (1 - ratio) * (1 + ratio) + (ratio * c) ** 2
     s = np.copysign(np.sqrt(np.maximum(square, 0.0)), c)
     ds = (ratio * ratio * c * dc - ratio * (1 - c) * (1 + c) * de) / s
@@ -109,7 +184,7 @@ def _transmitted_cosine(
 
 
 def _refraction(directions: Any, normals: Any, eta: Any) -> tuple[FloatArray, Any, FloatArray, FloatArray, FloatArray]:
-    """(eta, is it total, d, unit n, |d|), all of one leading shape and with one or three columns."""
+    """Return (eta, whether reflection is total, d, unit n, |d|), of one leading shape, with one or three columns."""
     _, total = refract(directions, normals, eta)
     ratio = real_array("refract", "eta", eta)
     d, n, size = _parts(directions, normals)
@@ -120,13 +195,13 @@ def _refraction(directions: Any, normals: Any, eta: Any) -> tuple[FloatArray, An
 
 
 def _parts(directions: Any, normals: Any) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """(d, unit n, |d|)"""
+    """Return (d, unit n, |d|), broadcast to one shape."""
     d, n = np.broadcast_arrays(real_array("", "directions", directions), real_array("", "normals", normals))
     return d, n / np.sqrt(_dot(n, n)), np.sqrt(_dot(d, d))
 
 
 def _like(owner: str, name: str, values: Any, d: FloatArray) -> FloatArray:
-    """Changes of directions or normals, of the shape that these have together; 0 where none were given."""
+    """Broadcast a tangent to the shape of d; None gives zeros."""
     if values is None:
         return np.zeros_like(d)
     array = real_array(owner, name, values)
@@ -137,9 +212,12 @@ def _like(owner: str, name: str, values: Any, d: FloatArray) -> FloatArray:
 
 
 def _across(n: FloatArray, change: FloatArray, normals: Any) -> FloatArray:
-    """A change of normals as one of unit normals; and what is asked of these as what is asked of the normals."""
-    given = np.broadcast_to(real_array("", "normals", normals), n.shape)
-    return (change - n * _dot(n, change)) / np.sqrt(_dot(given, given))
+    """Map a tangent of normals to one of unit normals, or a cotangent of unit normals to one of normals.
+
+    The map is (I - n nᵀ) / |normal|, which is its own transpose.
+    """
+    vectors = np.broadcast_to(real_array("", "normals", normals), n.shape)
+    return (change - n * _dot(n, change)) / np.sqrt(_dot(vectors, vectors))
 
 
 def _dot(a: FloatArray, b: FloatArray) -> FloatArray:

@@ -1,6 +1,9 @@
-"""Primitives whose formulas look at their numbers in ways that have no derivatives: here by other formulas.
+"""Jacobians of the walls of a shape: the derivatives of each face's form and uv map by the numbers of the shape.
 
-A general quadric is kept about its principal axes, which eigenvectors give; its derivatives do not need them.
+They come from the shape's own formulas, evaluated with `Dual` numbers. A few primitives use other formulas here, since
+theirs read their numbers in ways that have no derivatives. A general quadric, for example, is stored about its
+principal axes, which come from eigenvectors; its derivatives do not need them. NaN marks a derivative that is not
+known or does not exist.
 """
 
 from __future__ import annotations
@@ -37,23 +40,23 @@ from .quadric_form import FORM, MAP, PAIRS, form_of
 
 @dataclass(frozen=True)
 class FormSurface:
-    """A surface by its form alone."""
+    """A surface that is given by its form alone, about an anchor."""
 
     anchor: tuple[float, ...]
     form: list[Any]
 
 
 def complete_primitive(shape: Any, slopes: Any) -> Any:
-    """A primitive with slopes, with what its formulas cannot work out of these."""
+    """Return a primitive of duals, completed by the fields that its formulas cannot compute from duals."""
     if isinstance(shape, Polyhedron):
-        vars(slopes)["_own_bounds"] = shape._own_bounds  # about where its planes are anchored, which moves nothing
+        vars(slopes)["_own_bounds"] = shape._own_bounds  # they only place the anchors, which moves no plane
     elif isinstance(shape, Ellipsoid) and shape.coefficients is not None:
         object.__setattr__(slopes, "radii", tuple(1 / ex.sqrt(c) for c in slopes.coefficients))
     return slopes
 
 
 def special_faces(shape: Any, slopes: Any, motion: Motion) -> Iterator[tuple[int, Any, UV]] | None:
-    """The faces of a primitive with formulas here, with slopes, where a motion takes it; None for other shapes."""
+    """Return the faces of a primitive that has formulas of its own here, after a motion; None for other shapes."""
     if isinstance(shape, Polyhedron):
         return _faces_of_polyhedron(shape, slopes, motion)
     if isinstance(shape, Mesh | Extrusion):
@@ -62,6 +65,7 @@ def special_faces(shape: Any, slopes: Any, motion: Motion) -> Iterator[tuple[int
         return None
     q, surface = _symmetric(slopes), shape.surface
     if isinstance(surface, PlaneSurface):
+        # f = 2 B·x + C is the plane with the normal 2 B and the offset -C.
         normal = (2 * q[0][3], 2 * q[1][3], 2 * q[2][3])
         plane = plane_through(normal, -q[3][3])
         return iter(
@@ -80,19 +84,20 @@ def special_faces(shape: Any, slopes: Any, motion: Motion) -> Iterator[tuple[int
 
 
 def _symmetric(slopes: Any) -> list[list[Any]]:
-    """Q, symmetric, of numbers with slopes."""
+    """Return the symmetric 4 x 4 matrix Q of a general quadric, in duals."""
     if slopes.matrix is not None:
         return [[(slopes.matrix[i][j] + slopes.matrix[j][i]) * 0.5 for j in range(4)] for i in range(4)]
     rows: list[list[Any]] = [[ex.ZERO] * 4 for _ in range(4)]
     for name, value in slopes.coefficients.items():
         i, j = PLACES[name]
+        # A coefficient off the diagonal counts half in both of its places, one on the diagonal wholly.
         rows[i][j] = rows[i][j] + value * 0.5
         rows[j][i] = rows[j][i] + value * 0.5
     return rows
 
 
 def _form(q: list[list[Any]], motion: Motion, anchor: tuple[float, ...]) -> list[Any]:
-    """The form about an anchor in the world: x = back (anchor + r) + shift is put into (x, 1) Q (x, 1)."""
+    """Return the form about an anchor in the world: (x, 1) Q (x, 1) with x = back (anchor + r) + shift."""
     back, shift = motion.inverse
     at = ex.exact_row(anchor)
     start = [sum((back[i][k] * at[k] for k in range(3)), shift[i]) for i in range(3)]
@@ -104,7 +109,8 @@ def _form(q: list[list[Any]], motion: Motion, anchor: tuple[float, ...]) -> list
 
 
 def _center_uv(q: list[list[Any]], anchor: tuple[Any, ...]) -> UV:
-    """uv about the center, which moves by -A⁻¹ (dA c + db); what it moves by is not known where there is none."""
+    """Return the uv map about the center c, which moves by -A⁻¹ (dA c + db); NaN if the quadric has no center."""
+    # The anchor is the center only if A is regular and the gradient vanishes there.
     a = np.array([[float(value_of(q[i][k])) for k in range(3)] for i in range(3)])
     keys = sorted({key for row in q for number in row for key in slopes_of(number)})
     moves = [dict.fromkeys(keys, math.nan) for _ in range(3)]
@@ -112,15 +118,16 @@ def _center_uv(q: list[list[Any]], anchor: tuple[Any, ...]) -> UV:
     size = np.abs(a).max() * max(1.0, *(abs(float(value_of(c))) for c in anchor))
     if np.linalg.cond(a) < 1e12 and all(abs(float(value_of(r))) <= 1e-12 * size for r in residue):
         change = np.array([[slopes_of(r).get(key, 0.0) for key in keys] for r in residue])
-        moved = -np.linalg.solve(a, change)
-        moves = [dict(zip(keys, row, strict=True)) for row in moved.tolist()]
+        shifts = -np.linalg.solve(a, change)
+        moves = [dict(zip(keys, row, strict=True)) for row in shifts.tolist()]
     center = tuple(Dual(ex.exact(c), move) for c, move in zip(anchor, moves, strict=True))
     upright = UV(True, ((1, 0, 0, 0), (0, 1, 0, 0), (0, 0, 1, 0)))
     return transform_uv(upright, Motion((Translate(center),)))  # type: ignore[arg-type]
 
 
 def _faces_of_polyhedron(shape: Polyhedron, slopes: Any, motion: Motion) -> Iterator[tuple[int, Any, UV]]:
-    """The faces of a polyhedron. Its uv are about a point near the solid, whose derivatives are not known."""
+    """Yield the faces of a polyhedron. Its uv maps are about a point near the solid without known derivatives."""
+    # The point may move with all offsets and with the normal of the face.
     every = {key for offset in slopes.offsets for key in slopes_of(offset)}
     for number, (own, moving) in enumerate(zip(shape.surfaces, slopes.surfaces, strict=True)):
         keys = every.union(*map(slopes_of, slopes.normals[number]))
@@ -128,140 +135,157 @@ def _faces_of_polyhedron(shape: Polyhedron, slopes: Any, motion: Motion) -> Iter
 
 
 def _faces_of_mesh(shape: Mesh | Extrusion, slopes: Any, motion: Motion) -> Iterator[tuple[int, Any, UV]]:
-    """The faces of a mesh or an extrusion: planes through their corners, whatever parts they bound.
+    """Yield the faces of a mesh or an extrusion: planes through their corners, whatever parts they bound.
 
-    Not known is how a plane moves with a corner that bends it: of a mesh's face of more than three corners, and of
-    faces that lie in one plane.
+    The derivative by a corner that bends the plane is not known: for a mesh's face of more than three corners, and for
+    several faces in one plane.
     """
     _, _, corners, faces = slopes._boundary()
     for number, members in shape.planes():
+        # Three corners fix a plane; if there are more, a corner that moves alone bends it.
         bends = len(members) > 1 or (isinstance(shape, Mesh) and len(faces[members[0]]) > 3)
         own = [corners[k] for k in faces[members[0]]]
-        normal, every = newell_normal(own), [c for face in members for k in faces[face] for c in corners[k]]
+        normal, coordinates = newell_normal(own), [c for face in members for k in faces[face] for c in corners[k]]
         offset = sum((a * b for a, b in zip(normal, own[0], strict=True)), ex.ZERO)
-        keys = {key for c in every for key in slopes_of(c)} if bends else set()
-        lost = dict.fromkeys(keys, math.nan)
-        plane = plane_through(normal, Dual(value_of(offset), {**slopes_of(offset), **lost}), corners[0])
+        keys = {key for c in coordinates for key in slopes_of(c)} if bends else set()
+        unknown = dict.fromkeys(keys, math.nan)
+        plane = plane_through(normal, Dual(value_of(offset), {**slopes_of(offset), **unknown}), corners[0])
         uv = without_uv_slopes(plane_uv(plane), _axis_jump_parameters(normal) | keys)
         yield number, plane.moved(motion), transform_uv(uv, motion)
 
 
 def level_edge_plane(shape: Revolution, face: Face) -> Surface:
-    """The plane that an edge of a profile sweeps which is level: a cone, as soon as one of its ends moves alone."""
+    """Return the surface that an edge of a profile sweeps. A level edge sweeps a plane.
+
+    The plane has no derivative by the height of one end, which would make it a cone.
+    """
+    # An edge joins two consecutive corners of the profile.
     ends = shape.profile[face.number], shape.profile[(face.number + 1) % len(shape.profile)]
     if not isinstance(face.surface, PlaneSurface):
         return face.surface
     x, y, sense = face.surface.normal
-    lost = {key: math.nan for _, z in ends for key in slopes_of(z)}
+    unknown = {key: math.nan for _, z in ends for key in slopes_of(z)}
     height = value_of(ends[0][1])
-    return PlaneSurface((x, y, sense), Dual(height * ex.exact(sense), lost), (0.0, 0.0, height))
+    return PlaneSurface((x, y, sense), Dual(height * ex.exact(sense), unknown), (0.0, 0.0, height))
 
 
 def without_uv_slopes(uv: UV, keys: Iterable[int]) -> UV:
-    """A map of which it is not known how u, and on flat faces v, moves with some parameters."""
-    lost = dict.fromkeys(keys, math.nan)
-    rows = [(*row[:3], Dual(value_of(row[3]), {**slopes_of(row[3]), **lost})) for row in uv.matrix[:2]]
-    return UV(uv.angular, (*rows, uv.matrix[2])) if lost else uv  # type: ignore[arg-type]
+    """Return a map without derivatives of u, and on flat faces of v, by some parameters."""
+    unknown = dict.fromkeys(keys, math.nan)
+    rows = [(*row[:3], Dual(value_of(row[3]), {**slopes_of(row[3]), **unknown})) for row in uv.matrix[:2]]
+    return UV(uv.angular, (*rows, uv.matrix[2])) if unknown else uv  # type: ignore[arg-type]
 
 
-def jump_parameters(made: Any) -> set[int]:
-    """The parameters by which u jumps: it counts from the coordinate axis least along an axis, where two are so."""
-    frames = [step for step in made.placement.steps if isinstance(step, AxisFrame) and step.reference is None]
-    axis = frames[0].axis if frames else getattr(made, "normal", None)
+def jump_parameters(primitive: Any) -> set[int]:
+    """Return the parameters by which u jumps.
+
+    u counts from the coordinate axis that is least along the axis of the shape, and jumps where two are equally so.
+    """
+    frames = [step for step in primitive.placement.steps if isinstance(step, AxisFrame) and step.reference is None]
+    axis = frames[0].axis if frames else getattr(primitive, "normal", None)
     return set() if axis is None else _axis_jump_parameters(axis)
 
 
 def _axis_jump_parameters(axis: Iterable[Any]) -> set[int]:
-    """What moves an axis of which two coordinates are least, so that either may come to be the least."""
+    """Return the parameters of an axis whose two least coordinates are equal: a change makes either the least."""
     least, second, _ = sorted(abs(float(value_of(c))) for c in axis)
     return {key for c in axis for key in slopes_of(c)} if least == second else set()
 
 
-# The walls of a shape with their derivatives by its numbers: its own formulas, worked out with `Slope`s.
+# --- Walls with their derivatives
 #
-# Kept with the shape, as what it is lowered to is: a scene of which one body changes works out that body's anew.
+# They are cached with the shape, as its lowered form is: an edit of one body evaluates that body alone.
 
 
 @dataclasses.dataclass(frozen=True)
 class WallJacobian:
-    """One face of a shape. Parameters by their numbers among those of the shape."""
+    """The form of a face with its derivatives. Parameters are numbered within the shape."""
 
     anchor: FloatArray
-    form: FloatArray  # (10,) its surface about the anchor
-    ids: Any  # (p,) what it moves with
-    forms: FloatArray  # (p, 10) the derivatives of the form
-    maps: FloatArray  # (p, 12) and of the map to uv, three rows of four, from coordinates of the world
+    form: FloatArray  # (10,) about the anchor
+    ids: Any  # (p,) the parameters that it depends on
+    forms: FloatArray  # (p, 10) derivatives of the form
+    maps: FloatArray  # (p, 12) derivatives of the map to uv, three rows of four, which takes world coordinates
 
 
 def walls_of(shape: Shape) -> dict[int, WallJacobian]:
-    """The walls of a shape by the numbers of their faces. Raises TypeError where its formulas have no derivatives."""
-    found: dict[int, WallJacobian] | None = shape.kept.get("walls")
-    if found is None:
+    """Return the walls of a shape by face number. Raise TypeError if its formulas have no derivatives."""
+    cached: dict[int, WallJacobian] | None = shape.kept.get("walls")
+    if cached is None:
         counter = itertools.count()
-        found = shape.kept["walls"] = _walls(shape, dual_shape(shape, counter))
-    return found
+        cached = shape.kept["walls"] = _walls(shape, dual_shape(shape, counter))
+    return cached
 
 
 def walls_of_one(shape: Bulk, index: int) -> dict[int, WallJacobian]:
-    """`walls_of` for one of many bodies; parameters by their numbers among those of all."""
-    known: dict[int, dict[int, WallJacobian]] = shape.kept.setdefault("walls of one", {})
-    if index not in known:
+    """Return `walls_of` one body of a `Bulk` shape, with parameters numbered within the whole shape."""
+    cached: dict[int, dict[int, WallJacobian]] = shape.kept.setdefault("walls of one", {})
+    if index not in cached:
         single = shape.single(index)
-        known[index] = _walls(single, _dual_bulk_item(shape, index, single))
-    return known[index]
+        cached[index] = _walls(single, _dual_bulk_item(shape, index, single))
+    return cached[index]
 
 
 def _take_duals(counter: Iterator[int]) -> parameters.Take:
+    """Return a function that makes each number a dual with derivative 1 by the next parameter."""
     return lambda _, value: Dual(ex.exact(value), {next(counter): 1.0})
 
 
 def dual_shape(shape: Shape, counter: Iterator[int]) -> Any:
-    """The shape with numbers that know how they move."""
+    """Return the shape with duals in place of its numbers."""
     return parameters.map_numbers(shape, _take_duals(counter), parameters.replace_unchecked, None)
 
 
 def _dual_bulk_item(shape: Bulk, index: int, single: Any) -> Any:
-    """One of many bodies with numbers that know how they move, counted as `fields.values_of` counts them."""
+    """Return one body of a `Bulk` shape with duals, numbered in the order of `parameters.values_of`."""
+    # The index of the body's first number in each column; the motion follows the columns.
     firsts, at = {}, 0
     for name in shape.columns:
         width = getattr(shape, name).size // len(shape)
         firsts[name], at = at + width * index, at + width * len(shape)
     moves = parameters.map_motion(shape.motion, _take_duals(itertools.count(at)), parameters.replace_unchecked, None)
     leaves = single.operands if isinstance(single, Boolean) else (single,)
-    made = []
+    duals = []
     for leaf, primitive in enumerate(leaves):
         names = [field.name for field in dataclasses.fields(primitive) if field.init and field.name != "motion"]
         changes: dict[str, Any] = {}
+        # A constant is no parameter and stays a plain number.
         for name, part in zip(names, parameters.columns_of_leaf(shape, leaf), strict=False):
             if isinstance(part, str):
                 take = _take_duals(itertools.count(firsts[part]))
                 changes[name] = parameters.map_value(getattr(primitive, name), take, parameters.replace_unchecked)
         if primitive is single:
             changes["motion"] = moves
-        made.append(parameters.replace_unchecked(primitive, changes))
+        duals.append(parameters.replace_unchecked(primitive, changes))
     return (
-        made[0]
+        duals[0]
         if leaves == (single,)
-        else parameters.replace_unchecked(single, {"operands": tuple(made), "motion": moves})
+        else parameters.replace_unchecked(single, {"operands": tuple(duals), "motion": moves})
     )
 
 
 def _walls(shape: Shape, slopes: Any) -> dict[int, WallJacobian]:
-    found: dict[int, WallJacobian] = {}
+    """Evaluate the walls of all leaves; face numbers of a leaf follow those of the leaves before it."""
+    walls: dict[int, WallJacobian] = {}
     for leaf, own, outer in _leaves(shape, slopes, IDENTITY_MOTION):
-        first = max(found, default=-1) + 1
+        # Faces of a leaf are numbered after those of the leaves before it.
+        first = max(walls, default=-1) + 1
         try:
             faces = list(_faces(leaf, own, outer))
         except TypeError as error:
-            told = "its formulas look at the digits of their numbers (float, Fraction, math), ex.rational does not"
-            raise TypeError(f"{type(leaf).__name__}: it has no derivatives, as {told}: {error}") from error
+            reason = "its formulas look at the digits of their numbers (float, Fraction, math), ex.rational does not"
+            raise TypeError(f"{type(leaf).__name__}: it has no derivatives, as {reason}: {error}") from error
         for number, surface, uv in faces:
-            found[first + number] = _wall(surface, uv)
-    return dict(sorted(found.items()))
+            walls[first + number] = _wall(surface, uv)
+    return dict(sorted(walls.items()))
 
 
 def _leaves(shape: Any, slopes: Any, outer: Motion) -> Iterator[tuple[Any, Any, Motion]]:
-    """The primitives from left to right, as said and with slopes, and what moves each after its own motion."""
+    """Yield (primitive, the same with duals, outer motion) from left to right.
+
+    The outer motion is the one that follows the primitive's own motion.
+    """
+    # A stack of its own, so that deep Booleans do not exhaust the recursion of Python.
     waiting = [(shape, slopes, outer)]
     while waiting:
         one, own, after = waiting.pop()
@@ -269,96 +293,99 @@ def _leaves(shape: Any, slopes: Any, outer: Motion) -> Iterator[tuple[Any, Any, 
             waiting.append((one.base, own.base, own.motion.then(after)))
         elif isinstance(one, Boolean):
             inner = own.motion.then(after)
+            # Operands are pushed in reverse, so that the leftmost comes first.
             waiting += [(a, b, inner) for a, b in zip(one.operands[::-1], own.operands[::-1], strict=True)]
         else:
             yield one, own, after
 
 
 def _faces(shape: Any, slopes: Any, outer: Motion) -> Iterator[tuple[int, Surface, UV]]:
-    """The faces of a primitive in the world: number, surface, uv."""
-    made = complete_primitive(shape, slopes)
-    if isinstance(made, OpenWall):  # what cuts it moves no point of it
-        for number, surface, uv in _faces(shape.solid, made.solid, made.motion.then(outer)):
-            if number == made.face:
+    """Yield (number, surface, uv map) of the faces of a primitive, in the world."""
+    primitive = complete_primitive(shape, slopes)
+    if isinstance(primitive, OpenWall):  # a cut bounds the wall but moves no point of it
+        for number, surface, uv in _faces(shape.solid, primitive.solid, primitive.motion.then(outer)):
+            if number == primitive.face:
                 yield 0, surface, uv
         return
-    motion, jumping = made.under(outer), jump_parameters(made)
-    if isinstance(made, PrimitiveSheet):
-        sheet = made.sheet(motion)
+    motion, jumping = primitive.under(outer), jump_parameters(primitive)
+    if isinstance(primitive, PrimitiveSheet):
+        sheet = primitive.sheet(motion)
         surface = sheet.plane if isinstance(sheet, PolygonSheet) else sheet.surface
         yield 0, surface, without_uv_slopes(sheet.uv, jumping)
         return
-    if not isinstance(made, PrimitiveSolid):
-        raise TypeError(f"{type(shape).__name__} has no derivatives: it is no primitive")
-    special = special_faces(shape, made, motion)
+    if not isinstance(primitive, PrimitiveSolid):
+        raise TypeError(f"{type(shape).__name__} has no derivatives: it is not a primitive")
+    special = special_faces(shape, primitive, motion)
     if special is not None:
         yield from special
         return
-    for face in _flat(made.tree()):
-        if isinstance(made, Revolution) and face.number < len(made.profile):
-            surface = level_edge_plane(made, face)
+    for face in _flat(primitive.tree()):
+        if isinstance(primitive, Revolution) and face.number < len(primitive.profile):
+            surface = level_edge_plane(primitive, face)
         else:
-            surface = _angle_face_surface(made, face)
+            surface = _angle_face_surface(primitive, face)
         yield face.number, _move_surface(surface, motion), transform_uv(without_uv_slopes(face.uv, jumping), motion)
 
 
-def _angle_face_surface(made: Any, face: Face) -> Surface:
-    """The surface of a face, and no derivative where an angle moves it to another kind, or only a part of it.
+def _angle_face_surface(primitive: Any, face: Face) -> Surface:
+    """Return the surface of a face, without derivatives by angles that change its kind or move only a part of it.
 
-    A polar angle of 90 moves its plane to a cone. One plane for both walls of half a turn, and one cone for two polar
-    angles, are moved by each in one half.
+    A polar angle of 90 degrees gives a plane, which a change turns into a cone. Half a turn has one plane for both of
+    its walls, and two polar angles may have one cone: each angle moves only one half of these.
     """
     surface = face.surface
-    if isinstance(made, SphereSection) and face.number in (2, 3):
+    if isinstance(primitive, SphereSection) and face.number in (2, 3):
         if isinstance(surface, PlaneSurface):
-            return _without_slopes(surface, slopes_of(made.polar[face.number - 2]))
+            return _without_slopes(surface, slopes_of(primitive.polar[face.number - 2]))
         return (
-            _without_slopes(surface, [key for angle in made.polar for key in slopes_of(angle)])
-            if made.has_one_cone
+            _without_slopes(surface, [key for angle in primitive.polar for key in slopes_of(angle)])
+            if primitive.has_one_cone
             else surface
         )
-    angles = getattr(made, "start_angle", None), getattr(made, "end_angle", None)
+    angles = getattr(primitive, "start_angle", None), getattr(primitive, "end_angle", None)
     if not isinstance(surface, PlaneSurface) or not all(isinstance(angle, Dual) for angle in angles):
         return surface
-    turned = {key for number in surface.normal[:2] for key in slopes_of(number)}
+    normal_keys = {key for number in surface.normal[:2] for key in slopes_of(number)}
     first, last = (value_of(angle) for angle in angles)
-    if not turned & set(slopes_of(angles[0])) or float(last - first) != 180:
+    if not normal_keys & set(slopes_of(angles[0])) or float(last - first) != 180:
         return surface
     return _without_slopes(surface, [key for angle in angles for key in slopes_of(angle)])
 
 
 def _without_slopes(surface: Surface, keys: Iterable[int]) -> Surface:
-    """A surface without derivatives by some parameters."""
-    lost = dict.fromkeys(keys, math.nan)
+    """Return a surface whose derivatives by some parameters are NaN."""
+    unknown = dict.fromkeys(keys, math.nan)
     numbers = surface.normal if isinstance(surface, PlaneSurface) else surface.squares
-    x, y, z = (Dual(value_of(c), {**slopes_of(c), **lost}) for c in numbers)
+    x, y, z = (Dual(value_of(c), {**slopes_of(c), **unknown}) for c in numbers)
     if isinstance(surface, PlaneSurface):
         return dataclasses.replace(surface, normal=(x, y, z))
     return dataclasses.replace(surface, squares=(x, y, z))
 
 
 def _flat(tree: Tree) -> Iterator[Face]:
-    """All faces of a tree, in the order of their numbers."""
-    found: list[Face] = []
+    """Return an iterator over all faces of a tree, in the order of their numbers."""
+    faces: list[Face] = []
     pending = [tree]
     while pending:
         part = pending.pop()
         if isinstance(part, Cell):
-            found += part.faces
+            faces += part.faces
         else:
             pending.extend((part.part,) if isinstance(part, Not) else part.parts)
-    return iter(sorted(found, key=lambda face: face.number))
+    return iter(sorted(faces, key=lambda face: face.number))
 
 
 def _move_surface(surface: Surface, motion: Motion) -> Surface:
+    """Return the image of a surface. Quadrics move their rows; `moved` would treat balls as a special case."""
     return surface.moved_rows(motion) if isinstance(surface, QuadricSurface) else surface.moved(motion)
 
 
 def _wall(surface: Surface | Any, uv: UV) -> WallJacobian:
-    """The numbers of a face as floats."""
+    """Convert a face to floats, with a row of derivatives for each parameter that moves it."""
     anchor = [float(value_of(a)) for a in surface.anchor]
     form = form_of(surface, anchor) if isinstance(surface, (PlaneSurface, QuadricSurface)) else surface.form
     numbers = [*form, *(number for row in uv.matrix for number in row)]
+    # Derivatives that are 0 get no row; NaN is not 0 and gets one.
     ids = sorted({key for number in numbers for key, slope in slopes_of(number).items() if slope})
     table = np.zeros((len(ids), FORM + MAP))
     place = {key: row for row, key in enumerate(ids)}

@@ -1,4 +1,7 @@
-"""Steps of surfaces: the kernels' numbers and the lecture's, side by side."""
+"""The steps of surfaces, cells and bodies on a ray: the recorded numbers of the kernels as data of `steps.py`.
+
+Order of the file: surfaces, cells, Boolean bodies, bodies of every kind, bodies that the tree leaves out, outcomes.
+"""
 
 from __future__ import annotations
 
@@ -47,7 +50,7 @@ from .textbook import outline_board, solve_slabs
 
 
 class SurfaceSteps:
-    """The surfaces on a ray, each worked out once."""
+    """The steps of surfaces on a ray by number, each computed once; iterates over those computed so far."""
 
     def __init__(self, recording: RayRecording, line: ExactRay) -> None:
         self.recording, self.line = recording, line
@@ -62,6 +65,7 @@ class SurfaceSteps:
         return iter(self._known.values())
 
     def _step(self, number: int) -> SurfaceStep:
+        """Return the step of a surface from its recorded row."""
         scene, row = self.recording.scene, self.recording.surface(number)
         source = SurfaceSource.of(scene, number)
         crosses, flat = row[kernels.CROSSES] == 1.0, source.kind == PLANE
@@ -84,14 +88,14 @@ class SurfaceSteps:
         )  # fmt: skip
 
 
-# Steps of cells: what planes and quadric leave of a ray, which crossings are true, and which case it is.
+# Steps of cells: the parts of the ray inside the planes and the quadric, true crossings, and the case.
 
 CASES = {"ccbb": 1, "cbcb": 2, "cbbc": 3, "bcbc": 4, "bccb": 5, "bbcc": 6}
-"""The order of the crossings with caps and body, and the number of the case (the Clemson notes)."""
+"""Order of the crossings with caps (c) and body (b) -> number of the case in the Clemson notes."""
 
 
 def cell_step(recording: RayRecording, surfaces: SurfaceSteps, cell: int, letter: str, line: ExactRay) -> CellStep:
-    """A cell on the ray."""
+    """Return the step of a cell on the ray; `letter` is that of its leaf in a Boolean."""
     row = recording.cell(cell)
     faces = _faces(recording, surfaces, cell)
     spans = tuple(
@@ -100,26 +104,31 @@ def cell_step(recording: RayRecording, surfaces: SurfaceSteps, cell: int, letter
     slab = float(row[kernels.SLAB_IN]), float(row[kernels.SLAB_OUT])
     curved = next((face for face in faces if not face.surface.flat), None)
     return CellStep(
-        cell, letter, faces, slab, spans, "" if spans else _why(curved, slab, line),
+        cell, letter, faces, slab, spans, "" if spans else _miss_reason(curved, slab, line),
         _case(curved, faces), bool(row[kernels.CELL_UNSURE]),
         float(row[kernels.CELL_OFF]), line,
     )  # fmt: skip
 
 
 def _faces(recording: RayRecording, surfaces: SurfaceSteps, cell: int) -> tuple[FaceStep, ...]:
-    """The faces of a cell, by their numbers."""
-    tables, found = recording.tables, []
+    """Return the faces of a cell: that of the quadric, if there is one, then those of the planes."""
+    tables, steps = recording.tables, []
     quadric = int(tables.cell_quadric[cell])
     if quadric >= 0:
         step, inside = surfaces[quadric], int(sides_of(cell_faces(tables, cell)))
         entered, left = step.roots[:1], step.roots[1:]
+        # `outside` is for the negative side; the cell may have the other one
         if step.outside == (inside > 0):
             entered, left = left, entered
-        found.append(FaceStep(int(numbers_of(cell_faces(tables, cell))), step, inside, _finite(entered), _finite(left)))
+        steps.append(
+            FaceStep(
+                int(numbers_of(cell_faces(tables, cell))), step, inside, _finite_roots(entered), _finite_roots(left)
+            )
+        )
     for place in range(int(tables.cell_first[cell]), int(tables.cell_first[cell + 1])):
         step, inside = surfaces[int(tables.plane_surface[place])], int(sides_of(plane_faces(tables, place)))
         enters = (step.rate < 0) == (inside > 0)
-        found.append(
+        steps.append(
             FaceStep(
                 int(numbers_of(plane_faces(tables, place))),
                 step,
@@ -128,28 +137,29 @@ def _faces(recording: RayRecording, surfaces: SurfaceSteps, cell: int) -> tuple[
                 () if enters else step.roots,
             )
         )
-    return tuple(found)
+    return tuple(steps)
 
 
-def _finite(values: Sequence[float]) -> tuple[float, ...]:
+def _finite_roots(values: Sequence[float]) -> tuple[float, ...]:
+    """Return the values that are finite."""
     return tuple(value for value in values if math.isfinite(value))
 
 
-def _why(curved: FaceStep | None, slab: tuple[float, float], line: ExactRay) -> str:
-    """Why nothing of the ray is in the cell."""
+def _miss_reason(curved: FaceStep | None, slab: tuple[float, float], line: ExactRay) -> str:
+    """Return the outcome of a cell that the ray does not enter."""
     if not slab[0] < slab[1] or curved is None or curved.surface.roots:
         return PLANES
     return miss_outcome(curved.surface, line)
 
 
 def miss_outcome(step: SurfaceStep, line: ExactRay) -> str:
-    """NO_ROOT, or TOUCHED where the discriminant is zero, exactly."""
+    """Return NO_ROOT, or TOUCHED if the discriminant is exactly zero."""
     a, b, c = step.polynomial.on_ray(line.origin, line.direction)
     return TOUCHED if (a or b) and b * b == a * c else NO_ROOT
 
 
 def _case(curved: FaceStep | None, faces: Sequence[FaceStep]) -> int:
-    """Which of the six cases of body and caps it is; 0 for the special ones and for other cells."""
+    """Return which of the six cases of body and caps it is; 0 for equal crossings and for other cells."""
     if curved is None or len(faces) != 3 or curved.surface.outside == (curved.inside > 0):
         return 0
     pairs = slab_pairs(faces)
@@ -163,18 +173,19 @@ def _case(curved: FaceStep | None, faces: Sequence[FaceStep]) -> int:
     return CASES["".join(name for _, name in order)]
 
 
-# Steps of Boolean bodies: the expression, the sweep along the ray, and the crossings that come of it.
+# Steps of Boolean bodies: the expression, the sweep along the ray, and the crossings.
 
 _SINGLE = 26
+"""Letters of the alphabet."""
 
 
 def letter_of(leaf: int) -> str:
-    """A, B, ... Z, A2, B2 and so on: leaves by their numbers in a body."""
+    """Return the letter of a leaf by its number in a body: A, B, ... Z, A2, B2 and so on."""
     return "ABCDEFGHIJKLMNOPQRSTUVWXYZ"[leaf % _SINGLE] + (str(leaf // _SINGLE + 1) if leaf >= _SINGLE else "")
 
 
 def expression_of(tables: Any, program: int) -> str:
-    """A Boolean program in the letters of its leaves, with ∪, ∩ and ¬; longer ones are cut."""
+    """Return a Boolean program as an expression in the letters of its leaves, with ∪, ∩ and ¬."""
     first = int(tables.program_leaf[program])
     gates = gates_of_program(tables, program)
     inputs: dict[int, list[str]] = {gate: [] for gate in gates}
@@ -182,11 +193,14 @@ def expression_of(tables: Any, program: int) -> str:
         row = int(row_of_leaf(tables, program, leaf))
         negated = "¬" if tables.leaf_negated[row] else ""
         inputs[int(tables.leaf_gate[row])].append(negated + letter_of(leaf - first))
+    # The deepest gates first, so that the text of a gate's inputs is complete
     for gate in sorted(gates, key=lambda gate: -_depth(tables, gate)):
         need, names = int(tables.gate_need[gate]), inputs[gate]
+        # One true input is a union, all of them an intersection
         sign = " ∪ " if need == 1 else " ∩ "
         text = sign.join(names) if need in (1, len(names)) else f"at least {need} of {', '.join(names)}"
         text = text or ("nothing" if need else "all")
+        # A parent has a smaller depth: its inputs are written before it
         parent = int(tables.gate_parent[gate])
         bracketed = f"({text})" if len(names) > 1 else text
         negated = "¬" if tables.gate_negated[gate] else ""
@@ -197,6 +211,7 @@ def expression_of(tables: Any, program: int) -> str:
 
 
 def _depth(tables: Any, gate: int) -> int:
+    """Return the number of gates above a gate."""
     depth = 0
     while tables.gate_parent[gate] >= 0:
         gate, depth = int(tables.gate_parent[gate]), depth + 1
@@ -204,70 +219,73 @@ def _depth(tables: Any, gate: int) -> int:
 
 
 def sweep_of(recording: RayRecording, program: int, rows: Any) -> Sweep:
-    """The events of a program as a table."""
+    """Return the recorded events of a program as a table."""
     tables = recording.tables
     first, need = int(tables.program_leaf[program]), int(tables.gate_need[gates_of_program(tables, program)[0]])
     inside: list[int] = []
-    found = []
+    events = []
     for row in rows[1:]:
         leaf, on = int(row[kernels.EVENT_LEAF]), row[kernels.EVENT_ON] == 1.0
+        # The leaves that the ray is in after the event
         inside = sorted({*inside, leaf}) if on else [each for each in inside if each != leaf]
         surface, face = recording.face_at(int(row[kernels.EVENT_PLACE]))
-        found.append(
+        events.append(
             SweepRow(
                 float(row[kernels.EVENT_T]), surface, face, letter_of(leaf - first), on,
                 "".join(letter_of(each - first) for each in inside), int(row[kernels.EVENT_COUNT]), need,
                 row[kernels.EVENT_INSIDE] == 1.0,
             )
         )  # fmt: skip
-    met, letters = (
-        {row.letter for row in found},
+    entered_letters, letters = (
+        {row.letter for row in events},
         [letter_of(leaf - first) for leaf in leaves_of_program(tables, program)],
     )
     return Sweep(
-        expression_of(tables, program), rows[0, kernels.EVENT_INSIDE] == 1.0, tuple(found),
-        tuple(letter for letter in letters if letter not in met),
+        expression_of(tables, program), rows[0, kernels.EVENT_INSIDE] == 1.0, tuple(events),
+        tuple(letter for letter in letters if letter not in entered_letters),
     )  # fmt: skip
 
 
 def group_events(rows: Any) -> Iterator[Any]:
-    """Events at equal t, which act together."""
+    """Yield the events at equal t, which act together."""
     k = 1
     while k < len(rows):
-        end = k
-        while end < len(rows) and rows[end, kernels.EVENT_T] == rows[k, kernels.EVENT_T]:
-            end += 1
-        yield rows[k:end]
-        k = end
+        stop = k
+        while stop < len(rows) and rows[stop, kernels.EVENT_T] == rows[k, kernels.EVENT_T]:
+            stop += 1
+        yield rows[k:stop]
+        k = stop
 
 
 def region_crossings(recording: RayRecording, body: int, program: int, rows: Any) -> tuple[list[Crossing], bool]:
-    """(crossings within the interval, inside just after t_min) from recorded events: as `body/boolean.sweep`."""
-    found: list[Crossing] = []
+    """Return (crossings within the interval, inside just after t_min) from recorded events, as `body/boolean.sweep`."""
+    crossings: list[Crossing] = []
     inside = rows[0, kernels.EVENT_INSIDE] == 1.0
     started = inside
     for group in group_events(rows):
         t, value = float(group[0, kernels.EVENT_T]), group[0, kernels.EVENT_INSIDE] == 1.0
+        # Events up to t_min only give the state at the beginning of the interval
         if t <= recording.t_min:
             inside = started = value
             continue
         if not t < recording.t_max:
             break
+        # Events that do not change the body's value are no crossings
         if value == inside:
             continue
         inside = value
         surface, face = recording.face_at(
             int(_reported_event(recording.tables, program, group, value)[kernels.EVENT_PLACE])
         )
-        if recording.is_start(t, surface):
+        if recording.is_start(t, surface):  # the crossing at the ray's start happens before the interval
             started = not started
         else:
-            found.append(Crossing(t, body, face, surface, value))
-    return found, started
+            crossings.append(Crossing(t, body, face, surface, value))
+    return crossings, started
 
 
 def _reported_event(tables: Any, program: int, group: Sequence[Any], entered: bool) -> Any:
-    """The event whose face is reported: the first of the group that turned the way the body did."""
+    """Return the event whose face is reported: the first of a group with the same sense as the body's crossing."""
     for row in group:
         sense = int(tables.leaf_sense[row_of_leaf(tables, program, int(row[kernels.EVENT_LEAF]))])
         if (row[kernels.EVENT_ON] == 1.0) == (entered == (sense > 0)):
@@ -275,68 +293,74 @@ def _reported_event(tables: Any, program: int, group: Sequence[Any], entered: bo
     return group[0]
 
 
-# Steps of bodies of every kind: what is met, by the kernels' numbers, and why what is not met is not.
+# Steps of bodies of every kind: the crossings, by the numbers of the kernels, or the reason of a miss.
 
 KINDS = {BALL: "ball", CELL: "solid", REGION: "Boolean", SHEET: "sheet", POLYGON: "polygon"}
+"""Kind of entry -> its name in `BodyStep.kind`."""
 MOST_LEAVES = 64
-"""Leaves of a Boolean that are shown one by one."""
+"""A Boolean of more leaves shows those alone that have events, at most so many."""
 
 
 class BodySteps:
-    """Works bodies out, one after the other."""
+    """Computes the steps of bodies on one ray."""
 
     def __init__(self, recording: RayRecording, surfaces: SurfaceSteps, line: ExactRay) -> None:
         self.recording, self.surfaces, self.line = recording, surfaces, line
 
     def step(self, entry: int, known: BodyStep) -> BodyStep:
-        """A body that the walk reaches; `known` has its number, name and shape."""
+        """Return the step of a body whose ball the ray hits; `known` has its number, name and shape."""
         tables = self.recording.tables
         work = {BALL: self._ball, CELL: self._cell, REGION: self._region, SHEET: self._sheet, POLYGON: self._polygon}
         return work[int(tables.entry_kind[entry])](int(tables.entry_index[entry]), known)
 
     def _ball(self, surface: int, known: BodyStep) -> BodyStep:
+        """Return the step of a ball."""
         step = self.surfaces[surface]
         ends = [(step.roots[0], 0, surface, step.roots[1], 0, surface)] if step.roots else []
         why = "" if ends else miss_outcome(step, self.line)
-        return self._met(replace(known, surface=step, doubtful=step.doubtful), ends, why)
+        return self._with_spans(replace(known, surface=step, doubtful=step.doubtful), ends, why)
 
     def _cell(self, cell: int, known: BodyStep) -> BodyStep:
+        """Return the step of a body that is one cell."""
         recording = self.recording
         step = cell_step(recording, self.surfaces, cell, "", self.line)
         ends = [
             (t_in, *reversed(recording.face_at(p)), t_out, *reversed(recording.face_at(q)))
             for t_in, p, t_out, q in recording.ends(recording.cell(cell))
         ]
-        return self._met(replace(known, cells=(step,), doubtful=step.doubtful), ends, step.why)
+        return self._with_spans(replace(known, cells=(step,), doubtful=step.doubtful), ends, step.why)
 
-    def _met(self, known: BodyStep, ends: Sequence[tuple[Any, ...]], why: str) -> BodyStep:
-        """With the crossings of spans (t, face, surface, t, face, surface) of the whole line that count."""
+    def _with_spans(self, known: BodyStep, ends: Sequence[tuple[Any, ...]], why: str) -> BodyStep:
+        """Return a step with its crossings and spans, from spans (t, face, surface, t, face, surface) of the line."""
         recording = self.recording
-        found, inside, started = [], False, False
+        crossings, inside, started = [], False, False
         for t_in, face_in, at_in, t_out, face_out, at_out in ends:
+            # Spans of a body do not overlap: at most one of them holds t_min
             inside ^= t_in <= recording.t_min < t_out
             for t, face, surface, entering in ((t_in, face_in, at_in, True), (t_out, face_out, at_out, False)):
                 if recording.counts(t, surface):
-                    found.append(Crossing(t, known.body, face, surface, entering))
+                    crossings.append(Crossing(t, known.body, face, surface, entering))
                 elif recording.is_start(t, surface):
                     started = True
+                    # The start is no crossing: the state behind it holds from t_min on
                     inside ^= recording.t_min < t < recording.t_max
-        if not why and not found:
+        if not why and not crossings:
             why = INSIDE if inside else (STARTED if started else INTERVAL)
-        return replace(known, floats=tuple(found), spans=self.spans(found, inside), outcome=why)
+        return replace(known, floats=tuple(crossings), spans=self.spans(crossings, inside), outcome=why)
 
     def spans(self, crossings: Sequence[Crossing], inside: bool) -> tuple[Span, ...]:
-        """The stretches between crossings that are inside, clipped to the interval."""
-        found, enter, clipped = [], self.recording.t_min, True
+        """Return the stretches inside a body between its crossings, clipped to the interval."""
+        spans, enter, clipped = [], self.recording.t_min, True
         for one in crossings:
             if inside:
-                found.append(Span(enter, one.t, clipped, False))
+                spans.append(Span(enter, one.t, clipped, False))
             inside, enter, clipped = not inside, one.t, False
         if inside:
-            found.append(Span(enter, self.recording.t_max, clipped, True))
-        return tuple(found)
+            spans.append(Span(enter, self.recording.t_max, clipped, True))
+        return tuple(spans)
 
     def _region(self, program: int, known: BodyStep) -> BodyStep:
+        """Return the step of a Boolean body."""
         rows = self.recording.sweep(program)
         crossings, inside = region_crossings(self.recording, known.body, program, rows)
         cells = self._leaves(program, rows)
@@ -348,12 +372,12 @@ class BodySteps:
         )  # fmt: skip
 
     def _leaves(self, program: int, rows: Any) -> tuple[CellStep, ...]:
-        """The cells of a program, those that have events first where there are very many."""
+        """Return the cells of a program; if they are very many, some of those with events."""
         tables = self.recording.tables
         leaves = list(leaves_of_program(tables, program))
         if len(leaves) > MOST_LEAVES:
-            met = {int(row[kernels.EVENT_LEAF]) for row in rows[1:]}
-            leaves = sorted(met)[:MOST_LEAVES]
+            reached = {int(row[kernels.EVENT_LEAF]) for row in rows[1:]}
+            leaves = sorted(reached)[:MOST_LEAVES]
         first = int(tables.program_leaf[program])
         return tuple(
             cell_step(
@@ -363,11 +387,13 @@ class BodySteps:
         )
 
     def _sheet(self, sheet: int, known: BodyStep) -> BodyStep:
+        """Return the step of a sheet: roots of its surface that count, on the right side, where it is not cut away."""
         tables, recording = self.recording.tables, self.recording
         number, program = int(tables.sheet_surface[sheet]), int(tables.sheet_program[sheet])
         side, one_sided = int(tables.sheet_side[sheet]), tables.sheet_one_sided[sheet] == 1
         step = self.surfaces[number]
-        found, why = [], PARALLEL if step.flat else miss_outcome(step, self.line)
+        crossings, why = [], PARALLEL if step.flat else miss_outcome(step, self.line)
+        # Does the surface's function fall at the first root? At the second it does the opposite
         falls = step.rate < 0 if step.flat else not step.outside
         for k, t in enumerate(step.roots):
             against = (falls != (k == 1)) == (side > 0)
@@ -378,22 +404,23 @@ class BodySteps:
             elif program >= 0 and not recording.holds(program, t):
                 why = CLIPPED
             else:
-                found.append(Crossing(t, known.body, 0, number, against))
+                crossings.append(Crossing(t, known.body, 0, number, against))
         sweep = None if program < 0 else sweep_of(recording, program, recording.sweep(program))
         cells = () if program < 0 else self._leaves(program, recording.sweep(program))
         return replace(
-            known, surface=step, cells=cells, sweep=sweep, floats=tuple(found), outcome="" if found else why,
+            known, surface=step, cells=cells, sweep=sweep, floats=tuple(crossings), outcome="" if crossings else why,
             doubtful=step.doubtful,
         )  # fmt: skip
 
     def _polygon(self, polygon: int, known: BodyStep) -> BodyStep:
+        """Return the step of a polygon: the root of its plane if it counts, within the outline, not cut away."""
         tables, recording = self.recording.tables, self.recording
         number, program = int(tables.polygon_surface[polygon]), int(tables.polygon_program[polygon])
         step = self.surfaces[number]
         inside, seen = recording.loop(polygon)
         outline = self._outline(polygon, inside, seen)
         t = step.roots[0] if step.roots else math.nan
-        found, why = [], ""
+        crossings, why = [], ""
         if not step.roots:
             why = PARALLEL
         elif not recording.counts(t, number):
@@ -404,39 +431,42 @@ class BodySteps:
             why = CLIPPED
         else:
             against = (step.rate < 0) == (int(tables.polygon_side[polygon]) > 0)
-            found.append(Crossing(t, known.body, 0, number, against))
+            crossings.append(Crossing(t, known.body, 0, number, against))
         return replace(
-            known, surface=step, outline=outline, floats=tuple(found), outcome=why, doubtful=step.doubtful,
+            known, surface=step, outline=outline, floats=tuple(crossings), outcome=why, doubtful=step.doubtful,
         )  # fmt: skip
 
     def _outline(self, polygon: int, inside: bool, seen: Any) -> OutlineStep:
-        """The corners as the ray sees them, and which edges are counted."""
+        """Return the corners in the view along the ray, and which edges are counted."""
         tables = self.recording.tables
         first, last = (int(tables.polygon_first[polygon + k]) for k in range(2))
-        counted, before = [], float(seen[-1, kernels.SEEN_V])
+        # The edge that ends at the first corner begins at the last one
+        is_counted, before = [], float(seen[-1, kernels.SEEN_V])
         for row in seen:
             rises, side = float(row[kernels.SEEN_V]) > before, float(row[kernels.SEEN_SIDE])
-            counted.append(row[kernels.SEEN_CHANGES] == 1.0 and (side > 0 if rises else side < 0))
+            is_counted.append(row[kernels.SEEN_CHANGES] == 1.0 and (side > 0 if rises else side < 0))
             before = float(row[kernels.SEEN_V])
         corners = tuple((float(row[kernels.SEEN_U]), float(row[kernels.SEEN_V])) for row in seen)
         step = self.surfaces[int(tables.polygon_surface[polygon])]
         board = outline_board(tables.vertices[first:last].tolist(), step.polynomial, self.line)
-        return OutlineStep(corners, tuple(counted), inside, board)
+        return OutlineStep(corners, tuple(is_counted), inside, board)
 
 
-# What the tree leaves out: boxes and balls that the ray misses, worked out as the ray tracing notes do.
+# Bodies that the tree leaves out: boxes by slabs, as in the ray tracing notes, and balls that the ray misses.
 
 
 def box_test(box: Sequence[float], line: ExactRay) -> BoxTest:
-    """t_near and t_far of a box (low, high): six floats. Axes along which it has no end are left out."""
+    """Return the slab test of a box of six floats (low, high); axes along which it is infinite are left out."""
     ends = [(box[axis], box[axis + 3]) for axis in range(3)]
     slabs = [
         ("xyz"[k], Fraction(low), Fraction(high), line.origin[k], line.direction[k])
         for k, (low, high) in enumerate(ends)
         if math.isfinite(low) and math.isfinite(high)
     ]
+    # The floats of the test; the board has the exact numbers
     near, far = line.t_min, line.t_max
     for _, low, high, at, slope in slabs:
+        # A ray parallel to a slab is within it throughout, or never
         first, last = (-math.inf, math.inf) if low <= at <= high else (math.inf, -math.inf)
         if slope:
             first, last = sorted((as_float((low - at) / slope), as_float((high - at) / slope)))
@@ -446,36 +476,37 @@ def box_test(box: Sequence[float], line: ExactRay) -> BoxTest:
 
 
 def ball_test(ball: Sequence[float], line: ExactRay) -> BallTest:
-    """How far from the center of a ball the line passes."""
+    """Return the distance of the line from the center of a ball of four floats: center and radius."""
     x, y, z, radius = ball
     out = [o - c for o, c in zip(map(float, line.origin), (x, y, z), strict=True)]
     d = list(map(float, line.direction))
     length = math.hypot(*d)
+    # Distance of a point from a line: |out × d| / |d|
     cross = (out[1] * d[2] - out[2] * d[1], out[2] * d[0] - out[0] * d[2], out[0] * d[1] - out[1] * d[0])
     return BallTest((x, y, z), radius, math.hypot(*cross) / length)
 
 
 def box_miss_step(known: BodyStep, box: BoxTest) -> BodyStep:
-    """A body whose box is missed."""
+    """Return the step of a body whose box the ray misses."""
     if box.low > box.high:
-        why = "it is empty: there is nothing of it anywhere"
+        why = "it is empty"
     elif box.near == math.inf or box.far == -math.inf:
-        why = "its box is missed: the ray runs beside it, parallel to two of its sides"
+        why = "the ray misses its box: it runs beside it, parallel to two of its sides"
     elif box.near > box.far:
         why = (
-            f"its box is missed within the interval: t_near = {format_float(box.near)} "
+            f"the ray misses its box within the interval: t_near = {format_float(box.near)} "
             f"> t_far = {format_float(box.far)}"
         )
     else:
-        why = "its box is missed"
+        why = "the ray misses its box"
     return _miss_step(known, BOX_MISSED, why, box, None)
 
 
 def ball_miss_step(known: BodyStep, box: BoxTest, ball: BallTest) -> BodyStep:
-    """A body whose ball is missed."""
+    """Return the step of a body whose ball the ray misses."""
     if ball.distance > ball.radius:
         why = (
-            f"the ball around it is missed: {format_float(ball.distance)} from "
+            f"the ray misses the ball around it: {format_float(ball.distance)} from "
             f"its center, radius {format_float(ball.radius)}"
         )
     else:
@@ -484,30 +515,34 @@ def ball_miss_step(known: BodyStep, box: BoxTest, ball: BallTest) -> BodyStep:
 
 
 def _miss_step(known: BodyStep, outcome: str, why: str, box: BoxTest, ball: BallTest | None) -> BodyStep:
+    """Return the step of a body that the tree leaves out."""
     return BodyStep(known.body, known.name, known.shape, known.kind, outcome, why, box=box, ball=ball)
 
 
-# How a body ends: its outcome, and that in words.
+# Outcomes of bodies, and their sentences.
 
 _OUTCOME_WORDS = {
     NO_ROOT: "the discriminant is negative: there is no real root",
-    TOUCHED: "the ray only touches it, which counts as not met",
-    PLANES: "what its faces leave of the ray has nothing in common",
+    TOUCHED: "the ray only touches it, which counts as a miss",
+    PLANES: "no part of the ray is inside all of its faces",
     INTERVAL: "its crossings lie outside the interval of t",
-    BOOLEAN: "whatever parts are crossed, the Boolean's value does not change within the interval",
-    OUTLINE: "its plane is met outside its outline",
-    CLIPPED: "its surface is met where it has been cut away",
+    BOOLEAN: "the Boolean's value does not change within the interval, whichever parts the ray crosses",
+    OUTLINE: "the ray crosses its plane outside its outline",
+    CLIPPED: "the ray crosses its surface where that has been cut away",
     PARALLEL: "the ray is parallel to its plane",
     BEHIND: "it is one-sided and seen from behind",
     INSIDE: "the ray is inside all along, and crosses nothing",
-    STARTED: "the ray starts on it, and that crossing is left out; there is no other",
+    STARTED: "the ray starts on it; that crossing is left out, and there is no other",
 }
 
 
 def finish_step(
     step: BodyStep, crossings: Sequence[Crossing], spans: Mapping[int, Sequence[Span]], first: Crossing
 ) -> BodyStep:
-    """A step with the answers of the queries, and its outcome in words."""
+    """Return a step with the results of the queries, its outcome and its sentence.
+
+    `crossings` and `spans` are those of all bodies; `first` is the first hit.
+    """
     own = tuple(one for one in crossings if one.body == step.body)
     inside = tuple(spans.get(step.body, ()))
     if step.outcome in (BOX_MISSED, BALL_MISSED):
@@ -517,21 +552,22 @@ def finish_step(
         outcome = HIT if first.body == step.body else CROSSED
     elif step.floats:
         outcome = INSIDE if inside else TOUCHED
-    told_of = _crossings_text(own, outcome) if own else _OUTCOME_WORDS[outcome]
+    sentence = _crossings_text(own, outcome) if own else _OUTCOME_WORDS[outcome]
+    # Where the queries give other crossings than the floats alone, the floats were in doubt
     doubtful = step.doubtful or own != step.floats
-    return replace(step, outcome=outcome, told=told_of, crossings=own, spans=inside, doubtful=doubtful)
+    return replace(step, outcome=outcome, told=sentence, crossings=own, spans=inside, doubtful=doubtful)
 
 
 def merge_missed_step(left_out: BodyStep, worked: BodyStep) -> BodyStep:
-    """A body that the tree leaves out, with what would have come of it."""
+    """Return the step of a body that the tree leaves out, with the details that its own test gives."""
     why = _OUTCOME_WORDS.get(worked.outcome)
-    told_of = f"{left_out.told}; worked out all the same: {why}" if why else left_out.told
-    return replace(worked, outcome=left_out.outcome, told=told_of, box=left_out.box, ball=left_out.ball)
+    sentence = f"{left_out.told}; without the tree: {why}" if why else left_out.told
+    return replace(worked, outcome=left_out.outcome, told=sentence, box=left_out.box, ball=left_out.ball)
 
 
 def _crossings_text(crossings: Sequence[Crossing], outcome: str) -> str:
-    """Where a body is entered and left."""
-    told_of = [
+    """Return where a body is entered and left, in words."""
+    parts = [
         f"{'entered' if one.entering else 'left'} at t = {format_float(one.t)} (face {one.face})" for one in crossings
     ]
-    return ("first hit: " if outcome == HIT else "") + ", ".join(told_of)
+    return ("first hit: " if outcome == HIT else "") + ", ".join(parts)

@@ -1,4 +1,7 @@
-"""The curve in which a plane cuts a surface: a conic, by its kind, with a parameter along each of its branches."""
+"""Sections of surfaces with a plane: conics by branches, each with a parameter, and the arcs that are walls of a body.
+
+A section is restricted to the plane exactly and classified in floats. Short rays decide which parts of it are walls.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +23,7 @@ _NOTHING = 1e-12
 
 @dataclass(frozen=True)
 class Branch:
-    """One connected piece of a conic, x(s) = center + frame (p(s), q(s)) in the plane, s from `first` to `last`.
+    """One connected piece of a conic, x(s) = center + (p(s), q(s)) frame in the plane, s from `first` to `last`.
 
     ellipse    (p, q) = (a cos s, b sin s)
     hyperbola  (a cosh s, b sinh s); a may be negative
@@ -38,10 +41,11 @@ class Branch:
 
     @property
     def is_closed(self) -> bool:
+        """Whether the branch is an ellipse."""
         return self.kind == ELLIPSE
 
     def own(self, s: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """(p, q) at parameters."""
+        """Return p (n,) and q (n,) at parameters."""
         if self.kind == ELLIPSE:
             return self.a * np.cos(s), self.b * np.sin(s)
         if self.kind == HYPERBOLA:
@@ -51,12 +55,12 @@ class Branch:
         return s, np.full_like(s, self.a)
 
     def points(self, s: FloatArray) -> FloatArray:
-        """(n, 2) places in the plane."""
+        """Return the places (n, 2) in the plane at parameters."""
         p, q = self.own(np.asarray(s, np.float64))
         return np.asarray(np.stack([p, q], axis=-1) @ np.array(self.frame) + np.array(self.center))
 
     def normals(self, s: FloatArray) -> FloatArray:
-        """(n, 2) unit vectors across the curve."""
+        """Return unit vectors (n, 2) across the curve at parameters."""
         s = np.asarray(s, np.float64)
         if self.kind == ELLIPSE:
             p, q = self.b * np.cos(s), self.a * np.sin(s)
@@ -73,7 +77,7 @@ class Branch:
 def restrict_to_plane(
     polynomial: Polynomial, origin: Sequence[float], axes: Sequence[Sequence[float]]
 ) -> tuple[float, ...]:
-    """(A, B, C, D, E, F) of A x² + 2B xy + C y² + 2D x + 2E y + F on the plane origin + x axes[0] + y axes[1].
+    """Return (A, B, C, D, E, F) of A x² + 2B xy + C y² + 2D x + 2E y + F on the plane origin + x axes[0] + y axes[1].
 
     The largest of them is 1 or -1.
     """
@@ -81,16 +85,18 @@ def restrict_to_plane(
     both = tuple(x + y for x, y in zip(first, second, strict=True))
     a, d, f = polynomial.on_ray(at, first)
     c, e, _ = polynomial.on_ray(at, second)
+    # The mixed term, from the form on the sum of both axes: a + 2 b + c
     b = (polynomial.on_ray(at, both)[0] - a - c) / 2
     largest = max(map(abs, (a, b, c, d, e, f))) or Fraction(1)
     return tuple(float(value / largest) for value in (a, b, c, d, e, f))
 
 
 def branches(coefficients: Sequence[float], reach: float) -> list[Branch]:
-    """The branches of a conic, as far as they lie within `reach` of the origin of the plane, or a little beyond."""
+    """Return the branches of a conic within `reach` of the origin of the plane, or a little beyond."""
     a, b, c, d, e, f = coefficients
-    # In units of the reach all coefficients tell how much their terms matter
+    # In units of the reach, coefficients are the sizes of their terms
     a, b, c, d, e = a * reach * reach, b * reach * reach, c * reach * reach, d * reach, e * reach
+    # Principal axes, the larger eigenvalue first
     values, rows = np.linalg.eigh(np.array([[a, b], [b, c]]))
     order = np.argsort(-np.abs(values))
     (l1, l2), frame = values[order], rows[:, order].T
@@ -98,23 +104,24 @@ def branches(coefficients: Sequence[float], reach: float) -> list[Branch]:
     largest = max(abs(l1), abs(g), abs(h), abs(f))
     if largest == 0.0:
         return []
-    nothing = _NOTHING * largest
-    if abs(l1) <= nothing:
-        found = _straight(frame, float(g), float(h), f, nothing)
-    elif abs(l2) <= nothing:
-        found = _without_center(frame, float(l1), float(g), float(h), f, nothing)
+    tolerance = _NOTHING * largest
+    if abs(l1) <= tolerance:
+        pieces = _straight_branch(frame, float(g), float(h), f, tolerance)
+    elif abs(l2) <= tolerance:
+        pieces = _without_center(frame, float(l1), float(g), float(h), f, tolerance)
     else:
-        found = _with_center(frame, float(l1), float(l2), float(g), float(h), f, nothing)
-    return [_scaled(branch, reach) for branch in found]
+        pieces = _with_center(frame, float(l1), float(l2), float(g), float(h), f, tolerance)
+    return [_scale_branch(branch, reach) for branch in pieces]
 
 
 def _frame(rows: FloatArray) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Return a (2, 2) array as tuples."""
     (p, q), (u, v) = rows.tolist()
     return (p, q), (u, v)
 
 
-def _scaled(branch: Branch, by: float) -> Branch:
-    """In units of the plane."""
+def _scale_branch(branch: Branch, by: float) -> Branch:
+    """Return a branch scaled from units of the reach to those of the plane."""
     (x, y), kind = branch.center, branch.kind
     angles = kind in (ELLIPSE, HYPERBOLA)
     first, last = (branch.first, branch.last) if angles else (branch.first * by, branch.last * by)
@@ -123,74 +130,84 @@ def _scaled(branch: Branch, by: float) -> Branch:
 
 
 def _line(frame: FloatArray, at: float) -> Branch:
-    """The line q = at of a frame."""
+    """Return the line q = at of a frame."""
     return Branch(LINE, (0.0, 0.0), _frame(frame), at, 0.0, -3.0, 3.0)
 
 
-def _straight(frame: FloatArray, g: float, h: float, f: float, nothing: float) -> list[Branch]:
-    """2 g p + 2 h q + f = 0"""
+def _straight_branch(frame: FloatArray, g: float, h: float, f: float, tolerance: float) -> list[Branch]:
+    """Return the line 2 g p + 2 h q + f = 0."""
     size = math.hypot(g, h)
-    if size <= nothing:
+    if size <= tolerance:
         return []
     across = np.array([g, h]) @ frame / size
     along = np.array([-across[1], across[0]])
+    # A line farther than 3 reaches from the origin is outside of every window
     return [_line(np.array([along, across]), -f / (2 * size))] if abs(f) <= 6 * size else []
 
 
-def _without_center(frame: FloatArray, l1: float, g: float, h: float, f: float, nothing: float) -> list[Branch]:
-    """l1 p² + 2 g p + 2 h q + f = 0: a parabola, or two lines."""
-    if abs(h) <= nothing:
+def _without_center(frame: FloatArray, l1: float, g: float, h: float, f: float, tolerance: float) -> list[Branch]:
+    """Return the branches of l1 p² + 2 g p + 2 h q + f = 0: a parabola, or two lines."""
+    if abs(h) <= tolerance:
         discriminant = g * g - l1 * f
         if discriminant <= 0.0:
             return []
-        turned = np.array([frame[1], frame[0]])
-        return [_line(turned, (-g + sign * math.sqrt(discriminant)) / l1) for sign in (-1, 1)]
+        swapped = np.array([frame[1], frame[0]])
+        return [_line(swapped, (-g + sign * math.sqrt(discriminant)) / l1) for sign in (-1, 1)]
+    # The vertex: l1 (p - middle)² + 2 h q + (f - g² / l1) = 0
     middle = -g / l1
     center = np.array([middle, 0.0]) @ frame
     rise, foot = -l1 / (2 * h), -(f - g * g / l1) / (2 * h)
     return [Branch(PARABOLA, (float(center[0]), float(center[1])), _frame(frame), rise, foot, -4.0, 4.0)]
 
 
-def _with_center(frame: FloatArray, l1: float, l2: float, g: float, h: float, f: float, nothing: float) -> list[Branch]:
-    """l1 p² + l2 q² + 2 g p + 2 h q + f = 0: an ellipse, a hyperbola, or two lines that cross."""
+def _with_center(
+    frame: FloatArray, l1: float, l2: float, g: float, h: float, f: float, tolerance: float
+) -> list[Branch]:
+    """Return the branches of l1 p² + l2 q² + 2 g p + 2 h q + f = 0: ellipse, hyperbola, or two lines that cross."""
     own = np.array([-g / l1, -h / l2])
     x, y = (own @ frame).tolist()
+    # l1 p² + l2 q² = k about the center
     k = g * g / l1 + h * h / l2 - f
-    if abs(k) <= nothing:
+    if abs(k) <= tolerance:
+        # A single point has no branch
         if l1 * l2 > 0:
             return []
+        # Two lines through the center
         slope = math.sqrt(-l1 / l2)
-        return [_through((x, y), np.array([1.0, sign * slope]) @ frame) for sign in (-1, 1)]
+        return [_line_through((x, y), np.array([1.0, sign * slope]) @ frame) for sign in (-1, 1)]
     if k / l1 > 0 and k / l2 > 0:
         return [Branch(ELLIPSE, (x, y), _frame(frame), math.sqrt(k / l1), math.sqrt(k / l2), 0.0, 2 * math.pi)]
     if k / l1 < 0 and k / l2 < 0:
         return []
+    # The axis that the hyperbola crosses comes first
     real, other = (0, 1) if k / l1 > 0 else (1, 0)
     sizes = math.sqrt(abs(k / l1)), math.sqrt(abs(k / l2))
-    turned = np.array([frame[real], frame[other]])
+    ordered = np.array([frame[real], frame[other]])
+    # Beyond these parameters both branches are outside of the window
     far = math.asinh((3.0 + math.hypot(x, y)) / sizes[other])
-    return [Branch(HYPERBOLA, (x, y), _frame(turned), sign * sizes[real], sizes[other], -far, far) for sign in (-1, 1)]
+    return [Branch(HYPERBOLA, (x, y), _frame(ordered), sign * sizes[real], sizes[other], -far, far) for sign in (-1, 1)]
 
 
-def _through(point: tuple[float, float], along: FloatArray) -> Branch:
-    """A line through a point."""
+def _line_through(point: tuple[float, float], along: FloatArray) -> Branch:
+    """Return the line through a point along a vector."""
     along = along / np.linalg.norm(along)
     across = np.array([-along[1], along[0]])
     return _line(np.array([along, across]), float(across @ point))
 
 
-# Which parts of a conic are walls of a body: those across which a short ray meets it.
+# The parts of a conic that are walls of a body: a short ray across them hits it.
 
 _SAMPLES, _HALVINGS = 512, 22
+"""Parameters that are tested along a branch, and halvings that refine each end of an arc."""
 _SHORT = 1e-7
-"""How long a short ray is, as a share of what is drawn."""
+"""Half the length of a short ray, as a share of the drawing's reach."""
 _LEAST = 1e-100
-"""Smaller components are no ray's."""
+"""Smaller components are set to 0, as rays refuse them."""
 
 
 @dataclass(frozen=True)
 class Arc:
-    """A part of a branch that is a wall of a body, from s = first to last."""
+    """A part of a branch that is a wall of a body, from s = first to last, on the surface of a number."""
 
     surface: int
     branch: Branch
@@ -200,54 +217,56 @@ class Arc:
 
 @dataclass(frozen=True)
 class DrawingPlane:
-    """origin + x axes[0] + y axes[1], with orthonormal axes, of which `reach` about the origin is drawn."""
+    """The plane origin + x axes[0] + y axes[1], with orthonormal axes; the drawing shows `reach` about the origin."""
 
     origin: FloatArray
     axes: FloatArray
     reach: float
 
     def points(self, places: FloatArray) -> FloatArray:
-        """Places (n, 2) of the plane in the world."""
+        """Return places (n, 2) of the plane as points (n, 3) of the world."""
         return _flush_tiny(places @ self.axes + self.origin)
 
     def directions(self, places: FloatArray) -> FloatArray:
-        """Vectors (n, 2) of the plane in the world."""
+        """Return vectors (n, 2) of the plane as vectors (n, 3) of the world."""
         return _flush_tiny(places @ self.axes)
 
     def places(self, points: Any) -> FloatArray:
-        """Points of the world, dropped onto the plane: (n, 2)."""
+        """Return points (n, 3) of the world projected onto the plane, (n, 2)."""
         return np.asarray((np.asarray(points) - self.origin) @ self.axes.T)
 
 
 def _flush_tiny(values: FloatArray) -> FloatArray:
-    """Without what is too small for a ray."""
+    """Set components that are too small for a ray to 0."""
     return np.where(np.abs(values) < _LEAST, 0.0, values)
 
 
 def wall_arcs(scene: Any, surface: int, branch: Branch, plane: DrawingPlane) -> list[Arc]:
-    """The arcs of a branch that are walls of the only body of a scene."""
+    """Return the arcs of a branch that are walls of the only body of a scene."""
     s = _parameters(branch, plane.reach)
     here = is_wall(scene, branch, s, plane)
     if here.all():
         return [Arc(surface, branch, float(s[0]), float(s[-1]))]
-    turns = np.flatnonzero(here[1:] != here[:-1])
-    if not len(turns):
+    changes = np.flatnonzero(here[1:] != here[:-1])
+    if not len(changes):
         return []
-    ends = _refine_ends(scene, branch, s[turns], s[turns + 1], here[turns], plane).tolist()
+    ends = _refine_ends(scene, branch, s[changes], s[changes + 1], here[changes], plane).tolist()
+    # Arcs are pairs of ends; the first and the last parameter are ends if they lie on a wall
     ends = ([float(s[0])] if here[0] else []) + ends + ([float(s[-1])] if here[-1] else [])
-    found = [Arc(surface, branch, a, b) for a, b in zip(ends[::2], ends[1::2], strict=True)]
-    if branch.is_closed and here[0] and here[-1] and len(found) > 1:  # an ellipse's parameter begins within an arc
-        last = found.pop()
-        found[0] = Arc(surface, branch, last.first - (branch.last - branch.first), found[0].last)
-    return found
+    arcs = [Arc(surface, branch, a, b) for a, b in zip(ends[::2], ends[1::2], strict=True)]
+    if branch.is_closed and here[0] and here[-1] and len(arcs) > 1:  # s = first lies within an arc of the ellipse
+        last = arcs.pop()
+        arcs[0] = Arc(surface, branch, last.first - (branch.last - branch.first), arcs[0].last)
+    return arcs
 
 
 def _parameters(branch: Branch, reach: float) -> FloatArray:
-    """Parameters close enough everywhere, also of an ellipse that is far larger than what is drawn."""
+    """Return the parameters to test, in rising order; more of them in the window of an ellipse much larger than it."""
     s = np.linspace(branch.first, branch.last, _SAMPLES + 1)
     if branch.kind != ELLIPSE or max(branch.a, branch.b) < 8 * reach:
         return s
     (x, y), (along, across) = branch.center, branch.frame
+    # The window's middle in the frame of the ellipse: parameters by both coordinates
     p, q = -(x * along[0] + y * along[1]), -(x * across[0] + y * across[1])
     window = np.linspace(-2 * reach, 2 * reach, _SAMPLES)
     more = [np.arcsin(np.clip((q + window) / branch.b, -1, 1)), np.arccos(np.clip((p + window) / branch.a, -1, 1))]
@@ -256,18 +275,22 @@ def _parameters(branch: Branch, reach: float) -> FloatArray:
 
 
 def is_wall(scene: Any, branch: Branch, s: FloatArray, plane: DrawingPlane) -> Any:
-    """bool for each parameter: is there a wall of the scene's body? Short rays go both ways: it may be one-sided."""
+    """Return (n,) bool: is there a wall of the scene's body at each parameter?
+
+    Short rays go both ways, as the body may be a one-sided sheet.
+    """
     places, across = branch.points(s), plane.directions(branch.normals(s))
+    # A short ray across the curve in each sense, from before it to behind it
     short, points = _SHORT * plane.reach, plane.points(places)
-    met = scene.occluded(_flush_tiny(points - short * across), across, 0.0, 2 * short)
-    met |= scene.occluded(_flush_tiny(points + short * across), -across, 0.0, 2 * short)
-    return np.asarray(met) & (np.abs(places).max(axis=1) <= 2 * plane.reach)
+    hits = scene.occluded(_flush_tiny(points - short * across), across, 0.0, 2 * short)
+    hits |= scene.occluded(_flush_tiny(points + short * across), -across, 0.0, 2 * short)
+    return np.asarray(hits) & (np.abs(places).max(axis=1) <= 2 * plane.reach)
 
 
 def _refine_ends(
     scene: Any, branch: Branch, low: FloatArray, high: FloatArray, here: Any, plane: DrawingPlane
 ) -> FloatArray:
-    """Where walls begin and end between pairs of parameters, by halving."""
+    """Return the parameters (n,) between pairs low and high where a wall begins or ends, by halving."""
     for _ in range(_HALVINGS):
         middle = (low + high) / 2
         same = is_wall(scene, branch, middle, plane) == here

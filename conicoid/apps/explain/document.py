@@ -1,4 +1,4 @@
-"""What is told, before it is text or HTML: headings, lines with their source, tables."""
+"""The blocks of an explanation, headings, lines with their source and tables, and their output as text and HTML."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import TypeAlias
 
 @dataclass(frozen=True)
 class Heading:
-    """Of level 1, 2 or 3."""
+    """A heading of level 1, 2 or 3."""
 
     text: str
     level: int = 1
@@ -19,7 +19,7 @@ class Heading:
 
 @dataclass(frozen=True)
 class TextLine:
-    """A sentence or a formula; `source` is the document it comes from, `depth` how far it is set in."""
+    """A sentence or a formula; `source` is the document that it comes from, `depth` its indentation."""
 
     text: str
     source: str = ""
@@ -28,7 +28,7 @@ class TextLine:
 
 @dataclass(frozen=True)
 class TextTable:
-    """Rows of cells under their heads."""
+    """Rows of cells under a head."""
 
     head: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
@@ -41,17 +41,18 @@ Block: TypeAlias = Heading | TextLine | TextTable
 
 @dataclass(frozen=True)
 class Board:
-    """What a lecturer writes of one step: lines with their source, and the numbers in them by name.
+    """One step as a lecturer writes it: lines with their source, and the numbers in them by name.
 
-    The numbers come from exact arithmetic and are rounded once; they are not the kernels'.
+    The numbers come from exact arithmetic and are rounded once; they are not those of the kernels.
     """
 
     blocks: tuple[Block, ...]
     numbers: dict[str, float] = field(default_factory=dict)
 
 
-# Blocks as HTML in itself: no script, no style sheet, nothing from a network.
+# Blocks as self-contained HTML: no script, no style sheet, nothing from a network.
 
+# Single letters are variables, unless they are part of a word, an entity or a tag
 _LETTER = re.compile(r"(?<![\w&#;<])([A-Za-zα-ω])(?=[²³₀₁₂₊₋]|[^\w;]|$)")
 _INDEX = re.compile(r"(?<!\w)([vtR])_(near|far|ca|hc|d|0|X|Y|Z)\b")
 _RAISED = {"²": "2", "ᵗ": "t", "³": "3"}
@@ -65,12 +66,13 @@ _STYLE = {
 
 
 def html_of(blocks: Sequence[Block], picture: str = "") -> str:
-    """All blocks; a picture stands behind the answer."""
+    """Return all blocks as HTML; `picture` follows the answer, ahead of the third heading."""
     parts = [f'<div class="conicoid-explanation" style="{_STYLE["all"]}">']
     headings = 0
     for block in blocks:
         if isinstance(block, Heading):
             headings += 1
+            # The ray and the answer have the first two headings
             if headings == 3 and picture:
                 parts.append(picture)
                 picture = ""
@@ -84,7 +86,8 @@ def html_of(blocks: Sequence[Block], picture: str = "") -> str:
 
 
 def html_formula(text: str) -> str:
-    """A line with its letters in italics and its indices lowered."""
+    """Return a line as HTML with single letters in italics, powers raised and indices lowered."""
+    # Escape first: the tags that follow must stay
     marked = _LETTER.sub(r"<i>\1</i>", html.escape(text, quote=False))
     marked = _INDEX.sub(r"<i>\1</i><sub>\2</sub>", marked)
     for sign, plain in _RAISED.items():
@@ -95,10 +98,12 @@ def html_formula(text: str) -> str:
 
 
 def _html_source(source: str) -> str:
+    """Return the source of a line; nothing if it has none."""
     return f'<span style="{_STYLE["source"]}">{html.escape(source)}</span>' if source else ""
 
 
 def _html_table(block: TextTable) -> str:
+    """Return a table as HTML."""
     inset = f"margin-left: {1.2 * (block.depth - 1):.1f}em; "
     head = "".join(f'<th scope="col" style="{_STYLE["cell"]}">{html_formula(cell)}</th>' for cell in block.head)
     rows = "".join(f"<tr>{''.join(_html_cell(cell) for cell in row)}</tr>" for row in block.rows)
@@ -106,6 +111,7 @@ def _html_table(block: TextTable) -> str:
 
 
 def _html_cell(text: str) -> str:
+    """Return a cell of a table; its text is no formula, so letters stay upright."""
     return f'<td style="{_STYLE["cell"]}">{html.escape(text)}</td>'
 
 
@@ -115,7 +121,7 @@ _TEXT_INDENT = "  "
 
 
 def text_of(blocks: Sequence[Block]) -> str:
-    """The lines of all blocks."""
+    """Return all blocks as lines of text."""
     lines: list[str] = []
     for block in blocks:
         if isinstance(block, Heading):
@@ -128,19 +134,23 @@ def text_of(blocks: Sequence[Block]) -> str:
 
 
 def _text_source(source: str) -> str:
+    """Return the source of a line in brackets; nothing if it has none."""
     return f"   [{source}]" if source else ""
 
 
-def _text_heading(block: Heading, more: bool) -> list[str]:
+def _text_heading(block: Heading, follows: bool) -> list[str]:
+    """Return the lines of a heading, underlined at levels 1 and 2; `more` if lines stand before it."""
     if block.level == 3:
         return [f"{_TEXT_INDENT}{block.text}:"]
     under = {1: "=", 2: "-"}[block.level] * len(block.text)
-    return [*([""] if more else []), block.text, under]
+    return [*([""] if follows else []), block.text, under]
 
 
 def _text_table(block: TextTable) -> list[str]:
+    """Return the lines of a table, its columns padded to equal widths."""
     rows = [block.head, *block.rows]
     widths = [max(len(row[k]) for row in rows) for k in range(len(block.head))]
+    # Columns are two spaces apart
     padded = [
         _TEXT_INDENT * block.depth + "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True))
         for row in rows

@@ -1,4 +1,4 @@
-"""An explanation: the steps of one ray as data, as text, as HTML, and as a figure."""
+"""`scene.explain`: trace one ray, collect the steps of the kernels, and show them as data, text, HTML or a figure."""
 
 from __future__ import annotations
 
@@ -43,29 +43,43 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Explanation(RayRecord):
-    """One ray worked out: what every body does with it, and why. `scene.explain` makes it.
+    """One ray step by step: how every body is hit or missed, and why. `scene.explain` returns it.
 
-    origin, direction, t_min, t_max   the ray, and the open interval that was asked for
-    hit          the answer of `scene.first_hit`, which all this explains
-    bodies       a `BodyStep` each: those that are met, and the first of those that are not
-    missed       how many bodies more are left out by the tree of boxes
-    surfaces     a `SurfaceStep` for each surface that was looked at, by its number
-    crossings    all crossings in order, as `scene.crossings` has them
-    decision     which formulas decided it, and with what bound
+    `str()` is the text, a notebook shows it as HTML, and `figure()` is a drawing. `explanation[3]` and
+    `explanation["ball"]` are the steps of one body.
 
-    `str()` is the text, a notebook shows it as HTML, `figure()` is a drawing.
+    Attributes
+    ----------
+    origin, direction : tuple of 3 floats
+        The ray.
+    t_min, t_max : float
+        The open interval.
+    hit : Hits
+        The first hit, as `scene.first_hit` returns it.
+    bodies : tuple of BodyStep
+        Steps of the bodies that the tree of boxes does not leave out, and of the first 16 that it does.
+    missed : int
+        Number of further bodies that the tree leaves out.
+    surfaces : dict of int to SurfaceStep
+        Steps of the surfaces that were computed, by number.
+    crossings : tuple of Crossing
+        All crossings in order, as `scene.crossings` returns them.
+    decision : Decision
+        Which formulas decided the result, and its error bound.
+    scene : Scene
+        The scene.
     """
 
     @cached_property
     def blocks(self) -> tuple[Block, ...]:
-        """What is told, block by block."""
+        """The text as blocks: headings, lines and tables."""
         from .narrative import blocks_of
 
         return tuple(blocks_of(self))
 
     @property
     def text(self) -> str:
-        """All of it for a terminal."""
+        """The whole explanation as text for a terminal."""
         from .document import text_of
 
         return text_of(self.blocks)
@@ -77,11 +91,26 @@ class Explanation(RayRecord):
         found = "a miss" if not self.hit.hit else f"t={float(self.hit.t)!r}"
         return f"Explanation(origin={self.origin}, direction={self.direction}, {found}; print it for all steps)"
 
-    def figure(self, body: Any = None, width: int = 640) -> Figure:
-        """A drawing of the ray in a plane: the exact sections of the bodies, and the crossings with their t.
+    def figure(self, body: int | str | None = None, width: int = 640) -> Figure:
+        """Draw the ray in a plane: the exact sections of the bodies, and the crossings with their t.
 
-        body: the number or name of the one through whose axis the plane goes; by default the one that is hit first.
-        width: in pixels.
+        Parameters
+        ----------
+        body : int or str, optional
+            Number or name of the body through whose axis the plane goes. Default: the body that is hit first.
+        width : int
+            Pixels, 200 to 4000.
+
+        Returns
+        -------
+        Figure
+
+        Raises
+        ------
+        LookupError
+            If the explanation has no step of the body.
+        TypeError, ValueError
+            For a wrong width.
         """
         from .figure import figure_of
 
@@ -94,15 +123,25 @@ class Explanation(RayRecord):
 
     @property
     def html(self) -> str:
-        """All of it as HTML in itself, with the figure: a part of a page, which asks nothing of the network."""
+        """The whole explanation with its figure as self-contained HTML: a part of a page."""
         from .document import html_of
 
         return html_of(self.blocks, self.svg)
 
-    def save(self, path: Any) -> None:
-        """Write it to a file at `path`: as a page (.html), the drawing alone (.svg) or the text (.txt).
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the explanation to a file.
 
-        Raises ValueError for other endings, OSError where it cannot be written.
+        Parameters
+        ----------
+        path : str or os.PathLike
+            The ending selects the format: a page (.html), the drawing alone (.svg) or the text (.txt).
+
+        Raises
+        ------
+        ValueError
+            For other endings.
+        OSError
+            If the file cannot be written.
         """
         save_explanation(self, path)
 
@@ -111,7 +150,7 @@ class Explanation(RayRecord):
 
 
 def page_of(title: str, body: str) -> str:
-    """A whole page around a part of one."""
+    """Return a whole HTML page with a title and a body."""
     style = "body { margin: 2rem auto; max-width: 60rem; padding: 0 1rem; }"
     return (
         f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8"><title>{html.escape(title)}</title>'
@@ -120,15 +159,15 @@ def page_of(title: str, body: str) -> str:
 
 
 def as_floats_tuple(values: Any) -> tuple[float, ...]:
-    """An array of floats as a tuple."""
+    """Return an array of floats as a tuple."""
     return tuple(np.asarray(values, np.float64).tolist())
 
 
 # An explanation as a file.
 
 
-def save_explanation(found: Explanation, path: Any) -> None:
-    """A page, a drawing or a text, by the ending."""
+def save_explanation(found: Explanation, path: str | os.PathLike[str]) -> None:
+    """Write a page, a drawing or a text, by the ending of the path."""
     name = checked_path("save", path)
     suffix = os.path.splitext(name)[1].lower()
     if suffix == ".html":
@@ -144,39 +183,61 @@ def save_explanation(found: Explanation, path: Any) -> None:
     write_text(name, content)
 
 
-# `scene.explain`: one ray asked as usual, and all that the kernels did for it gathered into steps.
+# `scene.explain`: one ray traced by the queries, and the numbers of the kernels collected into steps.
 
 MOST_MISSED = 16
-"""Bodies left out by the tree that are told of one by one."""
+"""Bodies left out by the tree that get a step each."""
 FEW_BODIES = 8
-"""In a scene of no more bodies, also those that are left out are worked out."""
+"""A scene of no more bodies also computes the steps of those that the tree leaves out."""
 _LONGEST_REPR = 160
+"""Characters of a shape's repr that are shown."""
 
 
-def explain(scene: SceneLike, origin: Any, direction: Any, t_min: Any, t_max: Any, body: Any) -> Explanation:
-    """The explanation of a single ray; of `body` alone, a number or name, if it is given."""
+def explain(
+    scene: SceneLike, origin: Any, direction: Any, t_min: Any, t_max: Any, body: int | str | None
+) -> Explanation:
+    """Explain a single ray in the open interval t_min < t < t_max.
+
+    Parameters
+    ----------
+    scene : Scene
+    origin, direction : (3,)
+        Or a `Rays` of one ray.
+    t_min, t_max : float
+    body : int, str or None
+        The number or name of the only body to explain; None for all.
+
+    Raises
+    ------
+    ValueError
+        For several rays.
+    """
     ray = as_rays("explain", origin, direction)
     if ray.shape:
-        raise ValueError(f"explain: one ray is worked out, got rays of shape {ray.shape}; rays[i] is one of them")
-    recording = RayRecording(scene.prepared, ray, t_min, t_max)
+        raise ValueError(
+            f"explain: origin and direction must be one ray, got rays of shape {ray.shape}; rays[i] is one of them"
+        )
+    recording = RayRecording(scene._prepared, ray, t_min, t_max)
     origin, direction = as_floats_tuple(ray.origins), as_floats_tuple(ray.directions)
     line = ExactRay.of(origin, direction, recording.t_min, recording.t_max)
     surfaces = SurfaceSteps(recording, line)
-    asked = None if body is None else _body_range(scene, body)
+    selection = None if body is None else _body_range(scene, body)
+    # The results of the queries, which exact arithmetic may have decided
     hit = scene.first_hit(ray, t_min=recording.t_min, t_max=recording.t_max)
     crossings, spans = _trace_all(scene, ray, recording)
     first = Crossing(float(hit.t), int(hit.body), int(hit.face), int(hit.surface), bool(hit.entering))
-    steps, missed = _steps(scene, recording, surfaces, line, asked)
-    done = tuple(finish_step(step, crossings, spans, first) for step in steps)
+    # The steps from the numbers of the float formulas, then completed by these results
+    steps, missed = _steps(scene, recording, surfaces, line, selection)
+    completed = tuple(finish_step(step, crossings, spans, first) for step in steps)
     decision = _decision(recording, surfaces, hit)
     return Explanation(
-        origin, direction, recording.t_min, recording.t_max, hit, done, missed,
+        origin, direction, recording.t_min, recording.t_max, hit, completed, missed,
         {step.number: step for step in surfaces}, tuple(crossings), decision, scene,
     )  # fmt: skip
 
 
 def _body_range(scene: SceneLike, body: Any) -> range:
-    """The numbers of the bodies that are meant."""
+    """Return the numbers of the bodies that a number or a name stands for; LookupError if there are none."""
     if isinstance(body, str):
         entry = find_entry(scene.bodies, body)
         firsts = scene._firsts
@@ -186,10 +247,10 @@ def _body_range(scene: SceneLike, body: Any) -> range:
 
 
 def _trace_all(scene: SceneLike, ray: Rays, recording: RayRecording) -> tuple[list[Crossing], dict[int, list[Span]]]:
-    """All crossings and spans, as the queries tell them."""
+    """Return all crossings in order, and the spans by body, as the queries give them."""
     limits = dict(t_min=recording.t_min, t_max=recording.t_max)
-    found, inside = scene.crossings(ray, **limits), scene.spans(ray, **limits)
-    columns = found.t, found.body, found.face, found.surface, found.entering, found.t_error
+    crossings, inside = scene.crossings(ray, **limits), scene.spans(ray, **limits)
+    columns = crossings.t, crossings.body, crossings.face, crossings.surface, crossings.entering, crossings.t_error
     rows = zip(*(column.tolist() for column in columns), strict=True)
     spans: dict[int, list[Span]] = {}
     ends_of = inside.body, inside.t_enter, inside.t_exit, inside.enter_clipped, inside.exit_clipped
@@ -199,35 +260,41 @@ def _trace_all(scene: SceneLike, ray: Rays, recording: RayRecording) -> tuple[li
 
 
 def _steps(
-    scene: SceneLike, recording: RayRecording, surfaces: SurfaceSteps, line: ExactRay, asked: range | None
+    scene: SceneLike, recording: RayRecording, surfaces: SurfaceSteps, line: ExactRay, selection: range | None
 ) -> tuple[list[BodyStep], int]:
-    """(bodies met, and the first of those left out by the tree; how many more there are of these)."""
+    """Return the steps of bodies whose ball the ray hits and of the first that it misses, and the number of others.
+
+    `reached` holds how far the ray gets with each body: to its leaf of the tree, or into the ball around it.
+    """
     reached, balls = recording.walk()
-    tables, boxes = recording.tables, scene.prepared.lowered.boxes
-    work, wanted = BodySteps(recording, surfaces, line), np.ones(len(boxes), np.bool_)
-    if asked is not None:
-        wanted[: asked.start], wanted[asked.stop :] = False, False
-    met = np.flatnonzero(wanted & (reached == kernels.IN_BALL))
-    left = np.flatnonzero(wanted & (reached != kernels.IN_BALL))
+    tables, boxes = recording.tables, scene._prepared.lowered.boxes
+    work, selected = BodySteps(recording, surfaces, line), np.ones(len(boxes), np.bool_)
+    # Other bodies than the selected ones are treated as absent
+    if selection is not None:
+        selected[: selection.start], selected[selection.stop :] = False, False
+    hits = np.flatnonzero(selected & (reached == kernels.IN_BALL))
+    misses = np.flatnonzero(selected & (reached != kernels.IN_BALL))
     steps = []
-    for entry in sorted([*met.tolist(), *left[:MOST_MISSED].tolist()]):
+    # In the order of the bodies' numbers
+    for entry in sorted([*hits.tolist(), *misses[:MOST_MISSED].tolist()]):
         known = _initial_step(scene, entry, int(tables.entry_kind[entry]))
         if reached[entry] == kernels.IN_BALL:
             steps.append(work.step(entry, known))
             continue
         box = box_test(boxes[entry].tolist(), line)
+        # The tree tests the box of a leaf first, then the ball of a body
         if reached[entry] == kernels.REACHED and not box.missed:
             left_out = ball_miss_step(known, box, ball_test(balls[entry].tolist(), line))
         else:
             left_out = box_miss_step(known, box)
-        if asked is not None or len(boxes) <= FEW_BODIES:
+        if selection is not None or len(boxes) <= FEW_BODIES:
             left_out = merge_missed_step(left_out, work.step(entry, known))
         steps.append(left_out)
-    return steps, max(0, len(left) - MOST_MISSED)
+    return steps, max(0, len(misses) - MOST_MISSED)
 
 
 def _initial_step(scene: SceneLike, number: int, kind: int) -> BodyStep:
-    """A body before anything is known of the ray."""
+    """Return a step with the number, name, shape and kind of a body alone."""
     body = scene.body(number)
     shape = repr(body.shape)
     shape = shape if len(shape) <= _LONGEST_REPR else f"{shape[:_LONGEST_REPR]} ..."
@@ -235,19 +302,22 @@ def _initial_step(scene: SceneLike, number: int, kind: int) -> BodyStep:
 
 
 def _decision(recording: RayRecording, surfaces: SurfaceSteps, hit: Any) -> Decision:
-    """Which formulas decided; the first hit may be certain where something beyond it is not."""
+    """Return which formulas decided; the first hit may be certain where a crossing behind it is not."""
     error, doubtful = (float(hit.t_error) if hit.hit else 0.0), bool(hit.doubtful)
     if not (doubtful or recording.is_doubtful()):
         return Decision("floats", "floats", error)
+    # Ranks of a surface's crossings stand at first[number]: one of a plane, two of a curved surface
     ranks, exact = ranks_of(recording.scene, recording.arrays, 0)
     places = []
     for step in surfaces:
         number = step.number
+        # Surfaces that the ray does not cross have no rank
         if ranks.verdict[2 * number] != CROSSES:
             continue
         first = int(ranks.first[number])
         for k in (first,) if step.flat else (first, first + 1):
             if math.isfinite(ranks.t[k]):
+                # From t of the traced ray to t of the given one
                 t = (float(column[k]) * recording.scale for column in (ranks.high, ranks.low, ranks.error, ranks.t))
                 places.append(RankedPlace(int(ranks.rank[k]), number, *t))
     how = "exact" if exact else "certified"

@@ -1,12 +1,16 @@
-"""Where a figure is drawn: the plane through the ray and a body's axis, and the window in it."""
+"""The figure of an explanation: the plane through the ray and a body's axis, exact sections of bodies, and crossings.
+
+Order of the file: the plane and its window, a drawing as text of SVG, the figure.
+"""
 
 from __future__ import annotations
 
 import html
 import math
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -19,15 +23,27 @@ from .conics import ELLIPSE, HYPERBOLA, PARABOLA, Arc, DrawingPlane, branches, r
 from .polynomial import SurfaceSource, format_float
 from .steps import BALL_MISSED, BOX_MISSED, BodyStep, RayRecord
 
+if TYPE_CHECKING:
+    from ...prepare.prepared_scene import PreparedScene
+
+
+# The plane of the drawing and its window.
+
 _PARALLEL = 1e-9
+"""A part of an axis across the ray that is not longer than this has no direction."""
 _MARGIN = 0.08
+"""Margin of the window, as a share of its larger side."""
 
 
 def plane_of(found: RayRecord, main: BodyStep | None, shown: Sequence[int]) -> tuple[DrawingPlane, str]:
-    """(the plane, a sentence about it)."""
+    """Return the plane of the drawing, and a sentence about it; `shown` are the numbers of the bodies in it.
+
+    It holds the ray, and the axis of the main body or a direction parallel to that, or else the body's middle.
+    """
     origin, direction = np.array(found.origin), np.array(found.direction)
     along = direction / np.linalg.norm(direction)
     middle, reach = _middle(found, shown)
+    # The point of the ray's line that is nearest to the middle is the origin of the plane
     foot = origin + along * float(along @ (middle - origin))
     place, axis, name = _axis(found, main, middle)
     across, about = (
@@ -35,16 +51,20 @@ def plane_of(found: RayRecord, main: BodyStep | None, shown: Sequence[int]) -> t
         f"The plane through the ray and the middle of “{name}”." if main else "A plane through the ray.",
     )
     if axis is not None:
+        # The ray and the part of the axis across it span the plane
         beside = axis - along * float(along @ axis)
         if float(np.linalg.norm(beside)) > _PARALLEL:
             across = beside / np.linalg.norm(beside)
             normal = np.cross(along, across)
+            # The plane holds the axis only if the axis meets the ray's line; else it is parallel to it
             through = abs(float(normal @ (place - origin))) <= 1e-9 * (reach + float(np.linalg.norm(place - origin)))
             about = f"The plane through the ray {'and' if through else 'that is parallel to'} the axis of “{name}”."
+    # No axis, or one along the ray: the ray and the middle of the body span the plane
     if across is None:
         beside = place - origin
         beside = beside - along * float(along @ beside)
         size = float(np.linalg.norm(beside))
+        # The middle is on the ray: any direction across will do
         if size <= _PARALLEL * (1 + reach):
             beside = np.eye(3)[int(np.argmin(np.abs(along)))]
             beside = beside - along * float(along @ beside)
@@ -52,23 +72,25 @@ def plane_of(found: RayRecord, main: BodyStep | None, shown: Sequence[int]) -> t
         across = beside / size
         if axis is not None:
             about = f"The plane through the ray and the axis of “{name}”."
+    # A fixed sense, whatever the sense of the axis
     if across[int(np.argmax(np.abs(across)))] < 0:
         across = -across
     return DrawingPlane(foot, np.array([along, across]), reach), about
 
 
 def _axis(found: RayRecord, main: BodyStep | None, middle: FloatArray) -> tuple[FloatArray, Any, str]:
-    """(a point, a direction or None, the name) of the axis of a body: of its first curved surface that has one."""
+    """Return (a point, a direction or None, the body's name) of the axis of a body's first curved surface with one."""
     if main is None:
         return middle, None, ""
-    scene, center = found.scene.prepared, None
+    scene, center = found.scene._prepared, None
     for number in surfaces_of(scene, main.body):
-        told = SurfaceSource.of(scene, number).classification
-        if told.center is None or told.kind == PLANE:
+        classification = SurfaceSource.of(scene, number).classification
+        if classification.center is None or classification.kind == PLANE:
             continue
-        if told.kind != SPHERE:
-            return np.array(told.center), np.array(told.axes[2]), main.name
-        center = told.center if center is None else center
+        # The first axis counts; without one, the center of the first sphere
+        if classification.kind != SPHERE:
+            return np.array(classification.center), np.array(classification.axes[2]), main.name
+        center = classification.center if center is None else center
     if center is not None:
         return np.array(center), None, main.name
     low, high = _box(found, [main.body])
@@ -77,18 +99,21 @@ def _axis(found: RayRecord, main: BodyStep | None, middle: FloatArray) -> tuple[
 
 
 def _box(found: RayRecord, shown: Sequence[int]) -> tuple[FloatArray, FloatArray]:
-    """(low, high) around some bodies, infinite where they are."""
-    lowered = found.scene.prepared.lowered
+    """Return a box (low, high) around some bodies, infinite where they are."""
+    lowered = found.scene._prepared.lowered
     rows = lowered.boxes[np.array(shown, np.intp)]
     return rows[:, :3].min(axis=0, initial=math.inf), rows[:, 3:].max(axis=0, initial=-math.inf)
 
 
 def _middle(found: RayRecord, shown: Sequence[int]) -> tuple[FloatArray, float]:
-    """(the middle of what is drawn, how far it reaches): of boxes that have an end, and of the crossings."""
+    """Return the middle and the reach of the drawing, from the first crossings and the finite boxes of bodies.
+
+    The bodies are those shown that the ray crosses, or all that are shown if it crosses none.
+    """
     origin, direction = np.array(found.origin), np.array(found.direction)
     points = [origin + one.t * direction for one in found.crossings[:16]]
-    met = [step.body for step in found.bodies if step.body in shown and (step.crossings or step.spans)]
-    for body in met or shown:
+    crossed = [step.body for step in found.bodies if step.body in shown and (step.crossings or step.spans)]
+    for body in crossed or shown:
         low, high = _box(found, [body])
         if np.isfinite(low).all() and np.isfinite(high).all() and (low <= high).all():
             points += [low, high]
@@ -102,7 +127,7 @@ def _middle(found: RayRecord, shown: Sequence[int]) -> tuple[FloatArray, float]:
 def window(
     found: RayRecord, plane: DrawingPlane, arcs: Mapping[int, Sequence[Arc]]
 ) -> tuple[float, float, float, float]:
-    """(x0, x1, y0, y1) that holds what is drawn, and the ray's origin unless it is far away."""
+    """Return (x0, x1, y0, y1) around the arcs and the crossings, and the ray's origin unless that is far away."""
     length = float(np.linalg.norm(found.direction))
     origin = float(plane.places(np.array([found.origin]))[0, 0])
     xs, ys = [], [0.0]
@@ -115,11 +140,14 @@ def window(
     xs = xs or [origin, origin + length]
     x0, x1, y0, y1 = min(xs), max(xs), min(ys), max(ys)
     size = max(x1 - x0, y1 - y0, 1e-12 * plane.reach)
+    # The origin is shown if it is at most the window's size away
     if x0 - size <= origin <= x1 + size:
         x0, x1 = min(x0, origin), max(x1, origin)
+    # Room for the head of the arrow
     x1 += 0.12 * size
     margin = _MARGIN * max(x1 - x0, y1 - y0)
     x0, x1, y0, y1 = x0 - margin, x1 + margin, y0 - margin, y1 + margin
+    # The height is between 0.3 and 1.1 of the width
     low, high = 0.3 * (x1 - x0), 1.1 * (x1 - x0)
     if y1 - y0 < low:
         middle = (y0 + y1) / 2
@@ -130,15 +158,15 @@ def window(
     return x0, x1, y0, y1
 
 
-# A drawing as the text of an SVG picture: exact arcs of conics, lines, dots and labels, in itself.
+# A drawing as the text of a self-contained SVG picture: exact arcs of conics, lines, dots and labels.
 
 _PIECES = 24
-"""Cubic pieces of an arc of a hyperbola, which SVG has no exact command for."""
+"""Cubic pieces of an arc of a hyperbola: SVG has no exact command for it."""
 
 
 @dataclass
 class SvgDrawing:
-    """A window of the plane, x0 <= x <= x1 and y0 <= y <= y1, `width` pixels wide."""
+    """A drawing of the window x0 <= x <= x1 and y0 <= y <= y1 of the plane, `width` pixels wide."""
 
     x0: float
     x1: float
@@ -149,48 +177,51 @@ class SvgDrawing:
 
     @property
     def scale(self) -> float:
-        """Pixels of a unit."""
+        """Pixels of a unit of the plane."""
         return self.width / (self.x1 - self.x0)
 
     @property
     def height(self) -> int:
+        """Pixels of the window's height."""
         return round(self.scale * (self.y1 - self.y0))
 
     def at(self, place: FloatArray) -> tuple[float, float]:
-        """A place in pixels, y downwards."""
+        """Return a place in pixels, y downwards."""
         x, y = float(place[0]), float(place[1])
         return (x - self.x0) * self.scale, (self.y1 - y) * self.scale
 
-    def _told(self, place: FloatArray) -> str:
+    def _point(self, place: FloatArray) -> str:
+        """Return a place in pixels as text."""
         x, y = self.at(place)
         return f"{x:.3f} {y:.3f}"
 
     def arc(self, arc: Arc, style: str, about: str) -> None:
-        """A wall; `about` is shown where the pointer rests on it."""
+        """Draw a wall; `about` is shown where the pointer rests on it."""
         self.parts.append(f'<path d="{self.path(arc)}" fill="none" {style}><title>{html.escape(about)}</title></path>')
 
     def path(self, arc: Arc) -> str:
-        """The commands of an arc: A, Q and L are the conics themselves."""
+        """Return the path commands of an arc: A, Q and L are exact, C approximates a hyperbola."""
         branch = arc.branch
         ends = branch.points(np.array([arc.first, (arc.first + arc.last) / 2, arc.last]))
-        begin, middle, end = (self._told(place) for place in ends)
-        if branch.kind == ELLIPSE:
+        begin, middle, end = (self._point(place) for place in ends)
+        if branch.kind == ELLIPSE:  # in two halves, as A cannot draw a whole turn
             (ux, uy), (vx, vy) = branch.frame
+            # SVG has y downwards: angles and senses change their signs
             turn = -math.degrees(math.atan2(uy, ux))
             sweep = 0 if ux * vy - uy * vx > 0 else 1
             radii = f"{branch.a * self.scale:.3f} {branch.b * self.scale:.3f} {turn:.4f}"
             large = 1 if (arc.last - arc.first) / 2 > math.pi else 0
             return f"M {begin} A {radii} {large} {sweep} {middle} A {radii} {large} {sweep} {end}"
-        if branch.kind == PARABOLA:
+        if branch.kind == PARABOLA:  # the tangents of both ends cross at the control point
             s, t = arc.first, arc.last
             own = np.array([(s + t) / 2, branch.a * s * t + branch.b])
-            return f"M {begin} Q {self._told(own @ np.array(branch.frame) + np.array(branch.center))} {end}"
+            return f"M {begin} Q {self._point(own @ np.array(branch.frame) + np.array(branch.center))} {end}"
         if branch.kind == HYPERBOLA:
             return f"M {begin} {' '.join(self._cubics(arc))}"
         return f"M {begin} L {end}"
 
     def _cubics(self, arc: Arc) -> list[str]:
-        """An arc of a hyperbola in pieces that have its tangents."""
+        """Return an arc of a hyperbola as cubic pieces with its tangents at their ends."""
         branch, frame = arc.branch, np.array(arc.branch.frame)
         s = np.linspace(arc.first, arc.last, _PIECES + 1)
         step = (arc.last - arc.first) / _PIECES / 3
@@ -198,39 +229,40 @@ class SvgDrawing:
         places = branch.points(s)
         after, before = places + slopes, places - slopes
         return [
-            f"C {self._told(after[k])} {self._told(before[k + 1])} {self._told(places[k + 1])}" for k in range(_PIECES)
+            f"C {self._point(after[k])} {self._point(before[k + 1])} {self._point(places[k + 1])}"
+            for k in range(_PIECES)
         ]
 
     def line(self, begin: FloatArray, end: FloatArray, style: str) -> None:
-        """A straight line."""
+        """Draw a straight line."""
         (x, y), (u, v) = self.at(begin), self.at(end)
         self.parts.append(f'<line x1="{x:.2f}" y1="{y:.2f}" x2="{u:.2f}" y2="{v:.2f}" {style}/>')
 
     def lines(self, pairs: list[tuple[FloatArray, FloatArray]], style: str) -> None:
-        """Many straight lines as one path."""
+        """Draw many straight lines as one path."""
         if pairs:
-            path = " ".join(f"M {self._told(begin)} L {self._told(end)}" for begin, end in pairs)
+            path = " ".join(f"M {self._point(begin)} L {self._point(end)}" for begin, end in pairs)
             self.parts.append(f'<path d="{path}" fill="none" {style}/>')
 
     def dot(self, place: FloatArray, radius: float, style: str) -> None:
-        """A disc of some pixels."""
+        """Draw a disc with a radius in pixels."""
         x, y = self.at(place)
         self.parts.append(f'<circle cx="{x:.2f}" cy="{y:.2f}" r="{radius}" {style}/>')
 
     def arrow(self, place: FloatArray, style: str) -> None:
-        """The head of an arrow to the right."""
+        """Draw the head of an arrow to the right."""
         x, y = self.at(place)
         self.parts.append(
             f'<path d="M {x - 10:.2f} {y - 5:.2f} L {x:.2f} {y:.2f} L {x - 10:.2f} {y + 5:.2f} Z" {style}/>'
         )
 
     def text(self, x: float, y: float, text: str, style: str = "") -> None:
-        """A label at a pixel."""
+        """Draw a label at a pixel."""
         halo = 'stroke="#ffffff" stroke-width="3" paint-order="stroke"'
         self.parts.append(f'<text x="{x:.1f}" y="{y:.1f}" {halo} {style}>{html.escape(text)}</text>')
 
     def svg(self, below: int, about: str) -> str:
-        """The picture, with some pixels of room below."""
+        """Return the picture as text, with some pixels of room below; `about` is its title."""
         height = self.height + below
         head = (
             f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {self.width} {height}" width="{self.width}" '
@@ -240,21 +272,30 @@ class SvgDrawing:
         return "\n".join([head, f"<title>{html.escape(about)}</title>", back, *self.parts, "</svg>"])
 
 
-# The figure of an explanation: the ray in a plane, the exact sections of bodies, the crossings marked with t.
+# The figure: the ray in the plane, the exact sections of bodies, the crossings marked with t.
 
 _COLORS = ("#1f5fa8", "#b3541e", "#2f7d4f", "#8a3f8f", "#8a6d1b", "#3a7f8c")
 _RAY, _INK, _PALE = "#c4161c", "#333333", "#9a9a9a"
 _MOST = 12
 """Bodies that are drawn."""
 _GAP, _BELOW = 9.0, 30
+"""Pixels between lines of hatching, and below the picture for the sentence."""
 
 
 @dataclass(frozen=True)
 class Figure:
-    """A drawing in SVG. A notebook shows it; `save(path)` writes it, `svg` is its text.
+    """A drawing in SVG, which a notebook shows.
 
-    arcs      the walls that are drawn, by the number of the body: exact arcs of conics in the plane
-    about     a sentence on what is seen
+    Attributes
+    ----------
+    svg : str
+        The picture as text.
+    arcs : dict of int to tuple of Arc
+        The walls that are drawn, by the number of the body: exact arcs of conics in the plane.
+    plane : DrawingPlane
+        The plane of the drawing.
+    about : str
+        A sentence about the plane.
     """
 
     svg: str
@@ -262,8 +303,18 @@ class Figure:
     plane: DrawingPlane
     about: str
 
-    def save(self, path: Any) -> None:
-        """Write it as a .svg file at `path`. Raises OSError where that cannot be written."""
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the drawing to an SVG file.
+
+        Parameters
+        ----------
+        path : str or os.PathLike
+
+        Raises
+        ------
+        OSError
+            If the file cannot be written.
+        """
         from ..._util.safe_files import write_text
         from ..._util.validation import check_path as checked_path
 
@@ -277,7 +328,7 @@ class Figure:
 
 
 def figure_of(found: RayRecord, body: Any, width: Any) -> Figure:
-    """The figure, through the axis of a body: of the one that is hit first, if none is given."""
+    """Return the figure through the axis of a body, by default of the one that is hit first."""
     width = check_integer("figure", "width", width, 200, 4000)
     shown = _drawn_bodies(found, None if body is None else found[body])
     main = shown[0] if shown else None
@@ -293,7 +344,7 @@ def figure_of(found: RayRecord, body: Any, width: Any) -> Figure:
 
 
 def _drawn_bodies(found: RayRecord, first: BodyStep | None) -> list[BodyStep]:
-    """The bodies that are drawn: the one that matters, those met, and a few of the others."""
+    """Return the bodies that are drawn: the given one, the one hit first, those that the tree reaches, a few others."""
     rank = {step.body: k for k, step in enumerate(found.bodies)}
     hit = int(found.hit.body)
 
@@ -304,19 +355,20 @@ def _drawn_bodies(found: RayRecord, first: BodyStep | None) -> list[BodyStep]:
 
 
 def _walls(found: RayRecord, step: BodyStep, plane: DrawingPlane) -> list[Arc]:
-    """The section of a body: the parts of its surfaces' conics that are its walls."""
+    """Return the section of a body: the parts of its surfaces' conics that are its walls."""
+    # The body alone in a scene: other bodies hide none of its walls
     alone = extension("Scene")([found.scene.body(step.body)])
     arcs = []
-    for number in surfaces_of(found.scene.prepared, step.body):
-        polynomial = SurfaceSource.of(found.scene.prepared, number).polynomial
+    for number in surfaces_of(found.scene._prepared, step.body):
+        polynomial = SurfaceSource.of(found.scene._prepared, number).polynomial
         conic = restrict_to_plane(polynomial, plane.origin.tolist(), plane.axes.tolist())
         for branch in branches(conic, plane.reach):
             arcs += wall_arcs(alone, number, branch, plane)
     return arcs
 
 
-def surfaces_of(scene: Any, body: int) -> list[int]:
-    """The surfaces that a body is made of."""
+def surfaces_of(scene: PreparedScene, body: int) -> list[int]:
+    """Return the numbers of the surfaces that a body is made of, in rising order."""
     from ...kernels import tables as table
 
     tables = scene.lowered.tables
@@ -335,6 +387,7 @@ def surfaces_of(scene: Any, body: int) -> list[int]:
 
 
 def _surfaces_of_cell(tables: Any, cell: int) -> set[int]:
+    """Return the numbers of the surfaces of a cell."""
     planes = tables.plane_surface[tables.cell_first[cell] : tables.cell_first[cell + 1]]
     return {*planes.tolist(), *([int(tables.cell_quadric[cell])] if tables.cell_quadric[cell] >= 0 else [])}
 
@@ -342,7 +395,7 @@ def _surfaces_of_cell(tables: Any, cell: int) -> set[int]:
 def _draw_body(
     drawing: SvgDrawing, found: RayRecord, step: BodyStep, arcs: tuple[Arc, ...], plane: DrawingPlane, color: str
 ) -> None:
-    """The hatched section of a body and its walls."""
+    """Draw the hatched section of a body, its walls and its name."""
     drawing.lines(_hatching(drawing, found, step, plane), f'stroke="{color}" stroke-width="1" stroke-opacity="0.28"')
     for arc in arcs:
         about = f"{step.name}: surface {arc.surface}, {arc.branch.kind}"
@@ -360,10 +413,11 @@ def _draw_body(
 def _hatching(
     drawing: SvgDrawing, found: RayRecord, step: BodyStep, plane: DrawingPlane
 ) -> list[tuple[FloatArray, FloatArray]]:
-    """Slanted lines in the section: the spans of rays in the plane, by the same engine."""
+    """Return slanted lines inside the section: the spans of rays in the plane, as pairs of places."""
     body = found.scene.body(step.body)
     if body.shape.is_sheet:
         return []
+    # Parallel lines at 45 degrees through the window's middle
     corner, far = np.array([drawing.x0, drawing.y0]), np.array([drawing.x1, drawing.y1])
     along, across = np.array([1.0, 1.0]) / math.sqrt(2), np.array([-1.0, 1.0]) / math.sqrt(2)
     middle, reach = (corner + far) / 2, float(np.linalg.norm(far - corner)) / 2
@@ -378,7 +432,7 @@ def _hatching(
 
 
 def _draw_ray(drawing: SvgDrawing, found: RayRecord, plane: DrawingPlane) -> None:
-    """The ray, its origin, and the crossings with their t."""
+    """Draw the ray, its spans, its origin, and the crossings with their t."""
     direction = np.array(found.direction)
     length = float(np.linalg.norm(direction))
     origin = plane.places(np.array([found.origin]))[0]
@@ -387,6 +441,7 @@ def _draw_ray(drawing: SvgDrawing, found: RayRecord, plane: DrawingPlane) -> Non
     drawing.line(np.array([begin, 0.0]), np.array([stop, 0.0]), f'stroke="{_RAY}" stroke-width="1.5"')
     for step in found.bodies:
         for span in step.spans:
+            # Ends at infinity are clipped to the window like others
             ends = [origin[0] + min(max(t, -1e300), 1e300) * length for t in (span.t_enter, span.t_exit)]
             a, b = (min(max(end, drawing.x0), drawing.x1) for end in ends)
             if a < b:
@@ -400,7 +455,7 @@ def _draw_ray(drawing: SvgDrawing, found: RayRecord, plane: DrawingPlane) -> Non
 
 
 def _mark_crossings(drawing: SvgDrawing, found: RayRecord, origin: float, length: float) -> None:
-    """Dots with their t, above and below the ray in turn where they are close."""
+    """Mark crossings by dots and their t, in up to three rows above the ray where labels would overlap."""
     taken = [-math.inf, -math.inf, -math.inf]
     for one in found.crossings:
         place = np.array([origin + one.t * length, 0.0])
@@ -412,6 +467,7 @@ def _mark_crossings(drawing: SvgDrawing, found: RayRecord, origin: float, length
             place, 5 if first else 3.5, f'fill="{_RAY if first else "#ffffff"}" stroke="{_RAY}" stroke-width="1.5"'
         )
         label = f"t = {format_float(one.t)}" if len(format_float(one.t)) < 8 else f"t ≈ {one.t:.5g}"
+        # The lowest row that is free at this place, or the highest
         row = next((k for k in range(3) if taken[k] < x - 4), 2)
         taken[row] = x + 7.2 * len(label)
         drawing.text(min(x + 4, drawing.width - 7.2 * len(label)), y - 10 - 15 * row, label, f'fill="{_RAY}"')

@@ -1,4 +1,8 @@
-"""What is told of a body: its box, its surfaces, its cells, the sweep, its crossings."""
+"""An explanation in words: the blocks of a body, and those of the whole ray.
+
+A body has its box, its surfaces, its cells, the sweep of a Boolean and its spans. The ray has its interval, the first
+hit, the formulas that decided it, every body, and a table of all crossings.
+"""
 
 from __future__ import annotations
 
@@ -21,14 +25,17 @@ from .steps import (
     SweepRow,
 )
 
+# The blocks of a body.
+
 _CASES = (
     "", "c₁ c₂ b₁ b₂: miss", "c₁ b₁ c₂ b₂: hit body, exit cap", "c₁ b₁ b₂ c₂: hit body, exit body",
     "b₁ c₁ b₂ c₂: hit cap, exit body", "b₁ c₁ c₂ b₂: hit cap, exit cap", "b₁ b₂ c₁ c₂: miss",
 )  # fmt: skip
+"""`CellStep.case` -> its words in the Clemson notes."""
 
 
 def body_blocks(step: BodyStep, found: RayRecord) -> Iterator[Block]:
-    """A body met or missed, and why."""
+    """Yield the blocks of a body: its outcome, and the details in the order of the file's docstring."""
     yield Heading(f"Body {step.body} “{step.name}”: {step.outcome}", 2)
     yield TextLine(f"{step.kind}: {step.shape}")
     yield TextLine(step.told)
@@ -38,31 +45,33 @@ def body_blocks(step: BodyStep, found: RayRecord) -> Iterator[Block]:
         yield from surface_blocks(step.surface)
     if step.outline is not None:
         yield from _outline(step.outline)
-    told_of: set[int] = set()
+    shown_surfaces: set[int] = set()
     for cell in step.cells:
-        yield from _cell(cell, told_of, step.sweep is not None)
+        yield from _cell(cell, shown_surfaces, step.sweep is not None)
     if step.sweep is not None:
         yield from _sweep(step.sweep)
+    # They differ only if the floats were in doubt
     if step.floats != step.crossings:
-        yield TextLine(f"by the float formulas alone it would be: {_crossed(step.floats)}", sources.DOUBT)
+        yield TextLine(f"by the float formulas alone it would be: {_crossing_times(step.floats)}", sources.DOUBT)
     if step.spans:
         spans = ", ".join(f"[{format_float(one.t_enter)}, {format_float(one.t_exit)}]" for one in step.spans)
         yield TextLine(f"inside for t in {spans}")
 
 
-def _crossed(crossings: Sequence[object]) -> str:
+def _crossing_times(crossings: Sequence[object]) -> str:
+    """Return the t of crossings in words."""
     return ", ".join(format_float(one.t) for one in crossings) or "not crossed"  # type: ignore[attr-defined]
 
 
-def _box(box: BoxTest, told_again: bool) -> Iterator[Block]:
-    """The slabs of a box around a body, unless they are told of the body itself."""
+def _box(box: BoxTest, has_own_slabs: bool) -> Iterator[Block]:
+    """Yield the box around a body and its slabs; without the slabs if the body is a box and shows its own."""
     yield TextLine(f"box {format_vector(box.low)} to {format_vector(box.high)}")
-    if not told_again:
+    if not has_own_slabs:
         yield from box.board.blocks
 
 
 def surface_blocks(step: SurfaceStep, face: str = "") -> Iterator[Block]:
-    """A surface, of a face: as the documents work it out, and as the kernels do."""
+    """Yield a surface as the documents solve it, then as the kernels do; `face` names its face in front."""
     yield TextLine(f"{face}surface {step.number}, {step.kind}: {step.equation}")
     yield from step.board.blocks
     yield from _plane_in_kernels(step) if step.flat else _curved_in_kernels(step)
@@ -75,6 +84,7 @@ def surface_blocks(step: SurfaceStep, face: str = "") -> Iterator[Block]:
 
 
 def _curved_in_kernels(step: SurfaceStep) -> Iterator[Block]:
+    """Yield the numbers of the kernels for a curved surface."""
     careful = ", in two floats since terms cancel" if step.careful else ""
     scaled = (
         f"a = {format_float(step.a)}, b = {format_float(step.b)}, c = {format_float(step.c)}, "
@@ -95,11 +105,12 @@ def _curved_in_kernels(step: SurfaceStep) -> Iterator[Block]:
         )
     where = "beyond its roots" if step.outside else "between its roots"
     if not step.roots:
-        where = "all along" if step.outside else "nowhere"
+        where = "everywhere" if step.outside else "nowhere"
     yield TextLine(f"its negative side is {where}", "", 3)
 
 
 def _plane_in_kernels(step: SurfaceStep) -> Iterator[Block]:
+    """Yield the numbers of the kernels for a plane."""
     careful = ", in twice the precision since terms cancel" if step.careful else ""
     t = f", t = −height / rate = {format_float(step.roots[0])}" if step.roots else ""
     yield TextLine(
@@ -110,43 +121,50 @@ def _plane_in_kernels(step: SurfaceStep) -> Iterator[Block]:
 
 
 def _outline(outline: OutlineStep) -> Iterator[Block]:
+    """Yield the outline of a polygon: by even-odd in the documents, then by the kernels."""
     yield from outline.board.blocks
     yield TextLine(
-        "the kernels, in the view along the ray, so that a shared edge is seen alike:", "docs/theory.md, section 5", 2
+        "the kernels, in the view along the ray (a shared edge is the same for both polygons):",
+        "docs/theory.md, section 5",
+        2,
     )
     rows = tuple(
-        (str(k + 1), format_float(u), format_float(v), "counted" if counted else "")
-        for k, ((u, v), counted) in enumerate(zip(outline.corners[:40], outline.counted[:40], strict=True))
+        (str(k + 1), format_float(u), format_float(v), "counted" if is_counted else "")
+        for k, ((u, v), is_counted) in enumerate(zip(outline.corners[:40], outline.counted[:40], strict=True))
     )
     yield TextTable(("corner", "u", "v", "the edge that ends there"), rows, "", 2)
     count = sum(outline.counted)
     yield TextLine(f"{count} crossings: {'inside' if outline.inside else 'outside'}", "", 2)
 
 
-def _cell(cell: CellStep, told_of: set[int], in_boolean: bool) -> Iterator[Block]:
-    """A cell: its faces, which crossings are true, and what is left."""
+def _cell(cell: CellStep, shown_surfaces: set[int], in_boolean: bool) -> Iterator[Block]:
+    """Yield a cell: its slabs, its faces, which crossings are true, and its spans.
+
+    `shown_surfaces` holds the surfaces that were shown before, and gets those of this cell.
+    """
     if in_boolean:
         yield Heading(f"Part {cell.letter}", 3)
     if cell.board.blocks:
         yield from cell.board.blocks
     for face in cell.faces:
         side = "within" if face.inside > 0 else "beyond"
-        if face.surface.number in told_of:
+        if face.surface.number in shown_surfaces:
             yield TextLine(f"face {face.face}, {side} surface {face.surface.number}, as above")
         else:
-            told_of.add(face.surface.number)
+            shown_surfaces.add(face.surface.number)
             yield from surface_blocks(face.surface, f"face {face.face}, {side} ")
-    yield from _left(cell)
+    # A surface is shown once for each body
+    yield from _remainder(cell)
 
 
-def _left(cell: CellStep) -> Iterator[Block]:
-    """What is left of the ray in a cell."""
+def _remainder(cell: CellStep) -> Iterator[Block]:
+    """Yield the case, the true and false crossings, the slab of the planes and the spans of a cell."""
     if cell.case:
         yield TextLine(f"caps and body in order, case {cell.case}: {_CASES[cell.case]}", sources.CAPS)
     if len(cell.faces) > 1 and cell.candidates:
         rows = tuple(
             (format_float(one.t), f"face {one.face}", "enters" if one.entering else "leaves",
-             "true" if one.outside_of is None else _false(one.outside_of))
+             "true" if one.outside_of is None else _false_reason(one.outside_of))
             for one in cell.candidates
         )  # fmt: skip
         yield TextTable(("t", "crossing", "", "true or false"), rows, sources.FALSE)
@@ -158,17 +176,18 @@ def _left(cell: CellStep) -> Iterator[Block]:
     yield TextLine(f"inside, on the whole line: {spans or 'nothing'}{f' ({cell.why})' if cell.why else ''}")
 
 
-def _false(face: int) -> str:
+def _false_reason(face: int) -> str:
+    """Return why a crossing is false: the face that it lies outside of, -1 on an edge."""
     return f"false: outside of face {face}" if face >= 0 else "false: on an edge"
 
 
 def _sweep(sweep: Sweep) -> Iterator[Block]:
-    """The Boolean along the ray."""
+    """Yield the sweep of a Boolean along the ray: its expression and its events."""
     yield Heading("The Boolean along the ray", 3)
     yield TextLine(f"the body is {sweep.expression}", sources.BOOLEAN)
     if sweep.left_out:
         yield TextLine(f"never entered: {', '.join(sweep.left_out[:40])}{' ...' if len(sweep.left_out) > 40 else ''}")
-    yield TextLine(f"before everything: {'inside' if sweep.begins else 'outside'}")
+    yield TextLine(f"before all events: {'inside' if sweep.begins else 'outside'}")
     if sweep.rows:
         rows = tuple(_row(row) for row in sweep.rows[:60])
         head = "t", "surface", "part", "", "inside of", "counted", "the body"
@@ -176,6 +195,7 @@ def _sweep(sweep: Sweep) -> Iterator[Block]:
 
 
 def _row(row: SweepRow) -> tuple[str, ...]:
+    """Return the cells of an event."""
     face = f"{row.surface}, face {row.face}" if row.surface >= 0 else "−"
     return (
         format_float(row.t), face, row.letter, "entered" if row.entering else "left", row.inside or "−",
@@ -183,34 +203,36 @@ def _row(row: SweepRow) -> tuple[str, ...]:
     )  # fmt: skip
 
 
-# An explanation in words: which blocks are told, in which order.
+# The blocks of the ray.
 
 _MOST_ROWS, _MOST_BODIES = 60, 12
+"""Rows of a table, and bodies that are shown in full."""
 _HOW = {
     "certified": "numbers in two floats that carry their error bounds",
     "exact": "exact arithmetic, since error bounds left it open",
 }
+"""`Decision.first` and `Decision.all` in words, where floats did not decide."""
 
 
 def blocks_of(found: RayRecord) -> Iterator[Block]:
-    """The ray, the answer, what decided it, every body, and all that is along the ray."""
+    """Yield the blocks of an explanation: the ray, the first hit, the decision, every body, and all crossings."""
     yield Heading("The ray")
     yield TextLine(f"p(t) = o + t d,  o = {format_vector(found.origin)},  d = {format_vector(found.direction)}")
     yield TextLine(
-        f"asked for {format_float(found.t_min)} < t < {format_float(found.t_max)}, t in units of |d|{_length(found)}"
+        f"interval {format_float(found.t_min)} < t < {format_float(found.t_max)}, t in units of |d|{_length(found)}"
     )
     yield Heading("The answer")
     yield from _answer(found)
     yield from _decision(found)
-    whole = _told_whole(found)
+    full = _full_bodies(found)
     for step in found.bodies:
-        if step.body in whole:
+        if step.body in full:
             yield from body_blocks(step, found)
-    if len(whole) < len(found.bodies):
+    if len(full) < len(found.bodies):
         yield Heading("Other bodies", 2)
-        yield TextLine("in short; `body=` names one that is to be told whole")
-        rows = tuple((_name(found, step.body), step.told) for step in found.bodies if step.body not in whole)
-        yield TextTable(("body", "what happens"), rows)
+        yield TextLine("in short; `body=` selects one to be explained in full")
+        rows = tuple((_name(found, step.body), step.told) for step in found.bodies if step.body not in full)
+        yield TextTable(("body", "outcome"), rows)
     if found.missed:
         yield Heading("Left out", 2)
         yield TextLine(
@@ -218,17 +240,19 @@ def blocks_of(found: RayRecord) -> Iterator[Block]:
         )
     if len(found.crossings) > 1:
         yield Heading("Along the ray")
-        yield _along(found)
+        yield _crossing_table(found)
 
 
-def _told_whole(found: RayRecord) -> set[int]:
-    """The bodies whose working is told: all, or of many those that are met first, and then those that are not."""
+def _full_bodies(found: RayRecord) -> set[int]:
+    """Return the numbers of the bodies that are shown in full: all, or the first ones of many in the order of hits."""
+    # Reversed, so that the first crossing of a body is the one that stays
     first = {one.body: one.t for one in reversed(found.crossings)}
     order = sorted(found.bodies, key=lambda step: (step.body != int(found.hit.body), first.get(step.body, math.inf)))
     return {step.body for step in order[:_MOST_BODIES]}
 
 
 def _length(found: RayRecord) -> str:
+    """Return the squared length of the direction in words; nothing for a unit vector."""
     from .polynomial import ExactRay as Ray
 
     square = Ray.of(found.origin, found.direction, 0.0, 1.0).square
@@ -236,7 +260,7 @@ def _length(found: RayRecord) -> str:
 
 
 def _answer(found: RayRecord) -> Iterator[Block]:
-    """The first hit, with its point and normal."""
+    """Yield the first hit with its point and normal, or the miss."""
     hit = found.hit
     if not hit.hit:
         yield TextLine("nothing is hit: t = ∞")
@@ -249,6 +273,7 @@ def _answer(found: RayRecord) -> Iterator[Block]:
 
 
 def _normal(found: RayRecord) -> Iterator[Block]:
+    """Yield the outward normal at the first hit; of a curved surface with its gradient."""
     hit, step = found.hit, found.surfaces.get(int(found.hit.surface))
     normal = format_vector(hit.normal.tolist())
     if step is None or step.flat:
@@ -257,6 +282,7 @@ def _normal(found: RayRecord) -> Iterator[Block]:
     from .polynomial import ExactRay as Ray
 
     ray = Ray.of(found.origin, found.direction, found.t_min, found.t_max)
+    # The gradient is that at the reported t, in exact arithmetic
     half = step.polynomial.half_gradient(ray.at(float(hit.t)))
     if step.kind == "sphere":
         yield TextLine(f"outward normal (p − S) / r = {normal}", sources.SPHERE_ALGEBRAIC)
@@ -267,6 +293,7 @@ def _normal(found: RayRecord) -> Iterator[Block]:
 
 
 def _name(found: RayRecord, number: int) -> str:
+    """Return the number and the name of a body; the number alone if the explanation has no step of it."""
     for step in found.bodies:
         if step.body == number:
             return f"body {number} “{step.name}”"
@@ -274,34 +301,35 @@ def _name(found: RayRecord, number: int) -> str:
 
 
 def _decision(found: RayRecord) -> Iterator[Block]:
-    """Which formulas decided, with what bound; of a doubtful ray the order of all crossings."""
+    """Yield which formulas decided, with which bound; for a doubtful ray also the order of all crossings."""
     decision = found.decision
     bound = f": |t − t*| ≤ {decision.t_error:.2e}" if decision.t_error else ": t is exact"
     bound = bound if found.hit.hit else ""
     if decision.first == "floats":
-        yield TextLine(
-            f"decided by the float formulas, which their error bounds leave no doubt of{bound}", sources.DOUBT
-        )
+        yield TextLine(f"decided by the float formulas, whose error bounds leave no doubt{bound}", sources.DOUBT)
     else:
         yield TextLine(f"the float formulas leave it in doubt; decided by {_HOW[decision.first]}{bound}", sources.DOUBT)
     if decision.all != decision.first:
-        yield TextLine(f"what comes after it is in doubt; decided by {_HOW[decision.all]}", sources.DOUBT)
+        yield TextLine(f"crossings behind it are in doubt; decided by {_HOW[decision.all]}", sources.DOUBT)
     if decision.places:
         rows = tuple(_place(place, found) for place in decision.places[:_MOST_ROWS])
-        yield TextTable(("order", "surface", "certainly at", "± at most", "told as t"), rows, sources.DOUBT)
+        yield TextTable(("order", "surface", "certainly at", "± at most", "reported t"), rows, sources.DOUBT)
 
 
 def _place(place: RankedPlace, found: RayRecord) -> tuple[str, ...]:
+    """Return the cells of a ranked crossing."""
     low = f" {'+' if place.low >= 0 else '−'} {abs(place.low):.3g}" if place.low else ""
     certain = f"{format_float(place.high)}{low}"
     return str(place.rank), f"surface {place.surface}", certain, f"{place.error:.1e}", format_float(place.t)
 
 
-def _along(found: RayRecord) -> TextTable:
+def _crossing_table(found: RayRecord) -> TextTable:
+    """Return the table of all crossings."""
     rows = tuple(_crossing(one, found) for one in found.crossings[:_MOST_ROWS])
     return TextTable(("t", "± at most", "body", "", "face", "surface"), rows, sources.DOUBT)
 
 
 def _crossing(one: Crossing, found: RayRecord) -> tuple[str, ...]:
+    """Return the cells of a crossing."""
     enters = "enters" if one.entering else "leaves"
     return format_float(one.t), f"{one.t_error:.1e}", _name(found, one.body), enters, str(one.face), str(one.surface)

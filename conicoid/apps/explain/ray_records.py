@@ -1,8 +1,8 @@
-"""What the kernels work out on the way for one ray, written down: the numbers behind `scene.explain`.
+"""Intermediate numbers of the kernels for one ray: the data of `scene.explain`.
 
-Nothing is computed here: each kernel calls the functions that answer queries, and puts what they return into a row.
-All t are those of the ray as given; a, b, c and so on are of the ray that is traced, whose direction is a power of two
-times the given one where that is extremely long or short (`ray.scaled_ray`).
+Nothing is computed here: each kernel calls the functions of the queries and writes their results into a row. All t are
+those of the given ray. Other numbers, as a, b and c, are those of the traced ray: its direction is a power of two times
+the given one if that is extremely long or short (`ray.scale_ray`).
 """
 
 from __future__ import annotations
@@ -47,32 +47,32 @@ from ...queries.ray_queries import arrays_of
 from ...queries.rays import Rays
 
 REACHED, IN_BALL = 1, 2
-"""Of an entry: the walk through the tree reaches its leaf; and the ray meets the ball around it."""
+"""How far a ray gets with an entry: the walk reaches its leaf of the tree; the ray also hits the ball around it."""
 
-# Of a curved surface on a ray
+# Columns of a curved surface on a ray
 A, B, C, DISCRIMINANT, FOOT, CANCELS, LOW, HIGH, OUTSIDE, CROSSES, UNSURE, LEAST = range(12)
-# Of a plane on a ray
+# Columns of a plane on a ray; CANCELS, CROSSES and UNSURE as of a curved surface
 HEIGHT, RATE, T, PARALLEL = range(4)
 SURFACE_COLUMNS = 12
 
-# Of a cell: what its planes leave, its spans, what is unsure
+# Columns of a cell: the slab of its planes, the number of its spans, two spans (t_in, t_out, place, place), doubt
 SLAB_IN, SLAB_OUT, PLACE_IN, PLACE_OUT, NUMBER, SPANS, CELL_UNSURE, CELL_OFF, CELL_FAR = 0, 1, 2, 3, 4, 5, 13, 14, 15
 CELL_COLUMNS = 16
 
-# Of an event: t, leaf, place of the face, entered (1) or left (0), true inputs of the root, value of the body
+# Columns of an event: t, leaf, place of the face, entered (1) or left (0), true inputs of the root, value of the body
 EVENT_T, EVENT_LEAF, EVENT_PLACE, EVENT_ON, EVENT_COUNT, EVENT_INSIDE = range(6)
 EVENT_COLUMNS = 6
 
-# Of a corner seen along the ray: u, v; of the edge that ends there: is it counted, u v' - u' v
+# Columns of a corner in the view along the ray: u, v; of the edge that ends there: does v change sign, u v' - u' v
 SEEN_U, SEEN_V, SEEN_CHANGES, SEEN_SIDE = range(4)
 SEEN_COLUMNS = 4
 
 
 @kernel(i="0..n-1", reached="out entry_kind", balls="out entry_kind 4")
 def record_walk(geometry: Geometry, rays: RayArrays, i: int, reached: Signs, balls: Floats) -> None:
-    """How far ray i gets with every entry: 0, REACHED or IN_BALL; and the balls around those that are reached.
+    """Record how far ray i gets with every entry: 0, REACHED or IN_BALL, and the balls around the reached entries.
 
-    The walk of `single.first.first_crossing`, which does not end at the first hit.
+    It is the walk of `first_crossing`, but does not end at the first hit.
     """
     scratch = new_scratch(geometry)
     way = scratch.way
@@ -89,6 +89,7 @@ def record_walk(geometry: Geometry, rays: RayArrays, i: int, reached: Signs, bal
             entry, ball = leaf_item(geometry, at, count, k).entry, leaf_ball(geometry, at, count, k)
             reached[entry] = REACHED
             balls[entry, 0], balls[entry, 1], balls[entry, 2], balls[entry, 3] = ball
+        # Eight balls are tested at once: a bit is set for each that the ray hits
         for eight in range(0, count, 8):
             bits = balls_met(geometry.floats, at + eight, count, count - eight, ray, inverse, ray.t_max)
             while bits != 0:
@@ -99,7 +100,7 @@ def record_walk(geometry: Geometry, rays: RayArrays, i: int, reached: Signs, bal
 
 @inline
 def _put_plane(geometry: Geometry, surface: int, ray: Ray, scale: float, rows: Floats, k: int) -> None:
-    """Row k: a plane on a ray."""
+    """Write the numbers of a plane on a ray into row k."""
     plane, inverse = load_plane(geometry, integer(geometry, table.SURFACE_ROW, surface)), span_inverse(ray)
     height, rate, unsure = plane_values(geometry, surface, ray, inverse)
     rows[k, HEIGHT], rows[k, RATE] = height, rate
@@ -111,7 +112,7 @@ def _put_plane(geometry: Geometry, surface: int, ray: Ray, scale: float, rows: F
 
 @inline
 def _put_curved(geometry: Geometry, surface: int, ray: Ray, scale: float, rows: Floats, k: int) -> None:
-    """Row k: a sphere or quadric on a ray."""
+    """Write the numbers of a sphere or quadric on a ray into row k."""
     row, starts, inverse = integer(geometry, table.SURFACE_ROW, surface), surface == ray.start, span_inverse(ray)
     cancels = False
     if integer(geometry, table.SURFACE_KIND, surface) == SPHERE:
@@ -125,6 +126,7 @@ def _put_curved(geometry: Geometry, surface: int, ray: Ray, scale: float, rows: 
         if cancels:
             terms = careful_quadratic(quadric, line_of(ray), terms)
         a, b, foot = terms.a, terms.b, terms.foot
+        # The root t = 0 of the surface that the ray starts on is removed: c = 0, and the discriminant is b²
         c, discriminant = (0.0 if starts else terms.c), (b * b if starts else terms.discriminant)
         least = limits.discriminant * STARTING if starts else limits.discriminant
     roots = curved_roots(geometry, surface, ray, inverse)
@@ -137,7 +139,7 @@ def _put_curved(geometry: Geometry, surface: int, ray: Ray, scale: float, rows: 
 
 @kernel(i="0..n-1", surfaces="m", rows="out m 12")
 def record_surfaces(geometry: Geometry, rays: RayArrays, i: int, surfaces: Ints, rows: Floats) -> None:
-    """Some surfaces on ray i, a row each."""
+    """Record some surfaces on ray i, a row each."""
     ray, scale = scale_ray(load_ray(rays, i))
     for k in range(len(surfaces)):
         if integer(geometry, table.SURFACE_KIND, surfaces[k]) == PLANE:
@@ -148,7 +150,7 @@ def record_surfaces(geometry: Geometry, rays: RayArrays, i: int, surfaces: Ints,
 
 @inline
 def _put_spans(found: CellSpans, scale: float, rows: Floats, k: int) -> None:
-    """The spans of a cell into row k."""
+    """Write the spans of a cell into row k."""
     rows[k, NUMBER], rows[k, CELL_UNSURE] = float(found.number), (1.0 if found.unsure else 0.0)
     rows[k, SPANS], rows[k, SPANS + 1] = found.in1 * scale, found.out1 * scale
     rows[k, SPANS + 2], rows[k, SPANS + 3] = float(found.place_in1), float(found.place_out1)
@@ -158,7 +160,7 @@ def _put_spans(found: CellSpans, scale: float, rows: Floats, k: int) -> None:
 
 @kernel(i="0..n-1", cells="m", rows="out m 16")
 def record_cells(geometry: Geometry, rays: RayArrays, i: int, cells: Ints, rows: Floats) -> None:
-    """Some cells on ray i, a row each: what their planes leave of it, and their spans."""
+    """Record some cells on ray i, a row each: the slab of their planes, and their spans."""
     ray, scale = scale_ray(load_ray(rays, i))
     inverse = span_inverse(ray)
     for k in range(len(cells)):
@@ -173,9 +175,9 @@ def record_cells(geometry: Geometry, rays: RayArrays, i: int, cells: Ints, rows:
 
 @kernel(i="0..n-1", program="0..program_leaf-2")
 def record_sweep(geometry: Geometry, rays: RayArrays, i: int, program: int) -> Floats:
-    """The ends of all leaves of a program on ray i, in order, with the value of the program after each group.
+    """Return the ends of all leaves of a program on ray i in order, with the value of the program after each group.
 
-    The first row is what there is before any of them.
+    A group has equal t. The first row is the state before all events.
     """
     scratch = new_scratch(geometry)
     ray, scale = scale_ray(load_ray(rays, i))
@@ -183,11 +185,13 @@ def record_sweep(geometry: Geometry, rays: RayArrays, i: int, program: int) -> F
     rows = np.empty((events + 1, EVENT_COLUMNS))
     done = 0
     hold_program(geometry, scratch.counts, program)
+    # The state before all events
     rows[0, EVENT_T], rows[0, EVENT_LEAF], rows[0, EVENT_PLACE], rows[0, EVENT_ON] = -math.inf, -1.0, -1.0, 0.0
     rows[0, EVENT_COUNT] = float(root_count(geometry, scratch.counts, program))
     rows[0, EVENT_INSIDE] = 1.0 if root_value(geometry, scratch.counts, program) else 0.0
     while done < events and not poll_halt(geometry, done):
         first, t = done, scratch.time[TIME * done]
+        # Events at one t act together
         while done < events and scratch.time[TIME * done] == t:
             at = EVENT * done
             turn_leaf(geometry, scratch.counts, program, scratch.event[at + LEAF], scratch.event[at + ON] == 1)
@@ -197,6 +201,7 @@ def record_sweep(geometry: Geometry, rays: RayArrays, i: int, program: int) -> F
             rows[done, EVENT_ON] = float(scratch.event[at + ON])
             rows[done, EVENT_COUNT] = float(root_count(geometry, scratch.counts, program))
         inside = root_value(geometry, scratch.counts, program)
+        # The value after the last event of the group holds for all its rows
         for k in range(first, done):
             rows[k + 1, EVENT_INSIDE] = 1.0 if inside else 0.0
     undo_events(geometry, scratch, program, done)
@@ -205,7 +210,7 @@ def record_sweep(geometry: Geometry, rays: RayArrays, i: int, program: int) -> F
 
 @kernel(i="0..n-1", program="0..program_leaf-2")
 def record_clip(geometry: Geometry, rays: RayArrays, i: int, program: int, t: float) -> int:
-    """1 if the point of ray i at t lies in what clips a sheet, else 0."""
+    """Return 1 if the point of ray i at t lies in the solid that clips a sheet, else 0."""
     scratch = new_scratch(geometry)
     ray, scale = scale_ray(load_ray(rays, i))
     return 1 if inside_program_at(geometry, scratch, program, ray, t / scale)[0] else 0
@@ -213,12 +218,13 @@ def record_clip(geometry: Geometry, rays: RayArrays, i: int, program: int, t: fl
 
 @kernel(i="0..n-1", polygon="0..polygon_surface-1", seen="out m 4")
 def record_loop(geometry: Geometry, rays: RayArrays, i: int, polygon: int, seen: Floats) -> int:
-    """1 if ray i passes within the outline of a polygon, else 0; its corners as the ray sees them, as there is room."""
+    """Return 1 if ray i passes within the outline of a polygon, else 0; record as many corners as `seen` has rows."""
     ray, _ = scale_ray(load_ray(rays, i))
     first, last = (
         integer(geometry, table.POLYGON_FIRST, polygon),
         integer(geometry, table.POLYGON_FIRST, polygon + 1),
     )
+    # The projection of `inside_loop`, along the ray's longest axis
     dx, dy, dz = abs(ray.dx), abs(ray.dy), abs(ray.dz)
     axis = 2 if (dz >= dx) & (dz >= dy) else (0 if dx >= dy else 1)
     ua, va, _, _ = project_row_vertex(geometry, last - 1, axis, ray)
@@ -231,11 +237,11 @@ def record_loop(geometry: Geometry, rays: RayArrays, i: int, polygon: int, seen:
     return 1 if inside_loop(geometry, first, last, ray)[0] else 0
 
 
-# The numbers of the kernels for one ray, asked for once.
+# The recorded numbers as Python values.
 
 
 class RayRecording:
-    """What the kernels work out for a single ray in [t_min, t_max]."""
+    """The numbers of the kernels for a single ray in (t_min, t_max)."""
 
     def __init__(self, scene: PreparedScene, ray: Rays, t_min: Any, t_max: Any) -> None:
         self.scene, self.tables = scene, scene.lowered.tables
@@ -243,51 +249,55 @@ class RayRecording:
         self.start = int(self.arrays.starts[0])
         self.t_min, self.t_max = float(self.arrays.t_min[0]), float(self.arrays.t_max[0])
         x, y, z = self.arrays.directions[0].tolist()
+        # The scale depends on the direction alone
         whole = Ray(0.0, 0.0, 0.0, x, y, z, t_min=0.0, t_max=1.0, start=-1)
         self.scale = float(scale_ray(whole)[1])
-        """The kernels trace a direction so many times as long, a power of two: 1 for all that are usual."""
+        """t of the given ray are so many times those of the traced one: a power of two, 1 for usual directions."""
 
     def walk(self) -> tuple[Any, Any]:
-        """(how far the ray gets with every entry, the balls around those that it reaches)."""
+        """Return how far the ray gets with every entry (n,), and the balls (n, 4) around those that it reaches."""
         count = len(self.tables.entry_kind)
         reached, balls = np.zeros(count, np.int8), np.full((count, 4), np.nan)
         record_walk(self.scene.geometry, self.arrays, 0, reached, balls)
         return reached, balls
 
     def surface(self, surface: int) -> Any:
-        """The row of a surface."""
+        """Return the row of a surface."""
         rows = np.zeros((1, SURFACE_COLUMNS))
         record_surfaces(self.scene.geometry, self.arrays, 0, np.array([surface], np.int32), rows)
         return rows[0]
 
     def cell(self, cell: int) -> Any:
-        """The row of a cell."""
+        """Return the row of a cell."""
         rows = np.zeros((1, CELL_COLUMNS))
         record_cells(self.scene.geometry, self.arrays, 0, np.array([cell], np.int32), rows)
         return rows[0]
 
     def sweep(self, program: int) -> Any:
-        """The events of a program, after a row of what there is before them."""
+        """Return the events of a program, after a row with the state before them."""
         return record_sweep(self.scene.geometry, self.arrays, 0, program)
 
     def holds(self, program: int, t: float) -> bool:
-        """Is the point at t in what clips a sheet?"""
+        """Return True if the point at t is in the solid that clips a sheet."""
         return bool(record_clip(self.scene.geometry, self.arrays, 0, program, t))
 
     def loop(self, polygon: int) -> tuple[bool, Any]:
-        """(does the ray pass within an outline, its corners as the ray sees them)."""
+        """Return (whether the ray passes within an outline, its corners in the view along the ray)."""
         first = self.tables.polygon_first
         seen = np.zeros((int(first[polygon + 1] - first[polygon]), SEEN_COLUMNS))
         return bool(record_loop(self.scene.geometry, self.arrays, 0, polygon, seen)), seen
 
     def is_doubtful(self) -> bool:
-        """Do the float formulas leave anything along the ray in doubt?"""
+        """Return True if the float formulas leave anything along the ray in doubt."""
         counts, doubts = np.zeros(1, np.int32), np.zeros(1, np.int8)
         trace_rows_alone(self.scene.geometry, self.arrays, False, 0, 1, counts, doubts)
         return bool(doubts[0])
 
     def face_at(self, place: int) -> tuple[int, int]:
-        """(surface, face number) of a place; (-1, -1) at infinity."""
+        """Return (surface, face number) of a place; (-1, -1) at infinity.
+
+        A place is the row of a plane, or -2 - the cell for its quadric.
+        """
         tables = self.tables
         if place == -1:
             return -1, -1
@@ -296,15 +306,15 @@ class RayRecording:
         return int(tables.plane_surface[place]), int(numbers_of(plane_faces(tables, place)))
 
     def counts(self, t: float, surface: int) -> bool:
-        """True if a crossing is within the interval and not at the start of the ray (`kernels/surface/interval.py`)."""
+        """Return True for a crossing within the interval but not at the ray's start (`kernels/surface/interval.py`)."""
         return self.t_min < t < self.t_max and not self.is_start(t, surface)
 
     def is_start(self, t: float, surface: int) -> bool:
-        """Is a crossing the one that the ray starts on?"""
+        """Return True if a crossing is the one that the ray starts on."""
         return t == 0.0 and surface == self.start >= 0
 
     def ends(self, cell: Any) -> Sequence[tuple[float, int, float, int]]:
-        """The spans of a cell's row: (t_in, place, t_out, place) each."""
+        """Return the spans of a cell's row: (t_in, place, t_out, place) each."""
         at = SPANS
         found = [(cell[at], int(cell[at + 2]), cell[at + 1], int(cell[at + 3]))]
         found.append((cell[at + 4], int(cell[at + 6]), cell[at + 5], int(cell[at + 7])))

@@ -1,4 +1,4 @@
-"""What a surface of a scene is: its equation, its kind, and whose faces it makes."""
+"""`scene.surface`: the equation and the kind of a surface of a scene, and the faces of bodies that lie on it."""
 
 from __future__ import annotations
 
@@ -21,12 +21,18 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Owner:
-    """A face that lies on a surface: of which body, and on which side of the surface that body is there.
+    """A face that lies on a surface, and the side of the surface on which its body is.
 
-    body     its number
-    name     what it is called, or None
-    face     the number of the face
-    side     1 where the body has the side on which the equation's left side is negative, -1 where it has the other
+    Attributes
+    ----------
+    body : int
+        Number of the body.
+    name : str or None
+        Name of the body.
+    face : int
+        Number of the face.
+    side : int
+        1 if the left side of the surface's equation is negative on the body's side, else -1.
     """
 
     body: int
@@ -37,14 +43,21 @@ class Owner:
 
 @dataclass(frozen=True)
 class SceneSurface:
-    """One of the distinct surfaces of a scene, which bodies that share a wall have in common.
+    """One of the distinct surfaces of a scene; bodies that share a wall share its surface.
 
-    number           its number in the scene, as `hits.surface` tells it
-    equation         its equation in the world, to be read: numbers to six digits
-    coefficients     of the equation with all digits, each rounded once, as `Quadric(coefficients=)` takes them
-    classification   which quadric or plane it is, as `Quadric.classification` tells it, for the side where the left
-                     side of the equation is negative
-    owners           the faces that lie on it
+    Attributes
+    ----------
+    number : int
+        Number in the scene, as in `hits.surface`.
+    equation : str
+        Readable equation in the world, numbers to six digits.
+    coefficients : dict of str to float
+        Coefficients of the equation with all digits, each rounded once, as `Quadric(coefficients=)` takes them.
+    classification : Classification
+        The kind of quadric or plane, as in `Quadric.classification`, for the side on which the left side of the
+        equation is negative.
+    owners : tuple of Owner
+        The faces that lie on the surface.
     """
 
     number: int
@@ -68,19 +81,30 @@ class SceneSurface:
 
 
 def surface_of(scene: SceneLike, number: int) -> SceneSurface:
-    """The surface of a number. Raises TypeError and IndexError for numbers that there are not."""
-    source = SurfaceSource.of(scene.prepared, number)
+    """Return the surface of a number.
+
+    Parameters
+    ----------
+    scene : Scene
+    number : int
+        From 0 to the number of surfaces - 1.
+
+    Returns
+    -------
+    SceneSurface
+    """
+    source = SurfaceSource.of(scene._prepared, number)
     polynomial = source.polynomial
     return SceneSurface(
-        number, polynomial.equation, polynomial.coefficients, source.classification, owners_of(scene.prepared, number)
+        number, polynomial.equation, polynomial.coefficients, source.classification, owners_of(scene._prepared, number)
     )
 
 
 def owners_of(scene: PreparedScene, number: int) -> tuple[Owner, ...]:
-    """The faces on a surface, in the order of bodies."""
+    """Return the faces on a surface, in the order of bodies."""
     tables = scene.lowered.tables
     is_plane = tables.surface_kind[number] == PLANE
-    found: set[tuple[int, int, int]] = set()
+    found: set[tuple[int, int, int]] = set()  # (body, face, side)
     if is_plane:
         places = np.flatnonzero(tables.plane_surface == number)
         cells = np.searchsorted(tables.cell_first, places, side="right") - 1
@@ -88,16 +112,19 @@ def owners_of(scene: PreparedScene, number: int) -> tuple[Owner, ...]:
     else:
         cells = np.flatnonzero(tables.cell_quadric == number)
         both = cell_faces(tables, cells)
+        # A ball is the inside of its sphere, with one face 0
         balls = np.flatnonzero((tables.entry_kind == BALL) & (tables.entry_index == number))
         found |= {(body, 0, 1) for body in balls.tolist()}
     faces, sides = numbers_of(both), sides_of(both)
     which, bodies, senses = _bodies_of(tables, cells)
+    # The side of a face turns if the body has the complement of the cell
     found |= set(zip(bodies.tolist(), faces[which].tolist(), (sides[which] * senses).tolist(), strict=True))
     for kind, surfaces, normals in (
         (SHEET, tables.sheet_surface, tables.sheet_side),
         (POLYGON, tables.polygon_surface, tables.polygon_side),
     ):
         rows = np.flatnonzero(surfaces == number)
+        # A sheet has one face 0, on the side of its normal
         entries = np.flatnonzero((tables.entry_kind == kind) & np.isin(tables.entry_index, rows))
         found |= {(entry, 0, int(normals[tables.entry_index[entry]])) for entry in entries.tolist()}
     names = scene.labels.names_of(np.array([body for body, _, _ in sorted(found)], np.int64))
@@ -105,13 +132,15 @@ def owners_of(scene: PreparedScene, number: int) -> tuple[Owner, ...]:
 
 
 def _bodies_of(tables: Tables, cells: Any) -> tuple[Any, Any, Any]:
-    """Whose some cells are: (which of the cells, body, -1 where it stands for its complement there, else 1)."""
+    """Return (which of some cells, its body, sense) of each use: -1 where the complement of the cell counts, else 1."""
+    # Bodies that are one cell, then cells in the leaves of Boolean bodies
     which, entries = _entries_among(tables, CELL, cells)
     order = np.argsort(cells, kind="stable")
     leaves = _leaves_of(tables, cells)
     cells_of = cells_of_leaves(tables, leaves)
     first, last = (np.searchsorted(cells[order], cells_of, side=end) for end in ("left", "right"))
     leaf, at = _ranges(first, last)
+    # The program of each leaf: leaves of a program follow each other
     programs = np.searchsorted(tables.program_leaf, leaves, side="right") - 1
     part, regions = _entries_among(tables, REGION, programs[leaf])
     senses = tables.leaf_sense[row_of_leaf(tables, programs, leaves)]
@@ -123,7 +152,8 @@ def _bodies_of(tables: Tables, cells: Any) -> tuple[Any, Any, Any]:
 
 
 def _leaves_of(tables: Tables, cells: Any) -> Any:
-    """The leaves that are some cells, in rising order."""
+    """Return the leaves that use some cells, in rising order."""
+    # Without shifted programs each leaf has its own row; with them a leaf has the number of its cell
     if not len(tables.program_shifts):
         return np.flatnonzero(np.isin(tables.leaf_cell, cells))
     leaves, (first, count) = np.unique(cells), leaves_of_programs(tables)
@@ -132,7 +162,7 @@ def _leaves_of(tables: Tables, cells: Any) -> Any:
 
 
 def _entries_among(tables: Tables, kind: int, rows: Any) -> tuple[Any, Any]:
-    """(which of some cells or programs, entry) for each entry of a kind that is one of these."""
+    """Return (which of some rows, entry) for each entry of a kind that uses one of these cells or programs."""
     entries = np.flatnonzero(tables.entry_kind == kind)
     entries = entries[np.argsort(tables.entry_index[entries], kind="stable")]
     index = tables.entry_index[entries]
@@ -141,7 +171,7 @@ def _entries_among(tables: Tables, kind: int, rows: Any) -> tuple[Any, Any]:
 
 
 def _ranges(first: Any, last: Any) -> tuple[Any, Any]:
-    """(which range, place in it) of every place of some ranges."""
+    """Return (number of the range, place) of every place of some ranges from `first` to `last`."""
     counts = last - first
     which = np.repeat(np.arange(len(counts)), counts)
     return which, np.arange(len(which)) - np.repeat(np.cumsum(counts) - counts - first, counts)

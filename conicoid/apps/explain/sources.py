@@ -1,4 +1,4 @@
-"""The documents that formulas come from, as docs/theory.md calls them."""
+"""The documents that formulas come from, by the names of docs/theory.md."""
 
 from __future__ import annotations
 
@@ -24,4 +24,4 @@ ROOTS = f"{TEXTBOOK}, KVADR; Goldberg 1991"
 BOOLEAN = f"{ROTH}; docs/theory.md, section 8"
 MOMENT = "docs/theory.md, section 10"
 STARTS = "docs/theory.md, section 12"
-DOUBT = "docs/exactness.md"
+DOUBT = "docs/dev/exactness.md"

@@ -1,6 +1,7 @@
-"""The steps of an explanation, as data: what was computed of surfaces, cells and bodies for one ray.
+"""The steps of an explanation as data: surfaces, cells and bodies on one ray.
 
-Floats are the kernels' own, to the bit. Everything is immutable.
+Floats are those of the kernels, to the bit. Everything is immutable. At the end of the file: true and false crossings
+of a cell, and its planes as slabs.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
     from ...queries.hits import Hits
     from ...queries.scene_protocol import SceneLike
 
-# How a body ends
+# Outcomes of a body
 HIT, CROSSED, STARTED = "hit", "crossed", "started on"
 BOX_MISSED, BALL_MISSED, NO_ROOT, TOUCHED, PLANES, INTERVAL = (
     "box missed", "ball missed", "no real root", "only touched", "outside its planes", "outside the interval",
@@ -54,7 +55,7 @@ OUTCOMES = (
 
 @dataclass(frozen=True)
 class Crossing:
-    """A crossing of the ray with a body; the exact one is at most `t_error` away, where that has been asked for."""
+    """A crossing of the ray with a body; `t_error` bounds the error of t in crossings of the queries, else it is 0."""
 
     t: float
     body: int
@@ -66,7 +67,7 @@ class Crossing:
 
 @dataclass(frozen=True)
 class Span:
-    """A stretch of the ray inside a body; ends that are no walls are clipped by the interval."""
+    """A stretch of the ray inside a body; an end that is not a wall is clipped by the interval."""
 
     t_enter: float
     t_exit: float
@@ -76,18 +77,21 @@ class Span:
 
 @dataclass(frozen=True)
 class SurfaceStep:
-    """A surface on the ray, as the kernels have it.
+    """A surface on the ray, by the numbers of the kernels.
 
     number     of the surface
-    flat       a plane, on which the ray has the value height + rate t; else a t² + 2 b t + c about the foot of the
-               perpendicular from the surface's anchor, t being counted from `foot` there
+    flat       whether it is a plane
+    a, b, c, foot   of a curved surface: a t² + 2 b t + c, t counted from `foot`, the foot of the perpendicular from the
+               surface's anchor; NaN for a plane
     discriminant   b² − a c in its moment form (docs/theory.md, section 10)
+    height, rate   of a plane: height + rate t; NaN for a curved surface
     roots      (low, high) of a curved surface that is crossed, (t,) of a plane; else ()
-    outside    the inside is beyond the roots, or all of the ray where there are none
-    careful    some sum cancelled, and all was computed again in two floats
-    doubtful   by its error bound this surface might be met otherwise
-    least      the discriminant from which on it would not be doubtful
-    starts     the ray starts on it: the root t = 0 is removed
+    outside    whether the inside is beyond the roots, or the whole ray if there are none
+    careful    whether some sum cancelled, and all was computed again in two floats
+    doubtful   whether the error bound leaves the crossings in doubt
+    least      the smallest discriminant that is not in doubt
+    starts     whether the ray starts on the surface: the root t = 0 is removed
+    source, line   the exact surface and ray
     """
 
     number: int
@@ -110,31 +114,31 @@ class SurfaceStep:
 
     @property
     def polynomial(self) -> Polynomial:
-        """Its equation in the world, exact."""
+        """The exact equation in the world."""
         return self.source.polynomial
 
     @property
     def kind(self) -> str:
-        """As `SceneSurface.kind` tells it."""
+        """The kind, as `SceneSurface.kind` has it."""
         return PLANE if self.flat else self.source.classification.kind
 
     @property
     def equation(self) -> str:
-        """As `SceneSurface.equation` tells it."""
+        """The readable equation, as `SceneSurface.equation` has it."""
         return self.source.polynomial.equation
 
     @cached_property
     def board(self) -> Board:
-        """What the documents make of it, in exact arithmetic."""
+        """The solution by the documents, in exact arithmetic."""
         return board_of(self.source, self.line)
 
 
 @dataclass(frozen=True)
 class FaceStep:
-    """A face of a cell: its surface, and where it is entered and left.
+    """A face of a cell: its surface, and where the ray enters and leaves through it.
 
-    inside     1 where the cell has the side on which the surface's equation is negative, else -1
-    entered, left   t of its crossings
+    inside     1 if the surface's equation is negative on the cell's side, else -1
+    entered, left   t of the crossings
     """
 
     face: int
@@ -146,7 +150,7 @@ class FaceStep:
 
 @dataclass(frozen=True)
 class Candidate:
-    """A crossing with one face of a cell: true if it lies within all others, else false because of one of them."""
+    """A crossing with one face of a cell: true if it lies within all other faces, else false."""
 
     t: float
     face: int
@@ -156,12 +160,16 @@ class Candidate:
 
 @dataclass(frozen=True)
 class CellStep:
-    """A cell, which is at most one quadric and some planes: what is left of the ray by its planes, then by all.
+    """A cell, an intersection of at most one quadric and some planes: the part of the ray in its planes, then in all.
 
-    slab       (t, t) that the planes leave, empty where the first is not the smaller
-    spans      what is inside, on the whole line: ((t_enter, face, t_exit, face), ...)
-    why        one of `OUTCOMES` where there is none
-    case       of a quadric between two parallel planes, which of the Clemson notes' six cases it is; 0 for none
+    letter     of its leaf in a Boolean, or ""
+    slab       (t, t) within the planes; empty if the first is not the smaller
+    spans      within all faces, on the whole line: ((t_enter, face, t_exit, face), ...)
+    why        one of `OUTCOMES` if there are no spans, else ""
+    case       for a quadric between two parallel planes, which of the six cases of the Clemson notes it is; 0 for none
+    doubtful   whether error bounds leave the spans in doubt
+    off        error bound of t on the cell
+    line       the exact ray
     """
 
     number: int
@@ -177,23 +185,24 @@ class CellStep:
 
     @cached_property
     def candidates(self) -> tuple[Candidate, ...]:
-        """All crossings with its faces in order of t, which are true or false (NA8FIR of the graphics textbook)."""
+        """All crossings with the faces in order of t, true and false ones (NA8FIR of the graphics textbook)."""
         return _candidates_of(self.faces, self.spans, self.line)
 
     @cached_property
     def board(self) -> Board:
-        """Of a cell of planes alone: its slabs, worked out as the ray tracing notes do with a box."""
+        """The slabs of a cell of planes alone, solved like a box of the ray tracing notes; empty for other cells."""
         flat = all(face.surface.flat for face in self.faces)
         return _slabs_board(slab_pairs(self.faces), self.faces, self.line) if flat else Board(())
 
 
 @dataclass(frozen=True)
 class SweepRow:
-    """An end of a leaf's span, in the sweep along the ray: what is counted after it.
+    """An event of the sweep along the ray: an end of a leaf's span, and the counts after it.
 
-    letter     of the leaf, "A", "B" ...; `inside` the letters of all that the ray is in now
-    count, need   true inputs of the topmost gate, and how many it takes
-    value      is the ray inside the body after all that happens at this t?
+    letter     of the leaf, "A", "B" ...
+    inside     letters of the leaves that the ray is in after it
+    count, need   true inputs of the topmost gate, and how many of them make it true
+    value      whether the ray is inside the body after all events at this t
     """
 
     t: float
@@ -209,17 +218,17 @@ class SweepRow:
 
 @dataclass(frozen=True)
 class Sweep:
-    """The Boolean of a body: its expression in letters of leaves, the value before all, and the events in order."""
+    """The Boolean of a body: its expression in letters of leaves, its value before all events, and the events."""
 
     expression: str
     begins: bool
     rows: tuple[SweepRow, ...]
-    left_out: tuple[str, ...]  # letters of leaves whose boxes the ray misses
+    left_out: tuple[str, ...]  # letters of leaves without an event
 
 
 @dataclass(frozen=True)
 class OutlineStep:
-    """A polygon as the ray sees it: corners (u, v), and the edges that the half-line across the view meets."""
+    """A polygon in the view along the ray: corners (u, v), and the edges that a half-line across the view crosses."""
 
     corners: tuple[tuple[float, float], ...]
     counted: tuple[bool, ...]  # of the edge that ends at each corner
@@ -229,7 +238,7 @@ class OutlineStep:
 
 @dataclass(frozen=True)
 class BoxTest:
-    """The box around a body: t from `near` to `far` in it, of the interval, by its slabs (the ray tracing notes)."""
+    """The box around a body: the part `near` <= t <= `far` of the interval in it, by slabs (the ray tracing notes)."""
 
     low: Vector
     high: Vector
@@ -239,12 +248,13 @@ class BoxTest:
 
     @property
     def missed(self) -> bool:
+        """Whether no part of the interval is in the box."""
         return not self.near <= self.far
 
 
 @dataclass(frozen=True)
 class BallTest:
-    """The ball around a body: how far from its center the line passes."""
+    """The ball around a body, and the distance of the line from its center."""
 
     center: Vector
     radius: float
@@ -253,11 +263,18 @@ class BallTest:
 
 @dataclass(frozen=True)
 class BodyStep:
-    """A body met or missed, and why.
+    """A body that the ray hits or misses, and why.
 
-    outcome    one of `OUTCOMES`, which `told` says in words
-    crossings, spans   the answers of `scene.crossings` and `scene.spans` for this body
-    floats     crossings that the float formulas alone find; others than `crossings` only where the ray is doubtful
+    body, name, shape, kind   its number, its name, the repr of its shape, and "ball", "solid", "Boolean", "sheet" or
+               "polygon"
+    outcome    one of `OUTCOMES`; the field behind it is the outcome as a sentence
+    crossings, spans   the results of `scene.crossings` and `scene.spans` for this body
+    floats     crossings by the float formulas alone; they differ from `crossings` only if the ray is doubtful
+    box, ball  tests of a body that the tree leaves out
+    cells, sweep   of a solid or a Boolean, or of the solid that clips a sheet
+    surface    of a ball, a sheet or a polygon
+    outline    of a polygon
+    doubtful   whether error bounds leave the crossings in doubt
     """
 
     body: int
@@ -280,7 +297,13 @@ class BodyStep:
 
 @dataclass(frozen=True)
 class RankedPlace:
-    """A crossing with a surface, located with certainty: its rank along the ray, and where it is to thirty digits."""
+    """A crossing with a surface, located with certainty.
+
+    rank       its rank in the order along the ray
+    high, low  t as a sum of two floats, to thirty digits
+    error      bound on the error of that sum
+    t          the reported t
+    """
 
     rank: int
     surface: int
@@ -292,13 +315,13 @@ class RankedPlace:
 
 @dataclass(frozen=True)
 class Decision:
-    """How the answer was made certain.
+    """How the result was made certain.
 
-    first      how the first hit was decided, or that there is none: "floats", "certified" (numbers in two floats that
-               carry error bounds) or "exact"
-    all        how all crossings were: the same words, as what lies beyond the first hit may be in doubt
-    t_error    a bound on |t − t*| of the first hit; 0 for a miss
-    places     of a doubtful ray all crossings with surfaces in their order
+    first      how the first hit, or the miss, was decided: "floats", "certified" (numbers in two floats that carry
+               error bounds) or "exact"
+    all        how all crossings were decided, in the same words: crossings behind the first hit may be in doubt alone
+    t_error    bound on |t − t*| of the first hit; 0 for a miss
+    places     of a doubtful ray, all crossings with surfaces in order
     """
 
     first: str
@@ -309,7 +332,7 @@ class Decision:
 
 @dataclass(frozen=True)
 class RayRecord:
-    """All steps of one ray as data, which figures and texts are made of; `Explanation` documents the fields."""
+    """All steps of one ray as data, the source of figures and texts; `Explanation` documents the fields."""
 
     origin: tuple[float, float, float]
     direction: tuple[float, float, float]
@@ -324,7 +347,7 @@ class RayRecord:
     scene: SceneLike = field(repr=False)
 
     def __getitem__(self, which: Any) -> BodyStep:
-        """The step of a body, by its number or name. A LookupError where it is none of `bodies`."""
+        """Return the step of a body by its number or name. Raise a LookupError if it is not among `bodies`."""
         for step in self.bodies:
             if which in (step.body, step.name) and not isinstance(which, bool):
                 return step
@@ -336,7 +359,7 @@ class RayRecord:
 
 
 def _candidates_of(faces: Sequence[FaceStep], spans: Any, line: Ray) -> tuple[Candidate, ...]:
-    """All crossings with faces in order of t, false ones with a face that they lie outside of (NA8FIR)."""
+    """Return all crossings with faces in order of t, false ones with a face that they lie outside of (NA8FIR)."""
     true = {(t, face, True) for t, face, _, _ in spans} | {(t, face, False) for _, _, t, face in spans}
     found = []
     for face in faces:
@@ -348,7 +371,8 @@ def _candidates_of(faces: Sequence[FaceStep], spans: Any, line: Ray) -> tuple[Ca
 
 
 def _outside_of(faces: Sequence[FaceStep], own: FaceStep, t: float, line: Ray) -> int:
-    """The face whose function says most strongly that a point lies outside; -1 where it lies on an edge."""
+    """Return the face with the largest positive value at a point; -1 if none is positive, on an edge."""
+    # The exact polynomials at the reported t
     point = line.at(t)
     values = [(one.inside * one.surface.polynomial.value(point), one.face) for one in faces if one is not own]
     value, face = max(values, default=(Fraction(0), -1))
@@ -358,15 +382,17 @@ def _outside_of(faces: Sequence[FaceStep], own: FaceStep, t: float, line: Ray) -
 # Planes of a cell in pairs: slabs, which the textbook solves.
 
 _PARALLEL = 1e-12
+"""Squared tangent of the largest angle between the sides of a slab."""
 
 
 def slab_pairs(faces: Sequence[FaceStep]) -> list[tuple[int, int]]:
-    """Which planes are two sides of a slab: (the one with the lower offset along the axis, the other)."""
+    """Return pairs of places in `faces` that are two sides of a slab, the one with the lower offset first."""
     flat = [k for k, face in enumerate(faces) if face.surface.flat]
     pairs: list[tuple[int, int]] = []
     for k, i in enumerate(flat):
         for j in flat[k + 1 :]:
             used = {each for pair in pairs for each in pair}
+            # Each plane belongs to one slab at most
             if i not in used and j not in used and _opposite(outward(faces[i]), outward(faces[j])):
                 low, high = (i, j) if _leads(outward(faces[j])) else (j, i)
                 pairs.append((low, high))
@@ -374,34 +400,38 @@ def slab_pairs(faces: Sequence[FaceStep]) -> list[tuple[int, int]]:
 
 
 def outward(face: FaceStep) -> list[Fraction]:
-    """The outward normal of a plane, of any length."""
+    """Return the outward normal of a plane, of any length."""
     return [2 * face.inside * half for half in face.surface.polynomial.ten[6:9]]
 
 
 def _leads(normal: Sequence[Fraction]) -> bool:
-    """Is the first component that counts positive?"""
+    """Return True if the first component that is not negligible is positive."""
     largest = max(map(abs, normal))
     return next(c for c in normal if abs(c) > _PARALLEL * largest) > 0
 
 
 def _opposite(m: Sequence[Fraction], n: Sequence[Fraction]) -> bool:
+    """Return True if two normals point in opposite directions."""
+    # sin² of the angle as |m|² |n|² − (m·n)², relative to (m·n)²
     along = as_float(dot(m, n))
     return along < 0 and as_float(dot(m, m)) * as_float(dot(n, n)) - along * along <= _PARALLEL * along * along
 
 
 def _slabs_board(pairs: Sequence[tuple[int, int]], faces: Sequence[FaceStep], line: Ray) -> Board:
-    """The slabs of a cell, one after the other."""
+    """Return the board of the slabs of a cell, one after the other."""
     return solve_slabs([_slab(faces[i], faces[j], line, k) for k, (i, j) in enumerate(pairs)], line)
 
 
 def _slab(low: FaceStep, high: FaceStep, line: Ray, k: int) -> Slab:
-    """(name, low <= n·p <= high, n·o, n·d); along an axis n is the axis."""
+    """Return the slab of two planes: (name, low, high, n·o, n·d) of low <= n·p <= high; along an axis n is the axis."""
     normal = outward(high)
+    # Along an axis, as of a box, the numbers are the coordinates themselves
     axes = [i for i in range(3) if normal[i]]
     scale = abs(normal[axes[0]]) if len(axes) == 1 else Fraction(1)
     normal = [value / scale for value in normal]
     name = "xyz"[axes[0]] if len(axes) == 1 else f"slab {k + 1}"
     top = -high.inside * high.surface.polynomial.ten[9] / scale
+    # The other plane in the length of n: exactly along an axis, otherwise by a rounded square root
     other = outward(low)
     length = math.sqrt(as_float(dot(other, other)) / as_float(dot(normal, normal)))
     ratio = Fraction(length) if len(axes) != 1 else abs(other[axes[0]])

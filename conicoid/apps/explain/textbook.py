@@ -1,4 +1,7 @@
-"""A surface on a ray as the documents work it out: their letters, numbers from exact arithmetic, rounded once."""
+"""Surfaces on a ray solved as in the documents: their letters, with numbers from exact arithmetic, rounded once.
+
+Planes, spheres, circular cylinders and other quadrics; then polygons and triangles; then slabs.
+"""
 
 from __future__ import annotations
 
@@ -26,11 +29,14 @@ from .polynomial import (
     sqrt_fraction,
 )
 
+# Surfaces on a ray.
+
 _LETTERS = "AEHBCFDGIJ"
+"""Letters of the ten coefficients in the ray tracing notes."""
 
 
 def board_of(source: SurfaceSource, line: ExactRay) -> Board:
-    """The lecture's lines for a surface: of a ball, a circular cylinder, any other quadric, or a plane."""
+    """Return the lecture's lines for a surface: a plane, a sphere, a circular cylinder, or any other quadric."""
     polynomial, exact = source.polynomial, source.exact
     if polynomial.is_flat:
         return plane_board(polynomial, line)
@@ -42,7 +48,7 @@ def board_of(source: SurfaceSource, line: ExactRay) -> Board:
 
 
 def plane_board(polynomial: Polynomial, line: ExactRay) -> Board:
-    """v_d = n·d, v_0 = q − n·o, t = v_0 / v_d."""
+    """Return the lines of a plane: v_d = n·d, v_0 = q − n·o, t = v_0 / v_d."""
     normal, offset = [2 * half for half in polynomial.ten[6:9]], -polynomial.ten[9]
     slope, height = dot(normal, line.direction), offset - dot(normal, line.origin)
     numbers = {"v_d": as_float(slope), "v_0": as_float(height)}
@@ -60,7 +66,7 @@ def plane_board(polynomial: Polynomial, line: ExactRay) -> Board:
 
 
 def sphere_board(polynomial: Polynomial, line: ExactRay) -> Board:
-    """The algebraic method and the geometric one."""
+    """Return the lines of a sphere: the algebraic method, then the geometric one."""
     center = [-half for half in polynomial.ten[6:9]]
     radius_squared = dot(center, center) - polynomial.ten[9]
     out = [o - c for o, c in zip(line.origin, center, strict=True)]
@@ -86,29 +92,31 @@ def sphere_board(polynomial: Polynomial, line: ExactRay) -> Board:
 
 
 def _sign_of(discriminant: Fraction) -> str:
+    """Return the meaning of a discriminant that is not positive; nothing for a positive one."""
     if discriminant < 0:
         return " < 0: no real root"
     return " = 0: it only touches" if not discriminant else ""
 
 
 def _two_roots(
-    said: tuple[str, str], over: str, a: Fraction, b: Fraction, discriminant: Fraction, line: ExactRay,
+    formulas: tuple[str, str], over: str, a: Fraction, b: Fraction, discriminant: Fraction, line: ExactRay,
     numbers: dict[str, float],
 ) -> list[Block]:  # fmt: skip
-    """The roots of a t² + 2 b t + c, a > 0 or < 0, and which of the three cases it is."""
+    """Return the roots of a t² + 2 b t + c, a > 0 or < 0, and which of the three cases it is; add them to `numbers`."""
     if discriminant <= 0:
         return [Words("read as invisible: no crossing", sources.TOUCH, 2)] if not discriminant else []
     apart = sqrt_fraction(discriminant)
     first, second = (-b - apart) / a, (-b + apart) / a
     numbers |= {"t0": as_float(first), "t1": as_float(second)}
-    texts = [f"({one}){over}" if over else one for one in (part.split(" = ")[1] for part in said)]
-    names = [part.split(" = ")[0] for part in said]
+    texts = [f"({one}){over}" if over else one for one in (part.split(" = ")[1] for part in formulas)]
+    names = [part.split(" = ")[0] for part in formulas]
     words: list[Block] = [
         Words(f"{name} = {text} = {format_fraction(t)}", "", 2)
         for name, text, t in zip(names, texts, (first, second), strict=True)
     ]
     low, high = min(first, second), max(first, second)
     if high <= 0:
+        # The three cases of the notes, by the signs of both roots
         case = f"{names[0]}, {names[1]} ≤ 0: it lies behind the origin"
     elif low < 0:
         case = (
@@ -127,7 +135,7 @@ def _geometric(
     line: ExactRay,
     numbers: dict[str, float],
 ) -> list[Block]:
-    """t_ca, the squared distance of the line from the center, half the chord."""
+    """Return the geometric method: t_ca, the squared distance of the line from the center, half the chord."""
     square = dot(out, out)
     nearest = -b / a
     beside = square - b * b / a
@@ -141,6 +149,7 @@ def _geometric(
               sources.SPHERE_GEOMETRIC, 2),
         Words(f"t_ca = (OC, d){'' if line.is_unit else ' / a'} = {format_fraction(nearest)}", "", 2),
     ]  # fmt: skip
+    # The notes stop here, without the distance of the line
     if nearest < 0 and square > radius_squared:
         return [*words, Words("t_ca < 0 and the origin is outside: the ray misses", "", 2)]
     scaled = "" if line.is_unit else " a"
@@ -159,7 +168,7 @@ def _geometric(
 
 
 def quadric_board(polynomial: Polynomial, line: ExactRay) -> Board:
-    """a t² + b t + c = 0 with the coefficients of the ray tracing notes, which are 13.3 of the Clemson notes."""
+    """Return the lines of a quadric: a t² + b t + c = 0 of the ray tracing notes, that is 13.3 of the Clemson notes."""
     a, half, c = polynomial.on_ray(line.origin, line.direction)
     b, discriminant = 2 * half, 4 * (half * half - a * c)
     numbers = {"a": as_float(a), "b": as_float(b), "c": as_float(c), "D": as_float(discriminant)}
@@ -178,12 +187,13 @@ def quadric_board(polynomial: Polynomial, line: ExactRay) -> Board:
     if not a:
         return Board((*words, *_without_square(b, c, line, numbers)), numbers)
     words.append(Words(f"b² − 4 a c = {format_fraction(discriminant)}{_sign_of(discriminant)}", "", 2))
-    said = "t₀ = −b − √(b² − 4 a c)", "t₁ = −b + √(b² − 4 a c)"
-    words += _two_roots(said, " / 2a", 2 * a, b, discriminant, line, numbers)
+    formulas = "t₀ = −b − √(b² − 4 a c)", "t₁ = −b + √(b² − 4 a c)"
+    words += _two_roots(formulas, " / 2a", 2 * a, b, discriminant, line, numbers)
     return Board(tuple(words), numbers)
 
 
 def _without_square(b: Fraction, c: Fraction, line: ExactRay, numbers: dict[str, float]) -> list[Block]:
+    """Return the root of b t + c, or on which side the ray is if b = 0 as well."""
     if b:
         numbers["t"] = as_float(-c / b)
         behind = "" if line.holds(-c / b) else f": not within {line.interval}"
@@ -194,7 +204,7 @@ def _without_square(b: Fraction, c: Fraction, line: ExactRay, numbers: dict[str,
 
 
 def is_circular_cylinder(surface: QuadricSurface) -> bool:
-    """Is it X² + Y² = r² in own coordinates of unit axes?"""
+    """Return True if a surface is X² + Y² = r² in its own coordinates with orthonormal axes."""
     (x, y, z), linear = surface.squares, surface.linear
     if not (x == y and float(x) > 0 and not float(z)) or any(map(float, linear)) or not float(surface.constant) > 0:
         return False
@@ -207,7 +217,7 @@ def is_circular_cylinder(surface: QuadricSurface) -> bool:
 
 
 def cylinder_board(surface: QuadricSurface, line: ExactRay) -> Board:
-    """Equations (5) to (10) of Sasaki 2021, in the local frame of the cylinder."""
+    """Return the lines of a circular cylinder: equations (5) to (10) of Sasaki 2021, in its local frame."""
     rows = [[ex.fraction(value) for value in row] for row in surface.rows]
     start = [ex.fraction(value) for value in surface.anchor]
     radius_squared = ex.fraction(surface.constant) / ex.fraction(surface.squares[0])
@@ -255,23 +265,28 @@ def cylinder_board(surface: QuadricSurface, line: ExactRay) -> Board:
     return Board(tuple(words), numbers)
 
 
-# A polygon by even-odd, and a triangle by areas, as the ray tracing notes do it where the plane is met.
+# A polygon by even-odd, and a triangle by areas, at the crossing with the plane, as in the ray tracing notes.
 
 _MOST = 24
-"""Edges of a polygon that are told one by one."""
+"""Edges of a polygon that are shown one by one."""
 
 
 def outline_board(corners: Sequence[Sequence[float]], plane: Polynomial, line: ExactRay) -> Board:
-    """Drop a coordinate, move the point to the origin, count the edges that meet the positive u axis."""
+    """Drop a coordinate, move the point to the origin, count the edges that cross the positive u axis."""
     places = line.roots(plane)
     if not places:
         return Board((Words("the ray is parallel to the plane", sources.PLANE, 2),), {})
     point, normal = line.at(places[0]), [2 * half for half in plane.ten[6:9]]
+    # The largest component of the normal: the projection keeps the most area
     dropped = max(range(3), key=lambda k: abs(normal[k]))
-    kept = [k for k in range(3) if k != dropped]
-    shifted = [tuple(Fraction(corner[k]) - point[k] for k in kept) for corner in corners]
+    axes = [k for k in range(3) if k != dropped]
+    shifted = [tuple(Fraction(corner[k]) - point[k] for k in axes) for corner in corners]
     words: list[Block] = [
-        Words(f"the plane is met at t = {format_fraction(places[0])}, at {format_vector(point)}", sources.POLYGON, 2),
+        Words(
+            f"the ray crosses the plane at t = {format_fraction(places[0])}, at {format_vector(point)}",
+            sources.POLYGON,
+            2,
+        ),
         Words(
             f"its normal {format_vector(normal)} is largest along {'xyz'[dropped]}: that coordinate is dropped", "", 2
         ),
@@ -279,6 +294,7 @@ def outline_board(corners: Sequence[Sequence[float]], plane: Polynomial, line: E
     ]
     numbers, count = {}, 0
     for k, ((ua, va), (ub, vb)) in enumerate(zip(shifted, [*shifted[1:], shifted[0]], strict=True)):
+        # A corner on the axis counts as above it, so that it is not counted twice
         if (va < 0) == (vb < 0):
             continue
         at = ua - va * (ub - ua) / (vb - va)
@@ -296,34 +312,37 @@ def outline_board(corners: Sequence[Sequence[float]], plane: Polynomial, line: E
 
 
 def _with_ellipsis(values: Sequence[object]) -> str:
+    """Return an ellipsis for a list that is cut."""
     return " ..." if len(values) > _MOST else ""
 
 
 def _areas(corners: Sequence[tuple[Fraction, ...]], numbers: dict[str, float]) -> list[Block]:
-    """Barycentric coordinates of the origin, as ratios of areas."""
+    """Return barycentric coordinates of the origin as ratios of areas; nothing for a degenerate triangle."""
     a, b, c = corners
 
     def area(p: tuple[Fraction, ...], q: tuple[Fraction, ...], r: tuple[Fraction, ...]) -> Fraction:
+        """Return the signed area of a triangle."""
         return ((q[0] - p[0]) * (r[1] - p[1]) - (r[0] - p[0]) * (q[1] - p[1])) / 2
 
     whole, zero = area(a, b, c), (Fraction(0), Fraction(0))
+    # Three corners on a line
     if not whole:
         return []
     shares = [area(zero, b, c) / whole, area(a, zero, c) / whole, area(a, b, zero) / whole]
     numbers |= {name: as_float(share) for name, share in zip(("alpha", "beta", "gamma"), shares, strict=True)}
     inside = "inside" if min(shares) > 0 else ("on an edge" if min(shares) == 0 else "outside")
-    told = ", ".join(f"{name} = {format_fraction(share)}" for name, share in zip("αβγ", shares, strict=True))
-    return [Words(f"as a triangle: {told}: {inside}", sources.AREAS, 2)]
+    coordinates = ", ".join(f"{name} = {format_fraction(share)}" for name, share in zip("αβγ", shares, strict=True))
+    return [Words(f"as a triangle: {coordinates}: {inside}", sources.AREAS, 2)]
 
 
-# Planes of a cell in pairs: slabs, worked out as the ray tracing notes do with a box.
+# Planes of a cell in pairs: slabs, solved like a box of the ray tracing notes.
 
 Slab: TypeAlias = tuple[str, Fraction, Fraction, Fraction, Fraction]
 """A name, low <= n·p <= high, n·o and n·d."""
 
 
 def solve_slabs(slabs: Sequence[Slab], line: ExactRay) -> Board:
-    """t_near and t_far after each slab, until one of them says that there is no hit."""
+    """Return t_near and t_far after each slab, until one of them excludes a hit."""
     words: list[Block] = []
     numbers: dict[str, float] = {}
     near: Fraction | None = None
@@ -336,13 +355,14 @@ def solve_slabs(slabs: Sequence[Slab], line: ExactRay) -> Board:
         )
         if not slope:
             outside = at < low or at > high
-            told_of = "outside: no hit" if outside else "between the planes for all t"
-            words.append(Words(f"{limits}: parallel, {told_of}", source, 2))
+            verdict = "outside: no hit" if outside else "between the planes for all t"
+            words.append(Words(f"{limits}: parallel, {verdict}", source, 2))
             if outside:
                 return Board(tuple(words), numbers)
             continue
         t1, t2 = (low - at) / slope, (high - at) / slope
         first, last = min(t1, t2), max(t1, t2)
+        # The largest entry and the smallest exit so far
         near = first if near is None else max(near, first)
         far = last if far is None else min(far, last)
         numbers |= {f"{name} t1": as_float(t1), f"{name} t2": as_float(t2)}

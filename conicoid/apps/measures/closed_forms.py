@@ -1,7 +1,7 @@
-"""Closed forms: moments of primitive solids, and areas, in their own frames and carried to the world.
+"""Closed forms of primitives: moments and areas in their own frames, and moved to the world.
 
-`own_moments` and `own_area` answer for one class each and None for all others: a new closed form is
-one registered function.
+`own_moments` and `own_area` dispatch on the class of the shape and return None for classes without a closed form: a new
+closed form is one registered function.
 """
 
 from __future__ import annotations
@@ -35,11 +35,15 @@ from ...numerics.portable_math import sin_cos_degrees
 
 _NODES, _WEIGHTS = (np.array(a) for a in np.polynomial.legendre.leggauss(3))  # exact up to degree 5
 _SIMILAR = 1e-14
+"""A map keeps angles if its Gram matrix differs from a multiple of 1 by at most this share."""
 
 
 @dataclass(frozen=True)
 class Moments:
-    """Volume, centroid (3,), and the mean of (x - c)(x - c)ᵀ over it, (3, 3): squares of lengths stay in float64."""
+    """Volume, centroid c (3,), and the mean (3, 3) of (x - c)(x - c)ᵀ over the volume.
+
+    The mean, a square of lengths, stays within float64 for more sizes than the integral, a fifth power.
+    """
 
     volume: float
     centroid: FloatArray
@@ -47,18 +51,18 @@ class Moments:
 
     @property
     def second(self) -> FloatArray:
-        """The second moments about the centroid: ∫ (x - c)(x - c)ᵀ dV."""
+        """Second moments (3, 3) about the centroid: ∫ (x - c)(x - c)ᵀ dV."""
         return self.volume * self.spread
 
     def moved(self, matrix: FloatArray) -> Moments:
-        """Carried by an affine (4, 4) matrix."""
+        """Return the moments after an affine map by a (4, 4) matrix."""
         linear, factor = matrix[:3, :3], abs(float(np.linalg.det(matrix[:3, :3])))
         spread: FloatArray = linear @ self.spread @ linear.T
         return Moments(self.volume * factor, linear @ self.centroid + matrix[:3, 3], (spread + spread.T) / 2)
 
 
 def closed_moments(shape: Shape) -> Moments | None:
-    """Moments in the world, where a closed form is known."""
+    """Return the moments of a shape in the world; None without a closed form."""
     try:
         own = own_moments(shape)
     except OverflowError:  # squares of a needle's widths
@@ -67,8 +71,9 @@ def closed_moments(shape: Shape) -> Moments | None:
 
 
 def closed_area(shape: Shape) -> float | None:
-    """Area in the world, where a closed form is known."""
+    """Return the area of a shape in the world; None without a closed form."""
     linear = shape.under().matrix[:3, :3]
+    # Boxes, triangles and discs have areas under any map, others under maps that keep angles
     if isinstance(shape, Box):
         x, y, z = (linear * np.subtract(shape.high, shape.low)).T
         return 2 * (_parallelogram(x, y) + _parallelogram(y, z) + _parallelogram(z, x))
@@ -82,11 +87,12 @@ def closed_area(shape: Shape) -> float | None:
 
 
 def _parallelogram(a: FloatArray, b: FloatArray) -> float:
+    """Return the area of the parallelogram of two vectors."""
     return float(np.linalg.norm(np.cross(a, b)))
 
 
 def _similarity(linear: FloatArray) -> float | None:
-    """The factor of a linear map that keeps angles, up to the rounding of its matrix; None for others."""
+    """Return the factor of a linear map that keeps angles, up to the rounding of its matrix; None for others."""
     gram = linear @ linear.T
     square = float(np.trace(gram)) / 3
     return math.sqrt(square) if abs(gram - square * np.eye(3)).max() <= _SIMILAR * square else None
@@ -94,20 +100,21 @@ def _similarity(linear: FloatArray) -> float | None:
 
 @singledispatch
 def own_moments(shape: Any) -> Moments | None:
-    """Moments in the shape's own frame, where a closed form is known."""
+    """Return the moments in the shape's own frame; None without a closed form."""
     del shape
     return None
 
 
 @singledispatch
 def own_area(shape: Any) -> float | None:
-    """Area in the shape's own frame, where a closed form is known that holds for similarities only."""
+    """Return the area in the shape's own frame, to be scaled by maps that keep angles; None without a closed form."""
     del shape
     return None
 
 
 @own_moments.register
 def _(box: Box) -> Moments:
+    # Halved before the sum, which may overflow
     edges, middle = np.subtract(box.high, box.low), np.array(box.low) / 2 + np.array(box.high) / 2
     volume = float(np.prod(edges))
     return Moments(volume, middle, np.diag(edges**2 / 12))
@@ -136,6 +143,7 @@ def _(cylinder: Cylinder) -> Moments:
     r, height = cylinder.radius, cylinder.length
     a, b = math.radians(cylinder.start_angle), math.radians(cylinder.end_angle)
     turn = math.radians(cylinder.end_angle - cylinder.start_angle)
+    # Equal angles of a full turn have rounded sines that do not cancel
     full = cylinder.end_angle - cylinder.start_angle == 360
     volume = r * r * turn / 2 * height
     x, y = (0.0, 0.0) if full else (math.sin(b) - math.sin(a), math.cos(a) - math.cos(b))
@@ -164,10 +172,11 @@ def _(patch: CylinderPatch) -> float:
 
 
 def _sections(sx: float, sy: float, profile: tuple[float, float, float], heights: tuple[float, float]) -> Moments:
-    """Moments of sx x² + sy y² <= g(z) = g0 + g1 z + g2 z², low <= z <= high, by Gauss's rule (exact here).
+    """Return the moments of sx x² + sy y² <= g(z) = g0 + g1 z + g2 z², low <= z <= high, by Gauss's rule (exact here).
 
     The section at z is an ellipse with area π g / √(sx sy), ∫ x² = area g / (4 sx), ∫ y² = area g / (4 sy).
     """
+    # The integrands g, g z, g z² and g² have at most degree 4
     z, weight = _quadrature(profile, heights)
     g = np.maximum(np.polynomial.polynomial.polyval(z, profile), 0.0)
     area = math.pi / math.sqrt(sx * sy) * g * weight
@@ -182,9 +191,10 @@ def _sections(sx: float, sy: float, profile: tuple[float, float, float], heights
 
 
 def _quadrature(profile: tuple[float, float, float], heights: tuple[float, float]) -> tuple[FloatArray, FloatArray]:
-    """Nodes and weights over the parts of [low, high] where g > 0."""
+    """Return nodes and weights over the parts of [low, high] where g > 0."""
     g0, g1, g2 = profile
     low, high = heights
+    # The profile may vanish within the heights: parts with g < 0 do not belong to the solid
     cuts = sorted({low, high, *(root for root in real_roots(g2, g1, g0) if low < root < high)}) if low < high else []
     nodes, weights = [np.zeros(0)], [np.zeros(0)]
     for a, b in itertools.pairwise(cuts):
@@ -204,16 +214,17 @@ _STACK_NODES, _STACK_WEIGHTS = (np.array(a) for a in np.polynomial.legendre.legg
 @own_moments.register(Wedge)
 def _(solid: BetweenRectangles) -> Moments:
     """At each height a rectangle whose ends are linear in z."""
+    # The ends of each rectangle are linear between those of the solid
     share = (1 + _STACK_NODES) / 2
     ends = _ends(solid)
     low, high = (float(z) for z in solid.heights)
     (x, wide), (y, deep) = (_middle_and_size(*(a + (b - a) * share for a, b in ends[i])) for i in (0, 1))
     z, weight = low + (high - low) * share, (high - low) / 2 * _STACK_WEIGHTS * wide * deep
-    return _stacked(weight, x, y, z, wide**2 / 12, deep**2 / 12)
+    return _stack_moments(weight, x, y, z, wide**2 / 12, deep**2 / 12)
 
 
 def _ends(solid: BetweenRectangles) -> list[list[tuple[float, float]]]:
-    """For x and for y: (at the lower end, at the upper) of the low side, and of the high one."""
+    """Return for x and for y: (at the lower end, at the upper end) of the low side, and of the high side."""
     one, other = solid.rectangles()
     return [
         [(float(a), float(b)) for a, b in zip(low, high, strict=True)]
@@ -222,11 +233,17 @@ def _ends(solid: BetweenRectangles) -> list[list[tuple[float, float]]]:
 
 
 def _middle_and_size(low: FloatArray, high: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the middles and the lengths of intervals."""
     return (low + high) / 2, high - low
 
 
-def _stacked(weight: FloatArray, x: Any, y: Any, z: FloatArray, across_x: FloatArray, across_y: FloatArray) -> Moments:
-    """Of sections about (x, y) at heights z, with means of the squares about there, and none of the product."""
+def _stack_moments(
+    weight: FloatArray, x: Any, y: Any, z: FloatArray, across_x: FloatArray, across_y: FloatArray
+) -> Moments:
+    """Return the moments of sections about (x, y) at nodes z with weights of volume.
+
+    `across_x` and `across_y` are the means of the squares about there; that of the product is 0.
+    """
     volume = float(weight.sum())
     share = weight / volume
     middles = np.array([x + 0 * z, y + 0 * z, z])
@@ -250,7 +267,7 @@ def _(solid: BetweenRectangles) -> float:
 @own_moments.register(RegularPrism)
 @own_moments.register(Pyramid)
 def _(solid: RegularSides) -> Moments:
-    """Of a regular polygon with its corners at R the area is n R² sin(2π/n) / 2, the mean of x² R² (2 + cos) / 12."""
+    """A regular polygon with corners at R has the area n R² sin(2π/n) / 2; x² has the mean R² (2 + cos(2π/n)) / 12."""
     angle = 2 * math.pi / solid.sides
     low, high = solid.z_range
     z, radius = (
@@ -259,7 +276,7 @@ def _(solid: RegularSides) -> Moments:
     )
     weight = (high - low) / 2 * _STACK_WEIGHTS * solid.sides / 2 * radius**2 * math.sin(angle)
     across = radius**2 * (2 + math.cos(angle)) / 12
-    return _stacked(weight, 0.0, 0.0, z, across, across)
+    return _stack_moments(weight, 0.0, 0.0, z, across, across)
 
 
 @own_area.register(RegularPrism)
@@ -267,20 +284,21 @@ def _(solid: RegularSides) -> Moments:
 def _(solid: RegularSides) -> float:
     below, above = _at_corners(solid).tolist()
     half = math.pi / solid.sides
+    # Height of a side: from the middle of its lower edge to that of its upper edge
     slant = math.hypot(solid.z_range[1] - solid.z_range[0], (above - below) * math.cos(half))
     ends = (below**2 + above**2) * math.sin(2 * half) / 2
     return float(solid.sides * ((below + above) * math.sin(half) * slant + ends))
 
 
 def _at_corners(solid: RegularSides) -> FloatArray:
-    """The radii of the circles through the corners of both ends."""
+    """Return the radii (2,) of the circles through the corners of both ends."""
     factor = 1.0 if solid.radius_to == "corners" else 1 / math.cos(math.pi / solid.sides)
     return factor * np.array(solid.radii)
 
 
 @own_moments.register
 def _(solid: Parallelepiped) -> Moments:
-    """The unit cube, carried: edges are the columns."""
+    """The unit cube under the linear map whose columns are the edges."""
     edges = np.array([solid.a, solid.b, solid.c]).T
     middle = np.array(solid.corner) + edges.sum(axis=1) / 2
     return Moments(abs(float(np.linalg.det(edges))), middle, edges @ edges.T / 12)
@@ -292,7 +310,7 @@ def _(solid: Parallelepiped) -> float:
     return 2 * sum(float(np.linalg.norm(np.cross(u, v))) for u, v in ((a, b), (b, c), (c, a)))
 
 
-# Closed forms of what is turned about z through a part of a turn: cones, tubes, polycones, outlines, parts of balls.
+# Closed forms of solids of revolution about z, also of parts of a turn: cones, tubes, polycones, outlines, balls.
 #
 # Integrals over the profile, (r, z), times those of 1, cos φ, sin φ and their products over the azimuth.
 
@@ -300,7 +318,7 @@ _RING_NODES, _RING_WEIGHTS = (np.array(a) for a in np.polynomial.legendre.leggau
 
 
 class Ring(NamedTuple):
-    """Between two heights, from an inner radius to an outer one, each linear in z."""
+    """The profile between two heights, from an inner radius to an outer one, each (at low, at high) and linear in z."""
 
     low: float
     high: float
@@ -321,7 +339,7 @@ class Azimuth(NamedTuple):
 
 
 def azimuth(start: float, end: float) -> Azimuth:
-    """From one angle to another, in degrees; of a full turn what cancels is 0 to the last bit."""
+    """Return the integrals from one angle to another, in degrees; those that cancel over a full turn are exactly 0."""
     turn = math.radians(end - start)
     if end - start == 360:
         return Azimuth(turn, 0.0, 0.0, turn / 2, 0.0, turn / 2, True)
@@ -331,7 +349,7 @@ def azimuth(start: float, end: float) -> Azimuth:
 
 
 def ring_moments(profile: Iterable[float], about: Azimuth) -> Moments:
-    """From the integrals over the profile of r, r z, r z², r², r² z, r³."""
+    """Return the moments from the integrals of r, r z, r z², r², r² z, r³ over the profile."""
     r, rz, rzz, rr, rrz, rrr = profile
     volume = about.one * r
     if volume == 0:
@@ -344,20 +362,20 @@ def ring_moments(profile: Iterable[float], about: Azimuth) -> Moments:
 
 
 def ring_sums(rings: Iterable[Ring]) -> FloatArray:
-    """Integrals over the profile of r, r z, r z², r², r² z, r³, (6,), by Gauss's rule: exact here."""
+    """Return the integrals (6,) of r, r z, r z², r², r² z, r³ over the profile, by Gauss's rule: exact here."""
     total = np.zeros(6)
     for low, high, inner, outer in rings:
         half = (high - low) / 2
         z, weight, share = low + half + half * _RING_NODES, half * _RING_WEIGHTS, (1 + _RING_NODES) / 2
         a, b = (ends[0] + (ends[1] - ends[0]) * share for ends in (inner, outer))
-        wide = weight * (b - a)  # kept apart, as squares of thin walls cancel
+        wide = weight * (b - a)  # a factor of its own: b² - a² of a thin wall would cancel
         one, two, three = wide * (a + b) / 2, wide * (a * a + a * b + b * b) / 3, wide * (a + b) * (a * a + b * b) / 4
         total += np.array([one.sum(), one @ z, one @ z**2, two.sum(), two @ z, three.sum()])
     return total
 
 
 def ring_area(rings: Sequence[Ring], about: Azimuth) -> float:
-    """The surface of rings from bottom to top, those that touch being one solid."""
+    """Return the area of a stack of rings; rings that touch are one solid."""
     sides = sum(
         (ends[0] + ends[1]) / 2 * math.hypot(ends[1] - ends[0], ring.high - ring.low)
         for ring in rings
@@ -368,17 +386,20 @@ def ring_area(rings: Sequence[Ring], about: Azimuth) -> float:
     for ring in rings:
         above.setdefault(ring.low, []).append((ring.inner[0], ring.outer[0]))
         below.setdefault(ring.high, []).append((ring.inner[1], ring.outer[1]))
-    levels = sum(_differing(below.get(z, []), above.get(z, [])) for z in {*below, *above})
+    # Between two rings, the parts of a level that only one of them covers are surface
+    levels = sum(_exclusive_area(below.get(z, []), above.get(z, [])) for z in {*below, *above})
+    # A part of a turn has two flat sides
     walls = 0.0 if about.is_full else 2 * sum(_profile_area(ring) for ring in rings)
     return float(about.one * (sides + levels) + walls)
 
 
 def _profile_area(ring: Ring) -> float:
+    """Return the area of a ring's profile."""
     return (ring.high - ring.low) * (ring.outer[0] - ring.inner[0] + ring.outer[1] - ring.inner[1]) / 2
 
 
-def _differing(one: list[tuple[float, float]], other: list[tuple[float, float]]) -> float:
-    """∫ r dr over what is in one of two sets of intervals and not in the other."""
+def _exclusive_area(one: list[tuple[float, float]], other: list[tuple[float, float]]) -> float:
+    """Return ∫ r dr over the radii that are in one of two sets of intervals and not in the other."""
     ends = sorted({end for interval in (*one, *other) for end in interval})
     total = 0.0
     for a, b in itertools.pairwise(ends):
@@ -388,6 +409,7 @@ def _differing(one: list[tuple[float, float]], other: list[tuple[float, float]])
 
 
 def _rings(shape: Any) -> list[Ring]:
+    """Return the profile of a tube, cone, polycone or revolution as rings from bottom to top."""
     if isinstance(shape, Tube):
         inner, outer = shape.inner_radius, shape.outer_radius
         return [Ring(0.0, shape.length, (inner, inner), (outer, outer))]

@@ -1,6 +1,7 @@
-"""A solid as its surfaces f <= 0 and a Boolean function of them, read from the scene-wide table.
+"""Closed forms of Boolean combinations: prisms between planes and circular cylinders, and solids of revolution.
 
-Coinciding walls are one surface there, so that what is told by a surface's side is told by its number.
+A solid is read from the tables of a scene as its surfaces f <= 0 and a Boolean function of their sides. Walls that
+coincide are one surface there, so the number of a surface identifies its side.
 """
 
 from __future__ import annotations
@@ -24,14 +25,17 @@ from ...prepare.lowering import lower
 from .closed_forms import Moments
 from .hull import FittedBox
 
+# A solid as surfaces and a Boolean function of their sides.
+
 MOST_SURFACES, MOST_LEAVES = 48, 96
+"""Solids of more are not tried."""
 SAME_TOLERANCE = 1e-12
-"""Directions and coefficients are equal up to so much: what motions leave of rounding, and far less than shows."""
+"""Directions and coefficients are equal up to this: the rounding that motions leave, far below a visible difference."""
 
 
 @dataclass(frozen=True)
 class RegionPlane:
-    """normal·x <= offset; the normal is unit."""
+    """The half-space normal·x <= offset; the normal is unit."""
 
     normal: FloatArray
     offset: float
@@ -39,36 +43,41 @@ class RegionPlane:
 
 @dataclass(frozen=True)
 class RegionQuadric:
-    """x·A x + 2 b·x + c <= 0."""
+    """The solid x·A x + 2 b·x + c <= 0."""
 
     a: FloatArray
     b: FloatArray
     c: float
 
     def within(self, axes: FloatArray, origin: FloatArray) -> RegionQuadric:
-        """In coordinates along the columns of `axes` from `origin` on."""
+        """Return the quadric in coordinates along the columns of `axes`, counted from `origin`."""
         slope = self.a @ origin
         c = float(origin @ slope + 2 * self.b @ origin + self.c)
         return RegionQuadric(axes.T @ self.a @ axes, axes.T @ (slope + self.b), c)
 
 
 Surfaces = dict[int, "RegionPlane | RegionQuadric"]
+"""Surfaces by number."""
 
 
 @dataclass(frozen=True)
 class SurfaceRegion:
-    """Leaves are intersections of sides; gates count them, as in `geometry.program`."""
+    """A Boolean function of sides of surfaces: leaves are intersections of sides, and gates count true inputs.
+
+    An input of a gate comes from a leaf or a later gate. Gate 0 is the root, with parent -1.
+    """
 
     surfaces: Surfaces
     leaves: Sequence[tuple[tuple[tuple[int, bool], ...], int, bool]]  # sides (surface, is negative), gate, negated
     gates: Sequence[tuple[int, int, bool]]  # parent, need, negated
 
     def contains(self, inside: dict[int, bool]) -> bool:
-        """Whether the region has the points on these sides; `inside` says of each surface if f <= 0 there."""
+        """Return True if the region has the points on some sides; `inside` has f <= 0 for each surface."""
         counts = [0] * len(self.gates)
         for sides, gate, negated in self.leaves:
             counts[gate] += all(inside[surface] == negative for surface, negative in sides) != negated
         value = False
+        # Parents have smaller numbers: inputs are complete before a gate is evaluated
         for gate in reversed(range(len(self.gates))):
             parent, need, negated = self.gates[gate]
             value = (counts[gate] >= need) != negated
@@ -78,10 +87,11 @@ class SurfaceRegion:
 
 
 def region_of(shape: Shape, origin: FloatArray) -> SurfaceRegion | None:
-    """The region of a solid, coordinates counted from `origin` on; None for what has too many parts, and for sheets."""
+    """Return the region of a solid in coordinates counted from `origin`; None for sheets and for too many parts."""
     if shape.is_sheet or _leaves(shape) > MOST_LEAVES:
         return None
     tables = lower([Body(shape)]).tables
+    # A list of solids has several entries
     if len(tables.entry_kind) != 1 or len(tables.surface_kind) > MOST_SURFACES:
         return None
     surfaces = {number: _surface(tables, number, origin) for number in range(len(tables.surface_kind))}
@@ -101,6 +111,7 @@ def region_of(shape: Shape, origin: FloatArray) -> SurfaceRegion | None:
 
 
 def _leaves(shape: Shape) -> int:
+    """Return the number of primitives of a shape, or MOST_LEAVES + 1 if there are more."""
     from .hull import moved_parts
 
     count = 0
@@ -112,6 +123,7 @@ def _leaves(shape: Shape) -> int:
 
 
 def _sides(tables: Any, cell: int) -> Iterator[tuple[int, bool]]:
+    """Yield the faces of a cell as (surface, does the cell have its negative side?)."""
     if tables.cell_quadric[cell] >= 0:
         yield int(tables.cell_quadric[cell]), bool(tables.cell_face[cell] > 0)
     for row in range(int(tables.cell_first[cell]), int(tables.cell_first[cell + 1])):
@@ -119,6 +131,7 @@ def _sides(tables: Any, cell: int) -> Iterator[tuple[int, bool]]:
 
 
 def _surface(tables: Any, number: int, origin: FloatArray) -> RegionPlane | RegionQuadric:
+    """Return a surface of the tables in coordinates counted from `origin`."""
     kind, row = int(tables.surface_kind[number]), int(tables.surface_row[number])
     if kind == PLANE_KIND:
         normal, height, anchor = np.split(tables.planes[row], [3, 4])[0], tables.planes[row][3], tables.planes[row][4:7]
@@ -136,59 +149,61 @@ def _surface(tables: Any, number: int, origin: FloatArray) -> RegionPlane | Regi
 
 # Closed forms of prisms: solids between planes across an axis, whose sides are planes and circular cylinders along it.
 #
-# Pins, pipes, boxes, hexagonal cans, and what lattices cut from them. In each layer between two of the planes the solid
-# is a plane figure times an interval. The figure's moments are integrals along its boundary (Green), which is found
-# piece
-# by piece: every line and circle is cut where it meets the others, and a piece belongs to the boundary if the solid
-# is on
-# one side of it only.
+# Examples are pins, pipes, boxes, hexagonal cans, and their intersections with lattices. In each layer between two of
+# the planes the solid is a plane figure times an interval. The moments of the figure are integrals along its boundary
+# (Green's theorem). The boundary is found piece by piece: every line and circle is cut where it crosses the others, and
+# a piece belongs to the boundary if the solid is on one side of it alone.
 
 _NEAR_SIDES = 1e-9
-"""Curves that pass so near the middle of a piece of another, in units of its distance from 0 and 1, may be the same."""
+"""Curves may coincide if one passes a place of the other at less than this share of their sizes."""
 _MOST_NEAR = 4
+"""Curves near a place for which all combinations of sides are tried."""
 _TOUCHING = 1e-12
-"""Curves that cut off less than this of a circle's height touch it: the area cut off is below all rounding."""
+"""Curves that cut off less than this share of a circle's height touch it: the area cut off is below rounding."""
 _TINY = 1e-14
+"""A piece shorter than this share of its ends' parameters comes from rounding."""
 _PRISM_NODES, _PRISM_WEIGHTS = (np.array(a) for a in np.polynomial.legendre.leggauss(16))
 _POWERS = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
+"""Exponents (a, b) of the integrals of x^a y^b, in order."""
 LENGTH = 6
-"""Place of the boundary's length among the sums of a figure; before it are those of x^a y^b by `_POWERS`."""
+"""Place of the boundary's length among the sums of a figure, behind those of `_POWERS`."""
 
 
 def middle(low: float, high: float) -> float:
-    """A number between two, either of which may be infinite."""
+    """Return a number between two numbers that may be infinite."""
     if math.isinf(low):
         return 0.0 if math.isinf(high) else high - 1 - abs(high)
     return low + 1 + abs(low) if math.isinf(high) else low / 2 + high / 2
 
 
 Inside = Callable[[dict[int, bool]], bool]
+"""Does a figure have the points on some sides of curves, by number?"""
 
 
 class NoClosedForm(Exception):
-    """There is no closed form here."""
+    """The solid has no closed form of this kind."""
 
 
 @dataclass(frozen=True)
 class SideLine:
-    """normal·x <= offset, a unit normal."""
+    """The half-plane normal·x <= offset with a unit normal, and its line."""
 
     normal: FloatArray
     offset: float
 
     def height(self, points: FloatArray) -> FloatArray:
-        """How far outside points (..., 2) are."""
+        """Return the signed distances (...) of points (..., 2), positive outside."""
         result: FloatArray = points @ self.normal - self.offset
         return result
 
     def at(self, t: FloatArray) -> FloatArray:
-        """Points by the length along the line, the inside on the left."""
+        """Return points at lengths along the line, the inside on the left."""
         along = np.array([-self.normal[1], self.normal[0]])
         result: FloatArray = self.offset * self.normal + np.multiply.outer(t, along)
         return result
 
     def cuts(self, other: SideLine | SideCircle) -> Iterator[float]:
-        """Where it meets another curve."""
+        """Yield the lengths at which the line crosses another curve."""
         along = np.array([-self.normal[1], self.normal[0]])
         if isinstance(other, SideLine):
             slope = float(along @ other.normal)
@@ -201,27 +216,29 @@ class SideLine:
             yield from (foot - math.sqrt(square), foot + math.sqrt(square))
 
     def whole(self) -> tuple[float, float]:
+        """Return the range of the parameter."""
         return -math.inf, math.inf
 
 
 @dataclass(frozen=True)
 class SideCircle:
-    """|x - center| <= radius."""
+    """The disc |x - center| <= radius, and its circle."""
 
     center: FloatArray
     radius: float
 
     def height(self, points: FloatArray) -> FloatArray:
+        """Return the signed distances (...) of points (..., 2), positive outside."""
         result: FloatArray = np.linalg.norm(points - self.center, axis=-1) - self.radius
         return result
 
     def at(self, t: FloatArray) -> FloatArray:
-        """Points by the angle, counter-clockwise."""
+        """Return points at angles, counter-clockwise."""
         result: FloatArray = self.center + self.radius * np.stack([np.cos(t), np.sin(t)], axis=-1)
         return result
 
     def cuts(self, other: SideLine | SideCircle) -> Iterator[float]:
-        """The angles at which it meets another curve."""
+        """Yield the angles at which the circle crosses another curve."""
         if isinstance(other, SideLine):
             cosine = (other.offset - float(other.normal @ self.center)) / self.radius
             middle = math.atan2(other.normal[1], other.normal[0])
@@ -236,16 +253,17 @@ class SideCircle:
             yield from (middle - math.acos(cosine), middle + math.acos(cosine))
 
     def whole(self) -> tuple[float, float]:
+        """Return the range of the parameter."""
         return 0.0, 2 * math.pi
 
 
 def prism_sums(region: SurfaceRegion, axes: FloatArray) -> tuple[FloatArray, float]:
-    """Integrals of 1, x, y, z, xx, xy, xz, yy, yz, zz along `axes`, (10,), and the area of the boundary.
+    """Return the integrals (10,) of 1, x, y, z, xx, xy, xz, yy, yz, zz along `axes`, and the area of the boundary.
 
-    Raises Unknown for what is no bounded prism along the last axis.
+    Raise NoClosedForm if the region is not a bounded prism along the last axis.
     """
-    caps: dict[int, float] = {}
-    flipped: set[int] = set()
+    caps: dict[int, float] = {}  # heights of planes across the axis
+    flipped: set[int] = set()  # such planes with f <= 0 above them
     curves: dict[int, SideLine | SideCircle] = {}
     outer: set[int] = set()  # circles whose outside is f <= 0
     for number, surface in region.surfaces.items():
@@ -269,20 +287,21 @@ def prism_sums(region: SurfaceRegion, axes: FloatArray) -> tuple[FloatArray, flo
                 raise NoClosedForm
             curves[number] = SideCircle(center, math.sqrt(square))
             outer |= {number} if size < 0 else set()
-    return _layers(region, caps, flipped, curves, outer)
+    return _prism_layers(region, caps, flipped, curves, outer)
 
 
-def _layers(
+def _prism_layers(
     region: SurfaceRegion,
     caps: dict[int, float],
     flipped: set[int],
     curves: dict[int, SideLine | SideCircle],
     outer: set[int],
 ) -> tuple[FloatArray, float]:
-    """The sums of all layers from bottom to top, and the area: sides of layers, and what differs between them."""
+    """Return the integrals of all layers, and the area: sides of layers, and differences of figures between layers."""
     heights = sorted(set(caps.values()))
 
     def inside(z: float) -> Inside:
+        """Return the figure at a height; curves count as insides of lines and circles, whatever the sign of f."""
         sides = {number: (z <= height) != (number in flipped) for number, height in caps.items()}
         return lambda turned: region.contains(sides | {n: value != (n in outer) for n, value in turned.items()})
 
@@ -303,7 +322,7 @@ def _layers(
 
 
 def _figure(curves: dict[int, SideLine | SideCircle], inside: Inside) -> FloatArray:
-    """Integrals of x^a y^b over a plane figure, and the length of its boundary, (7,)."""
+    """Return the integrals of x^a y^b over a plane figure, and the length of its boundary, (7,)."""
     total = np.zeros(7)
     for number, curve in curves.items():
         for begin, end in _pieces(number, curves):
@@ -318,20 +337,24 @@ def _figure(curves: dict[int, SideLine | SideCircle], inside: Inside) -> FloatAr
 
 
 def _pieces(number: int, curves: dict[int, SideLine | SideCircle]) -> Iterator[tuple[float, float]]:
+    """Yield the pieces (begin, end) of a curve between its crossings with others."""
     curve = curves[number]
     first, last = curve.whole()
-    cuts = [t for other, met in curves.items() if other != number for t in curve.cuts(met)]
+    cuts = [t for other, neighbour in curves.items() if other != number for t in curve.cuts(neighbour)]
     if isinstance(curve, SideCircle) and cuts:
         cuts = sorted(t % (2 * math.pi) for t in cuts)
         first, last = cuts[0], cuts[0] + 2 * math.pi
         cuts = cuts[1:]
     for begin, end in itertools.pairwise([first, *sorted(cuts), last]):
         if end - begin > _TINY * max(abs(begin), abs(end), 1e-300) or math.isinf(end - begin):
-            yield begin, end  # where several curves meet in a point, rounding leaves pieces that are none
+            yield begin, end  # tiny pieces come from rounding where several curves meet in a point
 
 
 def _sense(number: int, ends: tuple[float, float], curves: dict[int, SideLine | SideCircle], inside: Inside) -> int:
-    """1 where the figure lies on a curve's inside only, along a piece of it; -1 on its outside only; 0 both or none."""
+    """Return 1 if the figure lies on a curve's inside alone along a piece, -1 if on its outside alone, 0 otherwise.
+
+    Other curves may pass the place so closely that their sides are uncertain: all combinations must agree.
+    """
     point, near = min((_visible_sides(number, t, curves) for t in _places(*ends)), key=lambda seen: len(seen[1]))
     if len(near) > _MOST_NEAR:
         raise NoClosedForm
@@ -341,34 +364,39 @@ def _sense(number: int, ends: tuple[float, float], curves: dict[int, SideLine | 
         sides |= dict(zip(near, values, strict=True))
         found.add(int(inside(sides | {number: True})) - int(inside(sides | {number: False})))
     if len(found) > 1:
-        raise NoClosedForm  # another curve is all but the same
+        raise NoClosedForm  # another curve nearly coincides with this one
     return found.pop()
 
 
 def _places(begin: float, end: float) -> list[float]:
-    """Where to look along a piece: another curve may touch it in one of the places."""
+    """Return places to test along a piece: several, as another curve may touch it in one of them."""
     if math.isinf(begin) or math.isinf(end):
         return [middle(begin, end), 3.7 * middle(begin, end)]
     return [begin + share * (end - begin) for share in (0.5, 0.37, 0.71)]
 
 
 def _visible_sides(number: int, t: float, curves: dict[int, SideLine | SideCircle]) -> tuple[FloatArray, list[int]]:
-    """A place on a curve, and which others are there, or all but there."""
+    """Return a point of a curve, and the other curves that pass through it or near it."""
     point = curves[number].at(np.array(t))
     return point, [n for n, curve in curves.items() if n != number and _is_near(curve, point)]
 
 
 def _is_near(curve: SideLine | SideCircle, point: FloatArray) -> bool:
+    """Return True if a curve passes near a point."""
     size = max(float(np.abs(point).max()), curve.radius if isinstance(curve, SideCircle) else abs(curve.offset))
     return abs(float(curve.height(point))) <= _NEAR_SIDES * size
 
 
 def _sides_at(point: FloatArray, curves: dict[int, SideLine | SideCircle]) -> dict[int, bool]:
+    """Return for each curve whether a point is inside."""
     return {number: bool(curve.height(point) <= 0) for number, curve in curves.items()}
 
 
 def _along(curve: SideLine | SideCircle, begin: float, end: float) -> FloatArray:
-    """∮ x^(a+1)/(a+1) y^b dy along a piece, the figure on the left, and its length. Gauss's rule: exact, or nearly."""
+    """Return ∮ x^(a+1)/(a+1) y^b dy along a piece with the figure on its left, and its length, (7,).
+
+    Gauss's rule is exact for lines, and nearly so for arcs of at most 45 degrees.
+    """
     parts = max(1, math.ceil((end - begin) / (math.pi / 4))) if isinstance(curve, SideCircle) else 1
     cuts = np.linspace(begin, end, parts + 1)
     half = np.diff(cuts) / 2
@@ -385,46 +413,49 @@ def _along(curve: SideLine | SideCircle, begin: float, end: float) -> FloatArray
 
 # Closed forms of solids of revolution: planes across an axis, and quadrics of revolution about it.
 #
-# Shells, caps, capped cylinders and cones, coated particles, tanks. At each height z every quadric is a circle
-# r² = g(z), g a polynomial of second degree; between the heights where circles meet, vanish, or planes lie, the same
-# circles bound the solid, and all integrals are those of polynomials, which Gauss's rule takes exactly.
+# Examples are shells, caps, capped cylinders and cones, coated particles, tanks. At each height z every quadric is a
+# circle r² = g(z), g a polynomial of second degree. Between the heights where circles meet or vanish, or planes lie,
+# the same circles bound the solid, and all integrals are those of polynomials, for which Gauss's rule is exact.
 
 _PROFILE_NODES, _PROFILE_WEIGHTS = (np.array(a) for a in np.polynomial.legendre.leggauss(5))
 _NEAR_CIRCLES = 1e-9
+"""Circles may coincide if their r² differ by at most this share of the largest."""
 
 
 @dataclass(frozen=True)
 class Profile:
-    """r² <= g(z) = g0 + g1 z + g2 z²; `outer` where f <= 0 is the outside."""
+    """The solid r² <= g(z) = g0 + g1 z + g2 z²; `outer` if f <= 0 is its outside."""
 
     g: tuple[float, float, float]
     outer: bool
 
     def at(self, z: FloatArray) -> FloatArray:
+        """Return g at heights."""
         g0, g1, g2 = self.g
         result: FloatArray = g0 + z * (g1 + z * g2)
         return result
 
     @property
     def square(self) -> bool:
-        """Whether 4 g + g'² is the square of a linear function: cylinders, spheres, cones."""
+        """Whether 4 g + g'² is the square of a linear function, as for cylinders, spheres and cones."""
         g0, g1, g2 = self.g
         a, b, c = 4 * g2 + 4 * g2 * g2, 4 * g1 + 4 * g1 * g2, 4 * g0 + g1 * g1
         return abs(b * b - 4 * a * c) <= 1e-10 * max(b * b, abs(4 * a * c), c * c * 1e-4) and (a, b, c) != (0, 0, 0)
 
     def speed(self, z: FloatArray) -> FloatArray:
-        """The area of the surface for a unit of z, over π: √(4 g + g'²)."""
+        """Return √(4 g + g'²): the area of the surface for a unit of z, over π."""
         _, g1, g2 = self.g
         result: FloatArray = np.sqrt(np.maximum(4 * self.at(z) + (g1 + 2 * g2 * z) ** 2, 0.0))
         return result
 
 
 def revolved_sums(region: SurfaceRegion, axes: FloatArray, origin: FloatArray) -> tuple[FloatArray, float | None]:
-    """Integrals of 1, x, y, z, xx, xy, xz, yy, yz, zz from `origin` along `axes`, the last being that of revolution.
+    """Return the integrals (10,) of 1, x, y, z, xx, xy, xz, yy, yz, zz from `origin` along `axes`, and the area.
 
-    And the area, None where it has no closed form. Raises Unknown for what is no bounded solid of revolution.
+    The last axis is that of revolution. The area is None if it has no closed form. Raise NoClosedForm if the region is
+    not a bounded solid of revolution about the axis.
     """
-    caps: dict[int, tuple[float, bool]] = {}
+    caps: dict[int, tuple[float, bool]] = {}  # (height, is f <= 0 above?)
     profiles: dict[int, Profile] = {}
     for number, surface in region.surfaces.items():
         if isinstance(surface, RegionPlane):
@@ -434,10 +465,11 @@ def revolved_sums(region: SurfaceRegion, axes: FloatArray, origin: FloatArray) -
             caps[number] = (surface.offset - float(surface.normal @ origin)) / z, z < 0
         else:
             profiles[number] = _profile(surface.within(axes, origin))
-    return _stacked(region, caps, profiles)
+    return _layer_sums(region, caps, profiles)
 
 
 def _profile(own: RegionQuadric) -> Profile:
+    """Return a quadric as a profile about the last axis; raise NoClosedForm for others."""
     size = own.a[0, 0]
     if size == 0:
         raise NoClosedForm
@@ -449,9 +481,11 @@ def _profile(own: RegionQuadric) -> Profile:
     return Profile((-float(c), -2 * float(b[2]), -float(a[2, 2])), bool(size < 0))
 
 
-def _stacked(
+def _layer_sums(
     region: SurfaceRegion, caps: dict[int, tuple[float, bool]], profiles: dict[int, Profile]
 ) -> tuple[FloatArray, float | None]:
+    """Return the integrals of all layers, and the area: circles swept along z, and rings between layers."""
+    # Heights of planes, and those where circles vanish or two of them meet
     heights = {height for height, _ in caps.values()}
     for profile in profiles.values():
         heights |= set(real_roots(profile.g[2], profile.g[1], profile.g[0]))
@@ -466,15 +500,15 @@ def _stacked(
     for low, high in itertools.pairwise(ends):
         if low == high:
             continue
-        found = _circles(region, caps, profiles, middle(low, high))
-        rings.append((low, found))
-        if not found:
+        circles = _circles(region, caps, profiles, middle(low, high))
+        rings.append((low, circles))
+        if not circles:
             continue
         if math.isinf(low) or math.isinf(high):
             raise NoClosedForm
         half = (high - low) / 2
         z, weight = low + half + half * _PROFILE_NODES, half * _PROFILE_WEIGHTS
-        for number, sense in found:
+        for number, sense in circles:
             g = np.maximum(profiles[number].at(z), 0.0)
             one, across = math.pi * sense * g * weight, math.pi / 4 * sense * g**2 * weight
             total += np.array([one.sum(), 0, 0, one @ z, across.sum(), 0, 0, across.sum(), 0, one @ z**2])
@@ -488,14 +522,14 @@ def _stacked(
 def _circles(
     region: SurfaceRegion, caps: dict[int, tuple[float, bool]], profiles: dict[int, Profile], z: float
 ) -> list[tuple[int, int]]:
-    """The circles that bound the solid at a height, with 1 where it is within, -1 where it is outside."""
+    """Return the circles that bound the solid at a height: (number, 1 if it is inside of the circle, else -1)."""
     sides = {number: (z <= height) != turned for number, (height, turned) in caps.items()}
     squares = {number: float(profile.at(np.array(z))) for number, profile in profiles.items()}
     order = sorted(profiles, key=lambda number: squares[number])
     size = max([abs(square) for square in squares.values()], default=0.0)
     # From the axis outward
     sides |= {number: (squares[number] > 0) != profiles[number].outer for number in order}
-    found = []
+    circles = []
     before = region.contains(sides)
     for place, number in enumerate(order):
         if squares[number] <= 0:
@@ -504,19 +538,19 @@ def _circles(
         sides = sides | {number: profiles[number].outer}
         after = region.contains(sides)
         if later is not None and squares[later] - squares[number] <= _NEAR_CIRCLES * size and len({before, after}) > 1:
-            raise NoClosedForm  # circles that are all but the same
+            raise NoClosedForm  # circles that nearly coincide
         if before != after:
-            found.append((number, 1 if before else -1))
+            circles.append((number, 1 if before else -1))
         before = after
     if before:
         raise NoClosedForm  # without end across the axis
-    return found
+    return circles
 
 
 def _ring_area(
     profiles: dict[int, Profile], height: float, below: list[tuple[int, int]], above: list[tuple[int, int]]
 ) -> float:
-    """The area of what is solid on one side of a height only."""
+    """Return the area of the figure that is solid on one side of a height alone."""
     ends: list[tuple[float, int]] = []
     for part, circles in enumerate((below, above)):
         for number, _ in circles:
@@ -529,13 +563,14 @@ def _ring_area(
     return area
 
 
-# Closed forms of combinations of surfaces, such as the cells of imported models: prisms and solids of revolution.
+# A shape as a prism or a solid of revolution.
 
 _MOST_AXES = 6
+"""Axes that are tried."""
 
 
 def closed_region(shape: Shape, box: FittedBox) -> tuple[Moments, float | None] | None:
-    """Moments in the world and the area, where a solid's surfaces allow a closed form; the area may lack one."""
+    """Return the moments of a solid in the world, and its area or None; None if its surfaces allow no closed form."""
     region = region_of(shape, box.center)
     if region is None:
         return None
@@ -551,15 +586,19 @@ def closed_region(shape: Shape, box: FittedBox) -> tuple[Moments, float | None] 
 
 
 def _axes(region: SurfaceRegion) -> list[tuple[FloatArray, FloatArray]]:
-    """Directions in which the solid might be a prism, or an axis about which it might be turned, with points there."""
-    found: list[tuple[FloatArray, FloatArray]] = []
+    """Return possible axes of a prism or of a solid of revolution, each with a point on it.
+
+    They are axes of quadrics, lines between centers, and normals of planes; z without any of these.
+    """
+    candidates: list[tuple[FloatArray, FloatArray]] = []
 
     def add(axis: FloatArray, origin: FloatArray) -> None:
+        """Add an axis unless it is parallel to a known one, or there are enough."""
         if (
-            all(np.linalg.norm(np.cross(axis, other)) > SAME_TOLERANCE for other, _ in found)
-            and len(found) < _MOST_AXES
+            all(np.linalg.norm(np.cross(axis, other)) > SAME_TOLERANCE for other, _ in candidates)
+            and len(candidates) < _MOST_AXES
         ):
-            found.append((axis, origin))
+            candidates.append((axis, origin))
 
     quadrics = [surface for surface in region.surfaces.values() if isinstance(surface, RegionQuadric)]
     centers = [center for quadric in quadrics if (center := _center(quadric)) is not None]
@@ -576,13 +615,13 @@ def _axes(region: SurfaceRegion) -> list[tuple[FloatArray, FloatArray]]:
     for surface in region.surfaces.values():
         if isinstance(surface, RegionPlane):
             add(surface.normal, origin)
-    if not found:
+    if not candidates:
         add(np.array([0.0, 0.0, 1.0]), origin)
-    return found
+    return candidates
 
 
 def _axis(quadric: RegionQuadric) -> FloatArray | None:
-    """The direction of the axis of a quadric of revolution; None for spheres and others."""
+    """Return the direction of the axis of a quadric of revolution; None for spheres and other quadrics."""
     squares, axes = np.linalg.eigh(quadric.a)
     size = np.abs(squares).max()
     for k in range(3):
@@ -596,7 +635,7 @@ def _axis(quadric: RegionQuadric) -> FloatArray | None:
 
 
 def _center(quadric: RegionQuadric) -> FloatArray | None:
-    """The center, a point of the axis where there are many; None where there is none, as of paraboloids."""
+    """Return the center, or a point of the axis if there are many; None if there is none, as for paraboloids."""
     center: Any = np.linalg.lstsq(quadric.a, -quadric.b, rcond=1e-9)[0]
     rest = np.abs(quadric.a @ center + quadric.b).max()
     result: FloatArray = center
@@ -604,7 +643,7 @@ def _center(quadric: RegionQuadric) -> FloatArray | None:
 
 
 def _frame(axis: FloatArray) -> FloatArray:
-    """Right angles, (3, 3), the last column along an axis; of the world's axes their order is changed."""
+    """Return orthonormal columns (3, 3), the last along an axis; all are axes of the world if that one is."""
     across = np.eye(3)[int(np.argmin(np.abs(axis)))]
     first = np.cross(across, axis)
     first = first / np.linalg.norm(first)
@@ -612,12 +651,12 @@ def _frame(axis: FloatArray) -> FloatArray:
 
 
 def _moments(sums: FloatArray, axes: FloatArray, origin: FloatArray) -> Moments:
-    """From integrals of 1, x, y, z, xx, xy, xz, yy, yz, zz along axes from an origin on."""
+    """Return the moments from integrals of 1, x, y, z, xx, xy, xz, yy, yz, zz along axes from an origin."""
     volume = float(sums[0])
     if volume <= 0:
         return Moments(0.0, np.full(3, np.nan), np.zeros((3, 3)))
     mean = sums[1:4] / volume
     xx, xy, xz, yy, yz, zz = sums[4:] / volume
     spread = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) - np.outer(mean, mean)
-    turned = axes @ spread @ axes.T
-    return Moments(volume, origin + axes @ mean, (turned + turned.T) / 2)
+    spread_in_world = axes @ spread @ axes.T
+    return Moments(volume, origin + axes @ mean, (spread_in_world + spread_in_world.T) / 2)

@@ -1,4 +1,4 @@
-"""The frame in which a shape is measured: the turned box that fits it best."""
+"""The frame in which a shape is measured, a fitted box, and hulls that show where rays can hit the shape."""
 
 from __future__ import annotations
 
@@ -15,14 +15,16 @@ from ...geometry.polyhedron import Polyhedron
 from ...geometry.shape import Boolean, ClippedSheet, Complement, Difference, Primitive, Shape, Union
 from ...geometry.transform import IDENTITY_MOTION, Motion, Transform
 
+# The fitted box.
+
 
 class UnboundedShapeError(ValueError):
-    """A shape without end has no measures."""
+    """The shape is infinite and has no measures."""
 
 
-_CANDIDATES = 8
+_CANDIDATES = 8  # boxes that are tried, including the one along the world's axes
 _BOUNDED_PARTS = 2000  # parts bounded for all candidates together
-_CLEARLY_SMALLER = 0.99
+_CLEARLY_SMALLER = 0.99  # a turned box must have less than this share of the volume
 
 
 @dataclass(frozen=True)
@@ -35,21 +37,23 @@ class FittedBox:
 
     @property
     def is_empty(self) -> bool:
+        """Whether the box is that of an empty shape."""
         return bool((self.half < 0).any())
 
 
 def fitted_box(shape: Shape) -> FittedBox:
-    """The smallest box, along the world's axes or those of one of the shape's parts.
+    """Return the smallest box of a shape, along the world's axes or those of one of its parts.
 
-    Raises ValueError where all of them are unbounded, naming the axes of the world.
+    A box along the world's axes is preferred unless another is clearly smaller. Raise UnboundedShapeError, which names
+    the axes of the world, if all boxes are unbounded.
     """
-    best, least = _boxed(np.eye(3), shape.bounds), np.inf
+    best, least = _box_along(np.eye(3), shape.bounds), np.inf
     if best.is_empty:
         return best
     if np.isfinite(best.half).all():
         least = float(np.prod(best.half)) * _CLEARLY_SMALLER
     for axes in _candidates(shape):
-        box = _boxed(axes, shape.bounds_under(Motion((_turn(axes.T),))))
+        box = _box_along(axes, shape.bounds_under(Motion((_turn(axes.T),))))
         if box.is_empty:
             return box
         if np.isfinite(box.half).all() and np.prod(box.half) < least:
@@ -57,13 +61,13 @@ def fitted_box(shape: Shape) -> FittedBox:
     if not np.isfinite(best.half).all():
         low, high = shape.bounds
         endless = ", ".join(axis for axis, a, b in zip("xyz", low, high, strict=True) if not np.isfinite([a, b]).all())
-        found = f"got bounds that are infinite along {endless}"
-        raise UnboundedShapeError(f"measure: {type(shape).__name__} must be bounded, {found}; cut it by a box")
+        bounds_text = f"got bounds that are infinite along {endless}"
+        raise UnboundedShapeError(f"measure: {type(shape).__name__} must be bounded, {bounds_text}; cut it by a box")
     return best
 
 
 def moved_parts(shape: Shape) -> Iterator[tuple[Shape, Motion]]:
-    """The primitives of a shape, each with the motion that moves it besides its own."""
+    """Yield the primitives of a shape, each with the motion that moves it after its own."""
     pending: list[tuple[Shape, Motion]] = [(shape, IDENTITY_MOTION)]
     while pending:
         node, outer = pending.pop()
@@ -78,26 +82,29 @@ def moved_parts(shape: Shape) -> Iterator[tuple[Shape, Motion]]:
 
 
 def _candidates(shape: Shape) -> Iterator[FloatArray]:
-    """Rotations to the axes of the first few parts that stand askew, all different."""
-    found: list[FloatArray] = [np.eye(3)]
+    """Yield the axes of the first few parts that are rotated, all different."""
+    axes_list: list[FloatArray] = [np.eye(3)]
     parts = list(itertools.islice(moved_parts(shape), _BOUNDED_PARTS))
+    # Shapes of many parts try fewer boxes
     most = min(_CANDIDATES, _BOUNDED_PARTS // len(parts) - 1)
     for part, outer in parts if most > 0 else ():
         axes = _own_axes(part, outer)
-        if axes is None or any(_same_axes(axes, other) for other in found):
+        if axes is None or any(_same_axes(axes, other) for other in axes_list):
             continue
-        found.append(axes)
+        axes_list.append(axes)
         yield axes
-        if len(found) > most:
+        if len(axes_list) > most:
             return
 
 
 def _own_axes(part: Shape, outer: Motion) -> FloatArray | None:
-    """Right angles as near to a part's axes as can be, its z axis kept; of a polyhedron, its first normals."""
+    """Return orthonormal axes (3, 3) from a part's axes, its z axis first; from the first normals of a polyhedron."""
     linear = part.under(outer).matrix[:3, :3]
     if isinstance(part, Polyhedron):
+        # Normals are covectors: they go to the world by the inverse matrix
         linear = np.column_stack([*(np.array(part.normals[:3]) @ np.linalg.inv(linear)), *np.eye(3)])
     else:
+        # z first, as the first column keeps its direction
         linear = linear[:, (2, 0, 1)]
     linear = linear / np.linalg.norm(linear, axis=0)
     # Gram and Schmidt by Householder's method; columns that are signed unit vectors stay as they are
@@ -107,17 +114,19 @@ def _own_axes(part: Shape, outer: Motion) -> FloatArray | None:
 
 
 def _same_axes(a: FloatArray, b: FloatArray) -> bool:
-    """Equal up to order and sign."""
+    """Return True if axes are equal up to order and sign."""
     return bool(np.abs(np.abs(a.T @ b).max(axis=0) - 1).max() < 1e-12)
 
 
 def _turn(rows: FloatArray) -> Transform:
+    """Return the rotation of a (3, 3) matrix."""
     matrix = np.eye(4)
     matrix[:3, :3] = rows
     return Transform(tuple(tuple(row) for row in matrix.tolist()))
 
 
-def _boxed(axes: FloatArray, bounds: BoxEnds) -> FittedBox:
+def _box_along(axes: FloatArray, bounds: BoxEnds) -> FittedBox:
+    """Return the box of bounds (low, high) along some axes; half edges of -1 for empty bounds."""
     low, high = bounds
     with np.errstate(invalid="ignore"):
         center, half = low / 2 + high / 2, high / 2 - low / 2
@@ -126,26 +135,26 @@ def _boxed(axes: FloatArray, bounds: BoxEnds) -> FittedBox:
     return FittedBox(axes, axes @ center if np.isfinite(center).all() else center, half)
 
 
-# Where rays are worth sending: convex hulls around the parts of a shape, combined as the shape is.
+# Convex hulls around the parts of a shape, combined as the shape is.
 #
-# The hull of a part is a polytope: for fixed directions u it keeps sup u·x. A union has the hulls of its
-# operands, gathered into a tree by nearness; an intersection must meet all of them; what is cut away
-# does not count. A column of space that misses the hulls misses the shape, and that is certain.
+# The hull of a part is a polytope: for fixed directions u it has sup u·x. A union has the hulls of its operands,
+# grouped into a tree by nearness; an intersection has all of them at once; operands that are cut away do not count. A
+# column of space that misses the hulls certainly misses the shape.
 
 Mask = npt.NDArray[np.bool_]
 
-_TURNS = 8  # directions in half of each coordinate plane that every hull has
+_TURNS = 8  # directions of every hull in half of each coordinate plane
 _OWN_AXES = 6  # parts whose own axes give further directions
-_MANY = 1000  # parts of a shape that get boxes instead
-_DEEPEST = 30  # levels; below, hulls are merged into one
-_GROUP = 4
-_BLOCK = 1 << 15
-_SLACK = 1e-12
+_MANY = 1000  # hulls are boxes in shapes of more parts
+_DEEPEST = 30  # levels of hulls; below, they are merged into one
+_GROUP = 4  # parts of a union that are not grouped any more
+_BLOCK = 1 << 15  # rectangles that are tested at once
+_SLACK = 1e-12  # hulls are enlarged by this share, for rounding
 
 
 @dataclass(frozen=True)
 class Rectangles:
-    """Low corners (n, 2) and sides (n, 2)."""
+    """Rectangles in a plane: low corners (n, 2) and sides (n, 2)."""
 
     low: FloatArray
     size: FloatArray
@@ -160,20 +169,22 @@ class Rectangles:
         return Rectangles(np.concatenate([self.low, other.low]), np.concatenate([self.size, other.size]))
 
     def without(self, index: Any) -> Rectangles:
+        """Return the rectangles but those at some places."""
         return Rectangles(np.delete(self.low, index, axis=0), np.delete(self.size, index, axis=0))
 
     def pieces(self, step: int) -> Iterator[tuple[int, Rectangles]]:
-        """(place of the first, `step` of them)"""
+        """Yield (place of the first, rectangles) for each `step` of them."""
         for begin in range(0, len(self), step):
             yield begin, self[begin : begin + step]
 
     @property
     def areas(self) -> FloatArray:
+        """(n,) areas."""
         result: FloatArray = self.size.prod(axis=1)
         return result
 
     def halved(self) -> Rectangles:
-        """Each cut across its longer side, the halves one after the other."""
+        """Return all rectangles cut across their longer sides, the halves of each one after the other."""
         longer = np.arange(2) == np.argmax(self.size, axis=1)[:, None]
         size = np.where(longer, self.size / 2, self.size)
         low = np.stack([self.low, self.low + np.where(longer, size, 0.0)], axis=1)
@@ -182,7 +193,7 @@ class Rectangles:
 
 @dataclass(frozen=True)
 class ViewDirection:
-    """A view along an axis of the box: the directions across it (m, 2), and their places among all."""
+    """A view along an axis of the box: the directions across it (m, 2), and their places among all directions."""
 
     axis: int
     across: FloatArray
@@ -190,14 +201,14 @@ class ViewDirection:
 
     @classmethod
     def along(cls, axis: int, directions: FloatArray) -> ViewDirection:
-        """From directions (n, 3): those without a component along the axis."""
+        """Select the directions (n, 3) without a component along the axis."""
         chosen = np.flatnonzero(directions[:, axis] == 0)
         return cls(axis, np.delete(directions[chosen], axis, axis=1), chosen)
 
 
 @dataclass(frozen=True)
 class Hull:
-    """`offsets` (directions,): sup u·x. With parts: inside `every` one of them, or any."""
+    """A polytope, `offsets` (directions,) being sup u·x; if it has parts, also inside `every` one of them, or any."""
 
     offsets: FloatArray
     parts: tuple[Hull, ...] = ()
@@ -205,11 +216,13 @@ class Hull:
     depth: int = 0
 
     def seen(self, rectangles: Rectangles, sight: ViewDirection) -> Rectangles:
-        """Those that meet the hull, seen along an axis; those left out certainly miss the shape."""
-        met = [np.zeros(0, bool), *(self._meets(part, sight) for _, part in rectangles.pieces(_BLOCK))]
-        return rectangles[np.concatenate(met)]
+        """Return the rectangles that meet the hull in a view along an axis; the others certainly miss the shape."""
+        mask = [np.zeros(0, bool), *(self._meets(part, sight) for _, part in rectangles.pieces(_BLOCK))]
+        return rectangles[np.concatenate(mask)]
 
     def _meets(self, rectangles: Rectangles, sight: ViewDirection) -> Mask:
+        """Return (n,) bool: does each rectangle meet the hull?"""
+        # The smallest u·x over each rectangle, at the corner that minimizes it
         least = rectangles.low @ sight.across.T + rectangles.size @ np.minimum(sight.across, 0.0).T
         found: Mask = (least <= self.offsets[sight.chosen]).all(axis=1)
         if self.every or not self.parts:
@@ -218,16 +231,18 @@ class Hull:
                 found[rest] = part._meets(rectangles[rest], sight)
             return found
         pending, result = np.flatnonzero(found), np.zeros(len(found), bool)
+        # Any of the parts: only rectangles that have missed the earlier parts are tested
         for part in self.parts:
-            met = part._meets(rectangles[pending], sight)
-            result[pending[met]] = True
-            pending = pending[~met]
+            hit = part._meets(rectangles[pending], sight)
+            result[pending[hit]] = True
+            pending = pending[~hit]
         return result
 
 
 def directions_for(shape: Shape, box: FittedBox) -> FloatArray:
-    """(n, 3) unit vectors in the frame of the box, with their opposites, each in one of its coordinate planes."""
+    """Return unit vectors (n, 3) in the frame of the box with their opposites, each in one of its coordinate planes."""
     first = list(itertools.islice(moved_parts(shape), _MANY + 1))
+    # Two directions in each plane are those of a box
     turns = 2 if len(first) > _MANY else _TURNS
     rows = [_in_plane(axis, np.pi * k / turns) for axis in range(3) for k in range(turns)]
     for part, outer in first[: _OWN_AXES if len(first) <= _MANY else 0]:
@@ -245,15 +260,17 @@ def directions_for(shape: Shape, box: FittedBox) -> FloatArray:
 
 
 def _in_plane(axis: int, angle: float) -> FloatArray:
+    """Return the unit vector at an angle in the plane across an axis."""
     return np.insert(np.array([np.cos(angle), np.sin(angle)]), axis, 0.0)
 
 
 def hull_of(shape: Shape, box: FittedBox, directions: FloatArray) -> Hull:
-    """The hulls of a shape in the frame of the box; complements are carried inward (De Morgan)."""
+    """Return the hull of a shape in the frame of the box; complements move inward to the primitives (De Morgan)."""
     world = directions @ box.axes.T
     # Relative to the center of the box, with room for rounding
     shift = _SLACK * (np.abs(directions) @ box.half + np.abs(box.center).sum() / 100) - world @ box.center
     results: list[Hull] = []
+    # (node, motion outside of its own, counts its inside?, combine its operands' results now?)
     pending: list[tuple[Shape, Motion, bool, bool]] = [(shape, IDENTITY_MOTION, True, False)]
     while pending:
         node, outer, inside, combine = pending.pop()
@@ -269,13 +286,13 @@ def hull_of(shape: Shape, box: FittedBox, directions: FloatArray) -> Hull:
             pending.extend((part, inner, inside != turned, False) for part, turned in reversed(operands))
         elif inside and isinstance(node, Primitive):
             results.append(Hull(_supports(node, outer, world) + shift))
-        else:
+        else:  # a complement has no bounds
             results.append(Hull(np.full(len(directions), np.inf)))
     return results[0]
 
 
 def _operands(node: Shape) -> list[tuple[Shape, bool]]:
-    """(operand, whether its complement counts)"""
+    """Return (operand, does its complement count?) for each operand of a combination; nothing for primitives."""
     if isinstance(node, ClippedSheet):
         return [(node.base, False), (node.solid, node.keep == "outside")]
     if not isinstance(node, Boolean):
@@ -285,6 +302,7 @@ def _operands(node: Shape) -> list[tuple[Shape, bool]]:
 
 
 def _supports(part: Primitive, outer: Motion, world: FloatArray) -> FloatArray:
+    """Return sup u·x (n,) of a moved primitive in directions u (n, 3) of the world."""
     matrix = part.under(outer).matrix
     own = world @ matrix[:3, :3]
     offsets = np.array([part.support((x, y, z)) for x, y, z in own.tolist()])
@@ -292,7 +310,7 @@ def _supports(part: Primitive, outer: Motion, world: FloatArray) -> FloatArray:
 
 
 def _combine_hulls(parts: Sequence[Hull], every: bool) -> Hull:
-    """All or any of some hulls; what is everywhere is left out."""
+    """Return the hull inside every one, or any, of some hulls; unbounded ones do not count in an intersection."""
     endless = [bool(np.isposinf(part.offsets).all()) for part in parts]
     if any(endless) and not every:
         return parts[endless.index(True)]

@@ -1,4 +1,7 @@
-"""How large, where and how heavy: `measure` and its answer."""
+"""`measure`: volume, area, centroid and inertia of shapes, and of the bodies and materials of a scene.
+
+Closed forms come first, then chords of rays. Sizes whose powers leave float64 are measured in units of a power of two.
+"""
 
 from __future__ import annotations
 
@@ -14,9 +17,8 @@ import numpy as np
 from ..._util.arrays import FloatArray
 from ..._util.equality import compare_by_value
 from ..._util.errstate import ignore_fp_errors
-from ..._util.foreign_names import with_attribute_hints
-from ..._util.hints import closest_name, describe_names, frozen_with_hints
-from ..._util.name_tuples import NamedPartTuple
+from ..._util.hints import closest_name, describe_names
+from ..._util.name_tuples import NameTuple
 from ..._util.validation import check_callback, check_integer, describe_kind, format_value
 from ...geometry.body import Body
 from ...geometry.bulk import Bulk
@@ -38,25 +40,32 @@ if TYPE_CHECKING:
     from ...queries.scene_protocol import SceneLike
 
 
+# The measures of one shape.
+
 FEWEST_RAYS, RAYS = 60, 1_000_000
+"""The smallest number of rays, and the default."""
 _MOST_RAYS = 10**12
 _PLAIN, _LARGEST = 64, 332
-"""Binary places of usual sizes, and of the domain."""
+"""Binary exponents of usual sizes, and of the largest coordinates of rays."""
 
 
-@with_attribute_hints
-@frozen_with_hints
 @compare_by_value()
 @dataclass(frozen=True, eq=False)
 class Measures:
-    """What `measure` found, each value with its standard error (one sigma; 0 where a closed form was used).
+    """The measures of a shape, each value with its standard error.
 
-    volume_error, area_error, centroid_error and inertia_error are those, shaped like the values:
-
-    volume, area   floats; a solid's area is that of its whole boundary, a sheet's counts one side
-    centroid       (3,), NaN where the volume is 0
-    inertia        (3, 3) tensor about the centroid for density 1: ∫ (|r|² 1 - r rᵀ) dV
-    rays           how many rays were followed
+    Attributes
+    ----------
+    volume, area : float
+        A solid's area is that of its whole boundary; a sheet's area counts one side.
+    centroid : float64 (3,)
+        NaN if the volume is 0.
+    inertia : float64 (3, 3)
+        The tensor about the centroid for density 1: ∫ (|r|² 1 - r rᵀ) dV.
+    volume_error, area_error, centroid_error, inertia_error
+        Standard errors (one sigma), shaped like the values; 0 for a closed form.
+    rays : int
+        How many rays were traced.
     """
 
     volume: float
@@ -73,7 +82,7 @@ class Measures:
         return f"Measures(volume={self.volume:.9g}, area={self.area:.9g}, rays={self.rays})"
 
     def _repr_pretty_(self, printer: Any, cycle: bool) -> None:
-        """In a notebook the table."""
+        """Show the table in a notebook."""
         printer.text(repr(self) if cycle else str(self))
 
     def __str__(self) -> str:
@@ -109,25 +118,41 @@ def measure(
 def measure(
     shape: Any, rays: int | None = None, seed: int = 0, progress: Progress | None = None, *, executor: Any = None
 ) -> Any:
-    """Volume, surface area, centroid and inertia of a bounded shape, with standard errors; of a scene, of every body.
+    """Measure the volume, surface area, centroid and inertia of a bounded shape, or of every body of a scene.
 
-    shape: a shape or a `Body`; or a `Scene`, of which every body is measured by itself, and `SceneMeasures` adds them
-        up by material.
-    rays: about how many are followed; where that is given, combinations are followed by rays in any case.
-    seed: equal seeds give equal answers, for any number of threads.
-    progress: progress(done, total) is called now and then.
-    executor: where it is done, as for `scene.first_hit`: of a scene a body a task, of one shape pieces of its rays; the
-        same to the bit.
+    Primitives have closed forms of the volume, centroid and inertia under any motion, and some of the area. So have
+    prisms between planes and circular cylinders, and solids of revolution, in any Boolean combination: pins, pipes,
+    boxes, shells, most bodies of imported models. All others are measured by the exact chords of about a million rays.
 
-    Primitives have closed forms for the volume, centroid and inertia under any motion, and some for the
-    area. So have prisms between planes and circular cylinders, and solids of revolution, in any Boolean
-    combination: pins, pipes, boxes, shells, most bodies of imported models. Everything else comes from the exact
-    chords of about a million rays. The solids of a `Spheres`, `Boxes` and so on count as their union, and of many
-    sheets the areas are added up. An empty solid measures zero, and so does the volume of a sheet.
+    Parameters
+    ----------
+    shape : Shape, Body or Scene
+        The solids of a `Spheres`, `Boxes` and so on count as their union; the areas of such sheets are added up. The
+        bodies of a scene are measured one by one.
+    rays : int, optional
+        About how many rays to trace, 60 to 1e12. Default: a million, unless there is a closed form. A given number
+        makes Boolean combinations use rays in any case. A scene divides them among its bodies, with at least 10 000
+        for each body that needs rays.
+    seed : int
+        Seed of the random rays; equal seeds give equal results for any number of threads.
+    progress : callable, optional
+        progress(done, total) is called now and then: in rays, or in bodies of a scene.
+    executor : optional
+        Where to compute, as for `scene.first_hit`: a task is a body of a scene, or some pieces of the rays of a shape.
+        The result is the same to the bit.
 
-    What is larger than float64 holds is inf, as the inertia of a ball of radius 1e90, and what is smaller 0.
+    Returns
+    -------
+    Measures or SceneMeasures
+        Values with standard errors. An empty solid measures 0, and a sheet has the volume 0. Values beyond float64 are
+        inf, as the inertia of a ball of radius 1e90, and those below it are 0. An unbounded body of a scene has NaN.
 
-    Raises ValueError for an unbounded shape, naming the axes, and for fewer than 60 rays.
+    Raises
+    ------
+    TypeError
+        For anything but a shape, a body or a scene.
+    ValueError
+        For an unbounded shape, naming the axes, and for fewer than 60 rays.
     """
     scene = shape if is_scene(shape) else None
     shape = shape.shape if isinstance(shape, Body) else shape
@@ -135,12 +160,12 @@ def measure(
         hint = "; co.load(path) reads a scene file" if isinstance(shape, str) else ""
         raise TypeError(
             f"measure: shape must be a shape or a Body, got {describe_kind(shape)}; "
-            f"of a Scene every body is measured{hint}"
+            f"a Scene is measured body by body{hint}"
         )
     check_callback("measure", "progress", progress)
     if isinstance(rays, str) and scene is not None:
-        told = f"got {rays!r}; of one body it is measure(scene)[{rays!r}]"
-        raise ValueError(f"measure: rays must be an integer >= {FEWEST_RAYS}, {told}")
+        hint = f"got {rays!r}; measure(scene)[{rays!r}] has one body"
+        raise ValueError(f"measure: rays must be an integer >= {FEWEST_RAYS}, {hint}")
     rays = None if rays is None else check_integer("measure", "rays", rays, FEWEST_RAYS, _MOST_RAYS)
     seed = check_integer("measure", "seed", seed, 0)
     if scene is not None:
@@ -152,29 +177,34 @@ def measure(
 def measure_shape(
     shape: Shape, rays: int, by_form: bool, seed: int, progress: Progress | None, workers: Workers | None = None
 ) -> Measures:
-    """Of one shape; with `by_form`, combinations by their closed forms where these are known."""
+    """Return the measures of one shape; `by_form` allows closed forms of Boolean combinations."""
+    # Sheets cannot be united: they are measured one by one
     if isinstance(shape, Bulk) and shape.is_sheet:
-        return _sheets(shape, rays, by_form, seed, progress, workers)
-    shape = _plain(shape)
+        return _sheet_measures(shape, rays, by_form, seed, progress, workers)
+    shape = _single_shape(shape)
+    # In units of a power of two, so that all powers of the size stay within float64
     exponent = _exponent(fitted_box(shape))
     if exponent:
         shape = shape.scale(2.0**-exponent)
     return _in_units(_measure_primitives(shape, rays, by_form, seed, progress, workers), exponent)
 
 
-def _sheets(
+def _sheet_measures(
     shape: Bulk, rays: int, by_form: bool, seed: int, progress: Progress | None, workers: Workers | None
 ) -> Measures:
-    """Of many sheets: what their areas add up to. They have no volume."""
+    """Return the measures of many sheets: the sum of their areas, and no volume."""
     parts = [measure_shape(shape.single(index), rays, by_form, seed, progress, workers) for index in range(len(shape))]
     area, error = math.fsum(part.area for part in parts), math.hypot(*(part.area_error for part in parts))
-    return _closed(Moments(0.0, np.full(3, np.nan), np.zeros((3, 3))), area, error, sum(part.rays for part in parts))
+    return _closed_measures(
+        Moments(0.0, np.full(3, np.nan), np.zeros((3, 3))), area, error, sum(part.rays for part in parts)
+    )
 
 
 def _exponent(box: FittedBox) -> int:
-    """The power of two to measure a shape in: 0, but for sizes whose tenth powers leave float64, and needles.
+    """Return the exponent of the unit, a power of two: 0 but for needles and sizes whose tenth powers leave float64.
 
-    Values are sums of fifth powers of the size, and errors come from their squares. Rays start in the domain.
+    Values are sums of fifth powers of the size, and errors come from their squares. The limits are those of the
+    coordinates of rays.
     """
     if box.is_empty or not box.half.any():
         return 0
@@ -182,16 +212,18 @@ def _exponent(box: FittedBox) -> int:
     largest, least = max(sizes), min(sizes)
     if abs(largest) < _PLAIN and least > -4 * _PLAIN:
         return 0
+    # A needle has its unit nearer to its thickness
     exponent = largest if largest - least < 3 * _PLAIN else largest - _PLAIN
     return max(-_LARGEST, min(exponent, _LARGEST))
 
 
 def _in_units(measures: Measures, exponent: int) -> Measures:
-    """From powers of two to units: exact, but for what is beyond float64, which is inf or 0."""
+    """Return measures in units of 2^exponent as measures in units of 1: exact, or inf or 0 beyond float64."""
     if not exponent:
         return measures
 
     def times(value: Any, power: int) -> Any:
+        """Return a value of a power of lengths in units of 1."""
         # In steps that float64 holds: a zero stays zero
         for _ in range(power):
             value = np.ldexp(value, exponent)
@@ -207,74 +239,81 @@ def _in_units(measures: Measures, exponent: int) -> Measures:
 def _measure_primitives(
     shape: Shape, rays: int, by_form: bool, seed: int, progress: Progress | None, workers: Workers | None
 ) -> Measures:
+    """Return the measures of a primitive or a combination: closed forms where they are known, and rays for the rest."""
     box = fitted_box(shape)
     nothing = Moments(0.0, np.full(3, np.nan), np.zeros((3, 3)))
     if box.is_empty:
-        return _closed(nothing, 0.0)
+        return _closed_measures(nothing, 0.0)
+    # A closed form may give the moments alone: rays then give the area
     moments, area = nothing if shape.is_sheet else closed_moments(shape), closed_area(shape)
     if moments is None and by_form and (found_form := closed_region(shape, box)) is not None:
         moments, area = found_form
     if moments is not None and area is not None:
-        return _closed(moments, area)
-    found = _sampled(sample_integrals(shape, box, rays, seed, progress, workers), box)
-    return found if moments is None else _closed(moments, found.area, found.area_error, found.rays)
+        return _closed_measures(moments, area)
+    found = _sampled_measures(sample_integrals(shape, box, rays, seed, progress, workers), box)
+    return found if moments is None else _closed_measures(moments, found.area, found.area_error, found.rays)
 
 
-def _plain(shape: Shape) -> Shape:
-    """Many bodies as their union; what is only painted, or alone in a combination, as it is."""
+def _single_shape(shape: Shape) -> Shape:
+    """Return many bodies as their union, and the only operand of a combination for that combination."""
     while isinstance(shape, Boolean) and len(shape.operands) == 1 and not isinstance(shape, Complement):
         inner = shape.operands[0]
         shape = dataclasses.replace(inner, motion=inner.motion.then(shape.motion))
     if not isinstance(shape, Bulk):
         return shape
     if len(shape) == 0:
+        # An empty solid
         return Sphere() - Sphere()
     singles: Any = (shape.single(index) for index in range(len(shape)))
     return Union(tuple(dataclasses.replace(one, motion=IDENTITY_MOTION) for one in singles), motion=shape.motion)
 
 
-def _closed(moments: Moments, area: float, area_error: float = 0.0, rays: int = 0) -> Measures:
+def _closed_measures(moments: Moments, area: float, area_error: float = 0.0, rays: int = 0) -> Measures:
+    """Return measures with exact moments, and an area that may come from rays."""
     inertia = np.trace(moments.second) * np.eye(3) - moments.second
     none = np.zeros(3), np.zeros((3, 3))
     return measures_of(moments.volume, area, moments.centroid, inertia, 0.0, area_error, *none, rays)
 
 
-def _sampled(sums: ChordSums, box: FittedBox) -> Measures:
-    """From integrals about the center of the box to values in the world, errors to first order."""
+def _sampled_measures(sums: ChordSums, box: FittedBox) -> Measures:
+    """Return measures in the world from integrals about the center of the box, errors to first order."""
     values, covariance = sums.values, sums.covariance
+    # A volume of 0 has no centroid
     volume, errors = float(values[VOLUME]), np.sqrt(covariance.diagonal())
     if volume <= 0:
         unknown = np.full(3, np.nan), np.zeros((3, 3))
         return measures_of(0.0, values[AREA], *unknown, errors[VOLUME], errors[AREA], *unknown, sums.rays)
     offset = values[FIRST] / volume
-    slopes = [_about(unit, offset, box.axes) for unit in np.eye(len(values))]
+    # Derivatives by each integral; the inertia about the centroid does not change with the centroid to first order
+    slopes = [_inertia_about(unit, offset, box.axes) for unit in np.eye(len(values))]
     centroid_slopes = np.array([box.axes @ (unit[FIRST] - unit[VOLUME] * offset) for unit in np.eye(len(values))])
     return measures_of(
         volume,
         values[AREA],
         box.center + box.axes @ offset,
-        _about(values, offset, box.axes),
+        _inertia_about(values, offset, box.axes),
         errors[VOLUME],
         errors[AREA],
-        _propagated(centroid_slopes / volume, covariance),
-        _propagated(np.array(slopes), covariance),
+        _propagated_errors(centroid_slopes / volume, covariance),
+        _propagated_errors(np.array(slopes), covariance),
         sums.rays,
     )
 
 
-def _about(values: FloatArray, offset: FloatArray, axes: FloatArray) -> FloatArray:
-    """The inertia tensor in the world about a fixed point, linear in the integrals."""
+def _inertia_about(values: FloatArray, offset: FloatArray, axes: FloatArray) -> FloatArray:
+    """Return the inertia tensor in the world about a fixed point of the box, linear in the integrals."""
     second = np.empty((3, 3))
     for value, (i, j) in zip(values[SECOND], PAIRS, strict=True):
         second[i, j] = second[j, i] = value
     first = values[FIRST]
+    # From the box's center to the fixed point, without assuming that this is the centroid
     second += values[VOLUME] * np.outer(offset, offset) - np.outer(first, offset) - np.outer(offset, first)
     turned: FloatArray = axes @ (np.trace(second) * np.eye(3) - second) @ axes.T
     return (turned + turned.T) / 2
 
 
-def _propagated(slopes: FloatArray, covariance: FloatArray) -> FloatArray:
-    """Standard errors of linear functions with slopes (11, ...)."""
+def _propagated_errors(slopes: FloatArray, covariance: FloatArray) -> FloatArray:
+    """Return the standard errors (...) of linear functions with slopes (11, ...)."""
     variance = np.einsum("i...,ij,j...->...", slopes, covariance, slopes)
     result: FloatArray = np.sqrt(np.maximum(variance, 0.0))
     return result
@@ -284,6 +323,7 @@ def measures_of(
     volume: float, area: float, centroid: FloatArray, inertia: FloatArray,
     volume_error: float, area_error: float, centroid_error: FloatArray, inertia_error: FloatArray, rays: int,
 ) -> Measures:  # fmt: skip
+    """Return measures of Python floats and read-only arrays."""
     for array in (centroid, inertia, centroid_error, inertia_error):
         array.flags.writeable = False
     scalars = float(volume), float(area), float(volume_error), float(area_error)
@@ -295,66 +335,76 @@ def measures_of(
 # The measures of every body of a scene, and of its materials.
 
 _FEWEST = 10_000
+"""Rays at least for each body."""
 _LISTED, _NARROW = 50, 28
+"""Bodies in the table, and characters of its first column at least."""
 
 
-@with_attribute_hints
-@frozen_with_hints
 @compare_by_value()
 @dataclass(frozen=True, eq=False)
 class SceneMeasures(Sequence[Measures]):
-    """What `measure` found of a scene: a sequence with the `Measures` of each body by its number.
+    """The measures of a scene: a sequence of the `Measures` of each body by its number.
 
-    names       of the bodies
-    materials   the different materials, as `scene.materials`
-    places      the place among these of each body's
-    by_material the `Measures` of each of these, as of its bodies together
+    `found["water"]` has the measures of the material or the body of that name; materials of one name count together. A
+    name of a material and of a body that are not the same is a KeyError. Every body counts whole: where bodies overlap,
+    the common part counts for each. An unbounded body has NaN throughout, and so has its material.
 
-    found["water"] has those of the material, or the body, of that name: of materials that share it, together. A name
-    that both a material and a body have, but not of one and the same, is a KeyError. Every body counts whole: where
-    bodies overlap, what they have in common counts for each. A body without end has NaN throughout, and so has its
-    material.
+    Attributes
+    ----------
+    bodies : tuple of Measures
+        By number.
+    names : tuple of str or None
+        Names of the bodies.
+    materials : tuple
+        The different materials, as `scene.materials`.
+    places : tuple of int
+        The place of each body's material in `materials`.
+    volume, volume_error : float64 (bodies,)
+        Volumes of the bodies and their standard errors.
+    by_material : tuple of Measures
+        The measures of each material: of all its bodies together.
     """
 
     bodies: tuple[Measures, ...]
     names: tuple[str | None, ...]
     materials: tuple[Any, ...]
     places: tuple[int, ...]
-    """The place among `materials` of each body's."""
 
     def __len__(self) -> int:
         return len(self.bodies)
 
-    if not TYPE_CHECKING:  # else checkers would let measures be set
+    if not TYPE_CHECKING:  # else type checkers would accept assignments to items
 
         def __setitem__(self, index: Any, value: Any) -> NoReturn:
-            raise TypeError("SceneMeasures are read-only: what was found does not change")
+            raise TypeError("SceneMeasures are read-only: results do not change")
 
     def __iter__(self) -> Iterator[Measures]:
         return iter(self.bodies)
 
     def __getitem__(self, index: Any) -> Any:
-        """Of a body by its number or name, of bodies by a slice, or of materials by their name."""
+        """Return the measures of a body by its number or name, of bodies by a slice, or of materials by their name."""
         if isinstance(index, slice):
             return self.bodies[index]
         if not isinstance(index, str):
             return self.bodies[find_body(np.arange(len(self.bodies) + 1), index, "SceneMeasures: a body's number")[0]]
-        numbers = self._named(index)
+        # Several bodies of one material count together
+        numbers = self._body_numbers(index)
         return self.bodies[numbers[0]] if len(numbers) == 1 else combine_measures([self.bodies[i] for i in numbers])
 
-    def _named(self, name: str) -> list[int]:
-        """The numbers of the bodies that a name stands for."""
-        called = [place for place, m in enumerate(self.materials) if m is not None and m.name == name]
-        made_of = [i for i, place in enumerate(self.places) if place in called]
+    def _body_numbers(self, name: str) -> list[int]:
+        """Return the numbers of the bodies of a name: that of their material, or their own."""
+        places = [place for place, m in enumerate(self.materials) if m is not None and m.name == name]
+        of_material = [i for i, place in enumerate(self.places) if place in places]
         own = [i for i, body in enumerate(self.names) if body == name]
-        if made_of and own and made_of != own:
+        # A name is clear if the material and the body are of the same bodies
+        if of_material and own and of_material != own:
             raise KeyError(
                 f"both a material and a body are called {format_value(name)}: "
                 "by_material has materials by their places, "
                 "and numbers stand for bodies"
             )
-        if called or own:
-            return made_of or own
+        if places or own:
+            return of_material or own
         known = [m.name for m in self.materials if m is not None and m.name]
         close = closest_name(name, [body for body in dict.fromkeys(self.names) if body][:_LISTED])
         meant = f"; a body is called {format_value(close)}" if close else ""
@@ -362,28 +412,29 @@ class SceneMeasures(Sequence[Measures]):
 
     @property
     def volume(self) -> FloatArray:
-        """(bodies,)"""
+        """(bodies,) volumes."""
         return np.array([body.volume for body in self.bodies])
 
     @property
     def volume_error(self) -> FloatArray:
-        """(bodies,)"""
+        """(bodies,) standard errors of the volumes."""
         return np.array([body.volume_error for body in self.bodies])
 
     @cached_property
     def by_material(self) -> tuple[Measures, ...]:
+        """The measures of each material: of all its bodies together."""
         groups: list[list[Measures]] = [[] for _ in self.materials]
         for body, place in zip(self.bodies, self.places, strict=True):
             groups[place].append(body)
         names = [material and material.name for material in self.materials]
-        return NamedPartTuple(map(combine_measures, groups), "found.by_material", names=names)
+        return NameTuple(map(combine_measures, groups), "found.by_material", names=names)
 
     def __repr__(self) -> str:
         volumes = ", ".join(f"{body.volume:.9g}" for body in self.bodies[:8]) + (", ..." if len(self) > 8 else "")
         return f"SceneMeasures(volumes: {volumes})"
 
     def _repr_pretty_(self, printer: Any, cycle: bool) -> None:
-        """In a notebook the table."""
+        """Show the table in a notebook."""
         printer.text(repr(self) if cycle else str(self))
 
     def __str__(self) -> str:
@@ -396,7 +447,7 @@ class SceneMeasures(Sequence[Measures]):
         return "\n".join(lines + ([f"and {more:,} more bodies"] if more > 0 else []))
 
     def _title(self, place: int) -> str:
-        """A material by its name, or, without one of its own, as that of its first body."""
+        """Return a material in words: its name, and its first body if the name is missing or shared."""
         material = self.materials[place]
         if material is None:
             return "no material"
@@ -408,6 +459,7 @@ class SceneMeasures(Sequence[Measures]):
 
 
 def _line(title: str, found: Measures, width: int) -> str:
+    """Return a line of the table."""
     error = f"  ± {found.volume_error:.2g}" if found.volume_error > 0 else ""
     volume = "unbounded" if math.isnan(found.volume) else f"{found.volume:.9g}"
     return f"{title:<{width}}{volume:>16}{error}"
@@ -416,21 +468,22 @@ def _line(title: str, found: Measures, width: int) -> str:
 def measure_scene(
     scene: SceneLike, rays: int | None, seed: int, progress: Progress | None, executor: Any = None
 ) -> SceneMeasures:
-    """Each body by itself. The rays are for all together, but for at least ten thousand for each that needs them."""
+    """Return the measures of each body. They share the rays, with at least ten thousand for each that needs them."""
+    # Every body gets the same number of rays, if it needs any
     share = max(_FEWEST, (RAYS if rays is None else rays) // max(1, scene.body_count))
     bodies = scene[:]
-    asked = share, rays is None, seed
+    options = share, rays is None, seed
     if executor is not None:
         from .parallel import run_on_workers
 
-        found = run_on_workers(_measure_bodies, [(body, *asked) for body in bodies], executor, progress)
+        found = run_on_workers(_measure_bodies, [(body, *options) for body in bodies], executor, progress)
     else:
         found = []
         for body in bodies:
-            found.append(_measure_bodies(body, *asked))
+            found.append(_measure_bodies(body, *options))
             if progress is not None:
                 progress(len(found), len(bodies))
-    materials = NamedPartTuple(scene.materials, "found.materials")
+    materials = NameTuple(scene.materials, "found.materials")
     places = {material: place for place, material in enumerate(materials)}
     return SceneMeasures(
         tuple(found),
@@ -441,21 +494,24 @@ def measure_scene(
 
 
 def _measure_bodies(body: Body, rays: int, by_form: bool, seed: int) -> Measures:
+    """Return the measures of one body; NaN for an unbounded one."""
     try:
         return measure_shape(body.shape, rays, by_form, seed, None)
     except UnboundedShapeError:
+        # An unbounded sheet still has no volume
         volume = 0.0 if body.shape.is_sheet else math.nan
         unknown = np.full(3, np.nan), np.full((3, 3), np.nan)
         return measures_of(volume, math.nan, *unknown, volume, math.nan, *unknown, 0)
 
 
 def combine_measures(parts: Sequence[Measures]) -> Measures:
-    """The measures of bodies that do not overlap, as one; errors to first order."""
+    """Return the measures of bodies that do not overlap as one body; errors to first order."""
     volume = math.fsum(part.volume for part in parts)
     area = math.fsum(part.area for part in parts)
     rays = sum(part.rays for part in parts)
+    # Bodies without volume have no centroid, and do not move the common one
     solid = [part for part in parts if part.volume != 0]
-    errors = _root(part.volume_error for part in parts), _root(part.area_error for part in parts)
+    errors = _root_sum_square(part.volume_error for part in parts), _root_sum_square(part.area_error for part in parts)
     if not solid:
         nothing = np.full(3, np.nan), np.zeros((3, 3))
         return measures_of(0.0, area, *nothing, *errors, np.full(3, np.nan), np.zeros((3, 3)), rays)
@@ -466,11 +522,13 @@ def combine_measures(parts: Sequence[Measures]) -> Measures:
         lever = way @ way * np.eye(3) - np.outer(way, way)
         inertia += part.inertia + part.volume * lever
         center_square += (part.volume * part.centroid_error) ** 2 + (part.volume_error * way) ** 2
+        # The derivative of volume · way² by the centroid
         slope = 2 * part.volume * np.linalg.norm(way) * np.linalg.norm(part.centroid_error)
         inertia_square += part.inertia_error**2 + (part.volume_error * lever) ** 2 + slope**2
     found = np.sqrt(center_square) / abs(volume), np.sqrt(inertia_square)
     return measures_of(volume, area, np.asarray(center), inertia, *errors, *found, rays)
 
 
-def _root(errors: Iterable[float]) -> float:
+def _root_sum_square(errors: Iterable[float]) -> float:
+    """Return the root of a sum of squares."""
     return math.sqrt(math.fsum(error * error for error in errors))

@@ -1,4 +1,4 @@
-"""Measures that are taken on workers: a body a task, or pieces of the rays through one."""
+"""`measure` on workers: each body of a scene is a task, or each few pieces of the rays through one shape."""
 
 from __future__ import annotations
 
@@ -15,24 +15,25 @@ if TYPE_CHECKING:
     from ...parallel.workers import Workers
 
 _ITEMS_A_TASK = 8
-"""Pieces of a task, each of some ten milliseconds; fewer where they are few."""
+"""Pieces of a task, each of some ten milliseconds; the first tasks have one."""
 
 
 def run_on_workers(
-    call: Callable[..., Any], asked: Sequence[tuple[Any, ...]], executor: Any, progress: Progress | None
+    call: Callable[..., Any], calls: Sequence[tuple[Any, ...]], executor: Any, progress: Progress | None
 ) -> list[Any]:
-    """call(*arguments) for each, in order."""
+    """Return call(*arguments) for each tuple of arguments, in order."""
     workers = as_workers("measure", executor, progress)
-    pieces = (ScheduledTask(i, i + 1, arguments) for i, arguments in enumerate(asked))
+    pieces = (ScheduledTask(i, i + 1, arguments) for i, arguments in enumerate(calls))
     course = Scheduler("measure", workers, call, ())
-    with cancel_on_exit(course.results(pieces, lambda *_: None, len(asked))) as results:
+    with cancel_on_exit(course.results(pieces, lambda *_: None, len(calls))) as results:
         return [value for _, value in results]
 
 
 def follow_on_workers(
     workers: Workers, scene: Any, view: Any, call: Callable[..., Any], items: Iterator[tuple[int, Any]]
 ) -> Iterator[tuple[int, Any]]:
-    """(rays, call(scene, view, item)) of each (rays, item), in order."""
+    """Yield (rays, call(scene, view, item)) for each (rays, item), in order."""
+    # The scene, the call and the view go to each worker once, the items with each task
     course = Scheduler("measure", workers, _run_items, (shared_scene(scene), SharedObject((call, view))))
     with cancel_on_exit(course.results(_pieces(items, 2 * workers.count), lambda *_: None, 0)) as results:
         for piece, values in results:
@@ -40,14 +41,15 @@ def follow_on_workers(
 
 
 def _pieces(items: Iterator[tuple[int, Any]], workers: int) -> Iterator[ScheduledTask]:
-    """The first items one by one, that all workers have something to do, and then some at a time."""
+    """Yield tasks of one item for the first, so that all workers have one, and of several items for the others."""
     for place in itertools.count():
-        some = list(itertools.islice(items, 1 if place < workers else _ITEMS_A_TASK))
-        if not some:
+        chunk = list(itertools.islice(items, 1 if place < workers else _ITEMS_A_TASK))
+        if not chunk:
             return
-        yield ScheduledTask(place, place + 1, ([item for _, item in some],), told=[rays for rays, _ in some])
+        yield ScheduledTask(place, place + 1, ([item for _, item in chunk],), told=[rays for rays, _ in chunk])
 
 
-def _run_items(scene: Any, asked: tuple[Callable[..., Any], Any], items: list[Any]) -> list[Any]:
-    call, view = asked
+def _run_items(scene: Any, call_and_view: tuple[Callable[..., Any], Any], items: list[Any]) -> list[Any]:
+    """Return call(scene, view, item) for each item of a task."""
+    call, view = call_and_view
     return [call(scene, view, item) for item in items]

@@ -1,9 +1,10 @@
-"""Optics: light along paths, glasses, coats and lenses. Lengths are the scene's, wavelengths are in μm of vacuum."""
+"""Optics: light paths, glasses, coatings and lens systems. Lengths are the scene's, wavelengths are in μm of vacuum."""
 
 from __future__ import annotations
 
-import importlib
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from ..._util.lazy_names import lazy_names
 
 # Public name -> module of this package that defines it. Loaded on first use, as the names of conicoid itself.
 _HOMES: dict[str, str] = {
@@ -88,21 +89,5 @@ if TYPE_CHECKING:
     from .spot_diagram import spot as spot
     from .zmx import load_zmx as load_zmx
     from .zmx import read_zmx as read_zmx
-else:  # else checkers would let any name be asked for
-
-    def __getattr__(name: str) -> Any:
-        home = _HOMES.get(name)
-        if home is None:
-            from ..._util.foreign_names import module_attribute_error
-
-            raise module_attribute_error("conicoid.apps.optics", name, __all__)
-        value = getattr(importlib.import_module(home, __name__), name)
-        if isinstance(value, type):
-            from ..._util.hints import add_call_hints
-
-            add_call_hints(value)
-        globals()[name] = value
-        return value
-
-    def __dir__() -> list[str]:
-        return sorted(__all__)
+else:  # type checkers would accept any name otherwise
+    __getattr__, __dir__ = lazy_names(__name__, _HOMES)

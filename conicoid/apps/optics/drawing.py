@@ -1,13 +1,14 @@
-"""The section of a body with the plane x = 0 as paths of SVG, z to the right and y up.
+"""Drawings of optical systems: the section of bodies with the plane x = 0 as paths of SVG, z to the right and y up.
 
-Spheres, ellipsoids and paraboloids are exact: SVG has elliptic arcs and parabolas. Hyperbolas, which it does not have,
-are drawn by pieces of cubics that are within a millionth of their width.
+Spheres, ellipsoids and paraboloids are exact: SVG has elliptic arcs and parabolas. It has no hyperbolas: these are
+drawn by pieces of cubics that are within a millionth of their width.
 """
 
 from __future__ import annotations
 
 import itertools
 import math
+import os
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from html import escape
@@ -16,7 +17,6 @@ from typing import Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from ..._util.hints import with_call_hints, with_method_hints
 from ..._util.validation import check_integer, check_number, check_path, describe_kind
 from ...geometry.conic import Conic, ConicSheet, ConicWall, Stop
 from ...geometry.lens import Lens, Mirror
@@ -38,7 +38,7 @@ _MOST_PIECES = 512
 
 
 def section_path(shape: Shape) -> str | None:
-    """The path of a section in the shape's own frame; None where it is not one of those that are known here."""
+    """Return the path of a section in the shape's own frame; None for other shapes."""
     if isinstance(shape, Lens):
         return _closed(_down(shape.front), _up(shape.back))
     if isinstance(shape, Mirror):
@@ -59,52 +59,66 @@ def section_path(shape: Shape) -> str | None:
 
 
 def place_path(shape: Shape) -> str | None:
-    """The attribute that puts the own frame where it is; None where the plane x = 0 is not carried to itself."""
+    """Return the attribute that places the shape's frame; None if the motion does not map the plane x = 0 to itself."""
     m = np.asarray(shape.under().matrix)
+    # The motion must neither tilt nor shift the plane x = 0.
     if np.any(m[0, 1:] != 0) or np.any(m[1:, 0] != 0):
         return None
     if np.array_equal(m, np.eye(4)):
         return ""
+    # Columns of SVG's matrix: z to the right, y up, while SVG's y points down.
     numbers = (m[2, 2], -m[1, 2], -m[2, 1], m[1, 1], m[2, 3], -m[1, 3])
     return f' transform="matrix({" ".join(format_path(float(x)) for x in numbers)})"'
 
 
 def format_path(value: float) -> str:
-    """A number as SVG has it."""
+    """Return a number in the form of SVG."""
     return f"{value + 0.0:.12g}"
 
 
+# Commands of paths.
+
+
 def _move(point: Point) -> str:
+    """Return the command that moves the pen to a point."""
     return f"M {_at(point)}"
 
 
 def _line(point: Point) -> str:
+    """Return the command for a line to a point."""
     return f"L {_at(point)}"
 
 
 def _at(point: Point) -> str:
+    """Return a point as text; y of SVG points down."""
     return f"{format_path(point[0])} {format_path(-point[1])}"
 
 
 def _arc(rx: float, ry: float, sweep: int, end: Point) -> str:
+    """Return the command for an elliptic arc to a point."""
     return f"A {format_path(rx)} {format_path(ry)} 0 0 {sweep} {_at(end)}"
 
 
 def _closed(*parts: str) -> str:
+    """Return a closed path of commands; the first one becomes a move."""
     return "M " + " ".join(part for part in parts if part).removeprefix("L ").removeprefix("M ") + " Z"
 
 
+# Conics.
+
+
 def _down(wall: ConicWall) -> str:
-    """From the upper edge over the vertex to the lower edge."""
+    """Return the path from the upper edge over the vertex to the lower edge."""
     return _across(wall, wall.edge, wall.semi, -wall.semi, -wall.edge)
 
 
 def _up(wall: ConicWall) -> str:
+    """Return the path from the lower edge over the vertex to the upper edge."""
     return _across(wall, -wall.edge, -wall.semi, wall.semi, wall.edge)
 
 
 def _across(wall: ConicWall, first: float, start: float, end: float, last: float) -> str:
-    """Flat from `first` to `start`, along the conic to `end`, and flat again."""
+    """Return the path flat from `first` to `start`, along the conic to `end`, and flat again."""
     rim = _height(wall, abs(start))
     flat = [_line((rim, first)), _line((rim, start))] if abs(first) > abs(start) else [_line((rim, start))]
     tail = [_line((rim, last))] if abs(last) > abs(end) else []
@@ -112,16 +126,18 @@ def _across(wall: ConicWall, first: float, start: float, end: float, last: float
 
 
 def _height(wall: ConicWall, y: float) -> float:
+    """Return z of the wall at the height y."""
     return float(wall.vertex) + float(wall.sag(abs(y)))
 
 
 def conic_path(wall: ConicWall, start: float, end: float) -> str:
-    """Along a conic, from the height `start` to `end`; the pen is at its start."""
+    """Return the path along a conic, from the height `start` to `end`; the pen is at its start."""
     target = (_height(wall, end), end)
     if wall.is_plane:
         return _line(target)
     radius, steep = wall.radius, 1 + wall.conic
     if steep > 0:
+        # The side of the arc depends on the sign of the radius and on the direction of the pen.
         sweep = int((radius < 0) == (end < start))
         return _arc(abs(radius) / steep, abs(radius) / math.sqrt(steep), sweep, target)
     if steep == 0:  # tangents at y and y' meet at z = y y' / (2 R)
@@ -131,8 +147,9 @@ def conic_path(wall: ConicWall, start: float, end: float) -> str:
 
 
 def _hyperbola(wall: ConicWall, start: float, end: float) -> str:
-    """Cubics with the hyperbola's own tangents."""
+    """Return cubics with the hyperbola's own tangents, as many as the tolerance needs."""
     pieces = 2
+    # Each doubling reduces the error of the cubics.
     while pieces < _MOST_PIECES and _error(wall, start, end, pieces) > _CLOSE * abs(end - start):
         pieces *= 2
     heights = np.linspace(start, end, pieces + 1).tolist()
@@ -140,10 +157,12 @@ def _hyperbola(wall: ConicWall, start: float, end: float) -> str:
 
 
 def _slope(wall: ConicWall, y: float) -> float:
+    """Return dz / dy of the wall."""
     return y / (wall.radius * math.sqrt(1 - (1 + wall.conic) * (y / wall.radius) ** 2))
 
 
 def _controls(wall: ConicWall, a: float, b: float) -> Sequence[Point]:
+    """Return the inner control points of the cubic between two heights (Hermite)."""
     third = (b - a) / 3
     return (_height(wall, a) + third * _slope(wall, a), a + third), (
         _height(wall, b) - third * _slope(wall, b),
@@ -152,12 +171,13 @@ def _controls(wall: ConicWall, a: float, b: float) -> Sequence[Point]:
 
 
 def _cubic(wall: ConicWall, a: float, b: float) -> str:
+    """Return the command for the cubic between two heights."""
     first, second = _controls(wall, a, b)
     return f"C {_at(first)} {_at(second)} {_at((_height(wall, b), b))}"
 
 
 def _error(wall: ConicWall, start: float, end: float, pieces: int) -> float:
-    """How far the middles of the pieces lie from the hyperbola, which is where a cubic is worst."""
+    """Return the distance of the middles of the pieces from the hyperbola: there a cubic is worst."""
     heights = np.linspace(start, end, pieces + 1).tolist()
     worst = 0.0
     for a, b in itertools.pairwise(heights):
@@ -167,13 +187,17 @@ def _error(wall: ConicWall, start: float, end: float, pieces: int) -> float:
     return worst
 
 
+# Shapes.
+
+
 def _sheet(wall: ConicWall, hole: float) -> str:
-    """The conic alone, in two pieces around a hole."""
+    """Return the path of the conic alone, in two pieces around a hole."""
     ends = [(wall.semi, hole), (-hole, -wall.semi)] if hole else [(wall.semi, -wall.semi)]
     return " ".join(f"{_move((_height(wall, a), a))} {conic_path(wall, a, b)}" for a, b in ends)
 
 
 def _mirror(shape: Mirror) -> str:
+    """Return the path of a mirror with its substrate."""
     wall, back, hole = shape.front, shape.thickness, shape.hole / 2
     if not hole:
         return _closed(_down(wall), _line((back, -wall.edge)), _line((back, wall.edge)))
@@ -185,8 +209,9 @@ def _mirror(shape: Mirror) -> str:
 
 
 def _polygon(shape: FlatGlass) -> str:
-    """The section of a convex solid with planes: corners of its edges with the plane x = 0, in order."""
+    """Return the section of a convex solid with planes: corners of its edges with the plane x = 0, in order."""
     corners = np.array([[float(c) for c in corner] for corner in shape.corners()])
+    # Corners in the plane, then crossings of edges from negative to positive x.
     points: list[Any] = [c for c in corners if c[0] == 0]
     for a in corners[corners[:, 0] < 0]:
         points.extend(a + (b - a) * (a[0] / (a[0] - b[0])) for b in corners[corners[:, 0] > 0])
@@ -195,7 +220,7 @@ def _polygon(shape: FlatGlass) -> str:
 
 
 def convex_path(points: Iterable[Point]) -> list[Point]:
-    """The corners of the convex hull, counter-clockwise (Andrew's monotone chain)."""
+    """Return the corners of the convex hull, counter-clockwise (Andrew's monotone chain)."""
     ordered = sorted(set(points))
     hull: list[Point] = []
     for run in (ordered, ordered[::-1]):
@@ -209,6 +234,7 @@ def convex_path(points: Iterable[Point]) -> list[Point]:
 
 
 def _turn(a: Point, b: Point, c: Point) -> float:
+    """Return twice the signed area of a triangle, over 0 for a left turn."""
     return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 
 
@@ -221,19 +247,29 @@ MOST_RAYS = 10_000
 _GLASS, _EDGE, _MIRROR, _STOP = "#cfe4f3", "#2b4a60", "#55606a", "#111111"
 
 
-@with_method_hints
 @dataclass(frozen=True)
 class Layout:
-    """A drawing, which shows itself in a notebook.
+    """A drawing, which a notebook shows.
 
-    svg: its text. left_out: names or numbers of bodies that have no section here, or are not symmetric to x = 0.
+    Parameters
+    ----------
+    svg : str
+        Its text.
+    left_out : tuple of str
+        Names or numbers of bodies without a section here, or without symmetry to x = 0.
     """
 
     svg: str
     left_out: tuple[str, ...] = ()
 
-    def save(self, path: Any) -> None:
-        """Write the drawing to a `path` that ends with .svg."""
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the drawing to a file.
+
+        Parameters
+        ----------
+        path : path
+            Must end with .svg.
+        """
         file = _svg_path(path)
         with open(file, "w", encoding="utf-8") as out:
             out.write(self.svg)
@@ -245,22 +281,32 @@ class Layout:
         return f"Layout({len(self.svg):,} characters of SVG, {len(self.left_out)} bodies left out)"
 
 
-@with_call_hints
 def layout(
     system: Prescription | SceneLike,
     *,
-    fields: Any = None,
-    rays: Any = 5,
-    width: Any = 900,
-    z_end: Any = None,
+    fields: float | Sequence[float] | None = None,
+    rays: int | Rays = 5,
+    width: float = 900,
+    z_end: float | None = None,
 ) -> Layout:
-    """The section of a system through its axis, z to the right and y up, with rays.
+    """Draw the section of a system through its axis, z to the right and y up, with rays. Outlines are exact curves.
 
-    system: a `Prescription`, or a `Scene` of lenses, mirrors, stops and prisms, turned about x and moved in y and z
-    alone. Outlines are exact curves, not polygons.
-    fields: of a prescription, the beams that are drawn: its own fields where left out; each has a colour.
-    rays: how many rays of each beam; or `co.Rays`, which a scene needs to have any, in the plane x = 0.
-    width: of the drawing, in pixels. z_end: where rays end, at the image where left out.
+    Parameters
+    ----------
+    system : Prescription or Scene
+        A scene must be of lenses, mirrors, stops and prisms, turned about x and moved in y and z alone.
+    fields : sequence of float, optional
+        Fields of a prescription whose beams are drawn, each with a colour; the default is its own fields.
+    rays : int or Rays
+        Rays of each beam; or the rays in the plane x = 0 to draw in a scene, which has no beams.
+    width : float
+        Of the drawing, in pixels.
+    z_end : float, optional
+        End of the rays; the default is the image.
+
+    Returns
+    -------
+    Layout
     """
     if not isinstance(system, Prescription) and not is_scene(system):
         raise TypeError(f"layout: system must be a Prescription or a Scene, got {describe_kind(system)}")
@@ -282,7 +328,7 @@ Extent = tuple[float, float, float, float]
 
 
 def _box(scene: SceneLike, system: Prescription | SceneLike) -> Extent:
-    """What is drawn, before rays: the bodies, the image, and some room in front."""
+    """Return the extent of the drawing without rays: the bodies, the image, and some room in front."""
     low, high = (np.asarray(end) for end in scene.bounds)
     if not np.isfinite([low, high]).all() or (low > high).any():
         raise ValueError("layout: system must have bodies of finite size")
@@ -290,6 +336,7 @@ def _box(scene: SceneLike, system: Prescription | SceneLike) -> Extent:
     if isinstance(system, Prescription):
         first, last = min(first, system.image), max(last, system.image)
     room = 0.12 * max(last - first, float(high[1] - low[1]))
+    # A prescription ends at its image; rays of a scene need room behind it.
     behind = 0.0 if isinstance(system, Prescription) else room
     return first - room, float(low[1]), last + behind, float(high[1])
 
@@ -297,13 +344,13 @@ def _box(scene: SceneLike, system: Prescription | SceneLike) -> Extent:
 def _lines(
     system: Prescription | SceneLike, scene: SceneLike, fields: Any, rays: Any, start: float, end: float
 ) -> list[tuple[str, Floats]]:
-    """(colour, corners (n, 2)) of each ray, corners as z and y."""
+    """Return (colour, corners (n, 2)) of each ray, corners as z and y."""
     if isinstance(rays, Rays):
         if isinstance(system, Prescription):
-            raise TypeError("layout: rays must be a number for a Prescription: its fields say which")
-        found = follow(scene, rays)
+            raise TypeError("layout: rays must be a number for a Prescription: its fields are its beams")
+        followed = follow(scene, rays)
         length = 2 * max(abs(end), abs(start), 1.0)
-        return [(COLOURS[0], _run_out(found, i, end, length)) for i in range(found.points.shape[1])]
+        return [(COLOURS[0], _run_out(followed, i, end, length)) for i in range(followed.points.shape[1])]
     count = check_integer("layout", "rays", rays, 0, MOST_RAYS)
     if not isinstance(system, Prescription) or count == 0:
         return []
@@ -314,44 +361,51 @@ def _lines(
         ends = traced.at(end)
         for i in np.flatnonzero(traced.arrived):
             corners = np.concatenate([traced.points[:, i], ends[i : i + 1]])[:, [2, 1]]
+            # Beams start far in front: begin at the edge of the drawing.
             corners[0] = _path_from(corners[0], corners[1], start)
             lines.append((COLOURS[k % len(COLOURS)], corners))
     return lines
 
 
 def _path_from(first: Floats, second: Floats, start: float) -> Floats:
-    """A ray's beginning, brought to the edge of the drawing."""
+    """Return the start of a ray, moved to the edge of the drawing."""
     if first[0] >= start or first[0] == second[0]:
         return first
     share = (start - first[0]) / (second[0] - first[0])
     return np.asarray(first + share * (second - first))
 
 
-def _run_out(found: Any, i: int, end: float, length: float) -> Floats:
-    """The corners of a followed ray, and a last leg to a height `end`, or of a length."""
-    corners = found.points[:, i][:, [2, 1]]
+def _run_out(followed: Any, i: int, end: float, length: float) -> Floats:
+    """Return the corners of a followed ray, and a last leg to z = `end`, or of a length."""
+    corners = followed.points[:, i][:, [2, 1]]
+    # Rays that have left repeat their last point: drop repetitions.
     keep = np.concatenate([[True], (np.diff(corners, axis=0) != 0).any(axis=1)])
     corners = corners[keep]
-    if not found.arrived[i]:
+    if not followed.arrived[i]:
         return np.asarray(corners)
-    way = found.rays.directions[i, [2, 1]]
+    way = followed.rays.directions[i, [2, 1]]
     ahead = (end - corners[-1, 0]) / way[0] if way[0] else -1.0
     way = way * ahead if ahead > 0 else way / np.hypot(*way) * length / 4
     return np.concatenate([corners, corners[-1:] + way])
 
 
 def _extent(corners: Floats) -> Extent:
+    """Return the extent of some points."""
     low, high = corners.min(axis=0), corners.max(axis=0)
     return float(low[0]), float(low[1]), float(high[0]), float(high[1])
 
 
 def _around(boxes: list[Extent]) -> Extent:
+    """Return the extent around others."""
     low, high = np.array(boxes)[:, :2].min(axis=0), np.array(boxes)[:, 2:].max(axis=0)
     return float(low[0]), float(low[1]), float(high[0]), float(high[1])
 
 
+# The parts of the document.
+
+
 def _bodies(scene: SceneLike, box: Extent) -> tuple[list[str], tuple[str, ...]]:
-    """The path of each body, and what has none."""
+    """Return the path of each body, and the names of bodies without one."""
     del box
     drawn, left_out = [], []
     for i in range(len(scene)):
@@ -367,7 +421,7 @@ def _bodies(scene: SceneLike, box: Extent) -> tuple[list[str], tuple[str, ...]]:
 
 
 def _kind(material: Material | None, is_sheet: bool) -> str:
-    """Glass, mirror or dark; a sheet is a line."""
+    """Return the style class: glass, mirror or dark; a sheet is a line."""
     clear = material is not None and np.max(np.asarray(material.transparency)) > 0
     shiny = material is not None and (np.max(np.asarray(material.reflectivity)) > 0 or material.metal_index is not None)
     name = "glass" if clear else "mirror" if shiny else "stop"
@@ -377,6 +431,7 @@ def _kind(material: Material | None, is_sheet: bool) -> str:
 def _document(
     box: Extent, width: float, bodies: list[str], lines: list[tuple[str, Floats]], image: float | None, system: Any
 ) -> str:
+    """Return the text of the drawing."""
     room = 0.02 * max(box[2] - box[0], box[3] - box[1])
     left, top = box[0] - room, -box[3] - room
     wide, high = box[2] - box[0] + 2 * room, box[3] - box[1] + 2 * room
@@ -403,6 +458,7 @@ def _document(
 
 
 def _ray(colour: str, corners: Floats) -> str:
+    """Return the polyline of a ray."""
     points = " ".join(
         f"{format_path(z)},{format_path(-y)}" for z, y in corners.tolist() if math.isfinite(z) and math.isfinite(y)
     )
@@ -410,6 +466,7 @@ def _ray(colour: str, corners: Floats) -> str:
 
 
 def _svg_path(value: Any) -> Any:
+    """Return a checked path that ends with .svg."""
     file = check_path("Layout.save", value)
     if not str(file).lower().endswith(".svg"):
         raise ValueError(f"Layout.save: path must end with .svg, got {str(file)[:80]!r}")

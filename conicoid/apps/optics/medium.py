@@ -1,4 +1,4 @@
-"""What a prescription says of glass: an index, a function of the wavelength, a name, or index and Abbe number."""
+"""Media of a prescription: an index, a function of the wavelength, a name, or index and Abbe number."""
 
 from __future__ import annotations
 
@@ -20,30 +20,32 @@ MIRROR = "mirror"
 
 @dataclass(frozen=True)
 class Medium:
-    """What light goes through: its name, and its refractive index by wavelength."""
+    """An optical medium: its name, and its refractive index by wavelength."""
 
     name: str
     refractive_index: Callable[[float], float]
 
     def index(self, wavelength: float) -> float:
-        """The refractive index at a wavelength in μm; a ValueError where it is none."""
+        """Return the refractive index at a wavelength in μm. Raise ValueError if the function returns none."""
         return check_positive("medium", self.name, self.refractive_index(wavelength))
 
     @property
     def is_air(self) -> bool:
+        """Whether it is air."""
         return self.name == "air"
 
     def material(self) -> Material:
-        """It as glass of a scene: by its own formula, or with the dispersion between the lines F and C."""
+        """Return the medium as glass of a scene: by its own formula, or with the dispersion between lines F and C."""
         if isinstance(self.refractive_index, Dispersion):
             return clear_glass(self.refractive_index, name=self.name)
+        # Pictures need n_d and Cauchy's B, which n_F and n_C define.
         f, d, c = (self.index(line) for line in (F_LINE, D_LINE, C_LINE))
         return clear_glass(d, dispersion=max(0.0, (f - c) / _SPREAD), name=self.name)
 
 
 @dataclass(frozen=True)
 class _CauchyIndex:
-    """n = index + slope (1/λ² - 1/λ_d²), a constant where the slope is 0; equal and pickled by its numbers."""
+    """n = index + slope (1/λ² - 1/λ_d²), a constant if the slope is 0. Its numbers define equality and pickles."""
 
     index: float
     slope: float = 0.0
@@ -56,12 +58,15 @@ _SPREAD = 1 / F_LINE**2 - 1 / C_LINE**2
 AIR = Medium("air", _CauchyIndex(1.0))
 
 
-def parse_medium(owner: str, field: str, value: Any) -> Medium:
-    """The medium that is meant.
+# From a user's value to a medium.
 
-    None or "air"; a number; (index at d, Abbe number), by Cauchy's formula of two terms; a function of the wavelength
-    in μm; what has a `refractive_index`; or a name that `co.optics.glass` knows.
-    Raises ValueError or TypeError, by object and field, for anything else.
+
+def parse_medium(owner: str, field: str, value: Any) -> Medium:
+    """Return the medium of a value.
+
+    A value is None or "air"; a number; (index at d, Abbe number), by Cauchy's formula of two terms; a function of the
+    wavelength in μm; an object with a `refractive_index`; or a name that `co.optics.glass` knows.
+    Raise ValueError or TypeError, by object and field, for anything else.
     """
     if value is None or (isinstance(value, str) and value == "air"):
         return AIR
@@ -74,6 +79,7 @@ def parse_medium(owner: str, field: str, value: Any) -> Medium:
     index = getattr(value, "refractive_index", value)
     if isinstance(index, str):
         return glass_by_name(owner, field, index)
+    # A class would be called as a function of the wavelength, so it is refused below.
     if callable(index) and not isinstance(index, type):
         return Medium(str(getattr(value, "name", None) or "glass"), index)
     if isinstance(value, type) or callable(value):
@@ -81,6 +87,7 @@ def parse_medium(owner: str, field: str, value: Any) -> Medium:
             f"{owner}: {field} must be a refractive index, a function or a name, got {describe_kind(value)}"
         )
     constant = check_positive(owner, field, index)
+    # Index 1 is air, which makes no lens.
     if constant == 1:
         return AIR
     slope = float(getattr(value, "dispersion", 0.0))
@@ -88,12 +95,13 @@ def parse_medium(owner: str, field: str, value: Any) -> Medium:
 
 
 def medium_by_abbe(name: str, index: float, abbe: float) -> Medium:
-    """n = index + B (1/λ² - 1/λ_d²), with n_F - n_C = (index - 1) / abbe."""
+    """Return the medium n = index + B (1/λ² - 1/λ_d²) with n_F - n_C = (index - 1) / abbe."""
     slope = (index - 1) / abbe / _SPREAD if abbe else 0.0
     return Medium(name, _CauchyIndex(index, slope))
 
 
 def _by_abbe_number(owner: str, field: str, value: Any) -> Medium:
+    """Return the medium of a pair (index at d, Abbe number)."""
     if len(value) != 2:
         raise ValueError(f"{owner}: {field} must be (index at d, Abbe number), got {format_value(value)}")
     index, abbe = check_positive(owner, f"{field}[0]", value[0]), check_number(owner, f"{field}[1]", value[1])
@@ -101,16 +109,16 @@ def _by_abbe_number(owner: str, field: str, value: Any) -> Medium:
 
 
 def glass_by_name(owner: str, field: str, name: str) -> Medium:
-    """A glass of the catalogue by its name."""
-    found = find_glass(name)
-    if found is None:
-        told = "a glass that co.optics.glass knows, a refractive index, (index, Abbe number) or a function of it"
-        raise ValueError(f"{owner}: {field} must be {told}, got {format_value(name)}")
-    return found
+    """Return a glass of the catalogue. Raise ValueError for an unknown name."""
+    medium = find_glass(name)
+    if medium is None:
+        expected = "a glass that co.optics.glass knows, a refractive index, (index, Abbe number) or a function of it"
+        raise ValueError(f"{owner}: {field} must be {expected}, got {format_value(name)}")
+    return medium
 
 
 def find_glass(name: str) -> Medium | None:
-    """A glass of the catalogue, None where there is no such glass."""
+    """Return a glass of the catalogue, or None for an unknown name."""
     try:
         glass = getattr(importlib.import_module("conicoid.apps.optics"), "glass", None)
         value = None if glass is None else glass(name)
@@ -123,8 +131,9 @@ def find_glass(name: str) -> Medium | None:
 
 
 def check_wavelength(owner: str, value: Any) -> float:
-    """A wavelength in μm; nanometres are refused."""
+    """Return a wavelength in μm; refuse nanometres."""
     wavelength = check_positive(owner, "wavelength", value)
+    # Such a number is in nm.
     if wavelength >= 100:
         raise ValueError(f"{owner}: wavelength must be in μm, 0.5876 for the line d, got {wavelength:g}")
     return wavelength

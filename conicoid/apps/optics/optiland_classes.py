@@ -1,7 +1,7 @@
-"""The classes of `with_optiland`: a backend of Optiland's, and a geometry that is a Conicoid solid.
+"""The classes that need Optiland: a tracer backend, and a geometry that is a Conicoid solid.
 
-Optiland keeps what it does with light (sources, Fresnel's splitting, scatter, detectors). Which surface a ray meets
-first is asked of one Conicoid scene, through its tree, without an epsilon: a ray knows the surface that it starts on.
+All light is Optiland's (sources, Fresnel's splitting, scatter, detectors). One Conicoid scene finds the first surface
+of a ray, through its tree, without an epsilon: a ray knows the surface that it starts on.
 """
 
 from __future__ import annotations
@@ -33,18 +33,20 @@ Floats = npt.NDArray[np.float64]
 HitArrays = tuple[Floats, Floats, npt.NDArray[np.int32], Floats]
 
 _APART = 1e-9
-"""What Optiland takes for the start of a ray, in mm; here of those whose start is not known."""
+"""Optiland's tolerance for the start of a ray, in mm; here for rays without a known start surface."""
 
 
 class SolidGeometry(SphereGeometry):
     """A Conicoid solid as a geometry of Optiland, in the component's own frame: any Boolean, any quadric.
 
-    Optiland's `Volume.intersection` and `difference` refuse those; here ``a & b`` and ``a - b`` are traced. Works with
-    Optiland's own backends, too, which ask it ray by ray. In front of its walls is the outside: `material_front` of a
-    component is what surrounds the solid, `material_back` what it is made of. To Optiland's own records it is the ball
-    around it.
+    Optiland's `Volume.intersection` and `difference` refuse Booleans; here ``a & b`` and ``a - b`` are traced. It also
+    works with Optiland's own backends, which call it ray by ray. In front of its walls is the outside: `material_front`
+    of a component surrounds the solid, `material_back` is inside. In Optiland's own records it is the ball around it.
 
-    shape: a solid of finite size.
+    Parameters
+    ----------
+    shape : Solid
+        Of finite size.
     """
 
     def __init__(self, shape: Solid) -> None:
@@ -57,16 +59,20 @@ class SolidGeometry(SphereGeometry):
         self.shape, self._scene = shape, extension("Scene")([shape])
 
     def ray_intersect(self, origins: Any, directions: Any) -> tuple[Any, Any, Any, Any]:
-        """Distances, normals towards the rays, mask of hits, and inward normals; in the component's frame.
+        """Return distances, normals towards the rays, mask of hits, and inward normals; in the component's frame.
 
-        origins, directions: (n, 3), directions of unit length.
+        Parameters
+        ----------
+        origins, directions : array_like (n, 3)
+            Directions of unit length.
         """
+        # Optiland gives no start surface here, so rays begin at its tolerance.
         hits = self._scene.first_hit(np.asarray(origins), np.asarray(directions), t_min=_APART)
         outward = np.where(hits.hit[:, None], hits.normal, 0.0)
         return hits.t, _facing(outward, directions), hits.hit, -outward
 
     def bounding_box(self, transform: Any) -> Any:
-        """The box around the solid, moved by a `transform` (translation, rotation)."""
+        """Return the box around the solid, moved by a `transform` (translation, rotation)."""
         low, high = self.shape.transform(_matrix(transform)).bounds
         return AABB(low, high)
 
@@ -74,10 +80,13 @@ class SolidGeometry(SphereGeometry):
 class Backend(NumpyBackend):
     """A `TracerBackend` of Optiland's: ``scene.trace(rays, backend=co.optics.OptilandBackend(seed=1))``.
 
-    Conics, planes within a circle or a rectangle, rings, cylindrical and conical edges, balls and `SolidGeometry` are
-    traced by Conicoid, anything else (meshes) by Optiland itself, and the nearer hit counts.
+    Conicoid traces conics, planes within a circle or a rectangle, rings, cylindrical and conical edges, balls and
+    `SolidGeometry`. Optiland itself traces anything else (meshes), and the nearer hit counts.
 
-    seed: of Optiland's random numbers.
+    Parameters
+    ----------
+    seed : int, optional
+        Of Optiland's random numbers.
     """
 
     def __init__(self, seed: int | None = None) -> None:
@@ -87,64 +96,74 @@ class Backend(NumpyBackend):
 
     def trace(self, scene: Any, *arguments: Any, **keywords: Any) -> Any:
         """Run Optiland's simulation of a `scene`; `arguments` and `keywords` are those of Optiland's backends."""
+        # Ray numbers begin anew with each simulation.
         self._known, self._start = None, _StartSurfaces()
         return super().trace(scene, *arguments, **keywords)
 
     def intersect_scene(self, rays: Any, components: list[Any]) -> HitArrays:
-        """The nearest hit of each ray: distance, normal towards the ray, number of the component, front-to-back normal.
+        """Return the nearest hit of each ray: distance, normal towards the ray, component number, front-to-back normal.
 
-        rays: an Optiland bundle. components: those of its scene.
+        Parameters
+        ----------
+        rays
+            A bundle of Optiland.
+        components : list
+            The components of its scene.
         """
-        known = self._known
-        if known is None or known.components != components:
-            known = self._known = _ShapeCache(components)
-        t, facing, which, geometric = self._of_conicoid(rays, known)
-        for i in known.others:
-            found, normals, hit, across = components[i].intersect(rays)
-            nearer = hit & (found < t)
-            t, which = np.where(nearer, found, t), np.where(nearer, i, which).astype(np.int32)
+        cache = self._known
+        if cache is None or cache.components != components:
+            cache = self._known = _ShapeCache(components)
+        t, facing, which, geometric = self._of_conicoid(rays, cache)
+        # Components without a Conicoid shape: a nearer hit of Optiland replaces ours.
+        for i in cache.others:
+            distance, normals, hit, across = components[i].intersect(rays)
+            nearer = hit & (distance < t)
+            t, which = np.where(nearer, distance, t), np.where(nearer, i, which).astype(np.int32)
             facing = np.where(nearer[:, None], normals, facing)
             geometric = np.where(nearer[:, None], across, geometric)
         return t, facing, which, geometric
 
-    def _of_conicoid(self, rays: Any, known: _ShapeCache) -> HitArrays:
-        """The nearest hits among the components that Conicoid knows."""
+    def _of_conicoid(self, rays: Any, cache: _ShapeCache) -> HitArrays:
+        """Return the nearest hits among the components that Conicoid traces."""
         origins = np.stack([rays.x, rays.y, rays.z], axis=1)
         directions = np.stack([rays.L, rays.M, rays.N], axis=1)
         starts = self._start.of(rays.ray_id, origins)
-        given = Rays._spawned(origins, directions, starts, known.home)
-        hits = known.scene.first_hit(given, t_min=np.where(starts < 0, _APART, 0.0))
+        bundle = Rays._spawned(origins, directions, starts, cache.home)
+        # A known start surface needs no tolerance.
+        hits = cache.scene.first_hit(bundle, t_min=np.where(starts < 0, _APART, 0.0))
         hit = hits.hit & np.asarray(rays.alive)
         normals = np.where(hit[:, None], hits.normal, 0.0)
         body = np.where(hit, hits.body, 0)
         t = np.where(hit, hits.t, np.inf)
         self._start.keep(rays.ray_id, hit, hits.surface, origins + np.where(hit, t, 0.0)[:, None] * directions)
-        geometric = known.senses[body][:, None] * normals
-        which = np.where(hit, known.numbers[body], -1).astype(np.int32)
+        geometric = cache.senses[body][:, None] * normals
+        which = np.where(hit, cache.numbers[body], -1).astype(np.int32)
         return t, _facing(normals, directions), which, geometric
 
 
 class _StartSurfaces:
-    """By the number of a ray: the surface that it met last, and where."""
+    """For each ray number, its last hit: surface and point."""
 
     def __init__(self) -> None:
         self.surfaces: npt.NDArray[np.int32] = np.zeros(0, np.int32)
         self.points: Floats = np.zeros((0, 3))
 
     def of(self, ids: Any, origins: Floats) -> npt.NDArray[np.int32]:
-        """The surfaces that rays start on: those that they were sent to, if they are there; -1 for none."""
+        """Return the start surfaces of rays: those of their last hit, if they start there; -1 for none."""
         if ids is None:
             return np.full(len(origins), -1, np.int32)
         self._grow(int(ids.max(initial=-1)) + 1)
+        # A ray that does not start at its last hit has no start surface.
         there = np.abs(self.points[ids] - origins).max(axis=1) <= _APART * (1 + np.abs(origins).max(axis=1))
         return np.where(there, self.surfaces[ids], -1).astype(np.int32)
 
     def keep(self, ids: Any, hit: Any, surfaces: Any, points: Floats) -> None:
-        """Remember where rays are sent to."""
+        """Store the hits of rays."""
         if ids is not None:
             self.surfaces[ids], self.points[ids] = np.where(hit, surfaces, -1), points
 
     def _grow(self, size: int) -> None:
+        """Make room for ray numbers below `size`; at least double, so that many rounds stay cheap."""
         more = size - len(self.surfaces)
         if more > 0:
             more = max(more, len(self.surfaces))
@@ -153,28 +172,33 @@ class _StartSurfaces:
 
 
 class _ShapeCache:
-    """The components of a scene of Optiland's as one scene of Conicoid's, and those that it does not know."""
+    """The components of an Optiland scene as one scene of Conicoid, and the numbers of all others."""
 
     def __init__(self, components: list[Any]) -> None:
         self.components = list(components)
         bodies, numbers, senses, self.others = [], [], [], list[int]()
         for i, component in enumerate(components):
-            said = shape_of(component.geometry)
-            if said is None:
+            entry = shape_of(component.geometry)
+            if entry is None:
                 self.others.append(i)
                 continue
-            shape, sense = said
+            shape, sense = entry
             bodies.append(Body(shape.transform(_matrix(_get_transform(component.cs)))))
             numbers.append(i)
             senses.append(sense)
         self.scene = extension("Scene")(bodies)
+        # One dummy entry without bodies, so that indexing works.
         self.numbers = np.array(numbers or [0], np.int32)
         self.senses = np.array(senses or [0.0])
+        # The mark of rays of this scene, taken from one spawned ray.
         self.home = self.scene.first_hit((0.0, 0.0, 0.0), (0.0, 0.0, 1.0)).spawn((0.0, 0.0, 1.0))._home
 
 
 def shape_of(geometry: Any) -> tuple[Shape, float] | None:
-    """A geometry of Optiland's as a shape, and +1 if its normal points from front to back, else -1; None if unknown."""
+    """Return a geometry of Optiland as a shape, and the sign of its normal; None for an unknown one.
+
+    The sign is +1 if the normal points from front to back, else -1.
+    """
     if isinstance(geometry, SolidGeometry):
         return geometry.shape, -1.0
     try:
@@ -195,12 +219,12 @@ def shape_of(geometry: Any) -> tuple[Shape, float] | None:
             ends = (0.0, 0.0, front), (0.0, 0.0, back)
             return Wall(Cone(*ends, float(geometry.r_front), float(geometry.r_back)), 0), 1.0
     except (TypeError, ValueError):
-        return None  # what Optiland takes and Conicoid does not, such as an aperture beyond the conic
+        return None  # valid in Optiland only, such as an aperture beyond the conic
     return None
 
 
 def _finite_plane(geometry: Any) -> tuple[Shape, float]:
-    """A disc, or a rectangle about the origin."""
+    """Return a disc, or a rectangle about the origin."""
     if geometry.aperture_radius is not None:
         return ConicSheet(math.inf, 0.0, 2 * float(geometry.aperture_radius)), -1.0
     x, y = float(geometry.width) / 2, float(geometry.height) / 2
@@ -208,13 +232,13 @@ def _finite_plane(geometry: Any) -> tuple[Shape, float]:
 
 
 def _facing(normals: Floats, directions: Any) -> Floats:
-    """Normals turned towards the rays."""
+    """Return normals turned towards the rays."""
     along = (normals * np.asarray(directions)).sum(axis=1, keepdims=True)
     return np.where(along > 0, -normals, normals)
 
 
 def _matrix(transform: Any) -> Floats:
-    """(translation, rotation) as a matrix (4, 4)."""
-    made = np.eye(4)
-    made[:3, :3], made[:3, 3] = np.asarray(transform[1], float), np.asarray(transform[0], float)
-    return made
+    """Return (translation, rotation) as a matrix (4, 4)."""
+    matrix = np.eye(4)
+    matrix[:3, :3], matrix[:3, 3] = np.asarray(transform[1], float), np.asarray(transform[0], float)
+    return matrix

@@ -1,15 +1,15 @@
-"""The rows of a prescription: one surface each, and what follows it."""
+"""Prescriptions: the rows of a lens system, one surface each, and its bodies as a scene."""
 
 from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from functools import cached_property
 from typing import Any
 
-from ..._util.hints import check_choice, frozen_with_hints, with_call_hints, with_method_hints
+from ..._util.hints import check_choice
 from ..._util.validation import check_flag, check_nonnegative, check_number, check_positive, describe_kind, format_value
 from ...geometry.body import Body
 from ...geometry.conic import ConicSheet, Stop, check_radius
@@ -24,20 +24,33 @@ from .paraxial import ParaxialSurface
 
 MOST_ROWS = 1000
 PLACES = ("radius", "thickness", "medium", "diameter", "conic")
-"""What the numbers of a row mean that is written as a list."""
+"""The fields of a row that is written as a list, in order."""
 
 
 @dataclass(frozen=True)
 class Row:
     """One surface of a prescription.
 
-    radius: of curvature, over 0 where the centre lies at +z; infinity for a plane.
-    thickness: along z to the next vertex, below 0 after an odd number of mirrors; of the last row to the image, None
-    for where paraxial rays meet.
-    medium: behind the surface: None for air, a refractive index, (index at d, Abbe number), a function of the
-    wavelength in μm, the name of a glass; "mirror" for a surface that reflects.
-    diameter: of the surface; None: as large as the beams are. conic: the conic constant.
-    stop: whether it is the aperture stop. hole: the diameter of a hole, of a mirror. name: what it is called.
+    Parameters
+    ----------
+    radius : float
+        Of curvature, over 0 if the centre lies at +z; infinity for a plane.
+    thickness : float, optional
+        Along z to the next vertex, below 0 after an odd number of mirrors. Of the last row to the image; None is the
+        paraxial focus.
+    medium : optional
+        Behind the surface: None for air, a refractive index, (index at d, Abbe number), a function of the wavelength in
+        μm, or the name of a glass; "mirror" for a surface that reflects.
+    diameter : float, optional
+        Of the surface; the default is the width of the beams.
+    conic : float
+        The conic constant.
+    stop : bool
+        Whether it is the aperture stop.
+    hole : float
+        Diameter of the hole of a mirror.
+    name : str
+        Name of the surface.
     """
 
     radius: float = math.inf
@@ -71,64 +84,65 @@ class Row:
 
     @property
     def behind(self) -> Medium | None:
-        """The medium behind it; None of a mirror, which leaves light in the one before."""
+        """The medium behind it; None for a mirror, which leaves light in the medium before it."""
         return self.medium if isinstance(self.medium, Medium) else None
 
 
-def parse_rows(owner: str, given: Any) -> tuple[Row, ...]:
-    """Rows from `Row`s, mappings of their fields, and lists (radius, thickness, medium, diameter, conic)."""
-    if isinstance(given, str | bytes | Mapping) or not isinstance(given, Iterable):
-        raise TypeError(f"{owner}: rows must be a list of rows, got {describe_kind(given)}")
-    made: list[Row] = []
-    for i, one in enumerate(given):
+def parse_rows(owner: str, values: Any) -> tuple[Row, ...]:
+    """Return rows from `Row`s, mappings of their fields, and lists (radius, thickness, medium, diameter, conic)."""
+    if isinstance(values, str | bytes | Mapping) or not isinstance(values, Iterable):
+        raise TypeError(f"{owner}: rows must be a list of rows, got {describe_kind(values)}")
+    rows: list[Row] = []
+    for i, one in enumerate(values):
         if i >= MOST_ROWS:
             raise ValueError(f"{owner}: rows must be {MOST_ROWS} at most, got more")
-        made.append(_parse_row(owner, i, one))
-    if not made:
+        rows.append(_parse_row(owner, i, one))
+    if not rows:
         raise ValueError(f"{owner}: rows must hold at least one surface, got none")
-    stops = [i for i, row in enumerate(made) if row.stop]
+    stops = [i for i, row in enumerate(rows) if row.stop]
     if len(stops) > 1:
         raise ValueError(f"{owner}: rows must have one stop at most, got {len(stops)}: {stops}")
-    unknown = [i for i, row in enumerate(made[:-1]) if row.thickness is None]
+    unknown = [i for i, row in enumerate(rows[:-1]) if row.thickness is None]
     if unknown:
         raise ValueError(f"{owner}: rows[{unknown[0]}]: thickness may be None in the last row alone, as to the image")
-    return tuple(made)
+    return tuple(rows)
 
 
-def _parse_row(owner: str, i: int, given: Any) -> Row:
-    if isinstance(given, Row):
-        return given
+def _parse_row(owner: str, i: int, item: Any) -> Row:
+    """Return a row from any of its forms."""
+    if isinstance(item, Row):
+        return item
     names = [field.name for field in fields(Row)]
-    if isinstance(given, Mapping):
-        said = {check_choice(owner, f"rows[{i}]: a key", key, names): value for key, value in given.items()}
-    elif isinstance(given, list | tuple) and 0 < len(given) <= len(PLACES):
-        said = dict(zip(PLACES, given, strict=False))
+    if isinstance(item, Mapping):
+        arguments = {check_choice(owner, f"rows[{i}]: a key", key, names): value for key, value in item.items()}
+    elif isinstance(item, list | tuple) and 0 < len(item) <= len(PLACES):
+        arguments = dict(zip(PLACES, item, strict=False))
     else:
         expected = f"a Row, a mapping of its fields, or a list ({', '.join(PLACES)})"
-        raise TypeError(f"{owner}: rows[{i}] must be {expected}, got {format_value(given)}")
+        raise TypeError(f"{owner}: rows[{i}] must be {expected}, got {format_value(item)}")
     try:
-        return Row(**said)
+        return Row(**arguments)
     except (TypeError, ValueError) as error:
         raise type(error)(f"{owner}: rows[{i}]: {error}") from None
 
 
-# The bodies of a prescription, and which of their faces light meets at which row.
+# The bodies of a prescription, and the faces of each row.
 
 FRONT, BACK = 0, 1
 _SCREEN = 1.5
-"""How much wider than the widest surface, and than its opening, the screen of a stop is."""
+"""Diameter of the screen of a stop, over that of the widest surface or of its opening."""
 
 
 @dataclass(frozen=True)
 class Elements:
-    """`bodies`, and for each row the (body, face) pairs that light may meet there; none for a mere plane in air."""
+    """`bodies`, and for each row its (body, face) pairs; none for a mere plane in air."""
 
     bodies: tuple[Body, ...]
     faces: tuple[tuple[tuple[int, int], ...], ...]
 
 
 def build_elements(system: Prescription) -> Elements:
-    """Lenses between neighbouring rows with glass between them, mirrors, and a screen around a stop in air."""
+    """Build lenses between neighbouring rows with glass between them, mirrors, and a screen around a stop in air."""
     bodies: list[Body] = []
     faces: list[list[tuple[int, int]]] = [[] for _ in system.rows]
     lenses, mirrors = itertools.count(1), itertools.count(1)
@@ -140,10 +154,12 @@ def build_elements(system: Prescription) -> Elements:
             bodies.append(Body(row_sheet(system, i), mirror(), f"mirror {next(mirrors)}"))
         elif not system.media[i + 1].is_air:
             _check_element(system, i)
+            # Behind a mirror, light travels along -z and enters by the back.
             first, second = (FRONT, BACK) if (row.thickness or 0.0) > 0 else (BACK, FRONT)
             faces[i].append((len(bodies), first))
             faces[i + 1].append((len(bodies), second))
             bodies.append(Body(_lens(system, i), system.media[i + 1].material(), f"lens {next(lenses)}"))
+        # A stop on glass needs no screen: `trace` tests its diameter.
         elif row.stop and system.media[i].is_air:
             opening = system.diameters[i]
             screen = Stop(opening, _SCREEN * max(opening, *system.diameters))
@@ -152,7 +168,7 @@ def build_elements(system: Prescription) -> Elements:
 
 
 def row_sheet(system: Prescription, i: int, *, whole: bool = False) -> ConicSheet:
-    """The surface of a row as an open sheet; `whole` without its hole."""
+    """Return the surface of a row as an open sheet; `whole` without its hole."""
     row = system.rows[i]
     sheet = ConicSheet(row.radius, row.conic, system.diameters[i], 0.0 if whole else row.hole)
     placed: ConicSheet = _translate_row(sheet, system, i)
@@ -168,7 +184,7 @@ def _check_element(system: Prescription, i: int) -> None:
 
 
 def _group(system: Prescription, i: int) -> tuple[int, int]:
-    """(first row, last row) of the cemented group that the glass behind row i is part of."""
+    """Return (first row, last row) of the cemented group with the glass behind row i."""
     first, last = i, i + 1
     while first and not system.media[first].is_air and not system.rows[first].reflects:
         first -= 1
@@ -178,12 +194,13 @@ def _group(system: Prescription, i: int) -> tuple[int, int]:
 
 
 def _lens(system: Prescription, i: int) -> Any:
-    """The element behind row i, as wide as the widest surface of its group, with flat rings around narrower ones."""
+    """Return the element behind row i, as wide as the widest surface of its group; narrower ones get flat rings."""
     first, last = _group(system, i)
     edge = max(system.diameters[first : last + 1])
     thickness = system.rows[i].thickness or 0.0
     low, high = (i, i + 1) if thickness > 0 else (i + 1, i)
     front, back = system.rows[low], system.rows[high]
+    # Surfaces narrower than the group get a flat ring up to its edge.
     apertures = [None if system.diameters[k] == edge else system.diameters[k] for k in (low, high)]
     try:
         lens = Lens(front.radius, back.radius, abs(thickness), edge, front.conic, back.conic, *apertures)
@@ -195,32 +212,44 @@ def _lens(system: Prescription, i: int) -> Any:
 
 
 def _translate_row(shape: Shape, system: Prescription, i: int, first: int | None = None) -> Any:
-    """A shape moved to the vertex of row i, by the thicknesses one after the other, so that nothing is rounded."""
+    """Move a shape to the vertex of row i, by one thickness after the other, so that nothing is rounded."""
     start = i if first is None else first
     for row in system.rows[start:i]:
         shape = shape.translate((0.0, 0.0, row.thickness or 0.0))
     return shape.translate((0.0, 0.0, system.vertices[start])) if system.vertices[start] else shape
 
 
-# A sequence of surfaces becomes a scene of lenses, mirrors and a stop.
+# The prescription: a sequence of surfaces, and its scene of lenses, mirrors and a stop.
 
 _ROOM = 1.05
-"""How much wider than its beams a surface is made that nobody gave a diameter."""
+"""Width of a surface without a diameter, over that of its beams."""
 _REACH = 0.98
+"""Share of the reach of a conic that such a surface may use."""
 
 
-@frozen_with_hints
-@with_method_hints
 @dataclass(frozen=True)
 class Prescription:
-    """A sequence of surfaces on the z axis, the first vertex at the origin, and the scene that it is.
+    """A sequence of surfaces on the z axis, the first vertex at the origin, and its scene.
 
-    rows: the surfaces, as `Row`s. aperture: the diameter of the entrance pupil. object_distance: from the object to
-    the first vertex, infinite as a rule. wavelengths: in μm, the first is the primary one. fields: angles in degrees
-    off the axis, towards +y; of a near object its heights. name: what it is called.
-
-    `scene`: the lenses, cemented where they touch, with their glasses; mirrors as thin sheets; a black stop.
+    `scene`: the lenses, cemented if they touch, with their glasses; mirrors as thin sheets; a black stop.
     `vertices`: the z of each row. `image`: the z of the image plane. `pupil`: the z of the entrance pupil.
+
+    Parameters
+    ----------
+    rows : tuple of Row
+        The surfaces.
+    aperture : float
+        Diameter of the entrance pupil.
+    object_distance : float
+        From the object to the first vertex, infinite as a rule.
+    wavelengths : tuple of float
+        In μm, the primary one first.
+    fields : tuple of float
+        Degrees off the axis, towards +y; of a near object its heights.
+    name : str
+        Name of the system.
+    left_out : tuple of str
+        Notes on parts of a lens file that were skipped.
     """
 
     rows: tuple[Row, ...]
@@ -230,6 +259,14 @@ class Prescription:
     fields: tuple[float, ...] = (0.0,)
     name: str = ""
     left_out: tuple[str, ...] = field(default=(), repr=False)
+
+    def _repr_html_(self) -> str:
+        """Return the table that a notebook shows: a row for each surface."""
+        from ..._util.html_table import html_table
+
+        columns = [name.name for name in fields(Row)]
+        rows = ([getattr(row, column) for column in columns] for row in self.rows)
+        return html_table(columns, rows, len(self.rows))
 
     @property
     def wavelength(self) -> float:
@@ -244,14 +281,14 @@ class Prescription:
     @cached_property
     def media(self) -> tuple[Medium, ...]:
         """The medium before the first surface, and behind each of them."""
-        found = [AIR]
+        media = [AIR]
         for row in self.rows:
-            found.append(row.behind or found[-1])
-        return tuple(found)
+            media.append(row.behind or media[-1])
+        return tuple(media)
 
     @cached_property
     def image(self) -> float:
-        """The z of the image plane: where the last row says, else where paraxial rays of the primary colour meet."""
+        """The z of the image plane: by the last thickness, else at the paraxial focus of the primary wavelength."""
         last = self.rows[-1].thickness
         if last is None:
             last = paraxial.focus(self.thin(self.wavelength), self.object_distance)
@@ -259,18 +296,29 @@ class Prescription:
 
     @property
     def stop(self) -> int:
-        """The number of the row that is the stop; the first row, where none is said to be."""
+        """The number of the row with the stop; the first row by default."""
         return next((i for i, row in enumerate(self.rows) if row.stop), 0)
 
     @cached_property
     def pupil(self) -> float:
-        """The z of the entrance pupil, the image of the stop by what stands before it; the first vertex is 0."""
+        """The z of the entrance pupil, the image of the stop by the surfaces before it; the first vertex is 0."""
         return paraxial.entrance_pupil(self.thin(self.wavelength), self.stop)[0]
 
     def thin(self, wavelength: float) -> list[ParaxialSurface]:
-        """The surfaces as paraxial rays see them, at a `wavelength` in μm."""
+        """Return the surfaces for paraxial rays.
+
+        Parameters
+        ----------
+        wavelength : float
+            In μm.
+
+        Returns
+        -------
+        list of ParaxialSurface
+        """
         surfaces, side, before = [], 1.0, self.media[0].index(wavelength)
         for row, medium in zip(self.rows, self.media[1:], strict=True):
+            # Behind a mirror light travels the other way, and indices change their sign.
             side = -side if row.reflects else side
             behind = side * medium.index(wavelength)
             surfaces.append(ParaxialSurface(1 / row.radius, before, behind, row.thickness or 0.0))
@@ -279,29 +327,32 @@ class Prescription:
 
     @cached_property
     def diameters(self) -> tuple[float, ...]:
-        """The diameter of each surface: as given, or what the paraxial beams of all fields need."""
+        """The diameter of each surface: its own, or the width of the paraxial beams of all fields."""
         return tuple(row.diameter or self._needed[i] for i, row in enumerate(self.rows))
 
     @cached_property
     def _needed(self) -> tuple[float, ...]:
+        """The diameters that the paraxial beams of all fields need."""
         thin = self.thin(self.wavelength)
         far = math.isinf(self.object_distance)
         half, distance = self.aperture / 2, self.object_distance + self.pupil
+        # Slope of the chief ray: by the angle, or from the height of a near object.
         tilt = math.tan(math.radians(max(map(abs, self.fields)))) if far else -max(map(abs, self.fields)) / distance
         slope = 0.0 if far else half / distance
         beam = paraxial.heights(thin, half - slope * self.pupil, slope)
         chief = paraxial.heights(thin, -tilt * self.pupil, tilt)
+        # The marginal and the chief ray add up to the half width of all beams.
         wide = [2 * _ROOM * (abs(a) + abs(b)) or self.aperture for a, b in zip(beam, chief, strict=True)]
         return tuple(min(one, _widest(row)) for one, row in zip(wide, self.rows, strict=True))
 
     @cached_property
     def elements(self) -> Elements:
-        """The bodies, and which of their faces light meets at which row."""
+        """The bodies, and the faces of each row."""
         return build_elements(self)
 
     @cached_property
     def bodies(self) -> tuple[Body, ...]:
-        """Lenses, mirrors and the stop, in the order in which light meets them."""
+        """Lenses, mirrors and the stop, in the order of the light."""
         return self.elements.bodies
 
     @cached_property
@@ -316,7 +367,8 @@ class Prescription:
 
 
 def _widest(row: Row) -> float:
-    """The diameter up to which the conic of a row is used where none is given."""
+    """Return the diameter up to which the conic of a row without a diameter is used."""
+    # Planes, paraboloids and hyperboloids have points at every height.
     return (
         math.inf
         if math.isinf(row.radius) or row.conic <= -1
@@ -324,27 +376,44 @@ def _widest(row: Row) -> float:
     )
 
 
-@with_call_hints
 def prescription(
-    rows: Any,
-    aperture: Any = None,
+    rows: Iterable[Row | Mapping[str, Any] | Sequence[Any]],
+    aperture: float | None = None,
     *,
-    object_distance: Any = math.inf,
-    wavelengths: Any = (D_LINE,),
-    fields: Any = (0.0,),
+    object_distance: float = math.inf,
+    wavelengths: float | Sequence[float] = (D_LINE,),
+    fields: float | Sequence[float] = (0.0,),
     name: str = "",
 ) -> Prescription:
-    """A sequence of surfaces as a `Prescription`, whose `scene` holds the lenses.
+    """Make a `Prescription`, whose `scene` holds the lenses, from a sequence of surfaces.
 
-    rows: one for each surface: a `Row`, a mapping of its fields, or a list (radius, thickness, medium, diameter,
-    conic), of which the last ones may be left out.
-    aperture: the diameter of the entrance pupil; left out, that of the stop's image, for a stop of known diameter.
-    object_distance: from the object to the first vertex. wavelengths: in μm, the primary one first.
-    fields: degrees off the axis; of a near object its heights. name: what it is called.
-    Raises ValueError or TypeError, by row and field, for what is no lens.
+    Parameters
+    ----------
+    rows : sequence
+        One item for each surface: a `Row`, a mapping of its fields, or a list (radius, thickness, medium, diameter,
+        conic), which may end early.
+    aperture : float, optional
+        Diameter of the entrance pupil; the default is that of the stop's image, for a stop of known diameter.
+    object_distance : float
+        From the object to the first vertex.
+    wavelengths : float or sequence of float
+        In μm, the primary one first.
+    fields : float or sequence of float
+        Degrees off the axis; of a near object its heights.
+    name : str
+        Name of the system.
+
+    Returns
+    -------
+    Prescription
+
+    Raises
+    ------
+    ValueError, TypeError
+        By row and field, for rows that make no lens.
     """
     owner = "prescription"
-    made = parse_rows(owner, rows)
+    surfaces = parse_rows(owner, rows)
     waves = tuple(check_wavelength(owner, one) for one in _several(owner, "wavelengths", wavelengths))
     angles = tuple(check_number(owner, "fields", one) for one in _several(owner, "fields", fields))
     distance = check_number(owner, "object_distance", object_distance, finite=False)
@@ -354,27 +423,28 @@ def prescription(
         raise ValueError(f"{owner}: fields must be below 90 degrees, got {format_value(fields)}")
     if aperture is not None:
         aperture = check_positive(owner, "aperture", aperture)
-    found = Prescription(made, aperture or 1.0, distance, waves, angles, name)
+    # The pupil of the stop needs a system: build one with any aperture first.
+    system = Prescription(surfaces, aperture or 1.0, distance, waves, angles, name)
     if aperture is None:
-        stop = made[found.stop]
+        stop = surfaces[system.stop]
         if stop.diameter is None:
             raise ValueError(f"{owner}: aperture must be given where rows have no stop of known diameter")
-        wider = paraxial.entrance_pupil(found.thin(found.wavelength), found.stop)[1]
-        found = Prescription(made, stop.diameter / wider, distance, waves, angles, name)
-    if math.isinf(found.image):
+        wider = paraxial.entrance_pupil(system.thin(system.wavelength), system.stop)[1]
+        system = Prescription(surfaces, stop.diameter / wider, distance, waves, angles, name)
+    if math.isinf(system.image):
         raise ValueError(f"{owner}: rows: the last thickness must be given: paraxial rays meet nowhere")
-    _ = found.elements
-    return found
+    _ = system.elements  # build the lenses now, so that their errors come here
+    return system
 
 
 def _several(owner: str, name: str, value: Any) -> tuple[Any, ...]:
-    """One number, or some of them."""
+    """Return one number or some numbers as a tuple."""
     if isinstance(value, str | bytes | dict | set):
         raise TypeError(f"{owner}: {name} must be numbers, got {format_value(value)}")
     try:
-        found = tuple(value)
+        numbers = tuple(value)
     except TypeError:
-        found = (value,)
-    if not found or len(found) > 100:
-        raise ValueError(f"{owner}: {name} must be 1 to 100 numbers, got {len(found)}")
-    return found
+        numbers = (value,)
+    if not numbers or len(numbers) > 100:
+        raise ValueError(f"{owner}: {name} must be 1 to 100 numbers, got {len(numbers)}")
+    return numbers

@@ -1,4 +1,4 @@
-"""Rays through a prescription, surface by surface, through the scene's own bodies."""
+"""Rays through a prescription, surface by surface, and rays through any scene without splitting."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..._util.hints import with_call_hints
 from ..._util.text import format_count
 from ..._util.validation import check_integer, describe_kind
 from ...materials.material import Material
@@ -28,11 +27,20 @@ Bools = npt.NDArray[np.bool_]
 
 @dataclass(frozen=True, eq=False)
 class Trace:
-    """Rays that went through a prescription.
+    """Rays after a prescription.
 
-    points: (surfaces + 1, n, 3), where each ray started and where it met the surfaces; NaN from where it was lost.
-    rays: (n,), as they leave the last surface. arrived: (n,), whether a ray met all surfaces, in order and nothing
-    else. optical_path: (n,), Σ index × length from the start to the last surface. rows: the rows that were met.
+    Parameters
+    ----------
+    points : ndarray (surfaces + 1, n, 3)
+        Start of each ray and its points on the surfaces; NaN from its loss on.
+    rays : Rays
+        (n,), behind the last surface.
+    arrived : ndarray (n,) of bool
+        Whether a ray hit all surfaces, in order and nothing else.
+    optical_path : ndarray (n,)
+        Σ index × length from the start to the last surface.
+    rows : tuple of int
+        The rows of the surfaces, in order.
     """
 
     points: Floats
@@ -49,24 +57,57 @@ class Trace:
         )
 
     def at(self, z: float) -> Floats:
-        """Where the rays, which leave the last surface, meet the plane of a height `z`: (n, 3), NaN if lost."""
+        """Return the points of the rays behind the last surface in a plane.
+
+        Parameters
+        ----------
+        z : float
+            Height of the plane.
+
+        Returns
+        -------
+        ndarray (n, 3)
+            NaN for lost rays.
+        """
         origins, ways = self.rays.origins, self.rays.directions
         with np.errstate(divide="ignore", invalid="ignore"):
-            found = origins + ((z - origins[:, 2]) / ways[:, 2])[:, None] * ways
-        found[~self.arrived] = np.nan
-        return np.asarray(found)
+            points = origins + ((z - origins[:, 2]) / ways[:, 2])[:, None] * ways
+        points[~self.arrived] = np.nan
+        return np.asarray(points)
 
 
-@with_call_hints
 def trace(
-    system: Prescription, rays: Rays, wavelength: Any = None, *, obstructions: bool = True, backwards: bool = False
+    system: Prescription,
+    rays: Rays,
+    wavelength: float | None = None,
+    *,
+    obstructions: bool = True,
+    backwards: bool = False,
 ) -> Trace:
-    """Send rays through all surfaces of a prescription, in their order.
+    """Trace rays through all surfaces of a prescription, in their order. Totally reflected rays are lost.
 
-    system: a `Prescription`. rays: (n,), before the first surface, or `backwards` behind the last one.
-    wavelength: in μm, the primary one if None. obstructions: whether rays are lost that meet a stop's screen, an edge
-    or another lens or mirror on their way; if False, each surface alone is met, without holes.
-    Totally reflected rays are lost. Raises TypeError or ValueError for anything else.
+    Parameters
+    ----------
+    system : Prescription
+        The lens system.
+    rays : Rays
+        (n,), before the first surface, or with `backwards` behind the last one.
+    wavelength : float, optional
+        In μm; the default is the primary one.
+    obstructions : bool
+        Whether a stop's screen, an edge or another lens or mirror on the way stops a ray. If False, each surface is
+        traced alone, without holes.
+    backwards : bool
+        Trace from the last surface to the first.
+
+    Returns
+    -------
+    Trace
+
+    Raises
+    ------
+    TypeError, ValueError
+        For arguments of another kind.
     """
     if not isinstance(system, Prescription) or not isinstance(rays, Rays):
         raise TypeError(
@@ -74,6 +115,7 @@ def trace(
             f"{describe_kind(system)} and {describe_kind(rays)}"
         )
     wave = system.wavelength if wavelength is None else check_wavelength("trace", wavelength)
+    # Planes in air have no faces: rays pass them unchanged.
     order = [i for i, faces in enumerate(system.elements.faces) if faces]
     order = order[::-1] if backwards else order
     rays = Rays(rays.origins.reshape(-1, 3), rays.directions.reshape(-1, 3))
@@ -81,7 +123,7 @@ def trace(
     points = [rays.origins]
     for i in order:
         met = _RowHits.of(system, i, rays, obstructions)
-        arrived &= met.wanted
+        arrived &= met.on_surface
         before, behind = system.media[i].index(wave), system.media[i + 1].index(wave)
         before, behind = (behind, before) if backwards else (before, behind)
         path += before * met.hits.t * np.linalg.norm(rays.directions, axis=1)
@@ -90,6 +132,7 @@ def trace(
         else:
             ways, total = refract(rays.directions, met.hits.normal, before / behind)
             arrived &= ~total
+        # Spawned rays know their surface, so that they do not hit it again.
         rays = met.hits.spawn(ways)
         points.append(np.where(arrived[:, None], met.hits.point, np.nan))
     path[~arrived] = math.nan
@@ -98,42 +141,43 @@ def trace(
 
 @dataclass(frozen=True, eq=False)
 class _RowHits:
-    """The first hits of rays, and which of them are those of the surface that they were sent to."""
+    """The first hits of rays, and the mask of those on the intended surface."""
 
     hits: Any
-    wanted: Bools
+    on_surface: Bools
 
     @classmethod
     def of(cls, system: Prescription, i: int, rays: Rays, obstructions: bool) -> _RowHits:
-        """The hits on the surface of row i."""
+        """Return the hits on the surface of row i."""
         if not obstructions:
             hits = _hit_of_row(system, i).first_hit(rays.origins, rays.directions)
             return cls(hits, np.asarray(hits.hit))
         hits = system.scene.first_hit(rays)
-        wanted = _hit_of_scene(hits, system.elements.faces[i])
+        on_surface = _hit_of_scene(hits, system.elements.faces[i])
         row = system.rows[i]
         if row.stop and row.diameter is not None:
-            wanted &= np.hypot(hits.point[:, 0], hits.point[:, 1]) <= row.diameter / 2
-        return cls(hits, wanted)
+            # The stop may be a glass surface wider than its opening.
+            on_surface &= np.hypot(hits.point[:, 0], hits.point[:, 1]) <= row.diameter / 2
+        return cls(hits, on_surface)
 
 
 def _hit_of_scene(hits: Any, faces: Sequence[tuple[int, int]]) -> Bools:
-    """Whether hits are on one of some faces of bodies."""
-    found = np.zeros(hits.shape, bool)
+    """Return whether hits are on one of some faces of bodies."""
+    on_face = np.zeros(hits.shape, bool)
     for body, face in faces:
-        found |= (hits.body == body) & (hits.face == face)
-    return found
+        on_face |= (hits.body == body) & (hits.face == face)
+    return on_face
 
 
 def _hit_of_row(system: Prescription, i: int) -> SceneLike:
-    """The surface of row i as a scene of its own, made once."""
-    known: dict[int, SceneLike] = vars(system).setdefault("_surfaces", {})
-    if i not in known:
-        known[i] = extension("Scene")([row_sheet(system, i, whole=True)])
-    return known[i]
+    """Return the surface of row i as a scene; it is made once."""
+    surfaces: dict[int, SceneLike] = vars(system).setdefault("_surfaces", {})
+    if i not in surfaces:
+        surfaces[i] = extension("Scene")([row_sheet(system, i, whole=True)])
+    return surfaces[i]
 
 
-# Rays through any scene: refracted, reflected or stopped by what the bodies are made of, without splitting.
+# Rays through any scene: refracted, reflected or stopped by the materials of its bodies, without splitting.
 
 RayFloats = npt.NDArray[np.float64]
 RayBools = npt.NDArray[np.bool_]
@@ -142,10 +186,16 @@ MOST_SURFACES = 1000
 
 @dataclass(eq=False)
 class Followed:
-    """Rays that left a scene.
+    """Rays after a scene.
 
-    points: (met + 1, n, 3), where they started and what they met; of rays that left earlier the last one repeated.
-    rays: (n,), as they leave. arrived: (n,), False where a ray was absorbed or does not come to an end.
+    Parameters
+    ----------
+    points : ndarray (walls + 1, n, 3)
+        Their starts and their points on walls; a ray that has left repeats its last point.
+    rays : Rays
+        (n,), outside of the scene.
+    arrived : ndarray (n,) of bool
+        False if a ray was absorbed or does not leave.
     """
 
     points: RayFloats
@@ -160,7 +210,7 @@ class Followed:
 
 @dataclass(eq=False)
 class _RayState:
-    """Which rays go on, and which of the others arrived."""
+    """The rays that go on, and which of the others arrived."""
 
     going: RayBools
     arrived: RayBools = field(init=False)
@@ -169,16 +219,32 @@ class _RayState:
         self.arrived = np.ones(len(self.going), bool)
 
 
-@with_call_hints
-def follow(scene: SceneLike, rays: Rays, wavelength: Any = D_LINE, most: int = 100) -> Followed:
+def follow(scene: SceneLike, rays: Rays, wavelength: float = D_LINE, most: int = 100) -> Followed:
     """Follow rays until they leave a scene.
 
-    A ray is refracted where it enters or leaves a transparent body, reflected by an opaque body that mirrors and in
-    total reflection, and absorbed by any other. Where bodies overlap a transparent one counts before an opaque one,
-    then the one listed first, as for `hits.before`.
-    scene: of bodies with materials. rays: of any number. wavelength: in μm.
-    most: of surfaces that a ray may meet, 1,000 at most; one that has not left by then has not arrived.
-    Raises TypeError or ValueError for anything else.
+    A ray is refracted at the wall of a transparent body, reflected by an opaque body that mirrors and in total
+    reflection, and absorbed by any other. Where bodies overlap a transparent one counts before an opaque one, then the
+    one listed first, as for `hits.before`.
+
+    Parameters
+    ----------
+    scene : Scene
+        Bodies with materials.
+    rays : Rays
+        Any number.
+    wavelength : float
+        In μm.
+    most : int
+        The most walls of a ray, 1,000 at most; a ray that has not left by then has not arrived.
+
+    Returns
+    -------
+    Followed
+
+    Raises
+    ------
+    TypeError, ValueError
+        For arguments of another kind.
     """
     if not is_scene(scene) or not isinstance(rays, Rays):
         raise TypeError(
@@ -193,8 +259,9 @@ def follow(scene: SceneLike, rays: Rays, wavelength: Any = D_LINE, most: int = 1
     for _ in range(most):
         hits = scene.first_hit(rays)
         gone = state.going & ~np.asarray(hits.hit)
-        for kept, now in zip(last, rays, strict=True):
-            kept[gone] = now[gone]
+        # Rays that leave now keep this line, as later rounds go on with others.
+        for final, current in zip(last, rays, strict=True):
+            final[gone] = current[gone]
         met = state.going = state.going & ~gone
         if not met.any():
             break
@@ -206,7 +273,7 @@ def follow(scene: SceneLike, rays: Rays, wavelength: Any = D_LINE, most: int = 1
 
 @dataclass(frozen=True)
 class _WallOptics:
-    """What a body does with light."""
+    """The optics of a body's walls: transparent, mirroring, refractive index."""
 
     clear: bool
     mirrors: bool
@@ -214,6 +281,7 @@ class _WallOptics:
 
     @classmethod
     def of(cls, material: Material, wavelength: float) -> _WallOptics:
+        """Return the optics of a material at a wavelength."""
         clear = bool(np.max(np.asarray(_amount(material.transparency))) > 0)
         mirrors = bool(np.max(np.asarray(_amount(material.reflectivity))) > 0) or material.metal_index is not None
         if not clear:
@@ -222,15 +290,16 @@ class _WallOptics:
 
 
 def _amount(value: Any) -> Any:
-    """A number, or the numbers of a colour."""
+    """Return a number, or the numbers of a colour."""
     return value if isinstance(value, float | int) else tuple(value)
 
 
 def _turn_rays(scene: SceneLike, rays: Rays, hits: Any, state: _RayState, optics: list[_WallOptics]) -> RayFloats:
-    """The directions in which rays go on."""
-    indices = np.array([*(one.index for one in optics), 1.0])  # the last, -1, is that of none
+    """Return the directions in which rays go on; absorbed rays end."""
+    indices = np.array([*(one.index for one in optics), 1.0])  # the last one, index -1, is vacuum
     clear, mirrors = np.array([one.clear for one in optics]), np.array([one.mirrors for one in optics])
     body = np.where(hits.hit, hits.body, 0)
+    # Neither transparent nor mirroring: absorbed.
     dark = state.going & ~clear[body] & ~mirrors[body]
     state.going &= ~dark
     state.arrived &= ~dark
@@ -239,6 +308,7 @@ def _turn_rays(scene: SceneLike, rays: Rays, hits: Any, state: _RayState, optics
         mirrored = reflect(rays.directions, hits.normal)
         bent, total = refract(rays.directions, hits.normal, before / behind)
     back = mirrors[body] | total
+    # A transparent sheet does not bend rays.
     pane = np.array([scene.body(i).shape.is_sheet for i in range(len(scene))])[body] & clear[body]
     ways = np.where(back[:, None], mirrored, np.where(pane[:, None], rays.directions, bent))
     return np.where(state.going[:, None], ways, rays.directions)

@@ -1,4 +1,4 @@
-"""Reflection and refraction of arrays of directions, for users who trace by hand."""
+"""Reflection and refraction of arrays of directions, for user-written ray tracers."""
 
 from __future__ import annotations
 
@@ -15,13 +15,26 @@ BoolArray = npt.NDArray[np.bool_]
 
 
 @ignore_fp_errors
-def reflect(directions: Any, normals: Any) -> FloatArray:
-    """Mirrored directions d - 2 (d·n) n, as long as d.
+def reflect(directions: npt.ArrayLike, normals: npt.ArrayLike) -> FloatArray:
+    """Return mirrored directions d - 2 (d·n) n, as long as d.
 
-    directions: (..., 3), the way the light travels (-L of the ray tracing notes, whose formula is R = 2 (N·L) N - L).
-    normals: (..., 3), any length, facing either way. Shapes broadcast, but not a column (n, 1, 3) with n vectors.
     A vector with a NaN, such as the normal of a miss, gives NaN.
-    Raises ValueError for a wrong shape, and for zero or infinite vectors with the index of the first.
+
+    Parameters
+    ----------
+    directions : array_like (..., 3)
+        Directions in which the light travels (-L of the ray tracing notes, whose formula is R = 2 (N·L) N - L).
+    normals : array_like (..., 3)
+        Any length, facing either way. Shapes broadcast, but not a column (n, 1, 3) with n vectors.
+
+    Returns
+    -------
+    ndarray (..., 3)
+
+    Raises
+    ------
+    ValueError
+        For a wrong shape, and for zero or infinite vectors, with the index of the first.
     """
     d, n = _broadcast("reflect", _vectors("reflect", "directions", directions), _normals("reflect", normals))
     size = _size(d)
@@ -30,16 +43,30 @@ def reflect(directions: Any, normals: Any) -> FloatArray:
 
 
 @ignore_fp_errors
-def refract(directions: Any, normals: Any, eta: Any) -> tuple[FloatArray, BoolArray]:
-    """(directions behind the surface, mask of total reflection) by Snell's law.
+def refract(directions: npt.ArrayLike, normals: npt.ArrayLike, eta: npt.ArrayLike) -> tuple[FloatArray, BoolArray]:
+    """Return the directions behind the surface by Snell's law, and the mask of total reflection.
 
-    directions, normals: (..., 3) as for `reflect`; the refracted directions are as long as d.
-    eta: index where the ray comes from / index beyond, a number or (...); a column for a row of rays, (n, 1)
-        for (n,), is refused.
-    Where reflection is total the mirrored direction is returned and the mask is True. A vector with a NaN, such as the
-    normal of a miss, gives NaN, and a mask that is False.
     t = eta (d - (d·n) n) - cos θ₂ n for unit d and n facing it, cos² θ₂ = (1 - eta²) + (eta cos θ)².
-    Raises ValueError as `reflect` does, and for an eta that is not finite and > 0.
+    A vector with a NaN, such as the normal of a miss, gives NaN, and a mask that is False.
+
+    Parameters
+    ----------
+    directions, normals : array_like (..., 3)
+        As for `reflect`.
+    eta : array_like (...)
+        Index before the surface / index behind it. A column for a row of rays, (n, 1) for (n,), is refused.
+
+    Returns
+    -------
+    directions : ndarray (..., 3)
+        As long as d; the mirrored direction for total reflection.
+    total : ndarray (...) of bool
+        True for total reflection.
+
+    Raises
+    ------
+    ValueError
+        As `reflect`, and for an eta that is not finite and > 0.
     """
     ratio = _ratio(eta)
     d, n = _vectors("refract", "directions", directions), _normals("refract", normals)
@@ -54,28 +81,31 @@ def refract(directions: Any, normals: Any, eta: Any) -> tuple[FloatArray, BoolAr
     length = size * np.sqrt(_dot(d / size, d / size))
     unit = d / size / (length / size)
     along = _dot(unit, n)
+    # 1 - eta² as a product keeps its digits for eta near 1.
     square = (1 - ratio) * (1 + ratio) + (ratio * along) ** 2
+    # copysign turns the normal to the far side of the ray, as normals may face either way.
     beyond = ratio * (unit - along * n) + np.copysign(np.sqrt(np.maximum(square, 0)), along) * n
+    # No real angle of refraction: the root above was replaced by 0, and the mirrored direction is taken.
     total = square < 0
     return zero_negligible(np.where(total, unit - 2 * along * n, beyond) * length), total[..., 0][()]
 
 
 def _dot(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Dot products, (..., 1)."""
+    """Return dot products, (..., 1)."""
     return np.asarray((a * b).sum(axis=-1, keepdims=True))
 
 
 def _unit(v: FloatArray) -> FloatArray:
-    """Vectors at unit length; scaled first, so that no square overflows."""
+    """Return vectors at unit length; scaled first, so that no square overflows."""
     scaled = v / np.abs(v).max(axis=-1, keepdims=True, initial=0.0)
     return np.asarray(scaled / np.sqrt(_dot(scaled, scaled)))
 
 
 def _broadcast(owner: str, *arrays: FloatArray) -> tuple[FloatArray, ...]:
-    """Directions and normals broadcast together, or a ValueError that names their shapes.
+    """Broadcast directions and normals together. Raise ValueError with their shapes if they do not fit.
 
-    A column, (n, 1, 3), with n vectors, (n, 3), would be n² pairs, as a slip of an axis is: it is refused, as a column
-    of etas is. All pairs are (n, 1, 3) with (1, n, 3).
+    A column, (n, 1, 3), with n vectors, (n, 3), would be n² pairs, most likely by a mistaken axis: it is refused, as a
+    column of etas is. All pairs are (n, 1, 3) with (1, n, 3).
     """
     shapes = " and ".join(str(array.shape) for array in arrays)
     few, many = sorted((array.shape for array in arrays), key=len)
@@ -95,14 +125,14 @@ def _broadcast(owner: str, *arrays: FloatArray) -> tuple[FloatArray, ...]:
 
 
 def _no_column(rays: tuple[int, ...], ratio: FloatArray) -> None:
-    """A ValueError for a column of etas, one for each of a row of rays: each ray would be paired with all of them."""
+    """Raise ValueError for a column of etas beside a row of rays: each ray would be paired with all of them."""
     if rays and ratio.size > 1 and ratio.shape in ((*rays, 1), (*rays, 3)):
         hint = "; eta[..., 0] is one for each ray" if ratio.shape == (*rays, 1) else ""
         raise ValueError(f"refract: eta must be a number or have the rays' shape {rays}, got shape {ratio.shape}{hint}")
 
 
 def _vectors(owner: str, name: str, value: Any) -> FloatArray:
-    """An array (..., 3) of finite vectors that are not zero (NaN is allowed), or a ValueError."""
+    """Return an array (..., 3) of finite nonzero vectors (NaN is allowed). Raise ValueError otherwise."""
     array = real_array(owner, name, value, "an array of numbers (..., 3)")
     refuse_columns(owner, name, value)
     if array.ndim == 0 or array.shape[-1] != 3:
@@ -112,24 +142,24 @@ def _vectors(owner: str, name: str, value: Any) -> FloatArray:
 
 
 def _size(d: FloatArray) -> FloatArray:
-    """The power of two next below the largest component: dividing by it rounds nothing and overflows nowhere."""
+    """Return the power of two next below the largest component: dividing by it rounds nothing and overflows nowhere."""
     return np.ldexp(1.0, np.frexp(np.abs(d).max(axis=-1, keepdims=True, initial=0.0))[1] - 1)
 
 
 def _normals(owner: str, value: Any) -> FloatArray:
-    """Normals at unit length."""
+    """Return normals at unit length."""
     return _unit(_vectors(owner, "normals", value))
 
 
 def _refuse(owner: str, name: str, array: FloatArray, bad: BoolArray, expected: str) -> None:
-    """Raise ValueError for the first vector that is bad."""
+    """Raise ValueError for the first bad vector."""
     if bad.any():
         index = tuple(int(i) for i in np.argwhere(bad)[0])
         raise ValueError(f"{owner}: {name}{list(index) if index else ''} must be {expected}, got {array[index]}")
 
 
 def _ratio(eta: Any) -> FloatArray:
-    """eta as an array, or a ValueError."""
+    """Return eta as an array. Raise ValueError if it is not finite and > 0."""
     array = real_array("refract", "eta", eta)
     for bad, expected in ((~(np.isfinite(array) & (array > 0)), "finite and > 0"), (is_outside_domain(array), DOMAIN)):
         if bad.any():

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
 
-from ..._util.hints import check_choice, with_call_hints
+from ..._util.hints import check_choice
 from ..._util.validation import check_integer, check_number, describe_kind
 from ...queries.rays import Rays
 from .medium import check_wavelength
@@ -19,16 +19,25 @@ from .ray_trace import trace
 Floats = npt.NDArray[np.float64]
 MOST_RINGS = 1000
 _INSIDE = 1 - 1e-9
-"""Rays at the rim of the pupil go by so much inside of it: what a rim does to a ray upon it is nobody's question."""
+"""Radius of the outermost rays, in radii of the pupil: a ray exactly on a rim would be undecided."""
 
 
 @dataclass(frozen=True, eq=False)
 class Spot:
-    """Where a beam meets the image plane.
+    """A spot: the points of a beam in the image plane.
 
-    points: (n, 2) x and y of the rays that arrive. pupil: (n, 2) where they went through the entrance pupil, whose
-    rim is at 1. wavelengths: (n,) in μm. centroid: (2,). rms: the root mean square distance from the centroid.
-    radius: the greatest. vignetted: the share of rays that did not arrive. field: as it was asked for.
+    Parameters
+    ----------
+    points : ndarray (n, 2)
+        x and y of the rays that arrive.
+    pupil : ndarray (n, 2)
+        Their places in the entrance pupil, whose rim is at 1.
+    wavelengths : ndarray (n,)
+        In μm.
+    vignetted : float
+        Share of rays that did not arrive.
+    field : float
+        The field of the beam.
     """
 
     points: Floats
@@ -39,17 +48,17 @@ class Spot:
 
     @property
     def centroid(self) -> Floats:
-        """The mean of the points."""
+        """Mean of the points, (2,)."""
         return np.asarray(self.points.mean(axis=0))
 
     @property
     def rms(self) -> float:
-        """The root of the mean squared distance from the centroid."""
+        """Root mean square distance from the centroid."""
         return math.sqrt(float(((self.points - self.centroid) ** 2).sum(axis=1).mean()))
 
     @property
     def radius(self) -> float:
-        """The greatest distance from the centroid."""
+        """Greatest distance from the centroid."""
         return float(np.hypot(*(self.points - self.centroid).T).max())
 
     def __repr__(self) -> str:
@@ -60,8 +69,14 @@ class Spot:
 class RayFan:
     """Transverse errors of a row of rays across the pupil.
 
-    pupil: (n,) from -1 to 1. error: (n, 2) x and y in the image plane, from the chief ray's; NaN of rays that do not
-    arrive. axis, field, wavelength: as asked for.
+    Parameters
+    ----------
+    pupil : ndarray (n,)
+        Places in the pupil, from -1 to 1.
+    error : ndarray (n, 2)
+        x and y in the image plane, from the chief ray's; NaN of rays that do not arrive.
+    axis, field, wavelength
+        The arguments of `ray_fan`.
     """
 
     pupil: Floats
@@ -71,17 +86,28 @@ class RayFan:
     wavelength: float
 
 
-@with_call_hints
-def beam(system: Prescription, field: Any = 0.0, *, pupil: Any) -> Rays:
-    """Rays of one field through points of the entrance pupil.
+def beam(system: Prescription, field: float = 0.0, *, pupil: npt.ArrayLike) -> Rays:
+    """Make the rays of one field through points of the entrance pupil.
 
-    system: a `Prescription`. field: degrees off the axis, or the height of a near object.
-    pupil: (n, 2), x and y in units of the pupil's radius.
+    Parameters
+    ----------
+    system : Prescription
+        The lens system.
+    field : float
+        Degrees off the axis, or the height of a near object.
+    pupil : array_like (n, 2)
+        x and y in units of the pupil's radius.
+
+    Returns
+    -------
+    Rays
+        (n,)
     """
     angle = _field(system, "beam", field)
     disc = np.asarray(pupil, dtype=np.float64)
     if disc.ndim != 2 or disc.shape[1] != 2 or not np.isfinite(disc).all():
         raise ValueError(f"beam: pupil must be finite and of shape (n, 2), got shape {disc.shape}")
+    # The points in the plane of the entrance pupil.
     through = np.column_stack([disc * (_INSIDE * system.aperture / 2), np.full(len(disc), system.pupil)])
     if not math.isinf(system.object_distance):
         start = np.array([0.0, angle, -system.object_distance])
@@ -89,58 +115,103 @@ def beam(system: Prescription, field: Any = 0.0, *, pupil: Any) -> Rays:
     slope = math.tan(math.radians(angle))
     way = np.array([0.0, slope, 1.0])
     low = float(system.scene.bounds[0][2]) if system.bodies else 0.0
+    # Rays start in front of all bodies.
     first = min(0.0, low) - system.aperture
     way /= np.linalg.norm(way)
     return Rays(through - ((system.pupil - first) / way[2]) * way, way)
 
 
 def rings(count: int) -> Floats:
-    """Points of a disc on rings of equal distances, 6 k on the k-th, and the middle: (1 + 3 count (count + 1), 2)."""
+    """Return points of a disc on equidistant rings, 6 k on the k-th, and the middle: (1 + 3 count (count + 1), 2)."""
     points = [np.zeros((1, 2))]
     for k in range(1, count + 1):
+        # Odd rings are turned by half a step, so that rays do not line up.
         angles = 2 * math.pi * (np.arange(6 * k) + 0.5 * (k % 2)) / (6 * k)
         points.append(k / count * np.column_stack([np.cos(angles), np.sin(angles)]))
     return np.concatenate(points)
 
 
-@with_call_hints
-def spot(system: Prescription, field: Any = 0.0, *, wavelength: Any = None, count: Any = 12, z: Any = None) -> Spot:
-    """The spot of a field in the image plane.
+def spot(
+    system: Prescription,
+    field: float = 0.0,
+    *,
+    wavelength: float | Literal["all"] | None = None,
+    count: int = 12,
+    z: float | None = None,
+) -> Spot:
+    """Compute the spot of a field in the image plane.
 
-    system: a `Prescription`. field: degrees off the axis; of a near object its height.
-    wavelength: in μm, the primary one where left out, or "all" of the prescription's.
-    count: of rings of rays in the pupil, `rings` of 6, 12, 18 ... z: of the plane, that of the image where left out.
-    Raises ValueError where no ray arrives.
+    Parameters
+    ----------
+    system : Prescription
+        The lens system.
+    field : float
+        Degrees off the axis; of a near object its height.
+    wavelength : float or "all", optional
+        In μm; the default is the primary one. "all" is all of the prescription's.
+    count : int
+        Number of rings of rays in the pupil, with 6, 12, 18 ... rays.
+    z : float, optional
+        Of the plane; the default is that of the image.
+
+    Returns
+    -------
+    Spot
+
+    Raises
+    ------
+    ValueError
+        If no ray arrives.
     """
     angle = _field(system, "spot", field)
     disc = rings(check_integer("spot", "count", count, 1, MOST_RINGS))
     plane = system.image if z is None else check_number("spot", "z", z)
     waves = system.wavelengths if isinstance(wavelength, str) and wavelength == "all" else (wavelength,)
     rays = beam(system, angle, pupil=disc)
-    points, where, colours = [], [], []
-    for given in waves:
-        wave = system.wavelength if given is None else check_wavelength("spot", given)
-        found = trace(system, rays, wave)
-        points.append(found.at(plane)[found.arrived, :2])
-        where.append(disc[found.arrived])
+    points, places, colours = [], [], []
+    for choice in waves:
+        wave = system.wavelength if choice is None else check_wavelength("spot", choice)
+        traced = trace(system, rays, wave)
+        points.append(traced.at(plane)[traced.arrived, :2])
+        places.append(disc[traced.arrived])
         colours.append(np.full(len(points[-1]), wave))
     arrived = np.concatenate(points)
     if not len(arrived):
-        raise ValueError(f"spot: field must be one of which a ray arrives, got {angle:g}")
+        raise ValueError(f"spot: field must be one with a ray that arrives, got {angle:g}")
+    # Over all wavelengths.
     lost = 1 - len(arrived) / (len(disc) * len(waves))
-    return Spot(arrived, np.concatenate(where), np.concatenate(colours), lost, angle)
+    return Spot(arrived, np.concatenate(places), np.concatenate(colours), lost, angle)
 
 
-@with_call_hints
 def ray_fan(
-    system: Prescription, field: Any = 0.0, *, axis: Any = "y", wavelength: Any = None, count: Any = 41
+    system: Prescription,
+    field: float = 0.0,
+    *,
+    axis: Literal["x", "y"] = "y",
+    wavelength: float | None = None,
+    count: int = 41,
 ) -> RayFan:
-    """Transverse ray errors across the pupil.
+    """Compute transverse ray errors across the pupil.
 
-    system: a `Prescription`. field: degrees off the axis; of a near object its height.
-    axis: "y", the fan in the plane of the field, or "x", the one across it. wavelength: in μm. count: of rays.
-    Errors are those from the chief ray, the one through the pupil's middle; where that is obstructed, as in a
-    telescope, from where it would go.
+    Errors are those from the chief ray, the one through the pupil's middle. If that is obstructed, as in a telescope,
+    it is traced without the obstruction.
+
+    Parameters
+    ----------
+    system : Prescription
+        The lens system.
+    field : float
+        Degrees off the axis; of a near object its height.
+    axis : {"y", "x"}
+        "y" is the fan in the plane of the field, "x" the one across it.
+    wavelength : float, optional
+        In μm; the default is the primary one.
+    count : int
+        Number of rays.
+
+    Returns
+    -------
+    RayFan
     """
     angle = _field(system, "ray_fan", field)
     across = check_choice("ray_fan", "axis", axis, ("x", "y"))
@@ -148,20 +219,21 @@ def ray_fan(
     wave = system.wavelength if wavelength is None else check_wavelength("ray_fan", wavelength)
     line = np.linspace(-1, 1, number_of)
     disc = np.zeros((number_of + 1, 2))
+    # Ray 0 is the chief ray, through the middle of the pupil.
     disc[1:, "xy".index(across)] = line
     rays = beam(system, angle, pupil=disc)
-    found = trace(system, rays, wave).at(system.image)[1:, :2]
+    points = trace(system, rays, wave).at(system.image)[1:, :2]
     chief = trace(system, rays[:1], wave, obstructions=False).at(system.image)[0, :2]
-    return RayFan(line, found - chief, across, angle, wave)
+    return RayFan(line, points - chief, across, angle, wave)
 
 
 def _field(system: Any, owner: str, field: Any) -> float:
-    """Check the system and the field."""
+    """Check the system and the field. Return the field."""
     if not isinstance(system, Prescription):
-        told = (
+        hint = (
             "co.optics.prescription(rows) makes one" if not isinstance(system, str) else "co.optics.load_zmx reads it"
         )
-        raise TypeError(f"{owner}: system must be a Prescription, got {describe_kind(system)}; {told}")
+        raise TypeError(f"{owner}: system must be a Prescription, got {describe_kind(system)}; {hint}")
     angle = check_number(owner, "field", field)
     if math.isinf(system.object_distance) and abs(angle) >= 90:
         raise ValueError(f"{owner}: field must be below 90 degrees, got {angle:g}")

@@ -1,4 +1,7 @@
-"""What a Zemax lens file says becomes a prescription."""
+"""Zemax lens files (.zmx): parse their text, and make a prescription of it.
+
+Only sequences of conics are supported.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +14,6 @@ from pathlib import Path
 from typing import Any
 
 from ..._util.file_errors import Problem, SceneFileError
-from ..._util.hints import with_call_hints
 from ..._util.text import format_count
 from ..._util.validation import check_path as checked_path
 from ..._util.validation import describe_kind, format_value
@@ -25,24 +27,28 @@ _ASPHERES = ("EVENASPH", "ODDASPHE", "XASPHERE", "XOASPHER")
 _ANGLE, _HEIGHT = 0, 1
 
 
+# From the parsed file to a prescription.
+
+
 def build_prescription(lens: ZmxLens, medium: Callable[[ZmxSurface], Any]) -> Prescription:
-    """The prescription of a file; `medium` says what stands behind a surface with glass."""
+    """Return the prescription of a file; `medium` gives the medium behind a surface with glass."""
     for surface in lens.surfaces:
         _check_kind(surface)
     rows = [_row(surface, medium) for surface in lens.surfaces[1:-1]]
     distance = lens.surfaces[0].thickness
     waves = _wavelengths(lens)
+    # Aperture and fields may depend on focal length and pupil: first a system with any aperture.
     system = prescription(rows, 1.0, object_distance=_far(distance), wavelengths=waves, name=lens.name)
     aperture = _aperture(lens, system)
     fields = _fields(lens, system)
-    found = prescription(
+    result = prescription(
         rows, aperture, object_distance=_far(distance), wavelengths=waves, fields=fields, name=lens.name
     )
-    return replace(found, left_out=tuple(lens.notes))
+    return replace(result, left_out=tuple(lens.notes))
 
 
 def _far(distance: float) -> float:
-    """The distance of the object: none, or one beyond a light year, is that of a star."""
+    """Return the distance of the object; 0, and a distance beyond a light year, is infinite as that of a star."""
     return distance if 0 < distance < 1e10 else math.inf
 
 
@@ -54,15 +60,15 @@ def _check_kind(surface: ZmxSurface) -> None:
         return
     if surface.kind in _ASPHERES:
         if terms:
-            told = f"has the aspheric term PARM {terms[0][0][:8]}, which makes it no conic"
-            raise ZmxError(terms[0][1], where, f"{surface.kind} {told}")
+            reason = f"has the aspheric term PARM {terms[0][0][:8]}, which makes it no conic"
+            raise ZmxError(terms[0][1], where, f"{surface.kind} {reason}")
         return
     supported = f"only conics are: {', '.join((*_CONICS, *_ASPHERES))} (these without aspheric terms)"
     raise ZmxError(line, where, f"{surface.kind[:40]!r} is not supported; {supported}")
 
 
 def _row(surface: ZmxSurface, medium: Callable[[ZmxSurface], Any]) -> Row:
-
+    """Return the row of a surface."""
     behind = medium(surface) if surface.glass else None
     thickness = surface.thickness
     if math.isinf(thickness):
@@ -79,20 +85,22 @@ def _row(surface: ZmxSurface, medium: Callable[[ZmxSurface], Any]) -> Row:
 
 
 def _wavelengths(lens: ZmxLens) -> tuple[float, ...]:
-    """The wavelengths that count, the primary one first."""
+    """Return the wavelengths in use, the primary one first."""
     count = lens.wave_count or max(lens.waves, default=1)
+    # Files list all 24 wavelengths; only the first `count` are in use.
     waves = [lens.waves[i] for i in sorted(lens.waves) if i <= min(count, 24) and lens.waves[i] > 0]
     primary = lens.waves.get(lens.primary, waves[0] if waves else D_LINE)
     return (primary, *(wave for wave in waves if wave != primary))
 
 
 def _focal_length(system: Prescription) -> float:
+    """Return the paraxial focal length, infinite if the system is afocal."""
     bend = paraxial.system_matrix(system.thin(system.wavelength))[2]
     return -1 / bend if bend else math.inf
 
 
 def _aperture(lens: ZmxLens, system: Prescription) -> float | None:
-    """The diameter of the entrance pupil; None: that of the stop's image."""
+    """Return the diameter of the entrance pupil; None is that of the stop's image."""
     kind, value = lens.aperture or ("FLOA", 0.0)
     if kind == "ENPD":
         return value
@@ -104,34 +112,34 @@ def _aperture(lens: ZmxLens, system: Prescription) -> float | None:
 
 
 def _fields(lens: ZmxLens, system: Prescription) -> tuple[float, ...]:
-    """Angles, or heights of a near object."""
-    given = lens.fields[: max(1, min(lens.field_count, 24))] or [0.0]
+    """Return angles, or heights of a near object."""
+    numbers = lens.fields[: max(1, min(lens.field_count, 24))] or [0.0]
     far = math.isinf(system.object_distance)
     if lens.field_kind == (_ANGLE if far else _HEIGHT):
-        return tuple(given)
+        return tuple(numbers)
     if far and lens.field_kind > _HEIGHT:  # heights of the image
         f = _focal_length(system)
-        return tuple(math.degrees(math.atan(height / f)) for height in given)
+        return tuple(math.degrees(math.atan(height / f)) for height in numbers)
     if not far and lens.field_kind == _ANGLE:
-        return tuple(-math.tan(math.radians(angle)) * (system.object_distance + system.pupil) for angle in given)
-    lens.notes.append(f"fields of the type {lens.field_kind} are passed over")
+        return tuple(-math.tan(math.radians(angle)) * (system.object_distance + system.pupil) for angle in numbers)
+    lens.notes.append(f"fields of the type {lens.field_kind} are skipped")
     return (0.0,)
 
 
-# Lens files of Zemax: sequences of conics, as text.
+# The parser of lens files.
 
 LARGEST = 8_000_000
-"""Bytes of a file."""
+"""The most bytes of a file."""
 _LONGEST = 20_000
 _MOST_LINES = 200_000
 _NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d{1,4})?\Z")
 _UNITS = ("MM", "CM", "IN", "METER", "M")
 _NO_GLASS = (1.5, 40.0)
-"""What stands for index and Abbe number where the file does not say them."""
+"""Index and Abbe number that stand for "not in the file"."""
 
 
 class ZmxError(Exception):
-    """What a line says that cannot be had; `line` counts from 1."""
+    """An error in a line of the file; `line` counts from 1."""
 
     def __init__(self, line: int, where: str, message: str) -> None:
         super().__init__(message)
@@ -140,7 +148,7 @@ class ZmxError(Exception):
 
 @dataclass
 class ZmxSurface:
-    """A surface as the file has it, and the lines where it says so."""
+    """A surface in the terms of the file, with its line numbers."""
 
     number: int
     line: int
@@ -160,7 +168,7 @@ class ZmxSurface:
 
 @dataclass
 class ZmxLens:
-    """A file as it is read."""
+    """The parsed file."""
 
     surfaces: list[ZmxSurface] = field(default_factory=list)
     aperture: tuple[str, float] | None = None
@@ -175,28 +183,55 @@ class ZmxLens:
     notes: list[str] = field(default_factory=list)
 
 
-@with_call_hints
 def load_zmx(path: str | os.PathLike[str], *, glasses: Mapping[str, Any] | None = None) -> Prescription:
-    """The `Prescription` of a Zemax lens file (.zmx); its `scene` holds the lenses.
+    """Load the `Prescription` of a Zemax lens file (.zmx); its `scene` holds the lenses.
 
-    Surfaces that are conics are read: STANDARD ones, and aspheres without aspheric terms. Any other type is refused by
-    name, with its line; `left_out` of the prescription tells what was passed over. Lengths keep the file's unit.
+    Surfaces that are conics are read: STANDARD ones, and aspheres without aspheric terms. Any other type is an error
+    with its name and line; `left_out` of the prescription lists skipped parts. Lengths keep the file's unit.
 
-    path: of the file, in UTF-16, UTF-8 or Latin-1.
-    glasses: media by name, as for a `Row`: for glasses that neither `co.optics.glass` nor the file itself knows.
-    Raises `SceneFileError`, a ValueError, with the line; a FileNotFoundError where there is no such file.
+    Parameters
+    ----------
+    path : path
+        Of the file, in UTF-16, UTF-8 or Latin-1.
+    glasses : Mapping, optional
+        Media by name, as for a `Row`: for glasses that neither `co.optics.glass` nor the file itself knows.
+
+    Returns
+    -------
+    Prescription
+
+    Raises
+    ------
+    SceneFileError
+        A ValueError with the line.
+    FileNotFoundError
+        If there is no such file.
     """
     file = Path(checked_path("load_zmx", path))
     with open(file, "rb") as source:
+        # One byte more than allowed shows that the file is too large, without reading it all.
         data = source.read(LARGEST + 1)
     return _read(_decode(data, os.fspath(file)), os.fspath(file), glasses)
 
 
-@with_call_hints
 def read_zmx(text: str, *, glasses: Mapping[str, Any] | None = None) -> Prescription:
-    """The `Prescription` of the text of a Zemax lens file, as `load_zmx` reads it.
+    """Read the `Prescription` from the text of a Zemax lens file, as `load_zmx`.
 
-    text: of the file. glasses: media by name, as for `load_zmx`.
+    Parameters
+    ----------
+    text : str
+        Of the file.
+    glasses : Mapping, optional
+        Media by name, as for `load_zmx`.
+
+    Returns
+    -------
+    Prescription
+
+    Raises
+    ------
+    SceneFileError
+        A ValueError with the line.
     """
     if not isinstance(text, str):
         raise TypeError(f"read_zmx: text must be a text, got {describe_kind(text)}")
@@ -206,6 +241,7 @@ def read_zmx(text: str, *, glasses: Mapping[str, Any] | None = None) -> Prescrip
 
 
 def _read(text: str, name: str, glasses: Mapping[str, Any] | None) -> Prescription:
+    """Return the prescription of a text; errors get the file's name."""
     if glasses is not None and not isinstance(glasses, Mapping):
         raise TypeError(f"load_zmx: glasses must map names to media, got {describe_kind(glasses)}")
     try:
@@ -218,7 +254,7 @@ def _read(text: str, name: str, glasses: Mapping[str, Any] | None) -> Prescripti
 
 
 def _decode(data: bytes, name: str) -> str:
-    """The text of a file, by its byte order mark, else UTF-8, else Latin-1."""
+    """Return the text of a file, by its byte order mark, else UTF-8, else Latin-1."""
     if len(data) > LARGEST:
         raise SceneFileError(name, [Problem(0, 0, "", f"is larger than {LARGEST:,} bytes")])
     if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
@@ -234,6 +270,7 @@ def _decode(data: bytes, name: str) -> str:
 
 
 def _parse(text: str) -> ZmxLens:
+    """Parse all lines of a text."""
     lens = ZmxLens()
     lines = text.splitlines()
     if len(lines) > _MOST_LINES:
@@ -247,17 +284,19 @@ def _parse(text: str) -> ZmxLens:
         key, rest = words[0].upper(), words[1:]
         if key == "SURF":
             _new_surface(lens, number, rest)
+        # Indented lines belong to the last surface, others to the system.
         elif lens.surfaces and line[:1].isspace():
             _of_surface(lens, lens.surfaces[-1], number, key, rest)
         else:
             _of_system(lens, number, key, rest, line)
     if len(lens.surfaces) < 3:
-        told = "SURF 0 is the object, the last one the image, and there is a lens between them"
-        raise ZmxError(0, "", f"must have at least 3 surfaces: {told}; got {len(lens.surfaces)}")
+        roles = "SURF 0 is the object, the last one the image, and there is a lens between them"
+        raise ZmxError(0, "", f"must have at least 3 surfaces: {roles}; got {len(lens.surfaces)}")
     return lens
 
 
 def _new_surface(lens: ZmxLens, line: int, rest: list[str]) -> None:
+    """Begin a surface."""
     if len(lens.surfaces) > MOST_ROWS:
         raise ZmxError(line, "SURF", f"there are more than {MOST_ROWS:,} surfaces")
     expected = len(lens.surfaces)
@@ -268,13 +307,14 @@ def _new_surface(lens: ZmxLens, line: int, rest: list[str]) -> None:
 
 
 def _of_surface(lens: ZmxLens, surface: ZmxSurface, line: int, key: str, rest: list[str]) -> None:
-    """One line of a surface."""
+    """Parse one line of a surface."""
     where = f"surface {surface.number}: {key}"
     if key == "TYPE":
         surface.kind, surface.kind_line = (rest[0].upper() if rest else ""), line
     elif key == "CURV":
         surface.curvature = _number(line, where, rest, 0)
     elif key == "DISZ":
+        # The word INFINITY stands for an object at infinity.
         far = bool(rest) and rest[0].upper().startswith("INF")
         surface.thickness = math.inf if far else _number(line, where, rest, 0)
     elif key == "CONI":
@@ -292,7 +332,7 @@ def _of_surface(lens: ZmxLens, surface: ZmxSurface, line: int, key: str, rest: l
     elif key == "CLAP":
         surface.hole = max(0.0, _number(line, where, rest, 1)) if len(rest) > 2 else 0.0
     elif key in _IGNORED_KEYWORDS:
-        lens.notes.append(f"line {line}: surface {surface.number}: {_IGNORED_KEYWORDS[key]} ({key}) is passed over")
+        lens.notes.append(f"line {line}: surface {surface.number}: {_IGNORED_KEYWORDS[key]} ({key}) is skipped")
 
 
 _IGNORED_KEYWORDS = {
@@ -300,10 +340,11 @@ _IGNORED_KEYWORDS = {
     "OBSC": "a round obscuration", "SQOB": "a rectangular obscuration", "ELOB": "an elliptic obscuration",
     "SPID": "a spider", "COAT": "a coating", "OBDC": "a decentred aperture",
 }  # fmt: skip
+"""Keywords that are skipped with a note."""
 
 
 def _of_system(lens: ZmxLens, line: int, key: str, rest: list[str], whole: str) -> None:
-    """One line that is of no surface."""
+    """Parse one line outside of surfaces."""
     if key == "MODE" and rest and rest[0].upper() != "SEQ":
         raise ZmxError(line, "MODE", f"must be SEQ, a sequence of surfaces, got {format_value(rest[0])}")
     if key == "NAME":
@@ -331,11 +372,11 @@ def _of_system(lens: ZmxLens, line: int, key: str, rest: list[str], whole: str) 
     elif key == "YFLN":
         lens.fields = [_number(line, key, rest, i) for i in range(min(len(rest), 100))]
     elif key == "MNUM" and rest and _whole(line, key, rest, 0) > 1:
-        lens.notes.append(f"line {line}: of {rest[0][:9]} configurations (MNUM) the one that the surfaces say is read")
+        lens.notes.append(f"line {line}: of {rest[0][:9]} configurations (MNUM) only that of the surfaces is read")
 
 
 def _number(line: int, where: str, rest: list[str], place: int) -> float:
-    """A number of a line."""
+    """Return the number at a place of a line."""
     text = rest[place] if place < len(rest) else ""
     value = float(text) if _NUMBER.match(text) else math.nan
     if not math.isfinite(value) or (value and not 1e-100 <= abs(value) <= 1e100):
@@ -344,6 +385,7 @@ def _number(line: int, where: str, rest: list[str], place: int) -> float:
 
 
 def _whole(line: int, where: str, rest: list[str], place: int) -> int:
+    """Return the whole number at a place of a line."""
     value = _number(line, where, rest, place)
     if value != int(value) or abs(value) > 1e6:
         raise ZmxError(line, where, f"must have a whole number at place {place + 1}, got {format_value(rest[place])}")
@@ -351,39 +393,40 @@ def _whole(line: int, where: str, rest: list[str], place: int) -> int:
 
 
 def _medium(surface: ZmxSurface, lens: ZmxLens, glasses: Mapping[str, Any]) -> Any:
-    """The medium behind a surface: the caller's by that name, the catalogue's, or by the numbers of the line."""
+    """Return the medium behind a surface: the caller's by that name, the catalogue's, or by the numbers of the line."""
     name, line, where = surface.glass[0], surface.glass_line, f"surface {surface.number}: GLAS"
     if name.upper() == "MIRROR":
         return "mirror"
     if name in glasses:
         try:
-            found = parse_medium("glasses", name, glasses[name])
+            own = parse_medium("glasses", name, glasses[name])
         except (TypeError, ValueError) as error:
             raise ZmxError(line, where, str(error)) from None
-        return found if found.is_air else Medium(name, found.refractive_index)
-    if (known := find_glass(name)) is not None:
-        return known
+        return own if own.is_air else Medium(name, own.refractive_index)
+    if (catalogued := find_glass(name)) is not None:
+        return catalogued
     if len(surface.glass) > 4:
         index, abbe = (_number(line, where, surface.glass, place) for place in (3, 4))
+        # Index and Abbe number count unless they are the placeholder of an unmarked glass.
         model = surface.glass[1] not in ("0",)
         if index > 1 and abbe >= 0 and (model or (index, abbe) != _NO_GLASS):
             lens.notes.append(
                 f"line {line}: surface {surface.number}: {name[:40]} by its index {index:g} and Abbe number {abbe:g}"
             )
             return medium_by_abbe(name, index, abbe)
-    told = f"is not in the catalogue: glasses={{{name[:40]!r}: index}} says its refractive index"
-    raise ZmxError(line, where, f"{format_value(name)} {told}")
+    hint = f"is not in the catalogue: glasses={{{name[:40]!r}: index}} gives its refractive index"
+    raise ZmxError(line, where, f"{format_value(name)} {hint}")
 
 
 # Zemax lens files for `co.load`: the scene of a prescription, by the options of all imports.
 
 
 def import_file(path: str | os.PathLike[str], options: ImportOptions) -> ImportResult:
-    """The bodies of a lens file; its notes tell what was passed over. `load_zmx` gives the prescription itself."""
+    """Import the bodies of a lens file; its notes list skipped parts. `load_zmx` returns the prescription itself."""
     options.refuse_others("a Zemax lens file", "strict", "only")
     system = load_zmx(path)
     if len(system.bodies) > options.most.alone:
         raise ValueError(f"load: max_bodies must be at least {len(system.bodies)} for this file")
     first = f"{format_count(len(system.rows), 'surface')}, {format_count(len(system.bodies), 'body')}"
-    found = ImportResult(system.bodies, (), (first, *system.left_out), system.left_out)
-    return found if options.only is None else select_bodies(found, options.only)
+    result = ImportResult(system.bodies, (), (first, *system.left_out), system.left_out)
+    return result if options.only is None else select_bodies(result, options.only)

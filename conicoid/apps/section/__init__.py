@@ -1,4 +1,4 @@
-"""Slices of a scene by a plane with exact outlines, and scenes as voxels."""
+"""Slices of a scene by a plane, with exact outlines, and scenes as voxels."""
 
 from __future__ import annotations
 

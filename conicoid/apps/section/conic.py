@@ -1,8 +1,9 @@
-"""What a plane cuts out of a surface, exactly: a conic and the curves that it consists of.
+"""The exact intersection of a surface with the plane of a window: a conic, and the curves that it consists of.
 
-A conic is A s² + 2 B st + C t² + 2 D s + 2 E t + F in whole numbers, s and t in sides of the window about its middle.
-Of surfaces that are irrational on paper these are known to thousands of bits (`exact.forms`), and what cannot be told
-from zero is zero. So the kind of a conic is not a matter of rounding, and conics that coincide are found to.
+A conic is A s² + 2 B st + C t² + 2 D s + 2 E t + F with integer coefficients; s and t are in sides of the window, from
+its middle. For irrational surfaces the coefficients are known to thousands of bits (`queries/exact/surface_forms.py`),
+and a number that cannot be distinguished from zero is zero. So rounding does not decide the kind of a conic, and
+coincident conics compare as equal.
 """
 
 from __future__ import annotations
@@ -29,33 +30,34 @@ Six: TypeAlias = tuple[int, int, int, int, int, int]
 Floats6: TypeAlias = tuple[float, float, float, float, float, float]
 
 _KEY = 80
-"""Bits by which curves are told apart."""
+"""Bits of the numbers by which curves are compared."""
 _BITS = 512
 _CUT = 400
-"""Of irrational conics: bits that are kept, and below how many a determinant is zero."""
+"""For irrational conics: bits of the coefficients, and bits below which a determinant is zero."""
 _QUICK = 30
-"""Of conics from rounded records: below so many bits a determinant is not known."""
+"""For conics from rounded records: bits below which a determinant is not known."""
 
 
 class UnclearConicError(Exception):
-    """A conic is not known well enough to tell what kind it is."""
+    """Raised for a conic that is not known well enough to decide its kind."""
 
 
 @dataclass(frozen=True)
 class PlaneConic:
-    """A surface in the plane of a window. exact: `Six`; rounded: are these cut off? sides: lengths of s and t.
-
-    quick: they come from a record (conic.py): what cannot be told from zero then is Unclear.
-    """
+    """A surface in the plane of a window."""
 
     exact: Six
+    """The coefficients A to F."""
     rounded: bool
+    """Whether the coefficients are truncated."""
     sides: tuple[float, float]
+    """Lengths of the sides of the window: the units of s and t."""
     quick: bool = False
+    """Whether the coefficients come from a record. Then a number near zero raises `UnclearConicError`."""
 
     @property
     def floats(self) -> Floats6:
-        """Coefficients in lengths about the middle, the largest, over the window, about 1."""
+        """Coefficients for lengths from the middle, scaled so that the largest of `exact` becomes 1."""
         across, up = self.sides
         largest = max(map(abs, self.exact))
         a, b, c, d, e, f = (x / largest for x in self.exact)
@@ -63,16 +65,18 @@ class PlaneConic:
 
     @property
     def is_everywhere(self) -> bool:
-        """Is the plane in the surface?"""
+        """Whether the plane lies in the surface."""
         return not any(self.exact)
 
     def curves(self) -> list[Curve]:
-        """Where it changes its sign; no lone points, and no lines that it only touches."""
+        """Return the curves along which the conic changes its sign: no isolated points, and no double lines."""
         a, b, c, d, e, f = self.exact
         if not (a or b or c):
             return [self._line((2 * d, 2 * e, f))] if d or e else []
-        det = self._told(a * c, b * b)
+        # det > 0: ellipse; = 0: parabola, or parallel lines; < 0: hyperbola, or lines that cross.
+        det = self._difference(a * c, b * b)
         whole = a * (c * f - e * e) - b * (b * f - e * d) + d * (b * e - c * d)
+        # The largest term bounds the rounding error of the determinant.
         terms = max(map(abs, (a * c * f, a * e * e, b * b * f, b * e * d, d * d * c)))
         if self._vanishes(whole, terms):
             whole = 0
@@ -81,12 +85,12 @@ class PlaneConic:
             return [self._line(numbers) for numbers in pair]
         return [self._parabola()] if det == 0 else self._central(det, whole)
 
-    def _told(self, x: int, y: int) -> int:
-        """x - y, 0 where it cannot be told from that."""
+    def _difference(self, x: int, y: int) -> int:
+        """Return x - y, or 0 if the difference cannot be distinguished from zero."""
         return 0 if self._vanishes(x - y, max(abs(x), abs(y))) else x - y
 
     def _vanishes(self, x: int, terms: int) -> bool:
-        """Can a sum not be told from zero? Raises Unclear where it cannot be told whether it can."""
+        """Return whether a sum counts as zero, given its largest term. Raise UnclearConicError if that is not known."""
         if not self.rounded:
             return x == 0
         if self.quick and terms and abs(x) << _QUICK <= terms:
@@ -94,41 +98,44 @@ class PlaneConic:
         return abs(x) << _CUT <= terms
 
     def _line(self, numbers: tuple[int, int, int]) -> Curve:
-        """p s + q t + r = 0"""
+        """Return the line p s + q t + r = 0."""
         across, up = self.sides
         largest = max(map(abs, numbers))
         p, q, r = (x / largest for x in numbers)
         return StraightLine(("line", *conic_key(numbers)), (0.0, 0.0, 0.0, p / across / 2, q / up / 2, r))
 
     def _parallel(self) -> list[tuple[int, int, int]]:
-        """The two lines of a conic with A C = B² that are parallel; one that is double is only touched."""
+        """Return the two parallel lines of a conic with A C = B²; none for a double line, where no sign changes."""
         a, b, c, d, e, f = self.exact
+        # Along the variable with the larger square: lead x² + 2 shift x + f.
         first = abs(a) >= abs(c)
         lead, shift = (a, d) if first else (c, e)
-        disc = self._told(shift * shift, lead * f)
+        disc = self._difference(shift * shift, lead * f)
         if disc <= 0:
             return []
         bits = 2 * _BITS
+        # An integer square root, scaled by 2^bits, keeps the coefficients of the lines integers.
         root = isqrt(disc << (2 * bits))
         p, q = (a, b) if first else (b, c)
         return [(p << bits, q << bits, (shift << bits) + turn * root) for turn in (1, -1)]
 
     def _crossing(self, det: int) -> list[tuple[int, int, int]]:
-        """The two lines of a conic that cross each other, through its centre: a linear factor each."""
+        """Return the two lines that cross at the centre of a degenerate conic, each a linear factor of it."""
         a, b, c, d, e, _ = self.exact
         bits = 2 * _BITS
         root, one = isqrt(-det << (2 * bits)), 1 << bits
-        at_s, at_t = b * e - c * d, b * d - a * e  # over det
+        at_s, at_t = b * e - c * d, b * d - a * e  # divided by det: the centre
         if a:
             rows = [(a << bits, (b << bits) + turn * root) for turn in (1, -1)]
         else:
+            # For A = 0 the quadratic part is t (2 B s + C t).
             rows = [(0, one), (2 * b << bits, c << bits)]
         return [(p * det, q * det, -(p * at_s + q * at_t)) for p, q in rows]
 
     def _axes(self) -> tuple[float, float, float, float, float]:
-        """(larger eigenvalue, smaller, cosine, sine of the larger one's axis, sum) of the part of second order.
+        """Return (larger eigenvalue, smaller one, cosine, sine of the larger one's axis, sum) of the quadratic part.
 
-        Each is rounded but a few times: what cancels is subtracted exactly.
+        Each is rounded only a few times: differences that cancel are computed exactly.
         """
         a, b, c, *_ = self.exact
         across, up = (Fraction(side) for side in self.sides)
@@ -138,13 +145,14 @@ class PlaneConic:
         radius = math.hypot(half, b2)
         angle = 0.5 * math.atan2(b2, half)
         most = mean + math.copysign(radius, mean)
+        # The smaller eigenvalue is the determinant over the larger one: a difference would cancel.
         other = float(first * last - mixed * mixed) / most if most else -radius
         if mean < 0:
             angle += math.pi / 2
         return most, other, math.cos(angle), math.sin(angle), 2 * mean
 
     def _central(self, det: int, whole: int) -> list[Curve]:
-        """An ellipse, or both branches of a hyperbola."""
+        """Return an ellipse, or both branches of a hyperbola."""
         a, b, c, d, e, _ = self.exact
         across, up = self.sides
         center = float(Fraction(b * e - c * d, det)) * across, float(Fraction(b * d - a * e, det)) * up
@@ -152,6 +160,7 @@ class PlaneConic:
         first, other, cosine, sine, _ = self._axes()
         if first == 0.0 or other == 0.0:
             return []
+        # The squares of the half-axes; one is negative for a hyperbola.
         squares = -at_center / first, -at_center / other
         axes = (cosine, sine), (-sine, cosine)
         floats, key = self.floats, conic_key(self.exact)
@@ -169,7 +178,7 @@ class PlaneConic:
         ]
 
     def _parabola(self) -> Curve:
-        """λ η² + 2 δ η + 2 ε ξ + F = 0 along and across its axis."""
+        """Return the parabola λ η² + 2 δ η + 2 ε ξ + F = 0, with ξ along its axis and η across it."""
         _, _, _, d, e, f = self.floats
         _, _, cosine, sine, square = self._axes()
         along, over = -d * sine + e * cosine, d * cosine + e * sine
@@ -177,38 +186,41 @@ class PlaneConic:
 
 
 def _in_order(x: float, y: float) -> tuple[float, float]:
-    """The signs of a direction, so that the first one points to the right, or up."""
+    """Return the two signs of a direction, first the one that makes it point to the right, or up."""
     return (1.0, -1.0) if (x, y) > (0.0, 0.0) else (-1.0, 1.0)
 
 
 def conic_key(numbers: tuple[int, ...]) -> tuple[int, ...]:
-    """The same for numbers in the same ratios, also where they are turned over."""
+    """Return a key that is equal for proportional coefficients, also with the opposite sign."""
     largest = max(map(abs, numbers))
+    # The first coefficient that is largest up to rounding, so that equal conics take the same one.
     lead = next(x for x in numbers if abs(x) << 100 >= largest * ((1 << 100) - 1))
     return tuple(_rounded(x << _KEY, lead) for x in numbers)
 
 
 def _rounded(above: int, below: int) -> int:
-    """The whole number nearest to a quotient."""
+    """Return the integer nearest to a quotient."""
     return (2 * above + below) // (2 * below)
 
 
 def cut_conic(form: IntegerForm, window: Window, exact: Any) -> PlaneConic:
-    """What the plane of a window cuts out of a surface; `exact` is window.exact()."""
+    """Return the conic of an exact form in the plane of a window; `exact` is window.exact()."""
     middle, u, v, unit = exact
     values = _on_plane(form.coefficients, middle, u, v, unit)
     if form.off is None:
         common = math.gcd(*values) or 1
         return PlaneConic(as_six([x // common for x in values]), False, window.size)
+    # The error of each coefficient follows from the errors of the form by the same formula in sizes.
     sizes = [tuple(map(abs, part)) for part in (middle, u, v)]
     off = _on_plane(form.off, sizes[0], sizes[1], sizes[2], unit)
-    kept = [x if is_certain(x, o) else 0 for x, o in zip(values, off, strict=True)]
-    spare = max(0, max(abs(x).bit_length() for x in kept) - _BITS)
-    return PlaneConic(as_six([x >> spare if x >= 0 else -(-x >> spare) for x in kept]), True, window.size)
+    certain = [x if is_certain(x, o) else 0 for x, o in zip(values, off, strict=True)]
+    # Equal truncation of all coefficients to _BITS bits; towards zero, so that the sign does not matter.
+    spare = max(0, max(abs(x).bit_length() for x in certain) - _BITS)
+    return PlaneConic(as_six([x >> spare if x >= 0 else -(-x >> spare) for x in certain]), True, window.size)
 
 
 def _on_plane(form: Any, o: Any, u: Any, v: Any, unit: int) -> list[int]:
-    """A to F of a form at (o + s u + t v) / unit, times unit²."""
+    """Return the coefficients A to F of a form at (o + s u + t v) / unit, times unit²."""
     xx, yy, zz, xy, xz, yz, x, y, z, one = form
 
     def half_gradient(p: Any) -> tuple[int, int, int]:
@@ -226,24 +238,26 @@ def _on_plane(form: Any, o: Any, u: Any, v: Any, unit: int) -> list[int]:
 
 
 def as_six(values: list[int]) -> Six:
-    """Six whole numbers."""
+    """Return a list of six integers as a tuple."""
     a, b, c, d, e, f = values
     return a, b, c, d, e, f
 
 
-# Conics from the records of surfaces in the tables, which is quick, where they say enough.
+# --- The fast path: conics from the records of surfaces in the tables
 #
-# A record is what rounding left of a surface's numbers, and what it took is kept to 2^-106 of them. Of surfaces whose
-# numbers are floats nothing was taken, and their conics are exact. Of others coefficients are known to about 98 bits:
-# where that leaves open whether one of them, or a determinant, is zero, the surface is asked for as it was written.
+# A record holds the rounded numbers of a surface, and the tables also hold the rest that rounding removed, to 2^-106 of
+# the numbers. If the numbers are floats, the rest is zero and the conic is exact. Otherwise coefficients are known to
+# about 98 bits. If that does not decide whether a coefficient or a determinant is zero, the caller falls back to the
+# exact form of the surface.
 
 _OFF = 2.0**-98
+"""Relative error bound of a coefficient from a rounded record."""
 _SURE = 2.0**60
-"""A coefficient is at least so many times what it may be off by."""
+"""Multiples of its error bound that a coefficient must exceed; otherwise the record does not decide."""
 
 
 class RecordConics:
-    """The records of a scene's surfaces, and a window."""
+    """Computes conics from the records of a scene's surfaces, in one window."""
 
     def __init__(self, scene: PreparedScene, window: Window) -> None:
         self.tables, self.rest, self.window = scene.lowered.tables, scene.lowered.rest, window
@@ -254,7 +268,7 @@ class RecordConics:
         self.sizes = np.abs(window.corner) + np.abs(window.u) + np.abs(window.v), np.abs(window.u), np.abs(window.v)
 
     def conic(self, surface: int) -> PlaneConic:
-        """What the window's plane cuts out of a surface. Raises Unclear."""
+        """Return the conic of a surface. Raise UnclearConicError if its record does not decide the kind."""
         kind, row = int(self.tables.surface_kind[surface]), int(self.tables.surface_row[surface])
         if kind == PLANE:
             numbers, rests = self.tables.planes[row], self.rest.planes[row]
@@ -262,6 +276,7 @@ class RecordConics:
         elif kind == SPHERE:
             numbers = self.tables.spheres[row]
             rests = self.rest.spheres[row] if row < len(self.rest.spheres) else np.zeros(4)
+            # A sphere as a quadric: W = I, squares 1, linear part 0, constant radius².
             one = np.array([*numbers[:3], 1, 0, 0, 0, 1, 0, 0, 0, 1, 1, 1, 1, 0, 0, 0])
             full = [*_sums(numbers[:3], rests[:3]), *map(Fraction, one[3:].tolist()), _sums(numbers, rests)[3] ** 2]
             values = self._of_quadric(full)
@@ -279,6 +294,7 @@ class RecordConics:
         return PlaneConic(as_six([x // common for x in whole]), not is_exact, self.window.size, quick=True)
 
     def _of_plane(self, numbers: list[Fraction]) -> list[Fraction]:
+        """Return A to F of a plane."""
         normal, above, anchor = numbers[:3], numbers[3], numbers[4:]
         away = [m - a for m, a in zip(self.middle, anchor, strict=True)]
         u, v = self.sides
@@ -286,12 +302,13 @@ class RecordConics:
         return [none, none, none, _dot(normal, u) / 2, _dot(normal, v) / 2, _dot(normal, away) + above]
 
     def _size_of_plane(self, numbers: Any) -> list[float]:
+        """Return the sums of the sizes of the terms of A to F, to which errors are relative."""
         middle, u, v = self.sizes
         normal = numbers[:3]
         return [0.0, 0.0, 0.0, normal @ u, normal @ v, normal @ (middle + numbers[4:]) + numbers[3]]
 
     def _of_quadric(self, numbers: list[Fraction]) -> list[Fraction]:
-        """Σ s y² + 2 b y - k with y = W (x - anchor), x = middle + s u + t v."""
+        """Return A to F of Σ s y² + 2 b y - k with y = W (x - anchor), x = middle + s u + t v."""
         away = [m - a for m, a in zip(self.middle, numbers[:3], strict=True)]
         rows = [numbers[3 + 3 * k : 6 + 3 * k] for k in range(3)]
         s, b, k = numbers[12:15], numbers[15:18], numbers[18]
@@ -302,6 +319,7 @@ class RecordConics:
         ]  # fmt: skip
 
     def _size_of_quadric(self, numbers: Any) -> list[float]:
+        """Return the sums of the sizes of the terms of A to F, as `_size_of_plane` does."""
         middle, u, v = self.sizes
         rows, s, b = numbers[3:12].reshape(3, 3), numbers[12:15], numbers[15:18]
         p, q, r = rows @ u, rows @ v, rows @ (middle + numbers[:3])
@@ -312,7 +330,7 @@ class RecordConics:
 
 
 def _sums(numbers: Any, rests: Any) -> list[Fraction]:
-    """Numbers with what rounding took from them."""
+    """Return rounded numbers plus their rests, exactly."""
     return [Fraction(x) + Fraction(y) for x, y in zip(numbers.tolist(), rests.tolist(), strict=True)]
 
 

@@ -1,7 +1,7 @@
-"""Curves of second order in a plane, each with its parameter: points, tangents, and where others cross it.
+"""Curves of second order in a plane, with parameters: points, velocities, and crossings with other conics.
 
-A point that a parameter gives is carried onto its conic by Newton's method, in coordinates about the window: so it lies
-on the curve to rounding however far away the centre is.
+A point of a parameter is projected onto its conic by Newton's method, in coordinates about the window. So it lies on
+the curve to rounding, however far away the centre is.
 """
 
 from __future__ import annotations
@@ -17,19 +17,20 @@ from ..._util.arrays import FloatArray
 Floats6: TypeAlias = tuple[float, float, float, float, float, float]
 Pair: TypeAlias = tuple[float, float]
 NEAR = 1e-3
-"""Share by which a root of a crossing may be complex, or off, and still be looked at: breaks too many are harmless."""
+"""Relative tolerance for roots of crossings that are complex, or off the curve. Breaks too many are harmless."""
 _STEPS = 4
+"""Newton steps of a crossing."""
 
 
 def form_value(conic: Any, points: Any) -> Any:
-    """a x² + 2 b xy + c y² + 2 d x + 2 e y + f at points (..., 2)."""
+    """Return a x² + 2 b xy + c y² + 2 d x + 2 e y + f at points (..., 2)."""
     a, b, c, d, e, f = conic
     x, y = points[..., 0], points[..., 1]
     return (a * x + 2 * (b * y + d)) * x + (c * y + 2 * e) * y + f
 
 
 def form_gradient(conic: Any, points: Any) -> FloatArray:
-    """Half the gradient, (..., 2)."""
+    """Return half the gradient at points (..., 2), (..., 2)."""
     a, b, c, d, e, _ = conic
     x, y = points[..., 0], points[..., 1]
     result: FloatArray = np.stack([a * x + b * y + d, b * x + c * y + e], axis=-1)
@@ -37,7 +38,7 @@ def form_gradient(conic: Any, points: Any) -> FloatArray:
 
 
 def project_onto(conic: Floats6, points: FloatArray) -> FloatArray:
-    """Points that are near to a conic, on it."""
+    """Move points near a conic onto it, by two Newton steps along the gradient."""
     for _ in range(2):
         slope = form_gradient(conic, points)
         square = 2 * (slope * slope).sum(axis=-1)
@@ -47,41 +48,43 @@ def project_onto(conic: Floats6, points: FloatArray) -> FloatArray:
 
 
 def refine_crossings(one: Floats6, other: Any, points: FloatArray) -> FloatArray:
-    """Points near to where a conic crosses others, there; those where they only touch stay on the first.
+    """Move points onto the crossings of a conic with others nearby; where they only touch, points stay on the first.
 
-    other: six rows, a column for each point.
+    other: six rows of coefficients, one column for each point.
     """
     start = points
     for _ in range(_STEPS):
         p, q = 2 * form_gradient(one, points), 2 * form_gradient(other, points)
         det = p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]
         size = np.linalg.norm(p, axis=1) * np.linalg.norm(q, axis=1)
-        steep = np.abs(det) > 1e-9 * size
+        steep = np.abs(det) > 1e-9 * size  # at a touch the system is singular: no step
         f, g = form_value(one, points), form_value(other, points)
         safe = np.where(steep, det, 1.0)
         step = np.stack([(f * q[:, 1] - g * p[:, 1]) / safe, (g * p[:, 0] - f * q[:, 0]) / safe], axis=1)
         points = np.where(steep[:, None], points - step, points)
+    # Points that diverge go back to where they began.
     good: Any = np.isfinite(points).all(axis=1)
     return np.where(good[:, None], points, start)
 
 
 def second_order(conic: Any, x: Pair, y: Pair) -> Any:
-    """The bilinear form of the part of second order."""
+    """Return the bilinear form of the quadratic part."""
     a, b, c, *_ = conic
     return a * x[0] * y[0] + b * (x[0] * y[1] + x[1] * y[0]) + c * x[1] * y[1]
 
 
 def half_slope(conic: Any, at: Pair, x: Pair) -> Any:
-    """Half the slope at a place, along x."""
+    """Return half the slope at a place, along x."""
     return second_order(conic, at, x) + conic[3] * x[0] + conic[4] * x[1]
 
 
 def _at(conic: Any, at: Pair) -> float:
+    """Return the value of a conic at one place."""
     return float(form_value(conic, np.array(at)))
 
 
 def real_roots_of(polynomial: list[Any]) -> Any:
-    """The complex roots, of numbers that may vanish."""
+    """Return the complex roots of a polynomial, whose leading coefficients may be zero; none if all are."""
     numbers = np.array(polynomial)
     most = np.abs(numbers).max(initial=0.0)
     if not (most > 0 and np.isfinite(most)):
@@ -93,56 +96,59 @@ def real_roots_of(polynomial: list[Any]) -> Any:
 
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """A curve. key: the same for curves that coincide; conic: it lies on, in floats about the middle of the window."""
+    """A curve on a conic, with a parameter."""
 
     key: tuple[Any, ...]
+    """Equal for curves that coincide."""
     conic: Floats6
+    """The conic that the curve lies on, about the middle of the window."""
     kind: ClassVar[str]
     closed: ClassVar[bool] = False
 
     def plain(self, t: Any) -> FloatArray:
-        """Points (n, 2) by the formula alone."""
+        """Return the points (n, 2) by the formula alone, without projection."""
         raise NotImplementedError
 
     def velocity(self, t: Any) -> FloatArray:
-        """Derivatives (n, 2) of `plain`."""
+        """Return the derivatives (n, 2) of `plain`."""
         raise NotImplementedError
 
     def parameter(self, points: Any) -> FloatArray:
-        """Of points (n, 2) on the curve."""
+        """Return the parameters (n,) of points (n, 2) on the curve."""
         raise NotImplementedError
 
     def candidates(self, others: FloatArray) -> tuple[FloatArray, Any]:
-        """(parameters near to which some of the conics (n, 6) may cross it, of each which it is)."""
-        found = [(k, self.roots_with(tuple(others[k].tolist()))) for k in range(len(others))]
-        t = np.concatenate([np.zeros(0), *(roots for _, roots in found)])
-        return t, np.repeat(np.arange(len(others)), [len(roots) for _, roots in found])
+        """Return (parameters near which conics (n, 6) may cross the curve, the index of the conic for each)."""
+        by_conic = [(k, self.roots_with(tuple(others[k].tolist()))) for k in range(len(others))]
+        # An empty array keeps the type if there are no conics.
+        t = np.concatenate([np.zeros(0), *(roots for _, roots in by_conic)])
+        return t, np.repeat(np.arange(len(others)), [len(roots) for _, roots in by_conic])
 
     def roots_with(self, other: Any) -> FloatArray:
-        """The same for one conic."""
+        """Return the parameters near which one conic may cross the curve."""
         raise NotImplementedError
 
     def points(self, t: Any) -> FloatArray:
-        """Points (n, 2) of parameters (n,), on the curve to rounding."""
+        """Return the points (n, 2) of parameters (n,), on the curve to rounding."""
         return project_onto(self.conic, self.plain(np.asarray(t, float)))
 
     def crossings(self, others: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """(parameters, points) where conics (n, 6) cross it, and perhaps some where they come near."""
+        """Return (parameters, points) where conics (n, 6) cross the curve, and perhaps where they only come near it."""
         with np.errstate(all="ignore"):
             t, which = self.candidates(others)
             good = np.isfinite(t)
-            found = refine_crossings(self.conic, others[which[good]].T, self.points(t[good]))
-        found = found[np.isfinite(found).all(axis=1)]
-        return self.parameter(found), found
+            places = refine_crossings(self.conic, others[which[good]].T, self.points(t[good]))
+        places = places[np.isfinite(places).all(axis=1)]
+        return self.parameter(places), places
 
     def box(self) -> tuple[float, float, float, float]:
-        """(left, bottom, right, top)"""
+        """Return (left, bottom, right, top) of a box around the curve."""
         return -math.inf, -math.inf, math.inf, math.inf
 
 
 @dataclass(frozen=True, eq=False)
 class StraightLine(Curve):
-    """base + t direction, of length 1; the base is nearest to the middle."""
+    """The line base + t direction. The direction has length 1, and the base is the point nearest to the middle."""
 
     kind = "line"
     base: Pair = field(init=False)
@@ -167,11 +173,12 @@ class StraightLine(Curve):
         return result
 
     def candidates(self, others: FloatArray) -> tuple[FloatArray, Any]:
-        """Roots of a t² + 2 b t + c; where it comes near to zero its middle."""
+        """Return the roots of a t² + 2 b t + c on the line; its vertex where it only comes near zero."""
         rows, d, base = others.T, self.direction, self.base
         a, b, c = second_order(rows, d, d), half_slope(rows, base, d), form_value(rows, np.array(base))
         square = b * b - a * c
         real = square > -NEAR * b * b
+        # The larger root as q / a and the smaller as c / q: neither cancels.
         q = -(b + np.copysign(np.sqrt(np.maximum(square, 0.0)), b))
         t = np.concatenate([np.where(real, q / a, np.nan), np.where(real, c / q, np.nan)])
         return t, np.tile(np.arange(len(others)), 2)
@@ -179,15 +186,17 @@ class StraightLine(Curve):
 
 @dataclass(frozen=True, eq=False)
 class Parabola(Curve):
-    """λ η² + 2 δ η + 2 ε ξ + φ = 0, by η; across: the direction of η, that of ξ is to its left."""
+    """The parabola λ η² + 2 δ η + 2 ε ξ + φ = 0, with the parameter η. The direction of ξ is left of that of η."""
 
     kind = "parabola"
     across: Pair
+    """The direction of η."""
     numbers: tuple[float, float, float, float]
+    """λ, δ, ε and φ."""
 
     @property
     def _coefficients(self) -> tuple[Pair, Pair, Pair]:
-        """Points of η⁰, η¹, η²."""
+        """The vector coefficients of η⁰, η¹ and η² in a point."""
         (x, y), (square, over, along, f) = self.across, self.numbers
         low, middle, high = -f / along / 2, -over / along, -square / along / 2
         return (-low * y, low * x), (x - middle * y, y + middle * x), (-high * y, high * x)
@@ -208,64 +217,69 @@ class Parabola(Curve):
 
     def roots_with(self, other: Any) -> FloatArray:
         low, middle, high = self._coefficients
-        found = real_roots_of([
+        roots = real_roots_of([
             second_order(other, high, high), 2 * second_order(other, middle, high),
             second_order(other, middle, middle) + 2 * half_slope(other, low, high), 2 * half_slope(other, low, middle),
             _at(other, low),
         ])  # fmt: skip
-        size = np.abs(found).max(initial=0.0)
-        result: FloatArray = found.real[np.abs(found.imag) <= NEAR * np.abs(found) + 1e-9 * size]
+        # A nearly double root comes out complex: its real part is kept as a candidate.
+        size = np.abs(roots).max(initial=0.0)
+        result: FloatArray = roots.real[np.abs(roots.imag) <= NEAR * np.abs(roots) + 1e-9 * size]
         return result
 
 
-# Curves with a centre: ellipses, and branches of hyperbolas.
+# --- Curves with a centre: ellipses, and branches of hyperbolas
 
 
 @dataclass(frozen=True, eq=False)
 class _Central(Curve):
-    """center + r C(t0 + t) axis + s S(t0 + t) (the axis turned to the left), C and S being cosine and sine of its kind.
+    """The curve center + r C(t0 + t) axis + s S(t0 + t) (axis turned to the left).
 
-    t = 0 is a place on it that is near to the middle of the window. Places and parameters are told from there, so that
-    they keep their digits however far away the centre is.
+    C and S are cosine and sine, or hyperbolic cosine and sine.
+
+    t = 0 is a place on the curve near the middle of the window. Places and parameters are computed from there, so they
+    keep their digits however far away the centre is.
     """
 
     center: Pair
     axis: Pair
     radii: Pair
     start: Pair = field(init=False)
-    """C(t0) and S(t0)"""
+    """C(t0) and S(t0)."""
     base: Pair = field(init=False)
     """The place of t = 0."""
 
     def __post_init__(self) -> None:
         c, s = self._own(-np.array(self.center)[None])
+        # t = 0 is a place near the middle of the window, which has the coordinates 0.
         start = self._nearest(float(c[0]), float(s[0]))
         place = project_onto(self.conic, np.array(self.center)[None] + self._put(*map(np.array, start)))
         object.__setattr__(self, "start", start)
         object.__setattr__(self, "base", (float(place[0, 0]), float(place[0, 1])))
 
     def _nearest(self, c: float, s: float) -> Pair:
-        """C and S of a place on the curve near to one that has these."""
+        """Return C and S of a place on the curve near the place whose C and S are c and s."""
         raise NotImplementedError
 
     @property
     def _sides(self) -> tuple[Pair, Pair]:
+        """The two half-axes as vectors."""
         (x, y), (r, s) = self.axis, self.radii
         return (r * x, r * y), (-s * y, s * x)
 
     def _put(self, c: Any, s: Any) -> FloatArray:
-        """Differences of places, from those of C and S."""
+        """Return differences of places from differences of C and S."""
         a, b = self._sides
         points: FloatArray = np.outer(c, a) + np.outer(s, b)
         return points
 
     def _own(self, away: Any) -> tuple[Any, Any]:
-        """The contrary of `_put`."""
+        """Return C and S of differences of places: the inverse of `_put`."""
         (x, y), (r, s) = self.axis, self.radii
         return (away[:, 0] * x + away[:, 1] * y) / r, (away[:, 1] * x - away[:, 0] * y) / s
 
     def _terms(self, other: Any) -> Any:
-        """(value at the centre, halves of both slopes, and the three terms of second order) of another conic."""
+        """Return another conic's (value at the centre, half the slopes along both half-axes, three quadratic terms)."""
         a, b = self._sides
         c = self.center
         return (
@@ -275,7 +289,7 @@ class _Central(Curve):
 
 
 class Ellipse(_Central):
-    """An ellipse by an angle, in radians."""
+    """An ellipse, with an angle in radians as parameter."""
 
     kind, closed = "ellipse", True
 
@@ -284,12 +298,12 @@ class Ellipse(_Central):
         return (c / length, s / length) if length > 0 else (1.0, 0.0)
 
     def plain(self, t: Any) -> FloatArray:
-        (c, s), turn, less = self.start, np.sin(t), -2 * np.sin(np.asarray(t) / 2) ** 2
-        return np.array(self.base) + self._put(c * less - s * turn, s * less + c * turn)
+        (c, s), sine, less = self.start, np.sin(t), -2 * np.sin(np.asarray(t) / 2) ** 2
+        return np.array(self.base) + self._put(c * less - s * sine, s * less + c * sine)
 
     def velocity(self, t: Any) -> FloatArray:
-        (c, s), turn, whole = self.start, np.sin(t), np.cos(t)
-        return self._put(-c * turn - s * whole, c * whole - s * turn)
+        (c, s), sine, cosine = self.start, np.sin(t), np.cos(t)
+        return self._put(-c * sine - s * cosine, c * cosine - s * sine)
 
     def parameter(self, points: Any) -> FloatArray:
         (c, s), (x, y) = self.start, self._own(points - np.array(self.base))
@@ -297,12 +311,14 @@ class Ellipse(_Central):
         return result
 
     def candidates(self, others: FloatArray) -> tuple[FloatArray, Any]:
-        """f = constant + 2 Re(first z + second z²) with z = exp(i t): where it is not too large to vanish anywhere.
+        """Return the zeros of f = constant + 2 Re(first z + second z²), z = exp(i t).
 
-        Without the second, for lines and between circles, the angle is known at once; else z is a root of degree four.
+        Conics with a constant too large for a zero are skipped. If second = 0, as for lines and between circles, an
+        arccosine gives the angle. Otherwise z is a root of a polynomial of degree four.
         """
         second, first, constant = self._waves(others.T)
         reach = 2 * (np.abs(first) + np.abs(second))
+        # |f - constant| <= reach on the whole ellipse.
         meets = np.abs(constant) <= reach * (1 + NEAR)
         simple = meets & (np.abs(second) <= 1e-15 * np.maximum(np.abs(first), np.abs(constant)))
         turn = np.arccos(np.clip(-constant / (2 * np.abs(first)), -1, 1))[simple]
@@ -314,11 +330,14 @@ class Ellipse(_Central):
         return t, np.concatenate([one, one, np.repeat(rest, [len(part) for part in roots])])
 
     def _waves(self, other: Any) -> tuple[Any, Any, Any]:
+        """Return (second, first, constant): the Fourier coefficients of another conic along the ellipse."""
         f, along, over, aa, ab, bb = self._terms(other)
         return (aa - bb) / 4 - 0.5j * ab, along - 1j * over, f + (aa + bb) / 2
 
     def _roots_of(self, second: Any, first: Any, constant: Any) -> FloatArray:
+        """Return the angles of the roots z that are near the unit circle."""
         z = real_roots_of([second, first, constant, np.conj(first), np.conj(second)])
+        # Roots on the unit circle are real angles.
         result: FloatArray = np.angle(z[np.abs(np.abs(z) - 1) < NEAR])
         return result
 
@@ -329,7 +348,7 @@ class Ellipse(_Central):
 
 
 class Hyperbola(_Central):
-    """One branch of a hyperbola, by hyperbolic cosine and sine."""
+    """One branch of a hyperbola, by hyperbolic cosine and sine of its parameter."""
 
     kind = "hyperbola"
 
@@ -337,12 +356,12 @@ class Hyperbola(_Central):
         return math.hypot(1.0, s), s
 
     def plain(self, t: Any) -> FloatArray:
-        (c, s), turn, more = self.start, np.sinh(t), 2 * np.sinh(np.asarray(t) / 2) ** 2
-        return np.array(self.base) + self._put(c * more + s * turn, s * more + c * turn)
+        (c, s), sine, more = self.start, np.sinh(t), 2 * np.sinh(np.asarray(t) / 2) ** 2
+        return np.array(self.base) + self._put(c * more + s * sine, s * more + c * sine)
 
     def velocity(self, t: Any) -> FloatArray:
-        (c, s), turn, whole = self.start, np.sinh(t), np.cosh(t)
-        return self._put(c * turn + s * whole, s * turn + c * whole)
+        (c, s), sine, cosine = self.start, np.sinh(t), np.cosh(t)
+        return self._put(c * sine + s * cosine, s * sine + c * cosine)
 
     def parameter(self, points: Any) -> FloatArray:
         (c, s), (x, y) = self.start, self._own(points - np.array(self.base))
@@ -350,8 +369,9 @@ class Hyperbola(_Central):
         return result
 
     def roots_with(self, other: Any) -> FloatArray:
-        """Of w = exp(t): the polynomial of fourth degree whose positive roots are crossings."""
+        """Return the crossings from the positive roots w = exp(t) of a polynomial of degree four."""
         f, along, over, aa, ab, bb = self._terms(other)
+        # cosh and sinh as (w ± 1/w) / 2, and the whole times w².
         second = (aa + bb) / 4
         w = real_roots_of([second + ab / 2, along + over, f + (aa - bb) / 2, along - over, second - ab / 2])
         result: FloatArray = np.log(w.real[(w.real > 0) & (np.abs(w.imag) < NEAR * np.abs(w))])

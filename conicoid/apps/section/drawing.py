@@ -1,4 +1,4 @@
-"""What a slice is coloured by: a colour for each body or material, and the legend."""
+"""The drawing of a slice, whatever the file format: colours by body or material, outlines, and the legend."""
 
 from __future__ import annotations
 
@@ -21,23 +21,26 @@ if TYPE_CHECKING:
 
 Bytes = npt.NDArray[np.uint8]
 NOTHING = (255, 255, 255)
+"""Colour of pixels without a body."""
 OVERLAPPING, UNDEFINED = (255, 0, 0), (255, 0, 255)
 _MOST = 40
+"""Rows of a legend."""
 _LONGEST = 32
-_GOLDEN = 0.6180339887498949
+"""Characters of a text in a legend."""
+_GOLDEN = 0.6180339887498949  # steps of the golden ratio keep hues apart
 _NEAR = 12  # steps of a byte by which colours of materials must differ, in all channels together
 
 
 @dataclass(frozen=True)
 class SliceColors:
-    """A colour for each pixel, and what the colours mean: (text, colour) from top to bottom."""
+    """A colour for each pixel, and the legend: (text, colour) from top to bottom."""
 
     pixels: Bytes
     legend: tuple[tuple[str, tuple[int, int, int]], ...]
 
 
 def distinct_colors(number: int) -> tuple[int, int, int]:
-    """A colour for each number: hues far from those before, in three shades."""
+    """Return a colour for a number: hues far from those of the numbers before, in three shades."""
     hue = (0.58 + number * _GOLDEN) % 1.0
     light, strong = ((0.62, 0.55), (0.75, 0.65), (0.5, 0.5))[number // 3 % 3]
     red, green, blue = (round(255 * c) for c in colorsys.hls_to_rgb(hue, light, strong))
@@ -45,8 +48,9 @@ def distinct_colors(number: int) -> tuple[int, int, int]:
 
 
 def color_slice(scene: PreparedScene, body: Any, column: Any, by: str) -> SliceColors:
-    """The pixels of bodies, -1 for none, or of the columns of their materials."""
+    """Colour pixels by their bodies, or by the columns of their materials; -1 is no body."""
     ids = body if by == "body" else column
+    # Only bodies or materials that appear get a colour and a row of the legend.
     shown = np.unique(ids[ids >= 0])
     colors = [distinct_colors(int(k)) for k in shown] if by == "body" else _of_materials(scene, shown)
     table = np.array([*colors, NOTHING], np.uint8)
@@ -59,10 +63,11 @@ def color_slice(scene: PreparedScene, body: Any, column: Any, by: str) -> SliceC
 
 
 def _of_materials(scene: PreparedScene, shown: Any) -> list[tuple[int, int, int]]:
-    """Their own colours, as in sections; others where two of them would look the same."""
+    """Return the materials' own colours, as in sections; distinct ones if two of them would look the same."""
     materials = [material for material, _ in scene.labels.distinct]
     light = np.array([material_color(materials[int(k)]) for k in shown]).reshape(-1, 1, 3)
     own = srgb_bytes(light).reshape(-1, 3).astype(int)
+    # Distances of all pairs of colours; the diagonal is made large, so that it does not count.
     away = np.abs(own[:, None] - own[None]).sum(axis=2) + 1000 * np.eye(len(own), dtype=int)
     if len(own) and away.min() < _NEAR:
         return [distinct_colors(int(k)) for k in shown]
@@ -70,58 +75,58 @@ def _of_materials(scene: PreparedScene, shown: Any) -> list[tuple[int, int, int]
 
 
 def _short(text: str) -> str:
-    """A text in one line of the legend."""
+    """Shorten a text to one line of the legend."""
     plain = " ".join(text.split())
     return plain if len(plain) <= _LONGEST else plain[: _LONGEST - 3] + "..."
 
 
 def body_name(scene: PreparedScene, number: int) -> str:
-    """What a body is called in a legend."""
+    """Return the text for a body in a legend."""
     name = scene.labels.names_of(np.array([number]))[0]
     return f"body {number}" if name is None else _short(str(name))
 
 
 def material_name(scene: PreparedScene, column: int) -> str:
-    """What a material is called in a legend."""
+    """Return the text for a material in a legend."""
     material = scene.labels.distinct[column][0]
     if material is None:
         return "no material"
     return f"material {column}" if material.name is None else _short(material.name)
 
 
-# What a picture of a slice consists of, whatever it is written as: sizes in pixels, from the upper left corner.
+# --- The layout: sizes in pixels, from the upper left corner
 
 INK = (24, 24, 32)
 
 
 @dataclass(frozen=True)
 class SliceDrawing:
-    """Coloured pixels, the outlines over them, and the legend beside them."""
+    """Coloured pixels, the outlines over them, and the legend to the right of them."""
 
     painted: SliceColors
     outlines: tuple[Outline, ...]
     scale: tuple[float, float]
-    """Pixels for a length, to the right and up."""
+    """Pixels per unit of length, to the right and up."""
     legend: bool
 
     @property
     def width(self) -> int:
-        """Pixels of the slice."""
+        """The width of the slice, without the legend."""
         return int(self.painted.pixels.shape[1])
 
     @property
     def height(self) -> int:
-        """Rows of the slice."""
+        """The height of the slice."""
         return int(self.painted.pixels.shape[0])
 
     @property
     def unit(self) -> float:
-        """Pixels that stand for one on a slice of 640: letters and lines grow with it."""
+        """The scale of letters and lines: 1 for a slice of 640 pixels, at least 0.75."""
         return max(0.75, max(self.width, self.height) / 640)
 
     @property
     def line_width(self) -> float:
-        """Of outlines."""
+        """The width of outlines."""
         return 1.1 * self.unit
 
     @property
@@ -131,20 +136,21 @@ class SliceDrawing:
 
     @property
     def rows(self) -> tuple[tuple[str, tuple[int, int, int], float, float], ...]:
-        """(text, colour, left, middle) of the legend; each has a square of 1.1 letters before its text."""
+        """(text, colour, left, middle) of each row of the legend; a square of 1.1 letters stands before the text."""
         if not self.legend:
             return ()
+        # Rows are 1.6 letters apart, and the first is one row below the top.
         step, left = 1.6 * self.letter, self.width + self.letter
         return tuple((text, color, left, (k + 1) * step) for k, (text, color) in enumerate(self.painted.legend))
 
     @property
     def text_left(self) -> float:
-        """Where texts begin."""
+        """The left end of the texts."""
         return self.width + 2.6 * self.letter
 
     @property
     def size(self) -> tuple[int, int]:
-        """Width and height of the whole picture."""
+        """Width and height of the whole picture, with the legend."""
         if not self.rows:
             return self.width, self.height
         longest = max(len(text) for text, *_ in self.rows)
@@ -152,18 +158,19 @@ class SliceDrawing:
         return round(self.text_left + (0.62 * longest + 1) * self.letter), max(self.height, round(needed))
 
     def places(self, about: Any) -> FloatArray:
-        """Pixels of places about the middle of the window."""
+        """Return the pixel coordinates of places about the middle of the window."""
+        # y points down in pixels and up in the window.
         x, y = self.scale
         places: FloatArray = np.array([0.5 * self.width, 0.5 * self.height]) + about * np.array([x, -y])
         return places
 
     def canvas(self) -> Any:
-        """(height, width, 3) bytes of the whole picture without lines and letters."""
+        """Return the whole picture without lines and letters: bytes (height, width, 3)."""
         across, down = self.size
         canvas = np.full((down, across, 3), NOTHING, np.uint8)
         canvas[: self.height, : self.width] = self.painted.pixels
         return canvas
 
     def cubics(self, outline: Outline, off: float) -> FloatArray:
-        """An outline as cubic Béziers (n, 4, 2) in pixels, at most `off` of a pixel from it."""
+        """Return an outline as cubic Béziers (n, 4, 2) in pixels, at most `off` of a pixel from it."""
         return self.places(outline._cubics(off / max(self.scale)))

@@ -1,4 +1,8 @@
-"""A piece of a wall in a slice: a line, or a part of an ellipse, a parabola or a hyperbola."""
+"""Outlines of a slice: the curves in which a plane cuts the walls of bodies, as exact pieces of conics.
+
+`OutlineCutter` intersects every surface near the window with its plane, breaks each curve where it crosses others, and
+keeps the pieces that bound a body. `WindowBodies` reads the bodies from the tables of the scene.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +16,6 @@ import numpy as np
 import numpy.typing as npt
 
 from ..._util.arrays import FloatArray
-from ..._util.hints import with_method_hints
 from ..._util.validation import as_integer, format_value
 from ...kernels.faces import cell_faces, plane_faces, sides_of
 from ...kernels.programs import cells_of_leaves, gates_of_program, leaves_of_program, row_of_leaf
@@ -31,19 +34,29 @@ if TYPE_CHECKING:
 
 
 _DEEPEST = 12
+"""Most halvings of the Béziers of a curve."""
 
 
-@with_method_hints
 class Outline:
-    """A piece of the curve in which a plane cuts a wall. Places are in lengths along u and v, as `Slice.extent`.
+    """A piece of the curve in which a plane cuts a wall, made by `Slice.outlines`.
 
-    kind       "line", "ellipse", "parabola" or "hyperbola"
-    surfaces   the surfaces it lies in, as `hits.surface` has them: several where walls coincide
-    left, right   bodies on both sides of it, looking from start to end, the first listed first
-    bodies     those whose boundary it is
-    start, end   its ends, where the wall meets others: equal for a whole ellipse
-    curve, begin, stop, ends   what it is made from, by `Slice.outlines`
-    center, radii, angle   of an ellipse: its half-axes, and the direction of the first in degrees; None for others
+    It is the part of its `curve` from the parameter `begin` to `stop`, with `ends` where the wall meets others. Places
+    are in lengths along u and v, like `Slice.extent`.
+
+    Attributes
+    ----------
+    kind : str
+        "line", "ellipse", "parabola" or "hyperbola".
+    surfaces : tuple of int
+        The surfaces that it lies in, numbered like `hits.surface`; several where walls coincide.
+    left, right : tuple of int
+        The bodies on both sides, seen from start to end, in listing order.
+    bodies : tuple of int
+        The bodies whose boundary it is.
+    start, end : float64 (2,)
+        Its ends, where the wall meets others; equal for a whole ellipse.
+    center, radii, angle
+        For an ellipse: its centre, its half-axes, and the direction of the first one in degrees. None for other kinds.
     """
 
     def __init__(
@@ -57,69 +70,91 @@ class Outline:
 
     @property
     def start(self) -> FloatArray:
-        """Where it begins, (2,)."""
+        """The place where it begins, (2,)."""
         place: FloatArray = self._ends[0] + self._origin
         return place
 
     @property
     def end(self) -> FloatArray:
-        """Where it ends, (2,)."""
+        """The place where it ends, (2,)."""
         place: FloatArray = self._ends[1] + self._origin
         return place
 
     @property
     def is_closed(self) -> bool:
-        """Is it a whole ellipse?"""
+        """Whether it is a whole ellipse."""
         return self._curve.closed and self._stop - self._begin > 2 * math.pi * (1 - 1e-15)
 
     @property
     def center(self) -> FloatArray | None:
-        """Of an ellipse, (2,)."""
+        """The centre of an ellipse, (2,); None for other kinds."""
         return np.array(self._curve.center) + self._origin if isinstance(self._curve, Ellipse) else None
 
     @property
     def radii(self) -> tuple[float, float] | None:
-        """Half-axes of an ellipse."""
+        """The half-axes of an ellipse; None for other kinds."""
         return self._curve.radii if isinstance(self._curve, Ellipse) else None
 
     @property
     def angle(self) -> float | None:
-        """Direction of the first half-axis of an ellipse, in degrees from that of u."""
+        """The direction of the first half-axis of an ellipse, in degrees from u; None for other kinds."""
         if not isinstance(self._curve, Ellipse):
             return None
         return math.degrees(math.atan2(self._curve.axis[1], self._curve.axis[0]))
 
     def points(self, count: int = 33) -> FloatArray:
-        """Places (count, 2) along it, from end to end, each on the wall to rounding.
+        """Return places along the outline, from end to end, each on the wall to rounding.
 
-        count: at least 2.
+        Parameters
+        ----------
+        count : int
+            At least 2.
+
+        Returns
+        -------
+        float64 (count, 2)
+
+        Raises
+        ------
+        ValueError
+            For another count.
         """
         number = as_integer(count)
         if number is None or number < 2:
-            raise ValueError(f"Outline: count must be a whole number from 2 on, got {format_value(count)}")
+            raise ValueError(f"Outline: count must be a whole number of at least 2, got {format_value(count)}")
         places: FloatArray = self._about(np.linspace(self._begin, self._stop, number)) + self._origin
         return places
 
     def _about(self, t: Any) -> FloatArray:
-        """Places about the middle of the window; the ends are where they were found to be."""
+        """Return the places of parameters, about the middle of the window. The ends are the computed crossings."""
         places = self._curve.points(t)
         places[t == self._begin], places[t == self._stop] = self._ends
         return places
 
-    def distance(self, places: Any) -> Any:
-        """How far places (..., 2) are from the whole curve, to first order: for tests of places that are near to it.
+    def distance(self, places: npt.ArrayLike) -> Any:
+        """Return the distances of places from the whole curve, to first order, which serves for places near it.
 
-        places: numbers as `extent` has them.
+        Parameters
+        ----------
+        places : array_like (..., 2)
+            In the coordinates of `Slice.extent`.
+
+        Returns
+        -------
+        float64 (...)
         """
         about = np.asarray(places, float) - self._origin
+        # The first-order distance is |f| / |∇f|.
         slope = np.linalg.norm(2 * form_gradient(self._curve.conic, about), axis=-1)
         return np.abs(form_value(self._curve.conic, about)) / slope
 
     def _cubics(self, off: float) -> FloatArray:
-        """(pieces, 4, 2): cubic Béziers about the middle of the window, at most `off` from the curve.
+        """Return cubic Béziers (pieces, 4, 2) about the middle of the window, at most `off` from the curve.
 
-        Lines and parabolas are cubics. Of the others each piece is tested at sixteen places, and halved until it fits.
+        Lines and parabolas are cubics themselves. Pieces of other curves are tested at places along them, and halved
+        until all fit.
         """
+        # Pieces of an eighth of a turn, or of one unit of a hyperbola's parameter, to begin with.
         turn = math.pi / 4 if self.kind == "ellipse" else 1.0
         pieces = 1 if self.kind in ("line", "parabola") else max(1, math.ceil((self._stop - self._begin) / turn))
         for _ in range(_DEEPEST):
@@ -130,7 +165,10 @@ class Outline:
         return cubics
 
     def _with(self, pieces: int) -> FloatArray:
-        """Béziers that touch the curve at their ends, its middle too: k = 4/3 tan(h/4) of the slope by the angle."""
+        """Return Béziers that are tangent to the curve at their ends, and meet it in the middle.
+
+        Their handles are k = 4/3 tan(h/4) times the velocity by the angle; h is the angle of a piece.
+        """
         t = np.linspace(self._begin, self._stop, pieces + 1)
         places, slopes, h = self._about(t), self._curve.velocity(t), (self._stop - self._begin) / pieces
         k = {"ellipse": 4 / 3 * math.tan(h / 4), "hyperbola": 4 / 3 * math.tanh(h / 4)}.get(self.kind, h / 3)
@@ -141,7 +179,7 @@ class Outline:
         return cubics
 
     def _off(self, cubics: FloatArray) -> float:
-        """By how much Béziers leave the curve, at places along them."""
+        """Return the largest distance of Béziers from the curve, at places along them."""
         t = np.linspace(0, 1, 17)[1:-1]
         basis = np.stack([(1 - t) ** 3, 3 * t * (1 - t) ** 2, 3 * t**2 * (1 - t), t**3])
         places = np.einsum("kt,nkx->ntx", basis, cubics)
@@ -153,42 +191,45 @@ class Outline:
         return f"Outline({self.kind}, {way}, left={self.left}, right={self.right})"
 
 
-# What bodies are made of, as the tables of a prepared scene say it: which a window may cut, and what holds a place.
+# --- The bodies of a prepared scene: which of them a window may cut, and which hold a place
 
 Signs = Callable[[int], Any]
-"""The sign of a surface, -1, 0 or 1, at each of some places."""
+"""Surface -> its sign, -1, 0 or 1, at each of some places."""
 Mask = npt.NDArray[np.bool_]
 _WIDER = 1e-9
+"""Relative margin of boxes."""
 
 
 @dataclass(frozen=True)
 class WindowFaces:
-    """The surfaces of an entry, and for each of its cells those that bound it, with the side that is inside."""
+    """The surfaces of an entry: for each of its cells, (surface, side that is inside) of its walls."""
 
     cells: tuple[tuple[tuple[int, int], ...], ...]
 
     @property
     def surfaces(self) -> set[int]:
-        """All of them."""
+        """The surfaces of all cells."""
         return {surface for cell in self.cells for surface, _ in cell}
 
 
 class WindowBodies:
-    """The entries of a scene."""
+    """Reads the entries of a scene for a window."""
 
     def __init__(self, scene: PreparedScene) -> None:
         self.scene, self.tables = scene, scene.lowered.tables
         self._faces: dict[int, WindowFaces] = {}
 
     def cut_by(self, window: Window) -> list[int]:
-        """The solid entries, and sheets, whose boxes the window may meet."""
+        """Return the solids and sheets whose boxes the window may cross."""
         tables, boxes = self.tables, self.scene.lowered.boxes
         corners = np.stack([window.corner + s * window.u + t * window.v for s in (0, 1) for t in (0, 1)])
         low, high = corners.min(axis=0), corners.max(axis=0)
+        # First the box of the window, then its plane; both with a margin for rounding.
         slack = _WIDER * (np.abs(corners).max() + np.abs(high - low).max())
         meets = ((boxes[:, :3] <= high + slack) & (boxes[:, 3:] >= low - slack)).all(axis=1)
         normal = np.cross(window.u, window.v)
         normal = normal / np.linalg.norm(normal)
+        # Unbounded boxes give NaN here, which counts as cut by the plane.
         with np.errstate(invalid="ignore"):
             middle, half = (boxes[:, 3:] + boxes[:, :3]) / 2, (boxes[:, 3:] - boxes[:, :3]) / 2
             away = np.abs((middle - window.corner) @ normal) - half @ np.abs(normal)
@@ -196,10 +237,11 @@ class WindowBodies:
         return np.flatnonzero(meets & np.isin(tables.entry_kind, (BALL, CELL, REGION, SHEET, POLYGON))).tolist()
 
     def place_box(self, entry: int, window: Window) -> tuple[float, float, float, float]:
-        """(left, bottom, right, top) of the box of an entry in the window, about its middle; it may be larger."""
+        """Return (left, bottom, right, top) around an entry in the window, about its middle. It may be too large."""
         box = self.scene.lowered.boxes[entry]
         across, up = window.size
         half = np.array([across, up]) / 2
+        # An unbounded entry may reach the whole window.
         if not np.isfinite(box).all():
             return -half[0], -half[1], half[0], half[1]
         middle, reach = (box[3:] + box[:3]) / 2, (box[3:] - box[:3]) / 2
@@ -212,20 +254,22 @@ class WindowBodies:
         return left, bottom, right, top
 
     def number(self, entry: int) -> int:
-        """Its body."""
+        """Return the body number of an entry."""
         return entry
 
     def is_sheet(self, entry: int) -> bool:
+        """Return whether an entry is a sheet."""
         return int(self.tables.entry_kind[entry]) in (SHEET, POLYGON)
 
     def faces(self, entry: int) -> WindowFaces:
-        """What bounds an entry; of a sheet its own surface comes first, as a cell of one."""
-        known = self._faces.get(entry)
-        if known is None:
-            known = self._faces[entry] = WindowFaces(tuple(self._cells(entry)))
-        return known
+        """Return the faces of an entry. A sheet's own surface comes first, as a cell of one face."""
+        cached = self._faces.get(entry)
+        if cached is None:
+            cached = self._faces[entry] = WindowFaces(tuple(self._cells(entry)))
+        return cached
 
     def _cells(self, entry: int) -> list[tuple[tuple[int, int], ...]]:
+        """Return (surface, side) of the walls of each cell of an entry."""
         tables = self.tables
         kind, index = int(tables.entry_kind[entry]), int(tables.entry_index[entry])
         if kind == BALL:
@@ -239,14 +283,14 @@ class WindowBodies:
         return self._leaves(index)
 
     def _sheet(self, entry: int) -> tuple[int, int]:
-        """(what clips a sheet or -1, its surface)"""
+        """Return (the program that clips a sheet, or -1; its surface)."""
         tables, index = self.tables, int(self.tables.entry_index[entry])
         if int(tables.entry_kind[entry]) == POLYGON:
             return int(tables.polygon_program[index]), int(tables.polygon_surface[index])
         return int(tables.sheet_program[index]), int(tables.sheet_surface[index])
 
     def edges_cut(self, entry: int, window: Window) -> FloatArray | None:
-        """Places (n, 2) where the edges of a polygon go through the plane of a window; None for what is none."""
+        """Return the places (n, 2) where the edges of a polygon cross the window's plane; None for other entries."""
         tables, index = self.tables, int(self.tables.entry_index[entry])
         if int(tables.entry_kind[entry]) != POLYGON:
             return None
@@ -255,6 +299,7 @@ class WindowBodies:
         after = np.roll(corners, -1, axis=0)
         normal = np.cross(window.u, window.v)
         above, next_above = (corners - window.corner) @ normal, (after - window.corner) @ normal
+        # A corner in the plane counts as above it, for both of its edges.
         cut = (above < 0) != (next_above < 0)
         share = (above[cut] / (above[cut] - next_above[cut]))[:, None]
         points = corners[cut] + share * (after[cut] - corners[cut]) - window.corner
@@ -262,9 +307,11 @@ class WindowBodies:
         return np.stack([points @ window.u / across - across / 2, points @ window.v / up - up / 2], axis=1)
 
     def _leaves(self, program: int) -> list[tuple[tuple[int, int], ...]]:
+        """Return the cells of the leaves of a program, in order."""
         return [self._cell(int(cells_of_leaves(self.tables, leaf))) for leaf in leaves_of_program(self.tables, program)]
 
     def _cell(self, cell: int) -> tuple[tuple[int, int], ...]:
+        """Return (surface, side) of the walls of a cell: its planes, then its quadric."""
         tables = self.tables
         first, last = tables.cell_first[cell : cell + 2].tolist()
         planes = zip(
@@ -276,7 +323,7 @@ class WindowBodies:
         return (*planes, *([(quadric, int(sides_of(cell_faces(tables, cell))))] if quadric >= 0 else []))
 
     def holds(self, entry: int, signs: Signs, count: int) -> Mask:
-        """Is each of `count` places in an entry, by the signs of its surfaces there? Of a sheet: in what clips it."""
+        """Return whether `count` places are in an entry, by the signs of its surfaces; for a sheet, in its clip."""
         tables, cells = self.tables, self.faces(entry).cells
         kind, index = int(tables.entry_kind[entry]), int(tables.entry_index[entry])
         if kind in (BALL, CELL):
@@ -287,8 +334,11 @@ class WindowBodies:
         return self._program(index, cells, signs, count)
 
     def _program(self, program: int, cells: Any, signs: Signs, count: int) -> Mask:
-        """A Boolean program, by counting the true inputs of its gates (kernels/programs.py)."""
+        """Evaluate a Boolean program by counting the true inputs of its gates (kernels/programs.py)."""
         tables = self.tables
+        # A gate starts with its count for all leaves outside. Each leaf that is inside changes the count of its gate by
+        # one, and so does each gate whose truth changes with its parent. Parents come before their inputs in the table,
+        # so gates are visited in reverse.
         gates = gates_of_program(tables, program)
         begin, first = gates[0], int(row_of_leaf(tables, program, tables.program_leaf[program]))
         truths = np.repeat(tables.gate_start[begin : gates.stop].astype(np.int64)[:, None], count, axis=1)
@@ -300,11 +350,12 @@ class WindowBodies:
             falls = (start >= need) != bool(tables.gate_negated[gate])
             changed = (truths[gate - begin] >= need) != (start >= need)
             truths[tables.gate_parent[gate] - begin] += (-1 if falls else 1) * changed
-        found: Mask = (truths[0] >= int(tables.gate_need[begin])) != bool(tables.gate_negated[begin])
-        return found
+        inside: Mask = (truths[0] >= int(tables.gate_need[begin])) != bool(tables.gate_negated[begin])
+        return inside
 
 
 def _in_cell(faces: tuple[tuple[int, int], ...], signs: Signs, count: int) -> Mask:
+    """Return whether places are in a cell or on its walls."""
     inside = np.ones(count, bool)
     for surface, side in faces:
         inside &= signs(surface) * side <= 0
@@ -312,20 +363,20 @@ def _in_cell(faces: tuple[tuple[int, int], ...], signs: Signs, count: int) -> Ma
 
 
 def boxes_overlap(one: FloatArray, others: FloatArray) -> Mask:
-    """Which of some boxes (n, 4) share a place with one."""
-    found: Mask = (
+    """Return bool (n,): which boxes (n, 4) overlap one box."""
+    overlap: Mask = (
         (others[:, 0] <= one[2]) & (others[:, 2] >= one[0]) & (others[:, 1] <= one[3]) & (others[:, 3] >= one[1])
     )
-    return found
+    return overlap
 
 
-# The walls of bodies in a slice: each curve cut to where it really bounds a body.
+# --- Cutting curves to the pieces that bound a body
 
 Floats6 = tuple[float, float, float, float, float, float]
 
 
 class _Wall:
-    """A curve with the surfaces that it is in, and the entries that these bound."""
+    """A curve, the surfaces that it lies in, the entries that these bound, and its box in the window."""
 
     def __init__(self, curve: Curve) -> None:
         self.curve = curve
@@ -335,12 +386,13 @@ class _Wall:
 
 
 class OutlineCutter:
-    """Finds the outlines of a scene in a window."""
+    """Computes the outlines of a scene in a window."""
 
     def __init__(self, scene: PreparedScene, window: Window) -> None:
         self.scene, self.window, self.bodies = scene, window, WindowBodies(scene)
         self.entries = self.bodies.cut_by(window)
         self._exact, self._records = window.exact(), RecordConics(scene, window)
+        # Surface -> the entries that it bounds.
         users: dict[int, list[int]] = defaultdict(list)
         for entry in self.entries:
             for surface in sorted(self.bodies.faces(entry).surfaces):
@@ -350,25 +402,28 @@ class OutlineCutter:
         self.boxes = np.array([wall.box for wall in self.walls]).reshape(-1, 4)
 
     def _walls(self, users: dict[int, list[int]]) -> list[_Wall]:
-        """Every curve once, however many surfaces it is in, as far as it may lie in the boxes of bodies."""
+        """Return every curve once, however many surfaces it lies in, if it may reach the boxes of their bodies."""
         boxes = {entry: self.bodies.place_box(entry, self.window) for entry in self.entries}
-        found: dict[Any, _Wall] = {}
+        walls: dict[Any, _Wall] = {}
         for surface in sorted(users):
             conic, curves = self._cut(surface)
+            # A surface that holds the whole plane has no sign in it.
             self.floats[surface] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0) if conic.is_everywhere else conic.floats
             for curve in curves:
-                wall = found.setdefault(curve.key, _Wall(curve))
+                # Coincident curves have one key, so several surfaces share one wall.
+                wall = walls.setdefault(curve.key, _Wall(curve))
                 wall.surfaces.add(surface)
                 wall.owners += [entry for entry in users[surface] if entry not in wall.owners]
-        for wall in found.values():
+        for wall in walls.values():
             around = np.array([boxes[entry] for entry in wall.owners])
             own = wall.curve.box()
+            # The curve matters only where both its own box and a box of its bodies are.
             wall.box[:2] = np.maximum(around[:, :2].min(axis=0), own[:2])
             wall.box[2:] = np.minimum(around[:, 2:].max(axis=0), own[2:])
-        return [wall for wall in found.values() if (wall.box[:2] <= wall.box[2:]).all()]
+        return [wall for wall in walls.values() if (wall.box[:2] <= wall.box[2:]).all()]
 
     def _cut(self, surface: int) -> tuple[PlaneConic, list[Curve]]:
-        """A surface in the plane: by its record where that says enough, else as it was written."""
+        """Return the conic of a surface and its curves, from its record if that suffices, else from its exact form."""
         try:
             conic = self._records.conic(surface)
             return conic, [] if conic.is_everywhere else conic.curves()
@@ -377,24 +432,26 @@ class OutlineCutter:
             return conic, [] if conic.is_everywhere else conic.curves()
 
     def outlines(self, progress: Progress | None = None) -> list[Outline]:
-        """All of them, in the order of the surfaces."""
-        found: list[Outline] = []
+        """Return all outlines, in the order of the surfaces."""
+        outlines: list[Outline] = []
         origin = np.array(self.window.origin)
         for k, wall in enumerate(self.walls):
-            found += self._of_wall(wall)
+            outlines += self._of_wall(wall)
             if progress is not None:
                 progress(k + 1, len(self.walls))
-        for one in found:
+        for one in outlines:
             one._origin = origin
-        return found
+        return outlines
 
     def _breaks(self, wall: _Wall) -> tuple[FloatArray, FloatArray]:
-        """(parameters, points) in order, where a curve meets others or leaves the window."""
+        """Return (parameters, points), in order, where a curve meets others or leaves the window."""
         across, up = self.window.size
         edges = [
+            # The edges of the window are lines, written as conics.
             (0.0, 0.0, 0.0, 0.5 * x, 0.5 * y, -0.5 * size)
             for x, y, size in ((1, 0, across), (-1, 0, across), (0, 1, up), (0, -1, up))
         ]
+        # Only curves whose boxes overlap can cross.
         near = np.flatnonzero(boxes_overlap(wall.box, self.boxes)).tolist()
         others = [self.walls[k].curve.conic for k in near if self.walls[k] is not wall]
         parts = [wall.curve.crossings(np.array([*edges, *others]))]
@@ -406,10 +463,10 @@ class OutlineCutter:
         return t[order], points[order]
 
     def _of_wall(self, wall: _Wall) -> list[Outline]:
-        """The pieces of a curve that bound a body."""
+        """Return the pieces of a curve that bound a body."""
         curve = wall.curve
         t, points = self._breaks(wall)
-        if curve.closed:
+        if curve.closed:  # the first break is the last one too, a turn later
             if not len(t):
                 t, points = np.zeros(1), curve.points([0.0])
             t, points = np.append(t, t[0] + 2 * math.pi), np.concatenate([points, points[:1]])
@@ -418,25 +475,30 @@ class OutlineCutter:
         middle = (t[1:] + t[:-1]) / 2
         places = curve.points(middle)
         half = np.array(self.window.size) / 2
-        kept = (t[1:] > t[:-1]) & (np.abs(places) <= half).all(axis=1) & np.isfinite(places).all(axis=1)
-        which = np.flatnonzero(kept)
+        # Between two breaks no side changes, so the middle stands for the whole piece.
+        in_window = (t[1:] > t[:-1]) & (np.abs(places) <= half).all(axis=1) & np.isfinite(places).all(axis=1)
+        which = np.flatnonzero(in_window)
         if not len(which):
             return []
         pieces = self._sides(wall, middle[which], places[which])
         return _join_pieces(curve, sorted(wall.surfaces), t, points, which.tolist(), pieces)
 
     def _sides(self, wall: _Wall, t: FloatArray, places: FloatArray) -> list[Any]:
-        """Of each piece by its middle: (bodies to the left, to the right, those it bounds), None if it bounds none."""
+        """Return (bodies on the left, on the right, bounded bodies) for each piece; None for one that bounds none.
+
+        Each piece is tested at its middle.
+        """
         curve, count = wall.curve, len(t)
         ahead = curve.velocity(t)
         left = np.stack([-ahead[:, 1], ahead[:, 0]], axis=1)
-        known: dict[int, Any] = {}
+        cached: dict[int, Any] = {}
 
         def sign_of(surface: int) -> Any:
-            if surface not in known:
-                known[surface] = np.sign(form_value(self.floats[surface], places))
-            return known[surface]
+            if surface not in cached:
+                cached[surface] = np.sign(form_value(self.floats[surface], places))
+            return cached[surface]
 
+        # On one side of the curve its own surfaces have the sign of their slope across it; on the other, the opposite.
         def beside(turn: float) -> Callable[[int], Any]:
             def signs(surface: int) -> Any:
                 if surface in wall.surfaces:
@@ -446,24 +508,26 @@ class OutlineCutter:
             return signs
 
         others = bodies_at(self.scene, self.window.in_space(places))
+        # Bodies that the wall does not bound hold both sides or none.
         numbers = {self.bodies.number(entry) for entry in wall.owners}
         around = [[int(body) for body in others[i] if int(body) not in numbers] for i in range(count)]
-        found: list[Any] = []
-        held = [self._held(wall, beside(turn), count) for turn in (1.0, -1.0)]
+        sides_of_pieces: list[Any] = []
+        side_masks = [self._held(wall, beside(turn), count) for turn in (1.0, -1.0)]
         sheets = self._sheets(wall, t, sign_of)
         for i in range(count):
-            one, other = (sorted([*around[i], *(body for body, mask in side if mask[i])]) for side in held)
+            one, other = (sorted([*around[i], *(body for body, mask in side if mask[i])]) for side in side_masks)
+            # A solid is bounded where it is on one side only; a sheet has no inside.
             bounded = sorted({*one} ^ {*other} | {body for body, mask in sheets if mask[i]})
-            found.append((tuple(one), tuple(other), tuple(bounded)) if bounded else None)
-        return found
+            sides_of_pieces.append((tuple(one), tuple(other), tuple(bounded)) if bounded else None)
+        return sides_of_pieces
 
     def _held(self, wall: _Wall, signs: Callable[[int], Any], count: int) -> list[tuple[int, Any]]:
-        """(body, at which places it is there) of solids."""
+        """Return (body, mask of the places that it holds) of the wall's solids."""
         solid = [entry for entry in wall.owners if not self.bodies.is_sheet(entry)]
         return [(self.bodies.number(entry), self.bodies.holds(entry, signs, count)) for entry in solid]
 
     def _sheets_in(self, wall: _Wall) -> list[int]:
-        """The sheets that a curve lies in."""
+        """Return the sheets that a curve lies in."""
         return [
             entry
             for entry in wall.owners
@@ -471,24 +535,26 @@ class OutlineCutter:
         ]
 
     def _sheets(self, wall: _Wall, t: FloatArray, sign_of: Callable[[int], Any]) -> list[tuple[int, Any]]:
-        """(body, at which places it is there) of sheets that the curve lies in; polygons by even and odd."""
+        """Return (body, mask of its places) of the sheets that the curve lies in; polygons by the even-odd rule."""
 
         def signs(surface: int) -> Any:
+            # On its own surfaces a place has the sign 0, which counts as inside.
             return np.zeros(len(t)) if surface in wall.surfaces else sign_of(surface)
 
-        found = []
+        masks = []
         for entry in self._sheets_in(wall):
-            held, edges = self.bodies.holds(entry, signs, len(t)), self.bodies.edges_cut(entry, self.window)
+            mask, edges = self.bodies.holds(entry, signs, len(t)), self.bodies.edges_cut(entry, self.window)
             if edges is not None:
-                held &= (wall.curve.parameter(edges)[None] < t[:, None]).sum(axis=1) % 2 == 1
-            found.append((self.bodies.number(entry), held))
-        return found
+                # A place is inside a polygon if an odd number of edges come before it along the line.
+                mask &= (wall.curve.parameter(edges)[None] < t[:, None]).sum(axis=1) % 2 == 1
+            masks.append((self.bodies.number(entry), mask))
+        return masks
 
 
 def _join_pieces(
     curve: Curve, surfaces: list[int], t: FloatArray, points: FloatArray, which: list[int], pieces: list[Any]
 ) -> list[Outline]:
-    """Outlines of pieces; neighbours with the same bodies on both sides are one."""
+    """Return the outlines of pieces; neighbours with the same bodies on both sides become one."""
     runs: list[list[Any]] = []
     for k, sides in zip(which, pieces, strict=True):
         if sides is None:
@@ -498,12 +564,13 @@ def _join_pieces(
         else:
             runs.append([k, k + 1, sides])
     last = len(t) - 1
+    # A piece of a closed curve may continue across its first break.
     if curve.closed and len(runs) > 1 and runs[0][0] == 0 and runs[-1][1] == last and runs[0][2] == runs[-1][2]:
         runs[0][0] = runs.pop()[0]
-    found = []
+    outlines = []
     for first, end, sides in runs:
         begin, stop = float(t[first]), float(t[end])
         stop += 2 * math.pi if stop <= begin else 0.0
         ends = points[first], points[end]
-        found.append(Outline(curve, begin, stop, ends, tuple(surfaces), *sides))
-    return found
+        outlines.append(Outline(curve, begin, stop, ends, tuple(surfaces), *sides))
+    return outlines

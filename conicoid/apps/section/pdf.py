@@ -1,7 +1,8 @@
-"""Slices as PDF 1.4: a page with a picture, curves and letters, and nothing else; written here (docs/choices.md).
+"""Write slices as PDF 1.4: one page with an image, curves and text (docs/choices.md says why no library is used).
 
-PDF has cubic Béziers only. Parabolas are such exactly; ellipses and hyperbolas leave them by less than `OFF` of a
-pixel, which is a point of the page. ISO 32000-1, 7.5 (file), 8.5 (paths), 8.9.5 (images), 9.6 (the standard fonts).
+PDF has cubic Béziers only. Parabolas are cubics exactly; ellipses and hyperbolas are approximated within `OFF` of a
+pixel. A pixel is a point of the page. Source: ISO 32000-1, 7.5 (file), 8.5 (paths), 8.9.5 (images), 9.6 (the standard
+fonts).
 """
 
 from __future__ import annotations
@@ -13,10 +14,11 @@ from .drawing import INK, SliceDrawing
 from .outline import Outline
 
 OFF = 1e-6
+"""Largest distance of a Bézier from its curve, in pixels."""
 
 
 def pdf_bytes(drawing: SliceDrawing) -> bytes:
-    """The file."""
+    """Return the contents of the file."""
     width, height = drawing.size
     image = drawing.painted.pixels
     page = (
@@ -39,7 +41,8 @@ def pdf_bytes(drawing: SliceDrawing) -> bytes:
 
 
 def _file(objects: list[bytes]) -> bytes:
-    """Objects numbered from 1 on, with the table of where they begin."""
+    """Return a file of objects, numbered from 1, with the cross-reference table of their offsets."""
+    # The bytes above 127 mark the file as binary.
     parts, places = [b"%PDF-1.4\n%\xe2\xe3\xcf\xd3\n"], []
     for number, content in enumerate(objects, 1):
         places.append(sum(map(len, parts)))
@@ -53,17 +56,18 @@ def _file(objects: list[bytes]) -> bytes:
 
 
 def _stream(entries: str, content: bytes) -> bytes:
-    """A compressed stream."""
+    """Return a compressed stream object."""
     packed = zlib.compress(content, 6)
     head = f"<< {entries} /Length {len(packed)} /Filter /FlateDecode >>\nstream\n".encode()
     return head + packed + b"\nendstream"
 
 
 def _content(drawing: SliceDrawing) -> str:
-    """The page: y points up, so that pixels are turned over."""
+    """Return the operators of the page. y points up in PDF, so rows of pixels are flipped."""
     height = drawing.size[1]
     across, down = drawing.width, drawing.height
     corner = f"0 {height - down}"
+    # The image, then the outlines clipped to it.
     lines = [f"q {across} 0 0 {down} {corner} cm /Slice Do Q", "q", f"{corner} {across} {down} re W n"]
     lines += [f"{_color(INK)} RG {_text(drawing.line_width)} w 1 J 1 j"]
     lines += [path_of(drawing, outline) for outline in drawing.outlines]
@@ -79,8 +83,9 @@ def _content(drawing: SliceDrawing) -> str:
 
 
 def path_of(drawing: SliceDrawing, outline: Outline) -> str:
-    """The operators of a curve, stroked."""
+    """Return the operators that stroke an outline."""
     cubics = drawing.cubics(outline, OFF)
+    # y points up in PDF.
     cubics[..., 1] = drawing.size[1] - cubics[..., 1]
     begin = f"{_pair(cubics[0, 0])} m"
     if outline.kind == "line":
@@ -90,6 +95,7 @@ def path_of(drawing: SliceDrawing, outline: Outline) -> str:
 
 
 def _escaped(text: str) -> str:
+    """Escape the characters that delimit strings."""
     return text.replace("\\", "\\\\").replace("(", "\\(").replace(")", "\\)")
 
 
@@ -98,7 +104,7 @@ def _pair(place: Any) -> str:
 
 
 def _text(number: float) -> str:
-    """A number without an exponent, which PDF does not know."""
+    """Return a number without an exponent, since PDF has none."""
     return f"{float(number):.9f}".rstrip("0").rstrip(".")
 
 

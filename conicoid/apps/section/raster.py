@@ -1,4 +1,4 @@
-"""Slices as pictures of pixels, with smooth outlines and the legend."""
+"""Render slices as images of pixels, with antialiased outlines and the legend."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from ...materials.color import srgb_decode
 from ...render.canvas import Canvas
 from .drawing import INK, SliceDrawing
 
-_STEP = 2.0  # pixels from place to place along a curve, about
-_MOST = 4096
+_STEP = 2.0  # pixels between places along a curve, about
+_MOST = 4096  # places along a curve
 
 
 def rasterize(drawing: SliceDrawing) -> Image:
-    """The picture."""
+    """Return the image of a drawing."""
     width, height = drawing.size
     pixels = srgb_decode(np.arange(256) / 255)[drawing.canvas()].astype(np.float32)
     if not (drawing.outlines or drawing.rows):
@@ -34,10 +34,11 @@ def rasterize(drawing: SliceDrawing) -> Image:
 
 
 def _put_legend(sheet: Canvas, drawing: SliceDrawing, ink: str) -> None:
-    """Squares and texts beside the slice."""
+    """Draw the squares and texts of the legend."""
     side, size = 1.1 * drawing.letter, drawing.letter / sheet.unit
     for text, color, left, middle in drawing.rows:
         sheet.line([(left, middle), (left + side, middle)], "#808080", side / sheet.unit)
+        # A grey square, and a coloured one inside that leaves an edge.
         inner = [(left + 0.6, middle), (left + side - 0.6, middle)]
         sheet.line(inner, "#{:02x}{:02x}{:02x}".format(*color), (side - 1.2) / sheet.unit)
         width, _ = sheet.size_of(text, size)

@@ -1,4 +1,4 @@
-"""A section of a scene by a plane, as a picture: the colour of what is at each point, and dark lines around it."""
+"""Render the section of a scene by a plane: the colours of the bodies at each point, and dark lines around them."""
 
 from __future__ import annotations
 
@@ -24,10 +24,12 @@ if TYPE_CHECKING:
 
 AXES = ("x", "y", "z")
 _FACING = ((-1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, -1.0))
-"""Which way one looks at sections across each axis: y, x and x are to the right, z, z and y are up."""
+"""View direction of the section across each axis: y, x and x point to the right, z, z and y point up."""
 _MARGIN = 1.05
+"""Size of a fitting window, in sizes of the scene."""
 _NOTHING, _CLEAR = (1.0, 1.0, 1.0), (0.55, 0.75, 0.9)
 _LINE = 0.25
+"""Factor that darkens pixels on lines."""
 _MOST_SAMPLES = 256
 
 
@@ -41,10 +43,11 @@ def section_pixels(
     height: Any,
     samples: Any,
 ) -> Any:
-    """(height, width, 3) float32 of linear light. `listed` are the entries of the scene.
+    """Return the pixels of `Scene.section`: float32 (height, width, 3) of linear light.
 
-    plane: "x", "y" or "z", an axis across it, which `at` says where; the window fits. Or an `OrthographicCamera`: the
-    plane through its position across its view, and its window.
+    listed: the entries of the scene. plane: "x", "y" or "z", the axis across it, which it crosses at `at`; the window
+    fits the scene. Or an `OrthographicCamera`: its window, in the plane through its position and across its view.
+    Warn if no solid is cut.
     """
     from ...queries.points import body_at
 
@@ -55,7 +58,9 @@ def section_pixels(
         raise ValueError(
             f"section: samples must be a whole number from 1 to {_MOST_SAMPLES}, got {format_value(samples)}"
         )
+    # A grid of steps x steps samples per pixel, at least `samples` in all.
     steps = math.isqrt(grid - 1) + 1
+    # Each table gets one more row at the end, for the body number -1.
     materials, _, place_of = body_material_table(listed, scene.lowered.body_item)
     colors = np.array([material_color(material) for material in materials] + [_NOTHING])
     entries = np.append(place_of, len(materials))
@@ -68,6 +73,7 @@ def section_pixels(
         bodies = body_at(scene, _points(camera, x, rows, width, height), "section")
         film[row] = colors[entries[bodies]].reshape(steps, width, steps, 3).mean(axis=(0, 2))
         seen, is_empty = groups[bodies], is_empty and not (bodies >= 0).any()
+        # Lines are drawn where the group of bodies changes, within the row or from the row above.
         film[row][_meets(seen, before, steps)] *= _LINE
         before = seen[-1]
     if is_empty and materials:
@@ -76,7 +82,7 @@ def section_pixels(
 
 
 def _nothing_there(plane: Any, at: Any, extent: BoxEnds) -> str:
-    """What to tell of a picture that is white throughout."""
+    """Return the warning for a picture that is white throughout."""
     if isinstance(plane, OrthographicCamera):
         return "section: no solid is cut in the window of this camera, so the picture is white"
     low, high = (float(end[AXES.index(plane)]) for end in extent)
@@ -86,19 +92,20 @@ def _nothing_there(plane: Any, at: Any, extent: BoxEnds) -> str:
 
 
 def _camera(plane: Any, at: Any, extent: BoxEnds, aspect: float) -> OrthographicCamera:
-    """The camera that sees a section, from an axis and a place or as given."""
+    """Return the camera of a section: one that fits the scene across an axis, or the given one."""
     if isinstance(plane, OrthographicCamera):
         if at is not None:
-            raise ValueError("section: at goes with an axis; a camera says where by its position")
+            raise ValueError("section: at goes with an axis; a camera is placed by its position")
         return plane
     if not isinstance(plane, str) or plane not in AXES:
-        given = format_value(plane) if isinstance(plane, str) else describe_kind(plane)
-        hint = "; where it lies is the second, section('z', 0.5)"
-        raise ValueError(f"section: plane must be 'x', 'y', 'z' or an OrthographicCamera, got {given}{hint}")
+        value = format_value(plane) if isinstance(plane, str) else describe_kind(plane)
+        hint = "; the second argument is its place, section('z', 0.5)"
+        raise ValueError(f"section: plane must be 'x', 'y', 'z' or an OrthographicCamera, got {value}{hint}")
     axis, (low, high) = AXES.index(plane), extent
     position = (low + high) / 2
     position[axis] = check_number("section", "at", 0.0 if at is None else at)
     right, up = {0: (1, 2), 1: (0, 2), 2: (0, 1)}[axis]
+    # The window fits both ways.
     size = max(float(high[up] - low[up]), float(high[right] - low[right]) / aspect)
     up_vector = (0.0, 1.0, 0.0) if axis == 2 else (0.0, 0.0, 1.0)
     facing = max(1.0, float(np.abs(position).max())) * np.array(_FACING[axis])
@@ -106,7 +113,7 @@ def _camera(plane: Any, at: Any, extent: BoxEnds, aspect: float) -> Orthographic
 
 
 def _points(camera: OrthographicCamera, x: FloatArray, y: FloatArray, width: int, height: int) -> FloatArray:
-    """(rows, columns, 3) of the plane, for places in pixels."""
+    """Return the points (rows, columns, 3) of the plane at coordinates in pixels."""
     lens = camera.lens
     u, v = (2 * x - width) / height, (height - 2 * y) / height
     points: FloatArray = lens[0] + u[None, :, None] * lens[1] + v[:, None, None] * lens[2]
@@ -114,7 +121,10 @@ def _points(camera: OrthographicCamera, x: FloatArray, y: FloatArray, width: int
 
 
 def _groups(materials: list[Any], entries: Any) -> Any:
-    """Numbers of bodies, and last of nothing, that are the same for bodies of one material; by themselves without."""
+    """Return a group number for each body, and last one for no body.
+
+    Bodies of one material form a group; a body without a material is a group of its own.
+    """
     first: dict[Any, int] = {}
     own = [first.setdefault(material, -2 - k) for k, material in enumerate(materials)]
     table = np.array([*own, -1])[entries]
@@ -123,7 +133,7 @@ def _groups(materials: list[Any], entries: Any) -> Any:
 
 
 def _meets(bodies: Any, before: Any, steps: int) -> Any:
-    """(width,) bool: pixels in which, or at whose left or upper edge, another group of bodies begins."""
+    """Return bool (width,): pixels in which, or at whose left or upper edge, another group of bodies begins."""
     first, middle = bodies[0], bodies[steps // 2]
     across = np.diff(middle, prepend=middle[:1]) != 0
     down = np.zeros_like(across) if before is None else first != before
@@ -133,7 +143,7 @@ def _meets(bodies: Any, before: Any, steps: int) -> Any:
 
 
 def material_color(material: Any) -> tuple[float, float, float]:
-    """The colour of a material in a section: its own; a pale blue for what is clear, and white for void."""
+    """Return the colour of a material in a section: its own, pale blue if it is transparent, white for void."""
     material = Material() if material is None else material
     if np.any(np.asarray(material.transparency) != 0):
         is_void = material.refractive_index == 1 and not np.any(np.asarray(material.absorption) != 0)

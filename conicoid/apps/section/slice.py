@@ -1,4 +1,4 @@
-"""A slice of a scene by a plane: what is at each pixel, the exact outlines of walls, and pictures of both."""
+"""`Slice`, the intersection of a scene with a plane: bodies per pixel, exact outlines of walls, and images of both."""
 
 from __future__ import annotations
 
@@ -11,12 +11,11 @@ import numpy.typing as npt
 
 from ..._util.arrays import FloatArray
 from ..._util.errstate import ignore_fp_errors
-from ..._util.hints import check_choice, with_method_hints
-from ..._util.name_tuples import NamedPartTuple
+from ..._util.hints import check_choice
+from ..._util.name_tuples import NameTuple
 from ..._util.validation import check_callback, check_flag
 from ..._util.validation import check_path as checked_path
 from ...io.images.image import Image
-from ...queries.id_arrays import as_id_array
 from .drawing import OVERLAPPING, UNDEFINED, SliceColors, SliceDrawing, color_slice
 from .options import BY, CURVES, check_suffix
 from .outline import Outline, OutlineCutter
@@ -26,25 +25,31 @@ if TYPE_CHECKING:
     from ...kernels.threads import Progress
     from ...queries.scene_protocol import SceneLike
 
-_ROWS = 1 << 21  # points asked at a time
+_ROWS = 1 << 21  # points of a query
 Mask = npt.NDArray[np.bool_]
 
 
-@with_method_hints
 class Slice:
-    """What a plane meets, in pixels of a window; row 0 is the uppermost. Shows itself in a notebook.
+    """The bodies that a plane cuts, in pixels of a window; row 0 is the top row. A notebook displays it as an image.
 
-    body       int32 (height, width): the first listed body at the pixel's centre, -1 for none
-    material   int32 (height, width): its place in `materials`, -1 for none
-    materials  the different materials of the scene, as `scene.materials`
-    extent     (left, right, bottom, top): along u and v, and so, across an axis, coordinates of the world
-    corner, u, v   the window: corner + s u + t v with 0 <= s, t <= 1
+    Attributes
+    ----------
+    body : int32 (height, width)
+        The first listed body at the pixel's centre; -1 for none.
+    material : int32 (height, width)
+        Its index in `materials`; -1 for none.
+    materials : tuple
+        The distinct materials of the scene, like `scene.materials`.
+    extent : (left, right, bottom, top)
+        Coordinates along u and v; across an axis these are world coordinates.
+    corner, u, v : float64 (3,)
+        The window: corner + s u + t v with 0 <= s, t <= 1.
     """
 
     def __init__(self, scene: SceneLike, window: Window, body: npt.NDArray[np.int32]) -> None:
         self._scene, self._window = scene, window
         body.setflags(write=False)
-        self.body: npt.NDArray[np.int32] = as_id_array("body", body)
+        self.body: npt.NDArray[np.int32] = body
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Slice):
@@ -61,79 +66,100 @@ class Slice:
 
     @property
     def u(self) -> FloatArray:
-        """To the right, over the whole width, (3,)."""
+        """The vector to the right, along the whole width, (3,)."""
         return self._window.u
 
     @property
     def v(self) -> FloatArray:
-        """Up, over the whole height, (3,)."""
+        """The vector up, along the whole height, (3,)."""
         return self._window.v
 
     @property
     def extent(self) -> tuple[float, float, float, float]:
-        """(left, right, bottom, top), what `plt.imshow(..., extent=...)` takes."""
+        """(left, right, bottom, top), as `plt.imshow(..., extent=...)` takes it."""
         return self._window.extent
 
     @property
     def materials(self) -> tuple[Any, ...]:
-        """The different materials of the scene."""
-        return NamedPartTuple((material for material, _ in self._scene.prepared.labels.distinct), "slice.materials")
+        """The distinct materials of the scene."""
+        return NameTuple((material for material, _ in self._scene._prepared.labels.distinct), "slice.materials")
 
     @cached_property
     def material(self) -> npt.NDArray[np.int32]:
-        """The place in `materials` of what is at each pixel, -1 for none."""
-        found = np.where(self.body >= 0, self._columns[self.body], -1).astype(np.int32)
-        found.setflags(write=False)
-        result: npt.NDArray[np.int32] = as_id_array("material", found)
+        """The index in `materials` of the body at each pixel, -1 for none."""
+        columns = np.where(self.body >= 0, self._columns[self.body], -1).astype(np.int32)
+        columns.setflags(write=False)
+        result: npt.NDArray[np.int32] = columns
         return result
 
     @cached_property
     def _columns(self) -> Any:
-        """The material of each body, -1 behind the last."""
-        prepared = self._scene.prepared
+        """The material of each body; one more -1 at the end serves the body -1."""
+        prepared = self._scene._prepared
         numbers = np.arange(prepared.lowered.body_count)
         return np.append(prepared.labels.columns_of(numbers, self.materials), -1) if len(numbers) else np.array([-1])
 
     @cached_property
     def outlines(self) -> tuple[Outline, ...]:
-        """Every piece of every wall, as a curve, found when first asked for: sheets and what is hidden too.
+        """Every piece of every wall as a curve, also of sheets and of walls inside other bodies; computed on demand.
 
-        Each ends where its wall meets others of the same bodies, or where what is on its sides changes, or at the edge
-        of the window.
+        A piece ends where its wall meets others of the same bodies, where the bodies on its sides change, and at the
+        edge of the window.
         """
         return tuple(self._cut())
 
     def _cut(self, progress: Progress | None = None) -> list[Outline]:
-        return OutlineCutter(self._scene.prepared, self._window).outlines(progress)
+        """Compute the outlines."""
+        return OutlineCutter(self._scene._prepared, self._window).outlines(progress)
 
     @cached_property
     def overlapping(self) -> Mask:
-        """bool (height, width): is the pixel's centre in more than one body?"""
+        """bool (height, width): whether the pixel's centre is in more than one body."""
         return self._each_row(lambda rows: self._scene.bodies_at(rows).counts > 1)
 
     @cached_property
     def undefined(self) -> Mask:
-        """bool (height, width): is the pixel's centre in the scene's domain, and in no body? Without one, none is."""
+        """bool (height, width): whether the pixel's centre is in the scene's domain but in no body.
+
+        False everywhere for a scene without a domain.
+        """
         if self._scene.domain is None:
             return np.zeros(self.body.shape, bool)
         domain = type(self._scene)([self._scene.domain])
         return self._each_row(domain.contains) & (self.body < 0)
 
-    def _each_row(self, ask: Any) -> Mask:
-        found = [ask(self._window.rows(a, b)) for a, b in _blocks(self._window)]
-        mask: Mask = np.concatenate(found)
+    def _each_row(self, query: Any) -> Mask:
+        """Evaluate a query of points on all pixels, block by block."""
+        blocks = [query(self._window.rows(a, b)) for a, b in _blocks(self._window)]
+        mask: Mask = np.concatenate(blocks)
         mask.setflags(write=False)
         return mask
 
     @ignore_fp_errors
     def image(self, by: str = "body", *, outlines: bool = True, legend: bool = True, problems: bool = False) -> Image:
-        """The slice as a picture.
+        """Return the slice as an image.
 
-        by: "body" or "material": what has a colour of its own. Materials have their own, as in `Scene.section`, if no
-            two of those in the slice look the same.
-        outlines: draw the walls between what is coloured apart, and sheets.
-        legend: beside the slice, of what is in it.
-        problems: red where bodies overlap, magenta where the domain is undefined; and all walls, hidden ones too.
+        Parameters
+        ----------
+        by : "body" or "material"
+            Which of them get distinct colours. Materials keep their own colours, as in `Scene.section`, unless two of
+            those in the slice look the same.
+        outlines : bool
+            Draw sheets, and the walls between regions of different colours.
+        legend : bool
+            Add a legend beside the slice.
+        problems : bool
+            Paint red where bodies overlap and magenta where the domain is undefined, and draw all walls, hidden ones
+            too.
+
+        Returns
+        -------
+        Image
+
+        Raises
+        ------
+        ValueError
+            For another `by`.
         """
         from .raster import rasterize
 
@@ -144,12 +170,24 @@ class Slice:
         self, path: str | os.PathLike[str], by: str = "body", *, outlines: bool = True, legend: bool = True,
         problems: bool = False,
     ) -> None:  # fmt: skip
-        """Write the slice at `path`, as .svg or .pdf with outlines that are curves, or as an `Image` is saved.
+        """Write the slice to a file: .svg or .pdf with outlines as curves, or the pixels of `image`.
 
-        by, outlines, legend, problems: as for `image`.
+        In .svg, elliptic arcs and parabolas are exact. Hyperbolas, and in .pdf ellipses too, are at most a millionth of
+        a pixel off.
 
-        In .svg arcs of ellipses and parabolas are exact, hyperbolas, and in .pdf ellipses, are at most a millionth of a
-        pixel off. Raises ValueError for another suffix, OSError where it cannot be written.
+        Parameters
+        ----------
+        path : path-like
+            The suffix gives the format.
+        by, outlines, legend, problems
+            The arguments of `image`.
+
+        Raises
+        ------
+        ValueError
+            For another suffix.
+        OSError
+            If the file cannot be written.
         """
         from ..._util.safe_files import replace_file
 
@@ -160,25 +198,28 @@ class Slice:
             self.image(by, outlines=outlines, legend=legend, problems=problems).save(path)
             return
         drawing = self._drawing(by, outlines, legend, problems)
+        # The file appears complete or not at all.
         with replace_file(path) as file:
             file.write_bytes(_write_slice(drawing, suffix))
 
     def _drawing(self, by: str, outlines: bool, legend: bool, problems: bool) -> SliceDrawing:
-        """What is drawn, in any format."""
+        """Return the drawing, whatever the format."""
         kind = check_choice("Slice", "by", by, BY)
         lines, legend, problems = (
             check_flag("Slice", name, on)
             for name, on in (("outlines", outlines), ("legend", legend), ("problems", problems))
         )
-        colored = color_slice(self._scene.prepared, self.body, self.material, kind)
+        colored = color_slice(self._scene._prepared, self.body, self.material, kind)
         if problems:
             colored = self._with_problems(colored)
         across, up = self._window.size
         scale = self._window.width / across, self._window.height / up
+        # With `problems` all walls are drawn, hidden ones too.
         drawn = tuple(one for one in self.outlines if problems or self._shows(one, kind)) if lines else ()
         return SliceDrawing(colored, drawn, scale, legend)
 
     def _with_problems(self, colored: SliceColors) -> SliceColors:
+        """Paint overlaps and undefined regions over the colours, and list them in the legend."""
         pixels, rows = colored.pixels.copy(), list(colored.legend)
         for mask, color, text in (
             (self.undefined, UNDEFINED, "undefined"), (self.overlapping, OVERLAPPING, "overlapping"),
@@ -189,7 +230,8 @@ class Slice:
         return SliceColors(pixels, tuple(rows))
 
     def _shows(self, outline: Outline, by: str) -> bool:
-        """Is what is seen on both sides coloured apart, or is it a sheet?"""
+        """Return whether an outline is a sheet, or its sides have different colours."""
+        # The first listed body on each side is the one that is shown.
         left, right = (side[0] if side else -1 for side in (outline.left, outline.right))
         if by == "body":
             apart = left != right
@@ -207,6 +249,7 @@ class Slice:
 
 
 def _write_slice(drawing: SliceDrawing, suffix: str) -> bytes:
+    """Return the contents of an .svg or .pdf file."""
     if suffix == ".svg":
         from .svg import svg_text
 
@@ -217,17 +260,18 @@ def _write_slice(drawing: SliceDrawing, suffix: str) -> bytes:
 
 
 def _blocks(window: Window) -> list[tuple[int, int]]:
-    """Rows that are asked at a time: of few blocks of eight rows, as packets are."""
+    """Return (first, last) rows of each query: multiples of eight rows, like the packets of the kernels."""
     step = max(8, _ROWS // window.width // 8 * 8)
     return [(a, min(window.height, a + step)) for a in range(0, window.height, step)]
 
 
 def cut_scene(
-    scene: SceneLike, origin: Any, u: Any, v: Any, pixels: Any, at: Any, progress: Progress | None, executor: Any
-) -> Slice:
-    """`Scene.slice`"""
+    scene: SceneLike, plane: Any, at: Any, corner: tuple[Any, Any, Any], pixels: Any, progress: Progress | None,
+    executor: Any,
+) -> Slice:  # fmt: skip
+    """Implement `Scene.slice`; `corner` is (origin, u, v)."""
     check_callback("slice", "progress", progress)
-    window = make_window(origin, u, v, pixels, at, scene.extent)
+    window = make_window(plane, at, corner, pixels, scene.extent)
     body = np.empty((window.height, window.width), np.int32)
     for first, last in _blocks(window):
         body[first:last] = scene.body_at(window.rows(first, last), executor=executor)

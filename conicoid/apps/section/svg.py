@@ -1,7 +1,7 @@
-"""Slices as SVG 1.1: colours as a picture below, outlines as curves.
+"""Write slices as SVG 1.1: an image of the colours, and the outlines above it as curves.
 
-Arcs of ellipses are arcs, parabolas are quadratic Béziers, both exactly; hyperbolas are cubic Béziers, which leave them
-by less than `OFF` of a pixel. Coordinates have fifteen digits. https://www.w3.org/TR/SVG11/paths.html
+Elliptic arcs and parabolas (quadratic Béziers) are exact. Hyperbolas are cubic Béziers within `OFF` of a pixel.
+Coordinates have fifteen digits. Source: https://www.w3.org/TR/SVG11/paths.html
 """
 
 from __future__ import annotations
@@ -17,12 +17,13 @@ from .drawing import INK, SliceDrawing
 from .outline import Outline
 
 OFF = 1e-6
+"""Largest distance of a Bézier from its curve, in pixels."""
 _FLAT = 1e5
-"""Ellipses with larger half-axes, in pixels, are drawn as Béziers: renderers work out their centres in short floats."""
+"""Ellipses with larger half-axes, in pixels, are drawn as Béziers: renderers compute the centres in short floats."""
 
 
 def svg_text(drawing: SliceDrawing) -> str:
-    """The file."""
+    """Return the contents of the file."""
     width, height = drawing.size
     picture = base64.b64encode(png_bytes(srgb_decode(drawing.painted.pixels / 255))).decode()
     lines = [
@@ -50,9 +51,10 @@ def svg_text(drawing: SliceDrawing) -> str:
 
 
 def path_of(drawing: SliceDrawing, outline: Outline) -> str:
-    """The data of a path."""
+    """Return the path data of an outline."""
     x, y = drawing.scale
     radii = outline.radii
+    # Arcs need equal scales across and up: an unequal scale would change the radii and the angle.
     if radii is not None and max(radii) * max(x, y) < _FLAT and abs(x - y) <= 1e-12 * max(x, y):
         return _arcs(drawing, outline)
     cubics = drawing.cubics(outline, OFF)
@@ -60,18 +62,22 @@ def path_of(drawing: SliceDrawing, outline: Outline) -> str:
     if outline.kind == "line":
         return f"{begin} L {_pair(cubics[-1, 3])}"
     if outline.kind == "parabola":
-        middle = 1.5 * cubics[0, 1] - 0.5 * cubics[0, 0]  # of the quadratic that the cubic is
+        middle = 1.5 * cubics[0, 1] - 0.5 * cubics[0, 0]  # control point of the quadratic that equals the cubic
         return f"{begin} Q {_pair(middle)} {_pair(cubics[0, 3])}"
     return begin + "".join(f" C {_pair(b)} {_pair(c)} {_pair(d)}" for _, b, c, d in cubics)
 
 
 def _arcs(drawing: SliceDrawing, outline: Outline) -> str:
-    """A part of an ellipse as two arcs of less than a turn each: none is a whole one, which has no direction."""
+    """Return the path data of a part of an ellipse.
+
+    More than half a turn becomes two arcs: an arc of a whole turn has no direction.
+    """
     assert outline.radii is not None
     assert outline.angle is not None
     r, s = (radius * drawing.scale[0] for radius in outline.radii)
     parts = 2 if outline._stop - outline._begin > math.pi else 1
     places = drawing.places(outline.points(parts + 1) - outline._origin)
+    # y points down, so the angle changes its sign.
     arc = f"A {_text(r)} {_text(s)} {_text(-outline.angle)} 0 0"
     return f"M {_pair(places[0])} " + " ".join(f"{arc} {_pair(place)}" for place in places[1:])
 
@@ -81,7 +87,7 @@ def _pair(place: Any) -> str:
 
 
 def _text(number: float) -> str:
-    """A number in fifteen digits."""
+    """Return a number in fifteen digits."""
     return f"{float(number):.15g}"
 
 

@@ -1,4 +1,8 @@
-"""Voxels as files: NumPy's .npz, zarr's folders, VTK's image data by pyevtk, NRRD by pynrrd."""
+"""`Voxels`: the body at the centre of each voxel, or the volume fraction of each body or material in it.
+
+They are computed block by block, in memory or straight into a .npy file or a zarr folder. `save` writes NumPy's .npz,
+zarr folders, VTK image data (pyevtk) and NRRD (pynrrd).
+"""
 
 from __future__ import annotations
 
@@ -15,14 +19,12 @@ import numpy.typing as npt
 
 from ..._util.arrays import BoxEnds, FloatArray
 from ..._util.errstate import ignore_fp_errors
-from ..._util.hints import check_choice, with_method_hints
-from ..._util.name_tuples import NamedPartTuple
+from ..._util.hints import check_choice
+from ..._util.name_tuples import NameTuple
 from ..._util.safe_files import replace_file, resolve_output
 from ..._util.validation import as_integer, check_callback, check_vector, describe_kind, format_value
 from ..._util.validation import check_path as checked_path
-from ...queries.id_arrays import as_id_array
-from ...queries.voxel_columns import ColumnGrid
-from ...queries.voxel_columns import voxel_shares as columns_here
+from ...queries.voxel_columns import ColumnGrid, voxel_shares
 from .drawing import body_name, material_name
 from .options import BY
 from .window import AXES
@@ -33,7 +35,7 @@ if TYPE_CHECKING:
 
 
 def write_voxels(path: str | os.PathLike[str], voxels: Voxels) -> None:
-    """Write voxels, by the suffix."""
+    """Write voxels in the format of the suffix. Raise ValueError for another suffix."""
     suffix = os.path.splitext(os.fspath(path))[1].lower()
     if suffix not in _WRITERS:
         raise ValueError(f"Voxels: voxels are saved as {', '.join(_WRITERS)}, got {format_value(os.fspath(path))}")
@@ -41,24 +43,26 @@ def write_voxels(path: str | os.PathLike[str], voxels: Voxels) -> None:
 
 
 def arrays_of(voxels: Voxels) -> dict[str, Any]:
-    """What is in the voxels, by name."""
-    found = dict(body=voxels.body, material=voxels.material, fractions=voxels.fractions, bounds=voxels.bounds)
-    return {name: array for name, array in found.items() if array is not None}
+    """Return the arrays of the voxels by name, without those that are None."""
+    arrays = dict(body=voxels.body, material=voxels.material, fractions=voxels.fractions, bounds=voxels.bounds)
+    return {name: array for name, array in arrays.items() if array is not None}
 
 
 def ids_by_name(voxels: Voxels) -> dict[str, Any]:
-    """Arrays (nx, ny, nz) with a name for each; names that are the same, or not of letters, get their number."""
+    """Return arrays (nx, ny, nz) by name. Names without ASCII letters, and repeated ones, get a number."""
     if voxels.fractions is None or voxels.bounds is None:
         return arrays_of(voxels)
-    found: dict[str, Any] = {}
+    arrays: dict[str, Any] = {}
     for k, name in enumerate(voxels.names):
         plain = "".join(letter if letter.isalnum() else "_" for letter in name if letter.isascii())
-        plain = plain if plain and plain not in found else f"{plain}_{k}"
-        found[plain], found[f"{plain}_bound"] = voxels.fractions[k], voxels.bounds[k]
-    return found
+        # A repeated or empty name gets its index, so that no array is lost.
+        plain = plain if plain and plain not in arrays else f"{plain}_{k}"
+        arrays[plain], arrays[f"{plain}_bound"] = voxels.fractions[k], voxels.bounds[k]
+    return arrays
 
 
 def _write_npz(path: Any, voxels: Voxels) -> None:
+    """Write a compressed archive with all arrays, low, high and names."""
     arrays: dict[str, Any] = dict(low=voxels.low, high=voxels.high, names=np.array(voxels.names, str))
     arrays |= arrays_of(voxels)
     with replace_file(path) as file, file.open("wb") as stream:
@@ -66,13 +70,13 @@ def _write_npz(path: Any, voxels: Voxels) -> None:
 
 
 def _write_zarr(path: Any, voxels: Voxels) -> None:
-    """A group of arrays in blocks; low, high and names are its attributes. The folder appears whole or not at all."""
+    """Write a group of arrays with the attributes low, high and names. The folder appears complete or not at all."""
     from ...io.ray_stream import zarr_module
 
     zarr = zarr_module()
     folder = Path(path)
     if folder.exists():
-        raise FileExistsError(17, "is there already", str(path))
+        raise FileExistsError(17, "already exists", str(path))
     partial = folder.with_name(f".{folder.stem[:40]}-{secrets.token_hex(4)}.zarr")
     try:
         group = zarr.open_group(str(partial), mode="w")
@@ -85,7 +89,7 @@ def _write_zarr(path: Any, voxels: Voxels) -> None:
 
 
 def _write_vti(path: Any, voxels: Voxels) -> None:
-    """Image data with the arrays as data of cells. pyevtk writes the file, which it gives the suffix."""
+    """Write image data with the arrays as cell data; pyevtk appends the suffix itself."""
     try:
         from pyevtk.hl import imageToVTK
     except ImportError:
@@ -97,13 +101,14 @@ def _write_vti(path: Any, voxels: Voxels) -> None:
 
 
 def _write_nrrd(path: Any, voxels: Voxels) -> None:
-    """One array: of ids, or of fractions with the names along its first axis."""
+    """Write one array: body numbers, or fractions with the names along the first axis."""
     try:
         import nrrd
     except ImportError:
         raise ImportError(".nrrd files need pynrrd: pip install 'conicoid[nrrd]'") from None
     whole = voxels.body if voxels.fractions is None else voxels.fractions
     center, step = voxels.low + voxels.spacing / 2, np.diag(voxels.spacing)
+    # NRRD places an array by the centre of its first voxel.
     header: dict[str, Any] = {"space dimension": 3, "space origin": center}
     if voxels.fractions is None:
         header |= {"space directions": step, "kinds": ["domain"] * 3}
@@ -121,27 +126,28 @@ _WRITERS: dict[str, Callable[[Any, Voxels], None]] = {
 }  # fmt: skip
 
 
-# Where voxels go as they are worked out, block by block: memory, a file of NumPy's, a folder of zarr's.
+# --- Stores that are filled block by block: memory, a .npy file, or a zarr folder
 #
-# Files and folders appear whole or not at all: Ctrl-C or an error leaves nothing behind.
+# Files and folders appear complete or not at all: Ctrl-C or an error leaves nothing behind.
 
 SIDE = 128
-"""Voxels along a side of a block of a folder, where there are so many."""
+"""Most voxels along a side of a block of a zarr array."""
 LARGEST = 4 << 30
-"""Bytes of arrays in memory."""
+"""Most bytes of arrays in memory."""
 Pair = tuple[Any, Any]
-"""Ids of bodies and of materials; or shares, and bounds of what these are off by."""
+"""Arrays of body and material numbers; or of fractions and their error bounds."""
 ENDINGS = (".npy", ".zarr")
+"""Suffixes of `path` for voxels that are written as they are computed."""
 
 
 def refuse_large(counts: Any, columns: int, each: int, path: Any) -> None:
-    """ValueError for arrays that would be absurd in memory; OSError for a file that the disk has no room for."""
+    """Raise ValueError for arrays too large for memory, OSError for a .npy file larger than the free disk space."""
     size = columns * each * int(np.prod([float(count) for count in counts]))
     times = " x ".join(map(str, counts)) + (f" x {columns}" if columns > 1 else "")
     if path is None and size > LARGEST:
         raise ValueError(
-            f"voxels: {times} of them would take {size / 2**30:.0f} GiB; ask for part of the box, or fewer, or have "
-            "them written as they come: path='voxels.zarr', or .npy"
+            f"voxels: {times} voxels would take {size / 2**30:.0f} GiB; use smaller bounds or fewer voxels, or write "
+            "them to disk: path='voxels.zarr', or .npy"
         )
     if path is not None and os.path.splitext(path)[1].lower() == ".npy":
         free = shutil.disk_usage(resolve_output(path).parent).free
@@ -150,29 +156,30 @@ def refuse_large(counts: Any, columns: int, each: int, path: Any) -> None:
 
 
 def check_ending(path: str | os.PathLike[str]) -> str:
-    """.npy or .zarr; a named ValueError for another ending."""
+    """Return the suffix, .npy or .zarr. Raise ValueError for another one."""
     ending = os.path.splitext(os.fspath(path))[1].lower()
     if ending not in ENDINGS:
         raise ValueError(
             f"voxels: path must end in {' or '.join(ENDINGS)}, got "
-            f"{format_value(os.fspath(path))}; other files are written "
-            "by save() of what is in memory"
+            f"{format_value(os.fspath(path))}; save() writes "
+            "other formats, of voxels in memory"
         )
     return ending
 
 
 @contextlib.contextmanager
 def memory_store(shape: tuple[int, ...], kind: Any) -> Iterator[Pair]:
-    """Two arrays."""
+    """Yield two empty arrays."""
     yield np.empty(shape, kind), np.empty(shape, kind)
 
 
 @contextlib.contextmanager
 def file_store(path: Any, shape: tuple[int, ...], kind: Any) -> Iterator[Pair]:
-    """The two halves of an array (2, ...) in a file, which has its name once the block has ended."""
+    """Yield the two halves of an array (2, ...) in a file, which gets its name when the context ends."""
     with replace_file(path) as partial:
         whole = np.lib.format.open_memmap(partial, mode="w+", dtype=kind, shape=(2, *shape))
         yield whole[0], whole[1]
+        # The data are written and the map is released before the file gets its name.
         whole.flush()
         del whole
 
@@ -181,12 +188,12 @@ def file_store(path: Any, shape: tuple[int, ...], kind: Any) -> Iterator[Pair]:
 def folder_store(
     path: Any, names: tuple[str, str], shape: tuple[int, ...], kind: Any, chunks: tuple[int, ...], more: dict[str, Any]
 ) -> Iterator[Pair]:
-    """Two arrays of a group with these names and attributes; the folder has its name once the block has ended."""
+    """Yield two arrays of a zarr group with names and attributes; the folder gets its name when the context ends."""
     from ...io.ray_stream import zarr_module
 
     zarr, folder = zarr_module(), Path(path)
     if os.path.lexists(folder):
-        raise FileExistsError(17, "is there already", str(path))
+        raise FileExistsError(17, "already exists", str(path))
     if not folder.parent.is_dir():
         raise FileNotFoundError(2, "no such folder", str(folder.parent))
     partial = folder.with_name(f".{folder.stem[:40]}-{secrets.token_hex(4)}.zarr")
@@ -201,7 +208,7 @@ def folder_store(
 
 
 def reopen(path: Any, ending: str, names: tuple[str, str]) -> Pair:
-    """The two arrays of a file or folder that is written, to be read piece by piece."""
+    """Return the two arrays of a complete file or folder, to be read piece by piece."""
     if ending == ".npy":
         whole = np.load(path, mmap_mode="r")
         return whole[0], whole[1]
@@ -212,9 +219,10 @@ def reopen(path: Any, ending: str, names: tuple[str, str]) -> Pair:
 
 
 def block_boxes(counts: tuple[int, int, int], most: int) -> Iterator[tuple[slice, slice, slice]]:
-    """All voxels in boxes of up to `most`, which begin at multiples of SIDE."""
+    """Yield boxes of up to `most` voxels that cover all voxels and begin at multiples of SIDE."""
+    # Blocks start as cubes of SIDE, then grow along the last axes up to the limit.
     step, room = [min(SIDE, count) for count in counts], most
-    for axis in (2, 1, 0):  # as long as may be along the last axis, then along that before it
+    for axis in (2, 1, 0):  # extend along the last axis first, which is contiguous in memory
         others = int(np.prod(step)) // step[axis]
         step[axis] = min(counts[axis], step[axis] * max(1, room // (others * step[axis])))
     for x in range(0, counts[0], step[0]):
@@ -227,7 +235,10 @@ def block_boxes(counts: tuple[int, int, int], most: int) -> Iterator[tuple[slice
 
 
 def block_rows(first: int, second: int, each: int, most: int) -> tuple[int, int]:
-    """(rows, columns of a row) of a block of first x second columns of `each` bytes: whole rows, or parts of one."""
+    """Return (rows, columns of a row) of a block out of first x second columns of `each` bytes.
+
+    A block has whole rows, or a part of one row.
+    """
     rows = min(first, most // (second * each))
     if rows >= 1:
         return min(rows, SIDE), second
@@ -235,37 +246,47 @@ def block_rows(first: int, second: int, each: int, most: int) -> tuple[int, int]
 
 
 def sum_blocks(array: Any) -> npt.NDArray[np.float64]:
-    """Sums of (names, nx, ny, nz) for each name, of an array that need not be in memory."""
+    """Return the sum for each name of an array (names, nx, ny, nz), which need not be in memory."""
     total: npt.NDArray[np.float64]
     if type(array) is np.ndarray:
         total = array.sum(axis=(1, 2, 3))
         return total
+    # Slabs of about 16 million numbers at a time.
     step = max(1, (1 << 24) // max(1, array.shape[0] * array.shape[2] * array.shape[3]))
     parts = [np.asarray(array[:, x : x + step]).sum(axis=(1, 2, 3)) for x in range(0, array.shape[1], step)]
     total = np.sum(parts, axis=0)
     return total
 
 
-# A scene as voxels: what is at their centres, or how much of each a body or a material takes.
+# --- Voxels of a scene
 
-_POINTS = 1 << 21  # asked at a time
-_BYTES = 1 << 27  # of shares and their bounds, at a time
+_POINTS = 1 << 21  # points of a query
+_BYTES = 1 << 27  # fractions and their bounds of a block
 _MOST_SAMPLES, _MOST_VOXELS = 1024, 1 << 20
 
 
-@with_method_hints
 class Voxels:
-    """Equal boxes that fill a box, (nx, ny, nz) of them, with what is in each.
+    """A box divided into nx x ny x nz equal voxels, with the contents of each, made by `Scene.voxels`.
 
-    low, high   corners of the whole, (3,)
-    shape       (nx, ny, nz)
-    spacing     sides of a voxel, (3,)
-    body        int32 (nx, ny, nz): the first listed body at each centre, -1 for none; None of fractions
-    material    int32 (nx, ny, nz): its place in `materials`, -1 for none; None of fractions
-    materials   the different materials of the scene, as `scene.materials`
-    names       what each of the fractions is of: bodies, or materials
-    fractions   float64 (names, nx, ny, nz): the share of each voxel's volume; None where they were not asked for
-    bounds      float64 (names, nx, ny, nz): each fraction is at most so far from the true one; None likewise
+    Attributes
+    ----------
+    low, high : float64 (3,)
+        The corners of the box.
+    shape : (nx, ny, nz)
+    spacing : float64 (3,)
+        The sides of a voxel.
+    body : int32 (nx, ny, nz)
+        The first listed body at each centre, -1 for none. None for voxels with fractions.
+    material : int32 (nx, ny, nz)
+        Its index in `materials`, -1 for none. None for voxels with fractions.
+    materials : tuple
+        The distinct materials of the scene, like `scene.materials`.
+    names : tuple of str
+        The body or material of each fraction.
+    fractions : float64 (names, nx, ny, nz)
+        The fraction of each voxel's volume. None unless `Scene.voxels` computed fractions.
+    bounds : float64 (names, nx, ny, nz)
+        The largest error of each fraction. None without fractions.
     """
 
     def __init__(
@@ -299,21 +320,40 @@ class Voxels:
         return x, y, z
 
     def volumes(self) -> tuple[FloatArray, FloatArray]:
-        """(volumes, by how much they may be off) of what `names` says, within the box: sums of fractions and bounds.
+        """Return the volumes within the box, and their largest errors, from sums of fractions and bounds.
 
-        Raises ValueError for voxels without fractions.
+        Returns
+        -------
+        tuple of float64 (names,)
+            Volumes and error bounds of the bodies or materials in `names`.
+
+        Raises
+        ------
+        ValueError
+            For voxels without fractions.
         """
         if self.fractions is None or self.bounds is None:
-            raise ValueError("volumes: there are no fractions; ask scene.voxels(..., fractions='body') for them")
+            raise ValueError("volumes: there are no fractions; scene.voxels(..., fractions='body') computes them")
         each = float(np.prod(self.spacing))
         return sum_blocks(self.fractions) * each, sum_blocks(self.bounds) * each
 
     @ignore_fp_errors
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write all arrays at `path`: .npz, .zarr, .vti (VTK, for ParaView) or .nrrd (for 3D Slicer).
+        """Write all arrays to a file or folder. Fractions in .vti and .nrrd carry their names.
 
-        In .vti and .nrrd fractions come with their names. Raises ValueError for another suffix, ImportError where the
-        extra `zarr`, `vtk` or `nrrd` is not installed, OSError where it cannot be written.
+        Parameters
+        ----------
+        path : path-like
+            Ends in .npz, .zarr, .vti (VTK, for ParaView) or .nrrd (for 3D Slicer).
+
+        Raises
+        ------
+        ValueError
+            For another suffix.
+        ImportError
+            If the extra `zarr`, `vtk` or `nrrd` is not installed.
+        OSError
+            If the file cannot be written.
         """
         write_voxels(checked_path("Voxels", path), self)
 
@@ -326,7 +366,7 @@ def compute_voxels(
     scene: SceneLike, bounds: Any, shape: Any, fractions: Any, samples: Any, axis: Any, path: Any,
     progress: Progress | None, executor: Any,
 ) -> Voxels:  # fmt: skip
-    """`Scene.voxels`"""
+    """Implement `Scene.voxels`."""
     check_callback("voxels", "progress", progress)
     if path is not None:
         path = checked_path("voxels", path)
@@ -339,14 +379,14 @@ def compute_voxels(
             f"voxels: samples must be a whole number from 1 to {_MOST_SAMPLES}, got {format_value(samples)}"
         )
     along = AXES.index(check_choice("voxels", "axis", axis, AXES))
-    asked = _VoxelRequest(scene, low, high, counts, path, progress, executor)
+    request = _VoxelRequest(scene, low, high, counts, path, progress, executor)
     if fractions is None:
-        return _ids(asked)
-    return _shares(asked, check_choice("voxels", "fractions", fractions, BY), rays, along)
+        return _ids(request)
+    return _shares(request, check_choice("voxels", "fractions", fractions, BY), rays, along)
 
 
 def _checked_bounds(bounds: Any, scene: SceneLike) -> BoxEnds:
-    """(low, high), the scene's where they are not given."""
+    """Return (low, high); those of the scene if `bounds` is None."""
     if bounds is None:
         low, high = scene.bounds
         if not (np.isfinite(low).all() and np.isfinite(high).all()):
@@ -366,19 +406,20 @@ def _checked_bounds(bounds: Any, scene: SceneLike) -> BoxEnds:
 
 
 def _checked_shape(shape: Any, size: FloatArray) -> tuple[int, int, int]:
-    """(nx, ny, nz), from these or from the number along the longest side, of voxels that are about cubes."""
+    """Return (nx, ny, nz), from these or, for nearly cubic voxels, from the number along the longest side."""
     listed = isinstance(shape, tuple | list | np.ndarray) and np.ndim(shape) == 1
     sizes = [as_integer(size) for size in shape] if listed else [as_integer(shape)]
-    given = [size for size in sizes if size is not None and 1 <= size <= _MOST_VOXELS]
-    if len(given) != len(sizes) or len(given) != (3 if listed else 1):
+    valid = [size for size in sizes if size is not None and 1 <= size <= _MOST_VOXELS]
+    if len(valid) != len(sizes) or len(valid) != (3 if listed else 1):
         expected = f"(nx, ny, nz) or one whole number, from 1 to {_MOST_VOXELS}"
         raise ValueError(f"voxels: shape must be {expected}, got {format_value(shape)}")
-    counts = given if listed else [max(1, round(given[0] * float(side / size.max()))) for side in size]
+    # One number is for the longest side; the others follow so that voxels are nearly cubes.
+    counts = valid if listed else [max(1, round(valid[0] * float(side / size.max()))) for side in size]
     return counts[0], counts[1], counts[2]
 
 
 class _VoxelRequest(NamedTuple):
-    """What voxels of which scene are asked for, and where they go: a path, or None for memory."""
+    """The arguments of a call of `Scene.voxels`; without a path, the voxels stay in memory."""
 
     scene: SceneLike
     low: FloatArray
@@ -390,36 +431,38 @@ class _VoxelRequest(NamedTuple):
 
 
 def _fill_voxels(
-    asked: _VoxelRequest, names: tuple[str, str], shape: tuple[int, ...], kind: Any, sides: Any, more: Any, fill: Any
+    request: _VoxelRequest, names: tuple[str, str], shape: tuple[int, ...], kind: Any, sides: Any, more: Any, fill: Any
 ) -> Pair:
-    """Two arrays, in memory or on the disk, once fill(them) has filled them block by block. `sides`: of a block."""
-    if asked.path is None:
+    """Make two arrays in memory or on disk, call fill(them), and return them. `sides` are those of a zarr block."""
+    if request.path is None:
         with memory_store(shape, kind) as pair:
             fill(pair)
         return pair
-    ending = check_ending(asked.path)
-    more = dict(low=asked.low.tolist(), high=asked.high.tolist(), **more)
-    there = (
-        file_store(asked.path, shape, kind)
+    ending = check_ending(request.path)
+    more = dict(low=request.low.tolist(), high=request.high.tolist(), **more)
+    store = (
+        file_store(request.path, shape, kind)
         if ending == ".npy"
-        else folder_store(asked.path, names, shape, kind, sides, more)
+        else folder_store(request.path, names, shape, kind, sides, more)
     )
-    with there as pair:
+    with store as pair:
         fill(pair)
+        # The views keep the memory map of a .npy file open.
         del pair
-    return reopen(asked.path, ending, names)
+    return reopen(request.path, ending, names)
 
 
-def _ids(asked: _VoxelRequest) -> Voxels:
-    """What is at the centres."""
-    scene, low, high, counts, path, progress, executor = asked
+def _ids(request: _VoxelRequest) -> Voxels:
+    """Return the bodies and materials at the centres of the voxels."""
+    scene, low, high, counts, path, progress, executor = request
     refuse_large(counts, 1, 8, path)
-    prepared = scene.prepared
-    materials = NamedPartTuple((material for material, _ in prepared.labels.distinct), "voxels.materials")
+    prepared = scene._prepared
+    materials = NameTuple((material for material, _ in prepared.labels.distinct), "voxels.materials")
     numbers = np.arange(prepared.lowered.body_count)
+    # The material of each body, and -1 at the end for the body -1.
     table = np.append(prepared.labels.columns_of(numbers, materials) if len(numbers) else numbers, -1).astype(np.int32)
-    found = Voxels(low, high, counts, materials=materials)
-    centers, total = found.centers, counts[0] * counts[1] * counts[2]
+    voxels = Voxels(low, high, counts, materials=materials)
+    centers, total = voxels.centers, counts[0] * counts[1] * counts[2]
 
     def fill(pair: Pair) -> None:
         done = 0
@@ -433,19 +476,19 @@ def _ids(asked: _VoxelRequest) -> Voxels:
 
     names = [material_name(prepared, k) for k in range(len(materials))]
     sides = tuple(min(SIDE, count) for count in counts)
-    found.body, found.material = _fill_voxels(
-        asked, ("body", "material"), counts, np.int32, sides, dict(names=[], materials=names), fill
+    voxels.body, voxels.material = _fill_voxels(
+        request, ("body", "material"), counts, np.int32, sides, dict(names=[], materials=names), fill
     )
     if path is None:
-        found.body, found.material = as_id_array("body", found.body), as_id_array("material", found.material)
-    return found
+        voxels.body, voxels.material = voxels.body, voxels.material
+    return voxels
 
 
-def _shares(asked: _VoxelRequest, by: str, samples: int, along: int) -> Voxels:
-    """Fractions by chords along an axis."""
-    scene, low, high, counts, path, _, _ = asked
-    prepared = scene.prepared
-    materials = NamedPartTuple((material for material, _ in prepared.labels.distinct), "voxels.materials")
+def _shares(request: _VoxelRequest, by: str, samples: int, along: int) -> Voxels:
+    """Return the fractions of bodies or materials, from chords along an axis."""
+    scene, low, high, counts, path, _, _ = request
+    prepared = scene._prepared
+    materials = NameTuple((material for material, _ in prepared.labels.distinct), "voxels.materials")
     bodies = prepared.lowered.body_count
     numbers = np.arange(bodies)
     if by == "body":
@@ -454,57 +497,66 @@ def _shares(asked: _VoxelRequest, by: str, samples: int, along: int) -> Voxels:
         groups = prepared.labels.columns_of(numbers, materials).astype(np.int32) if bodies else numbers.astype(np.int32)
         names = tuple(material_name(prepared, k) for k in range(len(materials)))
     refuse_large(counts, len(names), 16, path)
+    # Columns run along the last of these axes.
     order = [(along + 1) % 3, (along + 2) % 3, along]
     spacing = (high - low) / counts
     frame = np.array([*low[order], *spacing[order], counts[order[0]], counts[order[1]]], float)
     first, second, deep = (counts[k] for k in order)
+    # 16 bytes: a fraction and its bound for each name.
     step = block_rows(first, second, 16 * max(1, len(names)) * deep, _BYTES)
 
     def fill(pair: Pair) -> None:
         if names:
-            _fill_shares(asked, ColumnGrid(frame, along, samples), groups, len(names), order, step, pair)
+            _fill_shares(request, ColumnGrid(frame, along, samples), groups, len(names), order, step, pair)
 
     sides = dict(zip(order, (step[0], min(SIDE, step[1]), min(SIDE, deep)), strict=True))
     fractions, bounds = _fill_voxels(
-        asked, ("fractions", "bounds"), (len(names), *counts), np.float64,
+        request, ("fractions", "bounds"), (len(names), *counts), np.float64,
         (1, sides[0], sides[1], sides[2]), dict(names=list(names)), fill,
     )  # fmt: skip
     return Voxels(low, high, counts, materials=materials, names=names, fractions=fractions, bounds=bounds)
 
 
 def _fill_shares(
-    asked: _VoxelRequest, grid: ColumnGrid, groups: Any, names: int, order: list[int], step: tuple[int, int], pair: Pair
+    request: _VoxelRequest,
+    grid: ColumnGrid,
+    groups: Any,
+    names: int,
+    order: list[int],
+    step: tuple[int, int],
+    pair: Pair,
 ) -> None:
-    """Blocks of columns, one after the other."""
-    scene, _, _, counts, _, progress, executor = asked
+    """Fill fractions and bounds, one block of columns after the other."""
+    scene, _, _, counts, _, progress, executor = request
     first, second, deep = (counts[k] for k in order)
     total = first * second
     for row in range(0, first, step[0]):
         for place in range(0, second, step[1]):
             rows, columns = min(first, row + step[0]), min(second, place + step[1])
+            # Columns are numbered row by row. A block is whole rows or a part of one, so its numbers are consecutive.
             begin, end = row * second + place, (rows - 1) * second + columns
-            told = _beyond(progress, begin, total)
+            block_progress = _beyond(progress, begin, total)
             if executor is None:
-                found = columns_here(scene.prepared, grid, groups, names, deep, begin, end, told)
+                shares = voxel_shares(scene._prepared, grid, groups, names, deep, begin, end, block_progress)
             else:
-                from ...parallel.queries import column_shares as elsewhere
+                from ...parallel.queries import column_shares
 
-                found = elsewhere(scene, grid, groups, names, deep, (begin, end), executor, told)
-            where = dict(zip(order, (slice(row, rows), slice(place, columns), slice(0, deep)), strict=True))
-            for target, part in zip(pair, found, strict=True):
-                target[:, where[0], where[1], where[2]] = _in_world(
+                shares = column_shares(scene, grid, groups, names, deep, (begin, end), executor, block_progress)
+            slices = dict(zip(order, (slice(row, rows), slice(place, columns), slice(0, deep)), strict=True))
+            for target, part in zip(pair, shares, strict=True):
+                target[:, slices[0], slices[1], slices[2]] = _in_world(
                     part, [rows - row, columns - place, deep], names, grid.axis
                 )
 
 
 def _beyond(progress: Progress | None, before: int, total: int) -> Progress | None:
-    """Told of all columns, where those of a block are counted."""
+    """Return a callback that adds the columns of earlier blocks to the count, out of all columns."""
     return None if progress is None else lambda done, _: progress(before + done, total)
 
 
 def _in_world(part: FloatArray, counts: list[int], groups: int, along: int) -> FloatArray:
-    """(columns, groups, voxels) as (groups, nx, ny, nz)."""
+    """Rearrange (columns, groups, voxels) as (groups, nx, ny, nz)."""
     boxed = part.reshape(counts[0], counts[1], groups, counts[2])  # along the axes `along + 1`, `along + 2`, `along`
     places = {(along + 1) % 3: 0, (along + 2) % 3: 1, along: 3}
-    turned: FloatArray = np.ascontiguousarray(boxed.transpose(2, places[0], places[1], places[2]))
-    return turned
+    world: FloatArray = np.ascontiguousarray(boxed.transpose(2, places[0], places[1], places[2]))
+    return world

@@ -14,8 +14,7 @@ import numpy.typing as npt
 
 from ..._util.equality import compare_by_value
 from ..._util.errstate import ignore_fp_errors
-from ..._util.foreign_names import HintingType, with_attribute_hints
-from ..._util.hints import closest_name, with_method_hints
+from ..._util.hints import closest_name
 from ..._util.pickling import restore_state
 from ..._util.validation import check_path as checked_path
 from ..._util.validation import format_value, is_masked, real_array
@@ -30,10 +29,8 @@ SUFFIXES = (".png", ".exr", ".jpg", ".jpeg", ".webp")
 Pixels = npt.NDArray[np.float32]
 
 
-@with_attribute_hints
-@with_method_hints
 @compare_by_value("values", "pixels", "exposure", "tone", "layers")
-class Image(metaclass=HintingType):
+class Image:
     """An image: linear colours (height, width, 3), or a number per pixel (height, width) seen through a colour map.
 
     An Image shows itself in a notebook. `pixels` (height, width, 3) float32 holds the visible linear light, `values`

@@ -19,7 +19,6 @@ import numpy.typing as npt
 
 from ..._util.arrays import FloatArray
 from ..._util.errstate import ignore_fp_errors
-from ..._util.hints import frozen_with_hints
 from ..._util.validation import DOMAIN, describe_kind, format_value, is_outside_domain, real_array
 from ...numerics.portable_math import sin_cos_degrees
 
@@ -194,7 +193,6 @@ def check_bonds(given: Any, count: int) -> FloatArray:
 # Atoms as data
 
 
-@frozen_with_hints
 @dataclass(frozen=True, eq=False)
 class Atoms:
     """Atoms of a molecule or a crystal, in Å.

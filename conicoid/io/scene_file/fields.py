@@ -86,10 +86,6 @@ class ArgumentsType(ValueType):
     def read(self, node: Node, reader: NodeReader, where: str) -> Any:
         where = f"{where}: {self.make.__name__}" if where else self.make.__name__
         required = [name for name, field in self.fields.items() if field.required]
-        # Some classes explain calls with foreign or missing arguments themselves.
-        refused = getattr(self.make, "_refused_call", None)
-        if refused is not None and isinstance(node, MappingNode) and (message := refused((), node.entries)):
-            return reader.report(node, where, message.partition(": ")[2])
         is_shape = isinstance(self.make, type) and issubclass(self.make, Shape)
         entries = reader.entries(
             node, where, self.fields, required, _KEYS_BESIDE_SHAPES if is_shape else NO_MISPLACED_KEYS

@@ -18,7 +18,6 @@ from typing import Any
 
 import numpy as np
 
-from ..._util.foreign_names import CLASS_SYNONYMS
 from ..._util.safe_files import open_regular
 from ...geometry.bulk import Bulk
 from ...geometry.registry import REGISTRY
@@ -448,8 +447,6 @@ class ShapeReader:
         if key.text.lower() in ("translate", "rotate", "scale", "transform"):
             message = f"unknown shape {key.text!r}: motions stand beside a shape, move: [{{{key.text.lower()}: ...}}]"
             return self.reader.report(key, where, message)
-        if (meant := CLASS_SYNONYMS.get(key.text, "")) in REGISTRY:
-            return self.reader.report(key, where, f"unknown shape {key.text!r} (did you mean {meant!r}?)")
         if key.text in ("Torus", "Obj", "Stl", "STL", "OBJ"):
             message = f"unknown shape {key.text!r}: bodies are of planes and quadrics; "
             message += "a mesh is {Mesh: ...} or {Triangles: ...}"

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any, Final, TypeVar
 
 from ..._util.file_errors import MAX_PROBLEMS, Problem, Suggestions
-from ..._util.hints import argument_synonym
+from ..._util.hints import known_alias
 from ...materials.color import grey_hint
 from .nodes import (
     HasPosition,
@@ -98,11 +98,11 @@ class NodeReader:
             if key.text not in found:
                 left = [other for other in names if other not in node.entries]
                 moved = misplaced.get(key.text)
-                meant = argument_synonym(key.text, left)
+                meant = known_alias(key.text, left)
                 hint = (
                     f" ({moved})"
                     if moved
-                    else f" (did you mean {_quote_keys(meant)}?)"
+                    else f" (did you mean {meant!r}?)"
                     if meant
                     else " (a comma ends a value: 1.5 is written with a point)"
                     if key.text.isdigit()
@@ -129,11 +129,6 @@ class NodeReader:
             return self.report(node, where, "nested too deeply")
         except (ValueError, TypeError, ArithmeticError) as error:
             return self.report(*_locate_problem(node, where, str(error)))
-
-
-def _quote_keys(meant: str) -> str:
-    """Return one key in quotes, and a longer hint as it is."""
-    return repr(meant) if meant.isidentifier() else meant
 
 
 def _no_shape(node: Node, where: str, base: type) -> Any:

@@ -1,4 +1,4 @@
-"""Error constants: every bound that decides where the fast formulas are not trusted. See docs/exactness.md.
+"""Error constants: every bound that decides where the fast formulas are not trusted. See docs/dev/exactness.md.
 
 A crossing is doubtful long before rounding can change the answer: roundings are 2^-53 each, and a formula has some
 dozen of them. Doubtful crossings are decided again, so a bound that is too wide costs time, and one that is too narrow

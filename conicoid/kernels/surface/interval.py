@@ -1,7 +1,7 @@
 """A crossing and the interval of its ray, and the error bounds of t.
 
 Intervals are open at both ends. `starts` is True everywhere for a crossing with the surface on which the ray starts; at
-t = 0 such a crossing is the start itself, which never counts. Bounds and doubt: docs/exactness.md.
+t = 0 such a crossing is the start itself, which never counts. Bounds and doubt: docs/dev/exactness.md.
 """
 
 from __future__ import annotations

@@ -1,1 +1,1 @@
-"""Published refractive indices, as text."""
+"""Tables of published refractive indices, as text."""

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Integrator:
-    """What is known of an integrator before anything is compiled."""
+    """An integrator as data, before anything is compiled."""
 
     name: str
     about: str

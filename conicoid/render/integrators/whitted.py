@@ -1,11 +1,11 @@
-"""Lamps in Whitted's pictures: their light, with soft shadows, from one point of each for each sample of a pixel.
+"""Whitted's method: direct light, lamps with soft shadows, trees of mirrored and refracted rays; 64 pixels at once.
 
-The points are those of light transport's sampler, so a picture is the same for any order of work, and its shadows
-become smooth as samples are added. What a ray meets after it was mirrored or refracted asks at the same places as the
-camera's ray: each by itself, these are as evenly spread. Up to `ASKED` lamps are all asked; of more, so many are drawn
-by what might arrive from them.
+Each sample of a pixel takes the light of a lamp from one point of it. The points are those of the sampler of light
+transport, so a picture is the same for any order of work, and shadows become smooth as samples are added. Mirrored and
+refracted rays use the same points as the ray of the camera: for each ray by itself, these are as evenly spread. Up to
+`MOST_LAMPS` lamps all count; of more, so many are drawn by the light that might arrive from them.
 
-Radiance L in the solid angle dω gives what a light of intensity L dω / π would.
+Radiance L in the solid angle dω counts as a light of intensity L dω / π.
 """
 
 from __future__ import annotations
@@ -68,19 +68,20 @@ from ..sampling import sobol_pair
 from .samples import NO_SURFACE, Samples, Settings, trace_samples
 
 MOST_LAMPS = 8
+"""The largest number of lamps that a point takes light from."""
 _FIRST_LAMP_PAIR = 8
 _PER_PI = 1.0 / math.pi
 
 
 @inline
 def lamp_count(lamps: LightSources) -> int:
-    """How many lamps a point asks."""
+    """Return the number of lamps that a point takes light from."""
     return min(MOST_LAMPS, len(lamps.records))
 
 
 @helper
 def light_of_lamp(lit: WhittedLight, j: int, random: tuple[int, int, int], x: float, y: float, z: float) -> LightSample:
-    """What comes from the j-th lamp that a point asks, if nothing is in between. random: seed, pixel and sample."""
+    """Return the light of the j-th lamp of a point, if nothing is in between. random: seed, pixel and sample."""
     seed, pixel, sample = random
     u, v = sobol_pair(seed, pixel, sample, _FIRST_LAMP_PAIR + 2 * j)
     k, likely = j, 1.0
@@ -96,15 +97,18 @@ def lamp_ray(
     lit: WhittedLight, j: int, random: tuple[int, int, int], sight: SurfaceInteraction, row: Any, point: ShadingPoint,
     dx: float, dy: float, dz: float,
 ) -> tuple[Ray, int, bool]:  # fmt: skip
-    """(the ray from what is seen along unit d to a lamp, the body that it is to meet first, is it worth tracing?)"""
-    found = light_of_lamp(lit, j, random, point.x, point.y, point.z)
-    lx, ly, lz = found.d
-    ray = Ray(point.x, point.y, point.z, lx, ly, lz, 0.0, found.end, sight.surface)
+    """Return (ray from a point to a lamp, the body that it should hit first, whether it can bring light).
+
+    dx, dy, dz: the unit direction along which the point is seen.
+    """
+    light = light_of_lamp(lit, j, random, point.x, point.y, point.z)
+    lx, ly, lz = light.d
+    ray = Ray(point.x, point.y, point.z, lx, ly, lz, 0.0, light.end, sight.surface)
     shows = row.diffuse > 0.0 or row.specular[0] + row.specular[1] + row.specular[2] > 0.0
-    asked = shows and found.end > 0.0 and dot(point.nx, point.ny, point.nz, lx, ly, lz) > 0.0
-    if asked and has_relief(row):
-        asked = not is_behind(sight, dx, dy, dz, lx, ly, lz)
-    return ray, found.body, asked
+    is_traced = shows and light.end > 0.0 and dot(point.nx, point.ny, point.nz, lx, ly, lz) > 0.0
+    if is_traced and has_relief(row):
+        is_traced = not is_behind(sight, dx, dy, dz, lx, ly, lz)
+    return ray, light.body, is_traced
 
 
 @helper
@@ -119,15 +123,18 @@ def shadow_lamps(
     dy: float,
     dz: float,
 ) -> None:
-    """How much of each lamp's light (rgb, into `arrived`, behind that of lights) reaches what is seen along unit d."""
+    """Compute the light of each lamp that reaches a point seen along unit d.
+
+    It goes into `arrived` as rgb, behind that of the lights.
+    """
     materials, first = lit.look.materials, 3 * len(lit.look.lights)
     shows, number, point = shading_point_of(geometry, materials, sight, dx, dy, dz)
     if not shows:
         return
     for j in range(lamp_count(lit.lamps)):
-        ray, body, asked = lamp_ray(lit, j, random, sight, materials.rows[number], point, dx, dy, dz)
+        ray, body, is_traced = lamp_ray(lit, j, random, sight, materials.rows[number], point, dx, dy, dz)
         r, g, b = 0.0, 0.0, 0.0
-        if asked:
+        if is_traced:
             hit = first_crossing(geometry, scratch, ray, materials.opaque, False)
             ray = with_limits(ray, 0.0, min(ray.t_max, hit.t))
             r, g, b = shadow_transmittance(geometry, scratch, materials, ray, sight.before, hit.body != body)
@@ -138,28 +145,28 @@ def shadow_lamps(
 def lamp_light(
     lit: WhittedLight, random: tuple[int, int, int], row: Any, arrived: Floats, at: int, point: ShadingPoint
 ) -> tuple[float, float, float, float, float, float]:
-    """(Σ I N·L, Σ I h), each rgb, over the lamps, of whose light arrived[at:] reaches the point."""
+    """Return (Σ I N·L, Σ I h), each rgb, over the lamps; arrived[at:] is the share of their light that arrives."""
     dr, dg, db, hr, hg, hb = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for j in range(lamp_count(lit.lamps)):
         ar, ag, ab = arrived[at + 3 * j], arrived[at + 3 * j + 1], arrived[at + 3 * j + 2]
         if ar + ag + ab == 0.0:
             continue
-        found = light_of_lamp(lit, j, random, point.x, point.y, point.z)
-        lx, ly, lz = found.d
+        light = light_of_lamp(lit, j, random, point.x, point.y, point.z)
+        lx, ly, lz = light.d
         size = math.sqrt(dot(lx, ly, lz, lx, ly, lz))
         lx, ly, lz = lx / size, ly / size, lz / size
         cosine = diffuse_light(row, lx, ly, lz, point)
         shine = highlight(row, lx, ly, lz, point)
-        r, g, b = _PER_PI * ar * found.r, _PER_PI * ag * found.g, _PER_PI * ab * found.b
+        r, g, b = _PER_PI * ar * light.r, _PER_PI * ag * light.g, _PER_PI * ab * light.b
         dr, dg, db = dr + r * cosine, dg + g * cosine, db + b * cosine
         hr, hg, hb = hr + r * shine, hg + g * shine, hb + b * shine
     return dr, dg, db, hr, hg, hb
 
 
-# Rays still to be followed, with their weight in the picture: recursion without recursion.
+# --- Rays still to be followed, with their weights: recursion by a stack
 
 FAINT = 2.0**-12
-"""A ray that adds less than this share of what it meets is not followed."""
+"""A ray that adds less than this share of the light that it finds is not followed."""
 
 
 class PendingRay(NamedTuple):
@@ -188,13 +195,13 @@ class Stack(NamedTuple):
 
 @allocator
 def new_stack(depth: int) -> Stack:
-    """A stack for rays of at most `depth` turns: each level leaves at most one ray waiting."""
+    """Return a stack for rays of at most `depth` turns: each level leaves at most one ray waiting."""
     return Stack(np.empty((depth + 2, 9)), np.empty((depth + 2, 3), np.int64))
 
 
 @inline
 def push(stack: Stack, size: int, ray: PendingRay) -> int:
-    """Add a ray unless it is too faint to matter; returns the new size."""
+    """Add a ray unless it is too faint to matter; return the new size."""
     x, y, z, dx, dy, dz, r, g, b, start, turns, medium = ray
     if max(r, max(g, b)) < FAINT:
         return size
@@ -207,18 +214,18 @@ def push(stack: Stack, size: int, ray: PendingRay) -> int:
 
 @inline
 def load_pending(stack: Stack, k: int) -> PendingRay:
-    """Ray k of a stack."""
+    """Return ray k of a stack."""
     row, numbers = stack.floats[k], stack.numbers[k]
     return PendingRay(
         row[0], row[1], row[2], row[3], row[4], row[5], row[6], row[7], row[8], numbers[0], numbers[1], numbers[2]
     )
 
 
-# Whitted's ray tracing: local light, and on along the mirrored and the refracted ray.
+# --- Local light, the mirrored and the refracted ray
 #
 # Turner Whitted, An improved illumination model for shaded display, CACM 23 (1980), with Fresnel's
-# weights. What a wall of transparent solids does is decided on the ray itself: the media before and
-# after the crossing, all that coincides there taken together. Where they are the same material the wall is
+# weights. The effect of a wall of transparent solids is decided on the ray itself, by the media before and
+# after the crossing, all walls that coincide there taken together. Where they are the same material the wall is
 # invisible; so nested, abutting and overlapping dielectrics need no gap and no care, and the body
 # listed first has priority where two overlap.
 
@@ -227,7 +234,7 @@ def load_pending(stack: Stack, k: int) -> PendingRay:
 def find_interaction(
     geometry: Geometry, scratch: Scratch, materials: MaterialTable, ray: Ray, hit: Hit
 ) -> SurfaceInteraction:
-    """The first wall that light notices along a ray whose first crossing is `hit`; body -1 if there is none."""
+    """Return the first wall that light notices along a ray whose first crossing is `hit`; body -1 if there is none."""
     crossed = resolve_hit(geometry, hit)
     outside: Any = whole(OUTSIDE)
     before, after = outside, outside
@@ -245,7 +252,7 @@ def find_interaction(
 def first_visible_wall(
     geometry: Geometry, scratch: Scratch, materials: MaterialTable, ray: Ray, crossed: ResolvedHit
 ) -> tuple[ResolvedHit, int, int]:
-    """(the first wall that light notices from a crossing of a ray on, the media before and after).
+    """Return (the first wall that light notices from a crossing of a ray on, the media before and after).
 
     An opaque surface always is one, also where a transparent wall coincides with it.
     """
@@ -269,7 +276,7 @@ def first_visible_wall(
 
 @helper
 def medium_at(geometry: Geometry, scratch: Scratch, materials: MaterialTable, x: float, y: float, z: float) -> int:
-    """The medium at a point, of a scene that has transparent bodies."""
+    """Return the medium at a point, for a scene with transparent bodies."""
     ray = Ray(x, y, z, 0.0, 0.0, 1.0, 0.0, math.inf, whole(NO_SURFACE))
     return body_medium(materials, find_media(geometry, scratch, ray, 0.0, materials.medium)[1])
 
@@ -286,9 +293,9 @@ def shade(
     at: int,
     random: tuple[int, int, int],
 ) -> tuple[float, float, float, int]:
-    """(rgb that what a ray sees sends back by itself, new size of the stack): the rays it sends on are pushed.
+    """Return (rgb that a point sends back along a ray, new size of the stack); push the rays that it sends on.
 
-    arrived[at:]: how much of each light and lamp reaches it; random: seed, pixel and sample.
+    arrived[at:]: the share of each light and lamp that reaches the point; random: seed, pixel and sample.
     """
     look, materials = lit.look, lit.look.materials
     _, _, _, dx, dy, dz, wr, wg, wb, _, turns, _ = ray
@@ -347,7 +354,7 @@ def shade(
 
 @inline
 def sky(look: Any, medium: int, dz: float, wr: float, wg: float, wb: float) -> tuple[float, float, float]:
-    """Rgb of the background along a unit direction, seen from a medium."""
+    """Return rgb of the background along a unit direction, seen from a medium."""
     wr, wg, wb = absorb(look.materials, medium, math.inf, wr, wg, wb)
     r, g, b = background_color(look.background, dz)
     return wr * r, wg * g, wb * b
@@ -358,7 +365,7 @@ def trace_secondary(
     geometry: Geometry, scratch: Scratch, stack: Stack, size: int, lit: WhittedLight, arrived: Floats,
     random: tuple[int, int, int],
 ) -> tuple[float, float, float]:  # fmt: skip
-    """Linear rgb of what comes back along the rays on the stack."""
+    """Return linear rgb of the light along the rays on the stack."""
     look, materials = lit.look, lit.look.materials
     red, green, blue = 0.0, 0.0, 0.0
     while size > 0 and not is_halted(geometry):
@@ -379,31 +386,32 @@ def trace_secondary(
     return red, green, blue
 
 
-# Whitted's method for 64 pixels at a time: what their rays meet first, and its shadows, go in packets.
+# --- Packets of 64 pixels
 #
-# Rays that are mirrored or refracted scatter; they are followed one by one. The formulas are those of
-# `whitted`, so the colours are the same to the bit. Hits in doubt are taken as they are, here and in `path`: what is in
-# doubt grazes a surface, or meets two within rounding, and either answer is right for a picture (docs/light.md).
+# The rays of the camera and their shadows go in packets. Rays that are mirrored or refracted scatter; they are followed
+# one by one. The formulas are the same, so the colours are the same to the bit. Hits in doubt are taken as they are,
+# here and in `path`: such a ray grazes a surface, or hits two within rounding, and either answer is right for a picture
+# (docs/lighting.md).
 
 _MEDIUM, _SHADOW_RAYS, _LAMP = 13, 14, 15
-"""Columns behind a sight: the medium that the ray starts in; 1 where a shadow ray is needed, else 0; the body of the
-lamp that this is to meet."""
+"""Columns behind an interaction: the medium that the ray starts in; 1 for a shadow ray, else 0; the body of the lamp
+that it should hit."""
 _NUMBERS = 16
 
 
 class PacketMemory(NamedTuple):
-    """What a packet of rays has met. A row a lane."""
+    """The hits of a packet of rays, a row a lane, and their shadow rays."""
 
-    stack: Stack  # rays that are mirrored or refracted
-    shadow: Floats  # the lanes of rays from what they meet to a light
-    sights: Floats  # (64, _NUMBERS) what they meet, see `Sight`, and more
-    arrived: Floats  # (64 · (lights + lamps) · 3) how much of each light and lamp reaches what they meet
-    further: Floats  # ((lights + lamps) · 3) how much reaches what a mirrored or refracted ray meets
+    stack: Stack  # mirrored and refracted rays
+    shadow: Floats  # the lanes of rays from hits to a light
+    sights: Floats  # (64, _NUMBERS) hits as `SurfaceInteraction`, and more
+    arrived: Floats  # (64 · (lights + lamps) · 3) the share of each light and lamp that reaches a hit
+    further: Floats  # ((lights + lamps) · 3) the same for the hit of a mirrored or refracted ray
 
 
 @allocator
 def new_memory(geometry: Geometry, settings: Settings) -> PacketMemory:
-    """Memory for one thread."""
+    """Return memory for one thread."""
     numbers = 3 * max(1, len(settings.look.look.lights) + lamp_count(settings.look.lamps))
     return PacketMemory(
         new_stack(settings.depth), new_lanes(), np.empty((LANES, _NUMBERS)), np.empty(numbers * LANES),
@@ -413,7 +421,7 @@ def new_memory(geometry: Geometry, settings: Settings) -> PacketMemory:
 
 @inline
 def _store_interaction(row: Floats, sight: SurfaceInteraction) -> None:
-    """Write a sight into a row."""
+    """Write an interaction into a row."""
     row[0], row[1], row[2], row[3], row[4], row[5], row[6] = (
         sight.t, sight.body, sight.surface, sight.face, sight.side, sight.before, sight.after,
     )  # fmt: skip
@@ -422,7 +430,7 @@ def _store_interaction(row: Floats, sight: SurfaceInteraction) -> None:
 
 @inline
 def _load_interaction(row: Floats) -> SurfaceInteraction:
-    """The sight in a row."""
+    """Return the interaction in a row."""
     return SurfaceInteraction(
         row[0], whole(row[1]), whole(row[2]), whole(row[3]), whole(row[4]), whole(row[5]), whole(row[6]),
         row[7], row[8], row[9], row[10], row[11], row[12],
@@ -433,7 +441,7 @@ def _load_interaction(row: Floats) -> SurfaceInteraction:
 def _start_media(
     geometry: Geometry, scratch: Scratch, wave: PacketMemory, materials: MaterialTable, samples: Samples
 ) -> None:
-    """The media that the rays start in."""
+    """Find the media that the rays start in."""
     for i in range(samples.size):
         wave.sights[i, _MEDIUM] = OUTSIDE
         if materials.any_transparent:
@@ -443,7 +451,7 @@ def _start_media(
 
 @inline
 def _direction(lanes: Floats, i: int) -> tuple[float, float, float]:
-    """The direction of the ray in lane i."""
+    """Return the direction of the ray in lane i."""
     lane = np.uint64(i)
     return lanes[DX + lane], lanes[DY + lane], lanes[DZ + lane]
 
@@ -452,7 +460,7 @@ def _direction(lanes: Floats, i: int) -> tuple[float, float, float]:
 def _find_interactions(
     geometry: Geometry, scratch: Scratch, wave: PacketMemory, look: ShadingTables, samples: Samples
 ) -> None:
-    """What the rays meet."""
+    """Trace the rays and store their interactions."""
     lanes = samples.packet.lanes
     trace_samples(geometry, scratch, samples)
     for i in range(samples.size):
@@ -464,7 +472,7 @@ def _find_interactions(
 def _shadow_rays(
     geometry: Geometry, wave: PacketMemory, look: ShadingTables, k: int, stride: int, samples: Samples
 ) -> int:
-    """Shadow rays to light k into the lanes of sights that it may light; returns one of them, or -1 for none."""
+    """Put shadow rays to light k into the lanes that it may light; return one of these lanes, or -1 for none."""
     lanes, light, some = wave.shadow, look.lights[k], -1
     for i in range(samples.size):
         sight = _load_interaction(wave.sights[i])
@@ -475,11 +483,11 @@ def _shadow_rays(
         shows, row, point = shading_point_of(geometry, look.materials, sight, dx, dy, dz)
         if not shows:
             continue
-        ray, asked = shadow_ray(light, look.materials.rows[row], point, sight.surface)
-        if asked and has_relief(look.materials.rows[row]) and is_behind(sight, dx, dy, dz, ray.dx, ray.dy, ray.dz):
-            at, asked = 3 * (stride * i + k), False
+        ray, is_traced = shadow_ray(light, look.materials.rows[row], point, sight.surface)
+        if is_traced and has_relief(look.materials.rows[row]) and is_behind(sight, dx, dy, dz, ray.dx, ray.dy, ray.dz):
+            at, is_traced = 3 * (stride * i + k), False
             wave.arrived[at], wave.arrived[at + 1], wave.arrived[at + 2] = 0.0, 0.0, 0.0
-        if asked:
+        if is_traced:
             put_ray(lanes, i, ray)
             wave.sights[i, _SHADOW_RAYS], some = 1.0, i
     return some
@@ -489,7 +497,7 @@ def _shadow_rays(
 def _shadow_light(
     geometry: Geometry, scratch: Scratch, wave: PacketMemory, look: ShadingTables, k: int, stride: int, samples: Samples
 ) -> None:
-    """How much of light k reaches what the rays have met; stride: of how many lights and lamps it is one."""
+    """Compute how much of light k reaches the hits; stride: the number of all lights and lamps."""
     lanes, materials, light, count = wave.shadow, look.materials, look.lights[k], samples.size
     some = _shadow_rays(geometry, wave, look, k, stride, samples)
     if some < 0:
@@ -523,7 +531,7 @@ def _shadow_light(
 def _lamp_rays(
     geometry: Geometry, wave: PacketMemory, lit: WhittedLight, j: int, seed: int, stride: int, samples: Samples
 ) -> int:
-    """Rays to the j-th lamp that is asked into the lanes of sights that it may light; one of these, or -1 for none."""
+    """Put rays to the j-th lamp into the lanes that it may light; return one of these lanes, or -1 for none."""
     lanes, look, some = wave.shadow, lit.look, -1
     for i in range(samples.size):
         at, sight = 3 * (stride * i + len(look.lights) + j), _load_interaction(wave.sights[i])
@@ -536,8 +544,8 @@ def _lamp_rays(
         if not shows:
             continue
         random = seed, samples.pixels[i], samples.sample
-        ray, body, asked = lamp_ray(lit, j, random, sight, look.materials.rows[row], point, dx, dy, dz)
-        if asked:
+        ray, body, is_traced = lamp_ray(lit, j, random, sight, look.materials.rows[row], point, dx, dy, dz)
+        if is_traced:
             put_ray(lanes, i, ray)
             wave.sights[i, _SHADOW_RAYS], wave.sights[i, _LAMP], some = 1.0, body, i
     return some
@@ -554,7 +562,7 @@ def _shadow_lamp(
     stride: int,
     samples: Samples,
 ) -> None:
-    """How much of the j-th lamp that is asked reaches what the rays have met."""
+    """Compute how much of the j-th lamp reaches the hits."""
     lanes, materials = wave.shadow, lit.look.materials
     some = _lamp_rays(geometry, wave, lit, j, seed, stride, samples)
     if some < 0:
@@ -584,7 +592,7 @@ def _shadow_lamp(
 
 @helper
 def gather(geometry: Geometry, scratch: Scratch, wave: PacketMemory, settings: Settings, samples: Samples) -> None:
-    """Add what comes back along the rays, after at most `settings.depth` turns."""
+    """Add the light along the rays, after at most `settings.depth` turns."""
     lit, depth, stack, colors = settings.look, settings.depth, wave.stack, samples.colors
     look = lit.look
     _start_media(geometry, scratch, wave, look.materials, samples)

@@ -200,7 +200,7 @@ def test_threads_may_record_at_once(monkeypatch):
 
     def rows(_: int) -> list[Any]:
         scene = co.Scene(shapes)
-        return [scene.lowered.tables.whole_quadrics().tobytes(), scene.lowered.boxes.tobytes()]
+        return [scene._prepared.lowered.tables.whole_quadrics().tobytes(), scene._prepared.lowered.boxes.tobytes()]
 
     with ThreadPoolExecutor(4) as pool:
         first, *others = pool.map(rows, range(4))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from conicoid.bench.scenes import core_xml
+from benchmarks.comparison.scenes import core_xml
 
 BALL = '<surface id="1" type="sphere" coeffs="0.1 0 0 0.3"/>'
 CONE = '<surface id="2" type="z-cone" coeffs="0 0.05 -0.4 0.09"/>'
@@ -44,7 +44,7 @@ MODELS = {
     "core at an angle": core_xml(3, vessel=7.0, pins=4, turned='0 0 30" translation="0.1 0.2 0.3'),
     "cubes at an angle": "<geometry>" + "".join((
         *INSIDE,
-        '<lattice id="4" dimension="5 5 4" pitch="1 1.1 1.2" lower_left="-2.5 -2.75 -2.4" universes="' + "1 " * 100 + '"/>',
+        '<lattice id="4" dimension="3 3 2" pitch="1.6 1.7 2.2" lower_left="-2.4 -2.55 -2.2" universes="' + "1 " * 18 + '"/>',
         '<cell id="22" universe="7" fill="4" region="-9"/>',
         '<cell id="20" fill="7" rotation="10 -20 30" translation="0.02 0 0.1"/>',
     )) + "</geometry>",

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import conicoid as co
+from benchmarks.comparison.scenes import core_xml
 from conicoid._util.arrays import Vector
-from conicoid.bench.scenes import core_xml
 from conicoid.geometry import instances_edited as repeated_edited
 from conicoid.geometry.body import Body
 from conicoid.geometry.cell import NOTHING, Tree
@@ -121,7 +121,7 @@ def test_names_and_materials_alone_prepare_nothing(core: co.Scene) -> None:
     core.prepare()
     number, red = inside(core), co.matte("red")
     edited = core.replace(number, material=red, name="this one")
-    assert edited.geometry is core.geometry
+    assert edited._prepared.geometry is core._prepared.geometry
     assert edited["this one"].material == red
     assert red in edited.materials
     assert edited.bodies[number].shape == core.bodies[number].shape
@@ -166,7 +166,7 @@ def test_bodies_of_its_own_change_their_looks_for_nothing(core: co.Scene) -> Non
     first = core.added(PROBE, before=5)
     first.prepare()
     edited = first.replace("probe", material="blue", name="other")
-    assert edited.geometry is first.geometry
+    assert edited._prepared.geometry is first._prepared.geometry
     assert edited.body(5).name == edited.first_hit((0.2, 0.1, -20), (0.002, 0.001, 1)).name == "other"
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import conicoid as co
-from conicoid.bench.scenes import write_core
+from benchmarks.comparison.scenes import write_core
 from conicoid.io import importers as options
 from conicoid.io.openmc import geometry as limits
 from conicoid.io.openmc.importer import read_openmc_geometry

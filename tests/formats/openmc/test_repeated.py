@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.bench.scenes import core_xml
+from benchmarks.comparison.scenes import core_xml
 from conicoid.geometry.body import Body
 from conicoid.geometry.instances import InstanceList
 from conicoid.kernels.body import uv as maps_file
@@ -202,8 +202,8 @@ def test_boxes_are_made_again_as_they_were(path: Path) -> None:
     scene = co.load_openmc(path)
     expected = lower(scene.bodies).boxes.tobytes()
     scene.prepare()
-    assert "boxes" not in vars(scene.lowered.around)
-    assert scene.lowered.boxes.tobytes() == expected
+    assert "boxes" not in vars(scene._prepared.lowered.around)
+    assert scene._prepared.lowered.boxes.tobytes() == expected
 
 
 def test_what_places_have_in_common_is_there_once(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -317,7 +317,7 @@ def test_cells_that_name_a_surface_twice_are_lowered_once(region: str, tmp_path:
     path = tmp_path / "geometry.xml"
     path.write_text(f"<geometry>{text}</geometry>", encoding="utf-8")
     scene = co.load_openmc(path)
-    tables = scene.lowered.tables
+    tables = scene._prepared.lowered.tables
     assert len(scene.bodies) == 100
     assert len(tables.quadric_forms) == 1
     assert len(tables.face_maps) < 100

@@ -17,7 +17,7 @@ from .table import EVENT, LEAF, ON, PLACE, TIME, Nearness, PlaneSlab
 
 
 def tables_of(scene: Any) -> Any:
-    return scene.scene.lowered.tables
+    return scene.scene._prepared.lowered.tables
 
 
 def _surfaces(tables: Any, of: str, number: int) -> Any:

@@ -17,7 +17,7 @@ _DEEPER = 2.0**-13 - 2.0**-20
 
 
 def _tables(scene: Any) -> Any:
-    return scene.scene.lowered.tables
+    return scene.scene._prepared.lowered.tables
 
 
 def _materials(scene: Any) -> Any:

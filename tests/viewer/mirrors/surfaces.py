@@ -24,7 +24,7 @@ def ray_of(x, k):
 
 
 def _surfaces(scene: Any, *kinds: int) -> Any:
-    return np.flatnonzero(np.isin(scene.scene.lowered.tables.surface_kind, kinds))
+    return np.flatnonzero(np.isin(scene.scene._prepared.lowered.tables.surface_kind, kinds))
 
 
 def rays_and_surface(kinds: tuple[int, ...], some_rays: Any, count: int = COUNT) -> Any:
@@ -184,7 +184,9 @@ def inside_loop(world, scratch, x, out):
 def _loops(some_rays: Any) -> Any:
     def inputs(scene: Any, rng: Any) -> Any:
         return records(
-            COUNT, *some_rays(rng, COUNT), rng.integers(0, len(scene.scene.lowered.tables.polygon_surface), COUNT)
+            COUNT,
+            *some_rays(rng, COUNT),
+            rng.integers(0, len(scene.scene._prepared.lowered.tables.polygon_surface), COUNT),
         )
 
     return inputs
@@ -223,7 +225,7 @@ def _between(expected: Any, found: Any) -> Any:
 
 def _nodes(some_rays: Any) -> Any:
     def inputs(scene: Any, rng: Any) -> Any:
-        nodes, (o, d, start) = len(scene.scene.lowered.tables.node_children), some_rays(rng, COUNT)
+        nodes, (o, d, start) = len(scene.scene._prepared.lowered.tables.node_children), some_rays(rng, COUNT)
         d[:, 3] = np.minimum(d[:, 3], 1e4)  # boxes without end, beside a parallel ray, are met at a t that is not real
         return records(COUNT, o, d, start, rng.integers(0, nodes, COUNT))
 

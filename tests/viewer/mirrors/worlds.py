@@ -119,7 +119,7 @@ def _rounded_records(records: Any) -> Any:
 def world_of(scene: co.Scene, shifts: int) -> Scene:
     """A scene as a world."""
     rng, origin = np.random.default_rng(1), [0.0, 0.0, 0.0]
-    geometry = _rounded(scene.geometry)
+    geometry = _rounded(scene._prepared.geometry)
     data = pack_scene(scene)
     for number in _PARTS:
         data["tables"][Tables._fields[number]] = _encoded(_slice(geometry, number))

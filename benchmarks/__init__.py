@@ -1,0 +1,1 @@
+"""Measurements: one script a question, and `comparison`, the same rays in other programs."""

@@ -1,0 +1,1 @@
+"""The same rays through Conicoid and through every peer that is installed (`python -m benchmarks`)."""

@@ -1,0 +1,1 @@
+"""`python -m benchmarks --accuracy`: distances of Conicoid and its peers against exact integers."""

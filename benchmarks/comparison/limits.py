@@ -1,0 +1,116 @@
+"""What a user waits for around the rays, and memory: figures that have a limit of ours instead of a peer.
+
+The ratio is the limit divided by what was measured: one or more is within it.
+"""
+
+from __future__ import annotations
+
+import os
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from conicoid.scene.scene import Scene
+
+from .harness import BenchRow, Measured, Peer, Size
+from .scenes import balls
+
+LIMIT = Peer("asked", "at most", lambda: "")
+
+_SCENE = """\
+bodies:
+  - shape: {Sphere: {radius: 1}}
+  - shape: {Difference: [{Box: {low: [1, -1, -1], high: [3, 1, 1]}}, {Sphere: {radius: 1.2, center: [2, 0, 0]}}]}
+"""
+
+_RENDER = """\
+import sys, time
+from conicoid.cli.app import main
+sys.argv = ["conicoid", "render", "scene.yaml", "-o", "picture.png", "--width", "64", "--height", "48"]
+try:
+    main()
+finally:
+    print(time.process_time())
+"""
+
+_COLD = """\
+import time
+import numpy as np
+import conicoid as co
+begin = time.perf_counter()
+scene = co.Scene([co.Sphere(1), co.Box((1, -1, -1), (3, 1, 1)) - co.Sphere(1.2, (2, 0, 0))])
+scene.render(64, 48)
+scene.first_hit(co.Camera((0.3, 0.2, 9), (0.1, 0, 0), up=(0, 1, 0)).rays(64, 64)).normal
+anywhere = np.random.default_rng(0)
+scene.first_hit(anywhere.uniform(-3, 3, (4096, 3)), anywhere.normal(size=(4096, 3)))
+print(time.perf_counter() - begin)
+"""
+
+_IMPORT = "import time; begin = time.perf_counter(); import conicoid; print(time.perf_counter() - begin)"
+
+
+def _child(program: str, folder: str, kernels: str = "") -> float:
+    """The number that a program prints last, run by a new Python in a folder."""
+    environment = os.environ | ({"CONICOID_CACHE_DIR": kernels} if kernels else {})
+    package = str(Path(__file__).parents[2])
+    environment["PYTHONPATH"] = os.pathsep.join(filter(None, (package, environment.get("PYTHONPATH"))))
+    command = [sys.executable, "-c", program]
+    run = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=True)
+    return float(run.stdout.split()[-1])
+
+
+def check_limit(limit: float, measured: float, unit: str) -> Measured:
+    """A figure against what is asked for."""
+    return Measured(measured, limit, limit / measured, unit)
+
+
+def one_ray(size: Size) -> Measured:
+    """A query of one ray, given as two tuples, on a scene that is prepared: microseconds."""
+    scene, turns = Scene(balls(1000).shapes()), []
+    for _ in range(200 * size.runs):
+        begin = time.perf_counter()
+        scene.first_hit((0.1, 0.2, -3.0), (0.0, 0.0, 1.0))
+        turns.append(time.perf_counter() - begin)
+    return check_limit(50.0, 1e6 * statistics.median(turns), "µs")
+
+
+def in_new_process(limit: float, program: str) -> Callable[[Size], Measured]:
+    """Seconds that a program tells, the median of some runs after one that does not count."""
+
+    def measure(size: Size) -> Measured:
+        with tempfile.TemporaryDirectory(prefix="conicoid-bench-") as folder:
+            Path(folder, "scene.yaml").write_text(_SCENE, encoding="utf-8")
+            runs = [_child(program, folder) for _ in range(size.runs + 1)]
+        return check_limit(limit, statistics.median(runs[1:]), "s")
+
+    return measure
+
+
+def compilation(size: Size) -> Measured:
+    """Seconds until a picture and first hits are there where no kernel is, the least of two runs at most."""
+    with tempfile.TemporaryDirectory(prefix="conicoid-bench-") as folder:
+        runs = [_child(_COLD, folder, str(Path(folder, str(k)))) for k in range(1 if size.runs < 5 else 2)]
+    return check_limit(25.0, min(runs), "s")
+
+
+def bytes_of_a_cell(size: Size) -> Measured:
+    """Of 24 GiB for ten million balls, what a ball's tables and its share of the tree take."""
+    memory = Scene(balls(size.balls).shapes()).memory
+    return check_limit(np.floor(24 * 2**30 / 1e7), (memory.tables + memory.tree) / memory.primitives, "bytes")
+
+
+ROWS = (
+    BenchRow("latency", "one", "1,000 balls, prepared", LIMIT, 1.0, 0.0, one_ray),
+    BenchRow("import", "none", "`import conicoid`", LIMIT, 1.0, 0.0, in_new_process(0.5, _IMPORT)),
+    BenchRow(
+        "command", "picture, 64 × 48", "`conicoid render`, process time", LIMIT, 1.0, 0.0, in_new_process(1.5, _RENDER)
+    ),
+    BenchRow("compile", "picture and first hits", "no kernel compiled yet", LIMIT, 1.0, 0.0, compilation),
+    BenchRow("memory", "none", "1,000,000 balls, each", LIMIT, 1.0, 0.0, bytes_of_a_cell),
+)

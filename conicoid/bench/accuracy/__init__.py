@@ -1,1 +1,0 @@
-"""`conicoid bench --accuracy`: distances of Conicoid and its peers against exact integers."""

@@ -1,0 +1,808 @@
+"""Calls with values that do not fit: what is refused or warned of, and with which words."""
+
+from __future__ import annotations
+
+import copy
+import inspect
+import math
+import re
+import warnings
+
+import numpy as np
+import pytest
+
+import conicoid as co
+from conicoid.geometry.registry import REGISTRY
+
+from .contract.examples import examples_of
+from .public_names import PUBLIC
+
+BALL, BOX = co.Sphere(), co.Box((2, 2, 2), (3, 3, 3))
+
+
+SCENE = co.Scene([co.Body(BALL, co.matte("red", name="steel"), "ball"), BOX])
+
+
+RAYS = co.Rays([(0, 0, 5), (0.1, 0, 5)], (0, 0, -1))
+
+
+HITS = SCENE.first_hit(RAYS)
+
+
+CAMERA = co.Camera((0, 0, 5), (0, 0, 0))
+
+
+LEAD = co.metal("gray", name="lead", properties={"density": 11.35})
+
+
+LEAD_SCENE = co.Scene([co.Body(BALL, LEAD, "ball"), co.Body(co.Box((2, -1, -1), (4, 1, 1)), "blue", name="pillar")])
+
+
+LEAD_RAYS = co.Rays([(-5, 0, 0), (-5, 0, 9)], (1, 0, 0))
+
+
+PIXELS = np.random.default_rng(3).random((4, 8, 3))
+
+
+SCAN = co.ct.cone([0, 30], 2, 5, 3, 2, spacing=0.4)
+IMAGE = LEAD_SCENE.render(8, 6, samples=1, layers=["depth"])
+
+
+VECTORS = np.array([(1.0, 2, 3), (1, 0, 0), (0, 0, -2), (0.5, 1, 1)])
+
+
+# --- shapes and bodies
+
+
+@pytest.mark.parametrize("radii", [(1, 2, 3), (1.0, 2.0, 3.0), [1, 2, 3], np.array([1.0, 2.0, 3.0])])
+def test_ellipsoid_refuses_radii_beside_coefficients(radii):
+    with pytest.raises(ValueError, match="radii must be left out where coefficients are given"):
+        co.Ellipsoid(radii=radii, coefficients=(1, 1, 1))
+
+
+def test_ellipsoid_of_coefficients_moves():
+    ball = co.Ellipsoid(coefficients=(1, 1, 1)).translate((1, 0, 0))
+    assert ball.coefficients == (1, 1, 1)
+    assert ball.radii == (1, 1, 1)
+
+
+def test_box_by_corners():
+    assert co.Box() == co.Box((-1, -1, -1), (1, 1, 1)) == co.Box(high=(1, 1, 1), low=(-1, -1, -1))
+    assert co.Box((0, 0, 0)) == co.Box(low=(0, 0, 0)) == co.Box((0, 0, 0), (1, 1, 1))
+    with pytest.raises(ValueError, match=r"^Box: high\[0\] must be > low\[0\] = 1\.0, got 1\.0$"):
+        co.Box((1, 2, 3))
+
+
+@pytest.mark.parametrize("name", sorted(REGISTRY))
+@pytest.mark.parametrize("motion", ["x", None, 3, np.eye(4), ()])
+def test_shapes_refuse_motions_that_are_none(name, motion):
+    shape = examples_of(name)[0]
+    fields = {field: getattr(shape, field) for field in inspect.signature(type(shape)).parameters if field != "motion"}
+    with pytest.raises(TypeError, match=rf"^{name}: motion must be left out: .*translate.*; got "):
+        type(shape)(**fields, motion=motion)
+    assert type(shape)(**fields, motion=shape.motion) == shape
+
+
+def test_box_tells_a_number_from_three():
+    with pytest.raises(ValueError, match="low must be 3 numbers, got the number 2$"):
+        co.Box(low=2, high=(3, 3, 3))
+
+
+def test_body_refuses_the_name_of_a_material_function():
+    with pytest.raises(ValueError, match=r"got 'glass'; materials are made by functions: co\.glass\(\.\.\.\)"):
+        co.Body(co.Sphere(), "glass")
+
+
+@pytest.mark.parametrize("name", ["ball", "detector", "steel"])
+def test_body_refuses_a_name_for_a_material(name):
+    with pytest.raises(ValueError, match=rf"; a name is the third, Body\(shape, name='{name}'\)$"):
+        co.Body(BALL, name)
+
+
+@pytest.mark.parametrize("use", [lambda a, b: a and b, lambda a, b: a or b, lambda a, b: not a, lambda a, b: bool(b)])
+@pytest.mark.parametrize("shape", [co.Sphere(), co.Sphere() - co.Box(), co.Disc((0, 0, 0), (0, 0, 1), 1), ~co.Box()])
+def test_shapes_have_no_truth_value(use, shape):
+    with pytest.raises(TypeError, match=r"is neither true nor false: shapes combine with & \| - ~, not with `and`"):
+        use(shape, shape)
+
+
+@pytest.mark.parametrize("name", sorted(REGISTRY))
+def test_shapes_refuse_in(name):
+    with pytest.raises(TypeError, match=rf"^{name}: `in` means nothing here; .*contains\(points\)$"):
+        assert (0, 0, 0) in examples_of(name)[0]
+    with pytest.raises(TypeError, match=r"^Body: `in` means nothing here; .*co.Scene\(body\).contains"):
+        assert (0, 0, 0) in co.Body(examples_of(name)[0])
+
+
+@pytest.mark.parametrize("make", [
+    lambda: co.Ellipsoid((1, 1, 1), z_range=(2, 3)), lambda: co.Ellipsoid((1, 2, 3), z_range=(3, 4)),
+    lambda: co.Ellipsoid((1, 2, 3), (0, 0, 9), z_range=(-np.inf, -3)),
+    lambda: co.Ellipsoid.from_coefficients(1, 1, 4, z_range=(0.5, 1)),
+    lambda: co.EllipticParaboloid(1, 1, (-3, -2)), lambda: co.EllipticParaboloid(1, 1, (-np.inf, 0)),
+    lambda: co.TwoSheetHyperboloid(1, 1, 1, (-0.5, 0.5)), lambda: co.TwoSheetHyperboloid(1, 1, 4, (-0.5, 0.5)),
+])  # fmt: skip
+def test_z_range_must_leave_a_part(make):
+    with pytest.raises(ValueError, match=r"^\w+: z_range must leave a part of the solid"):
+        make()
+
+
+@pytest.mark.parametrize("make", [
+    lambda box: co.HyperbolicCylinder(1, 1, box), lambda box: co.ParabolicCylinder(0.25, box),
+    lambda box: co.HyperbolicParaboloid(1, 1, box),
+])  # fmt: skip
+def test_within_must_hold_a_part(make):
+    far = co.Box((5, -0.1, -1), (6, 0.1, 1))
+    for box in (far, far.rotate("y", 90).rotate("y", -90), far.rotate("x", 10)):
+        with pytest.raises(ValueError, match=r"^\w+: within must hold a part of the solid"):
+            make(box)
+    assert make(co.Box()).within == co.Box()
+
+
+def test_z_range_that_leaves_something():
+    tip = np.nextafter(1, 0)
+    for shape in (co.Ellipsoid((1, 1, 1), z_range=(tip, 2)), co.EllipticParaboloid(1, 1, (-1, 5e-100)),
+                  co.TwoSheetHyperboloid(1, 1, 1, (-1, np.nextafter(1, 2))), co.EllipticCone(1, 1, 1, (-1, 0)),
+                  co.DoubleCone(1, (0, 1)), co.OneSheetHyperboloid(1, 1, 1, (-9, -8)),
+                  co.EllipticCylinder(1, 1, (5, 6)), co.TwoSheetHyperboloid(1, 1, 1, (-np.inf, 0))):  # fmt: skip
+        low, high = shape.bounds
+        assert (low <= high).all()
+
+
+@pytest.mark.parametrize("compared", [
+    lambda body: HITS.body == body, lambda body: body == HITS.body, lambda body: HITS.name == body,
+    lambda body: HITS.body[0] == body, lambda body: HITS.body != body,
+])  # fmt: skip
+def test_body_refuses_comparison_with_numbers(compared):
+    with pytest.raises(TypeError, match=r"^Body: numbers and names are no bodies: compare hits.name == body.name"):
+        compared(SCENE["ball"])
+
+
+def test_body_equality():
+    body = SCENE["ball"]
+    assert body == co.Body(co.Sphere(), co.matte("red", name="steel"), "ball")
+    assert hash(body) == hash(co.Body(co.Sphere(), co.matte("red", name="steel"), "ball"))
+    assert body not in (None, 3, "ball", co.Sphere(), co.Body(co.Sphere(), "red", "ball"))
+    assert (HITS.name == body.name).all()
+
+
+@pytest.mark.parametrize("ask", [
+    lambda hits: hits.material == "lead", lambda hits: hits.material[0] == "lead", lambda hits: LEAD != "lead",
+    lambda hits: "lead" in [LEAD],
+])  # fmt: skip
+def test_material_compared_with_a_text_warns(ask):
+    with pytest.warns(UserWarning, match="a material equals no text, got 'lead': material.name == 'lead' compares"):
+        ask(LEAD_SCENE.first_hit(LEAD_RAYS))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert copy.copy(LEAD) == LEAD
+        assert LEAD not in (co.matte("red"), None, 3)
+
+
+# --- scenes and queries
+
+
+@pytest.mark.parametrize(
+    ("call", "told"),
+    [
+        (
+            lambda: co.Scene(BALL, BOX),
+            r"^Scene: items must be in one list, Scene\(\[first, second\]\), got Box as lights$",
+        ),
+        (lambda: co.Scene([(BALL, "red")]), r"items\[0\] must be .* got tuple; Body\(shape, material, name\) is one$"),
+        (lambda: co.Scene([[BALL, BOX]]), r"got list; \[\*a, \*b\] is one list of two$"),
+        (lambda: co.Scene([SCENE, BOX]), r"got Scene; a scene has these in .bodies: \[\*a, \*b\] is one list of two$"),
+        (
+            lambda: SCENE.first_hit([RAYS[0], RAYS[1]]),
+            r"^first_hit: rays of a list are joined by co.Rays.concatenate\(rays\)",
+        ),
+    ],
+)
+def test_scene_items_refused(call, told):
+    with pytest.raises(TypeError, match=told):
+        call()
+
+
+@pytest.mark.parametrize(
+    ("call", "told"),
+    [
+        (
+            lambda: SCENE.line_integral(RAYS, [1, 2]),
+            r"values come first, and then the rays: line_integral\(values, rays\).*Rays",
+        ),
+        (
+            lambda: SCENE.line_integral(HITS, RAYS),
+            r"values come first, and then the rays: line_integral\(values, rays\).*Hits",
+        ),
+        (lambda: co.render(SCENE), r"^conicoid.render is a module, not a function: .* scene.render\(width, height\)$"),
+        (
+            lambda: co.explain(SCENE),
+            r"^conicoid.explain is a module, not a function: .* scene.explain\(origin, direction\)$",
+        ),
+        (lambda: co.section(SCENE), r"^conicoid.section is a module, not a function: .* scene.section\(plane\)$"),
+    ],
+)
+def test_line_integral_order_and_modules_called(call, told):
+    with pytest.raises(TypeError, match=told) as error:
+        call()
+    assert "positional" not in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("call", "told"),
+    [
+        (lambda: co.Polyhedron([(0, 0, 1)], [1, 2]), "Polyhedron: offsets must be a list of 1 number, got 2:"),
+        (lambda: co.Polyhedron([(0, 0, 1)], 2), "Polyhedron: offsets must be a list of 1 number, got the number 2$"),
+        (lambda: BALL.rotate("w", 30), "rotate: axis must be 3 numbers, or 'x', 'y', 'z', '-x', '-y', '-z', got 'w'$"),
+        (lambda: BALL.scale("2"), "scale: factors must be one number or 3 numbers, got '2'$"),
+        (
+            lambda: co.refract(np.ones((4, 3)), np.ones((4, 3)), np.ones(3)),
+            r"refract: eta must be a number or broadcast to the "
+            r"rays' shape \(4,\), got shape \(3,\)$",
+        ),
+        (
+            lambda: co.refract(np.ones((4, 3)), np.ones((5, 3)), 1.5),
+            r"refract: directions and normals must .* \(4, 3\) and \(5, 3\)$",
+        ),
+        (lambda: SCENE.spans(RAYS, t_min="a"), "^spans: t_min must be a number"),
+        (lambda: SCENE.crossings(RAYS, t_max=np.nan), "^crossings: t_max must not be NaN"),
+        (lambda: SCENE.lengths(RAYS, t_max=[1, 2, 3]), "^lengths: t_max must be a number or broadcast"),
+        (
+            lambda: SCENE.line_integral([1, 1], RAYS, t_max=[1, 2, 3]),
+            "^line_integral: t_max must be a number or broadcast",
+        ),
+        (lambda: SCENE.render(2, 2, integrator="whited"), r"got 'whited' \(did you mean 'whitted'\?\)$"),
+        (lambda: SCENE.lengths(RAYS, by="materials"), r"got 'materials' \(did you mean 'material'\?\)$"),
+        (lambda: co.Image(np.eye(2), colormap="grayy"), r"got 'grayy' \(did you mean 'grey'\?\)$"),
+        (lambda: co.Body(BALL, "#3366c"), r"got '#3366c' \(5 digits after #: there must be 6, or 3 as in '#rgb'\)$"),
+        (lambda: co.matte("#gg0000"), r"got '#gg0000' \('g' is no hexadecimal digit\)$"),
+        (lambda: co.matte("bleu"), r"got 'bleu' \(did you mean 'blue'\?\)$"),
+    ],
+)
+def test_values_refused(call, told):
+    with pytest.raises(ValueError, match=told):
+        call()
+
+
+@pytest.mark.parametrize("query", sorted({"first_hit", "occluded", "spans", "crossings", "lengths", "line_integral"}))
+def test_query_errors_begin_with_its_name(query):
+    values = ([1, 1],) if query == "line_integral" else ()
+    ask = getattr(SCENE, query)
+    for arguments in (((0, 0, 1),), (RAYS, (0, 0, 1)), (SCENE,)):
+        with pytest.raises(TypeError, match=f"^{query}: "):
+            ask(*values, *arguments)
+
+
+@pytest.mark.parametrize(("index", "told"), [
+    (1.0, "Scene: index must be a name, a body's number or a slice of numbers, got 1.0$"),
+    (True, "Scene: index must be a name, .* got True$"), (None, "Scene: index must be a name, .* got None$"),
+])  # fmt: skip
+def test_scene_index_refused(index, told):
+    with pytest.raises(TypeError, match=told):
+        SCENE[index]
+    with pytest.raises(TypeError, match="replace: which must be the name of an entry or the number of its body, got"):
+        SCENE.replace(index, co.Box())
+    with pytest.raises(
+        TypeError, match="body: number must be one integer, got 'ball'; scene.name. is the entry of a name"
+    ):
+        SCENE.body("ball")
+    with pytest.raises(IndexError, match="replace: which number must be at least 0 and below 2, got 7$"):
+        SCENE.replace(7, co.Box())
+
+
+def test_errors_of_callbacks_pass():
+    def fails(done, count):
+        raise TypeError("mine")
+
+    with pytest.raises(TypeError, match="^mine$"):
+        SCENE.render(2, 2, progress=fails)
+    with pytest.raises(TypeError, match="is a sheet"):
+        _ = co.Disc((0, 0, 0), (0, 0, 1), 1) | BALL
+    assert list(inspect.signature(co.Sphere).parameters) == ["radius", "center", "motion"]
+    assert next(iter(inspect.signature(co.glass).parameters)) == "refractive_index"
+
+
+def test_values_out_of_range_are_told():
+    for call in (
+        lambda: co.Sphere(-1),
+        lambda: co.Plane((0, 0, 0), 1),
+        lambda: BALL.translate(1),
+        lambda: co.Sphere("1"),
+    ):
+        with pytest.raises(ValueError, match="must") as error:
+            call()
+        assert "call it as" not in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("call", "told"),
+    [
+        (lambda: SCENE.lengths(RAYS, "material"), r"lengths\(rays, by='material'\)$"),
+        (lambda: SCENE.first_hit(tuple(RAYS)), r"first_hit\(\*pair\)$"),
+        (lambda: SCENE.first_hit(np.zeros((2, 6))), r"first_hit\(a\[\.\.\., :3\], a\[\.\.\., 3:\]\)$"),
+        (lambda: co.Rays.from_camera(SCENE.camera, 4, 3), r"scene\.fitting_camera\(\)"),
+        (lambda: co.Scene("scene.yaml"), r"co\.load\(path\)"),
+        (lambda: co.check("scene.yaml"), r"co\.load\(path\)"),
+        (lambda: co.measure("scene.yaml"), r"co\.load"),
+        (lambda: co.check([BALL]), r"co\.Scene\(\[\.\.\.\]\) is one of several"),
+        (lambda: co.ct.project(SCENE, [0, 1], "mu"), r"co\.ct\.parallel\(angles, columns\)"),
+    ],
+)
+def test_things_of_another_kind_refused(call, told):
+    with pytest.raises(TypeError, match=told):
+        call()
+
+
+def test_added_before_is_a_place():
+    with pytest.raises(KeyError, match="before says what the items come before; a material is their own"):
+        SCENE.added(BALL, "red")
+
+
+def test_queries_say_what_they_were_given():
+    scene = co.Scene(co.Sphere())
+    hits = scene.first_hit((0, 0, 5), (0, 0, -1))
+    with pytest.raises(TypeError, match=r"got Hits; use its \.rays, or hits\.spawn"):
+        scene.first_hit(hits)
+    with pytest.raises(TypeError, match="must be arrays or a Rays, got Scene"):
+        scene.spans(scene)
+    with pytest.raises(ValueError, match="^contains: points must be finite"):
+        scene.contains((0, 0, np.nan))
+    with pytest.raises(TypeError, match=r"^Scene\.first_hit\(\) missing"):
+        scene.first_hit()
+
+
+def test_rays_name_the_bad_ray():
+    with pytest.raises(ValueError, match=r"got \(0\.0, 0\.0, nan\)$"):
+        co.Rays((0, 0, 5), (0, 0, np.nan))
+    with pytest.raises(ValueError, match=r"got \(0\.0, 0\.0, nan\) for ray\[1\]$"):
+        co.Rays((0, 0, 5), [(0, 0, 1), (0, 0, np.nan)])
+
+
+def test_scene_attributes_are_read_only():
+    scene = co.Scene(co.Sphere())
+    with pytest.raises(AttributeError, match=r"read-only, camera cannot be set: scene.replace\(camera=...\) is one"):
+        scene.camera = co.Camera((0, 0, 5), (0, 0, 0))
+    with pytest.raises(AttributeError, match="a Scene is read-only, ligths cannot be set$"):
+        scene.ligths = [co.AmbientLight()]
+
+    class Titled(co.Scene):
+        pass
+
+    titled = Titled(co.Sphere())
+    titled.title = "a scene of one's own"
+    assert titled.title
+
+
+def test_line_integral_values_come_first():
+    with pytest.raises(
+        ValueError, match=r"got \(2,\); values come first: line_integral\(values, origins, directions\)$"
+    ):
+        SCENE.line_integral((0, 0, 5), (0, 0, -1), [1, 2])
+    with pytest.raises(ValueError, match=r"directions must not be zero|direction must not be zero") as error:
+        SCENE.line_integral([1, 2], (0, 0, 5), (0, 0, 0))
+    assert "values come first" not in str(error.value)
+
+
+def test_section_refuses_an_equation():
+    with pytest.raises(ValueError, match=r"got 'z=0'; the second argument is its place, section\('z', 0.5\)$"):
+        SCENE.section("z=0")
+
+
+def test_scene_refuses_plus():
+    with pytest.raises(TypeError, match=r"^Scene: a scene does not change, scene.added\(items\) is one with more"):
+        _ = SCENE + [co.Sphere()]
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        (lambda: SCENE.__setitem__("ball", 1), "scene.replace(which, shape or Body)"),
+        (lambda: SCENE.__delitem__(0), "scene.without(which)"),
+        (lambda: SCENE.bodies.__setitem__(0, 1), "scene.replace(which, shape or Body)"),
+        (lambda: LEAD.properties.__setitem__("mu", 1), "**material.properties, 'mu': ..."),
+        (lambda: SCENE + co.Sphere(), "scene.added(items)"),
+    ],
+)
+def test_items_cannot_be_set(change, told):
+    with pytest.raises((TypeError, AttributeError), match=re.escape(told)):
+        change()
+
+
+@pytest.mark.parametrize(("ask", "told"), [
+    (lambda: co.check(SCENE).ok, "`if not findings`"),
+    (lambda: LEAD.properties.density, r"properties\['density'\]"),
+])  # fmt: skip
+def test_findings_and_properties_have_hints(ask, told):
+    with pytest.raises(AttributeError, match=told):
+        ask()
+
+
+@pytest.mark.parametrize(
+    ("call", "kind", "words"),
+    [
+        (lambda: LEAD["density"], TypeError, r"has no items: material.properties\['density'\] is"),
+        (lambda: LEAD_SCENE.replace("ball"), TypeError, r"got None; material= and name= change these alone$"),
+        (lambda: LEAD_SCENE.rays(-1, 48), ValueError, "^rays: width must be a whole number of pixels >= 1, got -1"),
+        (lambda: CAMERA.rays(3, 0), ValueError, "^rays: height must be"),
+        (lambda: CAMERA.project((0, 0, 0), 0, 1), ValueError, "^project: width must be"),
+        (lambda: LEAD_SCENE.render(0, 4), ValueError, "^render: width must be"),
+        (lambda: LEAD_SCENE.section("z", 0, width=0), ValueError, "^section: width must be"),
+        (lambda: co.turntable(LEAD_SCENE, "x.gif", width=0), ValueError, "^turntable: width must be"),
+        (lambda: co.Rays.from_camera(CAMERA, 0, 1), ValueError, "^rays: width must be"),
+        (lambda: LEAD_SCENE.memory.cells, AttributeError, "it is called primitives"),
+        (lambda: LEAD_SCENE.memory.total, AttributeError, "memory.tables [+] memory.tree are all bytes"),
+        (lambda: IMAGE.layers["body"], KeyError, r"rendered without 'body': scene.render\(layers=\['body'\]\) has it"),
+        (lambda: IMAGE.layers["color"], KeyError, "no layer is called 'color': those are albedo, normal, depth"),
+        (lambda: co.Image(PIXELS).layers["depth"], KeyError, "rendered without 'depth'"),
+        (lambda: IMAGE.layers.depth, AttributeError, r"image.layers\['depth'\] is that"),
+        (lambda: IMAGE * 2, TypeError, r"Image: pictures are no numbers: co.Image\(2 \* image.pixels\)"),
+        (lambda: 0.5 * IMAGE, TypeError, "Image: pictures are no numbers"),
+        (lambda: IMAGE - IMAGE, TypeError, "Image: pictures are no numbers"),
+        (
+            lambda: co.Spheres([(0, 0, 0)], [1]).single(3),
+            IndexError,
+            "Spheres.single: index must be at least 0 and below 1, got 3",
+        ),
+        (
+            lambda: co.Boxes([(0, 0, 0)], [(1, 1, 1)]).single(-1),
+            IndexError,
+            "Boxes.single: index must be at least 0 and below 1",
+        ),
+        (
+            lambda: co.Spheres([(0, 0, 0)], [1]).single("a"),
+            TypeError,
+            "Spheres.single: index must be a whole number, got 'a'",
+        ),
+        (lambda: co.Rays.from_scan(SCAN)[0], TypeError, r"rays.made\(\)\[...\]"),
+        (lambda: [*co.Rays.from_camera(CAMERA, 4, 3)], TypeError, r"origins, directions = rays.made\(\)"),
+        (
+            lambda: next(LEAD_SCENE.stream(LEAD_RAYS, "line_integral", values="mu")),
+            ValueError,
+            "^line_integral: values: no property 'mu'",
+        ),
+        (lambda: LEAD_SCENE.stream(*LEAD_RAYS), TypeError, "rays are one argument: stream"),
+        (
+            lambda: LEAD_SCENE.stream(LEAD_SCENE.first_hit(LEAD_RAYS)),
+            TypeError,
+            "^stream: origins must be .* use its .rays",
+        ),
+        (lambda: LEAD_SCENE.stream(CAMERA), TypeError, r"^stream: .* \.rays\(width, height\)"),
+        (lambda: LEAD_SCENE.first_hit(CAMERA), TypeError, r"^first_hit: .* \.rays\(width, height\)"),
+        (
+            lambda: LEAD_SCENE.lengths(SCAN),
+            TypeError,
+            r"^lengths: .* co.Rays.from_scan\(geometry\) are its rays",
+        ),
+        (
+            lambda: LEAD_SCENE.render(8, 6, progress=lambda done: None),
+            TypeError,
+            r"^render: progress must be called as progress\(done, count\); got the function <lambda>, which",
+        ),
+        (
+            lambda: LEAD_SCENE.render(8, 6, preview=lambda image, more: None),
+            TypeError,
+            r"must be called as preview\(image\)",
+        ),
+        (
+            lambda: co.measure(BALL - co.Box(), progress=lambda: None),
+            TypeError,
+            r"^measure: progress must be called as",
+        ),
+        (
+            lambda: LEAD_SCENE.render(8, 6, camera="front"),
+            TypeError,
+            "camera must be a Camera, OrthographicCamera, EquirectangularCamera, FisheyeCamera or None",
+        ),
+        (
+            lambda: co.Scene([BALL], background=3),
+            TypeError,
+            "background must be a colour, a Sky, an Environment or None",
+        ),
+        (lambda: LEAD_SCENE.bodies.pillar, AttributeError, r"scene\['pillar'\] is the one of that name"),
+        (lambda: co.measure(LEAD_SCENE, "ball"), ValueError, r"measure\(scene\)\['ball'\]"),
+        (lambda: co.Quadric({"xx": 1}), ValueError, r"Quadric\(coefficients=\{...\}\) takes it"),
+    ],
+)
+def test_pictures_streams_and_options_refused(call, kind, words):
+    with pytest.raises(kind, match=words):
+        call()
+
+
+def test_progress_takes_any_callable():
+    for progress in (print, lambda *numbers: None, lambda done, count: None, lambda done, count, more=0: None):
+        co.Scene([BALL]).prepare(progress)
+
+
+@pytest.mark.parametrize("scene", [co.Scene([BALL]), co.Scene([co.Body(BALL, "red")]), LEAD_SCENE])
+def test_line_integral_refuses_unknown_properties(scene):
+    for ask in (
+        lambda: scene.line_integral("mu", LEAD_RAYS, otherwise=0),
+        lambda: scene.spans(LEAD_RAYS).line_integral("mu", otherwise=0),
+    ):
+        with pytest.raises(ValueError, match="no material has a property 'mu'; properties: "):
+            ask()
+
+
+@pytest.mark.parametrize("two", [2, 2.0, np.int64(2), np.uint8(2), np.float32(2)])
+def test_whole_numbers_of_any_type(two):
+    scene = co.Scene(co.Sphere())
+    co.set_threads(two)
+    co.set_threads(None)
+    assert scene.render(two, two, two, seed=two, depth=two).pixels.shape == (2, 2, 3)
+    assert co.check(scene, rays=100 * two, seed=two) == []
+    shape = co.Sphere() - co.Cone((0, 0, 0), (1, 1, 3), 0.5, 0.1)
+    assert co.measure(shape, rays=1e2 * two).volume == co.measure(shape, rays=200).volume
+    assert scene.fitting_camera().rays(two, two).shape == (2, 2)
+
+
+@pytest.mark.parametrize("other", [2.5, True, "2", None, np.array([2, 2]), float("inf"), 1e400, float("nan"), 2 + 0j])
+def test_whole_numbers_refused(other):
+    for ask in (lambda: co.check(co.Sphere(), rays=other), lambda: co.Scene(co.Sphere()).render(other, 2),
+                lambda: co.Scene(co.Sphere()).render(2, 2, seed=other)):  # fmt: skip
+        with pytest.raises(ValueError, match=r"must be an integer|must be a whole number"):
+            ask()
+    if other is not None:
+        with pytest.raises(ValueError, match="set_threads: count must be an integer from 1 to 65536 or None"):
+            co.set_threads(other)
+
+
+def test_view_height_refused():
+    with pytest.raises(ValueError, match="view: height must be an integer >= 1, got 'big'"):
+        co.Scene(co.Sphere()).view(height="big")
+
+
+# --- arrays
+
+
+class Table:
+    """What a DataFrame is to those who ask for an array: columns with names."""
+
+    def __init__(self, values, columns):
+        self.values, self.columns = np.asarray(values, float), columns
+
+    def __array__(self, dtype=None, copy=None):
+        return self.values if dtype is None else self.values.astype(dtype)
+
+
+class Labelled:
+    """An array with names of axes, as xarray's: it may be of Dask's, and has no graph where it is not."""
+
+    def __init__(self, values):
+        self.values = np.asarray(values, float)
+
+    def __array__(self, dtype=None, copy=None):
+        return self.values
+
+    def __dask_graph__(self):
+        return None
+
+
+def test_table_columns_are_in_the_order_of_the_axes():
+    points = [(1.0, 0, 0), (0, 2, 0)]
+    for columns in (
+        ["x", "y", "z"],
+        ["X", "Y", "Z"],
+        ["pos_x", "pos_y", "pos_z"],
+        ["x_mm", "y_mm", "z_mm"],
+        [0, 1, 2],
+        list("abc"),
+    ):
+        assert np.array_equal(co.Rays(Table(points, columns), (0, 0, 1)).origins, points)
+    for columns in (["z", "y", "x"], ["y_mm", "x_mm", "z_mm"], ["vz", "vx", "vy"]):
+        table = Table(points, columns)
+        for call in (lambda table=table: co.Rays(table, (0, 0, 1)), lambda table=table: SCENE.contains(table),
+                     lambda table=table: SCENE.first_hit((0, 0, 9), table),
+                     lambda table=table: co.reflect(table, (0, 0, 1))):  # fmt: skip
+            with pytest.raises(ValueError, match=r"must have columns in the order x, y, z, got \['.*; table\[\['"):
+                call()
+
+
+def test_labelled_arrays_are_taken():
+    origins = Labelled([(0, 0, 5), (9, 9, 9)])
+    t = SCENE.first_hit(origins, (0, 0, -1)).t
+    assert type(t) is np.ndarray
+    assert t.tolist() == [4, np.inf]
+    assert SCENE.contains(Labelled([(0, 0, 0)])).tolist() == [True]
+    assert SCENE.lengths(origins, (0, 0, -1)).tolist() == [[2, 0], [0, 0]]
+    assert SCENE.first_hit(RAYS, t_max=Labelled([1, 9])).t.tolist() == [np.inf, pytest.approx(5 - 0.99**0.5)]
+
+
+@pytest.mark.parametrize("bent", [co.reflect, lambda d, n: co.refract(d, n, 0.5)[0]])
+def test_reflect_and_refract_refuse_a_column_of_vectors(bent):
+    """(n, 1, 3) with (n, 3) would be all pairs, and is an axis too many: as a column of etas is refused."""
+    column, row = VECTORS[:, None], VECTORS[None]
+    for pair in (
+        (column, VECTORS),
+        (VECTORS, column),
+        (np.stack([column] * 2), VECTORS),
+        (VECTORS[None, :, None], VECTORS[None]),
+    ):
+        with pytest.raises(
+            ValueError, match=r"directions and normals must have one shape, got .*; all pairs are .* with \(1, "
+        ):
+            bent(*pair)
+    pairs = bent(column, row)
+    assert pairs.shape == (4, 4, 3)
+    for i in range(4):
+        assert np.array_equal(pairs[i], bent(VECTORS[i], VECTORS))
+    for single in (VECTORS[0], VECTORS[:1], VECTORS[:1, None]):
+        assert np.array_equal(bent(column, single), bent(VECTORS, VECTORS[0])[:, None])
+    assert np.array_equal(bent(np.stack([VECTORS] * 2), VECTORS)[1], bent(VECTORS, VECTORS))
+    assert bent(column, np.ones((5, 3))).shape == (4, 5, 3)
+
+
+@pytest.mark.parametrize("interval", ["t_min", "t_max"])
+@pytest.mark.parametrize("value", [True, np.True_, np.array([True, False])])
+def test_intervals_refuse_truth_values(interval, value):
+    for query in (SCENE.first_hit, SCENE.occluded, SCENE.spans, SCENE.crossings, SCENE.lengths):
+        with pytest.raises(ValueError, match=f"{interval} must be a number .*, which is true or false$"):
+            query(RAYS, **{interval: value})
+
+
+@pytest.mark.parametrize(
+    ("call", "told"),
+    [
+        (lambda: co.ct.cone([0], 2, 2, 9, 9, spacing=(1, 2, 3)), "^cone: spacing must be 2 numbers"),
+        (
+            lambda: co.ct.parallel([0, np.nan], 3),
+            r"^parallel: angles must be finite numbers of shape \(views,\), got nan$",
+        ),
+        (lambda: co.ct.parallel(180, 3), r"np\.linspace\(0, 180, views, endpoint=False\)$"),
+        (lambda: SCENE.first_hit(np.zeros((5, 6)), (0, 0, 1)), r"two arrays, a\[\.\.\., :3\] and a\[\.\.\., 3:\]$"),
+        (lambda: SCENE.first_hit(np.zeros((3, 5)), (0, 0, 1)), r"its transpose, \.T, has shape \(5, 3\)$"),
+        (lambda: SCENE.line_integral(0.5, RAYS), r"one number for all is np\.full\(2, \.\.\.\)$"),
+        (lambda: SCENE.line_integral({"ball": 1}, RAYS), "values by body are an array in the order of their numbers$"),
+        (lambda: co.Plane("z", 1), r"got 'z'; that axis is \(0, 0, 1\)$"),
+        (lambda: co.HalfSpace("-Y", 1), r"that axis is \(0, -1, 0\)$"),
+        (lambda: RAYS.save("rays.npy"), r"np\.save\(path, np\.concatenate"),
+        (lambda: RAYS.save("rays.csv"), r"np\.savetxt\(path"),
+        (lambda: co.Image("a.png"), r"PIL\.Image\.open\(path\)"),
+    ],
+)
+def test_numbers_refused(call, told):
+    with pytest.raises(ValueError, match=told):
+        call()
+
+
+def test_what_messages_advise_works(tmp_path):
+    np.save(tmp_path / "rays.npy", np.concatenate([*RAYS], axis=-1))
+    np.savetxt(tmp_path / "rays.csv", np.concatenate([*RAYS], axis=-1), delimiter=",")
+    assert co.Rays.load(tmp_path / "rays.npy") == co.Rays.load(tmp_path / "rays.csv") == RAYS
+    both = np.concatenate([*RAYS], axis=-1)
+    assert SCENE.first_hit(both[..., :3], both[..., 3:]) == SCENE.first_hit(RAYS)
+    square = co.ct.cone([0, 90], 2, 3, 9, 9, spacing=0.5)
+    assert np.array_equal(square.vectors, co.ct.cone([0, 90], 2, 3, 9, 9, spacing=(0.5, 0.5)).vectors)
+    assert np.array_equal(
+        co.ct.parallel3d([0], 2, 3, spacing=2).vectors, co.ct.parallel3d([0], 2, 3, spacing=(2, 2)).vectors
+    )
+
+
+# --- units
+
+
+SCAN_MAKERS = {
+    "parallel": lambda angles: co.ct.parallel(angles, 4),
+    "parallel3d": lambda angles: co.ct.parallel3d(angles, 2, 4),
+    "fanflat": lambda angles: co.ct.fanflat(angles, 4, 50, 50),
+    "cone": lambda angles: co.ct.cone(angles, 2, 4, 50, 50),
+    "helical": lambda angles: co.ct.helical(angles, 2, 4, 50, 50, 1),
+    "rtk": lambda angles: co.ct.rtk(angles, 2, 4, 50, 100),
+}
+
+
+IN_RADIANS = [
+    np.linspace(0, np.pi, 180),
+    np.linspace(0, 2 * np.pi, 90, endpoint=False),
+    np.deg2rad(np.arange(0, 360, 5)),
+    np.arange(0, np.pi, np.pi / 64),
+    [0, np.pi / 2],
+    np.linspace(0, np.pi, 13).astype(np.float32),
+]
+
+
+IN_DEGREES = [np.linspace(0, 180, 180), np.arange(0, 360, 0.1), np.arange(12), np.linspace(0, 10, 101), [0], [],
+              np.linspace(0, 3, 301), np.concatenate([[np.pi], np.arange(0, 360, 5)])]  # fmt: skip
+
+
+@pytest.mark.parametrize("name", SCAN_MAKERS)
+def test_ct_angles_in_radians_are_warned_of(name):
+    for angles in IN_RADIANS:
+        with pytest.warns(
+            UserWarning,
+            match=rf"^{name}: (gantry_angle|angles) must be in degrees, got .* degrees are that in radians$",
+        ):
+            SCAN_MAKERS[name](angles)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for angles in IN_DEGREES:
+            SCAN_MAKERS[name](angles)
+
+
+def test_from_astra_warns_of_degrees():
+    given = {"type": "parallel", "DetectorCount": 4, "DetectorWidth": 1.0}
+    for angles in (np.arange(0, 180, 45.0), np.linspace(0, 180, 7), np.arange(360)):
+        with pytest.warns(UserWarning, match="^from_astra: ProjectionAngles must be in radians, got .* np.radians"):
+            co.ct.from_astra({**given, "ProjectionAngles": np.asarray(angles, float)})
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for angles in (np.linspace(0, 8 * np.pi, 100), np.array([0.0, 1, 2, 3]), np.radians(np.arange(0, 1080, 7.0))):
+            co.ct.from_astra({**given, "ProjectionAngles": angles})
+
+
+@pytest.mark.parametrize("call", [
+    lambda: co.Environment(PIXELS, rotation=math.pi / 2),
+    lambda: co.materials.clear_sky() and co.Environment(PIXELS, 1, math.radians(30)),
+])  # fmt: skip
+def test_environment_rotation_in_radians_is_warned_of(call):
+    with pytest.warns(UserWarning, match="Environment: rotation must be in degrees, got"):
+        call()
+
+
+def test_cauchy_coefficients_are_a_list():
+    with pytest.raises(ValueError, match=r"^Cauchy: coefficients must be a list of one number or more, got 1.5$"):
+        co.optics.Cauchy(1.5)
+
+
+def test_image_of_colours_refuses_a_colour_map():
+    colors = np.full((2, 2, 3), 0.5)
+    for field, value in (("vmin", 0), ("vmax", 1), ("colormap", "dusk"), ("colormap", "grey")):
+        with pytest.raises(ValueError, match=rf"Image: {field} goes with a number per pixel, got colours, \(2, 2, 3\)"):
+            co.Image(colors, **{field: value})
+    assert co.Image(colors).pixels.max() == 0.5
+
+
+def test_image_refuses_bytes_as_floats(tmp_path):
+    levels = np.random.default_rng(1).integers(0, 256, (8, 8, 3))
+    for dtype in (np.float32, np.float64):
+        with pytest.raises(ValueError, match=r"whole numbers up to \d+ must be of uint8, sRGB bytes .*got float"):
+            co.Image(levels.astype(dtype))
+    with pytest.warns(
+        UserWarning, match=r"Image: most numbers of the array, up to 25\d\.\d*, are beyond 1, which is white"
+    ):
+        co.Image(levels * 0.999)
+    bright = np.random.default_rng(1).random((8, 8, 3)) ** 8 * 90  # a highlight, and no warning
+    assert co.Image(bright).pixels.max() > 16
+    lamp = co.Scene(co.Body(co.Box(), co.matte((1, 1, 1))), lights=[co.AmbientLight(30.0)], background=(1, 1, 1))
+    assert lamp.render(8, 8, samples=1).pixels.max() == 30
+    assert "NaN" in co.Image.__doc__
+
+
+@pytest.mark.parametrize("make", [co.Environment, co.materials.ImageTexture])
+@pytest.mark.parametrize("kind", [np.int64, np.uint16, np.float64, np.float32])
+def test_environment_refuses_bytes_in_another_type(make, kind):
+    board = np.arange(4 * 8 * 3).reshape(4, 8, 3).astype(kind)
+    with pytest.raises(ValueError, match=r"up to 95 must be of uint8, sRGB bytes \(array.astype\('uint8'\)\)"):
+        make(board)
+    make(board.astype(np.uint8))
+    make(np.where(board > 50, 20.0, 0.0))  # few whole numbers: a lamp, and not a picture
+
+
+def test_image_texture_warns_of_white():
+    with pytest.warns(UserWarning, match="ImageTexture: most numbers of the array, up to .* are beyond 1"):
+        co.materials.ImageTexture(255 * PIXELS)
+
+
+# --- docstrings
+
+
+_NOT_FOR_USERS = re.compile(r".*_under|unbounded_support|placed")
+
+
+def _public():
+    """Name and callable of all that a user calls: functions, classes, and their methods."""
+    for name, value in PUBLIC.items():
+        if not callable(value):
+            continue
+        if not issubclass(value, co.Hits | co.Spans | co.Crossings | Exception) if isinstance(value, type) else True:
+            yield name, value
+        for method in dir(value) if isinstance(value, type) else ():
+            found = inspect.getattr_static(value, method)
+            found = getattr(found, "__func__", found)
+            if inspect.isfunction(found) and not method.startswith("_") and not _NOT_FOR_USERS.fullmatch(method):
+                yield f"{name}.{method}", found
+
+
+@pytest.mark.parametrize(("name", "function"), {f: (n, f) for n, f in _public() if "conicoid" in f.__module__}.values())
+def test_docstrings_name_every_argument(name, function):
+    said = inspect.getdoc(function) or ""
+    arguments = [one for one in inspect.signature(function).parameters if one not in ("self", "cls", "motion")]
+    assert [one for one in arguments if not re.search(rf"\b{re.escape(one)}\b", said)] == [], name

@@ -1,0 +1,418 @@
+"""Files of scenes, of rays and of OpenMC as users write them: what is taken, and what errors say."""
+
+from __future__ import annotations
+
+import copy
+import logging
+import pickle
+
+import numpy as np
+import pytest
+
+import conicoid as co
+from conicoid.cli.ray_tables import check
+from conicoid.io import openmc
+from conicoid.io.ray_file import ray_notes, read_rays
+from conicoid.io.scene_file.scene_file import parse_scene
+from conicoid.viewer.html import export
+
+from .command_line import run
+
+BALL_TEXT = "shape: {Sphere: {}}"
+
+
+def scene_file_error(text: str) -> str:
+    with pytest.raises(co.SceneFileError) as error:
+        parse_scene(text, "scene.yaml")
+    return str(error.value)
+
+
+BOX = co.Box((2, 2, 2), (3, 3, 3))
+
+
+# --- scene files
+
+
+@pytest.mark.parametrize("written", ["", " null", " ~", " # - shape: {Sphere: {}}"])
+def test_bodies_left_empty(written):
+    assert "bodies: must be a list of bodies, each with a shape, got " in scene_file_error(f"bodies:{written}\n")
+    assert "of no bodies at all: `bodies: []`" in scene_file_error(f"conicoid: 1\nbodies:{written}\n")
+
+
+def test_empty_list_of_bodies(tmp_path):
+    assert parse_scene("bodies: []", "scene.yaml").bodies == ()
+    co.save(co.Scene([]), tmp_path / "empty.yaml")
+    assert co.load(tmp_path / "empty.yaml") == co.Scene([])
+    result = run("render", tmp_path / "empty.yaml", "-o", tmp_path / "empty.png", "--width", 8, "--height", 8)
+    assert result.exit_code == 0
+    assert "empty.yaml: holds no bodies" in result.stderr
+
+
+@pytest.mark.parametrize(
+    ("field", "phrase"),
+    [
+        ("material:", 'body "a": material: must be a material such as'),
+        ("material: #ff0000", "got nothing (# begins a comment"),
+        ("move:", "move: must be a list of steps"),
+    ],
+)
+def test_fields_left_empty(field, phrase):
+    assert phrase in scene_file_error(f"bodies:\n  - name: a\n    {BALL_TEXT}\n    {field}\n")
+
+
+def test_name_left_empty():
+    assert "bodies[0]: name: must be a text, got nothing" in scene_file_error(f"bodies:\n  - name:\n    {BALL_TEXT}\n")
+    assert parse_scene(f"bodies: [{{name: null, {BALL_TEXT}, material: null}}]", "scene.yaml").bodies == (
+        co.Body(co.Sphere()),
+    )
+
+
+@pytest.mark.parametrize("text", [
+    f"background: #ffffff\nbodies:\n  - {BALL_TEXT}\n", "bodies:\n  - shape:\n      Ellipsoid:\n        z_range:\n",
+    f"materials:\n  a:\n    matte:\n      name: #1\nbodies:\n  - {BALL_TEXT}\n",
+])  # fmt: skip
+def test_values_left_empty(text):
+    assert "or null, got nothing (# begins a comment" in scene_file_error(text)
+
+
+def test_rotate_axis_by_name():
+    scene = parse_scene("bodies: [{shape: {Box: {}}, move: [{rotate: {axis: -z, degrees: 30}}]}]", "scene.yaml")
+    assert scene.bodies[0].shape == co.Box().rotate("-z", 30)
+    text = "bodies: [{shape: {Box: {}}, move: [{rotate: {axis: %s}}]}]"
+    assert "rotate: degrees must be given" in scene_file_error(text % "z")
+    told = scene_file_error(text % "w")
+    assert "degrees must be given" in told
+    assert "axis: must be 3 numbers, or one of x, y, z, -x, -y, -z, got 'w'" in told
+
+
+@pytest.mark.parametrize(("material", "told"), [
+    ("glass", "unknown material 'glass': a look is a mapping, {glass: {}} with its arguments"),
+    ("'#3366c'", "unknown material '#3366c' (5 digits after #: there must be 6, or 3 as in '#rgb')"),
+    ("bleu", "unknown material 'bleu' (did you mean 'blue'?)"),
+])  # fmt: skip
+def test_unknown_materials(material, told):
+    assert told in scene_file_error(f"bodies: [{{{BALL_TEXT}, material: {material}}}]")
+
+
+def test_spheres_file_names_the_line(tmp_path):
+    (tmp_path / "balls.csv").write_text("x,y,z,radius\n0,0,0,1\n\n1,1,1,-2\n")
+    (tmp_path / "scene.yaml").write_text("bodies: [{shape: {Spheres: {file: balls.csv}}}]")
+    with pytest.raises(co.SceneFileError, match=r"balls\.csv:4: radii\[1\] must be > 0, got -2\.0"):
+        co.load(tmp_path / "scene.yaml")
+
+
+def test_spheres_file_refuses_diameters(tmp_path):
+    (tmp_path / "balls.csv").write_text("x,y,z,diameter\n1,2,3,4\n")
+    (tmp_path / "scene.yaml").write_text("bodies:\n- shape: {Spheres: {file: balls.csv}}\n")
+    with pytest.raises(
+        co.SceneFileError, match=r"columns are read as x, y, z, radius, and 'diameter' is none of these"
+    ):
+        co.load(tmp_path / "scene.yaml")
+
+
+@pytest.mark.parametrize(
+    ("shape", "told"),
+    [
+        (
+            "{Torus: {radius: 1}}",
+            "unknown shape 'Torus': bodies are of planes and quadrics; a mesh is {Mesh: ...} or {Triangles: ...}",
+        ),
+        ("{Torus: {radius: 1}}", "unknown shape 'Torus': bodies are of planes and quadrics"),
+        ("{Sphere: {radius: 1,5}}", "unknown key '5' (a comma ends a value: 1.5 is written with a point)"),
+        ("{Sphere:{radius: 1}}", "a blank follows a colon: {radius: 1}, and {Sphere: {radius: 1}}"),
+        ("{Plane: {normal: z, offset: 0}}", "normal: must be 3 numbers, got 'z'"),
+    ],
+)
+def test_unknown_shapes_and_keys(tmp_path, shape, told):
+    (tmp_path / "scene.yaml").write_text(f"bodies:\n  - shape: {shape}\n")
+    with pytest.raises(co.SceneFileError) as error:
+        co.load(tmp_path / "scene.yaml")
+    assert told in str(error.value)
+
+
+@pytest.mark.parametrize(("written", "color"), [("gray", "gray"), ('"#ff0000"', "#ff0000")])
+def test_colours_are_materials(tmp_path, written, color):
+    text = f"bodies: [{{shape: {{Sphere: {{}}}}, material: {written}}}]"
+    scene = co.Scene(parse_scene(text, "scene.yaml").bodies)
+    assert scene == co.Scene(co.Body(co.Sphere(), color))
+    scene.save(tmp_path / "again.yaml")
+    assert co.load(tmp_path / "again.yaml") == scene
+
+
+def test_materials_come_before_colours():
+    text = "materials: {gray: {mirror: {}}}\nbodies: [{shape: {Sphere: {}}, material: gray}]"
+    assert parse_scene(text, "scene.yaml").bodies[0].material == co.mirror(name="gray")
+
+
+@pytest.mark.parametrize("written", ["grayy", "'#ff00'"])
+def test_neither_material_nor_colour(written):
+    with pytest.raises(co.SceneFileError, match="unknown material '{}'".format(written.strip("'"))):
+        parse_scene(f"bodies: [{{shape: {{Sphere: {{}}}}, material: {written}}}]", "scene.yaml")
+
+
+def test_export_takes_a_shape_and_knows_suffixes(tmp_path):
+    export(co.Sphere(), tmp_path / "ball.html")
+    assert "<html" in (tmp_path / "ball.html").read_text(encoding="utf-8")
+    with pytest.raises(ValueError, match=r"ball.txt: scenes are exported as a page, \.html, or as models"):
+        export(co.Sphere(), tmp_path / "ball.txt")
+    with pytest.raises(TypeError, match="export: scene must be"):
+        export(5, tmp_path / "ball.html")
+
+
+@pytest.mark.parametrize("name", ["geometry.xml", "scene.txt", "scene.YAML.bak"])
+def test_save_refuses_other_suffixes(name, tmp_path):
+    for save in (co.Scene([co.Sphere()]).save, lambda path: co.save(co.Sphere(), path)):
+        with pytest.raises(ValueError, match="scenes are saved as .yaml or .json"):
+            save(tmp_path / name)
+    assert not list(tmp_path.iterdir())
+
+
+def test_rotate_about_a_point(tmp_path):
+    box = "shape: {Box: {low: [2, 2, 2], high: [3, 3, 3]}}"
+    text = f"bodies: [{{{box}, move: [{{rotate: {{axis: z, degrees: 90, about: %s}}}}]}}]"
+    scene = co.Scene(parse_scene(text % "[2, 2, 0]", "x.yaml").bodies)
+    assert scene.bodies[0].shape == BOX.rotate("z", 90, about=(2, 2, 0))
+    scene.save(tmp_path / "scene.yaml")
+    assert co.load(tmp_path / "scene.yaml") == scene
+    with pytest.raises(co.SceneFileError, match=r"move\[0\]: rotate: about: must be 3 numbers, got 2"):
+        parse_scene(text % "[2, 2]", "x.yaml")
+
+
+@pytest.mark.parametrize(("shape", "told"), [
+    ("{Ball: {}}", r"unknown shape 'Ball' \(did you mean 'Sphere'\?\)$"),
+    ("{Rotate: {}}", r"unknown shape 'Rotate': motions stand beside a shape, move: \[\{rotate: ...\}\]$"),
+])  # fmt: skip
+def test_shape_fields_refused(shape, told):
+    with pytest.raises(co.SceneFileError, match=told):
+        parse_scene(f"bodies: [{{shape: {shape}}}]", "x.yaml")
+
+
+@pytest.mark.parametrize(("body", "told"), [
+    ("{shape: {Sphere: {material: red}}}", r"Sphere: unknown key 'material' \(a body has it, beside its shape\)$"),
+    ("{shape: {Sphere: {name: ball}}}", r"Sphere: unknown key 'name' \(a body has it, beside its shape\)$"),
+    ("{shape: {Box: {colour: red}}}", r"Box: unknown key 'colour' \(a body has a material, beside its shape\)$"),
+    ("{shape: {Sphere: {}}, colour: red}", r"unknown key 'colour' \(its material may be a colour\)$"),
+    ("{shape: {Sphere: {radios: 1}}}", r"Sphere: unknown key 'radios' \(did you mean 'radius'\?\)$"),
+])  # fmt: skip
+def test_keys_of_a_body_have_their_place(body, told):
+    with pytest.raises(co.SceneFileError, match=told):
+        parse_scene(f"bodies: [{body}]", "x.yaml")
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (
+            "bodies: [{shape: {Sphere: {}}}]\nbackground: Sky",
+            "must be a mapping, {Sky: {...}}, got the bare word 'Sky'",
+        ),
+        (
+            "materials: {a: {metal: {}, properties: {density: 3}}}\nbodies: [{shape: {Sphere: {}}, material: a}]",
+            "properties goes among its fields, {metal: {properties: ...}}",
+        ),
+        (
+            "bodies: [{shape: {Sphere: {}, name: c, material: red}}]",
+            "name and material of a body stand beside `shape:`",
+        ),
+        (
+            "bodies: [{shape: {Sphere: {}}}]\nbackground: {Environment: {pixels: sky.exr}}",
+            "is not an existing file: 'sky.exr' beside the scene",
+        ),
+    ],
+)
+def test_keys_in_the_wrong_place(text, words):
+    with pytest.raises(co.SceneFileError) as error:
+        parse_scene(text, "x.yaml")
+    assert words in str(error.value)
+
+
+# --- files of rays
+
+
+@pytest.mark.parametrize(
+    ("content", "phrase"),
+    [
+        ("0;0;5;0;0;-1\n", "must have 6 numbers .* with commas or spaces between, got only '0;0;5;0;0;-1'"),
+        ("0;0;5;0;0;-1\n0;0;4;0;0;-1\n", "rays.csv: 2: must be 6 numbers .*, got '0;0;4;0;0;-1'"),
+        ("abc\n", "got only 'abc'"),
+        ("", "got nothing"),
+        ("# nothing\n\n", "got nothing"),
+        ("title\nx,y,z,dx,dy,dz\n0,0,5,0,0,-1\n", "rays.csv: 2: must be 6 numbers"),
+        ("dx,dy,dz,x,y,z\n0,0,-1,0,0,5\n", "rays.csv: 1: columns must be in the order origin x,"),
+        ("ox dx oy dy oz dz\n0,0,-1,0,0,5\n", "columns must be in the order"),
+        ("u,v,w,x,y,z\n0,0,-1,0,0,5\n", "columns must be in the order"),
+        ("t,x,y,z,u,v\n0,0,-1,0,0,5\n", "columns must be in the order"),
+    ],
+)
+def test_read_rays_refuses_other_tables(tmp_path, content, phrase):
+    (tmp_path / "rays.csv").write_text(content)
+    with pytest.raises(ValueError, match=phrase):
+        read_rays(tmp_path / "rays.csv")
+
+
+@pytest.mark.parametrize(
+    "header",
+    [
+        "x,y,z,dx,dy,dz",
+        "x y z u v w",
+        "Origin X, Origin Y, Origin Z, Direction X, Direction Y, Direction Z",
+        "origin_x origin_y origin_z direction_x direction_y direction_z",
+        "any words",
+    ],
+)
+def test_read_rays_skips_one_header(tmp_path, header):
+    (tmp_path / "rays.csv").write_text(header + "\n1,2,3,4,5,6\n")
+    assert read_rays(tmp_path / "rays.csv").directions.tolist() == [[4, 5, 6]]
+
+
+@pytest.mark.parametrize(("name", "meant"), [("tmin", "t_min"), ("T_MAX", "t_max"), ("origin", "origins")])
+def test_read_rays_refuses_misspelt_arrays(tmp_path, name, meant):
+    arrays = {"origins": np.zeros((2, 3)), "directions": np.ones((2, 3)), name: np.ones(2)}
+    np.savez(tmp_path / "rays.npz", **arrays)
+    with pytest.raises(ValueError, match=rf"unknown array '{name}' \(did you mean '{meant}'\?\)"):
+        read_rays(tmp_path / "rays.npz")
+
+
+def test_ray_notes_name_ignored_arrays(tmp_path):
+    np.savez(tmp_path / "rays.npz", origins=np.zeros((2, 3)), directions=np.ones((2, 3)), wavelength=np.ones(2))
+    table = read_rays(tmp_path / "rays.npz")
+    assert table.ignored == ("wavelength",)
+    assert list(ray_notes(table)) == [
+        f"{tmp_path / 'rays.npz'}: not read: wavelength; arrays of rays are origins, directions, t_min, t_max"
+    ]
+
+
+def test_ray_notes_of_a_header_alone(tmp_path):
+    (tmp_path / "rays.csv").write_text("x,y,z,dx,dy,dz\n")
+    assert list(ray_notes(read_rays(tmp_path / "rays.csv"))) == [f"{tmp_path / 'rays.csv'}: holds no rays"]
+    (tmp_path / "rays.csv").write_text("x,y,z,dx,dy,dz\n1,2,3,4,5,6\n")
+    assert list(ray_notes(read_rays(tmp_path / "rays.csv"))) == []
+
+
+@pytest.mark.parametrize(("row", "told"), [
+    ("0,0,5,0,0,0", "direction must not be zero, got (0.0, 0.0, 0.0)"), ("0,0,nan,0,0,1", "origin must be finite"),
+    ("0,0,1e200,0,0,1", "origin must be 0 or of magnitude"),
+])  # fmt: skip
+def test_ray_file_names_the_line(tmp_path, row, told):
+    path = tmp_path / "rays.csv"
+    path.write_text(f"x,y,z,dx,dy,dz\n# two good ones\n0,0,5,0,0,-1\n\n1,0,5,0,0,-1\n{row}\n0,0,5,0,0,0\n")
+    with pytest.raises(ValueError, match=r"rays\.csv: 6: ") as error:
+        check(read_rays(path))
+    assert f"{path}: 6: {told}" in str(error.value)
+    co.save(co.Sphere(), tmp_path / "ball.yaml")
+    result = run("trace", tmp_path / "ball.yaml", path, "-o", tmp_path / "hits.csv")
+    assert result.exit_code == 2
+    assert "rays.csv: 6: " in result.stderr
+
+
+@pytest.mark.parametrize(
+    "heading",
+    [
+        "x,y,z,theta,phi,r",
+        "x1,y1,z1,x2,y2,z2",
+        "x_start,y_start,z_start,x_end,y_end,z_end",
+        "x,y,z,to,azimuth,elevation",
+    ],
+)
+def test_read_rays_refuses_other_headings(tmp_path, heading):
+    path = tmp_path / "rays.csv"
+    path.write_text(f"{heading}\n20,0,0,-1,0,0\n")
+    with pytest.raises(ValueError, match=r"rays.csv: 1: columns are read as origin x, .* is none of these"):
+        read_rays(path)
+
+
+def test_rays_load_names_other_arrays(tmp_path):
+    np.savez(tmp_path / "rays.npz", o=np.zeros((2, 3)), d=np.ones((2, 3)))
+    with pytest.raises(ValueError, match="it lacks origins, directions and holds o, d"):
+        co.Rays.load(tmp_path / "rays.npz")
+
+
+# --- OpenMC
+
+
+MODEL = """<model><materials><material id="1" name="fuel">{0}</material></materials>
+<geometry><surface id="1" type="sphere" coeffs="0 0 0 2" boundary="vacuum"/>
+<surface id="2" type="sphere" coeffs="0 0 0 9"/><cell id="1" material="1" region="-1"/>{1}</geometry></model>"""
+
+
+DENSITY = '<density value="{0}" units="{1}"/>'
+
+
+def model(folder, material, cells=""):
+    (folder / "model.xml").write_text(MODEL.format(material, cells))
+    return folder / "model.xml"
+
+
+@pytest.mark.parametrize("units", ["g/cm3", "g/cc", "kg/m3", "atom/b-cm", "atom/cm3"])
+@pytest.mark.parametrize("value", ["-10.5", "0", "-0.0"])
+def test_load_openmc_densities_are_positive(tmp_path, units, value):
+    """OpenMC: "Need to specify a positive density on material"."""
+    with pytest.raises(
+        co.SceneFileError, match=rf"model\.xml:1:\d+: material 1 'fuel': density: value must be > 0, got '{value}'"
+    ):
+        co.load_openmc(model(tmp_path, DENSITY.format(value, units)))
+    good = co.load_openmc(model(tmp_path, DENSITY.format("10.5", units)))
+    assert max(good.materials[0].properties.values()) > 0
+
+
+@pytest.mark.parametrize(("part", "told"), [
+    ('<nuclide name="U235" ao="-0.04"/>', "nuclide: ao must be >= 0, got '-0.04'"),
+    ('<nuclide name="U235" wo="-4"/>', "nuclide: wo must be >= 0, got '-4'"),
+    ("<temperature>-20</temperature>", "temperature must be >= 0, got '-20'"),
+    ('<volume>-1</volume>', "volume must be >= 0, got '-1'"),
+])  # fmt: skip
+def test_load_openmc_refuses_negative_values(tmp_path, part, told):
+    with pytest.raises(co.SceneFileError, match=told):
+        co.load_openmc(model(tmp_path, DENSITY.format("10.5", "g/cm3") + part))
+
+
+EMPTY_CELL = '<cell id="2" name="gone" region="-1 2" material="1"/>'
+
+
+def test_load_openmc_says_what_the_command_says(tmp_path, caplog):
+    path = model(tmp_path, DENSITY.format("10.5", "g/cm3"), EMPTY_CELL)
+    with caplog.at_level(logging.WARNING, "conicoid"):
+        scene = co.load_openmc(path)
+    imported = openmc.read(path)
+    assert scene.notes == imported.notes
+    assert imported.remarks == ("cell 2 'gone': has no volume in its only place, left out there",)
+    assert [record.getMessage() for record in caplog.records] == [f"{path}: {imported.remarks[0]}"]
+    assert repr(scene) == f"Scene(1 body, 0 lights, {len(scene.notes)} notes)"
+    printed = run("import", path, "-o", tmp_path / "scene.yaml").stdout
+    for note in scene.notes:
+        assert note in printed
+
+
+def test_notes_stay_with_the_scene(tmp_path, caplog):
+    scene = co.load_openmc(model(tmp_path, DENSITY.format("10.5", "g/cm3"), EMPTY_CELL))
+    camera = co.Camera((9, 9, 9), (0, 0, 0))
+    for same in (
+        copy.copy(scene),
+        copy.deepcopy(scene),
+        pickle.loads(pickle.dumps(scene)),
+        scene.replace(camera=camera),
+    ):
+        assert same.notes == scene.notes
+        assert len(same.notes) > 2
+    assert co.Scene(scene.bodies, domain=scene.domain) == scene
+    assert co.Scene(scene.bodies).notes == ()
+    with pytest.raises(AttributeError, match="read-only, notes cannot be set"):
+        scene.notes = ()
+
+
+def test_notes_without_remarks_are_not_logged(tmp_path, caplog):
+    with caplog.at_level(logging.WARNING, "conicoid"):
+        scene = co.load_openmc(model(tmp_path, DENSITY.format("10.5", "g/cm3")))
+    assert scene.notes[:2] == ("1 cell, 2 surfaces, 1 universe, 0 lattices", "1 body")
+    assert not caplog.records
+
+
+@pytest.mark.parametrize(
+    "text", ["<?xml version='1.0'?>\n<geometry/>", "<geometry>\n</geometry>", "<!-- x --><model/>"]
+)
+def test_load_reads_geometries_of_openmc(tmp_path, text):
+    (tmp_path / "geometry.xml").write_text(text)
+    with pytest.raises(
+        co.SceneFileError, match="geometry.xml:.*(geometry: holds no cells|holds 0 <geometry> elements)"
+    ):
+        co.load(tmp_path / "geometry.xml")
