@@ -15,7 +15,7 @@ from typing import Any
 import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
-BOUND = 60.0
+BOUND = 10.0
 """Seconds within which Ctrl-C must be over: what it is sent into would take minutes."""
 COMMAND = "from conicoid.__main__ import run; run()"
 needs_signals = pytest.mark.skipif(os.name == "nt", reason="Ctrl-C is sent by a signal")

@@ -13,6 +13,7 @@ import pytest
 
 import conicoid as co
 from conicoid.geometry.registry import REGISTRY
+from conicoid.io.scene_file.scene_file import parse_scene
 
 from .contract.examples import examples_of
 from .public_names import PUBLIC
@@ -68,9 +69,15 @@ def test_ellipsoid_of_coefficients_moves():
 
 def test_box_by_corners():
     assert co.Box() == co.Box((-1, -1, -1), (1, 1, 1)) == co.Box(high=(1, 1, 1), low=(-1, -1, -1))
-    assert co.Box((0, 0, 0)) == co.Box(low=(0, 0, 0)) == co.Box((0, 0, 0), (1, 1, 1))
-    with pytest.raises(ValueError, match=r"^Box: high\[0\] must be > low\[0\] = 1\.0, got 1\.0$"):
-        co.Box((1, 2, 3))
+    assert co.Box(low=(0, 0, 0)) == co.Box((0, 0, 0), (1, 1, 1))
+    assert parse_scene("bodies: [{shape: {Box: {low: [0, 0, 0]}}}]", "x.yaml").bodies[0].shape == co.Box(low=(0, 0, 0))
+    assert list(inspect.signature(co.Box).parameters) == ["low", "high", "motion"]
+
+
+@pytest.mark.parametrize("corner", [(0.5, 0.5, 0.5), (-1, -1, -1), [2, 2, 2], np.ones(3)])
+def test_box_refuses_one_corner_by_position(corner):
+    with pytest.raises(TypeError, match=r"^Box: a box is given by two corners, Box\(low, high\), got .* Box\(\(-x/2, "):
+        co.Box(corner)
 
 
 @pytest.mark.parametrize("name", sorted(REGISTRY))

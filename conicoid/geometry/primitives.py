@@ -5,6 +5,7 @@ Their helpers for axes, wedges and caps serve other shapes too.
 
 from __future__ import annotations
 
+import functools
 import math
 from dataclasses import dataclass, replace
 from operator import sub
@@ -56,6 +57,22 @@ def _square_exact(x: float) -> object:
     return ex.rational(x) ** 2
 
 
+def _refuse_lone_corner(kind: type[Box]) -> type[Box]:
+    """Let `Box(corner)` raise: a size may be meant, and the box would end at the default of the other corner."""
+    initialize = kind.__init__
+
+    @functools.wraps(initialize)
+    def checked(self: Box, *args: Any, **fields: Any) -> None:
+        if len(args) == 1 and "high" not in fields:
+            size = "a box of size (x, y, z) about the origin is Box((-x/2, -y/2, -z/2), (x/2, y/2, z/2))"
+            raise TypeError(f"Box: a box is given by two corners, Box(low, high), got one; {size}")
+        initialize(self, *args, **fields)
+
+    setattr(kind, "__init__", checked)  # noqa: B010 (for types, a method is not to be set)
+    return kind
+
+
+@_refuse_lone_corner
 @dataclass(frozen=True)
 class Box(PrimitiveSolid):
     """low <= (x, y, z) <= high, its edges along the axes.

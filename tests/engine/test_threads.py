@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import itertools
+import sys
 import threading
+import time
 
 import numpy as np
 import pytest
@@ -81,6 +83,51 @@ def test_an_error_ends_the_others(four_threads):
         threads.run_on(SCENE._prepared.geometry, work, 100, 1, 1)
     assert len(begun) <= 2
     assert SCENE._prepared.geometry.places[HALT] == 0
+
+
+def interrupted_at(event: int, outcome: list[BaseException | None]) -> None:
+    """Run chunks on threads; raise KeyboardInterrupt at that line of `threads` or of what it calls of `threading`.
+
+    Not of other functions: Python swallows exceptions of weak references and of the collector.
+    """
+    left = [event]
+
+    def counts(frame):
+        return frame is not None and frame.f_code.co_filename == threads.__file__
+
+    def trace(frame, kind, argument):
+        del kind, argument
+        if not (counts(frame) or (frame.f_code.co_filename == threading.__file__ and counts(frame.f_back))):
+            return None
+        left[0] -= 1
+        if left[0] == 0:
+            raise KeyboardInterrupt
+        return trace
+
+    sys.settrace(trace)
+    try:
+        threads.run_chunks(lambda begin, end: time.sleep(5e-3), 8, 1)
+        outcome.append(None)
+    except BaseException as error:  # the test looks which one
+        outcome.append(error)
+    finally:
+        sys.settrace(None)
+
+
+@pytest.mark.parametrize("first", range(1, 5))
+def test_an_interrupt_between_any_two_lines_ends_the_wait(first):
+    """No lock stays taken, and no other error comes of it."""
+    co.set_threads(2)
+    try:
+        for event in range(first, 160, 4):
+            outcome: list[BaseException | None] = []
+            waiting = threading.Thread(target=interrupted_at, args=(event, outcome), daemon=True)
+            waiting.start()
+            waiting.join(60)
+            assert outcome, f"the wait goes on after an interrupt at line {event}"
+            assert isinstance(outcome[0], KeyboardInterrupt), (event, outcome)
+    finally:
+        co.set_threads(None)
 
 
 @pytest.mark.parametrize("progress", [None, lambda done, count: None])
