@@ -35,17 +35,17 @@ from ..render.job import check_options, lower_scene_light, lower_scene_shading
 from .scene import Scene, as_scene
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Sequence
 
     from ..geometry.body import Body
     from ..geometry.shape import Shape
-    from ..parallel.workers import Workers
-    from ..render.camera import AnyCamera
-    from .scene import Scene
 
 
 _TREE_TABLES = {"node_boxes", "node_children", "tree_order", "tree_root", "roots", "tree_depth", "leaf_items"}
 """Tables of the tree of boxes, which the names of frames leave out."""
+
+
+Progress = Callable[[int, int], Any]
 
 
 class Frames:
@@ -62,7 +62,7 @@ class Frames:
         parts = (source_hash(), sorted(options.items()), names, tables, lowered.rest, lowered.boxes, lowered.body_item)
         self._key = digest_of(*parts, *scene.extent)
 
-    def path(self, camera: AnyCamera) -> Path:
+    def path(self, camera: Any) -> Path:
         """Return where the picture by a camera is, or will be."""
         light = lower_scene_light(self.scene, camera, self.options["integrator"])
         light = lower_scene_shading(self.scene, camera) if light is None else light
@@ -82,20 +82,51 @@ class Frames:
         except (OSError, ValueError, SyntaxError, Image.DecompressionBombError):
             return False
 
-    def render(self, path: Path, camera: AnyCamera, progress: Any) -> None:
+    def render(self, path: Path, camera: Any, progress: Progress | None) -> None:
         """Compute a frame and write its file."""
         self._write(path, self.scene.render(camera=camera, progress=progress, **self.options)._repr_png_())
 
-    def render_on(self, workers: Workers, missing: Sequence[tuple[Path, Any]], report: Callable[[int], Any]) -> None:
-        """Compute frames on workers, a frame in each task, and write each as it comes back; then call report(done).
+    def render_missing(self, subjects: Sequence[Any], progress: Progress | None) -> tuple[list[Path], int]:
+        """Compute the frames that are not there, in this process.
 
-        missing: the files, and what each frame shows: its camera, or its time in a film.
+        Parameters
+        ----------
+        subjects : sequence
+            What each frame shows: its camera, or its time in a film.
+        progress : callable, optional
+            progress(done, count) is called for each tile, and for each frame.
+
+        Returns
+        -------
+        files : list of Path
+            The file of each frame; equal frames share one.
+        rendered : int
+            The number of frames that were computed.
         """
-        pieces = (ScheduledTask(k, k + 1, (each,)) for k, (_, each) in enumerate(missing))
-        with cancel_on_exit(self._scheduler(workers).results(pieces, lambda *_: None, len(missing))) as results:
+        files, rendered, count = [self.path(each) for each in subjects], 0, len(subjects)
+        for k, (file, subject) in enumerate(zip(files, subjects, strict=True)):
+            if not self.is_there(file):
+                self.render(file, subject, progress and _tile_progress(progress, k, count))
+                rendered += 1
+            if progress is not None:
+                progress(k + 1, count)
+        return files, rendered
+
+    def render_missing_on(
+        self, workers: Workers, subjects: Sequence[Any], progress: Progress | None
+    ) -> tuple[list[Path], int]:
+        """Do the same on workers, a frame in each task, and write each frame when it comes back."""
+        files = [self.path(each) for each in subjects]
+        # A dictionary, so that equal frames are rendered once
+        missing = {file: each for file, each in zip(files, subjects, strict=True) if not self.is_there(file)}
+        names, there = list(missing), len(files) - len(missing)
+        pieces = (ScheduledTask(k, k + 1, (each,)) for k, each in enumerate(missing.values()))
+        with cancel_on_exit(self._scheduler(workers).results(pieces, lambda *_: None, len(names))) as results:
             for piece, content in results:
-                self._write(missing[piece.begin][0], content)
-                report(piece.end)
+                self._write(names[piece.begin], content)
+                if progress is not None:
+                    progress(there + piece.end, len(files))
+        return files, len(names)
 
     def _scheduler(self, workers: Workers) -> Scheduler:
         """Return the scheduler of tasks that each compute a frame."""
@@ -142,9 +173,70 @@ def _add(digest: Any, part: Any) -> None:
         digest.update(b"%d;" % len(text) + text)
 
 
-# --- Turntables
+def _tile_progress(progress: Progress, frame: int, frames: int) -> Progress:
+    """Return a function that reports the tiles of one frame as a part of those of all frames."""
+    return lambda done, count: progress(frame * count + done, frames * count)
 
-_MOST_TURNTABLE_FRAMES = 100_000
+
+class _MovieJob:
+    """The arguments that `turntable` and `animate` share, checked; errors begin with the name of the function."""
+
+    def __init__(
+        self, name: str, path: Any, width: Any, height: Any, options: dict[str, Any], flags: dict[str, Any],
+        folder: Any, keep: Any, progress: Progress | None, executor: Any,
+    ) -> None:  # fmt: skip
+        self.target = Path(checked_path(name, path))
+        width, height = check_size(width, height, name)
+        on = {key: check_flag(name, key, value) for key, value in flags.items()}
+        self.options = dict(width=width, height=height, **check_options(**options), **on)
+        self.keep, self.progress = check_flag(name, "keep", keep), progress
+        check_callback(name, "progress", progress)
+        self.workers = None if executor is None else as_workers(name, executor)
+        beside = self.target.with_name(f"{self.target.stem}-frames")
+        self.folder = beside if folder is None else Path(checked_path(name, folder, "folder"))
+
+    @property
+    def aspect(self) -> float:
+        """The width of a frame divided by its height."""
+        return float(self.options["width"] / self.options["height"])
+
+    def check_movie(self, frames: int, seconds: float) -> None:
+        """Raise for a movie that cannot be written, before its first frame is computed."""
+        check_movie(self.target, self.options["width"], self.options["height"], frames, seconds)
+        resolve_output(self.target)
+
+    def run(self, frames: Frames, subjects: list[Any], seconds: float) -> int:
+        """Compute the missing frames and write the movie; return the number of frames that were computed."""
+        if self.workers is None:
+            files, rendered = frames.render_missing(subjects, self.progress)
+        else:
+            files, rendered = frames.render_missing_on(self.workers, subjects, self.progress)
+        write_movie(self.target, files, seconds)
+        if not self.keep:
+            remove_frames(files, self.folder)
+        return rendered
+
+
+def remove_frames(files: list[Path], folder: Path) -> None:
+    """Remove frames, and their folder if it is empty then."""
+    for file in set(files):  # equal frames share a file
+        file.unlink(missing_ok=True)
+    with contextlib.suppress(OSError):
+        folder.rmdir()  # fails if other files are in it
+
+
+_MOST_FRAMES = 100_000
+
+
+def _check_count(name: str, field: str, value: Any) -> int:
+    """Return a number of frames or moments; raise ValueError for anything else."""
+    count = as_integer(value)
+    if count is None or not 1 <= count <= _MOST_FRAMES:
+        raise ValueError(f"{name}: {field} must be a whole number from 1 to {_MOST_FRAMES}, got {format_value(value)}")
+    return count
+
+
+# --- Turntables
 
 
 @ignore_fp_errors
@@ -213,65 +305,15 @@ def turntable(
         For a .mp4 without its encoder (extra `video`: `pip install ".[video]"` in the repository), before the first
         frame.
     """
-    scene, target = as_scene("turntable", scene), Path(checked_path("turntable", path))
-    width, height = check_size(width, height, "turntable")
-    count = as_integer(frames)
-    if count is None or not 1 <= count <= _MOST_TURNTABLE_FRAMES:
-        raise ValueError(
-            f"turntable: frames must be a whole number from 1 to {_MOST_TURNTABLE_FRAMES}, got {format_value(frames)}"
-        )
-    frames = count
+    scene = as_scene("turntable", scene)
+    options = dict(samples=samples, integrator=integrator, seed=seed, depth=depth)
+    flags = dict(axes=axes, labels=labels, normals=normals)
+    job = _MovieJob("turntable", path, width, height, options, flags, folder, keep, progress, executor)
+    frames = _check_count("turntable", "frames", frames)
     seconds = check_positive("turntable", "seconds", seconds)
-    options = check_options(samples, integrator, seed, depth)
-    options |= {
-        name: check_flag("turntable", name, on) for name, on in dict(axes=axes, labels=labels, normals=normals).items()
-    }
-    keep = check_flag("turntable", "keep", keep)
-    check_callback("turntable", "progress", progress)
     as_camera("turntable", camera)
-    workers = None if executor is None else as_workers("turntable", executor)
-    frame_folder = (
-        target.with_name(f"{target.stem}-frames")
-        if folder is None
-        else Path(checked_path("turntable", folder, "folder"))
-    )
-    # Before the first frame: both raise for a film that cannot be written
-    check_movie(target, width, height, int(frames), seconds)
-    resolve_output(target)
-    store = Frames(scene, frame_folder, dict(width=width, height=height, **options))
-    views = list(_views(scene, camera, frames, width / height))
-    files = [store.path(view) for view in views]
-    if workers is None:
-        rendered = _render_missing(store, list(zip(files, views, strict=True)), progress)
-    else:
-        # A dictionary, so that equal frames are rendered once
-        missing = {file: view for file, view in zip(files, views, strict=True) if not store.is_there(file)}
-        there, rendered = frames - len(missing), len(missing)
-
-        def report(done: int) -> None:
-            """Report frames, those that were there included."""
-            if progress is not None:
-                progress(there + done, frames)
-
-        store.render_on(workers, list(missing.items()), report)
-    write_movie(target, files, seconds)
-    if not keep:
-        remove_frames(files, frame_folder)
-    return rendered
-
-
-def _render_missing(
-    store: Frames, views: list[tuple[Path, AnyCamera]], progress: Callable[[int, int], Any] | None
-) -> int:
-    """Render the missing frames in this process; return their number."""
-    rendered, frames = 0, len(views)
-    for i, (file, view) in enumerate(views):
-        if not store.is_there(file):
-            store.render(file, view, progress and _turntable_progress(progress, i, frames))
-            rendered += 1
-        if progress is not None:
-            progress(i + 1, frames)
-    return rendered
+    job.check_movie(frames, seconds)
+    return job.run(Frames(scene, job.folder, job.options), list(_views(scene, camera, frames, job.aspect)), seconds)
 
 
 def _views(scene: Scene, camera: AnyCamera | None, frames: int, aspect: float) -> Iterator[AnyCamera]:
@@ -292,26 +334,7 @@ def _views(scene: Scene, camera: AnyCamera | None, frames: int, aspect: float) -
         )
 
 
-def _turntable_progress(progress: Callable[[int, int], Any], frame: int, frames: int) -> Callable[[int, int], None]:
-    """Return a function that reports the progress of one frame as that of all frames, in tiles."""
-
-    def report(done: int, count: int) -> None:
-        progress(frame * count + done, frames * count)
-
-    return report
-
-
-def remove_frames(files: list[Path], folder: Path) -> None:
-    """Remove frames, and their folder if it is empty then."""
-    for file in set(files):  # equal frames share a file
-        file.unlink(missing_ok=True)
-    with contextlib.suppress(OSError):
-        folder.rmdir()  # fails if other files are in it
-
-
 # --- Films of scenes that move by keyframes
-
-_MOST_FILM_FRAMES = 100_000
 
 
 class FilmFrames(Frames):
@@ -327,11 +350,11 @@ class FilmFrames(Frames):
         light = lower_scene_light(scene, view, options["integrator"]) or lower_scene_shading(scene, view)
         self._film = digest_of(self._key, type(view).__name__, view, light, scene.animation, aperture, times)
 
-    def path_at(self, time: float) -> Path:
+    def path(self, time: Any) -> Path:
         """Return where the frame of a time is, or will be."""
         return self.folder / f"{digest_of(self._film, time).hex()}.png"
 
-    def render_at(self, path: Path, time: float, progress: Any) -> None:
+    def render(self, path: Path, time: Any, progress: Progress | None) -> None:
         """Compute the frame of a time and write its file."""
         self._write(path, render_moment(self.scene, self._frame_options, time, progress))
 
@@ -427,37 +450,20 @@ def animate(
     ValueError
         For a scene without an animation, and a film that cannot be written, before the first frame.
     """
-    scene, target = as_scene("animate", scene), Path(checked_path("animate", path))
-    width, height = check_size(width, height)
+    scene = as_scene("animate", scene)
+    options = dict(samples=samples, integrator=integrator, seed=seed, depth=depth)
+    flags = dict(axes=axes, labels=labels, normals=normals)
+    job = _MovieJob("animate", path, width, height, options, flags, folder, keep, progress, executor)
     start, length, count = _extent(scene, frames, seconds, start)
     open_share = check_number("animate", "shutter", shutter)
     if not 0 <= open_share <= 1:
         raise ValueError(f"animate: shutter must be in [0, 1], a share of the time of a frame, got {open_share:g}")
-    options = check_options(samples, integrator, seed, depth) | {
-        name: check_flag("animate", name, on) for name, on in dict(axes=axes, labels=labels, normals=normals).items()
-    }
-    check_callback("animate", "progress", progress)
     view = as_camera("animate", camera)
-    workers = None if executor is None else as_workers("animate", executor)
-    # Before the first frame: both raise for a film that cannot be written
-    check_movie(target, width, height, count, length)
-    resolve_output(target)
-    default_folder = target.with_name(f"{target.stem}-frames")
-    frame_folder = default_folder if folder is None else Path(checked_path("animate", folder, "folder"))
+    job.check_movie(count, length)
     step = length / count
-    store = FilmFrames(
-        scene, frame_folder, dict(width=width, height=height, **options), view, open_share * step, _moments(times)
-    )
-    moments = [start + k * step for k in range(count)]
-    files = (
-        _render_moments(store, moments, progress)
-        if workers is None
-        else _render_moments_on(store, moments, workers, progress)
-    )
-    write_movie(target, [file for file, _ in files], length)
-    if not check_flag("animate", "keep", keep):
-        remove_frames([file for file, _ in files], frame_folder)
-    return sum(new for _, new in files)
+    moments = None if times is None else _check_count("animate", "times", times)
+    store = FilmFrames(scene, job.folder, job.options, view, open_share * step, moments)
+    return job.run(store, [start + k * step for k in range(count)], length)
 
 
 def frame_count(scene: Scene, frames: Any, seconds: Any, start: Any) -> int:
@@ -473,68 +479,6 @@ def _extent(scene: Scene, frames: Any, seconds: Any, start: Any) -> tuple[float,
     if seconds is None and not end > begin:
         raise ValueError(f"animate: seconds must be given if the last key, {end:g}, is not after start, {begin:g}")
     length = check_positive("animate", "seconds", end - begin if seconds is None else seconds)
-    return begin, length, _count(frames, length)
-
-
-def _count(frames: Any, length: float) -> int:
-    """Return the number of frames; the default is 24 a second."""
-    if frames is None:
-        return max(1, round(24 * length))
-    count = as_integer(frames)
-    if count is None or not 1 <= count <= _MOST_FILM_FRAMES:
-        raise ValueError(
-            f"animate: frames must be a whole number from 1 to {_MOST_FILM_FRAMES}, got {format_value(frames)}"
-        )
-    return count
-
-
-def _moments(times: Any) -> int | None:
-    """Return the number of moments of one frame, or None for the default."""
-    if times is None:
-        return None
-    count = as_integer(times)
-    if count is None or not 1 <= count <= _MOST_FILM_FRAMES:
-        raise ValueError(
-            f"animate: times must be a whole number from 1 to {_MOST_FILM_FRAMES}, got {format_value(times)}"
-        )
-    return count
-
-
-def _render_moments(store: FilmFrames, times: list[float], progress: Any) -> list[tuple[Path, bool]]:
-    """Return the files of all frames, and whether each is new."""
-    files = []
-    for k, time in enumerate(times):
-        file = store.path_at(time)
-        missing = not store.is_there(file)
-        if missing:
-            store.render_at(file, time, progress and _film_progress(progress, k, len(times)))
-        files.append((file, missing))
-        if progress is not None:
-            progress(k + 1, len(times))
-    return files
-
-
-def _render_moments_on(
-    store: FilmFrames, times: list[float], workers: Workers, progress: Any
-) -> list[tuple[Path, bool]]:
-    """Return the same as `_render_moments`, with a task on workers for each missing file."""
-    files = [store.path_at(time) for time in times]
-    missing = {file: time for file, time in zip(files, times, strict=True) if not store.is_there(file)}
-    there = len(files) - len(missing)
-
-    def report(done: int) -> None:
-        if progress is not None:
-            progress(there + done, len(times))
-
-    store.render_on(workers, list(missing.items()), report)
-    new = set(missing)  # of equal frames only the first counts as rendered
-    frames = []
-    for file in files:
-        frames.append((file, file in new))
-        new.discard(file)
-    return frames
-
-
-def _film_progress(progress: Callable[[int, int], Any], frame: int, frames: int) -> Callable[[int, int], None]:
-    """Return a function that reports the progress of one frame as that of all frames."""
-    return lambda done, count: progress(frame * count + done, frames * count)
+    # The default is 24 frames a second
+    count = max(1, round(24 * length)) if frames is None else _check_count("animate", "frames", frames)
+    return begin, length, count
