@@ -16,7 +16,7 @@ from .body import Body, bodies_table
 from .bulk import Bulk, Spheres
 from .instances import InstanceList
 from .instances_edited import EditedInstances, InstanceOrigins, collect_instances
-from .shape import Shape, Solid
+from .shape import Boolean, Shape, Solid
 from .tracks import BodyTrack
 
 _SUGGESTED = 1000
@@ -147,19 +147,30 @@ def refuse_unknown_tracks(bodies: Bodies, animation: tuple[Any, ...]) -> None:
                 raise KeyError(f"Scene: animation[{i}]: {error.args[0]}") from None
 
 
-def boxes_of(bodies: Bodies, prepared: Callable[[], FloatArray] | None) -> FloatArray:
+def boxes_of(bodies: Bodies, prepared: Callable[[], FloatArray], is_prepared: bool) -> FloatArray:
     """Return boxes around bodies, (n, 6) low and high: one for each body, or one for each group of moved copies.
 
-    `prepared` returns the boxes of the prepared scene, if there is one. They are the same to the bit, except those of
-    bulk balls, which are an ulp wider and are not used. It is a function because these boxes may be lazy.
+    They do not depend on whether the scene is prepared: its boxes are those of the shapes to the bit, except those of
+    Boolean solids, which always come from it, and those of bulk balls, which never do.
+
+    Parameters
+    ----------
+    bodies : Bodies
+        The bodies.
+    prepared : callable
+        Prepares the scene, and returns its boxes. It is called only if they are used.
+    is_prepared : bool
+        Whether the scene is prepared.
     """
     if isinstance(bodies, InstanceList):
-        boxes = bodies.boxes
-    elif prepared is None or any(isinstance(body.shape, Spheres) for body in bodies):
-        boxes = [body.shape.bounds for body in bodies]
-    else:
-        return prepared()
-    return np.array(boxes, np.float64).reshape(-1, 6)
+        return np.array(bodies.boxes, np.float64).reshape(-1, 6)
+    if not is_prepared and not any(isinstance(body.shape, Boolean) for body in bodies):
+        return np.array([body.shape.bounds for body in bodies], np.float64).reshape(-1, 6)
+    boxes = np.array(prepared(), np.float64).reshape(-1, 6)
+    for k, body in enumerate(bodies):
+        if isinstance(body.shape, Spheres):
+            boxes[k] = np.concatenate(body.shape.bounds)
+    return boxes
 
 
 def refuse_second(lights: Any) -> None:

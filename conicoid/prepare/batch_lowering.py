@@ -22,23 +22,12 @@ from ..geometry.transform import IDENTITY_MOTION, Motion, Step
 from ..kernels.tables import Floats, Ints, Longs, Signs
 from ..materials.material import Material
 from ..numerics.tracing import Tape, TracedFloat
-from .csg_batch import (
-    FORMS,
-    CsgArray,
-    CsgBatch,
-    CsgComposition,
-    CsgPlan,
-    PrimitiveForm,
-    box_columns,
-    csg_boxes,
-    csg_plan,
-    exceeds_translation,
-    is_subclass,
-    placed_primitives,
-)
+from .csg_batch import CsgArray, CsgBatch, CsgComposition, exceeds_translation
+from .csg_bounds import bound_bodies, box_columns
+from .csg_plan import FORMS, CsgPlan, PrimitiveForm, csg_plan, is_subclass, placed_primitives
 from .lower_shape import LoweredShape, compute_shape
 from .motion_batch import MotionBatch, MotionChains, count_translations, input_motion
-from .pattern import BOX_NUMBERS, FRAME_NUMBERS, BodyPattern, RowTable, row_blocks
+from .pattern import FRAME_NUMBERS, BodyPattern, RowTable
 from .pytree import flatten, flatten_all, positions_by_key, unflatten
 from .tape import recording_cache
 from .tape.program import NO_INPUTS, WideInputs
@@ -503,11 +492,11 @@ class BatchLowering:
             parts = [rows.of(places[some, part]) for part in range(count)]
             # The leaves of the others have the same forms
             leaves = [leaf for leaf, _ in like.of(int(chosen[0]))[1].leaves]
-            boxes, known_boxes = _csg_boxes_in_blocks(key, leaves, parts)
-            others = np.flatnonzero(~known_boxes)
+            boxes, certain = bound_bodies(key, leaves, [rows.forms[form] for form in forms], parts)
+            others = np.flatnonzero(~certain)
             if len(others):
-                narrowed = [like.of(i) for i in chosen[others].tolist()]
-                boxes[others] = _narrow_bounds(narrowed, [box_columns(part[others]) for part in parts])
+                uncertain = [like.of(i) for i in chosen[others].tolist()]
+                boxes[others] = _exact_bounds(uncertain, [box_columns(part[others]) for part in parts])
             results.append((composition.pattern, bodies[chosen], composition.rows(parts, boxes, frames[some])))
             for i in chosen.tolist() if plan.painted else ():
                 painted = like.plans[i].painted if isinstance(like, CsgBatch) else like.of(i)[1].painted
@@ -523,18 +512,8 @@ class BatchLowering:
                 paints.setdefault(face, material)
 
 
-def _csg_boxes_in_blocks(
-    key: Sequence[Hashable], leaves: Sequence[Shape], parts: Sequence[RowTable]
-) -> tuple[Floats, Any]:
-    """`csg_boxes`, in blocks of bodies."""
-    boxes, known = np.empty((len(parts[0]), BOX_NUMBERS)), np.empty(len(parts[0]), bool)
-    for some in row_blocks(len(boxes)):
-        boxes[some], known[some] = csg_boxes(key, leaves, [part[some] for part in parts])
-    return boxes, known
-
-
-def _narrow_bounds(bodies: Sequence[tuple[Boolean, CsgPlan]], parts: Sequence[Floats]) -> Floats:
-    """Compute bounds of bodies whose parts may narrow one another, from the boxes of their parts."""
+def _exact_bounds(bodies: Sequence[tuple[Boolean, CsgPlan]], parts: Sequence[Floats]) -> Floats:
+    """Compute bounds of bodies in numbers of 3000 bits, from the boxes of their parts."""
     found = np.empty((len(bodies), 6))
     for row, (shape, plan) in enumerate(bodies):
         known = {

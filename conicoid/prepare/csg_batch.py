@@ -1,94 +1,25 @@
-"""Boolean bodies in batches: plans of how they are built, bounds, and composition from the rows of their primitives."""
+"""Boolean bodies in batches, and their composition from the rows of their primitives."""
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, field
-from functools import cache, lru_cache
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from ..geometry.bounds.intersection import BoundsKind, are_balls_or_boxes, bound_ball_intersections
 from ..geometry.bulk import Bulk
 from ..geometry.cell import Cell, Not, Tree
-from ..geometry.shape import Boolean, Complement, Difference, Intersection, Painted, PrimitiveSolid, Shape, Solid, Union
-from ..geometry.transform import Motion, Step
+from ..geometry.shape import Boolean
+from ..geometry.transform import Motion
 from ..kernels.tables import CELL, REGION, Floats, Ints
-from ..materials.material import Material
 from .assembly import UNBOUNDED, Assembly, SurfaceSlot
-from .lower_shape import EMPTY_BOX, combine_trees, cullable_cells, widen_boxes
+from .csg_bounds import box_columns
+from .csg_plan import CsgPlan, PrimitiveForm, csg_plan, fold_plan
+from .lower_shape import combine_trees, cullable_cells, widen_boxes
 from .pattern import BOX_NUMBERS, FRAME_NUMBERS, BodyPattern, RowTable, row_blocks
-
-
-@dataclass(slots=True)
-class CsgPlan:
-    """The structure of a Boolean body, and its primitives from left to right with the steps that move each."""
-
-    key: tuple[Hashable, ...]
-    leaves: list[tuple[Shape, tuple[Step, ...]]]
-    painted: list[tuple[int, int, Material]]  # (first leaf, last leaf, material), from the innermost paint outward
-
-
-@cache
-def is_subclass(kind: Any, of: Any) -> bool:
-    """Cached `issubclass`: it is called for every node."""
-    return issubclass(kind, of)
-
-
-def csg_plan(solid: Boolean, still: bool = False) -> CsgPlan | None:
-    """Build the plan of a solid; None where it holds more than primitives and Boolean nodes.
-
-    With `still` the solid's own motion, which comes last among the steps of every leaf, is left out.
-    """
-    key: list[Hashable] = []
-    leaves: list[tuple[Shape, tuple[Step, ...]]] = []
-    painted: list[tuple[int, int, Material]] = []
-    pending: list[tuple[Any, tuple[Step, ...], int]] = [(solid, (), -1)]
-    while pending:
-        node, steps, first = pending.pop()
-        if first >= 0:
-            painted.append((first, len(leaves), node.material))
-            continue
-        mine = () if still and node is solid else node.motion.steps
-        inner = mine + steps if mine else steps
-        kind: Any = type(node)
-        if is_subclass(kind, Boolean):
-            operands = node.operands
-            key.append((kind, len(operands)))
-            if kind is Painted:
-                pending.append((node, steps, len(leaves)))
-            pending.extend((part, inner, -1) for part in reversed(operands))
-        elif is_subclass(kind, PrimitiveSolid):
-            key.append(kind)
-            leaves.append((node, inner))
-        else:
-            return None
-    return CsgPlan(tuple(key), leaves, painted)
-
-
-def placed_primitives(shape: Shape) -> list[tuple[Shape, tuple[Step, ...]]]:
-    """List the primitives of a shape with the steps that move each; the shape itself where it has no plan."""
-    plan = csg_plan(shape) if isinstance(shape, Boolean) else None
-    return [(shape, shape.motion.steps)] if plan is None else plan.leaves
-
-
-def fold_plan(key: Sequence[Hashable], leaves: Sequence[Any], combined: Callable[[Any, list[Any]], Any]) -> Any:
-    """Fold a plan over one value for each leaf, from the leaves up: `combined(node type, operands)`."""
-    results: list[Any] = []
-    rest = list(leaves)
-    for entry in reversed(key):  # nodes come before their operands
-        if not isinstance(entry, tuple):
-            results.append(rest.pop())
-            continue
-        kind, count = entry
-        parts = results[-count:][::-1]
-        del results[-count:]
-        results.append(combined(kind, parts))
-    return results[0]
-
 
 # Boolean bodies of one plan: listed one by one, or many in one entry
 
@@ -179,152 +110,11 @@ def translation_frame(motion: Motion) -> Any:
     return np.array(Motion(motion.steps).inverse_rows).ravel() if motion.steps else _IN_PLACE
 
 
-# Bounds of Boolean bodies of one plan from the boxes of their primitives, where these suffice
-#
-# They are the bounds that `region_bounds` computes with more work: a union surrounds its parts, and the
-# parts of an intersection narrow one another. Where only one part of an intersection has a bound, and the others are
-# complements of shapes with an unbounded outside, the box is that part's. Where several parts have bounds, and these
-# are balls and axis-aligned boxes, it is that of `geometry.bounds.intersection`.
-
-Mask = npt.NDArray[np.bool_]
-
-
-def box_columns(rows: RowTable) -> Floats:
-    """Return the boxes in rows of primitives without polygons: these rows end with box and frame."""
-    boxes: Floats = rows[:, -BOX_NUMBERS - FRAME_NUMBERS : -FRAME_NUMBERS]
-    return boxes
-
-
-@dataclass
-class _BoundPart:
-    """One primitive of each body: its boxes, its type, and its rows."""
-
-    boxes: Floats
-    kind: BoundsKind
-    rows: RowTable
-
-    @property
-    def is_ball(self) -> bool:
-        """Is it a ball, where `simple` holds?"""
-        return self.kind == "ball"
-
-    def simple(self) -> Mask:
-        """Return for which bodies it is a ball, or an axis-aligned box."""
-        return are_balls_or_boxes(self.kind, self.rows[:, -FRAME_NUMBERS:].reshape(-1, 3, 4)[:, :, :3])
-
-
-@dataclass
-class _BoundNode:
-    """A node of a plan: its boxes (None for all of space), and for which bodies they are right.
-
-    `hole`: nothing bounds the outside of the node. `parts`: the primitives whose intersection holds the node; None for
-    a union.
-    """
-
-    boxes: Floats | None
-    known: Mask
-    hole: bool = False
-    parts: tuple[_BoundPart, ...] | None = ()
-
-
-def csg_boxes(key: Sequence[Hashable], leaves: Sequence[Shape], rows: Sequence[RowTable]) -> tuple[Floats, Mask]:
-    """Compute the boxes (n, 6) of bodies from rows of their primitives.
-
-    Return also for which of them they are known.
-    """
-    primitives = [_primitive_bounds(shape, of_part) for shape, of_part in zip(leaves, rows, strict=True)]
-    whole: _BoundNode = fold_plan(key, primitives, _combine_bounds)
-    found = whole.boxes
-    if found is None:
-        return np.tile(np.array(UNBOUNDED), (len(rows[0]), 1)), whole.known
-    return np.where(np.asarray((found[:, :3] > found[:, 3:]).any(axis=1))[:, None], EMPTY_BOX, found), whole.known
-
-
-def _primitive_bounds(shape: Shape, rows: RowTable) -> _BoundNode:
-    boxes = box_columns(rows)
-    part = _BoundPart(boxes, shape.bounds_kind, rows)
-    return _BoundNode(boxes, np.ones(len(rows), bool), _is_hole(shape), (part,))
-
-
-def _is_hole(shape: Shape) -> bool:
-    """Return whether the outside of a primitive is unbounded; cached with the shape, which copies of a body share."""
-    found: bool | None = shape.kept.get("hole")
-    if found is None:
-        found = shape.kept["hole"] = isinstance(shape, Solid) and shape.has_unbounded_outside()
-    return found
-
-
-def _combine_bounds(kind: Hashable, parts: Sequence[_BoundNode]) -> _BoundNode:
-    """Combine operands to a node of a type."""
-    known = np.asarray(np.logical_and.reduce([part.known for part in parts]))
-    nowhere = _BoundNode(None, np.zeros(len(known), bool), False, None)
-    if kind is Complement:
-        return _BoundNode(None, known) if parts[0].hole else nowhere
-    if kind is Painted or len(parts) == 1:
-        return parts[0]
-    if kind is Union:
-        every = [part.boxes for part in parts]
-        boxes = [each for each in every if each is not None]
-        around = _union_boxes(boxes) if len(boxes) == len(every) else None
-        return _BoundNode(around, known, all(part.hole for part in parts), None)
-    inside, outside = (parts[:1], parts[1:]) if kind is Difference else (parts, ())
-    if not all(part.hole for part in outside) or kind not in (Difference, Intersection):
-        return nowhere
-    bounded = [part for part in inside if part.boxes is not None]
-    if len(bounded) < 2:
-        one = bounded[0] if bounded else _BoundNode(None, known)
-        return _BoundNode(one.boxes, known, False, one.parts)
-    if any(part.parts is None for part in bounded):  # `region_bounds` would pass planes on to the parts of a union
-        return nowhere
-    common = tuple(each for part in bounded for each in part.parts or ())
-    boxes_in_common, good = _intersect_boxes(common)
-    return _BoundNode(boxes_in_common, known & good, False, common)
-
-
-def _union_boxes(boxes: Sequence[Floats]) -> Floats:
-    """Compute boxes around boxes, row by row; empty ones do not count."""
-    low = np.full((len(boxes[0]), 3), np.inf)
-    high = -low
-    for box in boxes:
-        held = np.asarray((box[:, :3] <= box[:, 3:]).all(axis=1))[:, None]
-        low = np.where(held, np.minimum(low, box[:, :3]), low)
-        high = np.where(held, np.maximum(high, box[:, 3:]), high)
-    return np.concatenate([low, high], axis=1)
-
-
-def _intersect_boxes(parts: Sequence[_BoundPart]) -> tuple[Floats, Mask]:
-    """Return (boxes around the intersection of primitives, for which bodies these are known)."""
-    boxes, good = bound_ball_intersections([part.boxes for part in parts], [part.is_ball for part in parts])
-    return boxes, np.asarray(np.logical_and.reduce([good, *(part.simple() for part in parts)]))
-
-
 # Composition: the pattern and rows of Boolean bodies from those of their primitives
 #
 # A `CsgPlan` gives the tree of Boolean nodes with places for the primitives. The form of each primitive
 # (`PrimitiveForm`: pattern and tree of cells) and the plan give the body's pattern, and the source of each of its
 # columns.
-
-
-@dataclass(frozen=True, eq=False)
-class PrimitiveForm:
-    """The lowered structure of primitives of one kind. There is one object of each (`PrimitiveForms`)."""
-
-    pattern: BodyPattern
-    tree: Tree | None
-
-
-class PrimitiveForms:
-    """A registry of forms: equal pattern and tree give the same object."""
-
-    def __init__(self) -> None:
-        self._known: dict[Hashable, PrimitiveForm] = {}
-
-    def of(self, pattern: BodyPattern, tree: Tree | None) -> PrimitiveForm:
-        """Return the form of a pattern and a tree."""
-        return self._known.setdefault((pattern, tree), PrimitiveForm(pattern, tree))
-
-
-FORMS = PrimitiveForms()
 
 
 @dataclass

@@ -20,7 +20,7 @@ from ..geometry.shape import PrimitiveSolid, Shape
 from ..geometry.surface import Surface
 from ..geometry.transform import IDENTITY_MOTION, Motion, Step, Translate
 from ..kernels.tables import PLANE, PLANE_SIZE
-from .csg_batch import placed_primitives
+from .csg_plan import placed_primitives
 from .instances import PrimitiveCache
 from .lower_shape import BodyFaces, lower_shape, world_tree
 from .pattern import SIZES

@@ -25,7 +25,7 @@ from ..kernels.tables import MAP_SIZE, PLANE, PLANE_SIZE, SPHERE, Floats
 from ..numerics.tracing import Tape, TracedFloat
 from .assembly import CENTER_TOLERANCE, Assembly
 from .batch_lowering import BatchLowering
-from .csg_batch import placed_primitives
+from .csg_plan import placed_primitives
 from .lower_shape import BodyFaces, LoweredShape, lower_shape, own_frame, surface_numbers, world_tree
 from .motion_batch import POINT_SIZE, PointPlaneMover
 from .pattern import SIZES, BodyPattern, FactoredRows, IndexedColumns, Offsets

@@ -36,9 +36,9 @@ from ..kernels.tables import CELL, REGION, Floats
 from ..materials.material import Material
 from ..numerics import bigfloat_linalg as ex
 from .assembly import Assembly, SurfaceRecord, round_numbers, rounding_rests
-from .pattern import BodyPattern
-
-EMPTY_BOX = np.array([np.inf] * 3 + [-np.inf] * 3)
+from .csg_bounds import EMPTY_BOX, bound_bodies
+from .csg_plan import PrimitiveForm, csg_plan
+from .pattern import BodyPattern, RowTable
 
 
 @dataclass(frozen=True, eq=False)
@@ -340,6 +340,17 @@ def _box(shape: Shape) -> list[float]:
     """Return the bounds of a shape as six numbers."""
     if isinstance(shape, Primitive) and type(shape).bounds_under is Primitive.bounds_under:
         return shape.ends(shape.under())
+    plan = csg_plan(shape) if isinstance(shape, Boolean) else None
+    if plan is not None:
+        # As in batches, to the bit
+        shapes = [leaf for leaf, _ in plan.leaves]
+        parts = [compute_shape(dataclasses.replace(leaf, motion=Motion(steps))) for leaf, steps in plan.leaves]
+        forms = [PrimitiveForm(part.pattern, part.tree) for part in parts]
+        rows = [RowTable.of(np.array([part.row]), np.arange(len(part.row), dtype=np.int32)) for part in parts]
+        boxes, certain = bound_bodies(plan.key, shapes, forms, rows)
+        if certain[0]:
+            found: list[float] = boxes[0].tolist()
+            return found
     low, high = shape.bounds
     return [*low.tolist(), *high.tolist()]
 

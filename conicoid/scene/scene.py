@@ -241,7 +241,11 @@ class Scene:
     @property
     @ignore_fp_errors
     def bounds(self) -> Bounds:
-        """(low, high) around all bodies; ±inf where unbounded, (inf, -inf) for an empty scene."""
+        """(low, high) around all bodies; ±inf where unbounded, (inf, -inf) for an empty scene.
+
+        They hold the bodies, and are rounded outward once; around a Boolean solid they may be wider by 10⁻⁹ of its
+        size, where `shape.bounds` of the solid is tight.
+        """
         from ..geometry.bounds.aabb import enclose_rows
 
         return Bounds(*enclose_rows(self._boxes()))
@@ -348,9 +352,8 @@ class Scene:
         return self._firsts
 
     def _boxes(self) -> FloatArray:
-        """Return boxes around the bodies; those of the prepared scene, if there is one, need no computation."""
-        prepared = self._cached_prepared
-        return boxes_of(self._bodies, None if prepared is None else lambda: prepared.lowered.boxes)
+        """Return boxes around the bodies."""
+        return boxes_of(self._bodies, lambda: self._prepared.lowered.boxes, self._cached_prepared is not None)
 
     # --- Edits: new scenes, which reuse the prepared tables of the old one and prepare only the difference
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
@@ -43,13 +45,24 @@ def test_a_plane_beside_the_vertex_costs_no_digits(residue: float) -> None:
         np.testing.assert_allclose([*low, *high], [-2, -2, 0, 2, 2, 4], rtol=1e-12, atol=1e-12)
 
 
-def check_pairs(seed: int, count: int) -> int:
+def exact_bounds(solid: Any) -> Any:
+    """The box that `geometry.bounds` finds, in numbers of 3000 bits."""
+    return solid.bounds
+
+
+def prepared_bounds(solid: Any) -> Any:
+    """The box that `prepare.csg_bounds` finds, in floats."""
+    box = co.Scene([solid])._prepared.lowered.boxes[0]
+    return box[:3], box[3:]
+
+
+def check_pairs(seed: int, count: int, bounds: Callable[[Any], Any] = exact_bounds) -> int:
     """How many points were held against bounds."""
     checked = 0
     for k in range(count):
         rng = np.random.default_rng([seed, k])
         pair = random_pair(rng)
-        low, high = pair.solid.bounds
+        low, high = bounds(pair.solid)
         assert not np.isnan([low, high]).any(), (seed, k)
         for point in extreme_points(pair, rng):
             place = pair.world(point)
@@ -85,6 +98,26 @@ def test_bounds_hold_what_is_inside() -> None:
 
 
 @pytest.mark.deep
+@pytest.mark.parametrize("bounds", [exact_bounds, prepared_bounds])
 @pytest.mark.parametrize("seed", range(1, 11))
-def test_bounds_hold_what_is_inside_of_many(seed: int) -> None:
-    assert check_pairs(seed, DEEP // 10) > DEEP // 10
+def test_bounds_hold_what_is_inside_of_many(seed: int, bounds: Callable[[Any], Any]) -> None:
+    assert check_pairs(seed, DEEP // 10, bounds) > DEEP // 10
+
+
+def test_prepared_bounds_hold_what_is_inside() -> None:
+    assert check_pairs(11, FAST, prepared_bounds) > FAST
+
+
+def test_prepared_bounds_are_as_tight_as_exact_ones() -> None:
+    solids = [random_pair(np.random.default_rng([12, k])).solid for k in range(FAST)]
+    boxes = co.Scene(solids)._prepared.lowered.boxes
+    finite = np.isfinite(boxes).all(axis=1)
+    assert finite.sum() > FAST // 2
+    for k, solid in enumerate(solids):
+        exact, box = np.concatenate(solid.bounds), boxes[k]
+        if finite[k]:
+            # Infinite exact ends would be as if the box were tighter
+            wider, size = np.maximum(exact[:3] - box[:3], box[3:] - exact[3:]), (exact[3:] - exact[:3]).max()
+            assert (wider <= 1e-6 * size).all(), k
+        # In a scene of many as alone, to the bit
+        np.testing.assert_array_equal(box, np.concatenate(prepared_bounds(solid)))

@@ -10,7 +10,7 @@ import pytest
 
 import conicoid as co
 from conicoid.prepare.batch_lowering import BatchLowering
-from conicoid.prepare.csg_batch import csg_plan
+from conicoid.prepare.csg_plan import csg_plan
 from conicoid.prepare.lower_shape import compute_shape
 from conicoid.prepare.tape import recording_cache as recordings
 

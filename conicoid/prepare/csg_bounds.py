@@ -1,0 +1,304 @@
+"""Boxes around Boolean bodies of one plan, from the rows of their primitives."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Sequence
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from ..geometry.bounds.intersection import BoundsKind, are_balls_or_boxes, bound_ball_intersections
+from ..geometry.cell import All, Any_, Cell, Not, Tree
+from ..geometry.shape import Complement, Difference, Intersection, Painted, Shape, Solid, Union
+from ..kernels.tables import PLANE, PLANE_SIZE, QUADRIC_SIZE, SPHERE, Floats, Signs
+from .csg_plan import PrimitiveForm, fold_plan
+from .pattern import BOX_NUMBERS, FRAME_NUMBERS, RowTable, row_blocks
+from .region_extent import MAX_PLANES, SIDES, narrow_csg_boxes
+
+Mask: TypeAlias = npt.NDArray[np.bool_]
+EMPTY_BOX = np.array([np.inf] * 3 + [-np.inf] * 3)
+UNBOUNDED_BOX = -EMPTY_BOX
+
+
+def bound_bodies(
+    key: Sequence[Hashable], shapes: Sequence[Shape], forms: Sequence[PrimitiveForm], rows: Sequence[RowTable]
+) -> tuple[Floats, Mask]:
+    """Return boxes (n, 6) around Boolean bodies of one plan, and which of them are certain (n,).
+
+    Parameters
+    ----------
+    key : sequence
+        The plan, as `CsgPlan.key`.
+    shapes, forms, rows : sequences
+        The primitives of one of the bodies; the forms and rows of the primitives of all.
+    """
+    boxes, certain = np.empty((len(rows[0]), BOX_NUMBERS)), np.empty(len(rows[0]), bool)
+    for some in row_blocks(len(boxes)):
+        boxes[some], certain[some] = _simple_boxes(key, shapes, [part[some] for part in rows])
+    others = np.flatnonzero(~certain)
+    if len(others):
+        boxes[others], certain[others] = _narrow_boxes(key, shapes, forms, [part[others] for part in rows])
+    return boxes, certain
+
+
+# Bounds of Boolean bodies of one plan from the boxes of their primitives, where these suffice
+#
+# They are the bounds that `region_bounds` computes with more work: a union surrounds its parts, and the
+# parts of an intersection narrow one another. Where only one part of an intersection has a bound, and the others are
+# complements of shapes with an unbounded outside, the box is that part's. Where several parts have bounds, and these
+# are balls and axis-aligned boxes, it is that of `geometry.bounds.intersection`.
+
+
+def box_columns(rows: RowTable) -> Floats:
+    """Return the boxes in rows of primitives without polygons: these rows end with box and frame."""
+    boxes: Floats = rows[:, -BOX_NUMBERS - FRAME_NUMBERS : -FRAME_NUMBERS]
+    return boxes
+
+
+@dataclass
+class _BoundPart:
+    """One primitive of each body: its boxes, its type, and its rows."""
+
+    boxes: Floats
+    kind: BoundsKind
+    rows: RowTable
+
+    @property
+    def is_ball(self) -> bool:
+        """Is it a ball, where `simple` holds?"""
+        return self.kind == "ball"
+
+    def simple(self) -> Mask:
+        """Return for which bodies it is a ball, or an axis-aligned box."""
+        return are_balls_or_boxes(self.kind, self.rows[:, -FRAME_NUMBERS:].reshape(-1, 3, 4)[:, :, :3])
+
+
+@dataclass
+class _BoundNode:
+    """A node of a plan: its boxes (None for all of space), and for which bodies they are right.
+
+    `hole`: nothing bounds the outside of the node. `parts`: the primitives whose intersection holds the node; None for
+    a union.
+    """
+
+    boxes: Floats | None
+    known: Mask
+    hole: bool = False
+    parts: tuple[_BoundPart, ...] | None = ()
+
+
+def _simple_boxes(key: Sequence[Hashable], leaves: Sequence[Shape], rows: Sequence[RowTable]) -> tuple[Floats, Mask]:
+    """Compute the boxes (n, 6) of bodies from rows of their primitives.
+
+    Return also for which of them they are known.
+    """
+    primitives = [_primitive_bounds(shape, of_part) for shape, of_part in zip(leaves, rows, strict=True)]
+    whole: _BoundNode = fold_plan(key, primitives, _combine_bounds)
+    found = whole.boxes
+    if found is None:
+        return np.tile(UNBOUNDED_BOX, (len(rows[0]), 1)), whole.known
+    return np.where(np.asarray((found[:, :3] > found[:, 3:]).any(axis=1))[:, None], EMPTY_BOX, found), whole.known
+
+
+def _primitive_bounds(shape: Shape, rows: RowTable) -> _BoundNode:
+    boxes = box_columns(rows)
+    part = _BoundPart(boxes, shape.bounds_kind, rows)
+    return _BoundNode(boxes, np.ones(len(rows), bool), _is_hole(shape), (part,))
+
+
+def _is_hole(shape: Shape) -> bool:
+    """Return whether the outside of a primitive is unbounded; cached with the shape, which copies of a body share."""
+    found: bool | None = shape.kept.get("hole")
+    if found is None:
+        found = shape.kept["hole"] = isinstance(shape, Solid) and shape.has_unbounded_outside()
+    return found
+
+
+def _combine_bounds(kind: Hashable, parts: Sequence[_BoundNode]) -> _BoundNode:
+    """Combine operands to a node of a type."""
+    known = np.asarray(np.logical_and.reduce([part.known for part in parts]))
+    nowhere = _BoundNode(None, np.zeros(len(known), bool), False, None)
+    if kind is Complement:
+        return _BoundNode(None, known) if parts[0].hole else nowhere
+    if kind is Painted or len(parts) == 1:
+        return parts[0]
+    if kind is Union:
+        every = [part.boxes for part in parts]
+        boxes = [each for each in every if each is not None]
+        around = _union_boxes(boxes) if len(boxes) == len(every) else None
+        return _BoundNode(around, known, all(part.hole for part in parts), None)
+    inside, outside = (parts[:1], parts[1:]) if kind is Difference else (parts, ())
+    if not all(part.hole for part in outside) or kind not in (Difference, Intersection):
+        return nowhere
+    bounded = [part for part in inside if part.boxes is not None]
+    if len(bounded) < 2:
+        one = bounded[0] if bounded else _BoundNode(None, known)
+        return _BoundNode(one.boxes, known, False, one.parts)
+    if any(part.parts is None for part in bounded):  # `region_bounds` would pass planes on to the parts of a union
+        return nowhere
+    common = tuple(each for part in bounded for each in part.parts or ())
+    boxes_in_common, good = _intersect_boxes(common)
+    return _BoundNode(boxes_in_common, known & good, False, common)
+
+
+def _union_boxes(boxes: Sequence[Floats]) -> Floats:
+    """Compute boxes around boxes, row by row; empty ones do not count."""
+    low = np.full((len(boxes[0]), 3), np.inf)
+    high = -low
+    for box in boxes:
+        held = np.asarray((box[:, :3] <= box[:, 3:]).all(axis=1))[:, None]
+        low = np.where(held, np.minimum(low, box[:, :3]), low)
+        high = np.where(held, np.maximum(high, box[:, 3:]), high)
+    return np.concatenate([low, high], axis=1)
+
+
+def _intersect_boxes(parts: Sequence[_BoundPart]) -> tuple[Floats, Mask]:
+    """Return (boxes around the intersection of primitives, for which bodies these are known)."""
+    boxes, good = bound_ball_intersections([part.boxes for part in parts], [part.is_ball for part in parts])
+    return boxes, np.asarray(np.logical_and.reduce([good, *(part.simple() for part in parts)]))
+
+
+# Plans: which planes and quadrics contain each part of a body
+#
+# As in `geometry.shape.region_bounds`: complements move down to the primitives, nested intersections are one, and the
+# planes of an intersection cut the unions in it.
+
+_DEEPEST, _WIDEST = 8, 256
+"""Planes cut unions at most so many levels below them and so many operands wide: deeper nodes seldom need them."""
+_MAX_COMPLEMENTS = 32
+"""With more complements than this, only half-spaces among them count: holes seldom narrow a body."""
+
+
+@dataclass(frozen=True)
+class _Leaf:
+    """A primitive of all bodies: its class, its form, and its rows."""
+
+    shape: Shape
+    form: PrimitiveForm
+    rows: RowTable
+
+
+@dataclass(frozen=True)
+class _Gate:
+    """A Boolean node."""
+
+    kind: Any
+    parts: Sequence[_Node]
+
+
+_Node: TypeAlias = _Leaf | _Gate
+
+
+def _narrow_boxes(
+    key: Sequence[Hashable], shapes: Sequence[Shape], forms: Sequence[PrimitiveForm], rows: Sequence[RowTable]
+) -> tuple[Floats, Mask]:
+    """Return `bound_bodies` of bodies whose parts may narrow one another in any way."""
+    leaves = [_Leaf(*each) for each in zip(shapes, forms, rows, strict=True)]
+    tree: _Node = fold_plan(key, leaves, _Gate)
+    everywhere = np.tile(UNBOUNDED_BOX, (len(rows[0]), 1))
+    return _bound(tree, True, everywhere, np.zeros((len(everywhere), 0)), 0)
+
+
+def _bound(node: _Node, inside: bool, box: Floats, cuts: Floats, depth: int) -> tuple[Floats, Mask]:
+    """Return `_narrow_boxes` of a node, or of its outside, within boxes and planes (n, 7 p) around it."""
+    leaves, unions = _conjuncts(node, inside)
+    low, high = box[:, :3], box[:, 3:]
+    for leaf, inner in leaves:
+        if inner:
+            own = box_columns(leaf.rows)
+            low, high = np.maximum(low, own[:, :3]), np.minimum(high, own[:, 3:])
+    box = np.ascontiguousarray(np.concatenate([low, high], axis=1))
+    planes, quadrics, senses = _surfaces(leaves, len(box))
+    planes = np.concatenate([cuts, planes], axis=1)
+    certain = np.ones(len(box), np.int8)
+    if planes.shape[1] > PLANE_SIZE * MAX_PLANES:
+        certain[:] = 0
+    elif planes.shape[1] or quadrics.shape[1]:
+        work = np.empty((planes.shape[1] // PLANE_SIZE + SIDES, 4))
+        narrow_csg_boxes(
+            planes, quadrics, senses, box, certain, work, np.empty(12), np.empty(10), np.empty(12)
+        )  # fmt: skip
+    known = certain.astype(bool)
+    for parts in unions:
+        shared = planes if depth < _DEEPEST and len(parts) <= _WIDEST else planes[:, :0]
+        around = np.tile(EMPTY_BOX, (len(box), 1))
+        for part, inner in parts:
+            own, sure = _bound(part, inner, box, shared, depth + 1)
+            known &= sure
+            around = np.concatenate([np.minimum(around[:, :3], own[:, :3]), np.maximum(around[:, 3:], own[:, 3:])], 1)
+        box = np.concatenate([np.maximum(box[:, :3], around[:, :3]), np.minimum(box[:, 3:], around[:, 3:])], axis=1)
+    empty = np.asarray((box[:, :3] > box[:, 3:]).any(axis=1))
+    return np.where(empty[:, None], EMPTY_BOX, box), known
+
+
+def _conjuncts(node: _Node, inside: bool) -> tuple[list[tuple[_Leaf, bool]], list[list[tuple[_Node, bool]]]]:
+    """Return the primitives, and the operands of the unions, whose intersection a node or its outside is."""
+    leaves: list[tuple[_Leaf, bool]] = []
+    unions: list[list[tuple[_Node, bool]]] = []
+    pending = [(node, inside)]
+    while pending:
+        part, inner = pending.pop()
+        if isinstance(part, _Leaf):
+            leaves.append((part, inner))
+            continue
+        rest = not inner if part.kind in (Complement, Difference) else inner
+        first = inner if part.kind is Difference else rest
+        operands = [(each, rest if k else first) for k, each in enumerate(part.parts)]
+        if len(operands) == 1 or (part.kind is Union) != inner:
+            pending.extend(reversed(operands))
+        else:
+            unions.append(operands)
+    return leaves, unions
+
+
+def _surfaces(leaves: Sequence[tuple[_Leaf, bool]], count: int) -> tuple[Floats, Floats, Signs]:
+    """Return the records of planes and quadrics around an intersection of primitives, and the senses of quadrics."""
+    planes, quadrics, senses = [np.zeros((count, 0))], [np.zeros((count, 0))], [np.zeros((count, 0), np.int8)]
+    many = sum(not inner for _, inner in leaves) > _MAX_COMPLEMENTS
+    for leaf, inner in leaves:
+        if many and not inner and leaf.shape.bounds_kind != "half_space":
+            continue
+        assert leaf.form.tree is not None
+        for number, sense in _surface_numbers(leaf.form.tree, inner):
+            kind, at, sense_at = leaf.form.pattern.records[number]
+            signs = sense * leaf.rows[:, sense_at]
+            if kind == PLANE:
+                record = np.array(leaf.rows[:, at : at + PLANE_SIZE])
+                record[:, :4] *= signs[:, None]
+                planes.append(record)
+                continue
+            quadrics.append(_as_quadric(leaf.rows, at) if kind == SPHERE else leaf.rows[:, at : at + QUADRIC_SIZE])
+            senses.append(signs.astype(np.int8)[:, None])
+    return np.concatenate(planes, axis=1), np.concatenate(quadrics, axis=1), np.concatenate(senses, axis=1)
+
+
+def _as_quadric(rows: RowTable, at: int) -> Floats:
+    """Return spheres as records of quadrics."""
+    found = np.zeros((len(rows), QUADRIC_SIZE))
+    found[:, :3] = rows[:, at : at + 3]
+    found[:, [3, 7, 11, 12, 13, 14]] = 1.0
+    found[:, 18] = rows[:, at + 3] ** 2
+    return found
+
+
+def _surface_numbers(tree: Tree, inside: bool) -> list[tuple[int, int]]:
+    """Return (number, sense) of the surfaces of a form that contain its inside or its outside.
+
+    The sense is 1 where that side is the negative one. `geometry.bounds.intersection.surfaces_around` does the same
+    with exact surfaces.
+    """
+    found: list[tuple[int, int]] = []
+    pending: list[tuple[Tree, bool]] = [(tree, inside)]
+    while pending:
+        part, inner = pending.pop()
+        if isinstance(part, Not):
+            pending.append((part.part, not inner))
+        elif isinstance(part, Cell):
+            if inner or len(part.faces) == 1:
+                sense = 1 if inner else -1
+                found.extend((int(face.surface), sense * face.inside) for face in part.faces)  # type: ignore[call-overload]
+        elif isinstance(part, All if inner else Any_) or len(part.parts) == 1:
+            pending.extend((each, inner) for each in part.parts)
+    return found
