@@ -20,7 +20,7 @@ help:
 	@echo "make docs    the site, in out/site"
 	@echo "make playground  a page that runs Conicoid itself, in out/playground; PYODIDE=folder takes Pyodide from there"
 	@echo "make test    the fast test suite"
-	@echo "make test-jit    the same, with kernels that Numba compiles"
+	@echo "make test-jit    the tests of kernels that Numba compiles at run time"
 	@echo "make test-wheel  the same, on the wheel in a clean environment"
 	@echo "make deep    the long test suite"
 	@echo "make check   formatting, lint, types, layers"
@@ -54,8 +54,10 @@ kernels: $(READY)
 test: kernels
 	$(PYTEST)
 
+# In one process: each would compile anew.
 test-jit: $(READY)
-	CONICOID_JIT=own $(PYTEST)
+	CONICOID_JIT=own $(BIN)/python -m pytest tests/test_jit.py tests/native/test_digest.py tests/engine/test_assembly.py \
+		tests/engine/test_targets.py tests/test_forks.py tests/test_interrupts.py tests/integrators/test_whitted.py
 
 test-wheel: $(READY)
 	$(BIN)/python .ci/wheel.py --whole

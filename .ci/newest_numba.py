@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Try the newest Numba: a sample of the tests in an environment of its own, in both ways of compiling.
+"""Try the newest Numba: the tests of the compiler in an environment of its own, and the digests of compiled kernels.
 
     .ci/newest_numba.py            the newest release
     .ci/newest_numba.py --pre      the newest, be it a release candidate
     .ci/newest_numba.py 0.65.0     this one
 
-At the end it says what to write where. Exit status: 0 if both ways work, 1 if one does not, 2 if it could not be tried.
+At the end it says what to write where. Exit status: 0 if it works, 1 if it does not, 2 if it could not be tried.
 """
 
 from __future__ import annotations
@@ -20,15 +20,16 @@ import venv
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
-OWN_DEEP = "tests/test_jit.py", "tests/engine/test_assembly.py"
-"""For our own way, the long tests too: both ways give the same bits, and the machine code is vectors."""
-OWN = "tests/engine/test_routes.py", "tests/engine/test_targets.py", "tests/kernel_cache"
-OWN += "tests/test_forks.py", "tests/test_interrupts.py", "tests/integrators"
-"""Answers, the cache, and what happens while something is compiled."""
-PLAIN = "tests/engine/test_routes.py", "tests/integrators/test_whitted.py"
-"""For Numba's `njit`: answers on all routes, and a picture. Each process compiles all anew."""
-ASKS_FOR_A_TESTED_ONE = "tests/test_jit.py::test_the_installed_numba_is_one_of_these"
-JIT, REQUIREMENTS = "conicoid/_jit/dispatch.py", "pyproject.toml"
+TESTS = (
+    "tests/test_jit.py",
+    "tests/native/test_digest.py",
+    "tests/engine/test_targets.py",
+    "tests/engine/test_assembly.py",
+)
+TESTS += "tests/test_forks.py", "tests/test_interrupts.py", "tests/integrators/test_whitted.py"
+"""The same bits, a picture, vectors in the machine code, and what happens while something is compiled."""
+ASKS_FOR_A_TESTED_ONE = "tests/test_jit.py::test_the_installed_numba_is_a_tested_one"
+COMPILER, REQUIREMENTS = "conicoid/_jit/compiler.py", "pyproject.toml"
 
 
 class NotTriedError(Exception):
@@ -87,36 +88,34 @@ def version_in(python: Path) -> str:
 def last_tested() -> tuple[int, int]:
     """The end of TESTED, read and not imported: that might need the very Numba that is tried."""
     found = re.search(
-        r"^TESTED = \(\d+, \d+\), \((\d+), (\d+)\)$", (ROOT / JIT).read_text(encoding="utf-8"), re.MULTILINE
+        r"^TESTED = \(\d+, \d+\), \((\d+), (\d+)\)$", (ROOT / COMPILER).read_text(encoding="utf-8"), re.MULTILINE
     )
     if not found:
-        raise NotTriedError(f"TESTED is not in {JIT}")
+        raise NotTriedError(f"TESTED is not in {COMPILER}")
     return int(found[1]), int(found[2])
 
 
-def passes(python: Path, way: str, tests: tuple[str, ...], folder: Path, deep: bool = False) -> bool:
-    """Do tests pass in one way of compiling, with kernels of their own?"""
-    environment = os.environ | {"CONICOID_JIT": way, "CONICOID_CACHE_DIR": str(folder / f"kernels-{way}")}
-    command = [python, "-m", "pytest", "-q", "-m", "deep or not deep" if deep else "not deep"]
-    command += ["--deselect", ASKS_FOR_A_TESTED_ONE, *tests]
-    return subprocess.run(command, cwd=ROOT, env=environment, check=False).returncode == 0
+def passes(python: Path) -> bool:
+    """Do the tests pass, all in one process, which compiles each kernel once?"""
+    command = [python, "-m", "pytest", "-q", "--deselect", ASKS_FOR_A_TESTED_ONE, *TESTS]
+    return subprocess.run(command, cwd=ROOT, env=os.environ | {"CONICOID_JIT": "own"}, check=False).returncode == 0
 
 
-def verdict(version: str, tested: tuple[int, int], own: bool, plain: bool) -> list[str]:
+def verdict(version: str, tested: tuple[int, int], works: bool) -> list[str]:
     """What is to be written where, after a trial."""
     major, minor = map(int, version.split(".")[:2])
-    known = (major, minor) <= tested
-    lines = [f"Numba {version}: our own way {'works' if own else 'fails'}, plain njit {'works' if plain else 'fails'}."]
-    if own and known:
-        lines.append(f"TESTED in {JIT} has it: nothing to raise.")
-    elif own:
-        lines.append(f"Raise the second of TESTED in {JIT} from {tested} to {(major, minor)}, and run `make lock`.")
-    elif known:
-        lines.append(f"TESTED in {JIT} has it: mend our own way, or lower TESTED; meanwhile CONICOID_JIT=plain helps.")
+    lines = [f"Numba {version} {'works' if works else 'fails'}."]
+    if (major, minor) <= tested:
+        lines.append(
+            f"TESTED in {COMPILER} has it: {'nothing to raise' if works else 'mend the compiler, or lower it'}."
+        )
+    elif works:
+        lines.append(
+            f"Raise the second of TESTED in {COMPILER} from {tested} to {(major, minor)}, with it the limit of the "
+            f"extra jit in {REQUIREMENTS}, and run `make lock`."
+        )
     else:
-        lines.append(f"Leave TESTED in {JIT} at {tested}: users of {major}.{minor} get plain njit. Mend our own way.")
-    if not plain:
-        lines.append(f"Until that is mended, {REQUIREMENTS} must refuse it: numba<{major}.{minor}.")
+        lines.append(f"Leave TESTED in {COMPILER} at {tested}: users get an older Numba. Mend the compiler.")
     return lines
 
 
@@ -135,10 +134,9 @@ def main() -> int:
             print(f"Not tried: {error}", file=sys.stderr)
             return 2
         print(f"Numba {version}; tested are versions up to {tested[0]}.{tested[1]}.", flush=True)
-        own = passes(python, "own", OWN, folder) & passes(python, "own", OWN_DEEP, folder, deep=True)
-        plain = passes(python, "plain", PLAIN, folder)
-    print("\n".join(verdict(version, tested, own, plain)))
-    return 0 if own and plain else 1
+        works = passes(python)
+    print("\n".join(verdict(version, tested, works)))
+    return 0 if works else 1
 
 
 if __name__ == "__main__":

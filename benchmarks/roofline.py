@@ -2,7 +2,7 @@
 
     python benchmarks/roofline.py [most balls]
 
-The kernels are compiled once more, in a process and a cache of their own, with counters in front of what they ask of
+The kernels are compiled once more, in a process of their own, with counters in front of what they ask of
 boxes, balls and lanes. What one such question takes in operations stands in the machine code. Times are of the
 processor, of all threads together: nanoseconds a ray on one core.
 """
@@ -14,7 +14,6 @@ import os
 import re
 import subprocess
 import sys
-import tempfile
 import time
 from typing import Any
 
@@ -249,10 +248,9 @@ def costs() -> dict[int, float]:
 def main() -> None:
     most = int(float(sys.argv[1])) if len(sys.argv) > 1 else 1_000_000
     sizes = [size for size in (1000, 100_000, 1_000_000) if size <= most]
-    with tempfile.TemporaryDirectory() as folder:
-        environment = os.environ | {"CONICOID_CACHE_DIR": folder, "CONICOID_THREADS": "1"}
-        command = [sys.executable, __file__, "count", *map(str, sizes)]
-        counted = json.loads(subprocess.run(command, env=environment, stdout=subprocess.PIPE, check=True).stdout)
+    environment = os.environ | {"CONICOID_THREADS": "1"}
+    command = [sys.executable, __file__, "count", *map(str, sizes)]
+    counted = json.loads(subprocess.run(command, env=environment, stdout=subprocess.PIPE, check=True).stdout)
     peak, each = fused_peak(), costs()
     print(f"one core: {peak / 1e9:.0f} Gflop/s; copies: {copy_bandwidth() / 1e9:.0f} GB/s read and written, all cores")
     for size in (1 << 15, 1 << 19, 1 << 23, 1 << 28):

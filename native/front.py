@@ -22,10 +22,9 @@ from numba.core import codegen
 
 import conicoid
 from conicoid._jit import compiler as functions
-from conicoid._jit import dispatch
 from conicoid._jit.sources import package_files, stamp_of
 
-dispatch.Kernel = functions.Inner  # type: ignore[misc, assignment]
+functions.Kernel = functions.Inner  # type: ignore[misc, assignment]
 
 from .signature import Leaf, Signature, declared
 
@@ -39,7 +38,6 @@ def _keep_as_it_is(library: Any, module: Any) -> None:
 
 def bend() -> None:
     """Let nothing be made for this processor."""
-    functions.bits = lambda codegen: 0  # type: ignore[assignment]
     functions._InnerLibrary._optimize_functions = _keep_as_it_is  # type: ignore[attr-defined]
     codegen.JITCPUCodegen._library_class = functions._InnerLibrary
 

@@ -17,7 +17,7 @@ from . import messages
 
 HERE = Path(__file__).parent
 OF_THE_COMPILER = (
-    *("kernel_cache", "test_newest_numba.py", "engine/test_targets.py"),
+    *("test_jit.py", "test_newest_numba.py", "engine/test_targets.py"),
     *("native/test_fma.py", "native/test_inspection.py", "native/test_signature.py", "native/test_wheels.py"),
 )
 """What inspects compiled code, or links."""

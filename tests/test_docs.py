@@ -164,7 +164,7 @@ def test_the_query_of_contributing_works(monkeypatch: pytest.MonkeyPatch) -> Non
 @pytest.mark.deep
 def test_the_examples_of_contributing_join_the_tree(tmp_path: Path) -> None:
     """In a copy of it, by the edits that the page tells of: they pass the tests that hold for all of their kind."""
-    for folder in ("conicoid", "tests", "docs"):
+    for folder in ("conicoid", "native", "tests", "docs", "benchmarks"):
         shutil.copytree(ROOT / folder, tmp_path / folder, ignore=shutil.ignore_patterns("__pycache__"))
     for name in ("pyproject.toml", *LETTERS):
         shutil.copy(ROOT / name, tmp_path)
@@ -184,15 +184,20 @@ def test_the_examples_of_contributing_join_the_tree(tmp_path: Path) -> None:
     insert(tmp_path / "conicoid" / "render" / "integrators" / "__init__.py", line, before="    )\n}\n")
     insert(tmp_path / "conicoid" / "scene" / "scene.py", method, before="    # --- Explanations\n")
     insert(tmp_path / "conicoid" / "scene" / "scene.py", entry, before='    "line_integral": "values",\n')
-    environment = {**os.environ, "PYTHONPATH": str(tmp_path), "CONICOID_CACHE_DIR": str(tmp_path / "cache")}
+    environment = {**os.environ, "PYTHONPATH": str(tmp_path)}
+    build = [sys.executable, "-m", "native.build", "--in-place"]
+    subprocess.run(build, cwd=tmp_path, env=environment, check=True, stdout=subprocess.DEVNULL)
     chosen = "CoolingTower or cooling_tower or curvature or thickness or nothing_is_left"
     folders = ("contract", "shapes/test_cooling_tower.py", "integrators", "render", "engine/test_thickness.py")
     paths = [f"tests/{path}" for path in (*folders, "test_warmup.py")]
     command = [sys.executable, "-m", "pytest", *paths, "-k", chosen, "-q"]
     ran = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
     assert ran.returncode == 0, ran.stdout
-    kept = {file.name.partition("-")[0] for file in (tmp_path / "cache").rglob("*.nbc")}
-    assert kept >= {"curvature_tiles", "first_walls"}
+    program = "from conicoid._jit.machine_code import SHIPPED; print(*SHIPPED.kernels())"
+    kernels = subprocess.run(
+        [sys.executable, "-c", program], cwd=tmp_path, env=environment, capture_output=True, text=True
+    )
+    assert set(kernels.stdout.split()) >= {"curvature_tiles", "first_walls"}
 
 
 def insert(file: Path, code: str, before: str) -> None:

@@ -74,9 +74,8 @@ print(os.waitpid(forked, 0)[1])
 @pytest.mark.parametrize(("program", "said"), [
     pytest.param(PREPARING, "1", id="preparing"), pytest.param(COMPILING, "2", id="compiling", marks=needs_compiler),
 ])  # fmt: skip
-def test_a_child_of_a_busy_process_works(program, said, tmp_path, monkeypatch):
+def test_a_child_of_a_busy_process_works(program, said, monkeypatch):
     if program == COMPILING:
-        monkeypatch.setenv("CONICOID_CACHE_DIR", str(tmp_path))
         monkeypatch.setenv("CONICOID_JIT", "own")
     with child(program) as running:
         assert running.line(120) == said

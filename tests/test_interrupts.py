@@ -126,8 +126,7 @@ IN_A_CREW = f"from conicoid.kernels.threads import run_chunks; run_chunks(lambda
 
 @needs_compiler
 @pytest.mark.parametrize("call", [RAYS, IN_A_CREW])
-def test_the_compiler_is_not_waited_for(call, tmp_path, monkeypatch):
-    monkeypatch.setenv("CONICOID_CACHE_DIR", str(tmp_path))
+def test_the_compiler_is_not_waited_for(call, monkeypatch):
     monkeypatch.setenv("CONICOID_JIT", "own")
     with child(f"{FOR_EVER}\n{call}") as running:
         assert running.line() == "begun"
@@ -138,8 +137,7 @@ def test_the_compiler_is_not_waited_for(call, tmp_path, monkeypatch):
 
 
 @needs_compiler
-def test_what_was_being_compiled_can_be_asked_for_again(tmp_path, monkeypatch):
-    monkeypatch.setenv("CONICOID_CACHE_DIR", str(tmp_path))
+def test_what_was_being_compiled_can_be_asked_for_again(monkeypatch):
     monkeypatch.setenv("CONICOID_JIT", "own")
     again = f"except KeyboardInterrupt:\n    print('stopped', flush=True)\ngo_on.set()\nprint(len({RAYS}.origins))"
     with child(f"{UNTIL_TOLD}\ntry:\n    {RAYS}\n{again}") as running:

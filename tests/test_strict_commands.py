@@ -53,24 +53,16 @@ def test_options_that_would_be_ignored(arguments, message, scene, tmp_path, monk
 @pytest.mark.parametrize(("variable", "value", "message"), [
     ("CONICOID_THREADS", "many", "CONICOID_THREADS must be an integer from 1 to 65536, got 'many'"),
     ("CONICOID_THREADS", "9" * 5000, "got '9999"),
-    ("CONICOID_CACHE_DIR", "FILE", "CONICOID_CACHE_DIR must name a folder, got '.*scene.yaml': '.*scene.yaml' is none"),
-    ("CONICOID_CACHE_DIR", "FILE/below/it", "must name a folder, got '.*it': '.*scene.yaml' is none"),
-    ("CONICOID_CACHE_DIR", "x" * 3000, "must name a folder, got 'x*\\.\\.\\.: file name too long"),
+    ("CONICOID_JIT", "plain", "CONICOID_JIT must be 'own', got 'plain'"),
     ("CONICOID_THREAD", "3", "CONICOID_THREAD is not a Conicoid variable: did you mean CONICOID_THREADS"),
-    ("CONICOID_VECTOR_BITS", "wide", "CONICOID_VECTOR_BITS must be 256 or 512, got 'wide'"),
-    ("CONICOID_" + "X" * 900, "3", "is not a Conicoid variable: known are CONICOID_THREADS, CONICOID_CACHE_DIR, CONICOID_JIT"),
+    ("CONICOID_" + "X" * 900, "3", "is not a Conicoid variable: known are CONICOID_THREADS, CONICOID_JIT, CONICOID_LEVEL"),
 ])  # fmt: skip
 @pytest.mark.parametrize("command", ["info", "schema"])
 def test_variables_of_the_environment(command, variable, value, message, scene, monkeypatch):
-    monkeypatch.setenv(variable, value.replace("FILE", str(scene)))
+    monkeypatch.setenv(variable, value)
     told = refused(command, *([scene] if command == "info" else []))
     assert re.search(message, told), told
     assert len(told) < 600
-
-
-def test_a_folder_for_kernels_need_not_be_there(tmp_path, scene, monkeypatch):
-    monkeypatch.setenv("CONICOID_CACHE_DIR", str(tmp_path / "not" / "yet"))
-    assert run("schema").exit_code == 0
 
 
 def test_a_picture_on_standard_output(scene, tmp_path):

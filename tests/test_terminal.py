@@ -13,8 +13,6 @@ from conicoid._util.file_errors import SceneFileError
 from conicoid._util.text import format_bytes
 from conicoid.cli import terminal
 
-from .machine_code import needs_compiler
-
 
 def bar_text(monkeypatch: pytest.MonkeyPatch, is_terminal: bool) -> str:
     stream = io.StringIO()
@@ -36,25 +34,6 @@ def test_progress_has_rate_and_time_left(monkeypatch):
 
 def test_no_progress_where_nobody_watches(monkeypatch):
     assert bar_text(monkeypatch, is_terminal=False) == ""
-
-
-@needs_compiler
-def test_the_first_compilation_is_announced_once(capsys):
-    from numba import njit
-
-    functions = []
-    for _ in range(2):
-
-        def work(x: float) -> float:
-            return x + 1
-
-        work.__module__ = "conicoid.test"
-        functions.append(njit(work))
-    with terminal.compile_notes():
-        assert [function(1.0) for function in functions] == [2.0, 2.0]
-    captured = capsys.readouterr()
-    assert captured.err.count("compiling kernels") == 1
-    assert captured.out == ""
 
 
 def test_numbers_for_people():

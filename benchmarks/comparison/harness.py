@@ -14,7 +14,8 @@ from typing import Any
 
 from rich.table import Table
 
-from conicoid._jit.machine import compiler, processor, versions
+from conicoid._jit.machine import processor, versions
+from conicoid._jit.machine_code import describe_code
 from conicoid.kernels.threads import thread_count
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -138,7 +139,7 @@ def machine(peers: Iterable[Peer]) -> list[str]:
     lines = [
         f"{datetime.date.today().isoformat()}, {processor()}, {thread_count()} threads, {platform.system()}, "
         f"Python {platform.python_version()}",
-        f"{', '.join(versions('conicoid', 'numba', 'numpy'))}, {compiler()}",
+        f"{', '.join(versions('conicoid', 'numba', 'numpy'))}, {describe_code()}",
     ]
     for peer in dict.fromkeys(peers):
         try:

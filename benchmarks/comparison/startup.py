@@ -106,7 +106,7 @@ sphere { <0,0,0>, 1 texture { pigment { rgb 0.8 } finish { diffuse 0.8 } } }
 
 _PICTURE = "picture.png"
 _IN_THE_FOLDER = {
-    "HOME": "home", "XDG_CACHE_HOME": "cache", "PYTHONPYCACHEPREFIX": "bytecode", "CONICOID_CACHE_DIR": "kernels",
+    "HOME": "home", "XDG_CACHE_HOME": "cache", "PYTHONPYCACHEPREFIX": "bytecode",
 }  # fmt: skip
 _KEPT = "CONICOID_THREADS", "CONICOID_LEVEL", "CONICOID_JIT"
 _PLACE = Path(sysconfig.get_path("stdlib"))

@@ -1,1 +1,1 @@
-"""Compiled functions: their decorators, the machine code of the package, the compiler, and its cache on disk."""
+"""Compiled functions: their decorators, the machine code of the package, and the compiler."""

@@ -5,9 +5,9 @@ from __future__ import annotations
 import mmap
 import sys
 
-TO_RUN, TO_START, TO_LOAD, TO_COMPILE = 128, 512, 256, 512
-"""MiB that a memory limit must leave: to run without a compiler, to start the compiler, to load a cached kernel with
-the threads that run it, and to compile a kernel. About one and a half times the measured values (2026-11, Linux)."""
+TO_RUN, TO_START, TO_COMPILE = 128, 512, 512
+"""MiB that a memory limit must leave: to run without a compiler, to start the compiler, and to compile a kernel. About
+one and a half times the measured values (2026-11, Linux)."""
 
 
 def _is_limited() -> bool:

@@ -1,9 +1,12 @@
 """Our compiler: Numba's dispatchers with fewer passes, memoized typing, and code that is optimised once per kernel.
 
+It compiles kernels at their first call where there is no machine code, and it is the front end of `native`, which makes
+that. Nothing is kept on disk.
+
 Numba compiles every function as if Python called it: with all functions that it calls it is optimised and turned into
-machine code, then again as part of each caller, and so on at every level. That was more than half of the time of a
-first call. Here an inner function, which only kernels call, is type-checked and lowered once, and optimised only as a
-part of each kernel.
+machine code, then again as part of each caller, and so on at every level. A process then reaches its first hit after
+134 s of processor time, its first picture after 291 s. Here an inner function, which only kernels call, is type-checked
+and lowered once, and optimised only as a part of each kernel: 40 s and 67 s.
 """
 
 from __future__ import annotations
@@ -11,10 +14,19 @@ from __future__ import annotations
 import contextlib
 import gc
 import os
+import re
 import sys
+import threading
+import time
 from collections.abc import Iterator
 from typing import Any
 
+from .address_space import TO_COMPILE, TO_START, require_memory
+
+require_memory(TO_START, "the compiler")
+
+# isort: split
+import numba
 from numba import types
 from numba.core import codegen, compiler, event, sigutils, typed_passes, typing, untyped_passes
 from numba.core.compiler_lock import global_compiler_lock
@@ -22,9 +34,26 @@ from numba.core.compiler_machinery import PassManager
 from numba.core.registry import CPUDispatcher
 from numba.core.targetconfig import ConfigStack
 
-from .interruptible import run_interruptible
-from .numba_cache import KernelCache
-from .vector_width import bits, prefer_width
+from .._util.environment import read_jit_mode
+from .interruptible import run_interruptible, start_thread
+
+TESTED = (0, 65), (0, 68)
+"""The first and the last version of Numba with which this file, which uses private parts of it, has been tested."""
+
+
+def require_tested_version(version: str, wish: str) -> None:
+    """Raise ImportError for a version of Numba outside `TESTED`, unless `wish` is the value of CONICOID_JIT."""
+    known = re.match(r"(\d+)\.(\d+)", version)
+    # An unreadable version counts as untested
+    if not wish and not (known and TESTED[0] <= (int(known[1]), int(known[2])) <= TESTED[1]):
+        first, last = (".".join(map(str, each)) for each in TESTED)
+        raise ImportError(
+            f"Conicoid compiles with Numba {first} to {last}, found {version}: pip install 'conicoid[jit]', "
+            "or try it with CONICOID_JIT=own"
+        )
+
+
+require_tested_version(numba.__version__, read_jit_mode())
 
 # The passes that inner functions need: they have no closures, no `with`, no literal arguments and no arithmetic on
 # whole arrays
@@ -104,15 +133,7 @@ class _NoAddressCodegen:
         del name, environment
 
 
-class _JitLibrary(codegen.JITCodeLibrary):
-    """The code of a function of this package, with vectors of the width that vector_width.py chooses."""
-
-    def add_ir_module(self, module: Any) -> None:
-        prefer_width(module, bits(self._codegen))
-        super().add_ir_module(module)
-
-
-class _InnerLibrary(_JitLibrary):
+class _InnerLibrary(codegen.JITCodeLibrary):
     """The code of an inner function alone: not linked with the functions that it calls, and not placed in memory."""
 
     _linking_libraries: list[Any]
@@ -139,14 +160,10 @@ class _InnerLibrary(_JitLibrary):
         return _NoAddressCodegen(self._codegen)
 
 
-class _KernelLibrary(_JitLibrary):
+class _KernelLibrary(codegen.JITCodeLibrary):
     """The code of a kernel, with all functions that it calls, directly or not."""
 
     _linking_libraries: list[Any]
-
-    def __init__(self, owner: Any, name: str) -> None:
-        super().__init__(owner, name)
-        self.enable_object_caching()
 
     def finalize(self) -> None:
         for library in _reachable_libraries(self._linking_libraries):
@@ -180,7 +197,6 @@ class _Compiler(compiler.Compiler):
     library: type[Any] = _InnerLibrary
 
     def __init__(self, typing_context: Any, target: Any, library: Any, *rest: Any) -> None:
-
         library = library or self.library(target.codegen(), "inner")
         super().__init__(memoize_typing(typing_context), target, library, *rest)
 
@@ -235,14 +251,59 @@ def _is_being_imported(module: str) -> bool:
     return bool(getattr(getattr(sys.modules.get(module), "__spec__", None), "_initializing", False))
 
 
+class _Note:
+    """A line on the terminal while a kernel compiles; nothing where stderr is no terminal."""
+
+    SECONDS = 0.2
+    """Between two states of the line."""
+
+    def __init__(self, kernel: str) -> None:
+        self._kernel, self._begin, self.functions, self._width = kernel, time.monotonic(), 0, 0
+        self._ended = threading.Event()
+        self._thread: threading.Thread | None = None
+
+    def __enter__(self) -> _Note:
+        stream = sys.stderr
+        if stream is not None and not stream.closed and stream.isatty():
+            self._write(stream, self._text())
+            # LLVM works for many seconds without a call of Python
+            self._thread = start_thread(lambda: self._update(stream), "conicoid-note")
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._ended.set()
+        if self._thread is not None:
+            self._thread.join()
+
+    def _update(self, stream: Any) -> None:
+        """Write the line until the kernel is compiled, then erase it."""
+        while not self._ended.wait(self.SECONDS):
+            self._write(stream, self._text())
+        self._write(stream, "")
+        self._write(stream, "")
+
+    def _text(self) -> str:
+        seconds = time.monotonic() - self._begin
+        return f"compiling {self._kernel} in this process: {self.functions} functions, {seconds:.0f} s"
+
+    def _write(self, stream: Any, text: str) -> None:
+        """Write over the line."""
+        stream.write(f"\r{text:<{self._width}}")
+        stream.flush()
+        self._width = len(text)
+
+
+_notes: list[_Note] = []
+"""That of the kernel which is being compiled; guarded by the compiler's lock."""
+
+
 class Kernel(CPUDispatcher):
-    """Numba's dispatcher for a function that Python calls, cached on disk."""
+    """Numba's dispatcher for a function that Python calls."""
 
     def __init__(self, function: Any, **options: Any) -> None:
         # No wrapper for C callers: kernels are called from Python alone.
         options |= dict(nopython=True, boundscheck=None, no_cfunc_wrapper=True)
         super().__init__(function, targetoptions=options, pipeline_class=_KernelCompiler)
-        self._cache = KernelCache(self.py_func)
 
     def compile(self, signature: Any) -> Any:
         """Compile in another thread, as the main thread would not receive Ctrl-C in LLVM; a compilation always ends.
@@ -255,8 +316,14 @@ class Kernel(CPUDispatcher):
         return run_interruptible(lambda: self._compile(signature), "conicoid-compile")
 
     def _compile(self, signature: Any) -> Any:
-        with _rare_collections(), self._cache.until_saved():
-            return super().compile(signature)
+        name = self.py_func.__name__
+        require_memory(TO_COMPILE, f"to compile the kernel {name}")
+        with _rare_collections(), _Note(name) as note:
+            _notes.append(note)
+            try:
+                return super().compile(signature)
+            finally:
+                _notes.pop()
 
 
 def _plain_type(kind: Any) -> Any:
@@ -279,6 +346,8 @@ class Inner(CPUDispatcher):
             arguments, result = sigutils.normalize_signature(signature)
             known = self.overloads.get(tuple(arguments))
             if known is None:
+                if _notes:
+                    _notes[-1].functions += 1
                 details = dict(dispatcher=self, args=arguments, return_type=result)
                 with event.trigger_event("numba:compile", data=details):
                     known = self._compiler.compile(arguments, result)
@@ -293,3 +362,8 @@ class Inner(CPUDispatcher):
 
     def __call__(self, *arguments: Any) -> Any:
         return self.py_func(*arguments)
+
+
+def compile_function(function: Any, entry: bool, **options: Any) -> Any:
+    """Return a function that is compiled at its first call; `entry`: Python calls it."""
+    return (Kernel if entry else Inner)(function, nogil=True, error_model="numpy", **options)

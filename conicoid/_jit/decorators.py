@@ -5,22 +5,20 @@ marks the small functions inside them, which are inlined into their callers, so 
 ever uses fastmath: infinities, NaN and error-free transformations must keep their IEEE meaning.
 
 If the package came with machine code (machine_code.py), a kernel is that code, nothing is compiled, and Numba is not
-even imported. Otherwise kernels are compiled at their first call (dispatch.py), to the same bits.
+even imported. Otherwise kernels are compiled at their first call (compiler.py), to the same bits.
 """
 
 from __future__ import annotations
 
-import contextlib
 import functools
 import importlib
-import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import Any, TypeVar, cast
 
 from .machine_code import SHIPPED, entry
 
 if SHIPPED is None:
-    from . import dispatch as dispatch  # before other parts of the compiler: it first checks that memory is left
+    from . import compiler as compiler  # before other parts of Numba: it first checks that memory is left
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -63,9 +61,9 @@ class _LazyFunction:
 
 def _compile(function: Any, entry: bool = False, **options: Any) -> Any:
     """Return a function that Numba compiles at its first call."""
-    from . import dispatch
+    from . import compiler
 
-    return dispatch.compile_function(function, entry, **options)
+    return compiler.compile_function(function, entry, **options)
 
 
 def _inner(function: Function, **options: Any) -> Function:
@@ -190,18 +188,6 @@ def load_atomic(typing_context: Any, array: Any, index: Any) -> Any:
         return builder.load_atomic(builder.gep(data, [arguments[1]]), "monotonic", 8)
 
     return types.int64(array, types.int64), code
-
-
-@contextlib.contextmanager
-def on_compile(callback: Callable[[str], None]) -> Iterator[None]:
-    """Within the block, call `callback(name)` when a kernel starts to compile, here or in a process to wait for."""
-    if SHIPPED is not None and "numba" not in sys.modules:
-        yield
-        return
-    from .dispatch import on_compile
-
-    with on_compile(callback):
-        yield
 
 
 # Declarations of kernels' arguments: shapes of arrays, limits of integers, and which arrays a kernel writes

@@ -59,13 +59,7 @@ def run_interruptible(work: Callable[[], Result], name: str) -> Result:
 
     if start_thread(run, name) is None:
         return work()
-    try:
-        ended.wait()
-    except KeyboardInterrupt:
-        from . import compile_lock
-
-        compile_lock.stop_polling()
-        raise
+    ended.wait()
     if raised:
         raise raised[0]
     return done[0]

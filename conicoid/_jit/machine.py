@@ -1,4 +1,4 @@
-"""The machine of a report or a benchmark: versions of packages, the compiler, the processor."""
+"""The machine of a report or a benchmark: versions of packages, the processor."""
 
 from __future__ import annotations
 
@@ -11,18 +11,6 @@ def versions(*packages: str) -> list[str]:
     """Return "name version" of each package that is installed."""
     names = {each.name for each in metadata.distributions()}
     return [f"{name} {metadata.version(name)}" for name in packages if name in names]
-
-
-def compiler() -> str:
-    """Return how kernels are compiled, which affects the speed on a given processor as well."""
-    from . import machine_code
-
-    if machine_code.SHIPPED is not None:
-        return machine_code.describe_code()
-    from .dispatch import PLAIN
-    from .vector_width import describe_vectors
-
-    return "Numba's plain njit" if PLAIN else describe_vectors()
 
 
 def processor() -> str:

@@ -1,4 +1,4 @@
-"""Hashes of source files, which identify compiled code; they cost milliseconds at each start.
+"""Hashes of source files, which identify compiled code and the version of a checkout; they cost milliseconds.
 
 Machine code that is built in a checkout has a stamp: a digest of the files that the compiler read, and their names. It
 is used until one of these changes, whatever happens to the others.
@@ -9,7 +9,6 @@ from __future__ import annotations
 import functools
 import os
 from collections.abc import Iterable, Iterator
-from typing import Any
 
 _PACKAGE = os.path.dirname(os.path.dirname(os.path.realpath(__file__)))
 
@@ -36,18 +35,23 @@ def _files(folder: str) -> Iterator[str]:
                 yield from _files(entry.path)
 
 
-def hash_of_sources() -> str:
-    """Return a hash of every source file of the package and of the compilers' versions; "" if they are unreadable."""
-    from hashlib import sha256
-
-    return _digest(sha256(" ".join(map(_version, ("numba", "llvmlite"))).encode()))[:20]
-
-
+@functools.cache
 def digest_of_files() -> str:
-    """Return a hash of every source file of the package alone; "" if they are unreadable."""
+    """Return a hash of every source file of the package as of the first call; "" if they are unreadable."""
     from hashlib import sha256
 
-    return _digest(sha256())
+    # Names count as well, with slashes on every system: a file that is only renamed changes the hash
+    digest = sha256()
+    try:
+        paths = sorted(_files(_PACKAGE))
+        for path in paths:
+            digest.update(path.removeprefix(_PACKAGE).replace(os.sep, "/").encode())
+            # Whole files at once need no buffer.
+            with open(path, "rb", buffering=0) as file:
+                digest.update(file.read())
+    except OSError:
+        return ""
+    return digest.hexdigest() if paths else ""
 
 
 def package_files() -> list[str]:
@@ -77,24 +81,3 @@ def stamp_of(files: Iterable[str]) -> str:
 def is_current(stamp: str) -> bool:
     """Return whether the files of a stamp are as they were."""
     return bool(stamp) and stamp == stamp_of(stamp.split("\n")[1:])
-
-
-def _digest(digest: Any) -> str:
-    """Update a hash with every source file and return its hexadecimal digits; "" if a file is unreadable."""
-    # Names count as well, with slashes on every system: a file that is only renamed changes the hash
-    try:
-        paths = sorted(_files(_PACKAGE))
-        for path in paths:
-            digest.update(path.removeprefix(_PACKAGE).replace(os.sep, "/").encode())
-            # Whole files at once need no buffer.
-            with open(path, "rb", buffering=0) as file:
-                digest.update(file.read())
-    except OSError:
-        return ""
-    return str(digest.hexdigest()) if paths else ""
-
-
-@functools.cache
-def source_hash() -> str:
-    """Return `hash_of_sources` as of the first call, when the first kernel is declared; later edits do not count."""
-    return hash_of_sources()

@@ -7,10 +7,8 @@ import os
 import warnings
 from collections.abc import Iterator
 
-THREADS, CACHE, JIT = "CONICOID_THREADS", "CONICOID_CACHE_DIR", "CONICOID_JIT"
-VECTOR_BITS = "CONICOID_VECTOR_BITS"
-LEVEL = "CONICOID_LEVEL"
-KNOWN = THREADS, CACHE, JIT, VECTOR_BITS, LEVEL
+THREADS, JIT, LEVEL = "CONICOID_THREADS", "CONICOID_JIT", "CONICOID_LEVEL"
+KNOWN = THREADS, JIT, LEVEL
 MOST_THREADS = 1 << 16
 _LONGEST = 80
 """The largest number of characters of a value in a message."""
@@ -29,20 +27,12 @@ def read_threads() -> int | None:
 
 
 def read_jit_mode() -> str:
-    """Return the mode in CONICOID_JIT, "plain", "own" or "" for the default; raise ValueError for anything else."""
+    """Return the value of CONICOID_JIT, "own" to compile kernels, or ""; raise ValueError for anything else."""
     warn_of_unknown()
     text = os.environ.get(JIT, "")
-    if text not in ("", "plain", "own"):
-        raise ValueError(f"{JIT} must be 'plain' or 'own', got {_quote(text, _LONGEST)}")
+    if text not in ("", "own"):
+        raise ValueError(f"{JIT} must be 'own', got {_quote(text, _LONGEST)}")
     return text
-
-
-def read_vector_bits() -> int:
-    """Return the number in CONICOID_VECTOR_BITS, 256, 512 or 0 for the default; raise ValueError for anything else."""
-    text = os.environ.get(VECTOR_BITS, "")
-    if text not in ("", "256", "512"):
-        raise ValueError(f"{VECTOR_BITS} must be 256 or 512, got {_quote(text, _LONGEST)}")
-    return int(text or 0)
 
 
 def read_processor_level() -> str:
@@ -56,8 +46,6 @@ def check_environment() -> None:
         raise ValueError(message)
     read_threads()
     read_jit_mode()
-    read_vector_bits()
-    _check_cache(os.environ.get(CACHE, ""))
 
 
 @functools.cache
@@ -78,28 +66,7 @@ def _unknown() -> Iterator[str]:
             yield f"{name[:_LONGEST]} is not a Conicoid variable: {hint}"
 
 
-def _check_cache(chosen: str) -> None:
-    """Raise ValueError unless the path is a folder, or can become one: every part of it is a folder or missing."""
-    from pathlib import Path
-
-    path = Path(chosen).absolute()
-    # The first ancestor that exists decides: missing ones below it can be created
-    for place in (path, *path.parents) if chosen else ():
-        try:
-            is_there = place.is_dir()
-            if not is_there:
-                place.lstat()
-        except (FileNotFoundError, NotADirectoryError):
-            continue
-        except (OSError, ValueError) as error:
-            reason = getattr(error, "strerror", None) or str(error)
-            raise ValueError(f"{CACHE} must name a folder, got {_quote(chosen)}: {reason.lower()}") from None
-        if not is_there:
-            raise ValueError(f"{CACHE} must name a folder, got {_quote(chosen)}: {_quote(str(place))} is none")
-        return
-
-
-def _quote(text: str, most: int = 2 * _LONGEST) -> str:
+def _quote(text: str, most: int) -> str:
     """Return the repr of a text, cut to a length."""
     quoted = repr(text)
     return quoted if len(quoted) <= most else f"{quoted[:most]}..."

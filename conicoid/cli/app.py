@@ -52,7 +52,7 @@ from .resources import (
     refuse_stdin,
     write_output,
 )
-from .terminal import EXIT_FINDINGS, Bar, compile_notes, show_message, user_mistakes
+from .terminal import EXIT_FINDINGS, Bar, show_message, user_mistakes
 
 app = typer.Typer(
     cls=Commands,
@@ -147,15 +147,14 @@ def info(
 
         prepare(loaded)
 
-        with compile_notes():
-            lines = [*report.list_bodies(loaded), "", *report.totals(loaded)]
+        lines = [*report.list_bodies(loaded), "", *report.totals(loaded)]
         for line in lines:
             typer.echo(line)
         if not check:
             return
         from ..apps.checks.check import check as find
 
-        with compile_notes(), Bar("checking", "step") as bar:
+        with Bar("checking", "step") as bar:
             findings = find(loaded, rays, seed, bar)
         for line in (*report.findings(findings), *report.list_unchecked(loaded)):
             typer.echo(line)
@@ -226,10 +225,9 @@ def trace(
         from . import ray_tables
 
         # Before the preparation, which may take much longer
-        with compile_notes():
-            ray_tables.check(table)
+        ray_tables.check(table)
         prepare(loaded)
-        with compile_notes(), Bar("tracing", "ray") as bar:
+        with Bar("tracing", "ray") as bar:
             arrays = (ray_tables.spans if spans else ray_tables.first_hits)(loaded, table, bar, all_fields, errors)
         with write_output(output, ".csv") as file:
             (write_spans if spans else write_hits)(file, arrays)
@@ -261,7 +259,7 @@ def _trace_in_chunks(
     loaded = load(scene, threads)
     prepare(loaded)
     query = "spans" if spans else "first_hit"
-    with compile_notes(), Bar("tracing", "ray") as bar, executor_of("trace", *executors) as executor:
+    with Bar("tracing", "ray") as bar, executor_of("trace", *executors) as executor:
         rows, count = trace_file(
             loaded, stream, output, query, chunk=chunk, resume=resume, executor=executor, told=bar, **options
         )

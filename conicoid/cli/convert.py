@@ -19,7 +19,7 @@ from .resources import (
     report_refused_files,
     write_output,
 )
-from .terminal import Bar, compile_notes, show_message, user_mistakes
+from .terminal import Bar, show_message, user_mistakes
 
 IMPORT_EXAMPLES = (
     "Examples:\n\n  conicoid import geometry.xml -o scene.yaml\n\n"
@@ -152,8 +152,7 @@ def _page(scene: Any, output: Path, title: str) -> None:
     from ..viewer import export as write_page
 
     prepare(scene)
-    with compile_notes():
-        write_page(scene, output, title)
+    write_page(scene, output, title)
 
 
 # --- view and playground: scenes in a browser
@@ -192,8 +191,7 @@ def view(
             prepare(loaded)
             session = Session(loaded, scene.stem, scene, stamp=stamp)
         # Scenes that are too large for a browser fail here, not in the page
-        with compile_notes():
-            session.scene()
+        session.scene()
         serve(session, port, browser, show_message)
 
 
@@ -211,6 +209,5 @@ def playground(
 
         if scene is not None:  # mistakes in the file are reported here
             load(scene, None)
-        with compile_notes():
-            session = Playground(scene)
+        session = Playground(scene)
         serve(session, port, browser, show_message)

@@ -23,7 +23,7 @@ from .resources import (
     show_warnings,
     write_output,
 )
-from .terminal import EXIT_OK, Bar, compile_notes, show_message, user_mistakes
+from .terminal import EXIT_OK, Bar, show_message, user_mistakes
 
 if TYPE_CHECKING:
     from ..render.camera import AnyCamera
@@ -111,7 +111,6 @@ def draw(scene: Scene, camera: AnyCamera | None, request: RenderRequest, about_n
     width, height = request.width, request.height
     prepare(scene)
     with (
-        compile_notes(),
         show_warnings(),
         Bar("rendering", "ray") as bar,
         executor_of("render", *request.executor) as executor,

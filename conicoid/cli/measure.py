@@ -10,7 +10,7 @@ import typer
 
 from .options import RayFile, Results, SceneFile, Threads, TMax, TMin, only_with
 from .resources import STDOUT, check_folder, load, name_of, prepare, rays_for, refuse_overwriting, write_output
-from .terminal import Bar, compile_notes, show_message, user_mistakes
+from .terminal import Bar, show_message, user_mistakes
 
 if TYPE_CHECKING:
     from ..apps.measures.measure import SceneMeasures
@@ -80,10 +80,9 @@ def lengths(
         from . import ray_tables
 
         # Before the preparation, which may take much longer
-        with compile_notes():
-            ray_tables.check(table)
+        ray_tables.check(table)
         prepare(loaded)
-        with compile_notes(), Bar("measuring", "ray") as bar:
+        with Bar("measuring", "ray") as bar:
             if integral:
                 results = _integrals(loaded, table, values, otherwise, overlaps, bar)
             else:
@@ -166,7 +165,7 @@ def measure(
         loaded = load(scene, threads)
         from ..apps.measures.measure import measure as measure_scene
 
-        with compile_notes(), Bar("measuring", "body") as bar:
+        with Bar("measuring", "body") as bar:
             measures = measure_scene(loaded, rays, seed, bar)
         if output is None:
             typer.echo(_printable(str(measures)))
@@ -241,14 +240,13 @@ def explain(
         loaded = load(scene, None)
         prepare(loaded)
         limits = {name: value for name, value in (("t_min", t_min), ("t_max", t_max)) if value is not None}
-        with compile_notes():
-            try:
-                explanation = loaded.explain(ray[:3], ray[3:], body=_which(body, loaded), **limits)
-            except LookupError as error:
-                raise ValueError(f"explain: {error.args[0]}") from None
-            if html is not None:
-                explanation.save(html)
-                show_message(f"{html}: {explanation!r}")
+        try:
+            explanation = loaded.explain(ray[:3], ray[3:], body=_which(body, loaded), **limits)
+        except LookupError as error:
+            raise ValueError(f"explain: {error.args[0]}") from None
+        if html is not None:
+            explanation.save(html)
+            show_message(f"{html}: {explanation!r}")
         typer.echo(explanation.text, nl=False)
 
 

@@ -56,7 +56,7 @@ from .resources import (
     show_warnings,
     write_output,
 )
-from .terminal import Bar, compile_notes, show_message, user_mistakes
+from .terminal import Bar, show_message, user_mistakes
 
 if TYPE_CHECKING:
     from ..render.camera import AnyCamera
@@ -201,7 +201,7 @@ def turntable(
             loaded = loaded.replace(camera=None)
         prepare(loaded)
         executor_context = executor_of("turntable", workers, cluster, slurm)
-        with compile_notes(), Bar("turning", "ray") as bar, executor_context as executor:
+        with Bar("turning", "ray") as bar, executor_context as executor:
             rendered = turn(
                 loaded, output, frames=frames, seconds=seconds, width=width, height=height, samples=samples,
                 integrator=integrator, seed=seed, depth=depth, camera=camera, axes=axes, labels=labels,
@@ -364,7 +364,7 @@ def animate(
         count = frame_count(loaded, frames, seconds, start)
         prepare(loaded)
         executor_context = executor_of("animate", workers, cluster, slurm)
-        with compile_notes(), show_warnings(), Bar("filming", "ray") as bar, executor_context as executor:
+        with show_warnings(), Bar("filming", "ray") as bar, executor_context as executor:
             rendered = film(
                 loaded, output, frames=frames, seconds=seconds, start=start, shutter=shutter, times=times,
                 width=width, height=height, samples=samples, integrator=integrator, seed=seed, depth=depth,
@@ -435,7 +435,7 @@ def slice_scene(
             raise ValueError("slice: --origin goes with both --u and --v")
         loaded = load(scene, threads)
         prepare(loaded)
-        with compile_notes(), Bar("slicing", "point") as bar:
+        with Bar("slicing", "point") as bar:
             if origin is None or u is None or v is None:
                 cut = loaded.slice(axis, at, pixels=pixels, progress=bar)
             else:

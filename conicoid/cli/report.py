@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .._jit.disk_cache import cache_directory
-from .._jit.machine import compiler, processor, versions
-from .._jit.machine_code import SHIPPED, describe_code, levels
+from .._jit.machine import processor, versions
+from .._jit.machine_code import describe_code, levels
 from .._util.file_errors import printable
 from .._util.text import format_bytes, format_count
 from ..geometry.general_quadric import Quadric
@@ -132,21 +131,19 @@ def _memory(memory: Memory) -> str:
 
 
 def system_report() -> list[str]:
-    """Return versions, the processor, the source of the kernels, and the folder of the cache.
+    """Return versions, the processor, and the origin of the kernels.
 
     A report of a problem, or of a time, needs these lines.
     """
     from .._util.version import __version__
 
-    cache = cache_directory()
     lines = [
         f"conicoid   {__version__}",
         f"python     {', '.join([platform.python_version(), *versions('numpy', 'numba')])}",
         f"platform   {platform.platform()}",
         f"processor  {processor()}, {thread_count()} threads",
-        f"kernels    {', '.join(dict.fromkeys((describe_code(), compiler())))}",
-        f"cache      {'none' if cache is None else cache}{'' if SHIPPED is None else ', not needed for kernels'}",
+        f"kernels    {describe_code()}",
     ]
     if levels():
-        lines.insert(5, f"levels     {', '.join(levels())} (CONICOID_LEVEL chooses another)")
+        lines.append(f"levels     {', '.join(levels())} (CONICOID_LEVEL chooses another)")
     return lines

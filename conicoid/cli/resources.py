@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from .terminal import EXIT_USAGE, PATIENCE, Bar, compile_notes, show_message
+from .terminal import EXIT_USAGE, PATIENCE, Bar, show_message
 
 if TYPE_CHECKING:
     from ..io.ray_file import RayTable
@@ -59,7 +59,7 @@ def prepare(scene: Scene) -> None:
     """Prepare a scene, with progress if that takes long."""
     from .._util.text import format_count
 
-    with compile_notes(), Bar("preparing", "entry") as bar:
+    with Bar("preparing", "entry") as bar:
         scene.prepare(_progress(bar, lambda count: f"preparing {format_count(count, 'entry', 'entries')} ..."))
 
 

@@ -111,22 +111,6 @@ def user_mistakes() -> Iterator[None]:
         raise SystemExit(EXIT_FAILURE) from None
 
 
-@contextlib.contextmanager
-def compile_notes() -> Iterator[None]:
-    """Print once, while it happens, that kernels are being compiled."""
-    from .._jit.decorators import on_compile
-
-    times: list[float] = []
-
-    def note(name: str) -> None:
-        if not times:  # once for all kernels
-            times.append(time.perf_counter())
-            show_message("compiling kernels, which later runs find in the cache: up to a minute ...")
-
-    with on_compile(note):
-        yield
-
-
 class Bar:
     """A progress bar with rate and time left, on stderr; silent for a second, and without a terminal."""
 

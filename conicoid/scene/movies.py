@@ -52,15 +52,15 @@ class Frames:
     """The frames of one scene and one set of options, in a folder that is created with the first frame."""
 
     def __init__(self, scene: Scene, folder: Path, options: dict[str, Any]) -> None:
-        from .._jit.sources import source_hash
+        from .._jit.sources import digest_of_files
 
         self.scene, self.folder, self.options = scene, folder, options
         lowered = scene._prepared.lowered
         tables = {k: v for k, v in lowered.tables._asdict().items() if k not in _TREE_TABLES}
         # Names show in pictures with labels only; a change of code makes other frames
         names = [body.name for body in scene.bodies] if options["labels"] else []
-        parts = (source_hash(), sorted(options.items()), names, tables, lowered.rest, lowered.boxes, lowered.body_item)
-        self._key = digest_of(*parts, *scene.extent)
+        parts = (sorted(options.items()), names, tables, lowered.rest, lowered.boxes, lowered.body_item)
+        self._key = digest_of(digest_of_files(), *parts, *scene.extent)
 
     def path(self, camera: Any) -> Path:
         """Return where the picture by a camera is, or will be."""

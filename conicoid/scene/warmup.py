@@ -4,7 +4,7 @@ from __future__ import annotations
 
 
 def warmup() -> None:
-    """Compile and cache all kernels (a minute or two the first time, some seconds later).
+    """Compile all kernels for this process, in some two minutes.
 
     There is nothing to do if the package came with machine code.
     """

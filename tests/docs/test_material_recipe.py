@@ -65,6 +65,6 @@ def test_the_recipe_for_a_material_works(tmp_path: Path, chosen: str) -> None:
         "-k",
         chosen,
     ]
-    environment = {**os.environ, "PYTHONPATH": str(tmp_path), "CONICOID_CACHE_DIR": str(tmp_path / "cache")}
+    environment = {**os.environ, "PYTHONPATH": str(tmp_path)}
     ran = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
     assert ran.returncode == 0, ran.stdout + ran.stderr

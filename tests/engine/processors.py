@@ -1,4 +1,4 @@
-"""Machine code for named processors, whatever this one is: a kernel as Numba hands it to LLVM, and LLVM's own back ends.
+"""Machine code for the levels of wheels, whatever this processor is: a kernel as Numba hands it to LLVM, then as built.
 
 Each works in a process of its own: where LLVM has no code for something it ends the process.
 """
@@ -13,32 +13,18 @@ from pathlib import Path
 
 import pytest
 
-from conicoid._jit import vector_width as vectors
+from native.targets import TARGETS
 
-LINUX, MAC = "unknown-linux-gnu", "apple-macosx"
-TRIPLES = {
-    "x86-64-v3": f"x86_64-{LINUX}",
-    "haswell": f"x86_64-{LINUX}",
-    "znver3": f"x86_64-{LINUX}",
-    "x86-64-v4": f"x86_64-{LINUX}",
-    "skylake-avx512": f"x86_64-{LINUX}",
-    "cascadelake": f"x86_64-{LINUX}",
-    "icelake-server": f"x86_64-{LINUX}",
-    "rocketlake": f"x86_64-{LINUX}",
-    "sapphirerapids": f"x86_64-{LINUX}",
-    "graniterapids": f"x86_64-{LINUX}",
-    "znver4": f"x86_64-{LINUX}",
-    "znver5": f"x86_64-{LINUX}",
-    "neoverse-n1": f"aarch64-{LINUX}",
-    "neoverse-v2": f"aarch64-{LINUX}",
-    "apple-m1": f"arm64-{MAC}",
+LEVELS = {
+    level.processor: (target.name, level.name)
+    for target in map(TARGETS.__getitem__, ("linux-x86_64", "linux-aarch64", "macos-arm64"))
+    for level in target.levels
 }
-"""Of each processor; the names are LLVM's."""
+"""The target and level of each processor; the names are LLVM's."""
 
 FRONT = """
 import contextlib, sys
 from pathlib import Path
-from numba.core.caching import NullCache
 import conicoid as co
 from conicoid._jit import compiler as jit_functions
 from conicoid.kernels.entry.first_hits import trace_first
@@ -56,13 +42,11 @@ def keep(program):
     Path(sys.argv[1]).write_bytes(whole.as_bitcode())
     raise Enough
 
-class Nothing(NullCache):
-    @contextlib.contextmanager
-    def until_saved(self):
-        jit_functions._KernelLibrary.finalize = keep
-        yield
+def compile_to_keep(signature, compile=trace_first._compile):
+    jit_functions._KernelLibrary.finalize = keep
+    return compile(signature)
 
-trace_first._cache = Nothing()
+trace_first._compile = compile_to_keep
 with contextlib.suppress(Enough):
     co.Scene([co.Sphere()]).first_hit(co.Camera((0, 0, 5), (0, 0, 0), up=(0, 1, 0)).rays(16, 16))
 """
@@ -71,25 +55,17 @@ BACK = """
 import sys
 from pathlib import Path
 import llvmlite.binding as llvm
+from native import objects
+from native.targets import TARGETS
 
-source, triple, processor, width, optimized = sys.argv[1:]
-llvm.initialize_all_targets()
-llvm.initialize_all_asmprinters()
-machine = llvm.Target.from_triple(triple).create_target_machine(cpu=processor, opt=3)
+source, target, level, optimized = sys.argv[1:]
+target = TARGETS[target]
+machine = objects.machine_for(target.triple, target.only(level).levels[0])
 module = llvm.parse_bitcode(Path(source).read_bytes())
-words = '"prefer-vector-width"="{}"'.format
-module = llvm.parse_assembly(str(module).replace(words(512), words(width)) if int(width) else str(module))
-module.triple, module.data_layout = triple, str(machine.target_data)
-for speed, vectors in ((0, False), (3, True)) if optimized == "optimized" else ():  # as Numba does it
-    options = llvm.create_pipeline_tuning_options(speed_level=speed)
-    options.loop_vectorization = options.slp_vectorization = vectors
-    builder = llvm.create_pass_builder(machine, options)
-    passes = builder.getModulePassManager()
-    if not vectors:
-        passes.add_loop_rotate_pass()
-        passes.add_instruction_combine_pass()
-        passes.add_jump_threading_pass()
-    passes.run(module, builder)
+module.triple, module.data_layout = target.triple, str(machine.target_data)
+if optimized == "optimized":
+    objects.simplify(module, machine)
+    objects.optimize(module, machine)
 print(machine.emit_assembly(module))
 """
 
@@ -98,7 +74,6 @@ def _run(program: str, *arguments: object) -> subprocess.CompletedProcess[str]:
     command = [sys.executable, "-c", program, *map(str, arguments)]
     environment = os.environ | {
         "CONICOID_THREADS": "1",
-        "CONICOID_VECTOR_BITS": "512",
         "CONICOID_JIT": "own",
     }  # or another process compiles it
     return subprocess.run(command, capture_output=True, text=True, env=environment, timeout=300)
@@ -111,17 +86,11 @@ def before_optimization(program: str, path: Path) -> Path:
     return path
 
 
-def width(processor: str) -> int:
-    """The width of vectors that we choose for a processor, of which nothing but the name is known."""
-    return vectors._bits(TRIPLES[processor], processor, "", 0)
-
-
 def assembly(code: Path, processor: str, optimized: bool = True) -> str:
-    """The instructions of LLVM's code on a processor, in vectors of the width that is chosen for it."""
-    how = "optimized" if optimized else "as it is"
-    run = _run(BACK, code, TRIPLES[processor], processor, width(processor), how)
+    """The instructions of LLVM's code on a processor, as a wheel has them."""
+    run = _run(BACK, code, *LEVELS[processor], "optimized" if optimized else "as it is")
     if "Unable to find target" in run.stderr or "No available targets" in run.stderr:
-        pytest.skip(f"this LLVM makes no code for {TRIPLES[processor]}")
+        pytest.skip(f"this LLVM makes no code for {processor}")
     assert run.returncode == 0, run.stderr[-2000:]
     return run.stdout
 

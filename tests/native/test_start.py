@@ -11,10 +11,10 @@ pytestmark = needs_machine_code
 
 BARREL = ROOT / "examples" / "scenes" / "barrel.yaml"
 
-COMPILING = "numba llvmlite conicoid._jit.dispatch conicoid._jit.numba_cache conicoid._jit.disk_cache conicoid._jit.compile_lock conicoid.scene.warmup"
+COMPILING = "numba llvmlite conicoid._jit.compiler conicoid.scene.warmup"
 PROCESSES = "subprocess multiprocessing socket selectors asyncio concurrent.futures"
 TERMINAL = "rich typer click argparse"
-FILES = "yaml PIL OpenEXR defusedxml platformdirs conicoid.io.scene_file conicoid.io.npz tempfile pathlib logging"
+FILES = "yaml PIL OpenEXR defusedxml conicoid.io.scene_file conicoid.io.npz tempfile pathlib logging"
 NUMBERS = "mpmath numpy.ma numpy.random"
 WORDS = "difflib string secrets"
 OTHER_ANSWERS = "conicoid.queries.spans conicoid.queries.exact.doubtful_rays conicoid.queries.exact.hit_sides"

@@ -9,40 +9,37 @@ from pathlib import Path
 
 import pytest
 
+from ..children import child
 from ..command_line import written
-from ..machine_code import needs_machine_code
-from .tiny import COMPILED, LOADED, apart, used
+from ..machine_code import needs_compiler, needs_machine_code
 
 pytestmark = pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="needs Linux")
 
-
-def with_room_for(mebibytes: int) -> object:
-    """The kernel, or the error, with so much address space left."""
-    import resource
-
-    now = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
-    resource.setrlimit(resource.RLIMIT_AS, (now + (mebibytes << 20),) * 2)
-    try:
-        return used()
-    except MemoryError as error:
-        return str(error)
-
-
-@pytest.mark.parametrize("complete", [False, True], ids=["to compile", "to load"])
-@pytest.mark.parametrize("room", [4, 64, 200])
-def test_little_room_is_an_error_of_one_line(tmp_path, room, complete):
-    if complete:
-        apart(tmp_path / "kernels")
-    outcome = apart(tmp_path / "kernels", with_room_for, room)
-    assert outcome.quiet, outcome
-    assert ("to load the kernel doubled" if complete else "to compile the kernel doubled") in outcome.value
-    assert "\n" not in outcome.value
+COMPILING = """
+import resource, sys
+from pathlib import Path
+from conicoid._jit.compiler import compile_function
+doubled = compile_function(lambda x: 2.0 * x, entry=True)
+now = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
+resource.setrlimit(resource.RLIMIT_AS, (now + (int(sys.argv[1]) << 20),) * 2)
+try:
+    print(doubled(21.0))
+except MemoryError as error:
+    print(error)
+"""
 
 
-def test_enough_room(tmp_path):
-    assert apart(tmp_path / "kernels", with_room_for, 1000).value == COMPILED
-    # What the thread that loads it reserves for itself, comes on top of the 256 MiB
-    assert apart(tmp_path / "kernels", with_room_for, 500).value == LOADED
+@needs_compiler
+@pytest.mark.parametrize("room", [4, 200, 1000])
+def test_little_room_to_compile_is_an_error_of_one_line(room):
+    with child(COMPILING, room) as running:
+        code, out, errors = running.end(60)
+    assert (code, errors) == (0, "")
+    assert out.count("\n") == 1
+    if room == 1000:
+        assert out == "42.0\n"
+    else:
+        assert out.startswith("to compile the kernel <lambda> takes up to 512 MiB of memory")
 
 
 def rendered(folder: Path, mebibytes: int, jit: str) -> subprocess.CompletedProcess[str]:
@@ -53,7 +50,9 @@ def rendered(folder: Path, mebibytes: int, jit: str) -> subprocess.CompletedProc
     return subprocess.run(command, env=environment, capture_output=True, text=True, timeout=300)
 
 
-@pytest.mark.parametrize("jit", ["own", pytest.param("", marks=needs_machine_code)])
+@pytest.mark.parametrize(
+    "jit", [pytest.param("own", marks=[needs_compiler, pytest.mark.deep]), pytest.param("", marks=needs_machine_code)]
+)
 @pytest.mark.parametrize(
     "mebibytes",
     [150, 330, 430, *(pytest.param(m, marks=pytest.mark.deep) for m in range(140, 801, 20))],
