@@ -164,7 +164,7 @@ def test_the_query_of_contributing_works(monkeypatch: pytest.MonkeyPatch) -> Non
 @pytest.mark.deep
 def test_the_examples_of_contributing_join_the_tree(tmp_path: Path) -> None:
     """In a copy of it, by the edits that the page tells of: they pass the tests that hold for all of their kind."""
-    for folder in ("conicoid", "native", "tests", "docs", "benchmarks"):
+    for folder in ("conicoid", "native", "tests", "docs"):
         shutil.copytree(ROOT / folder, tmp_path / folder, ignore=shutil.ignore_patterns("__pycache__"))
     for name in ("pyproject.toml", *LETTERS):
         shutil.copy(ROOT / name, tmp_path)

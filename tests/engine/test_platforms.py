@@ -27,7 +27,7 @@ kernels = [item for item in gc.get_objects() if isinstance(item, Kernel) and ite
 called, odd, names = {}, [], set()
 for kernel in kernels:
     for version in kernel.overloads.values():
-        code = str(version.library._shared_module)
+        code = version.library.get_llvm_str()
         names.add(kernel.__name__)
         for function in re.findall(r'^declare [^@]*@"?([^"(]+)', code, re.M):
             called.setdefault(function, []).append(kernel.__name__)
