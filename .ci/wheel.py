@@ -52,7 +52,7 @@ ALL_TOOLS = (
         "joblib",
         "jsonschema",
     ),
-    *("lief", "nbclient", "playwright"),
+    *("lief", "nbclient", "OpenEXR", "playwright"),
 )
 EACH_LEVEL = "tests/native/test_digest.py", "tests/native/test_no_compiler.py", "tests/test_system.py"
 SAMPLE = (

@@ -6,11 +6,12 @@ import io
 import math
 
 import numpy as np
-import OpenEXR
 import PIL.Image
 import pytest
 
 import conicoid as co
+
+OpenEXR = pytest.importorskip("OpenEXR")
 
 
 def standard(linear: float) -> int:

@@ -618,6 +618,7 @@ def test_scene_with_surroundings_comes_back(background, tmp_path):
 
 
 def test_environment_of_bytes_and_pictures(tmp_path):
+    pytest.importorskip("OpenEXR")
     image = co.Image(PIXELS)
     np.testing.assert_allclose(co.Environment(image).pixels, PIXELS, rtol=1e-6)
     grey = np.full((2, 4, 3), 188, np.uint8)
@@ -632,6 +633,7 @@ def test_environment_of_bytes_and_pictures(tmp_path):
 
 @pytest.mark.parametrize("make", [co.Environment, co.Environment.of_file])
 def test_environment_of_files(make, tmp_path):
+    pytest.importorskip("OpenEXR")
     co.Image(PIXELS).save(tmp_path / "sky.exr")
     assert make(tmp_path / "sky.exr") == make(str(tmp_path / "sky.exr")) == co.Environment(PIXELS.astype(np.float32))
     with pytest.raises(ValueError, match="^Environment: pixels: file is not an existing file: 'no.exr'$"):

@@ -95,6 +95,10 @@ class RenderRequest:
             check_stdout("a picture")
         elif self.output.suffix.lower() not in SUFFIXES:
             raise ValueError(f"{self.output}: pictures are saved as {', '.join(SUFFIXES)}")
+        elif self.output.suffix.lower() == ".exr":
+            from ..materials.image_file import import_openexr
+
+            import_openexr()
         check_folder(self.output)
 
     def developed(self, image: Any) -> Any:

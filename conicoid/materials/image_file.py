@@ -84,7 +84,10 @@ def _restore_pixels(array: Any) -> Pixels:
 
 
 def read_pixels(file: str | os.PathLike[str]) -> Pixels:
-    """Return the pixels of a file. Raise ValueError if it is missing, no picture, damaged, or too large."""
+    """Return the pixels of a file. Raise ValueError if it is missing, no picture, damaged, or too large.
+
+    Raise ImportError for an .exr without OpenEXR.
+    """
     from pathlib import Path  # few scenes have pictures on their bodies
 
     path = Path(file)
@@ -127,12 +130,20 @@ def _grey16(file: Any) -> Any:
     return np.repeat(grey[..., None], 3, axis=2)
 
 
+def import_openexr() -> Any:
+    """Return `OpenEXR`. Raise ImportError with the way to install it."""
+    try:
+        import OpenEXR
+    except ImportError:
+        raise ImportError(".exr files need OpenEXR: pip install 'conicoid[exr]'") from None
+    return OpenEXR
+
+
 def _read_exr(path: Path) -> Any:
     """Decode an .exr: channels R, G, B or one of grey."""
-    import OpenEXR
-
+    openexr = import_openexr()
     try:
-        channels = OpenEXR.File(os.fspath(path)).channels()
+        channels = openexr.File(os.fspath(path)).channels()
         name = next(name for name in ("RGB", "RGBA", "Y", "R") if name in channels)
         pixels = np.asarray(channels[name].pixels, np.float32)
     except StopIteration:

@@ -49,6 +49,7 @@ def test_chunks_write_the_same(files, rays):
 
 
 def test_workers_write_the_same(files):
+    pytest.importorskip("OpenEXR")
     whole = traced(files, "rays.npy", "whole.csv")
     assert traced(files, "rays.npy", "parts.csv", "--chunk", 100, "--workers", 1).read_bytes() == whole.read_bytes()
     options = "--width", 70, "--height", 40

@@ -46,6 +46,7 @@ def slurm(tmp_path):
 
 
 def test_a_picture_of_two_jobs(tmp_path, slurm):
+    pytest.importorskip("OpenEXR")
     co.save(subject.scene(), tmp_path / "scene.yaml")
     command = [sys.executable, "-m", "conicoid", "render", tmp_path / "scene.yaml", "--width", "70", "--height", "40"]
     subprocess.run([*command, "-o", tmp_path / "far.exr", "--slurm", "2"], env=slurm, check=True, timeout=240)

@@ -5,12 +5,13 @@ from __future__ import annotations
 import io
 
 import numpy as np
-import OpenEXR
 import PIL.Image
 import pytest
 
 import conicoid as co
 from tests.command_line import refused, run
+
+OpenEXR = pytest.importorskip("OpenEXR")
 
 SCENE = """
 camera: {position: [4, -6, 3], look_at: [0, 0, 0.5], aperture: 0.2}

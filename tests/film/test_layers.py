@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-import OpenEXR
 import pytest
 
 import conicoid as co
 from conicoid.render.film.options import LAYERS
+
+OpenEXR = pytest.importorskip("OpenEXR")
 
 SCENE = co.Scene(
     [co.Body(co.Sphere(1, (0, 0, 1)), "tomato"), co.Body(co.Box((-2, -2, -1), (2, 2, 0)), co.matte("teal"))],

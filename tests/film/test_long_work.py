@@ -263,6 +263,7 @@ def _until_it_is_there(asked, most, folder):
 
 
 def _kill(times, tmp_path, samples, integrator):
+    pytest.importorskip("OpenEXR")
     """Pictures one after the other, each to its last bit, until processes were killed so many times."""
     killed, seed = 0, 0
     while killed < times:

@@ -13,6 +13,8 @@ import pytest
 import conicoid as co
 from conicoid.io.images import codecs as exr
 
+OpenEXR = pytest.importorskip("OpenEXR")
+
 ROOT = Path(__file__).resolve().parents[2]
 WRITERS = {
     "picture.png": "co.Image(np.random.default_rng(0).random((200, 200, 3))).save(path)",
@@ -66,8 +68,6 @@ def test_one_line_and_nothing_else(name, tmp_path):
 def test_whatever_the_library_says_is_an_os_error(text, reason, tmp_path, monkeypatch):
     def fail(self: object, path: str) -> None:
         raise RuntimeError(text)
-
-    import OpenEXR
 
     monkeypatch.setattr(OpenEXR.File, "write", fail)
     with pytest.raises(OSError, match=reason) as caught:

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import sys
+
 import numpy as np
 import pytest
 
 import conicoid as co
+from tests.children import ROOT
+from tests.command_line import run
 
 PIXELS = np.random.default_rng(3).random((4, 8, 3)).astype(np.float32)
 SCENE = "background: {Environment: {pixels: sky.exr, intensity: 2}}\nbodies: [{shape: Sphere}]\n"
@@ -13,6 +17,7 @@ SCENE = "background: {Environment: {pixels: sky.exr, intensity: 2}}\nbodies: [{s
 
 @pytest.fixture
 def folder(tmp_path):
+    pytest.importorskip("OpenEXR")
     co.Image(PIXELS).save(tmp_path / "sky.exr")
     (tmp_path / "scene.yaml").write_text(SCENE.replace("Sphere", "{Sphere: {}}"))
     return tmp_path
@@ -67,3 +72,18 @@ def test_mistakes_are_told_with_their_place(folder, name, told):
     with pytest.raises(co.SceneFileError, match=told) as caught:
         co.load(target / "bad.yaml")
     assert ":1:" in str(caught.value)
+
+
+def test_without_openexr_the_way_to_install_it_is_in_the_message(folder, monkeypatch):
+    image, plate = co.Image(PIXELS), co.Scene([co.Sphere()]).slice("z", 0, pixels=8)
+    monkeypatch.setitem(sys.modules, "OpenEXR", None)  # Python then finds none
+    for work in (
+        lambda: co.load(folder / "scene.yaml"), lambda: co.Environment(folder / "sky.exr"),
+        lambda: image.save(folder / "new.exr"), lambda: plate.save(folder / "new.exr"),
+    ):  # fmt: skip
+        with pytest.raises(ImportError, match=r"^\.exr files need OpenEXR: pip install 'conicoid\[exr\]'$"):
+            work()
+    for command in ("render", "slice"):
+        result = run(command, ROOT / "examples" / "scenes" / "barrel.yaml", "-o", folder / "new.exr")
+        assert (result.exit_code, "pip install 'conicoid[exr]'" in result.stderr) == (1, True)
+    assert not (folder / "new.exr").exists()

@@ -5,7 +5,6 @@ from __future__ import annotations
 import io
 
 import numpy as np
-import OpenEXR
 import pytest
 
 import conicoid as co
@@ -39,9 +38,10 @@ def test_a_group_is_the_picture_with_its_lights_alone():
 
 
 def test_groups_are_layers_of_an_exr(tmp_path):
+    openexr = pytest.importorskip("OpenEXR")
     image = SCENE.render(8, 6, 2, "direct", groups={"key": ["key"]}, layers="depth")
     image.save(tmp_path / "out.exr")
-    channels = OpenEXR.File(str(tmp_path / "out.exr"), separate_channels=True).channels()
+    channels = openexr.File(str(tmp_path / "out.exr"), separate_channels=True).channels()
     assert {"light.key.R", "light.key.G", "light.key.B", "depth.V", "R"} <= set(channels)
     assert (channels["light.key.G"].pixels == image.layers["light.key"][..., 1]).all()
 

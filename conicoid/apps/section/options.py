@@ -15,8 +15,12 @@ PIXELS = (".png", ".exr", ".jpg", ".jpeg", ".webp")
 
 
 def check_suffix(suffix: str, path: Any) -> None:
-    """Raise ValueError for a suffix that slices are not saved as."""
+    """Raise ValueError for a suffix that slices are not saved as, ImportError for an .exr without OpenEXR."""
     if suffix not in (*CURVES, *PIXELS):
         raise ValueError(
             f"Slice: slices are saved as {', '.join((*CURVES, *PIXELS))}, got {format_value(os.fspath(path))}"
         )
+    if suffix == ".exr":
+        from ...materials.image_file import import_openexr
+
+        import_openexr()

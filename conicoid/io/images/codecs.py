@@ -19,6 +19,7 @@ from ..._util.arrays import FloatArray
 from ..._util.safe_files import replace_file
 from ...kernels.tables import Floats
 from ...materials.color import srgb_encode
+from ...materials.image_file import import_openexr
 
 if TYPE_CHECKING:
     from rich.text import Text
@@ -52,11 +53,12 @@ def write_exr(
 
     Raises
     ------
+    ImportError
+        If the extra `exr` is not installed.
     OSError
         If the file cannot be written.
     """
-    import OpenEXR
-
+    openexr = import_openexr()
     kind = np.float16 if half else np.float32
     data = _exr_float(values, kind)
     channels = {"RGB" if data.ndim == 3 else "Y": data}
@@ -68,10 +70,10 @@ def write_exr(
             continue
         for k, letter in enumerate(_LAYER_CHANNELS.get(name, "RGB")):
             channels[f"{name}.{letter}"] = np.ascontiguousarray(array[..., k])
-    header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
+    header = {"compression": openexr.ZIP_COMPRESSION, "type": openexr.scanlineimage}
     with replace_file(path) as part:
         try:
-            OpenEXR.File(header, channels).write(str(part))
+            openexr.File(header, channels).write(str(part))
         except RuntimeError as error:
             raise _exr_os_error(str(error)) from None
 

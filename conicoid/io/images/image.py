@@ -209,6 +209,8 @@ class Image:
         ------
         ValueError
             For any other suffix or number of bits.
+        ImportError
+            For an .exr, if the extra `exr` is not installed.
         FileNotFoundError
             If the folder does not exist.
         """
