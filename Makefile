@@ -7,6 +7,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 PYTEST := $(BIN)/python -m pytest --numprocesses=auto --maxprocesses=4 --dist=worksteal
 BUILT := $(VENV)/.build
+WHEEL_READY := $(VENV)/.wheel
 READY := $(VENV)/.ready
 DOCS_READY := $(VENV)/.docs
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
@@ -75,11 +76,11 @@ format: $(READY)
 	$(BIN)/ruff format
 	$(BIN)/ruff check --fix
 
-wheel: $(READY)
-	$(BIN)/python -m native.wheels host
+wheel: $(WHEEL_READY)
+	@$(BIN)/python -m native.wheels host
 
-wheels: $(READY)
-	$(BIN)/python -m native.wheels
+wheels: $(WHEEL_READY)
+	@$(BIN)/python -m native.wheels
 
 # One environment serves every target, a demonstration with part of it; stamps keep it until its inputs change.
 $(BUILT): pyproject.toml requirements-dev.lock
@@ -91,6 +92,10 @@ $(BUILT): pyproject.toml requirements-dev.lock
 	@test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
 	@$(PIP) install --constraint requirements-dev.lock --upgrade pip hatchling
 	@$(PIP) install --constraint requirements-dev.lock --no-build-isolation --editable . --group build
+	@touch $@
+
+$(WHEEL_READY): $(BUILT)
+	@$(PIP) install --constraint requirements-dev.lock --group wheel
 	@touch $@
 
 $(READY): $(BUILT)

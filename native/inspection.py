@@ -17,11 +17,10 @@ from abi3info.models import PyVersion
 
 from . import wasm
 from .binary import Binary, read
-from .link import extension_name
+from .link import PAGE_ENGINE, extension_name
 from .targets import TARGETS, Target
 
 ROOT = Path(__file__).resolve().parents[1]
-PAGE_ENGINE = "conicoid/viewer/engine.wasm"
 MOST_BYTES = 8 << 20
 OLDEST_PYTHON = PyVersion(3, 11)
 STABLE = {each.symbol.name for each in (*FUNCTIONS.values(), *DATAS.values()) if each.added <= OLDEST_PYTHON}

@@ -14,6 +14,8 @@ from .targets import Target
 from .windows import import_library
 
 HERE = Path(__file__).resolve().parent
+PAGE_ENGINE = "conicoid/viewer/engine.wasm"
+"""Where a wheel and a checkout have the engine for pages."""
 SOURCES = "door.c", "scratch.c", "fma.c"
 FLAGS = "-O2 -fPIC -fvisibility=hidden -Wall -Wextra -Werror -fno-math-errno -ffp-contract=off".split()
 ZIG = [sys.executable, "-m", "ziglang"]

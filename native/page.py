@@ -16,7 +16,7 @@ from pathlib import Path
 
 from . import objects
 from .build import HERE, is_newer, lowered, put, stamp_of
-from .inspection import PAGE_ENGINE
+from .link import PAGE_ENGINE
 from .targets import WASM
 
 TRIPLE = "wasm32-unknown-unknown"

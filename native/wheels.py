@@ -1,7 +1,8 @@
 """Wheels with machine code, and the source archive, into `dist`: `python -m native.wheels [TARGET...]`.
 
-Without names for all targets; `host` is this machine's. The kernels' LLVM code is made once for all; each wheel is
-inspected before it gets its name, and what is interrupted leaves nothing behind.
+Without names for all targets; `host` is this machine's. Each wheel is made by hatchling and the hook (hook.py), as
+`pip wheel .` makes it; the kernels' LLVM code is made once for all. Each is inspected before it gets its name, and what
+is interrupted leaves nothing behind.
 """
 
 from __future__ import annotations
@@ -12,34 +13,20 @@ import sys
 import tempfile
 import time
 from pathlib import Path
-from typing import Any
 
 from hatchling.builders.sdist import SdistBuilder
 from hatchling.builders.wheel import WheelBuilder
 
-from . import page
-from .build import build, host, lowered
-from .inspection import PAGE_ENGINE, ROOT, wrong_with_wheel
+from .build import host
+from .inspection import ROOT, wrong_with_wheel
 from .targets import TARGETS, Target
 
 
-class _Wheel(WheelBuilder):
-    """The package with an extension of its target, and the engine for pages."""
-
-    target: Target
-    extension: Path
-    engine: Path
-
-    def get_default_build_data(self) -> dict[str, Any]:
-        inside = {str(self.extension): f"conicoid/{self.extension.name}", str(self.engine): PAGE_ENGINE}
-        tag = f"cp311-abi3-{self.target.tag}"
-        return super().get_default_build_data() | {"pure_python": False, "tag": tag, "force_include": inside}
-
-
-def wheel(target: Target, extension: Path, engine: Path, folder: Path) -> Path:
-    """A wheel in the folder. Raises ValueError if something is wrong with it."""
-    builder = _Wheel(str(ROOT))
-    builder.target, builder.extension, builder.engine = target, extension, engine
+def wheel(target: Target, folder: Path) -> Path:
+    """A wheel in the folder, where the hook uses what it finds. Raises ValueError if something is wrong with it."""
+    builder = WheelBuilder(str(ROOT))
+    hook = builder.raw_config["tool"]["hatch"]["build"]["targets"]["wheel"]["hooks"]["custom"]
+    hook |= {"target": target.name, "folder": str(folder)}
     made = Path(next(builder.build(directory=str(folder), versions=["standard"])))
     wrong = wrong_with_wheel(made)
     if wrong:
@@ -52,35 +39,22 @@ def source_archive(folder: Path) -> Path:
     return Path(next(SdistBuilder(str(ROOT)).build(directory=str(folder), versions=["standard"])))
 
 
-class _Progress:
-    """Lines with the time since the beginning."""
-
-    def __init__(self) -> None:
-        self.begun = time.monotonic()
-
-    def __call__(self, message: str) -> None:
-        print(f"{time.monotonic() - self.begun:6.0f} s  {message}", flush=True)
-
-
 def make(targets: list[Target], out: Path, scratch: Path, sources: bool) -> None:
-    """Build, inspect, and only then move into `out`."""
-    say = _Progress()
-    say("kernels to LLVM code")
-    lowered(scratch)
-    say("the engine for pages")
-    engine = page.build(scratch)
-    made = []
+    """Build, inspect, and only then move into `out`; print what was made, and how it is installed."""
+    begin, made = time.monotonic(), []
     for number, target in enumerate(targets, 1):
-        say(f"{target.name} ({number} of {len(targets)}): {', '.join(level.name for level in target.levels)}")
-        made.append(wheel(target, build(target, scratch), engine, scratch))
+        print(f"Wheel {number} of {len(targets)}, for {target.name}:", flush=True)
+        made.append(wheel(target, scratch))
     if sources:
         made.append(source_archive(scratch))
     out.mkdir(parents=True, exist_ok=True)
+    print(f"Made in {time.monotonic() - begin:.0f} s:")
     for file in made:
         arriving = out / f".{file.name}.part"
         shutil.copyfile(file, arriving)  # the folders may be on different disks
         arriving.replace(out / file.name)
-        say(f"{out / file.name}: {file.stat().st_size / 1e6:.2f} MB")
+        print(f"{out / file.name}, {file.stat().st_size / 1e6:.2f} MB")
+    print(f"To install it: pip install {out / made[0].name if len(made) == 1 else f'--find-links {out} conicoid'}")
 
 
 def main() -> int:

@@ -8,7 +8,9 @@ import warnings
 from collections.abc import Iterator
 
 THREADS, JIT, LEVEL = "CONICOID_THREADS", "CONICOID_JIT", "CONICOID_LEVEL"
-KNOWN = THREADS, JIT, LEVEL
+KERNELS = "CONICOID_KERNELS"
+"""Read when a wheel is built, by native/hook.py, and never again."""
+KNOWN = THREADS, JIT, LEVEL, KERNELS
 MOST_THREADS = 1 << 16
 _LONGEST = 80
 """The largest number of characters of a value in a message."""

@@ -11,6 +11,7 @@ from zipfile import ZipFile
 
 import pytest
 
+from native import build, page
 from native.binary import read
 from native.inspection import ROOT, STABLE, target_of, wrong_with_extension, wrong_with_wheel
 from native.link import extension_name, side_module
@@ -131,10 +132,19 @@ def test_the_header_declares_nothing_but_the_stable_abi():
     assert not functions & objects
 
 
+def wheel_with(extension: Path, folder: Path) -> Path:
+    """A wheel as hatchling and its hook make it, of parts that are there."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(build, "lowered", lambda folder: folder)
+        patch.setattr(page, "build", page_engine)
+        patch.setattr(build, "build", lambda target, folder: extension)
+        return wheel(LINUX, folder)
+
+
 @pytest.fixture
 def good_wheel(tmp_path):
     (tmp_path / "extension").mkdir()
-    return wheel(LINUX, compiled(tmp_path / "extension", GOOD), page_engine(tmp_path), tmp_path)
+    return wheel_with(compiled(tmp_path / "extension", GOOD), tmp_path)
 
 
 NO_MODULE = b"\0asm\1\0\0\0"
@@ -199,4 +209,4 @@ def test_a_faulty_extension_becomes_no_wheel(tmp_path):
     bad = compiled(tmp_path, GOOD + "EXPORT int other(void) { return 1; }")
     (tmp_path / "out").mkdir()
     with pytest.raises(ValueError, match="offers PyInit__kernels, other"):
-        wheel(LINUX, bad, page_engine(tmp_path), tmp_path / "out")
+        wheel_with(bad, tmp_path / "out")

@@ -1,0 +1,18 @@
+"""hatchling as `pyproject.toml` names it, but an editable install requires nothing of what machine code needs.
+
+hatchling does not let a hook know for which kind of build it is asked for requirements.
+"""
+
+from __future__ import annotations
+
+import os
+from typing import Any
+
+from hatchling import build
+from hatchling.build import *  # noqa: F403
+
+
+def get_requires_for_build_editable(config_settings: dict[str, Any] | None = None) -> list[str]:
+    """Return what an editable install needs beside hatchling: no kernels are built for it."""
+    os.environ["CONICOID_KERNELS"] = "none"  # this process does nothing else
+    return build.get_requires_for_build_editable(config_settings)

@@ -1,0 +1,112 @@
+"""The hook of hatchling that puts machine code into wheels: `pip install .`, `pip wheel .`, `python -m native.wheels`.
+
+`CONICOID_KERNELS` chooses the levels of this machine that a wheel gets, as "x86-64-v3,x86-64-v4"; unset, it gets all;
+with "none" it gets no machine code, and needs no compiler to be made. Source archives and editable installs have none.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import sysconfig
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from hatchling.builders.hooks.plugin.interface import BuildHookInterface
+
+if TYPE_CHECKING:
+    from native.targets import Target
+
+VARIABLE = "CONICOID_KERNELS"
+
+
+@contextmanager
+def step(name: str) -> Iterator[None]:
+    """Print the name of a step before it begins, and its seconds after it ended."""
+    print(f"{name} ... ", end="", flush=True)
+    begin = time.monotonic()
+    yield
+    print(f"{time.monotonic() - begin:.0f} s", flush=True)
+
+
+class KernelsHook(BuildHookInterface[Any]):
+    """Adds the extension, the engine for pages, and the tag of the platform to a wheel."""
+
+    PLUGIN_NAME = "custom"
+
+    def __init__(self, root: str, *arguments: Any, **options: Any) -> None:
+        super().__init__(root, *arguments, **options)
+        if root not in sys.path:  # for `hatch build`, which does not go through native/backend.py
+            sys.path.insert(0, root)
+
+    def dependencies(self) -> list[str]:
+        """Return what a wheel needs to be made: compilers, and what importing conicoid needs."""
+        if self._target() is None:
+            return []
+        project = self.metadata.core
+        build = self.metadata.config["dependency-groups"]["build"]
+        return [*project.dependencies, *project.optional_dependencies["jit"], *build]
+
+    def initialize(self, version: str, build_data: dict[str, Any]) -> None:
+        """Build the extension and the engine for pages."""
+        target = None if version == "editable" else self._target()
+        if target is None:
+            return
+        from native import build, page  # they need compilers
+
+        self._scratch = tempfile.TemporaryDirectory()
+        folder = Path(self.config.get("folder") or self._scratch.name)
+        with step("kernels to LLVM code"):
+            build.lowered(folder)
+        with step("the engine for pages"):
+            engine = page.build(folder)
+        with step(f"machine code for {target.name}: {', '.join(level.name for level in target.levels)}"):
+            extension = build.build(target, folder)
+        build_data |= {"pure_python": False, "tag": f"cp311-abi3-{target.tag}"}
+        build_data["force_include"] |= {str(extension): f"conicoid/{extension.name}", str(engine): page.PAGE_ENGINE}
+
+    def finalize(self, version: str, build_data: dict[str, Any], artifact_path: str) -> None:
+        """Remove what was made on the way."""
+        if hasattr(self, "_scratch"):
+            self._scratch.cleanup()
+
+    def _target(self) -> Target | None:
+        """Return the target of the wheel with its levels, None for a wheel without machine code.
+
+        Raises SystemExit, which pip shows, where machine code cannot be made.
+        """
+        text = os.environ.get(VARIABLE, "")
+        if text == "none":
+            return None
+        from native.build import host
+        from native.targets import TARGETS
+
+        try:
+            target = TARGETS[self.config["target"]] if "target" in self.config else host()
+            _check_python(self.config["newest-python"])
+        except SystemExit as error:
+            raise SystemExit(
+                f"{error}. {VARIABLE}=none makes a wheel without machine code, "
+                "which Numba compiles at first use: extra `jit`"
+            ) from None
+        unknown = set(text.split(",") if text else ()) - {level.name for level in target.levels}
+        if unknown:
+            known = ", ".join(level.name for level in target.levels)
+            raise SystemExit(f"{VARIABLE} must be none, or some of {known}; got {text[:80]!r}")
+        return target.only(text)
+
+
+def _check_python(newest: list[int]) -> None:
+    """Raise SystemExit unless machine code can be made with this Python."""
+    last = ".".join(map(str, newest))
+    if sys.implementation.name != "cpython" or sysconfig.get_config_var("Py_GIL_DISABLED"):
+        raise SystemExit(f"Machine code is made by and for CPython with its lock, 3.11 to {last}")
+    if list(sys.version_info[:2]) > newest:
+        raise SystemExit(
+            f"Machine code is made by Numba, which is not there for Python {'.'.join(map(str, sys.version_info[:2]))}; "
+            f"a wheel that Python 3.11 to {last} makes serves later ones too"
+        )

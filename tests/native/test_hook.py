@@ -1,0 +1,114 @@
+"""What `pip wheel .` makes: requirements of each kind of build, CONICOID_KERNELS, tags; no kernel is built here."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import sysconfig
+from collections import namedtuple
+from pathlib import Path
+from zipfile import ZipFile
+
+import pytest
+from hatchling.builders.wheel import WheelBuilder
+
+from native import backend, build, page
+from tests.children import ROOT
+
+Version = namedtuple("Version", "major minor")
+
+
+@pytest.fixture(autouse=True)
+def project(monkeypatch):
+    monkeypatch.chdir(ROOT)  # where a front end calls the backend
+    monkeypatch.delenv("CONICOID_KERNELS", raising=False)
+
+
+def names(requirements: list[str]) -> set[str]:
+    return {each.partition(">")[0].partition("<")[0].partition("~")[0] for each in requirements}
+
+
+def made(folder: Path, version: str = "standard") -> Path:
+    """A wheel of parts that are there."""
+    return Path(next(WheelBuilder(str(ROOT)).build(directory=str(folder), versions=[version])))
+
+
+def test_a_wheel_requires_compilers_and_a_source_archive_does_not():
+    wanted = backend.get_requires_for_build_wheel()
+    assert {"numba", "ziglang", "numpy"} <= names(wanted)
+    assert any(each.startswith("numba") and "<" in each for each in wanted), "a limit, as for the extra `jit`"
+    assert backend.get_requires_for_build_sdist() == []
+
+
+def test_an_editable_install_requires_no_compilers(tmp_path):
+    # In a process of its own, as front ends call it: it sets a variable
+    program = "from native import backend; print(backend.get_requires_for_build_editable())"
+    done = subprocess.run([sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True, check=True)
+    assert "numba" not in done.stdout
+    assert "ziglang" not in done.stdout
+    assert made(tmp_path, "editable").name.endswith("-py3-none-any.whl")
+
+
+def test_without_kernels_a_wheel_is_pure(monkeypatch, tmp_path):
+    monkeypatch.setenv("CONICOID_KERNELS", "none")
+    assert backend.get_requires_for_build_wheel() == []
+    wheel = made(tmp_path)
+    assert wheel.name.endswith("-py3-none-any.whl")
+    with ZipFile(wheel) as archive:
+        found = archive.namelist()
+        about = archive.read(next(name for name in found if name.endswith("/WHEEL"))).decode().splitlines()
+    assert {"Root-Is-Purelib: true", "Tag: py3-none-any"} <= set(about)
+    assert "conicoid/scene/scene.py" in found
+    assert not [name for name in found if name.endswith((".so", ".pyd", ".wasm"))]
+
+
+@pytest.mark.parametrize("chosen", ["", "last"])
+def test_levels_are_those_of_this_machine_or_some(monkeypatch, tmp_path, chosen, capsys):
+    levels = [level.name for level in build.host().levels]
+    wanted = [levels[-1]] if chosen else levels
+    monkeypatch.setenv("CONICOID_KERNELS", levels[-1] if chosen else "")
+    built = []
+
+    def extension(target, folder):
+        built.extend(level.name for level in target.levels)
+        return written(folder / "_kernels.abi3.so")
+
+    monkeypatch.setattr(build, "lowered", written)
+    monkeypatch.setattr(page, "build", lambda folder: written(folder / "engine.wasm"))
+    monkeypatch.setattr(build, "build", extension)
+    wheel = made(tmp_path)
+    assert built == wanted
+    assert wheel.name.endswith(f"-cp311-abi3-{build.host().tag}.whl")
+    assert {"conicoid/_kernels.abi3.so", page.PAGE_ENGINE} <= set(ZipFile(wheel).namelist())
+    assert f": {', '.join(wanted)} ... 0 s\n" in capsys.readouterr().out
+
+
+def written(file: Path) -> Path:
+    if not file.is_dir():
+        file.write_bytes(b"some")
+    return file
+
+
+@pytest.mark.parametrize("chosen", ["all", "x86-64-v9", "none,none"])
+def test_unknown_levels_are_refused(monkeypatch, chosen):
+    monkeypatch.setenv("CONICOID_KERNELS", chosen)
+    with pytest.raises(SystemExit, match=f"^CONICOID_KERNELS must be none, or some of .*; got '{chosen}'$"):
+        backend.get_requires_for_build_wheel()
+
+
+def test_where_no_kernels_can_be_made_the_message_names_the_way_out(monkeypatch):
+    advice = r"CONICOID_KERNELS=none makes a wheel without machine code"
+    with monkeypatch.context() as patch:
+        patch.setattr(sys, "version_info", Version(3, 15))
+        with pytest.raises(SystemExit, match=rf"Numba, which is not there for Python 3.15; .*3.14 .*\. {advice}"):
+            backend.get_requires_for_build_wheel()
+    with monkeypatch.context() as patch:
+        patch.setattr(sysconfig, "get_config_var", lambda name: 1)
+        with pytest.raises(SystemExit, match=rf"CPython with its lock.*\. {advice}"):
+            backend.get_requires_for_build_wheel()
+    with monkeypatch.context() as patch:
+        patch.setattr(sys, "platform", "sunos5")
+        with pytest.raises(SystemExit, match=rf"there is no target sunos5-.*\. {advice}"):
+            backend.get_requires_for_build_wheel()
+    assert "CONICOID_KERNELS" not in os.environ
