@@ -3,6 +3,8 @@
 PYTHON ?= $(shell for python in python3.11 python3.12 python3.13 python3.14 python3 python; do \
 	$$python -c 'import ensurepip, sys; sys.exit(sys.version_info < (3, 11))' >/dev/null 2>&1 && echo $$python && break; done)
 
+unexport PYTHONDONTWRITEBYTECODE     # or each process would compile what it imports
+
 VENV := .venv
 BIN := $(VENV)/bin
 PYTEST := $(BIN)/python -m pytest --numprocesses=auto --maxprocesses=4 --dist=worksteal
@@ -83,6 +85,7 @@ wheels: $(WHEEL_READY)
 	@$(BIN)/python -m native.wheels
 
 # One environment serves every target, a demonstration with part of it; stamps keep it until its inputs change.
+# Most of what is installed is never imported, so Python compiles modules at their first import instead.
 $(BUILT): pyproject.toml requirements-dev.lock
 	@test -n "$(PYTHON)" || { echo "Conicoid needs Python 3.11 or newer with its venv module (Debian: apt-get install python3-venv);" \
 		"none was found. Set PYTHON=/path/to/python if it is elsewhere." >&2; exit 1; }
@@ -90,8 +93,8 @@ $(BUILT): pyproject.toml requirements-dev.lock
 		"$(PYTHON) is `$(PYTHON) --version`." >&2; exit 1; }
 	@echo "Installing into $(VENV) ..."
 	@test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
-	@$(PIP) install --constraint requirements-dev.lock --upgrade pip hatchling
-	@$(PIP) install --constraint requirements-dev.lock --no-build-isolation --editable . --group build
+	@$(PIP) install --no-compile --constraint requirements-dev.lock --upgrade pip hatchling
+	@$(PIP) install --no-compile --constraint requirements-dev.lock --no-build-isolation --editable . --group build
 	@touch $@
 
 $(WHEEL_READY): $(BUILT)

@@ -98,8 +98,8 @@ LIGHT = {
 
 
 DEMO = (
-    "glass_water_mirror", "balls_and_barrel", "nine_quadrics", "bored_box", "die", "caffeine", "shepp_logan_x_ray",
-    "steinmetz",
+    "glass_water_mirror", "balls_and_barrel", "nine_quadrics", "bored_box", "telescope", "caffeine",
+    "shepp_logan_x_ray", "steinmetz",
 )  # fmt: skip
 """Quick ones for a first look; the first is that of the README."""
 
