@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import os
+import importlib.util
 import subprocess
 import sys
 import sysconfig
@@ -14,6 +14,7 @@ import pytest
 from hatchling.builders.wheel import WheelBuilder
 
 from native import backend, build, page
+from native.targets import TARGETS
 from tests.children import ROOT
 
 Version = namedtuple("Version", "major minor")
@@ -97,18 +98,28 @@ def test_unknown_levels_are_refused(monkeypatch, chosen):
         backend.get_requires_for_build_wheel()
 
 
-def test_where_no_kernels_can_be_made_the_message_names_the_way_out(monkeypatch):
+@pytest.mark.parametrize(
+    ("patches", "reason"),
+    [
+        (
+            [(sys, "version_info", Version(3, 15))],
+            "Numba, which cannot be installed for Python 3.15 on .*`make wheels`",
+        ),
+        ([(build, "host", lambda: TARGETS["musl-x86_64"])], "Numba, which cannot be installed for .* on musl-x86_64;"),
+        ([(sysconfig, "get_config_var", lambda name: 1)], "for CPython with its lock"),
+        ([(sys, "platform", "sunos5")], "there is no target sunos5-"),
+    ],
+)
+def test_where_no_kernels_can_be_made_the_message_names_the_way_out(monkeypatch, patches, reason):
     advice = r"CONICOID_KERNELS=none makes a wheel without machine code"
     with monkeypatch.context() as patch:
-        patch.setattr(sys, "version_info", Version(3, 15))
-        with pytest.raises(SystemExit, match=rf"Numba, which is not there for Python 3.15; .*3.14 .*\. {advice}"):
+        patch.setattr(importlib.util, "find_spec", lambda name: None)  # a build's own environment is empty at first
+        for place, name, value in patches:
+            patch.setattr(place, name, value)
+        with pytest.raises(SystemExit, match=rf"{reason}.*\. {advice}"):
             backend.get_requires_for_build_wheel()
-    with monkeypatch.context() as patch:
-        patch.setattr(sysconfig, "get_config_var", lambda name: 1)
-        with pytest.raises(SystemExit, match=rf"CPython with its lock.*\. {advice}"):
-            backend.get_requires_for_build_wheel()
-    with monkeypatch.context() as patch:
-        patch.setattr(sys, "platform", "sunos5")
-        with pytest.raises(SystemExit, match=rf"there is no target sunos5-.*\. {advice}"):
-            backend.get_requires_for_build_wheel()
-    assert "CONICOID_KERNELS" not in os.environ
+
+
+def test_a_numba_that_is_there_will_do(monkeypatch):
+    monkeypatch.setattr(build, "host", lambda: TARGETS["musl-x86_64"])
+    assert "numba" in names(backend.get_requires_for_build_wheel())
