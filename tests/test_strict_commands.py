@@ -145,7 +145,7 @@ def test_turntable_without_its_encoder(scene, tmp_path, monkeypatch):
     monkeypatch.setattr(turning, "Frames", None)
     result = run("turntable", scene, "-o", tmp_path / "spin.mp4")
     assert result.exit_code == 1
-    assert 'pip install ".[video]"' in result.stderr
+    assert "pip install 'conicoid[video]'" in result.stderr
 
 
 def test_preparing_is_told_where_it_takes_long(scene, monkeypatch):

@@ -74,7 +74,7 @@ TURNTABLE_EXAMPLES = (
     "Examples:\n\n  conicoid turntable scene.yaml -o spin.gif\n\n"
     "  conicoid turntable scene.yaml -o spin.mp4 --width 1280 --height 720 --frames 120 --workers 4\n\n"
     "Frames are kept beside the output and used again, so an interrupted command continues. "
-    'A .mp4 needs `pip install ".\\[video]"` in the repository.'
+    "A .mp4 needs `pip install 'conicoid\\[video]'`."
 )
 
 _VIEW_OPTIONS = (

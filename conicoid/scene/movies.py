@@ -302,8 +302,7 @@ def turntable(
     ValueError
         For a film that cannot be written, before the first frame.
     ImportError
-        For a .mp4 without its encoder (extra `video`: `pip install ".[video]"` in the repository), before the first
-        frame.
+        For a .mp4 without its encoder (`pip install 'conicoid[video]'`), before the first frame.
     """
     scene = as_scene("turntable", scene)
     options = dict(samples=samples, integrator=integrator, seed=seed, depth=depth)

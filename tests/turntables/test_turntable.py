@@ -166,7 +166,7 @@ def test_refusals(tmp_path, path, options, error, message):
 def test_without_the_encoder_there_is_a_word_before_the_work(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "av", None)
     with pytest.raises(
-        ImportError, match=r'a .mp4 is written by PyAV: pip install "\.\[video\]" in the repository; .gif and .webp'
+        ImportError, match=r"a .mp4 is written by PyAV: pip install 'conicoid\[video\]'; .gif and .webp"
     ):
         co.turntable(SCENE, tmp_path / "a.mp4", frames=2, **SMALL)
     assert list(tmp_path.iterdir()) == []

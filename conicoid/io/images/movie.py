@@ -129,6 +129,4 @@ def _av() -> Any:
         import av
 
         return av
-    raise ImportError(
-        'a .mp4 is written by PyAV: pip install ".[video]" in the repository; .gif and .webp need nothing more'
-    )
+    raise ImportError("a .mp4 is written by PyAV: pip install 'conicoid[video]'; .gif and .webp need nothing more")

@@ -28,7 +28,7 @@ def denoise(pixels: Any, layers: Mapping[str, Any]) -> Any:
     try:
         library: Any = importlib.import_module("pyoidn")
     except ImportError:
-        raise ImportError('noise is taken out by pyoidn: pip install ".[denoise]" in the repository') from None
+        raise ImportError("noise is taken out by pyoidn: pip install 'conicoid[denoise]'") from None
     light = np.nan_to_num(np.maximum(pixels, 0.0), nan=0.0, posinf=0.0).astype(np.float32)
     guides: dict[str, Any] = {}
     if "albedo" in layers:
