@@ -27,11 +27,11 @@ VARIABLE = "CONICOID_KERNELS"
 
 @contextmanager
 def step(name: str) -> Iterator[None]:
-    """Print the name of a step before it begins, and its seconds after it ended."""
-    print(f"{name} ... ", end="", flush=True)
+    """Print the name of a step before it begins, and its seconds after it ended: whole lines, as pip shows no others."""
+    print(f"{name} ...", flush=True)
     begin = time.monotonic()
     yield
-    print(f"{time.monotonic() - begin:.0f} s", flush=True)
+    print(f"  {time.monotonic() - begin:.0f} s", flush=True)
 
 
 class KernelsHook(BuildHookInterface[Any]):

@@ -82,7 +82,7 @@ def test_levels_are_those_of_this_machine_or_some(monkeypatch, tmp_path, chosen,
     assert built == wanted
     assert wheel.name.endswith(f"-cp311-abi3-{build.host().tag}.whl")
     assert {"conicoid/_kernels.abi3.so", page.PAGE_ENGINE} <= set(ZipFile(wheel).namelist())
-    assert f": {', '.join(wanted)} ... 0 s\n" in capsys.readouterr().out
+    assert f": {', '.join(wanted)} ...\n  0 s\n" in capsys.readouterr().out
 
 
 def written(file: Path) -> Path:
