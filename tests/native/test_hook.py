@@ -13,6 +13,7 @@ from zipfile import ZipFile
 import pytest
 from hatchling.builders.wheel import WheelBuilder
 
+from conicoid._util.environment import KNOWN
 from native import backend, build, page
 from native.targets import TARGETS
 from tests.children import ROOT
@@ -42,6 +43,10 @@ def test_a_wheel_requires_compilers_and_a_source_archive_does_not():
     assert {"numba", "ziglang", "numpy"} <= names(wanted)
     assert any(each.startswith("numba") and "<" in each for each in wanted), "a limit, as for the extra `jit`"
     assert backend.get_requires_for_build_sdist() == []
+
+
+def test_the_variable_is_one_of_those_that_conicoid_knows():
+    assert "CONICOID_KERNELS" in KNOWN  # or every start would warn of it
 
 
 def test_an_editable_install_requires_no_compilers(tmp_path):
