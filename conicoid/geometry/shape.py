@@ -72,6 +72,8 @@ class Shape(ABC):
     operand_kind: ClassVar[str] = "shape"
     """For messages about operators: "shape", or "body" for a `Body`."""
     bounds_kind: ClassVar[BoundsKind] = ""
+    _source: ClassVar[Any] = None
+    """The element of a file that an importer made this shape of. Moved shapes keep it, and exports write it again."""
     is_sheet: ClassVar[bool]
     """True for open surfaces, which bound no volume."""
 

@@ -22,7 +22,6 @@ from ..importers import palette_color as color_of_number
 from ..openmc.region import Region
 from ..scene_file.scene_file import WritableScene
 from .csg_pieces import split_into_pieces
-from .element_guesses import guess_element
 from .exporters import (
     ExportBody,
     ExportOptions,
@@ -37,7 +36,7 @@ from .exporters import (
     overlapping_boxes,
 )
 from .gdml_motions import AxisStretch, GdmlMoves, join_moves, relative_moves, split_last_placement
-from .gdml_solids import SolidReference, SolidWriter, position_element, rotation_element
+from .gdml_solids import SolidReference, SolidWriter, position_element, rotation_element, source_piece
 from .openmc_regions import ExportSurfaceTable, RegionWriter, are_disjoint
 
 # Materials, with their densities and components.
@@ -239,7 +238,7 @@ class _StructureWriter:
         """Write the solid of a body and report its losses; return None if GDML cannot hold it, which is reported."""
         solid, self.solids.has_computed_planes = None, False
         with self.report.about(nest.item.name):
-            solid = self.solids.write(split_into_pieces(nest.outer, guess_element))
+            solid = self.solids.write(split_into_pieces(nest.outer, source_piece))
             # Frames of volumes in it have no stretches: let the solid hold them.
             if nest.inner and any(isinstance(move, AxisStretch) for move in solid.moves):
                 solid = SolidReference(self.solids.move(solid.name, solid.moves), (), solid.is_rounded)

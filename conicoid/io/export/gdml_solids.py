@@ -13,10 +13,12 @@ from functools import lru_cache
 
 from ..._util.arrays import VectorLike
 from ...geometry.polyhedron import Polyhedron
+from ...geometry.shape import Solid
 from ...numerics import bigfloat_linalg as ex
 from ...numerics.portable_math import sin_cos_degrees
 from ..gdml.expressions import evaluate
 from ..gdml.flat_solids import convex_planes, polyhedron_factory
+from ..gdml.solid_template import SourceElement
 from ..openmc.placement import ORIGIN, AxisTurn, Point
 from .exporters import ExportUnsupported, format_expression, format_number, shortest_decimal
 from .gdml_motions import (
@@ -240,6 +242,24 @@ def _angle_attributes(piece: RevolutionPiece) -> tuple[str, bool]:
         f' startphi="{format_number(start)}" deltaphi="{format_number(fits[0] if fits else width)}" aunit="deg"',
         not fits,
     )
+
+
+# Solids that were imported from an element of GDML which has no piece of its own.
+
+
+def source_piece(solid: Solid) -> PieceLeaf | None:
+    """Return the element of GDML that an importer made a solid of; None for other solids."""
+    source = solid._source
+    if not isinstance(source, SourceElement):
+        return None
+    parts = "".join(f"<{part.tag}{_source_attributes(part)}/>" for part in source.parts)
+    return PieceLeaf(NativePiece(source.tag, _source_attributes(source), parts, source.shift))
+
+
+def _source_attributes(source: SourceElement) -> str:
+    """Return the attributes of an element as text, numbers as expressions."""
+    texts = ((name, value if isinstance(value, str) else format_expression(value)) for name, value in source.values)
+    return "".join(f' {name}="{text}"' for name, text in texts)
 
 
 # The writer of all solids.

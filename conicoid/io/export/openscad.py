@@ -14,11 +14,12 @@ from typing import Any
 from ..._util.file_errors import printable
 from ..._util.text import format_count
 from ..._util.validation import SMALLEST
+from ...geometry.shape import Solid
 from ...geometry.transform import Motion, Scale, Step, Translate
 from ...numerics import bigfloat_linalg as ex
+from ..openscad.solids import SidedBall
 from ..scene_file.scene_file import WritableScene
 from .csg_pieces import split_into_pieces
-from .element_guesses import guess_ball
 from .exporters import (
     ExportOptions,
     ExportReport,
@@ -81,12 +82,6 @@ class OpenscadWriter:
             self.is_rounded = self.is_rounded or node.is_rounded
             call, before = self._piece(node.piece)
             return self._moved(self._moved(call, before), node.steps)
-        stack = guess_ball(node)
-        if stack is not None:
-            radius, sides = stack
-            return self._moved(
-                CsgCallText(f"sphere($fn = {sides}, $fa = 3, $fs = 0.01, r = {format_number(radius)})"), node.steps
-            )
         parts = tuple(self.call(part) for part in node.parts)
         whole = parts[0] if len(parts) == 1 else CsgCallText(f"{node.kind}()", parts)
         if node.color is not None:
@@ -123,7 +118,9 @@ class OpenscadWriter:
             return self._turned(piece), ()
         if isinstance(piece, ExtrusionPiece):
             return self._drawn(piece)
-        if isinstance(piece, QuadricPiece | NativePiece):
+        if isinstance(piece, NativePiece):
+            return CsgCallText(f"{piece.tag}({piece.attributes})"), ()
+        if isinstance(piece, QuadricPiece):
             raise ExportUnsupported("a part of it is a paraboloid or hyperboloid, which OpenSCAD does not have")
         return self._faces(piece), ()
 
@@ -183,6 +180,15 @@ class OpenscadWriter:
         turned = piece.is_convex or _volume(piece) > 0
         faces = [f"[{', '.join(map(str, reversed(face) if turned else face))}]" for face in piece.faces]
         return CsgCallText(f"polyhedron(points = [{', '.join(points)}], faces = [{', '.join(faces)}], convexity = 10)")
+
+
+def source_piece(solid: Solid) -> PieceLeaf | None:
+    """Return the ball of flat sides that an importer made a solid of; None for other solids."""
+    ball = solid._source
+    if not isinstance(ball, SidedBall):
+        return None
+    arguments = f"$fn = {ball.sides}, $fa = 3, $fs = 0.01, r = {format_number(ball.radius)}"
+    return PieceLeaf(NativePiece("sphere", arguments))
 
 
 def _within_domain(value: float) -> float:
@@ -253,7 +259,8 @@ def export_text(scene: WritableScene, options: ExportOptions) -> ExportResult:
         with report.about(item.name):
             writer = OpenscadWriter()
             look, is_all = hex_color(item.material)
-            whole = CsgCallText(f"color({color_list(look)})", (writer.call(split_into_pieces(item.solid)),))
+            solid = writer.call(split_into_pieces(item.solid, source_piece))
+            whole = CsgCallText(f"color({color_list(look)})", (solid,))
             lines += [f"// {printable(item.name)}", *whole.lines()]
             colors[look] += 1
             if colors[look] == 2:

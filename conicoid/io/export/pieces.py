@@ -101,7 +101,10 @@ class PolyhedronPiece:
 
 @dataclass(frozen=True)
 class NativePiece:
-    """An element of the format itself, as text: its tag, attributes and children; `shift` moves it to its place."""
+    """An element or call of the format itself, as text: its tag, its attributes or arguments, and its children.
+
+    `shift` moves it to its place.
+    """
 
     tag: str
     attributes: str

@@ -9,18 +9,29 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
 from typing import Literal
 
 from ...geometry.shape import Difference, Intersection, Solid, Union
 from ...geometry.transform import IDENTITY_MOTION, Motion
-from ..openmc.placement import NO_TURN, CellRotation, Point, UniversePlacement
+from ..openmc.placement import NO_TURN, ORIGIN, CellRotation, Point, UniversePlacement
 
 SolidFactory = Callable[[Point], Solid]
 """Builds a solid, translated by a shift in mm."""
 BooleanKind = Literal["union", "subtraction", "intersection"]
 MAX_SOLID_PARTS, MAX_BOOLEAN_DEPTH = 4_000, 100
 """Most primitives of one solid, and most levels of nested Booleans; a chain of one kind counts as one level."""
+
+
+@dataclass(frozen=True)
+class SourceElement:
+    """A primitive as a file has it: its tag, its numbers and units by attribute, its parts, and its `shift` in mm."""
+
+    tag: str
+    values: tuple[tuple[str, Fraction | str], ...]
+    parts: tuple[SourceElement, ...] = ()
+    shift: Point = ORIGIN
 
 
 class SolidTemplate(ABC):
@@ -36,9 +47,13 @@ class SolidTemplate(ABC):
 
 @dataclass(eq=False)
 class PrimitiveTemplate(SolidTemplate):
-    """A primitive: `make` builds it from its numbers, translated by a shift. `known` caches solids by shift."""
+    """A primitive: `make` builds it from its numbers, translated by a shift. `known` caches solids by shift.
+
+    Solids keep `source`, if there is one, for the exporter.
+    """
 
     make: SolidFactory
+    source: SourceElement | None = None
     parts: int = 1
     depth: int = 0
     # Keys are numerators and denominators: integers hash faster than fractions.
@@ -51,6 +66,8 @@ class PrimitiveTemplate(SolidTemplate):
         solid = self.known.get(key)
         if solid is None:
             solid = self.make((x, y, z))
+            if self.source is not None and solid.motion.is_identity:
+                vars(solid)["_source"] = replace(self.source, shift=(x, y, z))
             if len(self.known) < 64:
                 self.known[key] = solid
         if placement.turn is NO_TURN and placement.outer is IDENTITY_MOTION:

@@ -7,16 +7,19 @@ solids combine templates that stand before them in the file.
 from __future__ import annotations
 
 from collections.abc import Callable
+from fractions import Fraction
 from typing import cast
 
 from ..openmc.placement import NO_ROTATION, ORIGIN, UniversePlacement
 from ..xml_tree import XmlElement
 from . import flat_solids, polyhedra, round_solids
+from .expressions import UNIT_VALUES
 from .solid_template import (
     BooleanKind,
     PrimitiveTemplate,
     SolidFactory,
     SolidTemplate,
+    SourceElement,
     TemplateOperand,
     combine_templates,
 )
@@ -46,6 +49,13 @@ SOLID_READERS: dict[str, Callable[[GdmlValues], SolidFactory]] = {
 }  # fmt: skip
 # Surfaces of degree four, or that turn evenly in angle.
 _UNSUPPORTED_SOLIDS = ("torus", "twistedbox", "twistedtrd", "twistedtrap")
+# Elements that become Booleans or polyhedra of computed planes, and their numbers: exports write them as they were.
+_SOURCE_NUMBERS = {
+    "cutTube": "rmin rmax z startphi deltaphi lowX lowY lowZ highX highY highZ",
+    "hype": "rmin rmax inst outst z", "paraboloid": "rlo rhi dz",
+    "polyhedra": "startphi deltaphi numsides", "zplane": "z rmin rmax",
+    "genericPolyhedra": "startphi deltaphi numsides", "rzpoint": "r z",
+}  # fmt: skip
 _BOOLEANS = ("union", "subtraction", "intersection")
 _IGNORED_ELEMENTS = ("opticalsurface", "property", "userinfo")
 SolidTable = dict[str, "SolidTemplate | None"]
@@ -90,7 +100,8 @@ def read_template(reading: GdmlReader, element: XmlElement, solids: SolidTable) 
     """
     tag = local_tag(element)
     if tag in SOLID_READERS:
-        template: SolidTemplate = PrimitiveTemplate(SOLID_READERS[tag](GdmlValues(reading, element)))
+        make = SOLID_READERS[tag](GdmlValues(reading, element))
+        template: SolidTemplate = PrimitiveTemplate(make, read_source(reading, element))
     elif tag in _BOOLEANS:
         template = combine_templates(cast("BooleanKind", tag), _read_operands(reading, element, solids))
     elif tag == "multiUnion":
@@ -104,6 +115,22 @@ def read_template(reading: GdmlReader, element: XmlElement, solids: SolidTable) 
     if isinstance(template, PrimitiveTemplate):
         template.at(UniversePlacement())
     return template
+
+
+def read_source(reading: GdmlReader, element: XmlElement) -> SourceElement | None:
+    """Return the numbers of an element and of its parts, if exports need them. The element was read without errors."""
+    names = _SOURCE_NUMBERS.get(local_tag(element))
+    if names is None:
+        return None
+    values: list[tuple[str, Fraction | str]] = []
+    for name in (*names.split(), "aunit", "lunit"):
+        text = element.attributes.get(name, "").strip()
+        if text:
+            value = reading.value(text, element, name)
+            # Units that GDML knows keep their names; files may define others.
+            values.append((name, text if UNIT_VALUES.get(text) == value else value))
+    parts = (read_source(reading, child) for child in element.children)
+    return SourceElement(local_tag(element), tuple(values), tuple(part for part in parts if part is not None))
 
 
 def _look_up_solid(

@@ -195,6 +195,14 @@ def cube(arguments: CallArguments) -> Solid:
     return Box((low[0], low[1], low[2]), (high[0], high[1], high[2]))
 
 
+@dataclass(frozen=True)
+class SidedBall:
+    """The call sphere($fn = sides, r = radius), which becomes many frustums: exports write it as it was."""
+
+    radius: float
+    sides: int
+
+
 def sphere(arguments: CallArguments, smooth: bool) -> Solid:
     """Return a ball; with $fn a stack of frustums between the rings of `ball_rings`."""
     radius, sides = _radius(arguments), arguments.sides(smooth)
@@ -202,7 +210,10 @@ def sphere(arguments: CallArguments, smooth: bool) -> Solid:
         return Sphere(radius)
     levels = ball_rings(radius, sides)
     parts = [frustum(low[0], high[0], low[1], high[1], sides) for low, high in itertools.pairwise(levels)]
-    return parts[0] if len(parts) == 1 else Union(tuple(parts))
+    whole = parts[0] if len(parts) == 1 else Union(tuple(parts))
+    if whole.motion.is_identity:
+        vars(whole)["_source"] = SidedBall(radius, sides)
+    return whole
 
 
 def ball_rings(radius: float, sides: int) -> list[tuple[float, float]]:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import logging
+import math
+import pickle
 from pathlib import Path
 
 import numpy as np
@@ -99,9 +101,40 @@ def test_tapered_outlines_of_gdml(tmp_path: Path, caplog: pytest.LogCaptureFixtu
     assert "compute planes from corners" not in caplog.text
 
 
+def test_polyhedra_of_several_sections(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    """Sides are floats of sines, which readers get from the same element only."""
+    scene = loaded(tmp_path, models.detector({f"stepped {k}": STEPPED for k in range(3)}), "in.gdml")
+    same(scene, written_and_read(scene, tmp_path / "out.gdml", strict=True))
+
+
+COMPUTED = """<define><constant name="r" value="1+2*3"/><quantity name="ell" value="30.5" unit="mm"/></define>"""
+
+
+def test_elements_are_written_with_the_values_of_their_expressions(tmp_path: Path) -> None:
+    """A third is no decimal: it is written as a quotient. Units of the file become their values in mm."""
+    solid = '<paraboloid name="{}" rlo="r/3" rhi="r" dz="10/r" lunit="ell"/>'
+    text = models.detector({"bowl": solid}).replace("<materials>", f"{COMPUTED}<materials>", 1)
+    scene = loaded(tmp_path, text, "in.gdml")
+    back = written_and_read(scene, tmp_path / "out.gdml", strict=True)
+    assert ' rlo="7/3" rhi="7" dz="10/7" lunit="30.5"/>' in (tmp_path / "out.gdml").read_text()
+    same(scene, back)
+
+
+def test_moved_and_copied_solids_keep_their_element(tmp_path: Path) -> None:
+    scene = loaded(tmp_path, models.detector({"prism": models.GDML_SOLIDS["prism"]}), "in.gdml")
+    prism = scene["W/Vs0"].shape.rotate("x", 30).translate((1, 2, 3))
+    co.export(co.Scene([pickle.loads(pickle.dumps(prism))]), tmp_path / "out.gdml", strict=True)
+    assert "<polyhedra" in (tmp_path / "out.gdml").read_text()
+    ball = loaded(tmp_path, "sphere($fn = 7, $fa = 12, $fs = 2, r = 0.8);", "in.csg")
+    co.export(ball, tmp_path / "out.scad", strict=True)
+    assert "sphere($fn = 7, $fa = 3, $fs = 0.01, r = 0.8);" in (tmp_path / "out.scad").read_text()
+
+
 def test_planes_that_readers_get_from_corners_are_told(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
-    """Sides of a polyhedra of several sections are floats of sines; those of a tessellated solid come from corners."""
-    scene = loaded(tmp_path, models.detector({"stepped": STEPPED}), "in.gdml")
+    """Sides of a prism that are floats of sines; those of a tessellated solid come from corners."""
+    turns = [2 * math.pi * k / 7 for k in range(7)]
+    normals = [(math.cos(t), math.sin(t), 0.0) for t in turns] + [(0, 0, -1), (0, 0, 1)]
+    scene = co.Scene([co.Polyhedron(normals, [1.3] * 9)])
     again = written_and_read(scene, tmp_path / "out.gdml")
     assert "the last digits may differ" in caplog.text
     assert_close_answers(scene, again, 1e-12)
