@@ -200,7 +200,7 @@ class BigFloat:
             return math.inf if self.mantissa > 0 else -math.inf
 
     def __repr__(self) -> str:
-        return f"Number({float(self)!r}{' ±' if self.off else ''})"
+        return f"BigFloat({float(self)!r}{' ±' if self.off else ''})"
 
 
 ZERO, ONE = BigFloat(0, 0), BigFloat(1, 0)

@@ -144,7 +144,7 @@ class ScanGeometry:
 
     def __repr__(self) -> str:
         kind = "parallel" if self.is_parallel else "cone"
-        return f"Geometry({kind}, shape={self.shape})"
+        return f"ScanGeometry({kind}, shape={self.shape})"
 
 
 # The rays of a scan, made only when they are traced.

@@ -207,19 +207,17 @@ def _quadrature(profile: tuple[float, float, float], heights: tuple[float, float
 
 # Closed forms of trapezoids, wedges, regular prisms, pyramids and parallelepipeds.
 
-_STACK_NODES, _STACK_WEIGHTS = (np.array(a) for a in np.polynomial.legendre.leggauss(3))  # exact up to degree 5
-
 
 @own_moments.register(Trapezoid)
 @own_moments.register(Wedge)
 def _(solid: BetweenRectangles) -> Moments:
     """At each height a rectangle whose ends are linear in z."""
     # The ends of each rectangle are linear between those of the solid
-    share = (1 + _STACK_NODES) / 2
+    share = (1 + _NODES) / 2
     ends = _ends(solid)
     low, high = (float(z) for z in solid.heights)
     (x, wide), (y, deep) = (_middle_and_size(*(a + (b - a) * share for a, b in ends[i])) for i in (0, 1))
-    z, weight = low + (high - low) * share, (high - low) / 2 * _STACK_WEIGHTS * wide * deep
+    z, weight = low + (high - low) * share, (high - low) / 2 * _WEIGHTS * wide * deep
     return _stack_moments(weight, x, y, z, wide**2 / 12, deep**2 / 12)
 
 
@@ -271,10 +269,10 @@ def _(solid: RegularSides) -> Moments:
     angle = 2 * math.pi / solid.sides
     low, high = solid.z_range
     z, radius = (
-        low + (high - low) * (1 + _STACK_NODES) / 2,
-        _at_corners(solid) @ [(1 - _STACK_NODES) / 2, (1 + _STACK_NODES) / 2],
+        low + (high - low) * (1 + _NODES) / 2,
+        _at_corners(solid) @ [(1 - _NODES) / 2, (1 + _NODES) / 2],
     )
-    weight = (high - low) / 2 * _STACK_WEIGHTS * solid.sides / 2 * radius**2 * math.sin(angle)
+    weight = (high - low) / 2 * _WEIGHTS * solid.sides / 2 * radius**2 * math.sin(angle)
     across = radius**2 * (2 + math.cos(angle)) / 12
     return _stack_moments(weight, 0.0, 0.0, z, across, across)
 
@@ -313,8 +311,6 @@ def _(solid: Parallelepiped) -> float:
 # Closed forms of solids of revolution about z, also of parts of a turn: cones, tubes, polycones, outlines, balls.
 #
 # Integrals over the profile, (r, z), times those of 1, cos φ, sin φ and their products over the azimuth.
-
-_RING_NODES, _RING_WEIGHTS = (np.array(a) for a in np.polynomial.legendre.leggauss(3))  # exact up to degree 5
 
 
 class Ring(NamedTuple):
@@ -366,7 +362,7 @@ def ring_sums(rings: Iterable[Ring]) -> FloatArray:
     total = np.zeros(6)
     for low, high, inner, outer in rings:
         half = (high - low) / 2
-        z, weight, share = low + half + half * _RING_NODES, half * _RING_WEIGHTS, (1 + _RING_NODES) / 2
+        z, weight, share = low + half + half * _NODES, half * _WEIGHTS, (1 + _NODES) / 2
         a, b = (ends[0] + (ends[1] - ends[0]) * share for ends in (inner, outer))
         wide = weight * (b - a)  # a factor of its own: b² - a² of a thin wall would cancel
         one, two, three = wide * (a + b) / 2, wide * (a * a + a * b + b * b) / 3, wide * (a + b) * (a * a + b * b) / 4

@@ -9,9 +9,10 @@ import numpy as np
 import numpy.typing as npt
 
 from ..._util.validation import describe_kind
+from ...materials.dispersion import LINE_D
 from ...queries.rays import Rays
 from ...queries.scene_protocol import SceneLike, is_scene
-from .medium import D_LINE, check_wavelength
+from .medium import check_wavelength
 from .prescriptions import Prescription
 from .ray_trace import follow, trace
 
@@ -87,7 +88,7 @@ def cardinal_points(system: Prescription | SceneLike, wavelength: float | None =
     """
     if not isinstance(system, Prescription) and not is_scene(system):
         raise TypeError(f"cardinal_points: system must be a Prescription or a Scene, got {describe_kind(system)}")
-    default = system.wavelength if isinstance(system, Prescription) else D_LINE
+    default = system.wavelength if isinstance(system, Prescription) else LINE_D
     wave = default if wavelength is None else check_wavelength("cardinal_points", wavelength)
     # Light from behind gives the front focus, light from the front the rear focus.
     front, rear = (_side(system, wave, backwards) for backwards in (True, False))

@@ -318,7 +318,7 @@ def layout(
     end = box[2] if z_end is None else check_number("layout", "z_end", z_end)
     lines = _lines(system, scene, fields, rays, box[0], end)
     box = _around([box, *(_extent(line) for _, line in lines)])
-    bodies, left_out = _bodies(scene, box)
+    bodies, left_out = _bodies(scene)
     image = system.image if isinstance(system, Prescription) else None
     return Layout(_document(box, pixels, bodies, lines, image, system), left_out)
 
@@ -404,9 +404,8 @@ def _around(boxes: list[Extent]) -> Extent:
 # The parts of the document.
 
 
-def _bodies(scene: SceneLike, box: Extent) -> tuple[list[str], tuple[str, ...]]:
+def _bodies(scene: SceneLike) -> tuple[list[str], tuple[str, ...]]:
     """Return the path of each body, and the names of bodies without one."""
-    del box
     drawn, left_out = [], []
     for i in range(len(scene)):
         body = scene.body(i)

@@ -8,12 +8,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..._util.validation import check_number, check_positive, describe_kind, format_value
-from ...materials.dispersion import Dispersion
+from ...materials.dispersion import LINE_C, LINE_D, LINE_F, Dispersion
 from ...materials.material import Material
 from ...materials.presets import glass as clear_glass
-
-F_LINE, D_LINE, C_LINE = 0.4861327, 0.5875618, 0.6562725
-"""The wavelengths of hydrogen F, helium d and hydrogen C, in μm."""
 
 MIRROR = "mirror"
 
@@ -39,7 +36,7 @@ class Medium:
         if isinstance(self.refractive_index, Dispersion):
             return clear_glass(self.refractive_index, name=self.name)
         # Pictures need n_d and Cauchy's B, which n_F and n_C define.
-        f, d, c = (self.index(line) for line in (F_LINE, D_LINE, C_LINE))
+        f, d, c = (self.index(line) for line in (LINE_F, LINE_D, LINE_C))
         return clear_glass(d, dispersion=max(0.0, (f - c) / _SPREAD), name=self.name)
 
 
@@ -51,10 +48,10 @@ class _CauchyIndex:
     slope: float = 0.0
 
     def __call__(self, wavelength: float) -> float:
-        return self.index + self.slope * (1 / wavelength**2 - 1 / D_LINE**2) if self.slope else self.index
+        return self.index + self.slope * (1 / wavelength**2 - 1 / LINE_D**2) if self.slope else self.index
 
 
-_SPREAD = 1 / F_LINE**2 - 1 / C_LINE**2
+_SPREAD = 1 / LINE_F**2 - 1 / LINE_C**2
 AIR = Medium("air", _CauchyIndex(1.0))
 
 

@@ -15,11 +15,12 @@ from ...geometry.body import Body
 from ...geometry.conic import ConicSheet, Stop, check_radius
 from ...geometry.lens import Lens
 from ...geometry.shape import Shape
+from ...materials.dispersion import LINE_D
 from ...materials.presets import matte, mirror
 from ...queries.extensions import extension
 from ...queries.scene_protocol import SceneLike
 from . import paraxial
-from .medium import AIR, D_LINE, MIRROR, Medium, check_wavelength, parse_medium
+from .medium import AIR, MIRROR, Medium, check_wavelength, parse_medium
 from .paraxial import ParaxialSurface
 
 MOST_ROWS = 1000
@@ -255,7 +256,7 @@ class Prescription:
     rows: tuple[Row, ...]
     aperture: float
     object_distance: float = math.inf
-    wavelengths: tuple[float, ...] = (D_LINE,)
+    wavelengths: tuple[float, ...] = (LINE_D,)
     fields: tuple[float, ...] = (0.0,)
     name: str = ""
     left_out: tuple[str, ...] = field(default=(), repr=False)
@@ -381,7 +382,7 @@ def prescription(
     aperture: float | None = None,
     *,
     object_distance: float = math.inf,
-    wavelengths: float | Sequence[float] = (D_LINE,),
+    wavelengths: float | Sequence[float] = (LINE_D,),
     fields: float | Sequence[float] = (0.0,),
     name: str = "",
 ) -> Prescription:

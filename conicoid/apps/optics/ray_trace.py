@@ -12,12 +12,13 @@ import numpy.typing as npt
 
 from ..._util.text import format_count
 from ..._util.validation import check_integer, describe_kind
+from ...materials.dispersion import LINE_D
 from ...materials.material import Material
 from ...queries.extensions import extension
 from ...queries.rays import Rays
 from ...queries.scene_protocol import SceneLike, is_scene
 from .interface import material_index
-from .medium import D_LINE, check_wavelength
+from .medium import check_wavelength
 from .prescriptions import Prescription, row_sheet
 from .refraction import reflect, refract
 
@@ -219,7 +220,7 @@ class _RayState:
         self.arrived = np.ones(len(self.going), bool)
 
 
-def follow(scene: SceneLike, rays: Rays, wavelength: float = D_LINE, most: int = 100) -> Followed:
+def follow(scene: SceneLike, rays: Rays, wavelength: float = LINE_D, most: int = 100) -> Followed:
     """Follow rays until they leave a scene.
 
     A ray is refracted at the wall of a transparent body, reflected by an opaque body that mirrors and in total

@@ -18,8 +18,9 @@ from ..._util.text import format_count
 from ..._util.validation import check_path as checked_path
 from ..._util.validation import describe_kind, format_value
 from ...io.importers import ImportOptions, ImportResult, select_bodies
+from ...materials.dispersion import LINE_D
 from . import paraxial
-from .medium import D_LINE, Medium, find_glass, medium_by_abbe, parse_medium
+from .medium import Medium, find_glass, medium_by_abbe, parse_medium
 from .prescriptions import MOST_ROWS, Prescription, Row, prescription
 
 _CONICS = ("STANDARD",)
@@ -89,7 +90,7 @@ def _wavelengths(lens: ZmxLens) -> tuple[float, ...]:
     count = lens.wave_count or max(lens.waves, default=1)
     # Files list all 24 wavelengths; only the first `count` are in use.
     waves = [lens.waves[i] for i in sorted(lens.waves) if i <= min(count, 24) and lens.waves[i] > 0]
-    primary = lens.waves.get(lens.primary, waves[0] if waves else D_LINE)
+    primary = lens.waves.get(lens.primary, waves[0] if waves else LINE_D)
     return (primary, *(wave for wave in waves if wave != primary))
 
 

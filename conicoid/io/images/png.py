@@ -1,4 +1,8 @@
-"""PNG files: 8 or 16 bits of sRGB per channel."""
+"""PNG files: 8 or 16 bits of sRGB per channel.
+
+For whoever renders: Pillow takes twice the time for files as large (12 ms instead of 6 for 600 x 440 pixels), 23 ms
+more for its import, and has no colour images of 16 bits per channel.
+"""
 
 from __future__ import annotations
 
@@ -33,8 +37,8 @@ def deep_png_bytes(pixels: npt.ArrayLike) -> bytes:
 def _file(codes: npt.NDArray[Any], bits: int, level: int) -> bytes:
     """Return a PNG file of codes (height, width, 3), by the PNG specification, third edition, 2025.
 
-    Each row holds its differences from the row above (filter 2, "Up"), modulo 256 in each byte. Pillow, which chooses
-    a filter for each row, takes twice the time for files as large, and as long again to be imported.
+    Each row holds its differences from the row above (filter 2, "Up"), modulo 256 in each byte. A filter for each row,
+    as Pillow chooses it, would make files no smaller.
     """
     height, width, _ = codes.shape
     rows = codes.view(np.uint8).reshape(height, -1)
