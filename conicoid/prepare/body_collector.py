@@ -1,4 +1,8 @@
-"""Collect the bodies of a scene into groups of equal pattern, with their rows of numbers; exact surfaces on demand."""
+"""Collect the bodies of a scene into groups of equal pattern, with their rows of numbers; exact surfaces on demand.
+
+This is the first step of each preparation: bodies of a group are lowered in one batch, and only the few exact surfaces
+that a doubt needs are ever computed.
+"""
 
 from __future__ import annotations
 
