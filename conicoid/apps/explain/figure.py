@@ -17,9 +17,9 @@ import numpy as np
 from ..._util.arrays import FloatArray
 from ..._util.validation import check_integer
 from ...geometry.quadric_classification import PLANE, SPHERE
-from ...kernels.programs import cells_of_leaves, leaves_of_program
-from ...queries.extensions import extension
-from .conics import ELLIPSE, HYPERBOLA, PARABOLA, Arc, DrawingPlane, branches, restrict_to_plane, wall_arcs
+from ..section.outline import Outline, OutlineCutter, WindowBodies
+from ..section.svg import path_of
+from ..section.window import Window
 from .polynomial import SurfaceSource, format_float
 from .steps import BALL_MISSED, BOX_MISSED, BodyStep, RayRecord
 
@@ -33,6 +33,42 @@ _PARALLEL = 1e-9
 """A part of an axis across the ray that is not longer than this has no direction."""
 _MARGIN = 0.08
 """Margin of the window, as a share of its larger side."""
+
+
+_LEAST = 1e-100
+"""Smaller components of rays are set to 0, as rays refuse them."""
+
+
+@dataclass(frozen=True)
+class DrawingPlane:
+    """The plane origin + x axes[0] + y axes[1], with orthonormal axes; the drawing shows `reach` about the origin."""
+
+    origin: FloatArray
+    axes: FloatArray
+    reach: float
+
+    @property
+    def window(self) -> Window:
+        """The square of two reaches in each direction about the origin, in which bodies are cut."""
+        u, v = 4 * self.reach * self.axes
+        return Window(self.origin - u / 2 - v / 2, u, v, 1, 1)
+
+    def points(self, places: FloatArray) -> FloatArray:
+        """Return places (n, 2) of the plane as points (n, 3) of the world."""
+        return _flush_tiny(places @ self.axes + self.origin)
+
+    def directions(self, places: FloatArray) -> FloatArray:
+        """Return vectors (n, 2) of the plane as vectors (n, 3) of the world."""
+        return _flush_tiny(places @ self.axes)
+
+    def places(self, points: Any) -> FloatArray:
+        """Return points (n, 3) of the world projected onto the plane, (n, 2)."""
+        return np.asarray((np.asarray(points) - self.origin) @ self.axes.T)
+
+
+def _flush_tiny(values: FloatArray) -> FloatArray:
+    """Set components that are too small for a ray to 0."""
+    return np.where(np.abs(values) < _LEAST, 0.0, values)
 
 
 def plane_of(found: RayRecord, main: BodyStep | None, shown: Sequence[int]) -> tuple[DrawingPlane, str]:
@@ -125,7 +161,7 @@ def _middle(found: RayRecord, shown: Sequence[int]) -> tuple[FloatArray, float]:
 
 
 def window(
-    found: RayRecord, plane: DrawingPlane, arcs: Mapping[int, Sequence[Arc]]
+    found: RayRecord, plane: DrawingPlane, arcs: Mapping[int, Sequence[Outline]]
 ) -> tuple[float, float, float, float]:
     """Return (x0, x1, y0, y1) around the arcs and the crossings, and the ray's origin unless that is far away."""
     length = float(np.linalg.norm(found.direction))
@@ -133,7 +169,7 @@ def window(
     xs, ys = [], [0.0]
     for each in arcs.values():
         for arc in each:
-            places = np.clip(arc.branch.points(np.linspace(arc.first, arc.last, 65)), -plane.reach, plane.reach)
+            places = np.clip(arc.points(65), -plane.reach, plane.reach)
             xs += places[:, 0].tolist()
             ys += places[:, 1].tolist()
     xs += [origin + one.t * length for one in found.crossings if abs(origin + one.t * length) <= 2 * plane.reach]
@@ -160,8 +196,13 @@ def window(
 
 # A drawing as the text of a self-contained SVG picture: exact arcs of conics, lines, dots and labels.
 
-_PIECES = 24
-"""Cubic pieces of an arc of a hyperbola: SVG has no exact command for it."""
+_OFF = 1e-3
+"""Pixels by which the Béziers of a hyperbola may miss it: SVG has no exact command for it."""
+
+
+def _short(number: float) -> str:
+    """Return a number of pixels with three decimals."""
+    return f"{number:.3f}"
 
 
 @dataclass
@@ -176,72 +217,40 @@ class SvgDrawing:
     parts: list[str] = field(default_factory=list)
 
     @property
-    def scale(self) -> float:
-        """Pixels of a unit of the plane."""
-        return self.width / (self.x1 - self.x0)
+    def scale(self) -> tuple[float, float]:
+        """Pixels of a unit of the plane, to the right and up."""
+        scale = self.width / (self.x1 - self.x0)
+        return scale, scale
 
     @property
     def height(self) -> int:
         """Pixels of the window's height."""
-        return round(self.scale * (self.y1 - self.y0))
+        return round(self.scale[1] * (self.y1 - self.y0))
 
-    def at(self, place: FloatArray) -> tuple[float, float]:
+    def at(self, place: Any) -> tuple[float, float]:
         """Return a place in pixels, y downwards."""
-        x, y = float(place[0]), float(place[1])
-        return (x - self.x0) * self.scale, (self.y1 - y) * self.scale
+        x, y = self.places(place).tolist()
+        return x, y
 
-    def _point(self, place: FloatArray) -> str:
-        """Return a place in pixels as text."""
-        x, y = self.at(place)
-        return f"{x:.3f} {y:.3f}"
+    def places(self, about: Any) -> FloatArray:
+        """Return places (..., 2) of the plane in pixels."""
+        return np.asarray((np.asarray(about) - (self.x0, self.y1)) * (self.scale[0], -self.scale[1]))
 
-    def arc(self, arc: Arc, style: str, about: str) -> None:
+    def outline(self, outline: Outline, style: str, about: str) -> None:
         """Draw a wall; `about` is shown where the pointer rests on it."""
-        self.parts.append(f'<path d="{self.path(arc)}" fill="none" {style}><title>{html.escape(about)}</title></path>')
-
-    def path(self, arc: Arc) -> str:
-        """Return the path commands of an arc: A, Q and L are exact, C approximates a hyperbola."""
-        branch = arc.branch
-        ends = branch.points(np.array([arc.first, (arc.first + arc.last) / 2, arc.last]))
-        begin, middle, end = (self._point(place) for place in ends)
-        if branch.kind == ELLIPSE:  # in two halves, as A cannot draw a whole turn
-            (ux, uy), (vx, vy) = branch.frame
-            # SVG has y downwards: angles and senses change their signs
-            turn = -math.degrees(math.atan2(uy, ux))
-            sweep = 0 if ux * vy - uy * vx > 0 else 1
-            radii = f"{branch.a * self.scale:.3f} {branch.b * self.scale:.3f} {turn:.4f}"
-            large = 1 if (arc.last - arc.first) / 2 > math.pi else 0
-            return f"M {begin} A {radii} {large} {sweep} {middle} A {radii} {large} {sweep} {end}"
-        if branch.kind == PARABOLA:  # the tangents of both ends cross at the control point
-            s, t = arc.first, arc.last
-            own = np.array([(s + t) / 2, branch.a * s * t + branch.b])
-            return f"M {begin} Q {self._point(own @ np.array(branch.frame) + np.array(branch.center))} {end}"
-        if branch.kind == HYPERBOLA:
-            return f"M {begin} {' '.join(self._cubics(arc))}"
-        return f"M {begin} L {end}"
-
-    def _cubics(self, arc: Arc) -> list[str]:
-        """Return an arc of a hyperbola as cubic pieces with its tangents at their ends."""
-        branch, frame = arc.branch, np.array(arc.branch.frame)
-        s = np.linspace(arc.first, arc.last, _PIECES + 1)
-        step = (arc.last - arc.first) / _PIECES / 3
-        slopes = np.stack([branch.a * np.sinh(s), branch.b * np.cosh(s)], axis=-1) @ frame * step
-        places = branch.points(s)
-        after, before = places + slopes, places - slopes
-        return [
-            f"C {self._point(after[k])} {self._point(before[k + 1])} {self._point(places[k + 1])}"
-            for k in range(_PIECES)
-        ]
+        path = path_of(self, outline, _OFF, _short)
+        self.parts.append(f'<path d="{path}" fill="none" {style}><title>{html.escape(about)}</title></path>')
 
     def line(self, begin: FloatArray, end: FloatArray, style: str) -> None:
         """Draw a straight line."""
         (x, y), (u, v) = self.at(begin), self.at(end)
         self.parts.append(f'<line x1="{x:.2f}" y1="{y:.2f}" x2="{u:.2f}" y2="{v:.2f}" {style}/>')
 
-    def lines(self, pairs: list[tuple[FloatArray, FloatArray]], style: str) -> None:
-        """Draw many straight lines as one path."""
-        if pairs:
-            path = " ".join(f"M {self._point(begin)} L {self._point(end)}" for begin, end in pairs)
+    def lines(self, pairs: FloatArray, style: str) -> None:
+        """Draw many straight lines, pairs of places (n, 2, 2), as one path."""
+        if len(pairs):
+            rows = self.places(pairs).reshape(-1, 4).tolist()
+            path = " ".join(f"M {x:.3f} {y:.3f} L {u:.3f} {v:.3f}" for x, y, u, v in rows)
             self.parts.append(f'<path d="{path}" fill="none" {style}/>')
 
     def dot(self, place: FloatArray, radius: float, style: str) -> None:
@@ -290,8 +299,8 @@ class Figure:
     ----------
     svg : str
         The picture as text.
-    arcs : dict of int to tuple of Arc
-        The walls that are drawn, by the number of the body: exact arcs of conics in the plane.
+    arcs : dict of int to tuple of Outline
+        The walls that are drawn, by the number of the body: exact pieces of conics, in coordinates of the plane.
     plane : DrawingPlane
         The plane of the drawing.
     about : str
@@ -299,7 +308,7 @@ class Figure:
     """
 
     svg: str
-    arcs: dict[int, tuple[Arc, ...]]
+    arcs: dict[int, tuple[Outline, ...]]
     plane: DrawingPlane
     about: str
 
@@ -333,7 +342,7 @@ def figure_of(found: RayRecord, body: Any, width: Any) -> Figure:
     shown = _drawn_bodies(found, None if body is None else found[body])
     main = shown[0] if shown else None
     plane, about = plane_of(found, main, [step.body for step in shown])
-    arcs = {step.body: tuple(_walls(found, step, plane)) for step in shown}
+    arcs = {step.body: _walls(found, step, plane) for step in shown}
     drawing = SvgDrawing(*window(found, plane, arcs), width)
     for k, step in enumerate(shown):
         missed = step.outcome in (BOX_MISSED, BALL_MISSED) or not (step.crossings or step.spans)
@@ -354,54 +363,28 @@ def _drawn_bodies(found: RayRecord, first: BodyStep | None) -> list[BodyStep]:
     return sorted(found.bodies, key=order)[:_MOST]
 
 
-def _walls(found: RayRecord, step: BodyStep, plane: DrawingPlane) -> list[Arc]:
-    """Return the section of a body: the parts of its surfaces' conics that are its walls."""
-    # The body alone in a scene: other bodies hide none of its walls
-    alone = extension("Scene")([found.scene.body(step.body)])
-    arcs = []
-    for number in surfaces_of(found.scene._prepared, step.body):
-        polynomial = SurfaceSource.of(found.scene._prepared, number).polynomial
-        conic = restrict_to_plane(polynomial, plane.origin.tolist(), plane.axes.tolist())
-        for branch in branches(conic, plane.reach):
-            arcs += wall_arcs(alone, number, branch, plane)
-    return arcs
+def _walls(found: RayRecord, step: BodyStep, plane: DrawingPlane) -> tuple[Outline, ...]:
+    """Return the section of a body: the pieces of conics that are its walls."""
+    return tuple(OutlineCutter(found.scene._prepared, plane.window, step.body).outlines())
 
 
 def surfaces_of(scene: PreparedScene, body: int) -> list[int]:
-    """Return the numbers of the surfaces that a body is made of, in rising order."""
-    from ...kernels import tables as table
-
-    tables = scene.lowered.tables
-    found: set[int] = set()
-    kind, index = int(tables.entry_kind[body]), int(tables.entry_index[body])
-    if kind == table.BALL:
-        found.add(index)
-    elif kind == table.CELL:
-        found |= _surfaces_of_cell(tables, index)
-    elif kind == table.REGION:
-        leaves = leaves_of_program(tables, index)
-        found = found.union(*(_surfaces_of_cell(tables, int(cells_of_leaves(tables, leaf))) for leaf in leaves))
-    else:
-        found.add(int((tables.sheet_surface if kind == table.SHEET else tables.polygon_surface)[index]))
-    return sorted(found)
-
-
-def _surfaces_of_cell(tables: Any, cell: int) -> set[int]:
-    """Return the numbers of the surfaces of a cell."""
-    planes = tables.plane_surface[tables.cell_first[cell] : tables.cell_first[cell + 1]]
-    return {*planes.tolist(), *([int(tables.cell_quadric[cell])] if tables.cell_quadric[cell] >= 0 else [])}
+    """Return the numbers of the surfaces that a body is made of, in rising order; of a sheet its own surface."""
+    bodies = WindowBodies(scene)
+    cells = bodies.faces(body).cells
+    return sorted({surface for cell in (cells[:1] if bodies.is_sheet(body) else cells) for surface, _ in cell})
 
 
 def _draw_body(
-    drawing: SvgDrawing, found: RayRecord, step: BodyStep, arcs: tuple[Arc, ...], plane: DrawingPlane, color: str
+    drawing: SvgDrawing, found: RayRecord, step: BodyStep, arcs: tuple[Outline, ...], plane: DrawingPlane, color: str
 ) -> None:
     """Draw the hatched section of a body, its walls and its name."""
     drawing.lines(_hatching(drawing, found, step, plane), f'stroke="{color}" stroke-width="1" stroke-opacity="0.28"')
     for arc in arcs:
-        about = f"{step.name}: surface {arc.surface}, {arc.branch.kind}"
-        drawing.arc(arc, f'stroke="{color}" stroke-width="2"', about)
+        about = f"{step.name}: surface {', '.join(map(str, arc.surfaces))}, {arc.kind}"
+        drawing.outline(arc, f'stroke="{color}" stroke-width="2"', about)
     if arcs:
-        places = np.concatenate([arc.branch.points(np.linspace(arc.first, arc.last, 65)) for arc in arcs])
+        places = np.concatenate([arc.points(65) for arc in arcs])
         inside = (places[:, 0] > drawing.x0) & (places[:, 0] < drawing.x1) & (places[:, 1] < drawing.y1)
         top = max(places[inside].tolist() or [[drawing.x0, drawing.y0]], key=lambda place: place[1])
         x, y = drawing.at(np.array(top))
@@ -410,25 +393,21 @@ def _draw_body(
         drawing.text(x, y, step.name, f'fill="{color}"')
 
 
-def _hatching(
-    drawing: SvgDrawing, found: RayRecord, step: BodyStep, plane: DrawingPlane
-) -> list[tuple[FloatArray, FloatArray]]:
-    """Return slanted lines inside the section: the spans of rays in the plane, as pairs of places."""
-    body = found.scene.body(step.body)
-    if body.shape.is_sheet:
-        return []
+def _hatching(drawing: SvgDrawing, found: RayRecord, step: BodyStep, plane: DrawingPlane) -> FloatArray:
+    """Return slanted lines inside the section: the spans of rays in the plane, as pairs of places (n, 2, 2)."""
+    if found.scene.body(step.body).shape.is_sheet:
+        return np.zeros((0, 2, 2))
     # Parallel lines at 45 degrees through the window's middle
     corner, far = np.array([drawing.x0, drawing.y0]), np.array([drawing.x1, drawing.y1])
     along, across = np.array([1.0, 1.0]) / math.sqrt(2), np.array([-1.0, 1.0]) / math.sqrt(2)
     middle, reach = (corner + far) / 2, float(np.linalg.norm(far - corner)) / 2
-    steps = np.arange(-reach, reach, _GAP / drawing.scale)
+    steps = np.arange(-reach, reach, _GAP / drawing.scale[0])
     starts = middle + steps[:, None] * across - reach * along
-    spans = extension("Scene")([body]).spans(plane.points(starts), plane.directions(along), 0.0, 2 * reach)
-    rows = np.repeat(np.arange(len(steps)), np.diff(spans.offsets))
-    pairs = []
-    for k, enter, leave in zip(rows.tolist(), spans.t_enter.tolist(), spans.t_exit.tolist(), strict=True):
-        pairs.append((starts[k] + enter * along, starts[k] + leave * along))
-    return pairs
+    spans = found.scene.spans(plane.points(starts), plane.directions(along), 0.0, 2 * reach)
+    own = spans.body == step.body
+    first = starts[np.repeat(np.arange(len(steps)), np.diff(spans.offsets))[own]]
+    ends = (first + t[own, None] * along for t in (spans.t_enter, spans.t_exit))
+    return np.stack([*ends], axis=1)
 
 
 def _draw_ray(drawing: SvgDrawing, found: RayRecord, plane: DrawingPlane) -> None:

@@ -328,7 +328,3 @@ class ExactRay:
 def as_floats(values: Sequence[Fraction]) -> list[float]:
     """Return fractions as floats."""
     return [as_float(value) for value in values]
-
-
-EVERYWHERE = -math.inf, math.inf
-"""The interval of a whole line."""

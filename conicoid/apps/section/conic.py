@@ -9,7 +9,7 @@ coincident conics compare as equal.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from math import isqrt
 from typing import TYPE_CHECKING, Any, TypeAlias
@@ -138,7 +138,9 @@ class PlaneConic:
         Each is rounded only a few times: differences that cancel are computed exactly.
         """
         a, b, c, *_ = self.exact
-        across, up = (Fraction(side) for side in self.sides)
+        # Sides in a power of two near them, which changes no rounding: squares of tiny ones would overflow.
+        power = math.frexp(max(self.sides))[1]
+        across, up = (Fraction(math.ldexp(side, -power)) for side in self.sides)
         largest = Fraction(max(map(abs, self.exact)))
         first, last, mixed = a / (across * across) / largest, c / (up * up) / largest, b / (across * up) / largest
         mean, half, b2 = float(first + last) / 2, float(first - last) / 2, float(mixed)
@@ -149,7 +151,8 @@ class PlaneConic:
         other = float(first * last - mixed * mixed) / most if most else -radius
         if mean < 0:
             angle += math.pi / 2
-        return most, other, math.cos(angle), math.sin(angle), 2 * mean
+        most, other, total = (math.ldexp(value, -2 * power) for value in (most, other, 2 * mean))
+        return most, other, math.cos(angle), math.sin(angle), total
 
     def _central(self, det: int, whole: int) -> list[Curve]:
         """Return an ellipse, or both branches of a hyperbola."""
@@ -241,6 +244,37 @@ def as_six(values: list[int]) -> Six:
     """Return a list of six integers as a tuple."""
     a, b, c, d, e, f = values
     return a, b, c, d, e, f
+
+
+_NEAR = Fraction(1, 1 << 40)
+"""Share of the largest coefficient below which a number of a conic in a rounded plane counts as zero."""
+
+
+def snap_conic(conic: PlaneConic) -> PlaneConic:
+    """Return the degenerate conic nearby, if there is one, for a plane through an axis that had to be rounded.
+
+    Such a plane cuts a cylinder in an ellipse of enormous length, and a cone in a hyperbola: here both are lines.
+    """
+    largest = max(map(abs, conic.exact))
+    a, b, c, d, e, f = (Fraction(x if abs(x) > _NEAR * largest else 0) for x in conic.exact)
+    det, square = a * c - b * b, max(abs(a), abs(b), abs(c))
+    if not square:
+        pass
+    elif abs(det) <= _NEAR * square * square:
+        # A parabola, or parallel lines if its slope along its axis vanishes.
+        if abs(a) >= abs(c):
+            c, near = b * b / a, b * d / a
+            e = near if abs(e - near) <= _NEAR * largest else e
+        else:
+            a, near = b * b / c, b * e / c
+            d = near if abs(d - near) <= _NEAR * largest else d
+    else:
+        # The constant for which the conic is zero at its centre: crossing lines, or a point.
+        near = (d * (c * d - b * e) + e * (a * e - b * d)) / det
+        f = near if abs(f - near) <= _NEAR * largest else f
+    values = a, b, c, d, e, f
+    unit = math.lcm(*(value.denominator for value in values))
+    return replace(conic, exact=as_six([int(value * unit) for value in values]))
 
 
 # --- The fast path: conics from the records of surfaces in the tables

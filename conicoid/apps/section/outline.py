@@ -22,7 +22,7 @@ from ...kernels.programs import cells_of_leaves, gates_of_program, leaves_of_pro
 from ...kernels.tables import BALL, CELL, POLYGON, REGION, SHEET
 from ...queries.exact.surface_forms import exact_form
 from ...queries.points import bodies_at
-from .conic import PlaneConic, RecordConics, UnclearConicError, cut_conic
+from .conic import PlaneConic, RecordConics, UnclearConicError, cut_conic, snap_conic
 from .curve import Curve, Ellipse, form_gradient, form_value
 from .window import Window
 
@@ -227,8 +227,8 @@ class WindowBodies:
         # First the box of the window, then its plane; both with a margin for rounding.
         slack = _WIDER * (np.abs(corners).max() + np.abs(high - low).max())
         meets = ((boxes[:, :3] <= high + slack) & (boxes[:, 3:] >= low - slack)).all(axis=1)
-        normal = np.cross(window.u, window.v)
-        normal = normal / np.linalg.norm(normal)
+        across, up = window.size
+        normal = np.cross(window.u / across, window.v / up)
         # Unbounded boxes give NaN here, which counts as cut by the plane.
         with np.errstate(invalid="ignore"):
             middle, half = (boxes[:, 3:] + boxes[:, :3]) / 2, (boxes[:, 3:] - boxes[:, :3]) / 2
@@ -386,11 +386,15 @@ class _Wall:
 
 
 class OutlineCutter:
-    """Computes the outlines of a scene in a window."""
+    """Computes the outlines of a scene in a window.
 
-    def __init__(self, scene: PreparedScene, window: Window) -> None:
-        self.scene, self.window, self.bodies = scene, window, WindowBodies(scene)
-        self.entries = self.bodies.cut_by(window)
+    With `alone`, outlines are those of this body without the others, in a plane whose numbers are rounded: conics that
+    are almost lines are lines. Their places are about the middle of the window.
+    """
+
+    def __init__(self, scene: PreparedScene, window: Window, alone: int | None = None) -> None:
+        self.scene, self.window, self.bodies, self.alone = scene, window, WindowBodies(scene), alone
+        self.entries = [entry for entry in self.bodies.cut_by(window) if alone is None or entry == alone]
         self._exact, self._records = window.exact(), RecordConics(scene, window)
         # Surface -> the entries that it bounds.
         users: dict[int, list[int]] = defaultdict(list)
@@ -425,16 +429,21 @@ class OutlineCutter:
     def _cut(self, surface: int) -> tuple[PlaneConic, list[Curve]]:
         """Return the conic of a surface and its curves, from its record if that suffices, else from its exact form."""
         try:
-            conic = self._records.conic(surface)
-            return conic, [] if conic.is_everywhere else conic.curves()
+            return self._curves(self._records.conic(surface))
         except UnclearConicError:
-            conic = cut_conic(exact_form(self.scene, surface), self.window, self._exact)
-            return conic, [] if conic.is_everywhere else conic.curves()
+            return self._curves(cut_conic(exact_form(self.scene, surface), self.window, self._exact))
+
+    def _curves(self, conic: PlaneConic) -> tuple[PlaneConic, list[Curve]]:
+        """Return a conic, snapped if the plane is rounded, and its curves."""
+        if conic.is_everywhere:
+            return conic, []
+        conic = conic if self.alone is None else snap_conic(conic)
+        return conic, conic.curves()
 
     def outlines(self, progress: Progress | None = None) -> list[Outline]:
         """Return all outlines, in the order of the surfaces."""
         outlines: list[Outline] = []
-        origin = np.array(self.window.origin)
+        origin = np.array(self.window.origin if self.alone is None else (0.0, 0.0))
         for k, wall in enumerate(self.walls):
             outlines += self._of_wall(wall)
             if progress is not None:
@@ -507,10 +516,12 @@ class OutlineCutter:
 
             return signs
 
-        others = bodies_at(self.scene, self.window.in_space(places))
         # Bodies that the wall does not bound hold both sides or none.
-        numbers = {self.bodies.number(entry) for entry in wall.owners}
-        around = [[int(body) for body in others[i] if int(body) not in numbers] for i in range(count)]
+        around: list[list[int]] = [[] for _ in range(count)]
+        if self.alone is None:
+            others = bodies_at(self.scene, self.window.in_space(places))
+            numbers = {self.bodies.number(entry) for entry in wall.owners}
+            around = [[int(body) for body in others[i] if int(body) not in numbers] for i in range(count)]
         sides_of_pieces: list[Any] = []
         side_masks = [self._held(wall, beside(turn), count) for turn in (1.0, -1.0)]
         sheets = self._sheets(wall, t, sign_of)

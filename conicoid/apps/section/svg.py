@@ -8,9 +8,11 @@ from __future__ import annotations
 
 import base64
 import math
-from typing import Any
+from collections.abc import Callable
+from typing import Any, Protocol
 from xml.sax.saxutils import escape
 
+from ..._util.arrays import FloatArray
 from ...io.images.png import png_bytes
 from ...materials.color import srgb_decode
 from .drawing import INK, SliceDrawing
@@ -50,45 +52,48 @@ def svg_text(drawing: SliceDrawing) -> str:
     return "\n".join([*lines, "</g>", "</svg>", ""])
 
 
-def path_of(drawing: SliceDrawing, outline: Outline) -> str:
-    """Return the path data of an outline."""
-    x, y = drawing.scale
-    radii = outline.radii
-    # Arcs need equal scales across and up: an unequal scale would change the radii and the angle.
-    if radii is not None and max(radii) * max(x, y) < _FLAT and abs(x - y) <= 1e-12 * max(x, y):
-        return _arcs(drawing, outline)
-    cubics = drawing.cubics(outline, OFF)
-    begin = f"M {_pair(cubics[0, 0])}"
-    if outline.kind == "line":
-        return f"{begin} L {_pair(cubics[-1, 3])}"
-    if outline.kind == "parabola":
-        middle = 1.5 * cubics[0, 1] - 0.5 * cubics[0, 0]  # control point of the quadratic that equals the cubic
-        return f"{begin} Q {_pair(middle)} {_pair(cubics[0, 3])}"
-    return begin + "".join(f" C {_pair(b)} {_pair(c)} {_pair(d)}" for _, b, c, d in cubics)
-
-
-def _arcs(drawing: SliceDrawing, outline: Outline) -> str:
-    """Return the path data of a part of an ellipse.
-
-    More than half a turn becomes two arcs: an arc of a whole turn has no direction.
-    """
-    assert outline.radii is not None
-    assert outline.angle is not None
-    r, s = (radius * drawing.scale[0] for radius in outline.radii)
-    parts = 2 if outline._stop - outline._begin > math.pi else 1
-    places = drawing.places(outline.points(parts + 1) - outline._origin)
-    # y points down, so the angle changes its sign.
-    arc = f"A {_text(r)} {_text(s)} {_text(-outline.angle)} 0 0"
-    return f"M {_pair(places[0])} " + " ".join(f"{arc} {_pair(place)}" for place in places[1:])
-
-
-def _pair(place: Any) -> str:
-    return f"{_text(place[0])} {_text(place[1])}"
-
-
 def _text(number: float) -> str:
     """Return a number in fifteen digits."""
     return f"{float(number):.15g}"
+
+
+class PixelFrame(Protocol):
+    """A frame of pixels that outlines are drawn in."""
+
+    @property
+    def scale(self) -> tuple[float, float]:
+        """Pixels per unit of length, to the right and up."""
+        ...
+
+    def places(self, about: Any) -> FloatArray:
+        """Return the pixel coordinates of places about the middle of the window."""
+        ...
+
+
+def path_of(frame: PixelFrame, outline: Outline, off: float = OFF, text: Callable[[float], str] = _text) -> str:
+    """Return the path data of an outline: exact, or Béziers at most `off` of a pixel from it. `text` writes numbers."""
+
+    def pair(place: Any) -> str:
+        return f"{text(place[0])} {text(place[1])}"
+
+    x, y = frame.scale
+    radii, angle = outline.radii, outline.angle
+    # Arcs need equal scales across and up: an unequal scale would change the radii and the angle.
+    if radii and angle is not None and max(radii) * max(x, y) < _FLAT and abs(x - y) <= 1e-12 * max(x, y):
+        # More than half a turn becomes two arcs: an arc of a whole turn has no direction.
+        parts = 2 if outline._stop - outline._begin > math.pi else 1
+        places = frame.places(outline.points(parts + 1) - outline._origin)
+        # y points down, so the angle changes its sign.
+        arc = f"A {text(radii[0] * x)} {text(radii[1] * x)} {text(-angle)} 0 0"
+        return f"M {pair(places[0])} " + " ".join(f"{arc} {pair(place)}" for place in places[1:])
+    cubics = frame.places(outline._cubics(off / max(x, y)))
+    begin = f"M {pair(cubics[0, 0])}"
+    if outline.kind == "line":
+        return f"{begin} L {pair(cubics[-1, 3])}"
+    if outline.kind == "parabola":
+        middle = 1.5 * cubics[0, 1] - 0.5 * cubics[0, 0]  # control point of the quadratic that equals the cubic
+        return f"{begin} Q {pair(middle)} {pair(cubics[0, 3])}"
+    return begin + "".join(f" C {pair(b)} {pair(c)} {pair(d)}" for _, b, c, d in cubics)
 
 
 def _color(color: tuple[int, int, int]) -> str:
