@@ -11,7 +11,7 @@ from collections.abc import Iterator, Sequence
 
 from . import sources
 from .document import Block, Heading, TextLine, TextTable
-from .polynomial import format_float, format_fraction, format_vector
+from .polynomial import ExactRay, format_float, format_fraction, format_vector
 from .steps import (
     BodyStep,
     BoxTest,
@@ -253,9 +253,7 @@ def _full_bodies(found: RayRecord) -> set[int]:
 
 def _length(found: RayRecord) -> str:
     """Return the squared length of the direction in words; nothing for a unit vector."""
-    from .polynomial import ExactRay as Ray
-
-    square = Ray.of(found.origin, found.direction, 0.0, 1.0).square
+    square = ExactRay.of(found.origin, found.direction, 0.0, 1.0).square
     return "" if square == 1 else f" (d·d = {format_fraction(square)})"
 
 
@@ -279,9 +277,7 @@ def _normal(found: RayRecord) -> Iterator[Block]:
     if step is None or step.flat:
         yield TextLine(f"outward normal {normal}")
         return
-    from .polynomial import ExactRay as Ray
-
-    ray = Ray.of(found.origin, found.direction, found.t_min, found.t_max)
+    ray = ExactRay.of(found.origin, found.direction, found.t_min, found.t_max)
     # The gradient is that at the reported t, in exact arithmetic
     half = step.polynomial.half_gradient(ray.at(float(hit.t)))
     if step.kind == "sphere":

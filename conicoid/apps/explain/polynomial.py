@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from decimal import Context, Decimal
 from fractions import Fraction
 from functools import cached_property
-from math import gcd, isqrt
+from math import gcd
 from typing import TYPE_CHECKING, TypeAlias
 
 from ...geometry.quadric_classification import Classification, classify, classify_surface
@@ -248,15 +248,9 @@ def _of_radii(surface: QuadricSurface) -> Fraction:
     # A rounded or shifted quadric is not given by radii
     if any(map(ex.is_rounded, (*surface.squares, surface.constant))) or any(map(float, surface.linear)):
         return Fraction(1)
-    if constant <= 0 or min(squares) <= 0 or not all(_is_square(constant / s) for s in squares):
+    if constant <= 0 or min(squares) <= 0 or any(sqrt_fraction(constant / s) ** 2 != constant / s for s in squares):
         return Fraction(1)
     return constant
-
-
-def _is_square(value: Fraction) -> bool:
-    """Return True for the square of a fraction."""
-    up, down = isqrt(value.numerator), isqrt(value.denominator)
-    return up * up == value.numerator and down * down == value.denominator
 
 
 def exact_surface(scene: PreparedScene, surface: int) -> PlaneSurface | QuadricSurface:
@@ -323,8 +317,3 @@ class ExactRay:
         # Sorted without equal ones: the sign of a may turn the order
         apart = sqrt_fraction(discriminant)
         return sorted({(-b - apart) / a, (-b + apart) / a})
-
-
-def as_floats(values: Sequence[Fraction]) -> list[float]:
-    """Return fractions as floats."""
-    return [as_float(value) for value in values]

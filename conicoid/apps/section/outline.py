@@ -253,10 +253,6 @@ class WindowBodies:
         right, top = np.minimum(place + size, half).tolist()
         return left, bottom, right, top
 
-    def number(self, entry: int) -> int:
-        """Return the body number of an entry."""
-        return entry
-
     def is_sheet(self, entry: int) -> bool:
         """Return whether an entry is a sheet."""
         return int(self.tables.entry_kind[entry]) in (SHEET, POLYGON)
@@ -520,8 +516,7 @@ class OutlineCutter:
         around: list[list[int]] = [[] for _ in range(count)]
         if self.alone is None:
             others = bodies_at(self.scene, self.window.in_space(places))
-            numbers = {self.bodies.number(entry) for entry in wall.owners}
-            around = [[int(body) for body in others[i] if int(body) not in numbers] for i in range(count)]
+            around = [[int(body) for body in others[i] if int(body) not in wall.owners] for i in range(count)]
         sides_of_pieces: list[Any] = []
         side_masks = [self._held(wall, beside(turn), count) for turn in (1.0, -1.0)]
         sheets = self._sheets(wall, t, sign_of)
@@ -535,7 +530,7 @@ class OutlineCutter:
     def _held(self, wall: _Wall, signs: Callable[[int], Any], count: int) -> list[tuple[int, Any]]:
         """Return (body, mask of the places that it holds) of the wall's solids."""
         solid = [entry for entry in wall.owners if not self.bodies.is_sheet(entry)]
-        return [(self.bodies.number(entry), self.bodies.holds(entry, signs, count)) for entry in solid]
+        return [(entry, self.bodies.holds(entry, signs, count)) for entry in solid]
 
     def _sheets_in(self, wall: _Wall) -> list[int]:
         """Return the sheets that a curve lies in."""
@@ -558,7 +553,7 @@ class OutlineCutter:
             if edges is not None:
                 # A place is inside a polygon if an odd number of edges come before it along the line.
                 mask &= (wall.curve.parameter(edges)[None] < t[:, None]).sum(axis=1) % 2 == 1
-            masks.append((self.bodies.number(entry), mask))
+            masks.append((entry, mask))
         return masks
 
 

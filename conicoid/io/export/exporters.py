@@ -248,11 +248,6 @@ def hex_color(material: Material | None) -> tuple[str, bool]:
     return "#" + "".join(f"{channel:02x}" for channel in channels), plain
 
 
-def has_same_color(a: Material, b: Material) -> bool:
-    """Return True if an export would give both materials the same colour."""
-    return hex_color(a) == hex_color(b)
-
-
 # Pairs of bodies that may overlap.
 
 
