@@ -9,8 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 
-from . import sources
-from .document import Block, Heading, TextLine, TextTable
+from .document import Block, Citation, Heading, TextLine, TextTable
 from .polynomial import ExactRay, format_float, format_fraction, format_vector
 from .steps import (
     BodyStep,
@@ -52,7 +51,7 @@ def body_blocks(step: BodyStep, found: RayRecord) -> Iterator[Block]:
         yield from _sweep(step.sweep)
     # They differ only if the floats were in doubt
     if step.floats != step.crossings:
-        yield TextLine(f"by the float formulas alone it would be: {_crossing_times(step.floats)}", sources.DOUBT)
+        yield TextLine(f"by the float formulas alone it would be: {_crossing_times(step.floats)}", Citation.DOUBT)
     if step.spans:
         spans = ", ".join(f"[{format_float(one.t_enter)}, {format_float(one.t_exit)}]" for one in step.spans)
         yield TextLine(f"inside for t in {spans}")
@@ -77,10 +76,10 @@ def surface_blocks(step: SurfaceStep, face: str = "") -> Iterator[Block]:
     yield from _plane_in_kernels(step) if step.flat else _curved_in_kernels(step)
     if step.starts:
         yield TextLine(
-            "the ray starts on this surface: its root t = 0 is removed, and −2b / a is left", sources.STARTS, 2
+            "the ray starts on this surface: its root t = 0 is removed, and −2b / a is left", Citation.STARTS, 2
         )
     if step.doubtful:
-        yield TextLine("by its error bound this is in doubt", sources.DOUBT, 2)
+        yield TextLine("by its error bound this is in doubt", Citation.DOUBT, 2)
 
 
 def _curved_in_kernels(step: SurfaceStep) -> Iterator[Block]:
@@ -92,7 +91,7 @@ def _curved_in_kernels(step: SurfaceStep) -> Iterator[Block]:
     )
     yield TextLine(
         f"the kernels, about the foot of the perpendicular at t = {format_float(step.foot)}{careful}:",
-        sources.MOMENT,
+        Citation.MOMENT,
         2,
     )
     yield TextLine(f"a t² + 2 b t + c = 0: {scaled}", "", 3)
@@ -100,7 +99,7 @@ def _curved_in_kernels(step: SurfaceStep) -> Iterator[Block]:
         low, high = step.roots
         yield TextLine(
             f"roots q / a and c / q, q = −(b + sign(b) √(b² − a c)): t = {format_float(low)} and {format_float(high)}",
-            sources.ROOTS,
+            Citation.ROOTS,
             3,
         )
     where = "beyond its roots" if step.outside else "between its roots"
@@ -115,7 +114,7 @@ def _plane_in_kernels(step: SurfaceStep) -> Iterator[Block]:
     t = f", t = −height / rate = {format_float(step.roots[0])}" if step.roots else ""
     yield TextLine(
         f"the kernels: height {format_float(step.height)}, rate {format_float(step.rate)}{careful}{t}",
-        sources.MOMENT,
+        Citation.MOMENT,
         2,
     )
 
@@ -160,14 +159,14 @@ def _cell(cell: CellStep, shown_surfaces: set[int], in_boolean: bool) -> Iterato
 def _remainder(cell: CellStep) -> Iterator[Block]:
     """Yield the case, the true and false crossings, the slab of the planes and the spans of a cell."""
     if cell.case:
-        yield TextLine(f"caps and body in order, case {cell.case}: {_CASES[cell.case]}", sources.CAPS)
+        yield TextLine(f"caps and body in order, case {cell.case}: {_CASES[cell.case]}", Citation.CAPS)
     if len(cell.faces) > 1 and cell.candidates:
         rows = tuple(
             (format_float(one.t), f"face {one.face}", "enters" if one.entering else "leaves",
              "true" if one.outside_of is None else _false_reason(one.outside_of))
             for one in cell.candidates
         )  # fmt: skip
-        yield TextTable(("t", "crossing", "", "true or false"), rows, sources.FALSE)
+        yield TextTable(("t", "crossing", "", "true or false"), rows, Citation.FALSE)
     if any(face.surface.flat for face in cell.faces):
         near, far = cell.slab
         empty = "" if near < far else ": empty"
@@ -184,14 +183,14 @@ def _false_reason(face: int) -> str:
 def _sweep(sweep: Sweep) -> Iterator[Block]:
     """Yield the sweep of a Boolean along the ray: its expression and its events."""
     yield Heading("The Boolean along the ray", 3)
-    yield TextLine(f"the body is {sweep.expression}", sources.BOOLEAN)
+    yield TextLine(f"the body is {sweep.expression}", Citation.BOOLEAN)
     if sweep.left_out:
         yield TextLine(f"never entered: {', '.join(sweep.left_out[:40])}{' ...' if len(sweep.left_out) > 40 else ''}")
     yield TextLine(f"before all events: {'inside' if sweep.begins else 'outside'}")
     if sweep.rows:
         rows = tuple(_row(row) for row in sweep.rows[:60])
         head = "t", "surface", "part", "", "inside of", "counted", "the body"
-        yield TextTable(head, rows, sources.BOOLEAN)
+        yield TextTable(head, rows, Citation.BOOLEAN)
 
 
 def _row(row: SweepRow) -> tuple[str, ...]:
@@ -281,10 +280,10 @@ def _normal(found: RayRecord) -> Iterator[Block]:
     # The gradient is that at the reported t, in exact arithmetic
     half = step.polynomial.half_gradient(ray.at(float(hit.t)))
     if step.kind == "sphere":
-        yield TextLine(f"outward normal (p − S) / r = {normal}", sources.SPHERE_ALGEBRAIC)
+        yield TextLine(f"outward normal (p − S) / r = {normal}", Citation.SPHERE_ALGEBRAIC)
     else:
         gradient = f"half the gradient (Ax + By + Cz + D, Bx + Ey + Fz + G, Cx + Fy + Hz + I) = {format_vector(half)}"
-        yield TextLine(gradient, sources.NORMAL)
+        yield TextLine(gradient, Citation.NORMAL)
         yield TextLine(f"made unit and outward {normal}")
 
 
@@ -302,14 +301,16 @@ def _decision(found: RayRecord) -> Iterator[Block]:
     bound = f": |t − t*| ≤ {decision.t_error:.2e}" if decision.t_error else ": t is exact"
     bound = bound if found.hit.hit else ""
     if decision.first == "floats":
-        yield TextLine(f"decided by the float formulas, whose error bounds leave no doubt{bound}", sources.DOUBT)
+        yield TextLine(f"decided by the float formulas, whose error bounds leave no doubt{bound}", Citation.DOUBT)
     else:
-        yield TextLine(f"the float formulas leave it in doubt; decided by {_HOW[decision.first]}{bound}", sources.DOUBT)
+        yield TextLine(
+            f"the float formulas leave it in doubt; decided by {_HOW[decision.first]}{bound}", Citation.DOUBT
+        )
     if decision.all != decision.first:
-        yield TextLine(f"crossings behind it are in doubt; decided by {_HOW[decision.all]}", sources.DOUBT)
+        yield TextLine(f"crossings behind it are in doubt; decided by {_HOW[decision.all]}", Citation.DOUBT)
     if decision.places:
         rows = tuple(_place(place, found) for place in decision.places[:_MOST_ROWS])
-        yield TextTable(("order", "surface", "certainly at", "± at most", "reported t"), rows, sources.DOUBT)
+        yield TextTable(("order", "surface", "certainly at", "± at most", "reported t"), rows, Citation.DOUBT)
 
 
 def _place(place: RankedPlace, found: RayRecord) -> tuple[str, ...]:
@@ -322,7 +323,7 @@ def _place(place: RankedPlace, found: RayRecord) -> tuple[str, ...]:
 def _crossing_table(found: RayRecord) -> TextTable:
     """Return the table of all crossings."""
     rows = tuple(_crossing(one, found) for one in found.crossings[:_MOST_ROWS])
-    return TextTable(("t", "± at most", "body", "", "face", "surface"), rows, sources.DOUBT)
+    return TextTable(("t", "± at most", "body", "", "face", "surface"), rows, Citation.DOUBT)
 
 
 def _crossing(one: Crossing, found: RayRecord) -> tuple[str, ...]:

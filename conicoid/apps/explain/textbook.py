@@ -13,8 +13,7 @@ from typing import TypeAlias
 from ...geometry.surface import QuadricSurface
 from ...kernels.tables import SPHERE
 from ...numerics import bigfloat_linalg as ex
-from . import sources
-from .document import Block, Board
+from .document import Block, Board, Citation
 from .document import TextLine as Words
 from .polynomial import (
     ExactRay,
@@ -53,7 +52,7 @@ def plane_board(polynomial: Polynomial, line: ExactRay) -> Board:
     slope, height = dot(normal, line.direction), offset - dot(normal, line.origin)
     numbers = {"v_d": as_float(slope), "v_0": as_float(height)}
     words = [
-        Words(f"n = {format_vector(normal)}, q = {format_fraction(offset)}", sources.PLANE, 2),
+        Words(f"n = {format_vector(normal)}, q = {format_fraction(offset)}", Citation.PLANE, 2),
         Words(f"v_d = n·d = {format_fraction(slope)}, v_0 = q − n·o = {format_fraction(height)}", "", 2),
     ]
     if not slope:
@@ -78,7 +77,7 @@ def sphere_board(polynomial: Polynomial, line: ExactRay) -> Board:
     words: list[Block] = [
         Words(
             f"center S = {format_vector(center)}, r = {format_fraction(sqrt_fraction(radius_squared))}",
-            sources.SPHERE_ALGEBRAIC,
+            Citation.SPHERE_ALGEBRAIC,
             2,
         ),
         Words("t² + 2 B t + C = 0" if unit else f"a t² + 2 B t + C = 0, a = d·d = {format_fraction(a)}", "", 2),
@@ -104,7 +103,7 @@ def _two_roots(
 ) -> list[Block]:  # fmt: skip
     """Return the roots of a t² + 2 b t + c, a > 0 or < 0, and which of the three cases it is; add them to `numbers`."""
     if discriminant <= 0:
-        return [Words("read as invisible: no crossing", sources.TOUCH, 2)] if not discriminant else []
+        return [Words("read as invisible: no crossing", Citation.TOUCH, 2)] if not discriminant else []
     apart = sqrt_fraction(discriminant)
     first, second = (-b - apart) / a, (-b + apart) / a
     numbers |= {"t0": as_float(first), "t1": as_float(second)}
@@ -146,7 +145,7 @@ def _geometric(
     }  # fmt: skip
     words: list[Block] = [
         Words(f"OC² = {format_fraction(square)}, r² = {format_fraction(radius_squared)}: the origin is {where}",
-              sources.SPHERE_GEOMETRIC, 2),
+              Citation.SPHERE_GEOMETRIC, 2),
         Words(f"t_ca = (OC, d){'' if line.is_unit else ' / a'} = {format_fraction(nearest)}", "", 2),
     ]  # fmt: skip
     # The notes stop here, without the distance of the line
@@ -176,7 +175,7 @@ def quadric_board(polynomial: Polynomial, line: ExactRay) -> Board:
         f"{letter} = {format_fraction(value)}" for letter, value in zip(_LETTERS, polynomial.ten, strict=True) if value
     )
     words: list[Block] = [
-        Words(letters, sources.QUADRIC, 2),
+        Words(letters, Citation.QUADRIC, 2),
         Words(
             f"a t² + b t + c = 0: a = uᵗQu = {format_fraction(a)}, b = 2 uᵗQp = "
             f"{format_fraction(b)}, c = pᵗQp = {format_fraction(c)}",
@@ -230,7 +229,7 @@ def cylinder_board(surface: QuadricSurface, line: ExactRay) -> Board:
     numbers |= {"a": as_float(a), "b": as_float(b), "c": as_float(c), "D": as_float(discriminant)}
     words: list[Block] = [
         Words(
-            f"p₁ = {format_vector(start)}, r = {format_fraction(sqrt_fraction(radius_squared))}", sources.CYLINDER, 2
+            f"p₁ = {format_vector(start)}, r = {format_fraction(sqrt_fraction(radius_squared))}", Citation.CYLINDER, 2
         ),
         Words(
             f"(2) R_X = {format_vector(rows[0])}, R_Y = {format_vector(rows[1])}, R_Z = {format_vector(rows[2])}", "", 2
@@ -249,7 +248,7 @@ def cylinder_board(surface: QuadricSurface, line: ExactRay) -> Board:
         words.append(Words(f"U = V = 0: the ray runs along the axis, {where} all along", "", 2))
         return Board(tuple(words), numbers)
     if discriminant <= 0:
-        touching = [Words("read as invisible: no crossing", sources.TOUCH, 2)] if not discriminant else []
+        touching = [Words("read as invisible: no crossing", Citation.TOUCH, 2)] if not discriminant else []
         return Board((*words, *touching), numbers)
     for sign, name in ((-1, "t₋"), (1, "t₊")):
         t = (-b + sign * sqrt_fraction(discriminant)) / a
@@ -275,7 +274,7 @@ def outline_board(corners: Sequence[Sequence[float]], plane: Polynomial, line: E
     """Drop a coordinate, move the point to the origin, count the edges that cross the positive u axis."""
     places = line.roots(plane)
     if not places:
-        return Board((Words("the ray is parallel to the plane", sources.PLANE, 2),), {})
+        return Board((Words("the ray is parallel to the plane", Citation.PLANE, 2),), {})
     point, normal = line.at(places[0]), [2 * half for half in plane.ten[6:9]]
     # The largest component of the normal: the projection keeps the most area
     dropped = max(range(3), key=lambda k: abs(normal[k]))
@@ -284,7 +283,7 @@ def outline_board(corners: Sequence[Sequence[float]], plane: Polynomial, line: E
     words: list[Block] = [
         Words(
             f"the ray crosses the plane at t = {format_fraction(places[0])}, at {format_vector(point)}",
-            sources.POLYGON,
+            Citation.POLYGON,
             2,
         ),
         Words(
@@ -332,7 +331,7 @@ def _areas(corners: Sequence[tuple[Fraction, ...]], numbers: dict[str, float]) -
     numbers |= {name: as_float(share) for name, share in zip(("alpha", "beta", "gamma"), shares, strict=True)}
     inside = "inside" if min(shares) > 0 else ("on an edge" if min(shares) == 0 else "outside")
     coordinates = ", ".join(f"{name} = {format_fraction(share)}" for name, share in zip("αβγ", shares, strict=True))
-    return [Words(f"as a triangle: {coordinates}: {inside}", sources.AREAS, 2)]
+    return [Words(f"as a triangle: {coordinates}: {inside}", Citation.AREAS, 2)]
 
 
 # Planes of a cell in pairs: slabs, solved like a box of the ray tracing notes.
@@ -348,7 +347,7 @@ def solve_slabs(slabs: Sequence[Slab], line: ExactRay) -> Board:
     near: Fraction | None = None
     far: Fraction | None = None
     for name, low, high, at, slope in slabs:
-        source = sources.BOX if not words else ""
+        source = Citation.BOX if not words else ""
         limits = (
             f"{name}: {format_fraction(low)} to {format_fraction(high)}, origin "
             f"{format_fraction(at)}, direction {format_fraction(slope)}"

@@ -16,7 +16,7 @@ from ..._util.name_tuples import NameTuple
 from ..._util.validation import check_callback, check_flag
 from ..._util.validation import check_path as checked_path
 from ...io.images.image import Image
-from .drawing import OVERLAPPING, UNDEFINED, SliceColors, SliceDrawing, color_slice
+from .drawing import OVERLAPPING, UNDEFINED, SliceColors, SliceDrawing, color_slice, rasterize
 from .options import BY, CURVES, check_suffix
 from .outline import Outline, OutlineCutter
 from .window import Window, make_window
@@ -161,8 +161,6 @@ class Slice:
         ValueError
             For another `by`.
         """
-        from .raster import rasterize
-
         return rasterize(self._drawing(by, outlines, legend, problems))
 
     @ignore_fp_errors

@@ -13,7 +13,7 @@ from typing import Any, Protocol
 from xml.sax.saxutils import escape
 
 from ..._util.arrays import FloatArray
-from ...io.images.png import png_bytes
+from ...io.images.codecs import png_bytes
 from ...materials.color import srgb_decode
 from .drawing import INK, SliceDrawing
 from .outline import Outline

@@ -224,7 +224,7 @@ class Image:
             expected = " or ".join(map(str, sorted(depths)))
             raise ValueError(f"Image: bits of {suffix} must be {expected}, got {format_value(bits)}")
         if suffix == ".png":
-            from .png import write_png
+            from .codecs import write_png
 
             write_png(path, self._shown, chosen)
         elif suffix == ".exr":
@@ -255,7 +255,7 @@ class Image:
         PIL.Image.fromarray(np.asarray(self), "RGB").show()
 
     def _repr_png_(self) -> bytes:
-        from .png import png_bytes
+        from .codecs import png_bytes
 
         return png_bytes(self._shown)
 
