@@ -344,9 +344,12 @@ def figure_of(found: RayRecord, body: Any, width: Any) -> Figure:
     plane, about = plane_of(found, main, [step.body for step in shown])
     arcs = {step.body: _walls(found, step, plane) for step in shown}
     drawing = SvgDrawing(*window(found, plane, arcs), width)
+    inside, hatching = _hatching(drawing, found, plane)
     for k, step in enumerate(shown):
         missed = step.outcome in (BOX_MISSED, BALL_MISSED) or not (step.crossings or step.spans)
-        _draw_body(drawing, found, step, arcs[step.body], plane, _PALE if missed else _COLORS[k % len(_COLORS)])
+        color = _PALE if missed else _COLORS[k % len(_COLORS)]
+        drawing.lines(hatching[inside == step.body], f'stroke="{color}" stroke-width="1" stroke-opacity="0.28"')
+        _draw_body(drawing, step, arcs[step.body], color)
     _draw_ray(drawing, found, plane)
     drawing.text(8, drawing.height + 20, about, f'fill="{_INK}"')
     return Figure(drawing.svg(_BELOW, about), arcs, plane, about)
@@ -375,11 +378,8 @@ def surfaces_of(scene: PreparedScene, body: int) -> list[int]:
     return sorted({surface for cell in (cells[:1] if bodies.is_sheet(body) else cells) for surface, _ in cell})
 
 
-def _draw_body(
-    drawing: SvgDrawing, found: RayRecord, step: BodyStep, arcs: tuple[Outline, ...], plane: DrawingPlane, color: str
-) -> None:
-    """Draw the hatched section of a body, its walls and its name."""
-    drawing.lines(_hatching(drawing, found, step, plane), f'stroke="{color}" stroke-width="1" stroke-opacity="0.28"')
+def _draw_body(drawing: SvgDrawing, step: BodyStep, arcs: tuple[Outline, ...], color: str) -> None:
+    """Draw the walls of a body and its name."""
     for arc in arcs:
         about = f"{step.name}: surface {', '.join(map(str, arc.surfaces))}, {arc.kind}"
         drawing.outline(arc, f'stroke="{color}" stroke-width="2"', about)
@@ -393,10 +393,8 @@ def _draw_body(
         drawing.text(x, y, step.name, f'fill="{color}"')
 
 
-def _hatching(drawing: SvgDrawing, found: RayRecord, step: BodyStep, plane: DrawingPlane) -> FloatArray:
-    """Return slanted lines inside the section: the spans of rays in the plane, as pairs of places (n, 2, 2)."""
-    if found.scene.body(step.body).shape.is_sheet:
-        return np.zeros((0, 2, 2))
+def _hatching(drawing: SvgDrawing, found: RayRecord, plane: DrawingPlane) -> tuple[Any, FloatArray]:
+    """Return slanted lines inside solids, spans of rays in the plane: bodies (n,) and pairs of places (n, 2, 2)."""
     # Parallel lines at 45 degrees through the window's middle
     corner, far = np.array([drawing.x0, drawing.y0]), np.array([drawing.x1, drawing.y1])
     along, across = np.array([1.0, 1.0]) / math.sqrt(2), np.array([-1.0, 1.0]) / math.sqrt(2)
@@ -404,10 +402,9 @@ def _hatching(drawing: SvgDrawing, found: RayRecord, step: BodyStep, plane: Draw
     steps = np.arange(-reach, reach, _GAP / drawing.scale[0])
     starts = middle + steps[:, None] * across - reach * along
     spans = found.scene.spans(plane.points(starts), plane.directions(along), 0.0, 2 * reach)
-    own = spans.body == step.body
-    first = starts[np.repeat(np.arange(len(steps)), np.diff(spans.offsets))[own]]
-    ends = (first + t[own, None] * along for t in (spans.t_enter, spans.t_exit))
-    return np.stack([*ends], axis=1)
+    first = np.repeat(starts, np.diff(spans.offsets), axis=0)
+    ends = (first + t[:, None] * along for t in (spans.t_enter, spans.t_exit))
+    return spans.body, np.stack([*ends], axis=1)
 
 
 def _draw_ray(drawing: SvgDrawing, found: RayRecord, plane: DrawingPlane) -> None:
