@@ -7,10 +7,10 @@ Coordinates have fifteen digits. Source: https://www.w3.org/TR/SVG11/paths.html
 from __future__ import annotations
 
 import base64
+import html
 import math
 from collections.abc import Callable
 from typing import Any, Protocol
-from xml.sax.saxutils import escape
 
 from ..._util.arrays import FloatArray
 from ...io.images.codecs import png_bytes
@@ -44,10 +44,11 @@ def svg_text(drawing: SliceDrawing) -> str:
     ]
     side = 1.1 * drawing.letter
     for text, color, left, middle in drawing.rows:
+        base = middle + 0.36 * drawing.letter
         lines.append(
             f'<rect x="{_text(left)}" y="{_text(middle - side / 2)}" width="{_text(side)}" height="{_text(side)}" '
             f'fill="{_color(color)}" stroke="#808080" stroke-width="0.5"/>'
-            f'<text x="{_text(drawing.text_left)}" y="{_text(middle + 0.36 * drawing.letter)}">{escape(text)}</text>'
+            f'<text x="{_text(drawing.text_left)}" y="{_text(base)}">{html.escape(text, quote=False)}</text>'
         )
     return "\n".join([*lines, "</g>", "</svg>", ""])
 
