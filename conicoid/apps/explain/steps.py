@@ -25,31 +25,14 @@ if TYPE_CHECKING:
     from ...queries.scene_protocol import SceneLike
 
 # Outcomes of a body
-HIT, CROSSED, STARTED = "hit", "crossed", "started on"
-BOX_MISSED, BALL_MISSED, NO_ROOT, TOUCHED, PLANES, INTERVAL = (
-    "box missed", "ball missed", "no real root", "only touched", "outside its planes", "outside the interval",
-)  # fmt: skip
-BOOLEAN, OUTLINE, CLIPPED, PARALLEL, BEHIND, INSIDE = (
-    "nothing left by the Boolean", "outside its outline", "cut away", "parallel", "seen from behind",
-    "inside all along",
-)  # fmt: skip
 OUTCOMES = (
-    HIT,
-    CROSSED,
-    STARTED,
-    BOX_MISSED,
-    BALL_MISSED,
-    NO_ROOT,
-    TOUCHED,
-    PLANES,
-    INTERVAL,
-    BOOLEAN,
-    OUTLINE,
-    CLIPPED,
-    PARALLEL,
-    BEHIND,
-    INSIDE,
-)
+    HIT, CROSSED, STARTED, BOX_MISSED, BALL_MISSED, NO_ROOT, TOUCHED, PLANES, INTERVAL, BOOLEAN, OUTLINE, CLIPPED,
+    PARALLEL, BEHIND, INSIDE,
+) = (
+    "hit", "crossed", "started on", "box missed", "ball missed", "no real root", "only touched", "outside its planes",
+    "outside the interval", "nothing left by the Boolean", "outside its outline", "cut away", "parallel",
+    "seen from behind", "inside all along",
+)  # fmt: skip
 """Every `BodyStep.outcome`."""
 
 

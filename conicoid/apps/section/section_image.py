@@ -15,6 +15,7 @@ from ...materials.material import Material
 from ...materials.texture import mean_color
 from ...render.camera import OrthographicCamera
 from ...render.camera_kinds import check_size
+from .window import AXES
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -22,7 +23,6 @@ if TYPE_CHECKING:
     from ...geometry.body import Body
     from ...prepare.prepared_scene import PreparedScene
 
-AXES = ("x", "y", "z")
 _FACING = ((-1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, -1.0))
 """View direction of the section across each axis: y, x and x point to the right, z, z and y point up."""
 _MARGIN = 1.05
