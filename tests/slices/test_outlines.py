@@ -226,3 +226,14 @@ def test_what_slices_are_asked_for():
     ):
         with pytest.raises(ValueError, match=message):
             scene.slice(**arguments)
+
+
+@pytest.mark.parametrize("size", [1e-90, 1e90])
+def test_bodies_of_extreme_size(size):
+    """Squares of such lengths are beyond float64. A hollow ball is cut in two circles."""
+    cut = co.Scene([co.Sphere(size) - co.Sphere(size / 2)]).slice("y", pixels=40)
+    outer, inner = sorted((one for one in cut.outlines), key=lambda one: -one.radii[0])
+    assert outer.radii == pytest.approx((size, size), rel=1e-15)
+    assert inner.radii == pytest.approx((size / 2, size / 2), rel=1e-15)
+    assert outer.is_closed
+    assert inner.is_closed
