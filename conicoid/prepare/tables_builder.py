@@ -264,7 +264,7 @@ def _leaf_bounds(contents: BodyGroups, programs: RowPlaces, leaves: RowPlaces, a
 
     `programs` gives the programs of each body; `leaves` and `alike` its leaves and programs among the shared rows.
     """
-    groups = [group for group in contents.groups if len(group.pattern.leaves)]
+    groups = [group for group in contents.groups if len(group.pattern.programs)]  # one may have no leaf, and has a row
     rows = mapped_zeros((leaves.count, BOX_NUMBERS), np.float64)
     program_shifts = mapped_zeros((programs.count if any(map(_shares_topology, groups)) else 0, SHIFT_SIZE), np.int32)
     shifts, shift = [np.zeros(min(1, len(program_shifts)))], 1
@@ -272,7 +272,7 @@ def _leaf_bounds(contents: BodyGroups, programs: RowPlaces, leaves: RowPlaces, a
         p, begin = group.pattern, programs.first[group.bodies]
         first = leaves.first[group.bodies]
         places: list[Any] = [0, 0, 0, alike.first[group.bodies]]
-        if isinstance(group.rows, FactoredRows):
+        if isinstance(group.rows, FactoredRows) and len(p.leaves):
             rows[first[0] : first[0] + len(p.leaves)] = group.rows.around_all(p.bounds_at, len(p.leaves))
             for axis, values in enumerate(group.rows.offsets.values):
                 places[axis] = group.rows.offsets.index[axis] + np.int32(shift)

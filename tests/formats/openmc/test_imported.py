@@ -155,6 +155,7 @@ def test_it_renders(tmp_path: Path) -> None:
     assert image.pixels.std() > 0.01
 
 
+@pytest.mark.deep
 def test_the_example_cuts_the_assembly_open(monkeypatch: pytest.MonkeyPatch) -> None:
     """In front the slanted plane cuts fuel; at the back one looks through the open plenum down to its top."""
     monkeypatch.syspath_prepend(str(EXAMPLES.parent))

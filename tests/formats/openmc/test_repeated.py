@@ -27,6 +27,8 @@ from .repeated_models import BALL, MODELS
 SLANTED = {"hexagons", "core at an angle", "cubes at an angle", "hexagons at an angle"}
 """Where walls slant, the record that stands for equal planes may be another one."""
 
+Both = tuple[LoweredScene, LoweredScene, list[bool]]
+
 ELSEWHERE = {
     "cell_likes", "leaf_bounds", "program_row", "program_shifts", "shifts", "surface_row", "planes", "spheres", "quadrics",
     "quadric_forms", "face_maps", "body_maps", "map_rows",
@@ -43,6 +45,14 @@ def path(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactor
 def scene(path: Path) -> co.Scene:
     """For tests that only ask it."""
     return co.load_openmc(path)
+
+
+@pytest.fixture(scope="module")
+def both(scene: co.Scene) -> Both:
+    """What the bodies become together, what each becomes alone, and which kinds were found to be one another moved."""
+    with pytest.MonkeyPatch.context() as patch:
+        one, found = together(scene, patch)
+    return one, lower(written_out(scene)), found
 
 
 def named(path: Path) -> str:
@@ -92,15 +102,13 @@ def maps_of_faces(tables: Tables) -> tuple[np.ndarray, np.ndarray]:
     return tables.map_rows[rows], angular
 
 
-def test_tables_are_those_of_bodies_written_out(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_tables_are_those_of_bodies_written_out(path: Path, scene: co.Scene, both: Both) -> None:
     """To the bit but for boxes, which are as tight but for rounding, and for limits that depend on them.
 
     Where walls slant, the record that stands for equal planes may be another one.
     """
-    scene = co.load_openmc(path)
     assert isinstance(scene.bodies, InstanceList)
-    one, found = together(scene, monkeypatch)
-    other = lower(written_out(scene))
+    one, other, found = both
     name = named(path)
     assert any(found) == (named(path) != "slanted")
     ours = one.tables._asdict()
@@ -133,12 +141,11 @@ def test_tables_are_those_of_bodies_written_out(path: Path, monkeypatch: pytest.
             assert mine.tobytes() == its.tobytes()
 
 
-def test_walls_are_those_of_bodies_written_out(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_walls_are_those_of_bodies_written_out(path: Path, both: Both) -> None:
     """Curved ones to the bit, planes in all but where they are anchored; and which of them are one is the same."""
-    scene = co.load_openmc(path)
-    one, found = together(scene, monkeypatch)
+    one, other, found = both
     assert any(found) == (named(path) != "slanted")
-    ours, theirs = one.tables, lower(written_out(scene)).tables
+    ours, theirs = one.tables, other.tables
     curved, expected = ours.cell_quadric, theirs.cell_quadric
     assert ((curved < 0) == (expected < 0)).all()
     for kind in (SPHERE, QUADRIC):
@@ -164,13 +171,12 @@ def in_order(numbers: np.ndarray) -> list[int]:
     return [known.setdefault(number, len(known)) for number in numbers.tolist()]
 
 
-def test_limits_that_places_share_are_as_wide_as_those_of_each(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_limits_that_places_share_are_as_wide_as_those_of_each(path: Path, both: Both) -> None:
     """Of what rounding may change t by the largest, of how far t is certain the least; little more, as boxes are near."""
-    scene = co.load_openmc(path)
     if named(path) in SLANTED:
         pytest.skip("slanted walls that are one have other records, so other numbers of surfaces")
-    one, found = together(scene, monkeypatch)
-    ours, theirs = one.limited().tables, lower(written_out(scene)).limited().tables
+    one, other, found = both
+    ours, theirs = one.limited().tables, other.limited().tables
     of_programs = rows_of_programs(ours)
     of_cells = rows_of_cells(ours, np.arange(len(ours.cell_quadric)))
     assert len(ours.cell_limits) < len(theirs.cell_limits) or not any(found)
@@ -198,17 +204,15 @@ def test_pins_that_a_vessel_does_not_cut_are_alike(tmp_path: Path) -> None:
     assert len({int(bodies.kinds[number]) for number in within}) == 1
 
 
-def test_boxes_are_made_again_as_they_were(path: Path) -> None:
-    scene = co.load_openmc(path)
+def test_boxes_are_made_again_as_they_were(scene: co.Scene) -> None:
     expected = lower(scene.bodies).boxes.tobytes()
     scene.prepare()
     assert "boxes" not in vars(scene._prepared.lowered.around)
     assert scene._prepared.lowered.boxes.tobytes() == expected
 
 
-def test_what_places_have_in_common_is_there_once(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    scene = co.load_openmc(path)
-    lowered, found = together(scene, monkeypatch)
+def test_what_places_have_in_common_is_there_once(path: Path, scene: co.Scene, both: Both) -> None:
+    lowered, other, found = both
     bodies = scene.bodies
     assert isinstance(bodies, InstanceList)
     if not found or not all(found):
@@ -218,7 +222,7 @@ def test_what_places_have_in_common_is_there_once(path: Path, monkeypatch: pytes
     assert len(moved) == len(found)
     assert len(lowered.frames) == alone + len(moved)
     assert len(lowered.rest.quadrics) < len(lowered.tables.quadrics) or "angle" in named(path)
-    assert len(lowered.tables.map_rows) < len(lower(written_out(scene)).tables.map_rows)
+    assert len(lowered.tables.map_rows) < len(other.tables.map_rows)
 
 
 def test_answers_are_those_of_bodies_written_out(scene: co.Scene) -> None:
