@@ -89,7 +89,7 @@ CASES = [(kind, folded) for kind in ("triangle", "quadrilateral", "concave") for
 
 @pytest.mark.parametrize(("kind", "folded"), CASES)
 def test_exactly_one(kind, folded):
-    assert check(kind, folded, pairs=15, rays_per_pair=600) > 5000
+    assert check(kind, folded, pairs=4, rays_per_pair=600) > 1000
 
 
 @pytest.mark.deep
@@ -104,7 +104,7 @@ def test_exactly_one_after_a_motion(folded):
     k = np.array([2, -1, 2]) / 3
     c, s = math.cos(math.radians(77)), math.sin(math.radians(77))
     rows = np.array([c * e + s * np.cross(k, e) + (1 - c) * (k @ e) * k for e in np.eye(3)]).T
-    assert check("quadrilateral", folded, 20, 600, lambda shape: shape.rotate((2, -1, 2), 77), rows) > 5000
+    assert check("quadrilateral", folded, 6, 600, lambda shape: shape.rotate((2, -1, 2), 77), rows) > 1500
 
 
 def test_a_lattice_of_squares_is_tight():

@@ -31,7 +31,7 @@ def assert_equal(one: Any, other: Any, rays: Any) -> None:
 
 
 @pytest.fixture(
-    params=[pair if pair[0] < 2 else pytest.param(pair, marks=pytest.mark.deep) for pair in SEEDS],
+    params=[pair if pair[0] < 1 else pytest.param(pair, marks=pytest.mark.deep) for pair in SEEDS],
     ids=lambda pair: f"{'grid' if pair[1] else 'random'} {pair[0]}",
 )
 def pair(request: Any) -> tuple[Any, Any, Any]:

@@ -9,10 +9,11 @@ import pytest
 
 import conicoid as co
 
+from ..samples import sampled
 from .conftest import SHAPES
 from .subject import Subject, rows
 
-SOLIDS = [name for name, shape in SHAPES.items() if not shape.is_sheet and getattr(shape, "combines", True)]
+SOLIDS = sampled([name for name, shape in SHAPES.items() if not shape.is_sheet and getattr(shape, "combines", True)], 3)
 OTHER = co.Sphere(1.25, (0.5, 0.25, 0.75))
 
 

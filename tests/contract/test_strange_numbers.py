@@ -11,6 +11,7 @@ import pytest
 import conicoid as co
 from conicoid.geometry.registry import REGISTRY
 
+from ..samples import deep
 from .examples import examples_of
 from .strange import faults, good_arguments
 
@@ -26,7 +27,7 @@ OTHER_FIELDS = dict(
 COMBINED = {"Union", "Intersection", "Difference", "Complement", "Painted"}
 
 
-@pytest.fixture(params=["warn", "raise"], autouse=True)
+@pytest.fixture(params=["raise", deep("warn")], autouse=True)
 def settings(request: Any) -> Any:
     """pytest turns warnings into errors; NumPy's own are settled by the user."""
     with np.errstate(all=request.param):

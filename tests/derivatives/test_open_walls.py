@@ -11,13 +11,14 @@ import conicoid as co
 from conicoid.geometry.shape import PrimitiveSolid
 
 from ..contract.examples import MOTIONS, every_example
+from ..samples import sampled
 from .test_every_shape import rays_at
 
 SOLIDS = {name: shape for name, shape in every_example() if isinstance(shape, PrimitiveSolid) and name != "Lens-4"}
 """That lens is a whole ball, whose faces are one sphere, and tie."""
 
 
-@pytest.mark.parametrize("name", SOLIDS)
+@pytest.mark.parametrize("name", sampled(SOLIDS, 7))
 def test_a_wall_moves_as_its_solid_does(name):
     solid = MOTIONS["moved"](SOLIDS[name])
     random = np.random.default_rng(zlib.crc32(name.encode()))

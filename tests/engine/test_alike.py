@@ -19,6 +19,7 @@ from conicoid.kernels.packet.csg_gather import (
 )
 from conicoid.kernels.ray import Ray
 
+pytestmark = pytest.mark.deep  # it compiles both ways; that they agree is also seen by test_routes_of_bodies.py
 MISS = -2.0
 
 

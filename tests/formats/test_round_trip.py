@@ -18,6 +18,7 @@ from conicoid.io.scene_file import yaml_parser
 from conicoid.io.scene_file import yaml_parser as scene_text
 from conicoid.io.scene_file.scene_file import SceneParts, read_scene, write_scene
 
+from ..samples import sampled
 from .strategies import PRIMITIVES, moved, primitive, scenes, sheets, solids
 
 pytestmark = pytest.mark.filterwarnings("ignore::UserWarning")  # of numbers that may be meant otherwise
@@ -39,7 +40,7 @@ def check(shape: Shape) -> None:
     assert repr(back.bodies[0].shape.motion) == repr(shape.motion)
 
 
-@pytest.mark.parametrize("name", PRIMITIVES)
+@pytest.mark.parametrize("name", sampled(PRIMITIVES, 6))
 def test_every_shape(name):
     @RELAXED
     @given(moved(primitive(name)))

@@ -9,6 +9,7 @@ import pytest
 
 import conicoid as co
 
+from ..samples import sampled
 from .solids import KNOWN, Known
 
 SIGMAS = 4
@@ -24,7 +25,7 @@ def assert_known(known: Known, found: co.measures.Measures) -> None:
         assert (np.abs(found.inertia - np.diag(known.inertia)) <= SIGMAS * found.inertia_error).all()
 
 
-@pytest.mark.parametrize("known", KNOWN, ids=lambda known: known.name)
+@pytest.mark.parametrize("known", sampled(KNOWN, 3), ids=lambda known: known.name)
 def test_against_formulas(known: Known):
     found = co.measure(known.shape, rays=60_000, seed=1)
     assert found.rays <= 70_000
@@ -43,7 +44,7 @@ def test_a_million_rays_give_a_tenth_of_a_percent(known: Known):
 
 
 @pytest.mark.parametrize(
-    "name", ["lens of two spheres", "thin shell", "two thin rods askew", "half a ball", "box with a hole"]
+    "name", sampled(["thin shell", "lens of two spheres", "two thin rods askew", "half a ball", "box with a hole"], 5)
 )
 def test_errors_are_honest(name: str):
     """Over many seeds the deviations have the size that their errors say: χ² of 60 is within 4.5 sigma of 60."""
@@ -115,13 +116,13 @@ def test_scale(scale: float):
 
 def test_many_parts_and_great_depth():
     random = np.random.default_rng(4)
-    centers = [(x, y, z) for x in range(12) for y in range(12) for z in range(12)]
+    centers = [(x, y, z) for x in range(7) for y in range(7) for z in range(7)]
     radii = random.uniform(0.2, 0.45, len(centers))
     found = co.measure(co.Spheres(centers, radii), rays=60_000)
     assert found.volume == pytest.approx(4 / 3 * math.pi * (radii**3).sum(), abs=SIGMAS * found.volume_error)
     assert found.volume_error < 0.01 * found.volume
-    shape: co.Solid = co.Box((0, 0, 0), (100, 1, 1))
-    for k in range(100):
+    shape: co.Solid = co.Box((0, 0, 0), (40, 1, 1))
+    for k in range(40):
         shape = (shape - co.Box((k + 0.25, 0, 0), (k + 0.75, 1, 1))) | co.Sphere(0.125, (k + 0.5, 0.5, 0.5))
     found = co.measure(shape, rays=20_000)
-    assert found.volume == pytest.approx(50 + 100 * 4 / 3 * math.pi / 512, abs=SIGMAS * found.volume_error)
+    assert found.volume == pytest.approx(20 + 40 * 4 / 3 * math.pi / 512, abs=SIGMAS * found.volume_error)

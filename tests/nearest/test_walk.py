@@ -31,6 +31,7 @@ def test_heat_between_two_spheres(example):
     assert np.abs(value - exactly) == pytest.approx(np.zeros(4), abs=4 * error.max())
 
 
+@pytest.mark.deep
 def test_a_map_of_the_block_and_of_the_closed_form(example):
     pixels = example.picture(24, 40).pixels
     assert pixels.shape == (24, 58 + 2 + 24, 3)

@@ -14,6 +14,8 @@ import conicoid as co
 from conicoid.geometry.quadric_classification import KINDS
 from conicoid.numerics import rational_linalg as rational
 
+from ..samples import deep, sampled
+
 # The 17 affine classes of real quadrics (real points or none), and the plane: coefficients, kind, inside
 CLASSES = [
     (dict(xx=1, yy=2, zz=3, constant=-1), "ellipsoid", "within"),
@@ -72,10 +74,19 @@ def congruent(q: list[list[Fraction]], affine: list[list[int]]) -> list[list[flo
 
 
 @pytest.mark.parametrize(("values", "kind", "inside"), CLASSES, ids=lambda item: str(item) if item else "")
-@settings(max_examples=25, deadline=None)
-@given(st.lists(st.lists(whole, min_size=4, max_size=4), min_size=3, max_size=3), st.integers(1, 9))
-def test_the_class_survives_congruences(values, kind, inside, affine, factor):
+@pytest.mark.parametrize("count", [5, deep(100)])
+def test_the_class_survives_congruences(values, kind, inside, count):
     """Sylvester's law of inertia: no invertible affine map and no factor changes the class; a negative one the side."""
+
+    @settings(max_examples=count, deadline=None)
+    @given(st.lists(st.lists(whole, min_size=4, max_size=4), min_size=3, max_size=3), st.integers(1, 9))
+    def run(affine, factor):
+        check_congruence(values, kind, inside, affine, factor)
+
+    run()
+
+
+def check_congruence(values, kind, inside, affine, factor):
     linear = np.array(affine, dtype=float)[:, :3]
     if abs(round(float(np.linalg.det(linear)))) == 0:
         affine = [[1, 2, 0, 1], [0, 1, 3, -2], [0, 0, 2, 5]]
@@ -186,8 +197,11 @@ MOVES = {
 }
 
 
-@pytest.mark.parametrize("move", MOVES)
-@pytest.mark.parametrize(("values", "kind", "inside"), CLASSES, ids=lambda item: str(item) if item else "")
+@pytest.mark.parametrize(
+    ("values", "kind", "inside", "move"),
+    sampled([(*each, move) for each in CLASSES for move in MOVES], 5),
+    ids=lambda item: str(item) if item else "",
+)
 def test_moved_ones_are_described_in_the_world(values, kind, inside, move):
     """Kind and side stay; the center lies where the motion's matrix says, ends of real semi-axes on the surface."""
     still, moved = co.Quadric(coefficients=values), MOVES[move](co.Quadric(coefficients=values))

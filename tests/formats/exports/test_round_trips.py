@@ -13,6 +13,7 @@ import pytest
 import conicoid as co
 from conicoid.io.export import csg_pieces as lowered
 
+from ...samples import sampled
 from ..openmc.models import EXAMPLE_FILES, KINDS, TURNS
 from . import models
 from .comparison import assert_close_answers, assert_same_answers, written_and_read
@@ -33,7 +34,7 @@ def same(one: co.Scene, other: co.Scene) -> None:
     assert_same_answers(one, other)
 
 
-@pytest.mark.parametrize("name", models.GDML_SOLIDS)
+@pytest.mark.parametrize("name", sampled(models.GDML_SOLIDS, 4))
 def test_solids_of_gdml(name: str, tmp_path: Path) -> None:
     """As it stands, turned by odd angles, and turned by a quarter."""
     thrice = {f"{name} {k}": models.GDML_SOLIDS[name] for k in range(3)}

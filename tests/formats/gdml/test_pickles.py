@@ -13,6 +13,7 @@ import conicoid as co
 from conicoid.geometry.instances import InstanceList
 from conicoid.io.gdml.solids import SOLID_READERS
 
+from ...samples import sampled
 from .files import placed, scene_of, text_of, volume
 from .test_solids import DEFINE
 from .test_solids import SOLIDS as OLD
@@ -42,7 +43,7 @@ def answers(scene: co.Scene) -> list[np.ndarray]:
     return [hits.t, hits.name, hits.face, hits.normal, points]
 
 
-@pytest.mark.parametrize("name", SOLIDS)
+@pytest.mark.parametrize("name", sampled(SOLIDS, 8))
 def test_scenes_of_each_solid(name: str, tmp_path: Path) -> None:
     scene = rows_of(tmp_path, SOLIDS[name][0])
     assert isinstance(scene.bodies, InstanceList)
