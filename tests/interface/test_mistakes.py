@@ -14,7 +14,7 @@ import conicoid as co
 from conicoid._util.validation import looks_like_radians
 from conicoid.io.scene_file.scene_file import parse_scene
 
-from .command_line import refused, run
+from ..command_line import refused, run
 
 BALL = co.Sphere()
 BALLS = co.Spheres([(0, 0, 9), (0, 0, 12)], 1)

@@ -15,8 +15,8 @@ import conicoid as co
 from conicoid.geometry.registry import REGISTRY
 from conicoid.io.scene_file.scene_file import parse_scene
 
-from .contract.examples import examples_of
-from .public_names import PUBLIC
+from ..contract.examples import examples_of
+from ..public_names import PUBLIC
 
 BALL, BOX = co.Sphere(), co.Box((2, 2, 2), (3, 3, 3))
 

@@ -10,7 +10,7 @@ import pytest
 import conicoid as co
 
 from ..public_names import PUBLIC
-from .calls import CALLS, JUNK, TAKEN
+from .arguments import CALLS, JUNK, TAKEN
 
 LONGEST = 400
 """Characters of a message: a few lines of a terminal."""
