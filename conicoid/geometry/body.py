@@ -21,15 +21,11 @@ from .shape import Shape
 MaterialIndex = npt.NDArray[np.int32]
 
 
-def check_materials(shape: Shape, material: Any, materials: Any, index: Any) -> tuple[tuple[Any, ...], MaterialIndex]:
-    """Return (materials, the index of each body's material) of an entry of many bodies.
+def check_materials(count: int, material: Any, materials: Any, index: Any) -> tuple[tuple[Any, ...], MaterialIndex]:
+    """Return (materials, the index of each body's material) of an entry of `count` bodies.
 
-    Raise TypeError for another shape or for no list of materials, ValueError for an index that does not fit.
+    Raise TypeError for no list of materials, ValueError for an index that does not fit.
     """
-    if not isinstance(shape, Bulk):
-        raise TypeError(
-            f"Body: materials are for many bodies in one entry, such as Spheres, got {describe_kind(shape)}"
-        )
     if material is not None:
         raise ValueError("Body: material must be left out where materials are given")
     if materials is None:
@@ -39,7 +35,7 @@ def check_materials(shape: Shape, material: Any, materials: Any, index: Any) -> 
     checked = tuple(
         None if each is None else as_material(f"Body: materials[{i}]", each) for i, each in enumerate(materials)
     )
-    return checked, _check_index(index, len(checked), len(shape))
+    return checked, _check_index(index, len(checked), count)
 
 
 def _check_index(index: Any, materials: int, bodies: int) -> MaterialIndex:
@@ -104,7 +100,10 @@ class Body:
         if self.material is not None:
             object.__setattr__(self, "material", as_material("Body", self.material, _name_hint(self)))
         if self.materials is not None or self.material_index is not None:
-            materials, index = check_materials(self.shape, self.material, self.materials, self.material_index)
+            if not isinstance(self.shape, Bulk):
+                found = describe_kind(self.shape)
+                raise TypeError(f"Body: materials are for many bodies in one entry, such as Spheres, got {found}")
+            materials, index = check_materials(len(self.shape), self.material, self.materials, self.material_index)
             object.__setattr__(self, "materials", materials)
             object.__setattr__(self, "material_index", index)
         if self.name is not None and (not isinstance(self.name, str) or not self.name):

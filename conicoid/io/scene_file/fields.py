@@ -190,8 +190,10 @@ class MaterialType(ValueType):
         if isinstance(node, ScalarNode) and is_text(node):
             if node.text in reader.materials:
                 return reader.materials[node.text]
+            if node.text in reader.colors:
+                return reader.colors[node.text]
             with contextlib.suppress(ValueError):  # materials of the file come before names of colours
-                return matte(node.text)
+                return reader.colors.setdefault(node.text, matte(node.text))
             if node.text.startswith("#"):
                 message = f"unknown material {shorten(node.text)!r}{color_hint(node.text)}"
                 return reader.report(node, where, message)
@@ -364,7 +366,7 @@ def _alternatives(hints: tuple[Any, ...]) -> ValueType:
 
 SCENE_VERSION = 1
 SECTIONS = ("conicoid", "camera", "background", "lights", "materials", "shapes", "domain", "bodies", "animation")
-BODY_KEYS = ("name", "shape", "move", "material", "materials", "material_index")
+BODY_KEYS = ("name", "shape", "move", "material", "materials", "material_index", "columns")
 
 
 class CameraType(ValueType):

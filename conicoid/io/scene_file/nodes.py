@@ -15,8 +15,7 @@ from typing import ClassVar, Protocol, TypeAlias
 
 def is_beyond_float64(word: str, value: float) -> bool:
     """Return True if a finite number that is not 0 became infinite or 0 in `value`, its nearest float64."""
-    digits = re.split("[eE]", word, maxsplit=1)[0]
-    return (value == 0 or math.isinf(value)) and re.search("[1-9]", digits) is not None
+    return (value == 0 or math.isinf(value)) and re.search("[1-9]", re.split("[eE]", word, maxsplit=1)[0]) is not None
 
 
 # Nodes.
@@ -109,12 +108,11 @@ def parse_float(node: Node) -> float | None:
 
     Raise OverflowError for a number beyond the range of float64, or so small that it would become 0.
     """
-    if not isinstance(node, ScalarNode) or not node.plain or len(node.text) > 1000:
+    if not isinstance(node, ScalarNode) or not node.plain or len(text := node.text) > 1000:
         return None
-    text = node.text
     if _FLOAT.fullmatch(text):
         value = float(text)
-        if is_beyond_float64(text, value):
+        if (value == 0 or math.isinf(value)) and is_beyond_float64(text, value):
             raise OverflowError(text)
         return value
     if _INTEGER.fullmatch(text):

@@ -9,8 +9,9 @@ from __future__ import annotations
 import contextlib
 import os
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import repeat
 from pathlib import Path
 from typing import Any, Protocol, TypeAlias
 
@@ -18,8 +19,9 @@ from ..._util.arrays import FloatArray
 from ..._util.file_errors import Problem, SceneFileError
 from ..._util.gc_pause import pause_gc
 from ..._util.hints import describe_names
+from ..._util.pickling import construct_many
 from ..._util.safe_files import resolve_links, write_text
-from ...geometry.body import Body
+from ...geometry.body import Body, check_materials
 from ...geometry.instances import InstanceList
 from ...geometry.registry import REGISTRY
 from ...geometry.shape import Shape, Solid
@@ -28,8 +30,7 @@ from ...materials.material import Material, rename_material
 from ..data_files import array_file_name, save_array_once
 from . import yaml_parser
 from . import yaml_parser as scene_text
-from .fast_bodies import FastBody, PlainBodyReader, build_alike_bodies
-from .fast_text import DocumentItem, PatternDocument, PatternItem, parse_patterned_document
+from .body_patterns import DocumentItem, GroupBody, PatternDocument, PatternItem, build_groups, parse_patterned_document
 from .fields import (
     BODY_KEYS,
     SCENE_VERSION,
@@ -43,6 +44,7 @@ from .fields import (
 )
 from .nodes import MappingNode, Node, ScalarNode, SequenceNode, describe_node, is_empty_node, is_null, is_text, shorten
 from .shape_reader import MAX_PARTS, PARTS_PHRASE, PartBudget, ShapeReader, count_parts, part_limit, read_index
+from .template import Template, read_columns, read_shapes
 from .value_types import BAD, BadValue, IntegerType, NodeReader, TextType, TooManyProblems
 from .writer import ShapeWriter, body_data, dump_json, dump_yaml
 from .yaml_parser import YamlError
@@ -56,7 +58,7 @@ SceneProgress: TypeAlias = Callable[[int, int], Any]
 _PROGRESS_STEP = 500
 """Bodies between two reports of progress."""
 _BODY_BATCH = 8192
-"""Bodies in which `build_alike_bodies` looks for groups at once."""
+"""Bodies in which `build_groups` looks for groups at once."""
 
 
 @dataclass(frozen=True)
@@ -81,9 +83,9 @@ class SceneReader:
         self.reader = reader
         self.values = document.distinct
         self.items = document.bodies
+        self.material_type = MaterialType()
         self.body_names: dict[str, int] = {}  # name -> line
         self.unnamed: dict[int, Body] = {}  # by id of the node
-        self.written: list[Node] = []  # nodes that must not be freed, since others are known by their ids
 
     def read(self, root: Node) -> SceneParts:
         """Return the parts of the scene at the root; problems are in `reader.problems`."""
@@ -149,7 +151,7 @@ class SceneReader:
             self.reader.materials[name] = rename_material(material, name) if nameless else material
 
     def _bodies(self, node: Node | None, shapes: ShapeReader) -> tuple[Body, ...]:
-        """Return the bodies. Three ways lead to a body: in a group that is alike, plainly, or with full reports."""
+        """Return the bodies; problems are reported."""
         if node is None:
             return ()
         if not isinstance(node, SequenceNode):
@@ -157,41 +159,49 @@ class SceneReader:
             message = f"must be a list of bodies, each with a shape, got {describe_node(node)}{none}"
             self.reader.report(node, "bodies", message)
             return ()
-        bodies, plain = [], PlainBodyReader(shapes, self.reader.materials, self.body_names)
+        bodies: list[Body] = []
         items: Sequence[DocumentItem] = node.items if self.items is None else self.items
-        ready: dict[int, FastBody] = {}
+        ready: dict[int, GroupBody] = {}
         for i, item in enumerate(items):
             if self.progress is not None and i % _PROGRESS_STEP == 0:
                 self.progress(i, len(items))
             if i % _BODY_BATCH == 0:
-                ready = build_alike_bodies(i, items[i : i + _BODY_BATCH], plain)
-            fast = ready.get(i)
-            if fast is not None and plain.accepts(fast.body.name, fast.name_line, fast.steps, fast.parts):
-                bodies.append(fast.body)
-                continue
-            body = (
-                self._alike(item, i, plain, shapes) if type(item) is PatternItem else self._item(item, i, plain, shapes)
-            )
-            if isinstance(body, Body):
-                shapes.charge_body(item, f"bodies[{i}]", body.shape)
-                bodies.append(body)
+                ready = build_groups(items[i : i + _BODY_BATCH], shapes)
+            fast = ready.get(i % _BODY_BATCH)
+            if fast is not None and self._accepts(*fast[:3], item.line + fast[3], shapes):
+                bodies.append(fast[0])
+            elif type(item) is PatternItem:
+                with shapes.apart():
+                    bodies += self._item(item.parsed(), f"bodies[{i}]", shapes)
+            else:
+                assert not isinstance(item, PatternItem)
+                known = self.unnamed.get(id(item))
+                found = [known] if known is not None else self._item(item, f"bodies[{i}]", shapes)
+                if len(found) == 1 and found[0].name is None:
+                    self.unnamed[id(item)] = found[0]  # an alias stands for the same body
+                bodies += found
         return tuple(bodies)
 
-    def _alike(self, item: PatternItem, i: int, plain: PlainBodyReader, shapes: ShapeReader) -> Body | BadValue:
-        """Return a body that matches a pattern; if it is unusual, read it as if it matched none."""
-        body = plain.read_alike(item)
-        if body is not None:
-            return body
-        written = item.written()
-        self.written.append(written)
-        return self._item(written, i, plain, shapes)
+    def _accepts(self, body: Body, parts: int, steps: int, name_line: int, shapes: ShapeReader) -> bool:
+        """Count the parts, steps and name of a body; return False, and count nothing, if it has a problem."""
+        if body.name in self.body_names:
+            return False
+        if not shapes.allowance.take(parts, steps):
+            shapes.allowance.take(-parts, -steps)
+            return False
+        if body.name is not None:
+            self.body_names[body.name] = name_line
+        return True
 
-    def _item(self, node: Any, i: int, plain: PlainBodyReader, shapes: ShapeReader) -> Body | BadValue:
-        """Return a body of the tree: plainly if possible, else with reports."""
-        body = self.unnamed.get(id(node)) or plain.read(node) or self._body(node, f"bodies[{i}]", shapes)
-        if isinstance(body, Body) and body.name is None:
-            self.unnamed[id(node)] = body  # an alias stands for the same body
-        return body
+    def _item(self, node: Node, where: str, shapes: ShapeReader) -> list[Body]:
+        """Return the body of an item, or of each row of its columns; none after reports."""
+        if isinstance(node, MappingNode) and "columns" in node.entries:
+            return self._row_bodies(node, where, shapes)
+        body = self._body(node, where, shapes)
+        if isinstance(body, BadValue):
+            return []
+        shapes.charge_body(node, where, body.shape)
+        return [body]
 
     def _body(self, node: Node, where: str, shapes: ShapeReader) -> Body | BadValue:
         """Return a body, or BAD after a report of each problem in it."""
@@ -213,6 +223,34 @@ class SceneReader:
             node, where, lambda: Body(shape, material, named, materials=materials, material_index=index)
         )
         return body
+
+    def _row_bodies(self, node: MappingNode, where: str, shapes: ShapeReader) -> list[Body]:
+        """Return a body for each row of `columns`; none after a report of each problem."""
+        entries = self.reader.entries(node, where, BODY_KEYS[1:], ("shape",), _MISPLACED_WITH_COLUMNS)
+        if "shape" not in node.entries:
+            return []
+        template = Template(node)
+        material = (
+            self._material(node.entries["material"], f"{where}: material") if "material" in node.entries else None
+        )
+        materials, index = self._several(node.entries, where)
+        columns = read_columns(node.entries["columns"], template, self.reader, f"{where}: columns")
+        if isinstance(columns, BadValue) or BAD in (entries, material, materials) or index is BAD:
+            return []
+        found = read_shapes(template, columns, shapes, where)
+        if isinstance(found, BadValue):
+            return []
+        if materials is None and index is None:
+            each: Iterable[Any] = repeat(material)
+        else:
+            checked = self.reader.build(node, where, lambda: check_materials(len(found), material, materials, index))
+            if isinstance(checked, BadValue):
+                return []
+            each = map(checked[0].__getitem__, checked[1].tolist())
+        return construct_many(
+            Body, len(found), shape=found, material=each, name=repeat(None), materials=repeat(None),
+            material_index=repeat(None),
+        )  # fmt: skip
 
     def _several(self, entries: Mapping[str, Node], where: str) -> tuple[Any, Any]:
         """Return `materials` and `material_index` of many bodies in one entry; None if missing, BAD if bad."""
@@ -236,7 +274,7 @@ class SceneReader:
         return name
 
     def _material(self, node: Node, where: str) -> Any:
-        return None if _is_null(node) else MaterialType().read(node, self.reader, where)
+        return None if _is_null(node) else self.material_type.read(node, self.reader, where)
 
 
 def _has_name_argument(material: Node) -> bool:
@@ -259,6 +297,7 @@ class _MisplacedKeys(dict[str, str]):
         return super().get(name, default)
 
 
+_MISPLACED_WITH_COLUMNS = {"name": "names are unique, and each row of the columns is a body"}
 _MISPLACED_IN_BODIES = _MisplacedKeys(
     {
         **dict.fromkeys(("color", "colour"), "its material may be a colour"),

@@ -18,6 +18,7 @@ from .fields import (
     tagged_schema,
 )
 from .shape_reader import AXIS_TYPE, INDEX_SCHEMA, VECTOR_TYPE, array_type, operand_field
+from .template import COLUMN_TYPE
 from .value_types import FixedListType, ListType, NumberType, Schema
 
 # One entry for each kind of step in a `move` list.
@@ -49,7 +50,7 @@ def scene_schema() -> dict[str, Any]:
             "materials": _by_name({"$ref": "#/$defs/material"}),
             "shapes": _by_name({"$ref": "#/$defs/shape"}),
             "domain": {"anyOf": [{"$ref": "#/$defs/solid"}, {"type": "null"}]},
-            "bodies": {"type": "array", "items": {"$ref": "#/$defs/body"}},
+            "bodies": {"type": "array", "items": {"anyOf": [{"$ref": "#/$defs/body"}, {"$ref": "#/$defs/template"}]}},
             "animation": {"anyOf": [animation_type().schema(), {"type": "null"}]},
         },
         "required": ["bodies"],
@@ -58,6 +59,7 @@ def scene_schema() -> dict[str, Any]:
             "move": move | {"description": "Steps about the world's origin, first to last."},
             "material": material_type().schema(),
             "body": _body(),
+            "template": _template(),
             "reference": {
                 "description": "The name of a shape under `shapes`, alone or with a move.",
                 "anyOf": [{"type": "string", "minLength": 1}, _with_move(_single("shape", {"$ref": "#/$defs/shape"}))],
@@ -86,6 +88,23 @@ def _body() -> Schema:
             "material_index": INDEX_SCHEMA,
         },
         "required": ["shape"],
+        "additionalProperties": False,
+    }
+
+
+def _template() -> Schema:
+    """Return the schema of a template, whose shape and motion are not described: names may stand for numbers there."""
+    properties = _body()["properties"]
+    file = _single("file", {"type": "string", "description": "A .npz file beside the scene: an array for each name."})
+    return {
+        "type": "object",
+        "properties": {
+            "shape": {"type": ["object", "string"], "description": "A shape with names such as $radius for numbers."},
+            "move": {"type": "array", "items": {"type": "object"}},
+            **{name: properties[name] for name in ("material", "materials", "material_index")},
+            "columns": {"anyOf": [file, {"type": "object", "additionalProperties": COLUMN_TYPE.schema()}]},
+        },
+        "required": ["shape", "columns"],
         "additionalProperties": False,
     }
 

@@ -7,11 +7,12 @@ made of them, and only long files may have many.
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import operator
 import os
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -62,7 +63,13 @@ class PartBudget:
 
     def __init__(self, values: int) -> None:
         self.parts = self.steps = 0
+        self.values = values
         self.most = part_limit(values)
+
+    def extend(self, values: int) -> None:
+        """Count more values of the file, such as the numbers of columns beside it."""
+        self.values += values
+        self.most = part_limit(self.values)
 
     def take(self, parts: int = 0, steps: int = 0) -> bool:
         """Count more parts, and steps to be composed; return False beyond the limit."""
@@ -206,9 +213,9 @@ def _read_file(cls: type[Bulk], node: Node, reader: NodeReader, where: str) -> A
         return BAD
 
     def load() -> Bulk:
+        if name.lower().endswith(".npz"):
+            return cls(**read_bulk_arrays(name, reader.folder, tuple(cls.columns)))
         path = _read_bulk(name, lambda: _find_bulk_file(resolve_data_file(reader.folder, name), name))
-        if path.suffix.lower() == ".npz":
-            return cls(**_read_bulk_arrays(path, tuple(cls.columns)))
         headings = cls.headings()
         table, lines = _read_bulk(name, lambda: read_rows(path, len(headings), headings))
         try:
@@ -256,8 +263,9 @@ def _read_bulk(name: str, read: Callable[[], Any]) -> Any:
         raise ValueError(f"{shorten(name)!r} cannot be read: {(error.strerror or str(error)).lower()}") from None
 
 
-def _read_bulk_arrays(path: Path, fields: Sequence[str]) -> dict[str, Any]:
-    """Return the arrays of a .npz file. Raise ValueError if one is missing or bad."""
+def read_bulk_arrays(name: str, folder: Path, fields: Sequence[str]) -> dict[str, Any]:
+    """Return the arrays of a .npz file in a folder. Raise ValueError if one is missing or bad."""
+    path = _read_bulk(name, lambda: _find_bulk_file(resolve_data_file(folder, name), name))
 
     def read() -> dict[str, Any]:
         with open_regular(path) as file:
@@ -339,9 +347,20 @@ class ShapeReader:
         self.level = 0
         self.allowance = allowance
         self.size = ShapeSizes()
+        self.classes: dict[str, type[Shape]] = {}  # a lookup in `REGISTRY` takes microseconds
         self.read_nodes: dict[int, Any] = {}  # by id: what was read, for the aliases of the node
         self.motions: dict[int, Motion | BadValue] = {}
         reader.shape = self.read
+
+    @contextlib.contextmanager
+    def apart(self) -> Iterator[None]:
+        """Within the block, store nothing for long by the ids of nodes: they do not last."""
+        known = self.read_nodes, self.motions
+        self.read_nodes, self.motions = {}, {}
+        try:
+            yield
+        finally:
+            self.read_nodes, self.motions = known
 
     def read_named(self) -> None:
         """Read all named shapes, used or not."""
@@ -375,11 +394,11 @@ class ShapeReader:
 
     def charge_body(self, node: HasPosition, where: str, shape: Shape) -> None:
         """Count the parts of a body. Raise TooManyProblems, after a report, if the file has too many for its length."""
-        self._charge(node, where, self.allowance.take(parts=1 + self.size(shape)))
+        self.charge(node, where, parts=1 + self.size(shape))
 
-    def _charge(self, node: HasPosition, where: str, is_within: bool) -> None:
-        """Report, and stop reading, if the budget is exceeded."""
-        if not is_within:
+    def charge(self, node: HasPosition, where: str, parts: int = 0, steps: int = 0) -> None:
+        """Count parts and composed steps. Raise TooManyProblems, after a report, if the budget is exceeded."""
+        if not self.allowance.take(parts, steps):
             grown = (
                 f"here the file has grown to more than {self.allowance.most:,} "
                 f"{PARTS_PHRASE} which is too much for its length"
@@ -424,16 +443,18 @@ class ShapeReader:
             return self.reader.report(
                 node, where, f"must have one shape as its key (and `move` beside it), got {found}{hint}"
             )
-        shape = self._head(heads[0], node.entries[heads[0].text], where)
+        shape = self.shape_of_key(heads[0], node.entries[heads[0].text], where)
         return self.moved(shape, node.entries.get("move"), where)
 
-    def _head(self, key: ScalarNode, value: Node, where: str) -> Any:
+    def shape_of_key(self, key: ScalarNode, value: Node, where: str) -> Any:
         """Return the shape of one key and its value: a class, or `shape` for a nested one."""
         if key.text == "shape":
             return self.read(value, where)
-        if key.text not in REGISTRY:
-            return self._unknown(key, where)
-        cls = REGISTRY[key.text]
+        cls = self.classes.get(key.text)
+        if cls is None:
+            if key.text not in REGISTRY:
+                return self._unknown(key, where)
+            cls = self.classes[key.text] = REGISTRY[key.text]
         if issubclass(cls, Bulk):
             return read_bulk_shape(cls, value, self.reader, f"{where}: {cls.__name__}")
         if (field := operand_field(cls)) is None:
@@ -474,13 +495,13 @@ class ShapeReader:
         if len(moves.items) > MAX_STEPS:
             return self.reader.report(moves, where, f"must have at most {MAX_STEPS} steps, got {len(moves.items)}")
         if (motion := self.motions.get(id(moves))) is None:
-            motion = self.motions[id(moves)] = self._motion(moves, where)
+            motion = self.motions[id(moves)] = self.motion(moves, where)
         if shape is BAD or isinstance(motion, BadValue):
             return BAD
-        self._charge(moves, where, self.allowance.take(steps=len(shape.motion.steps) + len(motion.steps)))
+        self.charge(moves, where, steps=len(shape.motion.steps) + len(motion.steps))
         return self.reader.build(moves, where, lambda: apply_motion(shape, motion))
 
-    def _motion(self, moves: SequenceNode, where: str) -> Motion | BadValue:
+    def motion(self, moves: SequenceNode, where: str) -> Motion | BadValue:
         """Return the motion of all steps of a list; the caller stores it for aliases of the list."""
         motion, good = IDENTITY_MOTION, True
         for i, step in enumerate(moves.items):

@@ -57,6 +57,8 @@ class NodeReader:
         """True if image files may lie outside of the folder."""
         self.problems: list[Problem] = []
         self.did_you_mean = Suggestions()
+        self.colors: dict[str, Any] = {}
+        """The materials of the colours that bodies have, so that equal ones share one."""
         self.materials: dict[str, Any] = {}
         """The materials of the scene by name; BAD for one that could not be read."""
         self.shape: Callable[[Node, str, type], Any] = _no_shape

@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 import re
 import stat
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -21,9 +21,6 @@ from ..._util.safe_files import open_regular
 from .nodes import MappingNode, Node, ScalarNode, SequenceNode, shorten
 
 # The text before it is parsed.
-
-_BREAKS = "\n\r\x85\u2028\u2029"
-"""Characters that end a line in YAML."""
 
 
 class YamlError(Exception):
@@ -37,11 +34,6 @@ class YamlError(Exception):
 def line_and_column(text: str, position: int) -> tuple[int, int]:
     """Return line and column, from 1, of a position in a text."""
     return text.count("\n", 0, position) + 1, position - (text.rfind("\n", 0, position) + 1) + 1
-
-
-def line_numbers(text: str) -> list[int]:
-    """Return the numbers 1, 2, 3, ... for each line that a parser may count, and for the line after the last."""
-    return list(range(1, 3 + sum(text.count(each) for each in _BREAKS)))
 
 
 def check_directives(text: str) -> None:
@@ -102,19 +94,17 @@ def parse_yaml(text: str) -> tuple[Node | None, list[Problem]]:
     return document.root, document.problems
 
 
-def parse_document(
-    text: str, progress: Callable[[int], Any] | None = None, lines: Sequence[int] | None = None
-) -> YamlDocument:
+def parse_document(text: str, progress: Callable[[int], Any] | None = None, first_line: int = 1) -> YamlDocument:
     """Parse the single document of `text`.
 
-    `progress` is called as progress(characters) now and then. `lines` holds the numbers of its lines if they are not
-    1, 2, 3, .... Raise YamlError for text that is not YAML or exceeds the limits.
+    `progress` is called as progress(characters) now and then. `first_line` is the number of the first line. Raise
+    YamlError for text that is not YAML or exceeds the limits.
     """
     check_directives(text)
     try:
         loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)(join_surrogates(text))
         try:
-            return _TreeBuilder(lines or line_numbers(text)).build(loader.get_event, progress)
+            return _TreeBuilder(first_line).build(loader.get_event, progress)
         finally:
             loader.dispose()
     except yaml.MarkedYAMLError as error:
@@ -135,75 +125,93 @@ def parse_document(
 class _TreeBuilder:
     """Builds nodes from events with a stack of its own, so that depth costs no recursion."""
 
-    def __init__(self, lines: Sequence[int]) -> None:
-        self.lines = lines
+    def __init__(self, first_line: int) -> None:
+        self.first_line = first_line
         self.document = YamlDocument()
-        self.stack: list[tuple[SequenceNode | MappingNode, str | None]] = []  # the open collections, and their anchors
-        self.pending: list[ScalarNode | None] = []  # the key that waits for its value, per open collection
         self.open_anchors: set[str] = set()
         self.anchors: dict[str, Node] = {}
         self.twice: dict[int, dict[str, ScalarNode]] = {}  # by id: keys of open mappings with a repeated key
-        self.words: dict[str, str] = {}  # equal keys share one text, which saves memory
-        self.count = self.documents = 0  # values with aliases expanded, and documents
+        self.documents = 0
 
     def build(self, next_event: Callable[[], Any], progress: Callable[[int], Any] | None) -> YamlDocument:
         """Return the document of all events.
 
-        Scalars, which most of millions of events are, are made here, without a call.
+        Raise YamlError beyond the limits, for a tag, for a key that is no word, and for a second document. A file has
+        up to millions of events, so that the usual ones are handled here without a call.
         """
-        document, lines, events = self.document, self.lines, 0
+        first_line = self.first_line
+        events = count = expanded = 0  # finished nodes with aliases expanded, and what the aliases added
+        parent: Any = None
+        key: ScalarNode | None = None  # the key of `parent` that waits for its value
+        stack: list[tuple[Any, ScalarNode | None, int, str | None]] = []  # what each open collection interrupts
+        words: dict[str, str] = {}  # equal keys share one text, which saves memory
         scalar, alias, ended = yaml.ScalarEvent, yaml.AliasEvent, yaml.StreamEndEvent
-        starts, ends = (yaml.MappingStartEvent, yaml.SequenceStartEvent), (yaml.MappingEndEvent, yaml.SequenceEndEvent)
+        kinds = {yaml.MappingStartEvent: MappingNode, yaml.SequenceStartEvent: SequenceNode}
+        ends = (yaml.MappingEndEvent, yaml.SequenceEndEvent)
         node: Node
         while (kind := type(event := next_event())) is not ended:
             events += 1
             if progress is not None and events % _EVENT_STEP == 0:
                 progress(event.start_mark.index)
             mark = event.start_mark
-            line, column = lines[mark.line], mark.column + 1
+            line, column = mark.line + first_line, mark.column + 1
             if kind is scalar:
                 if event.tag is not None:
                     _refuse_tag(event.tag, line, column)
                 node = ScalarNode(line, column, event.value, event.implicit[0])
                 if event.anchor:
                     self.anchors[event.anchor] = node
-                document.distinct += 1
-            elif kind in starts:
-                self._open(event, MappingNode(line, column) if kind is starts[0] else SequenceNode(line, column))
+                count += 1
+            elif kind in kinds:
+                if event.tag is not None:
+                    _refuse_tag(event.tag, line, column)
+                if len(stack) >= MAX_DEPTH:
+                    raise YamlError(line, column, f"nested deeper than {MAX_DEPTH} levels")
+                if event.anchor:
+                    self.open_anchors.add(event.anchor)
+                stack.append((parent, key, count, event.anchor))
+                parent, key = kinds[kind](line, column), None
                 continue
             elif kind in ends:
-                node = self._close()
-                line, column = node.line, node.column
+                node = closed = parent
+                parent, key, before, anchor = stack.pop()
+                count += 1
+                closed.size, line, column = count - before, closed.line, closed.column
+                if anchor:
+                    self.open_anchors.discard(anchor)
+                    self.anchors[anchor] = node
+                if self.twice:
+                    self.twice.pop(id(node), None)
             elif kind is alias:
                 node = self._resolve_alias(event.anchor, line, column)
+                count += node.size
+                expanded += node.size
             else:
                 self._between(kind, line, column)
                 continue
-            self._put(node, line, column)
-        return document
-
-    def _open(self, event: Any, opened: MappingNode | SequenceNode) -> None:
-        """Begin a collection. Raise YamlError if it has a tag or lies too deep."""
-        if event.tag is not None:
-            _refuse_tag(event.tag, opened.line, opened.column)
-        if len(self.stack) >= MAX_DEPTH:
-            raise YamlError(opened.line, opened.column, f"nested deeper than {MAX_DEPTH} levels")
-        self.stack.append((opened, event.anchor))
-        if event.anchor:
-            self.open_anchors.add(event.anchor)
-        self.pending.append(None)
-        self.document.distinct += 1
-
-    def _close(self) -> Node:
-        """End the innermost collection and return it."""
-        node, anchor = self.stack.pop()
-        self.pending.pop()
-        if anchor:
-            self.open_anchors.discard(anchor)
-            self.anchors[anchor] = node
-        self.twice.pop(id(node), None)
-        self.count -= node.size - 1  # its parts are counted already, and `_put` adds all of its size
-        return node
+            if count > MAX_NODES or expanded - len(stack) > MAX_EXPANDED:
+                most = f"{MAX_NODES:,} values" if count > MAX_NODES else f"{MAX_EXPANDED:,} values, aliases expanded"
+                raise YamlError(line, column, f"more than {most} (bulk data belongs in a .npy file)")
+            if type(parent) is SequenceNode:
+                parent.items.append(node)
+            elif parent is None:
+                self.document.root = node
+            elif key is None:
+                if type(node) is not ScalarNode:
+                    raise YamlError(line, column, "a key must be a word, found a list or mapping")
+                node.text = words.setdefault(node.text, node.text)
+                key = node
+            else:
+                if key.text not in parent.entries:
+                    parent.entries[key.text] = node
+                    parent.heads.append(key)
+                    if id(parent) in self.twice:
+                        self.twice[id(parent)][key.text] = key
+                else:
+                    self._report_repeated_key(parent, key)
+                key = None
+        self.document.distinct = count - expanded
+        return self.document
 
     def _resolve_alias(self, anchor: str, line: int, column: int) -> Node:
         """Return the node of an anchor. Raise YamlError if it is unknown, or open: that would be a circle."""
@@ -219,38 +227,6 @@ class _TreeBuilder:
         self.documents += kind is yaml.DocumentStartEvent
         if self.documents > 1:
             raise YamlError(line, column, "a scene file holds one document, found a second one")
-
-    def _put(self, node: Node, line: int, column: int) -> None:
-        """Count a finished node with all below it, and put it into the open collection, as item, key or value.
-
-        Raise YamlError beyond the limits, and for a key that is no word.
-        """
-        self.count += node.size
-        if self.count > MAX_NODES or self.count - self.document.distinct > MAX_EXPANDED:
-            most = f"{MAX_NODES:,} values" if self.count > MAX_NODES else f"{MAX_EXPANDED:,} values, aliases expanded"
-            raise YamlError(line, column, f"more than {most} (bulk data belongs in a .npy file)")
-        if not self.stack:
-            self.document.root = node
-            return
-        parent = self.stack[-1][0]
-        parent.size += node.size
-        if type(parent) is SequenceNode:
-            parent.items.append(node)
-        elif (key := self.pending[-1]) is None:
-            if type(node) is not ScalarNode:
-                raise YamlError(line, column, "a key must be a word, found a list or mapping")
-            node.text = self.words.setdefault(node.text, node.text)
-            self.pending[-1] = node
-        else:
-            self.pending[-1] = None
-            assert isinstance(parent, MappingNode)
-            if key.text not in parent.entries:
-                parent.entries[key.text] = node
-                parent.heads.append(key)
-                if id(parent) in self.twice:
-                    self.twice[id(parent)][key.text] = key
-            else:
-                self._report_repeated_key(parent, key)
 
     def _report_repeated_key(self, parent: MappingNode, key: ScalarNode) -> None:
         """Report a key that a mapping has already; the first value stays."""

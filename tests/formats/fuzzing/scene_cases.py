@@ -44,6 +44,8 @@ bodies:
   - {shape: {ClippedSheet: {base: {Plane: {normal: [0, 0, 1], offset: 0}}, solid: bore, keep: outside}}}
   - {shape: {Spheres: {file: balls.npy}}, move: [{scale: [1, -2, 3]}]}
   - {shape: {Spheres: {centers: [[1, 2, 3], [4, 5, 6]], radii: [1, 2]}}}
+  - {shape: {Difference: [wheel, {Box: {low: $low}}]}, move: [{scale: $k}], columns: {low: [[-1, -2, 0], [0, 0, 0]], k: [2, 3]}}
+  - {shape: wheel, move: [{rotate: {axis: z, degrees: $turn}}, {translate: [$x, 0, 1]}], columns: {file: rows.npz}, material: red}
   - {shape: {Quadric: {coefficients: {xx: 1, yy: 1, zz: -1, xy: 0.5, x: 1, constant: -1}}}}
   - {shape: {Polygon: {vertices: [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]}}}
   - {shape: {Polyhedron: {normals: [[1, 0, 0], [-1, 0, 0], [0, 1, 1]], offsets: [1, 1, 2]}}}
@@ -65,6 +67,7 @@ def prepare(folder: Path) -> None:
     """What scene files may refer to."""
     if not (folder / "balls.npy").exists():
         np.save(folder / "balls.npy", np.arange(12.0).reshape(3, 4) + 1)
+        np.savez(folder / "rows.npz", turn=np.arange(12.0), x=np.arange(12.0) / 7)
         (folder / "balls.csv").write_text("x,y,z,radius\n1,2,3,4\n")
         (folder / "zero.npy").symlink_to("/dev/zero")
         os.mkfifo(folder / "pipe.npy")

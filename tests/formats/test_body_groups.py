@@ -1,6 +1,6 @@
 """Bodies that are made together: the same as if each were read alone, and the same mistakes in the same places.
 
-The oracle is the reader without this, which is that of `test_plain_bodies`.
+The oracle is the reader without this, which reads one body after the other.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import pytest
 
 from conicoid._util.file_errors import SceneFileError
 from conicoid._util.pickling import pickle_state
-from conicoid.io.scene_file import fast_bodies as alike_bodies
+from conicoid.io.scene_file import body_patterns
 from conicoid.io.scene_file import scene_file as scene_reader
 from conicoid.io.scene_file.scene_file import parse_scene
 
@@ -95,14 +95,14 @@ def check(text: str) -> int:
 
     def counted(*given: Any) -> Any:
         nonlocal together
-        found = alike_bodies.build_alike_bodies(*given)
+        found = body_patterns.build_groups(*given)
         together += len(found)
         return found
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(scene_reader, "build_alike_bodies", counted)
+        patch.setattr(scene_reader, "build_groups", counted)
         found = outcome(text)
-        patch.setattr(scene_reader, "build_alike_bodies", lambda *_: {})
+        patch.setattr(scene_reader, "build_groups", lambda *_: {})
         assert outcome(text) == found
     return together
 
@@ -155,7 +155,7 @@ def test_axes_and_matrices_that_vanish():
     """Zeros in all places of a vector, where each number alone may be zero."""
     for form, none in (("turned", ["0", "0", "-0.0", "5"]), ("moved again", ["0.0", "0", "30", "1"])):
         listed = lines(form)
-        for k in (3, 12, 21):
+        for k in (4, 12, 21):
             listed[k] = "  - " + BODIES[form].format(*none)
         assert check(SHAPES + "\n".join(listed))
 
