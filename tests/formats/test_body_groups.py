@@ -14,11 +14,9 @@ import pytest
 
 from conicoid._util.file_errors import SceneFileError
 from conicoid._util.pickling import pickle_state
-from conicoid.io.scene_file import body_patterns
+from conicoid.io.scene_file import body_patterns, shape_reader
 from conicoid.io.scene_file import scene_file as scene_reader
 from conicoid.io.scene_file.scene_file import parse_scene
-
-from ..samples import sampled
 
 COUNT = 22
 SHAPES = """\
@@ -119,17 +117,30 @@ def test_bodies_are_made_together(form):
     assert is_left(form) or together >= COUNT - 5  # those by which the pattern was learnt
 
 
-@pytest.mark.parametrize(("form", "number"), sampled([(form, number) for form in BODIES for number in NUMBERS], 9))
+def check_number(form: str, place: int, number: str) -> None:
+    for those in ([5, 12], range(COUNT)) if place == 1 else ([5, 12],):
+        listed = lines(form)
+        for k in those:
+            draw = random.Random(k)
+            row = [repr(draw.uniform(0.5, 3)) for _ in range(4)]
+            row[place] = number
+            listed[k] = "  - " + BODIES[form].format(*row, name=f"n{k}", word="red", word2="egg")
+        check(SHAPES + "\n".join(listed))
+
+
+@pytest.mark.parametrize("number", NUMBERS)
+@pytest.mark.parametrize("form", BODIES)
+def test_any_number_in_some_place(form, number):
+    """Rows of columns have the numbers in `test_template`."""
+    check_number(form, (NUMBERS.index(number) + len(form)) % 4, number)
+
+
+@pytest.mark.deep
+@pytest.mark.parametrize("number", NUMBERS)
+@pytest.mark.parametrize("form", BODIES)
 def test_any_number_in_any_place(form, number):
     for place in range(4):
-        for those in ([5, 12], range(COUNT)) if place == 1 else ([5, 12],):
-            listed = lines(form)
-            for k in those:
-                draw = random.Random(k)
-                row = [repr(draw.uniform(0.5, 3)) for _ in range(4)]
-                row[place] = number
-                listed[k] = "  - " + BODIES[form].format(*row, name=f"n{k}", word="red", word2="egg")
-            check(SHAPES + "\n".join(listed))
+        check_number(form, place, number)
 
 
 @pytest.mark.parametrize("word", ["glossy", "no colour", "'#ff0000'", "null", "true", "5", "''", "'5'", "ball"])
@@ -186,3 +197,12 @@ def test_what_a_file_may_grow_to_is_counted_alike():
     for name in ("many", "far"):
         bodies = [f"  - {{shape: {name}, move: [{{scale: {1 + k / 64!r}}}]}}" for k in range(200)]
         assert check(shapes + "\n".join(bodies))
+
+
+def test_each_alias_of_a_body_counts(tmp_path, monkeypatch):
+    text = "bodies: [&b {shape: {Union: [{Sphere: {}}, {Box: {}}]}}" + ", *b" * 14 + "]"
+    monkeypatch.setattr(shape_reader, "PARTS_PER_VALUE", 0)
+    monkeypatch.setattr(shape_reader, "FREE_PARTS", 15 * 4)
+    assert len(parse_scene(text, tmp_path / "scene.yaml").bodies) == 15
+    with pytest.raises(SceneFileError, match="too much for its length"):
+        parse_scene(text.replace("]}}", "]}}, *b"), tmp_path / "scene.yaml")

@@ -124,16 +124,29 @@ def test_most_bodies_are_built_together(form, tmp_path, monkeypatch):
     assert rows == (list(range(COUNT)) if slow else [0])
 
 
+def check_number(form: str, name: str, number: float, folder: Path) -> None:
+    """Put a number in some rows, or in the first one: there are the same bodies, or the same mistakes."""
+    for those in ([5, 11], [0])[: 2 if name == "a" else 1]:
+        rows = columns()
+        rows[name][those] = number
+        check(BODIES[form], rows, folder)
+
+
+@pytest.mark.parametrize("number", NUMBERS)
+@pytest.mark.parametrize("form", BODIES)
+def test_any_number_in_some_place(form, number, tmp_path):
+    names = [name for name in "abcd" if f"${name}" in BODIES[form]]
+    if names:
+        check_number(form, names[NUMBERS.index(number) % len(names)], number, tmp_path)
+
+
+@pytest.mark.deep
 @pytest.mark.parametrize("number", NUMBERS)
 @pytest.mark.parametrize("form", BODIES)
 def test_any_number_in_any_place(form, number, tmp_path):
-    """In some rows, also the first one; with the same bodies, or the same mistakes."""
     for name in "abcd":
         if f"${name}" in BODIES[form]:
-            for those in ([5, 11], [0])[: 2 if name == "a" else 1]:
-                rows = columns()
-                rows[name][those] = number
-                check(BODIES[form], rows, tmp_path)
+            check_number(form, name, number, tmp_path)
 
 
 def test_vectors_and_matrices_that_vanish(tmp_path):
@@ -252,3 +265,13 @@ def test_rows_in_doubt_count_once(tmp_path, monkeypatch):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         assert load(text % angles, tmp_path).body_count == 12
+
+
+def test_parts_that_rows_share_count_once_for_each_row(tmp_path, monkeypatch):
+    """Building all rows together reads them once more, which counts nothing."""
+    moves = ", ".join(["{translate: [1, 0, 0]}"] * 5)
+    text = f"bodies: [{{shape: {{Union: [{{Sphere: {{}}, move: [{moves}]}}, {{Sphere: {{radius: $r}}}}]}}, columns: {{r: %s}}}}]"
+    monkeypatch.setattr(shape_reader, "PARTS_PER_VALUE", 0)
+    monkeypatch.setattr(shape_reader, "FREE_PARTS", 12 * 5 * shape_reader.STEP_COMPOSED)
+    assert load(text % list(range(1, 13)), tmp_path).body_count == 12
+    assert "too much for its length" in refusal(text % list(range(1, 14)), tmp_path)

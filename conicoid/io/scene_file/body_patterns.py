@@ -6,14 +6,14 @@ here and 4 s without; POV-Ray's whole process takes 2 s for as many.
 The text of one body is parsed by itself. Its plain numbers and words become slots of a regular expression. Any text
 that the expression matches, from dash to dash, is an item with the same tree, except for the words in the slots:
 
-- A slot takes only text that a parser reads as one word in any case: it consists of characters that end no word, and
-  the same characters surround it. All else that decides a parser's steps (indentation, brackets, quotes) is equal.
+- A slot takes only text that a parser reads as one word in any case. All else that decides a parser's steps
+  (indentation, brackets, quotes) is equal.
 - The item has no anchor, so nothing outside depends on it; and no alias, tag or block text, which are no plain words.
 - A parser reaches each dash of a list in the same state, whatever items came before. So empty lines replace the matched
   items, and the remaining text is parsed. There the dash after each cut must begin an item of `bodies`.
 
-If any of this fails, or the text has a mistake, the whole text is parsed as if this module did not exist. Items of one
-pattern are the rows of a `Template`. Those in doubt are parsed and read alone, with reports.
+If any of this fails, the whole text is parsed as if this module did not exist. Items of one pattern are the rows of a
+`Template`. Those in doubt are parsed and read alone, with reports.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ _SECTION = re.compile(r"\n(?=[^ \-#\r\n\t])")
 _OUTLINE = re.compile(r"[-+.0-9eE]+|: +[^][{},\n]*")
 """Parts of an item that its outline leaves out: numbers, and values on the line of their key."""
 _OTHER_LINES = re.compile("\r(?!\n)|[\x85\u2028\u2029]|[|>][0-9]*\\+")
-"""Breaks that a parser counts and this module does not, and block texts that keep the empty lines after them."""
+"""Breaks that only a parser counts, and block texts that keep the empty lines after them."""
 _LETTERS = r"[A-Za-z0-9_./()=+-]"
 _WORD = rf"[A-Za-z_](?:{_LETTERS}| ++(?={_LETTERS}))*+"
 _BETWEEN = {"'": "[ -&(-~]*+", '"': r"[ !#-\[\]-~]*+"}
@@ -266,21 +266,22 @@ def _build(pattern: TextPattern, rows: list[tuple[str, ...]], shapes: ShapeReade
         node.text = word
     # What a reader of its own reports, and stores by the ids of nodes, goes with it
     reader = NodeReader(shapes.reader.folder)
+    reader.did_you_mean.left = 0  # nobody reads its suggestions
     reader.materials, reader.colors = shapes.reader.materials, shapes.reader.colors
     own = ShapeReader(reader, shapes.named, PartBudget(shapes.allowance.values))
     own.built = shapes.built
     first = _plainly(reader, lambda: own.moved(own.read(entries["shape"], ""), entries.get("move"), ""))
     if first is BAD:
         return
+    parts, steps = 1 + own.size(first), own.allowance.steps // STEP_COMPOSED
     varied = [k for k in pattern.numbers if words[k].count(words[k][0]) < count]
     columns = {str(k): np.array(list(map(float, words[k]))) for k in varied}
     if columns:
         template = Template(pattern.item, {id(pattern.slots[k]): str(k) for k in varied})
         built = [first, *build_together(template, columns, own, "")]
-    elif any(first is named for named in shapes.built.values()):
-        built = [first] * count
-    else:  # equal shapes that are written out are objects of their own
-        built = [first._with_motion(first.motion) for _ in range(count)]
+    else:  # bodies share a named shape, and equal shapes that are written out are objects of their own
+        is_named = any(first is named for named in shapes.built.values())
+        built = [first if is_named else first._with_motion(first.motion) for _ in range(count)]
     fields: dict[str, list[Any]] = {"material": [None] * count, "name": [None] * count}
     for field, kind in (("name", TextType()), ("material", MaterialType())):
         if field in entries:
@@ -291,7 +292,6 @@ def _build(pattern: TextPattern, rows: list[tuple[str, ...]], shapes: ShapeReade
             read = {word: partial(kind.read, ScalarNode(0, 0, word, plain), reader, "") for word in set(words[slot])}
             meanings = {word: _plainly(reader, read[word]) for word in read}
             fields[field] = list(map(meanings.__getitem__, words[slot]))
-    parts, steps = 1 + own.size(first), own.allowance.steps // STEP_COMPOSED
     row = entries["name"].line - pattern.item.line if "name" in entries else 0
     nothing = [None] * count
     made = construct_many(Body, count, shape=built, **fields, materials=nothing, material_index=nothing)

@@ -176,6 +176,8 @@ class SceneReader:
             else:
                 assert not isinstance(item, PatternItem)
                 known = self.unnamed.get(id(item))
+                if known is not None:
+                    shapes.charge_body(item, f"bodies[{i}]", known.shape)
                 found = [known] if known is not None else self._item(item, f"bodies[{i}]", shapes)
                 if len(found) == 1 and found[0].name is None:
                     self.unnamed[id(item)] = found[0]  # an alias stands for the same body

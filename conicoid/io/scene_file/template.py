@@ -43,7 +43,9 @@ from .fields import argument_fields
 from .nodes import MappingNode, Node, ScalarNode, SequenceNode, parse_float, shorten
 from .shape_reader import (
     AXIS_TYPE,
+    MAX_PARTS,
     STEP_COMPOSED,
+    PartBudget,
     ShapeReader,
     apply_motion,
     build_boolean,
@@ -245,12 +247,15 @@ def build_together(
     nothing: list[Shape | None] = [None] * count
     if not count:
         return nothing
+    budget, shapes.allowance = shapes.allowance, PartBudget(MAX_PARTS)  # the parts are counted already
     try:
         with raise_warnings():
             built = ShapeColumns(template, {name: values[1:] for name, values in columns.items()}, shapes, where)
             found = built.shapes()
     except (_UnusualNode, SuppressedWarning, ValueError, TypeError, ArithmeticError):
         return nothing
+    finally:
+        shapes.allowance = budget
     finite = np.all([np.isfinite(values[1:]).reshape(count, -1).all(axis=1) for values in columns.values()], axis=0)
     return [shape if good else None for shape, good in zip(found, finite.tolist(), strict=True)]
 
