@@ -114,7 +114,7 @@ def test_trace_keeps_the_shape_and_the_interval_of_rays(scene, tmp_path):
 
 
 def test_trace_in_pieces(scene, tmp_path, monkeypatch):
-    monkeypatch.setattr("conicoid.cli.ray_tables.PIECE", 7)
+    monkeypatch.setattr("conicoid.cli.app.PIECE", 7)
     rays = np.random.default_rng(5).normal(size=(50, 6))
     np.save(tmp_path / "rays.npy", rays)
     loaded = co.load(scene)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 import conicoid as co
-from conicoid.cli import ray_tables, report
+from conicoid.cli import app, report
 from conicoid.io import openmc
 from conicoid.io.openmc.importer import LegendEntry
 
@@ -21,10 +21,9 @@ def test_representations():
 
 
 def test_what_trace_says():
-    hits = BALL.first_hit([(0, 0, -3)], (0, 0, 1))
-    assert ray_tables.summary({"body": hits.body}) == "1 of 1 ray hit"
-    spans = BALL.spans([(0, 0, -3)], (0, 0, 1))
-    assert ray_tables.summary({"offsets": spans.offsets, "t_enter": spans.t_enter}) == "1 span of 1 ray"
+    assert app.trace_summary("first_hit", 1, 1) == "1 of 1 ray hit"
+    assert app.trace_summary("spans", 1, 1) == "1 span of 1 ray"
+    assert app.trace_summary("spans", 4000, 2) == "4,000 spans of 2 rays"
 
 
 def test_what_info_says():

@@ -10,9 +10,8 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.cli.ray_tables import check
 from conicoid.io import openmc
-from conicoid.io.ray_file import ray_notes, read_rays
+from conicoid.io.ray_file import RayFile, read_rays
 from conicoid.io.scene_file.scene_file import parse_scene
 from conicoid.viewer.html import export
 
@@ -262,7 +261,7 @@ def test_read_rays_refuses_other_tables(tmp_path, content, phrase):
 )
 def test_read_rays_skips_one_header(tmp_path, header):
     (tmp_path / "rays.csv").write_text(header + "\n1,2,3,4,5,6\n")
-    assert read_rays(tmp_path / "rays.csv").directions.tolist() == [[4, 5, 6]]
+    assert read_rays(tmp_path / "rays.csv").rays.directions.tolist() == [[4, 5, 6]]
 
 
 @pytest.mark.parametrize(("name", "meant"), [("tmin", "t_min"), ("T_MAX", "t_max"), ("origin", "origins")])
@@ -275,18 +274,16 @@ def test_read_rays_refuses_misspelt_arrays(tmp_path, name, meant):
 
 def test_ray_notes_name_ignored_arrays(tmp_path):
     np.savez(tmp_path / "rays.npz", origins=np.zeros((2, 3)), directions=np.ones((2, 3)), wavelength=np.ones(2))
-    table = read_rays(tmp_path / "rays.npz")
-    assert table.ignored == ("wavelength",)
-    assert list(ray_notes(table)) == [
+    assert list(RayFile(tmp_path / "rays.npz").notes()) == [
         f"{tmp_path / 'rays.npz'}: not read: wavelength; arrays of rays are origins, directions, t_min, t_max"
     ]
 
 
 def test_ray_notes_of_a_header_alone(tmp_path):
     (tmp_path / "rays.csv").write_text("x,y,z,dx,dy,dz\n")
-    assert list(ray_notes(read_rays(tmp_path / "rays.csv"))) == [f"{tmp_path / 'rays.csv'}: holds no rays"]
+    assert list(RayFile(tmp_path / "rays.csv").notes()) == [f"{tmp_path / 'rays.csv'}: holds no rays"]
     (tmp_path / "rays.csv").write_text("x,y,z,dx,dy,dz\n1,2,3,4,5,6\n")
-    assert list(ray_notes(read_rays(tmp_path / "rays.csv"))) == []
+    assert list(RayFile(tmp_path / "rays.csv").notes()) == []
 
 
 @pytest.mark.parametrize(("row", "told"), [
@@ -297,7 +294,7 @@ def test_ray_file_names_the_line(tmp_path, row, told):
     path = tmp_path / "rays.csv"
     path.write_text(f"x,y,z,dx,dy,dz\n# two good ones\n0,0,5,0,0,-1\n\n1,0,5,0,0,-1\n{row}\n0,0,5,0,0,0\n")
     with pytest.raises(ValueError, match=r"rays\.csv: 6: ") as error:
-        check(read_rays(path))
+        read_rays(path)
     assert f"{path}: 6: {told}" in str(error.value)
     co.save(co.Sphere(), tmp_path / "ball.yaml")
     result = run("trace", tmp_path / "ball.yaml", path, "-o", tmp_path / "hits.csv")

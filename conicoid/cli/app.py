@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -42,14 +43,11 @@ from .pictures import (
 )
 from .resources import (
     STDOUT,
-    check_folder,
     executor_of,
     load,
     name_of,
     prepare,
-    rays_for,
-    refuse_overwriting,
-    refuse_stdin,
+    ray_file,
     write_output,
 )
 from .terminal import EXIT_FINDINGS, Bar, show_message, user_mistakes
@@ -207,65 +205,50 @@ def trace(
 ) -> None:
     """Follow rays through a scene and write what they hit."""
     with user_mistakes():
-        from ..io.ray_file import write_hits, write_spans
+        from ..parallel.result_writer import SUFFIXES, file_state, result_writer, write_answers
 
         # Files of these kinds are read and written part by part in any case
-        parts = chunk is not None or {rays.suffix.lower(), output.suffix.lower()} & {".parquet", ".zarr"}
-        only_with(context, "--chunk", bool(parts), "resume", "workers", "cluster", "slurm")
-        all_fields = output != STDOUT and output.suffix.lower() in (".npz", ".zarr")
-        if errors and all_fields:
+        parts = chunk is not None or bool({rays.suffix.lower(), output.suffix.lower()} & {".parquet", ".zarr"})
+        only_with(context, "--chunk", parts, "resume", "workers", "cluster", "slurm")
+        if errors and output != STDOUT and output.suffix.lower() in (".npz", ".zarr"):
             raise ValueError(f"trace: --errors goes with .csv; a {output.suffix} file has all fields in any case")
-        if parts:
-            limits = dict(t_min=t_min, t_max=t_max, errors=errors)
-            executors = workers, cluster, slurm
-            _trace_in_chunks(scene, rays, output, spans, chunk or CHUNK, resume, executors, threads, limits)
-            return
-        table = rays_for(rays, scene, output, (".npz", ".csv", ".parquet", ".zarr")).within(t_min, t_max)
+        if parts and output == STDOUT:
+            raise ValueError("trace: --chunk writes a file, with which it can continue: name one with -o")
+        file = ray_file(rays, scene, output, t_min, t_max, SUFFIXES, not parts)
+        # Without parts invalid rays are found before the preparation, which may take much longer
+        whole = None if parts else file.read()
         loaded = load(scene, threads)
-        from . import ray_tables
-
-        # Before the preparation, which may take much longer
-        ray_tables.check(table)
         prepare(loaded)
-        with Bar("tracing", "ray") as bar:
-            arrays = (ray_tables.spans if spans else ray_tables.first_hits)(loaded, table, bar, all_fields, errors)
-        with write_output(output, ".csv") as file:
-            (write_spans if spans else write_hits)(file, arrays)
-        show_message(f"{name_of(output)}: {ray_tables.summary(arrays)}")
+        query, limits = "spans" if spans else "first_hit", dict(t_min=t_min, t_max=t_max)
+        options: dict[str, Any] = {name: end for name, end in limits.items() if end is not None}
+        with (
+            Bar("tracing", "ray") as bar,
+            executor_of("trace", workers, cluster, slurm) as executor,
+            write_output(output, ".csv") as target,
+        ):
+            # What the parts depend on, beside the scene
+            key = f"{file_state(rays)} {t_min} {t_max}" if parts else None
+            writer = result_writer(loaded, query, target, {}, errors=errors, key=key, resume=resume)
+            size = (chunk or CHUNK) if parts else PIECE
+            pieces = file.pieces(size, writer.parts.rays) if whole is None else [whole]
+            answers = loaded.stream(pieces, query, chunk=size, executor=executor, **options)
+            shape = None if spans else file.shape
+            write_answers(writer, answers, shape, file.home, bar, math.prod(file.shape or (0,)))
+        show_message(f"{name_of(output)}: {trace_summary(query, writer.parts.found, writer.parts.rays)}")
 
 
 CHUNK = 1_000_000
 """Rays in a part, for files that are read or written part by part without --chunk."""
+PIECE = 1 << 18
+"""Rays that are traced at a time, if memory holds all rays of a file."""
 
 
-def _trace_in_chunks(
-    scene: Path, rays: Path, output: Path, spans: bool, chunk: int, resume: bool, executors: tuple[Any, Any, Any],
-    threads: int | None, options: dict[str, Any],
-) -> None:  # fmt: skip
-    """Trace a file of rays part by part, for `trace --chunk`."""
+def trace_summary(query: str, found: int, rays: int) -> str:
+    """Return one line on the results."""
     from .._util.text import format_count
-    from ..io.ray_file import check_output
-    from ..io.ray_stream import RayStream
-    from ..parallel.result_writer import SUFFIXES, trace_file
 
-    refuse_stdin(rays, "rays")
-    if output == STDOUT:
-        raise ValueError("trace: --chunk writes a file, with which it can continue: name one with -o")
-    check_output(output, SUFFIXES)
-    check_folder(output)
-    refuse_overwriting(output, scene, rays)
-    stream = RayStream(rays)
-    stream.check_ends(options["t_min"], options["t_max"])
-    loaded = load(scene, threads)
-    prepare(loaded)
-    query = "spans" if spans else "first_hit"
-    with Bar("tracing", "ray") as bar, executor_of("trace", *executors) as executor:
-        rows, count = trace_file(
-            loaded, stream, output, query, chunk=chunk, resume=resume, executor=executor, told=bar, **options
-        )
-    rays_text = format_count(count, "ray", "rays")
-    results = f"{format_count(rows, 'span', 'spans')} of" if spans else f"{rows:,} of"
-    show_message(f"{output}: {results} {rays_text}{'' if spans else ' hit'}")
+    of_rays = format_count(rays, "ray", "rays")
+    return f"{format_count(found, 'span', 'spans')} of {of_rays}" if query == "spans" else f"{found:,} of {of_rays} hit"
 
 
 app.command(cls=Command, epilog=LENGTHS_EXAMPLES)(lengths)

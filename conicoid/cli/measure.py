@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import typer
 
 from .options import RayFile, Results, SceneFile, Threads, TMax, TMin, only_with
-from .resources import STDOUT, check_folder, load, name_of, prepare, rays_for, refuse_overwriting, write_output
+from .resources import STDOUT, check_folder, load, name_of, prepare, ray_file, refuse_overwriting, write_output
 from .terminal import Bar, show_message, user_mistakes
 
 if TYPE_CHECKING:
     from ..apps.measures.measure import SceneMeasures
-    from ..io.ray_file import RayTable
+    from ..queries.rays import Rays
     from ..scene.scene import Scene
 
 
@@ -74,36 +74,32 @@ def lengths(
         if overlaps is not None:
             overlaps = check_choice("lengths", "--overlaps", overlaps, ("both", "error"))
         values = _values(value) if value else property_
-        table = rays_for(rays, scene, output).within(t_min, t_max)
+        # Invalid rays are found before the preparation, which may take much longer
+        table = ray_file(rays, scene, output, t_min, t_max, (".npz", ".csv")).read()
         loaded = load(scene, threads)
-        from ..io.ray_file import integral_columns, length_columns, write_values
-        from . import ray_tables
+        from ..io.result_file import integral_columns, length_columns, write_values
 
-        # Before the preparation, which may take much longer
-        ray_tables.check(table)
+        options: dict[str, Any] = dict(overlaps=overlaps, **table.limits(t_min, t_max))
         prepare(loaded)
         with Bar("measuring", "ray") as bar:
             if integral:
-                results = _integrals(loaded, table, values, otherwise, overlaps, bar)
+                results = _integrals(loaded, table.rays, values, dict(otherwise=otherwise, progress=bar) | options)
             else:
-                results = ray_tables.lengths(loaded, table, by, overlaps, bar)
-        energies = results.shape[len(table.shape) :]  # the axes behind those of the rays
+                results = loaded.lengths(table.rays, by=cast(Any, by), progress=bar, **options)
+        energies = results.shape[len(table.rays.shape) :]  # the axes behind those of the rays
         columns = integral_columns(energies) if integral else length_columns(loaded, by)
         name = "line_integrals" if integral else "lengths"
         with write_output(output, ".csv") as file:
             write_values(file, name, results, columns, with_names=not integral)
-        show_message(f"{name_of(output)}: {_summary(results, table.shape, len(columns), integral, by)}")
+        show_message(f"{name_of(output)}: {_summary(results, table.rays.shape, len(columns), integral, by)}")
 
 
-def _integrals(
-    scene: Scene, table: RayTable, values: Any, otherwise: float | None, overlaps: str | None, bar: Bar
-) -> Any:
+def _integrals(scene: Scene, rays: Rays, values: Any, options: dict[str, Any]) -> Any:
     """Return line integrals; messages about the values name options of the command line."""
     from ..queries.weights import BY_BODY
-    from . import ray_tables
 
     try:
-        return ray_tables.line_integrals(scene, table, values, otherwise, overlaps, bar)
+        return scene.line_integral(values, rays, **options)
     except ValueError as error:
         text = str(error).removeprefix("line_integral: ").removeprefix("values: ")
         option = text.replace("otherwise=0 (or another value) stands for it", "--otherwise 0 would stand for it")
@@ -170,10 +166,10 @@ def measure(
         if output is None:
             typer.echo(_printable(str(measures)))
             return
-        from ..io.ray_file import write_table
+        from ..io.sink import write_columns
 
         with write_output(output, ".csv") as file:
-            write_table(file, {}, _table(measures))
+            write_columns(file, _table(measures))
         show_message(f"{name_of(output)}: {len(measures):,} bodies")
 
 

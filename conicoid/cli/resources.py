@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from .terminal import EXIT_USAGE, PATIENCE, Bar, show_message
 
 if TYPE_CHECKING:
-    from ..io.ray_file import RayTable
+    from ..io.ray_file import RayFile
     from ..scene.scene import Scene
 
 
@@ -108,22 +108,27 @@ def refuse_overwriting(output: Path, *read: Path) -> None:
             raise ValueError(f"{output}: is read for this and would be lost: choose another file for the results")
 
 
-def rays_for(rays: Path, scene: Path, output: Path, suffixes: tuple[str, ...] = (".npz", ".csv")) -> RayTable:
-    """Return the rays in a file, and print notes on them; refuse an output that cannot be written before.
+def ray_file(
+    rays: Path, scene: Path, output: Path, t_min: float | None, t_max: float | None, suffixes: tuple[str, ...],
+    whole: bool = True,
+) -> RayFile:  # fmt: skip
+    """Open a file of rays, and print notes on it; refuse an output that cannot be written before.
 
-    suffixes: those of results that the command writes, whatever the file of rays.
+    suffixes: those of results that the command writes, whatever the file of rays. whole: all rays must fit into memory.
     """
-    from ..io.ray_file import check_output, ray_notes, read_rays
+    from ..io.ray_file import RayFile
+    from ..io.sink import check_output
 
     refuse_stdin(rays, "rays")
     if output != STDOUT:
         check_output(output, suffixes)
     check_folder(output)
     refuse_overwriting(output, scene, rays)
-    table = read_rays(rays)
-    for note in ray_notes(table):
+    file = RayFile(rays, whole)
+    file.check_limits(t_min, t_max)
+    for note in file.notes():
         show_message(note)
-    return table
+    return file
 
 
 def name_of(output: Path) -> str:

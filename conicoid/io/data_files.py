@@ -17,7 +17,7 @@ import numpy as np
 
 from .._util.arrays import FloatArray
 from .._util.safe_files import open_regular, replace_file
-from .npz import NpyFormatError, NpyHeader, npy_chunks, read_npy_header, read_npy_values
+from .npz import ArrayHeader, NpyFormatError, npy_chunks, read_npy_header, read_npy_values
 from .scene_file.nodes import is_beyond_float64
 
 MAX_DATA_BYTES = 4 << 30
@@ -63,7 +63,7 @@ def read_rows(path: Path, columns: int, header: tuple[str, ...]) -> tuple[FloatA
     return np.ascontiguousarray(table), ()
 
 
-def read_array(path: Path) -> tuple[NpyHeader, FloatArray | None]:
+def read_array(path: Path) -> tuple[ArrayHeader, FloatArray | None]:
     """Return the header of a .npy file and its numbers as float64, or None if its items are not numbers.
 
     Raise ValueError if it is not a .npy file.
@@ -71,8 +71,10 @@ def read_array(path: Path) -> tuple[NpyHeader, FloatArray | None]:
     with open_regular(path) as file:
         try:
             header = read_npy_header(file)
-            size = os.fstat(file.fileno()).st_size
-            return header, None if header.kind is None else read_npy_values(file, header, header.kind, size)
+            if header.kind is None:
+                return header, None
+            header.check_size(os.fstat(file.fileno()).st_size)
+            return header, read_npy_values(file, header)
         except NpyFormatError as error:
             raise ValueError(f"{path.name} is not a .npy file of numbers ({error})") from None
         except ValueError as error:

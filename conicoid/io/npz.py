@@ -1,4 +1,4 @@
-"""NumPy's .npy and .npz files: readers for untrusted files, and writers for arrays that lie in files.
+"""NumPy's .npy and .npz files: readers for untrusted files.
 
 A .npy file must have a plain header and then exactly the numbers that it declares. Unlike NumPy's reader this one
 evaluates nothing, warns of nothing and knows no objects. Of a .npz file only requested arrays are read, and never more
@@ -7,21 +7,23 @@ than they declare. Format: https://numpy.org/doc/stable/reference/generated/nump
 
 from __future__ import annotations
 
+import contextlib
 import math
 import os
 import re
 import struct
+import sys
 import zipfile
 import zlib
-from collections.abc import Collection, Mapping
-from dataclasses import dataclass
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass, replace
 from typing import IO, Any, BinaryIO
 
 import numpy as np
 
 from .._util.arrays import FloatArray
 from .._util.file_errors import printable
-from .._util.safe_files import check_memory, replace_file
+from .._util.safe_files import check_memory
 
 # .npy files.
 
@@ -46,14 +48,18 @@ class NpyFormatError(ValueError):
     """Raised for a file that is not an array of numbers; the message gives the reason."""
 
 
+class RefusedArrayError(ValueError):
+    """Raised for an array of a sound file that is refused; the message gives the reason."""
+
+
 @dataclass(frozen=True)
-class NpyHeader:
-    """The header of a .npy file: the name of the type, the shape, and whether the order is Fortran's."""
+class ArrayHeader:
+    """What a file declares of an array before its numbers: the name of its type, its shape, and Fortran's order."""
 
     type_name: str
     shape: tuple[int, ...]
-    fortran: bool
-    length: int  # bytes of the header itself, magic and lengths included
+    fortran: bool = False
+    length: int = 0  # bytes of the header of a .npy file, magic and lengths included
 
     @property
     def kind(self) -> np.dtype[Any] | None:
@@ -68,11 +74,29 @@ class NpyHeader:
         """The number of items."""
         return math.prod(self.shape)
 
+    @property
+    def by_rows(self) -> bool:
+        """Whether the items of a row lie together, so that rows can be read one after the other."""
+        return not self.fortran or len(self.shape) < 2
+
+    def check_memory(self) -> None:
+        """Raise RefusedArrayError for more numbers than memory holds as float64."""
+        try:
+            check_memory(self.count * 8)
+        except ValueError as error:
+            raise RefusedArrayError(str(error)) from None
+
+    def check_size(self, size: int) -> None:
+        """Raise NpyFormatError unless a .npy file of `size` bytes holds the header, the numbers, and nothing else."""
+        expected = self.length + self.count * np.dtype(self.type_name).itemsize
+        if size != expected:
+            raise NpyFormatError(f"its header announces {expected:,} bytes, it has {size:,}")
+
     def __str__(self) -> str:
         return f"{printable(self.type_name)} {self.shape}"
 
 
-def read_npy_header(file: IO[bytes]) -> NpyHeader:
+def read_npy_header(file: IO[bytes]) -> ArrayHeader:
     """Read the header at the start of a .npy file. Raise NpyFormatError if it is not plain."""
     start = _read_exactly(file, 8)
     if start[:6] != MAGIC:
@@ -87,7 +111,7 @@ def read_npy_header(file: IO[bytes]) -> NpyHeader:
     return _parse_header(text, 8 + width + length)
 
 
-def _parse_header(text: str, length: int) -> NpyHeader:
+def _parse_header(text: str, length: int) -> ArrayHeader:
     if not (text.startswith("{") and text.endswith("}")):
         raise NpyFormatError("its header is not that of an array of numbers")
     inner, position = text[1:-1].strip(), 0
@@ -104,7 +128,7 @@ def _parse_header(text: str, length: int) -> NpyHeader:
         raise NpyFormatError("its header is not that of an array of numbers")
     if "O" in name:
         raise NpyFormatError("it holds Python objects, which are never read")
-    return NpyHeader(name, _parse_shape(axes), flag == "True", length)
+    return ArrayHeader(name, _parse_shape(axes), flag == "True", length)
 
 
 def _parse_shape(text: str) -> tuple[int, ...]:
@@ -119,30 +143,61 @@ def _parse_shape(text: str) -> tuple[int, ...]:
     return shape
 
 
-def read_npy_values(file: IO[bytes], header: NpyHeader, kind: np.dtype[Any], size: int) -> FloatArray:
-    """Read the numbers after a header as float64, from a file of `size` bytes that must hold nothing else.
+def read_npy_values(file: IO[bytes], header: ArrayHeader) -> FloatArray:
+    """Return all numbers of a .npy file as float64. Raise the errors of `read_numbers`."""
+    header.check_memory()
+    array = ArrayRows(file, header, 0, 0)
+    values: FloatArray = array.next(1)[0]
+    array.finish()
+    return values
 
-    Raise NpyFormatError if the size is another, and ValueError for numbers that do not fit into memory or into float64.
+
+def read_numbers(file: IO[bytes], header: ArrayHeader, count: int) -> FloatArray:
+    """Read the next `count` numbers of an array as float64. Neither a buffer nor a read is larger than `NPY_CHUNK`.
+
+    Raise NpyFormatError if the file ends too early, and RefusedArrayError for numbers that do not fit into memory or
+    into float64.
     """
-    expected = header.length + header.count * kind.itemsize
-    if size != expected:
-        raise NpyFormatError(f"its header announces {expected:,} bytes, it has {size:,}")
-    check_memory(header.count * 8)
+    kind = np.dtype(header.type_name)
     try:
-        values = np.empty(header.count)
+        values = np.empty(count)
     except MemoryError:
-        raise ValueError(f"takes {header.count * 8 / 2**30:,.1f} GiB, more memory than there is left") from None
+        raise RefusedArrayError(f"takes {count * 8 / 2**30:,.1f} GiB, more memory than there is left") from None
     step = NPY_CHUNK // kind.itemsize
-    for begin in range(0, header.count, step):
+    for begin in range(0, count, step):
         part = values[begin : begin + step]
         raw = np.frombuffer(_read_exactly(file, len(part) * kind.itemsize), kind)
         with np.errstate(all="ignore"):
             part[:] = raw
             # Only long doubles have a larger range than float64.
             if kind.itemsize > 8 and (np.isinf(part) & ~np.isinf(raw)).any():
-                raise ValueError("holds numbers beyond the range of float64")
-    file.read(1)  # the end of the file, where an archive compares the checksum
-    return values.reshape(header.shape[::-1]).T if header.fortran else values.reshape(header.shape)
+                raise RefusedArrayError("holds numbers beyond the range of float64")
+    return values
+
+
+class ArrayRows:
+    """An array of an open file, read forwards from row `skip` on.
+
+    Its first `axes` axes count as one. Without any the array is one row, which may be in Fortran's order.
+    """
+
+    def __init__(self, file: IO[bytes], header: ArrayHeader, axes: int, skip: int) -> None:
+        self._file, self._header, self._last = file, header, header.shape[axes:]
+        self._each = math.prod(self._last)
+        self.count = math.prod(header.shape[:axes])
+        # A compressed member is read and dropped up to there, in bounded pieces
+        file.seek(header.length + skip * self._each * np.dtype(header.type_name).itemsize)
+
+    def next(self, count: int) -> FloatArray:
+        """Return the next `count` rows. Raise the errors of `read_numbers`."""
+        values = read_numbers(self._file, self._header, count * self._each)
+        if self._header.by_rows:
+            return values.reshape(count, *self._last)
+        return values.reshape(self._last[::-1]).T[None]
+
+    def finish(self) -> None:
+        """Read the end of the file, where an archive compares the checksum."""
+        self._file.read(1)
 
 
 def _read_exactly(file: IO[bytes], count: int) -> bytes:
@@ -179,11 +234,11 @@ class _BoundedFile:
     """A file that limits the size of one read, so that `zipfile` cannot load a huge directory into memory."""
 
     def __init__(self, file: BinaryIO) -> None:
-        self.file = file
+        self.file, self.most = file, _MAX_READ
 
     def read(self, count: int = -1) -> bytes:
-        data = self.file.read(_MAX_READ + 1 if count < 0 else min(count, _MAX_READ + 1))
-        if len(data) > _MAX_READ:
+        data = self.file.read(self.most + 1 if count < 0 else min(count, self.most + 1))
+        if len(data) > self.most:
             raise zipfile.BadZipFile("its directory is too long")
         return data
 
@@ -198,20 +253,22 @@ class _BoundedFile:
 
 
 class NpzArchive:
-    """A .npz file of `size` bytes: its directory, and the arrays on request. Raise NpyFormatError if it is none."""
+    """A .npz file: its directory, and the arrays on request. Raise ValueError if it is none."""
 
-    def __init__(self, file: BinaryIO, size: int) -> None:
-        self.size = size
-        self.left = FREE_BYTES + MAX_COMPRESSION * size  # bytes that compressed arrays may still take
+    def __init__(self, file: BinaryIO) -> None:
+        self.size = os.fstat(file.fileno()).st_size
+        self.left = FREE_BYTES + MAX_COMPRESSION * self.size  # bytes that compressed arrays may still take
+        bounded = _BoundedFile(file)
         try:
-            self.zip = zipfile.ZipFile(_BoundedFile(file))
+            self.zip = zipfile.ZipFile(bounded)
         except ZIP_ERRORS as error:
-            raise NpyFormatError(failure_reason(error)) from None
+            raise ValueError(f"is not a .npz file ({failure_reason(error)})") from None
+        bounded.most = sys.maxsize  # members are read in pieces, and skipped in larger ones
         self.members: dict[str, zipfile.ZipInfo] = {}
         for info in self.zip.infolist():
             name = info.filename.removesuffix(".npy")
             if name in self.members:
-                raise NpyFormatError(f"it holds {printable(name[:60])!r} twice")
+                raise ValueError(f"is not a .npz file (it holds {printable(name[:60])!r} twice)")
             self.members[name] = info
 
     def arrays(self, wanted: Collection[str], flags: Collection[str] = ()) -> dict[str, FloatArray]:
@@ -223,52 +280,52 @@ class NpzArchive:
         arrays = {}
         for name in wanted:
             if name in self.members:
-                try:
-                    arrays[name] = self._array(self.members[name], name in flags)
-                except NpyFormatError as error:
-                    raise ValueError(f"{name} is not an array of numbers ({error})") from None
-                except ValueError as error:
-                    raise ValueError(f"{name} {error}") from None
+                with self.named(name):
+                    arrays[name] = read_npy_values(*self.open(name, True, name in flags))
         return arrays
 
-    def _array(self, info: zipfile.ZipInfo, is_flag: bool) -> FloatArray:
+    @contextlib.contextmanager
+    def named(self, name: str) -> Iterator[None]:
+        """Turn every error of an array into a ValueError with its name."""
+        try:
+            yield
+        except RefusedArrayError as error:
+            raise ValueError(f"{name} {error}") from None
+        except NpyFormatError as error:
+            raise ValueError(f"{name} is not an array of numbers ({error})") from None
+        except ZIP_ERRORS as error:
+            raise ValueError(f"{name} is not an array of numbers ({failure_reason(error)})") from None
+
+    def open(self, name: str, whole: bool, is_flag: bool = False) -> tuple[IO[bytes], ArrayHeader]:
+        """Return an array and its header, before any number is read.
+
+        whole: all of it will be in memory at once; raise an error if that is too much. The errors lack its name.
+        """
+        info = self.members[name]
         if info.flag_bits & 0x1:
             raise NpyFormatError("it is encrypted")
         if info.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
             raise NpyFormatError("it is compressed in a way that NumPy does not write")
-        try:
-            with self.zip.open(info) as file:
-                return self._values(info, file, is_flag)
-        except (NpyFormatError, _RefusedArray):
-            raise
-        except ZIP_ERRORS as error:
-            raise NpyFormatError(failure_reason(error)) from None
-
-    def _values(self, info: zipfile.ZipInfo, file: IO[bytes], is_flag: bool) -> FloatArray:
+        file = self.zip.open(info)
         header = read_npy_header(file)
-        kind = np.dtype(np.uint8) if is_flag and header.type_name == BOOL_DTYPE else header.kind
-        if kind is None:
-            raise _RefusedArray(f"must hold numbers, got {header}")
-        self._charge(info, header)
-        try:
-            return read_npy_values(file, header, kind, info.file_size)
-        except NpyFormatError:
-            raise
-        except ValueError as error:
-            raise _RefusedArray(str(error)) from None
+        if is_flag and header.type_name == BOOL_DTYPE:
+            header = replace(header, type_name="|u1")
+        if header.kind is None:
+            raise RefusedArrayError(f"must hold numbers, got {header}")
+        if whole:
+            self._charge(info, header)
+            header.check_memory()
+        header.check_size(info.file_size)
+        return file, header
 
-    def _charge(self, info: zipfile.ZipInfo, header: NpyHeader) -> None:
-        """Raise _RefusedArray if the compressed arrays of a file become too large for a file of its size."""
+    def _charge(self, info: zipfile.ZipInfo, header: ArrayHeader) -> None:
+        """Raise RefusedArrayError if the compressed arrays of a file become too large for a file of its size."""
         if info.compress_type != zipfile.ZIP_STORED:
             self.left -= header.count * 8
         if self.left < 0:
             most = (FREE_BYTES + MAX_COMPRESSION * self.size) / 2**30
             size = header.count * 8 / 2**30
-            raise _RefusedArray(f"unpacks to {size:,.1f} GiB, a file of this size may hold at most {most:,.2f} GiB")
-
-
-class _RefusedArray(ValueError):
-    """Raised for an array of a sound file that is refused; the message gives the reason."""
+            raise RefusedArrayError(f"unpacks to {size:,.1f} GiB, a file of this size may hold at most {most:,.2f} GiB")
 
 
 def failure_reason(error: BaseException) -> str:
@@ -276,51 +333,3 @@ def failure_reason(error: BaseException) -> str:
     if isinstance(error, MemoryError):
         return "there is not enough memory for it"
     return printable((str(error).splitlines() or [type(error).__name__])[0][:120])
-
-
-# Writers of arrays that lie in memory-mapped files: they are copied in pieces, never held whole.
-
-_COPY_CHUNK = 1 << 20  # items
-
-
-@dataclass(frozen=True)
-class StoredArray:
-    """An array in files: its columns one after the other, as rows along a first axis if there are several."""
-
-    columns: tuple[np.ndarray[Any, Any], ...]
-    shape: tuple[int, ...]
-
-    @property
-    def dtype(self) -> Any:
-        """The dtype, which all columns share."""
-        return self.columns[0].dtype
-
-
-def write_npz(path: str | os.PathLike[str], arrays: Mapping[str, StoredArray], more: Mapping[str, Any]) -> None:
-    """Write a .npz file of stored arrays and of `more` in memory; it appears whole or not at all. Raise OSError."""
-    with (
-        replace_file(path) as partial,
-        zipfile.ZipFile(partial, "w", zipfile.ZIP_STORED, allowZip64=True) as archive,
-    ):
-        for name, array in arrays.items():
-            with archive.open(f"{name}.npy", "w", force_zip64=True) as member:
-                _write_stored_array(member, array)
-        for name, values in more.items():
-            with archive.open(f"{name}.npy", "w") as member:
-                np.lib.format.write_array(member, np.asanyarray(values), allow_pickle=False)
-
-
-def write_npy(path: str | os.PathLike[str], array: StoredArray) -> None:
-    """Write a .npy file of a stored array; it appears whole or not at all. Raise OSError."""
-    with replace_file(path) as partial, partial.open("wb") as file:
-        _write_stored_array(file, array)
-
-
-def _write_stored_array(file: IO[bytes], array: StoredArray) -> None:
-    """Write an array in .npy format, for a file or a member of a .npz file."""
-    kind = np.lib.format.dtype_to_descr(array.dtype)
-    np.lib.format.write_array_header_1_0(file, dict(descr=kind, fortran_order=False, shape=array.shape))
-    for column in array.columns:
-        flat = column.reshape(-1)
-        for begin in range(0, len(flat), _COPY_CHUNK):
-            file.write(np.ascontiguousarray(flat[begin : begin + _COPY_CHUNK]).tobytes())

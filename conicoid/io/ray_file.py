@@ -1,307 +1,244 @@
-"""Files of rays, and tables of hits, spans, crossings, lengths and line integrals as .npz or .csv files.
+"""Files of rays, .npy, .npz, .csv, .parquet and .zarr: whole, or in pieces where memory does not hold them.
 
-`docs/files.md` describes the columns. `RayTable` holds a file of rays that was read whole; `ray_stream.py` reads larger
-files in pieces.
+`docs/reference/files.md` describes the arrays and columns. `source.py` reads the numbers; here they become rays.
 """
 
 from __future__ import annotations
 
+import contextlib
 import math
 import os
-from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from .._util.arrays import FloatArray
 from .._util.file_errors import printable
 from .._util.hints import closest_name
-from .._util.safe_files import check_memory, open_regular, replace_file
+from .._util.safe_files import check_memory
 from .._util.validation import format_list
-from .data_files import read_array, read_rows
-from .npz import NpyFormatError, NpzArchive
-from .scene_file.nodes import shorten
-
-if TYPE_CHECKING:
-    from ..queries.scene_protocol import SceneLike
-
+from ..kernels.ray import DEAD
+from ..queries.rays import Rays, find_invalid_ray
+from .source import LINE, SOURCE_SUFFIXES, TABLE, Rows, as_integers, open_source, row_ranges
 
 RAY_COLUMNS = ("origin x", "origin y", "origin z", "direction x", "direction y", "direction z")
-RAY_ARRAYS = ("origins", "directions", "t_min", "t_max")
-START_ARRAYS = ("starts", "starts_home")
-HIT_ARRAYS = ("t", "point", "normal", "uv", "body", "face", "surface", "entering")
-SPAN_ARRAYS = ("t_enter", "t_exit", "body", "enter_clipped", "exit_clipped")
-CROSSING_ARRAYS = ("t", "point", "normal", "body", "face", "surface", "entering", "before", "after")
-"""The fields of hits, spans and crossings in tables of results, without error bounds."""
-HIT_ERROR_ARRAYS, SPAN_ERROR_ARRAYS, CROSSING_ERROR_ARRAYS = (
-    ("t_error",),
-    ("t_enter_error", "t_exit_error"),
-    ("t_error",),
-)
-RAY_BYTES = 400
+_ORIGINS, _DIRECTIONS, _STARTS, _HOME = "origins", "directions", "starts", "starts_home"
+_LIMITS = ("t_min", "t_max")
+_LAST_AXES: dict[str, tuple[int, ...]] = {TABLE: (6,), _ORIGINS: (3,), _DIRECTIONS: (3,), "t_min": (), "t_max": ()}
+"""The axes of arrays after those of the rays."""
+_USER_ARRAYS = (_ORIGINS, _DIRECTIONS, *_LIMITS)
+_KNOWN_ARRAYS = (*_USER_ARRAYS, _STARTS, _HOME)
+"""`Rays.save` adds the surfaces that rays start on, and the key of their scene."""
+_RAY_BYTES = 400
 """Bytes that a ray and its hit take at most while results are assembled."""
-Arrays = Mapping[str, np.ndarray[Any, Any]]
 
 
-@dataclass(frozen=True)
-class RayTable:
-    """The rays of a file, of any leading shape, with one interval for all or one for each.
+class TimedRays(NamedTuple):
+    """Rays with the ends of their intervals, of the same shape, or None where the file has none."""
 
-    `origins` and `directions` (..., 3) broadcast together; `t_min` and `t_max` broadcast to the shape of the rays.
+    rays: Rays
+    t_min: Any
+    t_max: Any
+
+    def limits(self, t_min: Any, t_max: Any) -> dict[str, Any]:
+        """Return the ends as arguments of queries; those of the caller stand for missing ones, and None for none."""
+        ends = (other if own is None else own for own, other in ((self.t_min, t_min), (self.t_max, t_max)))
+        return {name: end for name, end in zip(_LIMITS, ends, strict=True) if end is not None}
+
+
+class RayFile:
+    """A file of rays.
+
+    `shape` is the leading shape of the rays, None for a .csv file, whose number of rays is known at its end. `home` is
+    the key of the scene on whose surfaces the rays start, if any. With `whole`, rays that do not fit into memory with
+    their hits are refused before any is read.
+
+    Raise ValueError, with the name of the file, OSError, and ImportError if the reader of the format is not installed.
     """
 
-    origins: FloatArray
-    directions: FloatArray
-    t_min: Any = 0.0
-    t_max: Any = float("inf")
-    source: str = ""
-    starts: Any = None
-    """The surfaces that rays start on, with the key of their scene, as `Rays.save` writes them."""
-    starts_home: Any = None
-    ignored: tuple[str, ...] = ()
-    """Names of other arrays in a .npz file."""
-    lines: Sequence[int] = ()
-    """The line number of each ray in a .csv file."""
-
-    def within(self, t_min: float | None, t_max: float | None) -> RayTable:
-        """Return the rays with one interval for all; None leaves an end as it is.
-
-        Raise ValueError if the file has the same end for each ray, and for NaN.
-        """
-        ends: dict[str, Any] = {field: end for field, end in (("t_min", t_min), ("t_max", t_max)) if end is not None}
-        for name, end in ends.items():
-            if isinstance(getattr(self, name), np.ndarray):
-                option = "--" + name.replace("_", "-")
-                raise ValueError(
-                    f"{self.source}: holds {name} for its rays; {option} {end:g} would be ignored, or they"
-                )
-            if math.isnan(end):
-                raise ValueError(f"--{name.replace('_', '-')} must not be NaN")
-        return replace(self, **ends)
+    def __init__(self, path: str | os.PathLike[str], whole: bool = False) -> None:
+        self.path = Path(path)
+        if self.path.suffix.lower() not in SOURCE_SUFFIXES:
+            suffixes = f"{', '.join(SOURCE_SUFFIXES[:-1])} or {SOURCE_SUFFIXES[-1]}"
+            raise ValueError(f"{self.path}: rays are read from {suffixes} files")
+        with self._errors():
+            self._source = open_source(self.path, _KNOWN_ARRAYS, RAY_COLUMNS, whole)
+            self._headers = {name: header for name, header in self._source.headers.items() if name != _HOME}
+            self._leading = self._find_shape()
+            self._count = math.prod(self._leading)
+            self._check_limits()
+            if whole:
+                _check_memory(self._count)
+            self.home = self._read_home()
+            full = {name: (*self._leading, *last) for name, last in _LAST_AXES.items()} | {_STARTS: (self._count,)}
+            self._streamed = [name for name, each in self._headers.items() if each.by_rows and each.shape == full[name]]
+            self._small = {
+                name: self._whole(name) if name == _STARTS else np.broadcast_to(self._whole(name), full[name])
+                for name in self._headers if name not in self._streamed
+            }  # fmt: skip
 
     @property
-    def shape(self) -> tuple[int, ...]:
-        """The leading shape of the rays."""
-        return np.broadcast_shapes(self.origins.shape, self.directions.shape)[:-1]
+    def shape(self) -> tuple[int, ...] | None:
+        """The leading shape of the rays, None if it is known only at the end of the file."""
+        return self._leading if self._count >= 0 else None
 
-
-def read_rays(path: str | os.PathLike[str]) -> RayTable:
-    """Read rays from a .npy (..., 6), .npz or .csv file. Raise ValueError, with the name of the file, or OSError."""
-    file = Path(path)
-    suffix = file.suffix.lower()
-    if suffix not in (".npy", ".npz", ".csv"):
-        raise ValueError(
-            f"{file}: rays are read from .npy, .npz or .csv files, by trace and scene.stream also .parquet and .zarr"
-        )
-    open_regular(file).close()  # OSError for a missing file, before its content is judged
-    try:
-        table = _from_npz(file) if suffix == ".npz" else _from_columns(file, suffix)
-        _check_shapes(table)
-    except ValueError as error:
-        raise ValueError(f"{file}: {str(error).removeprefix(file.name).lstrip(': ')}") from None
-    return table
-
-
-def ray_notes(table: RayTable) -> Iterator[str]:
-    """Yield notes on a readable file of rays that may not be as its user intends: no rays, or unknown arrays."""
-    if not (table.origins.size and table.directions.size):
-        yield f"{table.source}: holds no rays"
-    if table.ignored:
-        names = format_list([printable(name) for name in table.ignored], 5)
-        yield f"{table.source}: not read: {names}; arrays of rays are {', '.join(RAY_ARRAYS)}"
-
-
-def _from_columns(file: Path, suffix: str) -> RayTable:
-    if suffix == ".csv":
-        rows, lines = read_rows(file, 6, RAY_COLUMNS)
-        return RayTable(rows[:, :3], rows[:, 3:], source=str(file), lines=lines)
-    header, table = read_array(file)
-    if table is None or table.ndim == 0 or table.shape[-1] != 6:
-        raise ValueError(f"rays must be numbers of shape (..., 6), {', '.join(RAY_COLUMNS)}; got {header}")
-    return RayTable(table[..., :3], table[..., 3:], source=str(file))
-
-
-def _from_npz(file: Path) -> RayTable:
-    with open_regular(file) as opened:
+    @contextlib.contextmanager
+    def _errors(self) -> Iterator[None]:
+        """Begin errors with the path."""
         try:
-            archive = NpzArchive(opened, os.fstat(opened.fileno()).st_size)
-        except NpyFormatError as error:
-            raise ValueError(f"is not a .npz file ({error})") from None
-        if not {"origins", "directions"} <= set(archive.members):
-            names = shorten(printable(", ".join(archive.members)) or "nothing", 120)
+            yield
+        except ValueError as error:
+            raise ValueError(f"{self.path}: {str(error).removeprefix(self.path.name).lstrip(': ')}") from None
+
+    def _find_shape(self) -> tuple[int, ...]:
+        """Return the leading shape of the rays. Raise ValueError for other arrays than those of rays."""
+        headers, table = self._headers, self._headers.get(TABLE)
+        if table is not None:
+            if table.kind is None or table.shape[-1:] != (6,):
+                raise ValueError(f"rays must be numbers of shape (..., 6), {', '.join(RAY_COLUMNS)}; got {table}")
+            return table.shape[:-1]
+        if not {_ORIGINS, _DIRECTIONS} <= set(headers):
+            names = printable(", ".join((*headers, *self._source.others)))[:120] or "nothing"
             raise ValueError(f"must hold the arrays origins and directions (and t_min, t_max), got {names}")
-        for name in archive.members:
-            if name not in (*RAY_ARRAYS, *START_ARRAYS) and (meant := closest_name(name, RAY_ARRAYS)):
-                raise ValueError(f"unknown array {shorten(printable(name))!r} (did you mean {meant!r}?)")
-        ignored = tuple(name for name in archive.members if name not in (*RAY_ARRAYS, *START_ARRAYS))
-        arrays: dict[str, Any] = dict(archive.arrays((*RAY_ARRAYS, *START_ARRAYS)))
-    return RayTable(**arrays, source=str(file), ignored=ignored)
+        for name in self._source.others:
+            if meant := closest_name(name, _USER_ARRAYS):
+                raise ValueError(f"unknown array {printable(name)[:60]!r} (did you mean {meant!r}?)")
+        for name, header in headers.items():
+            if header.kind is None:
+                raise ValueError(f"{name} must hold numbers, got {header}")
+        origins, directions = headers[_ORIGINS].shape, headers[_DIRECTIONS].shape
+        for name, shape in ((_ORIGINS, origins), (_DIRECTIONS, directions)):
+            if shape[-1:] != (3,):
+                raise ValueError(f"{name} must have shape (..., 3), got {shape}")
+        try:
+            # By their shapes alone, so that a small file cannot make huge arrays
+            return np.broadcast_shapes(origins, directions)[:-1]
+        except ValueError:
+            raise ValueError(f"origins {origins} and directions {directions} do not broadcast together") from None
+
+    def _check_limits(self) -> None:
+        """Raise ValueError for intervals and starts of other shapes than that of the rays."""
+        rays = self._leading
+        for name in _LIMITS:
+            shape = self._headers[name].shape if name in self._headers else ()
+            try:
+                fits = rays == (-1,) or np.broadcast_shapes(rays, shape) == rays
+            except ValueError:
+                fits = False
+            if not fits:
+                raise ValueError(
+                    f"t_min and t_max must broadcast to the rays' shape {rays}, got {name} of shape {shape}"
+                )
+        starts = self._headers[_STARTS].shape if _STARTS in self._headers else (1,)
+        if starts not in ((1,), (self._count,)):
+            raise ValueError(f"starts must have shape (1,) or ({self._count},), got {starts}")
+
+    def _whole(self, name: str) -> Any:
+        """Return a whole array."""
+        (piece,) = self._source.rows((name,), 0, None, 0)
+        return piece[name][0]
+
+    def _read_home(self) -> bytes | None:
+        """Return the key of the scene of the starts."""
+        if _HOME not in self._source.headers:
+            return None
+        key: bytes = as_integers(_HOME, self._whole(_HOME), 0, 255, np.uint8).tobytes()
+        return key or None
+
+    @property
+    def limits(self) -> tuple[str, ...]:
+        """Those of "t_min" and "t_max" that the file has."""
+        return tuple(name for name in _LIMITS if name in self._headers)
+
+    def check_limits(self, t_min: float | None, t_max: float | None) -> None:
+        """Raise ValueError if the caller passes an end that the file has for each ray, and for NaN."""
+        for name, end in zip(_LIMITS, (t_min, t_max), strict=True):
+            if end is not None and np.isnan(end):
+                raise ValueError(f"{name} must not be NaN")
+            if end is not None and name in self._headers:
+                raise ValueError(
+                    f"{self.path}: holds {name} of each ray, so one {name} for all, {end:g}, cannot be given"
+                )
+
+    def notes(self) -> Iterator[str]:
+        """Yield notes on a readable file that may not be as its user intends: no rays, or unknown arrays."""
+        with self._errors():
+            if self._count <= 0 and not any(True for _ in self._pieces(1, 0)):
+                yield f"{self.path}: holds no rays"
+        if self._source.others:
+            names = format_list([printable(name) for name in self._source.others], 5)
+            yield f"{self.path}: not read: {names}; arrays of rays are {', '.join(_USER_ARRAYS)}"
+
+    def read(self) -> TimedRays:
+        """Return all rays in their leading shape. Raise ValueError as `pieces`."""
+        (flat,) = self.pieces(None)
+        shape = flat.rays.shape if self.shape is None else self.shape
+        with self._errors():
+            _check_memory(flat.rays.size)
+        origins, directions = (lines.reshape(*shape, 3) for lines in (flat.rays.origins, flat.rays.directions))
+        ends = (None if end is None else end.reshape(shape) for end in flat[1:])
+        return TimedRays(Rays._spawned(origins, directions, flat.rays._starts, flat.rays._home), *ends)
+
+    def pieces(self, most: int | None, skip: int = 0) -> Iterator[TimedRays]:
+        """Yield the flat rays from number `skip` on, at most `most` at a time; None stands for all at once.
+
+        Raise ValueError, with the number or line of the ray, for an invalid one.
+        """
+        with self._errors():
+            for begin, rows in self._pieces(most, skip):
+                ends = (self._limit(name, rows, begin) for name in _LIMITS)
+                yield TimedRays(self._rays(rows, begin), *ends)
+
+    def _pieces(self, most: int | None, skip: int) -> Iterator[tuple[int, Rows]]:
+        """Yield the number of the first ray and the arrays of each piece."""
+        if not self._streamed:
+            for begin, end in row_ranges(self._count, most, skip):
+                yield begin, self._small_rows(begin, end)
+            return
+        for rows in self._source.rows(self._streamed, len(self._leading), most, skip):
+            end = skip + len(rows[self._streamed[0]])
+            yield skip, rows | self._small_rows(skip, end)
+            skip = end
+
+    def _small_rows(self, begin: int, end: int) -> Rows:
+        """Return rows of the arrays in memory, which stand for all rays."""
+        small = {name: array for name, array in self._small.items() if name != _STARTS}
+        places = np.unravel_index(np.arange(begin, end), self._leading) if small else ()
+        rows = {name: array[places] for name, array in small.items()}
+        if _STARTS in self._small:
+            rows[_STARTS] = np.broadcast_to(self._small[_STARTS], (end - begin,))
+        return rows
+
+    def _rays(self, rows: Rows, first: int) -> Rays:
+        """Return the rays of some rows; `first` is the number of the first. Dead rays need not be valid."""
+        both = np.split(rows[TABLE], 2, axis=1) if TABLE in rows else (rows[_ORIGINS], rows[_DIRECTIONS])
+        origins, directions = map(np.ascontiguousarray, both)
+        starts = as_integers(_STARTS, rows.get(_STARTS, np.array([-1.0])), -(2**31), 2**31 - 1, np.int32).reshape(-1)
+        alive = np.flatnonzero(np.broadcast_to(starts != DEAD, len(origins)))
+        every = len(alive) == len(origins)
+        wrong = find_invalid_ray(*((origins, directions) if every else (origins[alive], directions[alive])))
+        if wrong is not None:
+            place = alive[wrong[0]]
+            raise ValueError(f"{rows[LINE][place] if LINE in rows else f'ray {first + place}'}: {wrong[1]}")
+        return Rays._spawned(origins, directions, starts, self.home)
+
+    def _limit(self, name: str, rows: Rows, first: int) -> Any:
+        """Return `t_min` or `t_max` of some rows, None if they have none. Raise ValueError for NaN."""
+        values = rows.get(name)
+        if values is not None and np.isnan(values).any():
+            raise ValueError(f"{name} must not be NaN, got NaN for ray {first + np.flatnonzero(np.isnan(values))[0]}")
+        return values
 
 
-def _check_shapes(table: RayTable) -> None:
-    """Raise ValueError for arrays that are not of rays, and for so many rays that their hits would not fit into memory.
-
-    Shapes are checked before broadcasting, so that a small file cannot make huge arrays.
-    """
-    origins, directions = table.origins.shape, table.directions.shape
-    for name, shape in (("origins", origins), ("directions", directions)):
-        if not shape or shape[-1] != 3:
-            raise ValueError(f"{name} must have shape (..., 3), got {shape}")
+def _check_memory(count: int) -> None:
+    """Raise ValueError for so many rays that their hits would not fit into memory."""
     try:
-        rays = np.broadcast_shapes(origins, directions)[:-1]
-    except ValueError:
-        raise ValueError(f"origins {origins} and directions {directions} do not broadcast together") from None
-    count = math.prod(rays)
-    try:
-        check_memory(count * RAY_BYTES)
+        check_memory(count * _RAY_BYTES)
     except ValueError as error:
         raise ValueError(f"{count:,} rays with their hits: {error}") from None
-    for name, times in (("t_min", table.t_min), ("t_max", table.t_max)):
-        shape = np.shape(times)
-        try:
-            fits = np.broadcast_shapes(rays, shape) == rays
-        except ValueError:
-            fits = False
-        if not fits:
-            raise ValueError(f"t_min and t_max must broadcast to the rays' shape {rays}, got {name} of shape {shape}")
-        if np.isnan(times).any():
-            raise ValueError(f"{name} must not be NaN, got NaN at {int(np.flatnonzero(np.isnan(times))[0])}")
 
 
-def write_hits(path: str | os.PathLike[str], arrays: Arrays) -> None:
-    """Write first hits to .npz (arrays of the rays' leading shape) or .csv (a line for each ray)."""
-    write_table(path, arrays, hit_columns(arrays))
-
-
-def hit_columns(arrays: Arrays) -> dict[str, Any]:
-    """Return the columns of first hits in a .csv file."""
-    return {
-        **_point_columns(arrays),
-        **{name: arrays["uv"][..., i] for i, name in enumerate(("u", "v"))},
-        **{name: arrays[name] for name in ("body", "face", "surface", "entering")},
-        **{name: arrays[name] for name in ("t_error",) if name in arrays},
-    }
-
-
-def _point_columns(arrays: Arrays) -> dict[str, Any]:
-    return {
-        "t": arrays["t"],
-        **{name: arrays["point"][..., i] for i, name in enumerate(("x", "y", "z"))},
-        **{name: arrays["normal"][..., i] for i, name in enumerate(("normal_x", "normal_y", "normal_z"))},
-    }
-
-
-def write_spans(path: str | os.PathLike[str], arrays: Arrays) -> None:
-    """Write spans to .npz (offsets and rows) or .csv (a line for each span, beginning with the number of its ray)."""
-    write_table(path, arrays, span_columns(arrays))
-
-
-def span_columns(arrays: Arrays, first: int = 0) -> dict[str, Any]:
-    """Return the columns of spans in a .csv file; `first` is the number of the first ray."""
-    columns = _ray_column(arrays, first)
-    columns |= {name: arrays[name] for name in ("body", "t_enter", "t_exit", "enter_clipped", "exit_clipped")}
-    return columns | {name: arrays[name] for name in SPAN_ERROR_ARRAYS if name in arrays}
-
-
-def crossing_columns(arrays: Arrays, first: int = 0) -> dict[str, Any]:
-    """Return the columns of crossings in a .csv file; `first` is the number of the first ray."""
-    columns = _ray_column(arrays, first) | _point_columns(arrays)
-    columns |= {name: arrays[name] for name in ("body", "face", "surface", "entering", "before", "after")}
-    return columns | {name: arrays[name] for name in CROSSING_ERROR_ARRAYS if name in arrays}
-
-
-def _ray_column(arrays: Arrays, first: int) -> dict[str, Any]:
-    """Return the column of ray numbers: row i of the lists belongs to the ray whose offsets enclose i."""
-    counts = np.diff(arrays["offsets"])
-    return {"ray": np.repeat(np.arange(first, first + len(counts)), counts)}
-
-
-def write_values(
-    path: str | os.PathLike[str], name: str, values: Any, columns: Sequence[str], *, with_names: bool
-) -> None:
-    """Write numbers for each ray, (...) or (..., columns), to .npz (an array `name`) or .csv (a line for each ray).
-
-    `with_names`: a .npz file also gets an array of texts, `columns`.
-    """
-    rows = np.asarray(values).reshape(-1, max(1, len(columns)))
-    more = {"columns": np.array(columns, dtype=np.str_)} if with_names else {}
-    write_table(path, {name: values, **more}, {quote_csv(column): rows[:, k] for k, column in enumerate(columns)})
-
-
-def quote_csv(text: str) -> str:
-    """Return a text for a .csv file, in quotes if a reader of such files would misread it."""
-    line = printable(text)
-    plain = not any(letter in line for letter in ',"') and line == line.strip() and not line.startswith("#")
-    return line if plain else '"' + line.replace('"', '""') + '"'
-
-
-def is_npz(path: str | os.PathLike[str]) -> bool:
-    """Return True for the path of a .npz file."""
-    return Path(path).suffix.lower() == ".npz"
-
-
-def check_output(path: str | os.PathLike[str], suffixes: tuple[str, ...] = (".npz", ".csv")) -> None:
-    """Raise ValueError for a path with another suffix; callers check before they compute results."""
-    file = Path(path)
-    if file.suffix.lower() not in suffixes:
-        raise ValueError(f"{file}: results are written as {', '.join(suffixes[:-1])} or {suffixes[-1]}")
-
-
-def write_table(path: str | os.PathLike[str], arrays: Arrays, columns: Arrays) -> None:
-    """Write arrays to .npz, or columns to .csv; the file appears whole or not at all."""
-    check_output(path)
-    with replace_file(path) as partial:
-        if is_npz(partial):
-            np.savez(partial, **dict[str, Any](arrays))
-            return
-        with partial.open("w", encoding="utf-8", newline="\n") as file:
-            file.writelines(csv_lines(columns))
-
-
-def csv_lines(columns: Arrays) -> Iterator[str]:
-    """Yield the lines of a .csv file, the heading first; booleans become 0 and 1."""
-    yield ",".join(columns) + "\n"
-    flat = [np.asarray(column).reshape(-1) for column in columns.values()]
-    if not flat:
-        return
-    plain = [column.astype(np.int8) if column.dtype == np.bool_ else column for column in flat]
-    # In pieces, as lists of Python numbers take several times the memory of arrays.
-    for begin in range(0, len(plain[0]), 65536):
-        rows = zip(*(column[begin : begin + 65536].tolist() for column in plain), strict=True)
-        yield from (",".join(map(_format_csv_cell, row)) + "\n" for row in rows)
-
-
-def _format_csv_cell(value: Any) -> str:
-    """Return a text, quoted where needed, or the shortest decimal number that reads back exactly."""
-    return quote_csv(value) if isinstance(value, str) else repr(value)
-
-
-# Names of the columns of lengths and line integrals.
-
-
-def length_columns(scene: SceneLike, by: str) -> list[str]:
-    """Return a column name for each body or material of a scene: its name, or its number.
-
-    `by` is "body" or "material". A name that occurs twice, or looks like a number's column, gets the number too.
-    """
-    if by == "body":
-        names = [body.name for body in scene[:]]
-    else:
-        names = ["no material" if material is None else material.name for material in scene.materials]
-    counts = Counter(names)
-    return [
-        f"{by} {number}" if not name
-        else f"{by} {number} ({name})" if counts[name] > 1 or name.startswith(f"{by} ") else name
-        for number, name in enumerate(names)
-    ]  # fmt: skip
-
-
-def integral_columns(energies: tuple[int, ...]) -> list[str]:
-    """Return one column name, or one for each energy.
-
-    `energies` is the part of an array's shape after the shape of the rays: () or (number of energies,).
-    """
-    return [f"line_integral_{k}" for k in range(energies[0])] if energies else ["line_integral"]
+def read_rays(path: str | os.PathLike[str]) -> TimedRays:
+    """Read all rays of a file. Raise the errors of `RayFile`, also for rays that do not fit into memory."""
+    return RayFile(path, whole=True).read()

@@ -1,17 +1,16 @@
-"""Files of rays, hits, spans and crossings, from which the objects are read back; and results in parts.
+"""Files of rays, hits, spans and crossings, from which the objects are read back; and columns of tables of results.
 
 The .npz files hold every field, the rays, and the names and materials of bodies, but neither a scene nor a pickle.
-`ResultParts` collects results that are written piece by piece and can be resumed.
+`docs/reference/files.md` describes the columns.
 """
 
 from __future__ import annotations
 
 import contextlib
 import dataclasses
-import json
 import os
-import shutil
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections import Counter
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -20,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._util.file_errors import SceneFileError, printable
-from .._util.safe_files import open_regular, replace_file, write_text
+from .._util.safe_files import open_regular
 from .._util.validation import format_list, format_value
 from ..geometry.body import Body
 from ..geometry.labels import Labels
@@ -31,13 +30,15 @@ from ..kernels.ray import DEAD
 from ..materials.material import Material
 from ..queries.hits import Hits
 from ..queries.rays import Rays
-from .npz import NpyFormatError, NpzArchive, StoredArray, write_npy, write_npz
-from .ray_file import read_rays
-from .ray_stream import write_parquet, write_zarr
+from .npz import NpzArchive
+from .ray_file import RayFile
 from .scene_file.scene_file import SceneParts, parse_scene, scene_data
 from .scene_file.writer import dump_json
+from .sink import quote_csv, write_arrays, write_columns
+from .source import SOURCE_SUFFIXES, as_integers
 
 if TYPE_CHECKING:
+    from ..queries.scene_protocol import SceneLike
     from ..queries.spans import RayLists
 
 
@@ -49,12 +50,6 @@ LABEL_FIELDS = ("first_bodies", "labels")
 Arrays = dict[str, Any]
 
 
-def write_arrays(path: str | os.PathLike[str], arrays: Arrays) -> None:
-    """Write a .npz file; it appears whole or not at all. Raise OSError."""
-    with replace_file(path) as partial, partial.open("wb") as file:
-        np.savez(file, **arrays)
-
-
 def read_arrays(
     path: str | os.PathLike[str], wanted: Collection[str], needed: Collection[str], what: str,
     flags: Collection[str] = (),
@@ -64,10 +59,7 @@ def read_arrays(
     `what` is the method that writes such files. Raise ValueError if the file lacks an array or holds others.
     """
     with open_regular(path) as file:
-        try:
-            archive = NpzArchive(file, os.fstat(file.fileno()).st_size)
-        except NpyFormatError as error:
-            raise ValueError(f"is not a .npz file ({error})") from None
+        archive = NpzArchive(file)
         missing = [name for name in needed if name not in archive.members]
         if missing:
             there = [printable(name) for name in archive.members]
@@ -111,17 +103,19 @@ def write_rays_file(path: str | os.PathLike[str], rays: Rays) -> None:
 
 
 def read_rays_file(path: str | os.PathLike[str]) -> Rays:
-    """Read rays with the surfaces that they start on, if a .npz file has them; or from a .npy or .csv file.
+    """Read rays from a file of any format, from a .npz file with the surfaces that they start on.
 
     Raise ValueError, with the name of the file, or OSError.
     """
     suffix = os.path.splitext(path)[1].lower()
-    if suffix in (".npy", ".csv"):
-        table = read_rays(path)
-        with name_file_in_errors(path):
-            return Rays(table.origins, table.directions)
+    if suffix not in SOURCE_SUFFIXES:
+        suffixes = f"{', '.join(SOURCE_SUFFIXES[:-1])} or {SOURCE_SUFFIXES[-1]}"
+        raise ValueError(f"load: path of rays must end with {suffixes}, got {format_value(os.fspath(path))}")
     if suffix != ".npz":
-        raise ValueError(f"load: path of rays must end with .npz, .npy or .csv, got {format_value(os.fspath(path))}")
+        file = RayFile(path, whole=True)
+        if file.limits:
+            raise ValueError(f"{file.path}: holds {' and '.join(file.limits)}, and rays have no intervals")
+        return file.read().rays
     with name_file_in_errors(path):
         arrays = read_arrays(path, RAY_FIELDS, RAY_FIELDS[:2], "rays.save")
         if "starts" in arrays:
@@ -142,7 +136,7 @@ def decode_rays(arrays: Arrays) -> Rays:
         if array.ndim == 0 or array.shape != origins.shape or array.shape[-1] != 3:
             raise ValueError(f"{name} must have shape {(*origins.shape[:-1], 3)}, got {array.shape}")
     shape, count = origins.shape[:-1], origins.size // 3
-    starts = check_integers("starts", arrays["starts"], -(2**31), 2**31 - 1, np.int32)
+    starts = as_integers("starts", arrays["starts"], -(2**31), 2**31 - 1, np.int32)
     if starts.shape not in ((1,), (count,)):
         raise ValueError(f"starts must have shape (1,) or ({count},), got {starts.shape}")
     alive = np.broadcast_to(starts, (count,)).reshape(shape) != DEAD
@@ -173,7 +167,7 @@ def decode_bodies(name: str, arrays: Arrays, path: str | os.PathLike[str]) -> Se
 def decode_labels(arrays: Arrays, bodies: Any, path: str | os.PathLike[str]) -> Labels:
     """Return the labels of a file. Raise ValueError if they do not cover the body numbers in `bodies`."""
     entries = decode_bodies("labels", arrays, path)
-    firsts = check_integers("first_bodies", arrays["first_bodies"], 0, 2**53, np.int64)
+    firsts = as_integers("first_bodies", arrays["first_bodies"], 0, 2**53, np.int64)
     if firsts.shape != (len(entries),) or (np.diff(firsts) <= 0).any():
         raise ValueError(f"first_bodies must be {len(entries)} rising numbers, got {firsts.shape}")
     if (bodies >= 0).any() and not (len(firsts) and firsts[0] <= bodies[bodies >= 0].min()):
@@ -188,13 +182,6 @@ def check_array_shapes(arrays: Arrays, shape: tuple[int, ...], lasts: dict[str, 
             raise ValueError(f"{name} must have shape {(*shape, *last)}, got {arrays[name].shape}")
 
 
-def check_integers(name: str, array: Any, least: int, most: int, kind: Any) -> Any:
-    """Return the floats of a file as integers of dtype `kind`. Raise ValueError for others than `least` to `most`."""
-    if not ((array == np.floor(array)) & (array >= least) & (array <= most)).all():
-        raise ValueError(f"{name} must hold integers from {least} to {most}")
-    return array.astype(kind)
-
-
 def encode_bytes(content: bytes) -> npt.NDArray[np.uint8]:
     """Return bytes as an array of uint8."""
     return np.frombuffer(content, np.uint8)
@@ -202,7 +189,7 @@ def encode_bytes(content: bytes) -> npt.NDArray[np.uint8]:
 
 def decode_text(name: str, arrays: Arrays) -> bytes:
     """Return the bytes that `encode_bytes` stored. Raise ValueError for numbers that are not bytes."""
-    content: bytes = check_integers(name, arrays[name], 0, 255, np.uint8).tobytes()
+    content: bytes = as_integers(name, arrays[name], 0, 255, np.uint8).tobytes()
     return content
 
 
@@ -258,10 +245,9 @@ def _decode_hits(arrays: dict[str, Any], path: str | os.PathLike[str]) -> Hits:
     shape = arrays["t"].shape
     check_array_shapes(arrays, shape, {**_HIT_FLOATS, **dict.fromkeys((*_HIT_INTS, *_HIT_FLAGS), ()), "origins": (3,)})
     ints = {
-        name: check_integers(name, arrays[name], -1 if name != "side" else -2, 2**31 - 1, np.int32)
-        for name in _HIT_INTS
+        name: as_integers(name, arrays[name], -1 if name != "side" else -2, 2**31 - 1, np.int32) for name in _HIT_INTS
     }
-    flags = {name: check_integers(name, arrays[name], 0, 1, np.bool_).ravel() for name in _HIT_FLAGS}
+    flags = {name: as_integers(name, arrays[name], 0, 1, np.bool_).ravel() for name in _HIT_FLAGS}
     nothing = np.zeros(arrays["t"].size, np.int32)
     turn = np.where(flags["entering"], 2, 1).astype(np.int8)
     state = {
@@ -354,7 +340,7 @@ def read_lists_file(path: str | os.PathLike[str], kind: type[RowsByRay]) -> Rows
 
 def _decode_list_rows(arrays: Arrays, fields: _ListFields) -> dict[str, Any]:
     rays = decode_rays(arrays)
-    offsets = check_integers("offsets", arrays["offsets"], 0, 2**53, np.int64)
+    offsets = as_integers("offsets", arrays["offsets"], 0, 2**53, np.int64)
     if offsets.shape != (rays.origins.size // 3 + 1,) or offsets[0] != 0 or (np.diff(offsets) < 0).any():
         raise ValueError(f"offsets must rise from 0, one for each ray and one more, got shape {offsets.shape}")
     check_array_shapes(
@@ -364,10 +350,10 @@ def _decode_list_rows(arrays: Arrays, fields: _ListFields) -> dict[str, Any]:
         **{name: arrays[name] for name in fields.floats},
         **{
             # Only before and after may be -1, for no body.
-            name: check_integers(name, arrays[name], -(name in _SIDE_NAMES), 2**31 - 1, np.int32)
+            name: as_integers(name, arrays[name], -(name in _SIDE_NAMES), 2**31 - 1, np.int32)
             for name in fields.ints
         },
-        **{name: check_integers(name, arrays[name], 0, 1, np.bool_) for name in fields.flags},
+        **{name: as_integers(name, arrays[name], 0, 1, np.bool_) for name in fields.flags},
         "offsets": offsets,
         "_rays": rays,
         "_home": decode_text("home", arrays),
@@ -378,105 +364,105 @@ def _decode_scene_fields(arrays: Arrays, path: str | os.PathLike[str]) -> dict[s
     """Return the fields that only spans have: surfaces at both ends, the number of bodies, and all materials."""
     check_array_shapes(arrays, (2, len(arrays["t_enter"])), {"ends": ()})
     check_array_shapes(arrays, (), {"body_count": ()})
-    count = int(check_integers("body_count", arrays["body_count"], 0, 2**31 - 1, np.int64))
+    count = int(as_integers("body_count", arrays["body_count"], 0, 2**31 - 1, np.int64))
     if (arrays["body"] >= count).any():
         raise ValueError(f"body must be below body_count, {count}")
     entries = decode_bodies("materials", arrays, path)
     return {
-        "_ends": check_integers("ends", arrays["ends"], -(2**31), 2**31 - 1, np.int32),
+        "_ends": as_integers("ends", arrays["ends"], -(2**31), 2**31 - 1, np.int32),
         "_body_count": count,
         "_distinct": tuple((entry.material, not entry.shape.is_sheet) for entry in entries),
     }
 
 
-# Results that are written piece by piece and can be resumed.
-#
-# Until `hits.csv` is complete, the folder `hits.csv.parts` holds a file for each column, and `state.json` with the
-# number of rays that are done and the number of valid bytes of each file. Bytes beyond belong to a piece that was not
-# finished; they are cut off on resuming. `state.json` is replaced after the columns are written, so it never counts
-# more than they hold.
+# Tables of results: columns of one length.
+
+HIT_ARRAYS = ("t", "point", "normal", "uv", "body", "face", "surface", "entering")
+SPAN_ARRAYS = ("t_enter", "t_exit", "body", "enter_clipped", "exit_clipped")
+CROSSING_ARRAYS = ("t", "point", "normal", "body", "face", "surface", "entering", "before", "after")
+"""The fields of hits, spans and crossings in tables, without error bounds."""
+HIT_ERROR_ARRAYS, SPAN_ERROR_ARRAYS, CROSSING_ERROR_ARRAYS = (
+    ("t_error",),
+    ("t_enter_error", "t_exit_error"),
+    ("t_error",),
+)
 
 
-class ResultParts:
-    """The parts of the results at `output`. `key` identifies the work: rays, scene and version.
+def hit_columns(arrays: Arrays) -> dict[str, Any]:
+    """Return the columns of first hits in a .csv file."""
+    return {
+        **_point_columns(arrays),
+        **{name: arrays["uv"][..., i] for i, name in enumerate(("u", "v"))},
+        **{name: arrays[name] for name in ("body", "face", "surface", "entering")},
+        **{name: arrays[name] for name in ("t_error",) if name in arrays},
+    }
 
-    Raise ValueError if the folder of parts exists and `resume` is false, or if it belongs to other work.
+
+def _point_columns(arrays: Arrays) -> dict[str, Any]:
+    return {
+        "t": arrays["t"],
+        **{name: arrays["point"][..., i] for i, name in enumerate(("x", "y", "z"))},
+        **{name: arrays["normal"][..., i] for i, name in enumerate(("normal_x", "normal_y", "normal_z"))},
+    }
+
+
+def span_columns(arrays: Arrays, first: int = 0) -> dict[str, Any]:
+    """Return the columns of spans in a .csv file; `first` is the number of the first ray."""
+    columns = _ray_column(arrays, first)
+    columns |= {name: arrays[name] for name in ("body", "t_enter", "t_exit", "enter_clipped", "exit_clipped")}
+    return columns | {name: arrays[name] for name in SPAN_ERROR_ARRAYS if name in arrays}
+
+
+def crossing_columns(arrays: Arrays, first: int = 0) -> dict[str, Any]:
+    """Return the columns of crossings in a .csv file; `first` is the number of the first ray."""
+    columns = _ray_column(arrays, first) | _point_columns(arrays)
+    columns |= {name: arrays[name] for name in ("body", "face", "surface", "entering", "before", "after")}
+    return columns | {name: arrays[name] for name in CROSSING_ERROR_ARRAYS if name in arrays}
+
+
+def _ray_column(arrays: Arrays, first: int) -> dict[str, Any]:
+    """Return the column of ray numbers: row i of the lists belongs to the ray whose offsets enclose i."""
+    counts = np.diff(arrays["offsets"])
+    return {"ray": np.repeat(np.arange(first, first + len(counts)), counts)}
+
+
+def write_values(
+    path: str | os.PathLike[str], name: str, values: Any, columns: Sequence[str], *, with_names: bool
+) -> None:
+    """Write numbers for each ray, (...) or (..., columns), to .npz (an array `name`) or .csv (a line for each ray).
+
+    `with_names`: a .npz file also gets an array of texts, `columns`.
     """
+    rows = np.asarray(values).reshape(-1, max(1, len(columns)))
+    if Path(path).suffix.lower() == ".csv":
+        write_columns(path, {quote_csv(column): rows[:, k] for k, column in enumerate(columns)})
+    else:
+        write_arrays(path, {name: values} | ({"columns": np.array(columns, dtype=np.str_)} if with_names else {}))
 
-    def __init__(self, output: Path, key: str, resume: bool) -> None:
-        self.output, self.key = output, key
-        self.folder = output.with_name(output.name + ".parts")
-        self.rays = self.found = 0
-        self.sizes: dict[str, int] = {}
-        self.kinds: dict[str, Any] = {}
-        if self.folder.exists():
-            if not resume:
-                raise ValueError(f"{self.folder}: is left of an earlier run; --resume goes on with it, or remove it")
-            self._read()
-        else:
-            self.folder.mkdir()
 
-    def _read(self) -> None:
-        state = self.folder / "state.json"
-        if not state.exists():  # the earlier run stopped before its first part
-            return
-        saved = json.loads(state.read_text(encoding="utf-8"))
-        if saved["key"] != self.key:
-            raise ValueError(f"{self.folder}: holds results of other rays, another scene or version; remove it")
-        self.rays, self.found = saved["rays"], saved["found"]
-        self.sizes, self.kinds = saved["sizes"], saved["kinds"]
-        for name, size in self.sizes.items():
-            os.truncate(self.folder / name, size)
+# Names of the columns of lengths and line integrals.
 
-    def add(self, columns: Mapping[str, bytes | np.ndarray[Any, Any]], rays: int, found: int) -> None:
-        """Append the columns of `rays` more rays with `found` results: bytes of a text, or rows of arrays."""
-        for name, rows in columns.items():
-            if not isinstance(rows, bytes):
-                self.kinds[name] = [np.lib.format.dtype_to_descr(rows.dtype), list(rows.shape[1:])]
-            data = rows if isinstance(rows, bytes) else np.ascontiguousarray(rows).tobytes()
-            path = self.folder / name
-            try:
-                with open(path, "ab") as file:
-                    file.write(data)
-            except OSError as error:
-                raise OSError(error.errno, error.strerror, os.fspath(path)) from None
-            self.sizes[name] = self.sizes.get(name, 0) + len(data)
-        self.rays, self.found = self.rays + rays, self.found + found
-        state = dict(key=self.key, rays=self.rays, found=self.found, sizes=self.sizes, kinds=self.kinds)
-        write_text(self.folder / "state.json", json.dumps(state))
 
-    def column(self, name: str) -> np.ndarray[Any, Any]:
-        """Return a column of numbers, memory-mapped."""
-        kind, last = np.dtype(self.kinds[name][0]), tuple(self.kinds[name][1])
-        if not self.sizes[name]:
-            return np.zeros((0, *last), kind)
-        return np.memmap(self.folder / name, kind, "r").reshape(-1, *last)
+def length_columns(scene: SceneLike, by: str) -> list[str]:
+    """Return a column name for each body or material of a scene: its name, or its number.
 
-    def finish_text(self, name: str) -> None:
-        """Move the text of one column to the output, and remove the parts."""
-        with replace_file(self.output) as partial:
-            os.replace(self.folder / name, partial)
-        shutil.rmtree(self.folder)
+    `by` is "body" or "material". A name that occurs twice, or looks like a number's column, gets the number too.
+    """
+    if by == "body":
+        names = [body.name for body in scene[:]]
+    else:
+        names = ["no material" if material is None else material.name for material in scene.materials]
+    counts = Counter(names)
+    return [
+        f"{by} {number}" if not name
+        else f"{by} {number} ({name})" if counts[name] > 1 or name.startswith(f"{by} ") else name
+        for number, name in enumerate(names)
+    ]  # fmt: skip
 
-    def stored(self, name: str, shape: tuple[int, ...]) -> StoredArray:
-        """Return a column as an array whose rows have the leading shape `shape`."""
-        column = self.column(name)
-        return StoredArray((column,), (*shape, *column.shape[1:]))
 
-    def finish_arrays(self, arrays: Mapping[str, StoredArray], more: Mapping[str, Any]) -> None:
-        """Write stored arrays and `more` in memory to the output, a .npz file or a .zarr folder; remove the parts."""
-        if self.output.suffix.lower() == ".zarr":
-            write_zarr(self.output, arrays, more)
-        else:
-            write_npz(self.output, arrays, more)
-        shutil.rmtree(self.folder)
+def integral_columns(energies: tuple[int, ...]) -> list[str]:
+    """Return one column name, or one for each energy.
 
-    def finish_array(self, array: StoredArray) -> None:
-        """Write one stored array to the output, a .npy file, and remove the parts."""
-        write_npy(self.output, array)
-        shutil.rmtree(self.folder)
-
-    def finish_table(self) -> None:
-        """Write all columns to the output, a .parquet file, and remove the parts."""
-        write_parquet(self.output, {name: self.column(name) for name in self.kinds})
-        shutil.rmtree(self.folder)
+    `energies` is the part of an array's shape after the shape of the rays: () or (number of energies,).
+    """
+    return [f"line_integral_{k}" for k in range(energies[0])] if energies else ["line_integral"]

@@ -1,260 +1,354 @@
-"""Writers of answers to more rays than memory holds: part by part beside the file, and as one file at the end."""
+"""Writers of answers to more rays than memory holds: part by part beside the file, and as one file at the end.
+
+`result_writer` makes the writer of a query, and `write_answers` lets it write. Each format is an array for each field
+(.npz, .zarr, .npy) or a table with a column for each number (.csv, .parquet).
+"""
 
 from __future__ import annotations
 
 import hashlib
+import json
 import os
 import shutil
-from collections.abc import Callable, Iterator, Mapping
+import tempfile
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..io.npz import StoredArray
-from ..io.ray_file import (
+from .._util.safe_files import replace_file, resolve_output, write_text
+from ..io.result_file import (
     CROSSING_ARRAYS,
     CROSSING_ERROR_ARRAYS,
     HIT_ARRAYS,
     HIT_ERROR_ARRAYS,
+    HIT_ROW_FIELDS,
     SPAN_ARRAYS,
     SPAN_ERROR_ARRAYS,
-    check_output,
     crossing_columns,
-    csv_lines,
+    encode_lists,
     hit_columns,
+    hit_head_arrays,
+    hit_row_arrays,
     integral_columns,
     length_columns,
-    quote_csv,
+    list_row_arrays,
     span_columns,
 )
-from ..io.ray_stream import RayStream
-from ..io.result_file import HIT_ROW_FIELDS, ResultParts, encode_lists, hit_head_arrays, hit_row_arrays, list_row_arrays
+from ..io.sink import StoredArray, check_output, csv_lines, quote_csv, write_arrays, write_columns
 from ..queries.rays import Rays
-from ..queries.spans import Crossings, Spans
 from ..queries.weights import BODY
 from .shared_state import shared_scene, source_version
 
 if TYPE_CHECKING:
+    from ..kernels.threads import Progress
     from ..queries.hits import Hits
     from ..queries.scene_protocol import SceneLike
-
-
-VALUE_SUFFIXES = (".npy", ".npz", ".csv", ".parquet", ".zarr")
-"""Suffixes of files of values: `occluded`, `lengths`, `line_integral`."""
-_VALUE_TEXT = "lines"
-
-
-class ValueWriter:
-    """A writer of values: an array (...) or (..., columns) in .npy, .npz and .zarr, else a table of columns.
-
-    In .npz and .zarr the array has the query's name.
-    """
-
-    def __init__(self, scene: SceneLike, query: str, output: Path, options: Mapping[str, Any]) -> None:
-        check_output(output, VALUE_SUFFIXES)
-        self.scene, self.query, self.options = scene, query, dict(options)
-        self.suffix = output.suffix.lower()
-        self._nothing = self._of_no_rays()
-        self._parts = ResultParts(output, "", resume=False)
-
-    @property
-    def rays(self) -> int:
-        """Number of rays written."""
-        return self._parts.rays
-
-    def add(self, answer: Any) -> None:
-        """Add the answers to some more rays, (...) or (..., columns)."""
-        answer = answer.reshape(-1, *self._nothing.shape[1:])
-        rows: dict[str, Any] = {self.query: answer}
-        if self.suffix == ".parquet":
-            rows = self._columns(answer)
-        elif self.suffix == ".csv":
-            lines = csv_lines(self._columns(answer))
-            heading = next(lines)
-            rows = {_VALUE_TEXT: (("" if self.rays else heading) + "".join(lines)).encode()}
-        self._parts.add(rows, len(answer), len(answer))
-
-    def finish(self, shape: tuple[int, ...] | None, _home: bytes | None) -> None:
-        """Join all parts, for rays of the leading shape `shape`, or for a flat sequence if it is None."""
-        parts = self._parts
-        if not parts.rays:
-            self.add(self._nothing)
-        if self.suffix == ".csv":
-            parts.finish_text(_VALUE_TEXT)
-        elif self.suffix == ".parquet":
-            parts.finish_table()
-        else:
-            whole = parts.stored(self.query, shape or (parts.rays,))
-            if self.suffix == ".npy":
-                parts.finish_array(whole)
-            else:
-                parts.finish_arrays({self.query: whole}, {})
-
-    def give_up(self) -> None:
-        """Remove all parts."""
-        shutil.rmtree(self._parts.folder, ignore_errors=True)
-
-    def _of_no_rays(self) -> Any:
-        """Return the answer to no rays: it has the trailing shape."""
-        options, nothing = dict(self.options), np.zeros((0, 3))
-        values = (options.pop("values"),) if self.query == "line_integral" else ()
-        return getattr(self.scene, self.query)(*values, nothing, nothing, **options)
-
-    def _columns(self, answer: Any) -> dict[str, Any]:
-        """Return the columns of a table."""
-        if self.query == "occluded":
-            return {self.query: answer}
-        if self.query == "lengths":
-            names = length_columns(self.scene, self.options.get("by", BODY))
-        else:
-            names = integral_columns(answer.shape[1:])
-        rows = answer.reshape(len(answer), len(names))
-        return {quote_csv(name): rows[:, k] for k, name in enumerate(names)}
-
-
-# Writers of hits, spans and crossings, with all fields.
-
-if TYPE_CHECKING:
-    Answer = Hits | Spans | Crossings
+    from ..queries.spans import Crossings, Spans
 
 SUFFIXES = (".npz", ".csv", ".parquet", ".zarr")
-"""Suffixes of results that are written part by part."""
+"""Suffixes of files of hits, spans and crossings."""
+VALUE_SUFFIXES = (".npy", *SUFFIXES)
+"""Suffixes of files of values: `occluded`, `lengths`, `line_integral`."""
 _TEXT = "lines"
 _BLOCK = 1 << 22
-_OF_SCENES = "body_count", "materials"
-_FIELDS = dict(
-    first_hit=(HIT_ARRAYS, HIT_ERROR_ARRAYS),
-    spans=(SPAN_ARRAYS, SPAN_ERROR_ARRAYS),
-    crossings=(CROSSING_ARRAYS, CROSSING_ERROR_ARRAYS),
-)
-"""The fields of a table of each query's answers, and their error bounds."""
+
+
+class ResultParts:
+    """The parts of a file of results, in a folder beside it: a file for each array or column.
+
+    With a `key`, which names the work by its rays, its scene and the version, the folder `hits.csv.parts` stays after
+    a failure. `state.json` then has the number of rays that are done and of valid bytes of each file. Bytes beyond
+    belong to a piece that was not finished; they are cut off on resuming. `state.json` is replaced after the columns
+    are written, so it never counts more than they hold. Without a key the folder has a name that nothing else has.
+
+    Raise ValueError if the folder of parts exists and `resume` is false, or if it belongs to other work.
+    """
+
+    def __init__(self, output: Path, key: str | None, resume: bool) -> None:
+        self.key = key
+        self.rays = self.found = 0
+        self.sizes: dict[str, int] = {}
+        self.kinds: dict[str, Any] = {}
+        if key is None:
+            parent = resolve_output(output).parent
+            self.folder = Path(tempfile.mkdtemp(".parts", f".{output.stem[:40]}-", parent))
+            return
+        self.folder = output.with_name(output.name + ".parts")
+        if self.folder.exists():
+            if not resume:
+                raise ValueError(f"{self.folder}: is left of an earlier run; --resume goes on with it, or remove it")
+            self._read()
+        else:
+            self.folder.mkdir()
+
+    def _read(self) -> None:
+        """Read the state, and cut the columns to their valid bytes."""
+        state = self.folder / "state.json"
+        if not state.exists():  # the earlier run stopped before its first part
+            return
+        saved = json.loads(state.read_text(encoding="utf-8"))
+        if saved["key"] != self.key:
+            raise ValueError(f"{self.folder}: holds results of other rays, another scene or version; remove it")
+        self.rays, self.found = saved["rays"], saved["found"]
+        self.sizes, self.kinds = saved["sizes"], saved["kinds"]
+        for name, size in self.sizes.items():
+            os.truncate(self.file(name), size)
+
+    def file(self, name: str) -> Path:
+        """Return the file of a column, which may have any name."""
+        return self.folder / f"{list(self.kinds).index(name)}.part"
+
+    def add(self, columns: Mapping[str, bytes | np.ndarray[Any, Any]], rays: int, found: int) -> None:
+        """Append the columns of `rays` more rays with `found` results: bytes of a text, or rows of arrays."""
+        for name, rows in columns.items():
+            if isinstance(rows, bytes):
+                self.kinds[name], data = None, rows
+            else:
+                self.kinds[name] = [np.lib.format.dtype_to_descr(rows.dtype), list(rows.shape[1:])]
+                data = np.ascontiguousarray(rows).tobytes()
+            path = self.file(name)
+            try:
+                with open(path, "ab") as file:
+                    file.write(data)
+            except OSError as error:
+                raise OSError(error.errno, error.strerror, os.fspath(path)) from None
+            self.sizes[name] = self.sizes.get(name, 0) + len(data)
+        self.rays, self.found = self.rays + rays, self.found + found
+        if self.key is not None:
+            state = dict(key=self.key, rays=self.rays, found=self.found, sizes=self.sizes, kinds=self.kinds)
+            write_text(self.folder / "state.json", json.dumps(state))
+
+    def column(self, name: str) -> np.ndarray[Any, Any]:
+        """Return a column of numbers, memory-mapped."""
+        kind, last = np.dtype(self.kinds[name][0]), tuple(self.kinds[name][1])
+        if not self.sizes[name]:
+            return np.zeros((0, *last), kind)
+        return np.memmap(self.file(name), kind, "r").reshape(-1, *last)
+
+    def stored(self, name: str, shape: tuple[int, ...]) -> StoredArray:
+        """Return a column as an array whose rows have the leading shape `shape`."""
+        column = self.column(name)
+        return StoredArray((column,), (*shape, *column.shape[1:]))
+
+    def remove(self) -> None:
+        """Remove all parts."""
+        shutil.rmtree(self.folder, ignore_errors=True)
+
+
+def result_writer(
+    scene: SceneLike, query: str, output: Path, options: Mapping[str, Any], *, errors: bool = True,
+    key: str | None = None, resume: bool = False,
+) -> ResultWriter:  # fmt: skip
+    """Return the writer of a query's answers.
+
+    Parameters
+    ----------
+    options
+        The arguments of the query beyond its rays.
+    errors
+        Whether tables have error bounds; other files have them in any case.
+    key
+        What the answers depend on beside scene, query and version: then the parts stay after a failure.
+    resume
+        Whether to go on from parts that an earlier run left.
+    """
+    kinds = dict(first_hit=HitWriter, spans=ListWriter, crossings=ListWriter)
+    kind: type[ResultWriter] = kinds.get(query, ValueWriter)
+    check_output(output, kind.suffixes)
+    writer = kind(scene, query, output, options, errors)
+    if key is not None:
+        settings = f"{query} {errors} {output.suffix.lower()} {key} {source_version()}"
+        # The digest names the work: `resume` continues only the same query of the same scene with the same sources.
+        key = hashlib.blake2b(shared_scene(scene).key + settings.encode(), digest_size=16).hexdigest()
+    writer.parts = ResultParts(output, key, resume)
+    return writer
+
+
+def write_answers(
+    writer: ResultWriter, answers: Iterable[Any], shape: tuple[int, ...] | None, home: bytes | None,
+    progress: Progress | None = None, total: int = 0,
+) -> None:  # fmt: skip
+    """Write all answers to rays of the leading shape `shape`, or to a flat sequence if it is None.
+
+    home: the scene whose surfaces the rays start on. The progress function gets the number of rays done, and the total.
+    """
+    parts = writer.parts
+    try:
+        for answer in answers:
+            writer.add(answer)
+            if progress is not None:
+                progress(parts.rays, max(parts.rays, total))
+        writer.finish(shape, home)
+    except BaseException:
+        # Without a key no later run goes on with the parts: they go even after Ctrl-C.
+        if parts.key is None:
+            parts.remove()
+        raise
+    parts.remove()
 
 
 class ResultWriter:
-    """A writer of hits, spans or crossings: so far `found` hits or rows of `rays` rays.
+    """A writer of one query's answers: so far those to `parts.rays` rays with `parts.found` hits or rows."""
 
-    Until the end the parts lie in a folder beside the file, from which `resume` goes on. Raise ValueError if that
-    folder holds other work, and for other suffixes.
-    """
+    suffixes: tuple[str, ...] = SUFFIXES
+    parts: ResultParts
 
-    def __init__(self, scene: SceneLike, query: str, output: Path, key: str, *, errors: bool, resume: bool) -> None:
-        check_output(output, SUFFIXES)
-        self.scene, self.query, self.errors = scene, query, errors
-        self.suffix = output.suffix.lower()
-        settings = f"{query} {errors} {self.suffix} {key} {source_version()}"
-        # The digest names the work: `resume` continues only the same query of the same scene with the same sources.
-        digest = hashlib.blake2b(shared_scene(scene).key + settings.encode(), digest_size=16).hexdigest()
-        self._parts = ResultParts(output, digest, resume)
+    def __init__(self, scene: SceneLike, query: str, output: Path, options: Mapping[str, Any], errors: bool) -> None:
+        self.scene, self.query, self.output, self.options, self.errors = scene, query, output, options, errors
+        self._suffix = output.suffix.lower()
 
-    @property
-    def rays(self) -> int:
-        """Number of rays written."""
-        return self._parts.rays
-
-    @property
-    def found(self) -> int:
-        """Number of hits or rows written."""
-        return self._parts.found
-
-    def add(self, answer: Answer) -> None:
+    def add(self, answer: Any) -> None:
         """Add the answers to some more rays."""
-        lists = isinstance(answer, Spans | Crossings)
-        found = len(answer.body) if lists else int((answer.body >= 0).sum())
-        if self.suffix in (".npz", ".zarr"):
-            rows = self._list_rows(answer) if isinstance(answer, Spans | Crossings) else _hit_rows(answer)
-        elif self.suffix == ".csv":
-            rows = {_TEXT: self._text(answer)}
+        if self._suffix == ".csv":
+            lines = csv_lines(self._columns(answer))
+            heading = next(lines)
+            rows: dict[str, Any] = {_TEXT: (("" if self.parts.rays else heading) + "".join(lines)).encode()}
         else:
-            rows = self._columns(answer)
-        self._parts.add(rows, len(answer) if isinstance(answer, Spans | Crossings) else answer.size, found)
+            rows = self._columns(answer) if self._suffix == ".parquet" else self._arrays(answer)
+        self.parts.add(rows, *self._counts(answer))
 
     def finish(self, shape: tuple[int, ...] | None, home: bytes | None) -> None:
-        """Join all parts, for rays of the leading shape `shape`, or for a flat sequence if it is None.
-
-        home: the scene whose surfaces the rays start on.
-        """
-        parts, nothing = self._parts, np.zeros((0, 3))
+        """Join all parts."""
+        nothing = np.zeros((0, 3))
         # Rays with the home scene of the file: they carry its key into the head of the result.
         none = Rays._spawned(nothing, nothing, Rays(nothing, nothing)._starts, home)
-        if not parts.rays:
-            self.add(getattr(self.scene, self.query)(none))
-        if self.suffix == ".csv":
-            parts.finish_text(_TEXT)
-        elif self.suffix == ".parquet":
-            parts.finish_table()
+        if not self.parts.rays:
+            self.add(self._answer(none))
+        if self._suffix == ".csv":
+            with replace_file(self.output) as partial:
+                os.replace(self.parts.file(_TEXT), partial)
+        elif self._suffix == ".parquet":
+            write_columns(self.output, {name: self.parts.column(name) for name in self.parts.kinds})
         else:
-            leading = shape or (parts.rays,)
-            prepared = self.scene._prepared
-            # Only the bodies that occur, so that the file of a few hits in a large scene is small.
-            labels = prepared.labels.of_only(_distinct(parts.column("body")))
-            if self.query != "first_hit":
-                arrays, lists = self._lists_of(leading), getattr(self.scene, self.query)(none).detached()
-                more = {name: array for name, array in encode_lists(lists).items() if name in _OF_SCENES}
-            else:
-                flat = {
-                    name: parts.stored(name, (parts.rays,) if name == "starts" else leading) for name in HIT_ROW_FIELDS
-                }
-                arrays, more = flat, {}
-            parts.finish_arrays(arrays, more | hit_head_arrays(none, prepared.key, labels))
+            write_arrays(self.output, self._whole((self.parts.rays,) if shape is None else shape, none))
 
-    def give_up(self) -> None:
-        """Remove all parts."""
-        shutil.rmtree(self._parts.folder, ignore_errors=True)
+    def _answer(self, rays: Rays) -> Any:
+        """Return the answer to some rays in this process."""
+        options = dict(self.options)
+        values = (options.pop("values"),) if self.query == "line_integral" else ()
+        return getattr(self.scene, self.query)(*values, rays, **options)
 
-    def _lists_of(self, leading: tuple[int, ...]) -> dict[str, StoredArray]:
-        """Return the arrays of spans or crossings: those of rays in the rays' shape, both ends as two rows of one."""
-        parts, arrays = self._parts, {}
-        for name in parts.kinds:
-            # Both ends were written as two columns, as rows of a part must have one length.
-            if name == "ends_1":
-                continue
-            if name == "ends_0":
-                both = parts.column(name), parts.column("ends_1")
-                arrays["ends"] = StoredArray(both, (2, len(both[0])))
-            else:
-                vectors = name in ("origins", "directions")
-                arrays[name] = parts.stored(name, leading if vectors else (len(parts.column(name)),))
-        return arrays
+    def _counts(self, answer: Any) -> tuple[int, int]:
+        """Return the numbers of rays and of hits or rows."""
+        raise NotImplementedError
 
-    def _list_rows(self, answer: Spans | Crossings) -> dict[str, Any]:
-        """Return the arrays of some spans or crossings, with offsets into all rows."""
+    def _columns(self, answer: Any) -> dict[str, Any]:
+        """Return the columns of a table, flat."""
+        raise NotImplementedError
+
+    def _arrays(self, answer: Any) -> dict[str, Any]:
+        """Return arrays with a row for each ray, span or crossing."""
+        raise NotImplementedError
+
+    def _whole(self, leading: tuple[int, ...], none: Rays) -> dict[str, Any]:
+        """Return the arrays of the whole file; `leading` is the shape of the rays, and `none` is no ray."""
+        raise NotImplementedError
+
+    def _fields(self, answer: Any, usual: tuple[str, ...], bounds: tuple[str, ...]) -> dict[str, Any]:
+        """Return fields of an answer, with their error bounds if tables have these."""
+        return {name: getattr(answer, name) for name in (*usual, *(bounds if self.errors else ()))}
+
+    def _head(self, none: Rays) -> dict[str, Any]:
+        """Return the keys of scenes, and names and materials of bodies."""
+        prepared = self.scene._prepared
+        # Only the bodies that occur, so that the file of a few hits in a large scene is small.
+        labels = prepared.labels.of_only(_distinct(self.parts.column("body")))
+        return hit_head_arrays(none, prepared.key, labels)
+
+
+class ValueWriter(ResultWriter):
+    """A writer of values: an array (...) or (..., columns) with the query's name, or a table of columns."""
+
+    suffixes = VALUE_SUFFIXES
+
+    def __init__(self, scene: SceneLike, query: str, output: Path, options: Mapping[str, Any], errors: bool) -> None:
+        super().__init__(scene, query, output, options, errors)
+        nothing = np.zeros((0, 3))
+        self._axes = self._answer(Rays(nothing, nothing)).shape[1:]  # those after the rays; wrong options end here
+
+    def _counts(self, answer: Any) -> tuple[int, int]:
+        count = len(answer.reshape(-1, *self._axes))
+        return count, count
+
+    def _columns(self, answer: Any) -> dict[str, Any]:
+        if self.query == "occluded":
+            return {self.query: answer.reshape(-1, *self._axes)}
+        if self.query == "lengths":
+            names = length_columns(self.scene, self.options.get("by", BODY))
+        else:
+            names = integral_columns(self._axes)
+        rows = answer.reshape(-1, len(names))
+        return {quote_csv(name): rows[:, k] for k, name in enumerate(names)}
+
+    def _arrays(self, answer: Any) -> dict[str, Any]:
+        return {self.query: answer.reshape(-1, *self._axes)}
+
+    def _whole(self, leading: tuple[int, ...], none: Rays) -> dict[str, Any]:
+        return {self.query: self.parts.stored(self.query, leading)}
+
+
+class HitWriter(ResultWriter):
+    """A writer of first hits, with all fields."""
+
+    def _counts(self, answer: Hits) -> tuple[int, int]:
+        return answer.size, int((answer.body >= 0).sum())
+
+    def _columns(self, answer: Hits) -> dict[str, Any]:
+        columns = hit_columns(self._fields(answer, HIT_ARRAYS, HIT_ERROR_ARRAYS))
+        return {name: np.asarray(column).reshape(-1) for name, column in columns.items()}
+
+    def _arrays(self, answer: Hits) -> dict[str, Any]:
+        # Parts of a picture have two axes.
+        rows, count = hit_row_arrays(answer.detached()), answer.size
+        starts = np.broadcast_to(rows.pop("starts"), (count,))
+        return {name: row.reshape(count, *row.shape[answer.ndim :]) for name, row in rows.items()} | {"starts": starts}
+
+    def _whole(self, leading: tuple[int, ...], none: Rays) -> dict[str, Any]:
+        rows = {
+            name: self.parts.stored(name, (self.parts.rays,) if name == "starts" else leading)
+            for name in HIT_ROW_FIELDS
+        }
+        return rows | self._head(none)
+
+
+class ListWriter(ResultWriter):
+    """A writer of spans or crossings, with all fields."""
+
+    def _counts(self, answer: Spans | Crossings) -> tuple[int, int]:
+        return len(answer), len(answer.body)
+
+    def _columns(self, answer: Spans | Crossings) -> dict[str, Any]:
+        if self.query == "spans":
+            fields, columns = self._fields(answer, SPAN_ARRAYS, SPAN_ERROR_ARRAYS), span_columns
+        else:
+            fields, columns = self._fields(answer, CROSSING_ARRAYS, CROSSING_ERROR_ARRAYS), crossing_columns
+        return columns(fields | {"offsets": answer.offsets}, self.parts.rays)
+
+    def _arrays(self, answer: Spans | Crossings) -> dict[str, Any]:
         arrays = encode_lists(answer.detached())
         # Offsets of a part count from 0: shift them by the rows before it.
-        offsets = self.found + arrays["offsets"].astype(np.int64)
+        offsets = self.parts.found + arrays["offsets"].astype(np.int64)
         rows = {name: arrays[name] for name in list_row_arrays(answer)}
+        # Both ends are two columns, as rows of a part must have one length.
         rows |= {f"ends_{k}": ends for k, ends in enumerate(arrays.get("ends", ()))}
         rows |= {name: arrays[name].reshape(-1, 3) for name in ("origins", "directions")}
         starts = np.broadcast_to(arrays["starts"], (len(answer),))
         # The first offset of a part repeats the last of the part before it.
-        return rows | {"starts": starts, "offsets": offsets[1 if self.rays else 0 :]}
+        return rows | {"starts": starts, "offsets": offsets[1 if self.parts.rays else 0 :]}
 
-    def _columns(self, answer: Answer) -> dict[str, Any]:
-        """Return columns of a table, flat."""
-        usual, errors = _FIELDS[self.query]
-        names = (*usual, *(errors if self.errors else ()))
-        arrays = {name: getattr(answer, name) for name in names}
-        if isinstance(answer, Spans | Crossings):
-            arrays["offsets"] = answer.offsets
-            columns = (span_columns if self.query == "spans" else crossing_columns)(arrays, self.rays)
-        else:
-            columns = hit_columns(arrays)
-        return {name: np.asarray(column).reshape(-1) for name, column in columns.items()}
-
-    def _text(self, answer: Answer) -> bytes:
-        """Return lines of a .csv file; the first ones with its heading."""
-        lines = csv_lines(self._columns(answer))
-        heading = next(lines)
-        return ("" if self.rays else heading).encode() + "".join(lines).encode()
-
-
-def _hit_rows(hits: Hits) -> dict[str, Any]:
-    """Return all that `hits.save` writes of each ray, flat: parts of a picture have two axes."""
-    rows, count = hit_row_arrays(hits.detached()), hits.size
-    flat = {
-        name: rows[name].reshape(count, *rows[name].shape[hits.ndim :]) for name in HIT_ROW_FIELDS if name != "starts"
-    }
-    return flat | {"starts": np.broadcast_to(rows["starts"], (count,))}
+    def _whole(self, leading: tuple[int, ...], none: Rays) -> dict[str, Any]:
+        parts, arrays = self.parts, {}
+        for name in parts.kinds:
+            if name == "ends_0":
+                both = parts.column(name), parts.column("ends_1")
+                arrays["ends"] = StoredArray(both, (2, len(both[0])))
+            elif name != "ends_1":
+                shape = leading if name in ("origins", "directions") else (len(parts.column(name)),)
+                arrays[name] = parts.stored(name, shape)
+        lists = encode_lists(self._answer(none).detached())
+        return arrays | {name: lists[name] for name in ("body_count", "materials") if name in lists} | self._head(none)
 
 
 def _distinct(column: Any) -> Any:
@@ -265,49 +359,7 @@ def _distinct(column: Any) -> Any:
     return distinct
 
 
-def trace_file(
-    scene: SceneLike, rays: RayStream, output: Path, query: str, *, chunk: int, resume: bool, errors: bool,
-    t_min: float | None, t_max: float | None, executor: Any, told: Callable[[int, int], Any],
-) -> tuple[int, int]:  # fmt: skip
-    """Trace a file of rays into a file of answers. Return the number of hits or rows, and of rays.
-
-    The callback gets the number of rays done, and the total if it is known.
-    """
-    key = f"{_state(rays.path)} {t_min} {t_max}"
-    writer = ResultWriter(scene, query, output, key, errors=errors, resume=resume)
-    total = 0 if rays.shape is None else int(np.prod(rays.shape))
-    # Limits of the file itself stand for missing ones.
-    limits: dict[str, Any] = {name: end for name, end in (("t_min", t_min), ("t_max", t_max)) if end is not None}
-    pieces = rays.pieces(chunk, writer.rays)
-    for answer in scene.stream(pieces, query, chunk=chunk, executor=executor, **limits):
-        writer.add(answer)
-        told(writer.rays, max(writer.rays, total))
-    writer.finish(rays.shape if query == "first_hit" else None, rays.source.home)
-    return writer.found, writer.rays
-
-
-def write_answers(
-    scene: SceneLike, query: str, out: Path, shape: tuple[int, ...] | None, home: bytes | None, answers: Iterator[Any],
-    options: Mapping[str, Any],
-) -> int:  # fmt: skip
-    """Write all answers into a new file, whole or not at all. Return the number of rays."""
-    writer: ResultWriter | ValueWriter
-    if query in _FIELDS:
-        writer = ResultWriter(scene, query, out, "", errors=True, resume=False)
-    else:
-        writer = ValueWriter(scene, query, out, options)
-    try:
-        for answer in answers:
-            writer.add(answer)
-        writer.finish(shape, home)
-    # A failed query leaves no partial file, not even after Ctrl-C.
-    except BaseException:
-        writer.give_up()
-        raise
-    return writer.rays
-
-
-def _state(path: Path) -> str:
+def file_state(path: Path) -> str:
     """Return sizes, times and number of a file, or of the files of a folder: they differ after a change."""
     stats = [os.stat(file) for file in ([path] if path.is_file() else sorted(_files(path)))]
     return f"{sum(s.st_size for s in stats)} {max((s.st_mtime_ns for s in stats), default=0)} {len(stats)}"

@@ -12,7 +12,7 @@ from .._util.hints import check_choice
 from .._util.pickling import align_array
 from .._util.validation import check_path as checked_path
 from .._util.validation import describe_kind
-from ..io.ray_stream import RayStream, TimedRays
+from ..io.ray_file import RayFile, TimedRays
 from ..queries.ray_queries import refuse_no_rays
 from ..queries.rays import ArrayRays, LazyRays, Rays
 from ..queries.spans import Crossings, Spans
@@ -65,18 +65,20 @@ def stream(
     vars(workers).update(vars(base), chunk=Workers(base.executor, chunk=chunk).chunk or base.chunk)
     if isinstance(rays, str | os.PathLike):
         # The file's own interval must not conflict with an explicit one.
-        file = RayStream(rays)
-        file.check_ends(*(None if limit == usual else limit for limit, usual in zip(limits, _LIMITS, strict=True)))
-        rays, shape, home = file.pieces(workers.chunk or _READ), file.shape, file.source.home
+        file = RayFile(rays)
+        file.check_limits(*(None if limit == usual else limit for limit, usual in zip(limits, _LIMITS, strict=True)))
+        rays, shape, home = file.pieces(workers.chunk or _READ), file.shape, file.home
     else:
         shape = rays.shape if isinstance(rays, Rays | LazyRays) else None
         home = rays._home if isinstance(rays, Rays) else None
     answers = _iterate_answers(scene, _sources(rays), query, options, limits, workers)
     if out is None:
         return answers
-    from .result_writer import write_answers
+    from .result_writer import result_writer, write_answers
 
-    return write_answers(scene, query, Path(checked_path("stream", out, "out")), shape, home, answers, options)
+    writer = result_writer(scene, query, Path(checked_path("stream", out, "out")), options)
+    write_answers(writer, answers, shape, home)
+    return writer.parts.rays
 
 
 def _iterate_answers(

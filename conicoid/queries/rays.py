@@ -223,12 +223,12 @@ class Rays(ArrayRecord):
         ----------
         path : path
             A file that `save` wrote, or another that `conicoid trace` reads (docs/files.md): a .npz file with arrays
-            `origins` and `directions`, a .npy file (..., 6), or a .csv file.
+            `origins` and `directions`, a .npy file (..., 6), a .csv or .parquet file, or a .zarr folder.
 
         Raises
         ------
         ValueError
-            If the file has none of these formats; the message names the file.
+            If the file has none of these formats, or intervals; the message names the file.
         OSError
             If the file cannot be read.
         """

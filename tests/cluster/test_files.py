@@ -80,6 +80,15 @@ def test_spawned_rays_of_a_file(folder, rays):
     assert not np.array_equal(whole.t, subject.scene().first_hit(rays.origins, (0.3, 0.2, 1.0)).t)
 
 
+def test_columns_that_come_first_in_pieces(folder, rays):
+    table = np.load(folder / "rays.npy")
+    np.save(folder / "columns.npy", np.asfortranarray(table))
+    np.savez(folder / "columns.npz", origins=np.asfortranarray(table[:, :3]), directions=rays.directions)
+    whole = traced(folder, "rays.npy", "whole.csv").read_bytes()
+    for name in ("columns.npy", "columns.npz"):
+        assert traced(folder, name, "parts.csv", "--chunk", 64).read_bytes() == whole
+
+
 @pytest.mark.parametrize("options", [("--errors",), ("--t-min", -1, "--t-max", 6.5), ("--errors", "--t-max", 7)])
 def test_options_of_chunks(folder, options):
     for spans in ((), ("--spans",)):
@@ -91,7 +100,7 @@ def test_options_of_chunks(folder, options):
 
 def test_mistakes_in_streamed_files(folder, rays):
     with_ends(folder, rays)
-    assert "holds t_max for its rays; --t-max 3 would be ignored" in refused(
+    assert "holds t_max of each ray, so one t_max for all, 3, cannot be given" in refused(
         folder, "ends.npz", "x.csv", "--chunk", 9, "--t-max", 3
     )
     directions = rays.directions.copy()
@@ -101,9 +110,9 @@ def test_mistakes_in_streamed_files(folder, rays):
     np.savez(folder / "lacking.npz", origins=rays.origins)
     assert "must hold the arrays origins and directions" in refused(folder, "lacking.npz", "y.csv", "--chunk", 50)
     data = bytearray((folder / "packed.npz").read_bytes())
-    data[len(data) // 2] ^= 0xFF
+    data[len(data) // 4] ^= 0xFF
     (folder / "damaged.npz").write_bytes(data)
-    assert "damaged.npz: " in refused(folder, "damaged.npz", "z.csv", "--chunk", 50)
+    assert "damaged.npz: origins is not an array of numbers (" in refused(folder, "damaged.npz", "z.csv", "--chunk", 50)
     assert "--errors goes with .csv" in refused(folder, "rays.npy", "x.npz", "--chunk", 9, "--errors")
 
 
@@ -189,6 +198,9 @@ def test_parquet(folder, rays):
             assert tuple(found.column_names) == whole.dtype.names
             for name in found.column_names:
                 assert np.array_equal(found[name].to_numpy().astype(float), whole[name], equal_nan=True), name
+    assert co.Rays.load(folder / "rays.parquet") == rays
+    with pytest.raises(ValueError, match=r"ends.parquet: holds t_max, and rays have no intervals"):
+        co.Rays.load(folder / "ends.parquet")
     limited = parquet.read_table(traced(folder, "ends.parquet", "limited.parquet"))
     assert np.array_equal(limited["t"].to_numpy(), subject.scene().first_hit(rays, None, 0, ends(COUNT)).t)
     parquet.write_table(arrow.table({"x": [1.0], "y": [2.0]}), folder / "other.parquet")
@@ -211,6 +223,10 @@ def test_zarr(folder, rays):
         group.create_array(name, data=values, chunks=(64, *values.shape[1:]))
     scene = subject.scene()
     picture = co.Rays(rays.origins.reshape(20, 25, 3), rays.directions.reshape(20, 25, 3))
+    assert co.Rays.load(folder / "rays.zarr") == picture
+    group.create_array("wavelength", data=ends(COUNT))
+    result = run("trace", folder / "scene.yaml", folder / "ends.zarr", "-o", folder / "noted.csv")
+    assert "ends.zarr: not read: wavelength; arrays of rays are origins, directions, t_min, t_max" in result.stderr
     for options, wanted in ((("--chunk", 37), scene.first_hit(picture)), (("--spans",), scene.spans(rays))):
         output = traced(folder, "rays.zarr", f"found{len(options)}.zarr", *options)
         wanted.save(folder / "wanted.npz")

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.cli import ray_tables
+from conicoid.cli import app
 
 from ..command_line import run
 
@@ -20,7 +20,7 @@ RAYS = co.Rays(RNG.normal(size=(6, 5, 3)) * 4, RNG.normal(size=(6, 5, 3)))
 
 @pytest.fixture
 def scene(tmp_path, monkeypatch):
-    monkeypatch.setattr(ray_tables, "PIECE", 7)
+    monkeypatch.setattr(app, "PIECE", 7)
     SCENE.save(tmp_path / "scene.yaml")
     return tmp_path / "scene.yaml"
 
@@ -72,7 +72,7 @@ def test_rays_load_what_trace_reads(tmp_path):
     ):
         co.Rays.load(tmp_path / "rays.npz")
     np.save(tmp_path / "rays.npy", [[0, 0, 0, 0, 0, 0.0]])
-    with pytest.raises(ValueError, match=r"rays.npy: Rays: direction must not be zero"):
+    with pytest.raises(ValueError, match=r"rays.npy: ray 0: direction must not be zero"):
         co.Rays.load(tmp_path / "rays.npy")
 
 

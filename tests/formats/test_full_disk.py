@@ -22,14 +22,17 @@ WRITERS = {
     "numbers.exr": "co.Image(np.random.default_rng(0).random((200, 200))).save(path)",
     "scene.yaml": "co.save(co.Scene([co.Sphere(k + 1.5) for k in range(3000)]), path)",
     "balls.yaml": "co.save(co.Scene([co.Spheres(np.ones((3000, 3)), 1.0)]), path)",
-    "spans.npz": "write_spans(path, SPANS)",
-    "spans.csv": "write_spans(path, SPANS)",
+    "spans.npz": "write_arrays(path, SPANS)",
+    "spans.csv": "write_columns(path, span_columns(SPANS))",
+    "parts.csv": "co.Scene([co.Sphere(1)]).stream(np.ones((5000, 6)), out=path)",
+    "parts.npz": "co.Scene([co.Sphere(1)]).stream(np.ones((5000, 6)), out=path)",
 }
 CODE = """
 import resource, signal, sys
 import numpy as np
 import conicoid as co
-from conicoid.io.ray_file import write_spans
+from conicoid.io.result_file import span_columns
+from conicoid.io.sink import write_arrays, write_columns
 from conicoid.cli.terminal import user_mistakes
 
 SPANS = dict(offsets=np.arange(5001), body=np.zeros(5000, int))

@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 from conicoid._util.safe_files import replace_file
-from conicoid.io.ray_file import read_rays, write_hits, write_spans
+from conicoid.io.ray_file import read_rays
+from conicoid.io.result_file import hit_columns, span_columns
+from conicoid.io.sink import check_output, write_arrays, write_columns
 
 RNG = np.random.default_rng(3)
 RAYS = RNG.normal(size=(5, 6))
@@ -17,25 +19,25 @@ RAYS = RNG.normal(size=(5, 6))
 def test_npy(tmp_path):
     np.save(tmp_path / "rays.npy", RAYS)
     table = read_rays(tmp_path / "rays.npy")
-    assert (table.origins == RAYS[:, :3]).all()
-    assert (table.directions == RAYS[:, 3:]).all()
-    assert (table.t_min, table.t_max) == (0.0, np.inf)
+    assert (table.rays.origins == RAYS[:, :3]).all()
+    assert (table.rays.directions == RAYS[:, 3:]).all()
+    assert (table.t_min, table.t_max) == (None, None)
 
 
 def test_npy_keeps_the_leading_shape_and_takes_other_numbers(tmp_path):
     np.save(tmp_path / "rays.npy", np.arange(24, dtype=np.float32).reshape(2, 2, 6))
     table = read_rays(tmp_path / "rays.npy")
-    assert table.origins.shape == (2, 2, 3)
-    assert table.directions.dtype == np.float64
-    assert table.directions[1, 1].tolist() == [21, 22, 23]
+    assert table.rays.origins.shape == (2, 2, 3)
+    assert table.rays.directions.dtype == np.float64
+    assert table.rays.directions[1, 1].tolist() == [21, 22, 23]
 
 
 def test_npz(tmp_path):
     np.savez(tmp_path / "rays.npz", origins=RAYS[:, :3], directions=RAYS[0, 3:], t_min=np.full(5, -1.0), other=["x"])
     table = read_rays(tmp_path / "rays.npz")
-    assert (table.directions == RAYS[0, 3:]).all()
+    assert (table.rays.directions == RAYS[0, 3:]).all()
     assert table.t_min.tolist() == [-1] * 5
-    assert table.t_max == np.inf
+    assert table.t_max is None
 
 
 @pytest.mark.parametrize("header", ["", "ox,oy,oz,dx,dy,dz\n", "# rays\n\n"])
@@ -43,19 +45,19 @@ def test_csv(tmp_path, header):
     lines = "".join(",".join(map(repr, row)) + "\n" for row in RAYS.tolist())
     (tmp_path / "rays.csv").write_text("\ufeff" + header + lines, encoding="utf-8")
     table = read_rays(tmp_path / "rays.csv")
-    assert (table.origins == RAYS[:, :3]).all()
-    assert (table.directions == RAYS[:, 3:]).all()
+    assert (table.rays.origins == RAYS[:, :3]).all()
+    assert (table.rays.directions == RAYS[:, 3:]).all()
 
 
 def test_csv_of_nothing(tmp_path):
     (tmp_path / "rays.csv").write_text("ox,oy,oz,dx,dy,dz\n")
-    assert read_rays(tmp_path / "rays.csv").origins.shape == (0, 3)
+    assert read_rays(tmp_path / "rays.csv").rays.origins.shape == (0, 3)
 
 
 @pytest.mark.parametrize(
     ("name", "content", "phrase"),
     [
-        ("rays.txt", b"1 2 3 4 5 6\n", "are read from .npy, .npz or .csv"),
+        ("rays.txt", b"1 2 3 4 5 6\n", "are read from .npy, .npz, .csv, .parquet or .zarr files"),
         ("rays.csv", b"1,2,3,4,5\n", "rays.csv: 1: must be 6 numbers"),
         ("rays.csv", b"\x00\xff", "not a text in UTF-8"),
         ("rays.npy", b"no", "is not a .npy file"),
@@ -118,7 +120,7 @@ SPANS = {
 
 
 def test_hits_as_csv(tmp_path):
-    write_hits(tmp_path / "hits.csv", HITS)
+    write_columns(tmp_path / "hits.csv", hit_columns(HITS))
     assert (tmp_path / "hits.csv").read_text() == (
         "t,x,y,z,normal_x,normal_y,normal_z,u,v,body,face,surface,entering\n"
         "1.5,1.0,2.0,3.0,0.0,0.0,1.0,0.25,0.1,0,2,7,1\n"
@@ -127,15 +129,15 @@ def test_hits_as_csv(tmp_path):
 
 
 def test_spans_as_csv(tmp_path):
-    write_spans(tmp_path / "spans.csv", SPANS)
+    write_columns(tmp_path / "spans.csv", span_columns(SPANS))
     assert (tmp_path / "spans.csv").read_text() == (
         "ray,body,t_enter,t_exit,enter_clipped,exit_clipped\n0,0,0.1,1.0,0,0\n0,1,0.2,2.0,0,1\n2,0,-inf,3.0,1,0\n"
     )
 
 
-@pytest.mark.parametrize(("write", "arrays"), [(write_hits, HITS), (write_spans, SPANS)])
-def test_npz_keeps_everything(tmp_path, write, arrays):
-    write(tmp_path / "out.npz", arrays)
+@pytest.mark.parametrize("arrays", [HITS, SPANS])
+def test_npz_keeps_everything(tmp_path, arrays):
+    write_arrays(tmp_path / "out.npz", arrays)
     with np.load(tmp_path / "out.npz", allow_pickle=False) as found:
         assert set(found.files) == set(arrays)
         for name, array in arrays.items():
@@ -145,7 +147,7 @@ def test_npz_keeps_everything(tmp_path, write, arrays):
 
 def test_results_of_other_kinds_are_refused(tmp_path):
     with pytest.raises(ValueError, match=r"written as \.npz or \.csv"):
-        write_hits(tmp_path / "hits.txt", HITS)
+        check_output(tmp_path / "hits.txt")
 
 
 def test_a_failed_output_leaves_the_old_one(tmp_path):

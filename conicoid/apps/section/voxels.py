@@ -71,7 +71,7 @@ def _write_npz(path: Any, voxels: Voxels) -> None:
 
 def _write_zarr(path: Any, voxels: Voxels) -> None:
     """Write a group of arrays with the attributes low, high and names. The folder appears complete or not at all."""
-    from ...io.ray_stream import zarr_module
+    from ...io.source import zarr_module
 
     zarr = zarr_module()
     folder = Path(path)
@@ -189,7 +189,7 @@ def folder_store(
     path: Any, names: tuple[str, str], shape: tuple[int, ...], kind: Any, chunks: tuple[int, ...], more: dict[str, Any]
 ) -> Iterator[Pair]:
     """Yield two arrays of a zarr group with names and attributes; the folder gets its name when the context ends."""
-    from ...io.ray_stream import zarr_module
+    from ...io.source import zarr_module
 
     zarr, folder = zarr_module(), Path(path)
     if os.path.lexists(folder):
@@ -212,7 +212,7 @@ def reopen(path: Any, ending: str, names: tuple[str, str]) -> Pair:
     if ending == ".npy":
         whole = np.load(path, mmap_mode="r")
         return whole[0], whole[1]
-    from ...io.ray_stream import zarr_module
+    from ...io.source import zarr_module
 
     group = zarr_module().open_group(str(path), mode="r")
     return group[names[0]], group[names[1]]

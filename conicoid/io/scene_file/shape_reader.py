@@ -10,7 +10,6 @@ from __future__ import annotations
 import contextlib
 import functools
 import operator
-import os
 import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import cache
@@ -25,7 +24,7 @@ from ...geometry.registry import REGISTRY
 from ...geometry.shape import Difference, Intersection, Shape, Sheet
 from ...geometry.transform import AXES, IDENTITY_MOTION, Motion, apply_about
 from ..data_files import MAX_DATA_BYTES, read_array, read_rows, resolve_data_file
-from ..npz import NpyFormatError, NpzArchive
+from ..npz import NpzArchive
 from .fields import ArgumentsType, ShapeType, argument_fields
 from .nodes import HasPosition, MappingNode, Node, ScalarNode, SequenceNode, is_text, shorten
 from .value_types import (
@@ -270,9 +269,9 @@ def read_bulk_arrays(name: str, folder: Path, fields: Sequence[str]) -> dict[str
     def read() -> dict[str, Any]:
         with open_regular(path) as file:
             try:
-                archive = NpzArchive(file, os.fstat(file.fileno()).st_size)
-            except NpyFormatError as error:
-                raise ValueError(f"{path.name} is not a .npz file ({error})") from None
+                archive = NpzArchive(file)
+            except ValueError as error:
+                raise ValueError(f"{path.name} {error}") from None
             missing = [name for name in fields if name not in archive.members]
             if missing:
                 raise ValueError(f"{path.name} must hold the arrays {', '.join(fields)}; {missing[0]} is missing")

@@ -6,6 +6,7 @@ import functools
 import io
 import struct
 import zipfile
+from collections.abc import Callable
 from pathlib import Path
 from random import Random
 from typing import Any
@@ -14,7 +15,7 @@ import numpy as np
 
 import conicoid as co
 from conicoid._util.file_errors import SceneFileError
-from conicoid.io.ray_file import read_rays
+from conicoid.io.ray_file import RayFile, read_rays
 
 from .mutations import NUMBERS, bytes_damaged
 
@@ -37,20 +38,32 @@ def ray_case(seed: int, folder: Path) -> bool:
 
 
 def rays_read(path: Path) -> bool:
-    """Read rays; a refusal is one line that begins with the file."""
+    """Read rays, whole and in pieces; a refusal is one line that begins with the file."""
+    whole = refused_or(path, lambda: read_rays(path))
+    pieces = refused_or(path, lambda: list(RayFile(path).pieces(2)))
+    if whole is None:
+        return False
+    assert pieces is not None
+    rays = whole.rays
+    assert rays.origins.dtype == rays.directions.dtype == np.float64
+    for name in ("origins", "directions"):
+        found = [getattr(piece.rays, name) for piece in pieces]
+        assert np.array_equal(np.concatenate([np.zeros((0, 3)), *found]), getattr(rays, name).reshape(-1, 3))
+    for end in (whole.t_min, whole.t_max):
+        assert end is None or end.shape == rays.shape
+    return True
+
+
+def refused_or(path: Path, read: Callable[[], Any]) -> Any:
+    """What a call returns, or None for a refusal, whose text is looked at."""
     try:
-        table = read_rays(path)
+        return read()
     except ValueError as error:
         text = str(error)
         assert text.startswith(f"{path}: "), text
         assert len(text.splitlines()) == 1, text
         assert len(text) < 1000, text
-        return False
-    assert table.origins.dtype == table.directions.dtype == np.float64
-    assert table.origins.shape[-1] == table.directions.shape[-1] == 3
-    shape = np.broadcast_shapes(table.origins.shape, table.directions.shape)[:-1]
-    assert np.broadcast_shapes(shape, np.shape(table.t_min), np.shape(table.t_max)) == shape
-    return True
+        return None
 
 
 def balls_read(folder: Path, path: Path) -> bool:

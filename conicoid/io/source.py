@@ -1,0 +1,312 @@
+"""Sources: files of named arrays of numbers, .npy, .npz, .csv, .parquet and .zarr, that are read in bounded pieces.
+
+`open_source` opens any of them. A source knows the type and shape of each array before it reads a number. Its rows
+come in pieces of any size from any row on, and an array is read whole only if memory holds it. `sink.py` writes such
+files.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import os
+from collections.abc import Collection, Iterator, Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+
+from .._util.arrays import FloatArray
+from .._util.file_errors import printable
+from .._util.safe_files import open_regular
+from .data_files import MAX_DATA_BYTES, check_heading, match_columns, read_csv_chunks
+from .npz import ArrayHeader, ArrayRows, NpyFormatError, NpzArchive, read_npy_header
+
+TABLE = ""
+"""The name of the only array of a .npy file, of a .zarr folder that is an array, and of the columns of a table."""
+LINE = "line"
+"""The name of the line numbers that come with the rows of a .csv file."""
+SOURCE_SUFFIXES = (".npy", ".npz", ".csv", ".parquet", ".zarr")
+Rows = dict[str, Any]
+
+
+class Source(Protocol):
+    """Named arrays of numbers in a file.
+
+    Attributes
+    ----------
+    headers
+        The type and shape of each known array. A first axis of -1 has a length that only the end of the file tells.
+    others
+        The names of the other arrays of the file, which are never read.
+    """
+
+    headers: dict[str, ArrayHeader]
+    others: tuple[str, ...]
+
+    def rows(self, names: Collection[str], axes: int, most: int | None, skip: int) -> Iterator[Rows]:
+        """Yield the rows of some arrays from row `skip` on, `most` at a time or all at once for None, as float64.
+
+        The first `axes` axes of all these arrays have the same lengths, and count as one here. With axes = 0 an array
+        is one row: it is read whole, and one that is too large for memory raises ValueError.
+        """
+        ...
+
+
+def open_source(path: Path, names: Collection[str], columns: Sequence[str], whole: bool) -> Source:
+    """Open a file by its suffix.
+
+    Parameters
+    ----------
+    path
+        Any other file than a regular one, or a folder for .zarr, raises OSError.
+    names
+        The arrays that the caller knows.
+    columns
+        The columns of a table: what its headings are compared with.
+    whole
+        Whether all arrays will be read into memory: more of them than memory holds raises ValueError.
+    """
+    kinds: dict[str, Any] = {
+        ".npy": NpySource, ".npz": partial(NpzSource, whole=whole), ".csv": CsvSource, ".parquet": ParquetSource,
+        ".zarr": ZarrSource,
+    }  # fmt: skip
+    suffix = path.suffix.lower()
+    if suffix != ".zarr":
+        open_regular(path).close()
+    source: Source = kinds[suffix](path, names, columns)
+    if whole:
+        if suffix == ".csv" and path.stat().st_size > MAX_DATA_BYTES:
+            raise ValueError(f"is larger than {MAX_DATA_BYTES >> 30} GiB")
+        for header in source.headers.values():
+            header.check_memory()
+    return source
+
+
+class NpySource:
+    """A .npy file: one array."""
+
+    others: tuple[str, ...] = ()
+
+    def __init__(self, path: Path, names: Collection[str], columns: Sequence[str]) -> None:
+        self._path = path
+        with open_regular(path) as file, self._errors():
+            header = read_npy_header(file)
+            if header.kind is not None:
+                header.check_size(os.fstat(file.fileno()).st_size)
+        self.headers = {TABLE: header}
+
+    @staticmethod
+    @contextlib.contextmanager
+    def _errors() -> Iterator[None]:
+        """State in errors that the file is none of numbers."""
+        try:
+            yield
+        except NpyFormatError as error:
+            raise ValueError(f"is not a .npy file of numbers ({error})") from None
+
+    def rows(self, names: Collection[str], axes: int, most: int | None, skip: int) -> Iterator[Rows]:
+        """Yield rows of the array."""
+        with open_regular(self._path) as file:
+            if not axes:
+                self.headers[TABLE].check_memory()
+            rows = ArrayRows(file, self.headers[TABLE], axes, skip)
+            for begin, end in row_ranges(rows.count, most, skip):
+                with self._errors():
+                    piece = {TABLE: rows.next(end - begin)}
+                yield piece
+
+
+class NpzSource:
+    """A .npz file: it is trusted no more in pieces than whole."""
+
+    def __init__(self, path: Path, names: Collection[str], columns: Sequence[str], whole: bool = False) -> None:
+        self._path = path
+        with open_regular(path) as file:
+            archive = NpzArchive(file)
+            self.others = tuple(name for name in archive.members if name not in names)
+            self.headers = {}
+            for name in archive.members:
+                if name in names:
+                    with archive.named(name):
+                        self.headers[name] = archive.open(name, whole)[1]
+
+    def rows(self, names: Collection[str], axes: int, most: int | None, skip: int) -> Iterator[Rows]:
+        """Yield rows of some arrays, which are read side by side."""
+        with open_regular(self._path) as file:
+            archive, rows = NpzArchive(file), {}
+            for name in names:
+                with archive.named(name):
+                    rows[name] = ArrayRows(*archive.open(name, not axes), axes, skip)
+            for begin, end in row_ranges(next(iter(rows.values())).count, most, skip):
+                piece = {}
+                for name, array in rows.items():
+                    with archive.named(name):
+                        piece[name] = array.next(end - begin)
+                yield piece
+            for name, array in rows.items():
+                with archive.named(name):
+                    array.finish()
+
+
+def row_ranges(count: int, most: int | None, skip: int) -> Iterator[tuple[int, int]]:
+    """Yield (begin, end) of pieces of `most` rows from row `skip` on, or of all rows at once for None."""
+    if most is None:
+        yield skip, count
+        return
+    for begin in range(skip, count, most):
+        yield begin, min(count, begin + most)
+
+
+class CsvSource:
+    """A .csv file: a table of given columns, whose number of rows is known at its end."""
+
+    others: tuple[str, ...] = ()
+
+    def __init__(self, path: Path, names: Collection[str], columns: Sequence[str]) -> None:
+        self._path, self._columns = path, tuple(columns)
+        self.headers = {TABLE: ArrayHeader("<f8", (-1, len(columns)))}
+
+    def rows(self, names: Collection[str], axes: int, most: int | None, skip: int) -> Iterator[Rows]:
+        """Yield rows of the table with their line numbers; lines before them are read and dropped."""
+        for table, lines in read_csv_chunks(self._path, len(self._columns), self._columns, most):
+            if skip < len(table) or most is None:
+                yield {TABLE: table[skip:], LINE: lines[skip:]}
+            skip = max(0, skip - len(table))
+
+
+# Parquet files. They need the extra `parquet`: Apache Arrow's reader.
+
+_PARQUET_NUMBERS = {"double", "float", "halffloat", *(f"{u}int{n}" for u in ("", "u") for n in (8, 16, 32, 64))}
+
+
+def parquet_module() -> Any:
+    """Return `pyarrow.parquet`. Raise ImportError with the way to install it."""
+    try:
+        import pyarrow.parquet
+    except ImportError:
+        raise ImportError(".parquet files need pyarrow: pip install 'conicoid[parquet]'") from None
+    return pyarrow.parquet
+
+
+class ParquetSource:
+    """A .parquet file: a table of given columns, by their names or in this order, and columns that the caller knows."""
+
+    others: tuple[str, ...] = ()
+
+    def __init__(self, path: Path, names: Collection[str], columns: Sequence[str]) -> None:
+        module = parquet_module()
+        try:
+            self._file: Any = module.ParquetFile(path)
+        except OSError:
+            raise
+        except Exception as error:  # Arrow raises classes of its own
+            raise ValueError(f"is not a Parquet file ({_first_line(error)})") from None
+        schema = self._file.schema_arrow
+        found = list(map(str, schema.names))
+        known = [name for name in found if name in names]
+        self._table = self._find_columns(path.name, [name for name in found if name not in names], columns)
+        for name in (*self._table, *known):
+            kind = str(schema.field(name).type)
+            if kind not in _PARQUET_NUMBERS:
+                raise ValueError(f"column {printable(name)[:60]!r} must hold numbers, got {kind[:40]}")
+        count = int(self._file.metadata.num_rows)
+        self.headers = {TABLE: ArrayHeader("<f8", (count, len(columns)))}
+        self.headers |= {name: ArrayHeader("<f8", (count,)) for name in known}
+
+    @staticmethod
+    def _find_columns(place: str, names: list[str], columns: Sequence[str]) -> list[str]:
+        """Return the names of the columns of the table. Raise ValueError for others."""
+        found = match_columns(names, tuple(columns))
+        if found is not None:
+            return found
+        if len(names) != len(columns):
+            described = printable(", ".join(names))[:120] or "none"
+            raise ValueError(f"must have the columns ox, oy, oz, dx, dy, dz (and t_min, t_max), got {described}")
+        check_heading(place, ",".join(names), tuple(columns))
+        return names
+
+    def rows(self, names: Collection[str], axes: int, most: int | None, skip: int) -> Iterator[Rows]:
+        """Yield rows; row groups before row `skip` are not read."""
+        wanted = [*self._table, *(name for name in names if name != TABLE)]
+        groups: list[int] = []
+        for group in range(self._file.num_row_groups):
+            count = self._file.metadata.row_group(group).num_rows
+            if groups or skip < count:
+                groups.append(group)
+            else:
+                skip -= count
+        whole = most is None
+        batches = [self._file.read(wanted)] if whole else self._file.iter_batches(most, groups, wanted)
+        for batch in batches:
+            some = batch.slice(min(skip, batch.num_rows))
+            skip -= batch.num_rows - some.num_rows
+            if some.num_rows or whole:
+                columns = {name: self._numbers(name, some.column(name)) for name in wanted}
+                table = np.column_stack([columns[name] for name in self._table])
+                yield {name: table if name == TABLE else columns[name] for name in names}
+
+    def _numbers(self, name: str, column: Any) -> Any:
+        """Return a column as float64. Raise ValueError for empty places."""
+        if column.null_count:
+            raise ValueError(f"column {printable(name)[:60]!r} has {column.null_count} empty places")
+        return np.asarray(column.to_numpy(zero_copy_only=False)).astype(np.float64)
+
+
+# Zarr folders (chunked arrays, https://zarr.dev). They need the extra `zarr`.
+
+
+def zarr_module() -> Any:
+    """Return `zarr`. Raise ImportError with the way to install it."""
+    try:
+        import zarr
+    except ImportError:
+        raise ImportError(".zarr folders need zarr: pip install 'conicoid[zarr]'") from None
+    return zarr
+
+
+class ZarrSource:
+    """A .zarr folder: an array, or a group of arrays."""
+
+    def __init__(self, path: Path, names: Collection[str], columns: Sequence[str]) -> None:
+        zarr = zarr_module()
+        if not path.is_dir():
+            raise FileNotFoundError(2, "no such folder", str(path))
+        try:
+            found: Any = zarr.open(str(path), mode="r")
+        except Exception as error:  # zarr raises what its stores and codecs raise
+            raise ValueError(f"is not a folder of zarr ({_first_line(error)})") from None
+        arrays: dict[str, Any] = {TABLE: found} if hasattr(found, "shape") else dict(found.arrays())
+        self.others = tuple(name for name in arrays if name not in (TABLE, *names))
+        self._arrays = {name: array for name, array in arrays.items() if name not in self.others}
+        self.headers = {
+            name: ArrayHeader(np.dtype(array.dtype).str, tuple(array.shape)) for name, array in self._arrays.items()
+        }
+
+    def rows(self, names: Collection[str], axes: int, most: int | None, skip: int) -> Iterator[Rows]:
+        """Yield rows; of an array with several such axes, whole items of the first axis are read."""
+        count = math.prod(self.headers[next(iter(names))].shape[:axes])
+        for begin, end in row_ranges(count, most, skip):
+            yield {name: self._flat(name, self.headers[name].shape[:axes], begin, end) for name in names}
+
+    def _flat(self, name: str, shape: tuple[int, ...], begin: int, end: int) -> FloatArray:
+        """Return flat rows of an array with these first axes."""
+        if not shape:
+            self.headers[name].check_memory()
+        each = max(1, math.prod(shape[1:]))
+        first, array = begin // each, self._arrays[name]
+        some = np.asarray(array[first : -(-end // each)] if shape else array[...], np.float64)
+        return some.reshape(-1, *some.shape[len(shape) :])[begin - first * each : end - first * each]
+
+
+def _first_line(error: Exception) -> str:
+    """Return the beginning of an error's message."""
+    return (str(error).splitlines() or [""])[0][:120]
+
+
+def as_integers(name: str, array: Any, least: int, most: int, kind: Any) -> Any:
+    """Return the floats of a file as integers of dtype `kind`. Raise ValueError for others than `least` to `most`."""
+    if not ((array == np.floor(array)) & (array >= least) & (array <= most)).all():
+        raise ValueError(f"{name} must hold integers from {least} to {most}")
+    return array.astype(kind)
