@@ -17,7 +17,8 @@ from .._util.validation import describe_kind
 from ..kernels.threads import limit_threads
 from ..queries.hits import Hits
 from ..queries.spans import Crossings, Spans
-from ..queries.weights import BODY, check_by, weights_of
+from ..queries.weights import BODY
+from .queries import trailing_axes
 from .scheduler import worker_name
 from .shared_state import find_shared, shared_scene, source_version
 
@@ -117,7 +118,7 @@ class LazyLists:
         dask.array.Array
             (..., bodies) or (..., materials).
         """
-        return self._summed("lengths", by, overlaps)
+        return self._summed("lengths", by=by, overlaps=overlaps)
 
     def line_integral(self, values: Any, otherwise: Any = None, overlaps: str | None = None) -> Any:
         """Return sums of value × length along each ray; the spans are not kept.
@@ -136,13 +137,13 @@ class LazyLists:
         dask.array.Array
             (...) or (..., energies).
         """
-        return self._summed("line_integral", values, otherwise, overlaps)
+        return self._summed("line_integral", values=values, otherwise=otherwise, overlaps=overlaps)
 
-    def _summed(self, query: str, *options: Any) -> Any:
+    def _summed(self, query: str, **options: Any) -> Any:
         """Return sums over spans. Raise AttributeError for crossings."""
         if self._sums is None:
             raise AttributeError(f"crossings have no {query}: spans have")
-        return self._sums(query, *options)
+        return self._sums(query, options)
 
     def __repr__(self) -> str:
         return f"LazyLists(shape={self.shape}, {_chunks(self.blocks)})"
@@ -152,18 +153,18 @@ class LazyLists:
 
 
 def lazy_ray_query(
-    scene: SceneLike, query: str, origins: Any, directions: Any, t_min: Any, t_max: Any, *more: Any
+    scene: SceneLike, query: str, origins: Any, directions: Any, t_min: Any, t_max: Any, options: dict[str, Any]
 ) -> Any:
     """Return the lazy answer to a query of rays in arrays of Dask."""
     arrays = _arrays(query, origins, directions, t_min, t_max)
     if query in ("lengths", "line_integral"):
-        return _sums(scene, query, arrays, *more)
+        return _sums(scene, query, arrays, options)
     if query == "occluded":
         return _map_query(scene, query, arrays, {}, dtype=bool)
     blocks = _map_query(scene, query, arrays, {}, dtype=object)
     if query == "first_hit":
         return LazyHits(blocks)
-    sums = (lambda name, *options: _sums(scene, name, arrays, *options)) if query == "spans" else None
+    sums = (lambda name, options: _sums(scene, name, arrays, options)) if query == "spans" else None
     return LazyLists(blocks, sums)
 
 
@@ -183,18 +184,9 @@ def lazy_point_query(scene: SceneLike, query: str, points: Any) -> Any:
     )
 
 
-def _sums(scene: SceneLike, query: str, arrays: list[Any], *more: Any) -> Any:
+def _sums(scene: SceneLike, query: str, arrays: list[Any], options: dict[str, Any]) -> Any:
     """Return lazy lengths or line integrals of rays."""
-    prepared = scene._prepared
-    if query == "lengths":
-        by = check_by("lengths", more[0])
-        count = prepared.lowered.body_count if by == BODY else len(prepared.labels.distinct)
-        return _map_query(scene, query, arrays, dict(by=by, overlaps=more[1]), dtype=float, last=(count,))
-    values, otherwise, overlaps = more[:3]
-    trailing = weights_of(values, otherwise, prepared.lowered.body_count, prepared.labels.distinct).shape
-    return _map_query(
-        scene, query, arrays, dict(values=values, otherwise=otherwise, overlaps=overlaps), dtype=float, last=trailing
-    )
+    return _map_query(scene, query, arrays, options, dtype=float, last=trailing_axes(scene, query, options))
 
 
 def _arrays(query: str, origins: Any, directions: Any, t_min: Any, t_max: Any) -> list[Any]:

@@ -23,7 +23,7 @@ from ..render.job import FilmResult, RenderJob, lower_scene_light
 from ..render.motion_blur import empty_sums, render_motion_blur, stills
 from ..render.tiles import SIDE, SQUARE, tile_corner, tile_total, tiles_of_squares
 from .queries import workers_of
-from .scheduler import ChunkSize, ScheduledTask, Scheduler, cancel_on_exit, prepare_first
+from .scheduler import ChunkSize, ScheduledTask, prepare_first, run_tasks
 from .shared_state import SharedObject, shared_scene, source_version
 
 if TYPE_CHECKING:
@@ -288,8 +288,8 @@ def _render_on_workers(
         for a, b in pace.pieces(*gap)
     )
     missing = sum(b - a for a, b in gaps)
-    course = Scheduler("render", workers, tiles_part, (*recipes, SharedObject(keeps)))
-    with cancel_on_exit(course.results(pieces, pace.saw, total, total - missing)) as results:
+    shared = *recipes, SharedObject(keeps)
+    with run_tasks("render", workers, tiles_part, shared, pieces, pace.saw, total, total - missing) as results:
         for piece, pixels in results:
             put_tiles(film, piece.begin, piece.end, pixels)
             if checkpoint is not None:

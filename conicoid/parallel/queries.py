@@ -6,18 +6,19 @@ same answer, to the bit.
 
 from __future__ import annotations
 
+import contextlib
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 import numpy as np
 
 from .._util.arrays import FloatArray
 from .._util.defaults import replace_default
-from .._util.pickling import freeze_arrays
+from .._util.pickling import align_array, freeze_arrays
 from .._util.validation import describe_kind, is_dask_array
 from ..kernels.entry.first_hits import HitBuffers
-from ..queries import distances, line_integrals, ray_queries
+from ..queries import distances, ray_queries
 from ..queries import points as at_points
 from ..queries.distances import Distances, Nearest
 from ..queries.hits import Hits
@@ -28,7 +29,7 @@ from ..queries.spans import Crossings, Spans, refuse_large_lengths
 from ..queries.voxel_columns import ColumnGrid
 from ..queries.voxel_columns import voxel_shares as columns_here
 from ..queries.weights import BODY, check_by, weights_of
-from .scheduler import ChunkSize, ScheduledTask, Scheduler, cancel_on_exit, prepare_first
+from .scheduler import ChunkSize, ScheduledTask, prepare_first, run_tasks
 from .shared_state import SharedObject, shared_scene
 from .workers import Workers, as_workers, inline_workers
 
@@ -116,10 +117,11 @@ def _cut(limits: FloatArray, begin: int, end: int, shape: tuple[int, ...]) -> An
     return limits[begin:end].reshape(shape) if len(limits) > 1 else float(limits[0])
 
 
-# Each query in parts: a function that runs on a worker, and one that assembles the whole answer here.
+# Queries of rays in parts: one function that runs on a worker, and one that puts an answer together here.
 
 _LEAST_RAYS = 4096  # rays of a first task: some milliseconds
 _MOST_RAYS = 1 << 20  # rays of a task
+_LISTS: dict[str, Any] = dict(spans=Spans, crossings=Crossings)
 Lists = TypeVar("Lists", Spans, Crossings)
 
 
@@ -128,110 +130,45 @@ def workers_of(query: str, executor: Any, progress: Progress | None = None) -> W
     return as_workers(query, inline_workers() if executor is None else executor, progress)
 
 
-def run_parts(
-    query: str,
-    scene: SceneLike,
-    request: RayRequest,
-    workers: Workers,
-    call: Callable[..., Any],
-    *shared: Any,
-    each: int = 32,
-) -> Iterator[tuple[int, int, Any]]:
-    """Yield (begin, end, call(scene, *shared, share)) for shares of the rays, in order.
+def ray_chunks(workers: Workers, bytes_each: int) -> ChunkSize:
+    """Return sizes of tasks of rays, if so many bytes of each travel."""
+    return ChunkSize(workers.chunk, _LEAST_RAYS, min(_MOST_RAYS, workers.most_bytes // bytes_each), workers.count)
 
-    `each` is the number of bytes of a ray's answer. Neither a task nor its answer is larger than workers allow.
-    """
-    most = min(_MOST_RAYS, workers.most_bytes // max(request.bytes_each, each))
-    pace = ChunkSize(workers.chunk, _LEAST_RAYS, most, workers.count)
-    recipes = (shared_scene(scene), *map(SharedObject, shared))
-    # Pieces of a picture are multiples of eight rows, if they are large enough.
-    step = max(1, 8 * request.width)
-    pieces = (ScheduledTask(a, b, (request.share(a, b),)) for a, b in pace.pieces(0, request.count, step))
-    course = Scheduler(query, workers, call, recipes)
-    with cancel_on_exit(course.results(pieces, pace.saw, request.count)) as results:
-        for piece, value in results:
-            yield piece.begin, piece.end, value
+
+def ray_tasks(query: str, request: RayRequest, pace: ChunkSize) -> Iterator[ScheduledTask]:
+    """Yield a task of `answer_part` for each share of the rays; of a picture multiples of eight rows, if large."""
+    pieces = pace.pieces(0, request.count, max(1, 8 * request.width))
+    return (ScheduledTask(a, b, (query, request.share(a, b))) for a, b in pieces)
 
 
 @prepare_first
-def _hits_part(scene: SceneLike, share: RayShare) -> tuple[tuple[Any, ...], Any]:
-    """Return the columns of hits and the doubtful rays of a share, without the scene."""
-    hits = ray_queries.first_hit(scene._prepared, share.made(), share.t_min, share.t_max)
-    return tuple(map(np.ascontiguousarray, hits._found)), hits._doubtful
+def answer_part(scene: SceneLike, options: dict[str, Any], query: str, share: RayShare) -> tuple[Any, ...]:
+    """Return the columns of the answer to a share, without scene and rays, which `assemble` adds again."""
+    # A copy: the task may run in this process, which uses the options again.
+    rays, options = share.made(), dict(options)
+    values = (options.pop("values"),) if query == "line_integral" else ()
+    answer = getattr(scene, query)(*values, rays, None, share.t_min, share.t_max, **options)
+    if query == "first_hit":
+        # Copies have no unused memory.
+        return *(column.copy() for column in answer._found), answer._doubtful
+    if query in _LISTS:
+        return np.diff(answer.offsets), *(getattr(answer, name) for name in answer._columns)
+    return (answer.reshape(-1, *answer.shape[len(rays.shape) :]),)
 
 
-def first_hit(scene: SceneLike, request: RayRequest, executor: Any) -> Hits:
-    """Run `scene.first_hit` in parts."""
-    workers = workers_of("first_hit", executor)
-    found, doubtful = HitBuffers.new(request.count), [np.zeros(0, np.int64)]
-    for begin, end, (columns, doubts) in run_parts("first_hit", scene, request, workers, _hits_part):
-        for name, part in zip(HitBuffers._fields, columns, strict=True):
-            getattr(found, name)[begin:end] = part
-        doubtful.append(doubts + begin)
-    return Hits(scene._prepared, request.made(), found, np.concatenate(doubtful))
+def assemble(scene: SceneLike, query: str, rays: Rays, columns: tuple[Any, ...]) -> Any:
+    """Return an answer in the form of the query, with the scene of this process."""
+    aligned = tuple(map(align_array, columns))
+    if query == "first_hit":
+        *found, doubtful = aligned
+        return Hits(scene._prepared, rays, HitBuffers(*found), doubtful)
+    if query in _LISTS:
+        counts, *rows = aligned
+        return _lists_of(_LISTS[query], scene, rays, np.concatenate([[0], np.cumsum(counts)]), rows)
+    return aligned[0].reshape(*rays.shape, *aligned[0].shape[1:])
 
 
-@prepare_first
-def _occluded_part(scene: SceneLike, share: RayShare) -> Any:
-    """Return the flat answer of a share."""
-    return np.asarray(ray_queries.occluded(scene._prepared, share.made(), share.t_min, share.t_max)).ravel()
-
-
-def occluded(scene: SceneLike, request: RayRequest, executor: Any) -> Any:
-    """Run `scene.occluded` in parts."""
-    result = np.zeros(request.count, np.bool_)
-    for begin, end, part in run_parts(
-        "occluded", scene, request, workers_of("occluded", executor), _occluded_part, each=1
-    ):
-        result[begin:end] = part
-    return result.reshape(request.shape)[()]
-
-
-@prepare_first
-def _spans_part(scene: SceneLike, share: RayShare) -> Any:
-    """Return the columns of spans of a share."""
-    return _columns(ray_queries.spans(scene._prepared, share.made(), share.t_min, share.t_max))
-
-
-@prepare_first
-def _crossings_part(scene: SceneLike, share: RayShare) -> Any:
-    """Return the columns of crossings of a share."""
-    return _columns(ray_queries.crossings(scene._prepared, share.made(), share.t_min, share.t_max))
-
-
-def _columns(lists: Spans | Crossings) -> tuple[Any, ...]:
-    """Return the number of rows of each ray, and the columns of the rows."""
-    return np.diff(lists.offsets), *(getattr(lists, name) for name in lists._columns)
-
-
-def spans(scene: SceneLike, request: RayRequest, executor: Any) -> Spans:
-    """Run `scene.spans` in parts."""
-    return _lists("spans", Spans, scene, request, executor, _spans_part)
-
-
-def crossings(scene: SceneLike, request: RayRequest, executor: Any) -> Crossings:
-    """Run `scene.crossings` in parts."""
-    return _lists("crossings", Crossings, scene, request, executor, _crossings_part)
-
-
-def _lists(
-    query: str, kind: type[Lists], scene: SceneLike, request: RayRequest, executor: Any, call: Callable[..., Any]
-) -> Lists:
-    """Join the rows of all parts, in the order of the rays."""
-    pieces = [_columns(_empty_lists(kind, scene))]  # their columns have the types, even without any ray
-    workers = workers_of(query, executor)
-    pieces += [value for _, _, value in run_parts(query, scene, request, workers, call, each=256)]
-    counts, *columns = (np.concatenate(column, axis=-1) for column in zip(*pieces, strict=True))
-    return lists_of(kind, scene, request.made(), np.concatenate([[0], np.cumsum(counts)]), columns)
-
-
-def _empty_lists(kind: type[Lists], scene: SceneLike) -> Any:
-    """Return the spans or crossings of no rays."""
-    query = ray_queries.spans if kind is Spans else ray_queries.crossings
-    return query(scene._prepared, ray_queries.as_rays("lists", np.zeros((0, 3)), np.zeros((0, 3))), 0.0, 1.0)
-
-
-def lists_of(kind: type[Lists], scene: SceneLike, rays: Rays, offsets: Any, columns: Any) -> Lists:
+def _lists_of(kind: type[Lists], scene: SceneLike, rays: Rays, offsets: Any, columns: list[Any]) -> Lists:
     """Make spans or crossings of a scene from their columns."""
     empty, result = _empty_lists(kind, scene), object.__new__(kind)
     vars(result).update(vars(empty), offsets=offsets.astype(empty.offsets.dtype), _rays=rays)
@@ -240,73 +177,76 @@ def lists_of(kind: type[Lists], scene: SceneLike, rays: Rays, offsets: Any, colu
     return result
 
 
-# Sums along rays.
+def _empty_lists(kind: type[Lists], scene: SceneLike) -> Any:
+    """Return the spans or crossings of no rays."""
+    query = ray_queries.spans if kind is Spans else ray_queries.crossings
+    return query(scene._prepared, ray_queries.as_rays("lists", np.zeros((0, 3)), np.zeros((0, 3))), 0.0, 1.0)
 
 
-@prepare_first
-def _lengths_part(scene: SceneLike, options: tuple[Any, Any], share: RayShare) -> Any:
-    """Return the lengths of a share, (rays, bodies or materials)."""
-    by, overlaps = options
-    values = line_integrals.lengths(scene._prepared, share.made(), share.t_min, share.t_max, by, None, overlaps)
-    return values.reshape(-1, values.shape[-1])
-
-
-def lengths(
-    scene: SceneLike, request: RayRequest, by: Any, overlaps: Any, executor: Any, progress: Progress | None
-) -> Any:
-    """Run `scene.lengths` in parts."""
+def trailing_axes(scene: SceneLike, query: str, options: dict[str, Any]) -> tuple[int, ...]:
+    """Return the axes of values after those of the rays. Raise ValueError for wrong options."""
     prepared = scene._prepared
-    count = prepared.lowered.body_count if check_by("lengths", by) == BODY else len(prepared.labels.distinct)
-    # Before any work: the array could be larger than memory.
-    refuse_large_lengths(request.count, count, by)
-    workers, result = workers_of("lengths", executor, progress), np.zeros((request.count, count))
-    for begin, end, part in run_parts(
-        "lengths", scene, request, workers, _lengths_part, (by, overlaps), each=8 * count
-    ):
-        result[begin:end] = part
-    return result.reshape((*request.shape, count))
+    if query == "occluded":
+        return ()
+    if query == "lengths":
+        by = check_by("lengths", options["by"])
+        return (prepared.lowered.body_count if by == BODY else len(prepared.labels.distinct),)
+    weights = options["values"], options["otherwise"], prepared.lowered.body_count, prepared.labels.distinct
+    return weights_of(*weights).shape
 
 
-@prepare_first
-def _integral_part(scene: SceneLike, options: tuple[Any, Any, Any], share: RayShare) -> Any:
-    """Return the line integrals of a share, (rays, ...)."""
-    (values, otherwise, overlaps), made = options, share.made()
-    found = np.asarray(
-        line_integrals.line_integral(scene._prepared, values, made, share.t_min, share.t_max, otherwise, None, overlaps)
-    )
-    return found.reshape(-1, *found.shape[len(made.shape) :])
+@contextlib.contextmanager
+def answer_parts(
+    scene: SceneLike, query: str, request: RayRequest, options: dict[str, Any], workers: Workers, bytes_each: int
+) -> Iterator[Iterator[tuple[ScheduledTask, tuple[Any, ...]]]]:
+    """Yield each task with its columns, in order. `bytes_each` is the number of bytes of a ray's answer."""
+    pace = ray_chunks(workers, max(request.bytes_each, bytes_each))
+    tasks, shared = ray_tasks(query, request, pace), (shared_scene(scene), SharedObject(options))
+    with run_tasks(query, workers, answer_part, shared, tasks, pace.saw, request.count) as results:
+        yield results
 
 
-def integral_parts(
-    scene: SceneLike,
-    values: Any,
-    request: RayRequest,
-    options: tuple[Any, Any],
-    executor: Any,
-    progress: Progress | None,
-) -> tuple[tuple[int, ...], Iterator[tuple[int, int, Any]]]:
-    """Return the trailing shape of `scene.line_integral` and its parts; options are `otherwise` and `overlaps`."""
-    prepared, otherwise = scene._prepared, options[0]
-    trailing = weights_of(values, otherwise, prepared.lowered.body_count, prepared.labels.distinct).shape
-    workers = workers_of("line_integral", executor, progress)
-    each = 8 * int(np.prod(trailing))
-    return trailing, run_parts("line_integral", scene, request, workers, _integral_part, (values, *options), each=each)
+def value_parts(
+    scene: SceneLike, query: str, request: RayRequest, options: dict[str, Any], workers: Workers
+) -> Iterator[tuple[int, int, Any]]:
+    """Yield (begin, end, values) of shares of the flat rays, in order."""
+    each = max(1, 8 * math.prod(trailing_axes(scene, query, options))) if query != "occluded" else 1
+    with answer_parts(scene, query, request, options, workers, each) as results:
+        for task, (values,) in results:
+            yield task.begin, task.end, values
 
 
-def line_integral(
-    scene: SceneLike,
-    values: Any,
-    request: RayRequest,
-    options: tuple[Any, Any],
-    executor: Any,
-    progress: Progress | None,
-) -> Any:
-    """Run `scene.line_integral` in parts; options as for `integral_parts`."""
-    trailing, parts = integral_parts(scene, values, request, options, executor, progress)
-    result = np.zeros((request.count, *trailing))
-    for begin, end, part in parts:
-        result[begin:end] = part
+def _values(scene: SceneLike, query: str, request: RayRequest, options: dict[str, Any], workers: Workers) -> Any:
+    """Return values of all rays, (...) or (..., columns)."""
+    trailing = trailing_axes(scene, query, options)
+    if query == "lengths":
+        # Before any work: the array could be larger than memory.
+        refuse_large_lengths(request.count, trailing[0], options["by"])
+    result: Any = np.zeros((request.count, *trailing), np.bool_ if query == "occluded" else np.float64)
+    for begin, end, values in value_parts(scene, query, request, options, workers):
+        result[begin:end] = values
     return result.reshape((*request.shape, *trailing))[()]
+
+
+def _hits(scene: SceneLike, request: RayRequest, workers: Workers) -> Hits:
+    """Return the first hits of all rays."""
+    found, doubtful = HitBuffers.new(request.count), [np.zeros(0, np.int64)]
+    with answer_parts(scene, "first_hit", request, {}, workers, 32) as results:
+        for task, (*columns, doubts) in results:
+            for name, column in zip(HitBuffers._fields, columns, strict=True):
+                getattr(found, name)[task.begin : task.end] = column
+            doubtful.append(doubts + task.begin)
+    return Hits(scene._prepared, request.made(), found, np.concatenate(doubtful))
+
+
+def _lists(scene: SceneLike, query: str, request: RayRequest, workers: Workers) -> Any:
+    """Return the spans or crossings of all rays: the rows of all parts, in the order of the rays."""
+    empty = _empty_lists(_LISTS[query], scene)  # its columns have the types, even without any ray
+    pieces = [(np.zeros(0, np.int64), *(getattr(empty, name) for name in empty._columns))]
+    with answer_parts(scene, query, request, {}, workers, 256) as results:
+        pieces += [columns for _, columns in results]
+    columns = tuple(np.concatenate(column, axis=-1) for column in zip(*pieces, strict=True))
+    return assemble(scene, query, request.made(), columns)
 
 
 # Points.
@@ -324,14 +264,13 @@ def body_at(
     """Run `scene.body_at` in parts: of each point the first body after a number, or after one number for all points."""
     flat, shape = at_points.points_of(owner, points)
     workers, result = workers_of(owner, executor), np.empty(len(flat), np.int32)
-    pace = ChunkSize(workers.chunk, _LEAST_RAYS, min(_MOST_RAYS, workers.most_bytes // 24), workers.count)
-    pieces = (
+    pace = ray_chunks(workers, 24)
+    tasks = (
         ScheduledTask(a, b, (flat[a:b], after[a:b] if len(after) > 1 else after)) for a, b in pace.pieces(0, len(flat))
     )
-    course = Scheduler(owner, workers, _bodies_part, (shared_scene(scene),))
-    with cancel_on_exit(course.results(pieces, pace.saw, len(flat))) as results:
-        for piece, value in results:
-            result[piece.begin : piece.end] = value
+    with run_tasks(owner, workers, _bodies_part, (shared_scene(scene),), tasks, pace.saw, len(flat)) as results:
+        for task, value in results:
+            result[task.begin : task.end] = value
     return result.reshape(shape)[()]
 
 
@@ -356,54 +295,44 @@ def distance(
     reach = distances.reach_of(max_distance, shape)
     workers, nearest = workers_of("distance", executor, progress), Nearest.nothing(len(flat))
     pace = ChunkSize(workers.chunk, _LEAST_RAYS // 16, min(_MOST_RAYS, workers.most_bytes // 96), workers.count)
-    pieces = (ScheduledTask(a, b, (flat[a:b], reach[a:b])) for a, b in pace.pieces(0, len(flat)))
-    course = Scheduler("distance", workers, _distances_part, (shared_scene(scene), SharedObject(exact)))
-    with cancel_on_exit(course.results(pieces, pace.saw, len(flat))) as results:
-        for piece, columns in results:
+    tasks = (ScheduledTask(a, b, (flat[a:b], reach[a:b])) for a, b in pace.pieces(0, len(flat)))
+    shared = shared_scene(scene), SharedObject(exact)
+    with run_tasks("distance", workers, _distances_part, shared, tasks, pace.saw, len(flat)) as results:
+        for task, columns in results:
             for name, part in zip(Nearest._fields, columns, strict=True):
-                getattr(nearest, name)[piece.begin : piece.end] = part
+                getattr(nearest, name)[task.begin : task.end] = part
     return Distances(scene._prepared, flat.reshape((*shape, 3)), nearest)
 
 
 # Dispatch of queries with an executor, with arrays of Dask, or with lazy rays.
 
 
-def is_dask(thing: Any) -> bool:
-    """Return whether a value is an array of Dask, or one of its lazy collections."""
-    return is_dask_array(thing)
-
-
 def dispatch_rays(
-    scene: Any, query: str, executor: Any, origins: Any, directions: Any, t_min: Any, t_max: Any, *more: Any
-) -> Any:
-    """Answer a query of rays; `more` are its arguments beyond rays and interval."""
-    if any(map(is_dask, (origins, directions, t_min, t_max))):
+    scene: Any, query: str, executor: Any, origins: Any, directions: Any, t_min: Any, t_max: Any,
+    progress: Progress | None = None, **options: Any,
+) -> Any:  # fmt: skip
+    """Answer a query of rays; `options` are its arguments beyond rays and interval."""
+    if any(map(is_dask_array, (origins, directions, t_min, t_max))):
         from . import dask_arrays
 
         _no_executor(query, executor)
-        return dask_arrays.lazy_ray_query(scene, query, origins, directions, t_min, t_max, *more)
-
+        return dask_arrays.lazy_ray_query(scene, query, origins, directions, t_min, t_max, options)
     request = RayRequest(query, origins, directions, t_min, t_max)
-    if query == "lengths":
-        by, overlaps, progress = more
-        return lengths(scene, request, by, overlaps, executor, progress)
-    if query == "line_integral":
-        values, otherwise, overlaps, progress = more
-        return line_integral(scene, values, request, (otherwise, overlaps), executor, progress)
-    simple: dict[str, Any] = {
-        "first_hit": first_hit, "occluded": occluded, "spans": spans,
-        "crossings": crossings,
-    }  # fmt: skip
-    return simple[query](scene, request, executor)
+    workers = workers_of(query, executor, progress)
+    if query == "first_hit":
+        return _hits(scene, request, workers)
+    if query in _LISTS:
+        return _lists(scene, query, request, workers)
+    return _values(scene, query, request, options, workers)
 
 
 def dispatch_points(scene: Any, query: str, executor: Any, points: Any) -> Any:
     """Answer a query of points."""
-    if is_dask(points) and query == "bodies_at":
+    if is_dask_array(points) and query == "bodies_at":
         raise TypeError(
             f"{query}: points must be an array of NumPy's, got {describe_kind(points)}; body_at takes Dask's"
         )
-    if is_dask(points):
+    if is_dask_array(points):
         from . import dask_arrays
 
         _no_executor(query, executor)
@@ -419,7 +348,7 @@ def dispatch_points(scene: Any, query: str, executor: Any, points: Any) -> Any:
 
 def dispatch_distances(scene: Any, executor: Any, points: Any, max_distance: Any, exact: bool, progress: Any) -> Any:
     """Answer a query of distances."""
-    if is_dask(points) or hasattr(points, "_share"):
+    if is_dask_array(points) or hasattr(points, "_share"):
         raise TypeError(f"distance: points must be an array (..., 3) in memory, got {describe_kind(points)}")
 
     return distance(scene, points, max_distance, exact, executor, progress)
@@ -450,17 +379,12 @@ def column_shares(
     """Run `voxel_shares` in parts, for the columns of voxels from which[0] to which[1]."""
     first, total = which[0], which[1] - which[0]
     workers = workers_of("voxels", executor, progress)
-    pace = ChunkSize(
-        workers.chunk,
-        _LEAST_COLUMNS,
-        min(_MOST_COLUMNS, max(1, workers.most_bytes // (16 * count * voxels))),
-        workers.count,
-    )
-    shared = SharedObject((*grid, groups, count, voxels))
-    pieces = (ScheduledTask(a, b, (first + a, first + b)) for a, b in pace.pieces(0, total))
+    most = min(_MOST_COLUMNS, max(1, workers.most_bytes // (16 * count * voxels)))
+    pace = ChunkSize(workers.chunk, _LEAST_COLUMNS, most, workers.count)
+    shared = shared_scene(scene), SharedObject((*grid, groups, count, voxels))
+    tasks = (ScheduledTask(a, b, (first + a, first + b)) for a, b in pace.pieces(0, total))
     shares, bounds = np.empty((2, total, count, voxels))
-    course = Scheduler("voxels", workers, _columns_part, (shared_scene(scene), shared))
-    with cancel_on_exit(course.results(pieces, pace.saw, total)) as results:
-        for piece, (share, bound) in results:
-            shares[piece.begin : piece.end], bounds[piece.begin : piece.end] = share, bound
+    with run_tasks("voxels", workers, _columns_part, shared, tasks, pace.saw, total) as results:
+        for task, (share, bound) in results:
+            shares[task.begin : task.end], bounds[task.begin : task.end] = share, bound
     return shares, bounds

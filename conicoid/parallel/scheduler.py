@@ -8,7 +8,7 @@ import platform
 import pydoc
 import time
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterator
 from concurrent.futures import BrokenExecutor, CancelledError, Future
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -164,7 +164,7 @@ class Scheduler:
 
     def results(
         self, pieces: Iterator[ScheduledTask], saw: Callable[[int, float], Any], total: int, done: int = 0
-    ) -> Iterator[tuple[ScheduledTask, Any]]:
+    ) -> Generator[tuple[ScheduledTask, Any]]:
         """Yield every piece with its value, in order. At the end, however it ends, queued pieces are cancelled."""
         self._check_version()
         # Threads of this process have the scene itself; all other workers may map a file of its tables.
@@ -304,9 +304,13 @@ def _is_loss(error: BaseException) -> bool:
 
 
 @contextlib.contextmanager
-def cancel_on_exit(results: Iterator[Any]) -> Iterator[Iterator[Any]]:
-    """Close the results when the block ends, whoever still holds them."""
+def run_tasks(
+    owner: str, workers: Workers, call: Callable[..., Any], shared: tuple[SharedObject, ...],
+    tasks: Iterator[ScheduledTask], saw: Callable[[int, float], Any] = lambda *_: None, total: int = 0, done: int = 0,
+) -> Iterator[Iterator[tuple[ScheduledTask, Any]]]:  # fmt: skip
+    """Yield the results of a `Scheduler`; the end of the block cancels the rest, whoever holds the results."""
+    results = Scheduler(owner, workers, call, shared).results(tasks, saw, total, done)
     try:
         yield results
     finally:
-        results.close()  # type: ignore[attr-defined]
+        results.close()

@@ -9,16 +9,13 @@ from typing import TYPE_CHECKING, Any
 
 from .._util.defaults import DEFAULT_T_MAX, DEFAULT_T_MIN
 from .._util.hints import check_choice
-from .._util.pickling import align_array
 from .._util.validation import check_path as checked_path
 from .._util.validation import describe_kind
 from ..io.ray_file import RayFile, TimedRays
 from ..queries.ray_queries import refuse_no_rays
 from ..queries.rays import ArrayRays, LazyRays, Rays
-from ..queries.spans import Crossings, Spans
-from . import queries
-from .queries import RayRequest, RayShare
-from .scheduler import ChunkSize, ScheduledTask, Scheduler, cancel_on_exit, prepare_first
+from .queries import RayRequest, answer_part, assemble, ray_chunks, ray_tasks, workers_of
+from .scheduler import ScheduledTask, run_tasks
 from .shared_state import SharedObject, shared_scene
 from .workers import Workers
 
@@ -27,24 +24,8 @@ if TYPE_CHECKING:
 
 QUERIES = ("first_hit", "occluded", "spans", "crossings", "lengths", "line_integral")
 """The queries of `scene.stream`."""
-_LEAST, _MOST = 4096, 1 << 20
 _READ = 1 << 18  # rays to read from a file at a time
 _LIMITS = DEFAULT_T_MIN, DEFAULT_T_MAX
-
-
-@prepare_first
-def _part(scene: SceneLike, query: str, options: dict[str, Any], share: RayShare) -> Any:
-    """Return the answer to one share in the form that travels: without the scene, which `_assemble` adds again."""
-    rays = share.made()
-    if query == "line_integral":
-        # A copy: the task may run in this process, which uses the options again.
-        options = dict(options)
-        return scene.line_integral(options.pop("values"), rays, None, share.t_min, share.t_max, **options)
-    answer = getattr(scene, query)(rays, None, share.t_min, share.t_max, **options)
-    if query == "first_hit":
-        return "hits", share, tuple(map(_compact, answer._found)), answer._doubtful
-    rows = isinstance(answer, Spans | Crossings)
-    return ("rows", share, answer.offsets, queries._columns(answer)[1:]) if rows else answer
 
 
 def stream(
@@ -59,7 +40,7 @@ def stream(
     if query == "line_integral" and "values" not in options:
         raise TypeError("stream: line_integral needs values=")
     limits = options.pop("t_min", _LIMITS[0]), options.pop("t_max", _LIMITS[1])
-    base = queries.workers_of("stream", executor)
+    base = workers_of("stream", executor)
     # A copy: the user's workers keep their own size of tasks. The constructor only checks `chunk`.
     workers = object.__new__(Workers)
     vars(workers).update(vars(base), chunk=Workers(base.executor, chunk=chunk).chunk or base.chunk)
@@ -86,7 +67,7 @@ def _iterate_answers(
     workers: Workers,
 ) -> Iterator[Any]:  # fmt: skip
     """Yield the answers to all parts, in order."""
-    pace = ChunkSize(workers.chunk, _LEAST, _MOST, workers.count)
+    pace = ray_chunks(workers, 1)
 
     def pieces() -> Iterator[ScheduledTask]:
         for source in sources:
@@ -94,37 +75,13 @@ def _iterate_answers(
             ends = (limit if end is None else end for end, limit in zip(own_limits, limits, strict=True))
             request = RayRequest(query, rays, None, *ends)
             # Rays of each source may have another size.
-            pace.most = max(1, min(_MOST, workers.most_bytes // request.bytes_each))
-            for a, b in pace.pieces(0, request.count, max(1, 8 * request.width)):
-                yield ScheduledTask(a, b, (request.share(a, b),))
+            pace.most = ray_chunks(workers, request.bytes_each).most
+            yield from ray_tasks(query, request, pace)
 
-    recipes = shared_scene(scene), SharedObject(query), SharedObject(options)
-    with cancel_on_exit(Scheduler("stream", workers, _part, recipes).results(pieces(), pace.saw, 0)) as results:
-        for _, value in results:
-            yield _assemble(scene, query, value)
-
-
-def _assemble(scene: SceneLike, query: str, value: Any) -> Any:
-    """Return an answer in the form of the query, with the scene of this process."""
-    if not isinstance(value, tuple):
-        return value
-    from ..kernels.entry.first_hits import HitBuffers
-    from ..queries.hits import Hits
-
-    kind, share, *rest = value
-    if kind == "hits":
-        return Hits(scene._prepared, share.made(), HitBuffers(*map(align_array, rest[0])), rest[1])
-    offsets, columns = rest
-    rows = [align_array(column) for column in columns]
-    rays = share.made()
-    if query == "spans":
-        return queries.lists_of(Spans, scene, rays, align_array(offsets), rows)
-    return queries.lists_of(Crossings, scene, rays, align_array(offsets), rows)
-
-
-def _compact(column: Any) -> Any:
-    """Return a copy without unused memory."""
-    return column.copy()
+    shared = shared_scene(scene), SharedObject(options)
+    with run_tasks("stream", workers, answer_part, shared, pieces(), pace.saw) as results:
+        for task, columns in results:
+            yield assemble(scene, query, task.arguments[1].made(), columns)
 
 
 def _sources(rays: Any) -> Iterator[Rays | LazyRays | TimedRays]:

@@ -25,7 +25,7 @@ from .._util.validation import check_path as checked_path
 from ..geometry.tracks import last_time
 from ..io.images.movie import check_movie, write_movie
 from ..numerics.portable_math import sin_cos_degrees
-from ..parallel.scheduler import ScheduledTask, Scheduler, cancel_on_exit, prepare_first
+from ..parallel.scheduler import ScheduledTask, prepare_first, run_tasks
 from ..parallel.shared_state import SharedObject, shared_scene
 from ..parallel.workers import Workers, as_workers
 from ..render.auto_camera import fit_camera, snap_to_domain
@@ -121,16 +121,16 @@ class Frames:
         missing = {file: each for file, each in zip(files, subjects, strict=True) if not self.is_there(file)}
         names, there = list(missing), len(files) - len(missing)
         pieces = (ScheduledTask(k, k + 1, (each,)) for k, each in enumerate(missing.values()))
-        with cancel_on_exit(self._scheduler(workers).results(pieces, lambda *_: None, len(names))) as results:
+        with run_tasks(*self._work(workers), pieces, total=len(names)) as results:
             for piece, content in results:
                 self._write(names[piece.begin], content)
                 if progress is not None:
                     progress(there + piece.end, len(files))
         return files, len(names)
 
-    def _scheduler(self, workers: Workers) -> Scheduler:
-        """Return the scheduler of tasks that each compute a frame."""
-        return Scheduler("turntable", workers, render_frame, (shared_scene(self.scene), SharedObject(self.options)))
+    def _work(self, workers: Workers) -> tuple[str, Workers, Callable[..., bytes], tuple[SharedObject, SharedObject]]:
+        """Return the first arguments of `run_tasks` for tasks that each compute a frame."""
+        return "turntable", workers, render_frame, (shared_scene(self.scene), SharedObject(self.options))
 
     def _write(self, path: Path, content: bytes) -> None:
         """Write a frame, whole or not at all."""
@@ -357,10 +357,8 @@ class FilmFrames(Frames):
         """Compute the frame of a time and write its file."""
         self._write(path, render_moment(self.scene, self._frame_options, time, progress))
 
-    def _scheduler(self, workers: Workers) -> Scheduler:
-        return Scheduler(
-            "animate", workers, render_moment, (SharedObject(self.scene), SharedObject(self._frame_options))
-        )
+    def _work(self, workers: Workers) -> tuple[str, Workers, Callable[..., bytes], tuple[SharedObject, SharedObject]]:
+        return "animate", workers, render_moment, (SharedObject(self.scene), SharedObject(self._frame_options))
 
     @property
     def _frame_options(self) -> dict[str, Any]:

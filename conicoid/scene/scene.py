@@ -723,7 +723,7 @@ class Scene:
             from ..parallel.queries import dispatch_rays
 
             lengths: FloatArray = dispatch_rays(
-                self, "lengths", executor, origins, directions, t_min, t_max, by, overlaps, progress
+                self, "lengths", executor, origins, directions, t_min, t_max, progress, by=by, overlaps=overlaps
             )
             return lengths
         rays = ray_queries.as_rays("lengths", origins, directions)
@@ -763,8 +763,10 @@ class Scene:
         if _is_remote(executor, origins, directions):
             from ..parallel.queries import dispatch_rays
 
-            more = values, otherwise, overlaps, progress
-            return dispatch_rays(self, "line_integral", executor, origins, directions, t_min, t_max, *more)
+            options = dict(values=values, otherwise=otherwise, overlaps=overlaps)
+            return dispatch_rays(
+                self, "line_integral", executor, origins, directions, t_min, t_max, progress, **options
+            )
         rays = ray_queries.rays_after_values(values, origins, directions)
         return line_integrals.line_integral(self._prepared, values, rays, t_min, t_max, otherwise, progress, overlaps)
 

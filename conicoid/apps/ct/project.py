@@ -12,9 +12,8 @@ from ..._util.errstate import ignore_fp_errors
 from ..._util.safe_files import replace_file
 from ..._util.validation import check_callback, check_integer, describe_kind
 from ..._util.validation import check_path as checked_path
-from ...parallel.queries import RayRequest, integral_parts
+from ...parallel.queries import RayRequest, trailing_axes, value_parts, workers_of
 from ...queries.extensions import extension
-from ...queries.weights import weights_of
 from .scan_geometry import ScanGeometry
 
 if TYPE_CHECKING:
@@ -86,7 +85,9 @@ def project(
             raise TypeError("project: chunks goes without executor and out: Dask's own scheduler computes lazy arrays")
         return _lazy(target, geometry, values, otherwise, check_integer("project", "chunks", chunks, 1))
     request = RayRequest("project", geometry.lazy_rays, None, *geometry.interval)
-    trailing, parts = integral_parts(target, values, request, (otherwise, None), executor, progress)
+    options = dict(values=values, otherwise=otherwise)
+    trailing = trailing_axes(target, "line_integral", options)
+    parts = value_parts(target, "line_integral", request, options, workers_of("line_integral", executor, progress))
     shape = (*geometry.shape, *trailing)
     if out is None:
         sinogram = np.zeros(shape)
@@ -120,8 +121,7 @@ def _lazy(scene: SceneLike, geometry: ScanGeometry, values: Any, otherwise: Any,
     """Return the sinogram as an array of Dask, with one task for each block of views."""
     from ...parallel.dask_arrays import lazy_parts
 
-    prepared = scene._prepared
-    trailing = weights_of(values, otherwise, prepared.lowered.body_count, prepared.labels.distinct).shape
+    trailing = trailing_axes(scene, "line_integral", dict(values=values, otherwise=otherwise))
     # An empty scan still makes one block, with the right shape.
     starts = range(0, max(geometry.views, 1), views)
     shares = [geometry[start : start + views] for start in starts]

@@ -6,7 +6,7 @@ import itertools
 from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
-from ...parallel.scheduler import ScheduledTask, Scheduler, cancel_on_exit
+from ...parallel.scheduler import ScheduledTask, run_tasks
 from ...parallel.shared_state import SharedObject, shared_scene
 from ...parallel.workers import as_workers
 
@@ -24,8 +24,7 @@ def run_on_workers(
     """Return call(*arguments) for each tuple of arguments, in order."""
     workers = as_workers("measure", executor, progress)
     pieces = (ScheduledTask(i, i + 1, arguments) for i, arguments in enumerate(calls))
-    course = Scheduler("measure", workers, call, ())
-    with cancel_on_exit(course.results(pieces, lambda *_: None, len(calls))) as results:
+    with run_tasks("measure", workers, call, (), pieces, total=len(calls)) as results:
         return [value for _, value in results]
 
 
@@ -34,8 +33,8 @@ def follow_on_workers(
 ) -> Iterator[tuple[int, Any]]:
     """Yield (rays, call(scene, view, item)) for each (rays, item), in order."""
     # The scene, the call and the view go to each worker once, the items with each task
-    course = Scheduler("measure", workers, _run_items, (shared_scene(scene), SharedObject((call, view))))
-    with cancel_on_exit(course.results(_pieces(items, 2 * workers.count), lambda *_: None, 0)) as results:
+    shared = shared_scene(scene), SharedObject((call, view))
+    with run_tasks("measure", workers, _run_items, shared, _pieces(items, 2 * workers.count)) as results:
         for piece, values in results:
             yield from zip(piece.told, values, strict=True)
 
