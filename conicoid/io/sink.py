@@ -6,6 +6,7 @@ copied in pieces, never held whole. `source.py` reads such files.
 
 from __future__ import annotations
 
+import contextlib
 import os
 import secrets
 import shutil
@@ -77,19 +78,30 @@ def _write_npy(file: IO[bytes], array: Any) -> None:
 
 
 def _write_zarr(path: str | os.PathLike[str], arrays: Arrays) -> None:
-    """Write a new group of arrays, chunked along their first axis. Raise FileExistsError if the folder exists."""
-    zarr, final = zarr_module(), Path(path)
-    if os.path.lexists(final):
-        raise FileExistsError(17, "is there already", str(final))
-    partial = final.with_name(f".{final.stem[:40]}-{secrets.token_hex(4)}.zarr")
-    try:
-        group = zarr.open_group(str(partial), mode="w")
+    """Write a group of arrays, chunked along their first axis."""
+    with new_zarr_group(path) as group:
         for name, array in arrays.items():
             if isinstance(array, StoredArray):
                 _write_zarr_array(group, name, array)
             else:
                 group.create_array(name, data=np.atleast_1d(array))
-        os.rename(partial, final)
+
+
+@contextlib.contextmanager
+def new_zarr_group(path: str | os.PathLike[str]) -> Iterator[Any]:
+    """Yield an empty group; the folder gets its name when the block ends.
+
+    Raise FileExistsError if the name is taken, and FileNotFoundError for a missing parent folder.
+    """
+    zarr, folder = zarr_module(), Path(path)
+    if os.path.lexists(folder):
+        raise FileExistsError(17, "already exists", str(folder))
+    if not folder.parent.is_dir():
+        raise FileNotFoundError(2, "no such folder", str(folder.parent))
+    partial = folder.with_name(f".{folder.stem[:40]}-{secrets.token_hex(4)}.zarr")
+    try:
+        yield zarr.open_group(str(partial), mode="w")
+        os.rename(partial, folder)
     finally:
         shutil.rmtree(partial, ignore_errors=True)
 

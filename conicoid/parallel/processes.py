@@ -1,8 +1,11 @@
 """Worker processes of this machine, as an executor that survives the death of a process.
 
-Each process is a fresh interpreter that reads tasks from its standard input. So no main module is imported again, as
-`multiprocessing` does, and only the module path is inherited. A process that dies, or exceeds the time limit of a
-task, costs this task alone: another process takes over. All end with the process that started them.
+The pools of the standard library and of loky do not do three things. They cannot end a task that hangs: here a task has
+a `timeout`, after which its process is killed (`watch`). They break as a whole when a process dies: here another
+process takes over with the same task (the loop of `outcome_of`, `live_process`). And they import the main module again
+in each process, so that a script needs `if __name__ == "__main__"`: here each process is a fresh interpreter that reads
+tasks from its standard input (`serve`, `send` and `receive`) and inherits only the module path. All end with the
+process that started them. Everything else is left to `concurrent.futures`.
 """
 
 from __future__ import annotations
@@ -19,7 +22,7 @@ from collections.abc import Callable
 from concurrent.futures import BrokenExecutor, Executor, Future
 from typing import Any
 
-from .._util.validation import as_integer, check_positive, format_value
+from .._util.validation import check_integer, check_positive
 from ..kernels.threads import thread_count
 
 _SERVE = "from conicoid.parallel.processes import serve; serve()"
@@ -52,8 +55,8 @@ class Processes(Executor):
     """
 
     def __init__(self, count: int | None = None, *, retries: int = 3, timeout: float | None = None) -> None:
-        self._max_workers = thread_count() if count is None else _number("count", count, 1)
-        self._retries = _number("retries", retries, 0)
+        self._max_workers = thread_count() if count is None else check_integer("Processes", "count", count, 1)
+        self._retries = check_integer("Processes", "retries", retries, 0)
         self._timeout = None if timeout is None else check_positive("Processes", "timeout", timeout)
         self._queue: queue.SimpleQueue[tuple[Future[Any], bytes] | None] = queue.SimpleQueue()
         self._lock = threading.Lock()
@@ -184,14 +187,6 @@ def receive(pipe: Any) -> bytes:
     if len(head) < 8 or len(data) < count:
         raise EOFError
     return data
-
-
-def _number(name: str, value: Any, least: int) -> int:
-    """Return a whole number >= `least`."""
-    number = as_integer(value)
-    if number is None or number < least:
-        raise ValueError(f"Processes: {name} must be a whole number >= {least}, got {format_value(value)}")
-    return number
 
 
 # The other end of `Processes`: a process that runs one task after the other.

@@ -1,4 +1,11 @@
-"""The scheduler of parallel work: sizes of tasks, the function that runs on a worker, and lost tasks sent again."""
+"""The scheduler of parallel work: sizes of tasks, the function that runs on a worker, and lost tasks sent again.
+
+An executor takes calls. These things are added: tasks of about a second at any rate of the scene (`ChunkSize`), so that
+neither the scheduler nor the last worker is waited for; a bounded number on their way, and results in order
+(`Scheduler.results`); the scene only once to each worker (`run_task`, `MissingState`); another try for a task that its
+worker took along (`_count_loss`), for executors that have none; and a refusal of workers with other sources, whose
+answers could differ.
+"""
 
 from __future__ import annotations
 

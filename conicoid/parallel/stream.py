@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 from .._util.defaults import DEFAULT_T_MAX, DEFAULT_T_MIN
 from .._util.hints import check_choice
+from .._util.validation import check_integer, describe_kind
 from .._util.validation import check_path as checked_path
-from .._util.validation import describe_kind
 from ..io.ray_file import RayFile, TimedRays
 from ..queries.ray_queries import refuse_no_rays
 from ..queries.rays import ArrayRays, LazyRays, Rays
@@ -41,9 +41,8 @@ def stream(
         raise TypeError("stream: line_integral needs values=")
     limits = options.pop("t_min", _LIMITS[0]), options.pop("t_max", _LIMITS[1])
     base = workers_of("stream", executor)
-    # A copy: the user's workers keep their own size of tasks. The constructor only checks `chunk`.
-    workers = object.__new__(Workers)
-    vars(workers).update(vars(base), chunk=Workers(base.executor, chunk=chunk).chunk or base.chunk)
+    # The user's workers keep their own size of tasks
+    workers = base if chunk is None else base.changed(chunk=check_integer("stream", "chunk", chunk, 1))
     if isinstance(rays, str | os.PathLike):
         # The file's own interval must not conflict with an explicit one.
         file = RayFile(rays)

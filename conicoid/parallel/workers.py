@@ -1,14 +1,19 @@
-"""`Workers` around any executor: the standard library's, Dask's, or this process itself."""
+"""`Workers` around any executor: the standard library's, Dask's, or this process itself.
+
+Only Dask needs an executor of its own, since tasks that it has given up, or results that it lost, leave futures open
+for ever. `tests/cluster/test_losses.py` has each of these cases.
+"""
 
 from __future__ import annotations
 
+import copy
 import os
 import weakref
 from collections.abc import Callable
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from typing import TYPE_CHECKING, Any
 
-from .._util.validation import as_integer, check_callback, describe_kind, format_value
+from .._util.validation import check_callback, check_integer, describe_kind
 from .._util.validation import check_path as checked_path
 
 if TYPE_CHECKING:
@@ -131,8 +136,11 @@ class Workers:
         threads: int | None = 1, progress: Progress | None = None, store: str | os.PathLike[str] | None = None,
     ) -> None:  # fmt: skip
         check_callback("Workers", "progress", progress)
-        self.chunk, self.window = _number("chunk", chunk, 1), _number("window", window, 1)
-        self.retries, self.threads = _number("retries", retries, 0) or 0, _number("threads", threads, 1)
+        self.chunk, self.window, self.threads = (
+            None if number is None else check_integer("Workers", name, number, 1)
+            for name, number in (("chunk", chunk), ("window", window), ("threads", threads))
+        )
+        self.retries = check_integer("Workers", "retries", retries, 0)
         self.progress = progress
         self.store = None if store is None else _folder(store)
         self._make: Callable[[], Any] | None = None if _submits(executor) or not callable(executor) else executor
@@ -164,6 +172,12 @@ class Workers:
         """The most bytes to send with one task."""
         return _BYTES_OF_DASK if self.is_dask else _BYTES
 
+    def changed(self, **options: Any) -> Workers:
+        """Return workers on the same executor with other options."""
+        other = copy.copy(self)
+        vars(other).update(options)
+        return other
+
     def renew(self, broken: Any) -> bool:
         """Replace a broken executor by a new one. Return False if there is no function that makes one."""
         # Another task of the same pool has already replaced it.
@@ -188,9 +202,7 @@ def as_workers(owner: str, executor: Any, progress: Progress | None = None) -> W
     workers = executor if isinstance(executor, Workers) else Workers(_as_executor(owner, executor))
     if progress is None:
         return workers
-    copy = object.__new__(Workers)
-    vars(copy).update(vars(workers), progress=progress)
-    return copy
+    return workers.changed(progress=progress)
 
 
 def _submits(executor: Any) -> bool:
@@ -217,14 +229,6 @@ def _folder(path: Any) -> str:
     if not os.path.isdir(folder):
         raise FileNotFoundError(2, "no such folder", folder)
     return folder
-
-
-def _number(name: str, value: Any, least: int) -> int | None:
-    """Return None or a whole number >= `least`."""
-    number = None if value is None else as_integer(value)
-    if value is not None and (number is None or number < least):
-        raise ValueError(f"Workers: {name} must be a whole number >= {least} or None, got {format_value(value)}")
-    return number
 
 
 # The executor of this process.

@@ -185,9 +185,9 @@ def test_what_is_no_executor(wrong):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (dict(chunk=0), "Workers: chunk must be a whole number >= 1 or None, got 0"),
-        (dict(window=1.5), "Workers: window must be a whole number >= 1 or None, got 1.5"),
-        (dict(threads=-1), "Workers: threads must be a whole number >= 1 or None, got -1"),
+        (dict(chunk=0), "Workers: chunk must be an integer >= 1, got 0"),
+        (dict(window=1.5), "Workers: window must be an integer >= 1, got 1.5"),
+        (dict(threads=-1), "Workers: threads must be an integer >= 1, got -1"),
     ],
 )
 def test_senseless_numbers(options, message):

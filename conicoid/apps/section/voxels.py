@@ -8,10 +8,8 @@ from __future__ import annotations
 
 import contextlib
 import os
-import secrets
 import shutil
 from collections.abc import Callable, Iterator
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -71,21 +69,12 @@ def _write_npz(path: Any, voxels: Voxels) -> None:
 
 def _write_zarr(path: Any, voxels: Voxels) -> None:
     """Write a group of arrays with the attributes low, high and names. The folder appears complete or not at all."""
-    from ...io.source import zarr_module
+    from ...io.sink import new_zarr_group
 
-    zarr = zarr_module()
-    folder = Path(path)
-    if folder.exists():
-        raise FileExistsError(17, "already exists", str(path))
-    partial = folder.with_name(f".{folder.stem[:40]}-{secrets.token_hex(4)}.zarr")
-    try:
-        group = zarr.open_group(str(partial), mode="w")
+    with new_zarr_group(path) as group:
         group.attrs.update(low=voxels.low.tolist(), high=voxels.high.tolist(), names=list(voxels.names))
         for name, array in arrays_of(voxels).items():
             group.create_array(name, data=array)
-        os.rename(partial, folder)
-    finally:
-        shutil.rmtree(partial, ignore_errors=True)
 
 
 def _write_vti(path: Any, voxels: Voxels) -> None:
@@ -189,22 +178,12 @@ def folder_store(
     path: Any, names: tuple[str, str], shape: tuple[int, ...], kind: Any, chunks: tuple[int, ...], more: dict[str, Any]
 ) -> Iterator[Pair]:
     """Yield two arrays of a zarr group with names and attributes; the folder gets its name when the context ends."""
-    from ...io.source import zarr_module
+    from ...io.sink import new_zarr_group
 
-    zarr, folder = zarr_module(), Path(path)
-    if os.path.lexists(folder):
-        raise FileExistsError(17, "already exists", str(path))
-    if not folder.parent.is_dir():
-        raise FileNotFoundError(2, "no such folder", str(folder.parent))
-    partial = folder.with_name(f".{folder.stem[:40]}-{secrets.token_hex(4)}.zarr")
-    try:
-        group = zarr.open_group(str(partial), mode="w")
+    with new_zarr_group(path) as group:
         group.attrs.update(**more)
         one, other = (group.create_array(name, shape=shape, dtype=kind, chunks=chunks) for name in names)
         yield one, other
-        os.rename(partial, folder)
-    finally:
-        shutil.rmtree(partial, ignore_errors=True)
 
 
 def reopen(path: Any, ending: str, names: tuple[str, str]) -> Pair:
