@@ -377,53 +377,30 @@ def _decode_scene_fields(arrays: Arrays, path: str | os.PathLike[str]) -> dict[s
 
 # Tables of results: columns of one length.
 
-HIT_ARRAYS = ("t", "point", "normal", "uv", "body", "face", "surface", "entering")
-SPAN_ARRAYS = ("t_enter", "t_exit", "body", "enter_clipped", "exit_clipped")
-CROSSING_ARRAYS = ("t", "point", "normal", "body", "face", "surface", "entering", "before", "after")
-"""The fields of hits, spans and crossings in tables, without error bounds."""
-HIT_ERROR_ARRAYS, SPAN_ERROR_ARRAYS, CROSSING_ERROR_ARRAYS = (
-    ("t_error",),
-    ("t_enter_error", "t_exit_error"),
-    ("t_error",),
-)
+_TABLES: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
+    "first_hit": (("t", "point", "normal", "uv", "body", "face", "surface", "entering"), ("t_error",)),
+    "spans": (("body", "t_enter", "t_exit", "enter_clipped", "exit_clipped"), ("t_enter_error", "t_exit_error")),
+    "crossings": (
+        ("t", "point", "normal", "body", "face", "surface", "entering", "before", "after"), ("t_error",),
+    ),
+}  # fmt: skip
+"""The fields of hits, spans and crossings in tables, and their error bounds."""
+_VECTOR_COLUMNS = {"point": ("x", "y", "z"), "normal": ("normal_x", "normal_y", "normal_z"), "uv": ("u", "v")}
 
 
-def hit_columns(arrays: Arrays) -> dict[str, Any]:
-    """Return the columns of first hits in a .csv file."""
-    return {
-        **_point_columns(arrays),
-        **{name: arrays["uv"][..., i] for i, name in enumerate(("u", "v"))},
-        **{name: arrays[name] for name in ("body", "face", "surface", "entering")},
-        **{name: arrays[name] for name in ("t_error",) if name in arrays},
-    }
-
-
-def _point_columns(arrays: Arrays) -> dict[str, Any]:
-    return {
-        "t": arrays["t"],
-        **{name: arrays["point"][..., i] for i, name in enumerate(("x", "y", "z"))},
-        **{name: arrays["normal"][..., i] for i, name in enumerate(("normal_x", "normal_y", "normal_z"))},
-    }
-
-
-def span_columns(arrays: Arrays, first: int = 0) -> dict[str, Any]:
-    """Return the columns of spans in a .csv file; `first` is the number of the first ray."""
-    columns = _ray_column(arrays, first)
-    columns |= {name: arrays[name] for name in ("body", "t_enter", "t_exit", "enter_clipped", "exit_clipped")}
-    return columns | {name: arrays[name] for name in SPAN_ERROR_ARRAYS if name in arrays}
-
-
-def crossing_columns(arrays: Arrays, first: int = 0) -> dict[str, Any]:
-    """Return the columns of crossings in a .csv file; `first` is the number of the first ray."""
-    columns = _ray_column(arrays, first) | _point_columns(arrays)
-    columns |= {name: arrays[name] for name in ("body", "face", "surface", "entering", "before", "after")}
-    return columns | {name: arrays[name] for name in CROSSING_ERROR_ARRAYS if name in arrays}
-
-
-def _ray_column(arrays: Arrays, first: int) -> dict[str, Any]:
-    """Return the column of ray numbers: row i of the lists belongs to the ray whose offsets enclose i."""
-    counts = np.diff(arrays["offsets"])
-    return {"ray": np.repeat(np.arange(first, first + len(counts)), counts)}
+def table_columns(query: str, answer: Any, errors: bool, first: int = 0) -> dict[str, Any]:
+    """Return the columns of a table of hits, spans or crossings, flat; `first` is the number of the first ray."""
+    fields, bounds = _TABLES[query]
+    columns = {}
+    if query != "first_hit":
+        # Row i of the lists belongs to the ray whose offsets enclose i
+        counts = np.diff(answer.offsets)
+        columns["ray"] = np.repeat(np.arange(first, first + len(counts)), counts)
+    for name in (*fields, *(bounds if errors else ())):
+        values = np.asarray(getattr(answer, name))
+        parts = _VECTOR_COLUMNS.get(name, (name,))
+        columns |= dict(zip(parts, values.reshape(-1, len(parts)).T, strict=True))
+    return columns
 
 
 def write_values(

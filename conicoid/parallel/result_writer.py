@@ -19,22 +19,14 @@ import numpy as np
 
 from .._util.safe_files import replace_file, resolve_output, write_text
 from ..io.result_file import (
-    CROSSING_ARRAYS,
-    CROSSING_ERROR_ARRAYS,
-    HIT_ARRAYS,
-    HIT_ERROR_ARRAYS,
     HIT_ROW_FIELDS,
-    SPAN_ARRAYS,
-    SPAN_ERROR_ARRAYS,
-    crossing_columns,
     encode_lists,
-    hit_columns,
     hit_head_arrays,
     hit_row_arrays,
     integral_columns,
     length_columns,
     list_row_arrays,
-    span_columns,
+    table_columns,
 )
 from ..io.sink import StoredArray, check_output, csv_lines, quote_csv, write_arrays, write_columns
 from ..queries.rays import Rays
@@ -236,7 +228,7 @@ class ResultWriter:
 
     def _columns(self, answer: Any) -> dict[str, Any]:
         """Return the columns of a table, flat."""
-        raise NotImplementedError
+        return table_columns(self.query, answer, self.errors, self.parts.rays)
 
     def _arrays(self, answer: Any) -> dict[str, Any]:
         """Return arrays with a row for each ray, span or crossing."""
@@ -245,10 +237,6 @@ class ResultWriter:
     def _whole(self, leading: tuple[int, ...], none: Rays) -> dict[str, Any]:
         """Return the arrays of the whole file; `leading` is the shape of the rays, and `none` is no ray."""
         raise NotImplementedError
-
-    def _fields(self, answer: Any, usual: tuple[str, ...], bounds: tuple[str, ...]) -> dict[str, Any]:
-        """Return fields of an answer, with their error bounds if tables have these."""
-        return {name: getattr(answer, name) for name in (*usual, *(bounds if self.errors else ()))}
 
     def _head(self, none: Rays) -> dict[str, Any]:
         """Return the keys of scenes, and names and materials of bodies."""
@@ -295,10 +283,6 @@ class HitWriter(ResultWriter):
     def _counts(self, answer: Hits) -> tuple[int, int]:
         return answer.size, int((answer.body >= 0).sum())
 
-    def _columns(self, answer: Hits) -> dict[str, Any]:
-        columns = hit_columns(self._fields(answer, HIT_ARRAYS, HIT_ERROR_ARRAYS))
-        return {name: np.asarray(column).reshape(-1) for name, column in columns.items()}
-
     def _arrays(self, answer: Hits) -> dict[str, Any]:
         # Parts of a picture have two axes.
         rows, count = hit_row_arrays(answer.detached()), answer.size
@@ -318,13 +302,6 @@ class ListWriter(ResultWriter):
 
     def _counts(self, answer: Spans | Crossings) -> tuple[int, int]:
         return len(answer), len(answer.body)
-
-    def _columns(self, answer: Spans | Crossings) -> dict[str, Any]:
-        if self.query == "spans":
-            fields, columns = self._fields(answer, SPAN_ARRAYS, SPAN_ERROR_ARRAYS), span_columns
-        else:
-            fields, columns = self._fields(answer, CROSSING_ARRAYS, CROSSING_ERROR_ARRAYS), crossing_columns
-        return columns(fields | {"offsets": answer.offsets}, self.parts.rays)
 
     def _arrays(self, answer: Spans | Crossings) -> dict[str, Any]:
         arrays = encode_lists(answer.detached())

@@ -23,7 +23,7 @@ WRITERS = {
     "scene.yaml": "co.save(co.Scene([co.Sphere(k + 1.5) for k in range(3000)]), path)",
     "balls.yaml": "co.save(co.Scene([co.Spheres(np.ones((3000, 3)), 1.0)]), path)",
     "spans.npz": "write_arrays(path, SPANS)",
-    "spans.csv": "write_columns(path, span_columns(SPANS))",
+    "spans.csv": "write_columns(path, SPANS)",
     "parts.csv": "co.Scene([co.Sphere(1)]).stream(np.ones((5000, 6)), out=path)",
     "parts.npz": "co.Scene([co.Sphere(1)]).stream(np.ones((5000, 6)), out=path)",
 }
@@ -31,11 +31,10 @@ CODE = """
 import resource, signal, sys
 import numpy as np
 import conicoid as co
-from conicoid.io.result_file import span_columns
 from conicoid.io.sink import write_arrays, write_columns
 from conicoid.cli.terminal import user_mistakes
 
-SPANS = dict(offsets=np.arange(5001), body=np.zeros(5000, int))
+SPANS = dict(body=np.zeros(5000, int))
 SPANS |= {name: np.ones(5000) for name in ("t_enter", "t_exit", "enter_clipped", "exit_clipped")}
 import OpenEXR
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)

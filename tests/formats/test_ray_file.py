@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import contextlib
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from conicoid._util.safe_files import replace_file
 from conicoid.io.ray_file import read_rays
-from conicoid.io.result_file import hit_columns, span_columns
+from conicoid.io.result_file import table_columns
 from conicoid.io.sink import check_output, write_arrays, write_columns
 
 RNG = np.random.default_rng(3)
@@ -120,7 +121,7 @@ SPANS = {
 
 
 def test_hits_as_csv(tmp_path):
-    write_columns(tmp_path / "hits.csv", hit_columns(HITS))
+    write_columns(tmp_path / "hits.csv", table_columns("first_hit", SimpleNamespace(**HITS), False))
     assert (tmp_path / "hits.csv").read_text() == (
         "t,x,y,z,normal_x,normal_y,normal_z,u,v,body,face,surface,entering\n"
         "1.5,1.0,2.0,3.0,0.0,0.0,1.0,0.25,0.1,0,2,7,1\n"
@@ -129,7 +130,7 @@ def test_hits_as_csv(tmp_path):
 
 
 def test_spans_as_csv(tmp_path):
-    write_columns(tmp_path / "spans.csv", span_columns(SPANS))
+    write_columns(tmp_path / "spans.csv", table_columns("spans", SimpleNamespace(**SPANS), False))
     assert (tmp_path / "spans.csv").read_text() == (
         "ray,body,t_enter,t_exit,enter_clipped,exit_clipped\n0,0,0.1,1.0,0,0\n0,1,0.2,2.0,0,1\n2,0,-inf,3.0,1,0\n"
     )
