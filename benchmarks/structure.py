@@ -24,7 +24,7 @@ ROOT = Path(__file__).resolve().parents[1]
 
 ONE_HIT = (
     "Scene.first_hit",
-    "queries.first_hit",
+    "ray_queries.first_hit",
     "trace_first",
     "first_crossing",
     "next_leaf",

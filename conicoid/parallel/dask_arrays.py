@@ -16,9 +16,9 @@ from .._util.text import format_count
 from .._util.validation import describe_kind
 from ..kernels.threads import limit_threads
 from ..queries.hits import Hits
+from ..queries.line_integrals import trailing_axes
 from ..queries.spans import Crossings, Spans
 from ..queries.weights import BODY
-from .queries import trailing_axes
 from .scheduler import worker_name
 from .shared_state import find_shared, shared_scene, source_version
 
@@ -186,7 +186,7 @@ def lazy_point_query(scene: SceneLike, query: str, points: Any) -> Any:
 
 def _sums(scene: SceneLike, query: str, arrays: list[Any], options: dict[str, Any]) -> Any:
     """Return lazy lengths or line integrals of rays."""
-    return _map_query(scene, query, arrays, options, dtype=float, last=trailing_axes(scene, query, options))
+    return _map_query(scene, query, arrays, options, dtype=float, last=trailing_axes(scene._prepared, query, options))
 
 
 def _arrays(query: str, origins: Any, directions: Any, t_min: Any, t_max: Any) -> list[Any]:

@@ -22,13 +22,13 @@ from ..queries import distances, ray_queries
 from ..queries import points as at_points
 from ..queries.distances import Distances, Nearest
 from ..queries.hits import Hits
+from ..queries.line_integrals import trailing_axes
 from ..queries.points import BodiesAt
 from ..queries.ray_queries import as_rays, limits_of
 from ..queries.rays import LazyRays, Rays, lines_of
 from ..queries.spans import Crossings, Spans, refuse_large_lengths
 from ..queries.voxel_columns import ColumnGrid
 from ..queries.voxel_columns import voxel_shares as columns_here
-from ..queries.weights import BODY, check_by, weights_of
 from .scheduler import ChunkSize, ScheduledTask, prepare_first, run_tasks
 from .shared_state import SharedObject, shared_scene
 from .workers import Workers, as_workers, inline_workers
@@ -183,18 +183,6 @@ def _empty_lists(kind: type[Lists], scene: SceneLike) -> Any:
     return query(scene._prepared, ray_queries.as_rays("lists", np.zeros((0, 3)), np.zeros((0, 3))), 0.0, 1.0)
 
 
-def trailing_axes(scene: SceneLike, query: str, options: dict[str, Any]) -> tuple[int, ...]:
-    """Return the axes of values after those of the rays. Raise ValueError for wrong options."""
-    prepared = scene._prepared
-    if query == "occluded":
-        return ()
-    if query == "lengths":
-        by = check_by("lengths", options["by"])
-        return (prepared.lowered.body_count if by == BODY else len(prepared.labels.distinct),)
-    weights = options["values"], options["otherwise"], prepared.lowered.body_count, prepared.labels.distinct
-    return weights_of(*weights).shape
-
-
 @contextlib.contextmanager
 def answer_parts(
     scene: SceneLike, query: str, request: RayRequest, options: dict[str, Any], workers: Workers, bytes_each: int
@@ -210,7 +198,7 @@ def value_parts(
     scene: SceneLike, query: str, request: RayRequest, options: dict[str, Any], workers: Workers
 ) -> Iterator[tuple[int, int, Any]]:
     """Yield (begin, end, values) of shares of the flat rays, in order."""
-    each = max(1, 8 * math.prod(trailing_axes(scene, query, options))) if query != "occluded" else 1
+    each = max(1, 8 * math.prod(trailing_axes(scene._prepared, query, options))) if query != "occluded" else 1
     with answer_parts(scene, query, request, options, workers, each) as results:
         for task, (values,) in results:
             yield task.begin, task.end, values
@@ -218,7 +206,7 @@ def value_parts(
 
 def _values(scene: SceneLike, query: str, request: RayRequest, options: dict[str, Any], workers: Workers) -> Any:
     """Return values of all rays, (...) or (..., columns)."""
-    trailing = trailing_axes(scene, query, options)
+    trailing = trailing_axes(scene._prepared, query, options)
     if query == "lengths":
         # Before any work: the array could be larger than memory.
         refuse_large_lengths(request.count, trailing[0], options["by"])

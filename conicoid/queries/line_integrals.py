@@ -42,7 +42,7 @@ def lengths(
     scene: PreparedScene, rays: Rays, t_min: Any, t_max: Any, by: Any, progress: Progress | None, overlaps: Any = None
 ) -> FloatArray:
     """Return `spans(...).lengths(by)`, to the bit; beyond the result itself memory is bounded."""
-    count = scene.lowered.body_count if check_by("lengths", by) == BODY else len(scene.labels.distinct)
+    (count,) = trailing_axes(scene, "lengths", dict(by=by))
     how: Any = check_overlaps("lengths", overlaps)
     refuse_large_lengths(rays.origins.size // 3, count, by)
     return _sum_in_chunks(
@@ -55,6 +55,16 @@ def lengths(
         lambda some: some.lengths(by, overlaps=how).reshape(len(some), count),
         (count,),
     )
+
+
+def trailing_axes(scene: PreparedScene, query: str, options: dict[str, Any]) -> tuple[int, ...]:
+    """Return the axes of values, also of `occluded`, after those of the rays. Raise ValueError for wrong options."""
+    if query == "occluded":
+        return ()
+    if query == "lengths":
+        by = check_by("lengths", options["by"])
+        return (scene.lowered.body_count if by == BODY else len(scene.labels.distinct),)
+    return weights_of(options["values"], options["otherwise"], scene.lowered.body_count, scene.labels.distinct).shape
 
 
 def _sum_in_chunks(

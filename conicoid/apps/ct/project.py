@@ -12,8 +12,9 @@ from ..._util.errstate import ignore_fp_errors
 from ..._util.safe_files import replace_file
 from ..._util.validation import check_callback, check_integer, describe_kind
 from ..._util.validation import check_path as checked_path
-from ...parallel.queries import RayRequest, trailing_axes, value_parts, workers_of
+from ...parallel.queries import RayRequest, value_parts, workers_of
 from ...queries.extensions import extension
+from ...queries.line_integrals import trailing_axes
 from .scan_geometry import ScanGeometry
 
 if TYPE_CHECKING:
@@ -86,7 +87,7 @@ def project(
         return _lazy(target, geometry, values, otherwise, check_integer("project", "chunks", chunks, 1))
     request = RayRequest("project", geometry.lazy_rays, None, *geometry.interval)
     options = dict(values=values, otherwise=otherwise)
-    trailing = trailing_axes(target, "line_integral", options)
+    trailing = trailing_axes(target._prepared, "line_integral", options)
     parts = value_parts(target, "line_integral", request, options, workers_of("line_integral", executor, progress))
     shape = (*geometry.shape, *trailing)
     if out is None:
@@ -121,7 +122,7 @@ def _lazy(scene: SceneLike, geometry: ScanGeometry, values: Any, otherwise: Any,
     """Return the sinogram as an array of Dask, with one task for each block of views."""
     from ...parallel.dask_arrays import lazy_parts
 
-    trailing = trailing_axes(scene, "line_integral", dict(values=values, otherwise=otherwise))
+    trailing = trailing_axes(scene._prepared, "line_integral", dict(values=values, otherwise=otherwise))
     # An empty scan still makes one block, with the right shape.
     starts = range(0, max(geometry.views, 1), views)
     shares = [geometry[start : start + views] for start in starts]
