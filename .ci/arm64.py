@@ -24,7 +24,7 @@ from wheel import ROOT, TOOLS, suite
 TARGET = "linux-aarch64"
 DEBIAN = "python3.11-minimal", "libpython3.11-stdlib", "libstdc++6"
 PLATFORMS = "manylinux2014_aarch64", "manylinux_2_17_aarch64", "manylinux_2_27_aarch64", "manylinux_2_28_aarch64"
-TESTS = "tests/native/test_digest.py", "tests/integrators/test_whitted.py", "tests/exactness/test_ties.py"
+TESTS = "tests/native/test_digest.py", "tests/integrators/test_whitted.py", "tests/exactness/test_whole_bodies.py"
 TESTS += ("tests/engine/test_routes.py",)
 APT = """\
 APT::Architecture "arm64";

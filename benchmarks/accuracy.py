@@ -1,46 +1,40 @@
-"""The accuracy table of docs/dev/accuracy-tables.md: every shape against 90 digits, on random hard rays.
+"""The accuracy table of docs/dev/accuracy-tables.md: every shape against exact arithmetic, on random hard rays.
 
     python benchmarks/accuracy.py [--cases 200] [--rays 55] [--only Sphere Cone ...]
 
-Prints Markdown. Columns: rays traced; crossings compared; rays in the tangency band (stated in
-tests/oracle/trace.py); wrong hits and misses outside of it; the error of t as a share of (distance
-travelled + size of the solid), median and largest where the ray meets the surface at |cos θ| >= 1/56;
-and, over all angles, how far beside the surface the crossing lies at most, in units of 2^-53 of the
-same sum.
+Prints Markdown. Columns: rays traced; crossings of the exact answers; rays with another number of crossings, or one of
+another body, face or sense; the error of t as a share of (distance travelled + size of the solid), median and largest
+where the ray meets the surface at |cos θ| >= 1/56; over all angles, how far beside the surface the crossing lies at
+most, in units of 2^-53 of the same sum.
 """
 
 from __future__ import annotations
 
 import argparse
 import datetime
+import math
 import platform
 import sys
 from collections.abc import Iterator
+from dataclasses import dataclass, field
 from pathlib import Path
 
-import mpmath
+import flint
 import numba
 import numpy as np
+from flint import arb, ctx
 
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
 import conicoid as co
-from tests.oracle.compare import Score, compare
-from tests.oracle.rays import rays
-from tests.oracle.samples import KINDS, generator, random_case
+from tests.reference.aimed_rays import Aim, rays
+from tests.reference.judge import Comparison, Judge, norm, rows_of
+from tests.reference.random_items import KINDS, ordinary
+from tests.reference.random_shapes import generator
 
-HEADINGS = (
-    "shape",
-    "rays",
-    "crossings",
-    "in band",
-    "wrong hits",
-    "wrong misses",
-    "median error",
-    "largest error",
-    "beside, 2^-53",
-)
+HEADINGS = "shape", "rays", "crossings", "wrong rays", "median error", "largest error", "beside, 2^-53"
+STEEP = 1 / 56
 
 
 def processor() -> str:
@@ -53,37 +47,74 @@ def processor() -> str:
     return names[0] if names else platform.processor() or platform.machine()
 
 
-def score_of(kind: str, cases: int, rays_per_case: int) -> Score:
-    score = Score()
+@dataclass
+class Row:
+    """What one kind of shape adds up to."""
+
+    rays: int = 0
+    crossings: int = 0
+    wrong: int = 0
+    errors: list[float] = field(default_factory=list)
+    cosines: list[float] = field(default_factory=list)
+    """Of the angles between rays and normals."""
+
+    def add(self, other: Row) -> None:
+        for name, value in vars(other).items():
+            setattr(self, name, getattr(self, name) + value)
+
+    def text(self, kind: str) -> str:
+        errors, cosines = np.array(self.errors), np.array(self.cosines)
+        steep, beside = errors[cosines >= STEEP].max(initial=0), (errors * cosines * 2.0**53).max(initial=0)
+        cells = kind, self.rays, self.crossings, self.wrong, f"{np.median(errors):.1e}", f"{steep:.1e}", f"{beside:.1f}"
+        return "| " + " | ".join(map(str, cells)) + " |"
+
+
+def row(kind: str, cases: int, rays_per_case: int) -> Row:
+    found = Row()
     for index in range(1000, 1000 + cases):
         random = generator(kind, index)
-        case = random_case(kind, random)
-        score.add(compare(case, co, *rays(case, rays_per_case, random)))
-    return score
+        item = ordinary(kind, random)
+        judge = Judge(co, [item])
+        compared = judge.rays(*rays(Aim(judge.table, item.world_center, item.world_size, random), rays_per_case))
+        good = compared.lists()
+        found.rays += len(good)
+        found.wrong += int((~good).sum())
+        for text in judge.score.messages.values():
+            print(kind, *text, file=sys.stderr)
+        measure(found, compared, good, item.world_size)
+    return found
 
 
-def row(kind: str, score: Score) -> str:
-    cells = (
-        kind, score.rays, score.crossings, score.in_band, score.wrong_hits, score.wrong_misses, f"{score.median:.1e}",
-        f"{max(score.steep_errors, default=0.0):.1e}", f"{max(score.displacements, default=0.0):.1f}",
-    )  # fmt: skip
-    return "| " + " | ".join(map(str, cells)) + " |"
+def measure(found: Row, compared: Comparison, good: np.ndarray, size: float) -> None:
+    """Add the errors and angles of all crossings of good rays."""
+    exact = compared.exact
+    rows = np.flatnonzero(good[exact.ray])
+    t = compared.found.t[good[rows_of(compared.found.offsets)]]
+    found.crossings += len(exact.ray)
+    with ctx.workprec(300):
+        for k, place in zip(rows.tolist(), t.tolist(), strict=True):
+            ray, root = int(exact.ray[k]), exact.roots[k]
+            direction = compared.directions[ray].tolist()
+            gradient, _ = compared.gradient(ray, root)
+            speed, steepness = math.hypot(*direction), norm(gradient)
+            along = sum((g * arb(d) for g, d in zip(gradient, direction, strict=True)), arb(0))
+            if steepness > 0:
+                found.errors.append(float(abs(arb(place) - root.ball())) * speed / (abs(place) * speed + size))
+                found.cosines.append(abs(float(along / steepness)) / speed)
 
 
 def table(kinds: list[str], cases: int, rays_per_case: int) -> Iterator[str]:
     """Lines of Markdown, each as soon as it is known; failures go to stderr."""
-    versions = ", ".join(f"{module.__name__} {module.__version__}" for module in (co, np, numba, mpmath))
+    versions = ", ".join(f"{module.__name__} {module.__version__}" for module in (co, np, numba, flint))
     yield f"{datetime.date.today().isoformat()}, {processor()}, Python {platform.python_version()}, {versions}.\n"
     yield "| " + " | ".join(HEADINGS) + " |"
     yield "|---" + "|--:" * (len(HEADINGS) - 1) + "|"
-    whole = Score()
+    whole = Row()
     for kind in kinds:
-        score = score_of(kind, cases, rays_per_case)
-        for failure in score.failures:
-            print(kind, failure, file=sys.stderr)
-        whole.add(score)
-        yield row(kind, score)
-    yield row("**all**", whole)
+        found = row(kind, cases, rays_per_case)
+        whole.add(found)
+        yield found.text(kind)
+    yield whole.text("**all**")
 
 
 def main() -> None:

@@ -12,9 +12,8 @@ import pytest
 
 import conicoid as co
 
-from ..oracle.cases import Case
-from .cases import generator
-from .nice import PLAIN
+from ..reference.items import Item
+from ..reference.random_shapes import MAKERS, WholeDraw, generator, random_shape
 
 OUTSIDE = (1.5e100, -3e250, 9e-101, -4e-300, 5e-324)
 LIMITS = (1e100, 1e-100)
@@ -34,20 +33,20 @@ def replaced(value: Any, new: float) -> Iterator[Any]:
         yield new
 
 
-def shape_with(case: Case, field: str, value: Any) -> Any:
-    return dataclasses.replace(case, parameters={**case.parameters, field: value}).shape(co)
+def shape_with(item: Item, field: str, value: Any) -> Any:
+    return dataclasses.replace(item, parameters={**item.parameters, field: value}).shape(co)
 
 
-@pytest.mark.parametrize("kind", sorted(PLAIN))
+@pytest.mark.parametrize("kind", MAKERS)
 def test_parameters(kind: str) -> None:
     tried = 0
     for number in range(6):
-        case = PLAIN[kind](generator("domain", number))
-        for field, value in case.parameters.items():
+        item = random_shape(WholeDraw(generator("domain", number)), kind)
+        for field, value in item.parameters.items():
             for new in OUTSIDE:
                 for changed in replaced(value, new):
                     with pytest.raises(ValueError, match=rf"(?s)({kind}|Box): .*({field}|low|high)"):
-                        shape_with(case, field, changed)
+                        shape_with(item, field, changed)
                     tried += 1
     assert tried >= 20
 

@@ -15,7 +15,7 @@ from ..children import ROOT
 from ..machine_code import needs_machine_code
 
 CHECKS = "-O1 -g -fPIC -shared -fsanitize=address,undefined -fno-sanitize-recover=undefined -ffp-contract=off".split()
-SAMPLE = "tests/engine/test_routes.py", "tests/exactness/test_ties.py", "tests/integrators"
+SAMPLE = "tests/engine/test_routes.py", "tests/exactness/test_whole_bodies.py", "tests/integrators"
 
 pytestmark = [
     needs_machine_code,

@@ -1,0 +1,68 @@
+"""Every kind of shape against exact arithmetic, on rays that are hard: every query, every route, bounces.
+
+Shapes have ordinary scales or sizes towards the ends of the documented domain. Rays graze, run through edges and
+corners, along axes, rulings and asymptotes, start on surfaces and far away.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import conicoid as co
+
+from ..reference import aimed_rays
+from ..reference.quadratics import Table
+from ..reference.random_items import KINDS, extreme, ordinary
+from ..reference.random_shapes import generator
+from ..reference.score import Score
+from ..reference.solids import bodies
+from ..reference.suite import random_score, total
+
+LOOSEST = 16
+
+
+def check(score: Score) -> None:
+    """Packets do not doubt some rays that are doubtful alone; `test_whole_bodies` compares that in the deep suite."""
+    assert score.rows > 0.1 * score.rays
+    score.check(doubts=False)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_at_ordinary_scales(kind):
+    score = total([random_score(kind, ordinary, number, 200) for number in range(2)])
+    check(score)
+    assert score.slackness <= LOOSEST
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_towards_the_ends_of_the_domain(kind):
+    check(total([random_score(kind, extreme, number, 60) for number in range(4)]))
+
+
+@pytest.mark.deep
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_hundred_thousand_rays(kind):
+    plain = total([random_score(kind, ordinary, number, 500) for number in range(100, 230)])
+    check(plain)
+    assert plain.slackness <= LOOSEST
+    check(total([random_score(kind, extreme, number, 500) for number in range(100, 170)]))
+
+
+@pytest.mark.parametrize("kind", ["Cone", "NestedBooleans", "Polygon", "Quadric", "Sphere"])
+def test_threads_agree(kind):
+    r = generator(f"threads {kind}", 0)
+    item = ordinary(kind, r)
+    scene = co.Scene([item.shape(co)])
+    aim = aimed_rays.Aim(Table(bodies([item])), item.world_center, item.world_size, r)
+    o, d = (np.tile(x, (8, 1)) for x in aimed_rays.rays(aim, 1600))
+    answers = []
+    try:
+        for threads in (1, 2, 4):
+            co.set_threads(threads)
+            hits = scene.first_hit(o, d)
+            fields = ("t", "t_error", "point", "point_error", "body", "face", "surface", "entering", "normal")
+            answers.append(np.column_stack([getattr(hits, name) for name in fields]).tobytes())
+    finally:
+        co.set_threads(None)
+    assert len(set(answers)) == 1

@@ -1,0 +1,37 @@
+"""Every query on small whole numbers: bodies of all kinds under all motions, rays through their corners, edges, axes and walls."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import conicoid as co
+
+from ..reference.suite import total, whole_score
+from ..reference.whole_items import SCENES
+
+
+@pytest.mark.parametrize("kind", SCENES)
+def test_scenes(kind):
+    score = total([whole_score(kind, number, 60) for number in range(2)])
+    assert score.rows
+    score.check(
+        doubts=False
+    )  # packets do not doubt some rays that are doubtful alone; the deep suite compares that too
+
+
+@pytest.mark.deep
+@pytest.mark.parametrize("kind", SCENES)
+def test_a_million_rays(kind):
+    score = total([whole_score(kind, number, 500) for number in range(100, 144)])
+    score.check()
+    assert score.rays > 1_000_000 / len(SCENES)
+
+
+def test_the_body_listed_first_is_met_first() -> None:
+    """One box twice, in both orders: the walls are one surface, the body that answers is the first."""
+    box = co.Box((0, 0, 0), (1, 1, 1))
+    for scene in (co.Scene([box, box]), co.Scene([co.Box((0, 0, 0), (1, 2, 1)), box])):
+        hits = scene.first_hit(np.array([[-1.0, 0.5, 0.25]]), (1, 0, 0))
+        assert hits.body[0] == 0
+        assert hits.t_error[0] == 0

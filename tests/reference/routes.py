@@ -1,0 +1,98 @@
+"""The same rays one at a time, in order, in no order, in streams and as a picture: equal to the bit."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from .judge import Comparison
+from .trace import Array
+
+Random = np.random.Generator
+
+FIELDS = (
+    "t",
+    "t_error",
+    "point",
+    "point_error",
+    "body",
+    "face",
+    "surface",
+    "entering",
+    "normal",
+    "local_point",
+    "uv",
+    "doubtful",
+)
+COLUMNS = ("t", "t_error", "body", "face", "surface", "entering")
+STREAM = 33 * 64
+"""Enough packets for the rays to be sorted and traced in streams."""
+
+
+class Routes:
+    """`comparison` once more by other ways; `limits`: t_min and t_max of each ray, or None for the usual."""
+
+    def __init__(self, comparison: Comparison, limits: tuple[Array, Array] | None = None) -> None:
+        self.comparison, self.scene, self.limits = comparison, comparison.judge.scene, limits
+        self.rays = comparison.arguments[0] if comparison.spawned else None
+        self.flat = self.hits(np.arange(comparison.count))
+
+    def of(self, which: Any) -> tuple[Any, ...]:
+        if self.rays is not None:
+            return (self.rays[which],)
+        return self.comparison.origins[which], self.comparison.directions[which]
+
+    def within(self, which: Any) -> dict[str, Any]:
+        return {} if self.limits is None else {"t_min": self.limits[0][which], "t_max": self.limits[1][which]}
+
+    def hits(self, which: Any) -> Any:
+        return self.scene.first_hit(*self.of(which), **self.within(which))
+
+    def same(self, route: str, which: Array, hits: Any) -> None:
+        """The hits of rays `which`, whatever their shape, are those of the flat array."""
+        self.comparison.score.queries += which.size
+        for name in FIELDS:
+            expected, found = getattr(self.flat, name)[which], getattr(hits, name)
+            differ = ~((expected == found) | ((expected != expected) & (found != found)))
+            wrong = np.asarray(which)[differ.reshape(*which.shape, -1).any(axis=-1)]
+            self.comparison.fail(f"routes: {name} {route}", wrong, "compare with the same rays in one flat array")
+        hidden = self.scene.occluded(*self.of(which), **self.within(which))
+        wrong = np.asarray(which)[hidden != np.isfinite(self.flat.t[which])]
+        self.comparison.fail(f"routes: occluded {route}", wrong, "occluded is not first_hit.t < inf")
+
+    def shuffled(self, r: Random) -> None:
+        order = r.permutation(self.comparison.count)
+        self.same("shuffled", order, self.hits(order))
+        easy = np.flatnonzero(~self.flat.doubtful)
+        if len(easy):
+            more = easy[r.integers(0, len(easy), max(0, STREAM - len(order)))]
+            stream = r.permutation(np.concatenate([order, more]))
+            self.same("in a stream", stream, self.hits(stream))
+
+    def singles(self, r: Random, count: int) -> None:
+        for i in r.integers(0, self.comparison.count, count):
+            self.same("alone", np.array(i), self.hits(i))
+            self._lists("alone", np.array([i]), i)
+
+    def picture(self, which: Array) -> None:
+        """Rays `which` (height, width)."""
+        self.same("in a picture", which, self.hits(which))
+        self._lists("in a picture", which.ravel(), which)
+
+    def _lists(self, route: str, which: Array, shape: Any = None) -> None:
+        every = np.arange(self.comparison.count)
+        one = self.scene.crossings(*self.of(every), **self.within(every))
+        shape = which if shape is None else shape
+        two = self.scene.crossings(*self.of(shape), **self.within(shape))
+        counts = np.diff(one.offsets)[which]
+        wrong = counts != np.diff(two.offsets)
+        self.comparison.fail(f"routes: crossings {route}", which[wrong])
+        if wrong.any():
+            return
+        rows = np.repeat(one.offsets[:-1][which] - two.offsets[:-1], counts) + np.arange(len(two.t))
+        ray = np.repeat(which, counts)
+        for name in COLUMNS:
+            self.comparison.fail(
+                f"routes: crossings.{name} {route}", ray[getattr(one, name)[rows] != getattr(two, name)]
+            )

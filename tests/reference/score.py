@@ -1,0 +1,61 @@
+"""What was compared and what was wrong, with messages that reproduce it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from .items import Item
+
+SHOWN = 3
+
+
+@dataclass
+class Score:
+    """`wrong` counts by sort of failure; `messages` has the first few of each; `queries` counts rays times queries."""
+
+    rays: int = 0
+    queries: int = 0
+    rows: int = 0
+    doubtful: int = 0
+    errors: list[float] = field(default_factory=list)
+    """|t - exact| of crossings as a share of |t|, and the bounds of that."""
+    bounds: list[float] = field(default_factory=list)
+    wrong: dict[str, int] = field(default_factory=dict)
+    messages: dict[str, list[str]] = field(default_factory=dict)
+
+    def fail(self, what: str, message: str, count: int = 1) -> None:
+        self.wrong[what] = self.wrong.get(what, 0) + count
+        shown = self.messages.setdefault(what, [])
+        if len(shown) < SHOWN:
+            shown.append(message)
+
+    def add(self, other: Score) -> None:
+        for name in ("rays", "queries", "rows", "doubtful", "errors", "bounds"):
+            setattr(self, name, getattr(self, name) + getattr(other, name))
+        for what, count in other.wrong.items():
+            self.wrong[what] = self.wrong.get(what, 0) + count
+            shown = self.messages.setdefault(what, [])
+            shown += other.messages[what][: SHOWN - len(shown)]
+
+    @property
+    def slackness(self) -> float:
+        """Median bound over median error."""
+        return float(np.median(self.bounds) / np.median(self.errors))
+
+    def check(self, doubts: bool = True) -> None:
+        """Fail where an answer is wrong; without `doubts` not where routes differ in `doubtful` alone."""
+        wrong = {what: count for what, count in self.wrong.items() if doubts or "routes: doubtful" not in what}
+        text = "\n\n".join(f"{what}: {m}" for what in wrong for m in self.messages[what])
+        assert not wrong, f"{wrong} of {self.rays} rays\n\n{text}"
+
+
+def scene_text(items: Sequence[Item]) -> str:
+    return f"scene = co.Scene([{', '.join(map(repr, items))}])"
+
+
+def vector_text(v: Any) -> str:
+    return "(" + ", ".join(repr(float(x)).removesuffix(".0") for x in v) + ")"
