@@ -1,6 +1,6 @@
 """The accuracy table of docs/dev/accuracy-tables.md: every shape against exact arithmetic, on random hard rays.
 
-    python benchmarks/accuracy.py [--cases 200] [--rays 55] [--only Sphere Cone ...]
+    python benchmarks/accuracy.py [--cases 40] [--rays 110] [--only Sphere Cone ...]
 
 Prints Markdown. Columns: rays traced; crossings of the exact answers; rays with another number of crossings, or one of
 another body, face or sense; the error of t as a share of (distance travelled + size of the solid), median and largest
@@ -119,8 +119,8 @@ def table(kinds: list[str], cases: int, rays_per_case: int) -> Iterator[str]:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--cases", type=int, default=200, help="random shapes of each kind")
-    parser.add_argument("--rays", type=int, default=55, help="rays at each of them")
+    parser.add_argument("--cases", type=int, default=40, help="random shapes of each kind")
+    parser.add_argument("--rays", type=int, default=110, help="rays at each of them")
     parser.add_argument("--only", nargs="*", default=sorted(KINDS), choices=sorted(KINDS), metavar="KIND")
     options = parser.parse_args()
     for text in table(options.only, options.cases, options.rays):
