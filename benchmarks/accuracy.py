@@ -74,7 +74,7 @@ def row(kind: str, cases: int, rays_per_case: int) -> Row:
     for index in range(1000, 1000 + cases):
         random = generator(kind, index)
         item = ordinary(kind, random)
-        judge = Judge(co, [item])
+        judge = Judge(co, [item], far=0)
         compared = judge.rays(*rays(Aim(judge.table, item.world_center, item.world_size, random), rays_per_case))
         good = compared.lists()
         found.rays += len(good)

@@ -20,8 +20,6 @@ from .trace import Array, Crossings, Trace, body_at
 
 LOOSE = 2.0**-20
 """A bound of an error may be so much of |t| and of the ray's way to the body, no more: an answer is a place."""
-ASYMPTOTIC = 2.0**-42
-"""Along asymptotes it may grow by so much with each of the ray's ways."""
 FAR = 2.0**30
 """Beyond so many times the ray's way, where it runs all but along an asymptote, the bound may be as large as it likes."""
 ULP = 2.0**-53
@@ -32,10 +30,10 @@ NORMALS = 100
 
 
 class Judge:
-    """A scene of items; `library` is the package."""
+    """A scene of items; `library` is the package. Bounds of errors are small up to `far` times the ray's way."""
 
-    def __init__(self, library: Any, items: Sequence[Item]) -> None:
-        self.items = list(items)
+    def __init__(self, library: Any, items: Sequence[Item], far: float = FAR) -> None:
+        self.items, self.far = list(items), far
         self.scene = library.Scene([item.shape(library) for item in items])
         self.table = Table(bodies(items))
         self.solid = np.array([body.sheet is None for body in self.table.bodies], bool)
@@ -143,9 +141,7 @@ class Comparison:
         reach = np.abs(self.origins[rays]).max(axis=1) + self.judge.extent
         with np.errstate(all="ignore"):
             length = np.abs(self.directions[rays]).max(axis=1)
-            far = np.abs(t) * length / reach
-            share = np.maximum(LOOSE, ASYMPTOTIC * far)
-            loose = (error > share * (np.abs(t) + reach / length)) & (far < FAR)
+            loose = (error > LOOSE * (np.abs(t) + reach / length)) & (np.abs(t) < self.judge.far * reach)
         self.fail(f"{what}: t_error is as large as a length", rays[loose], lambda i: f"t_error {error[rays == i]}")
         for ray, row, place, bound in zip(rays.tolist(), rows.tolist(), t.tolist(), error.tolist(), strict=True):
             if not self._within(row, place, bound):

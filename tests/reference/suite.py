@@ -24,6 +24,7 @@ from .whole_rays import directions, nudged, picture, whole_points, whole_rays
 
 BOUNCES = 2
 BATCH = 500
+LEAST_LIMIT = 1e-200
 
 
 def compare(r: Random, rays: Comparison, grid: Array | None = None) -> Any:
@@ -32,6 +33,8 @@ def compare(r: Random, rays: Comparison, grid: Array | None = None) -> Any:
     hits = rays.first()
     rays.spans(good)
     low, high = ends(r, rays.found.offsets, rays.found.t)
+    if not rays.judge.far:  # directions of any length: limits beside 0 would be no normal numbers once they are scaled
+        low, high = (np.where(np.abs(x) < LEAST_LIMIT, 0.0, x) for x in (low, high))
     if rays.spawned:
         low, high = np.maximum(low, 0.0), np.maximum(high, 0.0)
     Interval(rays, good, low, high).judge()
@@ -64,7 +67,7 @@ def random_score(kind: str, sort: Callable[[str, Random], Item], number: int, co
     """`count` rays that are hard on a random shape, and a bounce of some of them."""
     r = generator(f"{kind} {sort.__name__}", number)
     item = sort(kind, r)
-    judge = Judge(co, [item])
+    judge = Judge(co, [item], far=0)  # these may be as thin as they like beside their size
     aim = Aim(judge.table, item.world_center, item.world_size, r)
     for begin in range(0, count, BATCH):
         origins, d = aimed_rays.rays(aim, min(BATCH, count - begin))
