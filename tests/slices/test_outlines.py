@@ -164,6 +164,15 @@ def test_what_a_plane_only_touches_has_no_outline():
     )
 
 
+def test_a_cap_that_touches_a_pole_has_no_outline():
+    """Caps z = ±1 of the hole touch the ball in the middle of their sections; the walls of the hole end at ±sqrt(3)/2."""
+    bored = co.Sphere(1) - co.Cylinder((0, 0, -1), (0, 0, 1), 0.5)
+    outlines = co.Scene([bored]).slice("y", 0).outlines
+    assert len(outlines) == 4
+    ends = np.abs([end for one in outlines for end in (one.start, one.end)])
+    assert ends == pytest.approx(np.tile([0.5, math.sqrt(0.75)], (8, 1)), abs=1e-15)
+
+
 def test_a_lens_ends_where_its_walls_cross():
     # Unit balls about (±1/2, 0, 0) cross on the circle of radius sqrt(3)/2; of each two thirds of a half circle are seen.
     lens = co.Scene([co.Sphere(1, (-0.5, 0, 0)) & co.Sphere(1, (0.5, 0, 0))]).slice("z", pixels=8)

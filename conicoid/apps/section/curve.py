@@ -177,7 +177,9 @@ class StraightLine(Curve):
         rows, d, base = others.T, self.direction, self.base
         a, b, c = second_order(rows, d, d), half_slope(rows, base, d), form_value(rows, np.array(base))
         square = b * b - a * c
-        real = square > -NEAR * b * b
+        # At the base itself b vanishes, so c counts by the size of its terms: a curve that touches there is near, too
+        size = form_value(np.abs(rows), np.abs(base))
+        real = square >= -NEAR * (b * b + NEAR * np.abs(a) * size)
         # The larger root as q / a and the smaller as c / q: neither cancels.
         q = -(b + np.copysign(np.sqrt(np.maximum(square, 0.0)), b))
         t = np.concatenate([np.where(real, q / a, np.nan), np.where(real, c / q, np.nan)])
