@@ -143,7 +143,7 @@ def main() -> None:
             target = target.only(host_level(target))
             if _is_there():
                 return
-            print("Making machine code of the kernels, which takes two to three minutes ...", flush=True)
+            print("Making machine code of the kernels, for some two and a half minutes of a core ...", flush=True)
         out = build(target, folder, wanted.in_place)
         if wanted.in_place:
             out = put(out, HERE.parent / "conicoid" / out.name)

@@ -63,22 +63,22 @@ def linked(
     kernels: dict[str, dict[str, Any]], codes: list[bytes], machine: Any, triple: str, prefix: str = PREFIX
 ) -> Any:
     """Return one module of kernels and their entry points, where only these are seen from outside."""
-
-    def placed(module: Any) -> Any:
-        module.data_layout, module.triple = str(machine.target_data), triple
-        return module
-
-    whole: Any = None
+    parts = []
     for number in sorted({number for kernel in kernels.values() for number in kernel["functions"]}):
-        part = placed(llvm.parse_bitcode(codes[number]))
+        part = llvm.parse_bitcode(codes[number])
+        part.data_layout, part.triple = str(machine.target_data), triple
         # What the modules before do not call would be dropped, though later ones may call it
         for each in (*part.functions, *part.global_variables):
             if not each.is_declaration and each.linkage in DROPPED:
                 each.linkage = "weak_odr"
-        if whole is None:
-            whole = part
-        else:
-            whole.link_in(part)
+        clean(part, machine)
+        parts.append(part)
+    # In pairs: LLVM looks through all of the receiving module at every link
+    while len(parts) > 1:
+        for first, second in zip(parts[::2], parts[1::2], strict=False):
+            first.link_in(second)
+        parts = parts[::2]
+    whole = parts[0]
     entries = ir.Module("entries")
     entries.triple, entries.data_layout = triple, str(machine.target_data)
     for name, kernel in kernels.items():
@@ -91,6 +91,14 @@ def linked(
             each.visibility = "hidden" if seen else "default"  # by the door, in the same library
     whole.verify()
     return whole
+
+
+def clean(module: Any, machine: Any) -> None:
+    """Put the variables of functions into registers, before each is copied into its callers: a quarter is left."""
+    passes = llvm.create_new_module_pass_manager()
+    passes.add_sroa_pass()
+    passes.add_instruction_combine_pass()
+    passes.run(module, llvm.create_pass_builder(machine, _tuning(0)))
 
 
 def simplify(module: Any, machine: Any) -> None:
@@ -109,10 +117,14 @@ def optimize(module: Any, machine: Any) -> None:
     _run_passes(module, machine, 3, lambda passes: None)
 
 
-def _run_passes(module: Any, machine: Any, speed: int, more: Callable[[Any], None]) -> None:
+def _tuning(speed: int) -> Any:
     options = llvm.create_pipeline_tuning_options(speed_level=speed)
     options.loop_vectorization, options.slp_vectorization = speed == 3, False
-    builder = llvm.create_pass_builder(machine, options)
+    return options
+
+
+def _run_passes(module: Any, machine: Any, speed: int, more: Callable[[Any], None]) -> None:
+    builder = llvm.create_pass_builder(machine, _tuning(speed))
     passes = builder.getModulePassManager()
     more(passes)
     passes.add_refprune_pass()
