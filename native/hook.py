@@ -27,7 +27,7 @@ VARIABLE = "CONICOID_KERNELS"
 
 @contextmanager
 def step(name: str) -> Iterator[None]:
-    """Print the name of a step before it begins, and its seconds after it ended: whole lines for pip."""
+    """Print a step before it begins, and its seconds after it ended: whole lines, as pip shows no others."""
     print(f"{name} ...", flush=True)
     begin = time.monotonic()
     yield
