@@ -55,7 +55,9 @@ def whole_score(kind: str, number: int, count: int) -> Score:
     more = picture(r, judge.items, side)
     rays = judge.rays(*(np.concatenate(pair) for pair in zip((origins, d), more, strict=True)))
     hits = compare(r, rays, len(origins) + np.arange(side * side).reshape(side, side))
-    judge.membership(whole_points(r, judge.items, count // 2))
+    judge.membership(
+        np.concatenate([whole_points(r, judge.items, count), rays.origins, rays.origins + rays.directions])
+    )
     compare(r, judge.rays(*nudged(r, origins[: count // 6], d[: count // 6])))
     hits = hits[: count // 2]
     for _ in range(BOUNCES):
