@@ -3,7 +3,7 @@
 
     .ci/wheel.py              build it, and try it
     .ci/wheel.py WHEEL        try this one
-    .ci/wheel.py --whole      with the whole fast suite (`make test-wheel`), some 20 minutes
+    .ci/wheel.py --whole      with the whole fast suite (`make test-wheel`)
 
 Tests are copied to where no source of the package is. A sample of them runs with the best level of machine code, and
 the digests of all answers with each level that this processor can run. Tests of the compiler are left out

@@ -139,14 +139,17 @@ def test_the_primitive_of_contributing_works(monkeypatch: pytest.MonkeyPatch) ->
 
 
 @needs_compiler
-def test_the_integrator_of_contributing_works(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("whole", [False, pytest.param(True, marks=pytest.mark.deep)])
+def test_the_integrator_of_contributing_works(whole: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It is known by its name; the whole of it compiles a kernel of pictures."""
     code, line, test = recipe("add-an-integrator")
     loaded(monkeypatch, "conicoid.render.integrators.curvature", code)
     (added,) = eval(line.strip())
     monkeypatch.setitem(INTEGRATORS, added.name, added)
     with pytest.raises(ValueError, match="render: integrator must be one of .*, curvature, got 'photons'"):
         co.Scene([]).render(1, 1, integrator="photons")
-    run_tests(test)
+    if whole:
+        run_tests(test)
 
 
 @needs_compiler

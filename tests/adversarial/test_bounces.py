@@ -7,6 +7,8 @@ import pytest
 
 import conicoid as co
 
+from ..samples import sampled
+
 N, BOUNCES = 60, 1000
 DRIFT = BOUNCES * 4 * 2.0**-53
 """What a point may leave its wall by: four roundings a bounce."""
@@ -87,10 +89,10 @@ def test_cylinder():
 
 @pytest.mark.parametrize(
     "shape",
-    [
+    sampled([
         co.Cone((0, 0, -1), (0, 0, 1), 1, 0.5), co.Ellipsoid((1, 2, 3), z_range=(-1, 2)), co.Polyhedron([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], [2] * 8),
         co.Sphere(1.5) & co.Box(), (co.Sphere(1) | co.Sphere(1, (1, 0, 0))), co.OneSheetHyperboloid(1, 1, 1, (-1, 1)),
-    ],
+    ], 4),
     ids=["frustum", "barrel", "octahedron", "rounded box", "two balls", "cooling tower"],
 )  # fmt: skip
 def test_other_bodies(shape):

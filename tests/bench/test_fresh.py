@@ -34,6 +34,7 @@ def test_caches_of_the_user_are_not_found():
     assert said == ["[]", str(place.folder / "cache")]
 
 
+@pytest.mark.deep
 @pytest.mark.parametrize(("program", "check"), [(HITS[OURS], fresh.check_hit), (PICTURES[OURS], fresh.check_picture)])
 def test_our_programs_answer_what_they_must(program, check):
     ours = fresh._python(program)

@@ -45,7 +45,7 @@ CLEAN = {
 
 @pytest.mark.parametrize("name", CLEAN)
 def test_nothing_is_found_where_nothing_is_wrong(name: str):
-    assert co.check(co.Scene(CLEAN[name]), rays=6000) == []
+    assert co.check(co.Scene(CLEAN[name]), rays=2000) == []
 
 
 def test_overlaps_of_balls():

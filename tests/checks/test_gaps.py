@@ -17,6 +17,7 @@ from conicoid.apps.checks.undefined_regions import undefined_regions
 from conicoid.cli.app import app
 
 from ..formats.openmc.models import EXAMPLE_FILES, loaded
+from ..samples import sampled
 
 PI = math.pi
 MODEL = """<geometry>
@@ -216,7 +217,7 @@ def test_bent_gaps_are_one_region():
     assert abs(found.size - (0.2 * 2 + 1.6 * 0.2 + 0.2 * 2)) < 5 * found.size_error
 
 
-@pytest.mark.parametrize("thin", [1e-2, 1e-3, 1e-4])
+@pytest.mark.parametrize("thin", sampled([1e-4, 1e-3, 1e-2], 3))
 def test_thin_gaps_are_one_region(thin):
     """A slab, and what is around a cone: both sides of its edges, which few rays see together."""
     box = co.Box((0, 0, 0), (10, 10, 10))

@@ -11,6 +11,7 @@ import pytest
 import conicoid as co
 from conicoid.parallel.scheduler import ScheduledTask, Scheduler
 
+from ..samples import sampled
 from . import subject, tasks
 from .schedulers import cluster, workers
 
@@ -47,7 +48,7 @@ def done_by(executor, call, *arguments, patience=200, **how):
     return value
 
 
-@pytest.mark.parametrize("of", ["client", "its own executor"])
+@pytest.mark.parametrize("of", sampled(["client", "its own executor"], 2))
 def test_a_task_that_was_given_up_is_sent_again_as_another(client, tmp_path, of):
     executor = client if of == "client" else client.get_executor()
     assert done_by(executor, tasks.dies, tmp_path / "counts", 2) > 0

@@ -9,7 +9,7 @@ import pytest
 
 import conicoid as co
 
-from ..samples import sampled
+from ..samples import in_turn, sampled
 from .conftest import SHAPES
 from .subject import Subject, rows
 
@@ -43,8 +43,7 @@ EXACT = {
 }
 
 
-PAIRS = sampled([(name, transform) for name in SHAPES for transform in TRANSFORMS], 5)
-"""The motions in turn: as many as five are no multiple of four."""
+PAIRS = in_turn(SHAPES, TRANSFORMS)
 
 
 @pytest.mark.parametrize(("name", "transform"), PAIRS)
@@ -83,9 +82,7 @@ def test_local_points_and_uv_do_not_move_and_normals_keep_their_side(name, trans
     assert np.abs(carried - there.normal)[near].max(initial=0) <= 1e-7
 
 
-@pytest.mark.parametrize(
-    ("name", "transform"), sampled([(name, transform) for name in SHAPES for transform in EXACT], 6)
-)
+@pytest.mark.parametrize(("name", "transform"), in_turn(SHAPES, EXACT))
 def test_quarter_turns_and_powers_of_two_are_exact(name, transform):
     """Powers of two change no bit of any t. Turns and mirrors permute the terms of sums and change the signs of zeros,
     which may show in the last bits of t; their parameters are exact, so the crossings are the same ones."""

@@ -46,6 +46,7 @@ def test_the_phantom(load):
     assert values == pytest.approx(phantom.densities(phantom.TRUE), rel=1e-9)
 
 
+@pytest.mark.deep
 def test_pictures(load):
     for name in ("aspheric_doublet", "recovered_ellipsoids"):
         assert isinstance(load(name).picture(scale=0.1), co.Image)

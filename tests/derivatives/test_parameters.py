@@ -6,6 +6,7 @@ import pytest
 import conicoid as co
 
 from ..contract.examples import MOTIONS, every_example
+from ..samples import in_turn
 
 EXAMPLES = dict(every_example())
 
@@ -21,8 +22,7 @@ def test_names_say_where_a_number_stands():
     assert found.values[found.index("bodies[1].operands[1].radius")] == 1
 
 
-@pytest.mark.parametrize("motion", MOTIONS)
-@pytest.mark.parametrize("name", EXAMPLES)
+@pytest.mark.parametrize(("name", "motion"), in_turn(EXAMPLES, MOTIONS))
 def test_a_scene_of_the_same_numbers_is_that_scene(name, motion):
     scene = co.Scene([MOTIONS[motion](EXAMPLES[name])])
     found = co.parameters(scene)

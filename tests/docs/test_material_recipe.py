@@ -38,10 +38,8 @@ def apply(diff: str, root: Path) -> None:
         file.write_text(text, encoding="utf-8")
 
 
-@needs_compiler
-@pytest.mark.parametrize("chosen", ["albedo or reciprocity", pytest.param("picture", marks=pytest.mark.deep)])
-def test_the_recipe_for_a_material_works(tmp_path: Path, chosen: str) -> None:
-    """By the short tests of the page; by its pictures, for which two kernels are compiled, in the deep suite."""
+def written_in_a_copy(tmp_path: Path) -> None:
+    """Make the edits of the page in a copy of the package and of the tests of surfaces."""
     for folder in ("conicoid", "tests/scattering"):
         shutil.copytree(ROOT / folder, tmp_path / folder, ignore=shutil.ignore_patterns("__pycache__", "_kernels*"))
     for file in ("pyproject.toml", *(f"tests/{name}.py" for name in ("__init__", "conftest", "messages"))):
@@ -54,6 +52,23 @@ def test_the_recipe_for_a_material_works(tmp_path: Path, chosen: str) -> None:
     presets.write_text(text.replace("\n_PRESETS = (", f"\n{preset}\n\n_PRESETS = ("), encoding="utf-8")
     for diff in blocks("diff"):
         apply(diff, tmp_path)
+
+
+def test_the_recipe_for_a_material_fits_the_package(tmp_path: Path) -> None:
+    """Its diffs apply, and what comes of them is Python."""
+    written_in_a_copy(tmp_path)
+    changed = [file for file in (tmp_path / "conicoid").rglob("*.py") if "dust" in file.read_text(encoding="utf-8")]
+    assert len(changed) > 3
+    for file in changed:
+        compile(file.read_text(encoding="utf-8"), file.name, "exec")
+
+
+@pytest.mark.deep  # kernels are compiled
+@needs_compiler
+@pytest.mark.parametrize("chosen", ["albedo or reciprocity", "picture"])
+def test_the_recipe_for_a_material_works(tmp_path: Path, chosen: str) -> None:
+    """By the short tests of the page, and by its pictures."""
+    written_in_a_copy(tmp_path)
     command = [
         sys.executable,
         "-m",

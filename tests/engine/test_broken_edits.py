@@ -14,6 +14,7 @@ import pytest
 import conicoid as co
 from conicoid.prepare.edits.buffer_pool import BufferPool, SceneBuffer
 
+from ..samples import in_turn
 from .exchanges import content
 
 PACKAGE = str(Path(co.__file__).parent)
@@ -86,8 +87,7 @@ def check_breaks(moves: int, held: bool, every: int) -> None:
 
 
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")  # broken off where memory comes back
-@pytest.mark.parametrize("held", [False, True])
-@pytest.mark.parametrize("moves", [1, 3])
+@pytest.mark.parametrize(("moves", "held"), in_turn([1, 3], [False, True]))
 def test_an_edit_broken_off_leaves_scenes_whole(moves, held):
     check_breaks(moves, held, 307)
 

@@ -22,6 +22,7 @@ from conicoid.queries.ray_queries import arrays_of
 
 from .test_routes import assert_same, reordered
 
+deep = pytest.mark.deep  # what looks into packets is compiled; that answers are the same is fast
 WIDTH = 128
 ACROSS = WIDTH // 8
 
@@ -92,6 +93,7 @@ def alone(view):
     return found.t, found.body, is_doubtful(found.turn)
 
 
+@deep
 def test_what_is_a_crowd_is_decided_packet_by_packet():
     # Of the near view a pipe's pitch takes up WIDTH / (2 * 4.5 tan 30°) = 25 pixels, three packets; of the far one
     # WIDTH / (2 * 125 tan 12°) = 2.4, so that a packet sees (8 / 2.4)² = 11 whole ones, and twenty in all.
@@ -103,6 +105,7 @@ def test_what_is_a_crowd_is_decided_packet_by_packet():
     assert above.any()
 
 
+@deep
 @pytest.mark.parametrize("view", VIEWS)
 def test_packets_meet_what_single_rays_do(view):
     _, best, bodies, doubts = traced(view)
@@ -113,6 +116,7 @@ def test_packets_meet_what_single_rays_do(view):
     assert np.array_equal(bodies[sure], body[sure])
 
 
+@deep
 @pytest.mark.parametrize("view", VIEWS)
 def test_any_hit_says_whether_there_is_one(view):
     best, doubts = traced(view, True)[1], traced(view, True)[3]
@@ -122,6 +126,7 @@ def test_any_hit_says_whether_there_is_one(view):
     assert np.array_equal(best[sure] < np.inf, t[sure] < np.inf)
 
 
+@deep
 def test_bodies_left_out_are_not_met():
     body = alone("far")[1]
     without = tuple(range(0, len(field().bodies), 10))

@@ -44,13 +44,13 @@ def written_anew(scene):
 
 
 @pytest.mark.parametrize(("seed", "count", "more"), [
-    (0, 20, ()), (1, 300, ()), (2, 20, (co.Plane((0, 0, 1), -3), co.HalfSpace((1, 0, 0), -20))),
+    (0, 20, ()), (1, 120, ()), (2, 20, (co.Plane((0, 0, 1), -3), co.HalfSpace((1, 0, 0), -20))),
     (3, 40, (co.Spheres(np.random.default_rng(1).normal(size=(30, 3)), 0.2),)),
     (4, 25, (CUBE.translate((7, 0, 0)), CUBE.translate((9, 0, 0)), co.Spheres([(7.0, 5, 5)], 1.0), co.Sphere(1, (7, 5, 5)))),
 ])  # fmt: skip
 def test_a_chain_of_exchanges_with_scenes_that_are_held(seed, count, more, taken):
-    chain(bodies(count, seed, more), seed, moved, 40)
-    assert sum(taken) > 8
+    chain(bodies(count, seed, more), seed, moved, 14)
+    assert sum(taken) > 2
 
 
 @pytest.mark.deep
@@ -77,7 +77,7 @@ def test_long_chains_on_one_floor(seed):
 def test_what_stands_on_one_floor_is_slid_along_it(seed, more):
     rng = np.random.default_rng(seed)
     first = co.Scene([*(co.Body(standing(rng), name=str(k)) for k in range(24)), *more])
-    chain(first, seed, slid, 60)
+    chain(first, seed, slid, 20)
 
 
 def chain(scene, seed, edit, edits):

@@ -100,7 +100,7 @@ def test_threads_that_exchange_in_one_scene_at_once():
     def work(seed):
         try:
             rng = np.random.default_rng(seed)
-            for _ in range(6):
+            for _ in range(3):
                 mine = scene
                 for _ in range(3):
                     mine = moved(mine, rng)

@@ -10,7 +10,7 @@ import conicoid as co
 from ..booleans.trees import tree
 from .test_routes import FIELDS, assert_same, reordered
 
-COUNT = 24
+COUNT = 16
 RED = co.Material((1, 0, 0))
 
 
@@ -79,7 +79,7 @@ def rays_of(width):
 
 
 @pytest.mark.parametrize("kind", [*KINDS, "trees on a grid", "random trees"])
-@pytest.mark.parametrize("width", [64, pytest.param(1024, marks=pytest.mark.deep)])
+@pytest.mark.parametrize("width", [48, pytest.param(1024, marks=pytest.mark.deep)])
 def test_every_route_agrees_to_the_bit(kind, width):
     scene, singles = scene_of(kind), 50
     for rays in rays_of(width):

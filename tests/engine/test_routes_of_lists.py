@@ -55,7 +55,7 @@ def assert_same(query, names, scene, rays, t_min=0.0, t_max=math.inf):
 
 @pytest.mark.parametrize(("query", "names"), QUERIES)
 @pytest.mark.parametrize("kind", [*KINDS, "trees on a grid", "random trees"])
-@pytest.mark.parametrize("width", [64, pytest.param(512, marks=pytest.mark.deep)])
+@pytest.mark.parametrize("width", [48, pytest.param(512, marks=pytest.mark.deep)])
 def test_every_kind_of_body(kind, query, names, width):
     scene = scene_of(kind)
     for rays in rays_of(width // 2 if "trees" in kind else width):

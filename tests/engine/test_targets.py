@@ -6,7 +6,7 @@ import re
 
 import pytest
 
-from .processors import assembly, before_optimization
+from .processors import assembly, before_optimization, functions
 
 PROGRAM = """
 import sys
@@ -46,6 +46,19 @@ Path(sys.argv[1]).write_bytes(module.as_bitcode())
 @pytest.fixture(scope="module")
 def code(tmp_path_factory):
     return before_optimization(PROGRAM, tmp_path_factory.mktemp("code") / "all_of_them.bc")
+
+
+@pytest.mark.parametrize(("processor", "wide"), [("x86-64-v3", "ymm"), ("icelake-server", "zmm")])
+def test_the_loop_over_balls_is_vectors(code, processor, wide):
+    """As all loops over lanes, which test_assembly.py looks at in the kernel of first hits."""
+    lines = [line for body in functions(assembly(code, processor)).values() for line in body]
+    vectors, singles = (
+        sum(1 for line in lines if re.match(rf"v(?:fn?m(?:add|sub)\d+|add|sub|mul|sqrt|div|min|max){kind}", line)
+            and re.search(registers, line))
+        for kind, registers in (("pd", wide), ("sd", "xmm"))
+    )  # fmt: skip
+    assert vectors > 80
+    assert vectors > singles
 
 
 @pytest.mark.parametrize(

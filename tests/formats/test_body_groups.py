@@ -18,6 +18,8 @@ from conicoid.io.scene_file import body_patterns, shape_reader
 from conicoid.io.scene_file import scene_file as scene_reader
 from conicoid.io.scene_file.scene_file import parse_scene
 
+from ..samples import in_turn
+
 COUNT = 22
 SHAPES = """\
 materials:
@@ -128,8 +130,7 @@ def check_number(form: str, place: int, number: str) -> None:
         check(SHAPES + "\n".join(listed))
 
 
-@pytest.mark.parametrize("number", NUMBERS)
-@pytest.mark.parametrize("form", BODIES)
+@pytest.mark.parametrize(("number", "form"), in_turn(NUMBERS, BODIES))
 def test_any_number_in_some_place(form, number):
     """Rows of columns have the numbers in `test_template`."""
     check_number(form, (NUMBERS.index(number) + len(form)) % 4, number)

@@ -20,7 +20,7 @@ from conicoid.io.scene_file.body_patterns import PatternDocument, PatternItem
 from conicoid.io.scene_file.nodes import MappingNode, Node, ScalarNode, SequenceNode
 from conicoid.io.scene_file.yaml_parser import YamlError
 
-from ..samples import sampled
+from ..samples import in_turn
 
 RELAXED = settings(max_examples=150, deadline=None, suppress_health_check=list(HealthCheck))
 
@@ -129,7 +129,7 @@ def test_bodies_that_differ_in_words_are_cut_out(form, tmp_path):
         assert [body.name for body in made.bodies] == [f"w{k}" for k in range(60)]
 
 
-@pytest.mark.parametrize(("form", "word"), sampled([(form, word) for form in FORMS for word in WORDS], 7), ids=repr)
+@pytest.mark.parametrize(("word", "form"), in_turn(WORDS, FORMS), ids=repr)
 def test_any_word_in_any_place(form, word, tmp_path):
     """A word among many that are plain, and a dozen that are no longer plain; in one place also the first and last."""
     for place in range(5):

@@ -5,12 +5,12 @@ from __future__ import annotations
 import json
 import pickle
 
-import jsonschema
 import pytest
 
 import conicoid as co
 from conicoid.io.scene_file.scene_file import parse_scene
-from conicoid.io.scene_file.schema import scene_schema
+
+from .test_schema import VALIDATOR
 
 BY_HAND = """
 materials:
@@ -54,7 +54,7 @@ def test_what_is_saved_has_the_names_and_kinds_that_were_loaded(suffix, tmp_path
     assert again.read_text() == path.read_text()
     scene.save(tmp_path / "scene.json")
     written = json.loads((tmp_path / "scene.json").read_text())
-    jsonschema.validate(written, scene_schema())
+    VALIDATOR.validate(written)
     found = {key: next(iter(material)) for key, material in written["materials"].items()}
     assert found == {
         "red": "phong", "brass": "metal", "crown": "glass", "tiles": "matte", "paint": "lacquer", "half": "mirror",
@@ -111,7 +111,7 @@ def test_sheets_are_clipped_by_booleans(written, meant, tmp_path):
     quoted = written
     for word in ("Difference", "Intersection", "disc", "ball", "bore"):
         quoted = quoted.replace(word, f'"{word}"')
-    jsonschema.validate(json.loads(text % quoted), scene_schema())
+    VALIDATOR.validate(json.loads(text % quoted))
     shapes = co.Disc((0, 0, 0), (0, 0, 1), 3), co.Sphere(2), co.Cylinder((1, 0, -1), (1, 0, 1), 0.5)
     scene = co.Scene(parse_scene(text % quoted, "x.json").bodies)
     assert scene.bodies[0].shape == meant(*shapes)

@@ -11,7 +11,7 @@ import pytest
 
 import conicoid as co
 
-from ..samples import sampled
+from ..samples import in_turn
 from .solids import askew
 
 PI = math.pi
@@ -43,7 +43,7 @@ MOTIONS = {
 }
 
 
-@pytest.mark.parametrize(("name", "motion"), sampled([(name, motion) for name in PRIMITIVES for motion in MOTIONS], 5))
+@pytest.mark.parametrize(("name", "motion"), in_turn(PRIMITIVES, MOTIONS))
 def test_closed_forms_agree_with_rays(name: str, motion: str):
     shape = MOTIONS[motion](PRIMITIVES[name])
     closed, sampled = co.measure(shape, rays=600), co.measure(shape | shape, rays=20_000)

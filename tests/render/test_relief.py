@@ -9,6 +9,8 @@ import pytest
 
 import conicoid as co
 
+from ..samples import deep
+
 WHITE, BLACK = (1.0, 1.0, 1.0), (0.0, 0.0, 0.0)
 DOWN = co.OrthographicCamera((0.1, 0.2, 3), (0.1, 0.2, 0), up=(0, 1, 0), height=0.2)
 SLOPE = co.materials.Gradient(BLACK, WHITE, along="x", length=2, offset=-1)
@@ -75,11 +77,11 @@ ROUGH = co.materials.Noise((0, 0, 0), WHITE, scale=0.15)
     "material",
     [
         co.Material(WHITE, **BUMPS),
-        co.Material(BLACK, reflectivity=1.0, **BUMPS),
-        co.Material(BLACK, diffuse=0.0, transparency=1.0, refractive_index=1.5, **BUMPS),
+        deep(co.Material(BLACK, reflectivity=1.0, **BUMPS)),
+        deep(co.Material(BLACK, diffuse=0.0, transparency=1.0, refractive_index=1.5, **BUMPS)),
         co.matte(WHITE, roughness=ROUGH),
-        co.glass(1.5, roughness=ROUGH, specular=0),
-        co.plastic(WHITE, roughness=ROUGH),
+        deep(co.glass(1.5, roughness=ROUGH, specular=0)),
+        deep(co.plastic(WHITE, roughness=ROUGH)),
         co.Material(WHITE, coat=1.5, reflectivity=0.04, fresnel=True, roughness=ROUGH, **BUMPS),
         co.Material(BLACK, diffuse=0.0, transparency=1.0, refractive_index=1.5, roughness=ROUGH, **BUMPS),
     ],

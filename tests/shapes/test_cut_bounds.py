@@ -25,7 +25,7 @@ from conicoid.geometry.quadrics import (
 from conicoid.geometry.shape import Solid
 from conicoid.geometry.transform import IDENTITY_MOTION
 
-from ..samples import sampled
+from ..samples import in_turn
 from .evaluate import contains
 from .motions import random_motion
 
@@ -174,7 +174,7 @@ OTHERS = [
 
 @pytest.mark.parametrize(
     ("quadric", "seed"),
-    sampled([(quadric, seed) for quadric in CONVEX + OTHERS for seed in range(3)], 4),
+    in_turn(CONVEX + OTHERS, range(3)),
     ids=lambda value: value if isinstance(value, int) else type(value).__name__,
 )
 def test_random_cuts_hold_the_solid_and_touch_it(quadric, seed: int) -> None:

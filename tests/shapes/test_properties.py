@@ -16,9 +16,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import conicoid as co
-from conicoid.io.scene_file.schema import scene_schema
 from conicoid.materials.presets import CONSTRUCTORS
 from conicoid.materials.properties import Properties
+
+from ..formats.test_schema import VALIDATOR
 
 ENERGIES = [0.03, 0.06, 0.1]
 LEAD = co.metal(
@@ -135,11 +136,11 @@ def test_scene_files_keep_them(tmp_path, suffix):
     assert again.bodies[1].material.properties["density"] == 11
     if suffix == ".json":
         written = json.loads(path.read_text(encoding="utf-8"))
-        jsonschema.validate(written, scene_schema())
+        VALIDATOR.validate(written)
         assert list(written["materials"]) == ["lead", "lead (2)", "material A"]
         written["materials"]["lead"]["Material"]["properties"]["mu"] = None
         with pytest.raises(jsonschema.ValidationError):
-            jsonschema.validate(written, scene_schema())
+            VALIDATOR.validate(written)
 
 
 def test_files_are_refused_with_the_place(tmp_path):

@@ -14,6 +14,8 @@ from conicoid.prepare.csg_plan import csg_plan
 from conicoid.prepare.lower_shape import compute_shape
 from conicoid.prepare.tape import recording_cache as recordings
 
+from ...samples import in_turn
+
 
 def number(rng: random.Random) -> float:
     return rng.uniform(-5, 5)
@@ -95,8 +97,7 @@ def check(shapes: list[Any], room: int) -> None:
         assert paints == alone.paints
 
 
-@pytest.mark.parametrize("motion", MOTIONS)
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize(("kind", "motion"), in_turn(KINDS, MOTIONS))
 def test_primitives(kind, motion):
     rng = random.Random(f"{kind} {motion}")
     check([MOTIONS[motion](rng)(KINDS[kind](rng)) for _ in range(16)], 16)
@@ -110,8 +111,10 @@ def test_most_are_lowered_together(kind, motion):
     together([MOTIONS[motion](rng)(KINDS[kind](rng)) for _ in range(120)], 30)
 
 
-@pytest.mark.parametrize("built", SOLIDS)
-@pytest.mark.parametrize("motion", ["still", "turned", "stretched"])
+@pytest.mark.parametrize(
+    ("built", "motion"),
+    in_turn(SOLIDS, ("still", "turned", "stretched")),
+)
 def test_booleans(built, motion):
     rng = random.Random(f"{built} {motion}")
     kinds = [rng.choice(("Sphere", "Box", "Cylinder", "Ellipsoid")) for _ in range(3)]

@@ -8,6 +8,7 @@ import pytest
 
 import conicoid as co
 
+from ...samples import in_turn
 from .test_recorded import MOTIONS, check, number, point, size, together
 
 
@@ -51,8 +52,7 @@ def rng_angle(rng: random.Random) -> float:
     return rng.choice((0.0, 30.0, 45.0, 720 * rng.random() - 360))
 
 
-@pytest.mark.parametrize("motion", MOTIONS)
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize(("kind", "motion"), in_turn(KINDS, MOTIONS))
 def test_each_is_what_it_is_alone(kind, motion):
     rng = random.Random(f"{kind} {motion}")
     check([MOTIONS[motion](rng)(KINDS[kind](rng)) for _ in range(16)], 16)

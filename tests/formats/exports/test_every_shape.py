@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 import conicoid as co
 from conicoid.io.export.exporters import EXPORT_FORMATS
 
-from ...samples import sampled
+from ...samples import in_turn
 from ..strategies import SOLIDS, moved, primitive
 from .comparison import assert_close_answers
 
@@ -55,7 +55,7 @@ def _is_moderate(scene: co.Scene) -> bool:
     )
 
 
-@pytest.mark.parametrize(("name", "suffix"), sampled([(name, suffix) for name in SOLIDS for suffix in SUFFIXES], 5))
+@pytest.mark.parametrize(("name", "suffix"), in_turn(SOLIDS, SUFFIXES))
 @FEW
 @hypothesis.given(st.data())
 def test_every_kind(name: str, suffix: str, tmp_path_factory: pytest.TempPathFactory, data: st.DataObject) -> None:

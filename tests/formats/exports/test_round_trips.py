@@ -13,7 +13,7 @@ import pytest
 import conicoid as co
 from conicoid.io.export import csg_pieces as lowered
 
-from ...samples import sampled
+from ...samples import deep, sampled
 from ..openmc.models import EXAMPLE_FILES, KINDS, TURNS
 from . import models
 from .comparison import assert_close_answers, assert_same_answers, written_and_read
@@ -75,7 +75,7 @@ def test_openmc(name: str, tmp_path: Path) -> None:
     assert_same_answers(scene, back)
 
 
-@pytest.mark.parametrize("name", EXAMPLE_FILES)
+@pytest.mark.parametrize("name", ["pin", deep("assembly")])
 def test_the_examples(name: str, tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     with caplog.at_level(logging.ERROR, "conicoid"):
         scene = co.load(EXAMPLE_FILES[name])

@@ -88,7 +88,7 @@ def test_sizes(solid):
         assert np.allclose(high, one.extent[1], rtol=rough, atol=1e-13)
     if one.volume is None and one.area is None:
         return
-    found = co.measure(scene.bodies[0].shape, rays=None if isinstance(scene.bodies[0].shape, co.Polyhedron) else 60_000)
+    found = co.measure(scene.bodies[0].shape, rays=None if isinstance(scene.bodies[0].shape, co.Polyhedron) else 12_000)
     for value, error, expected in (
         (found.volume, found.volume_error, one.volume),
         (found.area, found.area_error, one.area),
