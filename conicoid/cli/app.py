@@ -23,6 +23,7 @@ from .options import (
     ClusterOption,
     Command,
     Commands,
+    RayFile,
     SceneFile,
     SlurmOption,
     Threads,
@@ -170,9 +171,7 @@ def info(
 def trace(
     context: typer.Context,
     scene: SceneFile,
-    rays: Annotated[
-        Path, typer.Argument(metavar="RAYS", help="Rays: .npy, .npz, .csv, .parquet or .zarr.", show_default=False)
-    ],
+    rays: RayFile,
     output: Annotated[
         Path,
         typer.Option(

@@ -158,9 +158,7 @@ SceneFile = Annotated[Path, typer.Argument(metavar="SCENE", help="A scene file, 
 Threads = Annotated[int | None, typer.Option(min=1, help="Threads to use.", show_default="all cores")]
 RayFile = Annotated[
     Path,
-    typer.Argument(
-        metavar="RAYS", help="Rays: .npy, .npz or .csv; for trace also .parquet, .zarr.", show_default=False
-    ),
+    typer.Argument(metavar="RAYS", help="Rays: .npy, .npz, .csv, .parquet or .zarr.", show_default=False),
 ]
 WorkersOption = Annotated[
     int | None,
