@@ -132,9 +132,9 @@ def count_packets(add: Any) -> None:
 def count_streams(add: Any) -> None:
     """Put counters in front of what streams and single rays ask."""
     from conicoid._jit.decorators import inline
+    from conicoid.kernels import first_hits as kernels
+    from conicoid.kernels import stream
     from conicoid.kernels.bvh import walk
-    from conicoid.kernels.entry import first_hits as kernels
-    from conicoid.kernels.stream import stream
 
     put_on_lists, rays_in_balls, balls_met = stream.put_on_lists, stream.rays_in_balls, stream.balls_met
     meet, put_pair, boxes_met = stream.intersect_item, stream.put_pair, walk.boxes_met
@@ -209,10 +209,10 @@ def costs() -> dict[int, float]:
     """Operations of each question, out of the code made for this machine."""
     from numba import njit
 
+    from conicoid.kernels import stream
     from conicoid.kernels.packet import packet
     from conicoid.kernels.packet import traversal as packet_first
     from conicoid.kernels.ray import Ray
-    from conicoid.kernels.stream import stream
     from conicoid.kernels.surface.quadric import SphereRecord
 
     boxes_met, balls_in_beam = packet_first.boxes_met, packet_first.balls_in_beam

@@ -25,10 +25,8 @@ _MODULES = {
     ".geometry.bulk_shapes": "Boxes Capsules Cones Cylinders Discs Ellipsoids Triangles",
     ".geometry.conic": "Conic ConicSheet Stop",
     ".geometry.general_quadric": "Quadric",
-    ".geometry.lens": "Doublet Lens LensGroup Mirror",
-    ".geometry.mesh": "Extrusion Mesh",
-    ".geometry.optical_prisms": "CornerCube PentaPrism Prism",
-    ".geometry.polyhedron": "Polyhedron",
+    ".geometry.optical_elements": "CornerCube Doublet Lens LensGroup Mirror PentaPrism Prism",
+    ".geometry.polyhedron": "Extrusion Mesh Polyhedron",
     ".geometry.primitives": "Box Cone Cylinder HalfSpace Sphere Tube",
     ".geometry.prismatoids": "Parallelepiped Pyramid RegularPrism Trapezoid Wedge",
     ".geometry.quadrics": "DoubleCone Ellipsoid EllipticCone EllipticCylinder EllipticParaboloid "
@@ -132,15 +130,15 @@ if TYPE_CHECKING:
     from .geometry.conic import ConicSheet as ConicSheet
     from .geometry.conic import Stop as Stop
     from .geometry.general_quadric import Quadric as Quadric
-    from .geometry.lens import Doublet as Doublet
-    from .geometry.lens import Lens as Lens
-    from .geometry.lens import LensGroup as LensGroup
-    from .geometry.lens import Mirror as Mirror
-    from .geometry.mesh import Extrusion as Extrusion
-    from .geometry.mesh import Mesh as Mesh
-    from .geometry.optical_prisms import CornerCube as CornerCube
-    from .geometry.optical_prisms import PentaPrism as PentaPrism
-    from .geometry.optical_prisms import Prism as Prism
+    from .geometry.optical_elements import CornerCube as CornerCube
+    from .geometry.optical_elements import Doublet as Doublet
+    from .geometry.optical_elements import Lens as Lens
+    from .geometry.optical_elements import LensGroup as LensGroup
+    from .geometry.optical_elements import Mirror as Mirror
+    from .geometry.optical_elements import PentaPrism as PentaPrism
+    from .geometry.optical_elements import Prism as Prism
+    from .geometry.polyhedron import Extrusion as Extrusion
+    from .geometry.polyhedron import Mesh as Mesh
     from .geometry.polyhedron import Polyhedron as Polyhedron
     from .geometry.primitives import Box as Box
     from .geometry.primitives import Cone as Cone
@@ -236,7 +234,7 @@ def _name_hint(name: str) -> str:
     """Return what to add to the error for an unknown name: where the name is, or which one was probably meant."""
     if name.startswith("_"):
         return ""
-    from ._util.hints import closest_name
+    from ._util.names import closest_name
 
     for package in _LAZY_PACKAGES:
         if name in importlib.import_module(_PACKAGES[package], __name__).__all__:

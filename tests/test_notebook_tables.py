@@ -7,7 +7,7 @@ import re
 import numpy as np
 
 import conicoid as co
-from conicoid._util.html_table import MOST_ROWS
+from conicoid._util.text import MOST_ROWS
 
 SCENE = co.Scene([co.Body(co.Sphere(), "red", "a<b"), co.Box((2, 2, 2), (3, 3, 3))])
 RAYS = co.Rays([[(0, 0, 5), (9, 9, 9)], [(2.5, 2.5, 9), (0, 0, 5)]], (0, 0, -1))

@@ -197,7 +197,7 @@ def test_rays_of_a_scan_have_its_interval(name):
     """Lengths in a ball by hand: the chord, cut off at the source and the pixel, or whole for parallel rays."""
     scene, scan = co.Scene([BALL]), SCANS[name]
     rays = co.Rays.from_scan(scan)
-    origins, directions = rays.made()
+    origins, directions = rays.to_rays()
     a, b = (directions**2).sum(-1), (origins * directions).sum(-1)
     half = np.sqrt(np.maximum(b * b - a * ((origins**2).sum(-1) - 1), 0))
     first, last = (-math.inf, math.inf) if scan.is_parallel else (0.0, 1.0)
@@ -220,7 +220,7 @@ def test_given_interval_replaces_that_of_a_scan():
     scene, rays = co.Scene([BALL]), co.Rays.from_scan(SCANS["parallel"])
     assert scene.lengths(rays)[0, 2, 0] == 2
     assert scene.lengths(rays, t_min=0)[0, 2, 0] == scene.lengths(rays, t_max=0.0)[0, 2, 0] == 1
-    assert scene.lengths(rays.made())[0, 2, 0] == 1  # rays in arrays have no interval
+    assert scene.lengths(rays.to_rays())[0, 2, 0] == 1  # rays in arrays have no interval
     beyond = co.Rays.from_scan(SCANS["fan before the ball"])
     assert not scene.lengths(beyond).any()
     assert scene.lengths(beyond, t_max=math.inf).any()
@@ -704,4 +704,4 @@ def test_repr_of_traces():
     lens = co.optics.prescription([(50, 5, 1.5, 20), (-50, None)], aperture=5)
     rays = co.optics.beam(lens, pupil=[(0, 0), (0, 1)])
     assert repr(co.optics.trace(lens, rays)) == "Trace(2 of 2 rays arrived, 2 surfaces)"
-    assert repr(co.optics.follow(lens.scene, rays)) == "Followed(2 of 2 rays left, 2 walls met at most)"
+    assert repr(co.optics.follow(lens.scene, rays)) == "RayPaths(2 of 2 rays left, 2 walls met at most)"

@@ -1,4 +1,4 @@
-"""Type names of arrays and vectors, products of arrays whose rows are vectors, and sorted unique numbers.
+"""Type names of arrays and vectors, products of arrays whose rows are vectors, sorted unique numbers, warnings off.
 
 Sums of products are written out term by term: BLAS and `einsum` add them in an order, and fused or not, that depends on
 the processor.
@@ -6,7 +6,9 @@ the processor.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, TypeAlias
+import functools
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, ParamSpec, TypeAlias, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -114,3 +116,23 @@ def _inverse_indices(order: IndexArray, begins: npt.NDArray[np.bool_]) -> IndexA
     inverse = np.empty(len(order), np.int64)
     inverse[order] = np.cumsum(begins) - 1
     return inverse
+
+
+# --- Floating-point warnings of NumPy
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+
+def ignore_fp_errors(function: Callable[P, R]) -> Callable[P, R]:
+    """Return the function with NumPy warnings and errors off, whatever `np.seterr` or `np.errstate` the caller has set.
+
+    Code checks for overflows and NaN where they matter, and a harmless underflow must not stop it.
+    """
+
+    @functools.wraps(function)
+    def wrapper(*args: P.args, **keywords: P.kwargs) -> R:
+        with np.errstate(all="ignore"):
+            return function(*args, **keywords)
+
+    return wrapper

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from os import PathLike, fspath
 from typing import Any
 
-from .hints import closest_name, suggest_name
+from .names import closest_name, suggest_name
 
 __all__ = [
     "MAX_LISTED_PROBLEMS",

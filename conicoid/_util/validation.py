@@ -1,7 +1,8 @@
 """Turn arguments of callers into plain floats, tuples and arrays, or refuse them by name.
 
 Every error reads ``Sphere: radius must be > 0, got -1.0``: the object, the field, what was expected and what was found.
-Angles in radians in place of degrees give a warning.
+Angles in radians in place of degrees give a warning. Warnings point at the line of the caller, however deep in the
+package their cause is.
 """
 
 from __future__ import annotations
@@ -12,13 +13,56 @@ import itertools
 import math
 import os
 import sys
-from collections.abc import Iterable, Mapping, Sequence, Set
-from typing import Any
+import warnings
+from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
+from contextvars import ContextVar
+from typing import Any, Final
 
 import numpy as np
 
 from .arrays import FloatArray, Matrix4, Vector
-from .user_warnings import warn
+
+_PACKAGE = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "")
+_RAISE = ContextVar("refused", default=False)
+"""Whether warnings are exceptions in this context."""
+
+
+class SuppressedWarning(Exception):
+    """Raised instead of a warning during a speculative attempt."""
+
+
+@contextlib.contextmanager
+def raise_warnings() -> Iterator[None]:
+    """Let `warn` raise `SuppressedWarning` within the block.
+
+    The block is an attempt; after such an error the work is done in another way, which gives the warning.
+    """
+    token = _RAISE.set(True)
+    try:
+        yield
+    finally:
+        _RAISE.reset(token)
+
+
+def warn(message: str) -> None:
+    """Give a UserWarning at the line of the caller.
+
+    That is the first line of the stack outside of this package and of code that Python generates for it.
+    """
+    if _RAISE.get():
+        raise SuppressedWarning(message)
+    level, frame = 1, sys._getframe()
+    while frame.f_back is not None and _is_internal_frame(frame.f_code.co_filename):
+        level, frame = level + 1, frame.f_back
+    warnings.warn(message, stacklevel=level)
+
+
+def _is_internal_frame(file: str) -> bool:
+    """Return whether a file belongs to the package, or is generated code such as that of dataclasses."""
+    return file.startswith((_PACKAGE, "<")) or os.path.basename(file) == "dataclasses.py"
+
+
+# --- Numbers and vectors
 
 SMALLEST, LARGEST = 1e-100, 1e100
 """The domain of every number: 0, or a magnitude between these. Squares and fourth powers then stay in float64."""
@@ -498,3 +542,23 @@ def _looks_like_radians32(angle: np.float32) -> bool:
 def _radians_as_degrees(angle: float) -> str:
     """Return an angle in radians as text in degrees."""
     return f"{round(angle / _RADIANS_STEP) / 10:g}"
+
+
+# --- Limits of rays: an argument that was not passed leaves the limits of a `Rays` in force
+
+
+class DefaultFloat(float):
+    """Sentinel for a number that was not passed."""
+
+    __slots__ = ()
+
+
+DEFAULT_T_MIN: Final = DefaultFloat(0.0)
+"""Where rays begin without other limits, in units of the lengths of their directions."""
+DEFAULT_T_MAX: Final = DefaultFloat(math.inf)
+"""Where rays end without other limits."""
+
+
+def replace_default(own: Any, value: Any) -> Any:
+    """Return the value that was passed, or `own`, that of the object, for a sentinel."""
+    return own if isinstance(value, DefaultFloat) else value

@@ -42,15 +42,7 @@ from .pictures import (
     slice_scene,
     turntable,
 )
-from .resources import (
-    STDOUT,
-    executor_of,
-    load,
-    name_of,
-    prepare,
-    ray_file,
-    write_output,
-)
+from .resources import STDOUT, executor_of, load, name_of, prepare, ray_file, write_output
 from .terminal import EXIT_FINDINGS, Bar, show_message, user_mistakes
 
 app = typer.Typer(

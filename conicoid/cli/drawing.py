@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
-from ..render.film.options import MOST_SAMPLES, Filter, Tone
 from ..render.integrators import INTEGRATORS
+from ..render.options import MOST_SAMPLES, Filter, Tone
 from .resources import (
     STDOUT,
     check_folder,

@@ -9,8 +9,8 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperCommand, TyperGroup
 
-from ..render.film.options import FILTERS, LAYERS, TONES
 from ..render.integrators import INTEGRATORS
+from ..render.options import FILTERS, LAYERS, TONES
 
 
 class Commands(TyperGroup):

@@ -216,8 +216,8 @@ def _film(
     context: typer.Context, output: Path, layers: str | None, bits: int | None, exposure: float, tone: str
 ) -> tuple[str, ...]:
     """Return the names of the layers; raise ValueError for options that the file cannot hold, before the work."""
-    from ..render.film.layers import check_layers
-    from ..render.film.tone import check_exposure, check_tone
+    from ..render.color_mapping import check_exposure, check_tone
+    from ..render.film import check_layers
 
     suffix = ".png" if output == STDOUT else output.suffix.lower()
     only_with(context, "an .exr", suffix == ".exr", "layers")
@@ -418,7 +418,7 @@ def slice_scene(
 ) -> None:  # fmt: skip
     """Draw a slice of a scene by a plane: bodies or materials in colours, walls as exact curves."""
     with user_mistakes():
-        from .._util.hints import check_choice
+        from .._util.names import check_choice
         from ..apps.section.options import BY, check_suffix
 
         if output == STDOUT:

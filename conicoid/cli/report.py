@@ -19,7 +19,7 @@ from ..materials.texture import PATTERNS
 
 if TYPE_CHECKING:
     from ..apps.checks.findings import Finding
-    from ..prepare.memory import Memory
+    from ..prepare.prepared_scene import Memory
     from ..scene.scene import Scene
 
 

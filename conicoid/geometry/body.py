@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 import numpy.typing as npt
 
-from .._util.hints import unknown_attribute
-from .._util.pickling import restore_state
+from .._util.names import unknown_attribute
 from .._util.validation import describe_kind, format_value, real_array
+from .._util.value_objects import restore_state
 from ..materials.material import Material
 from ..materials.presets import as_material
 from .bulk import Bulk
@@ -166,7 +166,7 @@ def _name_hint(body: Body) -> str:
 
 def bodies_table(bodies: Sequence[Body]) -> str:
     """Return the table of entries that a notebook shows."""
-    from .._util.html_table import html_table
+    from .._util.text import html_table
 
     rows = (
         (number, body.name, type(body.shape).__name__, getattr(body.material, "name", None) or body.material)

@@ -9,8 +9,7 @@ from typing import Any, ClassVar, NoReturn
 
 import numpy as np
 
-from .._util.arrays import BoxEnds, FloatArray, matmul_rows
-from .._util.errstate import ignore_fp_errors
+from .._util.arrays import BoxEnds, FloatArray, ignore_fp_errors, matmul_rows
 from .._util.validation import DOMAIN, as_integer, format_value, is_outside_domain, real_array
 from .bounds.aabb import EVERYWHERE
 from .primitives import Sphere

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from .._util.arrays import Vector
-from ..numerics import bigfloat_linalg as ex
+from ..numerics import bigfloat as ex
 from .surface import PlaneSurface, QuadricSurface, Surface
 from .transform import Motion
 

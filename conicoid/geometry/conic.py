@@ -14,7 +14,7 @@ from typing import Any
 
 from .._util.arrays import Vector
 from .._util.validation import check_nonnegative, check_number, check_positive, format_value
-from ..numerics import bigfloat_linalg as ex
+from ..numerics import bigfloat as ex
 from ..numerics.portable_math import hypot, is_finite
 from .bounds.support import elliptic_support, round_up, sum_up
 from .cell import (

@@ -12,9 +12,8 @@ from fractions import Fraction
 from functools import cmp_to_key
 from typing import Any
 
-from ..numerics import bigfloat_linalg as ex
-from ..numerics.quadratic_roots import ZERO, IntegerQuadratic, Root, compare_roots, exact_real_roots, is_certain, sign
-from ..numerics.rational_linalg import dot
+from ..numerics import bigfloat as ex
+from ..numerics.rational import ZERO, IntegerQuadratic, Root, compare_roots, dot, exact_real_roots, is_certain, sign
 from .surface import PlaneSurface, QuadricSurface, Surface
 
 Numbers = tuple[int, int, int, int, int, int, int, int, int, int]

@@ -10,12 +10,19 @@ from functools import cached_property
 
 from .._util.arrays import BoxEnds, Matrix4, Vector
 from .._util.validation import check_matrix4
-from ..numerics import bigfloat_linalg as ex
+from ..numerics import bigfloat as ex
 from .bounds.quadric_extent import dual_support, quadric_bounds
 from .bounds.support import along_normal, half_space_bounds, plane_through, plane_uv
 from .cell import UV, Cell, Face, transform_uv
-from .quadric_classification import Classification, classify, principal_quadric
-from .quadric_coefficients import Symmetric, check_coefficients, matrix_of_coefficients, symmetric_part
+from .quadric_classification import (
+    Classification,
+    Symmetric,
+    check_coefficients,
+    classify,
+    matrix_of_coefficients,
+    principal_quadric,
+    symmetric_part,
+)
 from .shape import PrimitiveSolid
 from .surface import PlaneSurface, Surface
 from .transform import Motion, Translate

@@ -1,22 +1,37 @@
-"""`Polyhedron`, the convex polyhedron, bounded or not."""
+"""Polyhedra: `Polyhedron`, convex, bounded or not; `Mesh`, inside a closed surface; `Extrusion`, an outline along z."""
 
 from __future__ import annotations
 
+import itertools
 import math
+from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
-from .._util.arrays import BoxEnds, Vector
-from .._util.validation import check_numbers, check_vector, check_vectors
+from .._util.arrays import BoxEnds, Interval, Vector
+from .._util.validation import (
+    as_integer,
+    check_interval,
+    check_number,
+    check_numbers,
+    check_vector,
+    check_vectors,
+    format_value,
+)
+from ..numerics import bigfloat as ex
 from .bounds.aabb import enclose_boxes
 from .bounds.intersection import BoundingSurfaces
 from .bounds.linear_program import half_spaces_bounds, integer_row, integer_support, round_fraction_up
-from .bounds.support import half_space_bounds, plane_through, plane_uv
-from .cell import Cell, Face
+from .bounds.support import half_space_bounds, plane_through, plane_uv, points_support, sum_up
+from .cell import Any_, Cell, Face, Tree
+from .convex_decomposition import Facet, FlatPlane, PlaneSide, convex_parts, fit_plane, side_of_plane
 from .shape import PrimitiveSolid
+from .simple_polygon import check_outline, check_simple
 from .surface import PlaneSurface
 from .transform import Motion
 
@@ -101,3 +116,243 @@ def _middle(low: float, high: float) -> float:
     """Return a finite number between two ends; each of them may be infinite."""
     ends = [end for end in (low, high) if math.isfinite(end)]
     return sum(end / len(ends) for end in ends)
+
+
+# --- Solids that may be concave, cut into convex parts
+
+MAX_MESH_PARTS = 20_000
+"""A mesh may have at most so many convex parts."""
+MAX_MESH_FACES = 20_000
+
+
+@dataclass(frozen=True)
+class Mesh(PrimitiveSolid):
+    """The solid inside a closed surface of flat faces; it may be concave, have holes, or be in several pieces.
+
+    faces[i] are the indices of its corners among `vertices`, three or more, in the same sense for all, so that each
+    edge belongs to two faces that run along it in opposite senses. A face of more than three corners that is not flat
+    in the numbers as written is cut into triangles and stays one face. Exact fractions split the solid into convex
+    parts.
+    Faces: i is face i; faces in one plane have the number of the first. uv: Cartesian coordinates on the plane as of
+    `HalfSpace`.
+
+    Raises ValueError if the faces do not close or enclose nothing.
+    """
+
+    vertices: tuple[Vector, ...]
+    faces: tuple[tuple[int, ...], ...]
+
+    def __post_init__(self) -> None:
+        vertices = check_vectors("Mesh", "vertices", self.vertices, 4)
+        object.__setattr__(self, "vertices", vertices)
+        object.__setattr__(self, "faces", _check_faces(self.faces, len(vertices)))
+        _check_closed(vertices, self.faces)
+        object.__setattr__(self, "_parts", _decompose_faces(*self._boundary()))
+
+    def _boundary(self) -> tuple[str, str, Sequence[Any], Sequence[tuple[int, ...]]]:
+        """Return the arguments of `_decompose_faces`."""
+        corners = [tuple(map(ex.rational, vertex)) for vertex in self.vertices]
+        return "Mesh", "vertices and faces", corners, self.faces
+
+    def planes(self) -> list[tuple[int, tuple[int, ...]]]:
+        """Return for every plane (its face number, the faces that lie in it)."""
+        return _cached_parts(self).named()
+
+    def tree(self) -> Tree:
+        return _cached_parts(self).tree(self.vertices)
+
+    def support(self, direction: Vector) -> float:
+        return points_support(self.vertices, direction)
+
+
+@dataclass(frozen=True)
+class Extrusion(PrimitiveSolid):
+    """A polygon in the plane of x and y, drawn along z from low to high; it may be concave.
+
+    `outline` are its corners (x, y), in either sense; it must not cross itself. `z_range` is (low, high), both finite.
+    `scale_at_top` is how much larger it is at the high end, about the z axis: 0 makes a pyramid's tip.
+    Faces: i is the side from corner i to the next, then bottom and top. uv: Cartesian coordinates on the plane as of
+    `HalfSpace`. Holes are cut by others: ``Extrusion(outer, ...) - Extrusion(inner, ...)``.
+
+    Raises ValueError for an outline that crosses or touches itself or has no area.
+    """
+
+    outline: tuple[tuple[float, float], ...]
+    z_range: Interval = (0.0, 1.0)
+    scale_at_top: float = 1.0
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "outline", check_outline("Extrusion", "outline", self.outline))
+        z_range = check_interval("Extrusion", "z_range", self.z_range)
+        if z_range is None or not all(map(math.isfinite, z_range)):
+            raise ValueError(f"Extrusion: z_range must be two finite numbers, got {format_value(self.z_range)}")
+        object.__setattr__(self, "z_range", z_range)
+        top = check_number("Extrusion", "scale_at_top", self.scale_at_top)
+        if top < 0:
+            raise ValueError(f"Extrusion: scale_at_top must be >= 0, got {top:g}")
+        object.__setattr__(self, "scale_at_top", top)
+        check_simple("Extrusion", "outline", self.outline)
+        object.__setattr__(self, "_parts", _decompose_faces(*self._boundary()))
+
+    def _boundary(self) -> tuple[str, str, Sequence[Any], Sequence[tuple[int, ...]]]:
+        """Return the arguments of `_decompose_faces`: corners in fractions, and the sides, bottom and top as faces."""
+        flat = [(ex.rational(x), ex.rational(y)) for x, y in self.outline]
+        low, high = map(ex.rational, self.z_range)
+        count, s = len(flat), ex.rational(self.scale_at_top)
+        corners = [(x, y, low) for x, y in flat] + [(s * x, s * y, high) for x, y in flat]
+        around = list(range(count))
+        sides = [(k, (k + 1) % count, count + (k + 1) % count, count + k) for k in around]
+        faces = [*sides, tuple(reversed(around)), tuple(count + k for k in around)]
+        return "Extrusion", "outline", corners, faces
+
+    def planes(self) -> list[tuple[int, tuple[int, ...]]]:
+        """Return for every plane (its face number, the faces that lie in it)."""
+        return _cached_parts(self).named()
+
+    def tree(self) -> Tree:
+        return _cached_parts(self).tree(self._ends)
+
+    @cached_property
+    def _ends(self) -> tuple[Vector, ...]:
+        low, high = self.z_range
+        s = self.scale_at_top
+        return tuple((x, y, low) for x, y in self.outline) + tuple((s * x, s * y, high) for x, y in self.outline)
+
+    def support(self, direction: Vector) -> float:
+        if self.scale_at_top in (0.0, 1.0):  # then floats hold the corners exactly
+            return points_support(self._ends, direction)
+        best, s = -math.inf, Fraction(self.scale_at_top)
+        for scale, z in zip((Fraction(1), s), self.z_range, strict=True):
+            for x, y in self.outline:
+                corner = (scale * Fraction(x), scale * Fraction(y), Fraction(z))
+                terms = [
+                    u * (_float_above(c) if u > 0 else -_float_above(-c))
+                    for u, c in zip(direction, corner, strict=True)
+                    if u
+                ]
+                best = max(best, sum_up(terms))
+        return best
+
+
+def _float_above(value: Fraction) -> float:
+    """Return the least float that is not below a fraction."""
+    near = float(value)
+    return near if Fraction(near) >= value else math.nextafter(near, math.inf)
+
+
+@dataclass(frozen=True)
+class _Parts:
+    """The planes of a solid: each with its face number and the faces in it; and the convex parts between them."""
+
+    planes: tuple[FlatPlane, ...]
+    numbers: tuple[int, ...]
+    members: tuple[tuple[int, ...], ...]
+    parts: tuple[tuple[PlaneSide, ...], ...]
+
+    def named(self) -> list[tuple[int, tuple[int, ...]]]:
+        """Return for every plane (its face number, the faces that lie in it)."""
+        return list(zip(self.numbers, self.members, strict=True))
+
+    def tree(self, near: Sequence[Vector]) -> Tree:
+        """Return the convex part, or the union of several."""
+        surfaces: dict[int, Any] = {}
+        for k, plane in enumerate(self.planes):
+            surfaces[k] = plane_through(plane.normal, plane.offset, near[0])
+        uvs = {k: plane_uv(surface) for k, surface in surfaces.items()}
+        cells = []
+        for part in self.parts:
+            ordered = sorted(part, key=lambda side: self.numbers[side[0]])
+            cells.append(Cell(tuple(Face(surfaces[k], self.numbers[k], uvs[k], sense) for k, sense in ordered)))
+        return cells[0] if len(cells) == 1 else Any_(tuple(cells))
+
+
+def _cached_parts(shape: Mesh | Extrusion) -> _Parts:
+    """Return the parts of a shape, which its constructor stores."""
+    return vars(shape).get("_parts") or _decompose_faces(*shape._boundary())
+
+
+def _decompose_faces(owner: str, what: str, corners: Sequence[Any], faces: Sequence[tuple[int, ...]]) -> _Parts:
+    """Return the planes and convex parts of the solid inside faces; `owner` and `what` are for messages."""
+    planes: list[FlatPlane] = []
+    numbers: list[int] = []
+    members: list[list[int]] = []
+    named: dict[Any, int] = {}
+    facets = []
+    for index, face in enumerate(faces):
+        for piece in _flat_pieces([corners[k] for k in face]):
+            plane = fit_plane(piece)
+            if plane is None:
+                continue  # a sliver without area bounds nothing
+            key = _name(plane)
+            if key not in named:
+                named[key] = len(planes)
+                planes.append(plane)
+                numbers.append(index)
+                members.append([])
+            members[named[key]].append(index)
+            facets.append(Facet(named[key], tuple(piece)))
+    volume = sum((_wedge(facet.corners) for facet in facets), Fraction(0))
+    if not volume:
+        raise ValueError(f"{owner}: {what} must enclose a volume, got none")
+    if volume < 0:
+        facets = [Facet(facet.plane, tuple(reversed(facet.corners))) for facet in facets]
+    try:
+        parts = convex_parts(planes, facets, MAX_MESH_PARTS)
+    except ValueError as error:
+        raise ValueError(f"{owner}: {error}") from None
+    return _Parts(tuple(planes), tuple(numbers), tuple(map(tuple, members)), tuple(parts))
+
+
+def _flat_pieces(corners: list[Any]) -> list[list[Any]]:
+    """Return a flat face as it is, any other as triangles about its first corner."""
+    plane = fit_plane(corners)
+    if len(corners) == 3 or plane is None or all(side_of_plane(plane, corner) == 0 for corner in corners):
+        return [corners]
+    return [[corners[0], corners[k], corners[k + 1]] for k in range(1, len(corners) - 1)]
+
+
+def _name(plane: FlatPlane) -> Any:
+    """Return a key that is the same for equal planes, whatever their sense."""
+    lead = next(c for c in plane.normal if c)
+    return tuple(c / lead for c in (*plane.normal, plane.offset))
+
+
+def _wedge(corners: Sequence[Any]) -> Any:
+    """Return six times the signed volume between a polygon and the origin."""
+    total = Fraction(0)
+    a = corners[0]
+    for b, c in itertools.pairwise(corners):
+        total += a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2])
+        total += a[2] * (b[0] * c[1] - b[1] * c[0])
+    return total
+
+
+def _check_faces(faces: Any, count: int) -> tuple[tuple[int, ...], ...]:
+    checked = []
+    try:
+        rows = [list(face) for face in faces]
+    except TypeError:
+        raise ValueError("Mesh: faces must be lists of numbers of vertices") from None
+    if not 4 <= len(rows) <= MAX_MESH_FACES:
+        raise ValueError(f"Mesh: faces must be from 4 to {MAX_MESH_FACES:,}, got {len(rows):,}")
+    for i, row in enumerate(rows):
+        corners = [as_integer(k) for k in row]
+        if len(corners) < 3 or not all(k is not None and 0 <= k < count for k in corners):
+            expected = f"three or more numbers of vertices from 0 to {count - 1}"
+            raise ValueError(f"Mesh: faces[{i}] must be {expected}, got {row!s:.60}")
+        checked.append(tuple(int(k) for k in corners if k is not None))
+    return tuple(checked)
+
+
+def _check_closed(vertices: Sequence[Vector], faces: Sequence[tuple[int, ...]]) -> None:
+    """Raise ValueError unless every edge occurs equally often in both senses; vertices in one place count as one."""
+    place: dict[Vector, int] = {}
+    same = [place.setdefault(vertex, k) for k, vertex in enumerate(vertices)]
+    edges: Counter[tuple[int, int]] = Counter()
+    for face in faces:
+        corners = [same[k] for k in face]
+        edges.update((a, b) for a, b in zip(corners, [*corners[1:], corners[0]], strict=True) if a != b)
+    for (a, b), count in edges.items():
+        if edges[b, a] != count:
+            expected = f"with each edge in two faces of opposite sense: vertices {a} and {b} are no such edge"
+            raise ValueError(f"Mesh: faces must close, {expected}")

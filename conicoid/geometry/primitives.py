@@ -13,7 +13,7 @@ from typing import Any, ClassVar
 
 from .._util.arrays import BoxEnds, Vector, VectorLike
 from .._util.validation import check_angle_range, check_nonnegative, check_number, check_positive, check_vector
-from ..numerics import bigfloat_linalg as ex
+from ..numerics import bigfloat as ex
 from ..numerics.portable_math import hypot, negative_indicator, portable_max, sin_cos_degrees
 from .bounds.intersection import BoundingSurfaces, BoundsKind, orient_surface
 from .bounds.support import along_normal, half_space_bounds, plane_through, plane_uv, sum_up

@@ -21,7 +21,7 @@ from .._util.validation import (
     check_vector,
     format_value,
 )
-from ..numerics import bigfloat_linalg as ex
+from ..numerics import bigfloat as ex
 from .bounds.support import corners_support
 from .cell import NO_ROW, UV, Cell, Face
 from .shape import PrimitiveSolid

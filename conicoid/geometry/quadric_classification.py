@@ -1,25 +1,87 @@
 """Classification of quadrics, decided exactly: the kind, and center, axes and semi-axes, rounded once.
 
-The file also puts a general quadric on its principal axes (`principal_quadric`).
+The file also checks the named coefficients of a quadric, and puts a general quadric on its principal axes
+(`principal_quadric`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache, cached_property
-from typing import Any
+from typing import Any, NoReturn, TypeAlias
 
 from .._util.arrays import Vector
 from .._util.fork_safe_locks import fork_safe_rlock
-from ..numerics import bigfloat_linalg as ex
-from ..numerics import rational_linalg
-from ..numerics.rational_linalg import row_echelon
-from .quadric_coefficients import Symmetric
+from .._util.validation import check_number, format_value
+from ..numerics import bigfloat as ex
+from ..numerics import rational
+from ..numerics.rational import row_echelon
 from .surface import UPRIGHT, QuadricSurface, Triples
 from .transform import IDENTITY_MOTION, Motion
+
+COEFFICIENT_NAMES = ("xx", "yy", "zz", "xy", "yz", "xz", "x", "y", "z", "constant")
+_PLACES = {"xx": (0, 0), "yy": (1, 1), "zz": (2, 2), "xy": (0, 1), "yz": (1, 2), "xz": (0, 2)} | {
+    "x": (0, 3),
+    "y": (1, 3),
+    "z": (2, 3),
+    "constant": (3, 3),
+}
+
+Symmetric: TypeAlias = tuple[tuple[Fraction, ...], ...]
+
+
+class Coefficients(dict[str, float]):
+    """The nonzero coefficients in the order of `COEFFICIENT_NAMES`, a dict that is hashable and immutable."""
+
+    def __init__(self, values: Mapping[str, float]) -> None:
+        super().__init__({name: values[name] for name in COEFFICIENT_NAMES if values.get(name, 0.0) != 0})
+
+    def __hash__(self) -> int:  # type: ignore[override]
+        return hash(tuple(self.items()))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Coefficients, (dict(self),)
+
+    def _refuse(self, *_: Any, **__: Any) -> NoReturn:
+        raise TypeError("Coefficients cannot be changed")
+
+    __setitem__ = __delitem__ = __ior__ = clear = pop = popitem = setdefault = update = _refuse
+
+
+def check_coefficients(owner: str, value: Any) -> Coefficients:
+    """Return a mapping from names to numbers as `Coefficients`. Missing ones are 0; unknown names raise ValueError."""
+    if not isinstance(value, Mapping):
+        raise ValueError(
+            f"{owner}: coefficients must be a mapping such as {{'xx': 1, 'constant': -1}}, got {format_value(value)}"
+        )
+    for name in value:
+        if name not in COEFFICIENT_NAMES:
+            raise ValueError(
+                f"{owner}: coefficients must be named {', '.join(COEFFICIENT_NAMES)}, got {format_value(name)}"
+            )
+    return Coefficients({name: check_number(owner, f"coefficients.{name}", value[name]) for name in value})
+
+
+def matrix_of_coefficients(values: Mapping[str, float]) -> Symmetric:
+    """Return the symmetric 4 × 4 matrix; half of a mixed or linear coefficient is on either side of the diagonal."""
+    rows = [[Fraction(0)] * 4 for _ in range(4)]
+    for name, value in values.items():
+        i, j = _PLACES[name]
+        rows[i][j] += Fraction(value) / 2
+        rows[j][i] += Fraction(value) / 2
+    return tuple(tuple(row) for row in rows)
+
+
+def symmetric_part(matrix: Iterable[Iterable[float]]) -> Symmetric:
+    """Return (Q + Qᵀ) / 2, exact."""
+    rows = [[Fraction(value) for value in row] for row in matrix]
+    return tuple(tuple((rows[i][j] + rows[j][i]) / 2 for j in range(4)) for i in range(4))
+
+
+# --- Kinds of quadrics
 
 SPHERE, ELLIPSOID = "sphere", "ellipsoid"
 ONE_SHEET, TWO_SHEETS = "one-sheet hyperboloid", "two-sheet hyperboloid"
@@ -276,12 +338,12 @@ def classify(matrix: Symmetric, motion: Motion = IDENTITY_MOTION) -> Classificat
     The kind is computed before the motion, so it is exact.
     """
     kind, sense = _kind_and_sense(matrix)
-    null = rational_linalg.null_space([row[:3] for row in matrix[:3]])
+    null = rational.null_space([row[:3] for row in matrix[:3]])
     still = motion.shift is not None or motion.is_identity
     if not motion.is_identity:
         linear, _ = motion.affine
         forward = [[ex.fraction(entry) for entry in row] for row in linear]
-        null = [[rational_linalg.dot(row, vector) for row in forward] for vector in null]
+        null = [[rational.dot(row, vector) for row in forward] for vector in null]
         matrix = _transform_matrix(matrix, motion)
     if sense < 0:
         matrix = tuple(tuple(-entry for entry in row) for row in matrix)
@@ -301,11 +363,11 @@ def classify_surface(surface: QuadricSurface) -> Classification:
     rows = tuple(ex.exact_row(row) for row in surface.rows)
     shift = ex.apply((rows[0], rows[1], rows[2]), ex.exact_row(surface.anchor))
     matrix = _substitute_rows(tuple(map(tuple, own)), rows, [-value for value in shift])
-    null = rational_linalg.null_space([row[:3] for row in own[:3]])
+    null = rational.null_space([row[:3] for row in own[:3]])
     still = surface.rows is UPRIGHT and not any(map(ex.is_rounded, surface.anchor))
     if not still:
         forward = [[ex.fraction(entry) for entry in row] for row in ex.inverse((rows[0], rows[1], rows[2]))]
-        null = [[rational_linalg.dot(row, vector) for row in forward] for vector in null]
+        null = [[rational.dot(row, vector) for row in forward] for vector in null]
     if sense < 0:
         matrix = tuple(tuple(-entry for entry in row) for row in matrix)
     return _PlacedQuadric(kind, sense, matrix, null, still).classification()
@@ -313,7 +375,7 @@ def classify_surface(surface: QuadricSurface) -> Classification:
 
 def _kind_and_sense(matrix: Symmetric) -> tuple[str, int]:
     """Return (the kind, -1 if only the negative polynomial has the signs of `BY_SIGNS`, else 1)."""
-    (p, n), (q, m) = rational_linalg.inertia([row[:3] for row in matrix[:3]]), rational_linalg.inertia(matrix)
+    (p, n), (q, m) = rational.inertia([row[:3] for row in matrix[:3]]), rational.inertia(matrix)
     kind = BY_SIGNS[((n, p), (m, q)) if n > p else ((p, n), (q, m))]
     return SPHERE if kind == ELLIPSOID and _is_scalar(matrix) else kind, -1 if n > p else 1
 
@@ -333,7 +395,7 @@ def _substitute_rows(matrix: Symmetric, rows: Iterable[ex.Row], shift: Iterable[
     back = [[*(ex.fraction(c) for c in row), ex.fraction(t)] for row, t in zip(rows, shift, strict=True)]
     back.append([Fraction(0), Fraction(0), Fraction(0), Fraction(1)])
     columns = list(zip(*back, strict=True))
-    return tuple(tuple(row) for row in rational_linalg.matmul(rational_linalg.matmul(columns, matrix), back))
+    return tuple(tuple(row) for row in rational.matmul(rational.matmul(columns, matrix), back))
 
 
 @dataclass(frozen=True)
@@ -383,13 +445,13 @@ class _PlacedQuadric:
         size = len(self.null)
         bordered = [[*a[i], *(vector[i] for vector in self.null)] for i in range(3)]
         bordered += [[*vector, *([Fraction(0)] * size)] for vector in self.null]
-        solution = rational_linalg.solve(bordered, [*(-entry for entry in b), *([Fraction(0)] * size)])
+        solution = rational.solve(bordered, [*(-entry for entry in b), *([Fraction(0)] * size)])
         gradient = [-sum((solution[3 + k] * self.null[k][i] for k in range(size)), Fraction(0)) for i in range(3)]
         return solution[:3], gradient
 
     def _value(self, x: list[Fraction]) -> Fraction:
         point = [*x, Fraction(1)]
-        return rational_linalg.dot(point, [rational_linalg.dot(row, point) for row in self.matrix])
+        return rational.dot(point, [rational.dot(row, point) for row in self.matrix])
 
     @cached_property
     def _constant(self) -> Fraction:
@@ -405,7 +467,7 @@ class _PlacedQuadric:
         x, gradient = self._solution
         if not self._opens:
             return x
-        t = -self._value(x) / (2 * rational_linalg.dot(gradient, gradient))
+        t = -self._value(x) / (2 * rational.dot(gradient, gradient))
         return [c + t * g for c, g in zip(x, gradient, strict=True)]
 
     def _equal(self, squares: list[ex.BigFloat]) -> bool:
@@ -413,7 +475,7 @@ class _PlacedQuadric:
         if len(self.null) > 1 or self.kind in DEGENERATE:
             return False
         if self.still:
-            return rational_linalg.has_equal_eigenvalues([row[:3] for row in self.matrix[:3]])
+            return rational.has_equal_eigenvalues([row[:3] for row in self.matrix[:3]])
         nonzero = [s for s in squares if s]
         largest = max(abs(s) for s in nonzero)
         gaps = [abs(a - b) for i, a in enumerate(nonzero) for b in nonzero[:i]]
@@ -451,7 +513,7 @@ class _PlacedQuadric:
         sizes = [s for s in sizes if s]
         if kind in (BOWL, SADDLE, TROUGH):
             gradient = self._solution[1]
-            slope = root(ex.exact(rational_linalg.dot(gradient, gradient)))
+            slope = root(ex.exact(rational.dot(gradient, gradient)))
             return [slope / s for s in sizes]
         if kind == CONE:
             return [root(sizes[2] / s) for s in sizes[:2]]

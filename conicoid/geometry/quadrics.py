@@ -20,10 +20,9 @@ from typing import Any, ClassVar, TypeAlias
 
 import numpy as np
 
-from .._util.arrays import FloatArray, Interval, Vector, VectorLike, dot_rows, matmul_rows
-from .._util.errstate import ignore_fp_errors
+from .._util.arrays import FloatArray, Interval, Vector, VectorLike, dot_rows, ignore_fp_errors, matmul_rows
 from .._util.validation import check_interval, check_positive, check_vector, format_value
-from ..numerics import bigfloat_linalg as ex
+from ..numerics import bigfloat as ex
 from ..numerics.portable_math import hypot, is_finite, portable_max, portable_sqrt
 from .bounds.intersection import BoundsKind
 from .bounds.support import elliptic_support, inverse_root, real_roots, sum_up

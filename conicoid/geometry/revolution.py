@@ -23,7 +23,7 @@ from .._util.validation import (
     check_vector,
     format_value,
 )
-from ..numerics import bigfloat_linalg as ex
+from ..numerics import bigfloat as ex
 from ..numerics.portable_math import hypot, portable_max, sin_cos_degrees
 from .bounds.support import sum_up
 from .cell import UV, All, Any_, Cell, Face, Tree, cartesian_uv, cylindrical_uv

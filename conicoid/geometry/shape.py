@@ -20,11 +20,10 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, NoReturn, Self, overlo
 
 import numpy as np
 
-from .._util.arrays import BoxEnds, Vector
-from .._util.errstate import ignore_fp_errors
-from .._util.hints import unknown_attribute
-from .._util.pickling import pickle_state, restore_state
+from .._util.arrays import BoxEnds, Vector, ignore_fp_errors
+from .._util.names import unknown_attribute
 from .._util.validation import describe_kind, format_value
+from .._util.value_objects import pickle_state, restore_state
 from ..materials.material import Material
 from ..materials.presets import as_material
 from .bounds.aabb import Bounds, enclose_boxes, intersect_boxes, is_empty
@@ -120,7 +119,7 @@ class Shape(ABC):
         return self._placed if not outer.steps else self.motion.then(outer).placed(self.placement)
 
     @cached_property
-    def kept(self) -> dict[str, Any]:
+    def cache(self) -> dict[str, Any]:
         """A cache, by name, of what later stages derive from the shape. Entries stay valid: the shape is immutable."""
         return {}
 

@@ -21,7 +21,7 @@ from .._util.validation import (
     describe_kind,
     format_value,
 )
-from ..numerics import bigfloat_linalg as ex
+from ..numerics import bigfloat as ex
 from ..numerics.portable_math import hypot, portable_max
 from .bounds.aabb import intersect_boxes
 from .bounds.support import along_normal, half_space_bounds, plane_through, plane_uv, points_support, sum_up

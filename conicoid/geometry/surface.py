@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any, TypeAlias
 
-from ..numerics import bigfloat_linalg as ex
+from ..numerics import bigfloat as ex
 from ..numerics.portable_math import count_nonzero, portable_sqrt
 from .transform import Motion
 

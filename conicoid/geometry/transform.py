@@ -1,7 +1,7 @@
 """Affine motions: the steps (translations, turns, scalings, matrices, frames) and `Motion`, their exact product.
 
 A motion is a tuple of steps about the world's origin, applied first to last. Scene files show the steps. Lowering asks
-once for the product in 3000-bit arithmetic (`numerics/bigfloat_linalg.py`) and for the inverse, which is that of the
+once for the product in 3000-bit arithmetic (`numerics/bigfloat.py`) and for the inverse, which is that of the
 steps from last to first.
 
 Each step has its map and the inverse map in 3000 bits; the factor by which it changes all lengths, if there is one; and
@@ -20,10 +20,10 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 
 from .._util.arrays import FloatArray, Matrix4, Vector
-from .._util.pickling import pickle_state
 from .._util.validation import LARGEST, check_matrix4, check_vector, format_value
 from .._util.validation import check_degrees as as_degrees
-from ..numerics import bigfloat_linalg as ex
+from .._util.value_objects import pickle_state
+from ..numerics import bigfloat as ex
 from ..numerics.portable_math import least_axis
 
 Affine: TypeAlias = tuple[ex.Rows, ex.Row]

@@ -13,8 +13,8 @@ import numpy as np
 import numpy.typing as npt
 
 from .._util.arrays import FloatArray, Matrix4, Vector
-from .._util.pickling import construct_many
 from .._util.validation import is_outside_domain, looks_like_radians
+from .._util.value_objects import construct_many
 from .transform import CLEAR_DETERMINANT, SAFE_REACH, Motion, Reach, Rotate, Scale, Step, Transform, Translate
 
 Bools = npt.NDArray[np.bool_]

@@ -18,7 +18,7 @@ from itertools import islice
 from typing import Any, NamedTuple
 
 from .._util.file_errors import MAX_LISTED_PROBLEMS, printable
-from .._util.hints import check_choice
+from .._util.names import check_choice
 from .._util.text import format_count
 from .._util.validation import check_callback, check_flag, check_integer, format_value
 from ..geometry.body import Body

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .._util.file_errors import printable
-from .._util.hints import closest_name
+from .._util.names import closest_name
 from .._util.safe_files import check_memory
 from .._util.validation import format_list
 from ..kernels.ray import DEAD

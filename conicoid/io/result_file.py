@@ -25,7 +25,7 @@ from ..geometry.body import Body
 from ..geometry.labels import Labels
 from ..geometry.primitives import Sphere
 from ..geometry.sheets import Disc
-from ..kernels.entry.first_hits import HitBuffers
+from ..kernels.first_hits import HitBuffers
 from ..kernels.ray import DEAD
 from ..materials.material import Material
 from ..queries.hits import Hits

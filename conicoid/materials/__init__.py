@@ -20,7 +20,7 @@ _HOMES = {
     "WATER": ".material",
     "Wood": ".texture",
     "aluminium": ".presets",
-    "clear_sky": ".daylight",
+    "clear_sky": ".background",
     "conductor": ".presets",
     "copper": ".presets",
     "gold": ".presets",
@@ -32,7 +32,7 @@ _HOMES = {
 __all__ = sorted(_HOMES)  # pyright: ignore[reportUnsupportedDunderAll]
 
 if TYPE_CHECKING:
-    from .daylight import clear_sky as clear_sky
+    from .background import clear_sky as clear_sky
     from .material import AIR as AIR
     from .material import GLASS as GLASS
     from .material import VACUUM as VACUUM

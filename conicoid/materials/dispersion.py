@@ -9,7 +9,7 @@ from typing import Any, ClassVar, TypeAlias
 
 import numpy as np
 
-from .._util.hints import closest_name
+from .._util.names import closest_name
 from .._util.validation import check_number, format_value, is_complex, real_array
 
 LINE_D, LINE_F, LINE_C = 0.5875618, 0.4861327, 0.6562725
@@ -433,9 +433,11 @@ _OTHER_MEDIA: tuple[tuple[str, str | None, DispersionFactory], ...] = (
 
 def _metal_table(name: str) -> Dispersion:
     """Return a metal's table of n and k."""
-    from .glass_tables import metals
+    from . import glass_tables
 
-    rows = [tuple(map(float, item.split())) for item in getattr(metals, name.upper()).replace("\n", ";").split(";")]
+    rows = [
+        tuple(map(float, item.split())) for item in getattr(glass_tables, name.upper()).replace("\n", ";").split(";")
+    ]
     w, n, k = zip(*(row for row in rows if row), strict=True)
     source = (
         "A. D. Rakić, Appl. Opt. 34 (1995), 4755"
@@ -473,13 +475,13 @@ class Glasses(Mapping[str, Dispersion]):
     @cached_property
     def _factories(self) -> dict[str, DispersionFactory]:
         """Name -> constructor."""
-        from .glass_tables import makers, schott
+        from . import glass_tables
 
         tables = (
-            (schott.SCHOTT, "Schott, catalogue of 2017-01-20"),
-            (makers.OHARA, "Ohara, catalogue of 2017-11-30"),
-            (makers.CDGM, "CDGM, catalogue of 2022-06"),
-            (makers.HOYA, "Hoya, catalogue of 2017-04-01"),
+            (glass_tables.SCHOTT, "Schott, catalogue of 2017-01-20"),
+            (glass_tables.OHARA, "Ohara, catalogue of 2017-11-30"),
+            (glass_tables.CDGM, "CDGM, catalogue of 2022-06"),
+            (glass_tables.HOYA, "Hoya, catalogue of 2017-04-01"),
         )
         found = dict(_glass_formula(line, source) for text, source in tables for line in text.strip().split("\n"))
         for name, formula, span, a, terms, source in _CRYSTALS:

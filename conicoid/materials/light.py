@@ -10,8 +10,7 @@ from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias, get_args
 
 from .._util.arrays import VectorLike
-from .._util.user_warnings import warn
-from .._util.validation import check_degrees, check_vector, describe_kind, format_value
+from .._util.validation import check_degrees, check_vector, describe_kind, format_value, warn
 from .color import BRIGHT, Amount, bytes_hint, check_amount, look_like_bytes
 
 Falloff: TypeAlias = Literal["none", "inverse_square"]

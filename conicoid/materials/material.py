@@ -10,8 +10,7 @@ from dataclasses import dataclass
 from typing import Any, Literal, NoReturn, TypeAlias, get_args
 
 from .._util.arrays import Vector
-from .._util.user_warnings import warn
-from .._util.validation import check_nonnegative, check_number, check_numbers, check_positive, format_value
+from .._util.validation import check_nonnegative, check_number, check_numbers, check_positive, format_value, warn
 from .coating import Coating
 from .color import Amount, Color, check_amount, check_color
 from .dispersion import Index, check_index, glass_hint

@@ -9,8 +9,7 @@ from typing import Any, ClassVar, Literal, TypeAlias, get_args
 
 import numpy as np
 
-from .._util.hints import check_choice
-from .._util.user_warnings import warn
+from .._util.names import check_choice
 from .._util.validation import (
     as_integer,
     check_flag,
@@ -19,6 +18,7 @@ from .._util.validation import (
     check_numbers,
     check_positive,
     format_value,
+    warn,
 )
 from .color import BYTE, Color, check_color, linear_rgb
 from .image_file import Pixels, image_array, read_pixels

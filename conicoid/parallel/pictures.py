@@ -16,11 +16,10 @@ import numpy as np
 
 from .._util.safe_files import replace_file
 from .._util.validation import check_path as checked_path
-from ..render.exposure import Exposure
-from ..render.film.film import COUNT, SUMS, mean_pixels
+from ..render.exposure import Exposure, empty_sums, render_motion_blur, stills
+from ..render.film import COUNT, SUMS, mean_pixels
 from ..render.integrators import INTEGRATORS
 from ..render.job import FilmResult, RenderJob, lower_scene_light
-from ..render.motion_blur import empty_sums, render_motion_blur, stills
 from ..render.tiles import SIDE, SQUARE, tile_corner, tile_total, tiles_of_squares
 from .queries import workers_of
 from .scheduler import ChunkSize, ScheduledTask, prepare_first, run_tasks

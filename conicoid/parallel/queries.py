@@ -14,10 +14,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 import numpy as np
 
 from .._util.arrays import FloatArray
-from .._util.defaults import replace_default
-from .._util.pickling import align_array, freeze_arrays
-from .._util.validation import describe_kind, is_dask_array
-from ..kernels.entry.first_hits import HitBuffers
+from .._util.validation import describe_kind, is_dask_array, replace_default
+from .._util.value_objects import align_array, freeze_arrays
+from ..kernels.first_hits import HitBuffers
 from ..queries import distances, ray_queries
 from ..queries import points as at_points
 from ..queries.distances import Distances, Nearest
@@ -53,7 +52,7 @@ class RayShare(NamedTuple):
     t_min: Any
     t_max: Any
 
-    def made(self) -> Rays:
+    def to_rays(self) -> Rays:
         """Return the rays of the share, in its shape."""
         if isinstance(self.rays, Rays):
             return self.rays
@@ -107,9 +106,9 @@ class RayRequest:
         some = starts[begin:end] if len(starts) > 1 else starts
         return RayShare(Rays._spawned(origins, directions, some, self.rays._home), 0, count, shape, *limits)
 
-    def made(self) -> Rays:
+    def to_rays(self) -> Rays:
         """Return all rays."""
-        return self.rays.made() if isinstance(self.rays, LazyRays) else self.rays
+        return self.rays.to_rays() if isinstance(self.rays, LazyRays) else self.rays
 
 
 def _cut(limits: FloatArray, begin: int, end: int, shape: tuple[int, ...]) -> Any:
@@ -145,7 +144,7 @@ def ray_tasks(query: str, request: RayRequest, pace: ChunkSize) -> Iterator[Sche
 def answer_part(scene: SceneLike, options: dict[str, Any], query: str, share: RayShare) -> tuple[Any, ...]:
     """Return the columns of the answer to a share, without scene and rays, which `assemble` adds again."""
     # A copy: the task may run in this process, which uses the options again.
-    rays, options = share.made(), dict(options)
+    rays, options = share.to_rays(), dict(options)
     values = (options.pop("values"),) if query == "line_integral" else ()
     answer = getattr(scene, query)(*values, rays, None, share.t_min, share.t_max, **options)
     if query == "first_hit":
@@ -224,7 +223,7 @@ def _hits(scene: SceneLike, request: RayRequest, workers: Workers) -> Hits:
             for name, column in zip(HitBuffers._fields, columns, strict=True):
                 getattr(found, name)[task.begin : task.end] = column
             doubtful.append(doubts + task.begin)
-    return Hits(scene._prepared, request.made(), found, np.concatenate(doubtful))
+    return Hits(scene._prepared, request.to_rays(), found, np.concatenate(doubtful))
 
 
 def _lists(scene: SceneLike, query: str, request: RayRequest, workers: Workers) -> Any:
@@ -234,7 +233,7 @@ def _lists(scene: SceneLike, query: str, request: RayRequest, workers: Workers) 
     with answer_parts(scene, query, request, {}, workers, 256) as results:
         pieces += [columns for _, columns in results]
     columns = tuple(np.concatenate(column, axis=-1) for column in zip(*pieces, strict=True))
-    return assemble(scene, query, request.made(), columns)
+    return assemble(scene, query, request.to_rays(), columns)
 
 
 # Points.

@@ -22,7 +22,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .._util.pickling import align_array
+from .._util.value_objects import align_array
 from .._util.version import __version__
 from ..kernels.threads import limit_threads
 from ..queries.spans import collect_notes, log_once

@@ -58,7 +58,7 @@ _TABLES, _LABELS, _REST = "tables", "labels", "rest"
 def can_store_tables(prepared: PreparedScene) -> bool:
     """Return whether the tables hold all computed state: not with stretched `Spheres`, nor with lattices."""
     return not isinstance(prepared.entries, InstanceList) and not any(
-        isinstance(body.shape, Spheres) and "balls" in body.shape.kept for body in prepared.entries
+        isinstance(body.shape, Spheres) and "balls" in body.shape.cache for body in prepared.entries
     )
 
 

@@ -7,9 +7,8 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from .._util.defaults import DEFAULT_T_MAX, DEFAULT_T_MIN
-from .._util.hints import check_choice
-from .._util.validation import check_integer, describe_kind
+from .._util.names import check_choice
+from .._util.validation import DEFAULT_T_MAX, DEFAULT_T_MIN, check_integer, describe_kind
 from .._util.validation import check_path as checked_path
 from ..io.ray_file import RayFile, TimedRays
 from ..queries.ray_queries import refuse_no_rays
@@ -80,7 +79,7 @@ def _iterate_answers(
     shared = shared_scene(scene), SharedObject(options)
     with run_tasks("stream", workers, answer_part, shared, pieces(), pace.saw) as results:
         for task, columns in results:
-            yield assemble(scene, query, task.arguments[1].made(), columns)
+            yield assemble(scene, query, task.arguments[1].to_rays(), columns)
 
 
 def _sources(rays: Any) -> Iterator[Rays | LazyRays | TimedRays]:

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 from ..geometry.cell import All, Any_, Cell, Not, PolygonSheet, SurfaceSheet, Tree
 from ..geometry.surface import UPRIGHT, PlaneSurface, QuadricSurface, Surface
 from ..kernels.tables import PLANE, POLYGON, QUADRIC, SHEET, SPHERE
-from ..numerics import bigfloat_linalg as ex
+from ..numerics import bigfloat as ex
 from ..numerics.bigfloat import Symbol
 from ..numerics.portable_math import is_float, leading_sign, portable_max, portable_sqrt, power_of_two_scale
 

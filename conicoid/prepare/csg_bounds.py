@@ -110,9 +110,9 @@ def _primitive_bounds(shape: Shape, rows: RowTable) -> _BoundNode:
 
 def _is_hole(shape: Shape) -> bool:
     """Return whether the outside of a primitive is unbounded; cached with the shape, which copies of a body share."""
-    found: bool | None = shape.kept.get("hole")
+    found: bool | None = shape.cache.get("hole")
     if found is None:
-        found = shape.kept["hole"] = isinstance(shape, Solid) and shape.has_unbounded_outside()
+        found = shape.cache["hole"] = isinstance(shape, Solid) and shape.has_unbounded_outside()
     return found
 
 

@@ -34,7 +34,7 @@ from ..geometry.transform import IDENTITY_MOTION, FloatRows, Motion
 from ..kernels.bvh.culling_constants import BOUNDS, WALL
 from ..kernels.tables import CELL, REGION, Floats
 from ..materials.material import Material
-from ..numerics import bigfloat_linalg as ex
+from ..numerics import bigfloat as ex
 from .assembly import Assembly, SurfaceRecord, round_numbers, rounding_rests
 from .csg_bounds import EMPTY_BOX, bound_bodies
 from .csg_plan import PrimitiveForm, csg_plan
@@ -274,7 +274,7 @@ def lower_stretched_balls(
 
 def _cache_with_shape(shape: Shape, name: str, work: Callable[[Shape], Any]) -> Any:
     """Return `work(shape)`, cached with the shape under a name; raise ValueError for sizes that overflow."""
-    found = shape.kept.get(name)
+    found = shape.cache.get(name)
     if found is None:
         try:
             found = work(shape)
@@ -282,7 +282,7 @@ def _cache_with_shape(shape: Shape, name: str, work: Callable[[Shape], Any]) -> 
             raise ValueError(
                 f"{type(shape).__name__}: sizes must be below about 1e150, their squares overflow float64"
             ) from None
-        shape.kept[name] = found
+        shape.cache[name] = found
     return found
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from ..geometry.surface import PlaneSurface
 from ..geometry.transform import Affine, Motion, Step, Translate
 from ..kernels.tables import PLANE_SIZE, Floats, Ints, Longs, Signs
-from ..numerics import bigfloat_linalg as ex
+from ..numerics import bigfloat as ex
 from ..numerics.tracing import Tape
 from .assembly import round_numbers, round_surface, rounding_rests
 from .pattern import FRAME_NUMBERS

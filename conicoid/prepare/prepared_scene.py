@@ -1,4 +1,4 @@
-"""A scene prepared for queries, from scratch or from the scene before an edit."""
+"""A scene prepared for queries, from scratch or from the scene before an edit; its memory, its exact surfaces."""
 
 from __future__ import annotations
 
@@ -6,19 +6,37 @@ import weakref
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from ..geometry.body import Body
-from ..geometry.exact_crossings import IntegerForm
-from ..geometry.instance_labels import body_labels
+from ..geometry.exact_crossings import IntegerForm, ball_form, surface_form
 from ..geometry.instances import InstanceList
 from ..geometry.instances_edited import have_same_shapes
-from ..geometry.labels import Labels
+from ..geometry.labels import Labels, body_labels
 from ..kernels.surface.exact_crossing import RoundingRest
-from ..kernels.tables import LEAF_ITEMS, LINE, Geometry, Tables, unpack_tables
+from ..kernels.tables import (
+    ENTRY_KIND,
+    LEAF_CELL,
+    LEAF_ITEMS,
+    LINE,
+    NODE_BOXES,
+    NODE_CHILDREN,
+    PROGRAM_ROW,
+    PROGRAM_SHIFTS,
+    REGION,
+    ROOTS,
+    SHIFT_SIZE,
+    TREE_DEPTH,
+    TREE_ORDER,
+    TREE_ROOT,
+    Geometry,
+    Tables,
+    length,
+    unpack_tables,
+)
 from . import lowering
 from .bvh.leaf_items import put_items
 from .bvh.tree_patch import patch_trees
@@ -196,3 +214,77 @@ def _flat_rest(lowered: LoweredScene) -> RoundingRest:
     """Flatten the remainders of a lowered scene, as kernels take them."""
     rest = lowered.rest
     return RoundingRest(rest.planes.ravel(), rest.spheres.ravel(), rest.quadrics.ravel(), rest.vertices.ravel())
+
+
+# --- The memory of a scene, as `conicoid info` prints it
+
+_HINTS = {
+    **dict.fromkeys(("total", "bytes", "nbytes", "size", "all"), "memory.tables + memory.tree are all bytes"),
+    "cells": "it is called primitives",
+}
+_TREE = (NODE_CHILDREN, TREE_ORDER, TREE_ROOT, ROOTS, TREE_DEPTH)
+
+
+class _Sizes(NamedTuple):
+    primitives: int
+    tables: int
+    tree: int
+
+
+class Memory(_Sizes):
+    """Bytes of the arrays that hold a prepared scene.
+
+    Attributes
+    ----------
+    primitives : int
+        Number of balls, sheets, and primitives that are bodies or parts of Boolean bodies.
+    tables : int
+        Bytes of the tables of these.
+    tree : int
+        Bytes of the tree of boxes over them.
+    """
+
+    __slots__ = ()
+
+    if not TYPE_CHECKING:  # type checkers would accept any name otherwise
+
+        def __getattr__(self, name: str) -> Any:
+            hint = f": {_HINTS[name]}" if name in _HINTS else ""
+            raise AttributeError(f"'Memory' object has no attribute {name[:80]!r}{hint}", name=name, obj=self)
+
+
+def measure_memory(geometry: Geometry) -> Memory:
+    """Measure the memory of a geometry."""
+    every = geometry.integers.nbytes + geometry.floats.nbytes
+    boxes = int(length(geometry, NODE_BOXES) + length(geometry, LEAF_ITEMS)) * geometry.floats.itemsize
+    tree = boxes + sum(int(length(geometry, k)) for k in _TREE) * geometry.integers.itemsize
+    first, count = int(geometry.places[ENTRY_KIND]), int(length(geometry, ENTRY_KIND))
+    regions = int(np.count_nonzero(geometry.integers[first : first + count] == REGION))
+    return Memory(count - regions + _leaves(geometry), every - tree, tree)
+
+
+def _leaves(geometry: Geometry) -> int:
+    """Count the leaves of all programs."""
+    rows, row = (
+        geometry.integers[int(geometry.places[k]) :][: int(length(geometry, k))] for k in (PROGRAM_SHIFTS, PROGRAM_ROW)
+    )
+    if not len(rows):
+        return int(length(geometry, LEAF_CELL))
+    return int(np.diff(row)[rows.reshape(-1, SHIFT_SIZE)[:, -1]].sum())
+
+
+# --- Exact forms of surfaces, each computed on first use
+
+
+def exact_form(scene: PreparedScene, surface: int) -> IntegerForm:
+    """Return the exact form of a surface, which `scene.forms` caches."""
+    form = scene.forms.get(surface)
+    if form is None:
+        exact = scene.lowered.exact
+        if surface < len(exact):
+            form = surface_form(exact[surface])
+        else:  # a ball, whose form follows from its record in the tables
+            x, y, z, r = scene.lowered.tables.spheres[scene.lowered.tables.surface_row[surface]].tolist()
+            form = ball_form((x, y, z), r)
+        scene.forms[surface] = form
+    return form

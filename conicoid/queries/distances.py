@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from .._util.arrays import FloatArray
-from .._util.errstate import ignore_fp_errors
+from .._util.arrays import FloatArray, ignore_fp_errors
 from .._util.text import format_count
 from .._util.validation import format_value, real_array, zero_negligible
 from ..kernels.closest.nearest_walls import nearest_walls

@@ -24,7 +24,7 @@ EXTENSIONS = {
     "lists.read": "conicoid.io.result_file:read_lists_file",
     "hits.jvp": "conicoid.apps.derivatives.autodiff:hits_jvp",
     "hits.vjp": "conicoid.apps.derivatives.autodiff:hits_vjp",
-    "hits.curvature": "conicoid.apps.derivatives.curvature:curvature",
+    "hits.curvature": "conicoid.apps.derivatives.quadric_form:curvature",
     "spans.jvp": "conicoid.apps.derivatives.autodiff:spans_jvp",
     "spans.vjp": "conicoid.apps.derivatives.autodiff:spans_vjp",
 }

@@ -10,15 +10,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from .._util.arrays import FloatArray
-from .._util.errstate import ignore_fp_errors
+from .._util.arrays import FloatArray, ignore_fp_errors
 from .._util.text import format_count
 from .._util.validation import DOMAIN, check_npz_path, is_outside_domain, zero_negligible
 from ..kernels.body.media import AFTER, BEFORE
-from ..kernels.entry.first_hits import HitBuffers
+from ..kernels.first_hits import HitBuffers
 from ..kernels.ray import DEAD, RayArrays
 from ..kernels.threads import run_chunks
-from .derivative_methods import HitDerivatives
+from .derivatives import HitDerivatives
 from .extensions import extension
 from .hit_fields import faces_of, local_points_of, normals_of, points_along, uvs_of
 from .rays import Rays, lines_of, points_array
@@ -389,7 +388,7 @@ class Hits(QueryResult, HitDerivatives):
         """Return the table that a notebook shows: a row for each of the first rays."""
         from itertools import islice
 
-        from .._util.html_table import MOST_ROWS, html_table
+        from .._util.text import MOST_ROWS, html_table
 
         shape, count = self.rays.shape, self.size
         first = self[np.unravel_index(np.arange(min(count, MOST_ROWS)), shape)] if shape else self[None]

@@ -13,10 +13,10 @@ import numpy as np
 from .._util.arrays import FloatArray, dot_rows
 from .._util.validation import describe_kind, format_value, real_array
 from ..kernels.body.hit import is_doubtful
-from ..kernels.entry.first_hits import HitBuffers, coherent_packets, trace_first, trace_occluded, trace_ordered
+from ..kernels.first_hits import HitBuffers, coherent_packets, trace_first, trace_occluded, trace_ordered
 from ..kernels.packet.frontier import tile_count
 from ..kernels.ray import RayArrays
-from ..kernels.stream.ray_order import ray_order
+from ..kernels.stream import ray_order
 from ..kernels.threads import chunk_of_rays, chunk_size, run_on
 from ..prepare.prepared_scene import PreparedScene
 from .hits import Hits
@@ -99,7 +99,7 @@ def as_rays(query: str, origins: Any, directions: Any) -> Rays:
             raise TypeError(f"{query}: directions must be left out where a Rays is given{hint}")
         return origins
     if isinstance(origins, LazyRays):
-        return as_rays(query, origins.made(), directions)
+        return as_rays(query, origins.to_rays(), directions)
     if directions is None:
         refuse_no_rays(query, origins)
     if directions is None and isinstance(origins, list | tuple) and any(isinstance(ray, Rays) for ray in origins):

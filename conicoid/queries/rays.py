@@ -10,11 +10,10 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import numpy as np
 import numpy.typing as npt
 
-from .._util.arrays import FloatArray
-from .._util.errstate import ignore_fp_errors
-from .._util.pickling import align_array
+from .._util.arrays import FloatArray, ignore_fp_errors
 from .._util.validation import DOMAIN, check_npz_path, describe_kind, format_value, real_array, refuse_columns
 from .._util.validation import check_path as checked_path
+from .._util.value_objects import align_array
 from ..kernels.threads import run_chunks
 from .extensions import extension
 from .result import ArrayRecord, check_parts
@@ -342,8 +341,8 @@ _BLOCK = 1 << 12  # rays; their arrays (192 KiB) stay in the processor's cache w
 class LazyRays(ArrayRecord):
     """Rays of a camera, a scan or a file that are computed in parts, so that they take a few bytes until then.
 
-    Every query accepts them in place of `Rays`; `made()` returns them as `Rays`. Each ray has the same bits in whatever
-    part it is computed.
+    Every query accepts them in place of `Rays`; `to_rays()` returns them as `Rays`. Each ray has the same bits in
+    whatever part it is computed.
     """
 
     _in_blocks = True
@@ -378,14 +377,14 @@ class LazyRays(ArrayRecord):
     if not TYPE_CHECKING:  # a type checker that saw these would accept indexing and loops
 
         def __getitem__(self, index: Any) -> NoReturn:
-            hint = "rays.part(begin, end) returns some of them, and rays.made()[...] any"
+            hint = "rays.part(begin, end) returns some of them, and rays.to_rays()[...] any"
             raise TypeError(f"{type(self).__name__}: rays are made where they are traced: {hint}")
 
         def __iter__(self) -> NoReturn:
-            hint = "origins, directions = rays.made() are two arrays of all"
+            hint = "origins, directions = rays.to_rays() are two arrays of all"
             raise TypeError(f"{type(self).__name__}: rays are made where they are traced: {hint}")
 
-    def made(self) -> Rays:
+    def to_rays(self) -> Rays:
         """Return all rays as `Rays`, 48 bytes each. These have no interval of their own: queries of them start at 0."""
         return self.part(0, self.size, self.shape)
 

@@ -17,16 +17,14 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 import numpy as np
 import numpy.typing as npt
 
-from .._util.arrays import FloatArray
-from .._util.errstate import ignore_fp_errors
-from .._util.hints import closest_name
-from .._util.name_tuples import NameTuple
-from .._util.pickling import freeze_arrays
+from .._util.arrays import FloatArray, ignore_fp_errors
+from .._util.names import NameTuple, closest_name
 from .._util.text import format_count
 from .._util.validation import check_npz_path, format_value, zero_negligible
+from .._util.value_objects import freeze_arrays
 from ..geometry.labels import Labels
 from ..kernels.body.media import AFTER, BEFORE
-from ..kernels.entry.crossings import (
+from ..kernels.crossings import (
     CrossingColumns,
     CrossingLists,
     SpanColumns,
@@ -39,7 +37,7 @@ from ..kernels.entry.crossings import (
 from ..kernels.ray import RayArrays
 from ..kernels.tables import Geometry
 from ..kernels.threads import chunk_of_rays, run_chunks, run_on
-from .derivative_methods import SpanDerivatives
+from .derivatives import SpanDerivatives
 from .exact.doubtful_rays import resolve_rows
 from .exact.error_bounds import bounds_of_t
 from .exact.hit_sides import HitPlaces, sides_of
@@ -94,7 +92,7 @@ class RayLists:
 
     def _table(self, *names: str) -> str:
         """Return the table that a notebook shows: some fields of the first rows."""
-        from .._util.html_table import MOST_ROWS, html_table
+        from .._util.text import MOST_ROWS, html_table
 
         body = self.body[:MOST_ROWS]  # type: ignore[attr-defined]
         rays = np.searchsorted(self.offsets, np.arange(len(body)), side="right") - 1

@@ -10,8 +10,8 @@ import numpy as np
 
 from .._jit.decorators import helper, inline, kernel, record_shapes
 from .._util.arrays import FloatArray
-from .._util.equality import compare_by_value
 from .._util.validation import zero_negligible
+from .._util.value_objects import compare_by_value
 from ..kernels.numbers.elementary import cos_sin_turns
 from ..kernels.numbers.vectors import normalize, quotient, unit_vector
 from ..kernels.tables import Floats
@@ -26,8 +26,8 @@ from .camera_kinds import (
     CameraModel,
     check_size,
 )
-from .film.filter import QUANTILES, lower_filter
-from .film.options import Filter
+from .film import QUANTILES, lower_filter
+from .options import Filter
 
 
 @compare_by_value("camera", "width", "height")

@@ -1,11 +1,14 @@
-"""A picture that comes into being: passes over its tiles until it has all its samples, or noise enough is gone."""
+"""A picture that comes into being: passes over its tiles until it has all its samples, or noise enough is gone.
+
+Motion blur exposes scenes at moments of the time while the shutter is open, and adds their samples.
+"""
 
 from __future__ import annotations
 
 import threading
-import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from time import monotonic, sleep
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
@@ -14,7 +17,7 @@ from .._util.arrays import FloatArray
 from ..kernels.threads import chunk_size, run_on
 from . import tiles
 from .camera_rays import lower_view
-from .film.film import COUNT, STEP, SUMS, mean_pixels, next_end, pixel_errors
+from .film import COUNT, STEP, SUMS, mean_pixels, next_end, pixel_errors
 from .integrators.samples import Settings
 from .job import FilmResult, RenderJob, lower_scene_light, most_turns, scale_to_pixels
 from .tiles import SIDE, SQUARE, Film
@@ -61,7 +64,7 @@ class Exposure:
         """The same, of the passes before."""
         self._changed: set[int] = set()
         """Tiles in which this pass adds samples."""
-        self._saved = time.monotonic()
+        self._saved = monotonic()
 
     def go_on(
         self, progress: Progress | None = None, preview: Preview | None = None, keep: TileSink | None = None
@@ -77,7 +80,7 @@ class Exposure:
         for last, squares in self._passes(preview is not None or keep is not None):
             self._run(last, squares, begun, progress, keep)
             begun = last
-            if keep is not None and time.monotonic() - self._saved > SAVE_INTERVAL / 4:
+            if keep is not None and monotonic() - self._saved > SAVE_INTERVAL / 4:
                 self._hand_over(keep, True)
             if preview is not None:
                 preview(self.film, self.sums)
@@ -156,23 +159,23 @@ class Exposure:
 
     def _after_end(self, keep: TileSink | None) -> None:
         """Hand over all new tiles once all threads have ended, also those with unfinished squares."""
-        until = time.monotonic() + _PATIENCE
-        while self._busy > 0 and time.monotonic() < until:
-            time.sleep(0.01)
+        until = monotonic() + _PATIENCE
+        while self._busy > 0 and monotonic() < until:
+            sleep(0.01)
         if keep is not None and self._busy == 0:
             self._finished |= self._left | self._changed
             self._hand_over(keep, True)
 
     def _hand_over(self, keep: TileSink, is_end: bool) -> None:
         """Hand over new tiles, from time to time; in the middle of a pass those that no thread will write to."""
-        if not is_end and time.monotonic() - self._saved < SAVE_INTERVAL:
+        if not is_end and monotonic() - self._saved < SAVE_INTERVAL:
             return
         with self._lock:
             new, self._finished = self._finished, set()
         if is_end:
             new, self._left = new | self._left, set()
         self._left -= new
-        self._saved = time.monotonic()
+        self._saved = monotonic()
         if new:
             keep(tile_ranges(sorted(new)))
 
@@ -232,3 +235,104 @@ def compute_layers(scene: Any, job: RenderJob, names: tuple[str, ...], exposed: 
         found["position"] = np.asarray(hits.point).astype(np.float32)
         found["body"] = hits.body
     return {name: found[name] for name in names}
+
+
+# --- Motion blur
+#
+# The time while the shutter is open is cut into `times` equal parts. At the middle of each the scene stands where its
+# tracks have it, exactly, and a block of consecutive samples sees it so. The picture is the mean of these exact
+# pictures. Blocks of Sobol's points are themselves spread evenly, over the pixel and the lens. So a scene at rest looks
+# as without a shutter, to the bit with progressive integrators. Only bodies that move are prepared anew.
+#
+# If noise ends the work, all moments are seen in a round of some samples before it is judged, and in the next again.
+# Moments differ, and their differences count as noise, so the reported noise is not too small.
+
+
+def moments(shutter: tuple[float, float], times: int) -> list[float]:
+    """The middles of `times` equal parts."""
+    opens, closes = shutter
+    return [opens + (k + 0.5) / times * (closes - opens) for k in range(times)]
+
+
+def empty_sums(job: RenderJob) -> FloatArray:
+    """The sums of a picture that has no samples yet."""
+    return np.zeros((job.height, job.width, SUMS))
+
+
+def stills(scene: Any, job: RenderJob, fixed: bool, sums: FloatArray) -> Iterator[tuple[Any, RenderJob]]:
+    """Yield the scene at each moment in which some pixels get samples, and the picture up to the end of that moment.
+
+    sums: those of all samples so far, up to date whenever the next moment is requested.
+    """
+    assert job.shutter is not None
+    for begin in range(0, job.samples, job.round):
+        count = min(job.round, job.samples - begin)
+        if not job.wanted(sums, begin + count, SQUARE).any():
+            continue
+        for k, time in enumerate(moments(job.shutter, job.times)):
+            end = begin + (k + 1) * count // job.times
+            if not job.wanted(sums, end, SQUARE).any():
+                continue
+            still = scene.at(time)
+            view = job.view if fixed or still.camera is None else still.camera
+            yield still, replace(job, samples=end, view=view)
+
+
+def render_motion_blur(
+    scene: Any, job: RenderJob, fixed: bool, progress: Progress | None = None, preview: Preview | None = None,
+    kept: Any = None,
+) -> FilmResult:  # fmt: skip
+    """The picture of a scene that moves while the shutter is open.
+
+    fixed: is the camera that of the job throughout?
+    kept: where sums are read from first, `kept.read(sums)`, and written to, `kept.add(sums, tiles)`, or None.
+    """
+    sums = empty_sums(job)
+    if kept is None:
+        _expose(scene, job, fixed, sums, progress, preview, None)
+        return FilmResult(mean_pixels(sums), sums)
+    kept.read(sums)
+    new = _NewTiles(kept, sums)
+    try:
+        _expose(scene, job, fixed, sums, progress, preview, new.add)
+    finally:
+        new.write()
+    return FilmResult(mean_pixels(sums), sums)
+
+
+def _expose(
+    scene: Any, job: RenderJob, fixed: bool, sums: FloatArray, progress: Progress | None, preview: Preview | None,
+    keep: TileSink | None,
+) -> None:  # fmt: skip
+    for still, part in stills(scene, job, fixed, sums):
+        exposure = Exposure(still, part, True, goes_on=True)
+        exposure.sums = sums
+        exposure.go_on(_as_part(progress, part.samples, job.samples), preview, keep)
+
+
+class _NewTiles:
+    """Tiles with new samples, which are written every few seconds: moments may be much shorter."""
+
+    def __init__(self, kept: Any, sums: FloatArray) -> None:
+        self._kept, self._sums, self._tiles, self._written = kept, sums, set[int](), monotonic()
+
+    def add(self, tiles: list[tuple[int, int]]) -> None:
+        """Remember tiles, and write all if it is time."""
+        for begin, end in tiles:
+            self._tiles.update(range(begin, end))
+        if monotonic() - self._written >= SAVE_INTERVAL:
+            self.write()
+
+    def write(self) -> None:
+        """Write those that are not yet."""
+        if self._tiles:
+            self._kept.add(self._sums, tile_ranges(sorted(self._tiles)))
+        self._tiles.clear()
+        self._written = monotonic()
+
+
+def _as_part(progress: Progress | None, samples: int, of: int) -> Progress | None:
+    """Progress of a picture of `samples` samples as of one of more."""
+    if progress is None:
+        return None
+    return lambda done, count: progress(done, count // samples * of)

@@ -9,18 +9,16 @@ import numpy as np
 import numpy.typing as npt
 
 from .._util.arrays import FloatArray
-from .._util.hints import check_choice
+from .._util.names import check_choice
 from .._util.validation import as_integer, check_numbers, check_positive, format_value
-from ..geometry.instance_labels import body_material_table
+from ..geometry.labels import body_material_table
 from ..materials.light import AmbientLight
 from ..materials.material import DEFAULT_MATERIAL, Material
-from .auto_camera import fit_lights
-from .camera import AnyCamera, as_camera
+from .camera import AnyCamera, as_camera, fit_lights
 from .camera_kinds import check_size
-from .film.film import STEP, is_end, select_squares
-from .film.filter import check_filter
-from .film.options import MOST_SAMPLES, SAMPLES, Filter
+from .film import STEP, check_filter, is_end, select_squares
 from .integrators import INTEGRATORS
+from .options import MOST_SAMPLES, SAMPLES, Filter
 
 if TYPE_CHECKING:
     from .tiles import Film

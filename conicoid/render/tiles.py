@@ -25,7 +25,7 @@ from ..kernels.tables import Floats, Geometry, Longs, Signs, is_halted, whole
 from . import integrators
 from .camera_kinds import LINEAR, THIN_LENS
 from .camera_rays import CameraView, camera_ray, filtered_offset, general_ray
-from .film.film import BLUE, COUNT, GREEN, RED, SQUARES, SUMS
+from .film import BLUE, COUNT, GREEN, RED, SQUARES, SUMS
 from .integrators import INTEGRATORS
 from .integrators.samples import NO_SURFACE, Samples, Settings, finish_nothing, no_memory
 from .lights.light_tables import PathLight, WhittedLight

@@ -6,7 +6,7 @@ import os
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from .._util.errstate import ignore_fp_errors
+from .._util.arrays import ignore_fp_errors
 from .._util.validation import check_callback, check_flag, check_integer
 from .._util.validation import check_path as checked_path
 from ..geometry.body import Body

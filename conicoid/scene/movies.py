@@ -17,8 +17,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from .._util.arrays import dot_rows, unit_rows
-from .._util.errstate import ignore_fp_errors
+from .._util.arrays import dot_rows, ignore_fp_errors, unit_rows
 from .._util.safe_files import replace_file, resolve_output
 from .._util.validation import as_integer, check_callback, check_flag, check_number, check_positive, format_value
 from .._util.validation import check_path as checked_path
@@ -28,8 +27,7 @@ from ..numerics.portable_math import sin_cos_degrees
 from ..parallel.scheduler import ScheduledTask, prepare_first, run_tasks
 from ..parallel.shared_state import SharedObject, shared_scene
 from ..parallel.workers import Workers, as_workers
-from ..render.auto_camera import fit_camera, snap_to_domain
-from ..render.camera import AnyCamera, as_camera
+from ..render.camera import AnyCamera, as_camera, fit_camera, snap_to_domain
 from ..render.camera_kinds import check_size
 from ..render.job import check_options, lower_scene_light, lower_scene_shading
 from .scene import Scene, as_scene

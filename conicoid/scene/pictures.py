@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import dataclasses
 import importlib
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from .._util.hints import check_choice
-from .._util.validation import check_callback, check_flag
+from .._util.names import check_choice, describe_names
+from .._util.validation import check_callback, check_flag, describe_kind, format_value
+from ..geometry.body import Body
 from ..io.images.image import Image
+from ..materials.color import amount_rgb
+from ..materials.light import AmbientLight, as_lights
+from ..materials.material import Material
 from ..render.exposure import compute_layers, render
-from ..render.film.film import image_error
-from ..render.film.layers import SUM_LAYERS, check_layers
+from ..render.film import SUM_LAYERS, check_layers, image_error
 from ..render.job import FilmResult, RenderJob, make_job
 
 
@@ -52,7 +56,7 @@ def _expose_film(
 
         return render_tiles(scene, job, with_sums, executor, resume, progress, show, fixed)
     if job.shutter is not None:
-        from ..render.motion_blur import render_motion_blur
+        from ..render.exposure import render_motion_blur
 
         return render_motion_blur(scene, job, fixed, progress, show)
     return render(scene, job, with_sums, progress, show)
@@ -62,7 +66,6 @@ def _groups(scene: Any, groups: Any) -> dict[str, Any]:
     """Return, for each group of lights, the scene with these lights alone."""
     if groups is None:
         return {}
-    from ..render.light_groups import scenes_by_group
 
     return scenes_by_group(scene, groups)
 
@@ -108,3 +111,72 @@ def notebook_preview() -> Callable[[Any], None]:
             handle.append(display.display(image, display_id=True))
 
     return preview
+
+
+# Groups of lights: for each a scene in which these alone give light
+#
+# Light adds up, so the pictures of all groups, each with noise of its own, add up to the picture.
+
+BACKGROUND = "background"
+_BLACK = (0.0, 0.0, 0.0)
+
+
+def scenes_by_group(scene: Any, groups: Any) -> dict[str, Any]:
+    """Return, for the name of each group, the scene with its lights alone.
+
+    groups: name -> members: names of bodies that glow, lights of the scene, and "background".
+    """
+    if not isinstance(groups, Mapping):
+        raise TypeError(f"render: groups must be a mapping from names to lists of lights, got {describe_kind(groups)}")
+    return {_check_group_name(name): _scene_of_group(scene, name, members) for name, members in groups.items()}
+
+
+def _check_group_name(name: Any) -> str:
+    if not isinstance(name, str) or not name or not name.isprintable():
+        raise ValueError(f"render: groups must have names that are texts, got {format_value(name)}")
+    return name
+
+
+def _scene_of_group(scene: Any, group: str, members: Any) -> Any:
+    """The scene with some of its lights."""
+    items = [members] if isinstance(members, str) or not isinstance(members, list | tuple | set) else list(members)
+    lamps = {body.name for body in scene.bodies if body.name is not None and _glows(body)}
+    lights, bodies, sky = [], set(), False
+    for item in items:
+        if isinstance(item, str) and item in lamps:
+            bodies.add(item)
+        elif isinstance(item, str) and item == BACKGROUND:
+            sky = True
+        elif not isinstance(item, str) and item in scene.lights:
+            lights.append(item)
+        else:
+            known = describe_names(item, "bodies that glow", sorted(lamps))
+            expected = f'bodies that glow, lights of the scene or "{BACKGROUND}"'
+            raise ValueError(
+                f"render: groups[{format_value(group)}] must name {expected}, got {format_value(item)}; {known}"
+            )
+    made = scene
+    for number, body in enumerate(scene.bodies):
+        if _glows(body) and body.name not in bodies:
+            made = made._with_entry(number, body, _without_emission(body))
+    background = scene.background if sky else _BLACK
+    return made.replace(lights=as_lights(lights) or [AmbientLight(0.0)], background=background)
+
+
+def _materials(body: Body) -> tuple[Any, ...]:
+    return tuple(body.materials) if body.materials is not None else (body.material,)
+
+
+def _glows(body: Body) -> bool:
+    """Does a body, or one of many in an entry, give light by itself?"""
+    found = (each for each in _materials(body) if isinstance(each, Material))
+    return any(max(amount_rgb(each.emission)) > 0 for each in found)
+
+
+def _without_emission(body: Body) -> Body:
+    """The same without light of its own."""
+    dark = [dataclasses.replace(each, emission=0.0) if isinstance(each, Material) else each
+            for each in _materials(body)]  # fmt: skip
+    if body.materials is not None:
+        return dataclasses.replace(body, materials=tuple(dark))
+    return dataclasses.replace(body, material=dark[0])

@@ -16,14 +16,13 @@ from typing import TYPE_CHECKING, Any, Literal, NoReturn, overload
 
 import numpy as np
 
-from .._util.arrays import BoxEnds, FloatArray
-from .._util.defaults import DEFAULT_T_MAX, DEFAULT_T_MIN
-from .._util.errstate import ignore_fp_errors
+from .._util.arrays import BoxEnds, FloatArray, ignore_fp_errors
 from .._util.fork_safe_locks import fork_safe_lock
-from .._util.hints import unknown_attribute
-from .._util.name_tuples import NameTuple
+from .._util.names import NameTuple, unknown_attribute
 from .._util.text import format_count
 from .._util.validation import (
+    DEFAULT_T_MAX,
+    DEFAULT_T_MIN,
     check_callback,
     check_flag,
     check_number,
@@ -70,15 +69,14 @@ if TYPE_CHECKING:
     from ..apps.section.voxels import Voxels
     from ..io.images.image import Image
     from ..kernels.threads import Progress
-    from ..prepare.memory import Memory
-    from ..prepare.prepared_scene import PreparedScene
+    from ..prepare.prepared_scene import Memory, PreparedScene
     from ..queries.distances import Distances
     from ..queries.hits import Hits
     from ..queries.points import BodiesAt
     from ..queries.rays import Rays
     from ..queries.spans import Crossings, Spans
     from ..render.camera import AnyCamera, Camera, OrthographicCamera
-    from ..render.film.options import Filter
+    from ..render.options import Filter
 
 
 QUERIES = {
@@ -254,7 +252,7 @@ class Scene:
     @ignore_fp_errors
     def extent(self) -> BoxEnds:
         """(low, high) around the bounded parts, for cameras; infinite axes are cut to the size of the rest."""
-        from ..render.auto_camera import fit_extent
+        from ..render.camera import fit_extent
 
         return fit_extent(self._boxes())
 
@@ -566,7 +564,7 @@ class Scene:
     @property
     def memory(self) -> Memory:
         """The size of the prepared scene: bytes of its tables and of its tree, and the number of primitives."""
-        from ..prepare.memory import measure_memory
+        from ..prepare.prepared_scene import measure_memory
 
         return measure_memory(self._prepared.geometry)
 
@@ -949,7 +947,7 @@ class Scene:
         aspect : float
             Width of the picture over its height.
         """
-        from ..render.auto_camera import fit_camera
+        from ..render.camera import fit_camera
 
         return fit_camera(*self.extent, check_positive("fitting_camera", "aspect", aspect))
 

@@ -90,8 +90,8 @@ def _single_rays() -> None:
 
     import numpy as np
 
-    from ..kernels.entry.crossings import trace_rows_alone
-    from ..kernels.entry.first_hits import HitBuffers, trace_first_alone
+    from ..kernels.crossings import trace_rows_alone
+    from ..kernels.first_hits import HitBuffers, trace_first_alone
     from ..queries.ray_queries import arrays_of
     from ..queries.rays import Rays
     from .scene import Scene

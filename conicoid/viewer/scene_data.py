@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..geometry.instance_labels import body_material_table
+from ..geometry.labels import body_material_table
 from ..kernels import tables as table
 from ..kernels.body.uv import maps_of_faces
 from ..kernels.bvh.walk import FEW, ROWS
@@ -21,9 +21,8 @@ from ..kernels.faces import cell_faces, plane_faces
 from ..kernels.programs import leaves_of_programs, row_of_leaf, rows_of_programs
 from ..kernels.tables import Ints, Tables, length
 from ..materials.material import DEFAULT_MATERIAL
-from ..render.auto_camera import fit_lights
 from ..render.bsdf.material_table import CHECKER_SPACE, CHECKER_UV, PLAIN
-from ..render.camera import Camera, EquirectangularCamera, FisheyeCamera, OrthographicCamera
+from ..render.camera import Camera, EquirectangularCamera, FisheyeCamera, OrthographicCamera, fit_lights
 from ..render.lights.light_tables import ShadingTables, lower_shading_tables
 from ..scene.scene import Scene
 

@@ -20,7 +20,7 @@ from .._util.fork_safe_locks import fork_safe_rlock
 from .._util.safe_files import write_text
 from ..geometry.bulk import Bulk
 from ..geometry.instances import InstanceList
-from ..geometry.quadric_coefficients import COEFFICIENT_NAMES as COEFFICIENTS
+from ..geometry.quadric_classification import COEFFICIENT_NAMES as COEFFICIENTS
 from ..io.data_files import save_array
 from ..io.scene_file.scene_file import scene_data
 from ..io.scene_file.writer import dump_yaml

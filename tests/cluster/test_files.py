@@ -125,9 +125,9 @@ def test_streams_of_file_names(folder, rays):
     assert co.Hits.load(folder / "hits.npz") == wanted
     camera = co.Rays.from_camera(co.Camera((5, 1, 2), (0, 0, 0)), 33, 20)
     assert scene.stream(camera, "spans", out=folder / "spans.npz", chunk=99) == 660
-    assert co.Spans.load(folder / "spans.npz") == scene.spans(camera.made())
+    assert co.Spans.load(folder / "spans.npz") == scene.spans(camera.to_rays())
     assert scene.stream(camera, "crossings", out=folder / "crossings.npz", chunk=99) == 660
-    assert co.Crossings.load(folder / "crossings.npz") == scene.crossings(camera.made())
+    assert co.Crossings.load(folder / "crossings.npz") == scene.crossings(camera.to_rays())
     with pytest.raises(ValueError, match="direction must not be zero"):
         scene.stream(np.zeros((3, 6)), out=folder / "never.npz")
     assert not list(folder.glob("never*"))
@@ -141,7 +141,7 @@ def test_streams_of_numbers(folder, query):
     options |= dict(by="material", overlaps="both") if query == "lengths" else {}
     positional = [options["values"]] if query == "line_integral" else []
     rest = {name: value for name, value in options.items() if name != "values"}
-    wanted = getattr(scene, query)(*positional, camera.made(), **rest)
+    wanted = getattr(scene, query)(*positional, camera.to_rays(), **rest)
     for suffix in ("npy", "npz", "csv"):
         assert scene.stream(camera, query, out=folder / f"found.{suffix}", chunk=99, **options) == 660
     assert np.array_equal(np.load(folder / "found.npy", mmap_mode="r"), wanted)

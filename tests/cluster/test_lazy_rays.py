@@ -18,14 +18,14 @@ CAMERAS = [co.Camera((5, 1, 2), (0, 0, 0)), co.OrthographicCamera((5, 1, 2), (0,
 def test_rays_of_cameras_to_the_bit(camera):
     lazy, rays = co.Rays.from_camera(camera, 33, 20), camera.rays(33, 20)
     assert lazy.shape == rays.shape
-    assert lazy.made() == rays
+    assert lazy.to_rays() == rays
     assert lazy.part(100, 140) == co.Rays(rays.origins.reshape(-1, 3), rays.directions.reshape(-1, 3))[100:140]
     assert len(pickle.dumps(lazy)) < 500  # however many rays they are
 
 
 def test_queries_take_them():
     scene, lazy = subject.scene(), co.Rays.from_camera(CAMERAS[0], 33, 20)
-    rays = lazy.made()
+    rays = lazy.to_rays()
     with co.parallel.Processes(1) as pool:
         for how in ({}, dict(executor=co.parallel.Workers(pool, chunk=100))):
             assert scene.first_hit(lazy, **how) == scene.first_hit(rays)

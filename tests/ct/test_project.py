@@ -25,7 +25,7 @@ SCANS = {
 
 def exact(scan):
     """Sums of densities times chords along the rays of a scan, in 80-bit floats."""
-    rays = co.Rays.from_scan(scan).made()
+    rays = co.Rays.from_scan(scan).to_rays()
     lines = zip(rays.origins.reshape(-1, 3), rays.directions.reshape(-1, 3), strict=True)
     return np.array([closed_form(o[None], d)[0] for o, d in lines]).reshape(scan.shape)
 

@@ -14,7 +14,7 @@ HALF = math.sqrt(0.5)
 
 
 def ray(scan, *index):
-    made = co.Rays.from_scan(scan).made()[index]
+    made = co.Rays.from_scan(scan).to_rays()[index]
     return made.origins, made.directions
 
 
@@ -124,7 +124,7 @@ MATRICES = [
 def test_matrices_of_rtk(angle, offset, matrix):
     # Every point of the ray to a pixel projects to the place of the pixel, offset aside
     scan = co.ct.rtk([angle], 5, 7, 1000, 1536, spacing=(30, 20), projection_offset=offset)
-    rays = co.Rays.from_scan(scan).made()
+    rays = co.Rays.from_scan(scan).to_rays()
     for t in (0.3, 0.9):
         points = (rays.origins + t * rays.directions).reshape(-1, 3)
         u, v, w = np.array(matrix) @ np.column_stack([points, np.ones(len(points))]).T
@@ -154,7 +154,7 @@ def rtk_matrix(angle, out, inside, sid, sdd, source, shift):
 def test_nine_parameters_of_rtk():
     given = dict(out_of_plane_angle=4, in_plane_angle=-7, source_offset=(0.3, -0.2), projection_offset=(0.5, 1.5))
     scan = co.ct.rtk([33, 250], 4, 3, 100, 150, spacing=(2, 3), **given)
-    rays = co.Rays.from_scan(scan).made()
+    rays = co.Rays.from_scan(scan).to_rays()
     rows, columns = np.mgrid[:4, :3].reshape(2, -1)
     for k, angle in enumerate((33, 250)):
         matrix = rtk_matrix(angle, 4, -7, 100, 150, (0.3, -0.2), (0.5, 1.5))

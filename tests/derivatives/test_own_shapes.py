@@ -9,7 +9,7 @@ import conicoid as co
 from conicoid.geometry.cell import Cell, Face, cartesian_uv, cylindrical_uv
 from conicoid.geometry.shape import REGISTERED, PrimitiveSolid
 from conicoid.geometry.surface import PlaneSurface, QuadricSurface
-from conicoid.numerics import bigfloat_linalg as ex
+from conicoid.numerics import bigfloat as ex
 
 
 def tower(square):

@@ -27,7 +27,7 @@ import contextlib, sys
 from pathlib import Path
 import conicoid as co
 from conicoid._jit import compiler as jit_functions
-from conicoid.kernels.entry.first_hits import trace_first
+from conicoid.kernels.first_hits import trace_first
 
 class Enough(Exception):
     pass

@@ -12,7 +12,7 @@ import pytest
 import conicoid as co
 from conicoid.kernels.body.hit import is_doubtful
 from conicoid.kernels.body.scratch import new_scratch
-from conicoid.kernels.entry.first_hits import HitBuffers, trace_first_alone
+from conicoid.kernels.first_hits import HitBuffers, trace_first_alone
 from conicoid.kernels.packet.crowd import is_crowded
 from conicoid.kernels.packet.frontier import new_tile, open_quarter, open_tile, tile_packet
 from conicoid.kernels.packet.lanes import BEST, BODY, DOUBT, fill_lanes

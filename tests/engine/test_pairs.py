@@ -9,7 +9,7 @@ from conicoid.kernels import tables as table
 from conicoid.kernels.body.hit import no_hit, try_ball
 from conicoid.kernels.bvh.walk import ROWS, leaf_ball, leaf_item
 from conicoid.kernels.ray import Ray
-from conicoid.kernels.stream.stream import meet_pairs, new_pairs, pair_hit, put_pair
+from conicoid.kernels.stream import meet_pairs, new_pairs, pair_hit, put_pair
 
 from .nodes import Nodes
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.kernels.entry.first_hits import coherent_packets
+from conicoid.kernels.first_hits import coherent_packets
 from conicoid.queries.ray_queries import _packets, arrays_of
 
 from .test_routes import crowded_scene, reordered

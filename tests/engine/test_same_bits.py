@@ -17,10 +17,10 @@ PROGRAM = """
 import hashlib, json
 import numpy as np
 import conicoid as co
-from conicoid.render.film.colormap import apply_colormap
+from conicoid.render.color_mapping import apply_colormap
 from conicoid.io.importers import palette_color
 from conicoid.io.images.codecs import srgb_bytes
-from conicoid.render.auto_camera import fit_camera
+from conicoid.render.camera import fit_camera
 
 random = np.random.default_rng(1)
 

@@ -11,8 +11,7 @@ import conicoid as co
 from conicoid.geometry.shape import Solid
 from conicoid.kernels.tables import PLANE
 from conicoid.prepare import body_collector as contents
-from conicoid.prepare.body_collector import ExactBodySurfaces
-from conicoid.prepare.exact_surfaces import exact_surface
+from conicoid.prepare.body_collector import ExactBodySurfaces, exact_surface
 from conicoid.prepare.lower_shape import lower_shape
 from conicoid.prepare.lowering import lower
 
@@ -79,9 +78,9 @@ def test_single_surfaces_are_those_of_the_whole_body() -> None:
     shapes.append(co.Box((-9, -9, -9), (9, 9, 9)) - shapes[-1].rotate("y", 3))
     for shape in shapes:
         count = len(lower_shape(shape).exact)
-        shape.kept.pop("part")
+        shape.cache.pop("part")
         alone = [exact_surface(shape, number).key() for number in range(count)]
-        assert "part" not in shape.kept
+        assert "part" not in shape.cache
         assert alone == [surface.key() for surface in lower_shape(shape).exact]
 
 

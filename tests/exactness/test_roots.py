@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from conicoid.geometry import exact_crossings as order
-from conicoid.numerics.quadratic_roots import IntegerQuadratic, Root, compare_roots, exact_real_roots, rational_root
+from conicoid.numerics.rational import IntegerQuadratic, Root, compare_roots, exact_real_roots, rational_root
 
 BITS = 3000
 ROOT_2 = isqrt(2 << (2 * BITS))  # times 2^-BITS, less than one unit too small

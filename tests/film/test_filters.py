@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.render.film.filter import RADII, lower_filter
-from conicoid.render.film.options import FILTERS
+from conicoid.render.film import RADII, lower_filter
+from conicoid.render.options import FILTERS
 
 MOMENT = {
     "box": 1 / 12,
@@ -59,7 +59,7 @@ def test_samples_lie_as_the_filter_says(name):
 
 def test_mitchells_cubic_is_a_partition_of_unity():
     """Its copies one pixel apart add up to 1, so that flat light stays flat (Mitchell and Netravali 1988)."""
-    from conicoid.render.film.filter import mitchell
+    from conicoid.render.film import mitchell
 
     x = np.linspace(0, 1, 101)
     assert sum(mitchell(x + k) for k in range(-2, 3)) == pytest.approx(np.ones(101), abs=1e-14)
@@ -74,7 +74,7 @@ def test_flat_light_stays_flat_and_an_edge_is_the_integral_of_the_filter(name):
     x = np.arange(16) + 0.5 - 8  # of the pixels' middles
     fine = np.linspace(-RADII[name], RADII[name], 4001)
     middles, step = (fine[1:] + fine[:-1]) / 2, fine[1] - fine[0]
-    from conicoid.render.film.filter import _CURVES
+    from conicoid.render.film import _CURVES
 
     f = _CURVES[name](middles)
     expected = [f[middles > -place].sum() * step for place in x] / (f.sum() * step)

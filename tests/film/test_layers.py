@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.render.film.options import LAYERS
+from conicoid.render.options import LAYERS
 
 OpenEXR = pytest.importorskip("OpenEXR")
 

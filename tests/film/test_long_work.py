@@ -12,7 +12,7 @@ import pytest
 
 import conicoid as co
 from conicoid.render import exposure as passes
-from conicoid.render.film.film import (
+from conicoid.render.film import (
     COUNT,
     LEAST_SAMPLES,
     SQUARES,

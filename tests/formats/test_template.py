@@ -16,7 +16,7 @@ import pytest
 
 import conicoid as co
 from conicoid._util.file_errors import SceneFileError
-from conicoid._util.pickling import pickle_state
+from conicoid._util.value_objects import pickle_state
 from conicoid.io.scene_file import shape_reader, template
 from conicoid.io.scene_file.scene_file import parse_scene
 from conicoid.io.scene_file.schema import scene_schema

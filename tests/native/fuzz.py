@@ -128,8 +128,8 @@ def _moved(scene: Any, hits: Any) -> None:
 def _as_pages_ask(scene: Any) -> None:
     """Rays one at a time, in memory of its own."""
     import conicoid as co
-    from conicoid.kernels.entry.crossings import trace_rows_alone
-    from conicoid.kernels.entry.first_hits import HitBuffers, trace_first_alone
+    from conicoid.kernels.crossings import trace_rows_alone
+    from conicoid.kernels.first_hits import HitBuffers, trace_first_alone
     from conicoid.queries.ray_queries import arrays_of
 
     arrays = arrays_of("fuzz", scene._prepared, co.Rays([(0, 0, 5), (1, 0, 5)], (0, 0, -1)), 0.0, np.inf)

@@ -19,7 +19,7 @@ NUMBERS = "mpmath numpy.ma numpy.random"
 WORDS = "difflib string secrets"
 OTHER_ANSWERS = "conicoid.queries.spans conicoid.queries.exact.doubtful_rays conicoid.queries.exact.hit_sides"
 OTHER_FORMATS = "conicoid.io.molecules.importer conicoid.io.molecules.atoms conicoid.io.openmc.importer"
-OTHER_SHAPES = "conicoid.geometry.mesh conicoid.geometry.general_quadric conicoid.geometry.revolution"
+OTHER_SHAPES = "conicoid.geometry.polyhedron conicoid.geometry.general_quadric conicoid.geometry.revolution"
 
 FIRST_HIT = "co.Scene([co.Sphere()]).first_hit((0, 0, -3), (0, 0, 1)).t"
 MOVED = "co.Scene([co.Cylinder((0, 0, 0), (0, 0, 1), 1).rotate((0, 0, 1), 90) - co.Box()]).spans((0, 0, -3), (0, 0, 1)).lengths()"
@@ -89,5 +89,5 @@ def test_scene_files_know_all_shapes(tmp_path):
 def test_a_scene_file_imports_the_shapes_that_it_has(tmp_path):
     found = imported("co.load(sys.argv[1])", tmp_path, BARREL)
     assert "conicoid.geometry.quadrics" in found
-    others = {"conicoid.geometry.general_quadric", "conicoid.geometry.revolution", "conicoid.geometry.mesh"}
+    others = {"conicoid.geometry.general_quadric", "conicoid.geometry.revolution", "conicoid.geometry.polyhedron"}
     assert found & {"logging", "secrets", "PIL", *others} == set()

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.render.bsdf.lower_materials import lower_materials
+from conicoid.render.bsdf.registry import lower_materials
 
 from .printed import PRINTED
 

@@ -6,8 +6,16 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.render.canvas import Canvas, is_in_font, round_down_125
-from conicoid.render.overlay import _depths, _runs, find_hidden, pixel_sizes, printable_label
+from conicoid.render.overlay import (
+    Canvas,
+    _depths,
+    _runs,
+    find_hidden,
+    is_in_font,
+    pixel_sizes,
+    printable_label,
+    round_down_125,
+)
 
 SCENE = co.Scene(
     [co.Body(co.Sphere(0.5, (-1.5, 0, 0)), name="left"), co.Sphere(0.5, (1.5, 0, 0))],

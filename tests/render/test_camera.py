@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.render.auto_camera import fit_camera, fit_extent
-from conicoid.render.camera import camera_basis
+from conicoid.render.camera import camera_basis, fit_camera, fit_extent
 
 
 def test_the_middle_ray_looks_at_the_target():

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.render.film.film import SUMS, square_means
+from conicoid.render.film import SUMS, square_means
 
 WHITE, BLACK = (1.0, 1.0, 1.0), (0.0, 0.0, 0.0)
 RADIUS, WAY = 0.3, 1.4

@@ -9,7 +9,7 @@ import PIL.Image
 import pytest
 
 import conicoid as co
-from conicoid.render.textures.texture_table import build_pyramid, halve_image
+from conicoid.render.textures import build_pyramid, halve_image
 
 RNG = np.random.default_rng(19)
 

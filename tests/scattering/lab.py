@@ -9,7 +9,7 @@ import numpy as np
 
 from conicoid.render.bsdf.bsdf import evaluate_lobes, sample_lobes
 from conicoid.render.bsdf.bsdf_sample import LobeSurface
-from conicoid.render.bsdf.lower_materials import lower_albedos, lower_materials
+from conicoid.render.bsdf.registry import lower_albedos, lower_materials
 
 OUTSIDE, INSIDE = True, False
 

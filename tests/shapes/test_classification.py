@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 import conicoid as co
 from conicoid.geometry.quadric_classification import KINDS
-from conicoid.numerics import rational_linalg as rational
+from conicoid.numerics import rational
 
 from ..samples import deep, sampled
 

@@ -16,7 +16,7 @@ import conicoid as co
 from conicoid._util.validation import LARGEST
 from conicoid.geometry.surface import UPRIGHT, QuadricSurface
 from conicoid.geometry.transform import IDENTITY_MOTION, AxisFrame, Motion, Reach, Rotate
-from conicoid.numerics import bigfloat_linalg as ex
+from conicoid.numerics import bigfloat as ex
 from conicoid.prepare.lowering import lower
 
 FIVE_TIMES = [[3, -4, 0, 1], [4, 3, 0, 0], [0, 0, 5, 2], [0, 0, 0, 1]]
@@ -225,7 +225,7 @@ def test_what_was_worked_out_for_a_shape_is_not_that_of_the_moved_one():
     assert moved == dataclasses.replace(ball, motion=moved.motion) == pickle.loads(pickle.dumps(moved))
     assert copy.copy(moved) == moved
     assert moved.radius == 2
-    assert moved.kept is not ball.kept
+    assert moved.cache is not ball.cache
 
 
 # Balls

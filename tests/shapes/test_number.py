@@ -12,10 +12,9 @@ from fractions import Fraction
 import flint
 import pytest
 
-from conicoid.geometry.quadric_classification import eigen_decomposition
-from conicoid.geometry.quadric_coefficients import Symmetric
+from conicoid.geometry.quadric_classification import Symmetric, eigen_decomposition
+from conicoid.numerics import bigfloat as ex
 from conicoid.numerics import bigfloat as sines
-from conicoid.numerics import bigfloat_linalg as ex
 from conicoid.numerics.bigfloat import (
     BITS,
     BigFloat,

@@ -12,7 +12,7 @@ import pytest
 from conicoid.geometry.cell import Cell
 from conicoid.geometry.general_quadric import Quadric
 from conicoid.geometry.surface import UPRIGHT, PlaneSurface, QuadricSurface
-from conicoid.numerics import bigfloat_linalg as ex
+from conicoid.numerics import bigfloat as ex
 
 from .evaluate import contains, value
 

@@ -15,7 +15,7 @@ from conicoid.apps.derivatives.dual import Dual
 from conicoid.geometry.bounds.quadric_extent import _stationary_directions
 from conicoid.numerics import portable_math as rounded
 from conicoid.numerics.bigfloat import exact
-from conicoid.render.film.colormap import _sin_cos_degrees
+from conicoid.render.color_mapping import _sin_cos_degrees
 
 MP = mpmath.mp.clone()
 MP.prec = 1400

@@ -296,9 +296,7 @@ def test_a_bound_that_the_engine_leaves_open_is_said(browser, tmp_path):
         page.page.mouse.click(*page.at(0.62))
         page.page.wait_for_selector(HIT)
         assert "left open" not in page.text(".found")
-        page.ask(
-            f"conicoid.geometry.exact_crossings = conicoid.exact.then((exact) => ({{ pick(...asked) {{ {without} }} }})), 0"
-        )
+        page.ask(f"conicoid.exact = conicoid.exact.then((exact) => ({{ pick(...asked) {{ {without} }} }})), 0")
         page.page.mouse.click(*page.at(0.33))
         page.wait(
             "document.querySelector('.found').textContent.includes('left open: its bound takes exact arithmetic')"

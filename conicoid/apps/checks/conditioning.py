@@ -22,7 +22,7 @@ from ...geometry.primitives import Sphere
 from ...geometry.shape import Boolean, ClippedSheet, Shape
 from ...geometry.sheets import Polygon, Triangle, newell_sum
 from ...geometry.transform import IDENTITY_MOTION, Motion
-from ...numerics import bigfloat_linalg as ex
+from ...numerics import bigfloat as ex
 from .critical_points import Movement, TestedPart, least_displacement, movement
 from .perturbation import HALF_ULP, Extent, LocalFrame, MotionFields, fields_of, localize, own_frame
 from .probe_rays import ProbeTargets

@@ -8,7 +8,7 @@ from html import escape
 from typing import TYPE_CHECKING, Any
 
 from ..._util.arrays import FloatArray
-from ..._util.equality import compare_by_value
+from ..._util.value_objects import compare_by_value
 
 if TYPE_CHECKING:
     from ...queries.scene_protocol import SceneLike
@@ -97,7 +97,7 @@ class Findings(list[Finding]):
 
     def _repr_html_(self) -> str:
         """Return the table that a notebook shows."""
-        from ..._util.html_table import html_table
+        from ..._util.text import html_table
 
         rows = ((one.kind, one.bodies, one.size, one.message) for one in self)
         skipped = "".join(f"<p>not looked for: {escape(text)}</p>" for text in self.not_looked_for)

@@ -19,11 +19,11 @@ from ..._util.arrays import FloatArray
 from ...geometry.cell import Cell, Not, PolygonSheet, Tree
 from ...geometry.general_quadric import Quadric
 from ...geometry.polyhedron import Polyhedron
-from ...geometry.quadric_coefficients import Coefficients
+from ...geometry.quadric_classification import Coefficients
 from ...geometry.shape import PrimitiveSheet, PrimitiveSolid
 from ...geometry.surface import UPRIGHT, PlaneSurface, QuadricSurface, Surface
 from ...geometry.transform import IDENTITY_MOTION, Motion
-from ...numerics import bigfloat_linalg as ex
+from ...numerics import bigfloat as ex
 
 # The numbers of a shape, and the shape with one of them changed.
 
@@ -189,7 +189,7 @@ class ExactForm:
 def dot(a: Sequence[ex.BigFloat], b: Sequence[ex.BigFloat]) -> ex.BigFloat:
     """Return a·b to 3000 bits.
 
-    Unlike `bigfloat_linalg.dot`, terms that cancel leave their rounding, as results are rounded to float64 here.
+    Unlike `bigfloat.dot`, terms that cancel leave their rounding, as results are rounded to float64 here.
     """
     return ex.total(x * y for x, y in zip(a, b, strict=True))
 

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..._util.arrays import FloatArray
-from ...kernels.entry.crossings import row_owners
+from ...kernels.crossings import row_owners
 from ...prepare.lowering import LoweredScene
 
 if TYPE_CHECKING:

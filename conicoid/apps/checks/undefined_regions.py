@@ -15,7 +15,7 @@ import numpy as np
 
 from ..._util.arrays import FloatArray
 from ..._util.text import format_count
-from ...kernels.entry.crossings import row_owners
+from ...kernels.crossings import row_owners
 from ...queries.extensions import extension
 from .findings import UNDEFINED, Finding, body_titles
 from .probe_rays import CHUNK, THIN, ProbeTargets

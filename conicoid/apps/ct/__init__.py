@@ -6,7 +6,6 @@ Angles are in degrees. `ScanGeometry` is the data of a scan; every constructor h
 from __future__ import annotations
 
 from .project import project
-from .scan_geometry import ScanGeometry
-from .trajectories import cone, fanflat, from_astra, helical, parallel, parallel3d, rtk
+from .scan_geometry import ScanGeometry, cone, fanflat, from_astra, helical, parallel, parallel3d, rtk
 
 __all__ = ["ScanGeometry", "cone", "fanflat", "from_astra", "helical", "parallel", "parallel3d", "project", "rtk"]

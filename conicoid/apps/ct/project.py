@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..._util.errstate import ignore_fp_errors
+from ..._util.arrays import ignore_fp_errors
 from ..._util.safe_files import replace_file
 from ..._util.validation import check_callback, check_integer, describe_kind
 from ..._util.validation import check_path as checked_path

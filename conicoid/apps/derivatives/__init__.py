@@ -7,7 +7,7 @@
 
 from __future__ import annotations
 
-from ...queries.tangents import Cotangents, Curvature, SpanTangents, Tangents
+from ...queries.derivatives import Cotangents, Curvature, SpanTangents, Tangents
 from .parameters import Parameters
 from .refraction import reflect_jvp, reflect_vjp, refract_jvp, refract_vjp
 from .volume import VolumeGradient, volume_gradient

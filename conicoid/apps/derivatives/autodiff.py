@@ -13,10 +13,10 @@ import numpy as np
 
 from ..._util.arrays import FloatArray
 from ..._util.validation import describe_kind, real_array
-from ...kernels.entry.crossings import row_owners
+from ...kernels.crossings import row_owners
+from ...queries.derivatives import Cotangents, SpanTangents, Tangents
 from ...queries.rays import lines_of
 from ...queries.result import NO_SCENE
-from ...queries.tangents import Cotangents, SpanTangents, Tangents
 from ...queries.weights import weights_of
 from .crossing_derivatives import CrossingRows, make_crossing_rows, pull_back, push_forward, split_forms_maps
 from .hit_surfaces import (

@@ -17,9 +17,8 @@ from typing import Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from ..._util.arrays import FloatArray
-from ..._util.errstate import ignore_fp_errors
-from ..._util.hints import describe_names
+from ..._util.arrays import FloatArray, ignore_fp_errors
+from ..._util.names import describe_names
 from ..._util.validation import describe_kind, format_value, real_array
 from ...geometry.body import Body
 from ...geometry.bulk import Bulk, Spheres

@@ -14,11 +14,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..._util.arrays import BoxEnds, FloatArray
-from ..._util.errstate import ignore_fp_errors
+from ..._util.arrays import BoxEnds, FloatArray, ignore_fp_errors
 from ..._util.validation import check_integer, describe_kind, format_value
 from ...geometry.bulk import Bulk
-from ...kernels.entry.crossings import row_owners
+from ...kernels.crossings import row_owners
 from ...queries import spans
 from .crossing_derivatives import make_crossing_rows, pull_back, split_forms_maps
 from .hit_surfaces import apply_jacobians_transposed, find_hit_surfaces, surface_jacobians

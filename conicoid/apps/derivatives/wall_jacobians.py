@@ -23,16 +23,15 @@ from ...geometry.bulk import Bulk
 from ...geometry.cell import UV, Cell, Face, Not, PolygonSheet, Tree, transform_uv
 from ...geometry.convex_decomposition import newell_normal
 from ...geometry.general_quadric import Quadric
-from ...geometry.mesh import Extrusion, Mesh
-from ...geometry.polyhedron import Polyhedron
-from ...geometry.quadric_coefficients import _PLACES as PLACES
+from ...geometry.polyhedron import Extrusion, Mesh, Polyhedron
+from ...geometry.quadric_classification import _PLACES as PLACES
 from ...geometry.quadrics import Ellipsoid
 from ...geometry.revolution import Revolution, SphereSection
 from ...geometry.shape import Boolean, ClippedSheet, PrimitiveSheet, PrimitiveSolid, Shape
 from ...geometry.sheets import Wall as OpenWall
 from ...geometry.surface import PlaneSurface, QuadricSurface, Surface
 from ...geometry.transform import IDENTITY_MOTION, AxisFrame, Motion, Translate
-from ...numerics import bigfloat_linalg as ex
+from ...numerics import bigfloat as ex
 from . import parameters
 from .dual import Dual, slopes_of, value_of
 from .quadric_form import FORM, MAP, PAIRS, form_of
@@ -210,16 +209,16 @@ class WallJacobian:
 
 def walls_of(shape: Shape) -> dict[int, WallJacobian]:
     """Return the walls of a shape by face number. Raise TypeError if its formulas have no derivatives."""
-    cached: dict[int, WallJacobian] | None = shape.kept.get("walls")
+    cached: dict[int, WallJacobian] | None = shape.cache.get("walls")
     if cached is None:
         counter = itertools.count()
-        cached = shape.kept["walls"] = _walls(shape, dual_shape(shape, counter))
+        cached = shape.cache["walls"] = _walls(shape, dual_shape(shape, counter))
     return cached
 
 
 def walls_of_one(shape: Bulk, index: int) -> dict[int, WallJacobian]:
     """Return `walls_of` one body of a `Bulk` shape, with parameters numbered within the whole shape."""
-    cached: dict[int, dict[int, WallJacobian]] = shape.kept.setdefault("walls of one", {})
+    cached: dict[int, dict[int, WallJacobian]] = shape.cache.setdefault("walls of one", {})
     if index not in cached:
         single = shape.single(index)
         cached[index] = _walls(single, _dual_bulk_item(shape, index, single))

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, TypeAlias
 from ...geometry.quadric_classification import Classification, classify, classify_surface
 from ...geometry.surface import PlaneSurface, QuadricSurface
 from ...kernels.tables import SPHERE
-from ...numerics import bigfloat_linalg as ex
+from ...numerics import bigfloat as ex
 
 if TYPE_CHECKING:
     from ...prepare.prepared_scene import PreparedScene

@@ -30,7 +30,7 @@ from ...kernels.bvh.walk import (
     put_beam,
     scene_tree,
 )
-from ...kernels.entry.crossings import trace_rows_alone
+from ...kernels.crossings import trace_rows_alone
 from ...kernels.faces import cell_faces, numbers_of, plane_faces
 from ...kernels.numbers.double_double import difference_of_products
 from ...kernels.programs import hold_program, root_count, root_value, turn_leaf

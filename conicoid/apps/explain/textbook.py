@@ -12,7 +12,7 @@ from typing import TypeAlias
 
 from ...geometry.surface import QuadricSurface
 from ...kernels.tables import SPHERE
-from ...numerics import bigfloat_linalg as ex
+from ...numerics import bigfloat as ex
 from .document import Block, Board, Citation
 from .document import TextLine as Words
 from .polynomial import (

@@ -17,7 +17,7 @@ import numpy as np
 from ..._util.arrays import FloatArray, dot_rows, matmul_rows
 from ..._util.validation import SMALLEST
 from ...geometry.shape import Shape
-from ...kernels.entry.crossings import row_owners
+from ...kernels.crossings import row_owners
 from ...parallel.scheduler import prepare_first
 from ...queries.extensions import extension
 from .hull import FittedBox, Hull, Rectangles, ViewDirection, directions_for, hull_of

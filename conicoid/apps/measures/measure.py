@@ -14,12 +14,10 @@ from typing import TYPE_CHECKING, Any, NoReturn, overload
 
 import numpy as np
 
-from ..._util.arrays import FloatArray
-from ..._util.equality import compare_by_value
-from ..._util.errstate import ignore_fp_errors
-from ..._util.hints import closest_name, describe_names
-from ..._util.name_tuples import NameTuple
+from ..._util.arrays import FloatArray, ignore_fp_errors
+from ..._util.names import NameTuple, closest_name, describe_names
 from ..._util.validation import check_callback, check_integer, describe_kind, format_value
+from ..._util.value_objects import compare_by_value
 from ...geometry.body import Body
 from ...geometry.bulk import Bulk
 from ...geometry.entries import find_body

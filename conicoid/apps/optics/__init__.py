@@ -16,7 +16,7 @@ _HOMES: dict[str, str] = {
     "trace": ".ray_trace",
     "Trace": ".ray_trace",
     "follow": ".ray_trace",
-    "Followed": ".ray_trace",
+    "RayPaths": ".ray_trace",
     "focal_length": ".cardinal",
     "cardinal_points": ".cardinal",
     "CardinalPoints": ".cardinal",
@@ -41,8 +41,8 @@ _HOMES: dict[str, str] = {
     "Glasses": "...materials.dispersion",
     "Coating": "...materials.coating",
     "Layer": "...materials.coating",
-    "Fresnel": "...materials.fresnel",
-    "fresnel": "...materials.fresnel",
+    "Fresnel": "...materials.coating",
+    "fresnel": "...materials.coating",
     "Balance": ".light_paths",
     "Paths": ".light_paths",
     "trace_paths": ".light_paths",
@@ -52,7 +52,9 @@ __all__ = sorted(_HOMES)  # pyright: ignore[reportUnsupportedDunderAll]
 
 if TYPE_CHECKING:
     from ...materials.coating import Coating as Coating
+    from ...materials.coating import Fresnel as Fresnel
     from ...materials.coating import Layer as Layer
+    from ...materials.coating import fresnel as fresnel
     from ...materials.dispersion import Cauchy as Cauchy
     from ...materials.dispersion import Dispersion as Dispersion
     from ...materials.dispersion import Edlen as Edlen
@@ -63,8 +65,6 @@ if TYPE_CHECKING:
     from ...materials.dispersion import glass as glass
     from ...materials.dispersion import glasses as glasses
     from ...materials.dispersion import index_at as index_at
-    from ...materials.fresnel import Fresnel as Fresnel
-    from ...materials.fresnel import fresnel as fresnel
     from .cardinal import CardinalPoints as CardinalPoints
     from .cardinal import cardinal_points as cardinal_points
     from .cardinal import focal_length as focal_length
@@ -78,7 +78,7 @@ if TYPE_CHECKING:
     from .prescriptions import Prescription as Prescription
     from .prescriptions import Row as Row
     from .prescriptions import prescription as prescription
-    from .ray_trace import Followed as Followed
+    from .ray_trace import RayPaths as RayPaths
     from .ray_trace import Trace as Trace
     from .ray_trace import follow as follow
     from .ray_trace import trace as trace

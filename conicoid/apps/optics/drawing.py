@@ -19,8 +19,7 @@ import numpy.typing as npt
 
 from ..._util.validation import check_integer, check_number, check_path, describe_kind
 from ...geometry.conic import Conic, ConicSheet, ConicWall, Stop
-from ...geometry.lens import Lens, Mirror
-from ...geometry.optical_prisms import FlatGlass
+from ...geometry.optical_elements import FlatGlass, Lens, Mirror
 from ...geometry.primitives import Sphere
 from ...geometry.shape import Painted, Shape
 from ...materials.material import Material

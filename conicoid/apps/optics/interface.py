@@ -11,10 +11,9 @@ import numpy as np
 
 from ...kernels import tables as table
 from ...kernels.body.media import AFTER, BEFORE, BLOCKER, CLEAR, OPAQUE
-from ...materials.coating import Coating
+from ...materials.coating import Coating, Fresnel, fresnel
 from ...materials.color import amount_rgb
 from ...materials.dispersion import LINE_D, index_at
-from ...materials.fresnel import Fresnel, fresnel
 from ...materials.material import DEFAULT_MATERIAL, Material
 from ...queries.hits import Hits
 from ...queries.rays import Rays

@@ -9,11 +9,11 @@ from dataclasses import dataclass, field, fields
 from functools import cached_property
 from typing import Any
 
-from ..._util.hints import check_choice
+from ..._util.names import check_choice
 from ..._util.validation import check_flag, check_nonnegative, check_number, check_positive, describe_kind, format_value
 from ...geometry.body import Body
 from ...geometry.conic import ConicSheet, Stop, check_radius
-from ...geometry.lens import Lens
+from ...geometry.optical_elements import Lens
 from ...geometry.shape import Shape
 from ...materials.dispersion import LINE_D
 from ...materials.presets import matte, mirror
@@ -263,7 +263,7 @@ class Prescription:
 
     def _repr_html_(self) -> str:
         """Return the table that a notebook shows: a row for each surface."""
-        from ..._util.html_table import html_table
+        from ..._util.text import html_table
 
         columns = [name.name for name in fields(Row)]
         rows = ([getattr(row, column) for column in columns] for row in self.rows)

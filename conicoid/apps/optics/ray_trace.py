@@ -186,7 +186,7 @@ MOST_SURFACES = 1000
 
 
 @dataclass(eq=False)
-class Followed:
+class RayPaths:
     """Rays after a scene.
 
     Parameters
@@ -206,7 +206,7 @@ class Followed:
     def __repr__(self) -> str:
         met = format_count(len(self.points) - 1, "wall", "walls")
         rays = format_count(len(self.arrived), "ray", "rays")
-        return f"Followed({int(self.arrived.sum()):,} of {rays} left, {met} met at most)"
+        return f"RayPaths({int(self.arrived.sum()):,} of {rays} left, {met} met at most)"
 
 
 @dataclass(eq=False)
@@ -220,7 +220,7 @@ class _RayState:
         self.arrived = np.ones(len(self.going), bool)
 
 
-def follow(scene: SceneLike, rays: Rays, wavelength: float = LINE_D, most: int = 100) -> Followed:
+def follow(scene: SceneLike, rays: Rays, wavelength: float = LINE_D, most: int = 100) -> RayPaths:
     """Follow rays until they leave a scene.
 
     A ray is refracted at the wall of a transparent body, reflected by an opaque body that mirrors and in total
@@ -240,7 +240,7 @@ def follow(scene: SceneLike, rays: Rays, wavelength: float = LINE_D, most: int =
 
     Returns
     -------
-    Followed
+    RayPaths
 
     Raises
     ------
@@ -269,7 +269,7 @@ def follow(scene: SceneLike, rays: Rays, wavelength: float = LINE_D, most: int =
         points.append(np.where(met[:, None], hits.point, points[-1]))
         rays = hits.spawn(_turn_rays(scene, rays, hits, state, optics))
     state.arrived &= ~state.going
-    return Followed(np.stack(points), Rays(*last), state.arrived)
+    return RayPaths(np.stack(points), Rays(*last), state.arrived)
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,7 @@
 """The exact intersection of a surface with the plane of a window: a conic, and the curves that it consists of.
 
 A conic is A s² + 2 B st + C t² + 2 D s + 2 E t + F with integer coefficients; s and t are in sides of the window, from
-its middle. For irrational surfaces the coefficients are known to thousands of bits (`queries/exact/surface_forms.py`),
+its middle. For irrational surfaces the coefficients are known to thousands of bits (`prepare/prepared_scene.py`),
 and a number that cannot be distinguished from zero is zero. So rounding does not decide the kind of a conic, and
 coincident conics compare as equal.
 """
@@ -18,7 +18,7 @@ import numpy as np
 
 from ...geometry.exact_crossings import IntegerForm
 from ...kernels.tables import PLANE, SPHERE
-from ...numerics.quadratic_roots import is_certain
+from ...numerics.rational import is_certain
 from .curve import Curve, Ellipse, Hyperbola, Parabola, StraightLine
 from .window import Window
 

@@ -15,7 +15,7 @@ from ..._util.text import format_count
 from ...io.images.codecs import srgb_bytes
 from ...io.images.image import Image
 from ...materials.color import srgb_decode
-from ...render.canvas import Canvas
+from ...render.overlay import Canvas
 from .outline import Outline
 from .section_image import material_color
 

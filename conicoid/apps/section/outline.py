@@ -20,7 +20,7 @@ from ..._util.validation import as_integer, format_value
 from ...kernels.faces import cell_faces, plane_faces, sides_of
 from ...kernels.programs import cells_of_leaves, gates_of_program, leaves_of_program, row_of_leaf
 from ...kernels.tables import BALL, CELL, POLYGON, REGION, SHEET
-from ...queries.exact.surface_forms import exact_form
+from ...prepare.prepared_scene import exact_form
 from ...queries.points import bodies_at
 from .conic import PlaneConic, RecordConics, UnclearConicError, cut_conic, snap_conic
 from .curve import Curve, Ellipse, form_gradient, form_value

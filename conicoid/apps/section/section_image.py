@@ -10,7 +10,7 @@ import numpy as np
 
 from ..._util.arrays import BoxEnds, FloatArray
 from ..._util.validation import as_integer, check_number, describe_kind, format_value
-from ...geometry.instance_labels import body_material_table
+from ...geometry.labels import body_material_table
 from ...materials.material import Material
 from ...materials.texture import mean_color
 from ...render.camera import OrthographicCamera

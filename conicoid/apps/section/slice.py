@@ -9,10 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from ..._util.arrays import FloatArray
-from ..._util.errstate import ignore_fp_errors
-from ..._util.hints import check_choice
-from ..._util.name_tuples import NameTuple
+from ..._util.arrays import FloatArray, ignore_fp_errors
+from ..._util.names import NameTuple, check_choice
 from ..._util.validation import check_callback, check_flag
 from ..._util.validation import check_path as checked_path
 from ...io.images.image import Image

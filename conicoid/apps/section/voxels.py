@@ -15,10 +15,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from ..._util.arrays import BoxEnds, FloatArray
-from ..._util.errstate import ignore_fp_errors
-from ..._util.hints import check_choice
-from ..._util.name_tuples import NameTuple
+from ..._util.arrays import BoxEnds, FloatArray, ignore_fp_errors
+from ..._util.names import NameTuple, check_choice
 from ..._util.safe_files import replace_file, resolve_output
 from ..._util.validation import as_integer, check_callback, check_vector, describe_kind, format_value
 from ..._util.validation import check_path as checked_path

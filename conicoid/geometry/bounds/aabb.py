@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from ..._util.arrays import BoxEnds, FloatArray
-from ..._util.equality import equal_values
+from ..._util.value_objects import equal_values
 
 _BOUNDS_HINTS = {
     **dict.fromkeys(("min", "lower", "minimum", "lo", "mins"), "it is called low"),

@@ -18,7 +18,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from ..._util.arrays import BoxEnds
-from ...numerics import bigfloat_linalg as ex
+from ...numerics import bigfloat as ex
 from ..surface import PlaneSurface
 
 Numbers: TypeAlias = Sequence[Fraction]

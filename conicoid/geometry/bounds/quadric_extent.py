@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..._util.arrays import BoxEnds, FloatArray, cross_rows, dot_rows, matmul_rows, row_lengths, unit_rows
-from ...numerics import bigfloat_linalg as ex
+from ...numerics import bigfloat as ex
 from ..surface import UPRIGHT, PlaneSurface, QuadricSurface
 from .support import round_up
 

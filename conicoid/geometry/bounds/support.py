@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from ..._util.arrays import BoxEnds, Vector
-from ...numerics import bigfloat_linalg as ex
+from ...numerics import bigfloat as ex
 from ...numerics.bigfloat import Symbol
 from ...numerics.portable_math import (
     count_nonzero,

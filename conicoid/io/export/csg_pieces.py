@@ -16,15 +16,14 @@ import numpy as np
 
 from ..._util.arrays import Matrix4, Vector
 from ...geometry.cell import Any_, Cell, Face, Not, Tree
-from ...geometry.mesh import Extrusion, Mesh
-from ...geometry.polyhedron import Polyhedron
+from ...geometry.polyhedron import Extrusion, Mesh, Polyhedron
 from ...geometry.primitives import Box, Cone, Cylinder, HalfSpace, Sphere, axis_length
 from ...geometry.quadrics import Ellipsoid
 from ...geometry.revolution import Revolution
 from ...geometry.shape import Boolean, Complement, Difference, Painted, PrimitiveSolid, Solid, Union
 from ...geometry.surface import UPRIGHT, PlaneSurface, QuadricSurface
 from ...geometry.transform import IDENTITY_MOTION, Motion, Scale, Step, Transform, Translate
-from ...numerics import bigfloat_linalg as ex
+from ...numerics import bigfloat as ex
 from .exporters import ExportUnsupported, hex_color, shortest_decimal
 from .pieces import (
     _AXIS_TURNS,

@@ -25,7 +25,7 @@ from ...geometry.labels import count_bodies, is_clear, single_body
 from ...geometry.shape import Solid
 from ...materials.color import amount_rgb, linear_rgb, srgb_encode
 from ...materials.material import Material
-from ...numerics import bigfloat_linalg as ex
+from ...numerics import bigfloat as ex
 from ..importers import limit_notes
 from ..scene_file.nodes import shorten
 from ..scene_file.scene_file import WritableScene

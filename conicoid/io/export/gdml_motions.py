@@ -14,7 +14,7 @@ from fractions import Fraction
 from typing import TypeAlias
 
 from ...geometry.transform import AxisFrame, Motion, Rotate, Scale, Step, Transform, Translate
-from ...numerics import bigfloat_linalg as ex
+from ...numerics import bigfloat as ex
 from ..gdml.values import operand_rotation, placement_rotation
 from ..openmc.placement import NO_TURN, ORIGIN, AxisTurn, Point, rotation_by_angles
 from .exporters import ExportUnsupported, shortest_decimal

@@ -14,7 +14,7 @@ from functools import lru_cache
 from ..._util.arrays import VectorLike
 from ...geometry.polyhedron import Polyhedron
 from ...geometry.shape import Solid
-from ...numerics import bigfloat_linalg as ex
+from ...numerics import bigfloat as ex
 from ...numerics.portable_math import sin_cos_degrees
 from ..gdml.expressions import evaluate
 from ..gdml.flat_solids import convex_planes, polyhedron_factory

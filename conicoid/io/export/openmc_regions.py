@@ -16,17 +16,20 @@ from ...geometry.general_quadric import Quadric
 from ...geometry.shape import Boolean, Complement, Difference, Painted, PrimitiveSolid, Solid, Union
 from ...geometry.surface import PlaneSurface, Surface
 from ...geometry.transform import IDENTITY_MOTION, Motion
-from ...numerics import bigfloat_linalg as ex
+from ...numerics import bigfloat as ex
 from ..openmc.region import (
     LONGEST_REGION,
     MAX_PARENTHESES,
+    Conjunction,
     HalfSpaceNode,
     IntersectionNode,
+    PartUnion,
     Region,
+    RegionPart,
     UnionNode,
+    bind_surfaces,
     list_half_spaces,
 )
-from ..openmc.region_simplifier import Conjunction, PartUnion, RegionPart, bind_surfaces
 from ..openmc.surfaces import Surface as ReadSurface
 from ..openmc.surfaces import build_surface
 from .exporters import ExportUnsupported, format_numbers, shorten_fraction

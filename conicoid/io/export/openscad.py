@@ -16,7 +16,7 @@ from ..._util.text import format_count
 from ..._util.validation import SMALLEST
 from ...geometry.shape import Solid
 from ...geometry.transform import Motion, Scale, Step, Translate
-from ...numerics import bigfloat_linalg as ex
+from ...numerics import bigfloat as ex
 from ..openscad.solids import SidedBall
 from ..scene_file.scene_file import WritableScene
 from .csg_pieces import split_into_pieces

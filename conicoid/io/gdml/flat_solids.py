@@ -18,8 +18,7 @@ from math import lcm
 import numpy as np
 
 from ...geometry.general_quadric import Quadric
-from ...geometry.mesh import Mesh
-from ...geometry.polyhedron import Polyhedron
+from ...geometry.polyhedron import Mesh, Polyhedron
 from ...geometry.primitives import Box
 from ...geometry.shape import Difference, Intersection, Solid, Union
 from ...numerics.portable_math import sin_cos_degrees

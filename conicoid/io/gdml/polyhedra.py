@@ -13,7 +13,7 @@ from fractions import Fraction
 from functools import partial
 from itertools import pairwise
 
-from ...geometry.mesh import Extrusion
+from ...geometry.polyhedron import Extrusion
 from ...geometry.shape import Difference, Solid, Union
 from ...numerics.portable_math import sin_cos_degrees
 from ..openmc.placement import Point

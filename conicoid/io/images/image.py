@@ -12,17 +12,15 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import numpy as np
 import numpy.typing as npt
 
-from ..._util.equality import compare_by_value
-from ..._util.errstate import ignore_fp_errors
-from ..._util.hints import closest_name
-from ..._util.pickling import restore_state
+from ..._util.arrays import ignore_fp_errors
+from ..._util.names import closest_name
 from ..._util.validation import check_path as checked_path
 from ..._util.validation import format_value, is_masked, real_array
+from ..._util.value_objects import compare_by_value, restore_state
 from ...materials.color import srgb_decode
-from ...render.film.colormap import COLORMAPS, apply_colormap
-from ...render.film.layers import Layers
-from ...render.film.options import Tone
-from ...render.film.tone import apply_tone, check_exposure, check_tone
+from ...render.color_mapping import COLORMAPS, apply_colormap, apply_tone, check_exposure, check_tone
+from ...render.film import Layers
+from ...render.options import Tone
 
 SUFFIXES = (".png", ".exr", ".jpg", ".jpeg", ".webp")
 """Suffixes of the files that `Image.save` writes."""
@@ -149,8 +147,6 @@ class Image:
         ValueError
             For an image of a number per pixel.
         """
-        from ...render.film.denoise import denoise
-
         if self.values.ndim == 2:
             raise ValueError("denoised: image must be of light, not a number per pixel through a colour map")
         other = type(self)._of_light(denoise(self.pixels, self.layers), self.layers)
@@ -319,3 +315,35 @@ def _real(field: str, value: Any) -> float:
     if number.ndim or not np.isfinite(number):
         raise ValueError(f"Image: {field} must be a finite number, got {format_value(value)}")
     return float(number)
+
+
+# Noise removal by Open Image Denoise, an extra (pyoidn): a trained network, no physics.
+
+
+def denoise(pixels: Any, layers: Mapping[str, Any]) -> Any:
+    """Return linear light (height, width, 3) float32 without noise.
+
+    Parameters
+    ----------
+    pixels
+        Linear light (height, width, 3).
+    layers
+        Layers of the picture by name, for edges and textures: "albedo", and "normal" beside it.
+
+    Raises
+    ------
+    ImportError
+        If pyoidn is not installed.
+
+    """
+    try:
+        library: Any = importlib.import_module("pyoidn")
+    except ImportError:
+        raise ImportError("noise is taken out by pyoidn: pip install 'conicoid[denoise]'") from None
+    light = np.nan_to_num(np.maximum(pixels, 0.0), nan=0.0, posinf=0.0).astype(np.float32)
+    guides: dict[str, Any] = {}
+    if "albedo" in layers:
+        guides["albedo"] = np.clip(layers["albedo"], 0.0, 1.0).astype(np.float32)
+        if "normal" in layers:
+            guides["normal"] = np.ascontiguousarray(layers["normal"], np.float32)
+    return np.asarray(library.denoise(light, hdr=True, **guides), np.float32)

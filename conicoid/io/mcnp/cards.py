@@ -15,7 +15,7 @@ from dataclasses import dataclass, field, replace
 from fractions import Fraction
 
 from ..._util.file_errors import Problem, SceneFileError, unreadable_error
-from ..._util.hints import suggest_name
+from ..._util.names import suggest_name
 from ..._util.safe_files import open_regular
 from ...materials.properties import Properties
 from ..openmc.materials import OpenmcMaterial

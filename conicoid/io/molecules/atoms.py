@@ -17,8 +17,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..._util.arrays import FloatArray
-from ..._util.errstate import ignore_fp_errors
+from ..._util.arrays import FloatArray, ignore_fp_errors
 from ..._util.validation import DOMAIN, describe_kind, format_value, is_outside_domain, real_array
 from ...numerics.portable_math import sin_cos_degrees
 

@@ -26,8 +26,7 @@ from .lattices import Index, Lattice
 from .materials import VACUUM_DENSITIES
 from .place_bounds import PlaceBounds
 from .placement import UNBOUNDED, AxisTurn, Extent, UniversePlacement
-from .region import list_half_spaces
-from .region_simplifier import RegionPart, SolidBuilder, bind_surfaces
+from .region import RegionPart, SolidBuilder, bind_surfaces, list_half_spaces
 from .surfaces import Surface
 from .universe_block import CellBodies, CellPiece, EmptyPlaces, PlacePath, UniverseBlock, flatten_block, place_name
 

@@ -18,7 +18,7 @@ from itertools import product
 
 from ..xml_tree import XmlElement
 from .placement import Extent, Point, UniversePlacement
-from .region_simplifier import PartUnion, SurfaceSide
+from .region import PartUnion, SurfaceSide
 from .surfaces import FlatSurface
 from .values import OpenmcValues, count_words, format_title, quote_word
 

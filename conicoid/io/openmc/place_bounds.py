@@ -19,7 +19,7 @@ from ..._util.arrays import matmul_rows
 from ...geometry.transform import Motion
 from ...numerics.bigfloat import fraction, is_rounded
 from .placement import UNBOUNDED, Extent, ExtentEnd, Point
-from .region_simplifier import Conjunction, RegionPart, SurfaceSide, pair_cost
+from .region import Conjunction, RegionPart, SurfaceSide, pair_cost
 from .surfaces import ConeSurface, FlatSurface, RoundSurface, Surface
 
 

@@ -26,7 +26,7 @@ from .geometry import CellGeometry, UniverseCell
 from .lattices import Lattice
 from .place_bounds import PlaceBounds
 from .placement import ORIGIN, Point, UniversePlacement
-from .region_simplifier import RegionPart, SolidBuilder, SurfaceSide, move_part
+from .region import RegionPart, SolidBuilder, SurfaceSide, move_part
 from .surfaces import FlatSurface, RoundSurface
 
 

@@ -14,7 +14,7 @@ from fractions import Fraction
 from typing import TypeVar
 
 from ..._util.file_errors import Problem
-from ..._util.hints import suggest_name
+from ..._util.names import suggest_name
 from ..scene_file.nodes import is_beyond_float64, shorten
 from ..xml_tree import XmlElement
 

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from ...geometry.mesh import Extrusion, Mesh
+from ...geometry.polyhedron import Extrusion, Mesh
 from ...geometry.primitives import Box, Cone, Cylinder, Sphere
 from ...geometry.revolution import Revolution
 from ...geometry.shape import Difference, Solid, Union

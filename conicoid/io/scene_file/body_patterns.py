@@ -26,8 +26,8 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
-from ..._util.pickling import construct_many
-from ..._util.user_warnings import SuppressedWarning, raise_warnings
+from ..._util.validation import SuppressedWarning, raise_warnings
+from ..._util.value_objects import construct_many
 from ...geometry.body import Body
 from . import yaml_parser
 from .fields import MaterialType

@@ -18,9 +18,9 @@ from typing import Any, Protocol, TypeAlias
 from ..._util.arrays import FloatArray
 from ..._util.file_errors import Problem, SceneFileError
 from ..._util.gc_pause import pause_gc
-from ..._util.hints import describe_names
-from ..._util.pickling import construct_many
+from ..._util.names import describe_names
 from ..._util.safe_files import resolve_links, write_text
+from ..._util.value_objects import construct_many
 from ...geometry.body import Body, check_materials
 from ...geometry.instances import InstanceList
 from ...geometry.registry import REGISTRY

@@ -23,9 +23,8 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from ..._util.arrays import FloatArray
-from ..._util.pickling import construct_many, pickle_state
-from ..._util.user_warnings import SuppressedWarning, raise_warnings
-from ..._util.validation import real_array
+from ..._util.validation import SuppressedWarning, raise_warnings, real_array
+from ..._util.value_objects import construct_many, pickle_state
 from ...geometry.bulk import Bulk
 from ...geometry.registry import REGISTRY
 from ...geometry.shape import Shape

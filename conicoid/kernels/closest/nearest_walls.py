@@ -37,9 +37,8 @@ from ..tables import (
     node_at,
 )
 from .bounds import box_length, distance_outside, entry_bound
-from .edges import try_edges
+from .edges import reach_of_leaves, try_edges, try_hard_edges
 from .form import ROUNDED, length_of
-from .hard_edges import reach_of_leaves, try_hard_edges
 from .neighbourhood import (
     AT_X,
     BODY,

@@ -19,14 +19,14 @@ from ...kernels.body.crossing_rows import CROSSING_COLUMNS, SPAN_COLUMNS
 from ...kernels.body.entry import collect_entries, entry_nearness
 from ...kernels.body.hit import is_doubtful, scale_hit
 from ...kernels.body.scratch import Scratch, new_scratch
-from ...kernels.entry.first_hits import HitBuffers, put_hit, trace_first_alone
+from ...kernels.first_hits import HitBuffers, put_hit, trace_first_alone
 from ...kernels.ray import Ray, RayArrays, load_ray, scale_ray, span_inverse
 from ...kernels.surface.exact_crossing import CROSSES, MISSES, RoundingRest
 from ...kernels.tables import POLYGON, Floats, Geometry, Ints, is_halted, length
 from ...kernels.threads import chunk_size, run_on
-from ...numerics.quadratic_roots import ZERO, sign
+from ...numerics.rational import ZERO, sign
 from ...prepare.mmap_arrays import mapped_zeros
-from .canonical_surfaces import count_form_floats, put_canonical_surfaces
+from ...prepare.prepared_scene import exact_form
 from .membership import located_by_ranks, surfaces_near
 from .ranks import (
     CROSSINGS,
@@ -35,13 +35,14 @@ from .ranks import (
     Ranks,
     RankScratch,
     clear_ranks,
+    count_form_floats,
     first_of_ranks,
     list_surfaces,
+    put_canonical_surfaces,
     rank_ray,
     report_fast_t,
     rows_of_ranks,
 )
-from .surface_forms import exact_form
 
 if TYPE_CHECKING:
     from ...prepare.prepared_scene import PreparedScene

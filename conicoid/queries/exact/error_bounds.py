@@ -23,8 +23,8 @@ from ...kernels.ray import Ray, scale_ray
 from ...kernels.surface.exact_crossing import RoundingRest, curved_terms, is_plane, plane_terms
 from ...kernels.tables import Floats, Geometry, Ints, Longs, whole
 from ...kernels.threads import run_chunks
-from ...numerics.quadratic_roots import Root, exact_real_roots
-from .surface_forms import exact_form
+from ...numerics.rational import Root, exact_real_roots
+from ...prepare.prepared_scene import exact_form
 
 if TYPE_CHECKING:
     from ...prepare.prepared_scene import PreparedScene

@@ -15,9 +15,19 @@ from ...kernels.body.scratch import Scratch, new_scratch
 from ...kernels.ray import Ray, RayArrays, load_ray, scale_ray, span_inverse
 from ...kernels.tables import Floats, Geometry, Ints, Signs, is_halted, whole
 from ...kernels.threads import chunk_size, run_on
-from .canonical_surfaces import put_canonical_surfaces
 from .doubtful_rays import limits_of_hits, new_rank_scratch, prepare_ranked_ray, rank_exactly, run_one, share_halt_flag
-from .ranks import Doubtful, Ranks, RankScratch, clear_ranks, find_leaves, forget_leaves, rank_ray, ray_of_ranks, t_of
+from .ranks import (
+    Doubtful,
+    Ranks,
+    RankScratch,
+    clear_ranks,
+    find_leaves,
+    forget_leaves,
+    put_canonical_surfaces,
+    rank_ray,
+    ray_of_ranks,
+    t_of,
+)
 
 if TYPE_CHECKING:
     from ...prepare.prepared_scene import PreparedScene

@@ -30,8 +30,7 @@ from ...kernels.tables import (
     integer,
     whole,
 )
-from .canonical_surfaces import blank_quadric
-from .ranks import SURFACES, Ranks, RankScratch, clear_ranks, find_leaves, forget_leaves, list_surfaces
+from .ranks import SURFACES, Ranks, RankScratch, blank_quadric, clear_ranks, find_leaves, forget_leaves, list_surfaces
 
 _PATIENCE = 31
 """The largest number of packets that are located point by point before the next attempt with a whole packet."""

@@ -17,15 +17,7 @@ from ...kernels.numbers.elementary import power
 from ...kernels.numbers.vectors import Vector, dot, normalize
 from ..sampling import Direction, cosine_direction, to_world, unit_direction
 from .albedo_tables import AlbedoTables
-from .bsdf_sample import (
-    BsdfSample,
-    LobeProbabilities,
-    LobeSurface,
-    SurfaceKind,
-    lost_sample,
-    mean_rgb,
-    spread_sample,
-)
+from .bsdf_sample import BsdfSample, LobeProbabilities, LobeSurface, SurfaceKind, lost_sample, mean_rgb, spread_sample
 from .fresnel import reflect
 from .material_table import MaterialTable
 from .microfacet import half_direction, mirror_direction

@@ -9,7 +9,7 @@ import math
 
 from ..._jit.decorators import helper
 from ...kernels.body.scratch import Scratch
-from ...kernels.entry.first_hits import is_blocked
+from ...kernels.first_hits import is_blocked
 from ...kernels.numbers.vectors import dot
 from ...kernels.packet.lanes import lane_ray
 from ...kernels.ray import Ray

@@ -14,14 +14,13 @@ from ..bsdf.bsdf_sample import LOST, SHARP, STRAIGHT, LobeSurface
 from ..bsdf.dielectric import index_at_wavelength, sample_wavelength, wavelength_color
 from ..bsdf.material_table import ROUGH_STEPS, MaterialTable, material_row
 from ..bsdf.medium import medium_transmittance, phase_function, sample_free_path, sample_phase_function
-from ..bsdf.shading_normal import bend_normal, has_relief, texture_place
-from ..interaction import SurfaceInteraction, face_viewer
+from ..interaction import SurfaceInteraction, bend_normal, face_viewer, has_relief, texture_place
 from ..lights.direct_light import surface_color
 from ..lights.environment import background_color, environment_radiance
 from ..lights.light_sampling import escape_density, has_area, hit_density, sample_light
 from ..lights.light_tables import PathLight
 from ..sampling import sobol_pair, to_frame, to_world
-from ..textures.patterns import texture_color
+from ..textures import texture_color
 
 NO_DENSITY = -1.0
 """Density of a direction that sources cannot sample: of camera rays, mirrors, smooth glass."""

@@ -20,7 +20,7 @@ from ..._jit.decorators import allocator, helper, inline
 from ...kernels.body.hit import Hit, ResolvedHit, resolve_hit
 from ...kernels.body.media import find_media
 from ...kernels.body.scratch import Scratch
-from ...kernels.entry.first_hits import first_crossing, resolve_first_crossing
+from ...kernels.first_hits import first_crossing, resolve_first_crossing
 from ...kernels.numbers.double_double import next_float_down, next_float_up
 from ...kernels.numbers.vectors import dot
 from ...kernels.packet.lanes import (
@@ -49,8 +49,16 @@ from ..bsdf.fresnel import reflect
 from ..bsdf.material_table import MaterialTable, material_row
 from ..bsdf.medium import OUTSIDE, absorb, body_medium, is_invisible_wall, medium_index
 from ..bsdf.registry import mirror_share
-from ..bsdf.shading_normal import bend_normal, has_relief, is_behind, mirror_to_side
-from ..interaction import ShadingPoint, SurfaceInteraction, face_viewer, shows_light
+from ..interaction import (
+    ShadingPoint,
+    SurfaceInteraction,
+    bend_normal,
+    face_viewer,
+    has_relief,
+    is_behind,
+    mirror_to_side,
+    shows_light,
+)
 from ..lights.direct_light import (
     diffuse_light,
     direct_light,
@@ -58,12 +66,12 @@ from ..lights.direct_light import (
     shading_point_of,
     shadow_lights,
     shadow_ray,
+    shadow_transmittance,
     surface_color,
 )
 from ..lights.environment import background_color
 from ..lights.light_sampling import LightSample, choose_light, sample_lamp
 from ..lights.light_tables import LightSources, ShadingTables, WhittedLight
-from ..lights.shadow import shadow_transmittance
 from ..sampling import sobol_pair
 from .samples import NO_SURFACE, Samples, Settings, trace_samples
 

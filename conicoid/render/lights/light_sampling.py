@@ -25,8 +25,9 @@ from .light_tables import (
     TRIANGLE_STRIDE,
     LightSources,
     ShadingTables,
+    light_direction,
+    light_share,
 )
-from .point_lights import light_direction, light_share
 
 MOST_TRIANGLES = 6
 """Polygons of more triangles are sampled by area."""

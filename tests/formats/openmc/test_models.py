@@ -10,7 +10,7 @@ import pytest
 
 import conicoid as co
 from conicoid._util.arrays import FloatArray
-from conicoid.render.auto_camera import fit_extent
+from conicoid.render.camera import fit_extent
 
 from .evaluator import Evaluator, same_place
 from .models import NAMES, loaded, written

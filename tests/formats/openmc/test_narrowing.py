@@ -7,7 +7,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from conicoid.io.openmc.region_simplifier import Conjunction, PartIntersection, PartUnion, RegionPart, SurfaceSide
+from conicoid.io.openmc.region import Conjunction, PartIntersection, PartUnion, RegionPart, SurfaceSide
 from conicoid.io.openmc.surfaces import ConeSurface, FlatSurface, RoundSurface
 
 ZERO, ONE = Fraction(0), Fraction(1)

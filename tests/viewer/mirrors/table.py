@@ -41,7 +41,7 @@ from conicoid.kernels.bvh.walk import (
     put_beam,
     reciprocal,
 )
-from conicoid.kernels.entry.first_hits import is_blocked, resolve_first_crossing
+from conicoid.kernels.first_hits import is_blocked, resolve_first_crossing
 from conicoid.kernels.numbers.vectors import normalize
 from conicoid.kernels.programs import hold_program, new_counts, root_value, turn_leaf
 from conicoid.kernels.ray import Ray, line_of, span_inverse
@@ -84,17 +84,11 @@ from conicoid.render.bsdf.fresnel import dielectric_fresnel, refract
 from conicoid.render.bsdf.layered import opaque_reflectance
 from conicoid.render.bsdf.material_table import CHECKER_SPACE, is_even, material_row
 from conicoid.render.bsdf.medium import absorb, body_medium, is_invisible_wall, medium_index
-from conicoid.render.integrators.whitted import (
-    FAINT,
-    PendingRay,
-    first_visible_wall,
-    new_stack,
-    push,
-)
+from conicoid.render.integrators.whitted import FAINT, PendingRay, first_visible_wall, new_stack, push
 from conicoid.render.interaction import ShadingPoint, SurfaceInteraction
 from conicoid.render.lights.direct_light import evaluate_light, highlight, surface_color
 from conicoid.render.lights.environment import background_color
-from conicoid.render.lights.point_lights import light_direction, light_share
+from conicoid.render.lights.light_tables import light_direction, light_share
 from conicoid.render.tiles import camera_ray
 
 

@@ -1,4 +1,4 @@
-"""Suggestions in errors: the known name that an unknown one was probably meant for.
+"""Names: suggestions in errors for an unknown one, and tuples whose items have names.
 
 A name counts as meant if it is similar, or if other programs use the unknown name for the same thing (`ALIASES`).
 docs/coming-from.md has more such pairs.
@@ -6,8 +6,8 @@ docs/coming-from.md has more such pairs.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
-from typing import Any, TypeVar
+from collections.abc import Collection, Iterable, Sequence
+from typing import Any, SupportsIndex, TypeVar
 
 from .validation import format_list, format_value
 
@@ -114,3 +114,56 @@ def unknown_package_name(package: str, name: str, known: Collection[str]) -> Att
     close = "" if name.startswith("_") else closest_name(name, known, 0.7)
     hint = f" (did you mean {close}?)" if close else ""
     return AttributeError(f"module {package!r} has no attribute {name[:80]!r}{hint}", name=name)
+
+
+# --- Tuples whose items have names, such as the materials of a scene
+
+
+class NameTuple(tuple[Any, ...]):
+    """A tuple whose items are found by name as well as by index: `materials["steel"]`, `materials.index("steel")`.
+
+    Parameters
+    ----------
+    items : iterable
+        The items.
+    owner : str
+        The tuple in messages, such as "scene.materials".
+    names : iterable of str or None, optional
+        The name of each item; by default its attribute `name`, if it has one.
+    """
+
+    owner: str
+    names: tuple[str | None, ...]
+
+    def __new__(cls, items: Iterable[Any], owner: str, names: Iterable[str | None] | None = None) -> NameTuple:
+        parts = super().__new__(cls, items)
+        parts.owner = owner
+        parts.names = tuple(getattr(item, "name", None) for item in parts) if names is None else tuple(names)
+        return parts
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (tuple(self), self.owner, self.names)
+
+    def __getitem__(self, index: Any) -> Any:
+        """Return the item of a name or an index.
+
+        Raises
+        ------
+        KeyError
+            For a name of no item, or of more than one.
+        """
+        return super().__getitem__(self._place(index) if isinstance(index, str) else index)
+
+    def index(self, item: Any, start: SupportsIndex = 0, stop: SupportsIndex = 2**62) -> int:
+        """Return the index of an item, or of a name: that of its column in lengths by material."""
+        return self._place(item) if isinstance(item, str) else super().index(item, start, stop)
+
+    def _place(self, name: str) -> int:
+        """Return the index of a name; raise KeyError for an unknown or repeated one."""
+        places = [place for place, one in enumerate(self.names) if one == name]
+        if len(places) == 1:
+            return places[0]
+        if places:
+            raise KeyError(f"{self.owner}: {len(places)} have the name {format_value(name)}, at {places}: use an index")
+        known = [one for one in self.names if one]
+        raise KeyError(f"{self.owner}: none has the name {format_value(name)}; {describe_names(name, 'names', known)}")

@@ -1,9 +1,15 @@
-"""Equality by value of objects with arrays among their fields: one truth value, NaN equal to NaN."""
+"""Objects that are values: equality and hashes by fields, arrays among them, and pickles.
+
+Equality is one truth value, and NaN equals NaN. Fields travel in a pickle, values of cached properties do not.
+"""
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Mapping
+from collections import deque
+from collections.abc import Callable, Iterable, Mapping
+from functools import cache, cached_property
+from itertools import repeat
 from typing import Any, TypeVar
 
 import numpy as np
@@ -63,3 +69,51 @@ def _hash_sample(array: Any) -> Any:
     """Return the first numbers of an array; 0 and -0 become one, and all numbers that are not finite do."""
     first = array.reshape(-1)[: _HASH_BYTES // max(array.itemsize, 1)]
     return np.where(np.isfinite(first), first, 0) + 0 if first.dtype.kind == "f" else first
+
+
+# --- Pickles and copies
+
+
+def pickle_state(thing: Any) -> dict[str, Any]:
+    """Return the attributes of an object without the values of its cached properties."""
+    kind: type = type(thing)
+    cached = _cached_names(kind)
+    return {name: value for name, value in vars(thing).items() if name not in cached}
+
+
+@cache
+def _cached_names(kind: type) -> frozenset[str]:
+    """Return the names of the cached properties of a class."""
+    # Bases first: a subclass may replace a cached property
+    attributes = {name: value for base in reversed(kind.__mro__) for name, value in vars(base).items()}
+    return frozenset(name for name, value in attributes.items() if isinstance(value, cached_property))
+
+
+def restore_state(thing: Any, state: dict[str, Any]) -> None:
+    """Set the attributes of an object; make arrays read-only, which pickles do not preserve."""
+    vars(thing).update({name: align_array(value) for name, value in state.items()})
+    freeze_arrays(thing)
+
+
+def construct_many(kind: type[Any], count: int, **fields: Iterable[Any]) -> list[Any]:
+    """Return `count` objects of a class from the values of all its fields, without checks.
+
+    The caller has checked each value.
+    """
+    objects = list(map(object.__new__, repeat(kind, count)))
+    # The loop over objects runs in C, and sets frozen fields without the `__setattr__` of the class
+    for name, values in fields.items():
+        deque(map(object.__setattr__, objects, repeat(name), values), maxlen=0)
+    return objects
+
+
+def align_array(value: Any) -> Any:
+    """Return the value; for an array that is not aligned, as in a message of a network, an aligned copy."""
+    return value.copy() if isinstance(value, np.ndarray) and not value.flags.aligned else value
+
+
+def freeze_arrays(thing: Any) -> None:
+    """Make all arrays among the attributes of an object read-only."""
+    for value in vars(thing).values():
+        if isinstance(value, np.ndarray):
+            value.flags.writeable = False

@@ -1,4 +1,9 @@
-"""Kernels for first hits and occlusion: of one ray (`first_crossing`), and of arrays of rays into `HitBuffers`."""
+"""Kernels for first hits and occlusion: of one ray (`first_crossing`), and of arrays of rays into `HitBuffers`.
+
+They choose the route of each ray. Coherent rays go in packets of 64, others in streams or one by one. Single rays are
+those in doubt, those beside others that see something else, and those of integrators. The only ray of a query goes as
+a packet whose other lanes are idle.
+"""
 
 from __future__ import annotations
 
@@ -8,14 +13,14 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from ..._jit.decorators import helper, inline, kernel, record_shapes
-from ..._util.arrays import FloatArray
-from ..body.hit import DOUBTFUL, Hit, ResolvedHit, cull_limit, intersect_item, no_hit, resolve_hit, scale_hit, turn_of
-from ..body.scratch import Scratch, new_scratch
-from ..bvh.culling import LAST, balls_met, lowest_bit, prefetch, prefetch_to_write, store_eight
-from ..bvh.walk import OWN_BEAM, leaf_at, leaf_ball, leaf_item, leaf_range, next_leaf, push_roots, put_beam, scene_tree
-from ..packet.frontier import PACKETS, new_tile, note_sight, open_quarter, open_tile, prefetch_packet, tile_packet
-from ..packet.lanes import (
+from .._jit.decorators import helper, inline, kernel, record_shapes
+from .._util.arrays import FloatArray
+from .body.hit import DOUBTFUL, Hit, ResolvedHit, cull_limit, intersect_item, no_hit, resolve_hit, scale_hit, turn_of
+from .body.scratch import Scratch, new_scratch
+from .bvh.culling import LAST, balls_met, lowest_bit, prefetch, prefetch_to_write, store_eight
+from .bvh.walk import OWN_BEAM, leaf_at, leaf_ball, leaf_item, leaf_range, next_leaf, push_roots, put_beam, scene_tree
+from .packet.frontier import PACKETS, new_tile, note_sight, open_quarter, open_tile, prefetch_packet, tile_packet
+from .packet.lanes import (
     BEST,
     BODY,
     DOUBT,
@@ -30,12 +35,12 @@ from ..packet.lanes import (
     packet_row,
     put_turns,
 )
-from ..packet.packet import new_packet
-from ..packet.traversal import trace_packet
-from ..ray import DEAD, Ray, RayArrays, load_ray, scale_ray, span_inverse
-from ..stream.stream import new_stream, octant_of, put_stream_ray, stream_hit, trace_stream
-from ..surface.interval import is_open
-from ..tables import Floats, Geometry, Ints, Signs, is_halted, whole
+from .packet.packet import new_packet
+from .packet.traversal import trace_packet
+from .ray import DEAD, Ray, RayArrays, load_ray, scale_ray, span_inverse
+from .stream import new_stream, octant_of, put_stream_ray, stream_hit, trace_stream
+from .surface.interval import is_open
+from .tables import Floats, Geometry, Ints, Signs, is_halted, whole
 
 
 @helper

@@ -1,0 +1,481 @@
+"""Kernels for all crossings or spans of many rays: rays to sorted rows, rows to columns, and the ray of each row.
+
+They choose the route of each ray, as those for first hits do (first_hits.py).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from .._jit.decorators import allocator, helper, inline, kernel, record_shapes
+from .._util.arrays import FloatArray
+from . import tables as table
+from .body.boolean import put_event, sort_events, sweep_events
+from .body.cell import CellSpans
+from .body.crossing_rows import (
+    BODY,
+    CROSSING_COLUMNS,
+    ENTER,
+    ENTER_CLIPPED,
+    ENTER_SURFACE,
+    ENTERS,
+    EXIT,
+    EXIT_CLIPPED,
+    EXIT_SURFACE,
+    FACE,
+    SPAN_COLUMNS,
+    SURFACE,
+    BodyRows,
+    T,
+    grow_rows,
+    put_rows,
+    ray_rows,
+    scale_rows,
+    sort_rows,
+)
+from .body.entry import collect_entries, crossings_of_roots, crossings_of_spans, entry_crossings, entry_nearness
+from .body.scratch import Scratch, new_scratch
+from .bvh.culling import balls_in_beam, highest_bit, lowest_bit
+from .bvh.walk import LeafItem, is_round, leaf_at, leaf_item, leaf_range, next_leaf, push_roots, scene_tree
+from .packet.booleans import MOST, fits_in_lanes, leaves_of_lanes
+from .packet.cells import IN, LEAF, OUT, PLACE_OF_IN, PLACE_OF_OUT, SPAN, spans_of_ball, spans_of_cell
+from .packet.lanes import (
+    BEAM_AT,
+    DOUBT,
+    LANES,
+    SEEKS,
+    T_MAX,
+    fill_lanes,
+    is_coherent,
+    is_searching,
+    lane_nearness,
+    lane_ray,
+    packet_row,
+)
+from .packet.packet import Packet, boolean_memory, lanes_at_ball, lanes_in_child, new_packet
+from .programs import leaves_of
+from .ray import DEAD, Ray, RayArrays, load_ray, scale_ray
+from .surface.interval import is_open, lengths_of, lengths_of_ball
+from .surface.records import load_sphere
+from .tables import BALL, CELL, REGION, Flags, Floats, Geometry, Ints, Longs, Signs, box_at, integer, is_halted, whole
+from .threads import run_chunks
+
+# --- Coherent rays, 64 at a time
+#
+# A packet goes down the tree once, as for first hits, and finds the spans of balls, cells and leaves in lanes. From
+# there on every lane that has a span continues alone, with the code of a single ray.
+
+_MOST_ROWS = LANES * (4 * MOST + 1)
+"""Most rows of an entry that is traced in lanes."""
+
+
+class RowChains(NamedTuple):
+    """The rows of each lane: a chain from the last to the first, linked by the last column of a row; -1 ends it."""
+
+    last: Ints
+    rows: Ints  # number of rows
+
+
+class Lane(NamedTuple):
+    """A lane and its ray."""
+
+    i: Any
+    ray: Ray
+
+
+class PacketListing(NamedTuple):
+    """A packet, the chains of its rows so far, and the kind of row."""
+
+    packet: Packet
+    chains: RowChains
+    spans: bool  # spans, else crossings
+
+
+@allocator
+def new_chains() -> RowChains:
+    """Return memory of chains for one thread."""
+    return RowChains(np.empty(LANES, np.int32), np.empty(LANES, np.int32))
+
+
+@inline
+def _in_ball(geometry: Geometry, scratch: Scratch, packet: Packet, surface: int, i: Any, ray: Ray) -> BodyRows:
+    """Write the crossings of lane i with a ball into scratch, from the spans in `packet.leaves`."""
+    low, high = packet.leaves[IN + i], packet.leaves[OUT + i]
+    if not low < high:
+        return BodyRows(0, False, 0.0, False)
+    sphere = load_sphere(geometry, integer(geometry, table.SURFACE_ROW, surface))
+    nearness = lane_nearness(packet.lanes, i, lengths_of_ball(sphere))
+    if not (low < ray.t_max + nearness.off and high > ray.t_min - nearness.off):
+        return BodyRows(0, False, 0.0, False)
+    count, inside, unsure = crossings_of_roots(scratch, surface, ray, nearness, low, high)
+    return BodyRows(count, inside, nearness.off, unsure)
+
+
+@inline
+def _in_cell(geometry: Geometry, scratch: Scratch, packet: Packet, cell: int, i: Any, ray: Ray) -> BodyRows:
+    """Write the crossings of lane i with a cell into scratch, from the spans in `packet.leaves`."""
+    first, second = _span(packet.leaves, 0, i), _span(packet.leaves, SPAN, i)
+    spans = (1 if first[0] < first[1] else 0) + (1 if second[0] < second[1] else 0)
+    if spans == 0:
+        return BodyRows(0, False, 0.0, False)
+    if not first[0] < first[1]:
+        first = second
+    nearness = lane_nearness(packet.lanes, i, lengths_of(geometry, table.CELL_LIMITS, cell))
+    in1, out1, a1, b1 = first
+    in2, out2, a2, b2 = second
+    found = CellSpans(spans, in1, out1, a1, b1, in2, out2, a2, b2, False)
+    count, inside, unsure = crossings_of_spans(geometry, scratch, ray, nearness, found)
+    return BodyRows(count, inside, nearness.off, unsure)
+
+
+@inline
+def _span(leaves: Floats, at: int, i: Any) -> tuple[float, float, int, int]:
+    """Return (t in, t out, place in, place out) of lane i in the rows at leaves[at:]."""
+    row = np.uint64(at) + i
+    return leaves[row + IN], leaves[row + OUT], whole(leaves[row + PLACE_OF_IN]), whole(leaves[row + PLACE_OF_OUT])
+
+
+@inline
+def _in_region(geometry: Geometry, scratch: Scratch, packet: Packet, program: int, i: Any, ray: Ray) -> BodyRows:
+    """Write the crossings of lane i with a Boolean body into scratch, from its leaves' spans in `packet.leaves`."""
+    if packet.lanes[SEEKS + i] == 0.0:
+        return BodyRows(0, False, 0.0, False)
+    events = 0
+    begin, end = leaves_of(geometry, program)
+    for leaf in range(begin, end):
+        for s in range(packet.spans[leaf - begin]):
+            t_in, t_out, a, b = _span(packet.leaves, (leaf - begin) * LEAF + s * SPAN, i)
+            if t_in < t_out:
+                events = put_event(scratch, events, t_in, leaf, a, 1)
+                events = put_event(scratch, events, t_out, leaf, b, 0)
+    sort_events(scratch, events)
+    nearness = lane_nearness(packet.lanes, i, lengths_of(geometry, table.PROGRAM_LIMITS, program))
+    count, inside, unsure = sweep_events(geometry, scratch, program, ray, nearness, events, 1 << 30)
+    return BodyRows(count, inside, nearness.off, unsure)
+
+
+@helper
+def _prepare(geometry: Geometry, packet: Packet, kind: int, index: int, met: int) -> bool:
+    """Find the spans of a ball, cell or small body in the groups of lanes of a mask; False if no lane has one."""
+    lanes, leaves, first, last = packet.lanes, packet.leaves, lowest_bit(met) & -8, (highest_bit(met) | 7) + 1
+    if kind == BALL:
+        spans_of_ball(geometry, lanes, leaves, 0, index, first, last)
+        return True
+    if kind == CELL:
+        return spans_of_cell(geometry, lanes, leaves, 0, index, first, last)
+    return leaves_of_lanes(geometry, boolean_memory(packet), index, first, last) > 0
+
+
+@helper
+def _lane_rows(
+    geometry: Geometry, scratch: Scratch, listing: PacketListing, item: LeafItem, bits: int, rows: Floats, used: int
+) -> int:
+    """Append the rows of a ball, cell or small body in the lanes of a mask; return the number of rows now."""
+    packet, (kind, index, _, entry) = listing.packet, item
+    lanes = packet.lanes
+    while bits != 0:
+        i = np.uint64(lowest_bit(bits))
+        bits &= bits - 1
+        if lanes[DOUBT + i] != 0.0 or not is_searching(lanes, i):
+            continue
+        ray = lane_ray(lanes, i, lanes[T_MAX + i])
+        if kind == BALL:
+            met = _in_ball(geometry, scratch, packet, index, i, ray)
+        elif kind == CELL:
+            met = _in_cell(geometry, scratch, packet, index, i, ray)
+        else:
+            met = _in_region(geometry, scratch, packet, index, i, ray)
+        used = _keep(geometry, scratch, listing, entry, met, Lane(i, ray), rows, used)
+    return used
+
+
+@inline
+def _keep(
+    geometry: Geometry,
+    scratch: Scratch,
+    listing: PacketListing,
+    entry: int,
+    met: BodyRows,
+    lane: Lane,
+    rows: Floats,
+    used: int,
+) -> int:
+    """Append a lane's rows of an entry to its chain, or mark the lane doubtful; return the number of rows now."""
+    chains, i = listing.chains, lane.i
+    if met.unsure:
+        listing.packet.lanes[DOUBT + i] = 1.0
+    if met.unsure or (met.crossings == 0 and not met.inside):
+        return used
+    now = put_rows(geometry, scratch, entry, met, lane.ray, listing.spans, rows, used)
+    for k in range(used, now):
+        rows[k, rows.shape[1] - 1] = chains.last[i]
+        chains.last[i] = k
+    chains.rows[i] += now - used
+    return now
+
+
+@allocator
+def _one_by_one(
+    geometry: Geometry, scratch: Scratch, listing: PacketListing, entry: int, bits: int, rows: Floats, used: int
+) -> tuple[Floats, int]:
+    """Append the rows of a large body or a sheet in the lanes of a mask: (rows, number of rows now)."""
+    lanes = listing.packet.lanes
+    while bits != 0:
+        i = np.uint64(lowest_bit(bits))
+        bits &= bits - 1
+        if lanes[DOUBT + i] != 0.0 or not is_searching(lanes, i):
+            continue
+        ray = lane_ray(lanes, i, lanes[T_MAX + i])
+        count, inside, unsure = entry_crossings(geometry, scratch, entry, ray, 1 << 30)
+        met = BodyRows(count, inside, entry_nearness(geometry, entry, ray).off, unsure)
+        rows = grow_rows(rows, used, count + 1)
+        used = _keep(geometry, scratch, listing, entry, met, Lane(i, ray), rows, used)
+    return rows, used
+
+
+@allocator
+def _meet(
+    geometry: Geometry, scratch: Scratch, listing: PacketListing, item: LeafItem, bits: int, rows: Floats, used: int
+) -> tuple[Floats, int]:
+    """Append the rows of an entry in the lanes of a mask: (rows, number of rows now)."""
+    kind, index = item.kind, item.index
+    if listing.spans and kind > REGION:
+        return rows, used
+    if kind > REGION or (kind == REGION and not fits_in_lanes(geometry, index)):
+        return _one_by_one(geometry, scratch, listing, item.entry, bits, rows, used)
+    if _prepare(geometry, listing.packet, kind, index, bits):
+        rows = grow_rows(rows, used, _MOST_ROWS)
+        used = _lane_rows(geometry, scratch, listing, item, bits, rows, used)
+    return rows, used
+
+
+@allocator
+def list_packet(
+    geometry: Geometry, scratch: Scratch, packet: Packet, chains: RowChains, spans: bool, rows: Floats
+) -> tuple[Floats, int]:
+    """List the spans or crossings of the rays of an `is_ordinary` packet, in chains through rows: (rows, their number).
+
+    Lanes whose DOUBT is set lack some rows; the caller traces them again as single rays.
+    """
+    way, lanes, used, listing = scratch.way, packet.lanes, 0, PacketListing(packet, chains, spans)
+    for i in range(LANES):
+        chains.last[i], chains.rows[i] = -1, 0
+    code, box, top = next_leaf(geometry, way, lanes, BEAM_AT, push_roots(geometry, way, scene_tree(geometry)))
+    while code != 0:
+        begin, end = leaf_range(code)
+        at, count = leaf_at(geometry, begin), end - begin
+        balls = box >= 0 and is_round(geometry, at, count)
+        bits, met = (1 << count) - 1, -1
+        if balls and count > 1:
+            bits = balls_in_beam(geometry.floats, at, count, count, lanes, BEAM_AT, way)
+        elif box >= 0 and not balls:
+            met = lanes_in_child(geometry, lanes, box_at(geometry, box))
+        while bits != 0:
+            k = lowest_bit(bits)
+            bits &= bits - 1
+            if balls:
+                met = lanes_at_ball(geometry, lanes, at + k, count)
+            if met != 0:
+                item = leaf_item(geometry, at, count, k)
+                rows, used = _meet(geometry, scratch, listing, item, met, rows, used)
+        code, box, top = next_leaf(geometry, way, lanes, BEAM_AT, top)
+    return rows, used
+
+
+@helper
+def put_chain(chains: RowChains, i: int, found: Floats, rows: Floats, used: int) -> int:
+    """Copy the rows of a lane to rows[used:], which have room; return the number of rows now."""
+    row, after = chains.last[i], used + chains.rows[i]
+    for k in range(after - 1, used - 1, -1):  # a chain leads from the last row to the first
+        for column in range(rows.shape[1]):
+            rows[k, column] = found[row, column]
+        row = int(found[row, rows.shape[1]])
+    return after
+
+
+# --- Rows of all rays, and their columns
+
+
+@allocator
+def rows_of_ray(
+    geometry: Geometry, scratch: Scratch, ray: Ray, spans: bool, rows: Floats, used: int
+) -> tuple[Floats, int, bool]:
+    """Append the rows of a single ray at rows[used]: (rows, number of rows now, doubtful)."""
+    if ray.start == DEAD or not is_open(ray.t_min, ray.t_max) or is_halted(geometry):
+        return rows, used, False
+    unscaled = ray
+    ray, scale = scale_ray(unscaled)
+    count, first = collect_entries(geometry, scratch, ray), used
+    rows, used, unsure = ray_rows(geometry, scratch, ray, count, spans, rows, used)
+    scale_rows(rows, first, used, scale, unscaled, spans)
+    return rows, used, unsure
+
+
+@kernel(width="picture n", begin="0..end", end="0..n", counts="out n", doubts="out n")
+def trace_rows(
+    geometry: Geometry, rays: RayArrays, width: int, spans: bool, begin: int, end: int, counts: Ints, doubts: Signs
+) -> Floats:
+    """Return rows (body/crossing_rows.py) of spans or crossings of packets begin..end of 64 rays, in order of lanes.
+
+    Ray i has counts[i] rows, sorted. A doubtful ray has doubts[i] = 1 and no rows.
+    """
+    scratch, bundle, chains = new_scratch(geometry), new_packet(geometry), new_chains()
+    columns = SPAN_COLUMNS if spans else CROSSING_COLUMNS
+    rows, found, used = np.empty((64 * (end - begin), columns)), np.empty((256, columns + 1)), 0
+    lanes = bundle.lanes
+    for packet in range(begin, end):
+        if is_halted(geometry):
+            break
+        fill_lanes(lanes, rays, packet, width, False)
+        together, more = is_coherent(geometry, lanes), 0
+        if together:  # the rows of all lanes come first, chained by lane, and are then copied lane by lane
+            found, more = list_packet(geometry, scratch, bundle, chains, spans, found)
+            rows = grow_rows(rows, used, more)
+        for row in range(8):
+            first, n = packet_row(packet, row, width, len(rays.origins))
+            for k in range(n):
+                before, lane, unsure = used, 8 * row + k, True
+                if together and lanes[DOUBT + np.uint64(lane)] == 0.0:
+                    used = put_chain(chains, lane, found, rows, used)
+                    unsure = sort_rows(rows, before, used, spans)
+                if unsure:
+                    ray = load_ray(rays, first + k)
+                    rows, used, unsure = rows_of_ray(geometry, scratch, ray, spans, rows, before)
+                    rows = grow_rows(rows, used, more)  # room for the lanes that follow
+                used = before if unsure else used  # a doubtful ray gives its rows up
+                counts[first + k], doubts[first + k] = used - before, 1 if unsure else 0
+    return rows[:used].copy()
+
+
+@kernel(begin="0..end", end="0..n", counts="out n", doubts="out n")
+def trace_rows_alone(
+    geometry: Geometry, rays: RayArrays, spans: bool, begin: int, end: int, counts: Ints, doubts: Signs
+) -> Floats:
+    """`trace_rows` of rays begin..end, one at a time: a third of the code, for exported pages that carry it."""
+    scratch, used = new_scratch(geometry), 0
+    rows = np.empty((64, SPAN_COLUMNS if spans else CROSSING_COLUMNS))
+    for i in range(begin, end):
+        before = used
+        rows, used, unsure = rows_of_ray(geometry, scratch, load_ray(rays, i), spans, rows, before)
+        used = before if unsure else used
+        counts[i], doubts[i] = used - before, 1 if unsure else 0
+    return rows[:used].copy()
+
+
+@record_shapes(t_enter="s", t_exit="s", body="s", clipped="2 s", surfaces="2 s")
+class SpanColumns(NamedTuple):
+    """Spans of many rays, a column each; `clipped` and `surfaces` have a row for the entry and one for the exit."""
+
+    t_enter: Floats
+    t_exit: Floats
+    body: Ints
+    clipped: Flags
+    surfaces: Ints
+
+
+@record_shapes(t="s", body="s", face="s", surface="s", entering="s")
+class CrossingColumns(NamedTuple):
+    """Crossings of many rays, a column each."""
+
+    t: Floats
+    body: Ints
+    face: Ints
+    surface: Ints
+    entering: Flags
+
+
+@allocator
+def _places(count: int, counts: Ints, offsets: Longs, width: int, begin: int, end: int) -> Longs:
+    """Return the place in the columns of each of `count` rows of packets begin..end, in the order of tracing.
+
+    Packets of a picture are tiles, so the rows of a packet are not consecutive in the columns.
+    """
+    places, done = np.empty(count, np.int64), 0
+    for packet in range(begin, end):
+        for line in range(8):
+            first, n = packet_row(packet, line, width, len(counts))
+            for i in range(first, first + n):
+                for k in range(min(counts[i], count - done)):
+                    places[done] = offsets[i] + k
+                    done += 1
+    return places[:done]
+
+
+@kernel(
+    rows="* 9", counts="n", offsets="n", width="picture n", begin="0..end", end="0..n", columns="out"
+)  # fmt: skip
+def put_spans(
+    rows: Floats, counts: Ints, offsets: Longs, width: int, begin: int, end: int, columns: SpanColumns
+) -> None:
+    """Write rows of spans of packets begin..end into columns; ray i has the places from offsets[i] on."""
+    t_enter, t_exit, body, clipped, surfaces = columns
+    places = _places(len(rows), counts, offsets, width, begin, end)
+    for k in range(len(places)):
+        at = places[k]
+        t_enter[at], body[at], t_exit[at] = rows[k, ENTER], rows[k, BODY], rows[k, EXIT]
+        clipped[0, at], clipped[1, at] = rows[k, ENTER_CLIPPED] != 0.0, rows[k, EXIT_CLIPPED] != 0.0
+        surfaces[0, at], surfaces[1, at] = rows[k, ENTER_SURFACE], rows[k, EXIT_SURFACE]
+
+
+@kernel(
+    rows="* 7", counts="n", offsets="n", width="picture n", begin="0..end", end="0..n", columns="out"
+)  # fmt: skip
+def put_crossings(
+    rows: Floats, counts: Ints, offsets: Longs, width: int, begin: int, end: int, columns: CrossingColumns
+) -> None:
+    """Write rows of crossings of packets begin..end into columns; ray i has the places from offsets[i] on."""
+    t, body, face, surface, entering = columns
+    places = _places(len(rows), counts, offsets, width, begin, end)
+    for k in range(len(places)):
+        at = places[k]
+        t[at], body[at], face[at] = rows[k, T], rows[k, BODY], rows[k, FACE]
+        surface[at], entering[at] = rows[k, SURFACE], rows[k, ENTERS] != 0.0
+
+
+# Rows of many rays, in pieces as the threads traced them
+
+
+@dataclass(frozen=True)
+class _Piece:
+    """Rows (body/crossing_rows.py) of packets begin..end; ray i has counts[i] of them, at places from offsets[i] on."""
+
+    rows: FloatArray
+    counts: Any
+    offsets: Any
+    width: int
+    begin: int
+    end: int
+
+
+@dataclass(frozen=True)
+class CrossingLists:
+    """The rows of all rays, in pieces; the columns hold those of ray i at offsets[i]:offsets[i + 1]."""
+
+    offsets: Any
+    pieces: list[_Piece]
+
+    def put(self, kernel: Callable[..., None], columns: Any) -> None:
+        """Write all rows into columns, by `put_spans` or `put_crossings`, and make the columns read-only."""
+
+        def work(begin: int, end: int) -> None:
+            """Write the pieces begin..end."""
+            for p in self.pieces[begin:end]:
+                kernel(p.rows, p.counts, p.offsets, p.width, p.begin, p.end, columns)
+
+        run_chunks(work, len(self.pieces), 1)
+        for column in (self.offsets, *columns):
+            column.flags.writeable = False
+
+
+IntArray = npt.NDArray[np.int64]
+
+
+def row_owners(offsets: IntArray) -> IntArray:
+    """Return the ray of each row, int64: rows offsets[k]:offsets[k + 1] belong to ray k."""
+    # NumPy counts by `intp`, which has 32 bits in WebAssembly
+    return np.repeat(np.arange(len(offsets) - 1, dtype=np.int64), np.diff(offsets).astype(np.intp, copy=False))

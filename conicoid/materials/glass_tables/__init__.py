@@ -1,1 +1,0 @@
-"""Tables of published refractive indices, as text."""

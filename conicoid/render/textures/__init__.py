@@ -1,1 +1,0 @@
-"""Textures in kernels: records, texels, and colours at a point."""
