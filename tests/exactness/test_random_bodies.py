@@ -23,7 +23,7 @@ LOOSEST = 16
 
 
 def check(score: Score) -> None:
-    """Packets do not doubt some rays that are doubtful alone; `test_whole_bodies` compares that in the deep suite."""
+    """`test_whole_bodies` compares which rays are doubtful."""
     assert score.rows > 0.1 * score.rays
     score.check(doubts=False)
 

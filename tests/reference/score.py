@@ -44,7 +44,7 @@ class Score:
     @property
     def slackness(self) -> float:
         """Median bound over median error."""
-        return float(np.median(self.bounds) / np.median(self.errors))
+        return float(np.median(self.bounds) / (np.median(self.errors) or np.inf))
 
     def check(self, doubts: bool = True) -> None:
         """Fail where an answer is wrong; without `doubts` not where routes differ in `doubtful` alone."""
