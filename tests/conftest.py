@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 from _pytest.raises import RaisesExc
 
-from . import messages
+from . import messages, samples
 
 HERE = Path(__file__).parent
 OF_THE_COMPILER = (
@@ -31,6 +31,11 @@ def _compile() -> list[str]:
 
 
 collect_ignore = sorted({*OF_THE_COMPILER, *_compile()}) if find_spec("numba") is None else []
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Let `samples` know which cases this run wants."""
+    samples.choose(config.option.markexpr)
 
 
 def pytest_report_header() -> list[str]:

@@ -1,4 +1,4 @@
-"""A sample of many cases: some are fast tests, and the others are deep ones."""
+"""A sample of many cases: some are fast tests, and the others are deep ones, which a fast run does not even collect."""
 
 from __future__ import annotations
 
@@ -7,20 +7,34 @@ from typing import Any
 
 import pytest
 
+_FAST_ALONE = "not deep"
+_marks = [""]
+"""What `-m` says; `tests/conftest.py` puts it here."""
+
+
+def choose(marks: str) -> None:
+    """Keep what `-m` says, before tests are collected."""
+    _marks[0] = marks
+
 
 def sampled(cases: Iterable[Any], every: int) -> list[Any]:
     """Return cases for `pytest.mark.parametrize`: one in `every` is fast."""
-    return [case if number % every == 0 else deep(case) for number, case in enumerate(cases)]
+    return marked((case, number % every == 0) for number, case in enumerate(cases))
 
 
 def in_turn(firsts: Iterable[Any], seconds: Iterable[Any]) -> list[Any]:
-    """Return all pairs for `pytest.mark.parametrize`: each first value is fast with one second value, these in turn."""
+    """Return pairs for `pytest.mark.parametrize`: each first value is fast with one second value, these in turn."""
     others = list(seconds)
-    return [
-        pair if number == place % len(others) else deep(pair)
+    return marked(
+        ((one, other), number == place % len(others))
         for place, one in enumerate(firsts)
-        for number, pair in enumerate((one, other) for other in others)
-    ]
+        for number, other in enumerate(others)
+    )
+
+
+def marked(cases: Iterable[tuple[Any, bool]]) -> list[Any]:
+    """Return those of (case, is it fast) that this run may want, with their marks."""
+    return [case if fast else deep(case) for case, fast in cases if fast or _marks[0] != _FAST_ALONE]
 
 
 def deep(case: Any) -> Any:

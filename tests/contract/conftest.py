@@ -6,6 +6,7 @@ from functools import cache
 
 import pytest
 
+from ..samples import marked
 from .examples import MOTIONS, every_example
 from .subject import Subject
 
@@ -21,7 +22,7 @@ def _fast() -> set[tuple[str, str]]:
     still, *others = MOTIONS
     return {
         *((name, list(MOTIONS)[turn[name] % len(MOTIONS)]) for name in SHAPES.keys() - single),
-        *((name, motion) for name in single for motion in (still, others[turn[name] % len(others)])),
+        *((name, motion) for name in single for motion in (still, others[turn[name] // 2 % len(others)])),
     }
 
 
@@ -34,21 +35,30 @@ def subject_of(name: str, motion: str) -> Subject:
     return Subject(f"{name}-{motion}", MOTIONS[motion](SHAPES[name]))
 
 
-def _named(pairs):
-    params = [pair if pair in FAST else pytest.param(pair, marks=pytest.mark.deep) for pair in pairs]
-    return {"params": params, "ids": ["-".join(pair) for pair in pairs], "scope": "session"}
+SUBJECTS = {
+    "subject": ALL,
+    "solid": [pair for pair in ALL if not SHAPES[pair[0]].is_sheet],
+    "sheet": [pair for pair in ALL if SHAPES[pair[0]].is_sheet],
+}
 
 
-@pytest.fixture(**_named(ALL))
+def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
+    """Run each test with all subjects of its argument."""
+    for argument in SUBJECTS.keys() & set(metafunc.fixturenames):
+        cases = marked(("-".join(pair), pair in FAST) for pair in SUBJECTS[argument])
+        metafunc.parametrize(argument, cases, indirect=True, scope="session")
+
+
+@pytest.fixture(scope="session")
 def subject(request) -> Subject:
-    return subject_of(*request.param)
+    return subject_of(*request.param.rpartition("-")[::2])
 
 
-@pytest.fixture(**_named([pair for pair in ALL if not SHAPES[pair[0]].is_sheet]))
+@pytest.fixture(scope="session")
 def solid(request) -> Subject:
-    return subject_of(*request.param)
+    return subject_of(*request.param.rpartition("-")[::2])
 
 
-@pytest.fixture(**_named([pair for pair in ALL if SHAPES[pair[0]].is_sheet]))
+@pytest.fixture(scope="session")
 def sheet(request) -> Subject:
-    return subject_of(*request.param)
+    return subject_of(*request.param.rpartition("-")[::2])

@@ -42,7 +42,7 @@ def written_in_a_copy(tmp_path: Path) -> None:
     """Make the edits of the page in a copy of the package and of the tests of surfaces."""
     for folder in ("conicoid", "tests/scattering"):
         shutil.copytree(ROOT / folder, tmp_path / folder, ignore=shutil.ignore_patterns("__pycache__", "_kernels*"))
-    for file in ("pyproject.toml", *(f"tests/{name}.py" for name in ("__init__", "conftest", "messages"))):
+    for file in ("pyproject.toml", *(f"tests/{name}.py" for name in ("__init__", "conftest", "messages", "samples"))):
         shutil.copy(ROOT / file, tmp_path / file)
     module, preset, test = blocks("python")
     (tmp_path / "conicoid/render/bsdf/dust.py").write_text(module, encoding="utf-8")

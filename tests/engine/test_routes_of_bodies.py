@@ -52,14 +52,14 @@ KINDS = (
 
 
 @functools.cache
-def scene_of(kind):
-    """A scene of bodies of a kind, prepared once for all tests of a process."""
+def scene_of(kind, depth=4):
+    """A scene of bodies of a kind, prepared once for all tests of a process; trees have so many levels at most."""
     rng = np.random.default_rng(len(kind))
     if kind == "trees on a grid":
-        trees = [tree(np.random.default_rng(seed), 1 + seed % 6, grid=True).shape for seed in range(COUNT)]
+        trees = [tree(np.random.default_rng(seed), 1 + seed % depth, grid=True).shape for seed in range(COUNT)]
         return co.Scene([shape.scale(0.12).translate(rng.uniform(-1, 1, 3)) for shape in trees])
     if kind == "random trees":
-        trees = [tree(np.random.default_rng(seed), 1 + seed % 6).shape for seed in range(COUNT)]
+        trees = [tree(np.random.default_rng(seed), 1 + seed % depth).shape for seed in range(COUNT)]
         return co.Scene([shape.scale(0.12).translate(rng.uniform(-1, 1, 3)) for shape in trees])
     placed = [
         bodies(kind, rng, 0.2).rotate(rng.normal(size=3), 360 * rng.random()).translate(rng.uniform(-1, 1, 3))
@@ -81,7 +81,7 @@ def rays_of(width):
 @pytest.mark.parametrize("kind", [*KINDS, "trees on a grid", "random trees"])
 @pytest.mark.parametrize("width", [48, pytest.param(1024, marks=pytest.mark.deep)])
 def test_every_route_agrees_to_the_bit(kind, width):
-    scene, singles = scene_of(kind), 50
+    scene, singles = scene_of(kind, 4 if width < 100 else 6), 50
     for rays in rays_of(width):
         order = np.random.default_rng(1).permutation(width * width)
         hits = scene.first_hit(rays)

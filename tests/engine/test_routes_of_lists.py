@@ -57,7 +57,7 @@ def assert_same(query, names, scene, rays, t_min=0.0, t_max=math.inf):
 @pytest.mark.parametrize("kind", [*KINDS, "trees on a grid", "random trees"])
 @pytest.mark.parametrize("width", [48, pytest.param(512, marks=pytest.mark.deep)])
 def test_every_kind_of_body(kind, query, names, width):
-    scene = scene_of(kind)
+    scene = scene_of(kind, 4 if width < 100 else 6)
     for rays in rays_of(width // 2 if "trees" in kind else width):
         assert share_of_packets(scene, rays) > 0.8
         found = assert_same(query, names, scene, rays)
@@ -68,7 +68,7 @@ def test_every_kind_of_body(kind, query, names, width):
 @pytest.mark.parametrize("width", [48, pytest.param(512, marks=pytest.mark.deep)])
 def test_parallel_lines(kind, width):
     """Lines, which begin before their origins, are packets where they are parallel: first hits too."""
-    scene, rays = scene_of(kind), rays_of(width)[1]
+    scene, rays = scene_of(kind, 4 if width < 100 else 6), rays_of(width)[1]
     middle = co.Rays(rays.origins + [0, 0, 4], rays.directions)
     for t_min in (-math.inf, -0.7):
         assert share_of_packets(scene, middle, t_min) > 0.9
