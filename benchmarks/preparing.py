@@ -85,6 +85,29 @@ def lens(rng: Any) -> Any:
     return placed(co.Sphere(2, (0, 0, -1.5)) & co.Sphere(2 + size(rng), (0, 0, 1.5)), rng)
 
 
+def crossed(rng: Any) -> Any:
+    """What two crossed cylinders of any size have in common, turned."""
+    import conicoid as co
+
+    rods = [co.Cylinder((-2 * axis).tolist(), (2 * axis).tolist(), size(rng)) for axis in np.eye(3)[:2]]
+    return placed(rods[0] & rods[1], rng)
+
+
+def cut_cone(rng: Any) -> Any:
+    """The part of a cone in a box of any size, turned."""
+    import conicoid as co
+
+    return placed(co.Cone((0, 0, -1), (0, 0, 1), 0.9, 0.1) & co.Box((-size(rng), -1, -1), (size(rng), 0.5, 0.5)), rng)
+
+
+def nested(rng: Any) -> Any:
+    """A bored block within a ball or a rod, turned: a difference and a union in an intersection."""
+    import conicoid as co
+
+    block = co.Box((-0.6, -0.6, -0.6), (0.6, 0.6, 0.6)) - co.Cylinder((-2, 0, 0), (2, 0, 0), 0.5 * size(rng))
+    return placed(block & (co.Sphere(size(rng)) | co.Cylinder((0, 0, -2), (0, 0, 2), 0.5 * size(rng))), rng)
+
+
 def kinds() -> dict[str, Any]:
     import conicoid as co
 
@@ -100,6 +123,9 @@ def kinds() -> dict[str, Any]:
         "box - ball - 3 cylinders, turned": drilled,
         "(ball & box) - 3 cylinders, scaled": bored,
         "ball & ball, turned": lens,
+        "cylinder & cylinder, turned": crossed,
+        "cone & box, turned": cut_cone,
+        "(box - cylinder) & (ball \\| cylinder), turned": nested,
     }
 
 
