@@ -24,7 +24,7 @@ help:
 	@echo "make playground  a page that runs Conicoid itself, in out/playground; PYODIDE=folder takes Pyodide from there"
 	@echo "make test    the fast test suite"
 	@echo "make test-jit    the tests of kernels that Numba compiles at run time"
-	@echo "make test-wheel  the same, on the wheel in a clean environment"
+	@echo "make test-wheel  the fast test suite, on the wheel in a clean environment"
 	@echo "make deep    the long test suite"
 	@echo "make check   formatting, lint, types, layers"
 	@echo "make format  let ruff format and fix"
@@ -122,5 +122,5 @@ lock:
 	rm -rf $(VENV)/lock
 
 clean:
-	rm -rf $(VENV) out dist conicoid/_kernels.* .mypy_cache .pytest_cache .ruff_cache .hypothesis .import_linter_cache
+	rm -rf $(VENV) out dist conicoid/_kernels.* conicoid/viewer/engine.wasm .mypy_cache .pytest_cache .ruff_cache .hypothesis .import_linter_cache
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +

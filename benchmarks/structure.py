@@ -30,6 +30,7 @@ ONE_HIT = (
     "next_leaf",
     "intersect_item",
     "cell_spans",
+    "curved_roots",
     "quadric_roots",
     "nearer_hit",
 )

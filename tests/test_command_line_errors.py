@@ -212,7 +212,7 @@ def test_rays_option_takes_exponents(path):
 @pytest.mark.parametrize(("command", "extra"), [("turntable", "video")])
 def test_help_shows_extras_in_brackets(command, extra):
     words = " ".join(re.sub("[^ -~]", " ", run(command, "--help").stdout).split())
-    assert f'pip install ".[{extra}]"' in words
+    assert f"pip install 'conicoid[{extra}]'" in words
 
 
 @pytest.mark.parametrize("option", [(), ("--spans",)])

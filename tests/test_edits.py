@@ -51,9 +51,16 @@ def worked_out(monkeypatch):
     seen: list[co.Shape] = []
     work = parts.compute_shape
 
+    within = []
+
     def noted(shape):
-        seen.append(shape)
-        return work(shape)
+        # The parts of a Boolean, which its box needs, are no bodies
+        seen.extend([shape] if not within else [])
+        within.append(shape)
+        try:
+            return work(shape)
+        finally:
+            within.pop()
 
     monkeypatch.setattr(parts, "compute_shape", noted)
     return seen

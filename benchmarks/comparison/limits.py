@@ -39,19 +39,6 @@ finally:
     print(time.process_time())
 """
 
-_COLD = """\
-import time
-import numpy as np
-import conicoid as co
-begin = time.perf_counter()
-scene = co.Scene([co.Sphere(1), co.Box((1, -1, -1), (3, 1, 1)) - co.Sphere(1.2, (2, 0, 0))])
-scene.render(64, 48)
-scene.first_hit(co.Camera((0.3, 0.2, 9), (0.1, 0, 0), up=(0, 1, 0)).rays(64, 64)).normal
-anywhere = np.random.default_rng(0)
-scene.first_hit(anywhere.uniform(-3, 3, (4096, 3)), anywhere.normal(size=(4096, 3)))
-print(time.perf_counter() - begin)
-"""
-
 _IMPORT = "import time; begin = time.perf_counter(); import conicoid; print(time.perf_counter() - begin)"
 
 
@@ -91,13 +78,6 @@ def in_new_process(limit: float, program: str) -> Callable[[Size], Measured]:
     return measure
 
 
-def compilation(size: Size) -> Measured:
-    """Seconds until a picture and first hits are there where no kernel is, the least of two runs at most."""
-    with tempfile.TemporaryDirectory(prefix="conicoid-bench-") as folder:
-        runs = [_child(_COLD, folder) for _ in range(1 if size.runs < 5 else 2)]
-    return check_limit(25.0, min(runs), "s")
-
-
 def bytes_of_a_cell(size: Size) -> Measured:
     """Of 24 GiB for ten million balls, what a ball's tables and its share of the tree take."""
     memory = Scene(balls(size.balls).shapes()).memory
@@ -110,6 +90,5 @@ ROWS = (
     BenchRow(
         "command", "picture, 64 × 48", "`conicoid render`, process time", LIMIT, 1.0, 0.0, in_new_process(1.5, _RENDER)
     ),
-    BenchRow("compile", "picture and first hits", "no kernel compiled yet", LIMIT, 1.0, 0.0, compilation),
     BenchRow("memory", "none", "1,000,000 balls, each", LIMIT, 1.0, 0.0, bytes_of_a_cell),
 )

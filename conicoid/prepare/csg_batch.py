@@ -28,9 +28,10 @@ _IN_PLACE = np.array([1.0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0])
 
 @dataclass
 class CsgBatch:
-    """Boolean bodies of one plan: shapes, plans without their own motions, body numbers.
+    """Boolean bodies of one plan.
 
-    Then the places of their first leaves, and the rows of their frames.
+    Their shapes, their plans without their own motions, their numbers, the places of their first leaves, and the rows
+    of their frames.
     """
 
     shapes: list[Boolean] = field(default_factory=list)

@@ -166,7 +166,7 @@ def _intersect_boxes(parts: Sequence[_BoundPart]) -> tuple[Floats, Mask]:
 # planes of an intersection cut the unions in it.
 
 _DEEPEST, _WIDEST = 8, 256
-"""Planes cut unions at most so many levels below them and so many operands wide: deeper nodes seldom need them."""
+"""Unions are followed so many levels deep; planes cut those that are at most so many operands wide."""
 _MAX_COMPLEMENTS = 32
 """With more complements than this, only half-spaces among them count: holes seldom narrow a body."""
 
@@ -221,8 +221,11 @@ def _bound(node: _Node, inside: bool, box: Floats, cuts: Floats, depth: int) -> 
             planes, quadrics, senses, box, certain, work, np.empty(12), np.empty(10), np.empty(12)
         )  # fmt: skip
     known = certain.astype(bool)
+    if unions and depth == _DEEPEST:
+        # What these unions cut away is left; where nothing else bounds them, they are not known
+        return box, known & np.isfinite(box).all(axis=1)
     for parts in unions:
-        shared = planes if depth < _DEEPEST and len(parts) <= _WIDEST else planes[:, :0]
+        shared = planes if len(parts) <= _WIDEST else planes[:, :0]
         around = np.tile(EMPTY_BOX, (len(box), 1))
         for part, inner in parts:
             own, sure = _bound(part, inner, box, shared, depth + 1)

@@ -70,9 +70,9 @@ class InputSurfaces:
     def places_of(
         self, groups: Sequence[BodyGroup], places: RowPlaces
     ) -> Iterator[tuple[BodyGroup, int, Ints, Ints | None]]:
-        """Yield for each surface of each group's pattern: (group, which, its leads, their bodies.
+        """Yield (group, which surface, its leads, their bodies) for each surface of each group's pattern.
 
-        None for all bodies).
+        The bodies are None for all.
         """
         for group in groups:
             first = places.first[group.bodies]

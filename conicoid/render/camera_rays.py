@@ -79,7 +79,7 @@ class CameraView(NamedTuple):
     filtered: int
     """Is there a filter other than the square of a pixel?"""
     quantiles: Floats
-    """Of the filter's absolute value, in even steps (`film.filters`)."""
+    """Of the filter's absolute value, in even steps (`film.lower_filter`)."""
     sign_change: float
     """How far from a pixel's middle, in pixels, the filter becomes negative."""
     scale: float

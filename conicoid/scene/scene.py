@@ -1173,7 +1173,7 @@ class Scene:
         Raises
         ------
         ImportError
-            Without anywidget (`pip install anywidget`).
+            Without anywidget (`pip install 'conicoid[notebook]'`).
         ValueError
             For a scene that is too large for a browser.
         """

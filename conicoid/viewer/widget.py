@@ -119,7 +119,7 @@ def _widget_class() -> type[Any]:
         import anywidget
         import traitlets
     except ImportError:
-        raise ImportError("scene.view() needs anywidget: pip install anywidget") from None
+        raise ImportError("scene.view() needs anywidget: pip install 'conicoid[notebook]'") from None
 
     class SceneWidget(anywidget.AnyWidget):
         """A scene to walk around in."""

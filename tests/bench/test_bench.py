@@ -139,11 +139,6 @@ def test_what_is_around_the_rays_takes_time(name):
     assert measured.ratio == measured.theirs / measured.ours
 
 
-def test_the_programs_that_are_timed_run():
-    """In one process, whose kernels are at hand: a new one would compile for half a minute."""
-    exec(limits._COLD, {})
-
-
 def test_a_ball_takes_its_four_numbers_at_least():
     """Center and radius are 32 bytes; 24 GiB for ten million are 2576 each."""
     measured = limits.bytes_of_a_cell(SMALL)

@@ -48,7 +48,7 @@ def code(tmp_path_factory):
     return before_optimization(PROGRAM, tmp_path_factory.mktemp("code") / "all_of_them.bc")
 
 
-@pytest.mark.parametrize(("processor", "wide"), [("x86-64-v3", "ymm"), ("icelake-server", "zmm")])
+@pytest.mark.parametrize(("processor", "wide"), [("x86-64-v3", "ymm"), ("x86-64-v4", "zmm")])
 def test_the_loop_over_balls_is_vectors(code, processor, wide):
     """As all loops over lanes, which test_assembly.py looks at in the kernel of first hits."""
     lines = [line for body in functions(assembly(code, processor)).values() for line in body]

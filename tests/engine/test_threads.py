@@ -125,6 +125,9 @@ def test_an_interrupt_between_any_two_lines_ends_the_wait(first):
             waiting.start()
             waiting.join(60)
             assert outcome, f"the wait goes on after an interrupt at line {event}"
+            if outcome[0] is None:  # all lines are done; how often the wait looks depends on the machine
+                assert event > 60
+                break
             assert isinstance(outcome[0], KeyboardInterrupt), (event, outcome)
     finally:
         co.set_threads(None)

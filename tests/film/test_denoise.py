@@ -35,7 +35,7 @@ def test_noise_is_taken_out_and_edges_stay():
 
 def test_without_the_library_it_is_named(monkeypatch):
     monkeypatch.setitem(sys.modules, "pyoidn", None)
-    with pytest.raises(ImportError, match=r'pip install "\.\[denoise\]"'):
+    with pytest.raises(ImportError, match=r"pip install 'conicoid\[denoise\]'"):
         co.Image._of_light(picture()[1]).denoised()
     with pytest.raises(ValueError, match="not a number per pixel"):
         co.Image(np.zeros((2, 2))).denoised()

@@ -132,7 +132,7 @@ def check_number(form: str, place: int, number: str) -> None:
 
 @pytest.mark.parametrize(("number", "form"), in_turn(NUMBERS, BODIES))
 def test_any_number_in_some_place(form, number):
-    """Rows of columns have the numbers in `test_template`."""
+    """Rows of columns have such numbers in test_template.py."""
     check_number(form, (NUMBERS.index(number) + len(form)) % 4, number)
 
 

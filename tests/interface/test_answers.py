@@ -155,7 +155,9 @@ def test_one_kind_of_answer_is_not_read_as_another(tmp_path):
     with pytest.raises(ValueError, match=r"hits.npz: is not a file of rays.save: it also holds t, "):
         co.Rays.load(tmp_path / "hits.npz")
     for load in (co.Spans.load, co.Crossings.load, co.Rays.load):
-        with pytest.raises(ValueError, match=r"load: path of \w+ must end with .npz(, .npy or .csv)?, got 'x.txt'"):
+        with pytest.raises(
+            ValueError, match=r"load: path of \w+ must end with .np(z|y, .npz, .csv, .parquet or .zarr), got 'x.txt'"
+        ):
             load("x.txt")
 
 

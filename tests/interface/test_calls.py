@@ -459,8 +459,8 @@ def test_findings_and_properties_have_hints(ask, told):
             TypeError,
             "Spheres.single: index must be a whole number, got 'a'",
         ),
-        (lambda: co.Rays.from_scan(SCAN)[0], TypeError, r"rays.made\(\)\[...\]"),
-        (lambda: [*co.Rays.from_camera(CAMERA, 4, 3)], TypeError, r"origins, directions = rays.made\(\)"),
+        (lambda: co.Rays.from_scan(SCAN)[0], TypeError, r"rays.to_rays\(\)\[...\]"),
+        (lambda: [*co.Rays.from_camera(CAMERA, 4, 3)], TypeError, r"origins, directions = rays.to_rays\(\)"),
         (
             lambda: next(LEAD_SCENE.stream(LEAD_RAYS, "line_integral", values="mu")),
             ValueError,

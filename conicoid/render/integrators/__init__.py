@@ -1,7 +1,7 @@
 """The ways to gather light along camera rays. An integrator is one file here and one line of the table below.
 
-The table is data, so that messages, help and documentation can name integrators without the compiler. "Add an
-integrator" in CONTRIBUTING.md shows all that a file needs.
+The table is data, so that messages, help and documentation can name integrators without the compiler.
+docs/dev/add-an-integrator.md shows all that a file needs.
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ class Integrator:
     about: str
     """What its pictures show, for help and documentation."""
     lit: bool = False
-    """Does it need materials, lights and background (`Settings.look`)?"""
+    """Does it need materials, lights and background (`samples.Settings.look`)?"""
     transports: bool = False
-    """Does it need all that light transport does (`emitters.transport.Transport`) in their place?"""
+    """Does it need all that light transport does in their place?"""
     turns: int | None = None
     """How often it follows light at most, whatever `depth` says."""
     options: tuple[str, ...] = ()

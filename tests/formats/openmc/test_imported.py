@@ -87,7 +87,7 @@ def test_colours_are_far_apart() -> None:
 
 
 def oklab(color: str) -> tuple[float, float, float]:
-    """The inverse of `linear_of_oklch`, by Newton's method on its definition."""
+    """The inverse of the palette's OKLCH colours, by Newton's method on its definition."""
     target = np.array(linear_rgb(color))
     point = np.array([0.6, 0.0, 0.0])
 
