@@ -287,9 +287,10 @@ class _Note:
         return f"compiling {self._kernel} in this process: {self.functions} functions, {seconds:.0f} s"
 
     def _write(self, stream: Any, text: str) -> None:
-        """Write over the line."""
-        stream.write(f"\r{text:<{self._width}}")
-        stream.flush()
+        """Write over the line; a terminal that is gone is no reason to fail."""
+        with contextlib.suppress(OSError, ValueError):
+            stream.write(f"\r{text:<{self._width}}")
+            stream.flush()
         self._width = len(text)
 
 

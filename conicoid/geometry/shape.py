@@ -13,7 +13,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, NoReturn, Self, overload
@@ -359,7 +359,9 @@ class Boolean(Solid, abstract=True):
         return hash(tuple(_flatten_tree(self)))
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _rebuild_tree, (list(_flatten_tree(self)),)
+        sources = ((k, vars(node).get("_source")) for k, node in enumerate(_tree_nodes(self)))
+        kept = {k: source for k, source in sources if source is not None}
+        return _rebuild_tree, (list(_flatten_tree(self)), kept)
 
     def __repr__(self) -> str:
         first = ", ".join(map(_short_repr, self.operands[:8]))
@@ -450,23 +452,34 @@ def _short_repr(solid: Solid) -> str:
     return f"{type(solid).__name__}(...){solid.motion.calls}" if isinstance(solid, Boolean) else repr(solid)
 
 
-def _flatten_tree(solid: Solid) -> Iterator[Any]:
-    """Yield the nodes of a tree, parents first. Two trees are equal if these sequences are."""
+def _tree_nodes(solid: Solid) -> Iterator[Solid]:
+    """Yield the nodes of a tree, parents first."""
     pending = [solid]
     while pending:
         node = pending.pop()
+        yield node
+        if isinstance(node, Boolean):
+            pending.extend(reversed(node.operands))
+
+
+def _flatten_tree(solid: Solid) -> Iterator[Any]:
+    """Yield what the nodes of a tree are, parents first. Two trees are equal if these sequences are."""
+    for node in _tree_nodes(solid):
         if isinstance(node, Boolean):
             yield type(node), node.motion, len(node.operands), getattr(node, "material", None)
-            pending.extend(reversed(node.operands))
         else:
             yield node
 
 
-def _rebuild_tree(nodes: Sequence[Any]) -> Solid:
-    """Return the tree of a sequence of `_flatten_tree`, for pickle and copy."""
+def _rebuild_tree(nodes: Sequence[Any], sources: Mapping[int, Any]) -> Solid:
+    """Return the tree of a sequence of `_flatten_tree`, for pickle and copy.
+
+    `sources` has the elements of files that nodes were made of, by their places.
+    """
     # From the end: operands come before their parents
     done: list[Solid] = []
-    for part in reversed(nodes):
+    for place in range(len(nodes) - 1, -1, -1):
+        part = nodes[place]
         if isinstance(part, Solid):
             done.append(part)
             continue
@@ -478,6 +491,8 @@ def _rebuild_tree(nodes: Sequence[Any]) -> Solid:
             done.append(kind(operands[0], material, motion=motion))
         else:
             done.append(kind(operands[0], motion=motion))
+        if place in sources:
+            vars(done[-1])["_source"] = sources[place]
     return done[0]
 
 

@@ -7,8 +7,10 @@ the shape.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Iterator
+import itertools
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -35,10 +37,10 @@ from ..kernels.bvh.culling_constants import BOUNDS, WALL
 from ..kernels.tables import CELL, REGION, Floats
 from ..materials.material import Material
 from ..numerics import bigfloat as ex
-from .assembly import Assembly, SurfaceRecord, round_numbers, rounding_rests
+from .assembly import Assembly, SurfaceRecord, SurfaceSlot, round_numbers, round_surface, rounding_rests
 from .csg_bounds import EMPTY_BOX, bound_bodies
 from .csg_plan import PrimitiveForm, csg_plan
-from .pattern import BodyPattern, RowTable
+from .pattern import FRAME_NUMBERS, BodyPattern, RowTable
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,10 +70,15 @@ class BodyFaces:
     def bounds(self) -> dict[int, tuple[float, ...]]:
         """Map the id of a cell to its box (low, high): outside the box the cell does not matter to its body."""
         boxes: dict[int, tuple[float, ...]] = {}
-        for solid, outer, tree in self.primitives:
-            box = tuple(widen_boxes(np.array(solid.bounds_under(outer)).reshape(1, 6))[0].tolist())
+        for (_, _, tree), own in zip(self.primitives, self.boxes, strict=True):
+            box = tuple(widen_boxes(own[None])[0].tolist())
             boxes.update((id(cell), box) for cell in cullable_cells(tree))
         return boxes
+
+    @cached_property
+    def boxes(self) -> list[Floats]:
+        """The boxes of all primitives, to be read when the last of them is there."""
+        return [np.concatenate(solid.bounds_under(outer)) for solid, outer, _ in self.primitives]
 
     def put(self, number: int, uv: UV, motion: Motion) -> None:
         """Set the uv map of a face, by its number in the body; `motion` carries its coordinates to the world."""
@@ -317,42 +324,67 @@ def compute_shape(shape: Shape) -> LoweredShape:
         *surface_numbers(assembly),
         *(number for numbers in map_rows for number in numbers),
         *(number for box in assembly.leaf_bounds for number in box),
-        *_box(shape),
+        *_box(shape, faces, assembly),
         *(number for line in own_frame(shape).inverse_rows for number in line),
         *corners,
         *lost,
     ]
     pattern = BodyPattern.of(assembly, kind, index, [angular for angular, _ in faces.rows], maps)
-    numbered = _number_surfaces(tree, iter(range(len(assembly.surfaces)))) if isinstance(shape, Solid) else None
+    numbers = itertools.count()
+    numbered = _replace_surfaces(tree, lambda _: next(numbers)) if isinstance(shape, Solid) else None
     return LoweredShape(pattern, row, faces.paints, assembly.exact, assembly.outlines, numbered)
 
 
-def _number_surfaces(tree: Tree, numbers: Iterator[int]) -> Tree:
-    """Replace the surfaces of a tree by their numbers, in the order in which an `Assembly` adds them; drop uv maps."""
+def _replace_surfaces(tree: Tree, of: Callable[[Any], Any]) -> Tree:
+    """Replace the surfaces of a tree, in the order in which an `Assembly` adds them; drop uv maps."""
     if isinstance(tree, Cell):
-        return Cell(tuple(Face(next(numbers), face.number, PLAIN_UV, face.inside) for face in tree.faces))  # type: ignore[arg-type]
+        return Cell(tuple(Face(of(face.surface), face.number, PLAIN_UV, face.inside) for face in tree.faces))
     if isinstance(tree, Not):
-        return Not(_number_surfaces(tree.part, numbers))
-    return type(tree)(tuple(_number_surfaces(part, numbers) for part in tree.parts))
+        return Not(_replace_surfaces(tree.part, of))
+    return type(tree)(tuple(_replace_surfaces(part, of) for part in tree.parts))
 
 
-def _box(shape: Shape) -> list[float]:
+def _box(shape: Shape, faces: BodyFaces, assembly: Assembly) -> list[float]:
     """Return the bounds of a shape as six numbers."""
     if isinstance(shape, Primitive) and type(shape).bounds_under is Primitive.bounds_under:
         return shape.ends(shape.under())
     plan = csg_plan(shape) if isinstance(shape, Boolean) else None
     if plan is not None:
         # As in batches, to the bit
-        shapes = [leaf for leaf, _ in plan.leaves]
-        parts = [compute_shape(dataclasses.replace(leaf, motion=Motion(steps))) for leaf, steps in plan.leaves]
-        forms = [PrimitiveForm(part.pattern, part.tree) for part in parts]
-        rows = [RowTable.of(np.array([part.row]), np.arange(len(part.row), dtype=np.int32)) for part in parts]
-        boxes, certain = bound_bodies(plan.key, shapes, forms, rows)
+        records = {id(exact): record for exact, record in zip(assembly.exact, assembly.surfaces, strict=True)}
+        parts = [_lower_part(faces, part, records) for part in range(len(faces.primitives))]
+        leaves = [leaf for leaf, _ in plan.leaves]
+        boxes, certain = bound_bodies(plan.key, leaves, [form for form, _ in parts], [rows for _, rows in parts])
         if certain[0]:
             found: list[float] = boxes[0].tolist()
             return found
     low, high = shape.bounds
     return [*low.tolist(), *high.tolist()]
+
+
+def _lower_part(faces: BodyFaces, part: int, records: Mapping[int, Any]) -> tuple[PrimitiveForm, RowTable]:
+    """Return the form of a primitive of a body, and a row of its surfaces, its box and its frame, for `bound_bodies`.
+
+    `records` has the records of the body's surfaces, by their ids.
+    """
+    solid, outer, tree = faces.primitives[part]
+    used: list[SurfaceRecord] = []
+
+    def slot(surface: Any) -> SurfaceSlot:
+        record = records.get(id(surface))
+        used.append(round_surface(surface) if record is None else record)
+        return SurfaceSlot(used[-1].kind, part, len(used) - 1)
+
+    own, numbers = Assembly(), itertools.count()
+    slots = _replace_surfaces(tree, slot)
+    kind, index = (CELL, own.cell(slots)) if isinstance(slots, Cell) else (REGION, own.program(slots, {}))
+    # Only balls and boxes are asked for their frames
+    framed = solid.bounds_kind in ("ball", "box")
+    frame = np.array(solid.under(outer).inverse_rows).ravel() if framed else np.zeros(FRAME_NUMBERS)
+    row = np.array([number for record in used for number in (*record.numbers, *record.rests, record.sense)])
+    row = np.concatenate([row, faces.boxes[part], frame])
+    form = PrimitiveForm(BodyPattern.of(own, kind, index, (), ()), _replace_surfaces(tree, lambda _: next(numbers)))
+    return form, RowTable.of(row[None], np.arange(len(row), dtype=np.int32))
 
 
 def own_frame(shape: Shape) -> Motion:

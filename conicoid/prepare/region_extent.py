@@ -1,7 +1,8 @@
 """The extent of regions between planes and quadrics, in floats: microseconds a body.
 
 User: every scene with intersections; factor: 50 to 200 over `geometry.bounds`, whose 3000-bit numbers give the box to
-the last bit. These boxes hold the body as surely, and are wider by at most some 10⁻⁹ of its size.
+the last bit. These boxes hold the body as surely, and are wider by at most some 10⁻⁹ of its size and
+10⁻¹⁵ of its distance from the origin.
 
 A box is narrowed in a frame of its own, u = (x - center) / scale along each axis, where it is [-1, 1]³. Planes become
 n·u <= d with |n| = 1, quadrics f(u) = uᵀ Q u + 2 l·u - k <= 0 with max |Q| = 1. Both are relaxed by more than all
@@ -28,6 +29,8 @@ from ..kernels.tables import PLANE_SIZE, QUADRIC_SIZE, Floats, Signs
 
 _ROUNDING = 2.0**-46
 """More than the relative rounding error of any chain of operations here."""
+_LAST_DIGITS = 2.0**-50
+"""More than the relative rounding error of a few operations."""
 _RELAXED = 2.0**-42
 """Planes and quadrics are relaxed by this share of the terms that their numbers come from."""
 _PARALLEL = 2.0**-44
@@ -38,8 +41,8 @@ _MARGIN = 2.0**-36
 """The final box is wider by this, more than points that stand for one another are apart."""
 _BLURRED = 2.0**-24
 """A box that rests on a point whose error is larger is not used."""
-_FAR = 8.0
-"""No point of the box is so far from its center, in u."""
+_WIDEST, _FAR = 4.0, 8.0
+"""The ends of a box in u are at most the first, so that no point of it is as far from its center as the second."""
 _SMALLER = 0.25, 1.0 - 2.0**-20
 """A box that shrinks below this share along an axis is narrowed again, in a frame of its new size: the second where
 several quadrics cut it, since what one of them narrows may let another narrow it further."""
@@ -372,8 +375,9 @@ def _place_frame(boxes: Floats, body: int, frame: Floats) -> bool:
         scale = half if half > 0.0 else _FLAT * widest
         frame[k] = 0.5 * boxes[body, k] + 0.5 * boxes[body, 3 + k]
         frame[3 + k] = scale
-        frame[6 + k] = frame[9 + k] = half / scale + _ROUNDING * (1.0 + abs(frame[k]) / scale)
-        if not (scale > 1e-150 and scale < 1e150):
+        frame[6 + k] = frame[9 + k] = half / scale + _LAST_DIGITS * (1.0 + abs(frame[k]) / scale)
+        # Ends beyond [-1, 1] cover the rounding of the center, which a flat box far from the origin may be as thin as
+        if not (scale > 1e-150 and scale < 1e150 and frame[6 + k] <= _WIDEST):
             return False
     return True
 
@@ -388,7 +392,7 @@ def _narrow(boxes: Floats, body: int, frame: Floats, work: Floats, count: int, r
     for k in range(3):
         up, down = reach[k] + _MARGIN, reach[3 + k] + _MARGIN
         high, low = frame[k] + frame[3 + k] * up, frame[k] - frame[3 + k] * down
-        slack = _ROUNDING * (abs(frame[k]) + frame[3 + k])
+        slack = _LAST_DIGITS * (abs(frame[k]) + frame[3 + k])
         frame[6 + k], frame[9 + k] = min(frame[6 + k], up), min(frame[9 + k], down)
         boxes[body, 3 + k], boxes[body, k] = min(boxes[body, 3 + k], high + slack), max(boxes[body, k], low - slack)
     _place_sides(work, count, frame)

@@ -253,7 +253,7 @@ def test_rows_are_counted_before_they_are_made(tmp_path, monkeypatch):
     text = shapes + "bodies: [{shape: many, move: [{translate: [$x, 0, 0]}], columns: {file: rows.npz}}]"
     assert "which is too much for its length" in refusal(text, tmp_path)
     text = "bodies: [{shape: {Sphere: {radius: 1, center: [$y, 0, 0]}}, columns: {file: rows.npz}}]"
-    assert "1,000,000 rows of 10 values are more than 8,000,000" in refusal(text, tmp_path)
+    assert "1,000,000 rows of 11 values are more than 8,000,000" in refusal(text, tmp_path)
 
 
 def test_rows_in_doubt_count_once(tmp_path, monkeypatch):
@@ -275,3 +275,16 @@ def test_parts_that_rows_share_count_once_for_each_row(tmp_path, monkeypatch):
     monkeypatch.setattr(shape_reader, "FREE_PARTS", 12 * 5 * shape_reader.STEP_COMPOSED)
     assert load(text % list(range(1, 13)), tmp_path).body_count == 12
     assert "too much for its length" in refusal(text % list(range(1, 14)), tmp_path)
+
+
+def test_a_row_is_bounded_however_wide_its_columns_are(tmp_path):
+    """A column of one row may be wide, and a body may use it in many places: the product counts."""
+    wide, places = ", ".join(["1"] * 3000), ", ".join(["$v"] * 100)
+    text = f"bodies:\n  - shape: {{Sphere: {{radius: [{places}]}}}}\n    columns: {{v: [[{wide}]]}}\n"
+    assert "are more than 100,000" in refusal(text, tmp_path)
+
+
+def test_a_template_that_aliases_nest_deeply_is_refused(tmp_path):
+    links = "".join(f"  - &a{k} {{Complement: *a{k - 1}}}\n" for k in range(1, 900))
+    text = f"x:\n  - &a0 {{Sphere: {{radius: $r}}}}\n{links}bodies:\n  - shape: *a899\n    columns: {{r: [1, 2]}}\n"
+    assert "nested too deeply" in refusal(text, tmp_path)

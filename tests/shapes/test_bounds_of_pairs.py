@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable
 from typing import Any
@@ -121,3 +122,17 @@ def test_prepared_bounds_are_as_tight_as_exact_ones() -> None:
             assert (wider <= 1e-6 * size).all(), k
         # In a scene of many as alone, to the bit
         np.testing.assert_array_equal(box, np.concatenate(prepared_bounds(solid)))
+
+
+def test_prepared_bounds_of_a_body_as_thin_as_the_rounding_of_its_place():
+    """Sixteen steps of a float thick, far from the origin; the point is inside by exact fractions."""
+    center = 1024.0
+    thick = 8 * math.ulp(center)
+    flat, round_, plane = (
+        co.Ellipsoid((1, 1, thick), (0, 0, center)), co.Ellipsoid((1.5, 0.5, 2.0), (0, 0.6, center)),
+        co.HalfSpace((-20 * thick, 0, 1), center),
+    )  # fmt: skip
+    for parts in itertools.permutations((flat, round_, plane)):
+        low, high = prepared_bounds(co.Intersection(parts))
+        assert (low <= (0.9, 0.25, center)).all()
+        assert (high >= (0.9, 0.25, center)).all()

@@ -231,7 +231,9 @@ class SceneReader:
         entries = self.reader.entries(node, where, BODY_KEYS[1:], ("shape",), _MISPLACED_WITH_COLUMNS)
         if "shape" not in node.entries:
             return []
-        template = Template(node)
+        template = self.reader.build(node, where, lambda: Template(node))
+        if isinstance(template, BadValue):
+            return []
         material = (
             self._material(node.entries["material"], f"{where}: material") if "material" in node.entries else None
         )

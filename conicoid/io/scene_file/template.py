@@ -72,6 +72,8 @@ _VALUES_AROUND = 10
 """Values that a body of its own has beside its numbers, by which `PartBudget` counts a row."""
 _MOST_VALUES = 8_000_000
 """Most values of the template times rows."""
+_MOST_VALUES_OF_ROW = 100_000
+"""A row is nodes of the scene file while it is read, some 200 bytes each."""
 
 
 class Template:
@@ -192,8 +194,11 @@ def read_shapes(
     count = len(next(iter(columns.values())))
     numbers = sum(values[:1].size for values in columns.values())
     shapes.allowance.extend(count * (numbers + _VALUES_AROUND))
-    if count * template.size > _MOST_VALUES:
-        message = f"{count:,} rows of {template.size:,} values are more than {_MOST_VALUES:,}"
+    # Each place of a name has numbers of its own, however wide the column is
+    size = template.size + sum(columns[name][:1].size for name in template.names.values())
+    if count * size > _MOST_VALUES or size > _MOST_VALUES_OF_ROW:
+        most = _MOST_VALUES if size <= _MOST_VALUES_OF_ROW else _MOST_VALUES_OF_ROW
+        message = f"{count:,} rows of {size:,} values are more than {most:,}"
         return shapes.reader.report(template.entry, where, message)
     if not count:
         return []

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import logging
 import math
 import pickle
@@ -126,6 +127,10 @@ def test_moved_and_copied_solids_keep_their_element(tmp_path: Path) -> None:
     prism = scene["W/Vs0"].shape.rotate("x", 30).translate((1, 2, 3))
     co.export(co.Scene([pickle.loads(pickle.dumps(prism))]), tmp_path / "out.gdml", strict=True)
     assert "<polyhedra" in (tmp_path / "out.gdml").read_text()
+    scene = loaded(tmp_path, models.detector({"tube": models.GDML_SOLIDS["cutTube"]}), "tube.gdml")  # a Boolean
+    for same in (pickle.loads(pickle.dumps(scene)), copy.deepcopy(scene), copy.copy(scene)):
+        co.export(same, tmp_path / "tube_out.gdml", strict=True)
+        assert "<cutTube" in (tmp_path / "tube_out.gdml").read_text()
     ball = loaded(tmp_path, "sphere($fn = 7, $fa = 12, $fs = 2, r = 0.8);", "in.csg")
     co.export(ball, tmp_path / "out.scad", strict=True)
     assert "sphere($fn = 7, $fa = 3, $fs = 0.01, r = 0.8);" in (tmp_path / "out.scad").read_text()
