@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections import Counter
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -43,6 +44,16 @@ def test_public_packages_are_in_the_reference(package: str):
 def test_nothing_else_is_in_the_reference_and_nothing_twice():
     assert set(names("co.")) <= set(co.__all__)
     assert set(Counter(entry.name for entry in listed()).values()) == {1}
+
+
+def test_members_that_are_listed_are_there():
+    missing = [f"{entry.name}.{name}" for entry in listed() for name in entry.members if not _has(entry.target, name)]
+    assert not missing
+
+
+def _has(target: Any, name: str) -> bool:
+    """Return whether a class has a member; fields without a default are annotations only."""
+    return hasattr(target, name) or any(name in vars(owner).get("__annotations__", ()) for owner in target.__mro__)
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
