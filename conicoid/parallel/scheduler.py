@@ -139,7 +139,7 @@ class ScheduledTask:
     begin: int
     end: int
     arguments: tuple[Any, ...]
-    told: Any = None
+    note: Any = None
     future: Future[Any] | None = None
     sent_to: Any = None
     lost: int = 0

@@ -76,7 +76,7 @@ def test_sphere_with_a_negative_discriminant():
     has(found, "center S = (1, −2, 3), r = 3", "t² + 2 B t + C = 0", "B = (d, o − S) = −5", "C = (o − S)² − r² = 32",
         "D = B² − C = −7 < 0: no real root", "OC² = 41, r² = 9: the origin is outside", "t_ca = (OC, d) = 5",
         "D² = OC² − t_ca² = 16, the squared distance of the line from S", "t_hc² = r² − D² = −7 < 0: no real root")  # fmt: skip
-    assert found.bodies[0].told.endswith("the discriminant is negative: there is no real root")
+    assert found.bodies[0].sentence.endswith("the discriminant is negative: there is no real root")
 
 
 # ---- The ray tracing notes: plane, polygon, box ----

@@ -555,14 +555,14 @@ def finish_step(
     sentence = _crossings_text(own, outcome) if own else _OUTCOME_WORDS[outcome]
     # Where the queries give other crossings than the floats alone, the floats were in doubt
     doubtful = step.doubtful or own != step.floats
-    return replace(step, outcome=outcome, told=sentence, crossings=own, spans=inside, doubtful=doubtful)
+    return replace(step, outcome=outcome, sentence=sentence, crossings=own, spans=inside, doubtful=doubtful)
 
 
 def merge_missed_step(left_out: BodyStep, worked: BodyStep) -> BodyStep:
     """Return the step of a body that the tree leaves out, with the details that its own test gives."""
     why = _OUTCOME_WORDS.get(worked.outcome)
-    sentence = f"{left_out.told}; without the tree: {why}" if why else left_out.told
-    return replace(worked, outcome=left_out.outcome, told=sentence, box=left_out.box, ball=left_out.ball)
+    sentence = f"{left_out.sentence}; without the tree: {why}" if why else left_out.sentence
+    return replace(worked, outcome=left_out.outcome, sentence=sentence, box=left_out.box, ball=left_out.ball)
 
 
 def _crossings_text(crossings: Sequence[Crossing], outcome: str) -> str:

@@ -37,7 +37,7 @@ def body_blocks(step: BodyStep, found: RayRecord) -> Iterator[Block]:
     """Yield the blocks of a body: its outcome, and the details in the order of the file's docstring."""
     yield Heading(f"Body {step.body} “{step.name}”: {step.outcome}", 2)
     yield TextLine(f"{step.kind}: {step.shape}")
-    yield TextLine(step.told)
+    yield TextLine(step.sentence)
     if step.box is not None:
         yield from _box(step.box, bool(step.cells and step.cells[0].board.blocks))
     if step.surface is not None:
@@ -230,7 +230,7 @@ def blocks_of(found: RayRecord) -> Iterator[Block]:
     if len(full) < len(found.bodies):
         yield Heading("Other bodies", 2)
         yield TextLine("in short; `body=` selects one to be explained in full")
-        rows = tuple((_name(found, step.body), step.told) for step in found.bodies if step.body not in full)
+        rows = tuple((_name(found, step.body), step.sentence) for step in found.bodies if step.body not in full)
         yield TextTable(("body", "outcome"), rows)
     if found.missed:
         yield Heading("Left out", 2)

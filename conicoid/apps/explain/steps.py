@@ -250,7 +250,7 @@ class BodyStep:
 
     body, name, shape, kind   its number, its name, the repr of its shape, and "ball", "solid", "Boolean", "sheet" or
                "polygon"
-    outcome    one of `OUTCOMES`; the field behind it is the outcome as a sentence
+    outcome, sentence   one of `OUTCOMES`, and the outcome as a sentence
     crossings, spans   the results of `scene.crossings` and `scene.spans` for this body
     floats     crossings by the float formulas alone; they differ from `crossings` only if the ray is doubtful
     box, ball  tests of a body that the tree leaves out
@@ -265,7 +265,7 @@ class BodyStep:
     shape: str
     kind: str
     outcome: str
-    told: str
+    sentence: str
     crossings: tuple[Crossing, ...] = ()
     spans: tuple[Span, ...] = ()
     floats: tuple[Crossing, ...] = ()

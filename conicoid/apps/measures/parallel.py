@@ -36,7 +36,7 @@ def follow_on_workers(
     shared = shared_scene(scene), SharedObject((call, view))
     with run_tasks("measure", workers, _run_items, shared, _pieces(items, 2 * workers.count)) as results:
         for piece, values in results:
-            yield from zip(piece.told, values, strict=True)
+            yield from zip(piece.note, values, strict=True)
 
 
 def _pieces(items: Iterator[tuple[int, Any]], workers: int) -> Iterator[ScheduledTask]:
@@ -45,7 +45,7 @@ def _pieces(items: Iterator[tuple[int, Any]], workers: int) -> Iterator[Schedule
         chunk = list(itertools.islice(items, 1 if place < workers else _ITEMS_A_TASK))
         if not chunk:
             return
-        yield ScheduledTask(place, place + 1, ([item for _, item in chunk],), told=[rays for rays, _ in chunk])
+        yield ScheduledTask(place, place + 1, ([item for _, item in chunk],), note=[rays for rays, _ in chunk])
 
 
 def _run_items(scene: Any, call_and_view: tuple[Callable[..., Any], Any], items: list[Any]) -> list[Any]:

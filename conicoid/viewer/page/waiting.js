@@ -1,7 +1,7 @@
 // What stands over the picture until the shader's first frame: the engine's small picture, and a line that says why.
 const PATIENCE = 1500;  // ms that the shader waits for the small picture
 const FRAMES = 3;       // of the browser, after which the small picture has been seen
-const LONG = 600;       // ms of compiling that are told of, later on
+const LONG = 600;       // ms of compiling after which it is shown
 
 const COMPILING = "The graphics driver is compiling the shader of this scene, which can take a minute.";
 const UNTIL_THEN = "Until then, this is a small picture by the engine.";
