@@ -1,6 +1,6 @@
 """hatchling as `pyproject.toml` names it, but an editable install requires nothing of what machine code needs.
 
-hatchling does not let a hook know for which kind of build it is asked for requirements.
+hatchling does not tell the hook which kind of build will follow when it reads the requirements.
 """
 
 from __future__ import annotations

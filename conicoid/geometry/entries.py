@@ -166,7 +166,10 @@ def boxes_of(bodies: Bodies, prepared: Callable[[], FloatArray], is_prepared: bo
         return np.array(bodies.boxes, np.float64).reshape(-1, 6)
     if not is_prepared and not any(isinstance(body.shape, Boolean) for body in bodies):
         return np.array([body.shape.bounds for body in bodies], np.float64).reshape(-1, 6)
-    boxes, parts, done = np.array(prepared(), np.float64).reshape(-1, 6), [np.zeros((0, 6))], 0
+    boxes = np.array(prepared(), np.float64).reshape(-1, 6)
+    if not any(isinstance(body.shape, Spheres) for body in bodies):
+        return boxes
+    parts, done = [np.zeros((0, 6))], 0
     for body in bodies:
         first, done = done, done + (len(body.shape) if isinstance(body.shape, Bulk) else 1)
         own = np.concatenate(body.shape.bounds)[None] if isinstance(body.shape, Spheres) else boxes[first:done]

@@ -226,11 +226,12 @@ def _bound(node: _Node, inside: bool, box: Floats, cuts: Floats, depth: int) -> 
         return box, known & np.isfinite(box).all(axis=1)
     for parts in unions:
         shared = planes if len(parts) <= _WIDEST else planes[:, :0]
-        around = np.tile(EMPTY_BOX, (len(box), 1))
+        each: list[Floats] = []
         for part, inner in parts:
             own, sure = _bound(part, inner, box, shared, depth + 1)
             known &= sure
-            around = np.concatenate([np.minimum(around[:, :3], own[:, :3]), np.maximum(around[:, 3:], own[:, 3:])], 1)
+            each.append(own)
+        around = _union_boxes(each)
         box = np.concatenate([np.maximum(box[:, :3], around[:, :3]), np.minimum(box[:, 3:], around[:, 3:])], axis=1)
     empty = np.asarray((box[:, :3] > box[:, 3:]).any(axis=1))
     return np.where(empty[:, None], EMPTY_BOX, box), known

@@ -378,7 +378,7 @@ def _lower_part(faces: BodyFaces, part: int, records: Mapping[int, Any]) -> tupl
     own, numbers = Assembly(), itertools.count()
     slots = _replace_surfaces(tree, slot)
     kind, index = (CELL, own.cell(slots)) if isinstance(slots, Cell) else (REGION, own.program(slots, {}))
-    # Only balls and boxes are asked for their frames
+    # `bound_bodies` reads the frames of balls and boxes alone
     framed = solid.bounds_kind in ("ball", "box")
     frame = np.array(solid.under(outer).inverse_rows).ravel() if framed else np.zeros(FRAME_NUMBERS)
     row = np.array([number for record in used for number in (*record.numbers, *record.rests, record.sense)])

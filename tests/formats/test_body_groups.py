@@ -74,7 +74,7 @@ def lines(form: str, *, word: str = "red") -> list[str]:
 
 
 def outcome(text: str) -> Any:
-    """What a file says with all that there is to it, or what is wrong with it; and what is warned of."""
+    """Return what a file holds, or its messages; and the warnings."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         try:

@@ -85,7 +85,7 @@ def written_out(body: str, rows: dict[str, np.ndarray]) -> str:
 
 
 def outcome(text: str, folder: Path) -> Any:
-    """What a file says with all that there is to it, or its messages without places; and what is warned of."""
+    """Return what a file holds, or its messages without places; and the warnings."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         try:
