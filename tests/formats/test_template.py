@@ -22,18 +22,10 @@ from conicoid.io.scene_file.scene_file import parse_scene
 from conicoid.io.scene_file.schema import scene_schema
 from conicoid.io.scene_file.writer import dump_json, format_number
 
+from .test_body_groups import SHAPES
 from .test_schema import tree
 
 COUNT = 12
-HEAD = """\
-materials:
-  glossy: {plastic: {color: [0.5, 0.25, 1]}}
-shapes:
-  ball: {Sphere: {}}
-  egg: {Sphere: {radius: 2}, move: [{scale: [1, 2, 0.5]}, {translate: [0, 0, 1]}]}
-  block: {Difference: [{Box: {}}, {Sphere: {radius: 0.75}}]}
-bodies:
-"""
 BODIES = {
     "sphere": "shape: {Sphere: {radius: $a, center: [$b, $c, $d]}}, material: glossy",
     "vector": "shape: {Sphere: {radius: $a, center: $v}}, material: red",
@@ -81,7 +73,7 @@ def written_out(body: str, rows: dict[str, np.ndarray]) -> str:
     """Each body with its numbers in place of the names."""
     count = len(rows["a"])
     lines = (re.sub(r"\$(\w+)", lambda name: word(rows[name[1]][k].tolist()), body) for k in range(count))  # noqa: B023
-    return HEAD + "".join(f"  - {{{line}}}\n" for line in lines)
+    return SHAPES + "".join(f"  - {{{line}}}\n" for line in lines)
 
 
 def outcome(text: str, folder: Path) -> Any:
@@ -100,9 +92,9 @@ def outcome(text: str, folder: Path) -> Any:
 
 
 def check(body: str, rows: dict[str, np.ndarray], folder: Path) -> Any:
-    """Compare a template with the bodies written out, and return what they say."""
+    """Compare a template with the bodies written out; return the outcome of both."""
     np.savez(folder / "rows.npz", **rows)
-    found = outcome(f"{HEAD}  - {{{body}, columns: {{file: rows.npz}}}}\n", folder)
+    found = outcome(f"{SHAPES}  - {{{body}, columns: {{file: rows.npz}}}}\n", folder)
     assert found == outcome(written_out(body, rows), folder)
     return found
 
