@@ -24,11 +24,12 @@ from machine import copy_bandwidth, fused_peak, latency, least
 
 import conicoid as co
 
-NODE, LEAF, BALL, GROUP, LANES, STREAM_NODE, STREAM_LEAF, STREAM_BALL, SINGLE = range(9)
+NODE, LEAF, BALL, GROUP, LANES, STREAM_NODE, STREAM_LEAF, STREAM_BALL = range(8)
 NAMES = (
-    "eight boxes asked by a beam, or a box by eight beams", "leaves asked by a beam", "balls asked by 64 lanes",
+    "eight boxes asked by a beam or a ray, or a box by eight beams", "leaves asked by a beam",
+    "balls asked by 64 lanes",
     "balls asked by 8 lanes", "groups of 8 lanes that met a ball's sides", "rays at nodes, in streams",
-    "leaves asked by a ray", "balls met by a ray", "nodes asked by single rays",
+    "leaves asked by a ray", "balls met by a ray",
 )  # fmt: skip
 WIDTH = 1024
 
@@ -97,12 +98,13 @@ def count_tiles(add: Any) -> None:
 
 
 def count_packets(add: Any) -> None:
-    """Put counters in front of what packets ask on their way down the tree, and of their lanes."""
+    """Put counters in front of the box tests of packets and single rays, and of the tests of a packet's lanes."""
     from conicoid._jit.decorators import inline
+    from conicoid.kernels.bvh import walk
     from conicoid.kernels.packet import packet
     from conicoid.kernels.packet import traversal as packet_first
 
-    boxes_met, balls_in_beam = packet_first.boxes_met, packet_first.balls_in_beam
+    boxes_met, balls_in_beam = walk.boxes_met, packet_first.balls_in_beam
     lanes_in_ball, ball_lanes = packet.lanes_in_ball_from_one, packet.ball_lanes  # camera rays share their origin
 
     @inline
@@ -125,7 +127,7 @@ def count_packets(add: Any) -> None:
         add(LANES, (last - first) >> 3)
         ball_lanes(lanes, sphere, surface, entry, body, first, last)
 
-    packet_first.boxes_met, packet_first.balls_in_beam = counted_boxes, counted_leaf
+    walk.boxes_met, packet_first.balls_in_beam = counted_boxes, counted_leaf
     packet.lanes_in_ball_from_one, packet.ball_lanes = counted_ball, counted_lanes
 
 
@@ -134,15 +136,9 @@ def count_streams(add: Any) -> None:
     from conicoid._jit.decorators import inline
     from conicoid.kernels import first_hits as kernels
     from conicoid.kernels import stream
-    from conicoid.kernels.bvh import walk
 
     put_on_lists, rays_in_balls, balls_met = stream.put_on_lists, stream.rays_in_balls, stream.balls_met
-    meet, put_pair, boxes_met = stream.intersect_item, stream.put_pair, walk.boxes_met
-
-    @inline
-    def counted_box_of_one(floats, at, beam, start, near):
-        add(SINGLE, 1)
-        return boxes_met(floats, at, beam, start, near)
+    meet, put_pair = stream.intersect_item, stream.put_pair
 
     @inline
     def counted_list(boxes, at, octant, rays, lists, begin, count, room, counts):
@@ -169,7 +165,6 @@ def count_streams(add: Any) -> None:
         add(STREAM_BALL, 1)
         return meet(geometry, scratch, item, sphere, ray, inverse, best)
 
-    walk.boxes_met = counted_box_of_one
     stream.put_on_lists, stream.rays_in_balls = counted_list, counted_eight
     stream.balls_met = kernels.balls_met = counted_balls
     stream.intersect_item = kernels.intersect_item = counted_meet
@@ -210,12 +205,13 @@ def costs() -> dict[int, float]:
     from numba import njit
 
     from conicoid.kernels import stream
+    from conicoid.kernels.bvh import walk
     from conicoid.kernels.packet import packet
     from conicoid.kernels.packet import traversal as packet_first
     from conicoid.kernels.ray import Ray
     from conicoid.kernels.surface.quadric import SphereRecord
 
-    boxes_met, balls_in_beam = packet_first.boxes_met, packet_first.balls_in_beam
+    boxes_met, balls_in_beam = walk.boxes_met, packet_first.balls_in_beam
     lanes_in_ball, group_in_ball = packet.lanes_in_ball_from_one, packet_first.group_in_ball
     ball_lanes, put_on_lists, balls_met = packet.ball_lanes, stream.put_on_lists, stream.balls_met
     questions: dict[int, tuple[Any, float]] = {
@@ -241,14 +237,13 @@ def costs() -> dict[int, float]:
         code = njit(kinds, error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)(question)
         result[which] = operations(next(iter(code.inspect_asm().values()))) / share
     result[STREAM_BALL] = result[LANES] / 8  # the same formula, of one lane
-    result[SINGLE] = result[NODE]
     return result
 
 
 def main() -> None:
     most = int(float(sys.argv[1])) if len(sys.argv) > 1 else 1_000_000
     sizes = [size for size in (1000, 100_000, 1_000_000) if size <= most]
-    environment = os.environ | {"CONICOID_THREADS": "1"}
+    environment = os.environ | {"CONICOID_THREADS": "1", "CONICOID_JIT": "own"}
     command = [sys.executable, __file__, "count", *map(str, sizes)]
     counted = json.loads(subprocess.run(command, env=environment, stdout=subprocess.PIPE, check=True).stdout)
     peak, each = fused_peak(), costs()

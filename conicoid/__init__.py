@@ -10,6 +10,8 @@ from __future__ import annotations
 
 import importlib
 import sys
+from importlib.machinery import ModuleSpec
+from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 from ._util.version import __version__
@@ -75,27 +77,44 @@ _LAZY_PACKAGES = ("checks", "explain", "materials", "measures", "optics", "scene
 """Packages whose names an error may look up: these import nothing before a name is used."""
 
 _FORMER_PACKAGES = frozenset(
-    "checks cluster collector colormap command_line compiler ct derivatives emitters engine environment exact explain "
-    "files film forks formats image integrators measures molecules optics overlay scattering scene_animation "
-    "scene_contents scene_edits scene_explained scene_parts scene_pictures scene_queries shading shapes slices "
-    "textures turntables warmup".split()
+    "cluster collector colormap command_line compiler emitters engine environment exact files film forks formats image "
+    "integrators molecules overlay scattering scene_animation scene_contents scene_edits scene_explained scene_parts "
+    "scene_pictures scene_queries shading shapes slices textures turntables warmup".split()
 )
 """Modules of development versions, which their pickles name."""
 
 
-class _FormerModuleFinder:
-    """The last finder of `sys.meta_path`: it refuses pickles of development versions in a sentence."""
+class _PackageFinder:
+    """A finder of `sys.meta_path`: `from conicoid.optics import trace` finds the public package, wherever it lies.
+
+    Modules that only development versions had are refused in a sentence, because their pickles name them.
+    """
 
     @staticmethod
-    def find_spec(name: str, path: Any = None, target: Any = None) -> None:
-        """Raise ModuleNotFoundError for a module that only development versions had."""
+    def find_spec(name: str, path: Any = None, target: Any = None) -> ModuleSpec | None:
+        """Return the spec of a public package that lies deeper; raise ModuleNotFoundError for a former module."""
         package, _, rest = name.partition(".")
-        if package == __name__ and rest.partition(".")[0] in _FORMER_PACKAGES:
+        if package != __name__:
+            return None
+        first, _, inner = rest.partition(".")
+        lies_deeper = _PACKAGES.get(first, "").count(".") > 1
+        if first in _FORMER_PACKAGES or (inner and lies_deeper):
             reason = f"Conicoid {__version__} has none; pickles of development versions must be made anew"
             raise ModuleNotFoundError(f"No module named {name!r}: {reason}", name=name)
+        return ModuleSpec(name, _PackageFinder) if lies_deeper else None  # type: ignore[arg-type]
+
+    @staticmethod
+    def create_module(spec: ModuleSpec) -> None:
+        """Leave the making of the module to the import system."""
+
+    @staticmethod
+    def exec_module(module: ModuleType) -> None:
+        """Put the public package in the place of the new module."""
+        name = module.__name__
+        sys.modules[name] = importlib.import_module(_PACKAGES[name.partition(".")[2]], __name__)
 
 
-sys.meta_path.append(_FormerModuleFinder)
+sys.meta_path.insert(0, _PackageFinder)
 
 __all__ = ["__version__", *sorted(_HOMES)]  # pyright: ignore[reportUnsupportedDunderAll]
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import inspect
 import subprocess
 import sys
@@ -37,6 +38,7 @@ def test_the_root_stays_small():
 )
 def test_every_name_of_a_public_package_is_there(package: str):
     names = getattr(co, package).__all__
+    assert importlib.import_module(f"conicoid.{package}") is getattr(co, package)
     assert names
     for name in names:
         assert getattr(getattr(co, package), name) is not None

@@ -275,9 +275,9 @@ class ZarrSource:
             raise FileNotFoundError(2, "no such folder", str(path))
         try:
             found: Any = zarr.open(str(path), mode="r")
+            arrays: dict[str, Any] = {TABLE: found} if hasattr(found, "shape") else dict(found.arrays())
         except Exception as error:  # zarr raises what its stores and codecs raise
             raise ValueError(f"is not a folder of zarr ({_first_line(error)})") from None
-        arrays: dict[str, Any] = {TABLE: found} if hasattr(found, "shape") else dict(found.arrays())
         self.others = tuple(name for name in arrays if name not in (TABLE, *names))
         self._arrays = {name: array for name, array in arrays.items() if name not in self.others}
         self.headers = {
@@ -296,7 +296,10 @@ class ZarrSource:
             self.headers[name].check_memory()
         each = max(1, math.prod(shape[1:]))
         first, array = begin // each, self._arrays[name]
-        some = np.asarray(array[first : -(-end // each)] if shape else array[...], np.float64)
+        try:
+            some = np.asarray(array[first : -(-end // each)] if shape else array[...], np.float64)
+        except Exception as error:  # a damaged chunk raises what its codec raises
+            raise ValueError(f"array {name} has a chunk that cannot be read ({_first_line(error)})") from None
         return some.reshape(-1, *some.shape[len(shape) :])[begin - first * each : end - first * each]
 
 

@@ -82,12 +82,15 @@ def load_ray(rays: RayArrays, i: int) -> Ray:
 
 
 _FAR = 2.0**100  # `scale_ray` leaves a direction alone whose largest component lies between 1 / _FAR and _FAR
-_LARGEST = sys.float_info.max
+_LARGEST, _LEAST = sys.float_info.max, math.ulp(0.0)
 
 
 @inline
-def _finite(t: float, scaled: float) -> float:
-    """Return the scaled end of an interval; the largest float where scaling a finite t overflowed."""
+def _scale_limit(t: float, scale: float) -> float:
+    """Return t / scale; the largest or the least float where the quotient of a finite t is infinite or 0."""
+    scaled = t / scale
+    if scaled == 0.0 and t != 0.0:  # (-1e-323, 1e-323) holds a crossing at t = 0, and so must the scaled interval
+        return math.copysign(_LEAST, t)
     return scaled if abs(scaled) < math.inf or abs(t) == math.inf else math.copysign(_LARGEST, t)
 
 
@@ -121,7 +124,7 @@ def scale_ray(ray: Ray) -> tuple[Ray, float]:
     if 1.0 / _FAR < largest < _FAR:  # nearly every ray
         return ray, 1.0
     scale = _scale(largest) if largest > 1e-300 else 2.0**1000
-    low, high = _finite(t_min, t_min / scale), _finite(t_max, t_max / scale)
+    low, high = _scale_limit(t_min, scale), _scale_limit(t_max, scale)
     return Ray(ox, oy, oz, dx * scale, dy * scale, dz * scale, low, high, start), scale
 
 

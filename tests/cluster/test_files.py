@@ -246,6 +246,8 @@ def test_zarr(folder, rays):
     assert opened.shape == (20, 25, 6)
     (folder / "empty.zarr").mkdir()
     assert "empty.zarr: is not a folder of zarr" in refused(folder, "empty.zarr", "x.csv")
+    next(path for path in (folder / "ends.zarr" / "origins").rglob("0") if path.is_file()).write_bytes(b"\xff" * 30)
+    assert "ends.zarr: array origins has a chunk that cannot be read" in refused(folder, "ends.zarr", "y.csv")
 
 
 @pytest.mark.parametrize(("name", "module"), [("rays.parquet", "pyarrow"), ("rays.zarr", "zarr")])
