@@ -207,3 +207,32 @@ def test_level_edges_of_a_profile_stay_level(radius):
     far = only(co.Revolution(tuple((r, 1e6 + (z > 0)) for r, z in corners)))
     assert far.number in ("profile[0][1]", "profile[2][1]")
     assert far.digits == pytest.approx(-math.log10(U * 1e6), abs=0.31)
+
+
+LATTICE = """<geometry>
+<surface id="1" type="z-cylinder" coeffs="0 0 0.4"/><surface id="2" type="quadric" coeffs="1 2 0 .5 0 0 0 0 0 -.2"/>
+<surface id="3" type="x-plane" coeffs="0"/><surface id="4" type="x-plane" coeffs="{wide}"/>
+<surface id="5" type="y-plane" coeffs="-3"/><surface id="6" type="y-plane" coeffs="3"/>
+<surface id="7" type="z-plane" coeffs="-2"/><surface id="8" type="z-plane" coeffs="2"/>
+<cell id="1" universe="1" material="1" region="-1"/><cell id="2" universe="1" material="2" region="1"/>
+<cell id="3" universe="2" material="1" region="-2"/><cell id="4" universe="2" material="2" region="2"/>
+<cell id="5" fill="9" region="3 -4 5 -6 7 -8"/>
+<lattice id="9" pitch="{pitch} 1" dimension="12 6" lower_left="0 -3" universes="{universes}"/></geometry>"""
+
+
+@pytest.mark.parametrize("pitch", [1, 1e7, 1e9])
+def test_instances_are_named_as_if_each_were_tested(pitch, tmp_path, monkeypatch):
+    """The corners of the box of all shifts decide for a kind; `digits` tests every body."""
+    path = tmp_path / "lattice.xml"
+    path.write_text(LATTICE.format(wide=12 * pitch, pitch=pitch, universes=" ".join("1 2".split() * 36)))
+    scene = co.load(path)
+    every = digits(scene)
+    assert len(every) == 144
+    for below in (every.min() - 0.6, every.min() - 0.4, np.median(every), np.nextafter(every.max(), 99)):
+        assert [one.body for one in conditioning(scene, below)] == np.flatnonzero(every < below).tolist()
+    tested: list[int] = []
+    monkeypatch.setattr(
+        "conicoid.apps.checks.conditioning._BodyExaminer.worst", lambda self, shape, body: tested.append(body)
+    )
+    assert conditioning(scene, every.min() - 0.6) == []
+    assert len(tested) < 30 or pitch == 1e9  # there rounding may move one wall past another: each is tested

@@ -235,7 +235,9 @@ def check(
     # Without bodies, all of the domain is undefined
     if lowered.body_count == 0:
         return Findings(undefined_regions(whole, targets, rays, random), skipped_checks(whole))
-    scan = ProbeScan(whole, targets.sizes, np.zeros(lowered.body_count, bool))
+    solid = (lowered.tables.entry_kind != SHEET) & (lowered.tables.entry_kind != POLYGON)
+    endless = not np.isfinite(lowered.boxes[~targets.empty]).all()
+    scan = ProbeScan(whole, targets.sizes, np.zeros(lowered.body_count, bool), solid, endless)
     # Rays through the scene, through bodies and through pairs of bodies
     for part, step in enumerate((_probe_window, _probe_bodies, _probe_pairs)):
         step(scan, targets, rays // 3, random)

@@ -7,9 +7,10 @@ other primitives are tested at the points of `critical_points.py`.
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import math
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Set
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
@@ -18,6 +19,7 @@ import numpy as np
 
 from ..._util.arrays import FloatArray, Vector
 from ...geometry.bulk import Bulk, Spheres
+from ...geometry.instances import InstanceList, transform_offsets
 from ...geometry.primitives import Sphere
 from ...geometry.shape import Boolean, ClippedSheet, Shape
 from ...geometry.sheets import Polygon, Triangle, newell_sum
@@ -309,6 +311,8 @@ _MARGIN = 1e-3
 """The box of a body is enlarged by this share in a part's frame."""
 _CACHE_SIZE = 1024
 """Parts whose frames and tests are kept, for others that differ by their motion alone."""
+_CORNER_MARGIN = 0.5
+"""Digits: more than terms of second order and other test points change between the corners of a box of shifts."""
 
 Progress = Callable[[int, int], Any]
 """progress(done, total)"""
@@ -338,7 +342,7 @@ def conditioning(
     list of Conditioning
     """
     found: list[Conditioning] = []
-    for one in _examine_bodies(scene, progress):
+    for one in _examine_bodies(scene, below, progress):
         if isinstance(one, BallsConditioning):
             found.extend(one.below(below, most))
         elif one.digits < below:
@@ -359,7 +363,7 @@ def digits(scene: SceneLike) -> FloatArray:
         0 to 15.95.
     """
     result = np.full(scene.body_count, np.nan)
-    for one in _examine_bodies(scene, None):
+    for one in _examine_bodies(scene, math.inf, None):
         if isinstance(one, BallsConditioning):
             result[one.first : one.first + len(one.relative)] = one.digits
         else:
@@ -367,14 +371,23 @@ def digits(scene: SceneLike) -> FloatArray:
     return result
 
 
-def _examine_bodies(scene: SceneLike, progress: Progress | None) -> Iterator[Conditioning | BallsConditioning]:
-    """Yield the conditioning of each body in order, of `Spheres` all at once; empty bodies are left out."""
+def _examine_bodies(
+    scene: SceneLike, below: float, progress: Progress | None
+) -> Iterator[Conditioning | BallsConditioning]:
+    """Yield the conditioning of each body in order, of `Spheres` all at once.
+
+    Empty bodies are left out, and instances that certainly have `below` digits or more.
+    """
     lowered = scene._prepared.lowered
     if lowered.body_count == 0:
         return
     examiner, first = _BodyExaminer(ProbeTargets.of(lowered)), 0
-    for item, body in enumerate(scene.bodies):
-        if isinstance(body.shape, Spheres):
+    bodies = scene.bodies
+    good = examiner.good_instances(bodies, below) if isinstance(bodies, InstanceList) else frozenset()
+    for item, body in enumerate(bodies):
+        if item in good:
+            first += 1
+        elif isinstance(body.shape, Spheres):
             yield BallsConditioning.of(body.shape, first)
             first += len(body.shape)
         # Other entries of many bodies: one body at a time
@@ -390,7 +403,7 @@ def _examine_bodies(scene: SceneLike, progress: Progress | None) -> Iterator[Con
                 yield condition
             first += 1
         if progress is not None:
-            progress(item + 1, len(scene.bodies))
+            progress(item + 1, len(bodies))
 
 
 def parts(shape: Shape, outer: Motion = IDENTITY_MOTION) -> Iterator[tuple[Any, Motion]]:
@@ -416,9 +429,45 @@ class _BodyExaminer:
         self._own_frame = lru_cache(_CACHE_SIZE)(own_frame)
         self._prepared_part = lru_cache(_CACHE_SIZE)(_part)
 
+    def good_instances(self, bodies: InstanceList, below: float) -> Set[int]:
+        """Return the numbers of instances whose kind has `below` digits or more wherever it is.
+
+        A number's effect on a surface is the absolute value of an affine function of the shift, and their sum is
+        convex: it is largest at a corner of the box of all shifts. So the corners decide for all instances of a kind.
+        """
+        good: set[int] = set()
+        for kind, numbers in enumerate(bodies.members):
+            if len(numbers) < 2 or not bodies.is_rigid(kind):
+                continue
+            shifts, at = bodies.shifts.chosen(numbers), int(numbers[0])
+            used = (
+                [values[k] for k in set(index)]
+                for values, index in zip(shifts.values, shifts.index.tolist(), strict=True)
+            )
+            ends = [{min(shift), max(shift)} for shift in used]
+            corners = list(itertools.product(*ends))
+            if len(corners) >= len(numbers):
+                continue
+            offsets = np.array(
+                [[float(x - y) for x, y in zip(corner, shifts.of(0), strict=True)] for corner in corners]
+            )
+            offsets = transform_offsets(offsets, bodies.motion(kind))
+            low, high = self.targets.box(at)
+            conditions = (
+                self._of_shape(bodies.made(kind, corner), at, (low + offset, high + offset))
+                for corner, offset in zip(corners, offsets, strict=True)
+            )
+            if all(one is None or one.digits >= below + _CORNER_MARGIN for one in conditions):
+                good.update(numbers.tolist())
+        return good
+
     def worst(self, shape: Shape, body: int) -> Conditioning | None:
         """Return the conditioning of a body's worst part; None if the body is empty."""
-        low, high = self.targets.box(body)
+        return self._of_shape(shape, body, self.targets.box(body))
+
+    def _of_shape(self, shape: Shape, body: int, box: Extent) -> Conditioning | None:
+        """Return the conditioning of the worst part of a shape within a box, with the number `body`."""
+        low, high = box
         if (low > high).any():
             return None
         whole = not isinstance(shape, (Boolean, ClippedSheet))

@@ -152,8 +152,8 @@ def _window(lowered: LoweredScene) -> tuple[FloatArray, FloatArray]:
 
 # Findings of rays: stretches common to two bodies, and slivers between two surfaces.
 
-CHUNK = 1 << 14
-"""Rays of one query."""
+CHUNK, _FIRST_CHUNK, _ROWS = 1 << 14, 1 << 8, 1 << 18
+"""Most rays of one query, those of the first one, and about how many rows a query may give."""
 THIN = 1e-9
 """Anything thinner than this part of a body's size is a sliver."""
 
@@ -182,17 +182,45 @@ class ProbeScan:
     scene: SceneLike
     sizes: FloatArray
     seen: Any  # (bodies,) bool: some ray hits it
+    solid: Any  # (bodies,) bool: solids, not sheets
+    endless: bool  # some body is infinite
     overlaps: dict[tuple[int, int], Sighting] = field(default_factory=dict)
     slivers: dict[tuple[int, int, int, int], Sighting] = field(default_factory=dict)
     rays: int = 0
 
     def follow(self, origins: FloatArray, directions: FloatArray) -> None:
         """Trace rays of unit direction and collect their findings."""
-        for begin in range(0, len(origins), CHUNK):
-            o, d = origins[begin : begin + CHUNK], directions[begin : begin + CHUNK]
-            self._spans(o, d)
-            self._crossings(o, d)
+        begin, count = 0, _FIRST_CHUNK
+        while begin < len(origins):
+            o, d = origins[begin : begin + count], directions[begin : begin + count]
+            hits = self.scene.crossings(o, d)
+            self.seen[hits.body] = True
+            some = self._may_overlap(hits)
+            if some.any():
+                self._spans(o[some], d[some])
+            self._crossings(hits, o, d)
             self.rays += len(o)
+            begin += len(o)
+            # Chunks of about so many rows stay in the cache of the processor
+            count = min(max(_ROWS * len(o) // max(len(hits.t), 1), _FIRST_CHUNK), CHUNK)
+
+    def _may_overlap(self, hits: Any) -> Any:
+        """Return (n,) bool: may a ray be within two bodies over some length?
+
+        The number of bodies around each stretch is counted from the ray's begin, which is outside of all bodies. Where
+        bodies are infinite, or the count is not that of closed solids, the answer is True.
+        """
+        turns = np.where(self.solid[hits.body], np.where(hits.entering, 1, -1), 0)
+        ray = row_owners(hits.offsets)
+        depth = np.cumsum(turns)
+        # The count before the first row of each ray
+        before = np.concatenate([[0], depth])[hits.offsets[:-1]]
+        depth -= before[ray]
+        several = np.zeros(len(ray), bool)
+        several[:-1] = (depth[:-1] > 1) & (hits.t[1:] > hits.t[:-1]) & (ray[1:] == ray[:-1])
+        result = np.full(len(before), self.endless)
+        result[ray[several | (depth < 0)]] = True
+        return result
 
     def _spans(self, origins: FloatArray, directions: FloatArray) -> None:
         """Collect overlaps: spans of two bodies that have a stretch in common."""
@@ -217,15 +245,14 @@ class ProbeScan:
             for key, length_, k, times in _longest(bodies[there], length[there], ray[first][there]):
                 _note(self.overlaps, (key[0], key[1]), Sighting(length_, origins[k], directions[k], "overlap", times))
 
-    def _crossings(self, origins: FloatArray, directions: FloatArray) -> None:
+    def _crossings(self, hits: Any, origins: FloatArray, directions: FloatArray) -> None:
         """Collect slivers: crossings with two surfaces that follow each other closely and are nearly parallel."""
-        hits = self.scene.crossings(origins, directions)
-        self.seen[hits.body] = True
-        ray = row_owners(hits.offsets)
-        one, other = np.arange(len(ray) - 1), np.arange(1, len(ray))
-        apart = hits.t[other] - hits.t[one]
+        apart = np.diff(hits.t)
+        one = np.flatnonzero((apart > 0) & (apart < THIN * self.sizes.max()))
+        # Few rows are left: those of one ray, closer than a part of the size of either body
+        other, apart, ray = one + 1, apart[one], row_owners(hits.offsets)
         thin = THIN * np.minimum(self.sizes[hits.body[one]], self.sizes[hits.body[other]])
-        thin = (ray[one] == ray[other]) & (apart > 0) & (apart < thin) & (hits.surface[one] != hits.surface[other])
+        thin = (ray[one] == ray[other]) & (apart < thin) & (hits.surface[one] != hits.surface[other])
         one, other, apart = one[thin], other[thin], apart[thin]
         normals = [self._normals(hits, k, origins[ray[k]] + hits.t[k, None] * directions[ray[k]]) for k in (one, other)]
         thin = np.abs((normals[0] * normals[1]).sum(axis=1)) > _PARALLEL

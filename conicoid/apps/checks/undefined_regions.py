@@ -318,14 +318,12 @@ def _find_gaps(
     scene: SceneLike, domain: SceneLike, origins: FloatArray, directions: FloatArray, size: float
 ) -> Iterator[Gap]:
     """Yield the gaps of rays, longer than the slivers that rounding leaves between walls."""
-    # Ends of spans of the scene (0) and of its domain (1) along each ray; counts of both are summed from end to end
-    parts = [(scene.spans(origins, directions), 0), (domain.spans(origins, directions), 1)]
-    ray = np.concatenate([np.tile(row_owners(s.offsets), 2) for s, _ in parts])
-    t = np.concatenate([np.concatenate([s.t_enter, s.t_exit]) for s, _ in parts])
-    turn = np.concatenate([np.repeat([1, -1], len(s.body)) for s, _ in parts])
-    which = np.concatenate([np.full(2 * len(s.body), part) for s, part in parts])
-    body = np.concatenate([np.tile(s.body, 2) if part == 0 else np.full(2 * len(s.body), -1) for s, part in parts])
-    surface = np.concatenate([s._ends.ravel() for s, _ in parts])
+    # Ends of stretches of the scene (0) and of its domain (1) along each ray; counts of both are summed from end to end
+    stretches = [_stretches(each.spans(origins, directions), THIN * size) for each in (scene, domain)]
+    ray, t, body, surface = (np.concatenate([s[k].ravel() for s in stretches]) for k in range(4))
+    turn = np.concatenate([np.repeat([1, -1], s[0].shape[1]) for s in stretches])
+    which = np.repeat([0, 1], [s[0].size for s in stretches])
+    body[which == 1] = -1
     order = np.lexsort((t, ray))
     ray, t, turn, which, body, surface = (column[order] for column in (ray, t, turn, which, body, surface))
     bodies, domains = np.cumsum(np.where(which == 0, turn, 0)), np.cumsum(np.where(which == 1, turn, 0))
@@ -339,6 +337,22 @@ def _find_gaps(
         walls = tuple((int(body[k]), int(surface[k])) if body[k] >= 0 else None for k in (row, row + 1))
         o, d = origins[ray[row]], directions[ray[row]]
         yield Gap(o + t[row : row + 2, None] * d, (walls[0], walls[1]), o, d)
+
+
+def _stretches(spans: Any, thin: float) -> tuple[Any, FloatArray, Any, Any]:
+    """Return (ray, t, body, surface) of stretches within bodies, (2, n) each: where they begin and where they end.
+
+    A span and the next one are one stretch if they overlap or leave a gap of at most `thin` between them. Spans within
+    an earlier one are stretches of their own.
+    """
+    ray = row_owners(spans.offsets)
+    joined = (ray[1:] == ray[:-1]) & (spans.t_exit[1:] >= spans.t_exit[:-1])
+    joined &= spans.t_enter[1:] - spans.t_exit[:-1] <= thin
+    begins, ends = np.ones(len(ray), bool), np.ones(len(ray), bool)
+    begins[1:], ends[:-1] = ~joined, ~joined
+    t = np.stack([spans.t_enter[begins], spans.t_exit[ends]])
+    surface = np.stack([spans._ends[0, begins], spans._ends[1, ends]])
+    return np.tile(ray[begins], (2, 1)), t, np.stack([spans.body[begins], spans.body[ends]]), surface
 
 
 def _is_undefined(scene: SceneLike, domain: SceneLike, points: FloatArray) -> Any:
