@@ -11,8 +11,8 @@ Four other files decide which surfaces are equal, and none of them by other rule
 - `geometry/surface.py` gives a surface its exact name, `key`: equal surfaces have equal keys, up to the sign.
 - `prepare/input_surfaces.py` lists once what translated copies share, so that it is never compared.
 - `prepare/body_collector.py` names surfaces that share a rotation by their numbers before it (`names_before_rotation`).
-- `prepare/edits/surface_merge.py` and `surface_classes.py` compare only new surfaces with the others after an edit;
-  `neighbour_index.py` finds the ones that are close.
+- `prepare/edits/surface_merge.py` and `prepare/edits/surface_classes.py` compare only new surfaces with the others
+  after an edit; `prepare/edits/neighbour_index.py` finds the ones that are close.
 """
 
 from __future__ import annotations
