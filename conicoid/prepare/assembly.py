@@ -213,7 +213,8 @@ class Assembly:
             assert isinstance(inner, (All, Any_)), "negation() leaves no complement of a complement"
             parts = inner.parts
             its_gate = self._gate(gate, len(parts) if isinstance(inner, All) else 1, negated)
-            # Reversed, so that the stack yields leaves in the order of the operands: at a shared wall the face of the first is reported
+            # Reversed, so that the stack yields leaves in the order of the operands: at a shared wall the face of the
+            # first is reported
             pending.extend((child, its_gate, sense) for child in reversed(parts))
         self._count_at_start(first, first_leaf)
         self.programs.append((len(self.leaves) - first_leaf, len(self.gates) - first))
