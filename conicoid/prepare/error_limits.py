@@ -254,7 +254,7 @@ def put_limits_of_quadrics(records: RecordTables, surface: Ints, most: Floats, l
             continue
         form, reach, share = _form(records, records.row[surface[i]]), most[0, i], most[1, i]
         a, b, k = _sizes(records.forms, form)
-        # Sizes of the terms of the moment form (quadric.py) up to this reach
+        # Sizes of the terms of the moment form (kernels/surface/quadric.py) up to this reach
         terms = 10.0 * a * reach * reach + 6.0 * b * reach + k
         rate = terms / reach
         limits[form, 0] = 4.0 * share * (rate * rate) if reach > 0.0 else math.inf
