@@ -1,4 +1,4 @@
-"""What README and comments say of where things are: the folders and files that they name are there."""
+"""The folders and files that README, CONTRIBUTING, pages for developers and comments name are there."""
 
 from __future__ import annotations
 
@@ -12,8 +12,24 @@ import pytest
 ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "conicoid"
 pytestmark = pytest.mark.skipif(not PACKAGE.is_dir(), reason="the package's source is not beside its tests")
-NAMED = re.compile(r"(?<![\w./-])((?:[a-z_0-9]+/)*[a-z_0-9]+\.py)(?![\w(])")
-ELSEWHERE = {"setup.py", "my_scene.py"}
+NAMED = re.compile(r"(?<![\w./-])((?:[a-z_0-9]+/)*[a-z_0-9]+\.(?:py|js|glsl|c|h))(?![\w(])")
+EXAMPLES = {"setup.py", "my_scene.py"}
+"""Files of users."""
+
+RECIPES = {
+    *("conicoid/geometry/cooling_tower.py", "tests/shapes/test_cooling_tower.py"),
+    *("conicoid/queries/thickness.py", "tests/engine/test_thickness.py"),
+    *("conicoid/render/bsdf/dust.py", "lab.py", "tests/scattering/test_dust.py"),
+    *("conicoid/render/integrators/curvature.py", "tests/integrators/test_curvature.py"),
+}
+"""Files that somebody who follows a recipe writes."""
+
+COMMENTS = {
+    ".py": re.compile(r'""".*?"""|#[^\n]*', re.S),
+    **dict.fromkeys((".js", ".glsl", ".c", ".h"), re.compile(r"/\*.*?\*/|//[^\n]*", re.S)),
+}
+SOURCES = sorted(path for folder in (PACKAGE, ROOT / "native") for path in folder.rglob("*") if path.suffix in COMMENTS)
+PAGES = sorted((ROOT / "docs" / "dev").glob("*.md"))
 
 
 def folders() -> Iterator[str]:
@@ -41,13 +57,28 @@ def test_the_readme_names_every_folder() -> None:
     assert there - set(folders()) == set()
 
 
-@pytest.mark.parametrize("path", sorted(PACKAGE.rglob("*.py")), ids=lambda path: path.relative_to(PACKAGE).as_posix())
+@pytest.mark.parametrize("path", SOURCES, ids=lambda path: path.relative_to(ROOT).as_posix())
 def test_files_that_comments_name_are_there(path: Path) -> None:
     """From the root, the package or the file's own folder."""
     places = (ROOT, PACKAGE, path.parent, path.parent.parent)
-    words = "\n".join(re.findall(r'""".*?"""|#[^\n]*', path.read_text(encoding="utf-8"), re.S))
-    names = {name for name in NAMED.findall(words) if name not in ELSEWHERE}
+    words = "\n".join(COMMENTS[path.suffix].findall(path.read_text(encoding="utf-8")))
+    names = set(NAMED.findall(words)) - EXAMPLES
     assert sorted(name for name in names if not any((place / name).exists() for place in places)) == []
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda path: path.name)
+def test_files_that_pages_for_developers_name_are_there(page: Path) -> None:
+    """A name without a folder may be in any."""
+    names = set(NAMED.findall(page.read_text(encoding="utf-8"))) - RECIPES
+    there = {path.name for path in SOURCES}
+    assert (
+        sorted(
+            name
+            for name in names
+            if not ((ROOT / name).exists() or (PACKAGE / name).exists() or ("/" not in name and name in there))
+        )
+        == []
+    )
 
 
 def test_files_that_contributing_names_are_there() -> None:

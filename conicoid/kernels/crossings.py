@@ -207,6 +207,7 @@ def _keep(
 ) -> int:
     """Append a lane's rows of an entry to its chain, or mark the lane doubtful; return the number of rows now."""
     chains, i = listing.chains, lane.i
+    # A doubtful lane keeps the rows of its other entries: `trace_rows` drops the whole chain
     if met.unsure:
         listing.packet.lanes[DOUBT + i] = 1.0
     if met.unsure or (met.crossings == 0 and not met.inside):
@@ -244,11 +245,13 @@ def _meet(
 ) -> tuple[Floats, int]:
     """Append the rows of an entry in the lanes of a mask: (rows, number of rows now)."""
     kind, index = item.kind, item.index
+    # Sheets and polygons hold no points, so they have crossings but no spans
     if listing.spans and kind > REGION:
         return rows, used
     if kind > REGION or (kind == REGION and not fits_in_lanes(geometry, index)):
         return _one_by_one(geometry, scratch, listing, item.entry, bits, rows, used)
     if _prepare(geometry, listing.packet, kind, index, bits):
+        # Before the kernels that cannot allocate: lanes append without a test of the room
         rows = grow_rows(rows, used, _MOST_ROWS)
         used = _lane_rows(geometry, scratch, listing, item, bits, rows, used)
     return rows, used

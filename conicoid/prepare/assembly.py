@@ -52,6 +52,7 @@ def surface_record(surface: Surface) -> tuple[int, tuple[ex.Writable, ...]]:
     """Return (kind, numbers of the record before rounding)."""
     if isinstance(surface, PlaneSurface):
         anchor = round_numbers(surface.anchor)
+        # A scale that is a power of two changes no bit, and keeps products of the record's numbers within range
         factor = _factor(surface.normal)
         height = _height_of_anchor(surface, anchor)
         return PLANE, (*(_times(v, factor) for v in (*surface.normal, height)), *anchor)
@@ -97,9 +98,11 @@ def _as_sphere(surface: QuadricSurface) -> tuple[ex.Writable, ...] | None:
     if surface.rows is UPRIGHT:
         square = ex.rounded(surface.constant if a == 1 else ex.exact(surface.constant) / ex.exact(a))
         radius = portable_sqrt(square) if 1e-290 < square < 1e290 else 0.0
+        # A radius that is a float needs no root: the usual ball is exact, and costs no arithmetic of 3000 bits
         if radius and a == 1 and ex.rational(radius) ** 2 == surface.constant:
             return _center_sphere(surface, radius)
     rows = tuple(ex.exact_row(row) for row in surface.rows)
+    # W Wᵀ a multiple of 1: the motion turned and scaled the sphere, but did not stretch it
     gram = ex.multiply((rows[0], rows[1], rows[2]), ex.transpose((rows[0], rows[1], rows[2])))
     if ex.cancelling_sum((gram[0][0], -gram[1][1])) or ex.cancelling_sum((gram[0][0], -gram[2][2])):
         return None
@@ -210,6 +213,8 @@ class Assembly:
             assert isinstance(inner, (All, Any_)), "negation() leaves no complement of a complement"
             parts = inner.parts
             its_gate = self._gate(gate, len(parts) if isinstance(inner, All) else 1, negated)
+            # Reversed, so that the stack yields leaves in the order of the operands: at a shared wall the face of the
+            # first is reported
             pending.extend((child, its_gate, sense) for child in reversed(parts))
         self._count_at_start(first, first_leaf)
         self.programs.append((len(self.leaves) - first_leaf, len(self.gates) - first))

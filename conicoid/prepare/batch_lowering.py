@@ -4,6 +4,18 @@ Shapes are alike if their types and the structure of their fields agree (as many
 motions. Each kind has a few recordings, because comparisons of numbers turn out one way or the other. What they cannot
 decide is left to `lower_shape`: numbers that 253 bits leave open, kinds that inspect their numbers in untraceable ways,
 and kinds with too few shapes.
+
+A Boolean body passes through these files, in this order:
+
+1. `body_collector.py` hands each body to `BatchLowering` here.
+2. `csg_plan.py` splits it into its primitives and the plan by which they are combined.
+3. `motion_batch.py` computes the motions of the primitives, each once.
+4. `tape/recording_cache.py` finds or records the formulas of their kind; `tape/program.py` plays them for all at once.
+5. `csg_batch.py` composes the rows of the primitives to the row of the body.
+6. `csg_bounds.py` finds its box, by `region_extent.py` where the boxes of the parts are not enough.
+7. `tables_builder.py` lays out the rows (`pattern.py`) as columns; `coincidence.py` merges equal surfaces.
+
+`lower_shape.py` does 2 to 6 for a single body, in 3000 bits.
 """
 
 from __future__ import annotations

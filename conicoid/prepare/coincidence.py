@@ -5,6 +5,14 @@ ten, the coefficients of its polynomial about that point, the largest of second 
 that fits the scene. The sign is the one that gives the leading three (or six) features a positive component along a
 fixed direction. The place of a surface is its component along a direction through the space of these features: equal
 surfaces have nearly equal places. Exact names decide among the surfaces that are close.
+
+Four other files decide which surfaces are equal, and none of them by other rules:
+
+- `geometry/surface.py` gives a surface its exact name, `key`: equal surfaces have equal keys, up to the sign.
+- `prepare/input_surfaces.py` lists once what translated copies share, so that it is never compared.
+- `prepare/body_collector.py` names surfaces that share a rotation by their numbers before it (`names_before_rotation`).
+- `prepare/edits/surface_merge.py` and `prepare/edits/surface_classes.py` compare only new surfaces with the others
+  after an edit; `prepare/edits/neighbour_index.py` finds the ones that are close.
 """
 
 from __future__ import annotations

@@ -114,6 +114,7 @@ def _reach(records: RecordTables, boxes: Floats, surface: int, entry: int, bound
         below, above = abs(boxes[entry, k] - anchor), abs(boxes[entry, k + 3] - anchor)
         away = below if below > above else above
         square += away * away
+    # Rounded up; never 0, so that kappa, which divides by the reach, is finite
     return math.sqrt(square) * (1 + 1e-12) + 1e-300
 
 
@@ -128,6 +129,7 @@ def _kappa(records: RecordTables, surface: int, reach: float) -> float:
     lost, square = _form(records, row), 0.0
     for k in range(3):
         square += records.lost_of_quadrics[lost, k] * records.lost_of_quadrics[lost, k]
+    # The anchor of a quadric is rounded by `square`, which moves the surface by a share of its reach
     return KAPPA + 8.0 * math.sqrt(square) / reach
 
 
@@ -170,6 +172,8 @@ def weigh(
             around = far = _WIDEST * size
         else:
             far = _WIDE * size
+        # A relative error kappa of the discriminant moves the roots of a ray that just touches by about the root of
+        # kappa
         off = 0.5 * math.sqrt(kappa) * reach + RELATIVE * around
         limits[o, 0], limits[o, 1] = _larger(limits[o, 0], off), -_larger(-limits[o, 1], -far)
         most[0, p], most[1, p] = _larger(most[0, p], reach), _larger(most[1, p], kappa)
@@ -192,9 +196,11 @@ def put_limits_of_planes(records: RecordTables, surface: Ints, most: Floats, lim
             square += planes[row, k] * planes[row, k]
             along += 1 if planes[row, k] != 0.0 else 0
         length, height, least = math.sqrt(square), planes[row, 3], 2.0 * math.sqrt(kappa)
+        # Below this rate, rounding may have changed the sign of n·d
         rate = (least if least > 2.0**-40 else 2.0**-40) * length
         plain = along == 1 and height == 0.0 and not _is_inexact(records.lost_of_planes, row)
         limits[row, 0] = rate * rate
+        # Across one axis, with nothing above the anchor, the height is the difference of two floats: its sign is exact
         limits[row, 1] = 0.0 if plain else 2.0**-40 * (length * reach + abs(height))
 
 
@@ -248,6 +254,7 @@ def put_limits_of_quadrics(records: RecordTables, surface: Ints, most: Floats, l
             continue
         form, reach, share = _form(records, records.row[surface[i]]), most[0, i], most[1, i]
         a, b, k = _sizes(records.forms, form)
+        # Sizes of the terms of the moment form (kernels/surface/quadric.py) up to this reach
         terms = 10.0 * a * reach * reach + 6.0 * b * reach + k
         rate = terms / reach
         limits[form, 0] = 4.0 * share * (rate * rate) if reach > 0.0 else math.inf
@@ -275,6 +282,8 @@ def size_of_records(planes: Floats, quadrics: Floats, forms: Floats, boxes: Floa
             size = _larger_finite(size, abs(quadrics[row, k]))
     for form in range(len(forms)):
         a, b, c = _sizes(forms, form)
+        # Where terms of second and zeroth, of second and first, and of first and zeroth order balance; a zero gives inf
+        # or NaN, which is left out
         size = _larger_finite(_larger_finite(_larger_finite(size, math.sqrt(c / a)), b / a), c / b)
     return size
 

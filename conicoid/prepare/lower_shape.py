@@ -152,6 +152,7 @@ def world_tree(solid: Solid, outer: Motion, faces: BodyFaces) -> Tree:
 
 def combine_trees(kind: type[Boolean], parts: list[Tree]) -> Tree:
     """Combine the trees of the operands of a Boolean node."""
+    # Trees have no differences: a - b is a and not b
     if kind is Complement:
         return negate_tree(parts[0])
     if kind is Painted:

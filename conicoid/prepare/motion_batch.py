@@ -105,6 +105,7 @@ class MotionBatch:
         columns = [np.zeros((len(chains), 0))]
         for step in range(length):
             alike = flatten_all([steps[step] for steps in chains])
+            # Steps with something beside numbers, or of several structures, have no common columns
             if len(alike) != 1 or len(alike[0].which) < len(chains):
                 return [self._row_of_one(steps) for steps in chains]
             forms.append(alike[0].form)
@@ -116,6 +117,7 @@ class MotionBatch:
         flat = [flatten(step) for step in steps]
         if any(one is None for one in flat):
             row = self._opaque.setdefault(steps, len(self._steps))
+            # setdefault returned the number that a new row gets
             if row == len(self._steps):
                 self._steps.append(steps)
             return row

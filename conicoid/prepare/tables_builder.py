@@ -272,6 +272,7 @@ def _leaf_bounds(contents: BodyGroups, programs: RowPlaces, leaves: RowPlaces, a
         p, begin = group.pattern, programs.first[group.bodies]
         first = leaves.first[group.bodies]
         places: list[Any] = [0, 0, 0, alike.first[group.bodies]]
+        # One box that is large enough for each copy, about its own origin; the three shifts place it
         if isinstance(group.rows, FactoredRows) and len(p.leaves):
             rows[first[0] : first[0] + len(p.leaves)] = group.rows.around_all(p.bounds_at, len(p.leaves))
             for axis, values in enumerate(group.rows.offsets.values):

@@ -95,6 +95,7 @@ def _unsettled(geometry: Geometry, scratch: Scratch, k: int, nearness: Nearness)
     if not may_swap(t, before, nearness):
         return False
     here, there = scratch.event[EVENT * k + PLACE], scratch.event[EVENT * (k - 1) + PLACE]
+    # Crossings with one surface that leaves share are at one t and make one group, whatever their order
     return t != before or place_face(geometry, here)[0] != place_face(geometry, there)[0]
 
 
@@ -232,6 +233,7 @@ def _report(
 @helper
 def inside_program_at(geometry: Geometry, scratch: Scratch, program: int, ray: Ray, t: float) -> tuple[bool, bool]:
     """Return (point at t is in a region whose leaves are closed, doubtful)."""
+    # Only leaves whose box holds the point matter
     ray = with_limits(ray, t, t)
     nearness = nearness_of(geometry, table.PROGRAM_LIMITS, program, ray, span_inverse(ray))
     events, unsure = gather_events(geometry, scratch, program, ray)

@@ -69,6 +69,7 @@ def surface_side(geometry: Geometry, rest: RoundingRest, surface: int, x: float,
         off = quadric_rounding(
             quadric, x, y, z, rest_number(rest, at), rest_number(rest, at + 1), rest_number(rest, at + 2)
         )
+    # Floats decide nearly all points; only those within the bound of rounding go on to pairs of floats
     if abs(value) > off:
         return 1 if value > 0.0 else -1
     if kind == PLANE:
@@ -87,6 +88,7 @@ def cell_holds(geometry: Geometry, rest: RoundingRest, cell: int, x: float, y: f
         else:
             where = surface_side(geometry, rest, integer(geometry, table.PLANE_SURFACE, slot), x, y, z)
             inner = plane_side(geometry, slot)
+        # A later face may still prove that the point is outside
         if where == OPEN:
             held = OPEN
         elif where * inner > 0:

@@ -82,6 +82,8 @@ def _bent(
     """Return (q1, q2, off) of s y² + 2 b y, where y changes by `along` u, and by at most `across` beside the ray."""
     along, across = _flat(prism, w0, w1, w2)
     slope = s * y + b
+    # A displacement δ across the ray, |δ| <= across, changes the value at u by 2 (s (y + along u) + b) δ + s δ², with
+    # |u| <= 1
     off = (2.0 * (abs(slope) + abs(s * along)) + abs(s) * across) * across
     return 2.0 * slope * along, s * along * along, off
 
@@ -166,6 +168,8 @@ def _cut(at: VoxelSurface, level: float, low: float, high: float) -> tuple[float
 @helper
 def ball_shares(geometry: Geometry, rest: RoundingRest, surface: int, prism: VoxelPrism) -> VoxelShares:
     """Return the shares of a ball in a voxel."""
+    # Where q <= -off on the ray, the whole cross-section of the voxel is inside; where q > off, none of it. Half of a
+    # length in u is a share, because u goes from -1 to 1
     at = _along(geometry, rest, surface, 1, prism)
     return VoxelShares(
         0.5 * _measure(at, -at.off, -1.0, 1.0),
@@ -206,6 +210,7 @@ def cell_shares(geometry: Geometry, rest: RoundingRest, cell: int, prism: VoxelP
         low0, high0 = _cut(at, -at.off, low0, high0)
         low1, high1 = _cut(at, 0.0, low1, high1)
         low2, high2 = _cut(at, at.off, low2, high2)
+        # Even the loosest level leaves nothing: no point of the voxel is in the cell
         if low2 >= high2:
             return VoxelShares(0.0, 0.0, 0.0)
     quadric = integer(geometry, table.CELL_QUADRIC, cell)

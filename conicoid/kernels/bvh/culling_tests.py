@@ -99,6 +99,7 @@ def lanes_in_box(typing_context: Any, lanes: Any, lx: Any, ly: Any, lz: Any, hx:
 
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         c, b = Code(context, builder), builder
+        # No beam: every lane tests with its own corners, in eights
         rays, sides = c.data(signature, arguments, 0), [c.spread(side) for side in arguments[1:]]
         met: Any = INT64(0)
         for group in range(8):
@@ -160,6 +161,7 @@ def lanes_entering(typing_context: Any, lanes: Any, row: Any, entries: Any, at: 
 def sides_of_balls(c: Code, floats: Any, at: Any, stride: Any) -> list[Any]:
     """Emit the six sides of the boxes around eight balls."""
     b, (x, y, z, r) = c.builder, c.balls(floats, at, stride)
+    # Rounded outwards, because center and radius are added in floats
     r = b.fmul(r, c.constant(1.0 + culling_constants.BALL_BOX))
     return [b.fsub(k, r) for k in (x, y, z)] + [b.fadd(k, r) for k in (x, y, z)]
 
@@ -181,6 +183,7 @@ def balls_in_beam(floats: Floats, at: int, stride: int, count: int, beam: Floats
 def _depth(c: Code, center: list[Any], direction: list[Any], foot: Any, squared: Any) -> Any:
     """Emit the depth of the foot of the perpendicular in balls, r² - |center - foot d|², raised by its slack."""
     b = c.builder
+    # One rounding a component: a ball far along the ray has a small distance from it, and large terms
     off = [c.fused(b.fneg(foot), direction[k], center[k]) for k in range(3)]
     raised = c.fused(
         b.fadd(c.product(center, center), squared),
@@ -197,6 +200,7 @@ def balls_missed(
     b, squared = c.builder, c.builder.fmul(radius, radius)
     foot = b.fmul(c.product(center, direction), per_square)
     inside = _depth(c, center, direction, foot, squared)
+    # NaN for a depth below 0, where the first test has decided already
     half = c.root(b.fmul(inside, per_square))
     # NaN counts as met
     missed = b.fcmp_ordered("<", inside, c.constant(0.0))

@@ -211,6 +211,7 @@ def next_leaf(geometry: Geometry, way: Floats, beam: Floats, at: int, top: int) 
         top -= 1
         here = on_stack(top)
         t = way[here + ITS_T]
+        # The slack covers the rounding of t: an item at the very end of the beam must not be lost
         if t - ENTRY_SLACK * abs(t) > beam[at + LAST]:
             continue
         code = whole(way[here + ITS_CODE])
@@ -284,6 +285,7 @@ def put_box(way: Floats, low: tuple[float, float, float], high: tuple[float, flo
     for axis in range(3):
         way[OWN_BEAM + LOW_O + axis] = low[0] if axis == 0 else (low[1] if axis == 1 else low[2])
         way[OWN_BEAM + HIGH_O + axis] = high[0] if axis == 0 else (high[1] if axis == 1 else high[2])
+        # Directions and lengths do not matter at t = 0: the beam is the box itself
         way[OWN_BEAM + LOW_I + axis], way[OWN_BEAM + HIGH_I + axis] = 1.0, 1.0
     way[OWN_BEAM + FIRST], way[OWN_BEAM + LAST] = 0.0, 0.0
 

@@ -74,6 +74,7 @@ def plain_bound(form: SurfaceForm) -> float:
     if not value > 0.0:
         return 0.0
     g = length_of(form.gx, form.gy, form.gz)
+    # The root of |A| d² + 2 |g| d = value, by the formula that does not cancel
     return value / (g + math.sqrt(g * g + form.size * value)) * LESS
 
 
@@ -143,6 +144,7 @@ def plane_bound(form: SurfaceForm) -> float:
 def sphere_bound(form: SurfaceForm, radius: float) -> float:
     """Return a signed bound of the distance to a sphere."""
     length = form.steep  # |g|
+    # |x - c|² - r² = (|x - c| - r) (|x - c| + r)
     off = form.off / (length + radius)
     return math.copysign(max(0.0, (abs(length - radius) - off) * LESS), length - radius)
 
@@ -221,6 +223,7 @@ def program_bound(
         if bound < enough:
             cell = cell_of_leaf(geometry, leaf)
             inner = cell_bound(geometry, cell, x, y, z, enough)
+            # Outside of its box, both bounds hold for the leaf; inside, the box says nothing of the walls
             bound = max(bound, inner) if bound > 0.0 else inner
         negated = integer(geometry, table.LEAF_NEGATED, leaf + row) == 1
         _feed(geometry, gates, first, integer(geometry, table.LEAF_GATE, leaf + row), -bound if negated else bound)
@@ -249,6 +252,7 @@ def entry_bound(geometry: Geometry, gates: Floats, entry: int, x: float, y: floa
         return abs(program_bound(geometry, gates, index, x, y, z, enough))
     if kind == SHEET:
         program = integer(geometry, table.SHEET_PROGRAM, index)
+        # A sheet is where its surface is and its clip holds, so it is farther than either
         bound = abs(surface_bound(geometry, integer(geometry, table.SHEET_SURFACE, index), x, y, z, enough))
         if program >= 0 and bound < enough:
             bound = max(bound, program_bound(geometry, gates, program, x, y, z, enough))

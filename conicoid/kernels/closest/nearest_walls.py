@@ -114,6 +114,7 @@ def distance_to_node(geometry: Geometry, box: int, x: float, y: float, z: float)
 def distance_to_ball(ball: SphereRecord, x: float, y: float, z: float) -> float:
     """Return a lower bound of the distance to a ball around an entry; 0 within."""
     distance = length_of(x - ball.x, y - ball.y, z - ball.z)
+    # Differences of coordinates round by shares of these, not of the distance
     off = ROUNDED * (abs(ball.x) + abs(ball.y) + abs(ball.z) + distance)
     beyond = distance - ball.radius - off
     return beyond if beyond > 0.0 else 0.0
@@ -141,6 +142,7 @@ def next_near_leaf(geometry: Geometry, way: Floats, top: int, around: PointBox, 
             if child == 0:
                 continue
             distance = distance_to_box(geometry.floats, at + i, around)
+            # An empty box is infinitely far away, and an infinite limit would admit it
             if distance > limit or distance == math.inf:
                 continue
             slot = top

@@ -80,6 +80,7 @@ def put_points(memory: SafetyLanes, points: Floats, reach: Floats, packet: int, 
         for k in range(8):
             lane, i = np.uint64(8 * row + k), first + k if k < n else some
             room[X + lane], room[Y + lane], room[Z + lane] = points[i, 0], points[i, 1], points[i, 2]
+            # -1: no bound is at most this, so that idle lanes never ask for more work
             room[BEST + lane], room[FOUND + lane] = reach[i] if k < n else -1.0, 0.0
             which[8 * row + k] = i if k < n else -1
         lanes += n
@@ -223,6 +224,7 @@ def _quadric(geometry: Geometry, row: int, room: Floats) -> None:
         room[PLAIN + i], room[FACE + i] = plain, plain
         near += 1 if (plain > 0.0) & (plain < room[BEST + i]) else 0
     if near > 0:
+        # The second-order terms do not depend on the point: one set of axes serves all lanes
         same = form_of_quadric(quadric, room[X], room[Y], room[Z])
         axes = principal_axes(same.xx, same.yy, same.zz, same.xy, same.xz, same.yz)
         scale = 1.0 / same.size if same.size > 0.0 else 1.0
@@ -324,6 +326,7 @@ def program_of_lanes(geometry: Geometry, program: int, room: Floats) -> None:
     """Compute the root's row of GATES: signed bounds of a region as by `program_bound`, before the root's negation."""
     first, last = gates_of(geometry, program)
     for gate in range(first, last):
+        # Neutral for the least (unions need one input) and for the largest
         none = math.inf if integer(geometry, table.GATE_NEED, gate) == 1 else -math.inf
         target = np.uint64(GATES + (gate - first) * LANES)
         for i in range(EVERY):

@@ -93,6 +93,7 @@ def _try_below(
     pole = -e.a0
     if not pole > 0.0 or not pole > -e.a1:
         return
+    # A root at w moves the point by at least |g0| / w, so one within the limit has w >= |g0| / limit
     start, room_left = pole * _NOWHERE, limit(room)
     if room_left < math.inf and room_left > 0.0:
         start = max(start, abs(e.g0) / room_left * (1.0 - 2.0**-20))
@@ -187,6 +188,7 @@ def try_conic(
     av, bv, cv = bend_times(form, vx, vy, vz)
     p, q, mixed = dot(au, bu, cu, ux, uy, uz), dot(av, bv, cv, vx, vy, vz), dot(au, bu, cu, vx, vy, vz)
     c, s, t = jacobi_rotation(p, q, mixed)
+    # One Jacobi rotation makes the quadratic form of the plane diagonal
     p, q = p - t * mixed, q + t * mixed
     ux, uy, uz, vx, vy, vz = (
         c * ux - s * vx, c * uy - s * vy, c * uz - s * vz, s * ux + c * vx, s * uy + c * vy, s * uz + c * vz,
@@ -196,6 +198,7 @@ def try_conic(
     scale = 1.0 / form.size if form.size > 0.0 else 1.0
     value, gu, gv = value_along(form, bx, by, bz) * scale, dot(ux, uy, uz, gx, gy, gz), dot(vx, vy, vz, gx, gy, gz)
     gu, gv, p, q = gu * scale, gv * scale, p * scale, q * scale
+    # Two terms: the third axis repeats the second one's pole, with no share in the gradient
     e = Secular(value, gu, gv, 0.0, p, q, q)
     over = Secular(-value, -gv, -gu, 0.0, -q, -p, -p)
     frame = EquationFrame(bx, by, bz, Directions(ux, uy, uz, vx, vy, vz, 0.0, 0.0, 0.0), known)

@@ -87,6 +87,8 @@ def _beyond(form: SurfaceForm, ux: float, uy: float, uz: float, vx: float, vy: f
 def surface_distance(form: SurfaceForm) -> float:
     """Return about an upper bound of the distance to f = 0, from value and gradient, or from A for small gradients."""
     value, g = abs(form.value) + form.off, length_of(form.gx, form.gy, form.gz)
+    # Newton's |f| / 2|g|, a quarter more for the curvature, where the gradient is large enough; near a double root f
+    # grows as |A| d²
     if g * g > 4.0 * form.size * value:
         return value / (2.0 * g) * 1.25
     return math.sqrt(value / form.size) if form.size > 0.0 else math.inf
@@ -126,6 +128,7 @@ def project_point(geometry: Geometry, room: Neighbourhood, count: int, x: float,
         if k + 1 == _ROUNDS or (k > 1 and abs(mx) + abs(my) + abs(mz) <= 2.0**-53 * (abs(x) + abs(y) + abs(z))):
             break
         x, y, z = x + mx, y + my, z + mz
+    # The coordinates of the point are rounded, too
     off += 2.0**-51 * (abs(x) + abs(y) + abs(z))
     for k in range(count):
         if off > _POOR * (abs(x) + abs(y) + abs(z)):
@@ -195,6 +198,7 @@ def is_within(geometry: Geometry, polygon: int, x: float, y: float, z: float) ->
     """True if a point of a polygon's plane is within its outline, by the even-odd rule."""
     plane = form_at(geometry, integer(geometry, table.POLYGON_SURFACE, polygon), x, y, z)
     nx, ny, nz = abs(plane.gx), abs(plane.gy), abs(plane.gz)
+    # Without the coordinate along which the normal is largest, the outline keeps most of its area
     drop = 0 if (nx >= ny) & (nx >= nz) else (1 if ny >= nz else 2)
     first, last = integer(geometry, table.POLYGON_FIRST, polygon), integer(geometry, table.POLYGON_FIRST, polygon + 1)
     ax, ay, az = corner(geometry, last - 1, x, y, z)
@@ -203,6 +207,7 @@ def is_within(geometry: Geometry, polygon: int, x: float, y: float, z: float) ->
     for vertex in range(first, last):
         bx, by, bz = corner(geometry, vertex, x, y, z)
         bu, bv = (by, bz) if drop == 0 else ((bz, bx) if drop == 1 else (bx, by))
+        # Half-open in v: a corner on the line counts for one of its two sides
         if (av < 0.0) != (bv < 0.0):
             side = au * bv - bu * av
             odd ^= (side > 0.0) if bv > av else (side < 0.0)
@@ -227,6 +232,7 @@ def nearest_of_side(ax: float, ay: float, az: float, bx: float, by: float, bz: f
 def nearest_of_polygon(geometry: Geometry, polygon: int, x: float, y: float, z: float) -> tuple[float, float, float]:
     """Return the point of a whole polygon that is nearest to a query point, relative to it."""
     plane = form_at(geometry, integer(geometry, table.POLYGON_SURFACE, polygon), x, y, z)
+    # f = value + 2 g·v with |g| = 1/2 for a plane: the foot is at v = -2 value g
     h = -2.0 * plane.value
     vx, vy, vz = h * plane.gx, h * plane.gy, h * plane.gz
     if is_within(geometry, polygon, x + vx, y + vy, z + vz):
@@ -310,6 +316,7 @@ def put_signs(geometry: Geometry, room: Neighbourhood, chosen: int, x: float, y:
             continue
         form = form_at(geometry, room.surface[k], x, y, z)
         g = length_of(form.gx, form.gy, form.gz)
+        # The value may change by 2 |g| off + |A| off² within the error of the point
         may = form.off + (2.0 * g + form.size * off) * off
         room.sign[k] = 0 if abs(form.value) <= may else (1 if form.value > 0.0 else -1)
         if room.sign[k] == 0:
@@ -390,6 +397,7 @@ def try_point(
     if known < off:
         x, y, z, off = at.x + vx, at.y + vy, at.z + vz, known
     distance = length_of(x - at.x, y - at.y, z - at.z)
+    # v was found relative to the query point: adding it there rounds by a share of the distance
     off += 2.0**-50 * distance
     if not distance - off <= limit(room):
         return NO_WALL

@@ -55,6 +55,7 @@ def plus(a: BoundedPair, b: BoundedPair) -> BoundedPair:
     s, e = quick_sum(s, e)
     e, q = two_sum(e, f)
     s, e = quick_sum(s, e)
+    # r and q are exact rounding errors. They are dropped, and so they are the error of the sum
     return BoundedPair(s, e, a.error + b.error + (abs(r) + abs(q)))
 
 
@@ -76,6 +77,7 @@ def times(a: BoundedPair, b: BoundedPair) -> BoundedPair:
     p = a.high * b.high
     e = fma(a.high, b.high, -p) + fma(a.high, b.low, a.low * b.high)
     high, low = quick_sum(p, e)
+    # Without low parts p + e is the exact product
     lost = 0.0 if (a.low == 0.0) & (b.low == 0.0) else _LOST * abs(p)
     return BoundedPair(high, low, (abs(a.high) + a.error) * b.error * 1.0001 + abs(b.high) * a.error * 1.0001 + lost)
 
@@ -92,6 +94,7 @@ def times_float(a: BoundedPair, x: float) -> BoundedPair:
 @inline
 def over(a: BoundedPair, b: BoundedPair) -> BoundedPair:
     """Return a / b; the error is infinite where b may be zero."""
+    # A lower bound of |b|: 0.9999 covers the low part, which is at most half a unit in the last place of the high one
     least = abs(b.high) * 0.9999 - b.error
     if not least > 0.0:
         return BoundedPair(0.0, 0.0, math.inf)
@@ -107,6 +110,7 @@ def root(a: BoundedPair) -> BoundedPair:
     first = math.sqrt(a.high)
     rest = minus(BoundedPair(a.high, a.low, 0.0), product(first, first))
     high, low = quick_sum(first, rest.high / (2.0 * first))
+    # |√x - √y| <= |x - y| / √x, and the least x is above a.high * 0.9999 - a.error
     return BoundedPair(high, low, a.error / math.sqrt(a.high * 0.9999 - a.error) * 1.0001 + _LOST * high)
 
 

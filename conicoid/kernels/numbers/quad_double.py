@@ -41,6 +41,7 @@ _GROWN = 1.0 + 2.0**-40
 @inline
 def four(x: float) -> QuadDouble:
     """Return a float exactly."""
+    # x * 0 is NaN for infinite x and for NaN: no comparison with such an error holds, so nothing is certain of it
     return QuadDouble(x, 0.0, 0.0, 0.0, x * 0.0)
 
 
@@ -52,6 +53,7 @@ def _in_order(a: float, b: float, c: float, d: float, error: float) -> QuadDoubl
     a, b = two_sum(a, b)
     b, c = two_sum(b, c)
     c, d = two_sum(c, d)
+    # The bounds of products rely on floats in order of size. Cancellation may leave gaps that two passes do not close
     error = choose(abs(b) <= abs(a) * 2.0**-50, error, UNKNOWN)
     return QuadDouble(a, b, c, d, choose(abs(c) <= abs(b) * 2.0**-50, error, UNKNOWN))
 
@@ -75,6 +77,7 @@ def _plus(x: QuadDouble, y: QuadDouble) -> tuple[float, float, float, float, flo
     d, g = two_sum(d, g)
     d, f = two_sum(d, f)
     d, e = two_sum(d, e)
+    # e, f, g, h are what a fifth float would hold
     lost = (abs(e) + abs(f)) + (abs(g) + abs(h))
     return a, b, c, d, (x.error + y.error + lost) * _GROWN
 
@@ -156,6 +159,7 @@ def over(x: QuadDouble, y: QuadDouble) -> QuadDouble:
     c = rest.a / y.a
     rest = _rest(rest, times(four(c), y))
     d = rest.a / y.a
+    # What long division leaves, over the least |y|, bounds the quotient's error. No analysis of the steps is needed
     left = _size(_rest(rest, times(four(d), y)))
     least = abs(y.a) * 0.9999 - y.error
     error = left / least * 1.0001 + choose(left == 0.0, 0.0, LEAST)
@@ -175,6 +179,7 @@ def root(x: QuadDouble) -> QuadDouble:
     To an approximation s, (x - s²) / (2 s) is added three times. With r = x - s² then, |sqrt(x) - s| is
     |r| / (sqrt(x) + s) <= |r| / s.
     """
+    # 1 in place of other numbers keeps NaN out of the lanes; the error of the result is infinite then
     first = math.sqrt(choose(x.a > 0.0, x.a, 1.0))
     half = 0.5 / first
     s = four(first)

@@ -121,6 +121,8 @@ def _count_span(
         now, begin, end = lanes[NOW + i], leaves[row + IN + i], leaves[row + OUT + i]
         truths[counter + i] += choose((begin <= now) & (now < end), change, 0.0)
         later = choose(begin > now, begin, choose(end > now, end, math.inf))
+        # Ends are not sorted: with at most `MOST` leaves, each step reads them all, without branches, for all lanes at
+        # once
         lanes[NEXT + i] = min(lanes[NEXT + i], later)
 
 
@@ -162,6 +164,7 @@ def settle_gates(geometry: Geometry, truths: Floats, program: int, first: int, l
     begin, end = gates_of(geometry, program)
     for gate in range(end - 1, begin, -1):
         need, start = integer(geometry, table.GATE_NEED, gate), integer(geometry, table.GATE_START, gate)
+        # A gate that was true outside can only become false, which takes one true input from its parent
         falls = (start >= need) != (integer(geometry, table.GATE_NEGATED, gate) == 1)
         parent = integer(geometry, table.GATE_PARENT, gate) - begin
         _pass_on(truths, gate - begin, parent, float(need), float(start), -1.0 if falls else 1.0, first, last)
@@ -187,6 +190,7 @@ def _advance(
         lanes[INSIDE + i] = truth
         t, off = lanes[NEXT + i], lanes[OFF + i]
         sought = lanes[SEEKS + i] == 1.0
+        # The next end is so near that rounding may have swapped the two
         lanes[DOUBT + i] = choose(sought & (t - lanes[NOW + i] <= off), 1.0, lanes[DOUBT + i])
         lanes[LATEST + i] = choose(sought, lanes[NOW + i], lanes[LATEST + i])
         lanes[ENDS + i] += choose(sought & (not starts), 1.0, 0.0)
@@ -209,6 +213,7 @@ def _choose_face(lanes: Floats, leaves: Floats, at: int, sense: float, first: in
     for i in range(first, last):
         begin, end = leaves[row + IN + i], leaves[row + OUT + i]
         latest, t_min = lanes[LATEST + i], lanes[T_MIN + i]
+        # Steps less ends: 0 unless two ends fell into one step, whose face rounding may then have decided
         lanes[ENDS + i] -= choose(has_begun(begin, t_min) & (begin <= latest), 1.0, 0.0)
         lanes[ENDS + i] -= choose(has_begun(end, t_min) & (end <= latest), 1.0, 0.0)
         t, rises = lanes[FOUND + i], (lanes[NEW_ENTERS + i] == 1.0) == (sense > 0.0)

@@ -96,6 +96,7 @@ def cut_lane(lanes: Floats, i: Any, lengths: Nearness, surface: Any, inner: bool
     off = lane_nearness(lanes, i, lengths).off
     slab, close = clip_slab(lane_slab(lanes, i), height, lanes[B + i], inner, float(place), off)
     put_slab(lanes, i, slab)
+    # 1 may still be harmless, outside of the interval (`unsure_lane`); 2 never is
     unsure = max(lanes[UNSURE + i], choose(close, 1.0, 0.0))
     lanes[UNSURE + i] = choose(lanes[FLAG + i] == 2.0, 2.0, unsure)
 
@@ -137,6 +138,7 @@ def plane_lanes(geometry: Geometry, lanes: Floats, lengths: Nearness, place: int
             if lanes[FLAG + i] == 1.0:
                 put_careful_plane(lanes, i, plane, limits)
     _cut_lanes(lanes, lengths, surface, inner, place, first, last)
+    # Most packets come from a camera, where no ray starts on a surface
     if lanes[SOME_START] != 0.0:
         for i in range(first, last):
             lanes[OWN + i] = choose(lanes[START + i] == surface, 1.0, lanes[OWN + i])
@@ -348,6 +350,7 @@ def _end_of_lane(lanes: Floats, i: int, cell: _LaneCell, one: bool) -> None:
     c2 = some & counts_in(out1, False, t_min, t_max)
     c3 = more & counts_in(in2, False, t_min, t_max)
     c4 = more & counts_in(out2, False, t_min, t_max)
+    # Spans are in order along the ray, so the first end that counts is the nearest
     t = in1 if c1 else (out1 if c2 else (in2 if c3 else (out2 if c4 else math.inf)))
     place = a1 if c1 else (b1 if c2 else (a2 if c3 else b2))
     nearness = lane_nearness(lanes, i, cell.lengths)

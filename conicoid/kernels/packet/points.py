@@ -63,6 +63,7 @@ def _plane_of_box(geometry: Geometry, row: int, inner: float, room: Floats) -> i
     plane = load_plane(geometry, row)
     value, off = plane_value(plane, plane_limits(geometry, row), room[BOX], room[BOX + 1], room[BOX + 2])
     reach = abs(plane.nx) * room[BOX + 3] + abs(plane.ny) * room[BOX + 4] + abs(plane.nz) * room[BOX + 5]
+    # Rounding grows with the distance from the anchor: the farthest corner bounds that of all points of the box
     far, widest = _corner(plane.ax, plane.ay, plane.az, room), plane_limits(geometry, row)
     _, off = plane_value(plane, widest, far[0], far[1], far[2])
     return _sided(value * inner, reach * (1.0 + 1e-9) + _LOOSE * off)
@@ -200,6 +201,7 @@ def cell_of_lanes(geometry: Geometry, rest: RoundingRest, cell: int, room: Float
     end = last + 1 if integer(geometry, table.CELL_QUADRIC, cell) >= 0 else last
     for slot in range(end - 1, first - 1, -1):  # the quadric first: it excludes most
         surface, side = _face(geometry, cell, slot, last)
+        # First all faces against the box: one that excludes it saves the lanes altogether
         if side_of_box(geometry, rest, surface, side, room) == NONE:
             return NONE
     cuts = False

@@ -56,6 +56,7 @@ def counts_in(t: float, starts: bool, t_min: float, t_max: float) -> bool:
 
     Lanes of a packet may pass starts = False: one that starts on a surface begins at t = 0 or later (`is_ordinary`).
     """
+    # The comparison with 0 is exact: a ray that starts on the surface has foot = 0 and c = 0 there, so that root is 0.0
     return is_within(t, t_min, t_max) & ((t != 0.0) | (not starts))
 
 
@@ -75,6 +76,7 @@ def may_pass_start(t: float, starts: bool, t_min: float, off: float) -> bool:
     Other ends of the interval are compared with the reported t, so that every reported crossing lies within them; these
     comparisons are never doubtful.
     """
+    # For t_min > off the crossing does not count, on whichever side of the origin it lies
     return (abs(t) <= off) & (t_min <= off) & ((t != 0.0) | (not starts))
 
 
@@ -94,6 +96,7 @@ class Nearness(NamedTuple):
 @inline
 def ray_unit(dx: float, dy: float, dz: float, inverse: float) -> float:
     """Return a number from 1 / |d| to 1.74 / |d|, without a square root; `inverse` is 1 / d·d."""
+    # The sum of sizes is at least |d| and at most √3 |d|; 1.74 leaves room for rounding
     return (abs(dx) + abs(dy) + abs(dz)) * inverse
 
 
@@ -140,6 +143,7 @@ def limits_along(lengths: Nearness, unit: float, size: float, beside: float) -> 
     `unit` is `ray_unit`, `size` is `ray_size`, and `beside` bounds the distance of the ray's start from its origin. The
     result is never narrower than the exact limits: `off` is rounded up by `unit` >= 1 / |d|, `far` down by half of it.
     """
+    # unit / 2 is at most 0.87 / |d|, so that `far` errs to the near side
     return Nearness(lengths.off * unit + RELATIVE * beside, lengths.far * (0.5 * unit) - size)
 
 

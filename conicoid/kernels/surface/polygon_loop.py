@@ -64,9 +64,11 @@ def inside_loop(geometry: Geometry, first: int, last: int, ray: Ray) -> tuple[bo
     ua, va, su, sv = project_row_vertex(geometry, last - 1, axis, ray)
     for k in range(first, last):
         ub, vb, tu, tv = project_row_vertex(geometry, k, axis, ray)
+        # tv = 0 is an exact zero, which the rule below decides
         unsure |= (abs(vb) <= LOOP * tv) & (tv > 0.0)
         # v = 0 counts as positive for every polygon, so a vertex on the half-line counts once
         if (va < 0.0) != (vb < 0.0):
+            # u where the edge crosses v = 0, times vb - va: its sign needs no division
             side = difference_of_products(ua, vb, ub, va)
             unsure |= abs(side) <= LOOP * ((su * abs(vb) + tu * abs(va)) + (abs(ua) * tv + abs(ub) * sv))
             if (side > 0.0) if vb > va else (side < 0.0):
@@ -113,6 +115,7 @@ def decide_loop(geometry: Geometry, rest: RoundingRest, polygon: int, ray: Ray) 
         integer(geometry, table.POLYGON_FIRST, polygon + 1),
     )
     dx, dy, dz = abs(ray.dx), abs(ray.dy), abs(ray.dz)
+    # Along the longest component of the direction, (u, v) is stretched least
     axis = 2 if (dz >= dx) & (dz >= dy) else (0 if dx >= dy else 1)
     odd = 0
     ua, va = _project_exactly(geometry, rest, last - 1, axis, ray)

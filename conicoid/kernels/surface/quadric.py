@@ -133,6 +133,7 @@ def sphere_on_ray(
     pz, ez = two_difference(oz, cz)
     a = dot(dx, dy, dz, dx, dy, dz)
     foot = 0.0 if starts else -dot(px, py, pz, dx, dy, dz) * inverse
+    # The errors of the differences are added last: o - center and the foot cancel first where the origin is far away
     px, py, pz = fma(foot, dx, px) + ex, fma(foot, dy, py) + ey, fma(foot, dz, pz) + ez
     b = dot(px, py, pz, dx, dy, dz)
     # b² - a c = a r² - |p × d|², in which nothing of the distance |p| cancels
@@ -208,6 +209,7 @@ def quadratic_on_ray(quadric: QuadricRecord, line: RayLine, inverse: float, star
     # Restriction to the ray
     f0, f1, f2 = s0 * e0, s1 * e1, s2 * e2
     g = dot(b0, b1, b2, e0, e1, e2)
+    # + 0.0 turns -0.0 into 0.0, so that for a = 0 the sign of the infinite q / a depends on b alone
     a = dot(f0, f1, f2, e0, e1, e2) + 0.0
     b = dot(f0, f1, f2, y0, y1, y2) + g
     c = dot(fma(s0, y0, 2.0 * b0), fma(s1, y1, 2.0 * b1), fma(s2, y2, 2.0 * b2), y0, y1, y2) - k

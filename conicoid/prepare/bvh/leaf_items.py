@@ -74,8 +74,10 @@ def _along_axis(geometry: Geometry, cell: int, quadric: QuadricRecord, j: int, a
         quadric[15 + j],
         _dot_of_rows(quadric, j, j),
     )
+    # Else the section across the axis is no ellipse, and its cell may reach anywhere
     if not (sa > 0.0 and sb > 0.0):
         return _no_ball()
+    # s y² is (s |W|²) times a squared length: the flatter of the two axes across bounds the radius
     steep = min(sa * _dot_of_rows(quadric, a, a), sb * _dot_of_rows(quadric, b, b))
     if not (_LEAST < steep < _MOST and _LEAST < square < _MOST):
         return _no_ball()
@@ -91,6 +93,8 @@ def _along_axis(geometry: Geometry, cell: int, quadric: QuadricRecord, j: int, a
     if not (math.isfinite(low) and math.isfinite(high) and low <= high):
         return _no_ball()
     middle, largest = 0.5 * (low + high), 0.0
+    # The squared distance from the axis point is quadratic in y: its largest value is at an end, or at the vertex if it
+    # bends down
     bend = 1.0 / square - sj / steep
     vertex = (middle / square + bj / steep) / bend if bend < 0.0 else low
     for y in (low, high, min(max(vertex, low), high)):
@@ -129,6 +133,7 @@ def cell_ball(geometry: Geometry, cell: int, x: float, y: float, z: float, reach
                 return best
     away = reach + abs(x - quadric.ax) + abs(y - quadric.ay) + abs(z - quadric.az)
     for j in range(3):
+        # Any axis gives a valid ball, so the least one counts
         ball = _along_axis(geometry, cell, quadric, j, away)
         best = ball if ball.radius < best.radius else best
     return best

@@ -193,10 +193,12 @@ def _entries(
         else:
             fresh.append(np.arange(at.start, at.stop, dtype=np.int32))
     stay = number[woods.loose]
+    # New entries go to a small tree of their own, so that the large one only loses entries and its boxes stay valid
     loose = np.concatenate([stay[stay >= 0], *fresh])
     main = slice(int(woods.places[-1]), woods.main[1])
     order = number[old.order[main]]
     left = woods.left + int((order < 0).sum() - (old.order[main] < 0).sum())
+    # Each query walks both trees, and empty places cost a test: beyond these shares a new tree pays
     if count <= _SMALL or len(loose) > math.sqrt(count) or 4 * left > count:
         forest = Forest()
         forest.add(edit.boxes, 0, COSTS[edit.kinds])
@@ -237,6 +239,7 @@ def _remove_entries(old: _TreeTables, woods: SceneTrees, order: Ints) -> tuple[I
     beside = np.flatnonzero(roots < 0)
     codes = np.concatenate([flat[held], roots[beside]])
     first, count = ((-codes - 1) >> 4) - places, (-codes - 1) & 15
+    # Leaves are runs of `order`: the one that holds a place begins at the last start at or before it
     by_place = np.argsort(first)
     gone = np.flatnonzero(order < 0)
     leaf = by_place[np.searchsorted(first[by_place], gone, side="right") - 1]

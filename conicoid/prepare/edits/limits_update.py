@@ -130,6 +130,7 @@ class LimitsUpdate(ABC):
             first, last = self.owners[kind], self.owners[kind + 1]
             column[owners[first:last]] = 0.0, np.inf
             mine = (place >= first) & (place < last)
+            # Other owners were weighed only for the surfaces that they share: their own limits stay
             mine[mine] = owners[place[mine]]
             column[place[mine] - first] = of_owners[mine]
         self._put_programs(owners)

@@ -154,8 +154,10 @@ class SurfaceMerge:
                 which[find_neighbours(part, own, new)] for part, own, which in zip(of_rows, marks, numbers, strict=True)
             ]
         beside: Any = np.concatenate(found)
+        # New surfaces are compared with one another anyway: they are all in `merge`
         beside = beside[~mark[beside]]
         if first is not None:
+            # One comparison for each class: all its members have the record of its lead
             beside = first[beside]
             beside = beside[beside >= 0]
         return unique_sorted(beside).astype(np.int64)
