@@ -15,7 +15,7 @@ from .._util.text import format_count
 from .._util.validation import format_value, real_array, zero_negligible
 from ..kernels.closest.nearest_walls import nearest_walls
 from ..kernels.closest.safety import bounds_of_points
-from ..kernels.threads import chunk_size, run_chunks, run_on
+from ..kernels.threads import KernelRange, chunk_size, run_chunks, run_on
 from .hit_fields import faces_of, normals_of
 from .points import body_at, packets_of, points_of, width_of
 from .result import NO_SCENE, QueryResult, check_parts, common_scene_state, format_body, format_field
@@ -134,7 +134,7 @@ class Distances(QueryResult):
         found = self._found
         faces = np.empty((3, len(found.distance)), np.int32)
         arguments = (self._scene.geometry, found.entry, found.place, found.turn)
-        run_chunks(lambda a, b: faces_of(*arguments, a, b, faces), len(found.distance), _FIELD_CHUNK)
+        run_chunks(KernelRange(faces_of, arguments, (faces,)), len(found.distance), _FIELD_CHUNK)
         return faces
 
     @cached_property
@@ -150,7 +150,7 @@ class Distances(QueryResult):
     def _normals(self) -> FloatArray:
         normals = np.empty_like(self._found.point)
         arguments = (self._scene.geometry, self._faces, self._found.point)
-        run_chunks(lambda a, b: normals_of(*arguments, a, b, normals), len(normals), _FIELD_CHUNK)
+        run_chunks(KernelRange(normals_of, arguments, (normals,)), len(normals), _FIELD_CHUNK)
         return zero_negligible(normals)
 
     @property
