@@ -21,7 +21,6 @@ from .points import body_at, packets_of, points_of, width_of
 from .result import NO_SCENE, QueryResult, check_parts, common_scene_state, format_body, format_field
 
 if TYPE_CHECKING:
-    from ..kernels.tables import Geometry
     from ..kernels.threads import Progress
     from ..prepare.prepared_scene import PreparedScene
 
@@ -270,13 +269,9 @@ def distance_bounds(
     """Return certified bounds without walls. width: of the picture that the points make, or 0."""
     count, bounds = len(flat), np.empty(len(flat))
     packets = packets_of(count, width)
-
-    def work(geometry: Geometry, begin: int, end: int) -> None:
-        bounds_of_points(geometry, flat, reach, width, begin, end, bounds)
-
     run_on(
         scene.geometry,
-        work,
+        KernelRange(bounds_of_points, (flat, reach, width), (bounds,)),
         packets,
         chunk_size(packets, _BOUND_CHUNK),
         count,
@@ -303,13 +298,8 @@ def exact_distances(
     """Return the nearest wall of each point, with an error bound."""
     count, found = len(flat), Nearest.nothing(len(flat))
     lower, upper, away = np.empty(count), np.empty(count), np.empty(count)
-
-    def work(geometry: Geometry, begin: int, end: int) -> None:
-        nearest_walls(
-            geometry, flat, reach, begin, end, found.body, found.entry, found.place, found.turn, away, lower, upper,
-            found.point,
-        )  # fmt: skip
-
+    after = found.body, found.entry, found.place, found.turn, away, lower, upper, found.point
+    work = KernelRange(nearest_walls, (flat, reach), after)
     run_on(scene.geometry, work, count, chunk_size(count, _EXACT_CHUNK), count, progress)
     beyond = ~((away <= reach) & (away < math.inf))
     for field in (found.body, found.entry, found.place):
