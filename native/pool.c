@@ -5,7 +5,6 @@
  */
 #include <stdatomic.h>
 #include <stdlib.h>
-#include <string.h>
 
 #include "pool.h"
 
@@ -33,7 +32,8 @@ Work *work_new(Kernel kernel, const int64_t *slots, int used, int begin, int64_t
     Work *work = (Work *)(((uintptr_t)block + 63) / 64 * 64);
     *work = (Work){.count = count, .most = most, .kernel = kernel, .used = used, .begin = begin, .threads = 1,
                    .block = block};
-    memcpy(work->slots, slots, (size_t)used * 8);
+    for (int k = 0; k < used; k++)
+        work->slots[k] = slots[k];
     return work;
 }
 
@@ -45,7 +45,8 @@ int work_status(Work *work) { return work->status; }
 void work_help(Work *work)
 {
     int64_t slots[MOST_USED], result[16], next = work->next;
-    memcpy(slots, work->slots, (size_t)work->used * 8);
+    for (int k = 0; k < work->used; k++)
+        slots[k] = work->slots[k];
     while (next < work->count && !work->stopped) {
         int64_t size = (work->count - next) / (SHARES * work->threads);
         size = size < 1 ? 1 : size > work->most ? work->most : size;

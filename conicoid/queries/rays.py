@@ -74,8 +74,8 @@ class Rays(ArrayRecord):
     ----------
     origins, directions : array_like (..., 3)
         Finite float64 arrays that broadcast against each other. Directions may have any length except 0; t is in
-        units of that length. They are copied, except many rays in two C-contiguous float64 arrays of one shape that are
-        read-only and own their memory: whoever makes such an array writable again changes the rays.
+        units of that length. They are copied, except 8,192 rays or more in two C-contiguous float64 arrays of one shape
+        that are read-only and own their memory: whoever makes such an array writable again changes the rays.
 
     Raises
     ------
@@ -106,7 +106,7 @@ class Rays(ArrayRecord):
             shape = np.broadcast_shapes(o.shape, d.shape)
         except ValueError:
             raise ValueError(f"Rays: origins {o.shape} and directions {d.shape} do not broadcast together") from None
-        if o.size + d.size >= _MANY:
+        if math.prod(shape) >= _MANY:
             o, d, wrong = _check_many(o, d, shape)
         else:
             o, d = _own_copy(o, shape), _own_copy(d, shape)
@@ -342,7 +342,7 @@ def _own_copy(array: FloatArray, shape: tuple[int, ...]) -> FloatArray:
     return np.array(whole, dtype=np.float64, order="C")
 
 
-_MANY = 3 << 14  # numbers of rays that threads check and copy
+_MANY = 3 << 13  # numbers in an array of rays that threads check and copy
 _CHECK_CHUNK = 1 << 14  # rays that a thread takes at a time, at most
 
 
