@@ -85,7 +85,7 @@ _SURELY = 2.0**-48
 
 @inline
 def is_surely_beside(plane: PlaneRecord, line: RayLine, inner: bool, t_in: float, t_out: float, off: float) -> bool:
-    """True if a plane surely does not cut a span of a ray: both ends lie on the plane's inner side, `off` away at least.
+    """True if a plane surely does not cut a span of a ray: both ends are on its inner side, `off` away at least.
 
     The value is linear along the ray, so all between the ends is there too. False if an end is infinite. It costs a
     fraction of `plane_on_ray`: of the thousands of faces of a polyhedron, few are near the ends of a span.
