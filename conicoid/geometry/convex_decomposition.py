@@ -164,12 +164,12 @@ def convex_parts(planes: Sequence[FlatPlane], facets: Sequence[Facet], most: int
         if whole is not None:
             parts.append(_needed_sides(planes, whole, reach))
         else:
-            front, back, outward = _split(planes, chosen, region)
+            front, back, outwards = _split(planes, chosen, region)
             sides = {1: (*region.sides, (chosen, 1)), -1: (*region.sides, (chosen, -1))}
             for facets_there, side in ((back, 1), (front, -1)):
                 if facets_there:
                     pending.append(_ConvexRegion(facets_there, sides[side]))
-                elif side == outward:  # no facet is left on this side: all of it is inside
+                elif side in outwards:  # no facet is left on this side: all of it is inside
                     parts.append(_needed_sides(planes, sides[side], reach))
         if len(parts) > most:
             raise ValueError(f"faces must enclose at most {most:,} convex parts, found more")
@@ -202,15 +202,20 @@ def _best(planes: Sequence[FlatPlane], region: _ConvexRegion) -> tuple[int, bool
     return (rims[0], least is None) if rims else (best, False)
 
 
-def _split(planes: Sequence[FlatPlane], chosen: int, region: _ConvexRegion) -> tuple[list[Facet], list[Facet], int]:
-    """Return (facets in front of a plane, facets behind it, +1 if the inside at the plane is behind it, else -1)."""
+def _split(
+    planes: Sequence[FlatPlane], chosen: int, region: _ConvexRegion
+) -> tuple[list[Facet], list[Facet], set[int]]:
+    """Return (facets in front of a plane, facets behind it, sides where facets in it have the inside: +1 behind, -1).
+
+    Both sides are inside where two pieces of a mesh touch.
+    """
     front: list[Facet] = []
     back: list[Facet] = []
-    plane, outward = planes[chosen], 1
+    plane, outwards = planes[chosen], set()
     least, most = region.signs(plane, chosen)
     for facet, low, high in zip(region.facets, least.tolist(), most.tolist(), strict=True):
         if facet.plane == chosen:
-            outward = facet.outward(plane)
+            outwards.add(facet.outward(plane))
         elif high <= 0:
             back.append(facet)
         elif low >= 0:
@@ -219,7 +224,7 @@ def _split(planes: Sequence[FlatPlane], chosen: int, region: _ConvexRegion) -> t
             signs = [side_of_plane(plane, corner) for corner in facet.corners]
             for side, there in ((1, front), (-1, back)):
                 there.append(Facet(facet.plane, tuple(_clip_facet(plane, facet.corners, signs, side))))
-    return front, back, outward
+    return front, back, outwards
 
 
 def _clip_facet(plane: FlatPlane, corners: Sequence[Point], signs: Sequence[int], side: int) -> Iterator[Point]:

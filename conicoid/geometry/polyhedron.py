@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from .._util.arrays import BoxEnds, Interval, Vector
+from .._util.arrays import BoxEnds, FloatArray, Interval, Vector
 from .._util.validation import (
     as_integer,
     check_interval,
@@ -65,15 +65,47 @@ class Polyhedron(PrimitiveSolid):
     @cached_property
     def _own_bounds(self) -> BoxEnds:
         """The bounds in the solid's own frame, before any motion."""
-        return half_spaces_bounds([PlaneSurface(n, d) for n, d in zip(self.normals, self.offsets, strict=True)])
+        known = [self._faces_towards(axis) for axis in (*_AXES, *(-_AXES))]
+        chosen = range(len(self.normals)) if None in known else sorted({i for faces in known for i in faces or ()})
+        return half_spaces_bounds([PlaneSurface(self.normals[i], self.offsets[i]) for i in chosen])
+
+    @cached_property
+    def _unit_rows(self) -> FloatArray:
+        """The half-spaces as rows of a unit normal and its offset, (n, 4)."""
+        rows = np.column_stack([np.array(self.normals), np.array(self.offsets)])
+        with np.errstate(all="ignore"):
+            unit: FloatArray = rows / np.linalg.norm(rows[:, :3], axis=1, keepdims=True)
+        return unit
+
+    def _faces_towards(self, direction: Any) -> list[int] | None:
+        """Return the faces that decide the support in a direction; None if floats do not find them, or all are few.
+
+        The other half-spaces contain the farthest point by far more than floats are wrong.
+        """
+        if len(self.normals) < MANY_FACES:
+            return None
+        rows = self._unit_rows
+        point = farthest_point(rows, np.array(direction, np.float64))
+        if point is None:
+            return None
+        slack = rows[:, 3] - rows[:, :3] @ point
+        size = float(np.abs(point).max() + np.abs(rows[:, 3]).max())
+        near: list[int] = np.flatnonzero(slack <= _SURELY_INSIDE * size).tolist()
+        return near
+
+    @property
+    def near(self) -> Vector:
+        """A point near the solid, by which its planes are anchored."""
+        low, high = self._own_bounds
+        if (low > high).any():
+            low = high = np.zeros(3)
+        x, y, z = (_middle(a, b) for a, b in zip(low.tolist(), high.tolist(), strict=True))
+        return x, y, z
 
     @property
     def surfaces(self) -> list[PlaneSurface]:
         """The planes, anchored near the solid."""
-        low, high = self._own_bounds
-        if (low > high).any():
-            low = high = np.zeros(3)
-        near = [_middle(a, b) for a, b in zip(low.tolist(), high.tolist(), strict=True)]
+        near = self.near
         return [plane_through(n, d, near) for n, d in zip(self.normals, self.offsets, strict=True)]
 
     def tree(self) -> Cell:
@@ -81,7 +113,9 @@ class Polyhedron(PrimitiveSolid):
 
     def support(self, direction: Vector) -> float:
         """Return the support: exact along an axis, otherwise raised by the effect of the direction's rounding."""
-        support = integer_support(self._rows, [Fraction(u) for u in direction])
+        chosen = self._faces_towards(direction)
+        rows = self._rows if chosen is None else [integer_row((*self.normals[i], self.offsets[i])) for i in chosen]
+        support = integer_support(rows, [Fraction(u) for u in direction])
         if sum(map(bool, direction)) < 2 or isinstance(support, float):
             return round_fraction_up(support)
         reach = np.maximum(abs(self._own_bounds[0]), abs(self._own_bounds[1]))
@@ -103,13 +137,86 @@ class Polyhedron(PrimitiveSolid):
     def outside_bounds_under(self, outer: Motion) -> BoxEnds:
         """Return the box around the half-spaces beyond the faces."""
         motion = self.under(outer)
-        return enclose_boxes([half_space_bounds(surface.moved(motion), below=False) for surface in self.surfaces])
+        found: BoxEnds | None = None
+        for normal, offset in zip(self.normals, self.offsets, strict=True):
+            box = half_space_bounds(plane_through(normal, offset).moved(motion), below=False)
+            found = box if found is None else enclose_boxes([found, box])
+            if np.isinf(found).all():
+                break  # nothing bounds it, whatever the other faces are
+        assert found is not None
+        return found
 
     def bounding_surfaces(self, outer: Motion, inside: bool) -> BoundingSurfaces:
         if not inside:
             return super().bounding_surfaces(outer, inside)
         motion = self.under(outer)
         return [surface.moved(motion) for surface in self.surfaces]
+
+
+@dataclass(frozen=True)
+class PolyhedronFace(PrimitiveSolid, abstract=True):
+    """The half-space of one face of a polyhedron, without bounds: the numbers of many faces are computed together."""
+
+    normal: Vector
+    offset: float
+    near: Vector
+    """The point near the solid by which the face is anchored."""
+
+    def tree(self) -> Cell:
+        surface = plane_through(self.normal, self.offset, self.near)
+        return Cell((Face(surface, 0, plane_uv(surface)),))
+
+    def support(self, direction: Vector) -> float:
+        return math.inf
+
+    def bounds_under(self, outer: Motion) -> BoxEnds:
+        return np.full(3, -np.inf), np.full(3, np.inf)
+
+
+MANY_FACES = 32
+"""From so many faces on, floats choose those that matter, and the numbers of all are computed together."""
+_SURELY_INSIDE = 1e-9
+"""A point deeper in a half-space than this share of its coordinates is inside whatever floats round."""
+_AXES = np.eye(3)
+_MOST_STEPS, _FAR_BOX = 1000, 1e6
+
+
+def farthest_point(rows: FloatArray, direction: FloatArray) -> FloatArray | None:
+    """Return about the farthest point in a direction that is in all half-spaces; None if floats find none.
+
+    Three planes meet in a point, and the direction is a positive sum of their normals: the dual simplex method. The
+    plane that the point violates most replaces one of the three, from the sides of a large box on.
+    Source: Lemke, "The dual method of solving the linear programming problem", 1954.
+
+    Parameters
+    ----------
+    rows : array (n, 4)
+        Unit normals and offsets.
+    direction : array (3,)
+        Any length but 0.
+    """
+    far = _FAR_BOX * float(np.abs(rows[:, 3]).max())
+    sides = np.where(direction < 0, -1.0, 1.0)
+    basis = np.column_stack([np.diag(sides), np.full(3, far)])
+    own, shares = [False] * 3, np.abs(direction)
+    for _ in range(_MOST_STEPS):
+        try:
+            point: FloatArray = np.linalg.solve(basis[:, :3], basis[:, 3])
+        except np.linalg.LinAlgError:
+            return None
+        above = rows[:, :3] @ point - rows[:, 3]
+        worst = int(above.argmax())
+        if not above[worst] > 2.0**-48 * (float(np.abs(point).max()) + abs(rows[worst, 3])):
+            return point if all(own) else None
+        weights = np.linalg.solve(basis[:, :3].T, rows[worst, :3])
+        with np.errstate(all="ignore"):
+            ratios = np.where(weights > 2.0**-40, shares / weights, np.inf)
+        out = int(ratios.argmin())
+        if not np.isfinite(ratios[out]):
+            return None  # the half-spaces have nothing in common
+        shares = np.maximum(shares - ratios[out] * weights, 0.0)
+        basis[out], own[out], shares[out] = rows[worst], True, ratios[out]
+    return None
 
 
 def _middle(low: float, high: float) -> float:

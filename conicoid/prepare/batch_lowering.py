@@ -23,17 +23,21 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable, Hashable, Iterator, Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import Any, Protocol
 
 import numpy as np
 
 from .._util.arrays import unique_first_with_inverse, unique_sorted, unique_with_inverse
 from ..geometry.bulk import Bulk
+from ..geometry.cell import Cell, Face
+from ..geometry.polyhedron import MANY_FACES, Polyhedron, PolyhedronFace
 from ..geometry.shape import Boolean, Painted, Primitive, Shape, region_bounds
 from ..geometry.transform import IDENTITY_MOTION, Motion, Step
-from ..kernels.tables import Floats, Ints, Longs, Signs
+from ..kernels.tables import CELL, MAP_SIZE, PLANE, PLANE_SIZE, Floats, Ints, Longs, Signs
 from ..materials.material import Material
 from ..numerics.tracing import Tape, TracedFloat
+from .assembly import Assembly, SurfaceSlot
 from .csg_batch import CsgArray, CsgBatch, CsgComposition, exceeds_translation
 from .csg_bounds import bound_bodies, box_columns
 from .csg_plan import FORMS, CsgPlan, PrimitiveForm, csg_plan, is_subclass, placed_primitives
@@ -111,6 +115,30 @@ class _ShapeArray:
 
 
 @dataclass
+class _FaceArray:
+    """The faces of a polyhedron of many, with the motion and the place of that."""
+
+    shape: Polyhedron
+    steps: tuple[Step, ...]
+    more: list[float]
+    motion: int
+    place: int
+
+    def __len__(self) -> int:
+        return len(self.shape.normals)
+
+    def of(self, index: int) -> tuple[Shape, tuple[Step, ...]]:
+        """`ShapeBatch.of`"""
+        return PolyhedronFace(self.shape.normals[index], self.shape.offsets[index], self.shape.near), self.steps
+
+    def columns(self) -> tuple[Floats, Ints, Ints]:
+        """`ShapeBatch.columns`"""
+        common = np.tile(np.array([*self.shape.near, *self.more]), (len(self), 1))
+        numbers = np.column_stack([np.array(self.shape.normals), np.array(self.shape.offsets), common])
+        return numbers, np.full(len(self), self.motion, np.int32), np.full(len(self), self.place, np.int32)
+
+
+@dataclass
 class _BatchInputs:
     """Some shapes of equal structure: which ones, their parameters, the numbers of motions, and the motion of each."""
 
@@ -130,6 +158,7 @@ class PrimitiveBatch:
         """(motions, 12) the inverse of each motion that `frame` numbered; NaN where it is not known."""
         self._like: dict[Hashable, _ShapeList] = {}
         self._many: list[tuple[Hashable, _ShapeArray]] = []
+        self._polyhedra: list[tuple[Hashable, _FaceArray]] = []
 
     def add_many(self, shape: Bulk, places: Ints) -> None:
         """Add the primitives of the bodies of a bulk entry; places (bodies, primitives)."""
@@ -158,8 +187,12 @@ class PrimitiveBatch:
 
         Return the positions of those that must be lowered singly.
         """
-        taken = np.zeros(len(shapes), bool)
-        for alike in flatten_all(shapes):
+        taken = np.array([_has_many_faces(shape) for shape in shapes], bool)
+        for k in np.flatnonzero(taken).tolist():
+            self._add_polyhedron(shapes[k], chains.steps[k], int(places[k]))  # type: ignore[arg-type]
+        others = np.flatnonzero(~taken)
+        for alike in flatten_all([shapes[k] for k in others.tolist()] if len(others) < len(shapes) else shapes):
+            alike = dataclasses.replace(alike, which=others[alike.which])
             taken[alike.which] = True
             counts = chains.translations[alike.which]
             for count in sorted(set(counts.tolist())):
@@ -177,6 +210,13 @@ class PrimitiveBatch:
                 like.motions.append(motions)
         return np.flatnonzero(~taken)
 
+    def _add_polyhedron(self, shape: Polyhedron, steps: tuple[Step, ...], place: int) -> None:
+        """Add a polyhedron of many faces, which are lowered together."""
+        flat = flatten(PolyhedronFace(shape.normals[0], shape.offsets[0], shape.near))
+        assert flat is not None
+        key, more, row = self._motion(flat.form, steps, len(shape.normals))
+        self._polyhedra.append((key, _FaceArray(shape, steps, more, row, place)))
+
     def frames_of(self, chains: MotionChains) -> Ints:
         """`frame` of many chains of steps; -1 for chains of at most one translation."""
         more = np.flatnonzero((chains.translations < 0) | (chains.translations > 1))
@@ -191,7 +231,7 @@ class PrimitiveBatch:
     @property
     def kinds(self) -> int:
         """How many kinds of equal structure were added."""
-        return len(self._like) + len(self._many)
+        return len(self._like) + len(self._many) + len(self._polyhedra)
 
     def lowered(
         self, report: Callable[[int], Any] = lambda _: None
@@ -212,7 +252,27 @@ class PrimitiveBatch:
                 found, rest = self._lower_kind(key, kind, given)
                 results += [(form, places[chosen[which]], rows) for form, which, rows in found]
                 left += [(like.of(i)[0], int(places[i])) for i in chosen[rest].tolist()]
+        for done, (key, faces) in enumerate(self._polyhedra, start=len(every)):
+            report(done)
+            found_faces = self._lower_faces(key, faces, motions_given, similar)
+            results.append((_polyhedron_form(len(faces)), np.array([faces.place], np.int32), found_faces))
         return results, left
+
+    def _lower_faces(self, key: Hashable, of: _FaceArray, given: WideInputs, similar: Signs) -> RowTable:
+        """Return the row of a polyhedron, from the rows of its faces: each computed apart if it is of a rare kind."""
+        numbers, motions, _ = of.columns()
+        faces = np.empty((len(of), _FACE_NUMBERS))
+        for kind, chosen in _split_by_motion(key, motions, similar):
+            found, rest = self._lower_kind(key, kind, _BatchInputs(of, chosen, numbers[chosen], given, motions[chosen]))
+            for _, which, rows in found:
+                faces[chosen[which]] = rows[:, :_FACE_NUMBERS]
+            for i in chosen[rest].tolist():
+                shape, steps = of.of(i)
+                faces[i] = compute_shape(dataclasses.replace(shape, motion=Motion(steps))).row[:_FACE_NUMBERS]
+        whole = of.shape._moved(Motion(of.steps))
+        parts = faces[:, :_PLANE_NUMBERS], faces[:, _PLANE_NUMBERS:], *whole.bounds, whole.under().inverse_rows
+        row = np.concatenate([np.ravel(part) for part in parts])
+        return RowTable.of(row[None], np.arange(len(row), dtype=np.int32))
 
     def _lower_kind(
         self, key: Hashable, similar: bool | None, of: _BatchInputs
@@ -238,6 +298,27 @@ class PrimitiveBatch:
         given = of.motions_given if moved else NO_INPUTS
         found, left = recording_cache.RECORDINGS.play((key, similar), record, of.numbers, given, of.motions)
         return [(form, which, RowTable.of(played.floats, columns)) for (form, columns), which, played in found], left
+
+
+_PLANE_NUMBERS = 2 * PLANE_SIZE + 1
+"""The record of a plane, its remainders, and its sense."""
+_FACE_NUMBERS = _PLANE_NUMBERS + 2 * MAP_SIZE
+
+
+def _has_many_faces(shape: Shape) -> bool:
+    """Return True for a polyhedron whose faces are worth a batch of their own."""
+    return isinstance(shape, Polyhedron) and len(shape.normals) >= MANY_FACES
+
+
+@lru_cache(maxsize=8)
+def _polyhedron_form(count: int) -> PrimitiveForm:
+    """Return the form of a polyhedron of so many faces, each with a map of two rows of its own."""
+    assembly = Assembly([SurfaceSlot(PLANE, 0, i) for i in range(count)])
+    assembly.cells, assembly.cell_planes = [(-1, 1, -1)], [count]
+    assembly.planes = [(i, 1, i) for i in range(count)]
+    maps = [(2 * i, 2 * i + 1, 2 * i) for i in range(count)]
+    pattern = BodyPattern.of(assembly, CELL, 0, [False] * count, maps)
+    return FORMS.of(pattern, Cell(tuple(Face(i, i) for i in range(count))))  # type: ignore[arg-type]
 
 
 def _write_row(part: LoweredShape, tape: Tape) -> Ints:

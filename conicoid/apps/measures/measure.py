@@ -26,11 +26,10 @@ from ...geometry.shape import Boolean, Complement, Shape, Union
 from ...geometry.transform import IDENTITY_MOTION
 from ...parallel.workers import as_workers
 from ...queries.scene_protocol import is_scene
-from . import closed_forms as _prismatoids  # noqa: F401 (it registers closed forms, as the next does)
-from . import closed_forms as _turned  # noqa: F401
-from .chords import AREA, FIRST, PAIRS, SECOND, VOLUME, ChordSums, Progress, sample_integrals
+from .chords import AREA, FIRST, PAIRS, SECOND, VOLUME, ChordSums, Progress, run_on_workers, sample_integrals
 from .closed_forms import Moments, closed_area, closed_moments
 from .closed_regions import closed_region
+from .flat_solids import box_grid, flat_form
 from .hull import FittedBox, UnboundedShapeError, fitted_box
 
 if TYPE_CHECKING:
@@ -244,8 +243,9 @@ def _measure_primitives(
         return _closed_measures(nothing, 0.0)
     # A closed form may give the moments alone: rays then give the area
     moments, area = nothing if shape.is_sheet else closed_moments(shape), closed_area(shape)
-    if moments is None and by_form and (found_form := closed_region(shape, box)) is not None:
-        moments, area = found_form
+    if moments is None:
+        found_form = flat_form(shape) or ((box_grid(shape) or closed_region(shape, box)) if by_form else None)
+        moments, area = found_form if found_form is not None else (None, area)
     if moments is not None and area is not None:
         return _closed_measures(moments, area)
     found = _sampled_measures(sample_integrals(shape, box, rays, seed, progress, workers), box)
@@ -472,8 +472,6 @@ def measure_scene(
     bodies = scene[:]
     options = share, rays is None, seed
     if executor is not None:
-        from .parallel import run_on_workers
-
         found = run_on_workers(_measure_bodies, [(body, *options) for body in bodies], executor, progress)
     else:
         found = []

@@ -170,11 +170,9 @@ def plane_uv(surface: PlaneSurface) -> UV:
     u points to the coordinate axis along which the normal is least, v = normal × u, both of unit length.
     """
     normal, anchor = ex.unit(ex.exact_row(surface.normal)), ex.exact_row(surface.anchor)
-    towards = ex.exact_row(least_axis(ex.exact_row(surface.normal)))
-    along = ex.dot(towards, normal)
-    x, y, z = (ex.dot((t, along), (ex.ONE, -n)) for t, n in zip(towards, normal, strict=True))
-    first = ex.unit((x, y, z))
-    return cartesian_uv(_floats(first), _floats(ex.cross(normal, first)), _floats(anchor))
+    # In this order no terms cancel: components that are 0 on paper are 0 here too, also in the numbers of a recording
+    second = ex.unit(ex.cross(normal, ex.exact_row(least_axis(ex.exact_row(surface.normal)))))
+    return cartesian_uv(_floats(ex.cross(second, normal)), _floats(second), _floats(anchor))
 
 
 def half_space_bounds(surface: PlaneSurface, below: bool = True, above: bool = True) -> BoxEnds:

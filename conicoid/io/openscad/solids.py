@@ -1,7 +1,7 @@
 """Solids of OpenSCAD: figures in the plane of x and y, to be extruded or revolved, and primitives.
 
-With $fn, circles are regular polygons, and round solids are prisms and stacks of frustums with OpenSCAD's corners;
-without it they are exactly round.
+With $fn, circles are regular polygons, and round solids are polyhedra, prisms and stacks of frustums with OpenSCAD's
+corners; without it they are exactly round.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from ...geometry.polyhedron import Extrusion, Mesh
+from ...geometry.polyhedron import Extrusion, Mesh, Polyhedron
 from ...geometry.primitives import Box, Cone, Cylinder, Sphere
 from ...geometry.revolution import Revolution
 from ...geometry.shape import Difference, Solid, Union
@@ -197,33 +197,40 @@ def cube(arguments: CallArguments) -> Solid:
 
 @dataclass(frozen=True)
 class SidedBall:
-    """The call sphere($fn = sides, r = radius), which becomes many frustums: exports write it as it was."""
+    """The call sphere($fn = sides, r = radius), which becomes a polyhedron: exports write it as it was."""
 
     radius: float
     sides: int
 
 
 def sphere(arguments: CallArguments, smooth: bool) -> Solid:
-    """Return a ball; with $fn a stack of frustums between the rings of `ball_rings`."""
+    """Return a ball; with $fn the polyhedron of `sided_ball`."""
     radius, sides = _radius(arguments), arguments.sides(smooth)
     if not sides:
         return Sphere(radius)
-    levels = ball_rings(radius, sides)
-    parts = [frustum(low[0], high[0], low[1], high[1], sides) for low, high in itertools.pairwise(levels)]
-    whole = parts[0] if len(parts) == 1 else Union(tuple(parts))
-    if whole.motion.is_identity:
-        vars(whole)["_source"] = SidedBall(radius, sides)
+    whole = sided_ball(radius, sides)
+    vars(whole)["_source"] = SidedBall(radius, sides)
     return whole
 
 
-def ball_rings(radius: float, sides: int) -> list[tuple[float, float]]:
-    """Return (radius, height) of the rings of a ball with $fn sides, from the lowest.
+def sided_ball(radius: float, sides: int) -> Polyhedron:
+    """Return the convex polyhedron of a ball with $fn sides: its sides from the lowest ring up, then bottom and top.
 
-    There are half as many rings as sides, at the middles of even steps of the polar angle.
+    There are half as many rings of corners as sides, at the middles of even steps δ of the polar angle. The side
+    between two rings, at the polar angle θ and the azimuth φ of its middle, has the normal
+    (sin θ cos φ, sin θ sin φ, c cos θ) and the offset radius c cos(δ / 2), with c = cos(180° / sides): its four
+    corners are in one plane.
     """
     count = (sides + 1) // 2
-    turns = [sin_cos_degrees(180.0 * (k + 0.5) / count) for k in range(count)]
-    return [(radius * s, radius * c) for s, c in turns][::-1]
+    flat, half = sin_cos_degrees(180.0 / sides)[1], sin_cos_degrees(90.0 / count)[1]
+    around = [sin_cos_degrees(360.0 * (k + 0.5) / sides) for k in range(sides)]
+    normals = []
+    for ring in range(count - 1, 0, -1):
+        s, c = sin_cos_degrees(180.0 * ring / count)
+        normals += [(s * x, s * y, flat * c) for y, x in around]
+    level = radius * half
+    offsets = [flat * level] * len(normals) + [level, level]
+    return Polyhedron((*normals, (0.0, 0.0, -1.0), (0.0, 0.0, 1.0)), tuple(offsets))
 
 
 def cylinder(arguments: CallArguments, smooth: bool) -> Solid:

@@ -16,9 +16,10 @@ from typing import Any, NamedTuple
 from ..._jit.decorators import choose, helper, inline
 from .. import tables as table
 from ..faces import cell_face_and_side, cell_side, plane_face_and_side, plane_side
-from ..ray import Ray
+from ..ray import Ray, line_of
 from ..surface.interval import Nearness, is_too_far, may_pass_start, may_swap, nearness_of
-from ..surface.records import curved_roots, plane_values
+from ..surface.plane import is_surely_beside
+from ..surface.records import curved_roots, load_plane, plane_values
 from ..tables import Geometry, integer, whole
 
 
@@ -157,18 +158,34 @@ def end_of(spans: CellSpans, end: int) -> tuple[float, Any]:
     return (spans.in2, spans.place_in2) if end == 2 else (spans.out2, spans.place_out2)
 
 
+MANY_PLANES = 16
+"""In a cell of so many planes, those that surely do not cut the span so far are passed over.
+
+A ray at a polyhedron of 4,900 faces (a sphere of OpenSCAD with $fn = 100) takes a third of the time.
+"""
+
+
 @inline
 def slab_of(
     geometry: Geometry, cell: int, ray: Ray, inverse: float, nearness: Nearness
 ) -> tuple[PlaneSlab, bool, bool]:
     """Return (slab that the planes of a cell leave of a ray, rounding might change it, crossing of a plane unknown).
 
-    It stops at a plane along the ray that leaves nothing: then no other plane matters.
+    It stops at a plane along the ray that leaves nothing, or among many planes when nothing is left: then no other
+    plane matters.
     """
     # `unsure` is ignored later if the slab is certainly empty, `lost` never
     slab, unsure, lost = PlaneSlab(-math.inf, math.inf, whole(NO_PLACE), whole(NO_PLACE)), False, False
-    for place in range(integer(geometry, table.CELL_FIRST, cell), integer(geometry, table.CELL_FIRST, cell + 1)):
+    begin, end = integer(geometry, table.CELL_FIRST, cell), integer(geometry, table.CELL_FIRST, cell + 1)
+    many = end - begin >= MANY_PLANES
+    for place in range(begin, end):
         surface, inner = integer(geometry, table.PLANE_SURFACE, place), plane_side(geometry, place) > 0
+        if many:
+            if slab.t_in > slab.t_out + nearness.off:
+                break  # surely empty
+            plane = load_plane(geometry, integer(geometry, table.SURFACE_ROW, surface))
+            if is_surely_beside(plane, line_of(ray), inner, slab.t_in, slab.t_out, nearness.off):
+                continue
         height, rate, doubtful = plane_values(geometry, surface, ray, inverse)
         slab, close = clip_slab(slab, height, rate, inner, whole(place), nearness.off)
         unsure |= close

@@ -17,6 +17,7 @@ import numpy as np
 from ..._jit.decorators import choose, helper, inline
 from .. import tables as table
 from ..body.cell import (
+    MANY_PLANES,
     NO_PLACE,
     PlaneSlab,
     SpanPair,
@@ -30,7 +31,15 @@ from ..body.hit import Hit, ball_event
 from ..faces import cell_side, plane_side
 from ..ray import RayLine
 from ..surface.interval import Nearness, counts_in, is_open, is_too_far, lengths_of, lengths_of_ball, may_overlap
-from ..surface.plane import PlaneLimits, PlaneRecord, careful_plane, plain_plane, runs_along, unsure_of_plane
+from ..surface.plane import (
+    PlaneLimits,
+    PlaneRecord,
+    careful_plane,
+    is_surely_beside,
+    plain_plane,
+    runs_along,
+    unsure_of_plane,
+)
 from ..surface.quadric import (
     QuadricLimits,
     QuadricRecord,
@@ -139,6 +148,44 @@ def plane_lanes(geometry: Geometry, lanes: Floats, lengths: Nearness, place: int
                 put_careful_plane(lanes, i, plane, limits)
     _cut_lanes(lanes, lengths, surface, inner, place, first, last)
     # Most packets come from a camera, where no ray starts on a surface
+    if lanes[SOME_START] != 0.0:
+        for i in range(first, last):
+            lanes[OWN + i] = choose(lanes[START + i] == surface, 1.0, lanes[OWN + i])
+
+
+@helper
+def _needing_lanes(lanes: Floats, lengths: Nearness, plane: PlaneRecord, inner: bool, first: int, last: int) -> int:
+    """Write 1 as FLAG to the lanes whose slabs a plane may cut, 0 to others (`is_surely_beside`); return how many."""
+    first, last = eights(first, last)
+    some = 0
+    for i in range(first, last):
+        off = lane_nearness(lanes, i, lengths).off
+        t_in, t_out = lanes[T_IN + i], lanes[T_OUT + i]
+        beside = is_surely_beside(plane, lane_line(lanes, i), inner, t_in, t_out, off) | (t_in > t_out + off)
+        lanes[FLAG + i] = 0.0 if beside else 1.0
+        some += 0 if beside else 1
+    return some
+
+
+@inline
+def _one_of_many_planes(
+    geometry: Geometry, lanes: Floats, lengths: Nearness, place: int, first: int, last: int
+) -> None:
+    """`plane_lanes` for a plane of a cell of many: only lanes whose slabs it may cut, one by one if these are few."""
+    surface = integer(geometry, table.PLANE_SURFACE, place)
+    row, inner = integer(geometry, table.SURFACE_ROW, surface), plane_side(geometry, place) > 0
+    plane = load_plane(geometry, row)
+    some = _needing_lanes(lanes, lengths, plane, inner, first, last)
+    if 8 * some > last - first:
+        plane_lanes(geometry, lanes, lengths, place, first, last)
+        return
+    if some > 0:
+        limits = plane_limits(geometry, row)
+        for i in range(first, last):
+            if lanes[FLAG + i] == 1.0:
+                if plane_of_lane(lanes, i, lane_line(lanes, i), plane, limits) > 0:
+                    put_careful_plane(lanes, i, plane, limits)
+                cut_lane(lanes, i, lengths, surface, inner, place)
     if lanes[SOME_START] != 0.0:
         for i in range(first, last):
             lanes[OWN + i] = choose(lanes[START + i] == surface, 1.0, lanes[OWN + i])
@@ -264,8 +311,13 @@ def face_lanes(geometry: Geometry, lanes: Floats, cell: int, first: int, last: i
     lengths = lengths_of(geometry, table.CELL_LIMITS, cell)
     for i in range(first, last):
         put_whole_lane(lanes, i)
-    for place in range(integer(geometry, table.CELL_FIRST, cell), integer(geometry, table.CELL_FIRST, cell + 1)):
-        plane_lanes(geometry, lanes, lengths, place, first, last)
+    begin, end = integer(geometry, table.CELL_FIRST, cell), integer(geometry, table.CELL_FIRST, cell + 1)
+    if end - begin < MANY_PLANES:
+        for place in range(begin, end):
+            plane_lanes(geometry, lanes, lengths, place, first, last)
+    else:
+        for place in range(begin, end):
+            _one_of_many_planes(geometry, lanes, lengths, place, first, last)
     some = 0
     for i in range(first, last):
         off, far = lane_nearness(lanes, i, lengths)

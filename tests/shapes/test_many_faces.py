@@ -1,0 +1,98 @@
+"""Polyhedra of many faces: bounds and rays against exact half-spaces, and rows against those of single faces."""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+import conicoid as co
+from conicoid.geometry.bounds.linear_program import half_spaces_support
+from conicoid.geometry.polyhedron import MANY_FACES
+from conicoid.io.openscad.solids import sided_ball
+from conicoid.prepare.batch_lowering import PrimitiveBatch
+from conicoid.prepare.lower_shape import compute_shape
+from conicoid.prepare.motion_batch import MotionChains
+
+BALL = sided_ball(10.0, 16)
+
+
+def rough(seed: int, count: int = 60) -> co.Polyhedron:
+    """Return a polyhedron of random planes with few digits, of which many meet in a point."""
+    rng = np.random.default_rng(seed)
+    normals = rng.integers(-3, 4, (count, 3)).astype(float)
+    normals = normals[normals.any(axis=1)]
+    return co.Polyhedron(normals.tolist(), rng.integers(2, 9, len(normals)).astype(float).tolist())
+
+
+SHAPES = {
+    "ball": BALL,
+    "moved": BALL.translate((1.1, 2, 3)),
+    "turned": BALL.rotate((1, 2, 3), 25),
+    "sheared": BALL.transform([[1, 0.4, 0, 1], [-0.3, 1, 0.2, 0], [0, 0.5, 0.8, -2], [0, 0, 0, 1]]),
+    "rough": rough(1),
+    "rough, turned": rough(2).rotate((1, 0, 1), 90),
+    "unbounded": co.Polyhedron([(1, 0.25 * k, 0.5) for k in range(MANY_FACES)], [3.0] * MANY_FACES),
+}
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_faces_together_give_the_numbers_of_each(name: str):
+    shape = SHAPES[name]
+    batch = PrimitiveBatch()
+    assert not len(batch.add([shape], MotionChains([shape.motion.steps]), np.array([7], np.int32)))
+    ((form, places, rows),), left = batch.lowered()
+    single = compute_shape(shape)
+    assert (left, places.tolist(), form.tree) == ([], [7], single.tree)
+    assert form.pattern == single.pattern
+    assert np.array_equal(rows[:, : form.pattern.width][0], single.row)
+
+
+@pytest.mark.parametrize("name", ["ball", "rough", "unbounded"])
+def test_bounds_are_those_of_all_half_spaces(name: str):
+    shape = SHAPES[name]
+    normals = [tuple(map(Fraction, normal)) for normal in shape.normals]
+    offsets = list(map(Fraction, shape.offsets))
+    for axis in range(3):
+        for sign, end in ((1, shape.bounds[1][axis]), (-1, -shape.bounds[0][axis])):
+            direction = [Fraction(sign * (k == axis)) for k in range(3)]
+            exact = half_spaces_support(normals, offsets, direction)
+            assert end >= exact
+            assert end == math.inf or math.nextafter(end, -math.inf) < exact
+
+
+@pytest.mark.parametrize("sides", [3, 4, 5, 8, 31])
+def test_a_sided_ball_reaches_to_its_corners(sides: int):
+    count = (sides + 1) // 2
+    ball = sided_ball(2.0, sides)
+    rings = [math.radians(180 * (k + 0.5) / count) for k in range(count)]
+    corners = [
+        (2 * math.sin(a) * math.cos(b), 2 * math.sin(a) * math.sin(b), 2 * math.cos(a))
+        for a in rings for b in (math.tau * k / sides for k in range(sides))
+    ]  # fmt: skip
+    assert ball.bounds[0] == pytest.approx(np.min(corners, axis=0), abs=1e-14)
+    assert ball.bounds[1] == pytest.approx(np.max(corners, axis=0), abs=1e-14)
+
+
+@pytest.mark.parametrize("name", ["ball", "turned", "rough", "unbounded"])
+def test_rays_meet_the_faces_of_the_half_spaces(name: str):
+    """The ray enters at the last plane that it enters, if it leaves none before."""
+    shape, rng = SHAPES[name], np.random.default_rng(9)
+    origins = 30 * rng.normal(size=(400, 3))
+    directions = rng.uniform(-12, 12, (400, 3)) - origins
+    turn = shape.motion.matrix
+    own_origins = (origins - turn[:3, 3]) @ np.linalg.inv(turn[:3, :3]).T
+    own = directions @ np.linalg.inv(turn[:3, :3]).T
+    height = own_origins @ np.array(shape.normals).T - np.array(shape.offsets)
+    rate = own @ np.array(shape.normals).T
+    with np.errstate(all="ignore"):
+        t = -height / rate
+    enters = np.where(rate < 0, t, -np.inf)
+    first, last = enters.max(axis=1), np.where(rate > 0, t, np.inf).min(axis=1)
+    last = np.where(((rate == 0) & (height > 0)).any(axis=1), -np.inf, last)
+    sure = np.abs(last - first) > 1e-9
+    scene = co.Scene([shape])
+    expected = np.where(first < last, np.where(first > 0, first, np.where(last > 0, last, np.inf)), np.inf)
+    assert scene.first_hit(origins, directions).t[sure] == pytest.approx(expected[sure], rel=1e-12)
