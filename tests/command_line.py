@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from functools import cache
 from pathlib import Path
+from unittest.mock import patch
 
 import numpy as np
-from typer.testing import CliRunner
+from typer import testing
+from typer.main import get_command
 
 from conicoid.cli.app import app
 
@@ -29,8 +32,15 @@ def written(folder: Path) -> Path:
     return path
 
 
+@cache
+def command():
+    """The application, whose commands take nine tenths of the time of most calls to be made."""
+    return get_command(app)
+
+
 def run(*arguments: object):
-    return CliRunner().invoke(app, [str(argument) for argument in arguments])
+    with patch.object(testing, "_get_command", lambda _: command()):
+        return testing.CliRunner().invoke(app, [str(argument) for argument in arguments])
 
 
 def arrays(path: Path) -> dict[str, np.ndarray]:

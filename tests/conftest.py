@@ -6,6 +6,7 @@ Where there is no compiler, as beside an installed wheel, the tests of the compi
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -38,13 +39,20 @@ def pytest_configure(config: pytest.Config) -> None:
     samples.choose(config.option.markexpr)
 
 
+def pytest_pycollect_makeitem(collector: pytest.Collector, obj: Any) -> list[pytest.Item] | None:
+    """Make no tests of what this run does not want."""
+    marks = getattr(obj, "pytestmark", ())
+    own = isinstance(marks, list) and any(mark.name == "deep" for mark in marks)
+    return [] if samples.quick() and (own or collector.get_closest_marker("deep")) else None
+
+
 def pytest_report_header() -> list[str]:
     """Said, so that nobody takes less for the whole."""
     return [f"no compiler: left out are {', '.join(collect_ignore)}"] if collect_ignore else []
 
 
-@pytest.fixture(autouse=True)
-def _messages_fit_on_a_screen(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.fixture(autouse=True, scope="session")
+def _messages_fit_on_a_screen() -> Iterator[None]:
     """What `pytest.raises` catches is looked at, where the package raised it."""
     leave = RaisesExc.__exit__
 
@@ -53,4 +61,6 @@ def _messages_fit_on_a_screen(monkeypatch: pytest.MonkeyPatch) -> None:
             messages.check(str(error))
         return leave(self, kind, error, trace)
 
-    monkeypatch.setattr(RaisesExc, "__exit__", looked_at)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(RaisesExc, "__exit__", looked_at)
+        yield

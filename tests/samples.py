@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Container, Iterable
 from typing import Any
 
 import pytest
@@ -17,16 +17,26 @@ def choose(marks: str) -> None:
     _marks[0] = marks
 
 
+def size(fast: int, deep: int) -> int:
+    """Return how many rays, examples or steps a test takes in this run."""
+    return fast if quick() else deep
+
+
+def quick() -> bool:
+    """Return whether this run wants no deep case."""
+    return _marks[0] == _FAST_ALONE
+
+
 def sampled(cases: Iterable[Any], every: int) -> list[Any]:
     """Return cases for `pytest.mark.parametrize`: one in `every` is fast."""
     return marked((case, number % every == 0) for number, case in enumerate(cases))
 
 
-def in_turn(firsts: Iterable[Any], seconds: Iterable[Any]) -> list[Any]:
-    """Return pairs for `pytest.mark.parametrize`: each first value is fast with one second value, these in turn."""
+def in_turn(firsts: Iterable[Any], seconds: Iterable[Any], wanted: Container[Any] | None = None) -> list[Any]:
+    """Return pairs for `pytest.mark.parametrize`: each wanted first value is fast with one second value, in turn."""
     others = list(seconds)
     return marked(
-        ((one, other), number == place % len(others))
+        ((one, other), number == place % len(others) and (wanted is None or one in wanted))
         for place, one in enumerate(firsts)
         for number, other in enumerate(others)
     )
@@ -34,7 +44,7 @@ def in_turn(firsts: Iterable[Any], seconds: Iterable[Any]) -> list[Any]:
 
 def marked(cases: Iterable[tuple[Any, bool]]) -> list[Any]:
     """Return those of (case, is it fast) that this run may want, with their marks."""
-    return [case if fast else deep(case) for case, fast in cases if fast or _marks[0] != _FAST_ALONE]
+    return [case if fast else deep(case) for case, fast in cases if fast or not quick()]
 
 
 def deep(case: Any) -> Any:

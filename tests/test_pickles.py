@@ -15,6 +15,7 @@ import conicoid as co
 
 from .contract.examples import MOTIONS, every_example
 from .public_names import PUBLIC
+from .samples import in_turn
 
 ANSWERS = (co.Hits, co.Spans, co.Crossings)
 PROTOCOLS = range(pickle.HIGHEST_PROTOCOL + 1)
@@ -223,14 +224,19 @@ def test_answers_about_every_shape(name, shape, motion, way):
     assert np.array_equal(again.first_hit(way(hits).spawn(rays[1])).t, expected)
 
 
-@pytest.mark.parametrize(
-    "form", [lambda a, b: (a | b) - b, lambda a, b: ~(a & b), lambda a, b: ((a - b) | b).painted(RED)]
-)
-def test_trees_as_deep_as_they_may_be(form, way):
+FORMS = {
+    "differences": lambda a, b: (a | b) - b,
+    "complements": lambda a, b: ~(a & b),
+    "painted": lambda a, b: ((a - b) | b).painted(RED),
+}
+
+
+@pytest.mark.parametrize(("through", "form"), in_turn(WAYS, FORMS))
+def test_trees_as_deep_as_they_may_be(through, form):
     shape = co.Sphere()
     for level in range(1500):
-        shape = form(shape, co.Sphere(center=(level, 0, 0)))
-    assert way(shape) == shape
+        shape = FORMS[form](shape, co.Sphere(center=(level, 0, 0)))
+    assert WAYS[through](shape) == shape
 
 
 @pytest.mark.parametrize("thing", [lambda h: h, lambda h: h.rays, lambda h: SCENE.spans(h.rays)])

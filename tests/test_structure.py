@@ -31,12 +31,17 @@ def found(structure: ModuleType) -> dict[str, object]:
     return structure.modules(PACKAGE)
 
 
-def test_no_circle_of_files(structure, found):
-    assert structure.circles(structure.arrows(found)) == []
+@pytest.fixture(scope="module")
+def graph(structure: ModuleType, found: dict[str, object]) -> dict[str, set[str]]:
+    return structure.arrows(found)
 
 
-def test_at_most_twelve_floors_of_folders(structure, found):
-    floors = structure.floors(structure.folder_arrows(structure.arrows(found)))
+def test_no_circle_of_files(structure, graph):
+    assert structure.circles(graph) == []
+
+
+def test_at_most_twelve_floors_of_folders(structure, graph):
+    floors = structure.floors(structure.folder_arrows(graph))
     assert max(floors.values()) <= 12, floors
 
 

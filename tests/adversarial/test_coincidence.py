@@ -14,6 +14,8 @@ from hypothesis import strategies as st
 
 import conicoid as co
 
+from ..samples import size
+
 BALL, BLOCK, ROD = co.Sphere(1), co.Box(), co.Cylinder((0, 0, -2), (0, 0, 2), 1)
 
 
@@ -163,7 +165,7 @@ def exact_spans(tree, origin, direction):
     return list(zip(ends[::2], ends[1::2], strict=True))
 
 
-@settings(max_examples=200, deadline=None, derandomize=True)
+@settings(max_examples=size(60, 200), deadline=None, derandomize=True)
 @given(tree=trees, seed=st.integers(0, 10**6))
 def test_trees_of_coincident_boxes(tree, seed):
     random = np.random.default_rng(seed)

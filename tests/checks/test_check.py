@@ -8,10 +8,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 import conicoid as co
-from conicoid.cli.app import app
+
+from ..command_line import run
+from ..samples import size
 
 
 def of_kind(findings: list[co.checks.Finding], kind: str) -> list[co.checks.Finding]:
@@ -21,6 +22,8 @@ def of_kind(findings: list[co.checks.Finding], kind: str) -> list[co.checks.Find
 def shown(scene: co.Scene, finding: co.checks.Finding):
     return scene.spans(finding.origin, finding.direction)
 
+
+EDGE = size(4, 8)
 
 CLEAN = {
     "nothing": [],
@@ -33,8 +36,8 @@ CLEAN = {
     "half-spaces": [co.HalfSpace((0, 0, 1), 0.3), co.HalfSpace((0, 0, -1), -0.3)],
     "on a sheet": [co.Sphere(1, (0, 0, 1)), co.Plane((0, 0, 1), 0)],
     "cells": [
-        co.Box((x / 8, y / 8, z / 8), ((x + 1) / 8, (y + 1) / 8, (z + 1) / 8))
-        for x, y, z in itertools.product(range(8), repeat=3)
+        co.Box((x / EDGE, y / EDGE, z / EDGE), ((x + 1) / EDGE, (y + 1) / EDGE, (z + 1) / EDGE))
+        for x, y, z in itertools.product(range(EDGE), repeat=3)
     ],
     "moved together": [
         co.Box((0, 0, 0), (0.1, 1, 1)).rotate((1, 2, 3), 37).translate((5, 0, 0)),
@@ -171,7 +174,7 @@ def test_the_command_line_says_the_same(tmp_path: Path):
     path.write_text(
         "bodies:\n  - {name: ball, shape: {Sphere: {radius: 1}}}\n  - {shape: {Box: {low: [0.5, -1, -1], high: [4, 1, 1]}}}\n"
     )
-    result = CliRunner().invoke(app, ["info", str(path), "--check", "--rays", "3000"])
+    result = run("info", path, "--check", "--rays", "3000")
     assert result.exit_code == 3
     assert "findings  1\noverlap: bodies 0 (ball) and 1 overlap" in result.stdout
-    assert "findings" not in CliRunner().invoke(app, ["info", str(path)]).stdout
+    assert "findings" not in run("info", path).stdout

@@ -9,13 +9,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from typer.testing import CliRunner
 
 import conicoid as co
 from conicoid.apps.checks.conditioning import conditioning, digits
 from conicoid.apps.checks.perturbation import number_changes
-from conicoid.cli.app import app
 
+from ..command_line import run
 from ..shapes.catalogue import SAMPLES
 from .digits_kept import ALL, U, kept, only
 
@@ -185,7 +184,7 @@ def test_check_and_the_command_line_name_them(tmp_path: Path):
     (finding,) = co.check(co.load(path), rays=300)
     assert (finding.kind, finding.bodies, finding.origin) == ("lost digits", (1,), None)
     assert 3 < finding.size < 5
-    text = CliRunner().invoke(app, ["info", str(path), "--check", "--rays", "300"]).stdout
+    text = run("info", path, "--check", "--rays", "300").stdout
     assert "lost digits: body 1 (far) keeps" in text
     assert (
         "coefficients.constant of its Quadric counts most" in text

@@ -9,13 +9,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 import conicoid as co
 from conicoid.apps.checks.probe_rays import ProbeTargets
 from conicoid.apps.checks.undefined_regions import undefined_regions
-from conicoid.cli.app import app
 
+from ..command_line import run
 from ..formats.openmc.models import EXAMPLE_FILES, loaded
 from ..samples import sampled
 
@@ -154,8 +153,8 @@ def test_the_domain_is_kept(tmp_path):
         co.save(scene, tmp_path / f"scene{suffix}")
         assert co.load(tmp_path / f"scene{suffix}") == scene
     output = tmp_path / "imported.yaml"
-    assert CliRunner().invoke(app, ["import", str(tmp_path / "geometry.xml"), "-o", str(output)]).exit_code == 0
-    told = CliRunner().invoke(app, ["info", str(output), "--check", "--rays", "6000"])
+    assert run("import", tmp_path / "geometry.xml", "-o", output).exit_code == 0
+    told = run("info", output, "--check", "--rays", "6000")
     assert told.exit_code == 3
     assert told.stdout.count("undefined: (") == 2
 

@@ -210,6 +210,12 @@ def examples_of(name: str) -> list[Shape]:
     return list(LISTED[name]()) if name in LISTED else derived(REGISTRY[name])
 
 
+def sample_of_kinds(turn: int) -> set[str]:
+    """Return every other example of each kind, the first or the second by turn; the one of a kind that has one."""
+    kinds = {name: len(examples_of(name)) for name in REGISTRY}
+    return {f"{kind}-{k}" for kind, count in kinds.items() for k in range(count) if count == 1 or (k + turn) % 2 == 0}
+
+
 def every_example() -> Iterator[tuple[str, Shape]]:
     """(readable id, shape) of all instances, unmoved."""
     for name in sorted(REGISTRY):

@@ -13,7 +13,7 @@ from ..samples import sampled
 from .conftest import SHAPES
 from .subject import Subject, rows
 
-SOLIDS = sampled([name for name, shape in SHAPES.items() if not shape.is_sheet and getattr(shape, "combines", True)], 3)
+SOLIDS = sampled([name for name, shape in SHAPES.items() if not shape.is_sheet and getattr(shape, "combines", True)], 5)
 OTHER = co.Sphere(1.25, (0.5, 0.25, 0.75))
 
 

@@ -100,9 +100,9 @@ def test_threads_that_exchange_in_one_scene_at_once():
     def work(seed):
         try:
             rng = np.random.default_rng(seed)
-            for _ in range(3):
+            for _ in range(2):
                 mine = scene
-                for _ in range(3):
+                for _ in range(2):
                     mine = moved(mine, rng)
                     same_tables(mine, co.Scene(mine.bodies))
                 same_answers(mine, co.Scene(mine.bodies), rng, 40)

@@ -11,10 +11,15 @@ import pytest
 import conicoid as co
 from conicoid.kernels.body.scratch import new_scratch
 from conicoid.kernels.bvh.culling import lanes_in_ball, lanes_in_ball_from_one
-from conicoid.kernels.packet.lanes import BEST, BODY, SIZE, close_lanes, put_ray
+from conicoid.kernels.packet.lanes import BEST, SIZE, close_lanes, put_ray
 from conicoid.kernels.packet.packet import new_packet
-from conicoid.kernels.packet.traversal import _FOUND, _MOST, new_square, trace_packet, trace_square
+from conicoid.kernels.packet.traversal import _FOUND, _MOST, new_square, trace_square
 from conicoid.kernels.ray import Ray
+from conicoid.render import sampling
+
+from ..compiled import compiled
+
+sample_in_pixel = compiled(sampling.sample_in_pixel)
 
 
 @numba.njit
@@ -62,18 +67,14 @@ def test_balls_that_rays_of_one_origin_graze_are_met(far):
 
 
 @numba.njit
-def traced(geometry, origins, directions, numbers, together, any_hit, best, bodies):
-    """What the rays of packets meet, and how often a frontier was looked for."""
+def traced(geometry, origins, directions, numbers, any_hit, best):
+    """Where the rays of packets end, and how often a frontier was looked for."""
     scratch, packet, square, found = new_scratch(geometry), new_packet(geometry), new_square(), 0
     for k in range(len(numbers)):
         put_rays(packet.lanes, origins[k], directions[k])
-        if together:
-            trace_square(geometry, scratch, packet, square, numbers[k], scratch.nothing, any_hit)
-            found = max(found, int(square.known[_FOUND]))
-        else:
-            trace_packet(geometry, scratch, packet, scratch.nothing, any_hit)
-        for i in range(64):
-            best[k, i], bodies[k, i] = packet.lanes[BEST + np.uint64(i)], packet.lanes[BODY + np.uint64(i)]
+        trace_square(geometry, scratch, packet, square, numbers[k], scratch.nothing, any_hit)
+        found = max(found, int(square.known[_FOUND]))
+        best[k] = packet.lanes[BEST : BEST + 64]
     return found
 
 
@@ -102,28 +103,40 @@ def packets_of(rng, kind, count):
     return np.ascontiguousarray(origins), ends / np.linalg.norm(ends, axis=2, keepdims=True)
 
 
+@pytest.mark.parametrize("bodies", ["balls", "others"])
+def test_samples_of_a_picture_meet_what_each_meets_alone(bodies):
+    """Normals in a picture by a pinhole are the means of those that first hits of the same rays have."""
+    width, height, count, seed, eye, scene = 64, 48, 9, 3, (0.1, 0.2, -3.0), scene_of(bodies)
+    camera = co.Camera(eye, (0.1, 0.2, 1), up=(0, 1, 0), field_of_view=40)
+    pixels = scene.render(width, height, count, integrator="normals", seed=seed, camera=camera).pixels
+    x, y = (part.ravel() for part in np.meshgrid(np.arange(width), np.arange(height)))
+    places = np.array([[sample_in_pixel(seed, pixel, k, count) for k in range(count)] for pixel in range(len(x))])
+    middles = camera.rays(width, height).directions
+    middles = middles / middles[..., 2:]  # on a plane across the view, where pixels are equally wide
+    right, down = middles[0, 1] - middles[0, 0], middles[1, 0] - middles[0, 0]
+    steps = [axis[:, None] + places[..., k] - 0.5 for k, axis in enumerate((x, y))]
+    hits = scene.first_hit(eye, middles[0, 0] + steps[0][..., None] * right + steps[1][..., None] * down)
+    expected = np.where(np.isnan(hits.normal), 0, 0.5 + 0.5 * hits.normal).mean(axis=1)
+    assert np.abs(pixels.reshape(-1, 3) - expected).max() < 1e-6
+    assert 0.5 < np.isfinite(hits.t).mean() < 1
+
+
+@pytest.mark.deep
 @pytest.mark.parametrize("any_hit", [False, True])
 @pytest.mark.parametrize("kind", ["pinhole", "lens", "straying"])
 @pytest.mark.parametrize("bodies", ["balls", "others"])
 def test_packets_of_a_square_meet_what_each_meets_alone(bodies, kind, any_hit):
-    rng, geometry = np.random.default_rng(4), scene_of(bodies)._prepared.geometry
+    rng, scene = np.random.default_rng(4), scene_of(bodies)
     count, hits, most = 9, 0, []
     for _ in range(12):
         one, other = packets_of(rng, kind, count), packets_of(rng, kind, count)
         origins, directions = (np.concatenate(pair) for pair in zip(one, other, strict=True))
-        numbers = np.repeat([7, 70], count)
-        answers = []
-        for together in (True, False):
-            best, met = np.empty((2 * count, 64)), np.empty((2 * count, 64))
-            found = traced(geometry, origins, directions, numbers, together, any_hit, best, met)
-            answers.append((best, met))
-            if together:
-                most.append(found)
-        (best, met), (alone, alone_met) = answers
+        numbers, best = np.repeat([7, 70], count), np.empty((2 * count, 64))
+        most.append(traced(scene._prepared.geometry, origins, directions, numbers, any_hit, best))
+        alone = scene.first_hit(origins, directions).t
         assert np.array_equal(best < np.inf, alone < np.inf)
         if not any_hit:
             assert best.tobytes() == alone.tobytes()
-            assert np.array_equal(met, alone_met)
         hits += int((best < np.inf).sum())
     assert 12 * 18 * 64 > hits > 500
     assert max(most) == _MOST if kind == "straying" else 1 <= max(most) < _MOST

@@ -30,14 +30,14 @@ def check(score: Score) -> None:
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_at_ordinary_scales(kind):
-    score = total([random_score(kind, ordinary, number, 120) for number in range(2)])
+    score = total([random_score(kind, ordinary, number, 60) for number in range(2)])
     check(score)
     assert score.slackness <= LOOSEST
 
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_towards_the_ends_of_the_domain(kind):
-    check(total([random_score(kind, extreme, number, 80) for number in range(2)]))
+    check(total([random_score(kind, extreme, number, 40) for number in range(2)]))
 
 
 @pytest.mark.deep

@@ -12,6 +12,7 @@ import conicoid as co
 from ..reference.intervals import Interval
 from ..reference.items import Item, combined
 from ..reference.judge import Judge
+from ..samples import in_turn
 
 INF = float("inf")
 ABOUT_Z = ("rotate", (0.0, 0.0, 1.0), 15.0)
@@ -52,8 +53,7 @@ def test_a_cone_is_met_through_its_rim(degrees):
     assert found.entering.tolist() == [True, False]
 
 
-@pytest.mark.parametrize("degrees", [15.0, 105.0])
-@pytest.mark.parametrize("item", ROUND, ids=lambda item: item.kind)
+@pytest.mark.parametrize(("item", "degrees"), in_turn(ROUND, [15.0, 105.0]))
 def test_touching_what_is_turned_about_its_own_axis(item, degrees):
     """The ray (5, -1, 0) -> (-1, 0, 0) and others like it touch the shape or run along it."""
     turned = item.moved(("rotate", (0.0, 0.0, 1.0), degrees))

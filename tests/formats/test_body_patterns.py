@@ -20,9 +20,9 @@ from conicoid.io.scene_file.body_patterns import PatternDocument, PatternItem
 from conicoid.io.scene_file.nodes import MappingNode, Node, ScalarNode, SequenceNode
 from conicoid.io.scene_file.yaml_parser import YamlError
 
-from ..samples import in_turn
+from ..samples import in_turn, size
 
-RELAXED = settings(max_examples=150, deadline=None, suppress_health_check=list(HealthCheck))
+RELAXED = settings(max_examples=size(50, 150), deadline=None, suppress_health_check=list(HealthCheck))
 
 
 def told(node: Node | None) -> Any:

@@ -15,10 +15,12 @@ from conicoid.io.scene_file.scene_file import read_scene
 from conicoid.io.scene_file.schema import scene_schema
 from conicoid.io.scene_file.writer import dump_yaml
 
+from ..samples import size
+
 EXAMPLES = sorted((Path(__file__).resolve().parents[2] / "examples").rglob("*.yaml"))
 TOKENS = ["{", "}", "[", "]", ":", ",", "- ", "\n", "  ", "&a ", "*a", "!x ", "'", '"', "#", "|", ">", "%", "~", ".nan", ".inf",
           "-1", "0", "1e999", "true", "Sphere", "Union", "move", "shape", "\0", "\ud7ff", "🙂", "\x85", "\u2028", "<<", "? "]  # fmt: skip
-FUZZ = settings(max_examples=150, deadline=None)
+FUZZ = settings(max_examples=size(50, 150), deadline=None)
 
 
 def survives(content: bytes) -> None:

@@ -18,11 +18,11 @@ from conicoid.io.scene_file import yaml_parser
 from conicoid.io.scene_file import yaml_parser as scene_text
 from conicoid.io.scene_file.scene_file import SceneParts, read_scene, write_scene
 
-from ..samples import sampled
+from ..samples import sampled, size
 from .strategies import PRIMITIVES, moved, primitive, scenes, sheets, solids
 
 pytestmark = pytest.mark.filterwarnings("ignore::UserWarning")  # of numbers that may be meant otherwise
-RELAXED = settings(max_examples=25, deadline=None, suppress_health_check=list(HealthCheck))
+RELAXED = settings(max_examples=size(10, 25), deadline=None, suppress_health_check=list(HealthCheck))
 
 
 def again(scene: co.Scene, name: str = "scene.yaml") -> co.Scene:
@@ -50,13 +50,13 @@ def test_every_shape(name):
     run()
 
 
-@settings(RELAXED, max_examples=60)
+@settings(RELAXED, max_examples=size(20, 60))
 @given(st.one_of(solids(), sheets()))
 def test_booleans(shape):
     check(shape)
 
 
-@settings(RELAXED, max_examples=60)
+@settings(RELAXED, max_examples=size(20, 60))
 @given(scenes())
 def test_scenes(scene):
     back = again(scene)
@@ -66,7 +66,7 @@ def test_scenes(scene):
     )
 
 
-@settings(RELAXED, max_examples=25)
+@settings(RELAXED)
 @given(scenes())
 def test_json(scene):
     try:

@@ -18,6 +18,7 @@ from conicoid.io.scene_file.nodes import Node, ScalarNode, SequenceNode, is_null
 from conicoid.io.scene_file.schema import scene_schema
 from conicoid.io.scene_file.yaml_parser import parse_yaml
 
+from ..samples import size
 from .broken import CASES
 from .strategies import scenes
 
@@ -67,7 +68,7 @@ def test_every_shape_stands_in_it():
 
 
 @given(scenes())
-@settings(max_examples=40, deadline=None, suppress_health_check=list(HealthCheck))
+@settings(max_examples=size(15, 40), deadline=None, suppress_health_check=list(HealthCheck))
 def test_what_is_saved_is_valid(scene):
     with tempfile.TemporaryDirectory() as folder:
         co.save(scene, Path(folder) / "scene.yaml")

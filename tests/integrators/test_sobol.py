@@ -9,6 +9,7 @@ import pytest
 from conicoid.render import sampling as sobol
 
 from ..compiled import compiled
+from ..samples import deep
 
 
 @numba.njit
@@ -21,7 +22,7 @@ def _points(seed, pixel, count, pair):
 
 @pytest.mark.parametrize("pair", [0, 1, 7])
 @pytest.mark.parametrize("pixel", [0, 12345])
-@pytest.mark.parametrize("power", [1, 4, 7, 10])
+@pytest.mark.parametrize("power", [1, 4, 7, deep(10)])
 def test_every_box_of_a_power_of_two_has_one_point(pair, pixel, power):
     """A (0, m, 2)-net: also of the first 2^m points, so that a picture may go on."""
     points = _points(3, pixel, 2**power, pair)

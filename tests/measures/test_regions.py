@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import math
 from pathlib import Path
 
@@ -83,6 +84,13 @@ def test_a_hexagonal_can(tmp_path):
     assert found.rays == 0
 
 
+@pytest.fixture
+def few_rays(monkeypatch):
+    """As many rays as a test has time for, where the measure chooses how many it follows."""
+    monkeypatch.setattr(importlib.import_module("conicoid.apps.measures.measure"), "RAYS", 60_000)
+
+
+@pytest.mark.usefixtures("few_rays")
 def test_spheres_cones_and_what_is_between_them(tmp_path):
     spheres = "".join(surface(k, "sphere", 1.0, 2.0, 3.0, float(k)) for k in (1, 2))
     cone = surface(3, "z-cone", 0.0, 0.0, 0.0, 0.25) + surface(4, "z-plane", 1.0) + surface(5, "z-plane", 3.0)
@@ -148,6 +156,7 @@ def test_nothing(shape: co.Shape):
     assert (found.volume, found.area, found.volume_error) == (0, 0, 0)
 
 
+@pytest.mark.usefixtures("few_rays")
 def test_walls_that_are_all_but_the_same_are_left_to_rays():
     """A tube as thick as a few roundings: which wall is outside depends on rounding, so no form is trusted."""
     outer = co.Cylinder((0.1, 0, 0), (0.1, 0, 1), 0.3)

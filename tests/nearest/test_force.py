@@ -29,7 +29,7 @@ def test_a_wrong_distance_is_found(monkeypatch):
 
 @pytest.mark.parametrize("name", sampled(BODIES, 5))
 def test_distances_are_within_the_bound_that_they_tell(name):
-    assert list(faults(name, np.random.default_rng(11), 100, 2)) == []
+    assert list(faults(name, np.random.default_rng(11), 50, 1)) == []
 
 
 def random_faults(seed, count, forced):
@@ -45,7 +45,7 @@ def random_faults(seed, count, forced):
 
 @pytest.mark.parametrize("seed", sampled([1, 2, 5], 3))
 def test_random_bodies(seed):
-    assert random_faults(seed, 60, 3) == []
+    assert random_faults(seed, 40, 2) == []
 
 
 @pytest.mark.deep

@@ -15,6 +15,7 @@ from conicoid.kernels.numbers import elementary as exponential
 from conicoid.kernels.numbers.elementary import hypot
 
 from ..compiled import compiled
+from ..samples import size
 from . import coefficients
 from .emulated import interpreted, same
 
@@ -155,7 +156,7 @@ def worst(name: str, seed: int, n: int) -> tuple[float, tuple[float, ...]]:
 @pytest.mark.parametrize("name", CASES)
 def test_errors_are_below_the_bound_that_is_stated(name):
     bound = CASES[name][3]
-    error, case = worst(name, 1, 400)
+    error, case = worst(name, 1, size(150, 400))
     assert error <= bound, case
     assert f"{bound} units of the last place" in CASES[name][4].__doc__
 

@@ -195,7 +195,7 @@ def told(done, count):
     if done * 3 > count:
         print("begun", flush=True)
 co.turntable(scene, sys.argv[1], frames=3, width=8, height=6, samples=1, folder=sys.argv[2])
-co.turntable(scene, sys.argv[1], frames=3, width=640, height=480, samples=256, folder=sys.argv[3], progress=told)
+co.turntable(scene, sys.argv[1], frames=3, width=320, height=240, samples=256, folder=sys.argv[3], progress=told)
 """
 
 
@@ -213,5 +213,5 @@ def test_what_is_interrupted_goes_on(tmp_path):
     assert path.read_bytes() == before
     assert [entry.suffix for entry in folder.iterdir()] == [".png"] * len(list(folder.iterdir()))
     for frame in folder.iterdir():
-        assert PIL.Image.open(io.BytesIO(frame.read_bytes())).size == (640, 480)
+        assert PIL.Image.open(io.BytesIO(frame.read_bytes())).size == (320, 240)
     assert 1 <= len(list(folder.iterdir())) < 3

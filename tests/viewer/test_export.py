@@ -6,21 +6,20 @@ import re
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
 
 import conicoid as co
-from conicoid.cli.app import app
 from conicoid.viewer import export, page
 from conicoid.viewer import scene_data as limits
 from conicoid.viewer.html import PREVIEW_BYTES, preview_of
 
+from ..command_line import run
 from .browser import NARROW, launch, needs_browser, opened
 
 BARREL = Path(__file__).resolve().parents[2] / "examples" / "scenes" / "barrel.yaml"
 
 
 def test_the_barrel_is_small_and_alone(tmp_path, no_engine):
-    result = CliRunner().invoke(app, ["export", str(BARREL), str(tmp_path / "barrel.html")])
+    result = run("export", BARREL, tmp_path / "barrel.html")
     assert result.exit_code == 0
     text = (tmp_path / "barrel.html").read_text(encoding="utf-8")
     assert len(text.encode()) < 200 * 1024
@@ -98,6 +97,6 @@ def test_limits_are_named(monkeypatch, tmp_path, name, value, message):
 
 
 def test_mistakes_are_told(tmp_path):
-    result = CliRunner().invoke(app, ["export", str(BARREL), str(tmp_path / "page.png")])
+    result = run("export", BARREL, tmp_path / "page.png")
     assert result.exit_code == 2
     assert "pages are saved as .html" in result.stderr

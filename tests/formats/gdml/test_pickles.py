@@ -21,11 +21,11 @@ from .test_twisted import SOLIDS as TWISTED
 
 SOLIDS = OLD | {f"twisted: {name}": solid for name, solid in TWISTED.items()}
 PROTOCOLS = 2, pickle.HIGHEST_PROTOCOL
-_ACROSS = 3
+_ACROSS = 2
 
 
 def rows_of(folder: Path, solids: str) -> co.Scene:
-    """A solid three times three times in a box, which is around all of them."""
+    """A solid twice two times in a box, which is around all of them."""
     inside = "".join(
         placed("it", f'<position x="{40 * (k % _ACROSS)}" y="{40 * (k // _ACROSS)}" z="1"/>') for k in range(_ACROSS**2)
     )

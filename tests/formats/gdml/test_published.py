@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import importlib
+
 import numpy as np
 import pytest
 
 import conicoid as co
 from conicoid.io.gdml.solids import SOLID_READERS
 
+from ...samples import size
 from .files import solid_scene
 from .published import EVERY
 
@@ -17,13 +20,13 @@ ON = 1e-9
 """Points that are printed as on a surface lie on it to their last digits."""
 
 
-@pytest.fixture(params=READ, ids=[f"{one.source} as {way}" for one, way in READ])
-def solid(request, tmp_path):
+@pytest.fixture(scope="module", params=READ, ids=[f"{one.source} as {way}" for one, way in READ])
+def solid(request, tmp_path_factory):
     """(what is printed, a scene of the solid alone)"""
     one, way = request.param
     if way == "shape":
         return one, co.Scene([one.shape()])
-    scene = solid_scene(tmp_path, one.gdml, "s", one.define)
+    scene = solid_scene(tmp_path_factory.mktemp("solid"), one.gdml, "s", one.define)
     assert not [note for note in scene.notes if "left out" in note]
     return one, scene
 
@@ -79,7 +82,8 @@ def test_normals(solid):
         assert np.allclose(hit.normal, unit, rtol=0, atol=1e-12)
 
 
-def test_sizes(solid):
+def test_sizes(solid, monkeypatch):
+    monkeypatch.setattr(importlib.import_module("conicoid.apps.measures.measure"), "RAYS", size(60_000, 1_000_000))
     one, scene = solid
     if one.extent is not None:
         low, high = scene.bounds
@@ -88,7 +92,9 @@ def test_sizes(solid):
         assert np.allclose(high, one.extent[1], rtol=rough, atol=1e-13)
     if one.volume is None and one.area is None:
         return
-    found = co.measure(scene.bodies[0].shape, rays=None if isinstance(scene.bodies[0].shape, co.Polyhedron) else 12_000)
+    found = co.measure(
+        scene.bodies[0].shape, rays=None if isinstance(scene.bodies[0].shape, co.Polyhedron) else size(3000, 12_000)
+    )
     for value, error, expected in (
         (found.volume, found.volume_error, one.volume),
         (found.area, found.area_error, one.area),

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import itertools
 import pickle
 from pathlib import Path
 
@@ -23,7 +22,7 @@ from conicoid.prepare import body_collector as contents
 from conicoid.prepare import instances as moved_file
 from conicoid.prepare import instances as turned
 
-from ...samples import sampled
+from ...samples import in_turn
 from .models import put
 from .repeated_models import MODELS
 from .test_repeated import written_out
@@ -101,18 +100,17 @@ EDITS = {
 
 
 SCENES = "core", "cubes", "turned", "core at an angle", "cubes at an angle"
+OF_PREPARED = {name + state: state != "" for name in EDITS for state in ("", ", prepared")}
+"""Edits of scenes that are prepared, and of those that are not."""
 
 
-@pytest.mark.parametrize(
-    ("scene", "name", "prepared"), sampled(itertools.product(SCENES, EDITS, (False, True)), 3), indirect=["scene"]
-)
-def test_edits_answer_as_bodies_written_out(name: str, prepared: bool, scene: co.Scene) -> None:
-    """Made of a scene that is prepared, or that is not."""
-    if not prepared:
-        scene = pickle.loads(pickle.dumps(scene))
-    else:
+@pytest.mark.parametrize(("edit", "scene"), in_turn(OF_PREPARED, SCENES), indirect=["scene"])
+def test_edits_answer_as_bodies_written_out(edit: str, scene: co.Scene) -> None:
+    if OF_PREPARED[edit]:
         scene.prepare()
-    edited = EDITS[name](scene)
+    else:
+        scene = pickle.loads(pickle.dumps(scene))
+    edited = EDITS[edit.removesuffix(", prepared")](scene)
     assert isinstance(edited.bodies, EditedInstances)
     same_answers(edited)
 

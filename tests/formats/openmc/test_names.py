@@ -5,13 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
 
 import conicoid as co
-from conicoid.cli.app import app
 from conicoid.io import openmc
 from conicoid.io.scene_file import scene_file, yaml_parser
 
+from ...command_line import run
 from .models import EXAMPLE_FILES
 
 HOSTILE = (
@@ -38,7 +37,7 @@ def test_names_cannot_forge_what_is_printed(name: str, tmp_path: Path) -> None:
     for line in (*map(str, imported.legend), *imported.notes, *(body.name or "" for body in imported.bodies)):
         assert line.isprintable()
     output = tmp_path / "scene.yaml"
-    result = CliRunner().invoke(app, ["import", str(path), "-o", str(output)])
+    result = run("import", path, "-o", output)
     assert result.exit_code == 0
     assert len(result.stdout.splitlines()) == len(imported.notes) + len(imported.legend)
     assert all(line.isprintable() for line in output.read_text(encoding="utf-8").splitlines())
