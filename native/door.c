@@ -33,6 +33,7 @@ typedef struct {
     const Entry *entry;
     int64_t slots[MOST_SLOTS];
     int64_t lengths[MOST_ARRAYS][3]; /* of each array, for the second round */
+    int first[MOST_ARRAYS];          /* slot of each array */
     int64_t ints[MOST_SLOTS];
     Py_buffer buffers[MOST_ARRAYS];
     int64_t value[MOST_SYMBOLS];
@@ -105,6 +106,7 @@ static int take_array(Call *call, const Leaf *leaf, PyObject *given)
         return wrong(call, leaf, PyExc_TypeError,
                      leaf->written ? "must be a C-contiguous array that can be written to" : "must be a C-contiguous array");
     }
+    call->first[call->arrays] = call->slot;
     int64_t *lengths = call->lengths[call->arrays++];
     if (buffer->ndim != leaf->dimensions)
         return wrong(call, leaf, PyExc_TypeError, "has the wrong number of dimensions");
@@ -331,10 +333,16 @@ typedef union {
     } array;
 } Result;
 
+/* A new object, all zeros after its head. */
+static void *made_of(PyTypeObject *type)
+{
+    PyObject *(*make)(PyTypeObject *, Py_ssize_t) = PyType_GetSlot(type, Py_tp_alloc);
+    return make(type, 0);
+}
+
 static PyObject *rows_of(const Result *result)
 {
-    PyObject *(*make)(PyTypeObject *, Py_ssize_t) = PyType_GetSlot(rows_type, Py_tp_alloc);
-    Rows *rows = (Rows *)make(rows_type, 0);
+    Rows *rows = made_of(rows_type);
     if (rows == NULL) {
         conicoid_release(result->array.block);
         return NULL;
@@ -379,39 +387,52 @@ typedef struct {
     const Entry *entry;
 } Function;
 
+/* The arguments of a call; its buffers are to be released in any case. */
+static int take_all(Call *call, const Entry *entry, PyObject *arguments)
+{
+    call->entry = entry;
+    call->bound = 0;
+    memset(call->value, 0, sizeof call->value);
+    call->places = NULL;
+    call->slot = call->arrays = call->ints_used = 0;
+    Py_ssize_t count = PyTuple_Size(arguments);
+    if (count != entry->arguments) {
+        PyErr_Format(PyExc_TypeError, "%s takes %d arguments, got %zd", entry->name, entry->arguments, count);
+        return -1;
+    }
+    const Leaf *next = entry->leaves;
+    for (Py_ssize_t k = 0; k < count; k++)
+        if (take(call, &next, PyTuple_GetItem(arguments, k)) != 0)
+            return -1;
+    return check(call);
+}
+
+static void release_all(Call *call)
+{
+    for (int k = 0; k < call->arrays; k++)
+        PyBuffer_Release(&call->buffers[k]);
+}
+
+static PyObject *run(const Entry *entry, const int64_t *slots)
+{
+    Result result = {{0}};
+    Kernel kernel = entry->levels[level];
+    PyThreadState *state = PyEval_SaveThread();
+    int status = kernel(&result, slots);
+    PyEval_RestoreThread(state);
+    if (status == 0 || status == -2)
+        return as_python(entry->result, &result);
+    return PyErr_Format(PyExc_MemoryError, "%s: there is not enough memory", entry->name);
+}
+
 static PyObject *function_call(PyObject *self, PyObject *arguments, PyObject *named)
 {
     const Entry *entry = ((Function *)self)->entry;
     if (named != NULL && PyDict_Size(named) > 0)
         return PyErr_Format(PyExc_TypeError, "%s: arguments have no names here", entry->name);
-    Py_ssize_t count = PyTuple_Size(arguments);
-    if (count != entry->arguments)
-        return PyErr_Format(PyExc_TypeError, "%s takes %d arguments, got %zd", entry->name, entry->arguments, count);
     Call call;
-    call.entry = entry;
-    call.bound = 0;
-    memset(call.value, 0, sizeof call.value);
-    call.places = NULL;
-    call.slot = call.arrays = call.ints_used = 0;
-    const Leaf *next = entry->leaves;
-    PyObject *answer = NULL;
-    int fine = 1;
-    for (Py_ssize_t k = 0; k < count && fine; k++)
-        fine = take(&call, &next, PyTuple_GetItem(arguments, k)) == 0;
-    if (fine && check(&call) == 0) {
-        Result result = {{0}};
-        int status;
-        Kernel kernel = entry->levels[level];
-        PyThreadState *state = PyEval_SaveThread();
-        status = kernel(&result, call.slots);
-        PyEval_RestoreThread(state);
-        if (status == 0 || status == -2)
-            answer = as_python(entry->result, &result);
-        else
-            PyErr_Format(PyExc_MemoryError, "%s: there is not enough memory", entry->name);
-    }
-    for (int k = 0; k < call.arrays; k++)
-        PyBuffer_Release(&call.buffers[k]);
+    PyObject *answer = take_all(&call, entry, arguments) == 0 ? run(entry, call.slots) : NULL;
+    release_all(&call);
     return answer;
 }
 
@@ -448,23 +469,30 @@ static PyType_Spec function_spec = {
     function_slots};
 static PyTypeObject *function_type;
 
+/* The entry with a name; NULL without an error where there is none. */
+static const Entry *entry_of(PyObject *name)
+{
+    const char *wanted = PyUnicode_AsUTF8AndSize(name, NULL);
+    for (size_t k = 0; wanted != NULL && k < sizeof ENTRIES / sizeof *ENTRIES; k++)
+        if (strcmp(ENTRIES[k].name, wanted) == 0)
+            return &ENTRIES[k];
+    return NULL;
+}
+
+#include "single.h"
+
 /* ---- The module ---- */
 
 static PyObject *module_kernel(PyObject *module, PyObject *name)
 {
     (void)module;
-    const char *wanted = PyUnicode_AsUTF8AndSize(name, NULL);
-    if (wanted == NULL)
-        return NULL;
-    for (size_t k = 0; k < sizeof ENTRIES / sizeof *ENTRIES; k++)
-        if (strcmp(ENTRIES[k].name, wanted) == 0) {
-            PyObject *(*make)(PyTypeObject *, Py_ssize_t) = PyType_GetSlot(function_type, Py_tp_alloc);
-            Function *made = (Function *)make(function_type, 0);
-            if (made != NULL)
-                made->entry = &ENTRIES[k];
-            return (PyObject *)made;
-        }
-    return new_reference(Py_None);
+    const Entry *entry = entry_of(name);
+    if (entry == NULL)
+        return PyErr_Occurred() ? NULL : new_reference(Py_None);
+    Function *made = made_of(function_type);
+    if (made != NULL)
+        made->entry = entry;
+    return (PyObject *)made;
 }
 
 static PyObject *module_names(PyObject *module, PyObject *nothing)
@@ -483,13 +511,10 @@ static PyObject *module_names(PyObject *module, PyObject *nothing)
 static PyObject *module_returns_array(PyObject *module, PyObject *name)
 {
     (void)module;
-    const char *wanted = PyUnicode_AsUTF8AndSize(name, NULL);
-    if (wanted == NULL)
+    const Entry *entry = entry_of(name);
+    if (entry == NULL && PyErr_Occurred())
         return NULL;
-    for (size_t k = 0; k < sizeof ENTRIES / sizeof *ENTRIES; k++)
-        if (strcmp(ENTRIES[k].name, wanted) == 0)
-            return PyBool_FromLong(ENTRIES[k].result[0] == 'A');
-    return PyBool_FromLong(0);
+    return PyBool_FromLong(entry != NULL && entry->result[0] == 'A');
 }
 
 static PyObject *module_levels(PyObject *module, PyObject *nothing)
@@ -525,6 +550,7 @@ static PyObject *module_use(PyObject *module, PyObject *name)
 
 static PyMethodDef functions[] = {
     {"kernel", module_kernel, METH_O, "A kernel by its name; None where there is none."},
+    {"single", module_single, METH_VARARGS, "A call of a kernel on the numbers of one ray or point (native/single.h)."},
     {"kernels", module_names, METH_NOARGS, "The names of all kernels."},
     {"returns_array", module_returns_array, METH_O, "Is what a kernel returns the memory of an array?"},
     {"levels", module_levels, METH_NOARGS, "The levels of processor that this one can run, the best last."},
@@ -550,7 +576,9 @@ EXPORT PyObject *PyInit__kernels(void)
     }
     rows_type = (PyTypeObject *)PyType_FromSpec(&rows_spec);
     function_type = (PyTypeObject *)PyType_FromSpec(&function_spec);
-    if (rows_type == NULL || function_type == NULL || PyModule_AddStringConstant(module, "sources", SOURCES) != 0) {
+    single_type = (PyTypeObject *)PyType_FromSpec(&single_spec);
+    if (rows_type == NULL || function_type == NULL || single_type == NULL ||
+        PyModule_AddStringConstant(module, "sources", SOURCES) != 0) {
         Py_DecRef(module);
         return NULL;
     }

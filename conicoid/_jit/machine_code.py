@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from .._util.environment import LEVEL, read_jit_mode, read_processor_level
+from .._util.validation import LARGEST, SMALLEST
 from .address_space import TO_RUN, require_memory
 
 
@@ -75,6 +76,18 @@ def _as_array(function: Callable[..., Any]) -> Callable[..., Any]:
     def call(*arguments: Any) -> Any:
         return np.asarray(function(*arguments))
 
+    return call
+
+
+def single_call(kernel: str, arguments: Any, inputs: Any, outputs: Any) -> Callable[..., Any] | None:
+    """Return a call of a kernel on the numbers of one ray or point; None without machine code.
+
+    It takes the numbers that stand for the arrays `inputs` of the kernel's arguments, and returns their bytes, the
+    numbers in the arrays `outputs`, and the kernel's result (native/single.h); None for anything but plain numbers.
+    """
+    if SHIPPED is None:
+        return None
+    call: Callable[..., Any] = SHIPPED.single(kernel, arguments, inputs, outputs, SMALLEST, LARGEST)
     return call
 
 

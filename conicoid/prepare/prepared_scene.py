@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import weakref
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
+from .._jit.machine_code import single_call
 from ..geometry.body import Body
 from ..geometry.exact_crossings import IntegerForm, ball_form, surface_form
 from ..geometry.instances import InstanceList
@@ -37,6 +38,7 @@ from ..kernels.tables import (
     length,
     unpack_tables,
 )
+from ..kernels.threads import is_brief
 from . import lowering
 from .bvh.leaf_items import put_items
 from .bvh.tree_patch import patch_trees
@@ -110,6 +112,24 @@ class PreparedScene:
     def sources(self) -> dict[int, Any]:
         """Surfaces that `scene.surface` and `scene.explain` have computed."""
         return {}
+
+    @cached_property
+    def single_calls(self) -> dict[str, Callable[..., Any]]:
+        """Functions (scene, *numbers) that answer queries of one ray or point without arrays, by names of queries."""
+        return {}
+
+    def keep_single_call(
+        self, query: str, answer: Callable[..., Any], kernel: str, arguments: Any, inputs: Any, outputs: Any
+    ) -> None:
+        """Let `answer(call, scene, *numbers)` answer a query of one ray or point, `call` being a `single_call`.
+
+        There is none where one ray may take so long that Ctrl-C must stop it.
+        """
+        if query in self.single_calls or not is_brief(self.geometry):
+            return
+        call = single_call(kernel, arguments, inputs, outputs)
+        if call is not None:
+            self.single_calls[query] = partial(answer, call)
 
     @cached_property
     def kinds(self) -> npt.NDArray[np.int8]:

@@ -6,6 +6,7 @@ of a result. Kernels mark rays in doubt, which exact methods then decide.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -217,6 +218,8 @@ def first_hit(scene: PreparedScene, rays: Rays, t_min: Any, t_max: Any) -> Hits:
             chunk_of_rays(scene.geometry, tiles, _TILE_CHUNK, len(arrays.origins)),
             len(arrays.origins),
         )
+    if len(arrays.origins) == 1:
+        _keep_single_call(scene, "first_hit", _hit_of_single, "trace_first_alone", 0, 1, outputs=HitBuffers.new(1))
     doubtful = np.flatnonzero(is_doubtful(found.turn))
     if len(doubtful):
         from .exact.doubtful_rays import filter_doubtful, resolve_hits
@@ -224,6 +227,55 @@ def first_hit(scene: PreparedScene, rays: Rays, t_min: Any, t_max: Any) -> Hits:
         resolve_hits(scene, arrays, doubtful, found)
         doubtful = filter_doubtful(scene, arrays, doubtful, found)
     return Hits(scene, rays, found, doubtful)
+
+
+# One ray, given by plain numbers
+#
+# Codes that trace ray by ray, such as transport loops, wait mostly for what is around the kernel: some 70 µs through
+# arrays. Once a scene has answered a query of one ray it keeps a call for the next ones that takes 5 (native/single.h).
+
+
+def _keep_single_call(
+    scene: PreparedScene, query: str, answer: Callable[..., Any], kernel: str, *rest: Any, outputs: tuple[Any, ...]
+) -> None:
+    """Let `answer` answer the query of one ray from now on; `rest` stand between rays and outputs of a kernel."""
+    rays = RayArrays(np.zeros((1, 3)), np.ones((1, 3)), np.zeros(1), np.ones(1), np.full(1, -1, np.int32))
+    last = (outputs,) if isinstance(outputs, HitBuffers) else outputs
+    scene.keep_single_call(query, answer, kernel, (scene.geometry, rays, *rest, *last), rays[:4], outputs)
+
+
+def _hit_of_single(call: Callable[..., Any], scene: PreparedScene, *numbers: Any) -> Hits | None:
+    """Return the first hit of one ray; None where `first_hit` must answer."""
+    found = call(*numbers)
+    return None if found is None or is_doubtful(found[5]) else Hits._of_single(scene, found)
+
+
+def _is_single_occluded(call: Callable[..., Any], scene: PreparedScene, *numbers: Any) -> Any:
+    """Return whether one ray is occluded; None where `occluded` must answer."""
+    found = call(*numbers)
+    return None if found is None or is_doubtful(found[1]) else np.bool_(found[1])
+
+
+def _keep_single_lists(scene: PreparedScene, query: str, answer: Callable[..., Any], spans: bool) -> None:
+    """Let `answer` answer the query of the spans or crossings of one ray from now on."""
+    outputs = np.zeros(1, np.int32), np.zeros(1, np.int8)
+    _keep_single_call(scene, query, answer, "trace_rows_alone", spans, 0, 1, outputs=outputs)
+
+
+def _spans_of_single(call: Callable[..., Any], scene: PreparedScene, *numbers: Any) -> Spans | None:
+    """Return the spans of one ray; None where `spans` must answer."""
+    from .spans import Spans, single_list
+
+    found = call(*numbers)
+    return None if found is None or found[2] else Spans(scene, Rays._of_single(found[0]), single_list(found[3]))
+
+
+def _crossings_of_single(call: Callable[..., Any], scene: PreparedScene, *numbers: Any) -> Crossings | None:
+    """Return the crossings of one ray; None where `crossings` must answer."""
+    from .spans import Crossings, single_list
+
+    found = call(*numbers)
+    return None if found is None or found[2] else Crossings(scene, Rays._of_single(found[0]), single_list(found[3]))
 
 
 def _trace_streams(scene: PreparedScene, arrays: RayArrays, any_hit: bool, found: HitBuffers) -> None:
@@ -265,6 +317,9 @@ def occluded(scene: PreparedScene, rays: Rays, t_min: Any, t_max: Any) -> Any:
             len(arrays.origins),
         )
         doubtful = np.flatnonzero(is_doubtful(result))
+        if len(result) == 1:
+            outputs = (np.zeros(1, np.int8),)
+            _keep_single_call(scene, "occluded", _is_single_occluded, "trace_occluded", 0, 0, 1, outputs=outputs)
     else:
         found = HitBuffers.new(len(arrays.origins))
         _trace_streams(scene, arrays, True, found)
@@ -288,13 +343,17 @@ def spans(scene: PreparedScene, rays: Rays, t_min: Any, t_max: Any) -> Spans:
     """Return every stretch of each ray inside each solid, clipped to [t_min, t_max]."""
     from .spans import Spans, trace_lists
 
-    return Spans(scene, rays, trace_lists(scene, arrays_of("spans", scene, rays, t_min, t_max), *_packets(rays), True))
+    arrays = arrays_of("spans", scene, rays, t_min, t_max)
+    if len(arrays.origins) == 1:
+        _keep_single_lists(scene, "spans", _spans_of_single, True)
+    return Spans(scene, rays, trace_lists(scene, arrays, *_packets(rays), True))
 
 
 def crossings(scene: PreparedScene, rays: Rays, t_min: Any, t_max: Any) -> Crossings:
     """Return every crossing of each ray with every body, solid or sheet, in (t_min, t_max)."""
     from .spans import Crossings, trace_lists
 
-    return Crossings(
-        scene, rays, trace_lists(scene, arrays_of("crossings", scene, rays, t_min, t_max), *_packets(rays), False)
-    )
+    arrays = arrays_of("crossings", scene, rays, t_min, t_max)
+    if len(arrays.origins) == 1:
+        _keep_single_lists(scene, "crossings", _crossings_of_single, False)
+    return Crossings(scene, rays, trace_lists(scene, arrays, *_packets(rays), False))

@@ -134,6 +134,12 @@ class Rays(ArrayRecord):
         rays._keep(origins, directions, starts, home)
         return rays
 
+    @classmethod
+    def _of_single(cls, lines: bytes) -> Rays:
+        """Return one ray, without validating it, from the bytes of its six numbers and of what follows them."""
+        numbers = np.frombuffer(lines, np.float64, 6)
+        return cls._spawned(numbers[:3], numbers[3:], np.array([-1], np.int32))
+
     def _starts_in(self, scene: PreparedScene) -> npt.NDArray[np.int32]:
         """Return the surfaces of `scene` on which the rays start: -1 for all in a scene with other surfaces.
 
