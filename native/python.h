@@ -109,6 +109,7 @@ PYTHON int PyList_Append(PyObject *, PyObject *);
 PYTHON Py_ssize_t PyList_Size(PyObject *);
 PYTHON PyObject *PyList_GetItem(PyObject *, Py_ssize_t);
 PYTHON PyObject *PyBytes_FromStringAndSize(const char *, Py_ssize_t);
+PYTHON char *PyBytes_AsString(PyObject *);
 PYTHON Py_ssize_t PyDict_Size(PyObject *);
 PYTHON PyThreadState *PyEval_SaveThread(void);
 PYTHON void PyEval_RestoreThread(PyThreadState *);

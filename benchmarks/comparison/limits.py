@@ -84,7 +84,7 @@ def microseconds(limit: float, ask: Callable[[Scene], Any], turns: int = 200) ->
 
 def thousand_rays() -> Callable[[Scene], Any]:
     """First hits of 1,024 neighbours in a picture, from arrays."""
-    origins, directions = (np.ascontiguousarray(part[496:528, 496:528], float) for part in camera_rays(1024))
+    origins, directions = (part[496:528, 496:528].reshape(-1, 3).astype(float) for part in camera_rays(1024))
     return lambda scene: scene.first_hit(origins, directions).t
 
 

@@ -79,7 +79,7 @@ def _as_array(function: Callable[..., Any]) -> Callable[..., Any]:
     return call
 
 
-def single_call(kernel: str, arguments: Any, inputs: Any, outputs: Any) -> Callable[..., Any] | None:
+def single_call(kernel: str, arguments: Any, inputs: Any, outputs: Any, most: int = 0) -> Callable[..., Any] | None:
     """Return a call of a kernel on the numbers of one ray or point; None without machine code.
 
     It takes the numbers that stand for the arrays `inputs` of the kernel's arguments, and returns their bytes, the
@@ -87,7 +87,7 @@ def single_call(kernel: str, arguments: Any, inputs: Any, outputs: Any) -> Calla
     """
     if SHIPPED is None:
         return None
-    call: Callable[..., Any] = SHIPPED.single(kernel, arguments, inputs, outputs, SMALLEST, LARGEST)
+    call: Callable[..., Any] = SHIPPED.single(kernel, arguments, inputs, outputs, SMALLEST, LARGEST, most)
     return call
 
 

@@ -115,21 +115,19 @@ class PreparedScene:
 
     @cached_property
     def single_calls(self) -> dict[str, Callable[..., Any]]:
-        """Functions (scene, *numbers) that answer queries of one ray or point without arrays, by names of queries."""
+        """Functions (scene, *numbers) that answer queries of few rays or points, by names of queries."""
         return {}
 
-    def keep_single_call(
-        self, query: str, answer: Callable[..., Any], kernel: str, arguments: Any, inputs: Any, outputs: Any
-    ) -> None:
-        """Let `answer(call, scene, *numbers)` answer a query of one ray or point, `call` being a `single_call`.
+    def keep_single_calls(self, query: str, answer: Callable[..., Any], *kernels: tuple[Any, ...]) -> None:
+        """Let `answer(calls, scene, *numbers)` answer a query of few rays or points, by `single_call` of each kernel.
 
-        There is none where one ray may take so long that Ctrl-C must stop it.
+        There are none where one ray may take so long that Ctrl-C must stop it.
         """
         if query in self.single_calls or not is_brief(self.geometry):
             return
-        call = single_call(kernel, arguments, inputs, outputs)
-        if call is not None:
-            self.single_calls[query] = partial(answer, call)
+        calls = [single_call(*kernel) for kernel in kernels]
+        if all(calls):
+            self.single_calls[query] = partial(answer, calls)
 
     @cached_property
     def kinds(self) -> npt.NDArray[np.int8]:

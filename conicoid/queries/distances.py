@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -281,7 +281,7 @@ def distance(
     if len(flat) == 1 and not exact:
         point, bound = np.zeros((1, 3)), np.zeros(1)
         arguments = scene.geometry, point, np.full(1, math.inf), 0, 0, 1, bound
-        scene.keep_single_call("distance", _bound_of_single, "bounds_of_points", arguments, (point,), (bound,))
+        scene.keep_single_calls("distance", _bound_of_single, ("bounds_of_points", arguments, (point,), (bound,)))
     found = (
         exact_distances(scene, flat, reach, progress)
         if exact
@@ -290,9 +290,9 @@ def distance(
     return Distances(scene, flat.reshape((*shape, 3)), found)
 
 
-def _bound_of_single(call: Callable[..., Any], scene: PreparedScene, point: Any) -> Distances | None:
+def _bound_of_single(calls: Sequence[Callable[..., Any]], scene: PreparedScene, point: Any) -> Distances | None:
     """Return the certified bound for a point of plain numbers; None where `distance` must answer."""
-    found, body = call(point), scene.single_calls["body_at"](scene, point)
+    found, body = calls[0](point), scene.single_calls["body_at"](scene, point)
     return None if found is None or body is None else Distances._of_single(scene, found[0], found[1], body >= 0)
 
 

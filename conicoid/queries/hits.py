@@ -87,7 +87,7 @@ class Hits(QueryResult, HitDerivatives):
 
         @cached_property
         def rays(self) -> Rays:
-            return Rays._of_single(self._single[0])
+            return Rays._of_few(self._single[0], single=True)
 
         @cached_property
         def _found(self) -> HitBuffers:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -120,21 +120,21 @@ def contains(scene: PreparedScene, points: Any) -> Any:
 
 
 def _keep_single_call(scene: PreparedScene, query: str, answer: Callable[..., Any]) -> None:
-    """Let `answer` answer the query of one point from now on, `PreparedScene.keep_single_call`."""
+    """Let `answer` answer the query of one point from now on, `PreparedScene.keep_single_calls`."""
     point, body, still = np.zeros((1, 3)), np.zeros(1, np.int32), np.zeros(1, np.int8)
     arguments = scene.geometry, scene.rest, point, BEFORE_FIRST, 0, 0, 1, body, still
-    scene.keep_single_call(query, answer, "locate_packets", arguments, (point,), (body, still))
+    scene.keep_single_calls(query, answer, ("locate_packets", arguments, (point,), (body, still)))
 
 
-def _body_of_single(call: Callable[..., Any], scene: PreparedScene, point: Any) -> Any:
+def _body_of_single(calls: Sequence[Callable[..., Any]], scene: PreparedScene, point: Any) -> Any:
     """Return the first body that contains a point, -1 for none; None where `body_at` must answer."""
-    found = call(point)
+    found = calls[0](point)
     return None if found is None or found[2] else np.int32(found[1])
 
 
-def _is_in_solid(call: Callable[..., Any], scene: PreparedScene, point: Any) -> Any:
+def _is_in_solid(calls: Sequence[Callable[..., Any]], scene: PreparedScene, point: Any) -> Any:
     """Return whether any solid contains a point; None where `contains` must answer."""
-    body = _body_of_single(call, scene, point)
+    body = _body_of_single(calls, scene, point)
     return None if body is None else body >= 0
 
 

@@ -34,7 +34,7 @@ def ready_scene():
 def same(one, other):
     """Whether two answers are equal and of one type, with all fields."""
     if not hasattr(one, "_fields"):
-        return type(one) is type(other) and one == other
+        return type(one) is type(other) and np.array_equal(one, other)
     fields = [(getattr(one, name), getattr(other, name)) for name in sorted({*one._fields(), *other._fields()})]
     return one == other and all(type(a) is type(b) and np.shape(a) == np.shape(b) for a, b in fields)
 
@@ -90,12 +90,53 @@ def test_a_single_hit_is_as_complete_as_others():
     assert repr(bound) == repr(scene.distance(np.array([[0.5, 0.25, -5]]))[0])
 
 
+@pytest.mark.parametrize("count", [1, 2, 63, 64, 65, 1000, 1024, 1025])
+def test_few_rays_have_the_answers_of_many(count):
+    rng, scene = np.random.default_rng(count), crowded_scene()
+    for query in ("first_hit", "occluded"):
+        getattr(scene, query)(np.zeros((2, 3)), (0, 0, 1))
+    for coherent in (True, False):
+        origins = np.array([0.1, 0.2, -4.0]) + 0.3 * coherent * rng.uniform(-1, 1, (count, 3))
+        directions = rng.normal(size=(count, 3)) * (0.1, 0.1, 1.0) ** np.array(coherent)
+        directions[::7] = np.round(directions[::7]) + (0, 0, 9)  # some graze walls
+        for given in ((origins, directions), ((0.1, 0.2, -4), directions), (origins, [0, 0, 1.0])):
+            for limits in ({}, dict(t_min=-1, t_max=4.5)):
+                hits, hidden = scene.first_hit(*given, **limits), scene.occluded(*given, **limits)
+                rays = co.Rays(*given)
+                assert same(hits, scene.first_hit(rays, **limits))
+                assert np.array_equal(hidden, scene.occluded(rays, **limits))
+                assert (hidden.dtype, hidden.shape) == (bool, (count,))
+        hits, before = scene.first_hit(origins, directions), co.Rays(origins, directions)
+        origins[:], directions[:] = 9.0, -1.0
+        assert hits.rays == before
+        assert same(pickle.loads(pickle.dumps(hits)), hits.detached())
+        assert same(co.Hits.concatenate([hits[:1], hits[1:]]), scene.first_hit(hits.rays))
+        assert hits.spawn((0, 0, 1)) == scene.first_hit(before).spawn((0, 0, 1))
+
+
+@pytest.mark.parametrize("bad", [(np.nan, 0, 0), (0, np.inf, 0), (0, 0, 1e-200), (0, 1e101, 1), (0, 0, 0)])
+def test_one_wrong_ray_among_few_is_named(bad):
+    scene = ready_scene()
+    scene.first_hit(np.ones((2, 3)), (0, 0, 1))
+    for part in (0, 1):
+        arrays = [np.ones((50, 3)), np.ones((50, 3))]
+        arrays[part][17] = bad
+        if part == 0 and bad == (0, 0, 0):
+            assert scene.first_hit(*arrays).size == 50
+            continue
+        with pytest.raises(ValueError, match=r"^Rays: (origin|direction) must .* for ray\[17\]$"):
+            scene.first_hit(*arrays)
+    with pytest.raises(ValueError, match="broadcast"):
+        scene.first_hit(np.ones((50, 3)), np.ones((49, 3)))
+
+
 VECTORS = [
     "x", None, 3, (1, 2), (1, 2, 3, 4), (1.0, float("nan"), 0), (np.inf, 0, 0), (0, 0, 0), (1e-120, 0, 1), (1e120, 0, 1),
     (2**70, 0, 1), (10**400, 0, 1), (True, False, True), ("a", 0, 1), (1j, 0, 0), [[1, 2, 3]], np.zeros(3, np.float32),
     np.array([1, 2, 3]), np.ma.masked_equal([1.0, 2.0, 3.0], 2.0), np.ones((1, 3)), np.arange(6.0)[::2], np.float64(1),
     (Fraction(1, 3), 0, 1), (np.float64(1), np.int32(2), 3.0), range(1, 4), {1, 2, 3}, np.array([1.0, 2, 3], ">f8"),
-    np.array([1, 2, 3], object), memoryview(np.ones(3)), (0.0, -0.0, 1.0), (np.ma.masked, 0, 1),
+    np.array([1, 2, 3], object), np.zeros((0, 3)), np.full((2, 3), 0.5), np.ones((2, 2, 3)), np.ones((3, 2)), np.ones((6, 3))[::2],
+    np.asfortranarray(np.ones((4, 3))), np.ones((4, 3), np.float32), np.ma.masked_less(np.ones((4, 3)), 0), memoryview(np.ones(3)), (0.0, -0.0, 1.0), (np.ma.masked, 0, 1),
 ]  # fmt: skip
 
 
