@@ -79,14 +79,12 @@ def _as_array(function: Callable[..., Any]) -> Callable[..., Any]:
     return call
 
 
-def single_call(kernel: str, arguments: Any, inputs: Any, outputs: Any, most: int = 0) -> Callable[..., Any] | None:
-    """Return a call of a kernel on the numbers of one ray or point; None without machine code.
+def single_call(kernel: str, arguments: Any, inputs: Any, outputs: Any, most: int = 0) -> Callable[..., Any]:
+    """Return a call of a kernel of the extension on the numbers of one ray or point, or of up to `most`.
 
     It takes the numbers that stand for the arrays `inputs` of the kernel's arguments, and returns their bytes, the
     numbers in the arrays `outputs`, and the kernel's result (native/single.h); None for anything but plain numbers.
     """
-    if SHIPPED is None:
-        return None
     call: Callable[..., Any] = SHIPPED.single(kernel, arguments, inputs, outputs, SMALLEST, LARGEST, most)
     return call
 

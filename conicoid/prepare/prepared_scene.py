@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from .._jit.machine_code import single_call
+from .._jit.machine_code import SHIPPED, single_call
 from ..geometry.body import Body
 from ..geometry.exact_crossings import IntegerForm, ball_form, surface_form
 from ..geometry.instances import InstanceList
@@ -119,15 +119,15 @@ class PreparedScene:
         return {}
 
     def keep_single_calls(self, query: str, answer: Callable[..., Any], *kernels: tuple[Any, ...]) -> None:
-        """Let `answer(calls, scene, *numbers)` answer a query of few rays or points, by `single_call` of each kernel.
+        """Let `answer(calls, scene, *numbers)` answer a query of few rays or points, by calls of kernels."""
+        self.single_calls[query] = partial(answer, [single_call(*kernel) for kernel in kernels])
 
-        There are none where one ray may take so long that Ctrl-C must stop it.
+    def lacks_single_calls(self, query: str) -> bool:
+        """Return whether there could be such an answer.
+
+        There is none without machine code, or where one ray may take so long that Ctrl-C must stop it.
         """
-        if query in self.single_calls or not is_brief(self.geometry):
-            return
-        calls = [single_call(*kernel) for kernel in kernels]
-        if all(calls):
-            self.single_calls[query] = partial(answer, calls)
+        return query not in self.single_calls and SHIPPED is not None and is_brief(self.geometry)
 
     @cached_property
     def kinds(self) -> npt.NDArray[np.int8]:

@@ -278,15 +278,16 @@ def distance(
     """Return signed distances of points from the nearest walls; see `Scene.distance` for the arguments."""
     flat, shape = points_of("distance", points)
     reach = reach_of(max_distance, shape)
-    if len(flat) == 1 and not exact:
-        point, bound = np.zeros((1, 3)), np.zeros(1)
-        arguments = scene.geometry, point, np.full(1, math.inf), 0, 0, 1, bound
-        scene.keep_single_calls("distance", _bound_of_single, ("bounds_of_points", arguments, (point,), (bound,)))
     found = (
         exact_distances(scene, flat, reach, progress)
         if exact
         else distance_bounds(scene, flat, reach, progress, width_of(shape))
     )
+    # After the signs, for which `body_at` keeps a call too
+    if len(flat) == 1 and not exact and scene.lacks_single_calls("distance"):
+        point, bound = np.zeros((1, 3)), np.zeros(1)
+        arguments = scene.geometry, point, np.full(1, math.inf), 0, 0, 1, bound
+        scene.keep_single_calls("distance", _bound_of_single, ("bounds_of_points", arguments, (point,), (bound,)))
     return Distances(scene, flat.reshape((*shape, 3)), found)
 
 

@@ -106,7 +106,7 @@ def points_of(owner: str, points: Any) -> tuple[FloatArray, tuple[int, ...]]:
 def body_at(scene: PreparedScene, points: Any, owner: str = "body_at") -> Any:
     """Return the lowest-numbered body that contains each point, -1 for none; int32 of the points' shape."""
     flat, shape = points_of(owner, points)
-    if len(flat) == 1:
+    if len(flat) == 1 and scene.lacks_single_calls("body_at"):
         _keep_single_call(scene, "body_at", _body_of_single)
     return first_after(scene, flat, BEFORE_FIRST, width_of(shape)).reshape(shape)[()]
 
@@ -114,7 +114,7 @@ def body_at(scene: PreparedScene, points: Any, owner: str = "body_at") -> Any:
 def contains(scene: PreparedScene, points: Any) -> Any:
     """Return whether any solid contains each point; bool of the points' shape."""
     bodies = body_at(scene, points, "contains")
-    if np.size(bodies) == 1:
+    if np.size(bodies) == 1 and scene.lacks_single_calls("contains"):
         _keep_single_call(scene, "contains", _is_in_solid)
     return np.asarray(bodies >= 0)[()]  # a scalar for one point
 

@@ -219,7 +219,7 @@ def first_hit(scene: PreparedScene, rays: Rays, t_min: Any, t_max: Any) -> Hits:
             chunk_of_rays(scene.geometry, tiles, _TILE_CHUNK, len(arrays.origins)),
             len(arrays.origins),
         )
-    if _are_few(rays):
+    if _are_few(rays) and scene.lacks_single_calls("first_hit"):
         one, few = ("trace_first_alone", 0, 1), ("trace_first", 0, 0, 1)
         _keep_single_calls(scene, "first_hit", _hits_of_few, HitBuffers.new(1), one, few)
     return _settle_hits(scene, rays, arrays, found)
@@ -240,7 +240,7 @@ def _settle_hits(scene: PreparedScene, rays: Rays, arrays: RayArrays, found: Hit
 #
 # Codes that trace ray by ray or in small lots, such as transport loops, wait mostly for what is around the kernel: some
 # 70 µs through arrays. Once a scene has answered a query of few rays it keeps a call for the next ones, which takes
-# 3 µs for one and 12 for a thousand (native/single.h).
+# 3 µs for one and 20 for a thousand (native/single.h).
 
 _MOST_FEW = PACKETS * LANES  # rays of a list that are one tile, which one thread traces
 
@@ -277,7 +277,7 @@ def _hits_of_few(calls: Sequence[Callable[..., Any]], scene: PreparedScene, *num
     n = rays.size
     body, entry, place = np.frombuffer(room, np.int32, 3 * n, 8 * n).reshape(3, n)
     turn = np.frombuffer(room, np.int8, n, 20 * n)
-    if is_doubtful(turn).any():
+    if np.count_nonzero(is_doubtful(turn)):
         return None
     return Hits(scene, rays, HitBuffers(np.frombuffer(room, np.float64, n), body, entry, place, turn))
 
@@ -291,7 +291,7 @@ def _are_few_occluded(calls: Sequence[Callable[..., Any]], scene: PreparedScene,
     if found is None:
         return None
     result = np.frombuffer(found[1], np.int8)
-    return None if is_doubtful(result).any() else result.astype(np.bool_)
+    return None if np.count_nonzero(is_doubtful(result)) else result.astype(np.bool_)
 
 
 def _keep_single_lists(scene: PreparedScene, query: str, answer: Callable[..., Any], spans: bool) -> None:
@@ -361,7 +361,7 @@ def occluded(scene: PreparedScene, rays: Rays, t_min: Any, t_max: Any) -> Any:
             len(arrays.origins),
         )
         doubtful = np.flatnonzero(is_doubtful(result))
-        if _are_few(rays):
+        if _are_few(rays) and scene.lacks_single_calls("occluded"):
             kernel = "trace_occluded", 0, 0, 1
             _keep_single_calls(scene, "occluded", _are_few_occluded, (np.zeros(1, np.int8),), kernel, kernel)
     else:
@@ -388,7 +388,7 @@ def spans(scene: PreparedScene, rays: Rays, t_min: Any, t_max: Any) -> Spans:
     from .spans import Spans, trace_lists
 
     arrays = arrays_of("spans", scene, rays, t_min, t_max)
-    if len(arrays.origins) == 1:
+    if len(arrays.origins) == 1 and scene.lacks_single_calls("spans"):
         _keep_single_lists(scene, "spans", _spans_of_single, True)
     return Spans(scene, rays, trace_lists(scene, arrays, *_packets(rays), True))
 
@@ -398,6 +398,6 @@ def crossings(scene: PreparedScene, rays: Rays, t_min: Any, t_max: Any) -> Cross
     from .spans import Crossings, trace_lists
 
     arrays = arrays_of("crossings", scene, rays, t_min, t_max)
-    if len(arrays.origins) == 1:
+    if len(arrays.origins) == 1 and scene.lacks_single_calls("crossings"):
         _keep_single_lists(scene, "crossings", _crossings_of_single, False)
     return Crossings(scene, rays, trace_lists(scene, arrays, *_packets(rays), False))
