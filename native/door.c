@@ -586,8 +586,10 @@ static PyObject *pieces_wait(PyObject *self, PyObject *given)
     long long milliseconds = PyLong_AsLongLong(given);
     if (milliseconds == -1 && PyErr_Occurred())
         return NULL;
+    if (milliseconds <= 0) /* the first call in a child of a fork may be this one: it keeps Python's lock */
+        return PyBool_FromLong(work_wait(pieces->work, 0));
     PyThreadState *state = PyEval_SaveThread();
-    int ended = work_wait(pieces->work, milliseconds < 0 ? 0 : milliseconds > 1000 ? 1000 : (int)milliseconds);
+    int ended = work_wait(pieces->work, milliseconds > 1000 ? 1000 : (int)milliseconds);
     PyEval_RestoreThread(state);
     return PyBool_FromLong(ended);
 }
