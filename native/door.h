@@ -1,7 +1,7 @@
 /* What the generated tables of kernels are made of (native/tables.py writes them). */
 #include <stdint.h>
 
-typedef int (*Kernel)(void *result, const int64_t *slots);
+#include "pool.h"
 
 /* constant + sum of times * value of a symbol; a symbol from TABLE on is the length of a table of the geometry */
 enum { TABLE = 1000, ANY = -2, NOTHING = -1 };
@@ -22,6 +22,7 @@ typedef struct {
     uint8_t kind;
     uint8_t dimensions; /* of an array; of a record how many parts it has */
     uint8_t written;
+    uint8_t strided;    /* an array whose elements may lie apart */
     uint8_t divides;    /* an integer that is -1, 0 or a divisor of its upper limit */
     int16_t symbol;     /* of an integer that others refer to */
     uint16_t size;      /* of an element, in bytes */

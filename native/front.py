@@ -45,7 +45,7 @@ def bend() -> None:
 def _scalar(leaf: Leaf) -> Any:
     if leaf.kind == "array":
         kind = numba.from_dtype(leaf.dtype)
-        return types.Array(kind, len(leaf.lengths), "C")
+        return types.Array(kind, len(leaf.lengths), "A" if leaf.strided else "C")
     return {"int": types.int64, "float": types.float64, "bool": types.boolean, "none": types.none}[leaf.kind]
 
 

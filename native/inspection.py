@@ -1,7 +1,7 @@
 """What an extension and a wheel must be before anybody gets them: `python -m native.inspection WHEEL...`.
 
-An extension takes Python's stable ABI of 3.11 and a few functions on memory and strings from others, and nothing of
-their mathematics, which would decide bits. What is wrong is listed, all of it.
+An extension takes Python's stable ABI of 3.11 and a few functions on memory, strings and threads from others, and
+nothing of their mathematics, which would decide bits. What is wrong is listed, all of it.
 """
 
 from __future__ import annotations
@@ -26,6 +26,16 @@ OLDEST_PYTHON = PyVersion(3, 11)
 STABLE = {each.symbol.name for each in (*FUNCTIONS.values(), *DATAS.values()) if each.added <= OLDEST_PYTHON}
 
 MEMORY = {"malloc", "free", "memcpy", "memmove", "memset", "strchr", "strcmp", "strlen"}
+POSIX = {  # for threads, and large pages
+    *("pthread_attr_destroy", "pthread_attr_init", "pthread_attr_setdetachstate", "pthread_attr_setstacksize"),
+    *("pthread_cond_broadcast", "pthread_cond_init", "pthread_cond_wait", "pthread_condattr_init", "pthread_create"),
+    *("pthread_mutex_init", "pthread_mutex_lock", "pthread_mutex_unlock", "getpid"),
+}
+LINUX = {"pthread_cond_timedwait", "pthread_condattr_setclock", "clock_gettime", "madvise"}
+WINDOWS_THREADS = {
+    *("AcquireSRWLockExclusive", "CloseHandle", "CreateThread", "ReleaseSRWLockExclusive"),
+    *("SleepConditionVariableSRW", "WakeAllConditionVariable"),
+}
 START = {  # what the code around a DLL takes from Windows as it is loaded and left
     *("_execute_onexit_table", "_exit", "_initialize_onexit_table", "_initterm", "_initterm_e", "abort"),
     *("_register_onexit_function", "__acrt_iob_func", "__stdio_common_vfprintf", "fwrite"),
@@ -33,15 +43,17 @@ START = {  # what the code around a DLL takes from Windows as it is loaded and l
     *("GetLastError", "Sleep", "TlsGetValue", "VirtualProtect", "VirtualQuery"),
 }
 IMPORTS = {
-    "linux": MEMORY,
-    "musl": MEMORY,
-    "macos": MEMORY | {"bzero", "__bzero", "memset_pattern16", "dyld_stub_binder"},
-    "windows": MEMORY | START,
+    "linux": MEMORY | POSIX | LINUX,
+    "musl": MEMORY | POSIX | LINUX,
+    "macos": MEMORY
+    | POSIX
+    | {"pthread_cond_timedwait_relative_np", "bzero", "__bzero", "memset_pattern16", "dyld_stub_binder"},
+    "windows": MEMORY | START | WINDOWS_THREADS,
     "pyodide": MEMORY,
 }
 WINDOWS = "heap", "math", "private", "runtime", "stdio", "string"
 LIBRARIES = {
-    "linux": {"libc.so.6"},
+    "linux": {"libc.so.6", "libpthread.so.0"},
     "musl": {"libc.so"},
     "macos": {"/usr/lib/libSystem.B.dylib"},
     "windows": {"python3.dll", "kernel32.dll", *(f"api-ms-win-crt-{part}-l1-1-0.dll" for part in WINDOWS)},

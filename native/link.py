@@ -16,7 +16,7 @@ from .windows import import_library
 HERE = Path(__file__).resolve().parent
 PAGE_ENGINE = "conicoid/viewer/engine.wasm"
 """Where a wheel and a checkout have the engine for pages."""
-SOURCES = "door.c", "scratch.c", "fma.c"
+SOURCES = "door.c", "scratch.c", "pool.c", "fma.c"
 FLAGS = "-O2 -fPIC -fvisibility=hidden -Wall -Wextra -Werror -fno-math-errno -ffp-contract=off".split()
 ZIG = [sys.executable, "-m", "ziglang"]
 OLD_BROWSERS = "mvp+simd128+bulk_memory+sign_ext+nontrapping_fptoint+mutable_globals"  # by zig's names

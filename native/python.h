@@ -32,6 +32,7 @@ typedef struct {
 enum {
     PyBUF_WRITABLE = 0x1,
     PyBUF_FORMAT = 0x4,
+    PyBUF_STRIDES = 0x18,
     PyBUF_C_CONTIGUOUS = 0x38,
 };
 
@@ -73,7 +74,7 @@ typedef struct {
     PyType_Slot *slots;
 } PyType_Spec;
 enum { Py_bf_getbuffer = 1, Py_tp_alloc = 47, Py_tp_call = 50, Py_tp_dealloc = 52, Py_tp_doc = 56, Py_tp_repr = 66 };
-enum { Py_tp_getset = 73, Py_tp_free = 74 };
+enum { Py_tp_getset = 73, Py_tp_free = 74, Py_tp_methods = 64 };
 #define Py_TPFLAGS_DEFAULT (1u << 18)
 #define Py_TPFLAGS_DISALLOW_INSTANTIATION (1u << 7)
 #define Py_TPFLAGS_TUPLE_SUBCLASS (1ul << 26)

@@ -42,6 +42,7 @@ class Leaf:
     lengths: tuple[Length | None, ...] = ()  # of an array, None for any; of an int its limits
     divides: bool = False  # of an int: -1, 0 or a divisor of the second limit
     record: Any = None
+    strided: bool = False  # of an array: its elements may lie apart
 
 
 @dataclass(frozen=True)
@@ -85,11 +86,14 @@ def _length(text: str) -> Length | None:
 
 def _array(name: str, dtype: np.dtype[Any], shape: str, written: bool) -> Leaf:
     words = shape.split()
+    strided = words[:1] == ["strided"]
     if words[:1] == ["out"]:
-        written, words = True, words[1:]
+        written = True
+    if strided or words[:1] == ["out"]:
+        words = words[1:]
     if not words:
         raise ValueError(f"{name}: an array needs a shape")
-    return Leaf(name, "array", dtype, written, tuple(map(_length, words)))
+    return Leaf(name, "array", dtype, written, tuple(map(_length, words)), strided=strided)
 
 
 def _int(name: str, limits: str) -> Leaf:

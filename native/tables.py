@@ -75,7 +75,7 @@ def _leaf(leaf: Leaf, symbols: _Symbols, referred: set[str]) -> str:
     symbol = symbols.number(leaf.name) if leaf.kind == "int" and leaf.name in referred else "NOTHING"
     size, form = (leaf.dtype.itemsize, _text(_format(leaf.dtype))) if leaf.kind == "array" else (0, "0")
     shown = ", ".join([*map(symbols.length, lengths), *([symbols.length(None)] * (3 - len(lengths)))])
-    numbers = f"{count}, {int(leaf.written)}, {int(leaf.divides)}, {symbol}, {size}"
+    numbers = f"{count}, {int(leaf.written)}, {int(leaf.strided)}, {int(leaf.divides)}, {symbol}, {size}"
     return f"    {{{_text(leaf.name)}, {kind}, {numbers}, {form}, {{{shown}}}}},"
 
 

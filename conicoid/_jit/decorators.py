@@ -197,7 +197,8 @@ def load_atomic(typing_context: Any, array: Any, index: Any) -> Any:
 # anything else gets an error in place of a crash (`native/door.c`). The types are those of the annotations.
 #
 # - An array has a length for each dimension: a number, a sum like `n`, `n+1`, `8*n` or `2*n+8`, two of these as in
-#   `n|1` or `n|0`, or `*` for any. `out` before them, or alone before a record, marks an array that the kernel writes.
+#   `n|1` or `n|0`, or `*` for any. `out` before them, or alone before a record, marks an array that the kernel writes,
+#   `strided` one that is only read and whose elements may lie apart.
 # - An integer has limits, `low..high`; either may be missing. `picture n` is a width as `fill_lanes` takes it: 0 or a
 #   divisor of n.
 # - A name is a length that all arguments share, or another integer among them, or (a name of `kernels.tables.Tables`)

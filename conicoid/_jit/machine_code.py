@@ -6,6 +6,7 @@ It holds them for several processor levels and uses the best that this processor
 from __future__ import annotations
 
 import importlib
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -70,6 +71,14 @@ def entry(name: str) -> Callable[..., Any] | None:
     return _as_array(function) if SHIPPED.returns_array(name) else function
 
 
+_KERNEL: Any = None if SHIPPED is None else type(SHIPPED.kernel(SHIPPED.kernels()[0]))
+
+
+def is_shipped(kernel: Any) -> bool:
+    """Return whether a kernel is one of the extension, which can call it in pieces."""
+    return SHIPPED is not None and type(kernel) is _KERNEL
+
+
 def _as_array(function: Callable[..., Any]) -> Callable[..., Any]:
     """Return a kernel that wraps the memory of its result as an array."""
 
@@ -87,6 +96,30 @@ def single_call(kernel: str, arguments: Any, inputs: Any, outputs: Any, most: in
     """
     call: Callable[..., Any] = SHIPPED.single(kernel, arguments, inputs, outputs, SMALLEST, LARGEST, most)
     return call
+
+
+_LARGE = 1 << 18
+"""Bytes of an array that takes the memory which earlier answers have left, if there is any."""
+
+
+def empty_array(shape: int | tuple[int, ...], kind: Any) -> Any:
+    """Return an array that is not initialised; a large one takes memory that earlier answers have left.
+
+    The system takes longer to give a million rays new pages than a core to copy them.
+    """
+    size = math.prod(shape if isinstance(shape, tuple) else (shape,)) * np.dtype(kind).itemsize
+    return np.empty(shape, kind) if SHIPPED is None or size < _LARGE else np.ndarray(shape, kind, SHIPPED.room(size))
+
+
+_ROOM: Any = None if SHIPPED is None else type(SHIPPED.room(0))
+"""The owner of the memory of such arrays."""
+
+
+def is_frozen(array: Any) -> bool:
+    """Return whether an array and the array that owns its memory are read-only."""
+    while type(array) is np.ndarray and not array.flags.writeable:
+        array = array.base
+    return array is None or type(array) is _ROOM
 
 
 def levels() -> tuple[str, ...]:

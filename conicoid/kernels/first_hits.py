@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._jit.decorators import helper, inline, kernel, record_shapes
+from .._jit.machine_code import empty_array
 from .._util.arrays import FloatArray
 from .body.hit import DOUBTFUL, Hit, ResolvedHit, cull_limit, intersect_item, no_hit, resolve_hit, scale_hit, turn_of
 from .body.scratch import Scratch, new_scratch
@@ -105,7 +106,7 @@ def _room(count: int, kind: Any, share: int) -> Any:
     if count < _PAGE:
         return np.empty(count, kind)
     size = count * np.dtype(kind).itemsize
-    room = np.empty(size + 2 * _PAGE, np.uint8)
+    room = empty_array(size + 2 * _PAGE, np.uint8)
     first = -room.ctypes.data % _PAGE + share * _PAGE // 8
     return room[first : first + size].view(kind)
 

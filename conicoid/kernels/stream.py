@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .._jit.decorators import allocator, choose, helper, inline, kernel
+from .._jit.machine_code import empty_array
 from . import tables as table
 from .body.cell import NO_PLACE
 from .body.hit import DOUBTFUL, Hit, ball_event, cull_limit, intersect_item, is_doubtful, nearer_hit, try_entry, turn_of
@@ -55,17 +56,18 @@ from .packet.csg_gather import (
 from .ray import Ray, RayLine
 from .surface.interval import lengths_of_ball, limits_of_ray
 from .surface.quadric import SphereRecord, sphere_roots
-from .tables import BALL, REGION, Floats, Geometry, Ints, Signs, integer, is_halted, length, node_at, whole
-from .threads import run_chunks, thread_count
+from .tables import BALL, REGION, Floats, Geometry, Ints, Longs, Signs, integer, is_halted, length, node_at, whole
+from .threads import KernelRange, run_chunks, thread_count
 
 # The order of rays, in which neighbours see the same part of a scene
 #
 # Rays in no order are sorted by the octant of their direction, then by the point where they begin in the scene's box
-# (or enter it), then by direction within the octant: a key of a few bits for each, and a stable counting sort. Sixteen
-# in a row are then coherent. After Garanzha and Loop, Fast ray sorting and breadth-first packet traversal (Eurographics
-# 2010).
+# (or enter it), then by direction within the octant: a key of a few bits for each, and a stable radix sort by two
+# digits of eight bits. Sixteen in a row are then coherent. After Garanzha and Loop, Fast ray sorting and breadth-first
+# packet traversal (Eurographics 2010).
 
-_CHUNK = 1 << 16  # least rays of a block, the share of a thread
+_CHUNK = 1 << 14  # least rays of a block
+_DIGITS, _LOW, _HIGH = 256, 32, 40  # values of a digit, and where the two of a key begin in `key << 32 | number`
 _FEW_BITS, _MORE_BITS, _MANY = 2, 3, 1 << 18  # bits of a key for each coordinate; from _MANY rays on the larger number
 LANES, _ROWS = 64, 7
 ORIGIN_X, ORIGIN_Y, ORIGIN_Z, DIRECTION_X, DIRECTION_Y, DIRECTION_Z, KEY = (
@@ -167,53 +169,83 @@ def _key(lanes: Floats, i: Any, box: SceneBox, scale: Triple, most: float, bits:
 
 
 @inline
-def _keys(bits: int) -> int:
-    """Return the number of keys with `bits` for each coordinate, three for the octant and four for the direction."""
-    return 1 << (3 * bits + 7)
+def _block(count: int, blocks: int, k: int) -> int:
+    """Return the first of `count` items in block k."""
+    return count * k // blocks
 
 
-@kernel(origins="n 3", directions="n 3", begin="0..end", end="0..n", keys="out n", counts="out 65536|8192")
+@kernel(
+    origins="n 3", directions="n 3", bits="2..3", begin="0..end", end="0..blocks", rays="out n",
+    counts="out blocks 256",
+)  # fmt: skip
 def ray_keys(
-    geometry: Geometry, origins: Floats, directions: Floats, begin: int, end: int, keys: Ints, counts: Ints
-) -> None:
-    """Compute the keys of rays begin..end, and count how often each occurs; `counts` has an element for each key."""
-    bits = _MORE_BITS if len(counts) == _keys(_MORE_BITS) else _FEW_BITS
-    box, lanes, cells = scene_box(geometry), np.ones(_ROWS * LANES), 1 << bits
+    geometry: Geometry, origins: Floats, directions: Floats, bits: int, begin: int, end: int, rays: Longs, counts: Ints
+) -> None:  # fmt: skip
+    """Write the rays of blocks begin..end as `key << 32 | number`, and count the low digits of the keys of each."""
+    box, lanes, cells, total = scene_box(geometry), np.ones(_ROWS * LANES), 1 << bits, len(origins)
     scale = Triple(_scale(box.lx, box.hx, cells), _scale(box.ly, box.hy, cells), _scale(box.lz, box.hz, cells))
-    for first in range(begin, end, LANES):
-        count = min(LANES, end - first)
-        for k in range(0, count & -8, 8):
-            load_eight(origins, first + k, lanes, ORIGIN_X + np.uint64(k))
-            load_eight(directions, first + k, lanes, DIRECTION_X + np.uint64(k))
-        for k in range(count & -8, count):
-            for axis in range(3):
-                at = np.uint64(LANES * axis + k)
-                lanes[ORIGIN_X + at], lanes[DIRECTION_X + at] = origins[first + k, axis], directions[first + k, axis]
-        for i in range(np.uint64(LANES)):
-            _key(lanes, i, box, scale, cells - 1.0, bits)
-        for k in range(count):
-            key = whole(lanes[KEY + np.uint64(k)])
-            keys[first + k] = key
-            counts[key] += 1
+    for block in range(begin, end):
+        mine, last = np.zeros(_DIGITS, np.int32), _block(total, len(counts), block + 1)
+        for first in range(_block(total, len(counts), block), last, LANES):
+            count = min(LANES, last - first)
+            for k in range(0, count & -8, 8):
+                load_eight(origins, first + k, lanes, ORIGIN_X + np.uint64(k))
+                load_eight(directions, first + k, lanes, DIRECTION_X + np.uint64(k))
+            for k in range(count & -8, count):
+                for axis in range(3):
+                    at = np.uint64(LANES * axis + k)
+                    lanes[ORIGIN_X + at], lanes[DIRECTION_X + at] = (
+                        origins[first + k, axis],
+                        directions[first + k, axis],
+                    )
+            for i in range(np.uint64(LANES)):
+                _key(lanes, i, box, scale, cells - 1.0, bits)
+            for k in range(count):
+                key = whole(lanes[KEY + np.uint64(k)])
+                rays[first + k] = key << 32 | first + k
+                mine[key & _DIGITS - 1] += 1
+        for digit in range(_DIGITS):
+            counts[block, digit] = mine[digit]
 
 
-@kernel(keys="n", begin="0..end", end="0..n", places="out 65536|8192", order="out n")
-def _place(keys: Ints, begin: int, end: int, places: Ints, order: Ints) -> None:
-    """Write the rays of a block to their places, in order of their keys; ties keep their order."""
-    for i in range(begin, end):
-        key = keys[i]
-        order[places[key]] = i
-        places[key] += 1
+@kernel(rays="n", begin="0..end", end="0..blocks", counts="out blocks 256")
+def _count_digits(rays: Longs, begin: int, end: int, counts: Ints) -> None:
+    """Count the high digits of the keys in blocks begin..end."""
+    for block in range(begin, end):
+        mine = np.zeros(_DIGITS, np.int32)
+        for i in range(_block(len(rays), len(counts), block), _block(len(rays), len(counts), block + 1)):
+            mine[rays[i] >> _HIGH & _DIGITS - 1] += 1
+        for digit in range(_DIGITS):
+            counts[block, digit] = mine[digit]
+
+
+@kernel(rays="n", begin="0..end", end="0..blocks", places="blocks 256", ordered="out n|0", order="out n|0")
+def _place(rays: Longs, begin: int, end: int, places: Ints, ordered: Longs, order: Ints) -> None:
+    """Write the rays of blocks begin..end to their places by a digit of their keys; ties keep their order.
+
+    By the low digit into `ordered`; if that is empty, by the high digit their numbers alone into `order`.
+    """
+    blocks, shift = len(places), _LOW if len(ordered) > 0 else _HIGH
+    for block in range(begin, end):
+        mine = places[block].copy()
+        for i in range(_block(len(rays), blocks, block), _block(len(rays), blocks, block + 1)):
+            digit = rays[i] >> shift & _DIGITS - 1
+            place = mine[digit]
+            mine[digit] = place + 1
+            if len(ordered) > 0:
+                ordered[place] = rays[i]
+            else:
+                order[place] = whole(rays[i] & 0xFFFFFFFF)
 
 
 @kernel(counts="out * *")
 def _begin_places(counts: Ints) -> None:
-    """Replace the count of every key in every block by the place of its first ray: by key, then by block."""
+    """Replace the count of every digit in every block by the place of its first ray: by digit, then by block."""
     total = 0
-    for key in range(counts.shape[1]):
+    for digit in range(counts.shape[1]):
         for block in range(counts.shape[0]):
-            count = counts[block, key]
-            counts[block, key] = total
+            count = counts[block, digit]
+            counts[block, digit] = total
             total += count
 
 
@@ -221,25 +253,18 @@ def ray_order(geometry: Geometry, origins: Floats, directions: Floats) -> Ints:
     """Return the numbers of rays, int32, in an order in which neighbours are coherent; each number occurs once."""
     count = len(origins)
     bits = _MORE_BITS if count >= _MANY else _FEW_BITS
-    blocks = max(1, min(thread_count(), 16, count // _CHUNK))
-    edges = np.linspace(0, count, blocks + 1).astype(np.int64)
-    keys, order = np.empty(count, np.int32), np.empty(count, np.int32)
-    # Each block counts on its own; prefix sums over keys, then blocks, keep the sort stable and independent of threads
-    counts = np.zeros((blocks, _keys(bits)), np.int32)
+    blocks = max(1, min(4 * thread_count(), count // _CHUNK))
+    order, nothing = empty_array(count, np.int32), np.empty(0, np.int32)
+    rays, ordered, none = empty_array(count, np.int64), empty_array(count, np.int64), np.empty(0, np.int64)
+    # Each block counts on its own; prefix sums over digits, then blocks, keep the sort stable, whatever the threads
+    counts = np.empty((blocks, _DIGITS), np.int32)
 
-    def number(first: int, last: int) -> None:
-        """Compute the keys of blocks first..last."""
-        for block in range(first, last):
-            ray_keys(geometry, origins, directions, edges[block], edges[block + 1], keys, counts[block])
-
-    def place(first: int, last: int) -> None:
-        """Write the rays of blocks first..last to their places."""
-        for block in range(first, last):
-            _place(keys, edges[block], edges[block + 1], counts[block], order)
-
-    run_chunks(number, blocks, 1)
+    run_chunks(KernelRange(ray_keys, (geometry, origins, directions, bits), (rays, counts)), blocks, 1)
     _begin_places(counts)
-    run_chunks(place, blocks, 1)
+    run_chunks(KernelRange(_place, (rays,), (counts, ordered, nothing)), blocks, 1)
+    run_chunks(KernelRange(_count_digits, (ordered,), (counts,)), blocks, 1)
+    _begin_places(counts)
+    run_chunks(KernelRange(_place, (ordered,), (counts, none, order)), blocks, 1)
     return order
 
 

@@ -1,7 +1,8 @@
-"""Thread pool for kernels: chunks of rays or tiles, progress, and Ctrl-C that stops at once.
+"""Threads for kernels: chunks of rays or tiles, progress, and Ctrl-C that stops at once.
 
-Kernels release the interpreter lock, so plain threads run them in parallel, side by side with other threads, Dask
-workers or notebooks (Numba's own pool is not safe to share).
+The threads of the extension (`native/pool.c`) take the chunks of one kernel (`KernelRange`), so that Python calls it
+once. Plain threads take chunks of other work, and all where there is no extension: kernels release the interpreter
+lock, and run side by side with other threads, Dask workers or notebooks (Numba's own pool is not safe to share).
 
 Only the main thread receives Ctrl-C, and only while it runs Python code. So it waits for the other threads, except for
 very short work. Work on a scene (`run_on`) gets a copy of the geometry's places, in which kernels read the halt flag:
@@ -15,9 +16,11 @@ import os
 import threading
 import time
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from .._jit.interruptible import PATIENCE, is_main_thread, join_threads, start_thread
+from .._jit.machine_code import SHIPPED, is_shipped
 from .._util.environment import MOST_THREADS, read_threads
 from .._util.validation import as_integer, format_value
 from .tables import HALT, STEPS, Geometry
@@ -34,6 +37,7 @@ _BRIEF = 1 << 11
 """Most steps of rays for one thread: a millisecond of work, where starting threads takes some tenths of one."""
 _SHORT, _LONG = 0.01, 0.04
 """Shortest and longest time in seconds that a chunk should take, if its number of rays does not predict the time."""
+_WATCH = 50  # milliseconds after which the main thread sees Ctrl-C
 _FIRST = 8  # the first chunk is smaller than the largest by this factor
 
 _chosen: list[int] = []
@@ -111,6 +115,18 @@ def chunk_size(count: int, most: int) -> int:
     return max(1, min(most, count // (8 * thread_count()))) if count >= 8 else 1
 
 
+@dataclass(frozen=True)
+class KernelRange:
+    """A kernel for each part of a range, kernel(*before, begin, end, *after); with `run_on` a geometry comes first."""
+
+    kernel: Callable[..., Any]
+    before: tuple[Any, ...]
+    after: tuple[Any, ...]
+
+    def __call__(self, begin: int, end: int) -> None:
+        self.kernel(*self.before, begin, end, *self.after)
+
+
 class _Work:
     """The remaining chunks of some work, shared by the threads that do it.
 
@@ -170,12 +186,14 @@ def run_chunks(work: Callable[[int, int], Any], count: int, chunk: int, progress
         return
     if progress is None and (count <= chunk or thread_count() == 1):
         _run_serially(work, count, chunk)
+    elif progress is None and isinstance(work, KernelRange) and is_shipped(work.kernel):
+        _run_in_pool(work, count, chunk, lambda: None)
     else:
         _run_on_threads(_Work(work, count, chunk, False), progress, lambda: None)
 
 
 def run_on(
-    geometry: Geometry, work: Callable[[Geometry, int, int], Any], count: int, chunk: int, rays: int,
+    geometry: Geometry, work: Callable[[Geometry, int, int], Any] | KernelRange, count: int, chunk: int, rays: int,
     progress: Progress | None = None,
 ) -> None:  # fmt: skip
     """`run_chunks` for work(geometry, begin, end) whose kernels end early at Ctrl-C; `rays` is the number of all rays.
@@ -189,7 +207,7 @@ def run_on(
         and (count <= chunk or thread_count() == 1)
         and (is_brief(geometry, rays) or not is_main_thread())
     ):
-        _run_serially(lambda begin, end: work(geometry, begin, end), count, chunk)
+        _run_serially(_with_geometry(work, geometry), count, chunk)
         return
     mine = geometry._replace(places=geometry.places.copy())
 
@@ -197,7 +215,18 @@ def run_on(
         """Make the kernels end early."""
         mine.places[HALT] = 1
 
-    _run_on_threads(_Work(lambda begin, end: work(mine, begin, end), count, chunk, True), progress, halt)
+    ours = _with_geometry(work, mine)
+    if progress is None and isinstance(ours, KernelRange) and is_shipped(ours.kernel):
+        _run_in_pool(ours, count, chunk, halt)
+    else:
+        _run_on_threads(_Work(ours, count, chunk, True), progress, halt)
+
+
+def _with_geometry(work: Any, geometry: Geometry) -> Callable[[int, int], Any]:
+    """Return the work of `run_on` with its first argument."""
+    if isinstance(work, KernelRange):
+        return KernelRange(work.kernel, (geometry, *work.before), work.after)
+    return lambda begin, end: work(geometry, begin, end)
 
 
 def chunk_of_rays(geometry: Geometry, count: int, most: int, rays: int) -> int:
@@ -216,6 +245,31 @@ def _run_serially(work: Callable[[int, int], Any], count: int, chunk: int) -> No
     """Do all work on this thread."""
     for begin in range(0, count, chunk):
         work(begin, min(count, begin + chunk))
+
+
+_left: list[Any] = []
+"""Work of kernels that was interrupted: its memory is kept until all threads have ended theirs."""
+
+
+def _run_in_pool(work: KernelRange, count: int, chunk: int, halt: Callable[[], None]) -> None:
+    """Do the work on threads of the extension; the main thread waits for Ctrl-C, others take part."""
+    _left[:] = [pieces for pieces in _left if not pieces.wait(0)]
+    pieces = SHIPPED.pieces(work.kernel, (*work.before, 0, count, *work.after), chunk)
+    try:
+        threads, helps = min(thread_count(), -(-count // chunk)), not is_main_thread()
+        if (threads > helps and pieces.start(threads - helps) == 0) or helps:
+            pieces.help()
+        while not pieces.wait(_WATCH):
+            pass
+    except BaseException:
+        _left.append(pieces)
+        pieces.stop()
+        halt()
+        last = time.monotonic() + PATIENCE
+        while not pieces.wait(_WATCH) and time.monotonic() < last:
+            pass
+        raise
+    assert pieces.done == count  # or MemoryError
 
 
 def _run_on_threads(state: _Work, progress: Progress | None, halt: Callable[[], None]) -> None:

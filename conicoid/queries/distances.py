@@ -15,13 +15,12 @@ from .._util.text import format_count
 from .._util.validation import format_value, real_array, zero_negligible
 from ..kernels.closest.nearest_walls import nearest_walls
 from ..kernels.closest.safety import bounds_of_points
-from ..kernels.threads import chunk_size, run_chunks, run_on
+from ..kernels.threads import KernelRange, chunk_size, run_chunks, run_on
 from .hit_fields import faces_of, normals_of
 from .points import body_at, packets_of, points_of, width_of
 from .result import NO_SCENE, QueryResult, check_parts, common_scene_state, format_body, format_field
 
 if TYPE_CHECKING:
-    from ..kernels.tables import Geometry
     from ..kernels.threads import Progress
     from ..prepare.prepared_scene import PreparedScene
 
@@ -156,7 +155,7 @@ class Distances(QueryResult):
         found = self._found
         faces = np.empty((3, len(found.distance)), np.int32)
         arguments = (self._scene.geometry, found.entry, found.place, found.turn)
-        run_chunks(lambda a, b: faces_of(*arguments, a, b, faces), len(found.distance), _FIELD_CHUNK)
+        run_chunks(KernelRange(faces_of, arguments, (faces,)), len(found.distance), _FIELD_CHUNK)
         return faces
 
     @cached_property
@@ -172,7 +171,7 @@ class Distances(QueryResult):
     def _normals(self) -> FloatArray:
         normals = np.empty_like(self._found.point)
         arguments = (self._scene.geometry, self._faces, self._found.point)
-        run_chunks(lambda a, b: normals_of(*arguments, a, b, normals), len(normals), _FIELD_CHUNK)
+        run_chunks(KernelRange(normals_of, arguments, (normals,)), len(normals), _FIELD_CHUNK)
         return zero_negligible(normals)
 
     @property
@@ -303,13 +302,9 @@ def distance_bounds(
     """Return certified bounds without walls. width: of the picture that the points make, or 0."""
     count, bounds = len(flat), np.empty(len(flat))
     packets = packets_of(count, width)
-
-    def work(geometry: Geometry, begin: int, end: int) -> None:
-        bounds_of_points(geometry, flat, reach, width, begin, end, bounds)
-
     run_on(
         scene.geometry,
-        work,
+        KernelRange(bounds_of_points, (flat, reach, width), (bounds,)),
         packets,
         chunk_size(packets, _BOUND_CHUNK),
         count,
@@ -336,13 +331,8 @@ def exact_distances(
     """Return the nearest wall of each point, with an error bound."""
     count, found = len(flat), Nearest.nothing(len(flat))
     lower, upper, away = np.empty(count), np.empty(count), np.empty(count)
-
-    def work(geometry: Geometry, begin: int, end: int) -> None:
-        nearest_walls(
-            geometry, flat, reach, begin, end, found.body, found.entry, found.place, found.turn, away, lower, upper,
-            found.point,
-        )  # fmt: skip
-
+    after = found.body, found.entry, found.place, found.turn, away, lower, upper, found.point
+    work = KernelRange(nearest_walls, (flat, reach), after)
     run_on(scene.geometry, work, count, chunk_size(count, _EXACT_CHUNK), count, progress)
     beyond = ~((away <= reach) & (away < math.inf))
     for field in (found.body, found.entry, found.place):

@@ -1,9 +1,12 @@
-"""Compiled loops that compute fields of results: faces, points, normals and uv of hits; and the check of input rays."""
+"""Compiled loops for arrays of queries: the check and the copy of rays; faces, points, normals and uv of hits."""
 
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
 
 from .._jit.decorators import fma, inline, kernel
 from .._util.validation import LARGEST, SMALLEST
@@ -12,6 +15,8 @@ from ..kernels.body.uv import from_center, uv_at
 from ..kernels.numbers.vectors import dot
 from ..kernels.surface.records import normal_at
 from ..kernels.tables import Floats, Geometry, Ints, Signs, whole
+
+Singles: TypeAlias = npt.NDArray[np.float32]
 
 
 @inline
@@ -40,6 +45,71 @@ def first_invalid(origins: Floats, directions: Floats) -> tuple[int, int]:
         if _is_outside_domain(x) or _is_outside_domain(y) or _is_outside_domain(z):
             return i, 5
     return -1, 0
+
+
+_COPIED = 512  # rays that are copied, and checked while they are in the cache
+
+
+@inline
+def _is_traceable(x: float) -> bool:
+    """Return True if a number is 0 or within the domain of magnitudes, without branches."""
+    return (x == 0.0) | ((abs(x) >= SMALLEST) & (abs(x) <= LARGEST))
+
+
+@inline
+def _mark_invalid(origins: Floats, directions: Floats, begin: int, end: int, bad: Signs) -> None:
+    """Set bad[0] if `first_invalid` finds one of the rays begin..end of flat arrays; loops without branches."""
+    wrong = 0
+    for i in range(np.uint64(3 * begin), np.uint64(3 * end)):
+        wrong |= 0 if _is_traceable(origins[i]) & _is_traceable(directions[i]) else 1
+    for i in range(np.uint64(begin), np.uint64(end)):
+        k = np.uint64(3) * i
+        zero = (directions[k] == 0.0) & (directions[k + 1] == 0.0) & (directions[k + 2] == 0.0)
+        wrong |= 1 if zero else 0
+    if wrong != 0:
+        bad[0] = 1
+
+
+@inline
+def _copy_rows(
+    origins: Any, directions: Any, begin: int, end: int, own_origins: Floats, own_directions: Floats, bad: Signs
+) -> None:  # fmt: skip
+    """Copy rays begin..end into flat arrays, and mark invalid ones."""
+    for first in range(begin, end, _COPIED):
+        last = min(end, first + _COPIED)
+        for i in range(np.uint64(first), np.uint64(last)):
+            for k in range(np.uint64(3)):
+                own_origins[np.uint64(3) * i + k] = float(origins[i, k])
+                own_directions[np.uint64(3) * i + k] = float(directions[i, k])
+        _mark_invalid(own_origins, own_directions, first, last, bad)
+
+
+@kernel(origins="3*n", directions="3*n", begin="0..end", end="0..n", bad="out 1")
+def check_rays(origins: Floats, directions: Floats, begin: int, end: int, bad: Signs) -> None:
+    """Set bad[0] if `first_invalid` finds one of the rays begin..end."""
+    _mark_invalid(origins, directions, begin, end, bad)
+
+
+@kernel(
+    origins="strided n 3", directions="strided n 3", begin="0..end", end="0..n", own_origins="out 3*n",
+    own_directions="out 3*n", bad="out 1",
+)  # fmt: skip
+def copy_rays(
+    origins: Floats, directions: Floats, begin: int, end: int, own_origins: Floats, own_directions: Floats, bad: Signs
+) -> None:  # fmt: skip
+    """Copy rays begin..end into flat arrays, and set bad[0] if `first_invalid` finds one."""
+    _copy_rows(origins, directions, begin, end, own_origins, own_directions, bad)
+
+
+@kernel(
+    origins="strided n 3", directions="strided n 3", begin="0..end", end="0..n", own_origins="out 3*n",
+    own_directions="out 3*n", bad="out 1",
+)  # fmt: skip
+def copy_single_rays(
+    origins: Singles, directions: Singles, begin: int, end: int, own_origins: Floats, own_directions: Floats, bad: Signs
+) -> None:  # fmt: skip
+    """`copy_rays` of float32."""
+    _copy_rows(origins, directions, begin, end, own_origins, own_directions, bad)
 
 
 @kernel(entry="n", place="n", turn="n", begin="0..end", end="0..n", faces="out 3 n")

@@ -10,13 +10,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from .._jit.machine_code import empty_array
 from .._util.arrays import FloatArray, ignore_fp_errors
 from .._util.text import format_count
 from .._util.validation import DOMAIN, check_npz_path, is_outside_domain, zero_negligible
 from ..kernels.body.media import AFTER, BEFORE
 from ..kernels.first_hits import HitBuffers
 from ..kernels.ray import DEAD, RayArrays
-from ..kernels.threads import run_chunks
+from ..kernels.threads import KernelRange, run_chunks
 from .derivatives import HitDerivatives
 from .extensions import extension
 from .hit_fields import faces_of, local_points_of, normals_of, points_along, uvs_of
@@ -141,9 +142,9 @@ class Hits(QueryResult, HitDerivatives):
     def _faces(self) -> Any:
         """int32 (3, n): surface number, face number, side; -1, -1, 0 for a miss."""
         found = self._found
-        faces = np.empty((3, len(found.t)), np.int32)
+        faces = empty_array((3, len(found.t)), np.int32)
         arguments = (self._scene.geometry, found.entry, found.place, found.turn)
-        run_chunks(lambda a, b: faces_of(*arguments, a, b, faces), len(found.t), _FIELD_CHUNK)
+        run_chunks(KernelRange(faces_of, arguments, (faces,)), len(found.t), _FIELD_CHUNK)
         return faces
 
     @cached_property
@@ -187,9 +188,9 @@ class Hits(QueryResult, HitDerivatives):
     @cached_property
     def _points(self) -> FloatArray:
         t = self._found.t
-        points = np.empty((len(t), 3))
+        points = empty_array((len(t), 3), np.float64)
         o, d = lines_of(self.rays)
-        run_chunks(lambda a, b: points_along(o, d, t, a, b, points), len(points), _FIELD_CHUNK)
+        run_chunks(KernelRange(points_along, (o, d, t), (points,)), len(points), _FIELD_CHUNK)
         return points
 
     @cached_property
@@ -219,7 +220,7 @@ class Hits(QueryResult, HitDerivatives):
 
         errors = np.empty(len(self._errors))
         arguments = (lines_of(self.rays)[1], self._points, self._errors)
-        run_chunks(lambda a, b: errors_of_points(*arguments, a, b, errors), len(errors), _FIELD_CHUNK)
+        run_chunks(KernelRange(errors_of_points, arguments, (errors,)), len(errors), _FIELD_CHUNK)
         return self._shaped(errors)
 
     @property
@@ -239,16 +240,17 @@ class Hits(QueryResult, HitDerivatives):
             self._faces,
             self._points,
         )
-        run_chunks(lambda a, b: local_points_of(*arguments, a, b, local), len(local), _FIELD_CHUNK)
+        run_chunks(KernelRange(local_points_of, arguments, (local,)), len(local), _FIELD_CHUNK)
         result: FloatArray = self._shaped(local, 3)
         return result
 
     @cached_property
     @ignore_fp_errors
     def normal(self) -> FloatArray:
-        normals, points = np.empty_like(self._points), self._points
+        points = self._points
+        normals = empty_array(points.shape, np.float64)
         arguments = (self._scene.geometry, self._faces, points)
-        run_chunks(lambda a, b: normals_of(*arguments, a, b, normals), len(normals), _FIELD_CHUNK)
+        run_chunks(KernelRange(normals_of, arguments, (normals,)), len(normals), _FIELD_CHUNK)
         result: FloatArray = self._shaped(zero_negligible(normals), 3)
         return result
 
@@ -256,7 +258,7 @@ class Hits(QueryResult, HitDerivatives):
     def uv(self) -> FloatArray:
         uv = np.empty((len(self._points), 2))
         arguments = (self._scene.geometry, self._found.body, self._faces, self._points)
-        run_chunks(lambda a, b: uvs_of(*arguments, a, b, uv), len(uv), _FIELD_CHUNK)
+        run_chunks(KernelRange(uvs_of, arguments, (uv,)), len(uv), _FIELD_CHUNK)
         result: FloatArray = self._shaped(uv, 2)
         return result
 

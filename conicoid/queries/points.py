@@ -12,7 +12,7 @@ from .._util.arrays import FloatArray
 from .._util.text import format_count
 from .._util.validation import LARGEST, rows_outside_domain
 from ..geometry.labels import Labels
-from ..kernels.threads import chunk_of_rays, run_on
+from ..kernels.threads import KernelRange, chunk_of_rays, run_on
 from ..prepare.prepared_scene import PreparedScene
 from .exact.doubtful_rays import resolve_bodies
 from .exact.membership import locate_packets
@@ -158,7 +158,7 @@ def first_after(scene: PreparedScene, points: FloatArray, after: Any, width: int
     packets = packets_of(count, width)
     run_on(
         scene.geometry,
-        lambda geometry, a, b: locate_packets(geometry, scene.rest, points, after, width, a, b, bodies, still),
+        KernelRange(locate_packets, (scene.rest, points, after, width), (bodies, still)),
         packets,
         chunk_of_rays(scene.geometry, packets, _CHUNK, count),
         count,

@@ -19,7 +19,7 @@ from ..kernels.packet.frontier import PACKETS, tile_count
 from ..kernels.packet.lanes import LANES
 from ..kernels.ray import RayArrays
 from ..kernels.stream import ray_order
-from ..kernels.threads import chunk_of_rays, chunk_size, is_brief, run_on
+from ..kernels.threads import KernelRange, chunk_of_rays, chunk_size, is_brief, run_on
 from ..prepare.prepared_scene import PreparedScene
 from .hits import Hits
 from .rays import LazyRays, Rays
@@ -214,7 +214,7 @@ def first_hit(scene: PreparedScene, rays: Rays, t_min: Any, t_max: Any) -> Hits:
     else:
         run_on(
             scene.geometry,
-            lambda geometry, a, b: trace_first(geometry, arrays, width, a, b, found),
+            KernelRange(trace_first, (arrays, width), (found,)),
             tiles,
             chunk_of_rays(scene.geometry, tiles, _TILE_CHUNK, len(arrays.origins)),
             len(arrays.origins),
@@ -328,7 +328,7 @@ def _trace_streams(scene: PreparedScene, arrays: RayArrays, any_hit: bool, found
     streams = -(-len(order) // _STREAM_RAYS)
     run_on(
         scene.geometry,
-        lambda geometry, a, b: trace_ordered(geometry, arrays, order, _STREAM_RAYS, any_hit, a, b, found),
+        KernelRange(trace_ordered, (arrays, order, _STREAM_RAYS, any_hit), (found,)),
         streams,
         chunk_size(streams, 8),
         len(order),
@@ -355,7 +355,7 @@ def occluded(scene: PreparedScene, rays: Rays, t_min: Any, t_max: Any) -> Any:
         result: Any = np.zeros(len(arrays.origins), np.int8)
         run_on(
             scene.geometry,
-            lambda geometry, a, b: trace_occluded(geometry, arrays, width, a, b, result),
+            KernelRange(trace_occluded, (arrays, width), (result,)),
             tiles,
             chunk_of_rays(scene.geometry, tiles, _TILE_CHUNK, len(arrays.origins)),
             len(arrays.origins),

@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import numpy as np
 import numpy.typing as npt
 
+from .._jit.machine_code import empty_array, is_frozen
 from .._util.arrays import FloatArray, ignore_fp_errors
 from .._util.validation import DOMAIN, check_npz_path, describe_kind, format_value, real_array, refuse_columns
 from .._util.validation import check_path as checked_path
 from .._util.value_objects import align_array
-from ..kernels.threads import run_chunks
+from ..kernels.threads import KernelRange, run_chunks
 from .extensions import extension
 from .result import ArrayRecord, check_parts
 
@@ -33,9 +34,13 @@ _REASONS = {
 }
 
 
-def points_array(owner: str, field: str, values: Any) -> FloatArray:
-    """Return `values` as a float64 array (..., 3). Raise ValueError, naming owner and field, for anything else."""
-    array = real_array(owner, field, values, "an array of numbers (..., 3)")
+def points_array(owner: str, field: str, values: Any, keep_single: bool = False) -> FloatArray:
+    """Return `values` as a float64 array (..., 3). Raise ValueError, naming owner and field, for anything else.
+
+    keep_single: whether an array of float32 remains one.
+    """
+    is_single = keep_single and type(values) is np.ndarray and values.dtype == np.float32 and values.flags.aligned
+    array = values if is_single else real_array(owner, field, values, "an array of numbers (..., 3)")
     if array.ndim == 1 and array.size == 0:
         array = array.reshape(0, 3)
     refuse_columns(owner, field, values)
@@ -73,7 +78,8 @@ class Rays(ArrayRecord):
     ----------
     origins, directions : array_like (..., 3)
         Finite float64 arrays that broadcast against each other. Directions may have any length except 0; t is in
-        units of that length.
+        units of that length. They are copied, except 8,192 rays or more in two C-contiguous float64 arrays of one shape
+        that are read-only and own their memory: whoever makes such an array writable again changes the rays.
 
     Raises
     ------
@@ -99,13 +105,16 @@ class Rays(ArrayRecord):
 
     @ignore_fp_errors
     def __init__(self, origins: Any, directions: Any) -> None:
-        o, d = points_array("Rays", "origins", origins), points_array("Rays", "directions", directions)
+        o, d = points_array("Rays", "origins", origins, True), points_array("Rays", "directions", directions, True)
         try:
             shape = np.broadcast_shapes(o.shape, d.shape)
         except ValueError:
             raise ValueError(f"Rays: origins {o.shape} and directions {d.shape} do not broadcast together") from None
-        o, d = _own_copy(o, shape), _own_copy(d, shape)
-        wrong = find_invalid_ray(o.reshape(-1, 3), d.reshape(-1, 3))
+        if math.prod(shape) >= _MANY:
+            o, d, wrong = _check_many(o, d, shape)
+        else:
+            o, d = _own_copy(o, shape), _own_copy(d, shape)
+            wrong = find_invalid_ray(o.reshape(-1, 3), d.reshape(-1, 3))
         if wrong is not None:
             where = tuple(int(i) for i in np.unravel_index(wrong[0], shape[:-1])) if len(shape) > 1 else ()
             place = f" for ray[{', '.join(map(str, where))}]" if where else ""
@@ -344,6 +353,37 @@ def _own_copy(array: FloatArray, shape: tuple[int, ...]) -> FloatArray:
     """Return a contiguous copy, broadcast to a shape."""
     whole = array if array.shape == shape else np.broadcast_to(array, shape)  # broadcast_to takes as long as one query
     return np.array(whole, dtype=np.float64, order="C")
+
+
+_MANY = 3 << 13  # numbers in an array of rays that threads check and copy
+_CHECK_CHUNK = 1 << 14  # rays that a thread takes at a time, at most
+
+
+def _check_many(
+    origins: Any, directions: Any, shape: tuple[int, ...]
+) -> tuple[FloatArray, FloatArray, tuple[int, str] | None]:
+    """Return frozen arrays as they are, and copies of others, as `_own_copy` makes them, and the first invalid ray."""
+    from .hit_fields import check_rays, copy_rays, copy_single_rays
+
+    bad = np.zeros(1, np.int8)
+    if _is_kept(origins, shape) and _is_kept(directions, shape):
+        own = origins, directions
+        work = KernelRange(check_rays, (origins.reshape(-1), directions.reshape(-1)), (bad,))
+    else:
+        own = empty_array(shape, np.float64), empty_array(shape, np.float64)
+        is_single = origins.dtype == directions.dtype == np.float32
+        both = (origins, directions) if is_single else (np.asarray(a, np.float64) for a in (origins, directions))
+        rows = tuple(np.broadcast_to(array, shape).reshape(-1, 3) for array in both)
+        kernel: Any = copy_single_rays if is_single else copy_rays
+        work = KernelRange(kernel, rows, (own[0].reshape(-1), own[1].reshape(-1), bad))
+    run_chunks(work, own[0].size // 3, _CHECK_CHUNK)
+    lines = own[0].reshape(-1, 3), own[1].reshape(-1, 3)
+    return *own, find_invalid_ray(*lines) if bad[0] else None
+
+
+def _is_kept(array: Any, shape: tuple[int, ...]) -> bool:
+    """Return whether rays keep an array of many as it is."""
+    return array.shape == shape and array.dtype == np.float64 and array.flags.c_contiguous and is_frozen(array)
 
 
 # Rays computed or read in parts, each where it is traced

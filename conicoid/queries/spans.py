@@ -36,7 +36,7 @@ from ..kernels.crossings import (
 )
 from ..kernels.ray import RayArrays
 from ..kernels.tables import Geometry
-from ..kernels.threads import chunk_of_rays, run_chunks, run_on
+from ..kernels.threads import KernelRange, chunk_of_rays, run_chunks, run_on
 from .derivatives import SpanDerivatives
 from .exact.doubtful_rays import resolve_rows
 from .exact.error_bounds import bounds_of_t
@@ -575,7 +575,7 @@ class Crossings(QueryResult, RayLists):
     def point(self) -> FloatArray:
         points = np.empty((len(self.t), 3))
         o, d = self._rows_rays
-        run_chunks(lambda a, b: points_along(o, d, self.t, a, b, points), len(points), _SPAN_CHUNK)
+        run_chunks(KernelRange(points_along, (o, d, self.t), (points,)), len(points), _SPAN_CHUNK)
         points.flags.writeable = False
         return points
 
@@ -585,7 +585,7 @@ class Crossings(QueryResult, RayLists):
         points, normals = self.point, np.empty((len(self.t), 3))
         faces = np.stack([self.surface, self.face, np.ones_like(self.face)])
         geometry = self._scene.geometry
-        run_chunks(lambda a, b: normals_of(geometry, faces, points, a, b, normals), len(points), _SPAN_CHUNK)
+        run_chunks(KernelRange(normals_of, (geometry, faces, points), (normals,)), len(points), _SPAN_CHUNK)
         along = (normals * self._rows_rays[1]).sum(axis=1)
         # `faces` assumes side 1; `entering` shows where the outward normal is the opposite one
         normals[(along < 0) != self.entering] *= -1

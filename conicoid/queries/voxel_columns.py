@@ -22,7 +22,7 @@ from ..kernels.programs import cell_of_leaf, hold_program, root_value, turn_leaf
 from ..kernels.ray import Ray
 from ..kernels.surface.exact_crossing import RoundingRest
 from ..kernels.tables import BALL, CELL, REGION, Floats, Geometry, Ints, integer, is_halted, whole
-from ..kernels.threads import Progress, chunk_size, run_on
+from ..kernels.threads import KernelRange, Progress, chunk_size, run_on
 from ..prepare.prepared_scene import PreparedScene
 
 _ROUNDING = 2.0**-46
@@ -242,10 +242,8 @@ def voxel_shares(
     rounding.
     """
     shares, bounds = np.empty((2, end - begin, count * voxels))
-
-    def work(geometry: Geometry, a: int, b: int) -> None:
-        fill_columns(geometry, scene.rest, grid, scene.lowered.boxes, groups, voxels, begin, a, b, shares, bounds)
-
+    before = scene.rest, grid, scene.lowered.boxes, groups, voxels, begin
+    work = KernelRange(fill_columns, before, (shares, bounds))
     rays = (end - begin) * grid.samples**2
     run_on(scene.geometry, work, end - begin, chunk_size(end - begin, _CHUNK), rays, progress)
     shares /= grid.samples**2

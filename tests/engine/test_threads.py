@@ -6,15 +6,22 @@ import itertools
 import sys
 import threading
 import time
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import conicoid as co
 from conicoid._jit import interruptible as beside
+from conicoid._jit.machine_code import SHIPPED
 from conicoid.kernels import threads
+from conicoid.kernels.first_hits import HitBuffers, trace_first
 from conicoid.kernels.programs import new_counts
 from conicoid.kernels.tables import GATE_START, GATES, HALT, LEAVES, LENGTHS, STEPS
+from conicoid.queries.hit_fields import first_invalid, points_along
+from conicoid.queries.ray_queries import arrays_of
+
+from ..machine_code import needs_machine_code
 
 SCENE = co.Scene([co.Sphere(1) - co.Box((0, 0, 0), (2, 2, 2)), co.Spheres([(3, 0, 0), (5, 0, 0)], 0.5)])
 STEPS_OF_SCENE = 2 * 1 + 3  # a difference of two leaves has one gate; three entries
@@ -142,6 +149,130 @@ def test_every_chunk_once(four_threads, count, progress):
     assert [ends[0][0], ends[-1][1]] == [0, count]
     assert all(before[1] == after[0] for before, after in itertools.pairwise(ends))
     assert max(b - a for a, b in seen) <= 100
+
+
+# The threads of the extension
+
+
+POINTS = 50_001
+LINES = np.random.default_rng(1).normal(size=(2, POINTS, 3))
+LENGTHS_ALONG = np.random.default_rng(2).normal(size=POINTS)
+
+
+def points(chunk: int = 7) -> np.ndarray:
+    """Points along lines, by a kernel in chunks."""
+    found = np.full((POINTS, 3), np.nan)
+    threads.run_chunks(threads.KernelRange(points_along, (*LINES, LENGTHS_ALONG), (found,)), POINTS, chunk)
+    return found
+
+
+@pytest.mark.parametrize("count", [1, 2, 5])
+def test_a_kernel_does_its_whole_range_on_threads_of_the_extension(count):
+    one = points(POINTS)
+    assert not np.isnan(one).any()
+    co.set_threads(count)
+    try:
+        for chunk in (1, 7, 4096):
+            assert np.array_equal(points(chunk), one)
+        found: list[np.ndarray] = []
+        asking = [threading.Thread(target=lambda: found.append(points())) for _ in range(20)]
+        for thread in asking:
+            thread.start()
+        for thread in asking:
+            thread.join()
+        assert len(found) == 20
+        assert all(np.array_equal(each, one) for each in found)
+    finally:
+        co.set_threads(None)
+
+
+@needs_machine_code
+def test_what_cannot_be_divided_is_refused():
+    found = np.zeros((POINTS, 3))
+    good = (*LINES, LENGTHS_ALONG, 0, POINTS, found)
+    refused = [
+        (points_along, (*LINES, LENGTHS_ALONG, 1, POINTS, found), 7), (points_along, good, 0), (points_along, good, -1),
+        (first_invalid, tuple(LINES), 7), (points_along, (*LINES, LENGTHS_ALONG, 0, POINTS + 1, found), 7),
+    ]  # fmt: skip
+    for arguments in refused:
+        with pytest.raises(ValueError, match="^(points_along|first_invalid)"):
+            SHIPPED.pieces(*arguments)
+    for arguments in (
+        (points_along, good),
+        (points_along, list(good), 7),
+        (print, good, 7),
+        (points_along, good[1:], 7),
+    ):
+        with pytest.raises(TypeError):
+            SHIPPED.pieces(*arguments)
+    pieces = SHIPPED.pieces(points_along, good, 7)
+    for count in (0, -1, 1 << 20):
+        with pytest.raises(ValueError, match="number of threads"):
+            pieces.start(count)
+    pieces.stop()
+    pieces.help()
+    assert pieces.wait(0)
+    assert pieces.done == 0
+    assert not found.any()
+
+
+@needs_machine_code
+def test_a_stop_ends_the_pieces_of_all_threads():
+    """A scene whose one ray takes seconds; after the stop and the halt all memory is given back."""
+    body = co.Sphere(1)
+    for k in range(1500):
+        body = co.Sphere(1 + (k + 1) / 1500) - body
+    scene = co.Scene([body])._prepared
+    rays = co.Rays(np.tile((0.1, 0.2, 5.0), (5000, 1)), (0.0, 0.0, -1.0))
+    arrays, found = arrays_of("x", scene, rays, 0.0, np.inf), HitBuffers.new(5000)
+    geometry = scene.geometry._replace(places=scene.geometry.places.copy())
+    pieces = SHIPPED.pieces(trace_first, (geometry, arrays, 0, 0, 5, found), 1)
+    assert pieces.start(2) == 2
+    with pytest.raises(ValueError, match="they have come"):
+        pieces.start(2)
+    assert not pieces.wait(50)
+    pieces.stop()
+    geometry.places[HALT] = 1
+    last = time.monotonic() + 20
+    while not pieces.wait(100):
+        assert time.monotonic() < last
+    assert pieces.done < 5
+    held = sys.getrefcount(geometry.places)
+    del pieces
+    released = sys.getrefcount(geometry.places)
+    assert released < held
+
+
+@needs_machine_code
+def test_an_interrupt_while_the_extension_works_keeps_its_memory(monkeypatch):
+    class Slow:
+        """Pieces whose wait is interrupted."""
+
+        def __init__(self, *arguments):
+            self.pieces = SHIPPED.pieces(*arguments)
+
+        def wait(self, milliseconds):
+            if milliseconds:
+                raise KeyboardInterrupt
+            return self.pieces.wait(0)
+
+        def __getattr__(self, name):
+            return getattr(self.pieces, name)
+
+    monkeypatch.setattr(threads, "SHIPPED", SimpleNamespace(pieces=Slow))
+    monkeypatch.setattr(threads, "thread_count", lambda: 2)
+    with pytest.raises(KeyboardInterrupt):
+        points()
+    assert len(threads._left) == 1
+    last = time.monotonic() + 20
+    while not threads._left[0].wait(0):
+        assert time.monotonic() < last
+    monkeypatch.undo()
+    points()
+    co.set_threads(2)
+    points()
+    co.set_threads(None)
+    assert not threads._left
 
 
 @pytest.mark.parametrize(("rays", "one"), [(700, True), (30_000, False)])

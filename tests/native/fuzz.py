@@ -91,6 +91,9 @@ def work() -> None:
             scene.occluded(rays)
             for answer in (scene.first_hit(rays), scene.spans(rays), scene.crossings(rays)):
                 answer.detached()
+        many = [np.tile(np.asarray(part, np.float64), (20_000, 1))[:20_000] for part in (origins, directions)]
+        co.Rays(*many), co.Rays(*(part.astype("f4") for part in many))
+        co.Rays(*map(_frozen, many))
         hits.uv, hits.local_point, hits.point_error  # noqa: B018
         _moved(scene, hits)
     edge = (-3.5, 0.5, 5.0), (0.0, 0.0, -1.0)
@@ -226,9 +229,18 @@ def _free(name: str) -> frozenset[int]:
     return frozenset(k for k, leaf in enumerate(arrays) if leaf.lengths[0] is None)
 
 
-def _is_free(name: str, arguments: tuple[Any, ...], path: tuple[int, ...]) -> bool:
+@functools.cache
+def _strides(name: str) -> frozenset[int]:
+    """Which of a kernel's arrays may have elements that lie apart, in any order."""
+    from native.signature import signature
+
+    arrays = (leaf for leaf in signature(*DECLARED[name]).leaves if leaf.kind == "array")
+    return frozenset(k for k, leaf in enumerate(arrays) if leaf.strided)
+
+
+def _is_one(which: frozenset[int], arguments: tuple[Any, ...], path: tuple[int, ...]) -> bool:
     arrays = [way for way, part in _leaves(arguments) if isinstance(part, np.ndarray)]
-    return arrays.index(path) in _free(name)
+    return arrays.index(path) in which
 
 
 def spoilt(name: str, arguments: tuple[Any, ...], rng: random.Random) -> tuple[tuple[Any, ...], str, bool]:
@@ -237,8 +249,9 @@ def spoilt(name: str, arguments: tuple[Any, ...], rng: random.Random) -> tuple[t
         return (arguments[:-1], "one less", True) if rng.random() < 0.5 else ((*arguments, 1), "one more", True)
     path, part = rng.choice(list(_leaves(arguments)))
     if isinstance(part, np.ndarray):
-        how = rng.choice([how for how in ARRAYS if how not in SHORTER or not _is_free(name, arguments, path)])
+        how = rng.choice([how for how in ARRAYS if how not in SHORTER or not _is_one(_free(name), arguments, path)])
         make, must = ARRAYS[how]
+        must = must and not (how == "backwards" and _is_one(_strides(name), arguments, path))
         other = make(part)
         if isinstance(other, np.ndarray) and other.flags.c_contiguous and other.flags.aligned:
             other = _copied(other)

@@ -51,7 +51,7 @@ from ...kernels.tables import (
     is_halted,
     whole,
 )
-from ...kernels.threads import run_on
+from ...kernels.threads import KernelRange, run_on
 from ...queries import ray_queries
 from ...queries.rays import Rays, lines_of
 from .crossing_derivatives import as_kernel_array, as_kernel_rows
@@ -428,7 +428,7 @@ def find_ties_within(prepared: PreparedScene, entry: Any, face: Any, origins: Fl
     tied = np.zeros(len(entry), np.int8)
     arguments = as_kernel_array(entry), as_kernel_array(face), as_kernel_rows(origins, 3), as_kernel_rows(points, 3)
     count = len(entry)
-    run_on(prepared.geometry, lambda g, a, b: ties_within(g, *arguments, a, b, tied), count, _TIE_CHUNK, count)
+    run_on(prepared.geometry, KernelRange(ties_within, arguments, (tied,)), count, _TIE_CHUNK, count)
     return tied
 
 
@@ -440,7 +440,7 @@ def faces_of_ends(prepared: PreparedScene, entry: Any, surface: Any, origins: Fl
     faces = np.zeros(len(entry), np.int32)
     arguments = as_kernel_array(entry), as_kernel_array(surface), as_kernel_rows(origins, 3), as_kernel_rows(points, 3)
     count = len(entry)
-    run_on(prepared.geometry, lambda g, a, b: faces_on(g, *arguments, a, b, faces), count, _TIE_CHUNK, count)
+    run_on(prepared.geometry, KernelRange(faces_on, arguments, (faces,)), count, _TIE_CHUNK, count)
     return faces
 
 
@@ -461,7 +461,7 @@ def find_hit_ties(hits: Hits) -> Signs:
     t = as_kernel_array(buffers.t)
     run_on(
         prepared.geometry,
-        lambda g, a, b: ties_across(g, arrays, entry, t, points, a, b, tied),
+        KernelRange(ties_across, (arrays, entry, t, points), (tied,)),
         count,
         _TIE_CHUNK,
         count,

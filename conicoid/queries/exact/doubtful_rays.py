@@ -23,7 +23,7 @@ from ...kernels.first_hits import HitBuffers, put_hit, trace_first_alone
 from ...kernels.ray import Ray, RayArrays, load_ray, scale_ray, span_inverse
 from ...kernels.surface.exact_crossing import CROSSES, MISSES, RoundingRest
 from ...kernels.tables import POLYGON, Floats, Geometry, Ints, is_halted, length
-from ...kernels.threads import chunk_size, run_on
+from ...kernels.threads import KernelRange, chunk_size, run_on
 from ...numerics.rational import ZERO, sign
 from ...prepare.mmap_arrays import mapped_zeros
 from ...prepare.prepared_scene import exact_form
@@ -248,10 +248,7 @@ def filter_doubtful(scene: PreparedScene, rays: RayArrays, which: Any, found: Hi
     t, entry, limits = found.t[which], found.entry[which], np.empty(len(which))
     limits_of_hits(scene.geometry, some._replace(starts=entry), t, entry, limits)
     again, count = HitBuffers.new(len(which)), len(which)
-
-    def work(geometry: Geometry, begin: int, end: int) -> None:
-        trace_first_alone(geometry, some._replace(t_max=limits), begin, end, again)
-
+    work = KernelRange(trace_first_alone, (some._replace(t_max=limits),), (again,))
     run_on(scene.geometry, work, count, chunk_size(count, 16 * _DOUBTFUL_CHUNK), count)
     return which[is_doubtful(again.turn)]
 

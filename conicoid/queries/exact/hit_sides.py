@@ -14,7 +14,7 @@ from ...kernels.body.media import AFTER, BEFORE, BLOCKER, Sides, body_after, bod
 from ...kernels.body.scratch import Scratch, new_scratch
 from ...kernels.ray import Ray, RayArrays, load_ray, scale_ray, span_inverse
 from ...kernels.tables import Floats, Geometry, Ints, Signs, is_halted, whole
-from ...kernels.threads import chunk_size, run_on
+from ...kernels.threads import KernelRange, chunk_size, run_on
 from .doubtful_rays import limits_of_hits, new_rank_scratch, prepare_ranked_ray, rank_exactly, run_one, share_halt_flag
 from .ranks import (
     Doubtful,
@@ -188,10 +188,7 @@ def sides_of(scene: PreparedScene, rays: RayArrays, places: HitPlaces) -> Ints:
     kinds, count = scene.kinds, len(places.t)
     rays, places = RayArrays(*map(_writable, rays)), HitPlaces(*map(_writable, places))
     sides, doubts = np.empty((3, count), np.int32), np.zeros(count, np.int8)
-
-    def work(geometry: Geometry, begin: int, end: int) -> None:
-        trace_sides(geometry, rays, places, kinds, begin, end, sides, doubts)
-
+    work = KernelRange(trace_sides, (rays, places, kinds), (sides, doubts))
     run_on(scene.geometry, work, count, chunk_size(count, _SIDE_CHUNK), count)
     doubtful = np.flatnonzero(doubts)
     if len(doubtful):

@@ -1,0 +1,134 @@
+"""Many rays from arrays of users: checked and copied on all threads, as few are, and never changed by their owner."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import conicoid as co
+from conicoid._jit.machine_code import SHIPPED, empty_array
+
+MANY, FEW = 40_000, 50
+RNG = np.random.default_rng(0)
+ORIGINS, DIRECTIONS = RNG.normal(size=(MANY, 3)), RNG.normal(size=(MANY, 3))
+
+
+@pytest.fixture(params=[1, 3], autouse=True)
+def some_threads(request):
+    co.set_threads(request.param)
+    yield
+    co.set_threads(None)
+
+
+def frozen(array):
+    array = array.copy()
+    array.flags.writeable = False
+    return array
+
+
+FORMS = {
+    "as they are": lambda a: a,
+    "frozen": frozen,
+    "halves of rows": lambda a: np.concatenate([a, a], axis=1)[:, 3:],
+    "backwards": lambda a: a[::-1].copy()[::-1],
+    "columns": lambda a: np.asfortranarray(a),
+    "float32": lambda a: a.astype(np.float32),
+    "every second of float32": lambda a: np.repeat(a.astype(np.float32), 2, axis=0)[::2],
+    "the other order of bytes": lambda a: a.astype(a.dtype.newbyteorder()),
+    "misaligned float32": lambda a: np.frombuffer(b"0" + a.astype(np.float32).tobytes(), np.float32, offset=1).reshape(-1, 3),
+    "lists": lambda a: a.tolist(),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("form", FORMS)
+@pytest.mark.parametrize("other", ["as they are", "float32"])
+def test_every_form_of_array_gives_the_same_rays(form, other):
+    origins, directions = FORMS[form](ORIGINS), FORMS[other](DIRECTIONS)
+    rays = co.Rays(origins, directions)
+    for mine, given in zip(rays, (origins, directions), strict=True):
+        assert mine.tobytes() == np.array(given, np.float64).tobytes()
+        assert not mine.flags.writeable
+        assert mine.flags.c_contiguous
+    parts = [co.Rays(origins[k : k + 1000], directions[k : k + 1000]) for k in range(0, MANY, 1000)]
+    assert co.Rays.concatenate(parts) == rays
+
+
+def test_one_origin_for_a_picture():
+    directions = DIRECTIONS.reshape(200, 200, 3)
+    rays = co.Rays((1.0, 2.0, 3.0), directions)
+    assert rays.shape == (200, 200)
+    assert (rays.origins == (1.0, 2.0, 3.0)).all()
+    assert np.array_equal(rays.directions, directions)
+    assert np.array_equal(co.Rays(directions[:, ::2], (0, 0, 1)).origins, directions[:, ::2])
+
+
+VALUES = {
+    "origins": [np.nan, np.inf, -np.inf, 1e-101, -1e101, 5e-324],
+    "directions": [np.nan, np.inf, 1e-101, 1e101, 0.0],
+}
+
+
+@pytest.mark.parametrize(("field", "value"), [(field, value) for field in VALUES for value in VALUES[field]])
+def test_an_invalid_ray_is_named_as_among_few(field, value):
+    for at, freeze in ((MANY - 1, False), (23_456, True)):
+        given = {"origins": ORIGINS.copy(), "directions": DIRECTIONS.copy()}
+        given[field][at] = value
+        for later in range(at + 1, MANY):
+            given["directions"][later] = 0.0
+        if freeze:
+            given = {name: frozen(array) for name, array in given.items()}
+        with pytest.raises(ValueError, match="^Rays: ") as many:
+            co.Rays(**given)
+        with pytest.raises(ValueError, match="^Rays: ") as few:
+            co.Rays(given["origins"][at - FEW : at + 1], given["directions"][at - FEW : at + 1])
+        assert str(many.value) == str(few.value).replace(f"ray[{FEW}]", f"ray[{at}]")
+
+
+@pytest.mark.parametrize("value", [0.0, -0.0, 1e-100, -1e100])
+def test_the_ends_of_the_domain_are_valid(value):
+    origins, directions = ORIGINS.copy(), DIRECTIONS.copy()
+    origins[7], directions[8] = value, value or 1e-100
+    directions[9, :2] = 0.0
+    assert co.Rays(origins, directions).size == MANY
+
+
+def test_answers_do_not_change_with_the_arrays_of_their_rays():
+    scene = co.Scene([co.Sphere(1.0)])
+    origins, directions = ORIGINS.copy(), DIRECTIONS.copy()
+    hits, again = scene.first_hit(origins, directions), scene.first_hit(origins.copy(), directions.copy())
+    origins[:], directions[:] = 7.0, 0.0
+    assert hits == again
+    fixed = frozen(ORIGINS)
+    assert co.Rays(fixed, DIRECTIONS).origins is not fixed  # of two arrays both are kept or none is
+
+
+def test_frozen_arrays_are_kept_and_others_copied():
+    owned, directions = frozen(ORIGINS), frozen(DIRECTIONS)
+    shape = (200, 200, 3)
+    rays = co.Rays(owned, directions)
+    assert rays.origins is owned
+    assert rays.directions is directions
+    picture = co.Rays(owned.reshape(shape), directions.reshape(shape))
+    assert np.shares_memory(picture.origins, owned)
+    assert np.shares_memory(co.Rays(rays.origins, picture.directions.reshape(-1, 3)).origins, owned)
+    writable = ORIGINS.copy()
+    view = writable[:]
+    view.flags.writeable = False  # its owner can be written to
+    assert not np.shares_memory(co.Rays(view, directions).origins, writable)
+
+
+@pytest.mark.skipif(SHIPPED is None, reason="the extension keeps memory")
+def test_memory_that_was_left_is_taken_again():
+    def address(count):
+        return empty_array(count, np.float64).ctypes.data
+
+    for count in (1 << 16, 1 << 20, 1 << 22):
+        assert address(count) == address(count)
+    held = [empty_array(3 << 20, np.float64) for _ in range(12)]  # 288 MiB
+    assert len({array.ctypes.data for array in held}) == 12
+    for array in held:
+        array[...] = 1.0
+    del array, held
+    assert empty_array((3, 1 << 20), np.float64).shape == (3, 1 << 20)
+    with pytest.raises(MemoryError):
+        empty_array(1 << 58, np.float64)
