@@ -21,8 +21,9 @@ app = typer.Typer(add_completion=False, pretty_exceptions_enable=False, rich_mar
     cls=Command,
     epilog="Examples:\n\n  python -m benchmarks\n\n  python -m benchmarks --rows camera-1000 --rows build\n\n"
     "  python -m benchmarks --accuracy --rows sphere --picture errors.png\n\n"
-    "Rows: camera, random, picture, build, growth and more against peers; latency, import, command, memory "
-    "against the limits that Conicoid sets itself.\n\n"
+    "Rows: camera, random, picture, build, growth and more against peers; arrays, beyond and serial, from arrays of "
+    "NumPy, against the kernel alone; latency, import, command, memory against the limits that Conicoid sets itself."
+    "\n\n"
     "The peers come with `pip install --group bench`; docs/performance.md says how to read the table, "
     "docs/accuracy.md that of accuracy.",
 )

@@ -35,6 +35,7 @@ typedef struct {
     const Entry *entry;
     int64_t slots[MOST_SLOTS];
     int64_t lengths[MOST_ARRAYS][3]; /* of each array, for the second round */
+    int first[MOST_ARRAYS];          /* slot of each array */
     int64_t ints[MOST_SLOTS];
     Py_buffer buffers[MOST_ARRAYS];
     int64_t value[MOST_SYMBOLS];
@@ -110,6 +111,7 @@ static int take_array(Call *call, const Leaf *leaf, PyObject *given)
         return wrong(call, leaf, PyExc_TypeError,
                      leaf->written ? "must be a C-contiguous array that can be written to" : "must be a C-contiguous array");
     }
+    call->first[call->arrays] = call->slot;
     int64_t *lengths = call->lengths[call->arrays++];
     if (buffer->ndim != leaf->dimensions)
         return wrong(call, leaf, PyExc_TypeError, "has the wrong number of dimensions");
@@ -340,10 +342,16 @@ typedef union {
     } array;
 } Result;
 
+/* A new object, all zeros after its head. */
+static void *made_of(PyTypeObject *type)
+{
+    PyObject *(*make)(PyTypeObject *, Py_ssize_t) = PyType_GetSlot(type, Py_tp_alloc);
+    return make(type, 0);
+}
+
 static PyObject *rows_of(const Result *result)
 {
-    PyObject *(*make)(PyTypeObject *, Py_ssize_t) = PyType_GetSlot(rows_type, Py_tp_alloc);
-    Rows *rows = (Rows *)make(rows_type, 0);
+    Rows *rows = made_of(rows_type);
     if (rows == NULL) {
         conicoid_release(result->array.block);
         return NULL;
@@ -420,24 +428,25 @@ static void no_memory(const Entry *entry)
     PyErr_Format(PyExc_MemoryError, "%s: there is not enough memory", entry->name);
 }
 
+static PyObject *run(const Entry *entry, const int64_t *slots)
+{
+    Result result = {{0}};
+    Kernel kernel = entry->levels[level];
+    PyThreadState *state = PyEval_SaveThread();
+    int status = kernel(&result, slots);
+    PyEval_RestoreThread(state);
+    if (status == 0 || status == -2)
+        return as_python(entry->result, &result);
+    return no_memory(entry), NULL;
+}
+
 static PyObject *function_call(PyObject *self, PyObject *arguments, PyObject *named)
 {
     const Entry *entry = ((Function *)self)->entry;
     if (named != NULL && PyDict_Size(named) > 0)
         return PyErr_Format(PyExc_TypeError, "%s: arguments have no names here", entry->name);
     Call call;
-    PyObject *answer = NULL;
-    if (take_all(&call, entry, arguments) == 0) {
-        Result result = {{0}};
-        Kernel kernel = entry->levels[level];
-        PyThreadState *state = PyEval_SaveThread();
-        int status = kernel(&result, call.slots);
-        PyEval_RestoreThread(state);
-        if (status == 0 || status == -2)
-            answer = as_python(entry->result, &result);
-        else
-            no_memory(entry);
-    }
+    PyObject *answer = take_all(&call, entry, arguments) == 0 ? run(entry, call.slots) : NULL;
     release_all(&call);
     return answer;
 }
@@ -474,6 +483,18 @@ static PyType_Spec function_spec = {
     "conicoid._kernels.Kernel", sizeof(Function), 0, Py_TPFLAGS_DEFAULT | Py_TPFLAGS_DISALLOW_INSTANTIATION,
     function_slots};
 static PyTypeObject *function_type;
+
+/* The entry with a name; NULL without an error where there is none. */
+static const Entry *entry_of(PyObject *name)
+{
+    const char *wanted = PyUnicode_AsUTF8AndSize(name, NULL);
+    for (size_t k = 0; wanted != NULL && k < sizeof ENTRIES / sizeof *ENTRIES; k++)
+        if (strcmp(ENTRIES[k].name, wanted) == 0)
+            return &ENTRIES[k];
+    return NULL;
+}
+
+#include "single.h"
 
 /* ---- A call in pieces, on several threads ---- */
 
@@ -586,8 +607,10 @@ static PyObject *pieces_wait(PyObject *self, PyObject *given)
     long long milliseconds = PyLong_AsLongLong(given);
     if (milliseconds == -1 && PyErr_Occurred())
         return NULL;
+    if (milliseconds <= 0) /* the first call in a child of a fork may be this one: it keeps Python's lock */
+        return PyBool_FromLong(work_wait(pieces->work, 0));
     PyThreadState *state = PyEval_SaveThread();
-    int ended = work_wait(pieces->work, milliseconds < 0 ? 0 : milliseconds > 1000 ? 1000 : (int)milliseconds);
+    int ended = work_wait(pieces->work, milliseconds > 1000 ? 1000 : (int)milliseconds);
     PyEval_RestoreThread(state);
     return PyBool_FromLong(ended);
 }
@@ -631,18 +654,13 @@ static PyType_Spec pieces_spec = {
 static PyObject *module_kernel(PyObject *module, PyObject *name)
 {
     (void)module;
-    const char *wanted = PyUnicode_AsUTF8AndSize(name, NULL);
-    if (wanted == NULL)
-        return NULL;
-    for (size_t k = 0; k < sizeof ENTRIES / sizeof *ENTRIES; k++)
-        if (strcmp(ENTRIES[k].name, wanted) == 0) {
-            PyObject *(*make)(PyTypeObject *, Py_ssize_t) = PyType_GetSlot(function_type, Py_tp_alloc);
-            Function *made = (Function *)make(function_type, 0);
-            if (made != NULL)
-                made->entry = &ENTRIES[k];
-            return (PyObject *)made;
-        }
-    return new_reference(Py_None);
+    const Entry *entry = entry_of(name);
+    if (entry == NULL)
+        return PyErr_Occurred() ? NULL : new_reference(Py_None);
+    Function *made = made_of(function_type);
+    if (made != NULL)
+        made->entry = entry;
+    return (PyObject *)made;
 }
 
 static PyObject *module_room(PyObject *module, PyObject *size)
@@ -675,13 +693,10 @@ static PyObject *module_names(PyObject *module, PyObject *nothing)
 static PyObject *module_returns_array(PyObject *module, PyObject *name)
 {
     (void)module;
-    const char *wanted = PyUnicode_AsUTF8AndSize(name, NULL);
-    if (wanted == NULL)
+    const Entry *entry = entry_of(name);
+    if (entry == NULL && PyErr_Occurred())
         return NULL;
-    for (size_t k = 0; k < sizeof ENTRIES / sizeof *ENTRIES; k++)
-        if (strcmp(ENTRIES[k].name, wanted) == 0)
-            return PyBool_FromLong(ENTRIES[k].result[0] == 'A');
-    return PyBool_FromLong(0);
+    return PyBool_FromLong(entry != NULL && entry->result[0] == 'A');
 }
 
 static PyObject *module_levels(PyObject *module, PyObject *nothing)
@@ -717,6 +732,7 @@ static PyObject *module_use(PyObject *module, PyObject *name)
 
 static PyMethodDef functions[] = {
     {"kernel", module_kernel, METH_O, "A kernel by its name; None where there is none."},
+    {"single", module_single, METH_VARARGS, "A call of a kernel on the numbers of one ray or point (native/single.h)."},
     {"pieces", module_pieces, METH_VARARGS, "A call of a kernel over a range, for several threads."},
     {"room", module_room, METH_O, "So many bytes of memory, for an array."},
     {"kernels", module_names, METH_NOARGS, "The names of all kernels."},
@@ -744,8 +760,10 @@ EXPORT PyObject *PyInit__kernels(void)
     }
     rows_type = (PyTypeObject *)PyType_FromSpec(&rows_spec);
     function_type = (PyTypeObject *)PyType_FromSpec(&function_spec);
+    single_type = (PyTypeObject *)PyType_FromSpec(&single_spec);
     pieces_type = (PyTypeObject *)PyType_FromSpec(&pieces_spec);
-    if (rows_type == NULL || function_type == NULL || pieces_type == NULL || PyModule_AddStringConstant(module, "sources", SOURCES) != 0) {
+    if (rows_type == NULL || function_type == NULL || single_type == NULL || pieces_type == NULL ||
+        PyModule_AddStringConstant(module, "sources", SOURCES) != 0) {
         Py_DecRef(module);
         return NULL;
     }

@@ -141,11 +141,12 @@ static void begin_process(void)
 
 static void lock(void)
 {
-    static pid_t known;
+    static _Atomic pid_t known;
     pid_t now = getpid();
-    if (known != now)
+    if (known != now) {
         begin_process();
-    known = now;
+        known = now;
+    }
     pthread_mutex_lock(&gate);
 }
 

@@ -80,6 +80,7 @@ enum { Py_tp_getset = 73, Py_tp_free = 74, Py_tp_methods = 64 };
 #define Py_TPFLAGS_TUPLE_SUBCLASS (1ul << 26)
 
 PYTHON PyObject _Py_NoneStruct, _Py_TrueStruct, _Py_FalseStruct;
+PYTHON PyTypeObject PyFloat_Type, PyLong_Type, PyTuple_Type, PyList_Type;
 PYTHON PyObject *PyExc_TypeError, *PyExc_ValueError, *PyExc_MemoryError, *PyExc_ImportError;
 
 PYTHON void Py_IncRef(PyObject *);
@@ -106,12 +107,17 @@ PYTHON PyObject *PyTuple_New(Py_ssize_t);
 PYTHON int PyTuple_SetItem(PyObject *, Py_ssize_t, PyObject *);
 PYTHON PyObject *PyList_New(Py_ssize_t);
 PYTHON int PyList_Append(PyObject *, PyObject *);
+PYTHON Py_ssize_t PyList_Size(PyObject *);
+PYTHON PyObject *PyList_GetItem(PyObject *, Py_ssize_t);
+PYTHON PyObject *PyBytes_FromStringAndSize(const char *, Py_ssize_t);
+PYTHON char *PyBytes_AsString(PyObject *);
 PYTHON Py_ssize_t PyDict_Size(PyObject *);
 PYTHON PyThreadState *PyEval_SaveThread(void);
 PYTHON void PyEval_RestoreThread(PyThreadState *);
 PYTHON PyObject *PyType_FromSpec(PyType_Spec *);
 PYTHON void *PyType_GetSlot(PyTypeObject *, int);
 PYTHON unsigned long PyType_GetFlags(PyTypeObject *);
+PYTHON int PyType_IsSubtype(PyTypeObject *, PyTypeObject *);
 PYTHON PyObject *PyModule_Create2(PyModuleDef *, int);
 PYTHON int PyModule_AddStringConstant(PyObject *, const char *, const char *);
 

@@ -13,13 +13,14 @@ import tempfile
 import time
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from conicoid.scene.scene import Scene
 
 from .harness import BenchRow, Measured, Peer, Size
-from .scenes import balls
+from .scenes import balls, camera_rays
 
 LIMIT = Peer("asked", "at most", lambda: "")
 
@@ -56,14 +57,35 @@ def check_limit(limit: float, measured: float, unit: str) -> Measured:
     return Measured(measured, limit, limit / measured, unit)
 
 
-def one_ray(size: Size) -> Measured:
-    """A query of one ray, given as two tuples, on a scene that is prepared: microseconds."""
-    scene, turns = Scene(balls(1000).shapes()), []
-    for _ in range(200 * size.runs):
-        begin = time.perf_counter()
-        scene.first_hit((0.1, 0.2, -3.0), (0.0, 0.0, 1.0))
-        turns.append(time.perf_counter() - begin)
-    return check_limit(50.0, 1e6 * statistics.median(turns), "µs")
+RAY = (0.1, 0.2, -3.0), (0.0, 0.0, 1.0)
+SINGLES: dict[str, Callable[[Scene], Any]] = {
+    "first_hit": lambda scene: scene.first_hit(*RAY).t,
+    "occluded": lambda scene: scene.occluded(*RAY),
+    "spans": lambda scene: scene.spans(*RAY).t_enter,
+    "contains": lambda scene: scene.contains(RAY[0]),
+    "distance": lambda scene: scene.distance(RAY[0]).distance,
+}
+
+
+def microseconds(limit: float, ask: Callable[[Scene], Any], turns: int = 200) -> Callable[[Size], Measured]:
+    """A query on a scene that is prepared and has answered it before: the median of so many turns a run."""
+
+    def measure(size: Size) -> Measured:
+        scene, seconds = Scene(balls(1000).shapes()), []
+        ask(scene)
+        for _ in range(turns * size.runs):
+            begin = time.perf_counter()
+            ask(scene)
+            seconds.append(time.perf_counter() - begin)
+        return check_limit(limit, 1e6 * statistics.median(seconds), "µs")
+
+    return measure
+
+
+def thousand_rays() -> Callable[[Scene], Any]:
+    """First hits of 1,024 neighbours in a picture, from arrays."""
+    origins, directions = (part[496:528, 496:528].reshape(-1, 3).astype(float) for part in camera_rays(1024))
+    return lambda scene: scene.first_hit(origins, directions).t
 
 
 def in_new_process(limit: float, program: str) -> Callable[[Size], Measured]:
@@ -85,10 +107,20 @@ def bytes_of_a_cell(size: Size) -> Measured:
 
 
 ROWS = (
-    BenchRow("latency", "one", "1,000 balls, prepared", LIMIT, 1.0, 0.0, one_ray),
+    *(
+        BenchRow(
+            "latency" if name == "first_hit" else f"latency-{name}", f"one, {name}", "1,000 balls, prepared", LIMIT,
+            1.0, 0.0, microseconds(15.0, ask),
+        )
+        for name, ask in SINGLES.items()
+    ),
+    BenchRow(
+        "latency-1000", "1,024 neighbours, first_hit", "1,000 balls, prepared", LIMIT, 1.0, 0.0,
+        lambda size: microseconds(100.0, thousand_rays())(size),
+    ),
     BenchRow("import", "none", "`import conicoid`", LIMIT, 1.0, 0.0, in_new_process(0.5, _IMPORT)),
     BenchRow(
         "command", "picture, 64 × 48", "`conicoid render`, process time", LIMIT, 1.0, 0.0, in_new_process(1.5, _RENDER)
     ),
     BenchRow("memory", "none", "1,000,000 balls, each", LIMIT, 1.0, 0.0, bytes_of_a_cell),
-)
+)  # fmt: skip

@@ -29,7 +29,7 @@ from conicoid.queries.rays import Rays
 from conicoid.render.camera import Camera
 from conicoid.scene.scene import Scene
 
-from . import harness, limits, peers, preparation, startup
+from . import arrays, harness, limits, peers, preparation, startup
 from .harness import QUICK, BenchRow, Measured, Peer, Size
 from .scenes import (
     PINS,
@@ -338,6 +338,7 @@ ROWS = (
         core_rays,
     ),
     *startup.ROWS,
+    *arrays.ROWS,
     *limits.ROWS,
 )
 

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from .._util.environment import LEVEL, read_jit_mode, read_processor_level
+from .._util.validation import LARGEST, SMALLEST
 from .address_space import TO_RUN, require_memory
 
 
@@ -84,6 +85,16 @@ def _as_array(function: Callable[..., Any]) -> Callable[..., Any]:
     def call(*arguments: Any) -> Any:
         return np.asarray(function(*arguments))
 
+    return call
+
+
+def single_call(kernel: str, arguments: Any, inputs: Any, outputs: Any, most: int = 0) -> Callable[..., Any]:
+    """Return a call of a kernel of the extension on the numbers of one ray or point, or of up to `most`.
+
+    It takes the numbers that stand for the arrays `inputs` of the kernel's arguments, and returns their bytes, the
+    numbers in the arrays `outputs`, and the kernel's result (native/single.h); None for anything but plain numbers.
+    """
+    call: Callable[..., Any] = SHIPPED.single(kernel, arguments, inputs, outputs, SMALLEST, LARGEST, most)
     return call
 
 

@@ -418,10 +418,10 @@ def _real_float(item: Any) -> float:
 def is_dask_array(values: Any) -> bool:
     """Return whether an array is lazy, by Dask.
 
-    One of xarray is as lazy as its data: it has no graph if they are in memory.
+    One of xarray is as lazy as its data: it has no graph if they are in memory. The class has the method: objects of
+    this package would answer for a missing attribute with a search for similar names.
     """
-    graph = getattr(values, "__dask_graph__", None)
-    return callable(graph) and graph() is not None
+    return hasattr(type(values), "__dask_graph__") and values.__dask_graph__() is not None
 
 
 def is_masked(values: Any) -> bool:

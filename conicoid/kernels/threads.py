@@ -202,7 +202,11 @@ def run_on(
     """
     if count <= 0:
         return
-    if progress is None and (count <= chunk or thread_count() == 1) and not _keeps_waiting(geometry, rays):
+    if (
+        progress is None
+        and (count <= chunk or thread_count() == 1)
+        and (is_brief(geometry, rays) or not is_main_thread())
+    ):
         _run_serially(_with_geometry(work, geometry), count, chunk)
         return
     mine = geometry._replace(places=geometry.places.copy())
@@ -232,9 +236,9 @@ def chunk_of_rays(geometry: Geometry, count: int, most: int, rays: int) -> int:
     return count if brief else chunk_size(count, most)
 
 
-def _keeps_waiting(geometry: Geometry, rays: int) -> bool:
-    """True if this thread would react late to Ctrl-C if it did the work itself."""
-    return is_main_thread() and rays * int(geometry.places[STEPS]) > _AT_ONCE
+def is_brief(geometry: Geometry, rays: int = 1) -> bool:
+    """True if some rays take so few steps that no thread needs to watch for Ctrl-C."""
+    return rays * int(geometry.places[STEPS]) <= _AT_ONCE
 
 
 def _run_serially(work: Callable[[int, int], Any], count: int, chunk: int) -> None:

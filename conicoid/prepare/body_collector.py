@@ -25,6 +25,7 @@ from ..geometry.shape import PrimitiveSolid, Shape
 from ..geometry.surface import Key, Surface
 from ..geometry.transform import IDENTITY_MOTION, Motion, Step, Translate
 from ..kernels.tables import PLANE, PLANE_SIZE, Floats, Longs
+from ..kernels.threads import run_chunks
 from ..materials.material import Material
 from ..numerics import bigfloat as ex
 from .batch_lowering import BatchLowering
@@ -382,8 +383,13 @@ class BodyCollector:
         contents.body_count += len(shape)
         if factor is not None:
             balls = np.empty((len(shape), 4))
-            balls[:, :3] = centers
-            np.multiply(shape.radii, factor, out=balls[:, 3])
+
+            def place(begin: int, end: int) -> None:
+                """Write the records of balls begin..end."""
+                balls[begin:end, :3] = centers[begin:end]
+                np.multiply(shape.radii[begin:end], factor, out=balls[begin:end, 3])
+
+            run_chunks(place, len(shape), _CHUNK)
             contents.balls.append(BulkBalls(bodies, balls, boxes, frame))
         elif len(shape):
             pattern, rows, _ = lower_stretched_balls(shape, centers, boxes, back)
@@ -399,10 +405,14 @@ def _is_bulk(kind: type) -> bool:
 def _ball_boxes(centers: FloatArray, radii: FloatArray, stretch: FloatArray) -> Floats:
     """Return boxes (n, 6) around balls whose radius is stretched along each axis, in blocks that stay in the cache."""
     boxes = np.empty((len(radii), 6))
-    for begin in range(0, len(radii), _CHUNK):
-        rows = slice(begin, begin + _CHUNK)
+
+    def enclose(begin: int, end: int) -> None:
+        """Write the boxes of balls begin..end."""
+        rows = slice(begin, end)
         reach = radii[rows, None] * stretch
         # One ulp outward covers the rounding of the sum.
         np.nextafter(centers[rows] - reach, -np.inf, out=boxes[rows, :3])
         np.nextafter(centers[rows] + reach, np.inf, out=boxes[rows, 3:])
+
+    run_chunks(enclose, len(radii), _CHUNK)
     return boxes

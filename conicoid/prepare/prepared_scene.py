@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import weakref
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
+from .._jit.machine_code import SHIPPED, single_call
 from ..geometry.body import Body
 from ..geometry.exact_crossings import IntegerForm, ball_form, surface_form
 from ..geometry.instances import InstanceList
@@ -37,6 +38,7 @@ from ..kernels.tables import (
     length,
     unpack_tables,
 )
+from ..kernels.threads import is_brief
 from . import lowering
 from .bvh.leaf_items import put_items
 from .bvh.tree_patch import patch_trees
@@ -110,6 +112,22 @@ class PreparedScene:
     def sources(self) -> dict[int, Any]:
         """Surfaces that `scene.surface` and `scene.explain` have computed."""
         return {}
+
+    @cached_property
+    def single_calls(self) -> dict[str, Callable[..., Any]]:
+        """Functions (scene, *numbers) that answer queries of few rays or points, by names of queries."""
+        return {}
+
+    def keep_single_calls(self, query: str, answer: Callable[..., Any], *kernels: tuple[Any, ...]) -> None:
+        """Let `answer(calls, scene, *numbers)` answer a query of few rays or points, by calls of kernels."""
+        self.single_calls[query] = partial(answer, [single_call(*kernel) for kernel in kernels])
+
+    def lacks_single_calls(self, query: str) -> bool:
+        """Return whether there could be such an answer.
+
+        There is none without machine code, or where one ray may take so long that Ctrl-C must stop it.
+        """
+        return query not in self.single_calls and SHIPPED is not None and is_brief(self.geometry)
 
     @cached_property
     def kinds(self) -> npt.NDArray[np.int8]:

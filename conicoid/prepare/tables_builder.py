@@ -30,6 +30,7 @@ from ..kernels.tables import (
     Signs,
     Tables,
 )
+from ..kernels.threads import run_chunks
 from .coincidence import ExactSurfaces, QuadricTable, RawSurfaces, Remainders, SurfaceTable, concatenate, merge_surfaces
 from .input_surfaces import InputSurfaces, LeadSurfaces, group_columns, shares_form
 from .mmap_arrays import mapped_zeros, own_memory, trim_heap
@@ -40,6 +41,7 @@ from .pattern import (
     BodyGroup,
     BodyGroups,
     BodyPattern,
+    BulkBalls,
     FactoredRows,
     RowPlaces,
     row_blocks,
@@ -446,11 +448,16 @@ class TablesBuilder:
                 boxes[bodies[some]] = group.rows[some, p.box_at : p.box_at + BOX_NUMBERS]
         first = self.surfaces.count
         for balls in contents.balls:
-            bodies = balls.bodies
-            kind[bodies], body_face[bodies] = BALL, balls.frame
-            index[bodies] = surfaces.ids[first : first + len(bodies)]
-            boxes[bodies] = balls.boxes
-            first += len(bodies)
+            ids = surfaces.ids[first : first + len(balls.bodies)]
+
+            def enter(begin: int, end: int, balls: BulkBalls = balls, ids: Any = ids) -> None:
+                """Write the entries of balls begin..end."""
+                bodies = balls.bodies[begin:end]
+                kind[bodies], body_face[bodies], index[bodies] = BALL, balls.frame, ids[begin:end]
+                boxes[bodies] = balls.boxes[begin:end]
+
+            run_chunks(enter, len(ids), _CHUNK)
+            first += len(ids)
         face_maps, body_maps, map_rows = build_face_maps(contents, self.faces)
         columns = dict(
             entry_kind=kind,

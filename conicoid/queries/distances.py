@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -76,11 +76,33 @@ class Distances(QueryResult):
 
     points: FloatArray
     _found: Nearest
-    _views = ("distance", "lower", "error", "point", "body", "face", "surface", "normal")
+    _single: bytes  # of one point, see `_of_single`
+    _views = ("distance", "lower", "error", "point", "body", "face", "surface", "normal", "_single")
 
     def __init__(self, scene: PreparedScene, points: FloatArray, found: Nearest) -> None:
         points.flags.writeable = False
         vars(self).update(_scene=scene, points=points, _found=found)
+
+    @classmethod
+    def _of_single(cls, scene: PreparedScene, point: bytes, bound: float, inside: bool) -> Distances:
+        """Return the bound of one point, whose arrays are made when a field needs them."""
+        distances = object.__new__(cls)
+        distance, lower = np.float64(-bound if inside else bound), np.float64(bound)
+        vars(distances).update(_scene=scene, _single=point, distance=distance, lower=lower)
+        return distances
+
+    if not TYPE_CHECKING:  # the arrays of a single point are made when a field needs them
+
+        @cached_property
+        def points(self) -> FloatArray:
+            return np.frombuffer(self._single)
+
+        @cached_property
+        def _found(self) -> Nearest:
+            found = Nearest.nothing(1)
+            found.distance[:], found.lower[:] = self.distance, self.lower
+            found.error[:] = 0.0 if self.lower == math.inf else math.inf
+            return found
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -260,7 +282,18 @@ def distance(
         if exact
         else distance_bounds(scene, flat, reach, progress, width_of(shape))
     )
+    # After the signs, for which `body_at` keeps a call too
+    if len(flat) == 1 and not exact and scene.lacks_single_calls("distance"):
+        point, bound = np.zeros((1, 3)), np.zeros(1)
+        arguments = scene.geometry, point, np.full(1, math.inf), 0, 0, 1, bound
+        scene.keep_single_calls("distance", _bound_of_single, ("bounds_of_points", arguments, (point,), (bound,)))
     return Distances(scene, flat.reshape((*shape, 3)), found)
+
+
+def _bound_of_single(calls: Sequence[Callable[..., Any]], scene: PreparedScene, point: Any) -> Distances | None:
+    """Return the certified bound for a point of plain numbers; None where `distance` must answer."""
+    found, body = calls[0](point), scene.single_calls["body_at"](scene, point)
+    return None if found is None or body is None else Distances._of_single(scene, found[0], found[1], body >= 0)
 
 
 def distance_bounds(

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from ..prepare.prepared_scene import PreparedScene
 
 _FIELD_CHUNK = 16384  # hits that a thread takes at a time when it computes a field
+_NO_RAYS = np.zeros(0, np.int64)
 
 
 class Hits(QueryResult, HitDerivatives):
@@ -70,10 +71,31 @@ class Hits(QueryResult, HitDerivatives):
     rays: Rays
     _found: HitBuffers
     _doubtful: npt.NDArray[np.int64]
-    _views = ("t", "body", "surface", "face", "entering", "doubtful")
+    _single: tuple[Any, ...]  # of one ray, see `_of_single`
+    _views = ("t", "body", "surface", "face", "entering", "doubtful", "_single")
 
     def __init__(self, scene: PreparedScene, rays: Rays, found: HitBuffers, doubtful: Any = ()) -> None:
         vars(self).update(_scene=scene, rays=rays, _found=found, _doubtful=np.asarray(doubtful, np.int64))
+
+    @classmethod
+    def _of_single(cls, scene: PreparedScene, found: tuple[Any, ...]) -> Hits:
+        """Return the hit of one ray as a single call found it: bytes of the ray, t, body, entry, place and turn."""
+        hits = object.__new__(cls)
+        vars(hits).update(_scene=scene, _single=found, t=np.float64(found[1]), _doubtful=_NO_RAYS)
+        return hits
+
+    if not TYPE_CHECKING:  # the arrays of a single hit are made when a field needs them
+
+        @cached_property
+        def rays(self) -> Rays:
+            return Rays._of_few(self._single[0], single=True)
+
+        @cached_property
+        def _found(self) -> HitBuffers:
+            found = HitBuffers.new(1)
+            for column, number in zip(found, self._single[1:], strict=False):
+                column[0] = number
+            return found
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -103,13 +125,17 @@ class Hits(QueryResult, HitDerivatives):
 
     @cached_property
     def body(self) -> npt.NDArray[np.int32]:
+        if "_single" in vars(self):
+            return np.int32(self._single[2])  # type: ignore[return-value]
         result: npt.NDArray[np.int32] = self._shaped(self._found.body)
         return result
 
     @property
     def hit(self) -> npt.NDArray[np.bool_]:
         """bool (...): whether the ray hit anything."""
-        result: npt.NDArray[np.bool_] = self._shaped(self._found.body >= 0)
+        result = self.body >= 0
+        if isinstance(result, np.ndarray):
+            result.flags.writeable = False
         return result
 
     @cached_property
@@ -346,12 +372,12 @@ class Hits(QueryResult, HitDerivatives):
         return len(self.rays)
 
     def __bool__(self) -> bool:
-        count = len(self._found.body)
-        if count != 1:
+        if self.size != 1:
+            count = self.size
             raise ValueError(
                 f"Hits: the truth value of {count} hits is ambiguous; use hits.hit.any() or hits.hit.all()"
             )
-        return bool(self._found.body[0] >= 0)
+        return bool(np.ravel(self.body)[0] >= 0)
 
     def __iter__(self) -> Iterator[Hits]:
         for i in range(len(self)):

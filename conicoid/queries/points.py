@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -106,7 +106,36 @@ def points_of(owner: str, points: Any) -> tuple[FloatArray, tuple[int, ...]]:
 def body_at(scene: PreparedScene, points: Any, owner: str = "body_at") -> Any:
     """Return the lowest-numbered body that contains each point, -1 for none; int32 of the points' shape."""
     flat, shape = points_of(owner, points)
+    if len(flat) == 1 and scene.lacks_single_calls("body_at"):
+        _keep_single_call(scene, "body_at", _body_of_single)
     return first_after(scene, flat, BEFORE_FIRST, width_of(shape)).reshape(shape)[()]
+
+
+def contains(scene: PreparedScene, points: Any) -> Any:
+    """Return whether any solid contains each point; bool of the points' shape."""
+    bodies = body_at(scene, points, "contains")
+    if np.size(bodies) == 1 and scene.lacks_single_calls("contains"):
+        _keep_single_call(scene, "contains", _is_in_solid)
+    return np.asarray(bodies >= 0)[()]  # a scalar for one point
+
+
+def _keep_single_call(scene: PreparedScene, query: str, answer: Callable[..., Any]) -> None:
+    """Let `answer` answer the query of one point from now on, `PreparedScene.keep_single_calls`."""
+    point, body, still = np.zeros((1, 3)), np.zeros(1, np.int32), np.zeros(1, np.int8)
+    arguments = scene.geometry, scene.rest, point, BEFORE_FIRST, 0, 0, 1, body, still
+    scene.keep_single_calls(query, answer, ("locate_packets", arguments, (point,), (body, still)))
+
+
+def _body_of_single(calls: Sequence[Callable[..., Any]], scene: PreparedScene, point: Any) -> Any:
+    """Return the first body that contains a point, -1 for none; None where `body_at` must answer."""
+    found = calls[0](point)
+    return None if found is None or found[2] else np.int32(found[1])
+
+
+def _is_in_solid(calls: Sequence[Callable[..., Any]], scene: PreparedScene, point: Any) -> Any:
+    """Return whether any solid contains a point; None where `contains` must answer."""
+    body = _body_of_single(calls, scene, point)
+    return None if body is None else body >= 0
 
 
 def width_of(shape: tuple[int, ...]) -> int:

@@ -6,6 +6,7 @@ of a result. Kernels mark rays in doubt, which exact methods then decide.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,10 +15,11 @@ from .._util.arrays import FloatArray, dot_rows
 from .._util.validation import describe_kind, format_value, real_array
 from ..kernels.body.hit import is_doubtful
 from ..kernels.first_hits import HitBuffers, coherent_packets, trace_first, trace_occluded, trace_ordered
-from ..kernels.packet.frontier import tile_count
+from ..kernels.packet.frontier import PACKETS, tile_count
+from ..kernels.packet.lanes import LANES
 from ..kernels.ray import RayArrays
 from ..kernels.stream import ray_order
-from ..kernels.threads import KernelRange, chunk_of_rays, chunk_size, run_on
+from ..kernels.threads import KernelRange, chunk_of_rays, chunk_size, is_brief, run_on
 from ..prepare.prepared_scene import PreparedScene
 from .hits import Hits
 from .rays import LazyRays, Rays
@@ -217,13 +219,107 @@ def first_hit(scene: PreparedScene, rays: Rays, t_min: Any, t_max: Any) -> Hits:
             chunk_of_rays(scene.geometry, tiles, _TILE_CHUNK, len(arrays.origins)),
             len(arrays.origins),
         )
-    doubtful = np.flatnonzero(is_doubtful(found.turn))
+    if _are_few(rays) and scene.lacks_single_calls("first_hit"):
+        one, few = ("trace_first_alone", 0, 1), ("trace_first", 0, 0, 1)
+        _keep_single_calls(scene, "first_hit", _hits_of_few, HitBuffers.new(1), one, few)
+    return _settle_hits(scene, rays, arrays, found)
+
+
+def _settle_hits(scene: PreparedScene, rays: Rays, arrays: RayArrays, found: HitBuffers) -> Hits:
+    """Return hits as kernels found them, after exact methods have decided the doubtful ones."""
+    doubtful = is_doubtful(found.turn).nonzero()[0]
     if len(doubtful):
         from .exact.doubtful_rays import filter_doubtful, resolve_hits
 
         resolve_hits(scene, arrays, doubtful, found)
         doubtful = filter_doubtful(scene, arrays, doubtful, found)
     return Hits(scene, rays, found, doubtful)
+
+
+# One ray or few, given by plain numbers
+#
+# Codes that trace ray by ray or in small lots, such as transport loops, wait mostly for what is around the kernel: some
+# 70 µs through arrays. Once a scene has answered a query of few rays it keeps a call for the next ones, which takes
+# 3 µs for one and 20 for a thousand (native/single.h).
+
+_MOST_FEW = PACKETS * LANES  # rays of a list that are one tile, which one thread traces
+
+
+def _are_few(rays: Rays) -> bool:
+    """Return whether calls of few rays can answer for as many of the same shape."""
+    return rays.ndim < 2 and 0 < rays.size <= _MOST_FEW
+
+
+def _keep_single_calls(
+    scene: PreparedScene, query: str, answer: Callable[..., Any], outputs: tuple[Any, ...], *kernels: tuple[Any, ...]
+) -> None:
+    """Let `answer` answer the query from now on: by a kernel for one ray, and another for few.
+
+    A kernel comes with its arguments between rays and outputs. Few rays that may take long are traced where Ctrl-C is
+    watched for.
+    """
+    rays = RayArrays(np.zeros((1, 3)), np.ones((1, 3)), np.zeros(1), np.ones(1), np.full(1, -1, np.int32))
+    last = (outputs,) if isinstance(outputs, HitBuffers) else outputs
+    calls = [(kernel, (scene.geometry, rays, *rest, *last), rays[:4], outputs) for kernel, *rest in kernels]
+    calls = calls if is_brief(scene.geometry, _MOST_FEW) else calls[:1]
+    scene.keep_single_calls(query, answer, *((*call, most) for call, most in zip(calls, (0, _MOST_FEW), strict=False)))
+
+
+def _hits_of_few(calls: Sequence[Callable[..., Any]], scene: PreparedScene, *numbers: Any) -> Hits | None:
+    """Return the first hits of one ray or few; None where `first_hit` must answer."""
+    found = calls[0](*numbers)
+    if found is not None:
+        return None if is_doubtful(found[5]) else Hits._of_single(scene, found)
+    found = calls[1](*numbers) if len(calls) > 1 else None
+    if found is None:
+        return None
+    rays, room = Rays._of_few(found[0]), found[1]
+    n = rays.size
+    body, entry, place = np.frombuffer(room, np.int32, 3 * n, 8 * n).reshape(3, n)
+    turn = np.frombuffer(room, np.int8, n, 20 * n)
+    if np.count_nonzero(is_doubtful(turn)):
+        return None
+    return Hits(scene, rays, HitBuffers(np.frombuffer(room, np.float64, n), body, entry, place, turn))
+
+
+def _are_few_occluded(calls: Sequence[Callable[..., Any]], scene: PreparedScene, *numbers: Any) -> Any:
+    """Return whether one ray or few are occluded; None where `occluded` must answer."""
+    found = calls[0](*numbers)
+    if found is not None:
+        return None if is_doubtful(found[1]) else np.bool_(found[1])
+    found = calls[1](*numbers) if len(calls) > 1 else None
+    if found is None:
+        return None
+    result = np.frombuffer(found[1], np.int8)
+    return None if np.count_nonzero(is_doubtful(result)) else result.astype(np.bool_)
+
+
+def _keep_single_lists(scene: PreparedScene, query: str, answer: Callable[..., Any], spans: bool) -> None:
+    """Let `answer` answer the query of the spans or crossings of one ray from now on."""
+    outputs = np.zeros(1, np.int32), np.zeros(1, np.int8)
+    _keep_single_calls(scene, query, answer, outputs, ("trace_rows_alone", spans, 0, 1))
+
+
+def _spans_of_single(calls: Sequence[Callable[..., Any]], scene: PreparedScene, *numbers: Any) -> Spans | None:
+    """Return the spans of one ray; None where `spans` must answer."""
+    from .spans import Spans, single_list
+
+    found = calls[0](*numbers)
+    return (
+        None if found is None or found[2] else Spans(scene, Rays._of_few(found[0], single=True), single_list(found[3]))
+    )
+
+
+def _crossings_of_single(calls: Sequence[Callable[..., Any]], scene: PreparedScene, *numbers: Any) -> Crossings | None:
+    """Return the crossings of one ray; None where `crossings` must answer."""
+    from .spans import Crossings, single_list
+
+    found = calls[0](*numbers)
+    return (
+        None
+        if found is None or found[2]
+        else Crossings(scene, Rays._of_few(found[0], single=True), single_list(found[3]))
+    )
 
 
 def _trace_streams(scene: PreparedScene, arrays: RayArrays, any_hit: bool, found: HitBuffers) -> None:
@@ -265,6 +361,9 @@ def occluded(scene: PreparedScene, rays: Rays, t_min: Any, t_max: Any) -> Any:
             len(arrays.origins),
         )
         doubtful = np.flatnonzero(is_doubtful(result))
+        if _are_few(rays) and scene.lacks_single_calls("occluded"):
+            kernel = "trace_occluded", 0, 0, 1
+            _keep_single_calls(scene, "occluded", _are_few_occluded, (np.zeros(1, np.int8),), kernel, kernel)
     else:
         found = HitBuffers.new(len(arrays.origins))
         _trace_streams(scene, arrays, True, found)
@@ -288,13 +387,17 @@ def spans(scene: PreparedScene, rays: Rays, t_min: Any, t_max: Any) -> Spans:
     """Return every stretch of each ray inside each solid, clipped to [t_min, t_max]."""
     from .spans import Spans, trace_lists
 
-    return Spans(scene, rays, trace_lists(scene, arrays_of("spans", scene, rays, t_min, t_max), *_packets(rays), True))
+    arrays = arrays_of("spans", scene, rays, t_min, t_max)
+    if len(arrays.origins) == 1 and scene.lacks_single_calls("spans"):
+        _keep_single_lists(scene, "spans", _spans_of_single, True)
+    return Spans(scene, rays, trace_lists(scene, arrays, *_packets(rays), True))
 
 
 def crossings(scene: PreparedScene, rays: Rays, t_min: Any, t_max: Any) -> Crossings:
     """Return every crossing of each ray with every body, solid or sheet, in (t_min, t_max)."""
     from .spans import Crossings, trace_lists
 
-    return Crossings(
-        scene, rays, trace_lists(scene, arrays_of("crossings", scene, rays, t_min, t_max), *_packets(rays), False)
-    )
+    arrays = arrays_of("crossings", scene, rays, t_min, t_max)
+    if len(arrays.origins) == 1 and scene.lacks_single_calls("crossings"):
+        _keep_single_lists(scene, "crossings", _crossings_of_single, False)
+    return Crossings(scene, rays, trace_lists(scene, arrays, *_packets(rays), False))

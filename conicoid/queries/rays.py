@@ -67,6 +67,10 @@ def find_invalid_ray(origins: FloatArray, directions: FloatArray) -> tuple[int, 
     return index, f"{_REASONS[reason]}, got {tuple(value.tolist())}"
 
 
+_NO_START = np.array([-1], np.int32)
+_NO_START.flags.writeable = False
+
+
 class Rays(ArrayRecord):
     """Rays of any leading shape, read-only.
 
@@ -141,6 +145,15 @@ class Rays(ArrayRecord):
         """
         rays = object.__new__(cls)
         rays._keep(origins, directions, starts, home)
+        return rays
+
+    @classmethod
+    def _of_few(cls, lines: bytes, single: bool = False) -> Rays:
+        """Return a list of rays, or a single one, without validating them, from the bytes of origins and directions."""
+        rays = object.__new__(cls)
+        origins, directions = np.frombuffer(lines).reshape((2, 3) if single else (2, -1, 3))
+        for name, value in zip(cls.__slots__, (None, _NO_START, directions, origins), strict=True):
+            object.__setattr__(rays, name, value)
         return rays
 
     def _starts_in(self, scene: PreparedScene) -> npt.NDArray[np.int32]:

@@ -690,6 +690,13 @@ def _counts(part: Any) -> dict[str, Any]:
 _LIST_PACKETS = 64  # packets that a thread takes at a time, at most
 
 
+def single_list(rows: Any) -> CrossingLists:
+    """Return the rows of one ray, which a kernel returned, as lists."""
+    rows = np.asarray(rows)
+    offsets = np.array([0, len(rows)], np.int64)
+    return CrossingLists(offsets, [_Piece(rows, np.full(1, len(rows), np.int32), offsets[:1], 0, 0, 1)])
+
+
 def trace_lists(scene: PreparedScene, rays: RayArrays, width: int, packets: int, spans: bool) -> CrossingLists:
     """Return all spans, or all crossings, of rays in packets.
 

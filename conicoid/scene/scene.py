@@ -529,12 +529,10 @@ class Scene:
     # --- Preparation
 
     @property
-    @ignore_fp_errors
     def _prepared(self) -> PreparedScene:
         """The lowered scene with its tree, built on first use and shared by all threads."""
-        return self._ready()
+        return self._cached_prepared or self._ready()
 
-    @ignore_fp_errors
     def prepare(self, progress: Callable[[int, int], Any] | None = None) -> None:
         """Build the arrays and the tree now, rather than on the first query.
 
@@ -548,6 +546,7 @@ class Scene:
         check_callback("prepare", "progress", progress)
         self._ready(progress)
 
+    @ignore_fp_errors
     def _ready(self, *progress: Any) -> PreparedScene:
         """Return the prepared scene, built once under the lock; `progress` is that of `prepare`."""
         with self._lock:
@@ -570,7 +569,6 @@ class Scene:
 
     # --- Queries along rays
 
-    @ignore_fp_errors
     def first_hit(
         self, origins: Any, directions: Any = None, t_min: Any = DEFAULT_T_MIN, t_max: Any = DEFAULT_T_MAX, *,
         executor: Any = None,
@@ -602,7 +600,6 @@ class Scene:
         hits: Hits = self._along_rays("first_hit", executor, origins, directions, t_min, t_max)
         return hits
 
-    @ignore_fp_errors
     def occluded(
         self, origins: Any, directions: Any = None, t_min: Any = DEFAULT_T_MIN, t_max: Any = DEFAULT_T_MAX, *,
         executor: Any = None,
@@ -620,7 +617,6 @@ class Scene:
         """
         return self._along_rays("occluded", executor, origins, directions, t_min, t_max)
 
-    @ignore_fp_errors
     def spans(
         self, origins: Any, directions: Any = None, t_min: Any = DEFAULT_T_MIN, t_max: Any = DEFAULT_T_MAX, *,
         executor: Any = None,
@@ -635,7 +631,6 @@ class Scene:
         spans: Spans = self._along_rays("spans", executor, origins, directions, t_min, t_max)
         return spans
 
-    @ignore_fp_errors
     def crossings(
         self, origins: Any, directions: Any = None, t_min: Any = DEFAULT_T_MIN, t_max: Any = DEFAULT_T_MAX, *,
         executor: Any = None,
@@ -768,7 +763,21 @@ class Scene:
         rays = ray_queries.rays_after_values(values, origins, directions)
         return line_integrals.line_integral(self._prepared, values, rays, t_min, t_max, otherwise, progress, overlaps)
 
-    def _along_rays(self, query: str, executor: Any, origins: Any, directions: Any, t_min: Any, t_max: Any) -> Any:
+    def _along_rays(self, query: str, executor: Any, *rays: Any) -> Any:
+        """Answer a query of rays: origins, directions, t_min and t_max."""
+        answer = self._answer_single(query, executor, rays)
+        return self._along_many_rays(query, executor, *rays) if answer is None else answer
+
+    def _answer_single(self, query: str, executor: Any, numbers: tuple[Any, ...]) -> Any:
+        """Return the answer for one ray or point of plain numbers; None where the query itself must answer."""
+        prepared = self._cached_prepared
+        if prepared is None or executor is not None:
+            return None
+        answer = prepared.single_calls.get(query)
+        return None if answer is None else answer(prepared, *numbers)
+
+    @ignore_fp_errors
+    def _along_many_rays(self, query: str, executor: Any, origins: Any, directions: Any, t_min: Any, t_max: Any) -> Any:
         """Answer a query of rays here, or by workers."""
         if _is_remote(executor, origins, directions):
             from ..parallel.queries import dispatch_rays
@@ -781,7 +790,6 @@ class Scene:
 
     # --- Queries at points
 
-    @ignore_fp_errors
     def contains(self, points: Any, *, executor: Any = None) -> Any:
         """Return whether any solid contains each point. Primitives contain their boundary, Booleans are exact.
 
@@ -796,13 +804,8 @@ class Scene:
         -------
         bool (...)
         """
-        if _is_remote(executor, points):
-            return self._points_by_workers("contains", executor, points)
-        from ..queries.points import body_at
+        return self._at_points("contains", executor, points)
 
-        return np.asarray(body_at(self._prepared, points, "contains") >= 0)[()]  # a scalar for one point
-
-    @ignore_fp_errors
     def body_at(self, points: Any, *, executor: Any = None) -> Any:
         """Return the number of the first listed body that contains each point, or -1.
 
@@ -815,13 +818,8 @@ class Scene:
         -------
         int32 (...)
         """
-        if _is_remote(executor, points):
-            return self._points_by_workers("body_at", executor, points)
-        from ..queries.points import body_at
+        return self._at_points("body_at", executor, points)
 
-        return body_at(self._prepared, points)
-
-    @ignore_fp_errors
     def bodies_at(self, points: Any, *, executor: Any = None) -> BodiesAt:
         """Return all bodies that contain each point, in listing order, as one list after the other.
 
@@ -830,14 +828,25 @@ class Scene:
         points, executor
             As for `contains`.
         """
-        if _is_remote(executor, points):
-            bodies: BodiesAt = self._points_by_workers("bodies_at", executor, points)
-            return bodies
-        from ..queries.points import bodies_at
+        bodies: BodiesAt = self._at_points("bodies_at", executor, points)
+        return bodies
 
-        return bodies_at(self._prepared, points)
+    def _at_points(self, query: str, executor: Any, points: Any) -> Any:
+        """Answer a query of points."""
+        answer = self._answer_single(query, executor, (points,))
+        return self._at_many_points(query, executor, points) if answer is None else answer
 
     @ignore_fp_errors
+    def _at_many_points(self, query: str, executor: Any, points: Any) -> Any:
+        """Answer a query of points here, or by workers."""
+        if _is_remote(executor, points):
+            from ..parallel.queries import dispatch_points
+
+            return dispatch_points(self, query, executor, points)
+        from ..queries import points as point_queries
+
+        return getattr(point_queries, query)(self._prepared, points)
+
     def distance(
         self, points: Any, *, exact: bool = False, max_distance: Any = math.inf, progress: Progress | None = None,
         executor: Any = None,
@@ -863,6 +872,17 @@ class Scene:
         ValueError
             For points that are not finite, and a max_distance that is not positive.
         """
+        if exact is False and progress is None and max_distance is math.inf:
+            bound: Distances | None = self._answer_single("distance", executor, (points,))
+            if bound is not None:
+                return bound
+        return self._distance_of_many(points, exact, max_distance, progress, executor)
+
+    @ignore_fp_errors
+    def _distance_of_many(
+        self, points: Any, exact: bool, max_distance: Any, progress: Progress | None, executor: Any
+    ) -> Distances:
+        """Answer `distance` here, or by workers."""
         from ..queries import distances
 
         check_callback("distance", "progress", progress)
@@ -873,12 +893,6 @@ class Scene:
             result: Distances = dispatch_distances(self, executor, points, max_distance, exact, progress)
             return result
         return distances.distance(self._prepared, points, max_distance, exact, progress)
-
-    def _points_by_workers(self, query: str, executor: Any, points: Any) -> Any:
-        """Answer a query of points by workers."""
-        from ..parallel.queries import dispatch_points
-
-        return dispatch_points(self, query, executor, points)
 
     # --- Explanations
 
@@ -1227,4 +1241,4 @@ def _move_light(lights: tuple[Light, ...], track: LightTrack, time: float) -> li
 
 def _is_remote(executor: Any, *arrays: Any) -> bool:
     """Return whether workers answer a query, or its rays or points are lazy."""
-    return executor is not None or any(is_dask_array(a) or hasattr(a, "_share") for a in arrays)
+    return executor is not None or any(is_dask_array(a) or hasattr(type(a), "_share") for a in arrays)

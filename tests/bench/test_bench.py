@@ -10,8 +10,8 @@ from typer.testing import CliRunner
 
 import conicoid as co
 from benchmarks.__main__ import app
+from benchmarks.comparison import arrays, limits, scenes
 from benchmarks.comparison import harness as report
-from benchmarks.comparison import limits, scenes
 from benchmarks.comparison import preparation as preparing
 from benchmarks.comparison import preparation as processes
 from benchmarks.comparison import scenes as core
@@ -131,12 +131,33 @@ def test_limits_stand_in_the_peers_place():
 SMALL = Size(runs=1, balls=1000)
 
 
-@pytest.mark.parametrize("name", ["latency", "import", "command"])
+@pytest.mark.parametrize("name", ["latency", "latency-spans", "latency-1000", "import", "command"])
 def test_what_is_around_the_rays_takes_time(name):
     """No limit is asserted: this may run beside anything."""
     measured = {row.name: row for row in limits.ROWS}[name].measure(SMALL)
     assert measured.ours > 0
     assert measured.ratio == measured.theirs / measured.ours
+
+
+def test_the_serial_share_is_the_intercept_of_amdahls_law():
+    assert arrays.serial_share({n: 2 + 6 / n for n in (1, 2, 4, 16)}) == pytest.approx(25)
+    assert arrays.serial_share({1: 6.0, 2: 3.0}) == pytest.approx(0, abs=1e-9)
+    assert arrays.serial_share({1: 6.0, 2: 2.0}) == 0
+
+
+def test_the_kernel_alone_is_what_the_query_gave_to_threads():
+    ran = []
+    geometry = co.Scene()._prepared.geometry
+    again = arrays.kernel_of(lambda: arrays.ray_queries.run_on(geometry, lambda _, a, b: ran.append((a, b)), 3, 3, 0))
+    again()
+    assert ran == [(0, 3), (0, 3)]
+    assert arrays.ray_queries.run_on is arrays.run_on
+
+
+@pytest.mark.parametrize("name", arrays.QUERIES)
+def test_queries_from_arrays_take_longer_than_nothing(name):
+    found = {row.name: row for row in arrays.ROWS}[f"beyond-{name}"].measure(Size(runs=1, rays=1600))
+    assert found.theirs > 0
 
 
 def test_a_ball_takes_its_four_numbers_at_least():

@@ -1,4 +1,4 @@
-"""The door with address and undefined-behaviour checks: a sample of queries, and of wrong arguments."""
+"""The door with address and undefined-behaviour checks: a sample of queries, and of wrong arguments. The pool alone."""
 
 from __future__ import annotations
 
@@ -45,6 +45,15 @@ def checked(tmp_path_factory):
     subprocess.run(["gcc", *CHECKS, *headers, "-o", str(out), *sources, *map(str, made.glob("*.o"))], check=True)
     checks = {"ASAN_OPTIONS": "detect_leaks=0", "LD_PRELOAD": runtime, "PYTHONPATH": str(folder)}
     return folder, os.environ | checks
+
+
+@pytest.mark.parametrize("checks", ["thread", "address,undefined"])
+def test_threads_of_the_pool(tmp_path, checks):
+    sources = [ROOT / "tests" / "native" / "crowd.c", link.HERE / "pool.c", link.HERE / "scratch.c"]
+    command = ["gcc", "-g", "-O1", "-pthread", f"-fsanitize={checks}", f"-I{link.HERE}", "-o", str(tmp_path / "crowd")]
+    subprocess.run([*command, *map(str, sources)], check=True)
+    run = subprocess.run([tmp_path / "crowd"], capture_output=True, text=True, timeout=600)
+    assert run.returncode == 0, (run.stdout + run.stderr)[-3000:]
 
 
 def test_queries(checked):

@@ -1,0 +1,175 @@
+"""Queries from a user's arrays of NumPy to the field that he reads, against the kernel alone, on 1, 2 and all threads.
+
+The kernel alone is the same chunks of the same rays on as many threads, in arrays that it has filled before: what is
+beyond it are checks, copies, sorting, memory that nobody has touched, and the making of answers.
+
+- `arrays-...`: the rate of a query, and that of the kernel alone.
+- `beyond-...`: the time of a query less that of the kernel, on all threads, beside that of the kernel.
+- `serial-...`: the intercept of Amdahl's law, T(n) = a + b / n, fitted to the time of a query on 1, 2, 4 and so on up
+  to all threads, in percent of a + b. With 4 % sixteen cores are ten times as fast as one.
+"""
+
+from __future__ import annotations
+
+import functools
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from conicoid.kernels.threads import run_on, set_threads, thread_count
+from conicoid.queries import distances, line_integrals, points, ray_queries, spans
+from conicoid.scene.scene import Scene
+
+from .harness import BenchRow, Measured, Peer, Size
+from .limits import LIMIT
+from .scenes import balls, camera_rays, random_rays
+
+KERNEL = Peer("itself", "the kernel alone", lambda: "")
+_MODULES = distances, line_integrals, points, ray_queries, spans
+_SHARE = 4.0  # percent
+
+Ask = Callable[[Scene, Any, Any], Any]
+
+QUERIES: dict[str, tuple[str, int, Ask]] = {
+    "camera": ("first_hit, camera", 1, lambda scene, origins, directions: scene.first_hit(origins, directions).t),
+    "random": ("first_hit, random", 1, lambda scene, origins, directions: scene.first_hit(origins, directions).t),
+    "occluded": ("occluded, camera", 1, lambda scene, origins, directions: scene.occluded(origins, directions)),
+    "spans": ("spans, camera", 4, lambda scene, origins, directions: scene.spans(origins, directions).t_enter),
+    "crossings": ("crossings, camera", 4, lambda scene, origins, directions: scene.crossings(origins, directions).t),
+    "lengths": (
+        "lengths by material, camera", 4,
+        lambda scene, origins, directions: scene.lengths(origins, directions, by="material"),
+    ),
+    "contains": ("contains, random points", 1, lambda scene, at, _: scene.contains(at)),
+    "body_at": ("body_at, random points", 1, lambda scene, at, _: scene.body_at(at)),
+    "distance": ("distance, random points", 16, lambda scene, at, _: scene.distance(at).distance),
+}  # fmt: skip
+"""By name: a title, by how much the number of rays is divided, and the query."""
+
+
+@functools.cache
+def _scene() -> Scene:
+    scene = Scene(balls(1000).shapes())
+    scene.prepare()
+    return scene
+
+
+def _query(name: str, size: Size) -> tuple[Callable[[], Any], int]:
+    """A query from arrays, and its number of rays or points."""
+    _, divisor, ask = QUERIES[name]
+    count = size.rays // divisor
+    lines: tuple[Any, Any]
+    if name == "random":
+        lines = random_rays(count)
+    elif name in ("contains", "body_at", "distance"):
+        place = np.random.default_rng(5).uniform(-1, 1, (count, 3))
+        lines = place, place
+    else:
+        lines = camera_rays(int(count**0.5))
+    origins, directions = (np.ascontiguousarray(each, np.float64) for each in lines)
+    return lambda: ask(_scene(), origins, directions), origins.size // 3
+
+
+def kernel_of(query: Callable[[], Any]) -> Callable[[], None]:
+    """The kernels of a query on the scene, by themselves: on the arrays of one call of the query."""
+    calls: list[tuple[tuple[Any, ...], dict[str, Any]]] = []
+
+    def keep(*arguments: Any, **named: Any) -> None:
+        calls.append((arguments, named))
+        run_on(*arguments, **named)
+
+    for module in _MODULES:
+        module.run_on = keep  # type: ignore[attr-defined]
+    try:
+        query()
+    finally:
+        for module in _MODULES:
+            module.run_on = run_on  # type: ignore[attr-defined]
+
+    def kernel() -> None:
+        for arguments, named in calls:
+            run_on(*arguments, **named)
+
+    return kernel
+
+
+def _seconds(run: Callable[[], Any]) -> float:
+    begin = time.perf_counter()
+    run()
+    return time.perf_counter() - begin
+
+
+@functools.cache
+def wall_and_kernel(name: str, size: Size, threads: int) -> tuple[float, float]:
+    """Shortest seconds of a query and of its kernel alone, run alternately after a turn that does not count."""
+    query, _ = _query(name, size)
+    set_threads(threads)
+    try:
+        kernel = kernel_of(query)
+        turns = [(_seconds(query), _seconds(kernel)) for _ in range(size.runs + 1)][1:]
+    finally:
+        set_threads(None)
+    return min(wall for wall, _ in turns), min(alone for _, alone in turns)
+
+
+def rate(name: str, threads: int) -> Callable[[Size], Measured]:
+    """Millions of rays a second; threads: 0 for all."""
+
+    def measure(size: Size) -> Measured:
+        count = _query(name, size)[1]
+        wall, alone = wall_and_kernel(name, size, threads or thread_count())
+        return Measured(count / wall / 1e6, count / alone / 1e6, alone / wall, "Mray/s")
+
+    return measure
+
+
+def beyond_kernel(name: str) -> Callable[[Size], Measured]:
+    """Milliseconds on all threads that are not the kernel's, and the kernel's; the ratio: its share of the time."""
+
+    def measure(size: Size) -> Measured:
+        wall, alone = wall_and_kernel(name, size, thread_count())
+        return Measured(1e3 * (wall - alone), 1e3 * alone, alone / wall, "ms")
+
+    return measure
+
+
+def serial_share(seconds: dict[int, float]) -> float:
+    """The intercept of Amdahl's law in percent of the time on one thread, by least squares; from 0 to 100."""
+    slope, intercept = np.polyfit([1 / threads for threads in seconds], list(seconds.values()), 1)
+    return min(100.0, max(0.0, 100.0 * float(intercept / (intercept + slope))))
+
+
+def serial(name: str) -> Callable[[Size], Measured]:
+    """The serial share of a query, in percent, against the largest that is asked for."""
+
+    def measure(size: Size) -> Measured:
+        most = max(2, thread_count())
+        counts = sorted({most, *(1 << k for k in range(most.bit_length()))})
+        share = serial_share({threads: wall_and_kernel(name, size, threads)[0] for threads in counts})
+        return Measured(share, _SHARE, _SHARE / max(share, 0.01), "%")
+
+    return measure
+
+
+_BALLS = "1,000 balls, from arrays"
+
+ROWS = (
+    *(
+        BenchRow(
+            f"arrays-{name}-{word}", QUERIES[name][0], f"{_BALLS}, {word} thread{'' if threads == 1 else 's'}", KERNEL,
+            0.75, 0.9, rate(name, threads),
+        )
+        for name in ("camera", "random")
+        for word, threads in (("1", 1), ("2", 2), ("all", 0))
+    ),
+    *(
+        BenchRow(f"beyond-{name}", title, f"{_BALLS}, all threads", KERNEL, 0.0, 0.75, beyond_kernel(name))
+        for name, (title, *_) in QUERIES.items()
+    ),
+    *(
+        BenchRow(f"serial-{name}", title, f"{_BALLS}, serial share", LIMIT, 0.0, 1.0, serial(name))
+        for name, (title, *_) in QUERIES.items()
+    ),
+)  # fmt: skip
