@@ -11,6 +11,8 @@ import pytest
 import conicoid as co
 from conicoid.render.lights.light_sampling import sample_triangle, triangle_angle
 
+from ..samples import size
+
 
 @numba.njit(error_model="numpy")
 def _drawn(f, x, y, z, numbers, out):
@@ -53,7 +55,8 @@ def test_directions_have_the_mean_that_stokes_says(corners, turned):
     """∫ ω dω over a spherical polygon is Σ θ n / 2 over its edges, of angle θ and unit normal n inwards (Lambert)."""
     corners = corners[::-1] if turned else corners
     f = row(*corners)
-    numbers, out = np.random.default_rng(1).random((200_000, 2)), np.empty((200_000, 3))
+    count = size(50_000, 200_000)
+    numbers, out = np.random.default_rng(1).random((count, 2)), np.empty((count, 3))
     _drawn(f, 0.0, 0.0, 0.0, numbers, out)
     unit = np.array(corners, float) / np.linalg.norm(corners, axis=1)[:, None]
     vector = np.zeros(3)

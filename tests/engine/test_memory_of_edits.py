@@ -21,6 +21,8 @@ from conicoid.prepare.edits.in_place import InPlaceEdit
 from tests.engine.exchanges import bodies, content, moved, note_memory_taken
 from tests.engine.test_edited import same_answers, same_tables
 
+from ..samples import size
+
 
 @pytest.fixture
 def taken(monkeypatch):
@@ -100,9 +102,9 @@ def test_threads_that_exchange_in_one_scene_at_once():
     def work(seed):
         try:
             rng = np.random.default_rng(seed)
-            for _ in range(2):
+            for _ in range(size(2, 3)):
                 mine = scene
-                for _ in range(2):
+                for _ in range(size(2, 3)):
                     mine = moved(mine, rng)
                     same_tables(mine, co.Scene(mine.bodies))
                 same_answers(mine, co.Scene(mine.bodies), rng, 40)

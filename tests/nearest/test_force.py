@@ -29,7 +29,7 @@ def test_a_wrong_distance_is_found(monkeypatch):
 
 @pytest.mark.parametrize("name", sampled(BODIES, 5))
 def test_distances_are_within_the_bound_that_they_tell(name):
-    assert list(faults(name, np.random.default_rng(11), 50, 1)) == []
+    assert list(faults(name, np.random.default_rng(11), 25, 1)) == []
 
 
 def random_faults(seed, count, forced):

@@ -15,11 +15,10 @@ from typing import Any
 
 from flint import arb, ctx, fmpz, fmpz_mat
 
-from .forms import PAIRS, Form, proportional
+from .forms import Form, proportional
 from .numbers import Number, ball, sign
 from .solids import Body, forms_of
 
-CURVED = PAIRS[:6]
 BITS = 160
 EQUAL_BITS = 1000
 """Roots of rounded quadratics that agree to so many bits are equal on paper."""

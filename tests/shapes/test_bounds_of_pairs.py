@@ -14,7 +14,7 @@ import conicoid as co
 
 from .random_pairs import DIGITS, Pair, random_pair
 
-FAST, DEEP = 60, 100_000
+FAST, DEEP = 30, 100_000
 SIZE = 1e7
 """No term of a place is larger where the place itself is small."""
 

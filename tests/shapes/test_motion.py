@@ -261,7 +261,7 @@ def check_balls(seeds: range, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_balls_that_stay_balls_have_the_same_records(monkeypatch):
-    check_balls(range(12), monkeypatch)
+    check_balls(range(6), monkeypatch)
 
 
 @pytest.mark.deep

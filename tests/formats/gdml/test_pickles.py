@@ -13,7 +13,7 @@ import conicoid as co
 from conicoid.geometry.instances import InstanceList
 from conicoid.io.gdml.solids import SOLID_READERS
 
-from ...samples import sampled
+from ...samples import sampled, size
 from .files import placed, scene_of, text_of, volume
 from .test_solids import DEFINE
 from .test_solids import SOLIDS as OLD
@@ -21,11 +21,11 @@ from .test_twisted import SOLIDS as TWISTED
 
 SOLIDS = OLD | {f"twisted: {name}": solid for name, solid in TWISTED.items()}
 PROTOCOLS = 2, pickle.HIGHEST_PROTOCOL
-_ACROSS = 2
+_ACROSS = size(2, 3)
 
 
 def rows_of(folder: Path, solids: str) -> co.Scene:
-    """A solid twice two times in a box, which is around all of them."""
+    """A solid in rows and columns in a box, which is around all of them."""
     inside = "".join(
         placed("it", f'<position x="{40 * (k % _ACROSS)}" y="{40 * (k // _ACROSS)}" z="1"/>') for k in range(_ACROSS**2)
     )

@@ -64,16 +64,18 @@ def asked(scene: co.Scene, low: np.ndarray, high: np.ndarray) -> list[np.ndarray
     ]  # fmt: skip
 
 
-def same_answers(edited: co.Scene) -> None:
+def same_answers(*edited: co.Scene) -> None:
     """Those of a scene whose bodies are each a shape of its own."""
-    other = co.Scene(written_out(edited))
+    other = co.Scene(written_out(edited[0]))
     assert not isinstance(other.bodies, InstanceList)
     low, high = (np.nan_to_num(end, posinf=3, neginf=-3) for end in other.bounds)
-    for mine, its in zip(asked(edited, low, high), asked(other, low, high), strict=True):
-        if mine.dtype == np.float64:
-            assert np.allclose(mine, its, rtol=1e-12, atol=1e-12)
-        else:
-            assert (mine == its).all()
+    expected = asked(other, low, high)
+    for scene in edited:
+        for mine, its in zip(asked(scene, low, high), expected, strict=True):
+            if mine.dtype == np.float64:
+                assert np.allclose(mine, its, rtol=1e-12, atol=1e-12)
+            else:
+                assert (mine == its).all()
 
 
 def inside(scene: co.Scene) -> int:
@@ -100,19 +102,17 @@ EDITS = {
 
 
 SCENES = "core", "cubes", "turned", "core at an angle", "cubes at an angle"
-OF_PREPARED = {name + state: state != "" for name in EDITS for state in ("", ", prepared")}
-"""Edits of scenes that are prepared, and of those that are not."""
 
 
-@pytest.mark.parametrize(("edit", "scene"), in_turn(OF_PREPARED, SCENES), indirect=["scene"])
-def test_edits_answer_as_bodies_written_out(edit: str, scene: co.Scene) -> None:
-    if OF_PREPARED[edit]:
-        scene.prepare()
-    else:
-        scene = pickle.loads(pickle.dumps(scene))
-    edited = EDITS[edit.removesuffix(", prepared")](scene)
+@pytest.mark.parametrize(("name", "scene"), in_turn(EDITS, SCENES), indirect=["scene"])
+def test_edits_answer_as_bodies_written_out(name: str, scene: co.Scene) -> None:
+    """Made of a scene that is prepared, and of one that is not; their answers are those of one scene written out."""
+    edited = EDITS[name](pickle.loads(pickle.dumps(scene)))
+    scene.prepare()
+    after = EDITS[name](scene)
     assert isinstance(edited.bodies, EditedInstances)
-    same_answers(edited)
+    assert isinstance(after.bodies, EditedInstances)
+    same_answers(edited, after)
 
 
 def test_what_is_edited_back_is_the_list_that_it_was(core: co.Scene) -> None:

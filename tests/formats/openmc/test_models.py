@@ -12,6 +12,7 @@ import conicoid as co
 from conicoid._util.arrays import FloatArray
 from conicoid.render.camera import fit_extent
 
+from ...samples import marked
 from .evaluator import Evaluator, same_place
 from .models import NAMES, loaded, written
 
@@ -40,7 +41,7 @@ class Model(NamedTuple):
     evaluator: Evaluator
 
 
-@pytest.fixture(scope="module", params=NAMES)
+@pytest.fixture(scope="module", params=marked((name, name != "assembly") for name in NAMES))
 def model(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Model:
     """Read and made ready once for all tests."""
     path = written(request.param, tmp_path_factory.mktemp("model"))
