@@ -1,6 +1,6 @@
 """What comes before the first ray: preparing bodies of each kind, edits, whole processes from a file to a picture.
 
-    python benchmarks/preparing.py [--many 100000] [--pictures | --edits | --bulk]
+    python benchmarks/preparing.py [--many 100000] [--pictures | --edits | --bulk | --faceted]
     python benchmarks/preparing.py --linear [--memory 24]      # from 1,000 bodies to 1,000,000
 
 Preparing is timed in a process of its own for each kind, processor time on one core, first with nothing recorded (which
@@ -290,6 +290,54 @@ def edits(count: int = 10_000, turns: int = 24) -> None:
             del hits, last, held
 
 
+FACETED = {
+    "sphere": "sphere($fn = {n}, $fa = 12, $fs = 2, r = 10);",
+    "cylinder": "cylinder($fn = {n}, $fa = 12, $fs = 2, h = 10, r1 = 5, r2 = 5, center = false);",
+    "cone": "cylinder($fn = {n}, $fa = 12, $fs = 2, h = 10, r1 = 5, r2 = 2, center = false);",
+    "linear_extrude": "linear_extrude(height = 10, scale = [1, 1], $fn = {n}) {{ difference() {{ "
+    "circle($fn = {n}, r = 5); circle($fn = {n}, r = 3); }} }}",
+    "rotate_extrude": "rotate_extrude(angle = 360, $fn = {n}) {{ "
+    "polygon(points = [[2, 0], [5, 0], [5, 3], [2, 4]]); }}",
+    "cube - sphere": "difference() {{ cube(size = 18, center = true); sphere($fn = {n}, $fa = 12, $fs = 2, r = 10); }}",
+}
+"""Calls of OpenSCAD with flat sides, by their number."""
+
+
+def faceted(path: str) -> dict[str, float]:
+    """Processor seconds of a file of one solid with flat sides: loaded, prepared, a first hit; µs a ray of many."""
+    import conicoid as co
+
+    co.Scene([co.Sphere()]).first_hit((3, 0, 0), (-1, 0, 0))  # what any scene needs is imported
+    rng = np.random.default_rng(1)
+    origins = 30 * rng.normal(size=(2_000, 3))
+    directions = rng.uniform(-6, 6, (2_000, 3)) - origins
+    marks = [time.process_time()]
+    scene = co.load(path)
+    marks.append(time.process_time())
+    scene.prepare()
+    marks.append(time.process_time())
+    scene.first_hit((30, 1, 2), (-1, 0, 0))
+    marks.append(time.process_time())
+    scene.first_hit(origins, directions)
+    marks.append(time.process_time())
+    spent = np.diff(marks).tolist()
+    return {"load": spent[0], "prepare": spent[1], "hit": spent[2], "ray": 1e6 * spent[3] / len(origins)}
+
+
+def faceted_solids(folder: Path, counts: tuple[int, ...] = (20, 100, 400)) -> None:
+    """Files of OpenSCAD with $fn, from the file to the first hit."""
+    print(
+        "\n| $fn, seconds (of processors) | sides | load | prepare | first hit | a ray, µs |\n|---|---|---|---|---|---|"
+    )
+    for kind, text in FACETED.items():
+        for count in counts:
+            file = folder / "faceted.csg"
+            file.write_text(text.format(n=count) + "\n")
+            found = in_a_process("--faceted-file", str(file))
+            row = f"{found['load']:.2f} | {found['prepare']:.2f} | {found['hit']:.3f} | {found['ray']:.1f}"
+            print(f"| {kind} | {count} | {row} |", flush=True)
+
+
 def seconds(command: list[str]) -> float:
     own = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
     begin = time.perf_counter()
@@ -306,6 +354,8 @@ def main() -> None:
     parser.add_argument("--memory", type=float, default=24.0, help="GiB that --linear may take, by what fewer took")
     parser.add_argument("--once", nargs=2, metavar=("KIND", "COUNT"), help=argparse.SUPPRESS)
     parser.add_argument("--edits", action="store_true", help="one body moved among many, alone")
+    parser.add_argument("--faceted", action="store_true", help="files of OpenSCAD with $fn alone")
+    parser.add_argument("--faceted-file", help=argparse.SUPPRESS)
     parser.add_argument("--one", nargs=2, metavar=("KIND", "COUNT"), help=argparse.SUPPRESS)
     arguments = parser.parse_args()
     if arguments.pictures:
@@ -317,6 +367,13 @@ def main() -> None:
         return
     if arguments.once:
         print(json.dumps(once(arguments.once[0], int(arguments.once[1]))))
+        return
+    if arguments.faceted:
+        with tempfile.TemporaryDirectory() as folder:
+            faceted_solids(Path(folder))
+        return
+    if arguments.faceted_file:
+        print(json.dumps(faceted(arguments.faceted_file)))
         return
     if arguments.edits:
         edits()
@@ -340,6 +397,7 @@ def main() -> None:
         )
     edits()
     with tempfile.TemporaryDirectory() as folder:
+        faceted_solids(Path(folder))
         whole_processes(Path(folder))
 
 

@@ -162,7 +162,7 @@ def convex_parts(planes: Sequence[FlatPlane], facets: Sequence[Facet], most: int
         chosen, is_at_rim = _best(planes, region)
         whole = region.convex(planes) if is_at_rim else None
         if whole is not None:
-            parts.append(_needed_sides(planes, whole, reach))
+            parts.append(_needed_sides(planes, whole, reach, len(region.sides)))
         else:
             front, back, outwards = _split(planes, chosen, region)
             sides = {1: (*region.sides, (chosen, 1)), -1: (*region.sides, (chosen, -1))}
@@ -170,7 +170,7 @@ def convex_parts(planes: Sequence[FlatPlane], facets: Sequence[Facet], most: int
                 if facets_there:
                     pending.append(_ConvexRegion(facets_there, sides[side]))
                 elif side in outwards:  # no facet is left on this side: all of it is inside
-                    parts.append(_needed_sides(planes, sides[side], reach))
+                    parts.append(_needed_sides(planes, sides[side], reach, len(sides[side])))
         if len(parts) > most:
             raise ValueError(f"faces must enclose at most {most:,} convex parts, found more")
     return parts
@@ -243,15 +243,18 @@ def _clip_facet(plane: FlatPlane, corners: Sequence[Point], signs: Sequence[int]
             )
 
 
-def _needed_sides(planes: Sequence[FlatPlane], sides: tuple[PlaneSide, ...], reach: float) -> tuple[PlaneSide, ...]:
+def _needed_sides(
+    planes: Sequence[FlatPlane], sides: tuple[PlaneSide, ...], reach: float, doubtful: int
+) -> tuple[PlaneSide, ...]:
     """Return the sides on which a bounded convex part has a face; the others imply the rest.
 
-    Floats decide in a cube of half the edge `reach`, which contains everything; fractions decide doubtful sides.
+    The first `doubtful` sides come from splits; on each of the others lies a facet. Floats decide in a cube of half the
+    edge `reach`, which contains everything; fractions decide where floats cannot.
     """
     rows = np.array([[its * c for c in planes[number].about] for number, its in sides])
     rows[:, 3] /= reach  # in units of the reach, so that nothing overflows
     with np.errstate(under="ignore"):  # numbers so small are far below `_LOOSE`
-        return tuple(side for k, side in enumerate(sides) if _has_face(rows, k, planes, sides))
+        return tuple(side for k, side in enumerate(sides) if k >= doubtful or _has_face(rows, k, planes, sides))
 
 
 def _has_face(rows: FloatArray, k: int, planes: Sequence[FlatPlane], sides: tuple[PlaneSide, ...]) -> bool:

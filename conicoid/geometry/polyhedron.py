@@ -386,8 +386,7 @@ def _decompose_faces(owner: str, what: str, corners: Sequence[Any], faces: Seque
     named: dict[Any, int] = {}
     facets = []
     for index, face in enumerate(faces):
-        for piece in _flat_pieces([corners[k] for k in face]):
-            plane = fit_plane(piece)
+        for piece, plane in _flat_pieces([corners[k] for k in face]):
             if plane is None:
                 continue  # a sliver without area bounds nothing
             key = _name(plane)
@@ -410,12 +409,13 @@ def _decompose_faces(owner: str, what: str, corners: Sequence[Any], faces: Seque
     return _Parts(tuple(planes), tuple(numbers), tuple(map(tuple, members)), tuple(parts))
 
 
-def _flat_pieces(corners: list[Any]) -> list[list[Any]]:
-    """Return a flat face as it is, any other as triangles about its first corner."""
+def _flat_pieces(corners: list[Any]) -> list[tuple[list[Any], FlatPlane | None]]:
+    """Return a flat face as it is, any other as triangles about its first corner; each with its plane."""
     plane = fit_plane(corners)
     if len(corners) == 3 or plane is None or all(side_of_plane(plane, corner) == 0 for corner in corners):
-        return [corners]
-    return [[corners[0], corners[k], corners[k + 1]] for k in range(1, len(corners) - 1)]
+        return [(corners, plane)]
+    triangles = [[corners[0], corners[k], corners[k + 1]] for k in range(1, len(corners) - 1)]
+    return [(triangle, fit_plane(triangle)) for triangle in triangles]
 
 
 def _name(plane: FlatPlane) -> Any:

@@ -21,6 +21,7 @@ from ..geometry.body import Body
 from ..geometry.bulk import Bulk, Spheres
 from ..geometry.cell import Cell, Not, Tree
 from ..geometry.instances import InstanceList
+from ..geometry.polyhedron import Polyhedron
 from ..geometry.shape import PrimitiveSolid, Shape
 from ..geometry.surface import Key, Surface
 from ..geometry.transform import IDENTITY_MOTION, Motion, Step, Translate
@@ -55,14 +56,25 @@ def exact_surface(shape: Shape, number: int) -> Surface:
         moved = placed_primitives(shape)
         if not all(isinstance(leaf, PrimitiveSolid) for leaf, _ in moved):
             return lower_shape(shape).exact[number]
-        counts = (len(_tree_surfaces(leaf.tree())) for leaf, _ in moved)  # type: ignore[attr-defined]
+        counts = (
+            len(leaf.normals) if isinstance(leaf, Polyhedron) else len(_tree_surfaces(leaf.tree()))  # type: ignore[attr-defined]
+            for leaf, _ in moved
+        )
         leaves = shape.cache["leaves"] = _ShapeLeaves(moved, [0, *accumulate(counts)])
     which = bisect_right(leaves.first, number) - 1
     if which not in leaves.known:
         leaf, steps = leaves.moved[which]
-        tree = world_tree(replace(leaf, motion=Motion(steps)), IDENTITY_MOTION, BodyFaces())  # type: ignore[arg-type]
-        leaves.known[which] = _tree_surfaces(tree)
+        leaves.known[which] = _leaf_surfaces(leaf, steps)
     return leaves.known[which][number - leaves.first[which]]
+
+
+def _leaf_surfaces(leaf: Shape, steps: tuple[Step, ...]) -> list[Surface]:
+    """List the surfaces of a primitive moved by steps."""
+    motion = Motion(steps)
+    if isinstance(leaf, Polyhedron):  # without the uv maps of its thousands of faces
+        return [surface.moved(motion) for surface in leaf.surfaces]
+    tree = world_tree(replace(leaf, motion=motion), IDENTITY_MOTION, BodyFaces())  # type: ignore[arg-type]
+    return _tree_surfaces(tree)
 
 
 def _tree_surfaces(tree: Tree) -> list[Surface]:

@@ -96,3 +96,20 @@ def test_rays_meet_the_faces_of_the_half_spaces(name: str):
     scene = co.Scene([shape])
     expected = np.where(first < last, np.where(first > 0, first, np.where(last > 0, last, np.inf)), np.inf)
     assert scene.first_hit(origins, directions).t[sure] == pytest.approx(expected[sure], rel=1e-12)
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_rays_through_edges_and_corners_meet_what_they_meet_of_half_spaces(seed: int):
+    """Planes with few digits meet in edges and corners that rays of few digits hit: the order of faces decides."""
+    shape, rng = rough(seed), np.random.default_rng(seed)
+    apart = co.Intersection(tuple(co.HalfSpace(n, d) for n, d in zip(shape.normals, shape.offsets, strict=True)))
+    origins = rng.integers(-6, 7, (600, 3)).astype(float)
+    directions = rng.integers(-4, 5, (600, 3)) / 4 - origins
+    some = directions.any(axis=1)
+    one, other = (co.Scene([solid]).first_hit(origins[some], directions[some]) for solid in (shape, apart))
+    assert np.isfinite(one.t).sum() > 100
+    assert one.t == pytest.approx(other.t, rel=1e-15)  # planes have other anchors
+    assert np.array_equal(one.face, other.face)
+    for k in range(60):  # single rays take another route
+        single = co.Scene([shape]).first_hit(origins[some][k], directions[some][k])
+        assert (single.t, single.face) == (one.t[k], one.face[k])

@@ -161,7 +161,7 @@ def end_of(spans: CellSpans, end: int) -> tuple[float, Any]:
 MANY_PLANES = 16
 """In a cell of so many planes, those that surely do not cut the span so far are passed over.
 
-A ray at a polyhedron of 4,900 faces (a sphere of OpenSCAD with $fn = 100) takes a third of the time.
+A ray at a polyhedron of 4,900 faces (a sphere of OpenSCAD with $fn = 100) takes a fifth of the time, in packets less.
 """
 
 

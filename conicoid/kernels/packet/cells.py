@@ -31,15 +31,7 @@ from ..body.hit import Hit, ball_event
 from ..faces import cell_side, plane_side
 from ..ray import RayLine
 from ..surface.interval import Nearness, counts_in, is_open, is_too_far, lengths_of, lengths_of_ball, may_overlap
-from ..surface.plane import (
-    PlaneLimits,
-    PlaneRecord,
-    careful_plane,
-    is_surely_beside,
-    plain_plane,
-    runs_along,
-    unsure_of_plane,
-)
+from ..surface.plane import PlaneLimits, PlaneRecord, careful_plane, plain_plane, runs_along, unsure_of_plane
 from ..surface.quadric import (
     QuadricLimits,
     QuadricRecord,
@@ -56,6 +48,9 @@ from ..tables import SPHERE, Floats, Geometry, integer, whole
 from .lanes import (
     DISCRIMINANT,
     DOUBT,
+    DX,
+    DY,
+    DZ,
     FLAG,
     FOOT,
     HIGH,
@@ -153,42 +148,83 @@ def plane_lanes(geometry: Geometry, lanes: Floats, lengths: Nearness, place: int
             lanes[OWN + i] = choose(lanes[START + i] == surface, 1.0, lanes[OWN + i])
 
 
+# Cells of many planes
+#
+# A plane is passed over where it surely does not cut the slab of a lane so far: the plane's value, linear along the
+# ray, is on the inner side at both ends by a margin. The margin covers rounding, and the doubt about the order of
+# crossings. While the planes of a cell cut, row C has the share of a lane in the margin, and row FOOT 1 if the lane
+# needs no plane.
+
+_STRIDE = 32
+"""Every so manieth plane cuts first, so that few others cut at all."""
+_SURELY = 2.0**-47
+"""More than the relative rounding of the value of a plane at a point of a ray, as a share of the sizes."""
+
+
+@inline
+def _put_margin(lanes: Floats, i: Any, lengths: Nearness) -> None:
+    """Write a lane's share of the margin, from its slab so far; a slab that is surely empty needs no plane."""
+    off = lane_nearness(lanes, i, lengths).off
+    ox, oy, oz, dx, dy, dz = lane_line(lanes, i)
+    t_in, t_out = lanes[T_IN + i], lanes[T_OUT + i]
+    along, far = abs(dx) + abs(dy) + abs(dz), max(abs(t_in), abs(t_out))
+    lanes[C + i] = along * off + _SURELY * ((abs(ox) + abs(oy) + abs(oz)) + along * far)
+    lanes[FOOT + i] = 1.0 if t_in > t_out + off else 0.0
+
+
 @helper
-def _needing_lanes(lanes: Floats, lengths: Nearness, plane: PlaneRecord, inner: bool, first: int, last: int) -> int:
-    """Write 1 as FLAG to the lanes whose slabs a plane may cut, 0 to others (`is_surely_beside`); return how many."""
+def _lanes_to_cut(lanes: Floats, plane: PlaneRecord, inner: bool, first: int, last: int) -> int:
+    """Write 1 as FLAG to the lanes whose slabs a plane may cut, 0 to the others; return how many may be cut.
+
+    Relies on components of the normal of at most 1 (`PlaneRecord`).
+    """
     first, last = eights(first, last)
+    sense = 1.0 if inner else -1.0
+    nx, ny, nz = sense * plane.nx, sense * plane.ny, sense * plane.nz
+    offset = (nx * plane.ax + ny * plane.ay + nz * plane.az) - sense * plane.above
+    margin = _SURELY * ((abs(plane.ax) + abs(plane.ay) + abs(plane.az)) + abs(plane.above))
     some = 0
     for i in range(first, last):
-        off = lane_nearness(lanes, i, lengths).off
-        t_in, t_out = lanes[T_IN + i], lanes[T_OUT + i]
-        beside = is_surely_beside(plane, lane_line(lanes, i), inner, t_in, t_out, off) | (t_in > t_out + off)
+        height = (nx * lanes[OX + i] + ny * lanes[OY + i] + nz * lanes[OZ + i]) - offset
+        rate = nx * lanes[DX + i] + ny * lanes[DY + i] + nz * lanes[DZ + i]
+        at_in, at_out, least = height + rate * lanes[T_IN + i], height + rate * lanes[T_OUT + i], -margin - lanes[C + i]
+        # Values at an infinite end may be NaN: then the plane cuts
+        beside = ((at_in < least) & (at_out < least)) | (lanes[FOOT + i] != 0.0)
         lanes[FLAG + i] = 0.0 if beside else 1.0
         some += 0 if beside else 1
     return some
 
 
 @inline
-def _one_of_many_planes(
-    geometry: Geometry, lanes: Floats, lengths: Nearness, place: int, first: int, last: int
+def _many_planes(
+    geometry: Geometry, lanes: Floats, lengths: Nearness, begin: int, end: int, first: int, last: int
 ) -> None:
-    """`plane_lanes` for a plane of a cell of many: only lanes whose slabs it may cut, one by one if these are few."""
-    surface = integer(geometry, table.PLANE_SURFACE, place)
-    row, inner = integer(geometry, table.SURFACE_ROW, surface), plane_side(geometry, place) > 0
-    plane = load_plane(geometry, row)
-    some = _needing_lanes(lanes, lengths, plane, inner, first, last)
-    if 8 * some > last - first:
+    """Cut the lanes' slabs by planes of a cell: a few first, and then those that may cut; few lanes one by one."""
+    for place in range(begin, end, _STRIDE):
         plane_lanes(geometry, lanes, lengths, place, first, last)
-        return
-    if some > 0:
-        limits = plane_limits(geometry, row)
-        for i in range(first, last):
-            if lanes[FLAG + i] == 1.0:
-                if plane_of_lane(lanes, i, lane_line(lanes, i), plane, limits) > 0:
-                    put_careful_plane(lanes, i, plane, limits)
-                cut_lane(lanes, i, lengths, surface, inner, place)
-    if lanes[SOME_START] != 0.0:
-        for i in range(first, last):
-            lanes[OWN + i] = choose(lanes[START + i] == surface, 1.0, lanes[OWN + i])
+    for i in range(first, last):
+        _put_margin(lanes, i, lengths)
+    for place in range(begin, end):
+        surface = integer(geometry, table.PLANE_SURFACE, place)
+        row, inner = integer(geometry, table.SURFACE_ROW, surface), plane_side(geometry, place) > 0
+        plane = load_plane(geometry, row)
+        some = 0 if (place - begin) % _STRIDE == 0 else _lanes_to_cut(lanes, plane, inner, first, last)
+        if 4 * some > last - first:
+            plane_lanes(geometry, lanes, lengths, place, first, last)
+            for i in range(first, last):
+                _put_margin(lanes, i, lengths)
+            continue
+        if some > 0:
+            limits = plane_limits(geometry, row)
+            for i in range(first, last):
+                if lanes[FLAG + i] == 1.0:
+                    if plane_of_lane(lanes, i, lane_line(lanes, i), plane, limits) > 0:
+                        put_careful_plane(lanes, i, plane, limits)
+                    cut_lane(lanes, i, lengths, surface, inner, place)
+                    _put_margin(lanes, i, lengths)
+        if lanes[SOME_START] != 0.0:
+            for i in range(first, last):
+                lanes[OWN + i] = choose(lanes[START + i] == surface, 1.0, lanes[OWN + i])
 
 
 # First crossings of balls and cells
@@ -316,8 +352,7 @@ def face_lanes(geometry: Geometry, lanes: Floats, cell: int, first: int, last: i
         for place in range(begin, end):
             plane_lanes(geometry, lanes, lengths, place, first, last)
     else:
-        for place in range(begin, end):
-            _one_of_many_planes(geometry, lanes, lengths, place, first, last)
+        _many_planes(geometry, lanes, lengths, begin, end, first, last)
     some = 0
     for i in range(first, last):
         off, far = lane_nearness(lanes, i, lengths)
