@@ -97,19 +97,16 @@ class Hits(QueryResult, HitDerivatives):
 
     @cached_property
     def t(self) -> FloatArray:
-        result: FloatArray = self._shaped(self._found.t)
-        return result
+        return self._shaped(self._found.t)
 
     @cached_property
     def body(self) -> npt.NDArray[np.int32]:
-        result: npt.NDArray[np.int32] = self._shaped(self._found.body)
-        return result
+        return self._shaped(self._found.body)
 
     @property
     def hit(self) -> npt.NDArray[np.bool_]:
         """bool (...): whether the ray hit anything."""
-        result: npt.NDArray[np.bool_] = self._shaped(self._found.body >= 0)
-        return result
+        return self._shaped(self._found.body >= 0)
 
     @cached_property
     def _faces(self) -> Any:
@@ -198,8 +195,7 @@ class Hits(QueryResult, HitDerivatives):
 
     @property
     def point(self) -> FloatArray:
-        result: FloatArray = self._shaped(self._points, 3)
-        return result
+        return self._shaped(self._points, 3)
 
     @cached_property
     def local_point(self) -> FloatArray:
@@ -214,8 +210,7 @@ class Hits(QueryResult, HitDerivatives):
             self._points,
         )
         run_chunks(lambda a, b: local_points_of(*arguments, a, b, local), len(local), _FIELD_CHUNK)
-        result: FloatArray = self._shaped(local, 3)
-        return result
+        return self._shaped(local, 3)
 
     @cached_property
     @ignore_fp_errors
@@ -223,16 +218,14 @@ class Hits(QueryResult, HitDerivatives):
         normals, points = np.empty_like(self._points), self._points
         arguments = (self._scene.geometry, self._faces, points)
         run_chunks(lambda a, b: normals_of(*arguments, a, b, normals), len(normals), _FIELD_CHUNK)
-        result: FloatArray = self._shaped(zero_negligible(normals), 3)
-        return result
+        return self._shaped(zero_negligible(normals), 3)
 
     @cached_property
     def uv(self) -> FloatArray:
         uv = np.empty((len(self._points), 2))
         arguments = (self._scene.geometry, self._found.body, self._faces, self._points)
         run_chunks(lambda a, b: uvs_of(*arguments, a, b, uv), len(uv), _FIELD_CHUNK)
-        result: FloatArray = self._shaped(uv, 2)
-        return result
+        return self._shaped(uv, 2)
 
     @ignore_fp_errors
     def spawn(self, directions: Any) -> Rays:
@@ -318,8 +311,7 @@ class Hits(QueryResult, HitDerivatives):
         OSError
             If the file cannot be read.
         """
-        hits: Hits = extension("hits.read")(check_npz_path("load", "hits", path))
-        return hits
+        return extension("hits.read")(check_npz_path("load", "hits", path))
 
     @staticmethod
     def concatenate(parts: Iterable[Hits]) -> Hits:

@@ -599,8 +599,7 @@ class Scene:
         ValueError
             For invalid rays, with the index of the first.
         """
-        hits: Hits = self._along_rays("first_hit", executor, origins, directions, t_min, t_max)
-        return hits
+        return self._along_rays("first_hit", executor, origins, directions, t_min, t_max)
 
     @ignore_fp_errors
     def occluded(
@@ -632,8 +631,7 @@ class Scene:
         origins, directions, t_min, t_max, executor
             As for `first_hit`. An empty interval, t_min >= t_max, has no spans.
         """
-        spans: Spans = self._along_rays("spans", executor, origins, directions, t_min, t_max)
-        return spans
+        return self._along_rays("spans", executor, origins, directions, t_min, t_max)
 
     @ignore_fp_errors
     def crossings(
@@ -647,8 +645,7 @@ class Scene:
         origins, directions, t_min, t_max, executor
             As for `first_hit`. An empty interval, t_min >= t_max, has no crossings.
         """
-        crossings: Crossings = self._along_rays("crossings", executor, origins, directions, t_min, t_max)
-        return crossings
+        return self._along_rays("crossings", executor, origins, directions, t_min, t_max)
 
     @ignore_fp_errors
     def stream(
