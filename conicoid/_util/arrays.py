@@ -46,14 +46,12 @@ def matmul_rows(a: FloatArray, b: FloatArray) -> FloatArray:
 
 def cross_rows(a: FloatArray, b: FloatArray) -> FloatArray:
     """Return a × b along the last axis, (..., 3)."""
-    product: FloatArray = a[..., [1, 2, 0]] * b[..., [2, 0, 1]] - a[..., [2, 0, 1]] * b[..., [1, 2, 0]]
-    return product
+    return a[..., [1, 2, 0]] * b[..., [2, 0, 1]] - a[..., [2, 0, 1]] * b[..., [1, 2, 0]]
 
 
 def row_lengths(rows: FloatArray) -> FloatArray:
     """Return Euclidean lengths along the last axis."""
-    result: FloatArray = np.sqrt(dot_rows(rows, rows))
-    return result
+    return np.sqrt(dot_rows(rows, rows))
 
 
 def unit_rows(rows: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -76,8 +74,7 @@ IndexArray = npt.NDArray[np.int64]
 def unique_sorted(*parts: npt.NDArray[Any]) -> npt.NDArray[Any]:
     """Return the distinct numbers of some arrays (n,), in rising order."""
     ordered = np.sort(parts[0] if len(parts) == 1 else np.concatenate(parts))
-    unique: npt.NDArray[Any] = ordered[_starts_run(ordered)]
-    return unique
+    return ordered[_starts_run(ordered)]
 
 
 def unique_with_inverse(numbers: npt.NDArray[Any]) -> tuple[npt.NDArray[Any], IndexArray]:
@@ -100,8 +97,7 @@ def is_member_sorted(numbers: npt.NDArray[Any], ordered: npt.NDArray[Any]) -> np
     if not len(ordered):
         return np.zeros(numbers.shape, bool)
     place = np.searchsorted(ordered, numbers)
-    is_member: npt.NDArray[np.bool_] = ordered[np.minimum(place, len(ordered) - 1)] == numbers
-    return is_member
+    return ordered[np.minimum(place, len(ordered) - 1)] == numbers
 
 
 def _starts_run(ordered: npt.NDArray[Any]) -> npt.NDArray[np.bool_]:

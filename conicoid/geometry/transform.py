@@ -316,7 +316,7 @@ class Motion:
         """
         placement, then = self.__dict__.get("_placement", (None, self))
         if placement is not None:
-            return then.carried(placement.carried(point))  # type: ignore[no-any-return]
+            return then.carried(placement.carried(point))
         rows, shift = self.affine
         return ex.plus(ex.apply(rows, point) if rows is not ex.IDENTITY else point, shift)
 

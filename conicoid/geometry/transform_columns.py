@@ -108,11 +108,9 @@ def _make_steps(kind: type[Any], field: str, values: Sequence[Any]) -> list[Any]
 
 
 def _in_domain(rows: FloatArray) -> Bools:
-    inside: Bools = ~is_outside_domain(rows).any(axis=1)
-    return inside
+    return ~is_outside_domain(rows).any(axis=1)
 
 
 def _sizes(rows: FloatArray) -> FloatArray:
     """Return upper bounds of the lengths of rows, up to rounding."""
-    sums: FloatArray = np.abs(rows).sum(axis=1)
-    return sums
+    return np.abs(rows).sum(axis=1)

@@ -189,8 +189,7 @@ def encode_bytes(content: bytes) -> npt.NDArray[np.uint8]:
 
 def decode_text(name: str, arrays: Arrays) -> bytes:
     """Return the bytes that `encode_bytes` stored. Raise ValueError for numbers that are not bytes."""
-    content: bytes = as_integers(name, arrays[name], 0, 255, np.uint8).tobytes()
-    return content
+    return as_integers(name, arrays[name], 0, 255, np.uint8).tobytes()
 
 
 # First hits.
@@ -335,7 +334,7 @@ def read_lists_file(path: str | os.PathLike[str], kind: type[RowsByRay]) -> Rows
             state |= _decode_scene_fields(arrays, path)
     result: Any = object.__new__(kind)
     result.__setstate__(state)
-    return result  # type: ignore[no-any-return]
+    return result
 
 
 def _decode_list_rows(arrays: Arrays, fields: _ListFields) -> dict[str, Any]:

@@ -321,8 +321,7 @@ def record_maker(material: Material, maker: MaterialMaker, own: Mapping[str, Any
 
 def _maker_of(material: Material) -> tuple[MaterialMaker, dict[str, Any]]:
     """Return the recorded constructor and its own arguments; the class for a material without a record."""
-    made: tuple[MaterialMaker, dict[str, Any]] = vars(material).get("_made", (Material, {}))
-    return made
+    return vars(material).get("_made", (Material, {}))
 
 
 def constructor_call(material: Material) -> tuple[str, dict[str, Any]]:

@@ -278,7 +278,7 @@ def total(terms: Iterable[BigFloat]) -> BigFloat:
 def settled(value: BigFloat) -> BigFloat:
     """Return zero, or a short binary number, if the interval holds one (see the top of the file)."""
     if type(value) is not BigFloat:
-        return value.settled()  # type: ignore[attr-defined, no-any-return]
+        return value.settled()  # type: ignore[attr-defined]
     if not value.off:
         return value
     size = abs(value.mantissa)
@@ -313,7 +313,7 @@ def sqrt(value: Writable) -> BigFloat:
     """Return the square root. Raise ValueError for a number that is certainly negative."""
     value = exact(value)
     if type(value) is not BigFloat:
-        return value.root()  # type: ignore[attr-defined, no-any-return]
+        return value.root()  # type: ignore[attr-defined]
     size = value.mantissa
     if not size and not value.off:
         return ZERO

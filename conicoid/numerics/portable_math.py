@@ -71,8 +71,7 @@ def sin_cos(angle: float) -> tuple[float, float]:
 
 def portable_sqrt(x: Any) -> float:
     """Return the square root."""
-    result: float = x.root() if isinstance(x, Symbol) else math.sqrt(x)
-    return result
+    return x.root() if isinstance(x, Symbol) else math.sqrt(x)
 
 
 def is_float(x: Any) -> bool:
@@ -89,14 +88,12 @@ def power_of_two_scale(x: Any) -> float:
     """Return 2^n that brings a positive number between 1/2 and 1; 1 for zero."""
     if not x:
         return 1.0
-    result: float = x.power() if isinstance(x, TracedFloat) else math.ldexp(1.0, -math.frexp(x)[1])
-    return result
+    return x.power() if isinstance(x, TracedFloat) else math.ldexp(1.0, -math.frexp(x)[1])
 
 
 def next_float(x: Any) -> float:
     """Return the next float above."""
-    result: float = x.above() if isinstance(x, TracedFloat) else math.nextafter(x, math.inf)
-    return result
+    return x.above() if isinstance(x, TracedFloat) else math.nextafter(x, math.inf)
 
 
 def next_float_if(x: Any, lost: Any) -> float:
@@ -162,10 +159,7 @@ def count_nonzero(values: Sequence[Any]) -> Any:
 
 def select_if_several(count: Any, then: Any, otherwise: Any) -> float:
     """Return the first of two numbers for a count of 2 or more, else the second; no test in a recorded formula."""
-    result: float = (
-        count.choose(then, otherwise) if isinstance(count, TracedFloat) else then if count >= 2 else otherwise
-    )
-    return result
+    return count.choose(then, otherwise) if isinstance(count, TracedFloat) else then if count >= 2 else otherwise
 
 
 def _is_recorded(values: Iterable[Any]) -> bool:

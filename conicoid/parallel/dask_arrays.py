@@ -49,8 +49,7 @@ class LazyHits:
     @property
     def shape(self) -> tuple[int, ...]:
         """The leading shape of the rays."""
-        shape: tuple[int, ...] = self.blocks.shape
-        return shape
+        return self.blocks.shape
 
     def __getattr__(self, name: str) -> Any:
         # Fields are computed from the blocks on access, so that unused ones cost nothing.
@@ -87,8 +86,7 @@ class LazyLists:
     @property
     def shape(self) -> tuple[int, ...]:
         """The leading shape of the rays."""
-        shape: tuple[int, ...] = self.blocks.shape
-        return shape
+        return self.blocks.shape
 
     @property
     def counts(self) -> Any:
@@ -262,8 +260,7 @@ def _token(arrays: Any, more: Any) -> str:
     from dask.base import tokenize
 
     arguments = {key: value.key if hasattr(value, "dask") else value for key, value in more.items()}
-    found: str = tokenize([x.name for x in arrays], arguments)
-    return found
+    return tokenize([x.name for x in arrays], arguments)
 
 
 def _scene(scene: SceneLike) -> Any:

@@ -220,8 +220,7 @@ class _MappedPrepared(PreparedScene):
     @cached_property
     def labels(self) -> Labels:
         """Names and materials of the bodies."""
-        labels: Labels = vars(self)["_file"].section(_LABELS)
-        return labels
+        return vars(self)["_file"].section(_LABELS)
 
     can_be_edited = False
     """The file lacks the state that edits need beyond the tables: an edited scene is prepared from the beginning."""

@@ -645,8 +645,7 @@ class _SurfaceMerger:
         reach = _NEARLY * max(float(np.abs(others).max()), float(np.abs(own).max()))
         near = np.searchsorted(own, others - reach) < np.searchsorted(own, others + reach, side="right")
         found = single + np.flatnonzero(near)
-        distinct: npt.NDArray[np.int64] = found[first[found] == found]
-        return distinct
+        return found[first[found] == found]
 
 
 def concatenate(parts: Sequence[npt.NDArray[Any]]) -> npt.NDArray[Any]:

@@ -255,8 +255,7 @@ def lower_shape(shape: Shape) -> LoweredShape:
     ValueError
         For sizes whose squares overflow float64.
     """
-    part: LoweredShape = _cache_with_shape(shape, "part", compute_shape)
-    return part
+    return _cache_with_shape(shape, "part", compute_shape)
 
 
 def lower_stretched_balls(
@@ -276,8 +275,7 @@ def lower_stretched_balls(
             exact.append(surface)
         return BodyPattern.of(assembly, CELL, 0, (), (), framed=False), np.array(rows), exact
 
-    found: tuple[BodyPattern, Floats, list[Any]] = _cache_with_shape(shape, "balls", cells)
-    return found
+    return _cache_with_shape(shape, "balls", cells)
 
 
 def _cache_with_shape(shape: Shape, name: str, work: Callable[[Shape], Any]) -> Any:

@@ -139,8 +139,7 @@ class HitDerivatives:
         ValueError
             For parameters of another scene, for arrays of other shapes, and for detached hits.
         """
-        tangents: Tangents = extension("hits.jvp")(self, parameters, d_parameters, d_origins, d_directions)
-        return tangents
+        return extension("hits.jvp")(self, parameters, d_parameters, d_origins, d_directions)
 
     @ignore_fp_errors
     def vjp(
@@ -168,8 +167,7 @@ class HitDerivatives:
         ValueError
             If the cotangent of a miss is not 0, and for the reasons of `jvp`.
         """
-        cotangents: Cotangents = extension("hits.vjp")(self, parameters, t, point, normal, uv)
-        return cotangents
+        return extension("hits.vjp")(self, parameters, t, point, normal, uv)
 
     @ignore_fp_errors
     def curvature(self) -> Curvature:
@@ -181,8 +179,7 @@ class HitDerivatives:
             `.k1` >= `.k2`, positive where the wall bulges outward (1 / r on a ball), with unit directions
             `.direction1` and `.direction2`. See docs/derivatives.md.
         """
-        curvature: Curvature = extension("hits.curvature")(self)
-        return curvature
+        return extension("hits.curvature")(self)
 
 
 class SpanDerivatives:
@@ -214,8 +211,7 @@ class SpanDerivatives:
         ValueError
             For the reasons of `Hits.jvp`.
         """
-        tangents: SpanTangents = extension("spans.jvp")(self, parameters, d_parameters, d_origins, d_directions)
-        return tangents
+        return extension("spans.jvp")(self, parameters, d_parameters, d_origins, d_directions)
 
     @ignore_fp_errors
     def vjp(
@@ -241,7 +237,4 @@ class SpanDerivatives:
         -------
         Cotangents
         """
-        cotangents: Cotangents = extension("spans.vjp")(
-            self, parameters, t_enter, t_exit, line_integral, values, otherwise
-        )
-        return cotangents
+        return extension("spans.vjp")(self, parameters, t_enter, t_exit, line_integral, values, otherwise)

@@ -126,28 +126,23 @@ class Distances(QueryResult):
 
     @cached_property
     def distance(self) -> FloatArray:
-        result: FloatArray = self._shaped(self._found.distance)
-        return result
+        return self._shaped(self._found.distance)
 
     @cached_property
     def lower(self) -> FloatArray:
-        result: FloatArray = self._shaped(self._found.lower)
-        return result
+        return self._shaped(self._found.lower)
 
     @cached_property
     def error(self) -> FloatArray:
-        result: FloatArray = self._shaped(self._found.error)
-        return result
+        return self._shaped(self._found.error)
 
     @cached_property
     def point(self) -> FloatArray:
-        result: FloatArray = self._shaped(self._found.point, 3)
-        return result
+        return self._shaped(self._found.point, 3)
 
     @cached_property
     def body(self) -> npt.NDArray[np.int32]:
-        result: npt.NDArray[np.int32] = self._shaped(self._found.body)
-        return result
+        return self._shaped(self._found.body)
 
     @cached_property
     def _faces(self) -> Any:
@@ -176,8 +171,7 @@ class Distances(QueryResult):
 
     @property
     def normal(self) -> FloatArray:
-        result: FloatArray = self._shaped(self._normals, 3)
-        return result
+        return self._shaped(self._normals, 3)
 
     def __len__(self) -> int:
         if not self.shape:

@@ -120,15 +120,13 @@ class Hits(QueryResult, HitDerivatives):
 
     @cached_property
     def t(self) -> FloatArray:
-        result: FloatArray = self._shaped(self._found.t)
-        return result
+        return self._shaped(self._found.t)
 
     @cached_property
     def body(self) -> npt.NDArray[np.int32]:
         if "_single" in vars(self):
             return np.int32(self._single[2])  # type: ignore[return-value]
-        result: npt.NDArray[np.int32] = self._shaped(self._found.body)
-        return result
+        return self._shaped(self._found.body)
 
     @property
     def hit(self) -> npt.NDArray[np.bool_]:
@@ -225,8 +223,7 @@ class Hits(QueryResult, HitDerivatives):
 
     @property
     def point(self) -> FloatArray:
-        result: FloatArray = self._shaped(self._points, 3)
-        return result
+        return self._shaped(self._points, 3)
 
     @cached_property
     def local_point(self) -> FloatArray:
@@ -241,8 +238,7 @@ class Hits(QueryResult, HitDerivatives):
             self._points,
         )
         run_chunks(KernelRange(local_points_of, arguments, (local,)), len(local), _FIELD_CHUNK)
-        result: FloatArray = self._shaped(local, 3)
-        return result
+        return self._shaped(local, 3)
 
     @cached_property
     @ignore_fp_errors
@@ -251,16 +247,14 @@ class Hits(QueryResult, HitDerivatives):
         normals = empty_array(points.shape, np.float64)
         arguments = (self._scene.geometry, self._faces, points)
         run_chunks(KernelRange(normals_of, arguments, (normals,)), len(normals), _FIELD_CHUNK)
-        result: FloatArray = self._shaped(zero_negligible(normals), 3)
-        return result
+        return self._shaped(zero_negligible(normals), 3)
 
     @cached_property
     def uv(self) -> FloatArray:
         uv = np.empty((len(self._points), 2))
         arguments = (self._scene.geometry, self._found.body, self._faces, self._points)
         run_chunks(KernelRange(uvs_of, arguments, (uv,)), len(uv), _FIELD_CHUNK)
-        result: FloatArray = self._shaped(uv, 2)
-        return result
+        return self._shaped(uv, 2)
 
     @ignore_fp_errors
     def spawn(self, directions: Any) -> Rays:

@@ -253,8 +253,7 @@ class Rays(ArrayRecord):
         OSError
             If the file cannot be read.
         """
-        rays: Rays = extension("rays.read")(checked_path("load", path))
-        return rays
+        return extension("rays.read")(checked_path("load", path))
 
     @staticmethod
     def from_camera(camera: Any, width: int, height: int) -> LazyRays:

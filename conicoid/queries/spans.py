@@ -133,8 +133,7 @@ class RayLists:
         OSError
             If the file cannot be read.
         """
-        lists: Self = extension("lists.read")(check_npz_path("load", cls.__name__.lower(), path), cls)
-        return lists
+        return extension("lists.read")(check_npz_path("load", cls.__name__.lower(), path), cls)
 
     def __len__(self) -> int:
         """Number of rays; 1 for a single ray."""
@@ -612,14 +611,12 @@ class Crossings(QueryResult, RayLists):
     @cached_property
     def before(self) -> npt.NDArray[np.int32]:
         """int32: the body that the ray is in just before each crossing, as `Hits.before`; -1 for none."""
-        result: npt.NDArray[np.int32] = self._sides[:, BEFORE]
-        return result
+        return self._sides[:, BEFORE]
 
     @cached_property
     def after(self) -> npt.NDArray[np.int32]:
         """int32: the body that the ray is in just after each crossing, as `Hits.after`; -1 for none."""
-        result: npt.NDArray[np.int32] = self._sides[:, AFTER]
-        return result
+        return self._sides[:, AFTER]
 
     def __repr__(self) -> str:
         if not self.shape:

@@ -260,8 +260,7 @@ def project_points(camera: AnyCamera, points: Any, width: int, height: int) -> F
     width, height = check_size(width, height, "project")
     places = points_array("project", "points", points)
     film = camera._film(places, width, height)
-    pixels: FloatArray = (film * (height, -height) + (width, height)) / 2
-    return pixels
+    return (film * (height, -height) + (width, height)) / 2
 
 
 @ignore_fp_errors

@@ -319,5 +319,4 @@ def draw_overlay(
     for wanted, draw in ((normals, draw_normals), (axes, draw_axes), (labels, draw_labels)):
         if wanted:
             draw(sheet, scene, camera)
-    drawn: npt.NDArray[np.float32] = sheet.over(pixels)
-    return drawn
+    return sheet.over(pixels)

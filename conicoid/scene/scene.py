@@ -597,8 +597,7 @@ class Scene:
         ValueError
             For invalid rays, with the index of the first.
         """
-        hits: Hits = self._along_rays("first_hit", executor, origins, directions, t_min, t_max)
-        return hits
+        return self._along_rays("first_hit", executor, origins, directions, t_min, t_max)
 
     def occluded(
         self, origins: Any, directions: Any = None, t_min: Any = DEFAULT_T_MIN, t_max: Any = DEFAULT_T_MAX, *,
@@ -628,8 +627,7 @@ class Scene:
         origins, directions, t_min, t_max, executor
             As for `first_hit`. An empty interval, t_min >= t_max, has no spans.
         """
-        spans: Spans = self._along_rays("spans", executor, origins, directions, t_min, t_max)
-        return spans
+        return self._along_rays("spans", executor, origins, directions, t_min, t_max)
 
     def crossings(
         self, origins: Any, directions: Any = None, t_min: Any = DEFAULT_T_MIN, t_max: Any = DEFAULT_T_MAX, *,
@@ -642,8 +640,7 @@ class Scene:
         origins, directions, t_min, t_max, executor
             As for `first_hit`. An empty interval, t_min >= t_max, has no crossings.
         """
-        crossings: Crossings = self._along_rays("crossings", executor, origins, directions, t_min, t_max)
-        return crossings
+        return self._along_rays("crossings", executor, origins, directions, t_min, t_max)
 
     @ignore_fp_errors
     def stream(

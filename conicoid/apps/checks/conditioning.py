@@ -225,10 +225,7 @@ def ball_movements(centers: FloatArray, radii: FloatArray, fields: MotionFields)
         relative = least_displacement(change / (2 * radii), 1.0, 1.0)
         better = relative > worst
         worst[better], where[better] = relative[better], n[better]
-        total: FloatArray = np.sum(
-            [np.copysign(1.0, one)[:, None] * one_ for one, one_ in zip(along, goes, strict=True)], axis=0
-        )
-        return total
+        return np.sum([np.copysign(1.0, one)[:, None] * one_ for one, one_ in zip(along, goes, strict=True)], axis=0)
 
     # The worst axis is the start of the search
     for start in np.eye(3):

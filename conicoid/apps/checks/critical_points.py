@@ -87,15 +87,13 @@ def _combinations(surfaces: Sequence[int]) -> Iterator[tuple[int, ...]]:
 
 def gradients(forms: FloatArray, points: FloatArray) -> FloatArray:
     """Return the gradients (T, S, 3) of S forms (S, 4, 4) at T points (T, 3)."""
-    result: FloatArray = 2 * (np.einsum("sij,tj->tsi", forms[:, :3, :3], points) + forms[None, :, :3, 3])
-    return result
+    return 2 * (np.einsum("sij,tj->tsi", forms[:, :3, :3], points) + forms[None, :, :3, 3])
 
 
 def values(forms: FloatArray, points: FloatArray) -> FloatArray:
     """Return the values (T, S) of S forms (S, 4, 4) at T points (T, 3)."""
     h = np.concatenate([points, np.ones((len(points), 1))], axis=1)
-    result: FloatArray = np.einsum("ti,sij,tj->ts", h, forms, h)
-    return result
+    return np.einsum("ti,sij,tj->ts", h, forms, h)
 
 
 def _inside(cell: LocalCell, points: FloatArray, through: Sequence[int]) -> Any:
@@ -171,8 +169,7 @@ def _line_crossings(form: FloatArray, lines: FloatArray) -> FloatArray:
         t = np.stack([np.where(a == 0, np.nan, q / a), np.where(a == 0, -c / (2 * b), c / q)], axis=1)
         points = start[:, None] + t[:, :, None] * along[:, None]
     points = points.reshape(-1, 3)
-    finite_points: FloatArray = points[np.isfinite(points).all(axis=1)]
-    return finite_points
+    return points[np.isfinite(points).all(axis=1)]
 
 
 def _rims(cell: LocalCell, lines: FloatArray) -> Iterator[WeightedPoints]:

@@ -47,8 +47,7 @@ class ProbeTargets:
     def sizes(self) -> FloatArray:
         """(n,) diagonals of the boxes, cut to the window; 0 for empty boxes."""
         low, high = self._cut(np.arange(len(self.low)))
-        result: FloatArray = np.linalg.norm(np.maximum(high - low, 0.0), axis=1)
-        return result
+        return np.linalg.norm(np.maximum(high - low, 0.0), axis=1)
 
     @property
     def empty(self) -> Any:

@@ -49,8 +49,7 @@ def scene_of(owner: str, answer: Any) -> PreparedScene:
     """Return the prepared scene of a result. Raise ValueError if the result is detached from it."""
     if answer._scene is NO_SCENE:
         raise ValueError(f"{owner}: derivatives need the scene, but this result was detached from its scene or pickled")
-    prepared: PreparedScene = answer._scene
-    return prepared
+    return answer._scene
 
 
 def array_of(owner: str, name: str, value: Any, shape: tuple[int, ...], width: int) -> FloatArray | None:
@@ -100,8 +99,7 @@ def parameter_cotangent(
     gradient = apply_jacobians_transposed(
         _cached_jacobians(prepared, answer, walls, checked), *split_forms_maps(cotangents), len(checked._full)
     )
-    result: FloatArray = gradient[checked._chosen]
-    return result
+    return gradient[checked._chosen]
 
 
 def _cached_jacobians(

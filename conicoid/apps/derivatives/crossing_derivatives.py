@@ -119,8 +119,7 @@ def t_tangent(at: WallPoint, by_ray: Vector, by_wall: float) -> float:
 @inline
 def form_at(forms: Floats, k: int, r: Vector, half: Vector) -> float:
     """Return f(r) = r·(A r + B) + r·B + C, where `half` = A r + B is known."""
-    value: float = inner(r, add_vectors(half, (forms[k, 6], forms[k, 7], forms[k, 8]))) + forms[k, 9]
-    return value
+    return inner(r, add_vectors(half, (forms[k, 6], forms[k, 7], forms[k, 8]))) + forms[k, 9]
 
 
 @inline
@@ -264,8 +263,7 @@ def push_forward(walls: WallRows, crossings: CrossingRows, changes: Any, fields:
 
 def as_kernel_rows(array: FloatArray | None, width: int) -> FloatArray:
     """Return an array as kernels take it, with no rows for None."""
-    rows: FloatArray = as_kernel_array(np.empty((0, width)) if array is None else np.asarray(array, np.float64))
-    return rows
+    return as_kernel_array(np.empty((0, width)) if array is None else np.asarray(array, np.float64))
 
 
 def as_kernel_array(array: Any) -> Any:

@@ -246,12 +246,10 @@ def apply_jacobians_transposed(moves: SurfaceJacobians, forms: FloatArray, maps:
     This is the transpose of `apply_jacobians`.
     """
     cotangents = _weighted_sums(moves.forms, forms[moves.wall]) + _weighted_sums(moves.maps, maps[moves.wall])
-    gradient: FloatArray = np.bincount(moves.ids, cotangents, count).astype(np.float64)
-    return gradient
+    return np.bincount(moves.ids, cotangents, count).astype(np.float64)
 
 
 def _weighted_sums(rows: FloatArray, weights: FloatArray) -> FloatArray:
     """Return row sums of products. A zero factor makes a product 0, even if the other factor is NaN."""
     products = np.where((rows == 0) | (weights == 0), 0.0, rows * weights)
-    sums: FloatArray = products.sum(axis=1)
-    return sums
+    return products.sum(axis=1)

@@ -105,8 +105,7 @@ def scale_between(own: FloatArray, other: FloatArray) -> FloatArray:
     # Least squares over the entries of A, or over the normal of a plane.
     curved = (other[:, :6] != 0).any(axis=1)
     weight = np.where(curved[:, None], _SECOND, _FIRST)
-    factors: FloatArray = (weight * own * other).sum(axis=1) / (weight * other**2).sum(axis=1)
-    return factors
+    return (weight * own * other).sum(axis=1) / (weight * other**2).sum(axis=1)
 
 
 _SECOND = np.array([1.0, 1.0, 1.0, 2.0, 2.0, 2.0, 0.0, 0.0, 0.0, 0.0])

@@ -130,8 +130,7 @@ class ChordFamily:
         values = [np.zeros((0, 2)), *self._piece_results(_chords_at_corners, ((len(some), some) for some in places))]
         ranges = np.ptp(np.concatenate(values)[back].reshape(-1, 4, 2), axis=1) * rectangles.areas[:, None]
         sums = ranges.sum(axis=0)
-        result: FloatArray = (ranges / np.where(sums > 0, sums, 1.0)).sum(axis=1)
-        return result
+        return (ranges / np.where(sums > 0, sums, 1.0)).sum(axis=1)
 
     def _piece_results(self, call: Callable[..., Any], items: Iterator[tuple[int, Any]]) -> Iterator[Any]:
         """Yield call(scene, view, item) of each (rays, item) in order, computed here or on workers."""

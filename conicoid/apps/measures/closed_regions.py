@@ -193,14 +193,12 @@ class SideLine:
 
     def height(self, points: FloatArray) -> FloatArray:
         """Return the signed distances (...) of points (..., 2), positive outside."""
-        result: FloatArray = points @ self.normal - self.offset
-        return result
+        return points @ self.normal - self.offset
 
     def at(self, t: FloatArray) -> FloatArray:
         """Return points at lengths along the line, the inside on the left."""
         along = np.array([-self.normal[1], self.normal[0]])
-        result: FloatArray = self.offset * self.normal + np.multiply.outer(t, along)
-        return result
+        return self.offset * self.normal + np.multiply.outer(t, along)
 
     def cuts(self, other: SideLine | SideCircle) -> Iterator[float]:
         """Yield the lengths at which the line crosses another curve."""
@@ -229,13 +227,11 @@ class SideCircle:
 
     def height(self, points: FloatArray) -> FloatArray:
         """Return the signed distances (...) of points (..., 2), positive outside."""
-        result: FloatArray = np.linalg.norm(points - self.center, axis=-1) - self.radius
-        return result
+        return np.linalg.norm(points - self.center, axis=-1) - self.radius
 
     def at(self, t: FloatArray) -> FloatArray:
         """Return points at angles, counter-clockwise."""
-        result: FloatArray = self.center + self.radius * np.stack([np.cos(t), np.sin(t)], axis=-1)
-        return result
+        return self.center + self.radius * np.stack([np.cos(t), np.sin(t)], axis=-1)
 
     def cuts(self, other: SideLine | SideCircle) -> Iterator[float]:
         """Yield the angles at which the circle crosses another curve."""
@@ -432,8 +428,7 @@ class Profile:
     def at(self, z: FloatArray) -> FloatArray:
         """Return g at heights."""
         g0, g1, g2 = self.g
-        result: FloatArray = g0 + z * (g1 + z * g2)
-        return result
+        return g0 + z * (g1 + z * g2)
 
     @property
     def square(self) -> bool:
@@ -445,8 +440,7 @@ class Profile:
     def speed(self, z: FloatArray) -> FloatArray:
         """Return √(4 g + g'²): the area of the surface for a unit of z, over π."""
         _, g1, g2 = self.g
-        result: FloatArray = np.sqrt(np.maximum(4 * self.at(z) + (g1 + 2 * g2 * z) ** 2, 0.0))
-        return result
+        return np.sqrt(np.maximum(4 * self.at(z) + (g1 + 2 * g2 * z) ** 2, 0.0))
 
 
 def revolved_sums(region: SurfaceRegion, axes: FloatArray, origin: FloatArray) -> tuple[FloatArray, float | None]:

@@ -180,8 +180,7 @@ class Rectangles:
     @property
     def areas(self) -> FloatArray:
         """(n,) areas."""
-        result: FloatArray = self.size.prod(axis=1)
-        return result
+        return self.size.prod(axis=1)
 
     def halved(self) -> Rectangles:
         """Return all rectangles cut across their longer sides, the halves of each one after the other."""

@@ -314,8 +314,7 @@ def _inertia_about(values: FloatArray, offset: FloatArray, axes: FloatArray) -> 
 def _propagated_errors(slopes: FloatArray, covariance: FloatArray) -> FloatArray:
     """Return the standard errors (...) of linear functions with slopes (11, ...)."""
     variance = np.einsum("i...,ij,j...->...", slopes, covariance, slopes)
-    result: FloatArray = np.sqrt(np.maximum(variance, 0.0))
-    return result
+    return np.sqrt(np.maximum(variance, 0.0))
 
 
 def measures_of(

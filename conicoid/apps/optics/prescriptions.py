@@ -172,8 +172,7 @@ def row_sheet(system: Prescription, i: int, *, whole: bool = False) -> ConicShee
     """Return the surface of a row as an open sheet; `whole` without its hole."""
     row = system.rows[i]
     sheet = ConicSheet(row.radius, row.conic, system.diameters[i], 0.0 if whole else row.hole)
-    placed: ConicSheet = _translate_row(sheet, system, i)
-    return placed
+    return _translate_row(sheet, system, i)
 
 
 def _check_element(system: Prescription, i: int) -> None:
@@ -359,8 +358,7 @@ class Prescription:
     @cached_property
     def scene(self) -> SceneLike:
         """The bodies as a scene."""
-        scene: SceneLike = extension("Scene")(self.bodies)
-        return scene
+        return extension("Scene")(self.bodies)
 
     def __repr__(self) -> str:
         name = f"{self.name!r}, " if self.name else ""

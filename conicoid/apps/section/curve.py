@@ -33,8 +33,7 @@ def form_gradient(conic: Any, points: Any) -> FloatArray:
     """Return half the gradient at points (..., 2), (..., 2)."""
     a, b, c, d, e, _ = conic
     x, y = points[..., 0], points[..., 1]
-    result: FloatArray = np.stack([a * x + b * y + d, b * x + c * y + e], axis=-1)
-    return result
+    return np.stack([a * x + b * y + d, b * x + c * y + e], axis=-1)
 
 
 def project_onto(conic: Floats6, points: FloatArray) -> FloatArray:
@@ -162,15 +161,13 @@ class StraightLine(Curve):
         object.__setattr__(self, "direction", (-e / size, d / size))
 
     def plain(self, t: Any) -> FloatArray:
-        points: FloatArray = np.array(self.base) + np.asarray(t)[:, None] * np.array(self.direction)
-        return points
+        return np.array(self.base) + np.asarray(t)[:, None] * np.array(self.direction)
 
     def velocity(self, t: Any) -> FloatArray:
         return np.broadcast_to(np.array(self.direction), (len(t), 2))
 
     def parameter(self, points: Any) -> FloatArray:
-        result: FloatArray = (points - np.array(self.base)) @ np.array(self.direction)
-        return result
+        return (points - np.array(self.base)) @ np.array(self.direction)
 
     def candidates(self, others: FloatArray) -> tuple[FloatArray, Any]:
         """Return the roots of a t² + 2 b t + c on the line; its vertex where it only comes near zero."""
@@ -205,17 +202,14 @@ class Parabola(Curve):
 
     def plain(self, t: Any) -> FloatArray:
         low, middle, high = map(np.array, self._coefficients)
-        points: FloatArray = low + np.asarray(t)[:, None] * (middle + np.asarray(t)[:, None] * high)
-        return points
+        return low + np.asarray(t)[:, None] * (middle + np.asarray(t)[:, None] * high)
 
     def velocity(self, t: Any) -> FloatArray:
         _, middle, high = map(np.array, self._coefficients)
-        slopes: FloatArray = middle + 2 * np.asarray(t)[:, None] * high
-        return slopes
+        return middle + 2 * np.asarray(t)[:, None] * high
 
     def parameter(self, points: Any) -> FloatArray:
-        result: FloatArray = points @ np.array(self.across)
-        return result
+        return points @ np.array(self.across)
 
     def roots_with(self, other: Any) -> FloatArray:
         low, middle, high = self._coefficients
@@ -226,8 +220,7 @@ class Parabola(Curve):
         ])  # fmt: skip
         # A nearly double root comes out complex: its real part is kept as a candidate.
         size = np.abs(roots).max(initial=0.0)
-        result: FloatArray = roots.real[np.abs(roots.imag) <= NEAR * np.abs(roots) + 1e-9 * size]
-        return result
+        return roots.real[np.abs(roots.imag) <= NEAR * np.abs(roots) + 1e-9 * size]
 
 
 # --- Curves with a centre: ellipses, and branches of hyperbolas
@@ -272,8 +265,7 @@ class _Central(Curve):
     def _put(self, c: Any, s: Any) -> FloatArray:
         """Return differences of places from differences of C and S."""
         a, b = self._sides
-        points: FloatArray = np.outer(c, a) + np.outer(s, b)
-        return points
+        return np.outer(c, a) + np.outer(s, b)
 
     def _own(self, away: Any) -> tuple[Any, Any]:
         """Return C and S of differences of places: the inverse of `_put`."""
@@ -309,8 +301,7 @@ class Ellipse(_Central):
 
     def parameter(self, points: Any) -> FloatArray:
         (c, s), (x, y) = self.start, self._own(points - np.array(self.base))
-        result: FloatArray = np.arctan2(c * y - s * x, 1 + c * x + s * y)
-        return result
+        return np.arctan2(c * y - s * x, 1 + c * x + s * y)
 
     def candidates(self, others: FloatArray) -> tuple[FloatArray, Any]:
         """Return the zeros of f = constant + 2 Re(first z + second z²), z = exp(i t).
@@ -340,8 +331,7 @@ class Ellipse(_Central):
         """Return the angles of the roots z that are near the unit circle."""
         z = real_roots_of([second, first, constant, np.conj(first), np.conj(second)])
         # Roots on the unit circle are real angles.
-        result: FloatArray = np.angle(z[np.abs(np.abs(z) - 1) < NEAR])
-        return result
+        return np.angle(z[np.abs(np.abs(z) - 1) < NEAR])
 
     def box(self) -> tuple[float, float, float, float]:
         a, b = self._sides
@@ -367,8 +357,7 @@ class Hyperbola(_Central):
 
     def parameter(self, points: Any) -> FloatArray:
         (c, s), (x, y) = self.start, self._own(points - np.array(self.base))
-        result: FloatArray = np.arcsinh(c * y - s * x)
-        return result
+        return np.arcsinh(c * y - s * x)
 
     def roots_with(self, other: Any) -> FloatArray:
         """Return the crossings from the positive roots w = exp(t) of a polynomial of degree four."""

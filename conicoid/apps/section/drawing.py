@@ -165,8 +165,7 @@ class SliceDrawing:
         """Return the pixel coordinates of places about the middle of the window."""
         # y points down in pixels and up in the window.
         x, y = self.scale
-        places: FloatArray = np.array([0.5 * self.width, 0.5 * self.height]) + about * np.array([x, -y])
-        return places
+        return np.array([0.5 * self.width, 0.5 * self.height]) + about * np.array([x, -y])
 
     def canvas(self) -> Any:
         """Return the whole picture without lines and letters: bytes (height, width, 3)."""

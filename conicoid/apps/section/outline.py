@@ -71,14 +71,12 @@ class Outline:
     @property
     def start(self) -> FloatArray:
         """The place where it begins, (2,)."""
-        place: FloatArray = self._ends[0] + self._origin
-        return place
+        return self._ends[0] + self._origin
 
     @property
     def end(self) -> FloatArray:
         """The place where it ends, (2,)."""
-        place: FloatArray = self._ends[1] + self._origin
-        return place
+        return self._ends[1] + self._origin
 
     @property
     def is_closed(self) -> bool:
@@ -122,8 +120,7 @@ class Outline:
         number = as_integer(count)
         if number is None or number < 2:
             raise ValueError(f"Outline: count must be a whole number of at least 2, got {format_value(count)}")
-        places: FloatArray = self._about(np.linspace(self._begin, self._stop, number)) + self._origin
-        return places
+        return self._about(np.linspace(self._begin, self._stop, number)) + self._origin
 
     def _about(self, t: Any) -> FloatArray:
         """Return the places of parameters, about the middle of the window. The ends are the computed crossings."""
@@ -175,8 +172,7 @@ class Outline:
         first, last = places[:-1] + k * slopes[:-1], places[1:] - k * slopes[1:]
         if self.kind == "line":
             first, last = (2 * places[:-1] + places[1:]) / 3, (places[:-1] + 2 * places[1:]) / 3
-        cubics: FloatArray = np.stack([places[:-1], first, last, places[1:]], axis=1)
-        return cubics
+        return np.stack([places[:-1], first, last, places[1:]], axis=1)
 
     def _off(self, cubics: FloatArray) -> float:
         """Return the largest distance of Béziers from the curve, at places along them."""
@@ -346,8 +342,7 @@ class WindowBodies:
             falls = (start >= need) != bool(tables.gate_negated[gate])
             changed = (truths[gate - begin] >= need) != (start >= need)
             truths[tables.gate_parent[gate] - begin] += (-1 if falls else 1) * changed
-        inside: Mask = (truths[0] >= int(tables.gate_need[begin])) != bool(tables.gate_negated[begin])
-        return inside
+        return (truths[0] >= int(tables.gate_need[begin])) != bool(tables.gate_negated[begin])
 
 
 def _in_cell(faces: tuple[tuple[int, int], ...], signs: Signs, count: int) -> Mask:
@@ -360,10 +355,7 @@ def _in_cell(faces: tuple[tuple[int, int], ...], signs: Signs, count: int) -> Ma
 
 def boxes_overlap(one: FloatArray, others: FloatArray) -> Mask:
     """Return bool (n,): which boxes (n, 4) overlap one box."""
-    overlap: Mask = (
-        (others[:, 0] <= one[2]) & (others[:, 2] >= one[0]) & (others[:, 1] <= one[3]) & (others[:, 3] >= one[1])
-    )
-    return overlap
+    return (others[:, 0] <= one[2]) & (others[:, 2] >= one[0]) & (others[:, 1] <= one[3]) & (others[:, 3] >= one[1])
 
 
 # --- Cutting curves to the pieces that bound a body

@@ -116,8 +116,7 @@ def _points(camera: OrthographicCamera, x: FloatArray, y: FloatArray, width: int
     """Return the points (rows, columns, 3) of the plane at coordinates in pixels."""
     lens = camera.lens
     u, v = (2 * x - width) / height, (height - 2 * y) / height
-    points: FloatArray = lens[0] + u[None, :, None] * lens[1] + v[:, None, None] * lens[2]
-    return points
+    return lens[0] + u[None, :, None] * lens[1] + v[:, None, None] * lens[2]
 
 
 def _groups(materials: list[Any], entries: Any) -> Any:
@@ -138,8 +137,7 @@ def _meets(bodies: Any, before: Any, steps: int) -> Any:
     across = np.diff(middle, prepend=middle[:1]) != 0
     down = np.zeros_like(across) if before is None else first != before
     down |= (np.diff(bodies, axis=0) != 0).any(axis=0)
-    result: Any = (across | down).reshape(-1, steps).any(axis=1)
-    return result
+    return (across | down).reshape(-1, steps).any(axis=1)
 
 
 def material_color(material: Any) -> tuple[float, float, float]:

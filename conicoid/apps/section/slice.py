@@ -87,8 +87,7 @@ class Slice:
         """The index in `materials` of the body at each pixel, -1 for none."""
         columns = np.where(self.body >= 0, self._columns[self.body], -1).astype(np.int32)
         columns.setflags(write=False)
-        result: npt.NDArray[np.int32] = columns
-        return result
+        return columns
 
     @cached_property
     def _columns(self) -> Any:

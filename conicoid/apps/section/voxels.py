@@ -535,5 +535,4 @@ def _in_world(part: FloatArray, counts: list[int], groups: int, along: int) -> F
     """Rearrange (columns, groups, voxels) as (groups, nx, ny, nz)."""
     boxed = part.reshape(counts[0], counts[1], groups, counts[2])  # along the axes `along + 1`, `along + 2`, `along`
     places = {(along + 1) % 3: 0, (along + 2) % 3: 1, along: 3}
-    world: FloatArray = np.ascontiguousarray(boxed.transpose(2, places[0], places[1], places[2]))
-    return world
+    return np.ascontiguousarray(boxed.transpose(2, places[0], places[1], places[2]))

@@ -57,16 +57,14 @@ class Window:
         """Return the points (n, 3) of places (n, 2) about the middle."""
         across, up = self.size
         s, t = places[:, :1] / across + 0.5, places[:, 1:] / up + 0.5
-        points: FloatArray = self.corner + s * self.u + t * self.v
-        return points
+        return self.corner + s * self.u + t * self.v
 
     def rows(self, first: int, last: int) -> FloatArray:
         """Return the centres of pixels, (rows, width, 3), of the rows `first` to `last`; row 0 is the top row."""
         # Pixel centres; t falls with the row, since row 0 is at the top.
         s = (np.arange(self.width) + 0.5) / self.width
         t = 1.0 - (np.arange(first, last) + 0.5) / self.height
-        points: FloatArray = self.corner + s[None, :, None] * self.u + t[:, None, None] * self.v
-        return points
+        return self.corner + s[None, :, None] * self.u + t[:, None, None] * self.v
 
     def exact(self) -> tuple[tuple[int, ...], tuple[int, ...], tuple[int, ...], int]:
         """Return (middle, u, v, unit): exact integer vectors, to be divided by the integer `unit`."""

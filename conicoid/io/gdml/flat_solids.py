@@ -444,8 +444,7 @@ def tet(values: GdmlValues) -> SolidFactory:
 def _position(values: GdmlValues, element: XmlElement, attribute: str) -> Point:
     reading = values.reading
     table = reading.vectors.setdefault("position", {})
-    position: Point = look_up(reading, table, read_reference(reading, element, attribute), element, "position")
-    return position
+    return look_up(reading, table, read_reference(reading, element, attribute), element, "position")
 
 
 def arb8(values: GdmlValues) -> SolidFactory:

@@ -286,8 +286,7 @@ def _read_file(path: str, files: _ModuleFiles, first: GdmlReader | None) -> Gdml
         name = element.attributes.get("volname")
         if not name:
             return geometry.world
-        volume: LogicalVolume = look_up(reading, geometry.structure.volumes, name, element, "volume in the file")
-        return volume
+        return look_up(reading, geometry.structure.volumes, name, element, "volume in the file")
 
     # Sections are read in the order of the file: names refer back only.
     structure = StructureReader(reading, solids, {}, materials, module)

@@ -221,10 +221,9 @@ class SceneReader:
         if any(isinstance(part, BadValue) for part in (shape, material, named, *several)):
             return BAD
         materials, index = several
-        body: Body | BadValue = self.reader.build(
+        return self.reader.build(
             node, where, lambda: Body(shape, material, named, materials=materials, material_index=index)
         )
-        return body
 
     def _row_bodies(self, node: MappingNode, where: str, shapes: ShapeReader) -> list[Body]:
         """Return a body for each row of `columns`; none after a report of each problem."""

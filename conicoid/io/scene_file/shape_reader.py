@@ -280,8 +280,7 @@ def read_bulk_arrays(name: str, folder: Path, fields: Sequence[str]) -> dict[str
             except ValueError as error:
                 raise ValueError(f"{path.name}: {error}") from None
 
-    found: dict[str, Any] = _read_bulk(path.name, read)
-    return found
+    return _read_bulk(path.name, read)
 
 
 def _add_line(message: str, name: str, lines: Sequence[int]) -> str:

@@ -8,6 +8,9 @@ first, then, once nearest hits are known, with those that remain before these hi
 
 Whether a packet sees a crowd is predicted from the packet before, which lies beside it: each counts the Boolean bodies
 that it sees, and the lanes that may meet them. A wrong prediction costs time and changes no bit.
+
+User: pictures of thousands of small Boolean bodies; factor: 1.4 to 1.9 where a body is one or two pixels wide, 1.0 to
+1.2 where it is larger.
 """
 
 from __future__ import annotations
