@@ -2,6 +2,9 @@
  *
  * They start when they are first needed, wait for more work, and never touch Python. There are as many as all callers
  * wish at once; those beyond the largest wish of one end after their work. A child of a fork begins without any.
+ *
+ * For queries of many rays: to start costs 2 µs, a piece 10 ns, where a chunk of Python's threads takes its one lock
+ * twice. Of what a million camera rays took beyond their kernel, this and scratch.c save three quarters.
  */
 #include <stdatomic.h>
 #include <stdlib.h>
