@@ -9,6 +9,7 @@ import pytest
 from .children import BOUND, COMMAND, child, needs_signals
 from .command_line import written
 from .machine_code import needs_compiler
+from .samples import deep
 
 pytestmark = needs_signals
 
@@ -125,7 +126,7 @@ IN_A_CREW = f"from conicoid.kernels.threads import run_chunks; run_chunks(lambda
 
 
 @needs_compiler
-@pytest.mark.parametrize("call", [RAYS, IN_A_CREW])
+@pytest.mark.parametrize("call", [deep(RAYS), IN_A_CREW])
 def test_the_compiler_is_not_waited_for(call, monkeypatch):
     monkeypatch.setenv("CONICOID_JIT", "own")
     with child(f"{FOR_EVER}\n{call}") as running:

@@ -62,6 +62,7 @@ def test_the_rays_of_one_shape_are_shared_out(count):
     assert [step for step, _ in done] == sorted(step for step, _ in done)
 
 
+@pytest.mark.deep
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="SIGKILL")
 def test_a_worker_dies_while_it_measures():
     with co.parallel.Processes(2, retries=3) as pool:

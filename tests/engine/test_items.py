@@ -256,6 +256,7 @@ def deep_scene():
     return scene, co.Rays(origins, np.broadcast_to((0.0, 0.0, 1.0), origins.shape).copy())
 
 
+@pytest.mark.deep
 def test_a_tile_that_sees_more_than_it_can_hold_keeps_nodes():
     scene, rays = deep_scene()
     arrays = arrays_of("first_hit", scene._prepared, rays, 0.0, math.inf)
@@ -285,6 +286,7 @@ def test_hits_are_the_same_where_a_tile_holds_nodes():
     assert 0.3 < np.isfinite(apart.t).mean() < 1.0
 
 
+@pytest.mark.deep
 def test_many_nodes_are_put_nearly_in_order_and_none_is_lost():
     rng, count, other = np.random.default_rng(6), 3000, ITEM_ROW
 

@@ -13,7 +13,7 @@ from tests.engine.nodes import Nodes
 from tests.engine.test_edited import same_answers, same_tables
 from tests.engine.test_exchanged import written_anew
 
-from ..samples import sampled
+from ..samples import deep, sampled
 
 
 @pytest.fixture
@@ -48,7 +48,7 @@ def standing_and_others(rng, more):
     return co.Scene([*(co.Body(shape, name=str(k)) for k, shape in enumerate(shapes)), *more])
 
 
-@pytest.mark.parametrize("holds", [False, True])
+@pytest.mark.parametrize("holds", [deep(False), True])
 def test_trees_that_grow_out_of_the_memory(monkeypatch, holds):
     """There is no room for more of them: all goes into new memory, that of answers that are held and of none."""
     monkeypatch.setattr(stores, "_NODE", 0)

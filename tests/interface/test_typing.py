@@ -7,6 +7,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 PROGRAM = Path(__file__).with_name("typing_program.py")
 CACHE = Path(__file__).parents[2] / ".mypy_cache" / "a_users_program"
 """What mypy knows of the package from the run before; it looks at what changed since."""
@@ -26,6 +28,7 @@ def test_a_users_program_has_one_error_its_last_line():
     assert "rendered" in found[0]
 
 
+@pytest.mark.deep
 def test_pyright_says_the_same():
     """As editors have it. Its own stricter rules are for those who choose them; errors are everybody's."""
     ran = subprocess.run(
