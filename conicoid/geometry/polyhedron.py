@@ -147,8 +147,8 @@ class Polyhedron(PrimitiveSolid):
         return found
 
     def bounding_surfaces(self, outer: Motion, inside: bool) -> BoundingSurfaces:
-        if not inside:
-            return super().bounding_surfaces(outer, inside)
+        if not inside:  # the outside of several faces is a union: none of them bounds it
+            return super().bounding_surfaces(outer, inside) if len(self.normals) == 1 else []
         motion = self.under(outer)
         return [surface.moved(motion) for surface in self.surfaces]
 

@@ -242,7 +242,7 @@ class PrimitiveBatch:
         """
         motions_given, similar, self.frames = self._motions.compute()
         results: list[tuple[PrimitiveForm, Ints, RowTable]] = []
-        left: list[tuple[Shape, int]] = []
+        left: list[tuple[Shape, tuple[Step, ...], int]] = []
         every: list[tuple[Hashable, ShapeBatch]] = [*self._like.items(), *self._many]
         for done, (key, like) in enumerate(every):
             report(done)
@@ -251,12 +251,24 @@ class PrimitiveBatch:
                 given = _BatchInputs(like, chosen, numbers[chosen], motions_given, motions[chosen])
                 found, rest = self._lower_kind(key, kind, given)
                 results += [(form, places[chosen[which]], rows) for form, which, rows in found]
-                left += [(like.of(i)[0], int(places[i])) for i in chosen[rest].tolist()]
+                left += [(*like.of(i), int(places[i])) for i in chosen[rest].tolist()]
         for done, (key, faces) in enumerate(self._polyhedra, start=len(every)):
             report(done)
             found_faces = self._lower_faces(key, faces, motions_given, similar)
             results.append((_polyhedron_form(len(faces)), np.array([faces.place], np.int32), found_faces))
-        return results, left
+        if not self._polyhedra:
+            return results, [(shape, place) for shape, _, place in left]
+        # A body of a polyhedron and a few others would be left as a whole, with all of its faces
+        rest_of_all: list[tuple[Shape, int]] = []
+        for shape, steps, place in left:
+            try:
+                part = compute_shape(dataclasses.replace(shape, motion=Motion(steps)))
+            except OverflowError:  # `lower_shape` says what is wrong
+                rest_of_all.append((shape, place))
+                continue
+            row = RowTable.of(np.array([part.row]), np.arange(len(part.row), dtype=np.int32))
+            results.append((FORMS.of(part.pattern, part.tree), np.array([place], np.int32), row))
+        return results, rest_of_all
 
     def _lower_faces(self, key: Hashable, of: _FaceArray, given: WideInputs, similar: Signs) -> RowTable:
         """Return the row of a polyhedron, from the rows of its faces: each computed apart if it is of a rare kind."""
