@@ -67,7 +67,7 @@ class Polyhedron(PrimitiveSolid):
         """The bounds in the solid's own frame, before any motion."""
         return half_spaces_bounds([PlaneSurface(n, d) for n, d in zip(self.normals, self.offsets, strict=True)])
 
-    @property
+    @cached_property
     def surfaces(self) -> list[PlaneSurface]:
         """The planes, anchored near the solid."""
         low, high = self._own_bounds
@@ -77,6 +77,10 @@ class Polyhedron(PrimitiveSolid):
         return [plane_through(n, d, near) for n, d in zip(self.normals, self.offsets, strict=True)]
 
     def tree(self) -> Cell:
+        return self._cell
+
+    @cached_property
+    def _cell(self) -> Cell:
         return Cell(tuple(Face(surface, i, plane_uv(surface)) for i, surface in enumerate(self.surfaces)))
 
     def support(self, direction: Vector) -> float:

@@ -1,14 +1,13 @@
 """Support and bounds of an intersection of half-spaces, by the simplex method, certified in integers.
 
-sup d·x over normals x <= offsets is, by duality, the minimum of offsets·λ over λ >= 0 with Σ λ_i normals_i = d: three
-equations and few variables, so a small tableau with Bland's rule. It runs in floats first. If the three planes of that
-run meet in a point that integer arithmetic certifies, the value there is the result. Otherwise the tableau runs again
-in fractions, from these three planes if they can serve as a start.
+sup d·x over normals x <= offsets is, by duality, the minimum of offsets·λ over λ >= 0 with Σ λ_i normals_i = d. The
+dual simplex method looks for the three planes that bound: in floats first, then in integers from the planes of that
+run, which nearly always are the result. Where three planes cannot serve as a start, as in an unbounded direction, a
+small tableau with Bland's rule runs in fractions.
 """
 
 from __future__ import annotations
 
-import itertools
 import math
 import sys
 from collections.abc import Iterable, Sequence
@@ -25,7 +24,9 @@ Numbers: TypeAlias = Sequence[Fraction]
 Whole: TypeAlias = Sequence[int]
 
 _PIVOTS = 200
-"""A limit for runs in floats, where Bland's rule may cycle; then fractions take over."""
+"""A limit for runs of the dual method, which may cycle; then fractions and Bland's rule take over."""
+_FAR, _SLACK = 2.0**20, 2.0**-44
+"""How far the start of a run in floats is, in offsets, and the share by which a point of it may be beyond a plane."""
 
 
 def half_spaces_support(normals: Sequence[Numbers], offsets: Numbers, direction: Numbers) -> Fraction | float:
@@ -36,6 +37,11 @@ def half_spaces_support(normals: Sequence[Numbers], offsets: Numbers, direction:
     return integer_support(
         [integer_row((*normal, offset)) for normal, offset in zip(normals, offsets, strict=True)], direction
     )
+
+
+def are_ratios(values: Iterable[Any]) -> bool:
+    """Return whether all values are floats, integers or fractions, and so known as ratios of integers."""
+    return all(isinstance(value, (float, int, Fraction)) for value in values)
 
 
 def integer_row(row: Sequence[Fraction | float]) -> list[int]:
@@ -57,7 +63,7 @@ def integer_support(rows: Sequence[Whole], direction: Numbers) -> Fraction | flo
     basis = _float_basis(rows, towards)
     value = _certify_basis(rows, towards, basis) if len(basis) == 3 else None
     if value is None:
-        value, _ = _solve_dual(_fractions(rows), [Fraction(u) for u in towards], basis=basis)
+        value = _solve_dual(_fractions(rows), [Fraction(u) for u in towards], basis)
         if value == math.inf and _is_empty(rows):  # a finite value proves by duality that the intersection is not empty
             return -math.inf
     return value / factor if isinstance(value, Fraction) else float(value)
@@ -65,8 +71,7 @@ def integer_support(rows: Sequence[Whole], direction: Numbers) -> Fraction | flo
 
 def _is_empty(rows: Sequence[Whole]) -> bool:
     """Return True if no point is in all half-spaces: if a zero combination of the normals has offset < 0 (Farkas)."""
-    bound, _ = _solve_dual(_fractions(rows), [Fraction(0)] * 3)
-    return bool(bound == -math.inf)
+    return bool(_solve_dual(_fractions(rows), [Fraction(0)] * 3) == -math.inf)
 
 
 def _fractions(rows: Sequence[Whole]) -> list[list[Fraction]]:
@@ -74,40 +79,80 @@ def _fractions(rows: Sequence[Whole]) -> list[list[Fraction]]:
 
 
 def _float_basis(rows: Sequence[Whole], direction: Whole) -> list[int]:
-    """Return the half-spaces that bound in a direction according to a run in floats; empty if floats fail."""
+    """Return the half-spaces that bound in a direction according to a run in floats; fewer than three if it fails."""
     try:
-        planes = []
+        planes: list[Sequence[float]] = []
         for row in rows:
             size = max(map(abs, row[:3])) or 1
             planes.append([value / size for value in row])
         size = max(map(abs, direction))
-        return _solve_dual(planes, [u / size for u in direction], _PIVOTS)[1]
+        towards = [u / size for u in direction]
     except (OverflowError, ZeroDivisionError):
         return []
+    # Far sides of a box, towards the direction, are a start
+    far = _FAR * max(1.0, max((abs(plane[3]) for plane in planes), default=1.0))
+    planes += [[(-1.0 if towards[axis] < 0 else 1.0) * (k == axis) for k in range(3)] + [far] for axis in range(3)]
+    _, basis = _descend(planes, towards, [len(rows), len(rows) + 1, len(rows) + 2], _SLACK)
+    return [i for i in basis if i < len(rows)]
 
 
-def _certify_basis(rows: Sequence[Whole], direction: Whole, basis: Sequence[int]) -> Fraction | None:
-    """Return the support at the common point of three planes; None unless that point is the maximum.
+def _certify_basis(rows: Sequence[Whole], direction: Whole, basis: Sequence[int]) -> Fraction | float | None:
+    """Return the support in integers, from three planes whose normals have the direction in their cone; else None."""
+    value: Fraction | float | None = _descend(rows, direction, list(basis), 0)[0]
+    return value
 
-    It is if it lies in all half-spaces (it is a vertex) and the direction is in the cone of the three normals.
+
+def _descend(planes: Sequence[Any], direction: Any, basis: list[int], slack: float) -> tuple[Any, list[int]]:
+    """Return (support, the planes that bound it) of integers; of floats only the planes count.
+
+    The dual simplex method: the direction stays in the cone of the normals of three planes, and their common point
+    descends until it lies in all half-spaces, or until three normals show that no point does. The support is then -inf.
+    It is None where `basis` is no start, and after too many steps.
+
+    Parameters
+    ----------
+    planes : sequence
+        Rows of normals and offsets.
+    direction : sequence
+        Its three numbers.
+    basis : list
+        Three planes to start from.
+    slack : float
+        The share of its terms by which a point may be beyond a plane: 0 for integers.
     """
-    # Cramer's rule: the point times the determinant is Σ offset_i cross_i, and so is the direction times it
-    # Σ (cross_i·direction) normal_i
-    first, second, third = (rows[i] for i in basis)
-    crosses = _cross(second, third), _cross(third, first), _cross(first, second)
-    determinant = _dot(first, crosses[0])
-    if not determinant:
-        return None
-    if determinant < 0:
-        determinant, crosses = -determinant, tuple((-x, -y, -z) for x, y, z in crosses)  # type: ignore[assignment]
-    if min(_dot(cross, direction) for cross in crosses) < 0:
-        return None
-    a, b, c = crosses
-    p, q, r = first[3], second[3], third[3]
-    x, y, z = p * a[0] + q * b[0] + r * c[0], p * a[1] + q * b[1] + r * c[1], p * a[2] + q * b[2] + r * c[2]
-    if any(row[0] * x + row[1] * y + row[2] * z > row[3] * determinant for row in rows):
-        return None
-    return Fraction(direction[0] * x + direction[1] * y + direction[2] * z, determinant)
+    for _ in range(_PIVOTS):
+        first, second, third = (planes[i] for i in basis)
+        crosses = [_cross(second, third), _cross(third, first), _cross(first, second)]
+        determinant = _dot(first, crosses[0])
+        if not determinant:
+            break
+        if determinant < 0:
+            determinant, crosses = -determinant, [(-x, -y, -z) for x, y, z in crosses]
+        # Cramer's rule: the point times the determinant is Σ offset_i cross_i, and so is the direction times it
+        # Σ (cross_i·direction) normal_i
+        shares = [_dot(cross, direction) for cross in crosses]
+        if not slack and min(shares) < 0:
+            break
+        a, b, c = crosses
+        p, q, r = first[3], second[3], third[3]
+        x, y, z = p * a[0] + q * b[0] + r * c[0], p * a[1] + q * b[1] + r * c[1], p * a[2] + q * b[2] + r * c[2]
+        room = slack * (abs(x) + abs(y) + abs(z) + determinant)
+        beyond = [row[0] * x + row[1] * y + row[2] * z - row[3] * determinant for row in planes]
+        most = max(beyond)
+        if most <= room:
+            value = None if slack else Fraction(direction[0] * x + direction[1] * y + direction[2] * z, determinant)
+            return value, basis
+        entering = beyond.index(most)
+        rates = [_dot(cross, planes[entering]) for cross in crosses]
+        leaving = -1
+        for k in range(3):
+            # The least of share / rate, compared without division
+            if rates[k] > 0 and (leaving < 0 or shares[k] * rates[leaving] < shares[leaving] * rates[k]):
+                leaving = k
+        if leaving < 0:
+            return -math.inf, basis  # minus the entering normal is in the cone of the others (Farkas)
+        basis[leaving] = entering
+    return None, basis
 
 
 def _dot(a: Whole, b: Whole) -> int:
@@ -118,13 +163,11 @@ def _cross(a: Whole, b: Whole) -> tuple[int, int, int]:
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
-def _solve_dual(
-    planes: Any, direction: Any, pivots: int | None = None, basis: Sequence[int] = ()
-) -> tuple[Any, list[int]]:
-    """Return (min offsets·λ over λ >= 0 with Σ λ_i normals_i = direction, the i of the basis).
+def _solve_dual(planes: list[list[Fraction]], direction: list[Fraction], basis: Sequence[int] = ()) -> Any:
+    """Return min offsets·λ over λ >= 0 with Σ λ_i normals_i = direction.
 
-    The minimum is inf if there is no such λ, -inf if there is no minimum. `planes` holds rows of normals and offsets,
-    fractions or floats. `basis` is a guess of the result's basis.
+    The minimum is inf if there is no such λ, -inf if there is no minimum. `planes` holds rows of normals and offsets.
+    `basis` is a guess of the result's basis.
     """
     count = len(planes)
     rows, penalty, columns = _start_tableau(planes, direction)
@@ -135,9 +178,9 @@ def _solve_dual(
         if any(row[-1] < 0 for row in rows):  # the guess is no feasible start
             rows, penalty, columns = _start_tableau(planes, direction)
     # Phase 1: drive the three artificial variables out
-    _minimise(rows, penalty, columns, count, pivots)
-    if pivots is None and penalty[-1] != 0:
-        return math.inf, []
+    _minimise(rows, penalty, columns, count)
+    if penalty[-1] != 0:
+        return math.inf
     for i in range(3):
         if columns[i] >= count:
             entering = next((j for j in range(count) if rows[i][j]), None)
@@ -150,7 +193,7 @@ def _solve_dual(
     for row, column in zip(rows, columns, strict=True):
         factor = cost[column]
         cost = [c - factor * r for c, r in zip(cost, row, strict=True)]
-    return (-cost[-1] if _minimise(rows, cost, columns, count, pivots) else -math.inf), columns
+    return -cost[-1] if _minimise(rows, cost, columns, count) else -math.inf
 
 
 def _start_tableau(planes: Any, direction: Any) -> tuple[list[list[Any]], list[Any], list[int]]:
@@ -167,9 +210,9 @@ def _equation(axis: int, planes: Any, direction: Any) -> list[Any]:
     return [*(sign * plane[axis] for plane in planes), *(int(i == axis) for i in range(3)), sign * direction[axis]]
 
 
-def _minimise(rows: list[list[Any]], cost: list[Any], basis: list[int], count: int, pivots: int | None) -> bool:
+def _minimise(rows: list[list[Any]], cost: list[Any], basis: list[int], count: int) -> bool:
     """Pivot to the minimum by Bland's rule, which cannot cycle in fractions; return False if there is none."""
-    for _ in itertools.count() if pivots is None else range(pivots):
+    while True:
         column = next((j for j in range(count) if cost[j] < 0), None)
         if column is None:
             return True
@@ -177,7 +220,6 @@ def _minimise(rows: list[list[Any]], cost: list[Any], basis: list[int], count: i
         if not ratios:
             return False
         _pivot(rows, cost, basis, min(ratios)[2], column)
-    return True
 
 
 def _pivot(rows: list[list[Any]], cost: list[Any], basis: list[int], pivot: int, column: int) -> None:
@@ -207,9 +249,7 @@ def half_spaces_bounds(planes: Iterable[PlaneSurface]) -> BoxEnds:
     planes = list(planes)
     given = [_exact_fractions((*plane.normal, plane.offset)) for plane in planes]
     reach = _ZERO
-    if not all(
-        isinstance(value, (float, int, Fraction)) for plane in planes for value in (*plane.normal, plane.offset)
-    ):
+    if not are_ratios(value for plane in planes for value in (*plane.normal, plane.offset)):
         reach = max(abs(row[3]) / max(map(abs, row[:3])) for row in given)
         for row in given:
             row[3] += _OFFSET_SLACK * reach * max(map(abs, row[:3]))
@@ -217,10 +257,15 @@ def half_spaces_bounds(planes: Iterable[PlaneSurface]) -> BoxEnds:
     low, high = np.empty(3), np.empty(3)
     if all(sum(map(bool, row[:3])) == 1 for row in rows):
         return _box(rows)
+    # A prism without ends reaches as far across as its section does
+    endless = [i for i in range(3) if not any(row[i] for row in rows)]
+    rows += [[*(sign * (k == i) for k in range(3)), 0] for i in endless for sign in (1, -1)]
     for i in range(3):
         up, down = ([Fraction(sign * int(i == j)) for j in range(3)] for sign in (1, -1))
         high[i] = round_fraction_up(integer_support(rows, up), reach)
         low[i] = -round_fraction_up(integer_support(rows, down), reach)
+    for i in endless if (low <= high).all() else ():
+        low[i], high[i] = -np.inf, np.inf
     return low + 0.0, high
 
 
