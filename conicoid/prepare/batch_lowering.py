@@ -9,9 +9,9 @@ and kinds with too few shapes.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Hashable, Iterator, Sequence
+from collections.abc import Callable, Container, Hashable, Iterator, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeAlias
 
 import numpy as np
 
@@ -109,6 +109,12 @@ class _BatchInputs:
     motions: Ints
 
 
+PrimitiveRows: TypeAlias = tuple[PrimitiveForm, Ints, RowTable]
+"""Primitives of one form, with a place and a row each."""
+_LeftPrimitive: TypeAlias = tuple[Shape, tuple[Step, ...], int]
+"""A primitive that is not lowered, the steps that move it, and its place."""
+
+
 class PrimitiveBatch:
     """Primitives to be lowered together; each has a place in a common numbering."""
 
@@ -183,14 +189,14 @@ class PrimitiveBatch:
 
     def lowered(
         self, report: Callable[[int], Any] = lambda _: None
-    ) -> tuple[list[tuple[PrimitiveForm, Ints, RowTable]], list[tuple[Shape, int]]]:
+    ) -> tuple[list[PrimitiveRows], list[_LeftPrimitive]]:
         """Lower all primitives; `report` receives the count of kinds done.
 
-        Return (form, places, rows) of those lowered together, and the shapes and places that are left.
+        Return those lowered together, and those that are left.
         """
         motions_given, similar, self.frames = self._motions.compute()
-        results: list[tuple[PrimitiveForm, Ints, RowTable]] = []
-        left: list[tuple[Shape, int]] = []
+        results: list[PrimitiveRows] = []
+        left: list[_LeftPrimitive] = []
         every: list[tuple[Hashable, ShapeBatch]] = [*self._like.items(), *self._many]
         for done, (key, like) in enumerate(every):
             report(done)
@@ -199,7 +205,7 @@ class PrimitiveBatch:
                 given = _BatchInputs(like, chosen, numbers[chosen], motions_given, motions[chosen])
                 found, rest = self._lower_kind(key, kind, given)
                 results += [(form, places[chosen[which]], rows) for form, which, rows in found]
-                left += [(like.of(i)[0], int(places[i])) for i in chosen[rest].tolist()]
+                left += [(*like.of(i), int(places[i])) for i in chosen[rest].tolist()]
         return results, left
 
     def _lower_kind(
@@ -267,6 +273,8 @@ LoweredGroup = tuple[BodyPattern, Ints, RowTable]
 ProgressCallback = Callable[[int, int], Any]
 _AT_ONCE = 8192
 """Where there are many primitives, single or in Boolean bodies, so many are lowered at a time."""
+_FEWEST_OF_PLAN = 4
+"""Fewer bodies of a plan are lowered one by one where a recording cannot lower all of their primitives."""
 
 
 @dataclass
@@ -461,7 +469,8 @@ class BatchLowering:
                 results.append((form.pattern, owners[places], rows))
             elif single.any():
                 results.append((form.pattern, owners[places[single]], rows[single]))
-        rest += [(shape, int(owners[place])) for shape, place in left if owners[place] >= 0]
+        rest += [(shape, int(owners[place])) for shape, _, place in left if owners[place] >= 0]
+        found += _lower_parts(left, self._places_of_plans())
         if self._plans or self._many:
             rows_of = _rows_by_place(found, len(owners))
             every: list[CsgBatch | CsgArray] = [*self._plans.values(), *self._many]
@@ -471,6 +480,15 @@ class BatchLowering:
                 results += composed
                 rest += others
         return results, rest
+
+    def _places_of_plans(self) -> set[int]:
+        """Return the places of primitives of listed bodies with the plan of several others."""
+        found: set[int] = set()
+        for like in self._plans.values():
+            if len(like.shapes) >= _FEWEST_OF_PLAN:
+                begin, count = int(like.first[0]), len(like.shapes) * len(like.plans[0].leaves)
+                found.update(range(begin, begin + count))
+        return found
 
     def _compose(
         self, like: CsgBatch | CsgArray, rows: _RowLocations
@@ -512,6 +530,35 @@ class BatchLowering:
                 paints.setdefault(face, material)
 
 
+def _lower_parts(left: Sequence[_LeftPrimitive], places: Container[int]) -> list[PrimitiveRows]:
+    """Lower primitives at these places one by one, each once for all bodies that it is part of.
+
+    Bodies of one plan are composed together even if a recording cannot lower all of their primitives.
+    """
+    known: dict[Hashable, LoweredShape] = {}
+    rows: dict[PrimitiveForm, tuple[list[int], list[list[float]]]] = {}
+    for shape, steps, place in left:
+        if place not in places:
+            continue
+        key = id(shape), steps
+        if key not in known:
+            known[key] = compute_shape(
+                shape if shape.motion.steps == steps else dataclasses.replace(shape, motion=Motion(steps))
+            )
+        part = known[key]
+        numbers, values = rows.setdefault(FORMS.of(part.pattern, part.tree), ([], []))
+        numbers.append(place)
+        values.append(part.row)
+    return [
+        (
+            form,
+            np.array(numbers, np.int32),
+            RowTable.of(np.array(values), np.arange(form.pattern.width, dtype=np.int32)),
+        )
+        for form, (numbers, values) in rows.items()
+    ]
+
+
 def _exact_bounds(bodies: Sequence[tuple[Boolean, CsgPlan]], parts: Sequence[Floats]) -> Floats:
     """Compute bounds of bodies in numbers of 3000 bits, from the boxes of their parts."""
     found = np.empty((len(bodies), 6))
@@ -540,7 +587,7 @@ def _group_by_forms(form_of: Ints, tables: Ints, which: Any) -> Iterator[tuple[l
         yield forms[example].tolist(), which[group == number]
 
 
-def _rows_by_place(found: list[tuple[PrimitiveForm, Ints, RowTable]], count: int) -> _RowLocations:
+def _rows_by_place(found: list[PrimitiveRows], count: int) -> _RowLocations:
     """Index rows by places."""
     table, row = np.full(count, -1, np.int32), np.zeros(count, np.int32)
     for number, (_, places, rows) in enumerate(found):
