@@ -163,12 +163,12 @@ def plane_through(normal: Triple, offset: Any, near: Sequence[Any] = (0.0, 0.0, 
         square = a * a + b * b + c * c
         rise, below = end * unit - (a * x + b * y + c * z), unit * square
         x, y, z = (Fraction(p * square + rise * n, below) for p, n in ((x, a), (y, b), (z, c)))  # type: ignore[assignment]
-        return PlaneSurface(normal, offset, (x, y, z))
+        return PlaneSurface(normal, offset, (x, y, z), 0.0)
     n = [ex.rational(c) for c in normal]
     point = [ex.rational(c) for c in near]
     over = (ex.rational(offset) - sum(a * b for a, b in zip(n, point, strict=True))) / sum(c * c for c in n)
     x, y, z = (p + over * c for p, c in zip(point, n, strict=True))
-    return PlaneSurface(normal, offset, (x, y, z))
+    return PlaneSurface(normal, offset, (x, y, z), 0.0)
 
 
 def plane_uv(surface: PlaneSurface) -> UV:
@@ -182,8 +182,9 @@ def plane_uv(surface: PlaneSurface) -> UV:
     towards = ex.exact_row(least_axis(ex.exact_row(surface.normal)))
     along = ex.dot(towards, normal)
     x, y, z = (ex.dot((t, along), (ex.ONE, -n)) for t, n in zip(towards, normal, strict=True))
-    first = ex.unit((x, y, z))
-    return cartesian_uv(_floats(first), _floats(ex.cross(normal, first)), _floats(anchor))
+    # normal × u is along normal × e, where a component is zero without cancellation, which a recording cannot decide
+    first, second = ex.unit((x, y, z)), ex.unit(ex.cross(normal, towards))
+    return cartesian_uv(_floats(first), _floats(second), _floats(anchor))
 
 
 def _integer_directions(normal: Sequence[int]) -> tuple[Vector, Vector]:
