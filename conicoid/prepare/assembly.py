@@ -82,9 +82,8 @@ def _times(value: ex.Writable, factor: float) -> ex.Writable:
 
 def _height_of_anchor(surface: PlaneSurface, anchor: tuple[float, ...]) -> ex.Writable:
     """Return the exact height of an anchor over a plane."""
-    unmoved = all(map(is_float, (*surface.normal, surface.offset)))
-    # The remainder of dividing the exact anchor by a count of corners, or by n·n, is skipped
-    if unmoved or surface.over is None:
+    # Without a turn all is exact, but for the anchor: the remainder of dividing it by a count of corners, or by n·n
+    if surface.over is None or all(map(is_float, surface.normal)):
         if not any(anchor):
             return -surface.offset
         if are_ratios((*surface.normal, surface.offset)):
