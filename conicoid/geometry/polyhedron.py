@@ -102,13 +102,17 @@ class Polyhedron(PrimitiveSolid):
         x, y, z = (_middle(a, b) for a, b in zip(low.tolist(), high.tolist(), strict=True))
         return x, y, z
 
-    @property
+    @cached_property
     def surfaces(self) -> list[PlaneSurface]:
         """The planes, anchored near the solid."""
         near = self.near
         return [plane_through(n, d, near) for n, d in zip(self.normals, self.offsets, strict=True)]
 
     def tree(self) -> Cell:
+        return self._cell
+
+    @cached_property
+    def _cell(self) -> Cell:
         return Cell(tuple(Face(surface, i, plane_uv(surface)) for i, surface in enumerate(self.surfaces)))
 
     def support(self, direction: Vector) -> float:

@@ -51,7 +51,8 @@ class PlaneSurface:
         back, back_shift = motion.inverse
         normal, anchor = ex.exact_row(self.normal), ex.exact_row(self.anchor)
         offset = ex.cancelling_sum((ex.exact(self.offset), -ex.dot(normal, back_shift)))
-        return PlaneSurface(ex.apply(ex.transpose(back), normal), offset, motion.carried(anchor), self.height)
+        turned = self.normal if motion.shift is not None else ex.apply(ex.transpose(back), normal)
+        return PlaneSurface(turned, offset, motion.carried(anchor), self.height)
 
     def key(self) -> tuple[Key, int]:
         """Return (a key of the plane, +1 or -1 for the sense of its normal)."""

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any, NamedTuple
 
+from ..geometry.bounds.linear_program import are_ratios, integer_row
 from ..geometry.cell import All, Any_, Cell, Not, PolygonSheet, SurfaceSheet, Tree
 from ..geometry.surface import UPRIGHT, PlaneSurface, QuadricSurface, Surface
 from ..kernels.tables import PLANE, POLYGON, QUADRIC, SHEET, SPHERE
@@ -82,9 +83,14 @@ def _times(value: ex.Writable, factor: float) -> ex.Writable:
 
 def _height_of_anchor(surface: PlaneSurface, anchor: tuple[float, ...]) -> ex.Writable:
     """Return the exact height of an anchor over a plane."""
-    if surface.over is None:  # skips the remainder of dividing the exact anchor by a count of corners, or by n·n
+    # Without a turn all is exact, but for the anchor: the remainder of dividing it by a count of corners, or by n·n
+    if surface.over is None or all(map(is_float, surface.normal)):
         if not any(anchor):
             return -surface.offset
+        if are_ratios((*surface.normal, surface.offset)):
+            x, y, z, end, size = integer_row((*surface.normal, surface.offset, 1.0))
+            a, b, c, unit = integer_row((*anchor, 1.0))
+            return Fraction(x * a + y * b + z * c - end * unit, size * unit)
         return ex.dot(ex.exact_row(surface.normal), ex.exact_row(anchor), -ex.exact(surface.offset))
     aside = ex.minus(ex.exact_row(anchor), ex.exact_row(surface.anchor))
     return ex.dot(ex.exact_row(surface.normal), aside, surface.height)

@@ -21,10 +21,10 @@ A Boolean body passes through these files, in this order:
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Hashable, Iterator, Sequence
+from collections.abc import Callable, Container, Hashable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeAlias
 
 import numpy as np
 
@@ -149,6 +149,12 @@ class _BatchInputs:
     motions: Ints
 
 
+PrimitiveRows: TypeAlias = tuple[PrimitiveForm, Ints, RowTable]
+"""Primitives of one form, with a place and a row each."""
+_LeftPrimitive: TypeAlias = tuple[Shape, tuple[Step, ...], int]
+"""A primitive that is not lowered, the steps that move it, and its place."""
+
+
 class PrimitiveBatch:
     """Primitives to be lowered together; each has a place in a common numbering."""
 
@@ -229,20 +235,25 @@ class PrimitiveBatch:
         return self._motions.row(steps, uses)
 
     @property
+    def places_of_polyhedra(self) -> set[int]:
+        """The places of polyhedra of many faces."""
+        return {faces.place for _, faces in self._polyhedra}
+
+    @property
     def kinds(self) -> int:
         """How many kinds of equal structure were added."""
         return len(self._like) + len(self._many) + len(self._polyhedra)
 
     def lowered(
         self, report: Callable[[int], Any] = lambda _: None
-    ) -> tuple[list[tuple[PrimitiveForm, Ints, RowTable]], list[tuple[Shape, int]]]:
+    ) -> tuple[list[PrimitiveRows], list[_LeftPrimitive]]:
         """Lower all primitives; `report` receives the count of kinds done.
 
-        Return (form, places, rows) of those lowered together, and the shapes and places that are left.
+        Return those lowered together, and those that are left.
         """
         motions_given, similar, self.frames = self._motions.compute()
-        results: list[tuple[PrimitiveForm, Ints, RowTable]] = []
-        left: list[tuple[Shape, tuple[Step, ...], int]] = []
+        results: list[PrimitiveRows] = []
+        left: list[_LeftPrimitive] = []
         every: list[tuple[Hashable, ShapeBatch]] = [*self._like.items(), *self._many]
         for done, (key, like) in enumerate(every):
             report(done)
@@ -256,19 +267,7 @@ class PrimitiveBatch:
             report(done)
             found_faces = self._lower_faces(key, faces, motions_given, similar)
             results.append((_polyhedron_form(len(faces)), np.array([faces.place], np.int32), found_faces))
-        if not self._polyhedra:
-            return results, [(shape, place) for shape, _, place in left]
-        # A body of a polyhedron and a few others would be left as a whole, with all of its faces
-        rest_of_all: list[tuple[Shape, int]] = []
-        for shape, steps, place in left:
-            try:
-                part = compute_shape(dataclasses.replace(shape, motion=Motion(steps)))
-            except OverflowError:  # `lower_shape` says what is wrong
-                rest_of_all.append((shape, place))
-                continue
-            row = RowTable.of(np.array([part.row]), np.arange(len(part.row), dtype=np.int32))
-            results.append((FORMS.of(part.pattern, part.tree), np.array([place], np.int32), row))
-        return results, rest_of_all
+        return results, left
 
     def _lower_faces(self, key: Hashable, of: _FaceArray, given: WideInputs, similar: Signs) -> RowTable:
         """Return the row of a polyhedron, from the rows of its faces: each computed apart if it is of a rare kind."""
@@ -372,6 +371,8 @@ LoweredGroup = tuple[BodyPattern, Ints, RowTable]
 ProgressCallback = Callable[[int, int], Any]
 _AT_ONCE = 8192
 """Where there are many primitives, single or in Boolean bodies, so many are lowered at a time."""
+_FEWEST_OF_PLAN = 4
+"""Fewer bodies of a plan are lowered one by one where a recording cannot lower all of their primitives."""
 
 
 @dataclass
@@ -566,7 +567,8 @@ class BatchLowering:
                 results.append((form.pattern, owners[places], rows))
             elif single.any():
                 results.append((form.pattern, owners[places[single]], rows[single]))
-        rest += [(shape, int(owners[place])) for shape, place in left if owners[place] >= 0]
+        rest += [(shape, int(owners[place])) for shape, _, place in left if owners[place] >= 0]
+        found += _lower_parts(left, self._places_of_plans())
         if self._plans or self._many:
             rows_of = _rows_by_place(found, len(owners))
             every: list[CsgBatch | CsgArray] = [*self._plans.values(), *self._many]
@@ -576,6 +578,20 @@ class BatchLowering:
                 results += composed
                 rest += others
         return results, rest
+
+    def _places_of_plans(self) -> set[int]:
+        """Return the places of primitives of listed bodies with the plan of several others, or with a polyhedron.
+
+        A body that is left as a whole would be left with all faces of a polyhedron.
+        """
+        found: set[int] = set()
+        polyhedra = self._primitives.places_of_polyhedra
+        for like in self._plans.values():
+            begin, count = int(like.first[0]), len(like.shapes) * len(like.plans[0].leaves)
+            places = range(begin, begin + count)
+            if len(like.shapes) >= _FEWEST_OF_PLAN or not polyhedra.isdisjoint(places):
+                found.update(places)
+        return found
 
     def _compose(
         self, like: CsgBatch | CsgArray, rows: _RowLocations
@@ -617,6 +633,37 @@ class BatchLowering:
                 paints.setdefault(face, material)
 
 
+def _lower_parts(left: Sequence[_LeftPrimitive], places: Container[int]) -> list[PrimitiveRows]:
+    """Lower primitives at these places one by one, each once for all bodies that it is part of.
+
+    Bodies of one plan are composed together even if a recording cannot lower all of their primitives.
+    """
+    known: dict[Hashable, LoweredShape] = {}
+    rows: dict[PrimitiveForm, tuple[list[int], list[list[float]]]] = {}
+    for shape, steps, place in left:
+        if place not in places:
+            continue
+        key = id(shape), steps
+        if key not in known:
+            moved = shape if shape.motion.steps == steps else dataclasses.replace(shape, motion=Motion(steps))
+            try:
+                known[key] = compute_shape(moved)
+            except OverflowError:  # its body is left, and `lower_shape` names what is wrong
+                continue
+        part = known[key]
+        numbers, values = rows.setdefault(FORMS.of(part.pattern, part.tree), ([], []))
+        numbers.append(place)
+        values.append(part.row)
+    return [
+        (
+            form,
+            np.array(numbers, np.int32),
+            RowTable.of(np.array(values), np.arange(form.pattern.width, dtype=np.int32)),
+        )
+        for form, (numbers, values) in rows.items()
+    ]
+
+
 def _exact_bounds(bodies: Sequence[tuple[Boolean, CsgPlan]], parts: Sequence[Floats]) -> Floats:
     """Compute bounds of bodies in numbers of 3000 bits, from the boxes of their parts."""
     found = np.empty((len(bodies), 6))
@@ -645,7 +692,7 @@ def _group_by_forms(form_of: Ints, tables: Ints, which: Any) -> Iterator[tuple[l
         yield forms[example].tolist(), which[group == number]
 
 
-def _rows_by_place(found: list[tuple[PrimitiveForm, Ints, RowTable]], count: int) -> _RowLocations:
+def _rows_by_place(found: list[PrimitiveRows], count: int) -> _RowLocations:
     """Index rows by places."""
     table, row = np.full(count, -1, np.int32), np.zeros(count, np.int32)
     for number, (_, places, rows) in enumerate(found):

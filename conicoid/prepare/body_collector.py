@@ -126,11 +126,14 @@ def names_before_rotation(
     }  # fmt: skip
     primitives = PrimitiveCache()
     primitives.prepare_primitives(
-        (leaf, first) for parts in moved.values() if _is_rotated(parts) for leaf, first, _ in parts
+        (leaf, first) for parts in moved.values() if _is_rotated(parts) for leaf, first, rest in parts if rest
     )
     for number, parts in moved.items():
         names: list[Hashable] = []
         for leaf, first, rest in parts if _is_rotated(parts) else ():
+            if not rest:
+                names += [None] * len(_tree_surfaces(leaf.tree()))  # type: ignore[attr-defined]
+                continue
             numbers, _, kinds = primitives.of(leaf, first)
             names += _names_of_surfaces(numbers, kinds, rest)
         shapes[number].cache["unrotated names"] = names
@@ -154,14 +157,14 @@ def _split_steps(moved: tuple[Shape, tuple[Step, ...]]) -> _PlacedPrimitive:
 
 
 def _names_of_surfaces(numbers: list[float], kinds: tuple[int, ...], rest: tuple[Step, ...]) -> list[Hashable]:
-    """Name each surface of a primitive before the rotation; None where it was rounded, or no rotation follows."""
+    """Name each surface of a primitive before the rotation that follows; None where it was rounded."""
     names: list[Hashable] = []
     at = 0
     for kind in kinds:
         size = SIZES[kind]
         record, lost, sense = numbers[at : at + size], numbers[at + size : at + 2 * size], numbers[at + 2 * size]
         at += 2 * size + 1
-        if not rest or any(lost):
+        if any(lost):
             names.append(None)
         elif kind == PLANE:
             names.append((rest, *_anchorless_plane(record)))

@@ -133,7 +133,8 @@ def _flatten_primitive(leaf: Shape, steps: tuple[Step, ...]) -> _FlatPrimitive |
 
 def _compute_numbers(leaf: Shape, steps: tuple[Step, ...]) -> _NumberLists:
     """`PrimitiveCache.of` without the cache."""
-    return _primitive_numbers(replace(leaf, motion=Motion(steps)))
+    # An unmoved primitive may hold its planes already
+    return _primitive_numbers(leaf if leaf.motion.steps == steps else replace(leaf, motion=Motion(steps)))
 
 
 def _primitive_numbers(leaf: Any) -> _NumberLists:

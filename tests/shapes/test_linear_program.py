@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import decimal
 import itertools
 import math
 from fractions import Fraction
@@ -10,6 +11,8 @@ import numpy as np
 import pytest
 
 from conicoid.geometry.bounds.linear_program import half_spaces_bounds, half_spaces_support
+from conicoid.geometry.bounds.support import plane_uv
+from conicoid.geometry.cell import cartesian_uv
 from conicoid.geometry.surface import PlaneSurface
 
 
@@ -92,3 +95,43 @@ def test_empty_or_a_point_by_a_hair() -> None:
     assert support(sides, [0, 0, 0, 0], (0, 3, 0)) == 0
     assert support(sides, [0, 0, hair, hair], (0, 3, 0)) == 0
     assert support(sides, [0, 0, -hair, -hair], (0, 3, 0)) == -math.inf
+
+
+def test_prisms_without_ends() -> None:
+    """Those of a square that stands on a corner, along each axis; and one that is empty, since two sides exclude."""
+    for axis in range(3):
+        sides = [np.insert(side, axis, 0.0) for side in itertools.product((1.0, -1.0), repeat=2)]
+        low, high = half_spaces_bounds([PlaneSurface(tuple(side.tolist()), 3.0) for side in sides])
+        across = np.arange(3) != axis
+        assert (high[across] == 3).all()
+        assert (low[across] == -3).all()
+        assert (low[axis], high[axis]) == (-math.inf, math.inf)
+        offsets = (3.0, 3.0, 3.0, -4.0)
+        low, high = half_spaces_bounds(
+            [PlaneSurface(tuple(side.tolist()), end) for side, end in zip(sides, offsets, strict=True)]
+        )
+        assert (low - high == math.inf).all()
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_axes_on_a_plane_to_the_last_bit(seed: int) -> None:
+    """u and v of a plane by the formula in 120 decimal digits, whatever the size of its normal."""
+    rng = np.random.default_rng(seed)
+    with decimal.localcontext(prec=120):
+        for _ in range(40):
+            normal = rng.normal(size=3) * 10.0 ** rng.integers(-40, 40)
+            normal[rng.integers(3)] *= rng.choice([0.0, 1e-20, 1.0])
+            n = [decimal.Decimal(c) for c in normal.tolist()]
+            e = min(range(3), key=lambda i: abs(n[i]))
+            length = sum(c * c for c in n).sqrt()
+            n = [c / length for c in n]
+            u = [(i == e) - n[e] * n[i] for i in range(3)]
+            size = sum(c * c for c in u).sqrt()
+            u = [c / size for c in u]
+            v = [n[i - 2] * u[i - 1] - n[i - 1] * u[i - 2] for i in range(3)]
+            plane = PlaneSurface(tuple(normal.tolist()), 0.0)
+            for row, axis in zip(plane_uv(plane).matrix, (u, v), strict=False):
+                # What cancels leaves some 10⁻¹²⁰
+                floats = tuple(float(c) if abs(c) > decimal.Decimal("1e-100") else 0.0 for c in axis)
+                expected = cartesian_uv(floats, (1.0, 0.0, 0.0)).matrix[0]
+                assert row[:3] == pytest.approx(expected[:3], rel=0, abs=0)

@@ -1,19 +1,18 @@
-"""Support and bounds of an intersection of half-spaces, by the simplex method, certified in integers.
+"""Support and bounds of an intersection of half-spaces, by the simplex method, exact in integers.
 
-sup d·x over normals x <= offsets is, by duality, the minimum of offsets·λ over λ >= 0 with Σ λ_i normals_i = d: three
-equations and few variables, so a small tableau with Bland's rule. It runs in floats first. If the three planes of that
-run meet in a point that integer arithmetic certifies, the value there is the result. Otherwise the tableau runs again
-in fractions, from these three planes if they can serve as a start.
+sup d·x over normals x <= offsets is, by duality, the minimum of offsets·λ over λ >= 0 with Σ λ_i normals_i = d. The
+dual simplex method keeps three planes with such λ, and lets their common point descend until it lies in all
+half-spaces. It starts from the sides of a box that surrounds all corners, and runs in floats first. Then integers
+certify the planes of that run, or go on from there. λ > 0 of a side shows that nothing bounds the direction.
 """
 
 from __future__ import annotations
 
-import itertools
 import math
 import sys
 from collections.abc import Iterable, Sequence
 from fractions import Fraction
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -24,8 +23,10 @@ from ..surface import PlaneSurface
 Numbers: TypeAlias = Sequence[Fraction]
 Whole: TypeAlias = Sequence[int]
 
-_PIVOTS = 200
-"""A limit for runs in floats, where Bland's rule may cycle; then fractions take over."""
+_STEPS = 100
+"""After so many steps the method takes the first plane that cuts, not the deepest: so it cannot cycle (Bland)."""
+_FAR, _SLACK = 2.0**20, 2.0**-44
+"""How far sides are in floats, in offsets; the share of its terms by which a point may be beyond a plane there."""
 
 
 def half_spaces_support(normals: Sequence[Numbers], offsets: Numbers, direction: Numbers) -> Fraction | float:
@@ -36,6 +37,11 @@ def half_spaces_support(normals: Sequence[Numbers], offsets: Numbers, direction:
     return integer_support(
         [integer_row((*normal, offset)) for normal, offset in zip(normals, offsets, strict=True)], direction
     )
+
+
+def are_ratios(values: Iterable[Any]) -> bool:
+    """Return whether all values are floats, integers or fractions, and so known as ratios of integers."""
+    return all(isinstance(value, (float, int, Fraction)) for value in values)
 
 
 def integer_row(row: Sequence[Fraction | float]) -> list[int]:
@@ -51,63 +57,100 @@ def integer_row(row: Sequence[Fraction | float]) -> list[int]:
 def integer_support(rows: Sequence[Whole], direction: Numbers) -> Fraction | float:
     """Return `half_spaces_support` of half-spaces given as rows of four integers, normal and offset (`integer_row`)."""
     if not any(direction):
-        return -math.inf if _is_empty(rows) else Fraction(0)
+        return -math.inf if integer_support(rows, (Fraction(1), *direction[1:])) == -math.inf else Fraction(0)
     scaled = integer_row((*direction, Fraction(1)))
     towards, factor = scaled[:3], scaled[3]
-    basis = _float_basis(rows, towards)
-    value = _certify_basis(rows, towards, basis) if len(basis) == 3 else None
-    if value is None:
-        value, _ = _solve_dual(_fractions(rows), [Fraction(u) for u in towards], basis=basis)
-        if value == math.inf and _is_empty(rows):  # a finite value proves by duality that the intersection is not empty
-            return -math.inf
-    return value / factor if isinstance(value, Fraction) else float(value)
+    bits = max((abs(value).bit_length() for row in rows for value in row), default=1)
+    # By Cramer's rule a region that is not empty has a point below 6 · 8^bits
+    far = _far_sides(towards, 1 << (3 * bits + 8))
+    found = _descend([*rows, *far], towards, _float_basis(rows, towards), 0)
+    if found is None:
+        return -math.inf
+    if any(share and plane >= len(rows) for share, plane in zip(found.shares, found.planes, strict=True)):
+        return math.inf
+    return Fraction(_dot(towards, found.point), found.unit * factor)
 
 
-def _is_empty(rows: Sequence[Whole]) -> bool:
-    """Return True if no point is in all half-spaces: if a zero combination of the normals has offset < 0 (Farkas)."""
-    bound, _ = _solve_dual(_fractions(rows), [Fraction(0)] * 3)
-    return bool(bound == -math.inf)
-
-
-def _fractions(rows: Sequence[Whole]) -> list[list[Fraction]]:
-    return [[Fraction(value) for value in row] for row in rows]
+def _far_sides(direction: Sequence[Any], far: Any) -> list[Sequence[Any]]:
+    """Return the three sides of a box around the origin that a direction points to."""
+    one = far // far
+    return [[*((-one if direction[axis] < 0 else one) * (k == axis) for k in range(3)), far] for axis in range(3)]
 
 
 def _float_basis(rows: Sequence[Whole], direction: Whole) -> list[int]:
-    """Return the half-spaces that bound in a direction according to a run in floats; empty if floats fail."""
+    """Return the planes that bound in a direction according to a run in floats; the far sides if floats fail."""
+    start = list(range(len(rows), len(rows) + 3))
     try:
-        planes = []
+        planes: list[Sequence[float]] = []
         for row in rows:
             size = max(map(abs, row[:3])) or 1
             planes.append([value / size for value in row])
         size = max(map(abs, direction))
-        return _solve_dual(planes, [u / size for u in direction], _PIVOTS)[1]
+        towards = [u / size for u in direction]
+        far = _FAR * max(1.0, max((abs(plane[3]) for plane in planes), default=1.0))
+        found = _descend([*planes, *_far_sides(towards, far)], towards, start, _SLACK)
     except (OverflowError, ZeroDivisionError):
-        return []
+        return start
+    return start if found is None else found.planes
 
 
-def _certify_basis(rows: Sequence[Whole], direction: Whole, basis: Sequence[int]) -> Fraction | None:
-    """Return the support at the common point of three planes; None unless that point is the maximum.
+class _Corner(NamedTuple):
+    """The common point of three planes, times `unit`, and the shares of their normals in the direction, times it."""
 
-    It is if it lies in all half-spaces (it is a vertex) and the direction is in the cone of the three normals.
+    planes: list[int]
+    shares: list[Any]
+    point: tuple[Any, Any, Any]
+    unit: Any
+
+
+def _descend(planes: Sequence[Any], direction: Any, start: list[int], slack: float) -> _Corner | None:
+    """Return the point of the intersection of half-spaces that is farthest in a direction; None if that is empty.
+
+    Parameters
+    ----------
+    planes : sequence
+        Rows of normals and offsets, integers or floats; the last three are far sides.
+    direction : sequence
+        Its three numbers.
+    start : list of int
+        Three planes to start from; the far sides instead if they are no start.
+    slack : float
+        The share of its terms by which a point may be beyond a plane: 0 for integers.
     """
-    # Cramer's rule: the point times the determinant is Σ offset_i cross_i, and so is the direction times it
-    # Σ (cross_i·direction) normal_i
-    first, second, third = (rows[i] for i in basis)
-    crosses = _cross(second, third), _cross(third, first), _cross(first, second)
-    determinant = _dot(first, crosses[0])
-    if not determinant:
-        return None
-    if determinant < 0:
-        determinant, crosses = -determinant, tuple((-x, -y, -z) for x, y, z in crosses)  # type: ignore[assignment]
-    if min(_dot(cross, direction) for cross in crosses) < 0:
-        return None
-    a, b, c = crosses
-    p, q, r = first[3], second[3], third[3]
-    x, y, z = p * a[0] + q * b[0] + r * c[0], p * a[1] + q * b[1] + r * c[1], p * a[2] + q * b[2] + r * c[2]
-    if any(row[0] * x + row[1] * y + row[2] * z > row[3] * determinant for row in rows):
-        return None
-    return Fraction(direction[0] * x + direction[1] * y + direction[2] * z, determinant)
+    basis, done = list(start), 0
+    while True:
+        first, second, third = (planes[i] for i in basis)
+        crosses = [_cross(second, third), _cross(third, first), _cross(first, second)]
+        unit = _dot(first, crosses[0])
+        if unit < 0:
+            unit, crosses = -unit, [(-x, -y, -z) for x, y, z in crosses]
+        # Cramer's rule: the point times the determinant is Σ offset_i cross_i, and so is the direction times it
+        # Σ (cross_i·direction) normal_i
+        shares = [_dot(cross, direction) for cross in crosses]
+        if not unit or (not slack and min(shares) < 0):
+            basis = [len(planes) - 3, len(planes) - 2, len(planes) - 1]
+            continue
+        a, b, c = crosses
+        p, q, r = first[3], second[3], third[3]
+        x, y, z = p * a[0] + q * b[0] + r * c[0], p * a[1] + q * b[1] + r * c[1], p * a[2] + q * b[2] + r * c[2]
+        room = slack * (abs(x) + abs(y) + abs(z) + unit)
+        beyond = [row[0] * x + row[1] * y + row[2] * z - row[3] * unit for row in planes]
+        most = max(beyond)
+        if most <= room or (slack and done > _STEPS):
+            return _Corner(basis, shares, (x, y, z), unit)
+        entering = beyond.index(most) if done < _STEPS else next(i for i, over in enumerate(beyond) if over > 0)
+        rates = [_dot(cross, planes[entering]) for cross in crosses]
+        leaving = -1
+        for k in range(3):
+            if rates[k] > 0:
+                # The least of share / rate, compared without division
+                less = shares[k] * rates[leaving] - shares[leaving] * rates[k]
+                if leaving < 0 or less < 0 or (less == 0 and basis[k] < basis[leaving]):
+                    leaving = k
+        if leaving < 0:
+            return None  # minus the entering normal is in the cone of the others (Farkas)
+        basis[leaving] = entering
+        done += 1
 
 
 def _dot(a: Whole, b: Whole) -> int:
@@ -116,78 +159,6 @@ def _dot(a: Whole, b: Whole) -> int:
 
 def _cross(a: Whole, b: Whole) -> tuple[int, int, int]:
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
-
-
-def _solve_dual(
-    planes: Any, direction: Any, pivots: int | None = None, basis: Sequence[int] = ()
-) -> tuple[Any, list[int]]:
-    """Return (min offsets·λ over λ >= 0 with Σ λ_i normals_i = direction, the i of the basis).
-
-    The minimum is inf if there is no such λ, -inf if there is no minimum. `planes` holds rows of normals and offsets,
-    fractions or floats. `basis` is a guess of the result's basis.
-    """
-    count = len(planes)
-    rows, penalty, columns = _start_tableau(planes, direction)
-    if basis:
-        for slot, column in enumerate(basis):
-            if rows[slot][column]:
-                _pivot(rows, penalty, columns, slot, column)
-        if any(row[-1] < 0 for row in rows):  # the guess is no feasible start
-            rows, penalty, columns = _start_tableau(planes, direction)
-    # Phase 1: drive the three artificial variables out
-    _minimise(rows, penalty, columns, count, pivots)
-    if pivots is None and penalty[-1] != 0:
-        return math.inf, []
-    for i in range(3):
-        if columns[i] >= count:
-            entering = next((j for j in range(count) if rows[i][j]), None)
-            if entering is not None:
-                _pivot(rows, penalty, columns, i, entering)
-    # Phase 2: the costs, minus those of the basis
-    real = [i for i in range(3) if columns[i] < count]
-    rows, columns = [rows[i] for i in real], [columns[i] for i in real]
-    cost = [*(plane[3] for plane in planes), 0, 0, 0, 0]
-    for row, column in zip(rows, columns, strict=True):
-        factor = cost[column]
-        cost = [c - factor * r for c, r in zip(cost, row, strict=True)]
-    return (-cost[-1] if _minimise(rows, cost, columns, count, pivots) else -math.inf), columns
-
-
-def _start_tableau(planes: Any, direction: Any) -> tuple[list[list[Any]], list[Any], list[int]]:
-    """Return the tableau of phase 1: rows, the cost of the artificial variables, and these three as the basis."""
-    count = len(planes)
-    rows = [_equation(i, planes, direction) for i in range(3)]
-    penalty = [-sum(row[j] for row in rows) for j in range(count)]
-    return rows, [*penalty, 0, 0, 0, -sum(row[-1] for row in rows)], [count + i for i in range(3)]
-
-
-def _equation(axis: int, planes: Any, direction: Any) -> list[Any]:
-    """Return one row: coefficients, those of the three artificial variables, a right side >= 0."""
-    sign = -1 if direction[axis] < 0 else 1
-    return [*(sign * plane[axis] for plane in planes), *(int(i == axis) for i in range(3)), sign * direction[axis]]
-
-
-def _minimise(rows: list[list[Any]], cost: list[Any], basis: list[int], count: int, pivots: int | None) -> bool:
-    """Pivot to the minimum by Bland's rule, which cannot cycle in fractions; return False if there is none."""
-    for _ in itertools.count() if pivots is None else range(pivots):
-        column = next((j for j in range(count) if cost[j] < 0), None)
-        if column is None:
-            return True
-        ratios = [(row[-1] / row[column], basis[i], i) for i, row in enumerate(rows) if row[column] > 0]
-        if not ratios:
-            return False
-        _pivot(rows, cost, basis, min(ratios)[2], column)
-    return True
-
-
-def _pivot(rows: list[list[Any]], cost: list[Any], basis: list[int], pivot: int, column: int) -> None:
-    divisor = rows[pivot][column]
-    rows[pivot] = [value / divisor for value in rows[pivot]]
-    basis[pivot] = column
-    for line in (*(row for i, row in enumerate(rows) if i != pivot), cost):
-        factor = line[column]
-        if factor:
-            line[:] = [value - factor * p for value, p in zip(line, rows[pivot], strict=True)]
 
 
 # Bounds of an intersection of half-spaces
@@ -207,9 +178,7 @@ def half_spaces_bounds(planes: Iterable[PlaneSurface]) -> BoxEnds:
     planes = list(planes)
     given = [_exact_fractions((*plane.normal, plane.offset)) for plane in planes]
     reach = _ZERO
-    if not all(
-        isinstance(value, (float, int, Fraction)) for plane in planes for value in (*plane.normal, plane.offset)
-    ):
+    if not are_ratios(value for plane in planes for value in (*plane.normal, plane.offset)):
         reach = max(abs(row[3]) / max(map(abs, row[:3])) for row in given)
         for row in given:
             row[3] += _OFFSET_SLACK * reach * max(map(abs, row[:3]))

@@ -34,6 +34,7 @@ from ...numerics.portable_math import (
 from ..cell import UV, cartesian_uv
 from ..surface import PlaneSurface, Triple
 from ..transform import Motion
+from .linear_program import are_ratios, integer_row
 
 _SLACK = 8 * 2.0**-53
 """More than the relative rounding error of the few operations behind one term."""
@@ -157,11 +158,17 @@ def along_normal(normal: Vector, direction: Vector) -> float | None:
 
 def plane_through(normal: Triple, offset: Any, near: Sequence[Any] = (0.0, 0.0, 0.0)) -> PlaneSurface:
     """Return the plane normal·x = offset, not rescaled, anchored at the foot of the perpendicular from `near`."""
+    if are_ratios((*normal, offset, *near)):
+        (a, b, c, end), (x, y, z, unit) = integer_row((*normal, offset)), integer_row((*near, 1.0))
+        square = a * a + b * b + c * c
+        rise, below = end * unit - (a * x + b * y + c * z), unit * square
+        x, y, z = (Fraction(p * square + rise * n, below) for p, n in ((x, a), (y, b), (z, c)))  # type: ignore[assignment]
+        return PlaneSurface(normal, offset, (x, y, z), 0.0)
     n = [ex.rational(c) for c in normal]
     point = [ex.rational(c) for c in near]
     over = (ex.rational(offset) - sum(a * b for a, b in zip(n, point, strict=True))) / sum(c * c for c in n)
     x, y, z = (p + over * c for p, c in zip(point, n, strict=True))
-    return PlaneSurface(normal, offset, (x, y, z))
+    return PlaneSurface(normal, offset, (x, y, z), 0.0)
 
 
 def plane_uv(surface: PlaneSurface) -> UV:
@@ -169,10 +176,43 @@ def plane_uv(surface: PlaneSurface) -> UV:
 
     u points to the coordinate axis along which the normal is least, v = normal × u, both of unit length.
     """
+    if are_ratios((*surface.normal, *surface.anchor)):
+        return cartesian_uv(*_integer_directions(integer_row(surface.normal)), tuple(map(float, surface.anchor)))  # type: ignore[arg-type]
     normal, anchor = ex.unit(ex.exact_row(surface.normal)), ex.exact_row(surface.anchor)
     # In this order no terms cancel: components that are 0 on paper are 0 here too, also in the numbers of a recording
     second = ex.unit(ex.cross(normal, ex.exact_row(least_axis(ex.exact_row(surface.normal)))))
     return cartesian_uv(_floats(ex.cross(second, normal)), _floats(second), _floats(anchor))
+
+
+def _integer_directions(normal: Sequence[int]) -> tuple[Vector, Vector]:
+    """Return u and v of `plane_uv` for a normal of integers: the same floats in a fiftieth of the time.
+
+    With e the axis of least n·e, u is along n² e - (n·e) n and v along n × e. Both have integers over a root.
+    """
+    square = sum(c * c for c in normal)
+    k = min(range(3), key=lambda i: abs(normal[i]))
+    across = square - normal[k] ** 2
+    u = [_over_root((square if i == k else 0) - normal[k] * normal[i], square * across) for i in range(3)]
+    v = [0.0, 0.0, 0.0]
+    v[k - 2], v[k - 1] = _over_root(normal[k - 1], across), _over_root(-normal[k - 2], across)
+    return (u[0], u[1], u[2]), (v[0], v[1], v[2])
+
+
+_ROOT_BITS = 140
+"""Twice the bits of a root before it is rounded, and more than a few."""
+
+
+def _over_root(top: int, square: int) -> float:
+    """Return top / sqrt(square), the nearest float; |top| <= sqrt(square)."""
+    if not top:
+        return 0.0
+    shift = _ROOT_BITS + square.bit_length() - 2 * top.bit_length()
+    shift += shift % 2
+    found, rest = divmod(top * top << shift, square)
+    root = math.isqrt(found)
+    # The last bit stands for all that follow
+    root = 2 * root + (rest != 0 or root * root != found)
+    return math.copysign(root / (1 << (shift // 2 + 1)), top)
 
 
 def half_space_bounds(surface: PlaneSurface, below: bool = True, above: bool = True) -> BoxEnds:

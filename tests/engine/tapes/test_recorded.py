@@ -194,6 +194,21 @@ def test_what_cannot_be_recorded_is_lowered_alone(monkeypatch):
     assert scene.first_hit((0, 0, 9), (0, 0, -1)).t == 8.0
 
 
+@pytest.mark.parametrize("motion", ["still", "shifted", "turned", "stretched"])
+@pytest.mark.parametrize("built", SOLIDS)
+def test_booleans_of_what_cannot_be_recorded(built, motion):
+    """Polyhedra, bounded and not, are lowered one by one, but the bodies that they are part of together."""
+    rng = random.Random(f"{built} {motion} planes")
+    shared = co.Polyhedron([(1.0, 0, 0), (0.5, 1.0, 0), (-1.0, -1.0, 0.25)], [1.0, 2.0, 3.0])
+    shapes = []
+    for _ in range(8):
+        own = co.Polyhedron([point(rng) for _ in range(4)], [size(rng) for _ in range(4)])
+        parts = [own, KINDS["Sphere"](rng), shared]
+        rng.shuffle(parts)
+        shapes.append(MOTIONS[motion](rng)(SOLIDS[built](rng, *parts)))
+    check([shape for shape in shapes for _ in range(4)], 0)
+
+
 def test_threads_may_record_at_once(monkeypatch):
     from concurrent.futures import ThreadPoolExecutor
 
