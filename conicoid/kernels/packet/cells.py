@@ -19,6 +19,8 @@ from .. import tables as table
 from ..body.cell import (
     MANY_PLANES,
     NO_PLACE,
+    STRIDE,
+    SURELY,
     PlaneSlab,
     SpanPair,
     clip_slab,
@@ -148,17 +150,9 @@ def plane_lanes(geometry: Geometry, lanes: Floats, lengths: Nearness, place: int
             lanes[OWN + i] = choose(lanes[START + i] == surface, 1.0, lanes[OWN + i])
 
 
-# Cells of many planes
+# Cells of many planes: as for single rays (`slab_of`), planes that surely do not cut are passed over
 #
-# A plane is passed over where it surely does not cut the slab of a lane so far: the plane's value, linear along the
-# ray, is on the inner side at both ends by a margin. The margin covers rounding, and the doubt about the order of
-# crossings. While the planes of a cell cut, row C has the share of a lane in the margin, and row FOOT 1 if the lane
-# needs no plane.
-
-_STRIDE = 32
-"""Every so manieth plane cuts first, so that few others cut at all."""
-_SURELY = 2.0**-47
-"""More than the relative rounding of the value of a plane at a point of a ray, as a share of the sizes."""
+# While the planes of a cell cut, row C has a lane's share of the margin, and row FOOT 1 if the lane needs no plane.
 
 
 @inline
@@ -168,7 +162,7 @@ def _put_margin(lanes: Floats, i: Any, lengths: Nearness) -> None:
     ox, oy, oz, dx, dy, dz = lane_line(lanes, i)
     t_in, t_out = lanes[T_IN + i], lanes[T_OUT + i]
     along, far = abs(dx) + abs(dy) + abs(dz), max(abs(t_in), abs(t_out))
-    lanes[C + i] = along * off + _SURELY * ((abs(ox) + abs(oy) + abs(oz)) + along * far)
+    lanes[C + i] = along * off + SURELY * ((abs(ox) + abs(oy) + abs(oz)) + along * far)
     lanes[FOOT + i] = 1.0 if t_in > t_out + off else 0.0
 
 
@@ -182,7 +176,7 @@ def _lanes_to_cut(lanes: Floats, plane: PlaneRecord, inner: bool, first: int, la
     sense = 1.0 if inner else -1.0
     nx, ny, nz = sense * plane.nx, sense * plane.ny, sense * plane.nz
     offset = (nx * plane.ax + ny * plane.ay + nz * plane.az) - sense * plane.above
-    margin = _SURELY * ((abs(plane.ax) + abs(plane.ay) + abs(plane.az)) + abs(plane.above))
+    margin = SURELY * ((abs(plane.ax) + abs(plane.ay) + abs(plane.az)) + abs(plane.above))
     some = 0
     for i in range(first, last):
         height = (nx * lanes[OX + i] + ny * lanes[OY + i] + nz * lanes[OZ + i]) - offset
@@ -200,7 +194,7 @@ def _many_planes(
     geometry: Geometry, lanes: Floats, lengths: Nearness, begin: int, end: int, first: int, last: int
 ) -> None:
     """Cut the lanes' slabs by planes of a cell: a few first, and then those that may cut; few lanes one by one."""
-    for place in range(begin, end, _STRIDE):
+    for place in range(begin, end, STRIDE):
         plane_lanes(geometry, lanes, lengths, place, first, last)
     for i in range(first, last):
         _put_margin(lanes, i, lengths)
@@ -208,7 +202,7 @@ def _many_planes(
         surface = integer(geometry, table.PLANE_SURFACE, place)
         row, inner = integer(geometry, table.SURFACE_ROW, surface), plane_side(geometry, place) > 0
         plane = load_plane(geometry, row)
-        some = 0 if (place - begin) % _STRIDE == 0 else _lanes_to_cut(lanes, plane, inner, first, last)
+        some = 0 if (place - begin) % STRIDE == 0 else _lanes_to_cut(lanes, plane, inner, first, last)
         if 4 * some > last - first:
             plane_lanes(geometry, lanes, lengths, place, first, last)
             for i in range(first, last):

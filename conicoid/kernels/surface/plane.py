@@ -79,28 +79,6 @@ def plain_plane(plane: PlaneRecord, line: RayLine) -> tuple[float, float, bool, 
     return height, rate, (abs(rate) < OBLIQUE * size) | (abs(height) < OBLIQUE * reach), size == 0.0
 
 
-_SURELY = 2.0**-48
-"""More than the relative rounding of the value of a plane at a point of a ray, as a share of its terms."""
-
-
-@inline
-def is_surely_beside(plane: PlaneRecord, line: RayLine, inner: bool, t_in: float, t_out: float, off: float) -> bool:
-    """True if a plane surely does not cut a span of a ray: both ends are on its inner side, `off` away at least.
-
-    The value is linear along the ray, so all between the ends is there too. False if an end is infinite. It costs a
-    fraction of `plane_on_ray`: of the thousands of faces of a polyhedron, few are near the ends of a span.
-    """
-    nx, ny, nz, over, ax, ay, az = plane
-    ox, oy, oz, dx, dy, dz = line
-    hx, hy, hz, gx, gy, gz = nx * (ox - ax), ny * (oy - ay), nz * (oz - az), nx * dx, ny * dy, nz * dz
-    height, rate = (hx + hy + hz) + over, gx + gy + gz
-    far = max(abs(t_in), abs(t_out))
-    rounding = (abs(hx) + abs(hy) + abs(hz)) + (abs(over) + (abs(gx) + abs(gy) + abs(gz)) * far)
-    one, other = height + rate * t_in, height + rate * t_out
-    outward = max(one, other) if inner else max(-one, -other)
-    return outward < -(_SURELY * rounding + abs(rate) * off)
-
-
 @helper
 def careful_plane(plane: PlaneRecord, line: RayLine) -> tuple[float, float]:
     """Return (height, rate) computed in twice the precision and rounded once."""
