@@ -64,7 +64,7 @@ def count_tiles(add: Any) -> None:
     from conicoid.kernels.packet import frontier
     from conicoid.kernels.packet import traversal as packet_first
 
-    items_met, put_groups, group_in_ball = packet_first.items_met, packet_first.put_groups, packet_first.group_in_ball
+    items_met, put_groups, group_in_ball = packet_first.hit_items, packet_first.put_groups, packet_first.group_in_ball
     put_children, put_balls = frontier.put_children, frontier.put_balls
 
     @inline
@@ -92,7 +92,7 @@ def count_tiles(add: Any) -> None:
         add(GROUP, 1)
         return group_in_ball(lanes, group, x, y, z, r)
 
-    packet_first.items_met = frontier.items_met = counted_items
+    packet_first.hit_items = frontier.hit_items = counted_items
     packet_first.put_groups, packet_first.group_in_ball = counted_groups, counted_group
     frontier.put_children, frontier.put_balls = counted_children, counted_balls
 
@@ -104,7 +104,7 @@ def count_packets(add: Any) -> None:
     from conicoid.kernels.packet import packet
     from conicoid.kernels.packet import traversal as packet_first
 
-    boxes_met, balls_in_beam = walk.boxes_met, packet_first.balls_in_beam
+    boxes_met, balls_in_beam = walk.hit_boxes, packet_first.balls_in_beam
     lanes_in_ball, ball_lanes = packet.lanes_in_ball_from_one, packet.ball_lanes  # camera rays share their origin
 
     @inline
@@ -127,7 +127,7 @@ def count_packets(add: Any) -> None:
         add(LANES, (last - first) >> 3)
         ball_lanes(lanes, sphere, surface, entry, body, first, last)
 
-    walk.boxes_met, packet_first.balls_in_beam = counted_boxes, counted_leaf
+    walk.hit_boxes, packet_first.balls_in_beam = counted_boxes, counted_leaf
     packet.lanes_in_ball_from_one, packet.ball_lanes = counted_ball, counted_lanes
 
 
@@ -137,7 +137,7 @@ def count_streams(add: Any) -> None:
     from conicoid.kernels import first_hits as kernels
     from conicoid.kernels import stream
 
-    put_on_lists, rays_in_balls, balls_met = stream.put_on_lists, stream.rays_in_balls, stream.balls_met
+    put_on_lists, rays_in_balls, balls_met = stream.put_on_lists, stream.rays_in_balls, stream.hit_balls
     meet, put_pair = stream.intersect_item, stream.put_pair
 
     @inline
@@ -166,7 +166,7 @@ def count_streams(add: Any) -> None:
         return meet(geometry, scratch, item, sphere, ray, inverse, best)
 
     stream.put_on_lists, stream.rays_in_balls = counted_list, counted_eight
-    stream.balls_met = kernels.balls_met = counted_balls
+    stream.hit_balls = kernels.hit_balls = counted_balls
     stream.intersect_item = kernels.intersect_item = counted_meet
     stream.put_pair = counted_pair
 
@@ -211,9 +211,9 @@ def costs() -> dict[int, float]:
     from conicoid.kernels.ray import Ray
     from conicoid.kernels.surface.quadric import SphereRecord
 
-    boxes_met, balls_in_beam = walk.boxes_met, packet_first.balls_in_beam
+    boxes_met, balls_in_beam = walk.hit_boxes, packet_first.balls_in_beam
     lanes_in_ball, group_in_ball = packet.lanes_in_ball_from_one, packet_first.group_in_ball
-    ball_lanes, put_on_lists, balls_met = packet.ball_lanes, stream.put_on_lists, stream.balls_met
+    ball_lanes, put_on_lists, balls_met = packet.ball_lanes, stream.put_on_lists, stream.hit_balls
     questions: dict[int, tuple[Any, float]] = {
         NODE: (lambda f, r, n, c, k: boxes_met(f, k, r, 0, n), 1),
         LEAF: (lambda f, r, n, c, k: balls_in_beam(f, k, 8, 8, r, 0, n), 1),

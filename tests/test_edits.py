@@ -218,7 +218,7 @@ def test_a_slider_changes_one_body_as_the_whole_file_would():
             assert [new is old for new, old in zip(changed.bodies, scene.bodies, strict=True)].count(False) == (
                 1 if number["path"][0] == "bodies" else 2
             )
-            assert changed._before is scene._prepared
+            assert changed._previous is scene._prepared
 
 
 def test_preparing_tells_of_its_progress(worked_out):

@@ -571,15 +571,15 @@ def test_measures_of_unbounded_bodies():
 def test_check_says_what_it_has_not_looked_for(tmp_path):
     found = co.check(co.Sphere(), rays=500)
     assert found == []
-    assert found.not_looked_for == ("undefined regions (the scene has no domain for its bodies to fill)",)
+    assert found.omissions == ("undefined regions (the scene has no domain for its bodies to fill)",)
     assert repr(found).startswith("Findings([], not looked for: undefined regions (the scene has no domain")
-    assert str(found).splitlines() == ["nothing found", f"not looked for: {found.not_looked_for[0]}"]
-    assert pickle.loads(pickle.dumps(found)).not_looked_for == found.not_looked_for
-    assert copy.copy(found).not_looked_for == found.not_looked_for
+    assert str(found).splitlines() == ["nothing found", f"not looked for: {found.omissions[0]}"]
+    assert pickle.loads(pickle.dumps(found)).omissions == found.omissions
+    assert copy.copy(found).omissions == found.omissions
     none = co.check(co.Scene([], domain=co.Sphere() & co.Sphere(1, (5, 0, 0))), rays=500)
-    assert none.not_looked_for == ("undefined regions (the scene's domain is empty)",)
+    assert none.omissions == ("undefined regions (the scene's domain is empty)",)
     whole = co.check(co.Scene(co.Sphere(), domain=co.Sphere()), rays=500)
-    assert (whole, whole.not_looked_for, repr(whole)) == ([], (), "Findings([])")
+    assert (whole, whole.omissions, repr(whole)) == ([], (), "Findings([])")
     assert isinstance(whole, co.checks.Findings)
 
 

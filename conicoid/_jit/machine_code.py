@@ -50,7 +50,7 @@ SHIPPED: Any = _load_extension()
 """The extension module, or None: then kernels are compiled at their first call."""
 
 
-def _ask_for_compiler() -> None:
+def _require_compiler() -> None:
     """Raise ImportError if no compiler is installed."""
     from importlib.util import find_spec
 
@@ -60,7 +60,7 @@ def _ask_for_compiler() -> None:
 
 
 if SHIPPED is None:
-    _ask_for_compiler()
+    _require_compiler()
 
 
 def entry(name: str) -> Callable[..., Any] | None:

@@ -110,11 +110,11 @@ class Suggestions:
     """Suggestions for misspelt names of one file; none after many, since only the first are read."""
 
     def __init__(self) -> None:
-        self.left = MAX_COMPARISONS
+        self.budget = MAX_COMPARISONS
 
     def __call__(self, name: str, known: Collection[str]) -> str:
         """Return a suggestion in brackets, or the list of known names if that is short; else ""."""
-        if len(known) > self.left:
+        if len(known) > self.budget:
             return ""
-        self.left -= len(known)
+        self.budget -= len(known)
         return suggest_name(name, known)

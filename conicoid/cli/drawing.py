@@ -44,7 +44,7 @@ def previews(bar: Bar, path: Path | None, developed: Callable[[Any], Any]) -> Ca
                 from ..io.images.codecs import render_half_blocks
 
                 bar.picture = render_half_blocks(
-                    developed(image)._shown, bar.console.width, max(1, bar.console.height - 3)
+                    developed(image)._display_light, bar.console.width, max(1, bar.console.height - 3)
                 )
         elif path is not None:
             developed(image).save(path)

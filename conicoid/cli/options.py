@@ -186,12 +186,12 @@ Results = Annotated[
 ]
 
 
-def only_with(context: typer.Context, other: str, given: bool, *names: str) -> None:
+def only_with(context: typer.Context, other: str, is_set: bool, *names: str) -> None:
     """Raise ValueError for options that would be ignored, because they go with `other` alone."""
     for name in names:
         # An equal default is no mistake, so the source of the value decides
         source = context.get_parameter_source(name)
-        if not given and source is not None and source.name != "DEFAULT":
+        if not is_set and source is not None and source.name != "DEFAULT":
             option = "--" + name.replace("_", "-")
             raise ValueError(f"{context.info_name}: {option} goes with {other}; it would be ignored")
 

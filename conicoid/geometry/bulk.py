@@ -206,10 +206,10 @@ def _to_python(value: Any) -> Any:
     return tuple(plain) if isinstance(plain, list) else plain
 
 
-def _count_rows(owner: str, given: dict[str, FloatArray], columns: dict[str, tuple[str, ...]]) -> int:
+def _count_rows(owner: str, arrays: dict[str, FloatArray], columns: dict[str, tuple[str, ...]]) -> int:
     """Return the number of bodies of some arrays: 1 if each of them has the numbers of a single body."""
     counts: dict[str, int] = {}
-    for name, values in given.items():
+    for name, values in arrays.items():
         width = len(columns[name])
         own = 1 if width == 1 else 2
         if values.size == 0 and values.ndim <= own:

@@ -145,7 +145,7 @@ class ConicWall:
         hollow = (self.radius > 0) == above
         far = -1 if self.radius > 0 else 1  # the sense of a plane whose far side is in the hollow
         if hollow:
-            beyond = self.rim if self.has_ring else self._needed(reach)
+            beyond = self.rim if self.has_ring else self._closing_height(reach)
             if beyond is None:
                 return [self.bowl()], []
             return [Any_((self.bowl(), Cell((self._flat(far, beyond),))))], []
@@ -156,7 +156,7 @@ class ConicWall:
         """Return the plane of the ring, or the one through the centre."""
         return Face(axial_plane(sense, height), self.ring if self.has_ring else self.hidden, self.ring_uv)
 
-    def _needed(self, reach: Any) -> ex.BigFloat | None:
+    def _closing_height(self, reach: Any) -> ex.BigFloat | None:
         """Return the height from which on an ellipsoid closes again, if the solid goes so far; else None."""
         if self.conic <= -1:
             return None

@@ -14,8 +14,8 @@ from .._util.names import describe_names
 from .._util.validation import describe_kind, format_value
 from .body import Body, bodies_table
 from .bulk import Bulk, Spheres
+from .instance_edits import EditedInstances, InstanceOrigins, collect_instances
 from .instances import InstanceList
-from .instances_edited import EditedInstances, InstanceOrigins, collect_instances
 from .shape import Boolean, Shape, Solid
 from .tracks import BodyTrack
 
@@ -343,13 +343,13 @@ def insert_entries(bodies: Bodies, place: int, items: Sequence[Body]) -> Bodies:
     return Entries((*bodies[:place], *items, *bodies[place:]))
 
 
-def remove_entries(bodies: Bodies, gone: set[int]) -> Bodies:
-    """Return the entries without those at the indices `gone`."""
+def remove_entries(bodies: Bodies, indices: set[int]) -> Bodies:
+    """Return the entries without those at some `indices`."""
     if isinstance(bodies, InstanceList):
-        edited = InstanceOrigins.of(bodies).without(sorted(gone)).bodies()
+        edited = InstanceOrigins.of(bodies).without(sorted(indices)).bodies()
         if edited is not None:
             return edited
-    return Entries(body for number, body in enumerate(bodies) if number not in gone)
+    return Entries(body for number, body in enumerate(bodies) if number not in indices)
 
 
 def share_equal_bodies(old: Bodies, new: Bodies) -> Bodies:

@@ -44,14 +44,14 @@ class ShiftTable:
         x, y, z = (values[at] for values, at in zip(self.values, self.index[:, number].tolist(), strict=True))
         return x, y, z
 
-    def away(self, number: int) -> FloatArray:
+    def offsets_from(self, number: int) -> FloatArray:
         """Return the offsets (n, 3) of all items from one of them, each rounded once."""
         base, offsets = self.of(number), np.empty((self.index.shape[1], 3))
         for axis, values in enumerate(self.values):
             offsets[:, axis] = np.array([float(value - base[axis]) for value in values])[self.index[axis]]
         return offsets
 
-    def chosen(self, numbers: Any) -> ShiftTable:
+    def select(self, numbers: Any) -> ShiftTable:
         """Return the shifts of some of the items."""
         return ShiftTable(self.values, self.index[:, numbers])
 
@@ -63,7 +63,7 @@ class InstanceList(Sequence[Body], ABC):
         self.kinds, self.shifts, self.materials = kinds, shifts, tuple(materials)
         self.looks = kinds
         """The index of each body's material: that of its kind, unless an edit changes it."""
-        self.alone: dict[tuple[int, ...], FloatArray] = {}
+        self.single_columns: dict[tuple[int, ...], FloatArray] = {}
         """(kind, indices of the shift) -> numbers of a body lowered by itself; edited lists share the cache."""
         self._firsts: dict[int, Solid] = {}
         self._shapes: OrderedDict[int, Solid] = OrderedDict()
@@ -73,17 +73,17 @@ class InstanceList(Sequence[Body], ABC):
         return bodies_table(self)
 
     @abstractmethod
-    def made(self, kind: int, shift: Shift) -> Solid:
+    def shape_at(self, kind: int, shift: Shift) -> Solid:
         """Return the shape of a kind at a place: the kind's shape with every surface moved and then rounded."""
 
     def motion(self, kind: int) -> Motion:
-        """Return the motion of a kind after the shift, which the shapes of `made` have."""
+        """Return the motion of a kind after the shift, which the shapes of `shape_at` have."""
         del kind
         return IDENTITY_MOTION
 
-    def before(self, kind: int, shift: Shift) -> Solid:
+    def unrotated_shape(self, kind: int, shift: Shift) -> Solid:
         """Return the shape of a kind at a place, before its motion."""
-        return self.made(kind, shift)
+        return self.shape_at(kind, shift)
 
     @abstractmethod
     def name(self, number: int) -> str:
@@ -110,11 +110,11 @@ class InstanceList(Sequence[Body], ABC):
         kind = int(self.kinds[number])
         if number == self.members[kind][0]:
             if kind not in self._firsts:
-                self._firsts[kind] = self.made(kind, self.shifts.of(number))
+                self._firsts[kind] = self.shape_at(kind, self.shifts.of(number))
             return self._firsts[kind]
         shape = self._shapes.get(number)
         if shape is None:
-            shape = self._shapes[number] = self.made(kind, self.shifts.of(number))
+            shape = self._shapes[number] = self.shape_at(kind, self.shifts.of(number))
             if len(self._shapes) > _SHAPE_CACHE_SIZE:
                 self._shapes.popitem(last=False)
         return shape
@@ -125,14 +125,14 @@ class InstanceList(Sequence[Body], ABC):
         return group_by_kind(self.kinds)
 
     @property
-    def seen(self) -> list[Ints]:
+    def bodies_by_material(self) -> list[Ints]:
         """For each material the numbers of its bodies, ascending."""
         return self.members
 
     @cached_property
     def distinct_materials(self) -> tuple[Any, ...]:
         """The different materials, in the order of the first body of each."""
-        firsts = sorted((int(numbers[0]), look) for look, numbers in enumerate(self.seen) if len(numbers))
+        firsts = sorted((int(numbers[0]), look) for look, numbers in enumerate(self.bodies_by_material) if len(numbers))
         return tuple(dict.fromkeys(self.materials[look] for _, look in firsts))
 
     @cached_property
@@ -142,7 +142,7 @@ class InstanceList(Sequence[Body], ABC):
         for numbers in self.members:
             if len(numbers):
                 low, high = self.shape(int(numbers[0])).bounds
-                offsets = self.shifts.chosen(numbers).away(0)
+                offsets = self.shifts.select(numbers).offsets_from(0)
                 offsets = transform_offsets(offsets, self.motion(int(self.kinds[numbers[0]])))
                 # More than the rounding error of offsets and sums
                 slack = 2.0**-50 * (np.abs(offsets).max() + _finite_sizes(low) + _finite_sizes(high))
@@ -201,7 +201,7 @@ class InstanceList(Sequence[Body], ABC):
         return f"<{len(self):,} bodies>"
 
     def __getstate__(self) -> dict[str, Any]:
-        return {**self.__dict__, "alone": {}, "_firsts": {}, "_shapes": OrderedDict()}
+        return {**self.__dict__, "single_columns": {}, "_firsts": {}, "_shapes": OrderedDict()}
 
 
 def group_by_kind(kinds: Ints) -> list[Ints]:
@@ -211,9 +211,9 @@ def group_by_kind(kinds: Ints) -> list[Ints]:
     return np.split(order, ends[:-1]) if len(ends) else []
 
 
-def transform_offsets(away: FloatArray, motion: Motion) -> FloatArray:
-    """Return the offsets (n, 3) in the world of items with the offsets `away` before a motion."""
-    return away if motion.is_identity else away @ motion.matrix[:3, :3].T
+def transform_offsets(offsets: FloatArray, motion: Motion) -> FloatArray:
+    """Return the offsets (n, 3) in the world of items with some `offsets` before a motion."""
+    return offsets if motion.is_identity else offsets @ motion.matrix[:3, :3].T
 
 
 def _finite_sizes(ends: FloatArray) -> FloatArray:

@@ -111,7 +111,7 @@ class Labels:
             tuple(each for each, count in zip(solid, counts, strict=True) for _ in range(count)),
         )
 
-    def of_only(self, numbers: Any) -> Labels:
+    def select(self, numbers: Any) -> Labels:
         """Return the labels of the entries that some numbers belong to."""
         rows = np.unique(self._rows(np.unique(numbers)))
         rows = rows[rows >= 0].tolist()
@@ -231,7 +231,7 @@ class InstanceLabels(Labels):
             """For each body, True if it is a solid."""
             return tuple(np.array(self.bodies.solid)[self.bodies.looks].tolist())
 
-    def of_only(self, numbers: Any) -> Labels:
+    def select(self, numbers: Any) -> Labels:
         """Return the labels of the entries that some numbers belong to."""
         rows = np.unique(numbers)
         rows = rows[rows >= 0].astype(np.int64)

@@ -402,14 +402,14 @@ def _substitute_rows(matrix: Symmetric, rows: Iterable[ex.Row], shift: Iterable[
 class _PlacedQuadric:
     """A quadric in the world, its matrix with the signs of `BY_SIGNS`.
 
-    `null` spans the kernel of A. `still` is True if the matrix is exact, as without a motion or after a translation.
+    `null` spans the kernel of A. `is_exact` is True if the matrix is exact, as without a motion or after a translation.
     """
 
     kind: str
     sense: int
     matrix: Symmetric
     null: list[list[Fraction]]
-    still: bool
+    is_exact: bool
 
     def classification(self) -> Classification:
         inside = SIDES[self.kind][self.sense < 0]
@@ -422,13 +422,15 @@ class _PlacedQuadric:
         same = self._equal(squares)
         kind = self.kind
         if kind in (SPHERE, ELLIPSOID):
-            kind = SPHERE if (_is_scalar(self.matrix) if self.still else _all_equal(squares)) else ELLIPSOID
+            kind = SPHERE if (_is_scalar(self.matrix) if self.is_exact else _all_equal(squares)) else ELLIPSOID
         order = self._order(squares, same)
         axes = self._axes([rows[k] for k in order])
         measures = self._measures([abs(squares[k]) for k in order])
         if kind == SPHERE:
             measures = measures[:1]
-        center = ex.exact_row(self._center) if self.still else _denoise_point(self._center, max([ex.ZERO, *measures]))
+        center = (
+            ex.exact_row(self._center) if self.is_exact else _denoise_point(self._center, max([ex.ZERO, *measures]))
+        )
         return Classification(
             kind,
             inside,
@@ -474,7 +476,7 @@ class _PlacedQuadric:
         """Return True if two nonzero eigenvalues are equal."""
         if len(self.null) > 1 or self.kind in DEGENERATE:
             return False
-        if self.still:
+        if self.is_exact:
             return rational.has_equal_eigenvalues([row[:3] for row in self.matrix[:3]])
         nonzero = [s for s in squares if s]
         largest = max(abs(s) for s in nonzero)

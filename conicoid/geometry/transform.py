@@ -352,7 +352,7 @@ class Motion:
         first = self.steps[0] if len(self.steps) == 1 else None
         return first.offset if isinstance(first, Translate) else None
 
-    def _before(self, name: str) -> tuple[Any, Any]:
+    def _last_factor(self, name: str) -> tuple[Any, Any]:
         """Return (a product of the motion that this one extends, or None if unknown; the motion that follows)."""
         known, other = self.__dict__.get("_parts", ({}, None))
         return known.get(name), other
@@ -360,7 +360,7 @@ class Motion:
     @cached_property
     def affine(self) -> Affine:
         """The product of all steps as (3 rows, translation), in 3000 bits."""
-        before, other = self._before("affine")
+        before, other = self._last_factor("affine")
         if before is not None:
             return _compose_affine(before, other.affine)
         return functools.reduce(_compose_affine, (step.forth_and_back[0] for step in self.steps), _IDENTITY_AFFINE)
@@ -368,7 +368,7 @@ class Motion:
     @cached_property
     def inverse(self) -> Affine:
         """The inverse map as (3 rows, translation), in 3000 bits."""
-        before, other = self._before("inverse")
+        before, other = self._last_factor("inverse")
         if before is not None:
             return _compose_affine(other.inverse, before)
         return functools.reduce(
@@ -378,7 +378,7 @@ class Motion:
     @cached_property
     def similarity(self) -> ex.BigFloat | None:
         """The factor by which all lengths change if each step is a similarity by itself; else None."""
-        before, other = self._before("similarity")
+        before, other = self._last_factor("similarity")
         factors = [before, other.similarity] if before is not None else [step.similarity() for step in self.steps]
         result = ex.ONE
         for factor in factors:
@@ -390,7 +390,7 @@ class Motion:
     @cached_property
     def reach(self) -> Reach:
         """Bounds in floats, for `check`."""
-        before, other = self._before("reach")
+        before, other = self._last_factor("reach")
         if before is not None:
             return Reach.then(before, other.reach)
         return functools.reduce(Reach.then, (step.reach() for step in self.steps), IDENTITY_REACH)

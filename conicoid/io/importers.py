@@ -104,7 +104,7 @@ class BodyLimits(NamedTuple):
     """Most bodies of an import. Translated copies take a seventh of the memory of others, and next to no time."""
 
     bodies: int
-    alone: int  # bodies that are no translated copies
+    singles: int  # bodies that are no translated copies
 
     @classmethod
     def of(cls, max_bodies: int | None) -> BodyLimits:

@@ -257,7 +257,7 @@ class NpzArchive:
 
     def __init__(self, file: BinaryIO) -> None:
         self.size = os.fstat(file.fileno()).st_size
-        self.left = FREE_BYTES + MAX_COMPRESSION * self.size  # bytes that compressed arrays may still take
+        self.budget = FREE_BYTES + MAX_COMPRESSION * self.size  # bytes that compressed arrays may still take
         bounded = _BoundedFile(file)
         try:
             self.zip = zipfile.ZipFile(bounded)
@@ -271,21 +271,21 @@ class NpzArchive:
                 raise ValueError(f"is not a .npz file (it holds {printable(name[:60])!r} twice)")
             self.members[name] = info
 
-    def arrays(self, wanted: Collection[str], flags: Collection[str] = ()) -> dict[str, FloatArray]:
-        """Return those of the `wanted` arrays that the file has, as float64.
+    def arrays(self, names: Collection[str], flags: Collection[str] = ()) -> dict[str, FloatArray]:
+        """Return those of the arrays `names` that the file has, as float64.
 
         Arrays in `flags` may also be booleans, which NumPy writes as bytes 0 or 1. Raise ValueError, with the name of
         the array, if one is not of numbers or too large.
         """
         arrays = {}
-        for name in wanted:
+        for name in names:
             if name in self.members:
-                with self.named(name):
+                with self.naming(name):
                     arrays[name] = read_npy_values(*self.open(name, True, name in flags))
         return arrays
 
     @contextlib.contextmanager
-    def named(self, name: str) -> Iterator[None]:
+    def naming(self, name: str) -> Iterator[None]:
         """Turn every error of an array into a ValueError with its name."""
         try:
             yield
@@ -321,8 +321,8 @@ class NpzArchive:
     def _charge(self, info: zipfile.ZipInfo, header: ArrayHeader) -> None:
         """Raise RefusedArrayError if the compressed arrays of a file become too large for a file of its size."""
         if info.compress_type != zipfile.ZIP_STORED:
-            self.left -= header.count * 8
-        if self.left < 0:
+            self.budget -= header.count * 8
+        if self.budget < 0:
             most = (FREE_BYTES + MAX_COMPRESSION * self.size) / 2**30
             size = header.count * 8 / 2**30
             raise RefusedArrayError(f"unpacks to {size:,.1f} GiB, a file of this size may hold at most {most:,.2f} GiB")

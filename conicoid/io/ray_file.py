@@ -99,9 +99,9 @@ class RayFile:
                 raise ValueError(f"rays must be numbers of shape (..., 6), {', '.join(RAY_COLUMNS)}; got {table}")
             return table.shape[:-1]
         if not {_ORIGINS, _DIRECTIONS} <= set(headers):
-            names = printable(", ".join((*headers, *self._source.others)))[:120] or "nothing"
+            names = printable(", ".join((*headers, *self._source.other_columns)))[:120] or "nothing"
             raise ValueError(f"must hold the arrays origins and directions (and t_min, t_max), got {names}")
-        for name in self._source.others:
+        for name in self._source.other_columns:
             if meant := closest_name(name, _USER_ARRAYS):
                 raise ValueError(f"unknown array {printable(name)[:60]!r} (did you mean {meant!r}?)")
         for name, header in headers.items():
@@ -166,8 +166,8 @@ class RayFile:
         with self._errors():
             if self._count <= 0 and not any(True for _ in self._pieces(1, 0)):
                 yield f"{self.path}: holds no rays"
-        if self._source.others:
-            names = format_list([printable(name) for name in self._source.others], 5)
+        if self._source.other_columns:
+            names = format_list([printable(name) for name in self._source.other_columns], 5)
             yield f"{self.path}: not read: {names}; arrays of rays are {', '.join(_USER_ARRAYS)}"
 
     def read(self) -> TimedRays:

@@ -251,7 +251,7 @@ def _decode_hits(arrays: dict[str, Any], path: str | os.PathLike[str]) -> Hits:
     turn = np.where(flags["entering"], 2, 1).astype(np.int8)
     state = {
         "rays": decode_rays(arrays),
-        "_found": HitBuffers(arrays["t"].ravel(), ints["body"].ravel(), nothing, nothing, turn),
+        "_buffers": HitBuffers(arrays["t"].ravel(), ints["body"].ravel(), nothing, nothing, turn),
         "_doubtful": np.flatnonzero(flags["doubtful"]),
         "_faces": np.stack([ints[name].ravel() for name in ("surface", "face", "side")]),
         "_points": arrays["point"].reshape(-1, 3),

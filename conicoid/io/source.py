@@ -43,7 +43,7 @@ class Source(Protocol):
     """
 
     headers: dict[str, ArrayHeader]
-    others: tuple[str, ...]
+    other_columns: tuple[str, ...]
 
     def rows(self, names: Collection[str], axes: int, most: int | None, skip: int) -> Iterator[Rows]:
         """Yield the rows of some arrays from row `skip` on, `most` at a time or all at once for None, as float64.
@@ -87,7 +87,7 @@ def open_source(path: Path, names: Collection[str], columns: Sequence[str], whol
 class NpySource:
     """A .npy file: one array."""
 
-    others: tuple[str, ...] = ()
+    other_columns: tuple[str, ...] = ()
 
     def __init__(self, path: Path, names: Collection[str], columns: Sequence[str]) -> None:
         self._path = path
@@ -125,11 +125,11 @@ class NpzSource:
         self._path = path
         with open_regular(path) as file:
             archive = NpzArchive(file)
-            self.others = tuple(name for name in archive.members if name not in names)
+            self.other_columns = tuple(name for name in archive.members if name not in names)
             self.headers = {}
             for name in archive.members:
                 if name in names:
-                    with archive.named(name):
+                    with archive.naming(name):
                         self.headers[name] = archive.open(name, whole)[1]
 
     def rows(self, names: Collection[str], axes: int, most: int | None, skip: int) -> Iterator[Rows]:
@@ -137,16 +137,16 @@ class NpzSource:
         with open_regular(self._path) as file:
             archive, rows = NpzArchive(file), {}
             for name in names:
-                with archive.named(name):
+                with archive.naming(name):
                     rows[name] = ArrayRows(*archive.open(name, not axes), axes, skip)
             for begin, end in row_ranges(next(iter(rows.values())).count, most, skip):
                 piece = {}
                 for name, array in rows.items():
-                    with archive.named(name):
+                    with archive.naming(name):
                         piece[name] = array.next(end - begin)
                 yield piece
             for name, array in rows.items():
-                with archive.named(name):
+                with archive.naming(name):
                     array.finish()
 
 
@@ -162,7 +162,7 @@ def row_ranges(count: int, most: int | None, skip: int) -> Iterator[tuple[int, i
 class CsvSource:
     """A .csv file: a table of given columns, whose number of rows is known at its end."""
 
-    others: tuple[str, ...] = ()
+    other_columns: tuple[str, ...] = ()
 
     def __init__(self, path: Path, names: Collection[str], columns: Sequence[str]) -> None:
         self._path, self._columns = path, tuple(columns)
@@ -193,7 +193,7 @@ def parquet_module() -> Any:
 class ParquetSource:
     """A .parquet file: a table of given columns, by their names or in this order, and columns that the caller knows."""
 
-    others: tuple[str, ...] = ()
+    other_columns: tuple[str, ...] = ()
 
     def __init__(self, path: Path, names: Collection[str], columns: Sequence[str]) -> None:
         module = parquet_module()
@@ -278,8 +278,8 @@ class ZarrSource:
             arrays: dict[str, Any] = {TABLE: found} if hasattr(found, "shape") else dict(found.arrays())
         except Exception as error:  # zarr raises what its stores and codecs raise
             raise ValueError(f"is not a folder of zarr ({_first_line(error)})") from None
-        self.others = tuple(name for name in arrays if name not in (TABLE, *names))
-        self._arrays = {name: array for name, array in arrays.items() if name not in self.others}
+        self.other_columns = tuple(name for name in arrays if name not in (TABLE, *names))
+        self._arrays = {name: array for name, array in arrays.items() if name not in self.other_columns}
         self.headers = {
             name: ArrayHeader(np.dtype(array.dtype).str, tuple(array.shape)) for name, array in self._arrays.items()
         }

@@ -141,7 +141,7 @@ class XmlTreeBuilder(DefusedExpatParser):  # type: ignore[misc]
     def __init__(self, **options: Any) -> None:
         self._parser: Any = None
         super().__init__(**options)
-        self.open: list[XmlElement] = []
+        self.stack: list[XmlElement] = []
         self.count = 0
 
     @property
@@ -157,7 +157,7 @@ class XmlTreeBuilder(DefusedExpatParser):  # type: ignore[misc]
         self._parser.CharacterDataHandler = self._text
 
     def _begin(self, name: str, attributes: dict[str, str]) -> None:
-        at, open_ones = self._parser, self.open
+        at, open_ones = self._parser, self.stack
         element = XmlElement(name, at.CurrentLineNumber, at.CurrentColumnNumber + 1, attributes)
         self.count += 1
         if self.count > MAX_ELEMENTS:
@@ -171,10 +171,10 @@ class XmlTreeBuilder(DefusedExpatParser):  # type: ignore[misc]
         open_ones.append(element)
 
     def _end(self, _: str) -> None:
-        self.open.pop()
+        self.stack.pop()
 
     def _text(self, data: str) -> None:
-        self.open[-1].pieces.append(data)
+        self.stack[-1].pieces.append(data)
 
 
 # XML files that include others by entities: `<!ENTITY materials SYSTEM "materials.xml">`, then `&materials;`.
@@ -203,7 +203,7 @@ class XmlEntityBuilder(XmlTreeBuilder):
     def __init__(self, path_of: Callable[[str], str], size: int, **options: Any) -> None:
         self.path_of, self.size = path_of, size
         self.declared: set[str] = set()
-        self.taken = self.depth = 0
+        self.bytes_read = self.depth = 0
         super().__init__(forbid_dtd=False, forbid_external=False, **options)
 
     def defused_entity_decl(
@@ -221,8 +221,8 @@ class XmlEntityBuilder(XmlTreeBuilder):
             return 1  # the external part of a document type
         outer, place = self._parser, self.place
         first = self._source.getSystemId()
-        self.taken += 1
-        if self.taken > MAX_XML_FILES or self.depth >= MAX_XML_FILE_DEPTH:
+        self.bytes_read += 1
+        if self.bytes_read > MAX_XML_FILES or self.depth >= MAX_XML_FILE_DEPTH:
             limit = f"takes in files more than {MAX_XML_FILES} times, or nested deeper than {MAX_XML_FILE_DEPTH} levels"
             raise SceneFileError(first, [Problem(*place, "", limit)])
         try:

@@ -18,7 +18,7 @@ from .._jit.machine_code import empty_array
 from .._util.arrays import FloatArray
 from .body.hit import DOUBTFUL, Hit, ResolvedHit, cull_limit, intersect_item, no_hit, resolve_hit, scale_hit, turn_of
 from .body.scratch import Scratch, new_scratch
-from .bvh.culling import LAST, balls_met, lowest_bit, prefetch, prefetch_to_write, store_eight
+from .bvh.culling import LAST, hit_balls, lowest_bit, prefetch, prefetch_to_write, store_eight
 from .bvh.walk import OWN_BEAM, leaf_at, leaf_ball, leaf_item, leaf_range, next_leaf, push_roots, put_beam, scene_tree
 from .packet.frontier import PACKETS, new_tile, note_sight, open_quarter, open_tile, prefetch_packet, tile_packet
 from .packet.lanes import (
@@ -65,7 +65,7 @@ def first_crossing(geometry: Geometry, scratch: Scratch, ray: Ray, blocks: Signs
         at, count = leaf_at(geometry, first), last - first
         for eight in range(0, count, 8):  # the balls around eight items are tested at once
             end = min(ray.t_max, cull_limit(best))
-            bits = balls_met(geometry.floats, at + eight, count, count - eight, ray, inverse, end)
+            bits = hit_balls(geometry.floats, at + eight, count, count - eight, ray, inverse, end)
             while bits != 0:
                 k = eight + lowest_bit(bits)
                 bits &= bits - 1

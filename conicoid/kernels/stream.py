@@ -21,7 +21,7 @@ from .body.hit import DOUBTFUL, Hit, ball_event, cull_limit, intersect_item, is_
 from .body.scratch import Scratch
 from .bvh.culling import (
     FROM_THE_START,
-    balls_met,
+    hit_balls,
     load_eight,
     lowest_bit,
     put_on_lists,
@@ -371,7 +371,7 @@ class Stream(NamedTuple):
     stack: Ints  # 4 each: code of a node or leaf, begin of its list, its number of rays, end of its siblings' lists
     keys: Floats  # (8,) distances of a node's children along the first ray
     counts: Ints  # (8,) rays that meet each child
-    asked: Any  # (136,) int64: tests of a leaf that culling left: 16 ray + place of the item
+    tests: Any  # (136,) int64: tests of a leaf that culling left: 16 ray + place of the item
     pairs: Pairs
     bodies: BodyQueue
 
@@ -518,7 +518,7 @@ def _descend(
 @inline
 def _sift(geometry: Geometry, stream: Stream, at: int, size: int, begin: int, left: int) -> int:
     """Write the tests of a leaf's items with the first eight rays of a list that culling leaves; return how many."""
-    lists, asked, count = stream.lists, stream.asked, 0
+    lists, asked, count = stream.lists, stream.tests, 0
     if left >= _SEVERAL:
         return rays_in_balls(geometry.floats, at, size, stream.rays, stream.more, lists, begin, left, asked)
     for j in range(begin, begin + left):
@@ -528,7 +528,7 @@ def _sift(geometry: Geometry, stream: Stream, at: int, size: int, begin: int, le
             continue
         ray, inverse = _ray(stream, k), stream.more[8 * k + INVERSE]
         for eight in range(0, size, 8):
-            bits = balls_met(geometry.floats, at + eight, size, size - eight, ray, inverse, reach)
+            bits = hit_balls(geometry.floats, at + eight, size, size - eight, ray, inverse, reach)
             while bits != 0:
                 asked[count] = k << 4 | eight + lowest_bit(bits)
                 bits &= bits - 1
@@ -546,7 +546,7 @@ def _meet(
     at, size = leaf_at(geometry, first), last - first
     for j in range(begin, begin + count, 8):
         for n in range(_sift(geometry, stream, at, size, j, begin + count - j)):
-            k, place = stream.asked[n] >> 4, stream.asked[n] & 15
+            k, place = stream.tests[n] >> 4, stream.tests[n] & 15
             if len(blocks) > 0 and blocks[leaf_entry(geometry, at, size, place)] == 0:
                 continue
             kind = leaf_kind(geometry, at, size, place)

@@ -47,14 +47,14 @@ class Dispersion:
         ValueError
             Outside of `range`, with the wavelength.
         """
-        w = check_wavelengths(self._called, wavelength)
+        w = check_wavelengths(self._label, wavelength)
         if self.range is not None and w.size:
             low, high = self.range
             # Rounding must not exclude the ends of the range.
             bad = w[(w < low * (1 - 1e-12)) | (w > high * (1 + 1e-12))]
             if bad.size:
                 raise ValueError(
-                    f"{self._called}: wavelength must be in [{low:g}, {high:g}] μm, where its index was measured, "
+                    f"{self._label}: wavelength must be in [{low:g}, {high:g}] μm, where its index was measured, "
                     f"got {bad.flat[0]:g}{_in_nanometres(bad.flat[0])}"
                 )
         return np.asarray(self._of(w))[()]
@@ -64,7 +64,7 @@ class Dispersion:
         raise NotImplementedError
 
     @property
-    def _called(self) -> str:
+    def _label(self) -> str:
         """Name for messages."""
         return self._title if self.name is None else f"{self._title} {self.name!r}"
 
@@ -491,17 +491,17 @@ class Glasses(Mapping[str, Dispersion]):
         return found
 
     @cached_property
-    def _known(self) -> dict[str, Dispersion]:
+    def _by_name(self) -> dict[str, Dispersion]:
         """Name -> index, of the ones used so far."""
         return {}
 
     def __getitem__(self, name: str) -> Dispersion:
-        if name not in self._known:
+        if name not in self._by_name:
             if not isinstance(name, str) or name not in self._factories:
                 close = closest_name(name, list(self._factories)) if isinstance(name, str) else ""
                 raise KeyError(f"unknown name {format_value(name)}{f' (did you mean {close!r}?)' if close else ''}")
-            self._known[name] = self._factories[name]()
-        return self._known[name]
+            self._by_name[name] = self._factories[name]()
+        return self._by_name[name]
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._factories)

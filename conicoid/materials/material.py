@@ -205,11 +205,11 @@ class Material:
         return f"{maker}({shown_fields})"
 
     @property
-    def exactly(self) -> str:
+    def exact_text(self) -> str:
         """Text of all fields, to the bit: equal for equal materials, whichever constructor made them."""
         fields = [getattr(self, field.name) for field in dataclasses.fields(self) if field.name != "properties"]
         assert isinstance(self.properties, Properties)
-        return f"{fields!r} {self.properties.written}"
+        return f"{fields!r} {self.properties.exact_text}"
 
 
 def _checked_transport(material: Material) -> dict[str, Any]:

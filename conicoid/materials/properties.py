@@ -94,7 +94,7 @@ class Properties(Mapping[str, Any]):
         return "{" + ", ".join(f"{name!r}: {_text(value, _SHOWN)}" for name, value in self._values.items()) + "}"
 
     @property
-    def written(self) -> str:
+    def exact_text(self) -> str:
         """Text of all values, however long: equal for values that are equal to the bit."""
         return ", ".join(f"{name!r}: {_text(value, None)}" for name, value in self._values.items())
 
@@ -189,7 +189,7 @@ def _hashed(value: Any) -> Any:
 def _text(value: Any, most: int | None) -> str:
     """Return the repr of a value; long arrays and lists are shortened if `most` is a number."""
     if isinstance(value, Properties):
-        return repr(value) if most is not None else "{" + value.written + "}"
+        return repr(value) if most is not None else "{" + value.exact_text + "}"
     if isinstance(value, np.ndarray) and (most is None or value.size <= most):
         return repr(value.tolist())
     if isinstance(value, np.ndarray):

@@ -177,17 +177,17 @@ class Root:
 
     of: IntegerQuadratic
     side: int
-    known: dict[int, RootInterval] = field(default_factory=dict, compare=False, repr=False)
+    intervals: dict[int, RootInterval] = field(default_factory=dict, compare=False, repr=False)
 
-    def within(self, bits: int) -> RootInterval:
+    def interval(self, bits: int) -> RootInterval:
         """Return an interval that surely holds the root, of `bits` bits, or as narrow as the coefficients allow."""
-        interval = self.known.get(bits)
+        interval = self.intervals.get(bits)
         if interval is None:
             interval = self._of_midpoints(bits)
             if self.of.rounded:
                 off = self._off(interval, bits)
                 interval = RootInterval(interval.low - off, interval.high + off, interval.unit, interval.resolution + 1)
-            self.known[bits] = interval
+            self.intervals[bits] = interval
         return interval
 
     def _of_midpoints(self, bits: int) -> RootInterval:
@@ -215,7 +215,7 @@ class Root:
         if self.name is not None and len(self.name) == 2:
             nearest = float(self)
             return nextafter(nearest, -inf), nextafter(nearest, inf)
-        return self.within(_FIRST_BITS).ends
+        return self.interval(_FIRST_BITS).ends
 
     @cached_property
     def name(self) -> tuple[int, ...] | None:
@@ -289,7 +289,7 @@ def compare_roots(x: Root, y: Root) -> int:
     # Exact roots without a common name differ, so more bits always separate them.
     bits, exact = _FIRST_BITS, x.name is not None and y.name is not None
     while True:
-        p, q = x.within(bits), y.within(bits)
+        p, q = x.interval(bits), y.interval(bits)
         if p.high * q.unit < q.low * p.unit:
             return -1
         if p.low * q.unit > q.high * p.unit:

@@ -69,40 +69,40 @@ class TracedFloat(_TracedComparison, Symbol):
 
     def _one(self, which: str, work: Callable[[float], float]) -> TracedFloat:
         """Return the result of an operation; compute and record it if it is new."""
-        result: TracedFloat | None = self.tape.made(which, self.register)
+        result: TracedFloat | None = self.tape.recorded_result(which, self.register)
         return self.tape.plain(which, work(self.value), self.register) if result is None else result
 
-    def _both(self, which: str, work: Callable[[float, float], float], a: Any, b: Any) -> TracedFloat:
+    def _binary(self, which: str, work: Callable[[float, float], float], a: Any, b: Any) -> TracedFloat:
         """Return the result of an operation with two operands."""
         first, second = self.tape.plain_of(a), self.tape.plain_of(b)
-        result: TracedFloat | None = self.tape.made(which, first.register, second.register)
+        result: TracedFloat | None = self.tape.recorded_result(which, first.register, second.register)
         if result is None:
             return self.tape.plain(which, work(first.value, second.value), first.register, second.register)
         return result
 
     def __add__(self, other: Any) -> Any:
-        return self._both("plain add", operator.add, self, other) if _is_plain(other) else self.exact() + other
+        return self._binary("plain add", operator.add, self, other) if _is_plain(other) else self.exact() + other
 
     def __radd__(self, other: Any) -> Any:
-        return self._both("plain add", operator.add, other, self) if _is_plain(other) else other + self.exact()
+        return self._binary("plain add", operator.add, other, self) if _is_plain(other) else other + self.exact()
 
     def __sub__(self, other: Any) -> Any:
-        return self._both("plain subtract", operator.sub, self, other) if _is_plain(other) else self.exact() - other
+        return self._binary("plain subtract", operator.sub, self, other) if _is_plain(other) else self.exact() - other
 
     def __rsub__(self, other: Any) -> Any:
-        return self._both("plain subtract", operator.sub, other, self) if _is_plain(other) else other - self.exact()
+        return self._binary("plain subtract", operator.sub, other, self) if _is_plain(other) else other - self.exact()
 
     def __mul__(self, other: Any) -> Any:
-        return self._both("plain multiply", operator.mul, self, other) if _is_plain(other) else self.exact() * other
+        return self._binary("plain multiply", operator.mul, self, other) if _is_plain(other) else self.exact() * other
 
     def __rmul__(self, other: Any) -> Any:
-        return self._both("plain multiply", operator.mul, other, self) if _is_plain(other) else other * self.exact()
+        return self._binary("plain multiply", operator.mul, other, self) if _is_plain(other) else other * self.exact()
 
     def __truediv__(self, other: Any) -> Any:
-        return self._both("plain divide", operator.truediv, self, other) if _is_plain(other) else self.exact() / other
+        return self._binary("plain divide", operator.truediv, self, other) if _is_plain(other) else self.exact() / other
 
     def __rtruediv__(self, other: Any) -> Any:
-        return self._both("plain divide", operator.truediv, other, self) if _is_plain(other) else other / self.exact()
+        return self._binary("plain divide", operator.truediv, other, self) if _is_plain(other) else other / self.exact()
 
     def __neg__(self) -> TracedFloat:
         return self._one("plain negate", operator.neg)
@@ -115,7 +115,7 @@ class TracedFloat(_TracedComparison, Symbol):
 
     def exact(self) -> TracedBig:
         """Return the same number as a `TracedBig`."""
-        result: TracedBig | None = self.tape.made("widen", self.register)
+        result: TracedBig | None = self.tape.recorded_result("widen", self.register)
         return self.tape.wide("widen", exact(self.value), self.register) if result is None else result
 
     def rounded(self) -> TracedFloat:
@@ -131,16 +131,16 @@ class TracedFloat(_TracedComparison, Symbol):
 
     def above_if(self, lost: Any) -> Any:
         """Return the next float above if the loss is positive, else the number itself."""
-        return self._both("above if", lambda value, less: _next_above(value) if less > 0 else value, self, lost)
+        return self._binary("above if", lambda value, less: _next_above(value) if less > 0 else value, self, lost)
 
     def larger(self, other: Any, first: bool = True) -> Any:
         """Return the larger of two floats; `first` is their order, which matters for signed zeros."""
         a, b = (self, other) if first else (other, self)
-        return self._both("greater", max, a, b)
+        return self._binary("greater", max, a, b)
 
     def leading(self, other: Any) -> Any:
         """Return the number itself, or another one if it is zero."""
-        return self._both("leading", lambda value, second: value or second, self, other)
+        return self._binary("leading", lambda value, second: value or second, self, other)
 
     def unit_sign(self) -> Any:
         """Return -1 for negative numbers, else 1."""
@@ -148,7 +148,7 @@ class TracedFloat(_TracedComparison, Symbol):
 
     def counted(self, value: Any) -> Any:
         """Return one more if the value is not zero."""
-        return self._both("count", lambda count, each: count + (1.0 if each else 0.0), self, value)
+        return self._binary("count", lambda count, each: count + (1.0 if each else 0.0), self, value)
 
     def choose(self, then: Any, otherwise: Any) -> Any:
         """Return the first of two numbers if this is 2 or more, else the second."""
@@ -222,13 +222,15 @@ class TracedBig(_TracedComparison, BigFloat, Symbol):  # type: ignore[misc]
 
     def _one(self, which: str, work: Callable[[BigFloat], BigFloat]) -> TracedBig:
         """Return the result of an operation; compute and record it if it is new."""
-        result: TracedBig | None = self.tape.made(which, self.register)
+        result: TracedBig | None = self.tape.recorded_result(which, self.register)
         return self.tape.wide(which, work(self.value), self.register) if result is None else result
 
-    def _both(self, which: str, work: Callable[[BigFloat, BigFloat], BigFloat], a: BigFloat, b: BigFloat) -> TracedBig:
+    def _binary(
+        self, which: str, work: Callable[[BigFloat, BigFloat], BigFloat], a: BigFloat, b: BigFloat
+    ) -> TracedBig:
         """Return the result of an operation with two operands."""
         first, second = self.tape.wide_of(a), self.tape.wide_of(b)
-        result: TracedBig | None = self.tape.made(which, first.register, second.register)
+        result: TracedBig | None = self.tape.recorded_result(which, first.register, second.register)
         if result is None:
             return self.tape.wide(which, work(first.value, second.value), first.register, second.register)
         return result
@@ -243,11 +245,11 @@ class TracedBig(_TracedComparison, BigFloat, Symbol):  # type: ignore[misc]
             for whole, part in ((self, other), (other, self)):
                 if whole.whole is not None and part is whole.less:  # (a - b) + b
                     return whole.whole
-        return self._both("add", operator.add, self, other)
+        return self._binary("add", operator.add, self, other)
 
     def is_negative_of(self, other: TracedBig) -> bool:
         """Return whether the number was made as the negative of another."""
-        return self.tape.made("negate", other.register) is self
+        return self.tape.recorded_result("negate", other.register) is self
 
     __radd__ = __add__
 
@@ -258,7 +260,7 @@ class TracedBig(_TracedComparison, BigFloat, Symbol):  # type: ignore[misc]
         # x - x is 0 on paper, whatever the value.
         if other is self:
             return bigfloat.ZERO
-        result = self._both("subtract", operator.sub, self, other)
+        result = self._binary("subtract", operator.sub, self, other)
         if isinstance(other, TracedBig):
             result.whole, result.less = self, other
         return result
@@ -267,7 +269,7 @@ class TracedBig(_TracedComparison, BigFloat, Symbol):  # type: ignore[misc]
         other = exact(other)
         if bigfloat.is_nothing(other):
             return -self
-        return self._both("subtract", operator.sub, other, self)
+        return self._binary("subtract", operator.sub, other, self)
 
     def __mul__(self, other: Any) -> BigFloat:
         other = exact(other)
@@ -285,7 +287,7 @@ class TracedBig(_TracedComparison, BigFloat, Symbol):  # type: ignore[misc]
                 for one, more in factor.factors:
                     if one is ratio.divisor:  # (a / b) (b c)
                         return ratio.whole * more
-        result = self._both("multiply", operator.mul, self, other)
+        result = self._binary("multiply", operator.mul, self, other)
         if isinstance(other, TracedBig):
             result.factors = (self, other), (other, self)
         return result
@@ -301,7 +303,7 @@ class TracedBig(_TracedComparison, BigFloat, Symbol):  # type: ignore[misc]
         other = exact(other)
         if not isinstance(other, TracedBig) and other == 1:
             return self
-        result = self._both("divide", operator.truediv, self, other)
+        result = self._binary("divide", operator.truediv, self, other)
         if isinstance(other, TracedBig):
             result.whole, result.divisor = self, other
         return result
@@ -310,7 +312,7 @@ class TracedBig(_TracedComparison, BigFloat, Symbol):  # type: ignore[misc]
         other = exact(other)
         if bigfloat.is_nothing(other):
             return bigfloat.ZERO
-        return self._both("divide", operator.truediv, other, self)
+        return self._binary("divide", operator.truediv, other, self)
 
     def __neg__(self) -> TracedBig:
         return self._one("negate", operator.neg)
@@ -336,7 +338,7 @@ class TracedBig(_TracedComparison, BigFloat, Symbol):  # type: ignore[misc]
 
     def rounded(self) -> TracedFloat:
         """Return the nearest float64."""
-        result: TracedFloat | None = self.tape.made("round", self.register)
+        result: TracedFloat | None = self.tape.recorded_result("round", self.register)
         return self.tape.plain("round", float(self.value), self.register) if result is None else result
 
     def root(self) -> TracedBig:
@@ -400,7 +402,7 @@ class Tape:
             self.code.append((which, register, a, b, 0))
         return result
 
-    def made(self, which: str, a: int, b: int = 0) -> Any:
+    def recorded_result(self, which: str, a: int, b: int = 0) -> Any:
         """Return the result of an operation, or None if it is not recorded."""
         return self._results.get((which, a, b, 0))
 
@@ -418,7 +420,7 @@ class Tape:
             self.wide_makers.append(len(self.code) - 1)
         return first, second
 
-    def given(self, value: BigFloat, column: int) -> TracedBig:
+    def add_input(self, value: BigFloat, column: int) -> TracedBig:
         """Record a number of 3000 bits that comes with a body."""
         return self.wide("given", value, column)
 

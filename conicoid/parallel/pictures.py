@@ -191,7 +191,7 @@ def render_tiles(
     if executor is not None and preview is not None:
         raise TypeError("render: preview goes with pictures of this process, not with an executor")
     if job.shutter is not None:
-        return _open(scene, job, fixed, executor, resume, progress, preview)
+        return _render_shutter(scene, job, fixed, executor, resume, progress, preview)
     recipes = shared_scene(scene), SharedObject(job)
     if resume is None:
         if not (keeps or job.keeps_sums):
@@ -204,7 +204,7 @@ def render_tiles(
     checkpoint = TileCheckpoint(resume, recipes[0].key + SharedObject(_job_identity(job)).key, job)
     try:
         if executor is None:
-            return _render_here(scene, job, progress, preview, checkpoint)
+            return _render_in_process(scene, job, progress, preview, checkpoint)
         sums = empty_sums(job)
         checkpoint.read(sums)
         _render_on_workers(scene, job, executor, recipes, progress, sums, checkpoint)
@@ -220,7 +220,7 @@ def _job_identity(job: RenderJob) -> RenderJob:
     return replace(job, samples=1, noise=None) if job.is_progressive else job
 
 
-def _open(
+def _render_shutter(
     scene: SceneLike, job: RenderJob, fixed: bool, executor: Any, resume: str | os.PathLike[str] | None,
     progress: Progress | None, preview: Preview | None,
 ) -> FilmResult:  # fmt: skip
@@ -252,7 +252,7 @@ def _of_moment(progress: Progress, begun: int, end: int, of: int) -> Progress:
     return lambda done, count: progress(begun * count + done * (end - begun), of * count)
 
 
-def _render_here(
+def _render_in_process(
     scene: SceneLike, job: RenderJob, progress: Progress | None, preview: Preview | None, checkpoint: TileCheckpoint
 ) -> FilmResult:
     """Render with the threads of this process, which pass over all tiles several times."""
@@ -310,7 +310,7 @@ def tiles_of(sums: Any, begin: int, end: int) -> Any:
 
 def _gaps(sums: Any, total: int, job: RenderJob) -> list[tuple[int, int]]:
     """Return ranges of tiles with pixels that still need samples."""
-    row, column = np.nonzero(job.wanted(sums, job.samples, SQUARE))
+    row, column = np.nonzero(job.sample_mask(sums, job.samples, SQUARE))
     done = np.ones(total + 1, np.bool_)
     done[tiles_of_squares(row, column, job.width)] = False
     steps = np.diff(np.concatenate([[True], done]).astype(np.int8))

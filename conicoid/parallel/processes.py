@@ -60,7 +60,7 @@ class Processes(Executor):
         self._timeout = None if timeout is None else check_positive("Processes", "timeout", timeout)
         self._queue: queue.SimpleQueue[tuple[Future[Any], bytes] | None] = queue.SimpleQueue()
         self._lock = threading.Lock()
-        self._open = True
+        self._is_open = True
         self._crew: list[_Worker] = []
 
     @property
@@ -73,7 +73,7 @@ class Processes(Executor):
         data = pickle.dumps((fn, args, kwargs), protocol=5)
         # Under the lock no task can come after the end marks of `shutdown`.
         with self._lock:
-            if not self._open:
+            if not self._is_open:
                 raise RuntimeError("cannot schedule new futures after shutdown")
             future: Future[Any] = Future()
             self._queue.put((future, data))
@@ -83,7 +83,7 @@ class Processes(Executor):
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
         with self._lock:
-            self._open = False
+            self._is_open = False
             if cancel_futures:
                 with contextlib.suppress(queue.Empty):
                     while (item := self._queue.get_nowait()) is not None:

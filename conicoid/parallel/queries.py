@@ -149,7 +149,7 @@ def answer_part(scene: SceneLike, options: dict[str, Any], query: str, share: Ra
     answer = getattr(scene, query)(*values, rays, None, share.t_min, share.t_max, **options)
     if query == "first_hit":
         # Copies have no unused memory.
-        return *(column.copy() for column in answer._found), answer._doubtful
+        return *(column.copy() for column in answer._buffers), answer._doubtful
     if query in _LISTS:
         return np.diff(answer.offsets), *(getattr(answer, name) for name in answer._columns)
     return (answer.reshape(-1, *answer.shape[len(rays.shape) :]),)

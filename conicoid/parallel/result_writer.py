@@ -242,7 +242,7 @@ class ResultWriter:
         """Return the keys of scenes, and names and materials of bodies."""
         prepared = self.scene._prepared
         # Only the bodies that occur, so that the file of a few hits in a large scene is small.
-        labels = prepared.labels.of_only(_distinct(self.parts.column("body")))
+        labels = prepared.labels.select(_distinct(self.parts.column("body")))
         return hit_head_arrays(none, prepared.key, labels)
 
 

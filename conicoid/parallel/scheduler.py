@@ -156,7 +156,7 @@ class Scheduler:
         self, owner: str, workers: Workers, call: Callable[..., Any], shared: tuple[SharedObject, ...]
     ) -> None:
         self.owner, self.workers, self.call, self.shared = owner, workers, call, shared
-        self.sent: deque[ScheduledTask] = deque()
+        self.queue: deque[ScheduledTask] = deque()
         self._looked, self._window = 0.0, 0
 
     @property
@@ -175,29 +175,29 @@ class Scheduler:
         """Yield every piece with its value, in order. At the end, however it ends, queued pieces are cancelled."""
         self._check_version()
         # Threads of this process have the scene itself; all other workers may map a file of its tables.
-        if not self.workers.are_here:
+        if not self.workers.are_threads:
             for recipe in self.shared:
                 recipe.share_tables(source_version(), self.workers.store)
         try:
             more = True
-            while more or self.sent:
-                while more and len(self.sent) < self.window:
+            while more or self.queue:
+                while more and len(self.queue) < self.window:
                     piece = next(pieces, None)
                     more = piece is not None
                     if piece is not None:
                         self._send(piece)
-                        self.sent.append(piece)
-                if self.sent:
-                    answer = self._await_result(self.sent[0], done, total)
+                        self.queue.append(piece)
+                if self.queue:
+                    answer = self._await_result(self.queue[0], done, total)
                     self._log_notes(answer.notes)
-                    piece = self.sent.popleft()
+                    piece = self.queue.popleft()
                     saw(piece.end - piece.begin, answer.seconds)
                     done += piece.end - piece.begin
                     self._report_progress(done, total)
                     piece.future = None
                     yield piece, answer.value
         finally:
-            for piece in self.sent:
+            for piece in self.queue:
                 if piece.future is not None:
                     piece.future.cancel()
 
@@ -273,7 +273,7 @@ class Scheduler:
             # The worker lacks a recipe: send the piece once more, with all bytes.
             piece.has_all, piece.future = True, None
 
-    def _result(self, future: Any, tell: Callable[[], Any]) -> Any:
+    def _result(self, future: Any, report: Callable[[], Any]) -> Any:
         """Wait for a future in short steps, between which Ctrl-C works on every system."""
         while True:
             try:
@@ -282,7 +282,7 @@ class Scheduler:
                 if future.done() and not future.cancelled() and future.exception() is not None:
                     raise
                 self._check_open(future)
-                tell()
+                report()
 
     def _check_open(self, future: Any) -> None:
         """Raise ValueError if a client was closed before its tasks were done: they will never be."""

@@ -31,20 +31,20 @@ class DaskExecutor(Executor):
     its workers died, fails again at once however often it is sent. And if a result is lost while it is fetched, with
     a worker or with the scheduler, its future stays open for ever if the task then fails.
 
-    `given` is the client's own executor, if the user passed that.
+    `source` is the client's own executor, if the user passed that.
     """
 
-    def __init__(self, client: Any, given: Any = None) -> None:
-        self.client, self._given = client, given
+    def __init__(self, client: Any, source: Any = None) -> None:
+        self.client, self._source = client, source
         # pure=False gives each task a key of its own, so that a lost one can be sent again.
-        self._options: dict[str, Any] = dict(getattr(given, "_kwargs", {})) | dict(pure=False)
-        self._sent: weakref.WeakSet[Any] = weakref.WeakSet()
-        self._open = True
+        self._options: dict[str, Any] = dict(getattr(source, "_kwargs", {})) | dict(pure=False)
+        self._futures: weakref.WeakSet[Any] = weakref.WeakSet()
+        self._is_open = True
 
     @property
     def is_open(self) -> bool:
         """Whether it takes tasks, and returns those already sent."""
-        return self._open and not getattr(self._given, "_shutdown", False) and self.client.status != "closed"
+        return self._is_open and not getattr(self._source, "_shutdown", False) and self.client.status != "closed"
 
     @property
     def count(self) -> int:
@@ -58,7 +58,7 @@ class DaskExecutor(Executor):
         if not self.is_open:
             raise RuntimeError("cannot schedule new futures after shutdown")
         task = self.client.submit(fn, *args, **kwargs, **self._options)
-        self._sent.add(task)
+        self._futures.add(task)
         future: Future[Any] = Future()
         # Cancelling the future cancels the task of Dask.
         future.add_done_callback(lambda done: task.cancel() if done.cancelled() else None)
@@ -67,9 +67,9 @@ class DaskExecutor(Executor):
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
         """Take no more tasks; the client stays open."""
-        self._open = False
+        self._is_open = False
         if cancel_futures:
-            self.client.cancel(list(self._sent))
+            self.client.cancel(list(self._futures))
 
 
 async def _relay(client: Any, task: Any, future: Future[Any]) -> None:
@@ -163,7 +163,7 @@ class Workers:
         return isinstance(self.executor, DaskExecutor)
 
     @property
-    def are_here(self) -> bool:
+    def are_threads(self) -> bool:
         """Whether the workers are threads of this process, with all its objects."""
         return isinstance(self.executor, ThreadPoolExecutor) or getattr(self.executor, "is_here", False)
 

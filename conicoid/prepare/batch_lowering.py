@@ -244,9 +244,7 @@ class PrimitiveBatch:
         """How many kinds of equal structure were added."""
         return len(self._like) + len(self._many) + len(self._polyhedra)
 
-    def lowered(
-        self, report: Callable[[int], Any] = lambda _: None
-    ) -> tuple[list[PrimitiveRows], list[_LeftPrimitive]]:
+    def lower(self, report: Callable[[int], Any] = lambda _: None) -> tuple[list[PrimitiveRows], list[_LeftPrimitive]]:
         """Lower all primitives; `report` receives the count of kinds done.
 
         Return those lowered together, and those that are left.
@@ -288,7 +286,7 @@ class PrimitiveBatch:
     def _lower_kind(
         self, key: Hashable, similar: bool | None, of: _BatchInputs
     ) -> tuple[list[tuple[PrimitiveForm, Longs, RowTable]], Longs]:
-        """`lowered` for some shapes of equal structure, by their positions among them; and the positions that are left.
+        """`lower` for some shapes of equal structure, by their positions among them; and the positions that are left.
 
         `similar` says whether their motions are similarities; where that is None, all are left.
         """
@@ -495,7 +493,7 @@ class BatchLowering:
             # Frames of at most one translation need no lookup.
             like.first, like.frames = places[:, 0].copy(), self._primitives.frames_of(own)
 
-    def lowered(self, report: ProgressCallback = lambda *_: None) -> tuple[list[LoweredGroup], list[tuple[Shape, int]]]:
+    def lower(self, report: ProgressCallback = lambda *_: None) -> tuple[list[LoweredGroup], list[tuple[Shape, int]]]:
         """Lower all bodies.
 
         Many bodies of a kind are lowered in blocks, so that intermediate results stay in the cache. Bodies that a block
@@ -554,11 +552,11 @@ class BatchLowering:
         self._single = [shapes[k] for k in left], [numbers[k] for k in left]
 
     def _lower_block(self, report: ProgressCallback) -> tuple[list[LoweredGroup], list[tuple[Shape, int]]]:
-        """`lowered`, in one block."""
+        """`lower`, in one block."""
         rest = self._take_single()
         self._take_planned()
         kinds = self._primitives.kinds + len(self._plans) + len(self._many)
-        found, left = self._primitives.lowered(lambda done: report(done, kinds))
+        found, left = self._primitives.lower(lambda done: report(done, kinds))
         owners = np.concatenate([np.zeros(0, np.int32), *self._owners])
         results: list[LoweredGroup] = []
         for form, places, rows in found:

@@ -320,7 +320,7 @@ class BodyCollector:
             self._take_instances(bodies, stages)
         else:
             self._take(bodies, stages)
-        found, left = self._batch.lowered(lambda part, of: stages.reached(AFTER_READING, AFTER_BATCH, part, of))
+        found, left = self._batch.lower(lambda part, of: stages.advance(AFTER_READING, AFTER_BATCH, part, of))
         single = [*self._single_shapes, *left]
         done = len(bodies) - len(single)
         stages.bodies(done)
@@ -339,7 +339,7 @@ class BodyCollector:
         for number, body in enumerate(bodies):
             # Progress costs time: report every 1,024 entries.
             if number & 1023 == 0:
-                stages.reached(0.0, AFTER_READING, number, len(bodies))
+                stages.advance(0.0, AFTER_READING, number, len(bodies))
             before, shape = self.contents.body_count, body.shape
             if not _is_bulk(type(shape)):
                 self.contents.body_count += 1
@@ -368,7 +368,7 @@ class BodyCollector:
         self.items = [1] * len(bodies)
         primitives, mover = PrimitiveCache(), PointPlaneMover()
         for kind, numbers in enumerate(bodies.members):
-            stages.reached(0.0, AFTER_READING, done, len(bodies))
+            stages.advance(0.0, AFTER_READING, done, len(bodies))
             rows = instance_rows(bodies, kind, numbers, primitives, mover)
             done += len(numbers)
             if rows is not None:

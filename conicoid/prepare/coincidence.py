@@ -249,7 +249,7 @@ class QuadricTable:
     def __getitem__(self, which: Any) -> Floats:
         return whole_quadrics(self.rows[which], self.forms)
 
-    def chosen(self, which: Any) -> QuadricTable:
+    def select(self, which: Any) -> QuadricTable:
         """Select some quadrics; the table of forms is shared."""
         return QuadricTable(self.rows[which], self.forms)
 
@@ -542,7 +542,7 @@ class _SurfaceMerger:
             if _has_equal(table):
                 members = np.flatnonzero(kind == k)
                 plain = is_plain[members]
-                some = table.chosen(plain) if isinstance(table, QuadricTable) else table[plain]
+                some = table.select(plain) if isinstance(table, QuadricTable) else table[plain]
                 _merge_equal(first, members[plain], some)
         # Planes across the axes are compared without exact names, which take about a millisecond each.
         flat = np.flatnonzero((kind[:single] == PLANE) & is_plain[:single])
@@ -563,7 +563,7 @@ class _SurfaceMerger:
                 row[kind == k] = np.arange(len(rows))
             planes, rest = planes[rows_of[PLANE]], replace(rest, planes=rest.planes[rows_of[PLANE]])
             if len(rows_of[QUADRIC]) < len(quadrics):
-                quadrics, used = quadrics.chosen(rows_of[QUADRIC]).compact()
+                quadrics, used = quadrics.select(rows_of[QUADRIC]).compact()
                 rest = replace(rest, quadrics=rest.quadrics[used])
         return SurfaceTable(kind, row, planes, all_spheres, quadrics, number[first], senses, rest, chosen, raw, first)
 

@@ -93,11 +93,11 @@ class PrimitiveForms:
     """A registry of forms: equal pattern and tree give the same object."""
 
     def __init__(self) -> None:
-        self._known: dict[Hashable, PrimitiveForm] = {}
+        self._cache: dict[Hashable, PrimitiveForm] = {}
 
     def of(self, pattern: BodyPattern, tree: Tree | None) -> PrimitiveForm:
         """Return the form of a pattern and a tree."""
-        return self._known.setdefault((pattern, tree), PrimitiveForm(pattern, tree))
+        return self._cache.setdefault((pattern, tree), PrimitiveForm(pattern, tree))
 
 
 FORMS = PrimitiveForms()

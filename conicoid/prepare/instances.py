@@ -44,7 +44,7 @@ class PrimitiveCache:
     """
 
     def __init__(self) -> None:
-        self._known: dict[Hashable, _NumberLists] = {}
+        self._cache: dict[Hashable, _NumberLists] = {}
 
     def prepare(self, shapes: Iterable[Shape]) -> None:
         """Compute the primitives of solids whose numbers are needed next."""
@@ -55,7 +55,7 @@ class PrimitiveCache:
         missing: dict[Hashable, dict[Hashable, tuple[Shape, tuple[Step, ...], Floats]]] = {}
         for leaf, steps in moved:
             flat = _flatten_primitive(leaf, steps)
-            if flat is not None and flat.key not in self._known:
+            if flat is not None and flat.key not in self._cache:
                 missing.setdefault(flat.forms, {})[flat.key] = leaf, steps, flat.numbers
         for forms, alike in missing.items():
             if len(alike) >= recording_cache.FEWEST:
@@ -86,7 +86,7 @@ class PrimitiveCache:
         )[0]:
             assert played.floats.shape[1] == count
             for k, row in zip(which.tolist(), played.floats.tolist(), strict=True):
-                self._known[keys[k]] = row[:first_uv], row[first_uv:], kinds
+                self._cache[keys[k]] = row[:first_uv], row[first_uv:], kinds
 
     def numbers(self, shape: Shape) -> Floats:
         """Return a solid's row of numbers without its boxes: surfaces, uv of its faces, the inverse of its frame."""
@@ -103,9 +103,9 @@ class PrimitiveCache:
         flat = _flatten_primitive(leaf, steps)
         if flat is None:
             return _compute_numbers(leaf, steps)
-        if flat.key not in self._known:
-            self._known[flat.key] = _compute_numbers(leaf, steps)
-        return self._known[flat.key]
+        if flat.key not in self._cache:
+            self._cache[flat.key] = _compute_numbers(leaf, steps)
+        return self._cache[flat.key]
 
 
 class _FlatPrimitive(NamedTuple):
@@ -176,17 +176,17 @@ class TranslatedBodies(Protocol):
     def shifts(self) -> ShiftTable: ...
 
     @property
-    def alone(self) -> dict[tuple[int, ...], Floats]: ...
+    def single_columns(self) -> dict[tuple[int, ...], Floats]: ...
 
     def is_rigid(self, kind: int, /) -> bool: ...
 
-    def made(self, kind: int, shift: Shift, /) -> Solid: ...
+    def shape_at(self, kind: int, shift: Shift, /) -> Solid: ...
 
     def shape(self, number: int, /) -> Solid: ...
 
 
 def translated_rows(
-    bodies: TranslatedBodies, kind: int, numbers: Ints, alone: PrimitiveCache | None = None
+    bodies: TranslatedBodies, kind: int, numbers: Ints, cache: PrimitiveCache | None = None
 ) -> tuple[BodyPattern, FactoredRows] | None:
     """Lower the translated bodies of a kind.
 
@@ -198,7 +198,7 @@ def translated_rows(
         The kind of the bodies to lower.
     numbers : Ints
         (n,) the numbers of these bodies, rising.
-    alone : PrimitiveCache, optional
+    cache : PrimitiveCache, optional
         Primitives that other kinds share with this one.
 
     Returns
@@ -213,7 +213,7 @@ def translated_rows(
     if part.paints or part.outlines or not isinstance(first, Solid):
         return None
     try:
-        return _TranslatedRows(bodies, kind, numbers, part, alone or PrimitiveCache()).rows()
+        return _TranslatedRows(bodies, kind, numbers, part, cache or PrimitiveCache()).rows()
     except _StructureDiffers:
         return None
 
@@ -235,11 +235,11 @@ class _TranslatedRows:
     """One run of `translated_rows`."""
 
     def __init__(
-        self, bodies: TranslatedBodies, kind: int, numbers: Ints, part: LoweredShape, alone: PrimitiveCache
+        self, bodies: TranslatedBodies, kind: int, numbers: Ints, part: LoweredShape, cache: PrimitiveCache
     ) -> None:
-        self.bodies, self.kind, self.part, self.alone = bodies, kind, part, alone
-        self.shifts: ShiftTable = bodies.shifts.chosen(numbers)
-        self.known: dict[int, Floats] = {}
+        self.bodies, self.kind, self.part, self.cache = bodies, kind, part, cache
+        self.shifts: ShiftTable = bodies.shifts.select(numbers)
+        self.columns_of_kinds: dict[int, Floats] = {}
         self.taken: list[int] = []  # columns that stand for another body's equal plane
         p = part.pattern
         self.ends = p.bounds_at, p.frame_at
@@ -288,39 +288,39 @@ class _TranslatedRows:
 
     def _shape_of(self, which: int) -> Solid:
         """Return the shape of one of the bodies."""
-        return self.bodies.made(self.kind, self.shifts.of(which))
+        return self.bodies.shape_at(self.kind, self.shifts.of(which))
 
     def _numbers(self, shape: Solid) -> Floats:
         """Compute the columns of a body without its boxes; raise `_StructureDiffers` where their count differs."""
-        numbers = self.alone.numbers(shape)
+        numbers = self.cache.numbers(shape)
         if len(numbers) != self._column(self.part.pattern.corners_at):
             raise _StructureDiffers
         return numbers
 
-    def _alone(self, which: int) -> Floats:
+    def _single_columns(self, which: int) -> Floats:
         """Return the columns of one of the bodies."""
-        if which not in self.known and not self._look_up(which):
+        if which not in self.columns_of_kinds and not self._look_up(which):
             self._record(which, self._numbers(self._shape_of(which)))
-        return self.known[which]
+        return self.columns_of_kinds[which]
 
     def _compute(self, leads: list[int]) -> None:
         """Compute the columns of bodies that are not known yet.
 
         Bodies of several cells go through a batch, which gives the same bits.
         """
-        missing = [lead for lead in leads if lead not in self.known and not self._look_up(lead)]
+        missing = [lead for lead in leads if lead not in self.columns_of_kinds and not self._look_up(lead)]
         if len(missing) < FEWEST_INSTANCES or len(self.part.pattern.cells) < FEWEST_INSTANCES:
             shapes = list(map(self._shape_of, missing))
-            self.alone.prepare(shapes)
+            self.cache.prepare(shapes)
             for lead, shape in zip(missing, shapes, strict=True):
                 self._record(lead, self._numbers(shape))
             return
         batch = BatchLowering()
         for lead in missing:
-            if not batch.add(self.bodies.made(self.kind, self.shifts.of(lead)), lead):
+            if not batch.add(self.bodies.shape_at(self.kind, self.shifts.of(lead)), lead):
                 return
         before_boxes, after_boxes = self.ends
-        found, _ = batch.lowered()
+        found, _ = batch.lower()
         for pattern, numbers, rows in found:
             if pattern != self.part.pattern:
                 raise _StructureDiffers
@@ -330,14 +330,14 @@ class _TranslatedRows:
 
     def _record(self, lead: int, numbers: Floats) -> None:
         """Record the columns of a body, here and in the list of instances, where edited lists find them."""
-        self.known[lead] = self.bodies.alone[self._place(lead)] = numbers
+        self.columns_of_kinds[lead] = self.bodies.single_columns[self._place(lead)] = numbers
 
     def _look_up(self, lead: int) -> bool:
         """Look a body up in the list of instances; where it is there, record it here."""
-        found = self.bodies.alone.get(self._place(lead))
+        found = self.bodies.single_columns.get(self._place(lead))
         if found is None or len(found) != self._column(self.part.pattern.corners_at):
             return False
-        self.known[lead] = found
+        self.columns_of_kinds[lead] = found
         return True
 
     def _place(self, lead: int) -> tuple[int, ...]:
@@ -346,7 +346,7 @@ class _TranslatedRows:
         return self.kind, x, y, z
 
     @cached_property
-    def _aside(self) -> Floats:
+    def _diagonal_distances(self) -> Floats:
         """(bodies,) how far each body is from the diagonal of the shifts."""
         index = self.shifts.index
         share = index / (1.0 + index.max(axis=1, keepdims=True))
@@ -357,14 +357,14 @@ class _TranslatedRows:
         """Choose one body for each value of a key, near the diagonal of the shifts: such a body serves several axes."""
         key = np.asarray(key)
         least = np.full(int(key.max()) + 1, np.inf)
-        np.minimum.at(least, key, self._aside)
+        np.minimum.at(least, key, self._diagonal_distances)
         there = np.isfinite(least)
         which = (np.cumsum(there, dtype=np.int32) - np.int32(1))[key]
-        nearest = np.flatnonzero(self._aside == least[key])[::-1]
+        nearest = np.flatnonzero(self._diagonal_distances == least[key])[::-1]
         leads = np.empty(int(there.sum()), np.int64)
         leads[which[nearest]] = nearest  # of equal ones the first
         self._compute(leads.tolist())
-        alone = np.array([self._alone(lead) for lead in leads.tolist()])
+        alone = np.array([self._single_columns(lead) for lead in leads.tolist()])
         return _AxisBodies(leads.astype(np.int32), which, alone)
 
     def _along(self, axis: int) -> _AxisBodies:
@@ -404,19 +404,19 @@ class _TranslatedRows:
     def _moves(self, at: int) -> bool:
         """Return whether the affine map row at a column changes with the bodies."""
         column = self._column(at)
-        return any(numbers[column + 3] != self.part.row[at + 3] for numbers in self.known.values())
+        return any(numbers[column + 3] != self.part.row[at + 3] for numbers in self.columns_of_kinds.values())
 
     def _is_verified(self, moved: FactoredRows) -> bool:
         """Return whether the rows reproduce every body that was lowered by itself.
 
         Maps of slanted bodies may differ by rounding; columns that stand for another body's plane are not compared.
         """
-        which = np.array(sorted(self.known))
+        which = np.array(sorted(self.columns_of_kinds))
         before_boxes, after_boxes = self.ends
         computed = np.concatenate(
             [moved.of(which, 0, before_boxes), moved.of(which, after_boxes, self.part.pattern.corners_at)], axis=1
         )
-        expected = np.array([self.known[int(each)] for each in which])
+        expected = np.array([self.columns_of_kinds[int(each)] for each in which])
         if computed.shape != expected.shape:
             return False
         exact, own = np.ones(computed.shape[1], bool), np.ones(computed.shape[1], bool)
@@ -482,21 +482,21 @@ class UnrotatedBodies:
         return self.bodies.shifts
 
     @property
-    def alone(self) -> dict[tuple[int, ...], Floats]:
+    def single_columns(self) -> dict[tuple[int, ...], Floats]:
         """The columns of bodies that were lowered by themselves before."""
-        return self.bodies.alone
+        return self.bodies.single_columns
 
     def is_rigid(self, kind: int) -> bool:
         """`InstanceList.is_rigid`"""
         return self.bodies.is_rigid(kind)
 
-    def made(self, kind: int, shift: Shift) -> Solid:
-        """`InstanceList.made` before the motion of the kind."""
-        return self.bodies.before(kind, shift)
+    def shape_at(self, kind: int, shift: Shift) -> Solid:
+        """`InstanceList.shape_at` before the motion of the kind."""
+        return self.bodies.unrotated_shape(kind, shift)
 
     def shape(self, number: int) -> Solid:
         """`InstanceList.shape` before the motion of the kind."""
-        return self.made(int(self.bodies.kinds[number]), self.shifts.of(number))
+        return self.shape_at(int(self.bodies.kinds[number]), self.shifts.of(number))
 
 
 @dataclass
@@ -507,9 +507,9 @@ class _RotatedRows:
     kind: int
     numbers: Ints
     part: LoweredShape
-    before: BodyPattern
+    unrotated: BodyPattern
     translated: FactoredRows
-    alone: PrimitiveCache
+    cache: PrimitiveCache
     mover: PointPlaneMover
 
     def rows(self) -> tuple[BodyPattern, FactoredRows] | None:
@@ -519,8 +519,8 @@ class _RotatedRows:
         for kind, column, sense in pattern.records:
             if not (self._plane(moved, column, sense) if kind == PLANE else self._curved(moved, kind, column)):
                 return None
-        ends = (pattern.uv_at, pattern.bounds_at, self.before.uv_at), (
-            pattern.frame_at, pattern.corners_at, self.before.frame_at,
+        ends = (pattern.uv_at, pattern.bounds_at, self.unrotated.uv_at), (
+            pattern.frame_at, pattern.corners_at, self.unrotated.frame_at,
         )  # fmt: skip
         for begin, end, own in ends:
             for at in range(0, end - begin, MAP_SIZE):
@@ -561,7 +561,7 @@ class _RotatedRows:
         records, which = self.translated.of(leads, column, sense + 1), index.astype(np.int32)
         rests = records[:, PLANE_SIZE:-1]
         if rests.any():
-            found = np.array([self._alone(lead)[column : sense + 1] for lead in leads.tolist()])
+            found = np.array([self._single_columns(lead)[column : sense + 1] for lead in leads.tolist()])
         else:
             found = self.mover.planes(self.motion, records[:, :PLANE_SIZE])
             found[:, -1] *= records[:, -1]
@@ -592,14 +592,14 @@ class _RotatedRows:
             rows[:, -1] += values[:, -1] - first[-1]
             moved.indexed_columns.append(IndexedColumns(at, at + MAP_SIZE, rows, index))
 
-    def _alone(self, which: int) -> Floats:
+    def _single_columns(self, which: int) -> Floats:
         """Return the columns of one of the bodies without boxes, lowered by itself; edited lists find them, too."""
         number = int(self.numbers[which])
         x, y, z = self.bodies.shifts.index[:, number].tolist()
         # A negative kind: not the columns before the motion
-        known, place = self.bodies.alone, (-1 - self.kind, x, y, z)
+        known, place = self.bodies.single_columns, (-1 - self.kind, x, y, z)
         if place not in known:
-            known[place] = self.alone.numbers(self.bodies.shape(number))
+            known[place] = self.cache.numbers(self.bodies.shape(number))
         return known[place]
 
     def _is_verified(self, moved: FactoredRows) -> bool:
@@ -609,7 +609,7 @@ class _RotatedRows:
         """
         pattern, count = self.part.pattern, len(moved)
         for which in {count - 1 - k * (count - 1) // _SAMPLES for k in range(_SAMPLES)}:
-            some, expected = np.array([which]), self._alone(which)
+            some, expected = np.array([which]), self._single_columns(which)
             computed = np.concatenate(
                 [moved.of(some, 0, pattern.bounds_at)[0], moved.of(some, pattern.frame_at, pattern.corners_at)[0]]
             )

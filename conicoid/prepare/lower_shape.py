@@ -65,7 +65,7 @@ class BodyFaces:
     paints: dict[int, Material] = field(default_factory=dict)
     """Face -> material, where it is not the body's."""
     primitives: list[tuple[PrimitiveSolid, Motion, Tree]] = field(default_factory=list)
-    _known: dict[tuple[int, int, int], MapRow] = field(default_factory=dict)
+    _cache: dict[tuple[int, int, int], MapRow] = field(default_factory=dict)
 
     def bounds(self) -> dict[int, tuple[float, ...]]:
         """Map the id of a cell to its box (low, high): outside the box the cell does not matter to its body."""
@@ -109,9 +109,9 @@ class BodyFaces:
         """
         # The ids stay unique because the row holds both objects.
         key = len(self.primitives), id(own), id(motion)
-        if key not in self._known:
-            self._known[key] = MapRow(_compose_maps(own, motion.inverse_rows), (own, motion))
-        return self._known[key]
+        if key not in self._cache:
+            self._cache[key] = MapRow(_compose_maps(own, motion.inverse_rows), (own, motion))
+        return self._cache[key]
 
 
 def _compose_maps(own: tuple[float, float, float, float], then: FloatRows) -> tuple[float, ...]:

@@ -79,7 +79,7 @@ class LoweredScene:
     """A scene as arrays. `pack` turns `tables` into the geometry that kernels take."""
 
     tables: Tables  # without trees and limits until they are packed
-    around: Floats | LazyBounds  # (entries, 6) low, high; or their lazy form, see `boxes`
+    bounds: Floats | LazyBounds  # (entries, 6) low, high; or their lazy form, see `boxes`
     frames: Floats  # (n, 3, 4) maps from world to local coordinates
     body_frame: Ints  # (bodies,) row of `frames`; -1 - k: about the ball's center, with the axes of ball frame k
     body_item: Ints  # (bodies,) index of the entry of the scene's list that the body comes from
@@ -88,12 +88,12 @@ class LoweredScene:
     rest: Remainders  # what rounding removed from the surface records
     exact: ExactTables
     # None for scenes with instances, which are not edited
-    laid: RowLayout | None
+    layout: RowLayout | None
 
     @property
     def boxes(self) -> Floats:
         """Bounding boxes of the entries, (entries, 6) low and high."""
-        return self.around.boxes if isinstance(self.around, LazyBounds) else self.around
+        return self.bounds.boxes if isinstance(self.bounds, LazyBounds) else self.bounds
 
     def take_tables(self) -> Tables:
         """Hand over the tables and keep their shapes alone, so that the packer can free each one once it is copied."""
@@ -154,9 +154,9 @@ def lower(bodies: Sequence[Body], stages: ProgressStages | None = None) -> Lower
     exact = ExactBodySurfaces(_shapes(bodies), starts, layout.surfaces.first, layout.polygons.first)
     surfaces: SurfaceTable = layout.surface_columns(exact)
     trim_heap(count)
-    stages.reached(AFTER_MERGING)
+    stages.advance(AFTER_MERGING)
     tables, boxes = layout.tables(surfaces)
-    stages.reached(AFTER_LAYOUT)
+    stages.advance(AFTER_LAYOUT)
     first_face = layout.faces.first
     frames, body_frame = layout.frames_of_bodies()
     return LoweredScene(

@@ -187,7 +187,7 @@ class MotionBatch:
             # Exact arithmetic, for one shape or many
             kinds[row], wides, back[row] = _exact_motion_rows(Motion(self._steps[row]))
             table[row] = quads_from_bigfloats(wides)
-            digits.alone[row] = wides
+            digits.exact_rows[row] = wides
         return WideInputs(table, digits), kinds, back
 
 
@@ -195,7 +195,7 @@ class _MotionDigits:
     """The numbers of motions to all digits, computed for those that are needed."""
 
     def __init__(self, steps: Sequence[tuple[Step, ...]]) -> None:
-        self.alone: dict[int, Longs] = {}
+        self.exact_rows: dict[int, Longs] = {}
         self._steps, self._sources = steps, list[tuple[TapeProgram, Floats]]()
         self._source, self._place = np.full(len(steps), -1, np.int32), np.zeros(len(steps), np.int32)
 
@@ -218,10 +218,10 @@ class _MotionDigits:
                 _, wides, state = recording.in_digits(inputs, NO_INPUTS.digits(none[:1]), none)
                 found[mine, : wides.shape[1]] = wides
                 for row in rows[mine[state != STATE_VALID]].tolist():
-                    self.alone[row] = _exact_motion_rows(Motion(self._steps[row]))[1]
+                    self.exact_rows[row] = _exact_motion_rows(Motion(self._steps[row]))[1]
         for place, row in enumerate(rows.tolist()):
-            if row in self.alone:
-                found[place] = self.alone[row]
+            if row in self.exact_rows:
+                found[place] = self.exact_rows[row]
         return found
 
 
@@ -259,7 +259,7 @@ def input_motion(tape: Tape, similar: bool, motion: Motion) -> Motion:
     """Return a motion whose numbers are inputs of each body."""
 
     def take(values: Sequence[ex.BigFloat], first: int) -> Any:
-        return tuple(tape.given(value, first + k) for k, value in enumerate(values))
+        return tuple(tape.add_input(value, first + k) for k, value in enumerate(values))
 
     def taken(affine: Affine, first: int) -> Affine:
         rows, shift = affine
@@ -268,7 +268,7 @@ def input_motion(tape: Tape, similar: bool, motion: Motion) -> Motion:
 
     factor = motion.similarity
     forth_and_back = taken(motion.affine, 0), taken(motion.inverse, 12)
-    known = KnownStep(forth_and_back, tape.given(factor, 24) if similar and factor is not None else None)
+    known = KnownStep(forth_and_back, tape.add_input(factor, 24) if similar and factor is not None else None)
     return Motion((known,))  # type: ignore[arg-type]
 
 
@@ -283,14 +283,14 @@ class PointPlaneMover:
 
     def __init__(self) -> None:
         self._motions: dict[Motion, tuple[WideInputs, Signs]] = {}
-        self._known: dict[tuple[Motion, bytes], Floats] = {}
+        self._cache: dict[tuple[Motion, bytes], Floats] = {}
 
     def points(self, motion: Motion, points: Floats) -> Floats:
         """Carry points (n, 3) by a motion: (n, 6) rounded coordinates and their remainders."""
         key = motion, points.tobytes()
-        if key not in self._known:
-            self._known[key] = self._carry("point", _move_point, motion, points)
-        return self._known[key]
+        if key not in self._cache:
+            self._cache[key] = self._carry("point", _move_point, motion, points)
+        return self._cache[key]
 
     def planes(self, motion: Motion, planes: Floats) -> Floats:
         """Carry exact records of planes (n, 7): (n, 15) records, remainders and senses."""

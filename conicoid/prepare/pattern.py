@@ -237,7 +237,7 @@ class Offsets:
     @classmethod
     def among(cls, bodies: InstanceList, numbers: Ints) -> Offsets:
         """Compute the offsets of some bodies of one kind, after the motion of the kind."""
-        found, motion = cls.of(bodies.shifts.chosen(numbers)), bodies.motion(int(bodies.kinds[numbers[0]]))
+        found, motion = cls.of(bodies.shifts.select(numbers)), bodies.motion(int(bodies.kinds[numbers[0]]))
         if motion.is_identity:
             return found
         columns = [unique_with_inverse(np.ascontiguousarray(c)) for c in transform_offsets(found[:], motion).T]
@@ -420,7 +420,7 @@ class RowPlaces:
         return cls(ends - counts, int(ends[-1]) if len(ends) else 0)
 
     @classmethod
-    def alike(cls, contents: BodyGroups, each: Sequence[int]) -> RowPlaces:
+    def of_copies(cls, contents: BodyGroups, each: Sequence[int]) -> RowPlaces:
         """Place the rows where a group of translated copies (`FactoredRows`) has one set of rows, behind all others."""
         shares = [isinstance(group.rows, FactoredRows) for group in contents.groups]
         if not any(shares):

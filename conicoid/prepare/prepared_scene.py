@@ -14,8 +14,8 @@ import numpy.typing as npt
 from .._jit.machine_code import SHIPPED, single_call
 from ..geometry.body import Body
 from ..geometry.exact_crossings import IntegerForm, ball_form, surface_form
+from ..geometry.instance_edits import have_same_shapes
 from ..geometry.instances import InstanceList
-from ..geometry.instances_edited import have_same_shapes
 from ..geometry.labels import Labels, body_labels
 from ..kernels.surface.exact_crossing import RoundingRest
 from ..kernels.tables import (
@@ -70,7 +70,7 @@ class PreparedScene:
         Row of a surface -> its polynomial in integers, for exact crossings.
     entries : Sequence[Body]
         The entries of the scene, which give names and materials.
-    kept : EditState
+    edit_state : EditState
         What the next edit needs to know about this scene.
     """
 
@@ -81,19 +81,19 @@ class PreparedScene:
     forms: dict[int, IntegerForm] = field(default_factory=dict, repr=False, compare=False)  # surface -> its exact form
 
     entries: Sequence[Body] = ()  # names and materials come from these
-    kept: EditState = field(default_factory=EditState, repr=False, compare=False)
+    edit_state: EditState = field(default_factory=EditState, repr=False, compare=False)
     can_be_edited: ClassVar[bool] = True
 
     @classmethod
     def of(cls, lowered: LoweredScene, bodies: Sequence[Body] = ()) -> PreparedScene:
         """Build the trees of a lowered scene and take over its tables; `bodies` give the names and materials."""
-        if lowered.laid is None:  # scenes with instances are not edited: their memory needs no pool
+        if lowered.layout is None:  # scenes with instances are not edited: their memory needs no pool
             geometry, woods = build_scene_trees(lowered)
             return cls(lowered.with_geometry(geometry), geometry, _flat_rest(lowered), woods, entries=bodies)
         buffers: list[OpenBuffer] = []
         geometry, woods = build_scene_trees(lowered, lambda tables: _reserve(buffers, tables))
         lowered, kept = adopt_buffer(lowered.with_geometry(geometry), buffers[0])
-        return cls(lowered, geometry, _flat_rest(lowered), woods, entries=bodies, kept=kept)
+        return cls(lowered, geometry, _flat_rest(lowered), woods, entries=bodies, edit_state=kept)
 
     def edited(self, bodies: Sequence[Body], progress: Progress | None = None) -> PreparedScene | None:
         """Return a scene of other bodies that shares most with this one; None where a fresh preparation is as quick."""
@@ -167,7 +167,7 @@ def prepare(
         stages = ProgressStages(progress, len(bodies))
         lowered = lowering.lower(bodies) if progress is None else lowering.lower(bodies, stages)
         scene = PreparedScene.of(lowered, bodies)
-        stages.reached(AFTER_TREES)
+        stages.advance(AFTER_TREES)
     return scene
 
 
@@ -182,7 +182,7 @@ def prepare_edit(
     runs = find_runs(old.entries, bodies)
     if not runs.fresh and len(bodies) == len(old.entries):
         return old.labelled(bodies)
-    kept, woods, known = old.kept, old.woods, weakref.ref(old)
+    kept, woods, known = old.edit_state, old.woods, weakref.ref(old)
     lowered = release_memory(old.lowered, old.geometry, kept.memory) if kept.memory else old.lowered
     # The last strong reference here: afterwards `known` tells whether somebody else holds the scene.
     del old
@@ -192,7 +192,7 @@ def prepare_edit(
         return None
     holder = known()
     if holder is not None:
-        vars(holder)["kept"] = edit.kept
+        vars(holder)["edit_state"] = edit.edit_state
     return _finish_edit(edit, lowered.tables, woods, bodies)
 
 
@@ -217,7 +217,7 @@ def _finish_edit(
     geometry.floats[end : end + -end % LINE] = 0.0  # zero the padding up to the next table
     put_items(geometry, lowered.boxes, int(trees.woods.places[-1]), trees.parts)
     edit.close(kept)
-    return PreparedScene(lowered, geometry, _flat_rest(lowered), trees.woods, entries=bodies, kept=kept)
+    return PreparedScene(lowered, geometry, _flat_rest(lowered), trees.woods, entries=bodies, edit_state=kept)
 
 
 def _reserve(buffers: list[OpenBuffer], tables: Tables) -> Geometry:

@@ -24,7 +24,7 @@ class ProgressStages:
         self.many = count > FEW
         self.reported = 0
 
-    def reached(self, share: float, end: float | None = None, done: int = 0, of: int = 1) -> None:
+    def advance(self, share: float, end: float | None = None, done: int = 0, of: int = 1) -> None:
         """Report a share of the work, or the part `done / of` of the way from `share` to `end`.
 
         Small scenes report bodies only.

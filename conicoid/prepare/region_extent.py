@@ -65,13 +65,13 @@ def _set_plane(work: Floats, row: int, x: float, y: float, z: float, offset: flo
 
 
 @helper
-def _place_planes(planes: Floats, body: int, given: int, frame: Floats, work: Floats) -> int:
+def _place_planes(planes: Floats, body: int, plane_count: int, frame: Floats, work: Floats) -> int:
     """Write the planes that cut the box to `work`, relaxed, and behind them the sides; return their number.
 
     The number is -1 if the box is outside of a plane.
     """
     count = 0
-    for i in range(given):
+    for i in range(plane_count):
         at = PLANE_SIZE * i
         px, py, pz = planes[body, at] * frame[3], planes[body, at + 1] * frame[4], planes[body, at + 2] * frame[5]
         size = _norm(px, py, pz)

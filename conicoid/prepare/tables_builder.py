@@ -220,7 +220,7 @@ def program_columns(contents: BodyGroups, programs: RowPlaces, cells: RowPlaces)
     `programs` and `cells` give the rows of each body.
     """
     alike, leaves, gates = (
-        RowPlaces.alike(contents, [len(getattr(group.pattern, rows)) for group in contents.groups])
+        RowPlaces.of_copies(contents, [len(getattr(group.pattern, rows)) for group in contents.groups])
         for rows in ("programs", "leaves", "gates")
     )
     counts, leaf, gate = TableColumns(alike, "ii"), TableColumns(leaves, "iibb"), TableColumns(gates, "iibi")
@@ -261,10 +261,10 @@ def _first_cells(pattern: BodyPattern) -> Ints:
     return cells[first][:, None]
 
 
-def _leaf_bounds(contents: BodyGroups, programs: RowPlaces, leaves: RowPlaces, alike: RowPlaces) -> dict[str, Any]:
+def _leaf_bounds(contents: BodyGroups, programs: RowPlaces, leaves: RowPlaces, copies: RowPlaces) -> dict[str, Any]:
     """Build `Tables.leaf_bounds`, `program_shifts` and `shifts`.
 
-    `programs` gives the programs of each body; `leaves` and `alike` its leaves and programs among the shared rows.
+    `programs` gives the programs of each body; `leaves` and `copies` its leaves and programs among the shared rows.
     """
     groups = [group for group in contents.groups if len(group.pattern.programs)]  # one may have no leaf, and has a row
     rows = mapped_zeros((leaves.count, BOX_NUMBERS), np.float64)
@@ -273,7 +273,7 @@ def _leaf_bounds(contents: BodyGroups, programs: RowPlaces, leaves: RowPlaces, a
     for group in groups:
         p, begin = group.pattern, programs.first[group.bodies]
         first = leaves.first[group.bodies]
-        places: list[Any] = [0, 0, 0, alike.first[group.bodies]]
+        places: list[Any] = [0, 0, 0, copies.first[group.bodies]]
         # One box that is large enough for each copy, about its own origin; the three shifts place it
         if isinstance(group.rows, FactoredRows) and len(p.leaves):
             rows[first[0] : first[0] + len(p.leaves)] = group.rows.around_all(p.bounds_at, len(p.leaves))
@@ -295,7 +295,7 @@ def share_faces(contents: BodyGroups, cells: RowPlaces, faces: Ints, planes: Int
     """Build `Tables.cell_likes`, `cell_face`, `plane_face` from 1 + the numbers of all faces, signed by their sides."""
     if not any(isinstance(group.rows, FactoredRows) for group in contents.groups):
         return dict(cell_likes=faces[:0], cell_face=faces, plane_face=planes)
-    alike = RowPlaces.alike(contents, [len(group.pattern.cells) for group in contents.groups])
+    alike = RowPlaces.of_copies(contents, [len(group.pattern.cells) for group in contents.groups])
     likes = mapped_zeros(cells.count, np.int32)
     for group in contents.groups:
         for k in range(len(group.pattern.cells)):

@@ -75,13 +75,13 @@ class Distances(QueryResult):
     """
 
     points: FloatArray
-    _found: Nearest
+    _nearest: Nearest
     _single: bytes  # of one point, see `_of_single`
     _views = ("distance", "lower", "error", "point", "body", "face", "surface", "normal", "_single")
 
     def __init__(self, scene: PreparedScene, points: FloatArray, found: Nearest) -> None:
         points.flags.writeable = False
-        vars(self).update(_scene=scene, points=points, _found=found)
+        vars(self).update(_scene=scene, points=points, _nearest=found)
 
     @classmethod
     def _of_single(cls, scene: PreparedScene, point: bytes, bound: float, inside: bool) -> Distances:
@@ -98,7 +98,7 @@ class Distances(QueryResult):
             return np.frombuffer(self._single)
 
         @cached_property
-        def _found(self) -> Nearest:
+        def _nearest(self) -> Nearest:
             found = Nearest.nothing(1)
             found.distance[:], found.lower[:] = self.distance, self.lower
             found.error[:] = 0.0 if self.lower == math.inf else math.inf
@@ -117,7 +117,7 @@ class Distances(QueryResult):
     @property
     def size(self) -> int:
         """Number of points."""
-        return len(self._found.distance)
+        return len(self._nearest.distance)
 
     def _shaped(self, array: Any, *last: int) -> Any:
         result = array.reshape((*self.shape, *last))
@@ -126,28 +126,28 @@ class Distances(QueryResult):
 
     @cached_property
     def distance(self) -> FloatArray:
-        return self._shaped(self._found.distance)
+        return self._shaped(self._nearest.distance)
 
     @cached_property
     def lower(self) -> FloatArray:
-        return self._shaped(self._found.lower)
+        return self._shaped(self._nearest.lower)
 
     @cached_property
     def error(self) -> FloatArray:
-        return self._shaped(self._found.error)
+        return self._shaped(self._nearest.error)
 
     @cached_property
     def point(self) -> FloatArray:
-        return self._shaped(self._found.point, 3)
+        return self._shaped(self._nearest.point, 3)
 
     @cached_property
     def body(self) -> npt.NDArray[np.int32]:
-        return self._shaped(self._found.body)
+        return self._shaped(self._nearest.body)
 
     @cached_property
     def _faces(self) -> Any:
         """int32 (3, n): surface number, face number, side; -1, -1, 0 without a wall."""
-        found = self._found
+        found = self._nearest
         faces = np.empty((3, len(found.distance)), np.int32)
         arguments = (self._scene.geometry, found.entry, found.place, found.turn)
         run_chunks(KernelRange(faces_of, arguments, (faces,)), len(found.distance), _FIELD_CHUNK)
@@ -164,8 +164,8 @@ class Distances(QueryResult):
     @cached_property
     @ignore_fp_errors
     def _normals(self) -> FloatArray:
-        normals = np.empty_like(self._found.point)
-        arguments = (self._scene.geometry, self._faces, self._found.point)
+        normals = np.empty_like(self._nearest.point)
+        arguments = (self._scene.geometry, self._faces, self._nearest.point)
         run_chunks(KernelRange(normals_of, arguments, (normals,)), len(normals), _FIELD_CHUNK)
         return zero_negligible(normals)
 
@@ -186,7 +186,7 @@ class Distances(QueryResult):
         """Return the distances that an index or mask over the points' shape selects."""
         rows = np.arange(self.size).reshape(self.shape)[index]
         flat = np.atleast_1d(rows).ravel()
-        picked = Distances(self._scene, self.points[index], Nearest(*(array[flat] for array in self._found)))
+        picked = Distances(self._scene, self.points[index], Nearest(*(array[flat] for array in self._nearest)))
         if self._scene is NO_SCENE:  # `picked` could not compute these again
             vars(picked).update(_faces=self._faces[:, flat], _normals=self._normals[flat])
             vars(picked).update(_home=self._home, _labels=self._labels)
@@ -212,11 +212,15 @@ class Distances(QueryResult):
 
     def __repr__(self) -> str:
         if self.shape:
-            inside = int((self._found.distance < 0.0).sum())
+            inside = int((self._nearest.distance < 0.0).sum())
             return f"Distances(shape={self.shape}, {inside:,} of {format_count(self.size, 'point', 'points')} inside)"
-        names = ("distance", "error", "point", "normal", "face") if self._found.body[0] >= 0 else ("distance", "lower")
+        names = (
+            ("distance", "error", "point", "normal", "face") if self._nearest.body[0] >= 0 else ("distance", "lower")
+        )
         fields = ", ".join(f"{name}={format_field(getattr(self, name))}" for name in names)
-        return f"Distances({f'body {format_body(self.body, self.name)}, ' if self._found.body[0] >= 0 else ''}{fields})"
+        return (
+            f"Distances({f'body {format_body(self.body, self.name)}, ' if self._nearest.body[0] >= 0 else ''}{fields})"
+        )
 
 
 def _concatenate_distances(parts: Any) -> Distances:
@@ -228,12 +232,12 @@ def _concatenate_distances(parts: Any) -> Distances:
     if len({shape[1:] for shape in shapes}) > 1:
         raise ValueError(f"Distances: parts must have one shape but for the first axis, got {shapes[:4]}")
     points = np.concatenate([part.points.reshape(shape) for part, shape in zip(given, shapes, strict=True)])
-    found = Nearest(*(np.concatenate(columns) for columns in zip(*(part._found for part in given), strict=True)))
+    found = Nearest(*(np.concatenate(columns) for columns in zip(*(part._nearest for part in given), strict=True)))
     scene = given[0]._scene
     if scene is not NO_SCENE and all(part._scene is scene for part in given):
         return Distances(scene, points, found)
     rows = [part.detached() for part in given]
-    state: dict[str, Any] = {"points": points, "_found": found, "_home": rows[0]._home}
+    state: dict[str, Any] = {"points": points, "_nearest": found, "_home": rows[0]._home}
     state |= common_scene_state(rows, "Distances")
     state["_faces"] = np.concatenate([part._faces for part in rows], axis=1)
     state["_normals"] = np.concatenate([part._normals for part in rows])
@@ -341,7 +345,7 @@ def exact_distances(
     return found
 
 
-def _sign_distances(scene: PreparedScene, flat: FloatArray, away: FloatArray) -> FloatArray:
+def _sign_distances(scene: PreparedScene, flat: FloatArray, distances: FloatArray) -> FloatArray:
     """Return distances with their signs: negative inside any solid."""
     inside = body_at(scene, flat, "distance") >= 0
-    return np.where(inside, -away, away)
+    return np.where(inside, -distances, distances)

@@ -69,13 +69,13 @@ class Hits(QueryResult, HitDerivatives):
     """
 
     rays: Rays
-    _found: HitBuffers
+    _buffers: HitBuffers
     _doubtful: npt.NDArray[np.int64]
     _single: tuple[Any, ...]  # of one ray, see `_of_single`
     _views = ("t", "body", "surface", "face", "entering", "doubtful", "_single")
 
     def __init__(self, scene: PreparedScene, rays: Rays, found: HitBuffers, doubtful: Any = ()) -> None:
-        vars(self).update(_scene=scene, rays=rays, _found=found, _doubtful=np.asarray(doubtful, np.int64))
+        vars(self).update(_scene=scene, rays=rays, _buffers=found, _doubtful=np.asarray(doubtful, np.int64))
 
     @classmethod
     def _of_single(cls, scene: PreparedScene, found: tuple[Any, ...]) -> Hits:
@@ -91,7 +91,7 @@ class Hits(QueryResult, HitDerivatives):
             return Rays._of_few(self._single[0], single=True)
 
         @cached_property
-        def _found(self) -> HitBuffers:
+        def _buffers(self) -> HitBuffers:
             found = HitBuffers.new(1)
             for column, number in zip(found, self._single[1:], strict=False):
                 column[0] = number
@@ -110,7 +110,7 @@ class Hits(QueryResult, HitDerivatives):
     @property
     def size(self) -> int:
         """Number of hits, including misses."""
-        return len(self._found.t)
+        return len(self._buffers.t)
 
     def _shaped(self, array: Any, *last: int) -> Any:
         """Return a flat array in the rays' shape, with more axes `last`, read-only; one ray gives a scalar."""
@@ -120,13 +120,13 @@ class Hits(QueryResult, HitDerivatives):
 
     @cached_property
     def t(self) -> FloatArray:
-        return self._shaped(self._found.t)
+        return self._shaped(self._buffers.t)
 
     @cached_property
     def body(self) -> npt.NDArray[np.int32]:
         if "_single" in vars(self):
             return np.int32(self._single[2])  # type: ignore[return-value]
-        return self._shaped(self._found.body)
+        return self._shaped(self._buffers.body)
 
     @property
     def hit(self) -> npt.NDArray[np.bool_]:
@@ -139,7 +139,7 @@ class Hits(QueryResult, HitDerivatives):
     @cached_property
     def _faces(self) -> Any:
         """int32 (3, n): surface number, face number, side; -1, -1, 0 for a miss."""
-        found = self._found
+        found = self._buffers
         faces = empty_array((3, len(found.t)), np.int32)
         arguments = (self._scene.geometry, found.entry, found.place, found.turn)
         run_chunks(KernelRange(faces_of, arguments, (faces,)), len(found.t), _FIELD_CHUNK)
@@ -160,7 +160,7 @@ class Hits(QueryResult, HitDerivatives):
 
         scene, rays = self._scene, self.rays
         limits = np.array([-np.inf]), np.array([np.inf])
-        arrays, found = RayArrays(*lines_of(rays), *limits, rays._starts_in(scene)), self._found
+        arrays, found = RayArrays(*lines_of(rays), *limits, rays._starts_in(scene)), self._buffers
         places = HitPlaces(found.t, np.ascontiguousarray(self._faces[0]), found.entry, found.turn)
         return sides_of(scene, arrays, places)
 
@@ -181,11 +181,11 @@ class Hits(QueryResult, HitDerivatives):
 
     @cached_property
     def entering(self) -> Any:
-        return self._shaped(abs(self._found.turn) == 2)
+        return self._shaped(abs(self._buffers.turn) == 2)
 
     @cached_property
     def _points(self) -> FloatArray:
-        t = self._found.t
+        t = self._buffers.t
         points = empty_array((len(t), 3), np.float64)
         o, d = lines_of(self.rays)
         run_chunks(KernelRange(points_along, (o, d, t), (points,)), len(points), _FIELD_CHUNK)
@@ -194,7 +194,7 @@ class Hits(QueryResult, HitDerivatives):
     @cached_property
     def doubtful(self) -> Any:
         """bool (...): rays for which rounding might have changed the answer, so that exact methods decided it."""
-        result = np.zeros(len(self._found.t), np.bool_)
+        result = np.zeros(len(self._buffers.t), np.bool_)
         result[self._doubtful] = True
         return self._shaped(result)
 
@@ -202,7 +202,7 @@ class Hits(QueryResult, HitDerivatives):
     def _errors(self) -> FloatArray:
         from .exact.error_bounds import bounds_of_t
 
-        scene, found = self._scene, self._found
+        scene, found = self._scene, self._buffers
         lines, starts = lines_of(self.rays), self.rays._starts_in(scene)
         return bounds_of_t(scene, lines, starts, np.zeros(0, np.int64), found.t, self._faces[0])
 
@@ -233,7 +233,7 @@ class Hits(QueryResult, HitDerivatives):
             self._scene.geometry,
             lowered.frames,
             lowered.body_frame,
-            self._found.body,
+            self._buffers.body,
             self._faces,
             self._points,
         )
@@ -252,7 +252,7 @@ class Hits(QueryResult, HitDerivatives):
     @cached_property
     def uv(self) -> FloatArray:
         uv = np.empty((len(self._points), 2))
-        arguments = (self._scene.geometry, self._found.body, self._faces, self._points)
+        arguments = (self._scene.geometry, self._buffers.body, self._faces, self._points)
         run_chunks(KernelRange(uvs_of, arguments, (uv,)), len(uv), _FIELD_CHUNK)
         return self._shaped(uv, 2)
 
@@ -275,7 +275,7 @@ class Hits(QueryResult, HitDerivatives):
         shape = self._spawned_shape(array)
         d = np.array(np.broadcast_to(array, (*shape, 3)), order="C")
         mine = self.rays.shape
-        hit = np.broadcast_to((self._found.body >= 0).reshape(mine), shape).ravel()
+        hit = np.broadcast_to((self._buffers.body >= 0).reshape(mine), shape).ravel()
         flat = d.reshape(-1, 3)
         bad = np.flatnonzero(hit & ~(np.isfinite(flat).all(axis=1) & (flat != 0).any(axis=1)))
         if len(bad):
@@ -379,10 +379,10 @@ class Hits(QueryResult, HitDerivatives):
 
     def __getitem__(self, index: Any) -> Hits:
         """Return the hits that an index or mask over the rays' shape selects."""
-        rows = np.arange(len(self._found.t)).reshape(self.rays.shape)[index]
+        rows = np.arange(len(self._buffers.t)).reshape(self.rays.shape)[index]
         flat = np.atleast_1d(rows).ravel()
         doubtful = np.flatnonzero(np.isin(flat, self._doubtful)) if len(self._doubtful) else ()
-        picked = Hits(self._scene, self.rays[index], HitBuffers(*(array[flat] for array in self._found)), doubtful)
+        picked = Hits(self._scene, self.rays[index], HitBuffers(*(array[flat] for array in self._buffers)), doubtful)
         if self._scene is NO_SCENE:
             self._copy_fields(picked, flat)
         return picked
@@ -403,8 +403,8 @@ class Hits(QueryResult, HitDerivatives):
     def __repr__(self) -> str:
         if not self.rays.shape:
             return f"Hits({_format_hit(self)})"
-        count = int((self._found.body >= 0).sum())
-        return f"Hits(shape={self.rays.shape}, {count:,} of {format_count(len(self._found.t), 'ray', 'rays')} hit)"
+        count = int((self._buffers.body >= 0).sum())
+        return f"Hits(shape={self.rays.shape}, {count:,} of {format_count(len(self._buffers.t), 'ray', 'rays')} hit)"
 
     def _repr_html_(self) -> str:
         """Return the table that a notebook shows: a row for each of the first rays."""
@@ -444,8 +444,8 @@ def _concatenate_hits(parts: Any) -> Hits:
         rays = Rays.concatenate(part.rays for part in results)
     except ValueError as error:
         raise ValueError(str(error).replace("Rays:", "Hits:", 1)) from None
-    found = HitBuffers(*(np.concatenate(columns) for columns in zip(*(part._found for part in results), strict=True)))
-    firsts = np.cumsum([0, *(len(part._found.t) for part in results)])
+    found = HitBuffers(*(np.concatenate(columns) for columns in zip(*(part._buffers for part in results), strict=True)))
+    firsts = np.cumsum([0, *(len(part._buffers.t) for part in results)])
     doubtful = np.concatenate([first + part._doubtful for first, part in zip(firsts, results, strict=False)])
     scene = results[0]._scene
     if scene is not NO_SCENE and all(part._scene is scene for part in results):
@@ -458,7 +458,7 @@ def _concatenate_detached_hits(parts: Sequence[Hits], rays: Rays, found: HitBuff
     for i, part in enumerate(parts):
         if part._home != parts[0]._home:
             raise ValueError(f"Hits: parts must be of one scene, got parts[0] and parts[{i}] of different ones")
-    state: dict[str, Any] = {"rays": rays, "_found": found, "_doubtful": doubtful, "_home": parts[0]._home}
+    state: dict[str, Any] = {"rays": rays, "_buffers": found, "_doubtful": doubtful, "_home": parts[0]._home}
     state["_labels"] = merge_labels([part._labels for part in parts], "Hits")
     state["_faces"] = np.concatenate([part._faces for part in parts], axis=1)
     state["_points"] = np.concatenate([part._points for part in parts])

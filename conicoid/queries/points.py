@@ -167,7 +167,7 @@ def first_after(scene: PreparedScene, points: FloatArray, after: Any, width: int
     return bodies
 
 
-def bodies_at(scene: PreparedScene, points: Any, ask: Callable[[FloatArray, Any], Any] | None = None) -> BodiesAt:
+def bodies_at(scene: PreparedScene, points: Any, query: Callable[[FloatArray, Any], Any] | None = None) -> BodiesAt:
     """Return all bodies that contain each point.
 
     ask: a function (points, after) with the result of `first_after`, as on workers. Each round finds the next body of
@@ -175,7 +175,7 @@ def bodies_at(scene: PreparedScene, points: Any, ask: Callable[[FloatArray, Any]
     """
     flat, shape = points_of("bodies_at", points)
     width = width_of(shape)
-    first = ask or (lambda some, after: first_after(scene, some, after, width if len(some) == len(flat) else 0))
+    first = query or (lambda some, after: first_after(scene, some, after, width if len(some) == len(flat) else 0))
     which, after = np.arange(len(flat)), BEFORE_FIRST
     owners, bodies = [np.zeros(0, np.int64)], [np.zeros(0, np.int32)]
     while len(which):

@@ -116,29 +116,29 @@ def as_rays(query: str, origins: Any, directions: Any) -> Rays:
     return Rays(origins, directions)
 
 
-def refuse_no_rays(query: str, given: Any) -> None:
+def refuse_no_rays(query: str, value: Any) -> None:
     """Raise TypeError for an object of this package other than rays, such as a result, a camera or a shape."""
-    if isinstance(given, Rays | LazyRays) or not type(given).__module__.startswith("conicoid."):
+    if isinstance(value, Rays | LazyRays) or not type(value).__module__.startswith("conicoid."):
         return
     hint = ""
-    if isinstance(given, QueryResult):
+    if isinstance(value, QueryResult):
         hint = "; use its .rays, or hits.spawn(...)"
-    elif callable(getattr(given, "rays", None)):
+    elif callable(getattr(value, "rays", None)):
         hint = "; its rays are those of a picture: .rays(width, height)"
-    elif hasattr(given, "lazy_rays"):
+    elif hasattr(value, "lazy_rays"):
         hint = "; co.Rays.from_scan(geometry) are its rays"
-    raise TypeError(f"{query}: origins must be arrays or a Rays, got {describe_kind(given)}{hint}")
+    raise TypeError(f"{query}: origins must be arrays or a Rays, got {describe_kind(value)}{hint}")
 
 
-def _pair_hint(query: str, given: Any) -> str:
+def _pair_hint(query: str, value: Any) -> str:
     """Return a hint for origins and directions passed as one argument."""
     if (
-        isinstance(given, tuple | list)
-        and len(given) == 2
-        and all(np.ndim(part) and np.shape(part)[-1] == 3 for part in given)
+        isinstance(value, tuple | list)
+        and len(value) == 2
+        and all(np.ndim(part) and np.shape(part)[-1] == 3 for part in value)
     ):
         return f"; a pair of arrays is passed as two, {query}(*pair)"
-    shape = getattr(given, "shape", ())
+    shape = getattr(value, "shape", ())
     return f"; an array of both is two, {query}(a[..., :3], a[..., 3:])" if shape and shape[-1] == 6 else ""
 
 

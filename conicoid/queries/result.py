@@ -132,7 +132,7 @@ class QueryResult(ArrayRecord):
         for field in self._fields():
             getattr(self, field)  # computes and caches the field, which needs the scene
         state = {name: value for name, value in vars(self).items() if name not in (*_SCENE_FIELDS, *self._views)}
-        return {**state, "_home": self._home, "_labels": self._labels.of_only(self._numbers)}
+        return {**state, "_home": self._home, "_labels": self._labels.select(self._numbers)}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         restore_state(self, state)

@@ -60,7 +60,7 @@ class Exposure:
         self._lock, self._busy = threading.Lock(), 0
         self._finished: set[int] = set()
         """Tiles that are done in this pass and not yet handed over."""
-        self._left: set[int] = set()
+        self._unreported: set[int] = set()
         """The same, of the passes before."""
         self._changed: set[int] = set()
         """Tiles in which this pass adds samples."""
@@ -97,22 +97,22 @@ class Exposure:
         while at < job.samples:
             after = next_end(at) if is_watched or job.noise is not None else at + STEP
             at = min(job.samples, after) if job.is_progressive else job.samples
-            squares = self._wanted(at)
+            squares = self._sample_mask(at)
             if squares.any():
                 yield at, squares
 
     def _begun(self) -> int:
         """The fewest samples that a square has which is to get more."""
         count = self.sums[::SQUARE, ::SQUARE, COUNT].ravel()
-        return int(count[self._wanted(self.job.samples) != 0].min(initial=self.job.samples))
+        return int(count[self._sample_mask(self.job.samples) != 0].min(initial=self.job.samples))
 
-    def _wanted(self, last: int) -> Any:
+    def _sample_mask(self, last: int) -> Any:
         """(squares,): which get samples in a pass that ends with `last`."""
         across = -(-self.job.width // SIDE)
         top, bottom = self.begin // across, -(-self.end // across)
         rows, columns = -(-self.job.height // SQUARE), -(-self.job.width // SQUARE)
         found = np.zeros((rows, columns), np.int8)
-        part = self.job.wanted(self.sums[top * SIDE : bottom * SIDE], last, SQUARE)
+        part = self.job.sample_mask(self.sums[top * SIDE : bottom * SIDE], last, SQUARE)
         places: Longs = np.indices(part.shape)
         first = top * SIDE // SQUARE
         tile = tiles.tiles_of_squares(first + places[0], places[1], self.job.width)
@@ -154,7 +154,7 @@ class Exposure:
         except BaseException:
             self._after_end(keep)
             raise
-        self._left |= self._finished
+        self._unreported |= self._finished
         self._finished = set()
 
     def _after_end(self, keep: TileSink | None) -> None:
@@ -163,7 +163,7 @@ class Exposure:
         while self._busy > 0 and monotonic() < until:
             sleep(0.01)
         if keep is not None and self._busy == 0:
-            self._finished |= self._left | self._changed
+            self._finished |= self._unreported | self._changed
             self._hand_over(keep, True)
 
     def _hand_over(self, keep: TileSink, is_end: bool) -> None:
@@ -173,8 +173,8 @@ class Exposure:
         with self._lock:
             new, self._finished = self._finished, set()
         if is_end:
-            new, self._left = new | self._left, set()
-        self._left -= new
+            new, self._unreported = new | self._unreported, set()
+        self._unreported -= new
         self._saved = monotonic()
         if new:
             keep(tile_ranges(sorted(new)))
@@ -267,11 +267,11 @@ def stills(scene: Any, job: RenderJob, fixed: bool, sums: FloatArray) -> Iterato
     assert job.shutter is not None
     for begin in range(0, job.samples, job.round):
         count = min(job.round, job.samples - begin)
-        if not job.wanted(sums, begin + count, SQUARE).any():
+        if not job.sample_mask(sums, begin + count, SQUARE).any():
             continue
         for k, time in enumerate(moments(job.shutter, job.times)):
             end = begin + (k + 1) * count // job.times
-            if not job.wanted(sums, end, SQUARE).any():
+            if not job.sample_mask(sums, end, SQUARE).any():
                 continue
             still = scene.at(time)
             view = job.view if fixed or still.camera is None else still.camera
@@ -314,7 +314,7 @@ class _NewTiles:
     """Tiles with new samples, which are written every few seconds: moments may be much shorter."""
 
     def __init__(self, kept: Any, sums: FloatArray) -> None:
-        self._kept, self._sums, self._tiles, self._written = kept, sums, set[int](), monotonic()
+        self._sink, self._sums, self._tiles, self._written = kept, sums, set[int](), monotonic()
 
     def add(self, tiles: list[tuple[int, int]]) -> None:
         """Remember tiles, and write all if it is time."""
@@ -326,7 +326,7 @@ class _NewTiles:
     def write(self) -> None:
         """Write those that are not yet."""
         if self._tiles:
-            self._kept.add(self._sums, tile_ranges(sorted(self._tiles)))
+            self._sink.add(self._sums, tile_ranges(sorted(self._tiles)))
         self._tiles.clear()
         self._written = monotonic()
 

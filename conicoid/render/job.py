@@ -46,7 +46,7 @@ class RenderJob:
         """In so many samples all moments of the shutter's time are seen once: all, or where noise may end them some."""
         return self.samples if self.noise is None else -(-STEP // self.times) * self.times
 
-    def wanted(self, sums: FloatArray, last: int, side: int) -> npt.NDArray[np.int8]:
+    def sample_mask(self, sums: FloatArray, last: int, side: int) -> npt.NDArray[np.int8]:
         """(rows, columns): 1 for each square, `side` pixels a side, that is to get samples in a pass up to `last`."""
         is_judged = is_end if self.shutter is None else lambda count: count % self.round == 0
         return select_squares(sums, last, self.noise, side, is_judged)

@@ -67,7 +67,7 @@ class Frames:
         key = digest_of(self._key, type(camera).__name__, camera, light)
         return self.folder / f"{key.hex()}.png"
 
-    def is_there(self, path: Path) -> bool:
+    def is_whole(self, path: Path) -> bool:
         """Return whether a frame is whole and of the right size."""
         from PIL import Image
 
@@ -103,7 +103,7 @@ class Frames:
         """
         files, rendered, count = [self.path(each) for each in subjects], 0, len(subjects)
         for k, (file, subject) in enumerate(zip(files, subjects, strict=True)):
-            if not self.is_there(file):
+            if not self.is_whole(file):
                 self.render(file, subject, progress and _tile_progress(progress, k, count))
                 rendered += 1
             if progress is not None:
@@ -116,7 +116,7 @@ class Frames:
         """Do the same on workers, a frame in each task, and write each frame when it comes back."""
         files = [self.path(each) for each in subjects]
         # A dictionary, so that equal frames are rendered once
-        missing = {file: each for file, each in zip(files, subjects, strict=True) if not self.is_there(file)}
+        missing = {file: each for file, each in zip(files, subjects, strict=True) if not self.is_whole(file)}
         names, there = list(missing), len(files) - len(missing)
         pieces = (ScheduledTask(k, k + 1, (each,)) for k, each in enumerate(missing.values()))
         with run_tasks(*self._work(workers), pieces, total=len(names)) as results:

@@ -145,7 +145,7 @@ class Scene:
         self._animation: tuple[Track, ...] = as_tracks(animation)
         refuse_unknown_tracks(self._bodies, self._animation)
         self._cached_prepared: PreparedScene | None = None
-        self._before: PreparedScene | None = None
+        self._previous: PreparedScene | None = None
         """The prepared scene that this one was edited from, until this one is prepared too."""
         self._lock = fork_safe_lock()
 
@@ -173,7 +173,7 @@ class Scene:
 
     def __copy__(self) -> Scene:
         copied = _rebuild_scene(type(self), *self._parts)  # with a lock of its own
-        copied._cached_prepared, copied._before, copied._notes = self._cached_prepared, self._before, self._notes
+        copied._cached_prepared, copied._previous, copied._notes = self._cached_prepared, self._previous, self._notes
         return copied
 
     # --- Contents
@@ -470,7 +470,7 @@ class Scene:
         if bodies is source._bodies and source._cached_prepared is not None:
             scene._cached_prepared = source._cached_prepared
         else:
-            scene._before = source._cached_prepared or source._before
+            scene._previous = source._cached_prepared or source._previous
         return scene
 
     def _with_entry(self, entry: int, old: Body, body: Body, *parts: Any) -> Scene:
@@ -555,7 +555,7 @@ class Scene:
                 from ..prepare.prepared_scene import prepare
 
                 # Held by this list alone, the old scene can give its memory to the new one
-                before, self._before = [self._before] if self._before else [], None
+                before, self._previous = [self._previous] if self._previous else [], None
                 with pause_gc():
                     self._cached_prepared = prepare(self._bodies, before, *progress)
             return self._cached_prepared

@@ -75,7 +75,7 @@ class _Handler(BaseHTTPRequestHandler):
         elif name == "preview.webp":
             self._answer(200, "image/webp", session.preview())
         elif name in ("version", "scene"):
-            self._ask({"version": session.version, "scene": session.scene}[name], None)
+            self._call({"version": session.version, "scene": session.scene}[name], None)
         else:
             self._refuse(404, "there is nothing here")
 
@@ -96,7 +96,7 @@ class _Handler(BaseHTTPRequestHandler):
         elif not length.isdecimal() or int(length) > _MOST_BYTES:
             self._refuse(413, f"at most {_MOST_BYTES} bytes are taken")
         else:
-            self._ask(calls[name], self.rfile.read(int(length)))
+            self._call(calls[name], self.rfile.read(int(length)))
 
     def _name(self) -> str | None:
         """Return the name in the path of a request, or None after the refusal of an invalid request."""
@@ -115,7 +115,7 @@ class _Handler(BaseHTTPRequestHandler):
             return None
         return parts[2]
 
-    def _ask(self, call: Callable[[Any], Any], body: bytes | None) -> None:
+    def _call(self, call: Callable[[Any], Any], body: bytes | None) -> None:
         """Answer with the result of a call, or with its error."""
         try:
             answer = call(None if body is None else json.loads(body))
@@ -145,13 +145,13 @@ class _Handler(BaseHTTPRequestHandler):
         """Log no requests."""
 
 
-def serve(session: Session, port: int, browser: bool, say: Callable[[str], None]) -> None:
+def serve(session: Session, port: int, browser: bool, report: Callable[[str], None]) -> None:
     """Serve a page until Ctrl-C. Raise OSError if the port is in use."""
     with Server(session, port) as server:
         try:
-            say(f"{server.url}   (Ctrl-C ends)")
+            report(f"{server.url}   (Ctrl-C ends)")
             if browser:
                 webbrowser.open(server.url)
             server.serve_forever(poll_interval=0.2)
         except KeyboardInterrupt:
-            say("ended")
+            report("ended")

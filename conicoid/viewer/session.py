@@ -193,7 +193,7 @@ class Session:
         self._scene, self._title, self._path = scene, title, path
         self._select = select
         self._stamp = stamp or stamp_of(path)  # from before the scene was read, so that a change meanwhile counts
-        self._again = math.inf
+        self._next_refresh = math.inf
         self._version = 0  # grows with every change of the file or of its problem
         self._trouble: str | None = None
         self._lock = fork_safe_rlock()
@@ -263,7 +263,7 @@ class Session:
         if self._path is None:
             return
         stamp, started = stamp_of(self._path), time.monotonic()
-        if stamp == self._stamp and (self._trouble is None or started < self._again):
+        if stamp == self._stamp and (self._trouble is None or started < self._next_refresh):
             return
         trouble = self._load(self._path)
         if stamp != self._stamp or trouble != self._trouble:
@@ -271,7 +271,7 @@ class Session:
         self._stamp, self._trouble = stamp, trouble
         now = time.monotonic()
         # Counted from the end of the try, so that a slow file does not keep the session busy
-        self._again = now + max(_PAUSE, _SHARE * (now - started))
+        self._next_refresh = now + max(_PAUSE, _SHARE * (now - started))
 
     def _load(self, path: Path) -> str | None:
         """Load the scene from the file; return the problem if that fails, whatever the error."""

@@ -156,8 +156,8 @@ def test_every_number_is_changed_and_nothing_else():
         ["start[1]", "start[2]", "end[0]", "end[1]", "end[2]", "radius", "end_angle", "reference[0]"]
     )
     radius = next(change for change in found if change.number == "radius")
-    assert radius.made == co.Cylinder((0, 2, 3), (4, 5, 6), math.nextafter(0.5, 1), 0, 90, reference=(1, 0, 0))
-    assert radius.share * (radius.made.radius - 0.5) == 0.5 * U
+    assert radius.result == co.Cylinder((0, 2, 3), (4, 5, 6), math.nextafter(0.5, 1), 0, 90, reference=(1, 0, 0))
+    assert radius.share * (radius.result.radius - 0.5) == 0.5 * U
     moved = co.Sphere().rotate((0, 0, 2), 30).translate((1, 0, 0)).motion
     assert [change.number for change in number_changes(moved)] == [
         "steps[0].axis[2]",
@@ -165,7 +165,7 @@ def test_every_number_is_changed_and_nothing_else():
         "steps[1].offset[0]",
     ]
     quadric = co.Quadric(coefficients=dict(xx=2, z=-1))
-    assert [dict(change.made.coefficients) for change in number_changes(quadric)] == [
+    assert [dict(change.result.coefficients) for change in number_changes(quadric)] == [
         dict(xx=math.nextafter(2, 3), z=-1), dict(xx=2, z=math.nextafter(-1, -2)),
     ]  # fmt: skip
     assert [change.number for change in number_changes(co.Ellipsoid.from_coefficients(1, 2, 3))] == [

@@ -68,7 +68,7 @@ def test_some_of_them():
     scene = co.Scene([co.Body(co.Sphere(), name="a"), co.Body(co.Sphere(2), name="b")])
     found = co.parameters(scene, ["b.*", "a.radius"])
     assert found.names == ("a.radius", "b.radius", "b.center[0]", "b.center[1]", "b.center[2]")
-    assert found.only("*.center[1]").names == ("b.center[1]",)
+    assert found.select("*.center[1]").names == ("b.center[1]",)
     assert found.scene([1, 3, 0, 0, 0]) == scene.replace("b", co.Sphere(3))
     hit = scene.first_hit((0, 0, 9), (0, 0, -1))
     assert hit.vjp(found, t=1).parameters.tolist() == [0, -1, 0, 0, -1]

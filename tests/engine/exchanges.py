@@ -104,7 +104,7 @@ def note_memory_taken(monkeypatch) -> list[bool]:
 
     def noted(self, *arguments):
         begin(self, *arguments)
-        found.append(self._opened is not None)
+        found.append(self._buffer is not None)
 
     monkeypatch.setattr(exchange.InPlaceEdit, "__init__", noted)
     return found

@@ -146,13 +146,13 @@ def test_memory_that_is_asked_for_by_name_is_not_taken_for_another():
 def test_a_claim_keeps_memory_that_somebody_held_from_others():
     """Who holds an array of the scene may let it go while the scene is read by which another one is made from it."""
     scene = after(1)
-    memory, boxes = scene._prepared.kept.memory, scene._prepared.lowered.boxes
+    memory, boxes = scene._prepared.edit_state.memory, scene._prepared.lowered.boxes
     assert memory is not None
     del scene
     claim = memory.claim()
     assert claim is not None
-    assert claim.opened is None
-    assert claim.held is not None
+    assert claim.buffer is None
+    assert claim.token is not None
     del boxes
     assert memory.stores.take() is None
     del claim

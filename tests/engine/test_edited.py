@@ -95,13 +95,13 @@ def chain(seed: int, bodies: int, edits: int, answers: int) -> int:
         edited = edit(scene, rng, names)
         if rng.random() < 0.3:  # two at once
             edited = edit(edited, rng, names)
-        assert edited._before is scene._prepared
+        assert edited._previous is scene._prepared
         fresh = co.Scene(edited.bodies)
         same_tables(edited, fresh)
         Nodes(edited).check()
         if number % answers == 0:
             same_answers(edited, fresh, rng)
-        ids = edited._prepared.lowered.laid.ids
+        ids = edited._prepared.lowered.layout.ids
         merged.append(0 if ids is None else len(ids) - len(np.unique(ids)))
         scene = edited
     return int((np.diff(merged) != 0).sum())

@@ -163,7 +163,7 @@ def test_surfaces_are_one_where_their_names_are(seed):
     tables, exact = lowered.tables, lowered.exact
     names = [exact.bodies.name(int(number))[0] for number in exact.single]
     assert len(set(names)) == len(names) == len(tables.surface_kind)
-    given = len(lowered.laid.kinds)
+    given = len(lowered.layout.kinds)
     every = {exact.bodies.name(number)[0] for number in range(given)}
     assert every == set(names)
     assert given >= len(names) + 15  # four sides and three walls between bricks are in common

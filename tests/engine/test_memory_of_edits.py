@@ -201,10 +201,10 @@ def test_what_is_pickled_or_copied_has_stamps_of_its_own(monkeypatch):
         scene.prepare()
     for copied in (lambda thing: pickle.loads(pickle.dumps(thing)), copy.deepcopy):
         made = copied(scene._prepared)
-        assert type(made.kept) is EditState
-        assert np.array_equal(made.kept.places.planes, scene._prepared.kept.places.planes)
-        made.kept.places.planes[:] = np.nan  # its own numbers
-        assert not np.isnan(scene._prepared.kept.places.planes).any()
+        assert type(made.edit_state) is EditState
+        assert np.array_equal(made.edit_state.places.planes, scene._prepared.edit_state.places.planes)
+        made.edit_state.places.planes[:] = np.nan  # its own numbers
+        assert not np.isnan(scene._prepared.edit_state.places.planes).any()
 
     monkeypatch.setattr(stores, "_edits", itertools.count(100))  # as in one process
     there = edited(edited(scene._prepared, "10"), "3")
@@ -220,7 +220,7 @@ def test_what_is_pickled_or_copied_has_stamps_of_its_own(monkeypatch):
 def edited(prepared, name):
     """One body moved, without a scene."""
     made = prepared.edited(co.Scene(list(prepared.entries)).moved(name, (0.2, 0.1, 0)).bodies)
-    assert isinstance(made.kept, FullEditState)
+    assert isinstance(made.edit_state, FullEditState)
     return made
 
 

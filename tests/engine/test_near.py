@@ -50,7 +50,7 @@ def test_a_frame_has_room_for_all_and_not_too_much(reach, far):
         shapes[1597] = co.Sphere(reach, (far * reach, 0, 0))
         shapes[1593] = CUBE.scale(reach).rotate((1, 2, 3), 5).translate((0, far * reach, 0))
     found = records(shapes)
-    frame, (places,) = NeighbourFrame.around(found)
+    frame, (places,) = NeighbourFrame.of_scenes(found)
     assert (lengths(frame, found) <= 0.5 * (1 + 1e-12)).all()
     assert (lengths(frame, found) > 0.01).all()
     again = frame.places_within(*found)
@@ -63,17 +63,17 @@ def test_a_frame_has_room_for_all_and_not_too_much(reach, far):
 
 def test_frames_where_there_are_no_surfaces_of_a_kind_or_none_at_all():
     balls, none = records([co.Sphere(1, (5, 0, 0)), co.Sphere(1, (7, 0, 0))]), records([])
-    frame, (places, others) = NeighbourFrame.around(none, balls)
+    frame, (places, others) = NeighbourFrame.of_scenes(none, balls)
     assert (lengths(frame, balls) <= 0.5).all()
     assert (len(places.spheres), len(others.spheres)) == (0, 2)
-    assert NeighbourFrame.around(none)[0].unit == 1.0
+    assert NeighbourFrame.of_scenes(none)[0].unit == 1.0
 
 
 def test_a_frame_of_planes_through_one_point_but_for_one():
     """None of the others has a length, so that there is nothing to guess by."""
     normals = np.random.default_rng(2).normal(size=(600, 3)).tolist()
     found = records([*(co.HalfSpace(normal, 0) for normal in normals[1:]), co.HalfSpace(normals[0], 1e-6)])
-    frame, _ = NeighbourFrame.around(found)
+    frame, _ = NeighbourFrame.of_scenes(found)
     assert 0.01 < lengths(frame, found)[0] <= 0.5
 
 
@@ -86,7 +86,7 @@ def test_equal_surfaces_are_near_and_few_others_are():
         co.Cylinder((2, 4, 4), (3, 6, 6), 0.5),
     ]
     scene, new = records([*mine, *some(3.0)]), records(theirs)
-    _, (places, own) = NeighbourFrame.around(scene, new)
+    _, (places, own) = NeighbourFrame.of_scenes(scene, new)
     curved = np.concatenate([own.spheres, own.quadrics])
     columns = (places.planes, own.planes), (places.spheres, curved), (places.quadrics, curved)
     for (column, others), marks in zip(columns, places.marks, strict=True):
@@ -101,7 +101,7 @@ def test_a_scene_has_places_from_the_beginning_unless_it_is_large(monkeypatch, p
     monkeypatch.setattr(exchange, "_PLACED", placed)
     rng, scene = np.random.default_rng(3), bodies(40, 3)
     scene.prepare()
-    kept = scene._prepared.kept
+    kept = scene._prepared.edit_state
     assert (kept.places is None) == (placed == 0)
     assert (kept.frame is None) == (placed == 0)
     del kept
@@ -114,8 +114,8 @@ def test_a_scene_has_places_from_the_beginning_unless_it_is_large(monkeypatch, p
 def test_places_are_worked_out_once_for_all_edits_of_a_scene(monkeypatch, placed):
     """As a slider does: each from the same scene."""
     monkeypatch.setattr(exchange, "_PLACED", placed)
-    found, begin = [], NeighbourFrame.around
-    monkeypatch.setattr(NeighbourFrame, "around", lambda *scenes: found.append(len(scenes)) or begin(*scenes))
+    found, begin = [], NeighbourFrame.of_scenes
+    monkeypatch.setattr(NeighbourFrame, "of_scenes", lambda *scenes: found.append(len(scenes)) or begin(*scenes))
     first = co.Scene([CUBE.rotate((1, 2, 3), 7 * k).translate((3 * k, 0, 0)) for k in range(9)])
     first.prepare()
     for number in range(4):
@@ -129,10 +129,10 @@ def test_places_in_memory_of_a_scene_with_another_frame_are_written_anew():
     for number in (0, 1):
         hits = scene.first_hit((0, 0, 9), (0, 0, -1))  # holds the scene: two take turns
         scene = scene.moved(str(number), (0, 0.1, 0))
-    frame = scene._prepared.kept.frame
+    frame = scene._prepared.edit_state.frame
     hits = scene.first_hit((0, 0, 9), (0, 0, -1))
     scene = scene.moved("2", (0, 1e4, 0))
-    assert scene._prepared.kept.frame != frame
+    assert scene._prepared.edit_state.frame != frame
     for number in (5, 6):  # a corner of what stays where it was, and so three of its walls
         scene = scene.replace("3", CUBE.scale(0.5).translate((0.5, 0.5, 0.5)).rotate((1, 2, 3), 7 * number)
                               .translate((3 * number, 0, 0)))  # fmt: skip

@@ -96,7 +96,7 @@ def test_a_wall_that_reaches_farther_since_another_came(which, exchanged):
     for name, up in ((4, 3), (5, 3), (0, -5), (6, 3), (7, 3), (0, 0), (8, 3), (9, 3)):
         scene = scene.replace(str(name), turn(shapes[name].translate((0, 0, up))))
         checked(scene)
-        memory.append(scene._prepared.lowered.laid.first is None)
+        memory.append(scene._prepared.lowered.layout.first is None)
     assert memory == [True, True, False, False, False, True, True, True]
     assert exchanged == 8 * [True]
 

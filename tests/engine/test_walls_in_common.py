@@ -21,7 +21,7 @@ def same(scene):
     """The tables are those of the scene from the beginning, and what the next edit is told of surfaces that are one."""
     fresh = co.Scene(scene.bodies)
     same_tables(scene, fresh)
-    ours, others = scene._prepared.lowered.laid, fresh._prepared.lowered.laid
+    ours, others = scene._prepared.lowered.layout, fresh._prepared.lowered.layout
     for name in ("kinds", "input_senses", "senses", "first", "ids", "first_body"):
         one, other = getattr(ours, name), getattr(others, name)
         assert (one is None) == (other is None), name

@@ -56,9 +56,9 @@ def test_trees_that_grow_out_of_the_memory(monkeypatch, holds):
     begin = exchange.InPlaceEdit.geometry
 
     def noted(self, empty):
-        before = self._opened
+        before = self._buffer
         made = begin(self, empty)
-        grown.append(before is not None and before is not self._opened)
+        grown.append(before is not None and before is not self._buffer)
         return made
 
     monkeypatch.setattr(exchange.InPlaceEdit, "geometry", noted)

@@ -122,7 +122,7 @@ def test_bulk_bodies_and_the_tree():
     for _ in range(10):
         found = scene.explain(rng.normal(size=3) * 4, rng.normal(size=3))
         follows(found)
-        assert len(found.bodies) + found.missed == 201
+        assert len(found.bodies) + found.misses == 201
 
 
 def test_numbers_are_those_of_the_formulas():

@@ -218,7 +218,7 @@ def test_the_six_cases_of_caps(case):
     found = co.Scene([CYLINDER]).explain((x, y, 0), (u, v, 0))
     cell = found.bodies[0].cells[0]
     assert cell.case == int(case[0])
-    walls = {face.face: face.entered + face.left for face in cell.faces}
+    walls = {face.face: face.entries + face.exits for face in cell.faces}
     assert sorted(walls[0]) == pytest.approx(body, **CLOSE)
     assert sorted(walls[1] + walls[2]) == pytest.approx(caps, **CLOSE)
     words = {1: "c₁ c₂ b₁ b₂: miss", 2: "c₁ b₁ c₂ b₂: hit body, exit cap", 3: "c₁ b₁ b₂ c₂: hit body, exit body",

@@ -79,9 +79,9 @@ def test_an_empty_interval_and_an_empty_scene():
 def test_many_bodies_are_counted():
     """A thousand balls in a row along y: the ray along x meets the one at y = 0, the tree leaves out the rest."""
     found = co.Scene([co.Spheres([(0, 3 * k, 0) for k in range(1000)], 1)]).explain((-5, 0, 0), (1, 0, 0))
-    assert len(found.bodies) + found.missed == 1000
+    assert len(found.bodies) + found.misses == 1000
     assert len(found.bodies) < 40
-    assert f"the tree of boxes leaves out {found.missed} more bodies" in found.text
+    assert f"the tree of boxes leaves out {found.misses} more bodies" in found.text
 
 
 def test_html_stands_by_itself():

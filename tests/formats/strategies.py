@@ -264,8 +264,8 @@ def primitive(name: str) -> st.SearchStrategy[Any]:
     if name in SPECIAL:
         return SPECIAL[name]()
     fields = argument_fields(REGISTRY[name]).items()
-    required = {name: of_kind(field.kind, name) for name, field in fields if field.required}
-    optional = {name: of_kind(field.kind, name) for name, field in fields if not field.required}
+    required = {name: of_kind(field.kind, name) for name, field in fields if field.is_required}
+    optional = {name: of_kind(field.kind, name) for name, field in fields if not field.is_required}
     return built(name, st.fixed_dictionaries(required, optional=optional))
 
 

@@ -242,7 +242,7 @@ def test_rows_are_counted_before_they_are_made(tmp_path, monkeypatch):
     many = ", ".join(["{Sphere: {}}"] * 400)
     shapes = f"shapes: {{many: {{Union: [{many}]}}}}\n"
     np.savez(tmp_path / "rows.npz", x=np.arange(3000.0), y=np.arange(1e6))
-    monkeypatch.setattr(template, "build_together", lambda *_: pytest.fail("made"))
+    monkeypatch.setattr(template, "build_batch", lambda *_: pytest.fail("made"))
     text = shapes + "bodies: [{shape: many, move: [{translate: [$x, 0, 0]}], columns: {file: rows.npz}}]"
     assert "which is too much for its length" in refusal(text, tmp_path)
     text = "bodies: [{shape: {Sphere: {radius: 1, center: [$y, 0, 0]}}, columns: {file: rows.npz}}]"

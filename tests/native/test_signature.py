@@ -41,7 +41,7 @@ OF_ANY_LENGTH = {
     "spheres": "what rounding took from records: of those beyond its end, nothing",
     "boxes": "of entries: looked up by `tree_order`, made with them",
     **dict.fromkeys(
-        ("code", "numbers", "constants", "series", "inputs", "given", "wide_out"),
+        ("code", "numbers", "constants", "series", "inputs", "wide_in", "wide_out"),
         "of a tape: what its code looks up in them is tested before it is played (`tapes.tape._fits`, `_is_number`)",
     ),
     "quadrics": "what rounding took from quadrics: of those beyond its end, nothing",

@@ -90,7 +90,7 @@ def test_a_drawn_curve_is_the_section(name):
     """Every point of the path lies on the solid's surface: a little inside of it is glass, a little outside none."""
     scene = co.Scene([co.Body(SOLIDS[name], co.glass())])
     drawing = co.optics.layout(scene)
-    assert drawing.left_out == ()
+    assert drawing.omissions == ()
     ((d, matrix),) = paths_of(drawing)
     points = samples(d)
     points = (np.column_stack([points[:, 0], -points[:, 1], np.ones(len(points))]) @ matrix.T)[:, :2] * (1, -1)
@@ -146,7 +146,7 @@ def test_what_cannot_be_drawn_is_named(tmp_path):
         co.Body(co.Lens(20, -20, 4, 10).rotate("y", 30).translate((0, 0, 9)), co.glass()),
     ]
     drawing = co.optics.layout(co.Scene(bodies))
-    assert drawing.left_out == ("cut", "2")
+    assert drawing.omissions == ("cut", "2")
     assert len(paths_of(drawing)) == 1
     drawing.save(tmp_path / "x.svg")
     assert (tmp_path / "x.svg").read_text(encoding="utf-8") == drawing.svg == drawing._repr_svg_()

@@ -13,8 +13,8 @@ LINES = {"C": 0.6562725, "d": 0.5875618, "F": 0.4861327, "g": 0.4358343}
 def balanced(paths, within=1e-12):
     """Every bit of light is somewhere; returns the sums."""
     found = paths.balance()
-    parts = found.escaped, found.in_media, found.at_walls, found.not_followed
-    assert sum(parts) == pytest.approx(found.given, rel=within)
+    parts = found.escaped, found.in_media, found.at_walls, found.truncated
+    assert sum(parts) == pytest.approx(found.emitted, rel=within)
     return found
 
 
@@ -239,8 +239,8 @@ def test_light_that_is_too_weak_is_not_followed():
     most = co.optics.trace_paths(slab(co.glass(1.5)), DOWN, depth=20, least=0.01, weight=5.0)
     assert len(most) < len(all_of_it)
     assert (most.weight >= 0.05).all()
-    assert balanced(most).not_followed > 0
-    assert most.balance().given == 5
+    assert balanced(most).truncated > 0
+    assert most.balance().emitted == 5
 
 
 # ---- Where it goes ----

@@ -36,7 +36,7 @@ def test_a_singlet(tmp_path):
         assert system.stop == 0
     n = system.media[1]
     assert n.index(0.4861327) - n.index(0.6562725) == pytest.approx(0.5168 / 64.17, rel=1e-9)
-    assert "X-BK7 by its index 1.5168" in system.left_out[0]
+    assert "X-BK7 by its index 1.5168" in system.omissions[0]
 
 
 def test_a_telescope_of_conics():

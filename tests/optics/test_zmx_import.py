@@ -39,7 +39,7 @@ def test_glasses_of_the_catalogue_are_known_by_name():
     rows = [SINGLET[0] | dict(glass="N-BK7 0 0 1.5 40 0 0 0"), SINGLET[1]]
     system = co.optics.read_zmx(file(rows))
     assert system.media[1].index(0.5875618) == pytest.approx(1.51680, abs=5e-6)
-    assert system.left_out == ()
+    assert system.omissions == ()
     assert co.optics.prescription([(50, 6, "N-BK7"), (-50, None)], 10).media[1].index(0.4861327) == pytest.approx(
         1.52238, abs=5e-6
     )

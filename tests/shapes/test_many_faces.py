@@ -43,7 +43,7 @@ def test_faces_together_give_the_numbers_of_each(name: str):
     shape = SHAPES[name]
     batch = PrimitiveBatch()
     assert not len(batch.add([shape], MotionChains([shape.motion.steps]), np.array([7], np.int32)))
-    ((form, places, rows),), left = batch.lowered()
+    ((form, places, rows),), left = batch.lower()
     single = compute_shape(shape)
     assert (left, places.tolist(), form.tree) == ([], [7], single.tree)
     assert form.pattern == single.pattern

@@ -185,4 +185,4 @@ def test_long_arrays_are_told_in_short():
     long = Properties({"mu": np.arange(10_000.0)})
     assert repr(long) == "{'mu': <array of 10000 numbers>}"
     assert repr(Properties({"mu": [1, 2]})) == "{'mu': [1.0, 2.0]}"
-    assert "9999.0" in long.written
+    assert "9999.0" in long.exact_text

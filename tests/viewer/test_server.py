@@ -195,7 +195,7 @@ def test_whatever_goes_wrong_is_shown_until_it_is_mended(error, tmp_path, monkey
             assert changed["trouble"].startswith(f"{path}: ")
         assert '"version": -1' in session.page() or '"version":-1' in session.page()
     assert session.version()["trouble"] is not None, "an unchanged file is not tried at once"
-    session._again = 0.0
+    session._next_refresh = 0.0
     assert session.version() == {"version": 2, "trouble": None}
     assert session.scene()["item_count"] == 1
 
@@ -209,7 +209,7 @@ def test_what_a_scene_lacks_is_waited_for(tmp_path, monkeypatch):
     path.write_text("bodies: [{shape: {Spheres: {file: balls.npy}}}]\n")
     assert "balls.npy" in session.version()["trouble"]
     np.save(tmp_path / "balls.npy", np.ones((3, 4)))
-    session._again = 0.0
+    session._next_refresh = 0.0
     assert session.version() == {"version": 2, "trouble": None}
     assert session.scene()["item_count"] == 1
 

@@ -219,7 +219,7 @@ def check(
     Returns
     -------
     Findings
-        A list of `Finding`, kind by kind, the worst of each kind first. Its `not_looked_for` names the checks that
+        A list of `Finding`, kind by kind, the worst of each kind first. Its `omissions` names the checks that
         were skipped, with the reason.
 
     Raises
@@ -294,7 +294,7 @@ def _probe_pairs(scan: ProbeScan, targets: ProbeTargets, rays: int, random: np.r
 def _probe_unseen(scan: ProbeScan, targets: ProbeTargets, rays: int, random: np.random.Generator) -> Any:
     """Return the ids of bodies that no ray has hit, after more rays through their boxes. A ball is never empty."""
     tables = scan.scene._prepared.lowered.tables
-    missing = ~scan.seen
+    missing = ~scan.is_hit
     missing[tables.entry_kind == BALL] = False
     bodies = np.flatnonzero(missing & ~targets.empty)
     if len(bodies):
@@ -305,7 +305,7 @@ def _probe_unseen(scan: ProbeScan, targets: ProbeTargets, rays: int, random: np.
                 random,
             )
         )
-    return np.flatnonzero(missing & ~scan.seen)
+    return np.flatnonzero(missing & ~scan.is_hit)
 
 
 def _by_length(sightings: Any) -> Any:

@@ -436,7 +436,7 @@ class _BodyExaminer:
         for kind, numbers in enumerate(bodies.members):
             if len(numbers) < 2 or not bodies.is_rigid(kind):
                 continue
-            shifts, at = bodies.shifts.chosen(numbers), int(numbers[0])
+            shifts, at = bodies.shifts.select(numbers), int(numbers[0])
             used = (
                 [values[k] for k in set(index)]
                 for values, index in zip(shifts.values, shifts.index.tolist(), strict=True)
@@ -451,7 +451,7 @@ class _BodyExaminer:
             offsets = transform_offsets(offsets, bodies.motion(kind))
             low, high = self.targets.box(at)
             conditions = (
-                self._of_shape(bodies.made(kind, corner), at, (low + offset, high + offset))
+                self._of_shape(bodies.shape_at(kind, corner), at, (low + offset, high + offset))
                 for corner, offset in zip(corners, offsets, strict=True)
             )
             if all(one is None or one.digits >= below + _CORNER_MARGIN for one in conditions):

@@ -73,18 +73,18 @@ class Findings(list[Finding]):
     ----------
     found : iterable of Finding
         The findings.
-    not_looked_for : iterable of str
+    omissions : iterable of str
         Checks that were skipped, each with its reason.
 
     Attributes
     ----------
-    not_looked_for : tuple of str
+    omissions : tuple of str
         Checks that were skipped, each with its reason; empty if all were done.
     """
 
-    def __init__(self, found: Iterable[Finding] = (), not_looked_for: Iterable[str] = ()) -> None:
+    def __init__(self, found: Iterable[Finding] = (), omissions: Iterable[str] = ()) -> None:
         super().__init__(found)
-        self.not_looked_for = tuple(not_looked_for)
+        self.omissions = tuple(omissions)
 
     if not TYPE_CHECKING:  # else type checkers would accept any name
 
@@ -92,7 +92,7 @@ class Findings(list[Finding]):
             raise AttributeError(f"'Findings' object has no attribute {name[:80]!r}: {_LIST_HINT}", name=name, obj=self)
 
     def __repr__(self) -> str:
-        skipped = f", not looked for: {'; '.join(self.not_looked_for)}" if self.not_looked_for else ""
+        skipped = f", not looked for: {'; '.join(self.omissions)}" if self.omissions else ""
         return f"Findings({super().__repr__()}{skipped})"
 
     def _repr_html_(self) -> str:
@@ -100,12 +100,12 @@ class Findings(list[Finding]):
         from ..._util.text import html_table
 
         rows = ((one.kind, one.bodies, one.size, one.message) for one in self)
-        skipped = "".join(f"<p>not looked for: {escape(text)}</p>" for text in self.not_looked_for)
+        skipped = "".join(f"<p>not looked for: {escape(text)}</p>" for text in self.omissions)
         return html_table(("kind", "bodies", "size", "message"), rows, len(self)) + skipped
 
     def __str__(self) -> str:
         lines = [str(finding) for finding in self] or ["nothing found"]
-        return "\n".join(lines + [f"not looked for: {text}" for text in self.not_looked_for])
+        return "\n".join(lines + [f"not looked for: {text}" for text in self.omissions])
 
 
 def body_titles(scene: SceneLike, bodies: tuple[int, ...]) -> str:

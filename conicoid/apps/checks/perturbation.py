@@ -44,15 +44,15 @@ class NumberChange(Generic[Changed]):
 
     number: str
     share: float
-    made: Changed
+    result: Changed
 
 
-def number_changes(given: Changed) -> Iterator[NumberChange[Changed]]:
+def number_changes(shape: Changed) -> Iterator[NumberChange[Changed]]:
     """Yield a change of each number of a dataclass other than 0, but not of the numbers of its motion.
 
     A number moves away from 0, or towards 0 if the constructor refuses that; it is left out if both are refused.
     """
-    for name, value, put in _numbers(given, ""):
+    for name, value, put in _numbers(shape, ""):
         for towards in (math.copysign(math.inf, value), 0.0):
             changed = math.nextafter(value, towards)
             # A change to 0 or infinity is no rounding of the number
@@ -66,21 +66,21 @@ def number_changes(given: Changed) -> Iterator[NumberChange[Changed]]:
             break
 
 
-def column_change(given: Any, change: NumberChange[Any]) -> NumberChange[Any] | None:
+def column_change(table_rows: Any, change: NumberChange[Any]) -> NumberChange[Any] | None:
     """Return a change of all numbers of a table's column that are equal to one; None for any but the first of them."""
     match = _IN_TABLE.fullmatch(change.number)
     if match is None:
         return None
     field, row, column = match[1], int(match[2]), int(match[3])
-    table = getattr(given, field)
-    old, new = table[row][column], getattr(change.made, field)[row][column]
+    table = getattr(table_rows, field)
+    old, new = table[row][column], getattr(change.result, field)[row][column]
     rows = [k for k, each in enumerate(table) if each[column] == old]
     # Equal numbers change once, by the first of them
     if rows[0] != row:
         return None
     changed = ((*each[:column], new, *each[column + 1 :]) if k in rows else each for k, each in enumerate(table))
     try:
-        return dataclasses.replace(change, made=dataclasses.replace(given, **{field: tuple(changed)}))
+        return dataclasses.replace(change, result=dataclasses.replace(table_rows, **{field: tuple(changed)}))
     except ValueError:
         return None
 
@@ -369,7 +369,7 @@ def localize(leaf: Any, frame: LocalFrame, cut: bool) -> LocalShape:
     """Return the cells of a shape without motion in a frame that fits the tested part."""
     sides = cells_of(leaf)
     base = forms_of(leaf, sides)
-    changes = [(change, forms_of(change.made, cells)) for change, cells in _comparable_changes(leaf, sides)]
+    changes = [(change, forms_of(change.result, cells)) for change, cells in _comparable_changes(leaf, sides)]
     cells = []
     for i, (forms, cell) in enumerate(zip(base, sides, strict=True)):
         changed = [(change.share, forms_[i] if i < len(forms_) else {}) for change, forms_ in changes]
@@ -387,12 +387,12 @@ def _comparable_changes(
     """
     kinds = kinds_of(sides)
     for single in number_changes(leaf):
-        cells = cells_of(single.made)
+        cells = cells_of(single.result)
         if kinds_of(cells) == kinds:
             yield single, cells
             continue
         change = column_change(leaf, single)
-        if change is not None and kinds_of(cells := cells_of(change.made)) == kinds:
+        if change is not None and kinds_of(cells := cells_of(change.result)) == kinds:
             yield change, cells
 
 
@@ -478,7 +478,7 @@ def motion_changes(motion: Motion) -> list[MotionChange]:
         before_rows, before_shift = before.affine
         rows, shift = step.affine()
         for change in number_changes(step):
-            to, to_shift = change.made.affine()
+            to, to_shift = change.result.affine()
             share = ex.exact(change.share)
             # The shift of (S' - S) B; its linear part follows if S has one that changes
             moved = (

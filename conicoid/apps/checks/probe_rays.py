@@ -180,7 +180,7 @@ class ProbeScan:
 
     scene: SceneLike
     sizes: FloatArray
-    seen: Any  # (bodies,) bool: some ray hits it
+    is_hit: Any  # (bodies,) bool: some ray hits it
     solid: Any  # (bodies,) bool: solids, not sheets
     endless: bool  # some body is infinite
     overlaps: dict[tuple[int, int], Sighting] = field(default_factory=dict)
@@ -193,7 +193,7 @@ class ProbeScan:
         while begin < len(origins):
             o, d = origins[begin : begin + count], directions[begin : begin + count]
             hits = self.scene.crossings(o, d)
-            self.seen[hits.body] = True
+            self.is_hit[hits.body] = True
             some = self._may_overlap(hits)
             if some.any():
                 self._spans(o[some], d[some])
@@ -224,7 +224,7 @@ class ProbeScan:
     def _spans(self, origins: FloatArray, directions: FloatArray) -> None:
         """Collect overlaps: spans of two bodies that have a stretch in common."""
         spans = self.scene.spans(origins, directions)
-        self.seen[spans.body] = True
+        self.is_hit[spans.body] = True
         ray = row_owners(spans.offsets)
         # Rays along an axis may run within a sliver from end to end
         askew = np.count_nonzero(directions, axis=1) > 1

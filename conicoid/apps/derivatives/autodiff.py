@@ -151,8 +151,8 @@ def _hit_walls(hits: Hits) -> tuple[HitSurfaces, CrossingRows]:
     cached: tuple[HitSurfaces, CrossingRows] | None = vars(hits).get("_met")
     if cached is None:
         surface, face, side = hits._faces
-        walls = find_hit_surfaces(hits._scene, hits._found.body, face, surface)
-        columns = walls.place, side, find_hit_ties(hits), hits._points, lines_of(hits.rays)[1], hits._found.t
+        walls = find_hit_surfaces(hits._scene, hits._buffers.body, face, surface)
+        columns = walls.place, side, find_hit_ties(hits), hits._points, lines_of(hits.rays)[1], hits._buffers.t
         crossings = make_crossing_rows(*columns)
         cached = vars(hits)["_met"] = walls, crossings
     return cached

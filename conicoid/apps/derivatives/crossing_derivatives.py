@@ -428,9 +428,9 @@ def _put_unknown_cotangent(cotangents: CrossingCotangents, result: InputCotangen
             result.walls[k, j] = nan
 
 
-@kernel(given="out", begin="0..end", end="0..n")
-def ask_crossings(
-    walls: WallRows, crossings: CrossingRows, asked: CrossingCotangents, begin: int, end: int, given: InputCotangents
+@kernel(inputs="out", begin="0..end", end="0..n")
+def pull_back_crossings(
+    walls: WallRows, crossings: CrossingRows, weights: CrossingCotangents, begin: int, end: int, inputs: InputCotangents
 ) -> int:  # fmt: skip
     """Pull back the cotangents of the crossings `begin` to `end`. Return the first miss with a cotangent, or -1.
 
@@ -439,14 +439,14 @@ def ask_crossings(
     miss = -1
     for i in range(begin, end):
         k = crossings.place[i]
-        nonzero = _has_cotangent(asked, i)
+        nonzero = _has_cotangent(weights, i)
         if not nonzero or k < 0 or k >= len(walls.numbers):
-            _put_ray_cotangent(given, i, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+            _put_ray_cotangent(inputs, i, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
             miss = i if nonzero and miss < 0 else miss
         elif crossings.lost[i] != 0:
-            _put_unknown_cotangent(asked, given, i, k)
+            _put_unknown_cotangent(weights, inputs, i, k)
         else:
-            _pull_back_crossing(walls, crossings, asked, given, i, k)
+            _pull_back_crossing(walls, crossings, weights, inputs, i, k)
     return miss
 
 
@@ -471,7 +471,7 @@ def pull_back(walls: WallRows, crossings: CrossingRows, cotangents: Any, of_wall
     def work(first: int, last: int) -> None:
         for part in range(first, last):
             own = result._replace(walls=sums[part])
-            misses[part] = ask_crossings(walls, crossings, weights, ends[part], ends[part + 1], own)
+            misses[part] = pull_back_crossings(walls, crossings, weights, ends[part], ends[part + 1], own)
 
     run_chunks(work, parts, 1)
     # The first miss is the smallest index that is not -1.

@@ -242,14 +242,14 @@ def columns_of_leaf(shape: Bulk, leaf: int) -> tuple[str | float, ...]:
 
 
 @ignore_fp_errors
-def parameters(scene: SceneLike, only: str | Iterable[str] | None = None) -> Parameters:
+def parameters(scene: SceneLike, names: str | Iterable[str] | None = None) -> Parameters:
     """Return the numbers of a scene's shapes as a flat vector with names, from which edited scenes are made.
 
     Parameters
     ----------
     scene : Scene
         A model that was imported as moved copies has no parameters, since its bodies are made on demand.
-    only : str or iterable of str, optional
+    names : str or iterable of str, optional
         Names, or patterns such as "lens.*.radius", of the parameters to select. They keep the order of the scene. None
         selects all.
 
@@ -267,7 +267,7 @@ def parameters(scene: SceneLike, only: str | Iterable[str] | None = None) -> Par
     if not is_scene(scene):
         raise TypeError(f"parameters: scene must be a Scene, got {describe_kind(scene)}")
     every = Parameters(scene)
-    return every if only is None else every.only(only)
+    return every if names is None else every.select(names)
 
 
 class Parameters:
@@ -352,7 +352,7 @@ class Parameters:
             raise KeyError(f"parameters: there is no {format_value(name)}; {hint}")
         return self._places[name]
 
-    def only(self, names: str | Iterable[str]) -> Parameters:
+    def select(self, names: str | Iterable[str]) -> Parameters:
         """Return a selection of the parameters, in the order of the scene.
 
         Parameters
@@ -374,7 +374,7 @@ class Parameters:
             places = [self._places[pattern]] if pattern in self._places else _matching(own, pattern)
             if not places:
                 hint = describe_names(str(pattern), "names", list(own))
-                raise ValueError(f"parameters: only: nothing is called {format_value(pattern)}; {hint}")
+                raise ValueError(f"parameters: names: nothing is called {format_value(pattern)}; {hint}")
             chosen.update(places)
         return Parameters(self._scene, self._chosen[sorted(chosen)], self._full)
 

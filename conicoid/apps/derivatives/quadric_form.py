@@ -127,7 +127,7 @@ def curvature(hits: Hits) -> Curvature:
     """Implement `Hits.curvature`."""
     shape, n = hits.rays.shape, hits.size
     columns = np.full((8, n), np.nan)
-    rows = np.flatnonzero(hits._found.body >= 0)
+    rows = np.flatnonzero(hits._buffers.body >= 0)
     surface, _, side = hits._faces[:, rows]
     forms, anchors = forms_of(hits._scene.lowered.tables, surface)
     form = list(np.ascontiguousarray(forms.T))

@@ -449,7 +449,7 @@ def find_hit_ties(hits: Hits) -> Signs:
 
     Undecided hits are traced again by rays spawned on them, which cross nothing near the hit unless there is a tie.
     """
-    prepared, buffers = hits._scene, hits._found
+    prepared, buffers = hits._scene, hits._buffers
     origins, directions = (as_kernel_rows(part, 3) for part in lines_of(hits.rays))
     points, entry, count = as_kernel_rows(hits._points, 3), as_kernel_array(buffers.entry), hits.size
     # First within the bodies, then across bodies for the hits that are left.
@@ -479,7 +479,7 @@ def _has_crossings_nearby(hits: Hits, which: Any) -> Any:
     """
     prepared, surface = hits._scene, hits._faces[0][which]
     origins, directions = (array[which] for array in lines_of(hits.rays))
-    points, t = hits._points[which], hits._found.t[which]
+    points, t = hits._points[which], hits._buffers.t[which]
     # `reach` in units of t: the step of the coordinates over the direction, and the same fraction of t.
     length = np.abs(directions).max(axis=1)
     size = np.maximum(np.abs(points).max(axis=1), np.abs(origins).max(axis=1))

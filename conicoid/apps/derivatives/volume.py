@@ -120,12 +120,12 @@ def _entry(scene: SceneLike, body: Any) -> tuple[int, int]:
     return entry, int(body - scene._firsts[entry])
 
 
-def _rounds(alone: SceneLike, index: int, box: BoxEnds, side: int, seed: int) -> Iterator[FloatArray]:
+def _rounds(single_body: SceneLike, index: int, box: BoxEnds, side: int, seed: int) -> Iterator[FloatArray]:
     """Yield independent estimates (numbers of the shape,).
 
     Each is stratified: one random ray through every square of a grid on three sides of the box.
     """
-    own = Parameters(alone)
+    own = Parameters(single_body)
     low, size = box[0], np.maximum(box[1] - box[0], 0.0)
     grid = np.stack(np.meshgrid(np.arange(side), np.arange(side), indexing="ij"), axis=-1).reshape(-1, 2)
     for turn in range(_ROUNDS):
@@ -140,20 +140,20 @@ def _rounds(alone: SceneLike, index: int, box: BoxEnds, side: int, seed: int) ->
             weight = float(size[across].prod()) / len(grid)
             for begin in range(0, len(origins), _CHUNK):
                 # The weight is the area of a square.
-                total += weight * _integral(alone, own, index, origins[begin : begin + _CHUNK], axis)
+                total += weight * _integral(single_body, own, index, origins[begin : begin + _CHUNK], axis)
         yield total
 
 
-def _integral(alone: SceneLike, own: Parameters, index: int, origins: FloatArray, axis: int) -> FloatArray:
+def _integral(single_body: SceneLike, own: Parameters, index: int, origins: FloatArray, axis: int) -> FloatArray:
     """Return Σ |n·a| v over the crossings of rays along an axis a, for every number of the shape.
 
     v = |n·a| dt where the ray leaves the body, and -|n·a| dt where it enters. So the cotangent of t is ±(n·a)².
     """
     direction = np.eye(3)[axis]
-    lists: spans.Crossings = alone.crossings(origins, direction, t_min=-np.inf)
+    lists: spans.Crossings = single_body.crossings(origins, direction, t_min=-np.inf)
     # Other bodies of the entry do not count.
     mine = np.flatnonzero(lists.body == index)
-    prepared, origins = alone._prepared, origins[row_owners(lists.offsets)[mine]]
+    prepared, origins = single_body._prepared, origins[row_owners(lists.offsets)[mine]]
     t, directions = lists.t[mine], np.tile(direction, (len(mine), 1))
     points = origins + t[:, None] * directions
     body, face = lists.body[mine], lists.face[mine].astype(np.int32)

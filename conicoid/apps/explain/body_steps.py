@@ -54,15 +54,15 @@ class SurfaceSteps:
 
     def __init__(self, recording: RayRecording, line: ExactRay) -> None:
         self.recording, self.line = recording, line
-        self._known: dict[int, SurfaceStep] = {}
+        self._cache: dict[int, SurfaceStep] = {}
 
     def __getitem__(self, number: int) -> SurfaceStep:
-        if number not in self._known:
-            self._known[number] = self._step(number)
-        return self._known[number]
+        if number not in self._cache:
+            self._cache[number] = self._step(number)
+        return self._cache[number]
 
     def __iter__(self) -> Any:
-        return iter(self._known.values())
+        return iter(self._cache.values())
 
     def _step(self, number: int) -> SurfaceStep:
         """Return the step of a surface from its recorded row."""
@@ -165,8 +165,8 @@ def _case(curved: FaceStep | None, faces: Sequence[FaceStep]) -> int:
     pairs = slab_pairs(faces)
     if len(pairs) != 1:
         return 0
-    body = curved.entered + curved.left
-    caps = [t for k in pairs[0] for t in faces[k].entered + faces[k].left]
+    body = curved.entries + curved.exits
+    caps = [t for k in pairs[0] for t in faces[k].entries + faces[k].exits]
     if len(body) != 2 or len(caps) != 2 or len({*body, *caps}) < 4:
         return 0
     order = sorted([(t, "b") for t in body] + [(t, "c") for t in caps])
@@ -558,11 +558,11 @@ def finish_step(
     return replace(step, outcome=outcome, sentence=sentence, crossings=own, spans=inside, doubtful=doubtful)
 
 
-def merge_missed_step(left_out: BodyStep, worked: BodyStep) -> BodyStep:
+def merge_missed_step(bare_step: BodyStep, worked: BodyStep) -> BodyStep:
     """Return the step of a body that the tree leaves out, with the details that its own test gives."""
     why = _OUTCOME_WORDS.get(worked.outcome)
-    sentence = f"{left_out.sentence}; without the tree: {why}" if why else left_out.sentence
-    return replace(worked, outcome=left_out.outcome, sentence=sentence, box=left_out.box, ball=left_out.ball)
+    sentence = f"{bare_step.sentence}; without the tree: {why}" if why else bare_step.sentence
+    return replace(worked, outcome=bare_step.outcome, sentence=sentence, box=bare_step.box, ball=bare_step.ball)
 
 
 def _crossings_text(crossings: Sequence[Crossing], outcome: str) -> str:

@@ -58,7 +58,7 @@ class Explanation(RayRecord):
         The first hit, as `scene.first_hit` returns it.
     bodies : tuple of BodyStep
         Steps of the bodies that the tree of boxes does not leave out, and of the first 16 that it does.
-    missed : int
+    misses : int
         Number of further bodies that the tree leaves out.
     surfaces : dict of int to SurfaceStep
         Steps of the surfaces that were computed, by number.

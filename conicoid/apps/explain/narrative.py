@@ -129,10 +129,10 @@ def _outline(outline: OutlineStep) -> Iterator[Block]:
     )
     rows = tuple(
         (str(k + 1), format_float(u), format_float(v), "counted" if is_counted else "")
-        for k, ((u, v), is_counted) in enumerate(zip(outline.corners[:40], outline.counted[:40], strict=True))
+        for k, ((u, v), is_counted) in enumerate(zip(outline.corners[:40], outline.counts[:40], strict=True))
     )
     yield TextTable(("corner", "u", "v", "the edge that ends there"), rows, "", 2)
-    count = sum(outline.counted)
+    count = sum(outline.counts)
     yield TextLine(f"{count} crossings: {'inside' if outline.inside else 'outside'}", "", 2)
 
 
@@ -184,8 +184,10 @@ def _sweep(sweep: Sweep) -> Iterator[Block]:
     """Yield the sweep of a Boolean along the ray: its expression and its events."""
     yield Heading("The Boolean along the ray", 3)
     yield TextLine(f"the body is {sweep.expression}", Citation.BOOLEAN)
-    if sweep.left_out:
-        yield TextLine(f"never entered: {', '.join(sweep.left_out[:40])}{' ...' if len(sweep.left_out) > 40 else ''}")
+    if sweep.unused_leaves:
+        yield TextLine(
+            f"never entered: {', '.join(sweep.unused_leaves[:40])}{' ...' if len(sweep.unused_leaves) > 40 else ''}"
+        )
     yield TextLine(f"before all events: {'inside' if sweep.begins else 'outside'}")
     if sweep.rows:
         rows = tuple(_row(row) for row in sweep.rows[:60])
@@ -232,10 +234,10 @@ def blocks_of(found: RayRecord) -> Iterator[Block]:
         yield TextLine("in short; `body=` selects one to be explained in full")
         rows = tuple((_name(found, step.body), step.sentence) for step in found.bodies if step.body not in full)
         yield TextTable(("body", "outcome"), rows)
-    if found.missed:
+    if found.misses:
         yield Heading("Left out", 2)
         yield TextLine(
-            f"the tree of boxes leaves out {found.missed:,} more bodies: the ray misses the boxes around them"
+            f"the tree of boxes leaves out {found.misses:,} more bodies: the ray misses the boxes around them"
         )
     if len(found.crossings) > 1:
         yield Heading("Along the ray")

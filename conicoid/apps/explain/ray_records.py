@@ -18,7 +18,7 @@ from ...kernels import tables as table
 from ...kernels.body.boolean import gather_events, inside_program_at, undo_events
 from ...kernels.body.cell import CellSpans, cell_spans, slab_of
 from ...kernels.body.scratch import EVENT, LEAF, ON, PLACE, TIME, new_scratch
-from ...kernels.bvh.culling import balls_met, lowest_bit
+from ...kernels.bvh.culling import hit_balls, lowest_bit
 from ...kernels.bvh.walk import (
     OWN_BEAM,
     leaf_at,
@@ -91,7 +91,7 @@ def record_walk(geometry: Geometry, rays: RayArrays, i: int, reached: Signs, bal
             balls[entry, 0], balls[entry, 1], balls[entry, 2], balls[entry, 3] = ball
         # Eight balls are tested at once: a bit is set for each that the ray hits
         for eight in range(0, count, 8):
-            bits = balls_met(geometry.floats, at + eight, count, count - eight, ray, inverse, ray.t_max)
+            bits = hit_balls(geometry.floats, at + eight, count, count - eight, ray, inverse, ray.t_max)
             while bits != 0:
                 reached[leaf_item(geometry, at, count, eight + lowest_bit(bits)).entry] = IN_BALL
                 bits &= bits - 1

@@ -127,8 +127,8 @@ class FaceStep:
     face: int
     surface: SurfaceStep
     inside: int
-    entered: tuple[float, ...] = ()
-    left: tuple[float, ...] = ()
+    entries: tuple[float, ...] = ()
+    exits: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -206,7 +206,7 @@ class Sweep:
     expression: str
     begins: bool
     rows: tuple[SweepRow, ...]
-    left_out: tuple[str, ...]  # letters of leaves without an event
+    unused_leaves: tuple[str, ...]  # letters of leaves without an event
 
 
 @dataclass(frozen=True)
@@ -214,7 +214,7 @@ class OutlineStep:
     """A polygon in the view along the ray: corners (u, v), and the edges that a half-line across the view crosses."""
 
     corners: tuple[tuple[float, float], ...]
-    counted: tuple[bool, ...]  # of the edge that ends at each corner
+    counts: tuple[bool, ...]  # of the edge that ends at each corner
     inside: bool
     board: Board = field(repr=False)
 
@@ -323,7 +323,7 @@ class RayRecord:
     t_max: float
     hit: Hits
     bodies: tuple[BodyStep, ...]
-    missed: int
+    misses: int
     surfaces: dict[int, SurfaceStep]
     crossings: tuple[Crossing, ...]
     decision: Decision
@@ -346,7 +346,7 @@ def _candidates_of(faces: Sequence[FaceStep], spans: Any, line: Ray) -> tuple[Ca
     true = {(t, face, True) for t, face, _, _ in spans} | {(t, face, False) for _, _, t, face in spans}
     found = []
     for face in faces:
-        for entering, places in ((True, face.entered), (False, face.left)):
+        for entering, places in ((True, face.entries), (False, face.exits)):
             for t in places:
                 is_true = (t, face.face, entering) in true
                 found.append(Candidate(t, face.face, entering, None if is_true else _outside_of(faces, face, t, line)))

@@ -104,7 +104,7 @@ class ChordFamily:
     workers: Workers | None = None
 
     @property
-    def left(self) -> int:
+    def remaining_rays(self) -> int:
         """Rays that are still to be traced."""
         return self.last - self.sums.rays
 
@@ -215,28 +215,28 @@ def refine_rectangles(family: ChordFamily, hull: Hull) -> Rectangles:
 
     The rays that choose the rectangles are not used again, so that estimates on the rectangles stay unbiased.
     """
-    sight, most = family.sight, min(family.left, 2 * _MOST)
+    sight, most = family.sight, min(family.remaining_rays, 2 * _MOST)
     rectangles = _covering_rectangles(hull, family.box, sight, most)
     # Without rays to spare for corners, all rectangles stay equal
     scores = family.ranges(rectangles) if len(rectangles) <= most // _FIRST else np.zeros(len(rectangles))
     for _ in range(_ROUNDS if scores.any() else 0):
         worst = np.argsort(-scores, kind="stable")[: max(1, len(scores) // _SPLIT)]
         worst = worst[scores[worst] > _WORSE * scores.mean()]
-        if 2 * len(scores) + (6 + _CORNER_RAYS) * len(worst) > min(family.left, 2 * _MOST):
+        if 2 * len(scores) + (6 + _CORNER_RAYS) * len(worst) > min(family.remaining_rays, 2 * _MOST):
             break
         # Halved twice: the quarters of the rectangles that differ most
-        parts = hull.seen(rectangles[worst].halved().halved(), sight)
+        parts = hull.visible_rectangles(rectangles[worst].halved().halved(), sight)
         scores = np.concatenate([np.delete(scores, worst), family.ranges(parts)])
         rectangles = rectangles.without(worst) + parts
-    return _fill_rectangles(rectangles, hull, sight, min(family.left // 2, _MOST))
+    return _fill_rectangles(rectangles, hull, sight, min(family.remaining_rays // 2, _MOST))
 
 
 def _covering_rectangles(hull: Hull, box: FittedBox, sight: ViewDirection, rays: int) -> Rectangles:
     """Return equal rectangles that cover the shape's shadow along an axis; none if there is no shadow."""
     half = np.delete(box.half, sight.axis)[None]
-    rectangles = hull.seen(Rectangles(-half, 2 * half), sight)
+    rectangles = hull.visible_rectangles(Rectangles(-half, 2 * half), sight)
     while len(rectangles):
-        smaller = hull.seen(rectangles.halved(), sight)
+        smaller = hull.visible_rectangles(rectangles.halved(), sight)
         thinner = smaller.areas.sum() < _CLEARLY_LESS * rectangles.areas.sum()
         if len(smaller) > rays // (_THIN if thinner else _FIRST) or not smaller.areas.all():
             break
@@ -247,7 +247,7 @@ def _covering_rectangles(hull: Hull, box: FittedBox, sight: ViewDirection, rays:
 def _fill_rectangles(rectangles: Rectangles, hull: Hull, sight: ViewDirection, most: int) -> Rectangles:
     """Return the rectangles, all halved as often as `most` allows."""
     while len(rectangles):
-        smaller = hull.seen(rectangles.halved(), sight)
+        smaller = hull.visible_rectangles(rectangles.halved(), sight)
         if len(smaller) > most or not smaller.areas.all():
             break
         rectangles = smaller
@@ -276,7 +276,7 @@ def sample_integrals(
         family = ChordFamily(scene, box, sight, seed, sums, last, progress, rays, workers)
         rectangles = refine_rectangles(family, hull)
         if len(rectangles):
-            family.estimate(rectangles, max(2, family.left // len(rectangles)))
+            family.estimate(rectangles, max(2, family.remaining_rays // len(rectangles)))
     if progress is not None:
         progress(rays, rays)
     # The size of the box to the power that each integral has beyond the volume

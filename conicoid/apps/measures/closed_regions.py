@@ -49,7 +49,7 @@ class RegionQuadric:
     b: FloatArray
     c: float
 
-    def within(self, axes: FloatArray, origin: FloatArray) -> RegionQuadric:
+    def in_frame(self, axes: FloatArray, origin: FloatArray) -> RegionQuadric:
         """Return the quadric in coordinates along the columns of `axes`, counted from `origin`."""
         slope = self.a @ origin
         c = float(origin @ slope + 2 * self.b @ origin + self.c)
@@ -139,12 +139,12 @@ def _surface(tables: Any, number: int, origin: FloatArray) -> RegionPlane | Regi
         return RegionPlane(normal / length, (float(normal @ (anchor - origin)) - float(height)) / length)
     if kind == SPHERE:
         center, radius = tables.spheres[row][:3], float(tables.spheres[row][3])
-        return RegionQuadric(np.eye(3), np.zeros(3), -radius * radius).within(np.eye(3), origin - center)
+        return RegionQuadric(np.eye(3), np.zeros(3), -radius * radius).in_frame(np.eye(3), origin - center)
     record = tables.whole_quadrics([row])[0]
     anchor, rows, squares = record[:3], record[3:12].reshape(3, 3), record[12:15]
     linear, constant = record[15:18], float(record[18])
     own = RegionQuadric(rows.T @ np.diag(squares) @ rows, rows.T @ linear, -constant)
-    return own.within(np.eye(3), origin - anchor)
+    return own.in_frame(np.eye(3), origin - anchor)
 
 
 # Closed forms of prisms: solids between planes across an axis, whose sides are planes and circular cylinders along it.
@@ -273,7 +273,7 @@ def prism_sums(region: SurfaceRegion, axes: FloatArray) -> tuple[FloatArray, flo
             else:
                 raise NoClosedForm
         else:
-            own = surface.within(axes, np.zeros(3))
+            own = surface.in_frame(axes, np.zeros(3))
             size = own.a[0, 0]
             if size == 0 or np.abs(own.a - size * np.diag([1, 1, 0])).max() > SAME_TOLERANCE * abs(size):
                 raise NoClosedForm
@@ -458,7 +458,7 @@ def revolved_sums(region: SurfaceRegion, axes: FloatArray, origin: FloatArray) -
                 raise NoClosedForm
             caps[number] = (surface.offset - float(surface.normal @ origin)) / z, z < 0
         else:
-            profiles[number] = _profile(surface.within(axes, origin))
+            profiles[number] = _profile(surface.in_frame(axes, origin))
     return _layer_sums(region, caps, profiles)
 
 

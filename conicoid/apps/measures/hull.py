@@ -196,7 +196,7 @@ class ViewDirection:
 
     axis: int
     across: FloatArray
-    chosen: Any
+    views: Any
 
     @classmethod
     def along(cls, axis: int, directions: FloatArray) -> ViewDirection:
@@ -214,7 +214,7 @@ class Hull:
     every: bool = False
     depth: int = 0
 
-    def seen(self, rectangles: Rectangles, sight: ViewDirection) -> Rectangles:
+    def visible_rectangles(self, rectangles: Rectangles, sight: ViewDirection) -> Rectangles:
         """Return the rectangles that meet the hull in a view along an axis; the others certainly miss the shape."""
         mask = [np.zeros(0, bool), *(self._meets(part, sight) for _, part in rectangles.pieces(_BLOCK))]
         return rectangles[np.concatenate(mask)]
@@ -223,7 +223,7 @@ class Hull:
         """Return (n,) bool: does each rectangle meet the hull?"""
         # The smallest u·x over each rectangle, at the corner that minimizes it
         least = rectangles.low @ sight.across.T + rectangles.size @ np.minimum(sight.across, 0.0).T
-        found: Mask = (least <= self.offsets[sight.chosen]).all(axis=1)
+        found: Mask = (least <= self.offsets[sight.views]).all(axis=1)
         if self.every or not self.parts:
             for part in self.parts:
                 rest = np.flatnonzero(found)

@@ -254,12 +254,12 @@ class Layout:
     ----------
     svg : str
         Its text.
-    left_out : tuple of str
+    omissions : tuple of str
         Names or numbers of bodies without a section here, or without symmetry to x = 0.
     """
 
     svg: str
-    left_out: tuple[str, ...] = ()
+    omissions: tuple[str, ...] = ()
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the drawing to a file.
@@ -277,7 +277,7 @@ class Layout:
         return self.svg
 
     def __repr__(self) -> str:
-        return f"Layout({len(self.svg):,} characters of SVG, {len(self.left_out)} bodies left out)"
+        return f"Layout({len(self.svg):,} characters of SVG, {len(self.omissions)} bodies left out)"
 
 
 def layout(
@@ -316,7 +316,7 @@ def layout(
     box = _box(scene, system)
     end = box[2] if z_end is None else check_number("layout", "z_end", z_end)
     lines = _lines(system, scene, fields, rays, box[0], end)
-    box = _around([box, *(_extent(line) for _, line in lines)])
+    box = _union([box, *(_extent(line) for _, line in lines)])
     bodies, left_out = _bodies(scene)
     image = system.image if isinstance(system, Prescription) else None
     return Layout(_document(box, pixels, bodies, lines, image, system), left_out)
@@ -394,7 +394,7 @@ def _extent(corners: Floats) -> Extent:
     return float(low[0]), float(low[1]), float(high[0]), float(high[1])
 
 
-def _around(boxes: list[Extent]) -> Extent:
+def _union(boxes: list[Extent]) -> Extent:
     """Return the extent around others."""
     low, high = np.array(boxes)[:, :2].min(axis=0), np.array(boxes)[:, 2:].max(axis=0)
     return float(low[0]), float(low[1]), float(high[0]), float(high[1])

@@ -124,13 +124,13 @@ class SceneMedia:
         """Return the absorption per unit of length."""
         return self.each(numbers, wavelength, lambda m, w: absorption_at(m, w, self.unit), 0.0)
 
-    def faded(self, weight: Any, numbers: Any, wavelength: Any, length: Any) -> Any:
+    def attenuate(self, weight: Any, numbers: Any, wavelength: Any, length: Any) -> Any:
         """Return the remaining light after lengths within materials (Beer); 0 after infinity in an absorbing one."""
         rate = self.absorption(numbers, wavelength)
         # A rate of 0 times an infinite length would be NaN.
         return weight * np.exp(-np.where(rate > 0, rate * np.where(rate > 0, length, 0.0), 0.0))
 
-    def unseen(self, wall: Any, before: Any, after: Any, wavelength: Any) -> Any:
+    def is_unseen(self, wall: Any, before: Any, after: Any, wavelength: Any) -> Any:
         """Return whether light passes the wall of a transparent solid unchanged. Arguments are numbers of materials.
 
         The rule is that of pictures (`kernels/body/media.py`), for one wavelength: the material is the same on both
@@ -184,7 +184,7 @@ def find_walls(scene: Any, media: SceneMedia, rays: Rays, medium: Any, wavelengt
         )  # fmt: skip
         on = hits.hit & ~opaque & (np.append(media.kinds, np.int8(0))[body] == CLEAR)
         some = np.flatnonzero(on)
-        on[some] = media.unseen(
+        on[some] = media.is_unseen(
             wall[some], media.inside(before[some]), media.inside(after[some]), wavelength[rows[some]]
         )  # fmt: skip
         here = np.flatnonzero(~on)
@@ -211,18 +211,18 @@ class LightSplit:
     refracted: Any
 
 
-def split_light(media: SceneMedia, met: WallHits, directions: Any, wavelength: Any) -> LightSplit:
+def split_light(media: SceneMedia, wall_hits: WallHits, directions: Any, wavelength: Any) -> LightSplit:
     """Split light along unit directions at its walls; all rays must be hits."""
-    hits, normals = met.hits, met.hits.normal
+    hits, normals = wall_hits.hits, wall_hits.hits.normal
     cosine = np.clip(abs((directions * normals).sum(axis=1)), 0.0, 1.0)
-    n1 = media.index(media.inside(met.before), wavelength)
-    n2 = media.index(media.inside(met.after), wavelength)
+    n1 = media.index(media.inside(wall_hits.before), wavelength)
+    n2 = media.index(media.inside(wall_hits.after), wavelength)
     is_solid = np.append(media.kinds, np.int8(0))[hits.body] == CLEAR
     mirrored, passed = np.zeros(len(cosine)), np.zeros(len(cosine))
-    for number in np.unique(met.wall).tolist():
+    for number in np.unique(wall_hits.wall).tolist():
         material = media.materials[number]
         for opaque, solid, entering in _CASES:
-            members = (met.wall == number) & (met.opaque == opaque)
+            members = (wall_hits.wall == number) & (wall_hits.opaque == opaque)
             members &= True if solid is None else is_solid == solid
             members &= True if entering is None else hits.entering == entering
             rows = np.flatnonzero(members)
@@ -231,7 +231,7 @@ def split_light(media: SceneMedia, met: WallHits, directions: Any, wavelength: A
                 kind = _opaque if opaque else _wall if solid else _pane
                 mirrored[rows], passed[rows] = kind(material, *at, n2[rows], entering is not False)
     eta = n1.real / n2.real
-    refracted, total = refract(directions, normals, np.where(met.opaque, 1.0, eta))
+    refracted, total = refract(directions, normals, np.where(wall_hits.opaque, 1.0, eta))
     # Rounding must not let light through in total reflection.
     passed = np.where(total, 0.0, passed)
     return LightSplit(mirrored, passed, reflect(directions, normals), refracted)

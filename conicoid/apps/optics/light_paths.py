@@ -24,17 +24,17 @@ IntArray = npt.NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Balance:
-    """The light of some rays by its fate, as sums of weights: `given` is the sum of the others.
+    """The light of some rays by its fate, as sums of weights: `emitted` is the sum of the others.
 
     escaped: to infinity; in_media: absorbed on the way through media; at_walls: absorbed by surfaces and coats;
     not_followed: light that arrived at the last walls, and light that was too weak.
     """
 
-    given: float
+    emitted: float
     escaped: float
     in_media: float
     at_walls: float
-    not_followed: float
+    truncated: float
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -104,7 +104,7 @@ class Paths:
         return total
 
     def balance(self) -> Balance:
-        """Return the light that escaped, was absorbed and was not followed; together these are the given light.
+        """Return the light that escaped, was absorbed and was not followed; together these are the emitted light.
 
         Returns
         -------
@@ -293,7 +293,7 @@ def _step(
     walls = find_walls(scene, media, rays, light.medium, w)
     hits, count = walls.hits, rays.size
     inside, length = media.inside(walls.before), np.asarray(hits.t)
-    arriving = media.faded(light.weight, inside, w, length)
+    arriving = media.attenuate(light.weight, inside, w, length)
     at_wall = np.flatnonzero(hits.hit)
     deposited, lost = np.zeros(count), np.zeros(count)
     segments = dict(

@@ -91,13 +91,13 @@ class Backend(NumpyBackend):
 
     def __init__(self, seed: int | None = None) -> None:
         super().__init__(seed)
-        self._known: _ShapeCache | None = None
+        self._cache: _ShapeCache | None = None
         self._start = _StartSurfaces()
 
     def trace(self, scene: Any, *arguments: Any, **keywords: Any) -> Any:
         """Run Optiland's simulation of a `scene`; `arguments` and `keywords` are those of Optiland's backends."""
         # Ray numbers begin anew with each simulation.
-        self._known, self._start = None, _StartSurfaces()
+        self._cache, self._start = None, _StartSurfaces()
         return super().trace(scene, *arguments, **keywords)
 
     def intersect_scene(self, rays: Any, components: list[Any]) -> HitArrays:
@@ -110,12 +110,12 @@ class Backend(NumpyBackend):
         components : list
             The components of its scene.
         """
-        cache = self._known
+        cache = self._cache
         if cache is None or cache.components != components:
-            cache = self._known = _ShapeCache(components)
+            cache = self._cache = _ShapeCache(components)
         t, facing, which, geometric = self._of_conicoid(rays, cache)
         # Components without a Conicoid shape: a nearer hit of Optiland replaces ours.
-        for i in cache.others:
+        for i in cache.other_components:
             distance, normals, hit, across = components[i].intersect(rays)
             nearer = hit & (distance < t)
             t, which = np.where(nearer, distance, t), np.where(nearer, i, which).astype(np.int32)
@@ -176,11 +176,11 @@ class _ShapeCache:
 
     def __init__(self, components: list[Any]) -> None:
         self.components = list(components)
-        bodies, numbers, senses, self.others = [], [], [], list[int]()
+        bodies, numbers, senses, self.other_components = [], [], [], list[int]()
         for i, component in enumerate(components):
             entry = shape_of(component.geometry)
             if entry is None:
-                self.others.append(i)
+                self.other_components.append(i)
                 continue
             shape, sense = entry
             bodies.append(Body(shape.transform(_matrix(_get_transform(component.cs)))))

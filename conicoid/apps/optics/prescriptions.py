@@ -248,7 +248,7 @@ class Prescription:
         Degrees off the axis, towards +y; of a near object its heights.
     name : str
         Name of the system.
-    left_out : tuple of str
+    omissions : tuple of str
         Notes on parts of a lens file that were skipped.
     """
 
@@ -258,7 +258,7 @@ class Prescription:
     wavelengths: tuple[float, ...] = (LINE_D,)
     fields: tuple[float, ...] = (0.0,)
     name: str = ""
-    left_out: tuple[str, ...] = field(default=(), repr=False)
+    omissions: tuple[str, ...] = field(default=(), repr=False)
 
     def _repr_html_(self) -> str:
         """Return the table that a notebook shows: a row for each surface."""
@@ -328,10 +328,10 @@ class Prescription:
     @cached_property
     def diameters(self) -> tuple[float, ...]:
         """The diameter of each surface: its own, or the width of the paraxial beams of all fields."""
-        return tuple(row.diameter or self._needed[i] for i, row in enumerate(self.rows))
+        return tuple(row.diameter or self._beam_diameters[i] for i, row in enumerate(self.rows))
 
     @cached_property
-    def _needed(self) -> tuple[float, ...]:
+    def _beam_diameters(self) -> tuple[float, ...]:
         """The diameters that the paraxial beams of all fields need."""
         thin = self.thin(self.wavelength)
         far = math.isinf(self.object_distance)

@@ -45,7 +45,7 @@ def build_prescription(lens: ZmxLens, medium: Callable[[ZmxSurface], Any]) -> Pr
     result = prescription(
         rows, aperture, object_distance=_far(distance), wavelengths=waves, fields=fields, name=lens.name
     )
-    return replace(result, left_out=tuple(lens.notes))
+    return replace(result, omissions=tuple(lens.notes))
 
 
 def _far(distance: float) -> float:
@@ -188,7 +188,7 @@ def load_zmx(path: str | os.PathLike[str], *, glasses: Mapping[str, Any] | None 
     """Load the `Prescription` of a Zemax lens file (.zmx); its `scene` holds the lenses.
 
     Surfaces that are conics are read: STANDARD ones, and aspheres without aspheric terms. Any other type is an error
-    with its name and line; `left_out` of the prescription lists skipped parts. Lengths keep the file's unit.
+    with its name and line; `omissions` of the prescription lists skipped parts. Lengths keep the file's unit.
 
     Parameters
     ----------
@@ -426,8 +426,8 @@ def import_file(path: str | os.PathLike[str], options: ImportOptions) -> ImportR
     """Import the bodies of a lens file; its notes list skipped parts. `load_zmx` returns the prescription itself."""
     options.refuse_others("a Zemax lens file", "strict", "only")
     system = load_zmx(path)
-    if len(system.bodies) > options.most.alone:
+    if len(system.bodies) > options.most.singles:
         raise ValueError(f"load: max_bodies must be at least {len(system.bodies)} for this file")
     first = f"{format_count(len(system.rows), 'surface')}, {format_count(len(system.bodies), 'body')}"
-    result = ImportResult(system.bodies, (), (first, *system.left_out), system.left_out)
+    result = ImportResult(system.bodies, (), (first, *system.omissions), system.omissions)
     return result if options.only is None else select_bodies(result, options.only)

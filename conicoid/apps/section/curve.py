@@ -267,10 +267,10 @@ class _Central(Curve):
         a, b = self._sides
         return np.outer(c, a) + np.outer(s, b)
 
-    def _own(self, away: Any) -> tuple[Any, Any]:
+    def _own(self, offsets: Any) -> tuple[Any, Any]:
         """Return C and S of differences of places: the inverse of `_put`."""
         (x, y), (r, s) = self.axis, self.radii
-        return (away[:, 0] * x + away[:, 1] * y) / r, (away[:, 1] * x - away[:, 0] * y) / s
+        return (offsets[:, 0] * x + offsets[:, 1] * y) / r, (offsets[:, 1] * x - offsets[:, 0] * y) / s
 
     def _terms(self, other: Any) -> Any:
         """Return another conic's (value at the centre, half the slopes along both half-axes, three quadratic terms)."""

@@ -376,13 +376,13 @@ class _Wall:
 class OutlineCutter:
     """Computes the outlines of a scene in a window.
 
-    With `alone`, outlines are those of this body without the others, in a plane whose numbers are rounded: conics that
+    With `single_body`, outlines are those of that body alone, in a plane whose numbers are rounded: conics that
     are almost lines are lines. Their places are about the middle of the window.
     """
 
-    def __init__(self, scene: PreparedScene, window: Window, alone: int | None = None) -> None:
-        self.scene, self.window, self.bodies, self.alone = scene, window, WindowBodies(scene), alone
-        self.entries = [entry for entry in self.bodies.cut_by(window) if alone is None or entry == alone]
+    def __init__(self, scene: PreparedScene, window: Window, single_body: int | None = None) -> None:
+        self.scene, self.window, self.bodies, self.single_body = scene, window, WindowBodies(scene), single_body
+        self.entries = [entry for entry in self.bodies.cut_by(window) if single_body is None or entry == single_body]
         self._exact, self._records = window.exact(), RecordConics(scene, window)
         # Surface -> the entries that it bounds.
         users: dict[int, list[int]] = defaultdict(list)
@@ -425,13 +425,13 @@ class OutlineCutter:
         """Return a conic, snapped if the plane is rounded, and its curves."""
         if conic.is_everywhere:
             return conic, []
-        conic = conic if self.alone is None else snap_conic(conic)
+        conic = conic if self.single_body is None else snap_conic(conic)
         return conic, conic.curves()
 
     def outlines(self, progress: Progress | None = None) -> list[Outline]:
         """Return all outlines, in the order of the surfaces."""
         outlines: list[Outline] = []
-        origin = np.array(self.window.origin if self.alone is None else (0.0, 0.0))
+        origin = np.array(self.window.origin if self.single_body is None else (0.0, 0.0))
         for k, wall in enumerate(self.walls):
             outlines += self._of_wall(wall)
             if progress is not None:
@@ -506,11 +506,11 @@ class OutlineCutter:
 
         # Bodies that the wall does not bound hold both sides or none.
         around: list[list[int]] = [[] for _ in range(count)]
-        if self.alone is None:
+        if self.single_body is None:
             others = bodies_at(self.scene, self.window.in_space(places))
             around = [[int(body) for body in others[i] if int(body) not in wall.owners] for i in range(count)]
         sides_of_pieces: list[Any] = []
-        side_masks = [self._held(wall, beside(turn), count) for turn in (1.0, -1.0)]
+        side_masks = [self._bodies_at_wall(wall, beside(turn), count) for turn in (1.0, -1.0)]
         sheets = self._sheets(wall, t, sign_of)
         for i in range(count):
             one, other = (sorted([*around[i], *(body for body, mask in side if mask[i])]) for side in side_masks)
@@ -519,7 +519,7 @@ class OutlineCutter:
             sides_of_pieces.append((tuple(one), tuple(other), tuple(bounded)) if bounded else None)
         return sides_of_pieces
 
-    def _held(self, wall: _Wall, signs: Callable[[int], Any], count: int) -> list[tuple[int, Any]]:
+    def _bodies_at_wall(self, wall: _Wall, signs: Callable[[int], Any], count: int) -> list[tuple[int, Any]]:
         """Return (body, mask of the places that it holds) of the wall's solids."""
         solid = [entry for entry in wall.owners if not self.bodies.is_sheet(entry)]
         return [(entry, self.bodies.holds(entry, signs, count)) for entry in solid]

@@ -56,7 +56,7 @@ class BodyBox:
     high: Vector
     motion: Motion = IDENTITY_MOTION
 
-    def within(self, motion: Motion) -> BodyBox:
+    def in_frame(self, motion: Motion) -> BodyBox:
         """Return the same box in the frame of a part that `motion` moves into this frame."""
         return BodyBox(self.low, self.high, motion.then(self.motion)) if motion.steps else self
 
@@ -114,7 +114,7 @@ def split_quadric(surface: QuadricSurface, room: BodyBox) -> PieceNode:
         if not (a > 0 and b > 0) or p or q:
             continue
         turn: Steps = () if axis == 2 else (Transform(_AXIS_TURNS[axis]),)
-        node = _about_z((a, b, c), s, constant, room.within(Motion((*turn, *steps))))
+        node = _about_z((a, b, c), s, constant, room.in_frame(Motion((*turn, *steps))))
         if node is None:
             continue
         if isinstance(node, PieceBoolean):
@@ -163,7 +163,7 @@ def _about_z(squares: ex.Row, s: ex.BigFloat, constant: ex.BigFloat, room: BodyB
         factor, is_exact = _root(a / b)
         steps, is_rounded = (Scale((1.0, factor, 1.0)),), not is_exact
     g0, g1, g2 = (ex.cancelling_sum((value / a,)) for value in (constant, -2 * s, -c))
-    box = room.within(Motion(steps)).box
+    box = room.in_frame(Motion(steps)).box
     low, high = box.low[2], box.high[2]
     square = ex.cancelling_sum((g1 * g1, -4 * g0 * g2))
     if not g1 and not g2:
@@ -240,7 +240,7 @@ class _PieceBuilder:
         if piece is not None:
             return _move_node(piece, solid.motion.steps)
         if isinstance(solid, Boolean):
-            return self._combined(solid, room.within(solid.motion), depth + 1)
+            return self._combined(solid, room.in_frame(solid.motion), depth + 1)
         if not isinstance(solid, PrimitiveSolid):
             raise ExportUnsupported(f"{type(solid).__name__} is no solid of planes and quadrics")
         return _primitive(solid, room)
@@ -287,9 +287,9 @@ def _node(
 def _primitive(solid: PrimitiveSolid, room: BodyBox) -> PieceNode:
     """Return a primitive by its rule, else by its cells."""
     rule = _PIECE_RULES.get(type(solid))
-    node = rule(solid, room.within(solid.motion)) if rule is not None else None
+    node = rule(solid, room.in_frame(solid.motion)) if rule is not None else None
     if node is None:
-        own = room.within(solid.motion).within(solid.placement)
+        own = room.in_frame(solid.motion).in_frame(solid.placement)
         node = _move_node(_tree(solid.tree(), own), solid.placement.steps)
     return _move_node(node, solid.motion.steps)
 

@@ -72,8 +72,8 @@ class ExportReport:
     """The losses of an export: bodies that the format cannot hold, and bodies that it holds only in part, by kind."""
 
     format: str
-    refused: list[str] = field(default_factory=list)
-    narrowed: dict[str, list[str]] = field(default_factory=dict)
+    refusals: list[str] = field(default_factory=list)
+    losses: dict[str, list[str]] = field(default_factory=dict)
 
     @contextmanager
     def about(self, name: str) -> Iterator[None]:
@@ -81,23 +81,23 @@ class ExportReport:
         try:
             yield
         except ExportUnsupported as error:
-            self.refused.append(f"{quote_body(name)}: {error}")
+            self.refusals.append(f"{quote_body(name)}: {error}")
         except OverflowError:
-            self.refused.append(f"{quote_body(name)}: its numbers leave the range of float64")
+            self.refusals.append(f"{quote_body(name)}: its numbers leave the range of float64")
 
     def narrow(self, kind: str, name: str) -> None:
         """Record that the file holds less of a body than the scene; `kind` describes the loss."""
-        names = self.narrowed.setdefault(kind, [])
+        names = self.losses.setdefault(kind, [])
         if not names or names[-1] != name:  # bodies come one after the other: once per body and kind
             names.append(name)
 
     def check(self) -> None:
         """Raise ValueError with the refused bodies, or the first of many."""
-        if not self.refused:
+        if not self.refusals:
             return
-        count = len(self.refused)
+        count = len(self.refusals)
         head = f"{format_count(count, 'body')} cannot be written as {self.format}:"
-        listed = [_cut_text(line, 2 * _MESSAGE_WIDTH) for line in self.refused[: MAX_LISTED_PROBLEMS // 2 - 1]]
+        listed = [_cut_text(line, 2 * _MESSAGE_WIDTH) for line in self.refusals[: MAX_LISTED_PROBLEMS // 2 - 1]]
         more = count - len(listed)
         tail = [f"... and {more:,} more like this"] if more else []
         raise ValueError("\n".join([head, *listed, *tail]))
@@ -108,7 +108,7 @@ class ExportReport:
         return tuple(limit_notes(self._remarks()))
 
     def _remarks(self) -> Iterator[str]:
-        for kind, names in self.narrowed.items():
+        for kind, names in self.losses.items():
             if names == [""]:  # a loss of the scene, not of a body
                 yield kind
                 continue

@@ -131,12 +131,12 @@ def _palette_number(material: Material, count: int) -> int:
     return next((n for n in range(1, 4 * count + 9) if color_of_number(n) == found), 0)
 
 
-def _material_parts(given: Mapping[str, Any]) -> list[tuple[str, str, float]]:
+def _material_parts(composition: Mapping[str, Any]) -> list[tuple[str, str, float]]:
     """Return (tag, name, share) of the components of a material."""
     found = []
     for key, tag in (("fractions", "fraction"), ("composite", "composite")):
-        if isinstance(given.get(key), Mapping):
-            found += [(tag, str(part), share) for part, share in given[key].items()]
+        if isinstance(composition.get(key), Mapping):
+            found += [(tag, str(part), share) for part, share in composition[key].items()]
     return found
 
 
@@ -205,7 +205,7 @@ class _StructureWriter:
     solids: SolidWriter
     materials: GdmlMaterialWriter
     names: dict[str, str] = field(default_factory=dict)
-    taken: set[str] = field(default_factory=set)
+    used_names: set[str] = field(default_factory=set)
     elements: list[str] = field(default_factory=list)
 
     def place(self, nest: VolumeNest, frame: GdmlMoves, around: str) -> str:
@@ -261,9 +261,9 @@ class _StructureWriter:
         text = "\n".join(f"  {line}" for line in lines)
         if text not in self.names:
             name, k = label, 2
-            while name in self.taken:
+            while name in self.used_names:
                 name, k = f"{label} {k}", k + 1
-            self.taken.add(name)
+            self.used_names.add(name)
             self.names[text] = name
             self.elements.append(f"<volume name={quoteattr(name)}>\n{text}\n</volume>")
         return self.names[text]
@@ -322,7 +322,7 @@ def _write_container(structure: _StructureWriter, nests: list[VolumeNest], inner
     text = format_number(8.0 * 2.0 ** math.frexp(size)[1])
     solid = structure.solids.add("box", f' x="{text}" y="{text}" z="{text}" lunit="mm"')
     name = "world"
-    while name in structure.taken:
+    while name in structure.used_names:
         name += "'"
     lines = [f'  <solidref ref="{solid}"/>', *(f"  {each}" for each in inner), f"  {CONTAINER}"]
     structure.elements.append("\n".join([f"<volume name={quoteattr(name)}>", *lines, "</volume>"]))

@@ -322,7 +322,7 @@ class _UniverseTable:
 
     numbers: dict[tuple[int, Region | None, FillPlacement], int] = field(default_factory=dict)
 
-    def within(self, universe: int, region: Region | None, level: FillPlacement) -> int:
+    def fill_number(self, universe: int, region: Region | None, level: FillPlacement) -> int:
         """Return the universe that fills a region of another at a placement; it gets a number if it is new."""
         return self.numbers.setdefault((universe, region, level), len(self.numbers) + 1)
 
@@ -364,7 +364,7 @@ def _cell(item: ExportBody, regions: RegionWriter, universes: _UniverseTable) ->
     for parts, levels in zip(nested.parts, nested.levels, strict=False):
         region = join_regions(IntersectionNode, [regions.of(part) for part in parts]) if parts else None
         for level in levels:
-            universe, region = universes.within(universe, region, level), None
+            universe, region = universes.fill_number(universe, region, level), None
     return _CellEntry(item, join_regions(IntersectionNode, [regions.of(part) for part in nested.parts[-1]]), universe)
 
 

@@ -175,7 +175,7 @@ class RegionWriter:
 
     def __init__(self, table: ExportSurfaceTable) -> None:
         self.table = table
-        self._known: dict[tuple[Solid, Motion, bool], Region] = {}
+        self._cache: dict[tuple[Solid, Motion, bool], Region] = {}
 
     def of(self, solid: Solid, outer: Motion = IDENTITY_MOTION) -> Region:
         """Return the region of a solid under a further motion. Raise ExportUnsupported if OpenMC cannot hold it."""
@@ -204,9 +204,9 @@ class RegionWriter:
         if not isinstance(solid, PrimitiveSolid):
             raise ExportUnsupported(f"{type(solid).__name__} is no solid of planes and quadrics")
         key = solid, outer, inside
-        if key not in self._known:
-            self._known[key] = self._primitive(solid, outer, inside)
-        return self._known[key]
+        if key not in self._cache:
+            self._cache[key] = self._primitive(solid, outer, inside)
+        return self._cache[key]
 
     def _primitive(self, solid: PrimitiveSolid, outer: Motion, inside: bool) -> Region:
         motion = solid.under(outer)

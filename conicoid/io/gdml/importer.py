@@ -123,7 +123,7 @@ class VolumePiece(BlockPiece):
     own: PlacedTemplate
     displaced: tuple[PlacedTemplate, ...]
 
-    def made(self, shift: Shift) -> Solid:
+    def solid_at(self, shift: Shift) -> Solid:
         """Build the solid less the solids placed in it, with the block translated by `shift`.
 
         Raise GdmlUnsupported, ValueError or OverflowError if the numbers make no solid there.
@@ -136,7 +136,7 @@ class VolumeBlock(UniverseBlock[VolumePiece]):
     """A block of volumes, which are named by their paths."""
 
     @staticmethod
-    def called(title: str, path: PlacePath) -> str:
+    def path_name(title: str, path: PlacePath) -> str:
         """Return the name of a volume, such as world/calorimeter[3]/layer."""
         return "/".join((*path, title) if title else path)
 
@@ -150,10 +150,10 @@ class VolumeBlock(UniverseBlock[VolumePiece]):
 class VolumeBodies(BlockBodies[VolumePiece]):
     """The bodies of a GDML file."""
 
-    def made(self, kind: int, shift: Shift) -> Solid:
+    def shape_at(self, kind: int, shift: Shift) -> Solid:
         """Build a volume less its daughters, translated by a shift. Raise ValueError if it cannot be built there."""
         try:
-            return self._pieces[kind].made(shift)
+            return self._pieces[kind].solid_at(shift)
         except GdmlUnsupported as left:
             raise ValueError(str(left)) from None
 
@@ -240,11 +240,11 @@ class GdmlGeometry:
 
 @dataclass
 class _ModuleFiles:
-    """Files read so far: `folder` by path, and `open` the paths that are being read, outermost first."""
+    """Files read so far: `folder` by path, and `stack` the paths that are being read, outermost first."""
 
     entities: bool
     folder: dict[str, GdmlGeometry] = field(default_factory=dict)
-    open: list[str] = field(default_factory=list)
+    stack: list[str] = field(default_factory=list)
 
 
 def read_gdml(path: str | os.PathLike[str], entities: bool = False) -> GdmlGeometry:
@@ -338,16 +338,16 @@ def _read_module(reading: GdmlReader, element: XmlElement, files: _ModuleFiles) 
     except ValueError as error:
         raise GdmlError(element, str(error)) from None
     here = os.path.abspath(reading.path)
-    if path in files.open or path == here:
+    if path in files.stack or path == here:
         raise GdmlError(element, f"file {shorten(name)!r} refers to itself, through others perhaps")
     if path not in files.folder:
-        if len(files.folder) >= MAX_FILES or len(files.open) >= MAX_FILE_DEPTH:
+        if len(files.folder) >= MAX_FILES or len(files.stack) >= MAX_FILE_DEPTH:
             raise GdmlError(element, f"at most {MAX_FILES} files are read, nested at most {MAX_FILE_DEPTH} levels deep")
-        files.open.append(here)
+        files.stack.append(here)
         try:
             files.folder[path] = _read_file(path, files, reading)
         finally:
-            files.open.pop()
+            files.stack.pop()
     return files.folder[path]
 
 
@@ -393,12 +393,12 @@ class GdmlExpansion:
     bodies: VolumeBodies = field(init=False)
     looks: dict[GdmlMaterial | None, Material] = field(default_factory=lambda: {None: NO_MATERIAL})
     filled: int = 0
-    known: dict[tuple[int, int], tuple[int, int]] = field(default_factory=dict)
+    cache: dict[tuple[int, int], tuple[int, int]] = field(default_factory=dict)
     blocks: dict[tuple[Any, ...], ExpandedVolume] = field(default_factory=dict)
     labels: dict[int, list[str]] = field(default_factory=dict)
     problems: dict[int, Problem] = field(default_factory=dict)
     most: int = 0
-    alone: int = 0  # bodies that are no translated copies
+    singles: int = 0  # bodies that are no translated copies
 
     def run(self) -> None:
         """Expand the world into `bodies`. Raise SceneFileError for errors, and for too many before any is built."""
@@ -436,7 +436,7 @@ class GdmlExpansion:
 
     def count(self, volume: LogicalVolume, levels: int, depth: int) -> tuple[int, int]:
         """Return the numbers of bodies and primitives of a volume and all its descendants."""
-        counts = self.known.get((id(volume), levels))
+        counts = self.cache.get((id(volume), levels))
         if counts is not None:
             return counts
         if depth > MAX_VOLUME_DEPTH:
@@ -448,7 +448,7 @@ class GdmlExpansion:
             for daughter in volume.daughters:
                 more_bodies, more_parts = self.count(daughter.volume, inner, depth + 1)
                 bodies, parts = bodies + more_bodies, parts + more_parts
-        self.known[id(volume), levels] = bodies, parts
+        self.cache[id(volume), levels] = bodies, parts
         return bodies, parts
 
     def expand(
@@ -469,10 +469,10 @@ class GdmlExpansion:
         is_filled = volume.is_filled and bool(content.solids)
         if not is_filled and (self.void or not (volume.material is None or volume.material.is_thin)):
             look = self._look(volume.material)
-            self.alone += 1
-            if self.alone > self.allowed.alone:
-                count = f"at least {format_count(self.alone, 'body')} that are no others moved"
-                raise self._too_many(count, self.allowed.alone)
+            self.singles += 1
+            if self.singles > self.allowed.singles:
+                count = f"at least {format_count(self.singles, 'body')} that are no others moved"
+                raise self._too_many(count, self.allowed.singles)
             block.add(VolumePiece("", path, look, volume, own, () if is_filled else content.solids), volume.material)
         block.take(inside)
         return ExpandedVolume((own,), content.filled + is_filled)

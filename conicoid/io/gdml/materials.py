@@ -67,7 +67,7 @@ def read_materials(reading: GdmlReader, section: XmlElement, materials: Material
             continue
         name = element.attributes.get("name", "")
         try:
-            name = reading.solved(name, element)
+            name = reading.resolve_indices(name, element)
             materials[name] = _material(reading, element, name)
         except GdmlError as mistake:
             reading.report(mistake.element, f"material {name!r}", mistake.message)

@@ -47,7 +47,7 @@ class SolidTemplate(ABC):
 
 @dataclass(eq=False)
 class PrimitiveTemplate(SolidTemplate):
-    """A primitive: `make` builds it from its numbers, translated by a shift. `known` caches solids by shift.
+    """A primitive: `make` builds it from its numbers, translated by a shift. `cache` holds solids by shift.
 
     Solids keep `source`, if there is one, for the exporter.
     """
@@ -57,19 +57,19 @@ class PrimitiveTemplate(SolidTemplate):
     parts: int = 1
     depth: int = 0
     # Keys are numerators and denominators: integers hash faster than fractions.
-    known: dict[tuple[tuple[int, int], ...], Solid] = field(default_factory=dict)
+    cache: dict[tuple[tuple[int, int], ...], Solid] = field(default_factory=dict)
 
     def at(self, placement: UniversePlacement) -> Solid:
         # The shift follows the turn, so the inverse turn brings it before the turn, where it is exact.
         x, y, z = placement.turn.inverse.apply(placement.shift)
         key = x.as_integer_ratio(), y.as_integer_ratio(), z.as_integer_ratio()
-        solid = self.known.get(key)
+        solid = self.cache.get(key)
         if solid is None:
             solid = self.make((x, y, z))
             if self.source is not None and solid.motion.is_identity:
                 vars(solid)["_source"] = replace(self.source, shift=(x, y, z))
-            if len(self.known) < 64:
-                self.known[key] = solid
+            if len(self.cache) < 64:
+                self.cache[key] = solid
         if placement.turn is NO_TURN and placement.outer is IDENTITY_MOTION:
             return solid
         motion = IDENTITY_MOTION if placement.turn == NO_TURN else _motion_of(placement)

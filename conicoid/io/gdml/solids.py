@@ -73,7 +73,7 @@ def read_solids(reading: GdmlReader, section: XmlElement, solids: SolidTable) ->
         name = element.attributes.get("name", "")
         where = f"{local_tag(element)} {name!r}"
         try:
-            name = reading.solved(name, element)
+            name = reading.resolve_indices(name, element)
             solids[name] = None  # so that references to a wrong solid report no second error
             solids[name] = read_template(reading, element, solids)
         except GdmlError as mistake:

@@ -53,7 +53,7 @@ class LogicalVolume:
     is_assembly: bool = False
     is_filled: bool = False  # replicas or slices leave nothing of it
     is_container: bool = False  # world around the bodies of an exported scene: no body itself
-    counted: int | None = None
+    body_count: int | None = None
 
     @property
     def is_open(self) -> bool:
@@ -112,7 +112,7 @@ class StructureReader:
             self.reading.report(element, _volume_title(element), str(error))
 
     def _volume(self, element: XmlElement) -> None:
-        name = self.reading.solved(element.attributes.get("name", ""), element)
+        name = self.reading.resolve_indices(element.attributes.get("name", ""), element)
         if not name:
             raise GdmlError(element, "name must be given")
         volume = LogicalVolume(name, element, None, None, is_assembly=local_tag(element) == "assembly")
@@ -178,7 +178,7 @@ class StructureReader:
         shift, rotation, scale = read_motion(self.reading, element, placement_rotation)
         if scale is not UNIT_SCALE and any(factor != 1 for factor in scale):
             rotation = compose_rotations(rotation, scaling(scale))
-        name = self.reading.solved(element.attributes.get("name", ""), element) or inner.name
+        name = self.reading.resolve_indices(element.attributes.get("name", ""), element) or inner.name
         copy = None
         if "copynumber" in element.attributes:
             copy = GdmlValues(self.reading, element).integer("copynumber", most=2**31, least=-(2**31))

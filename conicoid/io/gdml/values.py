@@ -97,7 +97,7 @@ class GdmlReader:
         if self.effort > MAX_FACE_EFFORT:
             raise GdmlUnsupported("the file has too many solids of many faces before it")
 
-    def solved(self, text: str, element: XmlElement) -> str:
+    def resolve_indices(self, text: str, element: XmlElement) -> str:
         """Return a name with [i] and [i, j] replaced by _1 and _1_2, as Geant4 does."""
         for _ in range(8):  # each pass replaces one innermost pair of brackets
             found = _BRACKETS.search(text)
@@ -112,7 +112,7 @@ class GdmlReader:
     def value(self, text: str, element: XmlElement, name: str) -> Fraction:
         """Return the value of an expression in the attribute `name`. Raise GdmlError if it has none."""
         try:
-            return evaluate(self.solved(text, element) if "[" in text else text, self.names)
+            return evaluate(self.resolve_indices(text, element) if "[" in text else text, self.names)
         except ExpressionError as error:
             raise GdmlError(element, f"{name} {error}, got {shorten(text)!r}") from None
         except KeyError as error:
@@ -175,7 +175,7 @@ def read_reference(reading: GdmlReader, element: XmlElement, attribute: str = "r
     text = element.attributes.get(attribute)
     if not text:
         raise GdmlError(element, f"{attribute} must be given")
-    return reading.solved(text, element)
+    return reading.resolve_indices(text, element)
 
 
 def look_up(reading: GdmlReader, table: dict[str, Any], name: str, element: XmlElement, what: str) -> Any:
@@ -351,7 +351,7 @@ def read_defines(reading: GdmlReader, section: XmlElement) -> None:
     for element in reading.each(section.children):
         name = element.attributes.get("name", "")
         try:
-            name = reading.solved(name, element)
+            name = reading.resolve_indices(name, element)
             _read_define(reading, element, name)
         except GdmlError as mistake:
             reading.report(mistake.element, f"{local_tag(element)} {name!r}", mistake.message)

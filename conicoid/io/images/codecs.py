@@ -281,7 +281,7 @@ def terminal_preview() -> Callable[[Any], None]:
     def preview(image: Any) -> None:
         if not console.is_terminal:
             return
-        drawn = render_half_blocks(image._shown, console.width, max(1, console.height - 2))
+        drawn = render_half_blocks(image._display_light, console.width, max(1, console.height - 2))
         if above[0]:
             console.control(Control((ControlType.CURSOR_UP, above[0])))
         console.print(drawn, end="\n")

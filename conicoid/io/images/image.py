@@ -154,7 +154,7 @@ class Image:
         return other
 
     @property
-    def _shown(self) -> Any:
+    def _display_light(self) -> Any:
         """The displayed light, linear: `pixels` after exposure and tone curve."""
         return apply_tone(self.pixels, self.exposure, self.tone)
 
@@ -222,7 +222,7 @@ class Image:
         if suffix == ".png":
             from .codecs import write_png
 
-            write_png(path, self._shown, chosen)
+            write_png(path, self._display_light, chosen)
         elif suffix == ".exr":
             from .codecs import write_exr
 
@@ -230,7 +230,7 @@ class Image:
         else:
             from .codecs import write_photo
 
-            write_photo(path, self._shown, suffix)
+            write_photo(path, self._display_light, suffix)
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> Any:
         """Return (height, width, 3) uint8 of sRGB, the bytes of a PNG file, for `np.asarray` and `plt.imshow`."""
@@ -238,7 +238,7 @@ class Image:
 
         if copy is False:
             raise ValueError("Image: the array of bytes is always made anew; image.pixels needs no copy")
-        return srgb_bytes(self._shown).astype(dtype or np.uint8, copy=False)
+        return srgb_bytes(self._display_light).astype(dtype or np.uint8, copy=False)
 
     def show(self) -> None:
         """Show the image in the notebook, or else in the viewer that Pillow finds on this machine."""
@@ -253,7 +253,7 @@ class Image:
     def _repr_png_(self) -> bytes:
         from .codecs import png_bytes
 
-        return png_bytes(self._shown)
+        return png_bytes(self._display_light)
 
     def __repr__(self) -> str:
         return f"<Image {self.width} x {self.height}>"

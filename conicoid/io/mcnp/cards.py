@@ -265,20 +265,20 @@ OTHER_PARAMETERS = (
 
 @dataclass(frozen=True)
 class CellCard:
-    """A cell card; `given` holds the words after each parameter's name, such as "fill" or "imp:n"."""
+    """A cell card; `keywords` holds the words after each parameter's name, such as "fill" or "imp:n"."""
 
     number: int
     card: Card
     material: int
     density: Fraction | None
     region: list[str]
-    given: dict[str, list[str]] = field(default_factory=dict)
+    keywords: dict[str, list[str]] = field(default_factory=dict)
 
     def words(self, name: str) -> tuple[list[str], bool] | None:
         """Return the words of a parameter, and True if its name has a star (angles in degrees); None without it."""
         for star in ("", "*"):
-            if star + name in self.given:
-                return self.given[star + name], bool(star)
+            if star + name in self.keywords:
+                return self.keywords[star + name], bool(star)
         return None
 
 
@@ -317,7 +317,7 @@ def _read_like_card(cell_number: int, card: Card, words: list[str], earlier: Map
     model, given = earlier[other], _split_parameters(words[2:] if words[1:2] == ["but"] else words[1:])
     for name in ("fill", "trcl"):  # the same parameter with and without a star: the new one replaces the old one
         if name in given or "*" + name in given:
-            model = replace(model, given={k: v for k, v in model.given.items() if k.removeprefix("*") != name})
+            model = replace(model, keywords={k: v for k, v in model.keywords.items() if k.removeprefix("*") != name})
     material, density = model.material, model.density
     if "mat" in given:
         material = parse_integer("mat", _single_word("mat", given["mat"]))
@@ -325,7 +325,7 @@ def _read_like_card(cell_number: int, card: Card, words: list[str], earlier: Map
         density = parse_number(_single_word("rho", given["rho"]))
     if material and not density:
         raise ValueError("a cell with a material needs its density (rho)")
-    parameters = {**model.given, **given}
+    parameters = {**model.keywords, **given}
     return CellCard(cell_number, card, material, density if material else None, model.region, parameters)
 
 

@@ -126,9 +126,9 @@ class _DeckReader:
                     raise ValueError(f"has {len(values):,} entries for {len(self.cards):,} cells")
                 for number, value in zip(list(self.cards), values, strict=False):
                     cell = self.cards[number]
-                    if value is not None and name not in cell.given and (value or name.startswith("imp")):
+                    if value is not None and name not in cell.keywords and (value or name.startswith("imp")):
                         word = str(value.numerator) if value.denominator == 1 else str(float(value))
-                        self.cards[number] = replace(cell, given={**cell.given, name: [word]})
+                        self.cards[number] = replace(cell, keywords={**cell.keywords, name: [word]})
 
     def _changes(self) -> None:
         """Read the transformations of cells."""
@@ -192,7 +192,7 @@ class _DeckReader:
             with self._reporting(cell.card, f"cell {number}"):
                 try:
                     # The cell of a lattice defines its elements, which the transformation moves as a whole.
-                    region = self.unmoved if "lat" in cell.given else self.regions
+                    region = self.unmoved if "lat" in cell.keywords else self.regions
                     builder.add(cell, region[number], self.changes.get(number))
                 except ValueError:
                     builder.broken.add(builder.universe_of(cell))
@@ -322,7 +322,7 @@ def _facts(deck: DeckGeometry, expansion: UniverseExpansion) -> Iterator[str]:
     universes = {cell.universe for cell in cells}
     sizes = ((cells, "cell"), (numbers, "surface"), (universes, "universe"), (geometry.lattices, "lattice"))
     yield ", ".join(format_count(len(items), what) for items, what in sizes)
-    empty = expansion.left_out.places
+    empty = expansion.empty_places.places
     without = f"; {format_count(empty, 'place')} without volume left out" if empty else ""
     yield format_count(len(expansion.bodies), "body") + without
     yield from _boundaries(geometry)
@@ -339,7 +339,7 @@ def _boundaries(geometry: CellGeometry) -> Iterator[str]:
 def _remarks(expansion: UniverseExpansion) -> Iterator[str]:
     """Yield remarks about parts that differ from the file, or that the file may not intend."""
     geometry = expansion.geometry
-    yield from limit_notes(expansion.left_out.notes(geometry))
+    yield from limit_notes(expansion.empty_places.notes(geometry))
     yield from limit_notes(
         f"{geometry.lattices[key]}: the cell around it may reach beyond it, where nothing is"
         for key in sorted(expansion.open_lattices)

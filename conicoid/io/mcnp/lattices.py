@@ -95,7 +95,7 @@ class CellLattice(Lattice):
             planes.append((slab.normal, slab.high + max(shifts)))
             planes.append((scale_vector(slab.normal, -1), -slab.low - min(shifts)))
         extents = [self.first.extent.placed(UniversePlacement(shift=shift)) for shift in (low, high)]
-        return LatticePrism(tuple(planes), extents[0].around(extents[1]))
+        return LatticePrism(tuple(planes), extents[0].union(extents[1]))
 
     @property
     def hull(self) -> list[LatticePrism]:

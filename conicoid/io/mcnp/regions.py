@@ -30,12 +30,12 @@ _HALF = re.compile(r"([-+]?)([0-9]{1,9})(?:\.([0-9]{1,2}))?")
 class RegionReader:
     """Reader of regions: `side` returns the negative side of a surface or facet, `cell` the region of a cell.
 
-    `left` is the number of half-spaces that the regions still to be read may have together.
+    `budget` is the number of half-spaces that the regions still to be read may have together.
     """
 
     def __init__(self, side: Callable[[int, int | None], Region], cell: Callable[[int], Region]) -> None:
         self.side, self.cell = side, cell
-        self.left = MAX_HALF_SPACES
+        self.budget = MAX_HALF_SPACES
 
     def read(self, words: list[str]) -> Region:
         """Return the region of the words of a cell card. Raise ValueError for a wrong or too large region."""
@@ -43,7 +43,7 @@ class RegionReader:
         region = reader.union()
         if reader.word:
             raise ValueError(f"region: a ')' without its '(' (at {shorten(reader.word, 20)!r})")
-        self.left -= reader.count
+        self.budget -= reader.count
         if region_depth(region) > MAX_REGION_DEPTH:
             raise ValueError(f"region: nests deeper than {MAX_REGION_DEPTH} levels, with the cells that it refers to")
         return region
@@ -81,7 +81,7 @@ class _RegionWords:
         word = self.word
         self.at += 1
         if word == "#":
-            return negate_region(self.complemented())
+            return negate_region(self.complement_operand())
         if word == "(":
             return self.parenthesis()
         match = _HALF.fullmatch(word)
@@ -95,7 +95,7 @@ class _RegionWords:
         self._count_region(side)
         return side
 
-    def complemented(self) -> Region:
+    def complement_operand(self) -> Region:
         """Return the region after '#'; the caller takes its complement."""
         word = self.word
         if word in ("(", "#"):
@@ -123,7 +123,7 @@ class _RegionWords:
         Surfaces may have several facets and complements repeat whole cells, so words alone do not bound the size.
         """
         self.count += count_half_spaces(region)
-        if self.count > min(LONGEST_REGION, self.regions.left):
+        if self.count > min(LONGEST_REGION, self.regions.budget):
             raise ValueError(
                 f"region: has too many half-spaces: at most {LONGEST_REGION:,} stand in one region, "
                 f"and {MAX_HALF_SPACES:,} in those of a file together"

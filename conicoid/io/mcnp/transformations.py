@@ -186,11 +186,11 @@ def _cosine(angle: Fraction) -> Fraction:
     return Fraction(sin_cos_degrees(angle)[1])
 
 
-def _complete_rows(given: list[Fraction | None]) -> tuple[Rows, bool]:
+def _complete_rows(cosines: list[Fraction | None]) -> tuple[Rows, bool]:
     """Return all nine cosines from 9, 6, 5, 3 or none, and True if MCNP is free to choose some of them."""
-    rows = [given[0:3], given[3:6], given[6:9]]
-    columns = [given[i::3] for i in range(3)]
-    count = sum(value is not None for value in given)
+    rows = [cosines[0:3], cosines[3:6], cosines[6:9]]
+    columns = [cosines[i::3] for i in range(3)]
+    count = sum(value is not None for value in cosines)
     if count == 0:
         return IDENTITY, False
     if count == 9:
@@ -202,7 +202,7 @@ def _complete_rows(given: list[Fraction | None]) -> tuple[Rows, bool]:
     if count == 6 and len(whole_columns) == 2:
         return transpose(_complete_two_rows(columns, whole_columns)), False
     if count == 5 and len(whole_rows) == len(whole_columns) == 1:
-        return _complete_cross(given, whole_rows[0], whole_columns[0]), False
+        return _complete_cross(cosines, whole_rows[0], whole_columns[0]), False
     if count == 3 and whole_rows:
         return _complete_one_row(rows, whole_rows[0]), True
     if count == 3 and whole_columns:
@@ -237,14 +237,14 @@ def _complete_one_row(lines: list[list[Fraction | None]], known: int) -> Rows:
     return rows[0], rows[1], rows[2]
 
 
-def _complete_cross(given: list[Fraction | None], row: int, column: int) -> Rows:
+def _complete_cross(cosines: list[Fraction | None], row: int, column: int) -> Rows:
     """Return a rotation from one row and one column, which meet in c.
 
     The other four entries follow from the cofactors: each entry of a rotation equals its cofactor.
     """
     # The known entries in cyclic order, so that c comes first: row c a b, column c p q.
     places = ((0, 0), (0, 1), (0, 2), (1, 0), (2, 0))
-    at = [given[3 * ((row + i) % 3) + (column + j) % 3] for i, j in places]
+    at = [cosines[3 * ((row + i) % 3) + (column + j) % 3] for i, j in places]
     c, a, b, p, q = (value or Fraction(0) for value in at)
     s = a * a + b * b
     if not s:

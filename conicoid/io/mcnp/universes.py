@@ -171,11 +171,11 @@ class UniverseBuilder:
     broken: set[int] = field(default_factory=set)
     refers: dict[int, tuple[CellCard, set[int]]] = field(default_factory=dict)
     wrapped: dict[tuple[int, FrameChange], int] = field(default_factory=dict)
-    made: int = 0
+    body_count: int = 0
 
     def universe_of(self, cell: CellCard) -> int:
         """Return the number of a cell's universe; 0 for the world, and if the card has no valid number."""
-        words = cell.given.get("u")
+        words = cell.keywords.get("u")
         try:
             return abs(parse_integer("u", words[0])) if words else 0
         except ValueError:
@@ -199,7 +199,7 @@ class UniverseBuilder:
             The filling or the lattice is wrong.
 
         """
-        words = cell.given.get("u", ["0"])
+        words = cell.keywords.get("u", ["0"])
         if len(words) != 1:
             raise ValueError(f"u must be one integer, got {len(words)}")
         universe = abs(parse_integer("u", words[0]))
@@ -218,7 +218,7 @@ class UniverseBuilder:
             self._filled(cell, universe, region, filling, trcl)
 
     def _lattice_kind(self, cell: CellCard) -> int:
-        words = cell.given.get("lat")
+        words = cell.keywords.get("lat")
         if words is None:
             return 0
         if words not in (["1"], ["2"]):
@@ -313,8 +313,8 @@ class UniverseBuilder:
 
     def _key(self) -> int:
         """Return a new number for a universe, cell or lattice that the deck does not number."""
-        self.made += 1
-        return FIRST_FREE_KEY + self.made
+        self.body_count += 1
+        return FIRST_FREE_KEY + self.body_count
 
     def missing(self) -> Iterator[tuple[CellCard, str]]:
         """Yield errors, with their cells: unknown universes, and lattices that share a universe with other cells."""
@@ -338,7 +338,7 @@ class UniverseBuilder:
 
 def is_outside(cell: CellCard) -> bool:
     """Return True if the card has importances and all are 0. Raise ValueError if one is no number."""
-    importances = [words for name, words in cell.given.items() if name.startswith("imp")]
+    importances = [words for name, words in cell.keywords.items() if name.startswith("imp")]
     if any(len(words) != 1 for words in importances):
         raise ValueError("imp must be one number")
     values = [parse_number(words[0]) for words in importances]

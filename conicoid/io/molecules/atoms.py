@@ -154,12 +154,12 @@ def _atom_slices(counts: Indices) -> Iterator[slice]:
         begin = end
 
 
-def check_bonds(given: Any, count: int) -> FloatArray:
+def check_bonds(pairs: Any, count: int) -> FloatArray:
     """Return bonds as floats (M, 3): indices of two atoms, the smaller first, and the order of the bond.
 
     Parameters
     ----------
-    given
+    pairs
         (M, 2) indices, or (M, 3) with orders.
     count
         Number of atoms.
@@ -170,7 +170,7 @@ def check_bonds(given: Any, count: int) -> FloatArray:
         A bond is not of two different atoms, or its order is not in (0, 4].
 
     """
-    bonds = np.array(real_array("molecule", "bonds", given))
+    bonds = np.array(real_array("molecule", "bonds", pairs))
     bonds = bonds.reshape(0, 3) if bonds.size == 0 else bonds
     if bonds.ndim != 2 or bonds.shape[1] not in (2, 3):
         raise ValueError(f"molecule: bonds must have shape (M, 2), or (M, 3) with orders, got {bonds.shape}")
@@ -284,9 +284,9 @@ def _count_elements(numbers: Any) -> tuple[list[int], list[int]]:
     return values.tolist(), counts.tolist()
 
 
-def _parse_atomic_numbers(given: Any, count: int) -> Any:
+def _parse_atomic_numbers(elements: Any, count: int) -> Any:
     """Return atomic numbers (N,) from numbers or symbols. Raise ValueError that names the atom."""
-    values = np.asarray(given)
+    values = np.asarray(elements)
     if values.shape != (count,):
         raise ValueError(f"molecule: elements must have shape ({count},), as there are positions, got {values.shape}")
     if values.dtype.kind in "USO" and count:
@@ -347,55 +347,55 @@ def cell_vectors(a: float, b: float, c: float, alpha: float, beta: float, gamma:
 # models or sites). Other objects need `positions` and one of `numbers`, `elements` and `symbols`.
 
 
-def read_atoms_object(given: Any) -> Atoms:
+def read_atoms_object(source: Any) -> Atoms:
     """Return the atoms of an object of ASE, biotite, MDAnalysis, RDKit, gemmi, or with `positions` and elements.
 
     Raise TypeError for other objects, and ValueError for wrong values.
     """
-    if hasattr(given, "GetConformer") and hasattr(given, "GetAtoms"):
-        return _from_rdkit(given)
-    if hasattr(given, "get_positions") and hasattr(given, "get_atomic_numbers"):
-        return _from_ase(given)
-    if hasattr(given, "coord") and hasattr(given, "element"):
-        return _from_biotite(given)
-    if hasattr(given, "atoms") and hasattr(given.atoms, "positions"):
-        return _from_mdanalysis(given)
-    if hasattr(given, "get_all_unit_cell_sites") or (hasattr(given, "cell") and hasattr(given, "spacegroup_hm")):
-        return read_gemmi_atoms(given)
-    if hasattr(given, "positions"):
+    if hasattr(source, "GetConformer") and hasattr(source, "GetAtoms"):
+        return _from_rdkit(source)
+    if hasattr(source, "get_positions") and hasattr(source, "get_atomic_numbers"):
+        return _from_ase(source)
+    if hasattr(source, "coord") and hasattr(source, "element"):
+        return _from_biotite(source)
+    if hasattr(source, "atoms") and hasattr(source.atoms, "positions"):
+        return _from_mdanalysis(source)
+    if hasattr(source, "get_all_unit_cell_sites") or (hasattr(source, "cell") and hasattr(source, "spacegroup_hm")):
+        return read_gemmi_atoms(source)
+    if hasattr(source, "positions"):
         for name in ("numbers", "elements", "symbols"):
-            if getattr(given, name, None) is not None:
-                return Atoms(given.positions, np.asarray(getattr(given, name)))
+            if getattr(source, name, None) is not None:
+                return Atoms(source.positions, np.asarray(getattr(source, name)))
     expected = "a file's path, positions with elements, or an object of ASE, biotite, MDAnalysis, RDKit or gemmi"
-    raise TypeError(f"molecule: atoms must be {expected}, got {describe_kind(given)}")
+    raise TypeError(f"molecule: atoms must be {expected}, got {describe_kind(source)}")
 
 
-def _from_ase(given: Any) -> Atoms:
-    cell = np.asarray(given.cell) if np.any(given.pbc) and abs(np.linalg.det(np.asarray(given.cell))) > 0 else None
-    return Atoms(given.get_positions(), given.get_atomic_numbers(), cell=cell)
+def _from_ase(source: Any) -> Atoms:
+    cell = np.asarray(source.cell) if np.any(source.pbc) and abs(np.linalg.det(np.asarray(source.cell))) > 0 else None
+    return Atoms(source.get_positions(), source.get_atomic_numbers(), cell=cell)
 
 
-def _from_biotite(given: Any) -> Atoms:
-    coord = np.asarray(given.coord)
+def _from_biotite(source: Any) -> Atoms:
+    coord = np.asarray(source.coord)
     remarks: tuple[str, ...] = ()
     if coord.ndim == 3:
         coord, remarks = coord[0], ("the first of several models is read",) if len(coord) > 1 else ()
-    box = getattr(given, "box", None)
+    box = getattr(source, "box", None)
     box = box[0] if box is not None and np.ndim(box) == 3 else box
     bonds = None
-    if getattr(given, "bonds", None) is not None:
-        bonds = np.asarray(given.bonds.as_array(), np.float64)
+    if getattr(source, "bonds", None) is not None:
+        bonds = np.asarray(source.bonds.as_array(), np.float64)
         # biotite's bond types: any, single, double, triple, quadruple, then aromatic single, double, triple, and other
         bonds[:, 2] = np.array([1, 1, 2, 3, 4, 1.5, 1.5, 3, 1, 1.5])[np.minimum(bonds[:, 2].astype(int), 9)]
     labels: tuple[str, ...] = ()
-    if hasattr(given, "atom_name") and hasattr(given, "res_name"):
-        columns = (given.atom_name, given.res_name, given.res_id, given.chain_id)
+    if hasattr(source, "atom_name") and hasattr(source, "res_name"):
+        columns = (source.atom_name, source.res_name, source.res_id, source.chain_id)
         labels = tuple(f"{a} {r} {n} {c}".strip() for a, r, n, c in zip(*columns, strict=True))
-    return Atoms(coord, np.asarray(given.element), bonds, box, labels, remarks)
+    return Atoms(coord, np.asarray(source.element), bonds, box, labels, remarks)
 
 
-def _from_mdanalysis(given: Any) -> Atoms:
-    group = given.atoms
+def _from_mdanalysis(source: Any) -> Atoms:
+    group = source.atoms
     for name in ("elements", "types", "names"):
         elements = getattr(group, name, None)
         if elements is not None:
@@ -413,36 +413,36 @@ def _from_mdanalysis(given: Any) -> Atoms:
     )
 
 
-def _from_rdkit(given: Any) -> Atoms:
-    numbers = [atom.GetAtomicNum() for atom in given.GetAtoms()]
-    bonds = [(b.GetBeginAtomIdx(), b.GetEndAtomIdx(), b.GetBondTypeAsDouble() or 1.0) for b in given.GetBonds()]
+def _from_rdkit(source: Any) -> Atoms:
+    numbers = [atom.GetAtomicNum() for atom in source.GetAtoms()]
+    bonds = [(b.GetBeginAtomIdx(), b.GetEndAtomIdx(), b.GetBondTypeAsDouble() or 1.0) for b in source.GetBonds()]
     try:
-        positions = given.GetConformer().GetPositions()
+        positions = source.GetConformer().GetPositions()
     except ValueError:
         expected = "must have a conformer: rdkit.Chem.AllChem.EmbedMolecule(molecule) makes one"
         raise ValueError(f"molecule: atoms {expected}") from None
     return Atoms(positions, np.array(numbers, np.int64), bonds)
 
 
-def read_gemmi_atoms(given: Any) -> Atoms:
+def read_gemmi_atoms(structure: Any) -> Atoms:
     """Return the atoms of a gemmi Structure or SmallStructure.
 
     Of a Structure the first model and the first of alternate positions are read; of a SmallStructure all sites of the
     unit cell.
     """
-    parameters = given.cell.parameters
+    parameters = structure.cell.parameters
     # Lengths 1 1 1 stand for no cell.
     cell = None if parameters[:3] == (1.0, 1.0, 1.0) else cell_vectors(*parameters)
-    if hasattr(given, "get_all_unit_cell_sites"):
-        sites = [site for site in given.get_all_unit_cell_sites() if site.element.atomic_number > 0]
+    if hasattr(structure, "get_all_unit_cell_sites"):
+        sites = [site for site in structure.get_all_unit_cell_sites() if site.element.atomic_number > 0]
         within = np.array([site.fract.tolist() for site in sites]).reshape(-1, 3)
         within -= np.floor(within + 1e-9)  # symmetry may put sites beside the cell: move them into it
-        places = within @ np.array(given.cell.orth.mat.tolist()).T
+        places = within @ np.array(structure.cell.orth.mat.tolist()).T
         numbers = np.array([site.element.atomic_number for site in sites], np.int64)
         return Atoms(places, numbers, cell=cell, labels=tuple(site.label for site in sites))
-    remarks = ("the first of several models is read",) if len(given) > 1 else ()
+    remarks = ("the first of several models is read",) if len(structure) > 1 else ()
     rows, left = [], 0
-    for chain in given[0] if len(given) else ():
+    for chain in structure[0] if len(structure) else ():
         for residue in chain:
             seen = set()
             for atom in residue:

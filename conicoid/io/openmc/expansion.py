@@ -70,14 +70,14 @@ class UniverseExpansion:
     steps: int = 0  # comparisons of sides so far, which max_comparisons limits
     maker: SolidBuilder = field(default_factory=SolidBuilder)
     looks: dict[int | None, Material] = field(default_factory=lambda: {None: VOID_MATERIAL})
-    filled: list[Solid] = field(default_factory=list)  # the root's cells that universes fill
+    filled_cells: list[Solid] = field(default_factory=list)  # the root's cells that universes fill
     repeating: dict[int, bool] = field(default_factory=dict)  # by lattice: is its outer universe periodic
     turning: dict[int, bool] = field(default_factory=dict)  # by universe: has it rotations but quarter turns
     block: UniverseBlock[CellPiece] = field(init=False)  # the block under construction
     bodies: CellBodies = field(init=False)
     way: PlacePath = ()  # path to `block`
-    made: int = 0  # bodies so far
-    alone: int = 0  # bodies so far that are no translated copies
+    body_count: int = 0  # bodies so far
+    singles: int = 0  # bodies so far that are no translated copies
 
     def __post_init__(self) -> None:
         self.block = self.whole
@@ -119,14 +119,14 @@ class UniverseExpansion:
         """Expand a cell at a place: count it as empty, add its body, or expand what fills it."""
         parts = () if cell.region is None else (bind_surfaces(cell.region, surfaces),)
         inner = self._narrowed(cell, context, place, parts)
-        self.block.left_out.visit(cell, inner is None)
+        self.block.empty_places.visit(cell, inner is None)
         if inner is None:
             return
         if cell.fill is None:
             self._body(cell, inner, path)
         else:
             if self.block is self.whole and not path:
-                self.filled.append(self._solid(inner))
+                self.filled_cells.append(self._solid(inner))
             inside = place.inner(cell.translation, cell.rotation)
             if not cell.rotation.motion.is_identity:
                 entry = place.entry(cell.translation, cell.rotation)
@@ -144,8 +144,8 @@ class UniverseExpansion:
         """Return bounds with further parts, None if nothing is left; raise SceneFileError if the work is too much."""
         further = tuple(parts)
         self.steps += context.cost(place.outer, further)
-        if self.steps > geometry.max_comparisons(self.most.alone):
-            raise geometry.effort_limit_error(self.path, cell, self.most.alone)
+        if self.steps > geometry.max_comparisons(self.most.singles):
+            raise geometry.effort_limit_error(self.path, cell, self.most.singles)
         return context.and_(place.outer, further, extent)
 
     def _filled(self, cell: UniverseCell, place: UniversePlacement, context: PlaceBounds, path: PlacePath) -> None:
@@ -157,7 +157,7 @@ class UniverseExpansion:
             return
         for index, universe in lattice.universes.items():
             is_there = self._element(cell, lattice, index, universe, place, context, path)
-            self.block.left_out.visit(lattice, not is_there)
+            self.block.empty_places.visit(lattice, not is_there)
         outside = self._narrowed(cell, context, place, [prism.placed(place).outside() for prism in lattice.hull])
         if outside is None:
             return
@@ -249,9 +249,9 @@ class UniverseExpansion:
             return
         count = max(tiles.count - lattice.size, 0) * self.geometry.count(outer)
         self.outside += count
-        if self.outside > geometry.PLACES_FOR_A_BODY * self.most.alone:
+        if self.outside > geometry.PLACES_FOR_A_BODY * self.most.singles:
             where = f"{cell}, in which the outer universe {outer} of {lattice} is repeated"
-            raise geometry.body_limit_error(self.path, count, self.most.alone, cell.element, where, "up to ")
+            raise geometry.body_limit_error(self.path, count, self.most.singles, cell.element, where, "up to ")
         for index in tiles.indices:
             if index not in lattice.universes:
                 self._element(cell, lattice, index, outer, place, context, path)
@@ -268,9 +268,9 @@ class UniverseExpansion:
         if material is None and not self.void:
             return
         self._count(1, cell)
-        self.alone += 1
-        if self.alone > self.most.alone:
-            raise geometry.single_body_limit_error(self.path, self.alone, self.most.alone, cell)
+        self.singles += 1
+        if self.singles > self.most.singles:
+            raise geometry.single_body_limit_error(self.path, self.singles, self.most.singles, cell)
         if material is not None and material not in self.looks:
             known = self.geometry.material(material)
             name = self.geometry.material_names[material]
@@ -279,12 +279,14 @@ class UniverseExpansion:
 
     def _count(self, count: int, cell: UniverseCell) -> None:
         """Count bodies that a cell adds and report progress. Raise SceneFileError if there are too many."""
-        before, self.made = self.made, self.made + count
-        if self.made > self.most.bodies:
+        before, self.body_count = self.body_count, self.body_count + count
+        if self.body_count > self.most.bodies:
             where = f"{cell} and the outer universes around it"
-            raise geometry.body_limit_error(self.path, self.made, self.most.bodies, cell.element, where, "at least ")
-        if self.progress is not None and self.made // 256 > before // 256:
-            self.progress(self.made, self.geometry.body_count)
+            raise geometry.body_limit_error(
+                self.path, self.body_count, self.most.bodies, cell.element, where, "at least "
+            )
+        if self.progress is not None and self.body_count // 256 > before // 256:
+            self.progress(self.body_count, self.geometry.body_count)
 
     def _solid(self, context: PlaceBounds) -> Solid:
         return self.maker.solid((motion, group.parts) for motion, group in context.groups)
@@ -295,9 +297,9 @@ class UniverseExpansion:
         return self.whole.materials
 
     @property
-    def left_out(self) -> EmptyPlaces:
+    def empty_places(self) -> EmptyPlaces:
         """Counts of places that have no volume."""
-        return self.whole.left_out
+        return self.whole.empty_places
 
     @property
     def is_enclosed(self) -> bool:
@@ -312,7 +314,7 @@ class UniverseExpansion:
         """
         if not self.void:
             return None
-        parts = [*self._enclosure(), *self.filled]
+        parts = [*self._enclosure(), *self.filled_cells]
         return Union(tuple(parts)) if len(parts) > 1 else (parts[0] if parts else None)
 
     def _enclosure(self) -> Iterator[Solid]:

@@ -462,7 +462,7 @@ def _facts(expansion: UniverseExpansion) -> Iterator[str]:
         (geometry.universes, "universe"), (geometry.lattices, "lattice"),
     )  # fmt: skip
     yield ", ".join(format_count(len(items), what) for items, what in sizes)
-    empty = expansion.left_out.places
+    empty = expansion.empty_places.places
     without = f"; {format_count(empty, 'place')} without volume left out" if empty else ""
     yield format_count(len(expansion.bodies), "body") + without
     yield from _boundaries(geometry)
@@ -471,7 +471,7 @@ def _facts(expansion: UniverseExpansion) -> Iterator[str]:
 def _remarks(expansion: UniverseExpansion) -> Iterator[str]:
     """Yield remarks about parts that differ from the file, or that the file may not intend."""
     geometry = expansion.geometry
-    yield from limit_notes(expansion.left_out.notes(geometry))
+    yield from limit_notes(expansion.empty_places.notes(geometry))
     yield from limit_notes(_cells(geometry))
     yield from limit_notes(
         f"{geometry.lattices[number]}: the cell around it may reach beyond it, and there is no outer universe"

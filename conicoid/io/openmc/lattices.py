@@ -304,9 +304,9 @@ class HexagonalLattice(Lattice):
         first, last = low[1] - self.middle[along], high[1] - self.middle[along]
         most = max(math.ceil((last - first) / self.pitch) + 4, 0)
         count = max(levels[1] - levels[0], 0) * max(columns[1] - columns[0], 0) * most
-        return LatticeTiles(count, self._around(levels, columns, first, last))
+        return LatticeTiles(count, self._indices(levels, columns, first, last))
 
-    def _around(
+    def _indices(
         self, levels: tuple[int, int], columns: tuple[int, int], first: Fraction, last: Fraction
     ) -> Iterator[Index]:
         """Yield the indices of elements in levels and columns, from `first` to `last` along each column."""
@@ -372,7 +372,7 @@ def read_rectangular_lattice(element: XmlElement) -> RectangularLattice:
         what = f"a lattice of {' x '.join(map(str, shape))}"
         universes = values.attempt(lambda: _read_universes(values, count, what), universes)
     values.finish()
-    listing = values.required("universes")
+    listing = values.require("universes")
     return RectangularLattice(number, name, outer, universes, listing, element, shape or (), lower_left, pitch)
 
 
@@ -396,7 +396,7 @@ def read_hexagonal_lattice(element: XmlElement) -> HexagonalLattice:
     values.finish()
     x, y, z = (*center, Fraction(0))[:3]
     return HexagonalLattice(
-        number, name, outer, universes, values.required("universes"), element,
+        number, name, outer, universes, values.require("universes"), element,
         rings, orientation, (x, y, z), pitch[0], None if flat else pitch[1], levels or 1,
     )  # fmt: skip
 
@@ -405,7 +405,7 @@ def _read_shape(values: OpenmcValues) -> tuple[int, ...] | None:
     shape = tuple(values.integers("dimension"))
     if len(shape) not in (2, 3) or min(shape) < 1:
         raise values.mistake(
-            f"dimension must be two or three integers > 0, got {quote_word(values.required('dimension'))}"
+            f"dimension must be two or three integers > 0, got {quote_word(values.require('dimension'))}"
         )
     return shape
 
@@ -436,7 +436,7 @@ def _read_universes(values: OpenmcValues, count: int, what: str) -> Counter[int]
 
     The number is checked first, and no list of universes is built, as a file may name millions.
     """
-    words = count_words(values.required("universes"))
+    words = count_words(values.require("universes"))
     if words != count:
         raise values.mistake(f"universes: {what} needs {count}, got {words}")
     return values.integer_tally("universes")

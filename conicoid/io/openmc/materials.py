@@ -80,7 +80,7 @@ def _density(values: OpenmcValues, fractions: NuclideShares) -> dict[str, float]
         raise values.mistake(f"units must be one of {known}, got {quote_word(units)}")
     (value,) = values.numbers("value", 1)
     if value <= 0:
-        raise values.mistake(f"value must be > 0, got {quote_word(values.required('value'))}")
+        raise values.mistake(f"value must be > 0, got {quote_word(values.require('value'))}")
     if units in _MASS:
         return {"density": float(value * _MASS[units])}
     return {"atom_density": float(value * _ATOMS[units])}
@@ -101,7 +101,7 @@ def _fractions(values: OpenmcValues) -> NuclideShares:
     for tag in ("nuclide", "element"):
         for element in values.element.all(tag):
             part = _part(values, element)
-            name = part.required("name")
+            name = part.require("name")
             for kind in sums:
                 # Fractions are added exactly and rounded to floats once, at the end.
                 if part.text(kind) is not None and name:
@@ -111,7 +111,7 @@ def _fractions(values: OpenmcValues) -> NuclideShares:
 
 
 def _names(values: OpenmcValues, tag: str) -> tuple[str, ...]:
-    names = [_part(values, element).required("name") for element in values.element.all(tag)]
+    names = [_part(values, element).require("name") for element in values.element.all(tag)]
     return tuple(name for name in names if name)
 
 
@@ -124,5 +124,5 @@ def _number(values: OpenmcValues, name: str) -> dict[str, float]:
 def _not_negative(values: OpenmcValues, name: str) -> Fraction:
     (value,) = values.numbers(name, 1)
     if value < 0:
-        raise values.mistake(f"{name} must be >= 0, got {quote_word(values.required(name))}")
+        raise values.mistake(f"{name} must be >= 0, got {quote_word(values.require(name))}")
     return value

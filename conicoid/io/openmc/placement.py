@@ -236,7 +236,7 @@ class Extent:
         highs = [_intersection_end(min, a, b) for a, b in zip(self.high, other.high, strict=True)]
         return Extent((lows[0], lows[1], lows[2]), (highs[0], highs[1], highs[2]))
 
-    def around(self, other: Extent) -> Extent:
+    def union(self, other: Extent) -> Extent:
         """Return the smallest box around both boxes."""
         lows = [_union_end(min, a, b) for a, b in zip(self.low, other.low, strict=True)]
         highs = [_union_end(max, a, b) for a, b in zip(self.high, other.high, strict=True)]

@@ -95,7 +95,7 @@ class _RegionParser:
         self.text = text
         self.most = most
         self.count = 0
-        self.known: dict[tuple[str, bool], HalfSpaceNode] = {}
+        self.half_spaces: dict[tuple[str, bool], HalfSpaceNode] = {}
         self.at = 0
         self.inside = 0
         self.sign, self.digits, self.symbol = "", "", ""
@@ -156,9 +156,9 @@ class _RegionParser:
                 f"region: has too many half-spaces: at most {LONGEST_REGION:,} stand in one region, "
                 f"and {MAX_HALF_SPACES:,} in those of a file together"
             )
-        known = self.known.get((digits, positive))
+        known = self.half_spaces.get((digits, positive))
         if known is None:
-            known = self.known[digits, positive] = HalfSpaceNode(int(digits), positive)
+            known = self.half_spaces[digits, positive] = HalfSpaceNode(int(digits), positive)
         return known
 
     def _advance(self) -> None:
@@ -408,7 +408,7 @@ def _part_extent(part: RegionPart) -> Extent:
     """Return a box around a part."""
     if isinstance(part, SurfaceSide):
         return part.surface.extent(part.positive)
-    return reduce(Extent.common if isinstance(part, PartIntersection) else Extent.around, map(_part_extent, part.parts))
+    return reduce(Extent.common if isinstance(part, PartIntersection) else Extent.union, map(_part_extent, part.parts))
 
 
 def _drop_paired_sides(sides: list[SurfaceSide]) -> list[SurfaceSide] | None:
@@ -437,7 +437,7 @@ def _relation(solid: RoundSurface, side: SurfaceSide) -> int:
     if isinstance(other, FlatSurface):
         relation = solid.side_of_plane(other)
     elif isinstance(other, RoundSurface):
-        relation = -1 if solid.is_within(other) else int(solid.is_apart(other))
+        relation = -1 if solid.is_within(other) else int(solid.is_disjoint(other))
     else:
         relation = 0
     return -relation if side.positive else relation

@@ -95,7 +95,7 @@ class RoundSurface:
         return _quick_hash((*self.center, self.radius))
 
     @property
-    def across(self) -> tuple[int, ...]:
+    def cross_axes(self) -> tuple[int, ...]:
         """The axes along which the distance is measured."""
         return tuple(i for i in range(3) if i != self.axis)
 
@@ -111,13 +111,13 @@ class RoundSurface:
             return UNBOUNDED
         lows: list[ExtentEnd] = [None, None, None]
         highs: list[ExtentEnd] = [None, None, None]
-        for i in self.across:
+        for i in self.cross_axes:
             lows[i], highs[i] = self.center[i] - self.radius, self.center[i] + self.radius
         return Extent((lows[0], lows[1], lows[2]), (highs[0], highs[1], highs[2]))
 
     def side_of(self, extent: Extent) -> int:
         """Return -1 if f < 0 in all of the extent, +1 if f > 0 in all of it, else 0."""
-        least, most = extent.square_distances(self.center, self.across)
+        least, most = extent.square_distances(self.center, self.cross_axes)
         square = self.radius**2
         if most is not None and most < square:
             return -1
@@ -154,13 +154,13 @@ class RoundSurface:
     def is_within(self, other: RoundSurface) -> bool:
         """Return True if this solid lies strictly inside another one with the same axis."""
         gap = other.radius - self.radius
-        return self.axis == other.axis and gap > 0 and self._apart(other) < gap**2
+        return self.axis == other.axis and gap > 0 and self._squared_distance(other) < gap**2
 
-    def is_apart(self, other: RoundSurface) -> bool:
+    def is_disjoint(self, other: RoundSurface) -> bool:
         """Return True if this solid lies strictly outside another one with the same axis."""
-        return self.axis == other.axis and self._apart(other) > (self.radius + other.radius) ** 2
+        return self.axis == other.axis and self._squared_distance(other) > (self.radius + other.radius) ** 2
 
-    def _apart(self, other: RoundSurface) -> Fraction:
+    def _squared_distance(self, other: RoundSurface) -> Fraction:
         """Return the squared distance between the centers."""
         return sum(((a - b) ** 2 for a, b in zip(self.center, other.center, strict=True)), Fraction(0))
 
@@ -328,7 +328,7 @@ def _boundary(values: OpenmcValues) -> str:
 
 
 def _read_surface_type(values: OpenmcValues) -> Surface | None:
-    kind = values.required("type").lower()
+    kind = values.require("type").lower()
     if kind in TORUS_TYPES:
         raise values.mistake(f"is a torus ({kind}), which is no quadric: Conicoid cannot express it")
     if kind not in _KINDS:

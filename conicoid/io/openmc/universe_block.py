@@ -139,7 +139,7 @@ class UniverseBlock(Generic[P]):
     items: list[P | BlockPlacement[P]] = field(default_factory=list)
     count: int = 0
     materials: Counter[Any] = field(default_factory=Counter)
-    left_out: EmptyPlaces = field(default_factory=EmptyPlaces)
+    empty_places: EmptyPlaces = field(default_factory=EmptyPlaces)
 
     def add(self, piece: P, material: Any) -> None:
         """Append a body of a material."""
@@ -154,14 +154,14 @@ class UniverseBlock(Generic[P]):
         self.count += block.count
         for material, times in block.materials.items():
             self.materials[material] += times
-        self.left_out.add(block.left_out)
+        self.empty_places.add(block.empty_places)
 
     def take(self, other: UniverseBlock[P]) -> None:
         """Append the items of another block as items of this block."""
         self.items += other.items
         self.count += other.count
         self.materials.update(other.materials)
-        self.left_out.add(other.left_out)
+        self.empty_places.add(other.empty_places)
 
     @cached_property
     def _ends(self) -> list[int]:
@@ -185,7 +185,7 @@ class UniverseBlock(Generic[P]):
         for end, item in zip(self._ends, self.items, strict=True):
             path = (*way, *item.path)
             if not isinstance(item, BlockPlacement):
-                if self.called(item.title, path) == name:
+                if self.path_name(item.title, path) == name:
                     return end - 1
             elif self.may_lead(path, name):
                 number = item.block.find(name, path)
@@ -194,7 +194,7 @@ class UniverseBlock(Generic[P]):
         return None
 
     @staticmethod
-    def called(title: str, path: PlacePath) -> str:
+    def path_name(title: str, path: PlacePath) -> str:
         """Return the name of a piece at the end of a path."""
         return place_name(title, path)
 
@@ -282,7 +282,7 @@ class BlockBodies(InstanceList, Generic[P]):
     def name(self, number: int) -> str:
         """Return the name of a body: the name of its piece and the path to it."""
         piece, path = self._whole.at(number)
-        return self._whole.called(piece.title, path)
+        return self._whole.path_name(piece.title, path)
 
     def number(self, name: str) -> int | None:
         """Return the number of the body with a name, or None."""
@@ -322,7 +322,7 @@ class CellBodies(BlockBodies[CellPiece]):
         super().__init__(whole, pieces, flat)
         self._maker = SolidBuilder()
 
-    def made(self, kind: int, shift: Shift) -> Solid:
+    def shape_at(self, kind: int, shift: Shift) -> Solid:
         """Build a piece, translated by a shift."""
         return self._solid(self._pieces[kind].context, shift)
 
@@ -331,8 +331,8 @@ class CellBodies(BlockBodies[CellPiece]):
         groups = self._pieces[kind].context.groups
         return groups[0][0] if len(groups) == 1 else IDENTITY_MOTION
 
-    def before(self, kind: int, shift: Shift) -> Solid:
-        """Build a piece before its shared motion (see `InstanceList.before`)."""
+    def unrotated_shape(self, kind: int, shift: Shift) -> Solid:
+        """Build a piece before its shared motion (see `InstanceList.unrotated_shape`)."""
         context = self._pieces[kind].context
         if len(context.groups) == 1:
             context = PlaceBounds(((IDENTITY_MOTION, context.groups[0][1]),))

@@ -78,7 +78,7 @@ class OpenmcValues:
     def __init__(self, element: XmlElement, kind: str) -> None:
         self.element = element
         self.where = self.kind = kind
-        self.kept: list[Problem] = []
+        self.problems: list[Problem] = []
 
     def mistake(self, message: str) -> OpenmcElementError:
         """Return an error with the place of the element."""
@@ -86,27 +86,27 @@ class OpenmcValues:
 
     def add_mistake(self, message: str) -> None:
         """Record an error."""
-        self.kept.extend(self.mistake(message).problems)
+        self.problems.extend(self.mistake(message).problems)
 
     def attempt(self, read: Callable[[], Value], otherwise: Other) -> Value | Other:
         """Return the result of `read`; if it raises an error, record it and return `otherwise`."""
         try:
             return read()
         except OpenmcElementError as mistake:
-            self.kept.extend(mistake.problems)
+            self.problems.extend(mistake.problems)
             return otherwise
 
     def finish(self) -> None:
         """Raise the recorded errors, if any."""
-        if self.kept:
-            raise OpenmcElementError(self.kept)
+        if self.problems:
+            raise OpenmcElementError(self.problems)
 
     def title(self) -> tuple[int, str]:
         """Return the number and the name of the element, and use both in messages from now on."""
         name = self.text("name") or ""
-        errors_before = len(self.kept)
+        errors_before = len(self.problems)
         number = self.attempt(lambda: self.integer("id"), 0)
-        if len(self.kept) == errors_before:
+        if len(self.problems) == errors_before:
             self.where = format_title(self.kind, number, name)
         return number, name
 
@@ -117,7 +117,7 @@ class OpenmcValues:
         children = self.element.all(name)
         return children[0].text.strip() if children else None
 
-    def required(self, name: str) -> str:
+    def require(self, name: str) -> str:
         """Return a value that must be present."""
         value = self.text(name)
         if value is None:
@@ -136,7 +136,7 @@ class OpenmcValues:
 
     def integer(self, name: str) -> int:
         """Return an integer that must be present."""
-        return self.integer_word(name, self.required(name))
+        return self.integer_word(name, self.require(name))
 
     def optional_integer(self, name: str) -> int | None:
         """Return an integer; None if it is missing."""
@@ -145,13 +145,13 @@ class OpenmcValues:
 
     def integers(self, name: str) -> list[int]:
         """Return a list of integers that must be present."""
-        self.required(name)
+        self.require(name)
         return [self.integer_word(name, word) for word in self.words(name) or ()]
 
     def integer_tally(self, name: str) -> Counter[int]:
         """Return how often each integer occurs in a list, which may be very long."""
         counts: Counter[int] = Counter()
-        words = count_each_word(self.required(name))
+        words = count_each_word(self.require(name))
         if words is None:
             raise self.mistake(f"{name} has more than {MAX_DISTINCT_WORDS:,} different words")
         for word, count in words.items():
@@ -166,7 +166,7 @@ class OpenmcValues:
 
     def numbers(self, name: str, *counts: int) -> tuple[Fraction, ...]:
         """Return the numbers of a value that must be present; their number must be one of `counts`."""
-        text = self.required(name)
+        text = self.require(name)
         words = text.split(None, max(counts))
         if len(words) not in counts:
             expected = " or ".join(map(str, counts))

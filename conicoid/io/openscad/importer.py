@@ -66,7 +66,7 @@ class CsgEvaluation:
     def _parts_of(self, call: CsgCall) -> list[ColoredSolid]:
         """Return the solids of one call."""
         arguments = CallArguments(self.text, call)
-        if self.smooth and isinstance(arguments.given("$fn"), float) and arguments.given("$fn") > 0:
+        if self.smooth and isinstance(arguments.value("$fn"), float) and arguments.value("$fn") > 0:
             self.rounded += 1
         if call.name in _GROUP_CALLS:
             return self.parts(call.children)
@@ -81,7 +81,7 @@ class CsgEvaluation:
             return []
         build = self._builders().get(call.name)
         if build is not None:
-            return [ColoredSolid(arguments.made(lambda: build(arguments)))]
+            return [ColoredSolid(arguments.build(lambda: build(arguments)))]
         if call.name in ("circle", "square", "polygon"):
             self._remark(call, "is flat and encloses nothing; it is left out")
             return []
@@ -110,12 +110,12 @@ class CsgEvaluation:
             return []
         rows, moved = matrix.tolist(), []
         for part in self.parts(call.children):
-            moved.append(ColoredSolid(arguments.made(partial(part.solid.transform, rows)), part.color))
+            moved.append(ColoredSolid(arguments.build(partial(part.solid.transform, rows)), part.color))
         return moved
 
     def _colored(self, call: CsgCall, arguments: CallArguments) -> list[ColoredSolid]:
         """Return the children of a color, in this colour."""
-        value = arguments.given("c") or arguments.given("0")
+        value = arguments.value("c") or arguments.value("0")
         if not isinstance(value, list) or len(value) < 3 or not all(isinstance(v, float) for v in value):
             raise arguments.refuse(f"must have a list of red, green, blue and alpha, got {value!s:.60}")
         if value[0] < 0:  # a negative channel means no colour: the children keep theirs
@@ -155,7 +155,7 @@ class CsgEvaluation:
         twist = arguments.number("twist", 0.0)
         if twist:
             raise ValueError(f"twist must be 0, got {twist:g}: a twisted side is no quadric")
-        scale = arguments.given("scale")
+        scale = arguments.value("scale")
         scales = scale if isinstance(scale, list) else [scale if scale is not None else 1.0] * 2
         if len(scales) != 2 or not all(isinstance(s, float) and s >= 0 for s in scales) or scales[0] != scales[1]:
             raise ValueError(f"scale must be one number >= 0, or two that are equal, got {scale!s:.40}")
@@ -198,7 +198,7 @@ class CsgEvaluation:
                 matrix[2], matrix[:2, 2] = (0, 0, 1, 0), 0  # the part of the motion within the plane
                 figures += [part.moved(matrix) for part in self._flat(call.children)]
             else:
-                figures.append(arguments.made(partial(self._one_flat, arguments)))
+                figures.append(arguments.build(partial(self._one_flat, arguments)))
         return figures
 
     def _one_flat(self, arguments: CallArguments) -> PlaneItem:
@@ -208,7 +208,7 @@ class CsgEvaluation:
             radius = arguments.number("r", arguments.number("d", 2.0) / 2)
             return plane_circle(radius, arguments.sides(self.smooth))
         if name == "square":
-            size = arguments.given("size")
+            size = arguments.value("size")
             sizes = [size] * 2 if isinstance(size, float) else size if isinstance(size, list) else [1.0] * 2
             if len(sizes) != 2 or not all(isinstance(s, float) and s > 0 for s in sizes):
                 raise ValueError(f"size must be two numbers > 0, got {size!s:.40}")
@@ -216,7 +216,7 @@ class CsgEvaluation:
             return plane_polygon([(x, y), (x + sizes[0], y), (x + sizes[0], y + sizes[1]), (x, y + sizes[1])], None)
         if name == "polygon":
             points = arguments.rows("points", 2)
-            paths = arguments.given("paths")
+            paths = arguments.value("paths")
             return plane_polygon(points, None if paths is None else arguments.paths("paths", len(points)))
         description = UNSUPPORTED_CALLS.get(name, "nothing of the plane")
         raise arguments.refuse(f"is {description}, which cannot be extruded here")

@@ -186,7 +186,7 @@ def _revolve_in_steps(points: Sequence[Any], sides: int, start: float, end: floa
 
 def cube(arguments: CallArguments) -> Solid:
     """Return a box with a corner at the origin, or centred on it."""
-    size = arguments.given("size")
+    size = arguments.value("size")
     sizes = [size] * 3 if isinstance(size, float) else size if isinstance(size, list) else [1.0] * 3
     if len(sizes) != 3 or not all(isinstance(s, float) and 0 < s < 1e100 for s in sizes):
         raise arguments.refuse(f"size must be three numbers > 0, got {size!s:.60}")
@@ -260,7 +260,7 @@ def frustum(first: float, second: float, low: float, high: float, sides: int) ->
 def polyhedron(arguments: CallArguments) -> Solid:
     """Return a closed polyhedron from points and faces."""
     points = arguments.rows("points", 3)
-    faces = arguments.paths("faces" if arguments.given("faces") is not None else "triangles", len(points))
+    faces = arguments.paths("faces" if arguments.value("faces") is not None else "triangles", len(points))
     return Mesh(tuple((p[0], p[1], p[2]) for p in points), tuple(faces))
 
 

@@ -109,10 +109,10 @@ class CsgReader:
 
     def _expect(self, sign: str) -> None:
         if not self._is(sign):
-            raise self._unexpected(repr(sign))
+            raise self._mismatch(repr(sign))
         self._take()
 
-    def _unexpected(self, expected: str) -> SceneFileError:
+    def _mismatch(self, expected: str) -> SceneFileError:
         token = self._token
         text = "the end of the file" if token.kind == "end" else repr(shorten(token.text))
         return self._source.mistake(token.position, "text", f"must be {expected}, got {text}")
@@ -138,7 +138,7 @@ class CsgReader:
         while self._token.kind == "sign" and self._token.text in "%#!*":
             modifier += self._take().text
         if self._token.kind != "name":
-            raise self._unexpected("the name of a module")
+            raise self._mismatch("the name of a module")
         name = self._take()
         self._calls += 1
         if self._calls > MAX_CALLS:
@@ -188,7 +188,7 @@ class CsgReader:
         if token.kind == "name":
             return self._word(self._take())
         if not self._is("[") or depth > MAX_CALL_DEPTH:
-            raise self._unexpected("a number, a text, true, false, undef or a list")
+            raise self._mismatch("a number, a text, true, false, undef or a list")
         self._take()
         values = []
         while not self._is("]"):
@@ -209,7 +209,7 @@ class CsgReader:
     def end(self) -> None:
         """Raise SceneFileError if text is left after the calls."""
         if self._token.kind != "end":
-            raise self._unexpected("a call")
+            raise self._mismatch("a call")
 
 
 # Arguments of a call
@@ -230,13 +230,13 @@ class CallArguments:
         """Return an error at the call."""
         return self._text.mistake(self.call.position, self.call.name, message)
 
-    def given(self, name: str) -> Any:
+    def value(self, name: str) -> Any:
         """Return the value of an argument; None if it is missing."""
         return self.call.arguments.get(name)
 
     def number(self, name: str, otherwise: float) -> float:
         """Return a finite number; `otherwise` if it is missing."""
-        value = self.given(name)
+        value = self.value(name)
         if value is None:
             return otherwise
         if isinstance(value, bool) or not isinstance(value, float) or not math.isfinite(value):
@@ -245,14 +245,14 @@ class CallArguments:
 
     def flag(self, name: str) -> bool:
         """Return a flag; False if it is missing."""
-        value = self.given(name)
+        value = self.value(name)
         if value is not None and not isinstance(value, bool):
             raise self.refuse(f"{name} must be true or false, got {format_value(value)}")
         return bool(value)
 
     def rows(self, name: str, width: int) -> list[tuple[float, ...]]:
         """Return a list of points of `width` finite numbers each."""
-        value = self.given(name)
+        value = self.value(name)
         try:
             rows = [tuple(float(number) for number in row) for row in value]
         except (TypeError, ValueError):
@@ -264,7 +264,7 @@ class CallArguments:
 
     def paths(self, name: str, count: int) -> list[tuple[int, ...]]:
         """Return a list of paths, each of three or more indices of points, below `count`."""
-        value = self.given(name)
+        value = self.value(name)
         paths = []
         for k, row in enumerate(value if isinstance(value, list) else [value]):
             numbers = row if isinstance(row, list) else [row]
@@ -278,7 +278,7 @@ class CallArguments:
 
     def matrix(self) -> np.ndarray[Any, Any]:
         """Return the matrix (4, 4) of a multmatrix, whose last row may be missing."""
-        rows = self.given("m") or self.given("0")
+        rows = self.value("m") or self.value("0")
         try:
             matrix = np.array(rows, np.float64)
         except (TypeError, ValueError):
@@ -291,14 +291,14 @@ class CallArguments:
 
     def sides(self, smooth: bool) -> int:
         """Return the number of sides that $fn gives a circle; 0 for a round one, which `smooth` makes of all."""
-        value = self.given("$fn")
+        value = self.value("$fn")
         if smooth or not isinstance(value, float) or not value > 0:
             return 0
         if value > 10_000:
             raise self.refuse(f"$fn must be at most 10,000, got {value:g}")
         return max(3, int(value))
 
-    def made(self, make: Callable[[], ArgumentValue]) -> ArgumentValue:
+    def build(self, make: Callable[[], ArgumentValue]) -> ArgumentValue:
         """Return make(); raise the errors of shapes as errors at the call."""
         try:
             return make()

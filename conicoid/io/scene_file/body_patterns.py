@@ -33,7 +33,7 @@ from . import yaml_parser
 from .fields import MaterialType
 from .nodes import DECIMAL, MappingNode, Node, ScalarNode, SequenceNode, is_text
 from .shape_reader import STEP_COMPOSED, PartBudget, ShapeReader
-from .template import Template, build_together
+from .template import Template, build_batch
 from .value_types import BAD, NodeReader, TextType, TooManyProblems
 from .yaml_parser import YamlDocument, YamlError, join_surrogates
 
@@ -103,9 +103,11 @@ def parse_patterned_document(text: str, progress: Callable[[int], Any] | None = 
     if cut.is_worth_it:
         cut.go_through(progress)
     if cut.size:
-        removed = len(text) - sum(map(len, cut.left))
+        removed = len(text) - sum(map(len, cut.remainder))
         try:
-            rest = yaml_parser.parse_document("".join(cut.left), progress and (lambda done: progress(done + removed)))
+            rest = yaml_parser.parse_document(
+                "".join(cut.remainder), progress and (lambda done: progress(done + removed))
+            )
         except YamlError:
             rest = YamlDocument()
         bodies = cut.put_back(rest.root)
@@ -119,10 +121,10 @@ class _TextCut:
 
     def __init__(self, text: str) -> None:
         self.text = text
-        self.left: list[str] = []  # the pieces of text that remain to be parsed
+        self.remainder: list[str] = []  # the pieces of text that remain to be parsed
         self.items: list[PatternItem | int] = []  # for each body: the item if it is cut out, or the line if it remains
         self.size = 0  # the number of values of the bodies that are cut out
-        self.known: list[TextPattern] = []  # the last used first
+        self.patterns: list[TextPattern] = []  # the last used first
         self.outlines: dict[str, int] = {}  # how often each outline occurred
         head = _HEAD.match(text, 0 if text.startswith("bodies:") else text.find("\nbodies:") + 1)
         self.is_worth_it = False
@@ -141,7 +143,7 @@ class _TextCut:
                 progress(begin)
             item = self._matched(begin, line)
             if item is not None:
-                self.left += [text[rest:begin], "\n" * item.pattern.rows]
+                self.remainder += [text[rest:begin], "\n" * item.pattern.rows]
                 self.items.append(item)
                 self.size += item.pattern.item.size
                 line += item.pattern.rows
@@ -154,25 +156,25 @@ class _TextCut:
             self._learn(text[begin:end])
             line += text.count("\n", begin, end)
             begin = end
-        self.left.append(text[rest:])
+        self.remainder.append(text[rest:])
 
     def _matched(self, begin: int, line: int) -> PatternItem | None:
         """Return the item at a position if it matches a pattern; the last used one is tried first."""
-        for k, pattern in enumerate(self.known):
+        for k, pattern in enumerate(self.patterns):
             match = pattern.match(self.text, begin)
             if match:
-                self.known.insert(0, self.known.pop(k))
+                self.patterns.insert(0, self.patterns.pop(k))
                 return PatternItem(pattern, match, line)
         return None
 
     def _learn(self, item: str) -> None:
         """Count the outline of an item, and make the item a pattern if it is the `_SEEN`-th of its outline."""
-        if len(self.known) < _MOST_PATTERNS and len(self.outlines) < _MOST_OUTLINES and len(item) <= _LONGEST:
+        if len(self.patterns) < _MOST_PATTERNS and len(self.outlines) < _MOST_OUTLINES and len(item) <= _LONGEST:
             outline = _OUTLINE.sub(":", item)
             seen = self.outlines[outline] = self.outlines.get(outline, 0) + 1
             pattern = _pattern(item, self.indent) if seen == _SEEN else None
             if pattern is not None:
-                self.known.insert(0, pattern)
+                self.patterns.insert(0, pattern)
 
     def put_back(self, root: Node | None) -> list[DocumentItem] | None:
         """Return all bodies; None if the remaining ones are not the items of `bodies`, so that the cuts are not valid.
@@ -266,11 +268,11 @@ def _build(pattern: TextPattern, rows: list[tuple[str, ...]], shapes: ShapeReade
         node.text = word
     # What a reader of its own reports, and stores by the ids of nodes, goes with it
     reader = NodeReader(shapes.reader.folder)
-    reader.did_you_mean.left = 0  # nobody reads its suggestions
+    reader.suggestions.budget = 0  # nobody reads its suggestions
     reader.materials, reader.colors = shapes.reader.materials, shapes.reader.colors
-    own = ShapeReader(reader, shapes.named, PartBudget(shapes.allowance.values))
-    own.built = shapes.built
-    first = _plainly(reader, lambda: own.moved(own.read(entries["shape"], ""), entries.get("move"), ""))
+    own = ShapeReader(reader, shapes.named_nodes, PartBudget(shapes.allowance.values))
+    own.named_shapes = shapes.named_shapes
+    first = _parse_plain(reader, lambda: own.moved(own.read(entries["shape"], ""), entries.get("move"), ""))
     if first is BAD:
         return
     parts, steps = 1 + own.size(first), own.allowance.steps // STEP_COMPOSED
@@ -278,9 +280,9 @@ def _build(pattern: TextPattern, rows: list[tuple[str, ...]], shapes: ShapeReade
     columns = {str(k): np.array(list(map(float, words[k]))) for k in varied}
     if columns:
         template = Template(pattern.item, {id(pattern.slots[k]): str(k) for k in varied})
-        built = [first, *build_together(template, columns, own, "")]
+        built = [first, *build_batch(template, columns, own, "")]
     else:  # bodies share a named shape, and equal shapes that are written out are objects of their own
-        is_named = any(first is named for named in shapes.built.values())
+        is_named = any(first is named for named in shapes.named_shapes.values())
         built = [first if is_named else first._with_motion(first.motion) for _ in range(count)]
     fields: dict[str, list[Any]] = {"material": [None] * count, "name": [None] * count}
     for field, kind in (("name", TextType()), ("material", MaterialType())):
@@ -290,7 +292,7 @@ def _build(pattern: TextPattern, rows: list[tuple[str, ...]], shapes: ShapeReade
                 return
             plain = pattern.slots[slot].plain
             read = {word: partial(kind.read, ScalarNode(0, 0, word, plain), reader, "") for word in set(words[slot])}
-            meanings = {word: _plainly(reader, read[word]) for word in read}
+            meanings = {word: _parse_plain(reader, read[word]) for word in read}
             fields[field] = list(map(meanings.__getitem__, words[slot]))
     row = entries["name"].line - pattern.item.line if "name" in entries else 0
     nothing = [None] * count
@@ -300,7 +302,7 @@ def _build(pattern: TextPattern, rows: list[tuple[str, ...]], shapes: ShapeReade
             yield k, (body, parts, steps, row)
 
 
-def _plainly(reader: NodeReader, read: Callable[[], Any]) -> Any:
+def _parse_plain(reader: NodeReader, read: Callable[[], Any]) -> Any:
     """Return what `read` reads without a report or warning; otherwise BAD."""
     reader.problems.clear()
     try:

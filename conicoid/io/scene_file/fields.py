@@ -66,7 +66,7 @@ class ArgumentField:
     default: Any
 
     @property
-    def required(self) -> bool:
+    def is_required(self) -> bool:
         """True if the argument has no default."""
         return self.default is REQUIRED
 
@@ -85,7 +85,7 @@ class ArgumentsType(ValueType):
 
     def read(self, node: Node, reader: NodeReader, where: str) -> Any:
         where = f"{where}: {self.make.__name__}" if where else self.make.__name__
-        required = [name for name, field in self.fields.items() if field.required]
+        required = [name for name, field in self.fields.items() if field.is_required]
         is_shape = isinstance(self.make, type) and issubclass(self.make, Shape)
         entries = reader.entries(
             node, where, self.fields, required, _KEYS_BESIDE_SHAPES if is_shape else NO_MISPLACED_KEYS
@@ -102,7 +102,7 @@ class ArgumentsType(ValueType):
 
     def schema(self) -> Schema:
         properties = {name: field.kind.schema() for name, field in self.fields.items()}
-        required = [name for name, field in self.fields.items() if field.required]
+        required = [name for name, field in self.fields.items() if field.is_required]
         result: Schema = {"type": "object" if required else ["object", "null"], "properties": properties}
         if required:
             result["required"] = required
@@ -184,7 +184,7 @@ class MaterialType(ValueType):
     phrase = "a material such as {matte: {...}}, or the name of one under `materials`, or a colour such as 'gray'"
 
     def __init__(self) -> None:
-        self.written = TaggedType({**CONSTRUCTORS, "Material": Material}, "material")
+        self.value_type = TaggedType({**CONSTRUCTORS, "Material": Material}, "material")
 
     def read(self, node: Node, reader: NodeReader, where: str) -> Any:
         if isinstance(node, ScalarNode) and is_text(node):
@@ -202,7 +202,7 @@ class MaterialType(ValueType):
                     f"unknown material {node.text!r}: a look is a mapping, {{{node.text}: {{}}}} with its arguments"
                 )
                 return reader.report(node, where, message)
-            hint = reader.did_you_mean(node.text, reader.materials) or color_hint(node.text)
+            hint = reader.suggestions(node.text, reader.materials) or color_hint(node.text)
             return reader.report(node, where, f"unknown material {shorten(node.text)!r}{hint}")
         if reader.only_entry(node) is None:
             numbers = isinstance(node, SequenceNode) and len(node.items) == 3
@@ -212,14 +212,14 @@ class MaterialType(ValueType):
                 else comment_hint(node)
             )
             return reader.report(node, where, f"must be {self.phrase}, got {describe_node(node)}{hint}")
-        return self.written.read(node, reader, where)
+        return self.value_type.read(node, reader, where)
 
     def schema(self) -> Schema:
         described = {"type": "string", "description": "A material under `materials`, or a colour."}
         return {"anyOf": [described, {"$ref": "#/$defs/material"}]}
 
     def fits(self, node: Node) -> bool:
-        return is_text(node) or self.written.fits(node)
+        return is_text(node) or self.value_type.fits(node)
 
 
 class PictureFileType(TextType):
@@ -384,7 +384,7 @@ class CameraType(ValueType):
         if entry is not None and entry[0] not in ArgumentsType(self.cameras["Camera"]).fields:
             return TaggedType(self.cameras, "camera").read(node, reader, where)
         if not isinstance(node, MappingNode):
-            return reader.expected(node, where, self.phrase)
+            return reader.report_mismatch(node, where, self.phrase)
         return ArgumentsType(self.cameras["Camera"]).read(node, reader, where)
 
     def schema(self) -> Schema:
@@ -407,7 +407,7 @@ def animation_type() -> ValueType:
 
 def material_type() -> TaggedType:
     """Return the type of the values in the section `materials`."""
-    return MaterialType().written
+    return MaterialType().value_type
 
 
 _MAPPINGS = ("Sky", "Environment")
@@ -418,18 +418,18 @@ class BackgroundType(ValueType):
     """A colour, a sky or an environment, with the checks of a scene."""
 
     def __init__(self) -> None:
-        self.written = resolve_type(Background | None)
-        self.phrase = self.written.phrase
+        self.value_type = resolve_type(Background | None)
+        self.phrase = self.value_type.phrase
 
     def read(self, node: Node, reader: NodeReader, where: str) -> Any:
-        value = self.written.read(node, reader, where)
+        value = self.value_type.read(node, reader, where)
         if isinstance(value, str) and value in _MAPPINGS:
             return reader.report(node, where, f"must be a mapping, {{{value}: {{...}}}}, got the bare word {value!r}")
         holder = MappingNode(node.line, node.column, {where: node})
         return BAD if value is BAD else reader.build(holder, "scene", lambda: as_background(value))
 
     def schema(self) -> Schema:
-        return self.written.schema()
+        return self.value_type.schema()
 
     def fits(self, node: Node) -> bool:
-        return self.written.fits(node)
+        return self.value_type.fits(node)

@@ -85,12 +85,12 @@ class SceneReader:
         self.items = document.bodies
         self.material_type = MaterialType()
         self.body_names: dict[str, int] = {}  # name -> line
-        self.unnamed: dict[int, Body] = {}  # by id of the node
+        self.unnamed_bodies: dict[int, Body] = {}  # by id of the node
 
     def read(self, root: Node) -> SceneParts:
         """Return the parts of the scene at the root; problems are in `reader.problems`."""
         if not isinstance(root, MappingNode):
-            self.reader.expected(root, "scene", f"a mapping with {', '.join(SECTIONS)}")
+            self.reader.report_mismatch(root, "scene", f"a mapping with {', '.join(SECTIONS)}")
             return SceneParts(())
         self.reader.entries(root, "scene", SECTIONS, ("bodies",))
         sections = {name: node for name, node in root.entries.items() if not is_null(node) or name == "background"}
@@ -103,7 +103,7 @@ class SceneReader:
             else None
         )
         self._read_materials(sections.get("materials"))
-        shapes = ShapeReader(self.reader, self._named(sections.get("shapes"), "shapes"), PartBudget(self.values))
+        shapes = ShapeReader(self.reader, self._read_section(sections.get("shapes"), "shapes"), PartBudget(self.values))
         shapes.read_named()
         bodies = self._bodies(root.entries.get("bodies"), shapes)
         domain = shapes.read(sections["domain"], "domain", Solid) if "domain" in sections else None
@@ -127,16 +127,16 @@ class SceneReader:
 
     def _version(self, node: Node | None) -> None:
         if node is not None and IntegerType().read(node, self.reader, "conicoid") not in (SCENE_VERSION, BAD):
-            self.reader.expected(
+            self.reader.report_mismatch(
                 node, "conicoid", f"{SCENE_VERSION}, the version of the format that this program reads"
             )
 
-    def _named(self, node: Node | None, where: str) -> dict[str, Node]:
+    def _read_section(self, node: Node | None, where: str) -> dict[str, Node]:
         """Return the entries of a section of named values; report names that are no texts."""
         if node is None:
             return {}
         if not isinstance(node, MappingNode):
-            self.reader.expected(node, where, "a mapping from names to " + where)
+            self.reader.report_mismatch(node, where, "a mapping from names to " + where)
             return {}
         for name, key in node.keys.items():
             if not name or not is_text(key):
@@ -145,7 +145,7 @@ class SceneReader:
 
     def _read_materials(self, node: Node | None) -> None:
         kind = material_type()
-        for name, item in self._named(node, "materials").items():
+        for name, item in self._read_section(node, "materials").items():
             material = kind.read(item, self.reader, f'material "{shorten(name)}"')
             nameless = name and isinstance(material, Material) and not _has_name_argument(item)
             self.reader.materials[name] = rename_material(material, name) if nameless else material
@@ -171,16 +171,16 @@ class SceneReader:
             if fast is not None and self._accepts(*fast[:3], item.line + fast[3], shapes):
                 bodies.append(fast[0])
             elif type(item) is PatternItem:
-                with shapes.apart():
+                with shapes.pause_cache():
                     bodies += self._item(item.parsed(), f"bodies[{i}]", shapes)
             else:
                 assert not isinstance(item, PatternItem)
-                known = self.unnamed.get(id(item))
+                known = self.unnamed_bodies.get(id(item))
                 if known is not None:
                     shapes.charge_body(item, f"bodies[{i}]", known.shape)
                 found = [known] if known is not None else self._item(item, f"bodies[{i}]", shapes)
                 if len(found) == 1 and found[0].name is None:
-                    self.unnamed[id(item)] = found[0]  # an alias stands for the same body
+                    self.unnamed_bodies[id(item)] = found[0]  # an alias stands for the same body
                 bodies += found
         return tuple(bodies)
 
@@ -263,7 +263,7 @@ class SceneReader:
             read = [self._material(item, f"{where}: materials[{i}]") for i, item in enumerate(materials.items)]
             read = BAD if any(isinstance(item, BadValue) for item in read) else read
         elif materials is not None:
-            read = self.reader.expected(materials, f"{where}: materials", "a list of materials")
+            read = self.reader.report_mismatch(materials, f"{where}: materials", "a list of materials")
         return read, None if index is None else read_index(index, self.reader, f"{where}: material_index")
 
     def _name(self, node: Node, where: str) -> Any:
@@ -530,7 +530,7 @@ def scene_data(
     tracks = getattr(scene, "animation", ())  # imported models have none
     animation = {"animation": [writer.value(track) for track in tracks]} if tracks else {}
     sections |= {"materials": writer.materials} if writer.materials else {}
-    sections |= {"shapes": writer.named} if writer.named else {}
+    sections |= {"shapes": writer.named_nodes} if writer.named_nodes else {}
     return sections | domain | {"bodies": bodies} | animation
 
 

@@ -86,7 +86,7 @@ class ShapeSizes:
     """Counts the parts of shapes, with references written out: a shared part counts once for each use."""
 
     def __init__(self) -> None:
-        self.known: dict[int, tuple[Shape, int]] = {}  # by id: the shape, kept alive, and its parts
+        self.sizes: dict[int, tuple[Shape, int]] = {}  # by id: the shape, kept alive, and its parts
         self.below: dict[int, tuple[Any, int]] = {}  # by id: operands, which shapes that are moved share, and theirs
 
     def __call__(self, shape: Shape) -> int:
@@ -106,14 +106,14 @@ class ShapeSizes:
         while pending:
             top = pending[-1]
             parts = operand_shapes(top)
-            unknown = [part for part in parts if id(part) not in self.known]
+            unknown = [part for part in parts if id(part) not in self.sizes]
             if unknown:
                 pending.extend(unknown)
                 continue
-            below = sum(self.known[id(part)][1] for part in parts)
-            self.known[id(top)] = top, 1 + STEP_PARTS * len(top.motion.steps) + below
+            below = sum(self.sizes[id(part)][1] for part in parts)
+            self.sizes[id(top)] = top, 1 + STEP_PARTS * len(top.motion.steps) + below
             pending.pop()
-        size = self.known[id(shape)][1]
+        size = self.sizes[id(shape)][1]
         if operands is not None:
             self.below[id(operands)] = operands, size - own
         return size
@@ -316,7 +316,7 @@ class AxisType(UnionType):
 
     def read(self, node: Node, reader: NodeReader, where: str) -> Any:
         if isinstance(node, ScalarNode) and is_text(node) and node.text not in AXES:
-            return reader.expected(node, where, self.phrase)
+            return reader.report_mismatch(node, where, self.phrase)
         return super().read(node, reader, where)
 
 
@@ -339,9 +339,9 @@ class ShapeReader:
 
     def __init__(self, reader: NodeReader, named: dict[str, Node], allowance: PartBudget) -> None:
         self.reader = reader
-        self.named = named
-        self.built: dict[str, Shape | BadValue] = {}
-        self.open: list[str] = []  # the named shapes that are being read, to find circles
+        self.named_nodes = named
+        self.named_shapes: dict[str, Shape | BadValue] = {}
+        self.stack: list[str] = []  # the named shapes that are being read, to find circles
         self.level = 0
         self.allowance = allowance
         self.size = ShapeSizes()
@@ -351,7 +351,7 @@ class ShapeReader:
         reader.shape = self.read
 
     @contextlib.contextmanager
-    def apart(self) -> Iterator[None]:
+    def pause_cache(self) -> Iterator[None]:
         """Within the block, store nothing for long by the ids of nodes: they do not last."""
         known = self.read_nodes, self.motions
         self.read_nodes, self.motions = {}, {}
@@ -362,7 +362,7 @@ class ShapeReader:
 
     def read_named(self) -> None:
         """Read all named shapes, used or not."""
-        for name in self.named:
+        for name in self.named_nodes:
             self._resolve(name)
 
     def read(self, node: Node, where: str, base: type = Shape) -> Any:
@@ -407,32 +407,32 @@ class ShapeReader:
     def _reference(self, node: Node, where: str) -> Any:
         """Return a named shape, or BAD after a report of an unknown name or a circle."""
         name = node.text if isinstance(node, ScalarNode) else ""
-        if name in self.named:
-            if name in self.open:
-                circle = " → ".join([*self.open[self.open.index(name) :], name])
+        if name in self.named_nodes:
+            if name in self.stack:
+                circle = " → ".join([*self.stack[self.stack.index(name) :], name])
                 return self.reader.report(node, where, f"shapes refer to each other in a circle: {circle}")
             return self._resolve(name)
         if name in REGISTRY:
             return self.reader.report(
                 node, where, f"must be a mapping, {{{name}: {{...}}}}, got the bare word {name!r}"
             )
-        return self.reader.unknown(node, where, "shape", name, self.named)
+        return self.reader.unknown(node, where, "shape", name, self.named_nodes)
 
     def _resolve(self, name: str) -> Shape | BadValue:
         """Return a named shape, which is read on first use."""
-        if name not in self.built:
-            self.open.append(name)
-            node, where = self.named[name], f'shape "{name}"'
+        if name not in self.named_shapes:
+            self.stack.append(name)
+            node, where = self.named_nodes[name], f'shape "{name}"'
             shape = self.read(node, where)
-            self.built[name] = shape if isinstance(shape, BadValue) else self.check_size(node, where, shape)
-            self.open.pop()
-        return self.built[name]
+            self.named_shapes[name] = shape if isinstance(shape, BadValue) else self.check_size(node, where, shape)
+            self.stack.pop()
+        return self.named_shapes[name]
 
     def _written(self, node: Node, where: str) -> Any:
         """Return the shape of a mapping: a shape as its only key, and perhaps `move`."""
         if not isinstance(node, MappingNode):
             example = "a shape, a mapping such as {Sphere: {radius: 1}}, or the name of one under `shapes`"
-            return self.reader.expected(node, where, example)
+            return self.reader.report_mismatch(node, where, example)
         heads = [key for key in node.heads if key.text != "move"]
         if len(heads) != 1:
             found = f"{len(heads)}: {', '.join(key.text for key in heads[:4])}" if heads else "none"
@@ -477,7 +477,7 @@ class ShapeReader:
         if not several:
             return self.read(value, where)
         if not isinstance(value, SequenceNode) or not value.items:
-            return self.reader.expected(value, where, "a list of at least one solid")
+            return self.reader.report_mismatch(value, where, "a list of at least one solid")
         shapes = []
         for i, item in enumerate(value.items):
             shapes.append(self.read(item, f"{where}[{i}]"))
@@ -489,7 +489,7 @@ class ShapeReader:
             return shape
         where = f"{where}: move"
         if not isinstance(moves, SequenceNode):
-            return self.reader.expected(moves, where, "a list of steps such as [{translate: [0, 0, 1]}]")
+            return self.reader.report_mismatch(moves, where, "a list of steps such as [{translate: [0, 0, 1]}]")
         if len(moves.items) > MAX_STEPS:
             return self.reader.report(moves, where, f"must have at most {MAX_STEPS} steps, got {len(moves.items)}")
         if (motion := self.motions.get(id(moves))) is None:
@@ -512,7 +512,9 @@ class ShapeReader:
         entry = self.reader.only_entry(step)
         verbs = ("translate", "rotate", "scale", "transform")
         if entry is None:
-            return self.reader.expected(step, where, f"one of {', '.join(verbs)}, such as {{translate: [0, 0, 1]}}")
+            return self.reader.report_mismatch(
+                step, where, f"one of {', '.join(verbs)}, such as {{translate: [0, 0, 1]}}"
+            )
         verb, key, value = entry
         if verb not in verbs:
             return self.reader.unknown(key, where, "step", verb, verbs)

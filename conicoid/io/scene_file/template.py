@@ -80,7 +80,7 @@ class Template:
     """The shape and the motion of an entry, with names in place of some numbers."""
 
     def __init__(self, entry: MappingNode, names: Mapping[int, str] | None = None) -> None:
-        self.entry, self.known = entry, names
+        self.entry, self.known_names = entry, names
         self.shape, self.move = entry.entries["shape"], entry.entries.get("move")
         self.names: dict[int, str] = {}  # by id of the node
         self.places: dict[str, ScalarNode] = {}
@@ -97,7 +97,7 @@ class Template:
         if known is None:
             if isinstance(node, ScalarNode):
                 match = _NAME.fullmatch(node.text)  # in JSON it is a text in quotes
-                name = self.known.get(id(node)) if self.known is not None else match and match[1]
+                name = self.known_names.get(id(node)) if self.known_names is not None else match and match[1]
                 known = name is not None
                 if name is not None:
                     self.names[id(node)] = name
@@ -108,7 +108,7 @@ class Template:
             self.varied[id(node)] = known
         return known
 
-    def filled(self, node: Node, row: Mapping[str, Any], known: dict[int, Node]) -> Node:
+    def fill(self, node: Node, row: Mapping[str, Any], known: dict[int, Node]) -> Node:
         """Return a node with the numbers of a row; what has no names is shared, and so are aliases, by `known`."""
         if not self.varies(node):
             return node
@@ -116,10 +116,10 @@ class Template:
             if isinstance(node, ScalarNode):
                 known[id(node)] = _number_node(row[self.names[id(node)]], node)
             elif isinstance(node, SequenceNode):
-                items = [self.filled(item, row, known) for item in node.items]
+                items = [self.fill(item, row, known) for item in node.items]
                 known[id(node)] = SequenceNode(node.line, node.column, items, node.size)
             else:
-                entries = {name: self.filled(value, row, known) for name, value in node.entries.items()}
+                entries = {name: self.fill(value, row, known) for name, value in node.entries.items()}
                 known[id(node)] = MappingNode(node.line, node.column, entries, node.heads, node.size)
         return known[id(node)]
 
@@ -143,7 +143,7 @@ def read_columns(node: Node, template: Template, reader: NodeReader, where: str)
     if not template.places:
         return reader.report(node, where, "are for names such as $radius in place of numbers; the body has none")
     if not isinstance(node, MappingNode):
-        return reader.expected(node, where, "a mapping from names to lists of numbers, or {file: NAME.npz}")
+        return reader.report_mismatch(node, where, "a mapping from names to lists of numbers, or {file: NAME.npz}")
     file = node.entries.get("file")
     if isinstance(file, ScalarNode) and len(node.entries) == 1:
         name: str | BadValue = TextType().read(file, reader, f"{where}: file")
@@ -211,7 +211,7 @@ def read_shapes(
         return shapes.reader.report(template.shape, where, message)
     steps = shapes.allowance.steps - before
     shapes.charge(template.entry, where, count * (1 + shapes.size(first)), (count - 1) * steps // STEP_COMPOSED)
-    found = [first, *build_together(template, columns, shapes, where)]
+    found = [first, *build_batch(template, columns, shapes, where)]
     charged = shapes.allowance.steps
     for k, shape in enumerate(found):
         if shape is None:
@@ -226,9 +226,9 @@ def read_row(template: Template, columns: Mapping[str, FloatArray], k: int, shap
     row = {name: _as_tuples(values[k].tolist()) for name, values in columns.items()}
     nodes: dict[int, Node] = {}
     where = f"{where}, row {k}"
-    with shapes.apart():
-        shape = shapes.read(template.filled(template.shape, row, nodes), where)
-        return shapes.moved(shape, template.move and template.filled(template.move, row, nodes), where)
+    with shapes.pause_cache():
+        shape = shapes.read(template.fill(template.shape, row, nodes), where)
+        return shapes.moved(shape, template.move and template.fill(template.move, row, nodes), where)
 
 
 def _as_tuples(value: Any) -> Any:
@@ -243,7 +243,7 @@ class _UnusualNode(Exception):
     """Raised for a node that `ShapeColumns` leaves to `read_row`."""
 
 
-def build_together(
+def build_batch(
     template: Template, columns: Mapping[str, FloatArray], shapes: ShapeReader, where: str
 ) -> list[Shape | None]:
     """Return the shape of each row but the first, None for one in doubt; also all rows if one of them warns."""

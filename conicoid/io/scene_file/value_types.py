@@ -56,7 +56,7 @@ class NodeReader:
         self.takes_any_file = False
         """True if image files may lie outside of the folder."""
         self.problems: list[Problem] = []
-        self.did_you_mean = Suggestions()
+        self.suggestions = Suggestions()
         self.colors: dict[str, Any] = {}
         """The materials of the colours that bodies have, so that equal ones share one."""
         self.materials: dict[str, Any] = {}
@@ -71,13 +71,13 @@ class NodeReader:
             raise TooManyProblems
         return BAD
 
-    def expected(self, node: Node, where: str, what: str) -> BadValue:
+    def report_mismatch(self, node: Node, where: str, what: str) -> BadValue:
         """Report that `what` was expected here, with the value that was found."""
         return self.report(node, where, f"must be {what}, got {describe_node(node)}")
 
     def unknown(self, node: Node, where: str, what: str, name: str, known: Collection[str]) -> BadValue:
         """Report an unknown name, with a suggestion."""
-        return self.report(node, where, f"unknown {what} {shorten(name)!r}{self.did_you_mean(name, known)}")
+        return self.report(node, where, f"unknown {what} {shorten(name)!r}{self.suggestions(name, known)}")
 
     def entries(
         self, node: Node, where: str, known: Iterable[str], required: Iterable[str] = (),
@@ -93,7 +93,7 @@ class NodeReader:
         names = list(known)
         if not isinstance(node, MappingNode):
             listed = ", ".join(names)
-            return self.expected(node, where, f"a mapping with {listed}" if len(listed) < 200 else "a mapping")
+            return self.report_mismatch(node, where, f"a mapping with {listed}" if len(listed) < 200 else "a mapping")
         found = {name: value for name, value in node.entries.items() if name in names}
         good = len(found) == len(node.entries)
         for key in () if good else node.heads:  # suggestions cost time, and nearly all mappings are good
@@ -108,7 +108,7 @@ class NodeReader:
                     if meant
                     else " (a comma ends a value: 1.5 is written with a point)"
                     if key.text.isdigit()
-                    else self.did_you_mean(key.text, left)
+                    else self.suggestions(key.text, left)
                 )
                 self.report(key, where, f"unknown key {shorten(key.text)!r}{hint}")
         if missing := [name for name in required if name not in node.entries]:
@@ -188,13 +188,13 @@ class NumberType(ValueType):
         try:
             value = parse_float(node)
         except OverflowError:
-            return reader.expected(node, where, "a number that float64 can hold")
+            return reader.report_mismatch(node, where, "a number that float64 can hold")
         if value is None:
             quoted = isinstance(node, ScalarNode) and not node.plain
             return reader.report(
                 node, where, f"must be {self.phrase}, got {describe_node(node)}{' in quotes' if quoted else ''}"
             )
-        return reader.expected(node, where, "a number, not NaN") if math.isnan(value) else value
+        return reader.report_mismatch(node, where, "a number, not NaN") if math.isnan(value) else value
 
     def schema(self) -> Schema:
         return {"type": "number"}
@@ -210,7 +210,7 @@ class IntegerType(ValueType):
 
     def read(self, node: Node, reader: NodeReader, where: str) -> Any:
         value = parse_int(node)
-        return reader.expected(node, where, self.phrase) if value is None else value
+        return reader.report_mismatch(node, where, self.phrase) if value is None else value
 
     def schema(self) -> Schema:
         return {"type": "integer"}
@@ -226,7 +226,7 @@ class BoolType(ValueType):
 
     def read(self, node: Node, reader: NodeReader, where: str) -> Any:
         value = parse_bool(node)
-        return reader.expected(node, where, self.phrase) if value is None else value
+        return reader.report_mismatch(node, where, self.phrase) if value is None else value
 
     def schema(self) -> Schema:
         return {"type": "boolean"}
@@ -262,7 +262,7 @@ class ChoiceType(ValueType):
     def read(self, node: Node, reader: NodeReader, where: str) -> Any:
         if isinstance(node, ScalarNode) and is_text(node) and node.text in self.values:
             return node.text
-        return reader.expected(node, where, self.phrase)
+        return reader.report_mismatch(node, where, self.phrase)
 
     def schema(self) -> Schema:
         return {"enum": list(self.values)}
@@ -280,7 +280,7 @@ class ListType(ValueType):
 
     def read(self, node: Node, reader: NodeReader, where: str) -> Any:
         if not isinstance(node, SequenceNode):
-            return reader.expected(node, where, self.phrase)
+            return reader.report_mismatch(node, where, self.phrase)
         values = tuple(self.item.read(item, reader, f"{where}[{i}]") for i, item in enumerate(node.items))
         return BAD if any(value is BAD for value in values) else values
 
@@ -301,7 +301,7 @@ class FixedListType(ListType):
 
     def read(self, node: Node, reader: NodeReader, where: str) -> Any:
         if not isinstance(node, SequenceNode):
-            return reader.expected(node, where, self.phrase)
+            return reader.report_mismatch(node, where, self.phrase)
         if len(node.items) != self.count:
             return reader.report(node, where, f"must be {self.phrase}, got {len(node.items)}: {describe_node(node)}")
         return super().read(node, reader, where)
@@ -322,7 +322,7 @@ class MappingType(ValueType):
 
     def read(self, node: Node, reader: NodeReader, where: str) -> Any:
         if not isinstance(node, MappingNode):
-            return reader.expected(node, where, self.phrase)
+            return reader.report_mismatch(node, where, self.phrase)
         values = {name: self.item.read(item, reader, f"{where}.{name}") for name, item in node.entries.items()}
         return BAD if any(value is BAD for value in values.values()) else values
 

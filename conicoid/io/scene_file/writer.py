@@ -218,12 +218,12 @@ class ShapeWriter:
         self.keep_table = keep_table
         self.folder = folder  # of the file; images are named relative to it, without it mean colours are written
         self.defaults = defaults  # True if fields at their defaults are written too
-        self.named: dict[str, Any] = {}
+        self.named_nodes: dict[str, Any] = {}
         self.names: dict[ShapeIdentity, str] = {}
         self.materials: dict[str, Any] = {}
-        self.material_names = {material.exactly: name for material, name in (material_names or {}).items()}
-        self.taken = set(self.material_names.values())
-        self.letters = (name for name in map(_letter_name, count()) if name not in self.taken)
+        self.material_names = {material.exact_text: name for material, name in (material_names or {}).items()}
+        self.used_names = set(self.material_names.values())
+        self.letters = (name for name in map(_letter_name, count()) if name not in self.used_names)
         uses: Counter[ShapeIdentity] = Counter()
         heights: dict[ShapeIdentity, int] = {}
         for shape in list(sort_by_parts(shapes, uses)):
@@ -232,8 +232,8 @@ class ShapeWriter:
             heights[key] = height
             if height and (uses[key] > 1 or height % LEVELS_INLINE == 0):
                 written = {type(shape).__name__: self._fields(shape)}
-                self.names[key] = f"shape {len(self.named) + 1}"
-                self.named[self.names[key]] = written
+                self.names[key] = f"shape {len(self.named_nodes) + 1}"
+                self.named_nodes[self.names[key]] = written
 
     def data(self, shape: Shape) -> Any:
         """Return ``{ClassName: fields, move: steps}``, or a reference to a named shape."""
@@ -273,7 +273,7 @@ class ShapeWriter:
         return {
             name: self.value(value)
             for name, (value, field) in values.items()
-            if field.required or repr(value) != repr(field.default) or (self.defaults and value is not None)
+            if field.is_required or repr(value) != repr(field.default) or (self.defaults and value is not None)
         }
 
     def surroundings(self, environment: Environment) -> Any:
@@ -297,10 +297,10 @@ class ShapeWriter:
 
     def material(self, material: Any) -> str:
         """Return the name of a material in the file; it is added to `materials` on first use."""
-        key = material.exactly
+        key = material.exact_text
         if key not in self.material_names:
             self.material_names[key] = self._free_name(material)
-            self.taken.add(self.material_names[key])
+            self.used_names.add(self.material_names[key])
         name = self.material_names[key]
         if name not in self.materials:
             self.materials[name] = self._material_call(material, name)
@@ -318,7 +318,7 @@ class ShapeWriter:
         if material.name is None:
             return next(self.letters)
         numbered = (f"{material.name} ({number})" for number in count(2))
-        return next(name for name in chain([material.name], numbered) if name not in self.taken)
+        return next(name for name in chain([material.name], numbered) if name not in self.used_names)
 
     def value(self, value: Any) -> Any:
         """Return the data of any field: shapes and records by class name, materials by name, arrays as lists.

@@ -179,7 +179,7 @@ def ball_shares(geometry: Geometry, rest: RoundingRest, surface: int, prism: Vox
 
 
 @inline
-def _beside(found: VoxelShares, inside: bool, share: float) -> VoxelShares:
+def _divide_shares(found: VoxelShares, inside: bool, share: float) -> VoxelShares:
     """Correct shares for planes along the ray that divide the voxel.
 
     `inside` is True if the ray is inside all of these planes; at most `share` of the voxel lies on their other side.
@@ -216,11 +216,11 @@ def cell_shares(geometry: Geometry, rest: RoundingRest, cell: int, prism: VoxelP
     quadric = integer(geometry, table.CELL_QUADRIC, cell)
     if quadric < 0:
         found = VoxelShares(0.5 * max(0.0, high0 - low0), 0.5 * max(0.0, high1 - low1), 0.5 * (high2 - low2))
-        return _beside(found, inside, share)
+        return _divide_shares(found, inside, share)
     at = _along(geometry, rest, quadric, cell_side(geometry, cell), prism)
     found = VoxelShares(
         0.5 * _measure(at, -at.off, low0, high0),
         0.5 * _measure(at, 0.0, low1, high1),
         0.5 * _measure(at, at.off, low2, high2),
     )
-    return _beside(found, inside, share)
+    return _divide_shares(found, inside, share)

@@ -34,10 +34,10 @@ from .culling_constants import (
 if TYPE_CHECKING or SHIPPED is None:
     from .culling_tests import (
         balls_in_beam,
-        balls_met,
-        boxes_met,
         group_in_ball,
-        items_met,
+        hit_balls,
+        hit_boxes,
+        hit_items,
         keep_items,
         lanes_entering,
         lanes_in_ball,
@@ -74,8 +74,8 @@ else:
 
 __all__ = [
     "BEAM", "BOX_OR_BALL", "CODE", "ENTERED", "FIRST", "FROM_THE_START", "HIGH_I", "HIGH_O", "ITEMS_SIZE", "ITEM_ROW",
-    "LAST", "LOW_I", "LOW_O", "MOST_CHOSEN", "MOST_ITEMS", "balls_in_beam", "balls_met", "bit_count", "boxes_met",
-    "extent", "extents", "group_in_ball", "highest_bit", "items_met", "keep_items", "lanes_entering",
+    "LAST", "LOW_I", "LOW_O", "MOST_CHOSEN", "MOST_ITEMS", "balls_in_beam", "bit_count", "extent", "extents",
+    "group_in_ball", "highest_bit", "hit_balls", "hit_boxes", "hit_items", "keep_items", "lanes_entering",
     "lanes_in_ball", "lanes_in_ball_from_one", "lanes_in_box", "load_eight", "lowest_bit", "numbers_in_lanes",
     "prefetch", "prefetch_soon", "prefetch_to_write", "put_balls", "put_children", "put_entries", "put_groups",
     "put_numbers", "put_on_lists", "put_reaches", "rays_in_balls", "reach", "records_in_lanes", "store_eight",

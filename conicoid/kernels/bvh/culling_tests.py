@@ -51,7 +51,7 @@ def stretches(c: Code, sides: Any, rays: Any, begin: Any) -> tuple[Any, Any]:
 
 
 def beam_code(sides_of: Any, beam: int, tells_where: bool) -> Any:
-    """Return the code of `boxes_met` for eight boxes whose six sides `sides_of` emits; the beam is argument `beam`.
+    """Return the code of `hit_boxes` for eight boxes whose six sides `sides_of` emits; the beam is argument `beam`.
 
     With `tells_where` it stores the t of entry in its last argument; without, it has no such argument.
     """
@@ -68,7 +68,7 @@ def beam_code(sides_of: Any, beam: int, tells_where: bool) -> Any:
 
 
 @intrinsic
-def boxes_met(typing_context: Any, boxes: Any, at: Any, beam: Any, start: Any, near: Any) -> Any:
+def hit_boxes(typing_context: Any, boxes: Any, at: Any, beam: Any, start: Any, near: Any) -> Any:
     """Return which of the eight boxes at boxes[at:] a beam meets, as bits; the t of entry goes into near[:8].
 
     The beam (beam[start:], see `BEAM`) holds all points o + t d, t in [first, last], with o and d between two corners
@@ -176,7 +176,7 @@ def _balls_in_beam(typing_context: Any, balls: Any, at: Any, stride: Any, beam: 
 
 @inline
 def balls_in_beam(floats: Floats, at: int, stride: int, count: int, beam: Floats, start: int, near: Floats) -> int:
-    """`boxes_met` for the boxes around up to eight balls, with the layout of `balls_met`."""
+    """`hit_boxes` for the boxes around up to eight balls, with the layout of `hit_balls`."""
     return _balls_in_beam(floats, at, stride, beam, start, near) & ((1 << count) - 1)
 
 
@@ -193,10 +193,10 @@ def _depth(c: Code, center: list[Any], direction: list[Any], foot: Any, squared:
     return b.fadd(b.fsub(squared, c.product(off, off)), raised)
 
 
-def balls_missed(
+def missed_balls(
     c: Code, center: list[Any], direction: list[Any], per_square: Any, radius: Any, first: Any, last: Any
 ) -> Any:
-    """Emit which of eight balls their rays certainly miss; `center` is relative to the ray's origin (`balls_met`)."""
+    """Emit which of eight balls their rays certainly miss; `center` is relative to the ray's origin (`hit_balls`)."""
     b, squared = c.builder, c.builder.fmul(radius, radius)
     foot = b.fmul(c.product(center, direction), per_square)
     inside = _depth(c, center, direction, foot, squared)
@@ -209,7 +209,7 @@ def balls_missed(
 
 
 @intrinsic
-def _balls_met(
+def _hit_balls(
     typing_context: Any, floats: Any, at: Any, stride: Any,
     ox: Any, oy: Any, oz: Any, dx: Any, dy: Any, dz: Any, inverse: Any, first: Any, last: Any,
 ) -> Any:  # fmt: skip
@@ -220,7 +220,7 @@ def _balls_met(
         rows = c.balls(balls, arguments[1], arguments[2])
         center = [b.fsub(rows[k], c.spread(origin[k])) for k in range(3)]
         inverse, first, last = (c.spread(number) for number in arguments[9:])
-        missed = balls_missed(c, center, direction, inverse, rows[3], first, last)
+        missed = missed_balls(c, center, direction, inverse, rows[3], first, last)
         return b.zext(b.not_(b.bitcast(missed, BITS)), INT64)
 
     number = types.float64
@@ -228,14 +228,14 @@ def _balls_met(
 
 
 @inline
-def balls_met(floats: Floats, at: int, stride: int, count: int, ray: Ray, inverse: float, last: float) -> int:
+def hit_balls(floats: Floats, at: int, stride: int, count: int, ray: Ray, inverse: float, last: float) -> int:
     """Return which of up to eight balls a ray may meet between its t_min and `last`, as bits; `inverse` is 1 / d·d.
 
     The balls' x begin at floats[at], their y, z and radii `stride` further each. A ball is left out only if the ray
     certainly misses it (`BALL_SLACK`).
     """
     ox, oy, oz, dx, dy, dz, t_min, _, _ = ray
-    return _balls_met(floats, at, stride, ox, oy, oz, dx, dy, dz, inverse, t_min, last) & ((1 << count) - 1)
+    return _hit_balls(floats, at, stride, ox, oy, oz, dx, dy, dz, inverse, t_min, last) & ((1 << count) - 1)
 
 
 def _lanes_in_ball(groups: int) -> Any:
@@ -306,7 +306,7 @@ def lanes_in_ball_from_one(typing_context: Any, lanes: Any, x: Any, y: Any, z: A
 
 @inline
 def lanes_in_ball(lanes: Floats, x: float, y: float, z: float, r: float) -> int:
-    """Return which lanes of a packet may meet a ball, as bits; see `balls_met`.
+    """Return which lanes of a packet may meet a ball, as bits; see `hit_balls`.
 
     It bounds the t of entry without a square root: within radius / |d| of the foot of the perpendicular.
     """
@@ -323,8 +323,8 @@ def group_in_ball(lanes: Floats, group: int, x: float, y: float, z: float, r: fl
 
 
 @intrinsic
-def items_met(typing_context: Any, items: Any, at: Any, beam: Any, start: Any) -> Any:
-    """Return which of eight items, from number `at` on, have boxes that a beam meets (`boxes_met`), as bits."""
+def hit_items(typing_context: Any, items: Any, at: Any, beam: Any, start: Any) -> Any:
+    """Return which of eight items, from number `at` on, have boxes that a beam meets (`hit_boxes`), as bits."""
 
     def sides(c: Code, floats: Any, arguments: Any) -> list[Any]:
         return [c.eight(floats, arguments[1], k * ITEM_ROW) for k in range(6)]
@@ -383,7 +383,7 @@ def put_balls(
 ) -> Any:
     """Write those of the `count` balls of a leaf that a beam meets as items from number `end` on; return how many.
 
-    The balls have the layout of `balls_met`; `leaf` is the code of the leaf.
+    The balls have the layout of `hit_balls`; `leaf` is the code of the leaf.
     """
 
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
@@ -543,7 +543,7 @@ def rays_in_balls(
     typing_context: Any, balls: Any, at: Any, size: Any, rays: Any, more: Any, lists: Any, begin: Any, left: Any,
     pairs: Any,
 ) -> Any:  # fmt: skip
-    """Find which of the first eight rays of a list may meet which of up to 16 balls (`balls_met`); return how many.
+    """Find which of the first eight rays of a list may meet which of up to 16 balls (`hit_balls`); return how many.
 
     16 ray + ball goes into pairs[0], pairs[1] and so on, ball after ball. The x of the `size` balls begin at balls[at],
     their y, z and radii `size` further each. The list has `left` rays from lists[begin] on; more[8 i:] begins with the
@@ -562,7 +562,7 @@ def rays_in_balls(
             x = b.add(place, loop.index)
             ball = [c.spread(c.number(floats, b.add(x, b.mul(size, INT64(k))), 0)) for k in range(4)]
             center = [b.fsub(ball[k], eight.origins[k]) for k in range(3)]
-            missed = balls_missed(c, center, columns[:3], columns[3], ball[3], eight.first, eight.last)
+            missed = missed_balls(c, center, columns[:3], columns[3], ball[3], eight.first, eight.last)
             met = b.and_(eight.there, b.not_(missed))
             end = b.load(count)
             target = b.bitcast(c.place(out, end, 0), WHOLE.as_pointer())

@@ -18,7 +18,7 @@ from ..programs import leaves_of
 from ..ray import Ray
 from ..surface.quadric import SphereRecord
 from ..tables import Floats, Geometry, Ints, integer, length, node_at, whole
-from .culling import BEAM, FIRST, HIGH_I, HIGH_O, LAST, LOW_I, LOW_O, boxes_met, lowest_bit, prefetch_soon
+from .culling import BEAM, FIRST, HIGH_I, HIGH_O, LAST, LOW_I, LOW_O, hit_boxes, lowest_bit, prefetch_soon
 from .culling_constants import ENTRY_SLACK, STEEPEST
 
 ROWS = 6
@@ -194,7 +194,7 @@ def push_roots(geometry: Geometry, way: Floats, tree: int) -> int:
 @inline
 def push_node(geometry: Geometry, way: Floats, node: int, beam: Floats, at: int, top: int) -> int:
     """Push the children of a node that a beam (beam[at:]) meets on the stack; return the stack's height."""
-    bits = boxes_met(geometry.floats, node_at(geometry, node), beam, at, way)
+    bits = hit_boxes(geometry.floats, node_at(geometry, node), beam, at, way)
     return push_children(geometry, way, node, bits, top)
 
 

@@ -512,7 +512,7 @@ def _any_hard(geometry: Geometry, room: Neighbourhood, count: int) -> bool:
 
 
 @helper
-def _around(geometry: Geometry, room: Neighbourhood, x: float, y: float, z: float, half: float) -> int:
+def _near_surfaces(geometry: Geometry, room: Neighbourhood, x: float, y: float, z: float, half: float) -> int:
     """Write the near surfaces that may meet a box to room.chosen; return how many, 0 if the own one of a sheet may not.
 
     room.sign gets the side of the others on which the whole box lies.
@@ -532,7 +532,7 @@ def _around(geometry: Geometry, room: Neighbourhood, x: float, y: float, z: floa
 
 @inline
 def _may_have_walls(geometry: Geometry, room: Neighbourhood, count: int) -> bool:
-    """True if the body is there for some sides of the chosen surfaces, and not for others; relies on `_around`."""
+    """True if the body is there for some sides of the chosen surfaces, not for others; relies on `_near_surfaces`."""
     if count > _MOST_SIDES:
         return True
     if room.sizes[SHEET_OF] == 1:
@@ -594,7 +594,7 @@ def _search(geometry: Geometry, room: Neighbourhood, at: WallQuery, x: float, y:
         )  # fmt: skip
         if near > limit(room):
             continue
-        count = _around(geometry, room, x, y, z, half)
+        count = _near_surfaces(geometry, room, x, y, z, half)
         if count < 2 or not _any_hard(geometry, room, count) or not _may_have_walls(geometry, room, count):
             continue
         near = max(near, _on_two(room, count))

@@ -82,7 +82,7 @@ class NearLeaf(NamedTuple):
 
     code: int
     box: int
-    away: float
+    distance: float
     top: int  # the height of the stack
 
 

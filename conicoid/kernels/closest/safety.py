@@ -428,7 +428,7 @@ def bound_of_point(geometry: Geometry, single: Neighbourhood, x: float, y: float
         first, last = leaf_range(found.code)
         at, count = leaf_at(geometry, first), last - first
         for k in range(count):
-            near = max(found.away, distance_to_ball(leaf_ball(geometry, at, count, k), x, y, z))
+            near = max(found.distance, distance_to_ball(leaf_ball(geometry, at, count, k), x, y, z))
             if near <= best:
                 near = max(near, _walls_of(geometry, single, leaf_item(geometry, at, count, k), x, y, z, best))
                 if near <= best:

@@ -349,7 +349,7 @@ def _turns(values: int, count: int, i: int) -> bool:
 
 
 @helper
-def _beside(geometry: Geometry, room: Neighbourhood, x: float, y: float, z: float, step: float) -> bool:
+def _straddles_wall(geometry: Geometry, room: Neighbourhood, x: float, y: float, z: float, step: float) -> bool:
     """True if some points about a step away are certainly inside and others certainly outside."""
     inside, outside = False, False
     # The 26 neighbours of a grid point, a little off the grid, so that they do not lie on planes along the axes
@@ -424,7 +424,7 @@ def try_point(
     if many > 3 or sine < TANGENT:
         first, second, third = room.chosen[0], room.chosen[1], room.chosen[2]
         step = max(_BESIDE * (abs(x) + abs(y) + abs(z) + distance), 16.0 * off)
-        proved = not sheet and _beside(geometry, room, x, y, z, step)
+        proved = not sheet and _straddles_wall(geometry, room, x, y, z, step)
         put_signs(geometry, room, 0, x, y, z, off)
         room.chosen[0], room.chosen[1], room.chosen[2] = first, second, third
         if not proved:

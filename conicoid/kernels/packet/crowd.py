@@ -78,7 +78,7 @@ class Crowd(NamedTuple):
     rays: Floats  # eight numbers of each lane, as `meet_bodies` takes them
     more: Floats  # eight more of each lane
     known: Floats  # see `_BODIES`
-    asked: Any  # int64: see `ITEM`
+    queue: Any  # int64: see `ITEM`
     entries: Floats  # t at which a group of lanes enters the box of its pair, eight numbers each
 
 

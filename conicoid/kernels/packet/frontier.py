@@ -30,7 +30,7 @@ from ..bvh.culling import (
     LOW_O,
     MOST_ITEMS,
     bit_count,
-    items_met,
+    hit_items,
     keep_items,
     prefetch,
     put_balls,
@@ -212,7 +212,7 @@ def narrow_frontier(items: Floats, beam: Floats, start: int, narrowed: Floats) -
     """Copy the items of a frontier that a narrower beam (beam[start:]) meets to `narrowed`, in the same order."""
     end, count = 0, whole(items[ITEM_COUNT])
     for first in range(0, count, 8):
-        bits = items_met(items, first, beam, start) & ((1 << min(8, count - first)) - 1)
+        bits = hit_items(items, first, beam, start) & ((1 << min(8, count - first)) - 1)
         keep_items(items, first, bits, narrowed, end)
         end += bit_count(bits)
     narrowed[ITEM_COUNT] = end if count >= 0 else -1
@@ -238,7 +238,7 @@ class Tile(NamedTuple):
 
     extremes: Floats  # of origins and of directions, for each quarter (`widen`)
     beams: Floats  # of the quarters, then of the whole tile
-    seen: Floats  # a frontier
+    view: Floats  # a frontier
     level: FrontierLevel
     sight: Floats  # see `_HORIZON`
 
@@ -347,7 +347,7 @@ def open_tile(geometry: Geometry, tile: Tile, lanes: Floats, rays: RayArrays, nu
     for quarter in range(_QUARTERS):
         _put_extremes(tile.extremes, 96 * quarter, rays, number, quarter, width)
     shared = _put_beam(beams, _WHOLE, tile.extremes, 0, 96 * _QUARTERS)
-    find_frontier(geometry, tile.seen, tile.level, beams, _WHOLE, scene_tree(geometry), sight[_HORIZON])
+    find_frontier(geometry, tile.view, tile.level, beams, _WHOLE, scene_tree(geometry), sight[_HORIZON])
     if shared:
         put_origin(lanes, beams[_WHOLE + LOW_O] + 0.0, beams[_WHOLE + LOW_O + 1] + 0.0, beams[_WHOLE + LOW_O + 2] + 0.0)
     return shared
@@ -367,7 +367,7 @@ def note_sight(tile: Tile, lanes: Floats) -> None:
 def open_quarter(tile: Tile, quarter: int, seen: Floats) -> None:
     """Narrow the frontier of an open tile to one of its quarters."""
     _put_beam(tile.beams, BEAM * quarter, tile.extremes, 96 * quarter, 96 * quarter + 96)
-    narrow_frontier(tile.seen, tile.beams, BEAM * quarter, seen)
+    narrow_frontier(tile.view, tile.beams, BEAM * quarter, seen)
 
 
 @inline

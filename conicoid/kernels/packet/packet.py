@@ -49,7 +49,7 @@ class Packet(NamedTuple):
     truths: Floats  # true inputs of the body's gates
     spans: Ints  # largest number of spans of each leaf
     items: Floats  # a frontier: the part of the scene's tree that the packet may meet, or none
-    asked: Any  # int64: the next items that its beam meets; from `PAIRS` on pairs of an item and a group of lanes
+    pending: Any  # int64: the next items that its beam meets; from `PAIRS` on pairs of an item and a group of lanes
     crowd: Crowd
 
 
@@ -72,13 +72,13 @@ def new_packet(geometry: Geometry) -> Packet:
 @inline
 def with_lanes(packet: Packet, lanes: Floats) -> Packet:
     """Return a packet of other lanes in the same memory; the frontier must hold for them as well."""
-    return Packet(lanes, packet.leaves, packet.truths, packet.spans, packet.items, packet.asked, packet.crowd)
+    return Packet(lanes, packet.leaves, packet.truths, packet.spans, packet.items, packet.pending, packet.crowd)
 
 
 @inline
 def with_items(packet: Packet, items: Floats) -> Packet:
     """Return the packet with another frontier, which must hold for its rays."""
-    return Packet(packet.lanes, packet.leaves, packet.truths, packet.spans, items, packet.asked, packet.crowd)
+    return Packet(packet.lanes, packet.leaves, packet.truths, packet.spans, items, packet.pending, packet.crowd)
 
 
 @inline

@@ -379,11 +379,11 @@ def _test_point(
 
 @helper
 def locate_packet(
-    geometry: Geometry, rest: RoundingRest, scratch: Scratch, memory: PointMemory, bodies: Ints, still: Signs
+    geometry: Geometry, rest: RoundingRest, scratch: Scratch, memory: PointMemory, bodies: Ints, undecided: Signs
 ) -> bool:
     """Find the first body after AFTER that holds each lane's point; False, and nothing written, for many bodies.
 
-    Writes the body to `bodies`, or 1 to `still` if it is not certain; relies on these being -1 and 0 for all points.
+    Writes the body to `bodies`, or 1 to `undecided` if it is not certain; relies on these being -1 and 0 everywhere.
     """
     room, which, left = memory.room, memory.which, 0
     count = entries_of_box(geometry, scratch, room)
@@ -412,7 +412,7 @@ def locate_packet(
             if held == -1 or (held == SOME and room[UNSURE + i] == 1.0):
                 answer = _test_point(geometry, rest, scratch, entry, room[X + i], room[Y + i], room[Z + i])
             if answer == OPEN:
-                still[which[i]] = 1
+                undecided[which[i]] = 1
             elif answer == INSIDE:
                 bodies[which[i]] = body
             if answer != 0:

@@ -29,7 +29,7 @@ from ..bvh.culling import (
     balls_in_beam,
     bit_count,
     group_in_ball,
-    items_met,
+    hit_items,
     lanes_entering,
     lowest_bit,
     put_entries,
@@ -89,8 +89,8 @@ def _end_beams(lanes: Floats) -> None:
 @inline
 def _put_leaf(packet: Packet, number: int, pairs: int) -> int:
     """Append pairs of a leaf of the lot and the groups whose beams meet it; return the number of pairs now."""
-    k = packet.crowd.asked[ITEM + number]
-    return pairs + put_groups(packet.items, k, number, packet.lanes, GROUPS_AT, packet.asked, PAIRS + pairs)
+    k = packet.crowd.queue[ITEM + number]
+    return pairs + put_groups(packet.items, k, number, packet.lanes, GROUPS_AT, packet.pending, PAIRS + pairs)
 
 
 @inline
@@ -98,8 +98,8 @@ def _enter(packet: Packet, first: int, pairs: int) -> None:
     """Find the t at which groups enter the boxes of their pairs, from pair `first` on; EARLIEST gets the earliest."""
     crowd, lanes = packet.crowd, packet.lanes
     for n in range(first, pairs):
-        pair = packet.asked[PAIRS + n]
-        put_entries(lanes, EARLIEST, packet.items, crowd.asked[ITEM + (pair >> 3)], crowd.entries, 8 * n, pair & 7)
+        pair = packet.pending[PAIRS + n]
+        put_entries(lanes, EARLIEST, packet.items, crowd.queue[ITEM + (pair >> 3)], crowd.entries, 8 * n, pair & 7)
 
 
 @inline
@@ -109,12 +109,12 @@ def _first_pairs(packet: Packet, chosen: int) -> tuple[int, int, int]:
     Returns the numbers of leaves, of pairs, and of other items; the others become the first of the chosen items.
     EARLIEST gets the t by which each lane has entered its first leaf.
     """
-    lanes, items, asked, crowd = packet.lanes, packet.items, packet.asked, packet.crowd
+    lanes, items, asked, crowd = packet.lanes, packet.items, packet.pending, packet.crowd
     count, others, pairs, entered = 0, 0, 0, 0
     for j in range(chosen):
         k = asked[j]
         if items[CODE + k] < 0.0 and items[BOX_OR_BALL + k] >= 0.0:
-            crowd.asked[ITEM + count], crowd.asked[HAS_MET + count] = k, 0
+            crowd.queue[ITEM + count], crowd.queue[HAS_MET + count] = k, 0
             pairs = _put_leaf(packet, count, pairs)
             count += 1
             if count % _OFTEN == 0:
@@ -135,7 +135,7 @@ def _second_pairs(packet: Packet) -> int:
     """Pair the leaves of the lot with the groups that meet them before their nearest hits; return how many pairs."""
     pairs = 0
     for j in range(count_lot_leaves(packet.crowd)):
-        if packet.items[ENTERED + packet.crowd.asked[ITEM + j]] > packet.lanes[BEAM_AT + LAST]:
+        if packet.items[ENTERED + packet.crowd.queue[ITEM + j]] > packet.lanes[BEAM_AT + LAST]:
             break
         pairs = _put_leaf(packet, j, pairs)
     _enter(packet, 0, pairs)
@@ -143,15 +143,15 @@ def _second_pairs(packet: Packet) -> int:
 
 
 @inline
-def _find_met(packet: Packet, pairs: int, again: bool) -> None:
+def _find_hits(packet: Packet, pairs: int, again: bool) -> None:
     """Find which lanes meet the leaves of the lot in this round."""
     crowd = packet.crowd
     for j in range(count_lot_leaves(crowd)):
-        crowd.asked[MET + j] = 0
+        crowd.queue[MET + j] = 0
     for n in range(pairs):
-        pair = packet.asked[PAIRS + n]
+        pair = packet.pending[PAIRS + n]
         row = WITHIN if again else EARLIEST
-        crowd.asked[MET + (pair >> 3)] |= lanes_entering(packet.lanes, row, crowd.entries, 8 * n, pair & 7)
+        crowd.queue[MET + (pair >> 3)] |= lanes_entering(packet.lanes, row, crowd.entries, 8 * n, pair & 7)
 
 
 @helper
@@ -170,13 +170,13 @@ def meet_round(
     else:
         count, pairs, others = _first_pairs(packet, chosen)
         put_lot_leaves(crowd, count)
-    _find_met(packet, pairs, again)
+    _find_hits(packet, pairs, again)
     for j in range(count_lot_leaves(crowd)):
-        met = crowd.asked[MET + j] & ~crowd.asked[HAS_MET + j]
+        met = crowd.queue[MET + j] & ~crowd.queue[HAS_MET + j]
         if met == 0:
             continue
-        crowd.asked[HAS_MET + j] |= met
-        begin, end = leaf_range(whole(items[CODE + crowd.asked[ITEM + j]]))
+        crowd.queue[HAS_MET + j] |= met
+        begin, end = leaf_range(whole(items[CODE + crowd.queue[ITEM + j]]))
         at, size = leaf_at(geometry, begin), end - begin
         for item in range(size):
             meet_in_pairs(geometry, scratch, packet, blocks, at, size, item, met)
@@ -201,8 +201,8 @@ def _choose(packet: Packet, item: int, items: int, most: int) -> tuple[int, int]
     """
     seen, lanes, count = packet.items, packet.lanes, 0
     while count < most and item < items and seen[ENTERED + item] <= lanes[BEAM_AT + LAST]:
-        bits = items_met(seen, item, lanes, BEAM_AT) & ((1 << min(8, items - item)) - 1)
-        put_numbers(item, bits, packet.asked, count)
+        bits = hit_items(seen, item, lanes, BEAM_AT) & ((1 << min(8, items - item)) - 1)
+        put_numbers(item, bits, packet.pending, count)
         count += bit_count(bits)
         item += 8
     return count, item
@@ -229,10 +229,10 @@ def _put_pairs(geometry: Geometry, packet: Packet, chosen: int) -> int:
 
     Each step handles all balls, without branches, so that no test waits for the result of the one before.
     """
-    items, asked, count, kept = packet.items, packet.asked, 0, 0
+    items, asked, count, kept = packet.items, packet.pending, 0, 0
     split = packet.lanes[GROUP_BEAMS] != 0.0
     for j in range(chosen):
-        k = packet.asked[j]
+        k = packet.pending[j]
         if items[BOX_OR_BALL + k] >= -1.0:
             continue
         if split:
@@ -255,13 +255,13 @@ def _meet_chosen(
     """Intersect the balls among the chosen items, and push the others on the stack; return its height."""
     way, lanes, items, top = scratch.way, packet.lanes, packet.items, 0
     for j in range(chosen - 1, -1, -1):
-        k = packet.asked[j]
+        k = packet.pending[j]
         if items[BOX_OR_BALL + k] >= -1.0:
             put_on_stack(way, top, items[CODE + k], items[BOX_OR_BALL + k], items[ENTERED + k])
             top += 1
     count = _put_pairs(geometry, packet, chosen)
     for j in range(count):
-        pair = packet.asked[PAIRS + j]
+        pair = packet.pending[PAIRS + j]
         at, size, place = _ball_of(geometry, items, pair >> 3)
         if lanes[GROUP_BEAMS] != 0.0:
             met = _group_at_ball(geometry, packet, pair) << 8 * (pair & 7)  # again: hits may have shortened lanes

@@ -40,8 +40,8 @@ def _dot_of_rows(quadric: QuadricRecord, i: int, j: int) -> float:
 
 
 @inline
-def _between(geometry: Geometry, cell: int, quadric: QuadricRecord, j: int, away: float) -> tuple[float, float]:
-    """Return the bounds of y_j by the planes across axis j; the cell's points are at most `away` from the anchor."""
+def _between(geometry: Geometry, cell: int, quadric: QuadricRecord, j: int, reach: float) -> tuple[float, float]:
+    """Return the bounds of y_j by the planes across axis j; the cell's points are at most `reach` from the anchor."""
     low, high, square = -math.inf, math.inf, _dot_of_rows(quadric, j, j)
     for slot in range(integer(geometry, table.CELL_FIRST, cell), integer(geometry, table.CELL_FIRST, cell + 1)):
         row = integer(geometry, table.SURFACE_ROW, integer(geometry, table.PLANE_SURFACE, slot))
@@ -54,8 +54,8 @@ def _between(geometry: Geometry, cell: int, quadric: QuadricRecord, j: int, away
             continue
         along = dot(nx, ny, nz, quadric[3 + 3 * j], quadric[4 + 3 * j], quadric[5 + 3 * j])
         height = dot(nx, ny, nz, quadric.ax - ax, quadric.ay - ay, quadric.az - az) + over
-        # `PARALLEL` admits planes that are slightly oblique: the slack covers their slope within `away`.
-        y, slack = -height * square / along, ROUND_AWAY * away * math.sqrt(square)
+        # `PARALLEL` admits planes that are slightly oblique: the slack covers their slope within `reach`.
+        y, slack = -height * square / along, ROUND_AWAY * reach * math.sqrt(square)
         if (along > 0.0) == (plane_side(geometry, slot) > 0):
             high = min(high, y + slack)
         else:
@@ -64,7 +64,7 @@ def _between(geometry: Geometry, cell: int, quadric: QuadricRecord, j: int, away
 
 
 @inline
-def _along_axis(geometry: Geometry, cell: int, quadric: QuadricRecord, j: int, away: float) -> SphereRecord:
+def _along_axis(geometry: Geometry, cell: int, quadric: QuadricRecord, j: int, reach: float) -> SphereRecord:
     """Return a ball about a point on axis j; of infinite radius if there is none."""
     a, b = (j + 1) % 3, (j + 2) % 3
     sa, sb, sj, bj, square = (
@@ -83,7 +83,7 @@ def _along_axis(geometry: Geometry, cell: int, quadric: QuadricRecord, j: int, a
         return _no_ball()
     ya, yb = -quadric[15 + a] / sa, -quadric[15 + b] / sb
     level, least = quadric.k + (ya * ya * sa + yb * yb * sb), abs(quadric.k) + (ya * ya * sa + yb * yb * sb)
-    low, high = _between(geometry, cell, quadric, j, away)
+    low, high = _between(geometry, cell, quadric, j, reach)
     if sj > 0.0:
         half = math.sqrt(max(0.0, level + bj * bj / sj + ROUND_ROUNDED * (least + bj * bj / sj)) / sj)
         low, high = max(low, -bj / sj - half), min(high, -bj / sj + half)
@@ -108,7 +108,7 @@ def _along_axis(geometry: Geometry, cell: int, quadric: QuadricRecord, j: int, a
         k = 3 + 3 * i
         center = (center[0] + y * quadric[k], center[1] + y * quadric[k + 1], center[2] + y * quadric[k + 2])
     x, y, z = center[0] + quadric.ax, center[1] + quadric.ay, center[2] + quadric.az
-    raised = math.sqrt(largest) * (1.0 + ROUND_RAISED) + BESIDE * (abs(x) + abs(y) + abs(z) + away)
+    raised = math.sqrt(largest) * (1.0 + ROUND_RAISED) + BESIDE * (abs(x) + abs(y) + abs(z) + reach)
     return SphereRecord(x, y, z, raised)
 
 

@@ -197,7 +197,7 @@ def _entries(
     loose = np.concatenate([stay[stay >= 0], *fresh])
     main = slice(int(woods.places[-1]), woods.main[1])
     order = number[old.order[main]]
-    left = woods.left + int((order < 0).sum() - (old.order[main] < 0).sum())
+    left = woods.removals + int((order < 0).sum() - (old.order[main] < 0).sum())
     # Each query walks both trees, and empty places cost a test: beyond these shares a new tree pays
     if count <= _SMALL or len(loose) > math.sqrt(count) or 4 * left > count:
         forest = Forest()
@@ -208,7 +208,7 @@ def _entries(
         patched.add(built.children, built.boxes, built.order, built.roots, 0, 0)
         described = dataclasses.replace(
             woods, levels=levels, main=(patched.nodes, patched.places, patched.root_count),
-            loose=np.zeros(0, np.int32), left=0,
+            loose=np.zeros(0, np.int32), removals=0,
         )  # fmt: skip
         return described, []
     children, boxes, roots, changed = _remove_entries(old, woods, order)
@@ -221,7 +221,7 @@ def _entries(
     built = _TreeTables.of_forest(forest)
     patched.add(built.children, built.boxes, loose[built.order], built.roots, 0, 0)
     levels = max(woods.levels, len(forest.trees) and max(tree.levels for tree in forest.trees))
-    described = dataclasses.replace(woods, levels=levels, main=end, loose=loose, left=left)
+    described = dataclasses.replace(woods, levels=levels, main=end, loose=loose, removals=left)
     return described, [*parts, (WIDTH * end[0], WIDTH * patched.nodes)]
 
 

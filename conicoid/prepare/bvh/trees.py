@@ -152,7 +152,7 @@ class SceneTrees:
     levels: int  # levels of the tree over the entries
     main: tuple[int, int, int]  # its ends (node, place, root); the tree of loose entries follows
     loose: Ints  # the entries of that tree
-    left: int = 0  # entries removed from the tree since it was built
+    removals: int = 0  # entries removed from the tree since it was built
 
     @classmethod
     def of(cls, forest: Forest, depth: int, levels: int, all_of_them: bool = True) -> SceneTrees:
@@ -228,7 +228,7 @@ def build_scene_trees(
     tables = lowered.take_tables()
     count = len(tables.entry_kind)
     trim_heap(count)
-    forest = program_trees(tables, lowered.laid is not None)
+    forest = program_trees(tables, lowered.layout is not None)
     trim_heap(count)
     depth = forest.depth
     survey = forest.add(_take_boxes(lowered), 0, COSTS[tables.entry_kind])
@@ -239,7 +239,7 @@ def build_scene_trees(
     geometry = room(Tables(**columns))
     put_sizes(geometry, tables)
     forest.put_boxes(geometry.floats, int(geometry.places[NODE_BOXES]))
-    place, woods = forest.places[-2], SceneTrees.of(forest, depth, levels, lowered.laid is not None)
+    place, woods = forest.places[-2], SceneTrees.of(forest, depth, levels, lowered.layout is not None)
     del forest  # releases what the trees were built from
     trim_heap(count)
     columns.update(compute_limits(tables, lowered.boxes, lowered.rest))
@@ -248,8 +248,8 @@ def build_scene_trees(
     pack(geometry, columns, later=("node_boxes", "leaf_items"))
     trim_heap(count)
     put_items(geometry, lowered.boxes, place)
-    if isinstance(lowered.around, LazyBounds):
-        lowered.around.release()
+    if isinstance(lowered.bounds, LazyBounds):
+        lowered.bounds.release()
     trim_heap(count)
     return geometry, woods
 
@@ -257,6 +257,6 @@ def build_scene_trees(
 def _take_boxes(lowered: LoweredScene) -> Floats:
     """Return the boxes of a scene and make it release them, where it can compute them again."""
     boxes = lowered.boxes
-    if isinstance(lowered.around, LazyBounds):
-        lowered.around.release()
+    if isinstance(lowered.bounds, LazyBounds):
+        lowered.bounds.release()
     return boxes

@@ -86,9 +86,9 @@ class _LifetimeToken:
 class _TokenArray:
     """An array interface that keeps the token of its buffer alive."""
 
-    def __init__(self, array: Array, held: _LifetimeToken) -> None:
+    def __init__(self, array: Array, token: _LifetimeToken) -> None:
         self.__array_interface__ = array.__array_interface__
-        self._array, self._held = array, held
+        self._array, self._token = array, token
 
 
 class SceneBuffer:
@@ -96,7 +96,7 @@ class SceneBuffer:
 
     def __init__(self, integers: Ints, floats: Floats) -> None:
         self.integers, self.floats = integers, floats
-        self.beside: dict[str, Array] = {}
+        self.extra_arrays: dict[str, Array] = {}
         self.frame: Any = None
         """The frame to which the places of surfaces among these are relative."""
         self.stamps: Longs = np.zeros(0, np.int64)
@@ -105,7 +105,7 @@ class SceneBuffer:
     @property
     def nbytes(self) -> int:
         """Bytes of all arrays."""
-        return self.integers.nbytes + self.floats.nbytes + sum(array.nbytes for array in self.beside.values())
+        return self.integers.nbytes + self.floats.nbytes + sum(array.nbytes for array in self.extra_arrays.values())
 
 
 @dataclass(frozen=True)
@@ -116,7 +116,7 @@ class PoolMemory:
     stamps: Longs  # by which edit the rows of each entry were written
     numbers: int  # by which edit surfaces got their numbers in the table
     store: SceneBuffer | None = None  # its buffer; None where that cannot be reused
-    held: weakref.ref[_LifetimeToken] | None = None
+    token: weakref.ref[_LifetimeToken] | None = None
 
     @classmethod
     def new(cls, entries: int) -> PoolMemory:
@@ -127,9 +127,9 @@ class PoolMemory:
         """Claim the buffer of a scene that the caller has released, or keep others from taking it; None: it is gone."""
         if self.store is None:
             return BufferClaim()
-        held = self.held() if self.held is not None else None
+        held = self.token() if self.token is not None else None
         if held is not None:
-            return BufferClaim(held=held)
+            return BufferClaim(token=held)
         opened = self.stores.take(self.store)
         return None if opened is None else BufferClaim(opened)
 
@@ -138,17 +138,17 @@ class PoolMemory:
 class BufferClaim:
     """A claim on the memory of the scene that an edit starts from: an open buffer, or the token of its holder."""
 
-    opened: OpenBuffer | None = None
-    held: _LifetimeToken | None = None
+    buffer: OpenBuffer | None = None
+    token: _LifetimeToken | None = None
 
 
 class OpenBuffer:
     """A buffer for the next scene, exclusively; `close` marks the scene as finished."""
 
     def __init__(self, store: SceneBuffer) -> None:
-        self._store, self._held = store, _LifetimeToken()
+        self._store, self._token = store, _LifetimeToken()
         self.stamps, self.numbers, self.frame = store.stamps, store.numbers, store.frame
-        self.beside = {name: self._out(array) for name, array in store.beside.items()}
+        self.extra_arrays = {name: self._out(array) for name, array in store.extra_arrays.items()}
 
     @classmethod
     def new(cls, tables: Tables) -> OpenBuffer:
@@ -164,12 +164,12 @@ class OpenBuffer:
         return cls(SceneBuffer(np.empty(integers + more * _NODE + 2 * max(rows, 0), np.int32), room))
 
     def _out(self, array: Array) -> Array:
-        return np.asarray(_TokenArray(array, self._held))
+        return np.asarray(_TokenArray(array, self._token))
 
     def put(self, name: str, array: Array) -> Array:
         """Store an array that nobody else has; return it in the form in which it may be handed out."""
-        self._store.beside[name] = array
-        self.beside[name] = out = self._out(array)
+        self._store.extra_arrays[name] = array
+        self.extra_arrays[name] = out = self._out(array)
         return out
 
     def geometry(self, tables: Tables) -> Geometry | None:
@@ -183,17 +183,17 @@ class OpenBuffer:
 
     def raw(self, name: str) -> Array:
         """Return a named array without the token: it does not keep the scene's buffer from reuse."""
-        return self._store.beside[name]
+        return self._store.extra_arrays[name]
 
     def memory(self, stores: BufferPool, stamps: Longs, numbers: int) -> PoolMemory:
         """Describe this buffer for the scene; until `close` it belongs to that scene alone."""
-        return PoolMemory(stores, stamps, numbers, self._store, weakref.ref(self._held))
+        return PoolMemory(stores, stamps, numbers, self._store, weakref.ref(self._token))
 
     def close(self, memory: PoolMemory, frame: Any) -> None:
         """Finish the scene: when it is gone, the buffer returns to the pool."""
         self._store.stamps, self._store.numbers, self._store.frame = memory.stamps, memory.numbers, frame
         # A weak reference: a buffer must not keep its pool alive.
-        weakref.finalize(self._held, _return_buffer, weakref.ref(memory.stores), self._store).atexit = False
+        weakref.finalize(self._token, _return_buffer, weakref.ref(memory.stores), self._store).atexit = False
 
 
 class BufferPool:

@@ -90,20 +90,20 @@ class TableFiller(ABC):
         self,
         splice: SceneSplice,
         pieces: SplicePieces,
-        laid: RowLayout,
+        layout: RowLayout,
         numbers: tuple[SurfaceNumbering, SurfaceNumbering],
     ) -> None:
         """Prepare to fill.
 
-        `laid` is the layout of the new scene; `numbers` renumber in it the surfaces of each of the two scenes.
+        `layout` is that of the new scene; `numbers` renumber in it the surfaces of each of the two scenes.
         """
-        self.splice, self.pieces, self.laid, self.numbers = splice, pieces, laid, numbers
-        self.numbered = pieces  # the pieces in which surface numbers are written
+        self.splice, self.pieces, self.layout, self.numbers = splice, pieces, layout, numbers
+        self.numbered_pieces = pieces  # the pieces in which surface numbers are written
 
     @property
     def ids(self) -> Ints | None:
         """The number in the table of each input surface; None: its own."""
-        return self.laid.ids
+        return self.layout.ids
 
     @abstractmethod
     def _put_surfaces(self, tables: Tables) -> None:
@@ -150,7 +150,7 @@ class TableFiller(ABC):
             column[at] = np.where(numbers < 0, numbers, numbers + shift) if shift else numbers
 
     def _refer(self, column: Ints, axis: int, sides: list[Ints]) -> None:
-        for source, rows, at, shift in self.numbered.moved(axis, SURFACES):
+        for source, rows, at, shift in self.numbered_pieces.moved(axis, SURFACES):
             numbers, ids = sides[source][rows], self.numbers[source].ids
             if ids is not None:
                 np.take(ids, numbers, out=column[at], mode="wrap")  # -1 wraps to the last item, which is -1
@@ -178,15 +178,15 @@ class ColumnSplice(TableFiller):
     """Fills the tables of a spliced scene."""
 
     def __init__(self, splice: SceneSplice, merged: MergedSurfaces) -> None:
-        self.splice, self.merged = splice, merged
+        self.splice, self.merge_result = splice, merged
         self.leads = None if merged.first is None else np.flatnonzero(merged.first == np.arange(merged.count))
         ids = self._ids()
         numbers = self._numbers(ids, 0), self._numbers(ids, 1)
-        super().__init__(splice, splice.pieces, self._laid(ids), numbers)
+        super().__init__(splice, splice.pieces, self._build_layout(ids), numbers)
 
-    def _laid(self, ids: Ints | None) -> RowLayout:
+    def _build_layout(self, ids: Ints | None) -> RowLayout:
         """Build the layout of the new scene."""
-        (old, new), merged = self.splice.laid, self.merged
+        (old, new), merged = self.splice.layouts, self.merge_result
         patterns, numbers = old.patterns.union(new.patterns)
         which = self.splice.of_both(BODIES, old.which, numbers[new.which])
         bodies = self.splice.of_entries(old.first_body, new.first_body)
@@ -197,7 +197,7 @@ class ColumnSplice(TableFiller):
     @property
     def surfaces(self) -> int:
         """How many surfaces the table has."""
-        return self.merged.count if self.leads is None else len(self.leads)
+        return self.merge_result.count if self.leads is None else len(self.leads)
 
     @property
     def single(self) -> Longs:
@@ -207,16 +207,16 @@ class ColumnSplice(TableFiller):
 
     def _ids(self) -> Ints | None:
         """Return the number in the table of each input surface; None where each is its own."""
-        if self.leads is None or self.merged.first is None:
+        if self.leads is None or self.merge_result.first is None:
             return None
-        number = np.zeros(self.merged.count, np.int32)
+        number = np.zeros(self.merge_result.count, np.int32)
         number[self.leads] = np.arange(len(self.leads), dtype=np.int32)
-        ids: Ints = number[self.merged.first]
+        ids: Ints = number[self.merge_result.first]
         return ids
 
     def _numbers(self, own: Ints | None, source: int) -> SurfaceNumbering:
         """Return the new numbers of the surfaces of one scene's table."""
-        laid, numbers = self.splice.laid[source], self.splice.numbers_of_surfaces(source)
+        laid, numbers = self.splice.layouts[source], self.splice.numbers_of_surfaces(source)
         if own is None and laid.ids is None:
             return SurfaceNumbering(None, None)
         there = np.flatnonzero(numbers >= 0)
@@ -226,7 +226,7 @@ class ColumnSplice(TableFiller):
         ids[before] = numbers[there] if own is None else own[numbers[there]]
         turned = np.ones(count + 1, np.int8)
         turned[before] = table_senses(laid.senses, laid.input_senses, there)
-        turned[before] *= table_senses(self.merged.senses, self.merged.input_senses, numbers[there])
+        turned[before] *= table_senses(self.merge_result.senses, self.merge_result.input_senses, numbers[there])
         return SurfaceNumbering(ids, None if (turned == 1).all() else turned)
 
     def sizes(self) -> dict[str, tuple[tuple[int, ...], Any]]:
@@ -245,11 +245,11 @@ class ColumnSplice(TableFiller):
     def _put_surfaces(self, tables: Tables) -> None:
         """Write kinds and rows of the surfaces, and the spheres, bulk balls last."""
         tables.spheres[:] = self.splice.of_spheres(*(side.tables.spheres for side in self.splice.sides))
-        if self.leads is None and all(laid.first is None for laid in self.splice.laid):
+        if self.leads is None and all(laid.first is None for laid in self.splice.layouts):
             self._move_surfaces(tables)
             return
         total = self.pieces.total
-        kinds, count = self.merged.kinds, self.merged.count
+        kinds, count = self.merge_result.kinds, self.merge_result.count
         kind, row = np.full(count, SPHERE, np.int8), np.arange(count, dtype=np.int32)
         kind[: len(kinds)] = kinds
         for which in (PLANE, SPHERE, QUADRIC):
@@ -261,7 +261,7 @@ class ColumnSplice(TableFiller):
 
     def _move_surfaces(self, tables: Tables) -> None:
         """Write kinds and rows where every surface stands for itself: those of both, rows of each kind shifted."""
-        single, total = len(self.merged.kinds), self.pieces.total
+        single, total = len(self.merge_result.kinds), self.pieces.total
         of_kinds = [self.pieces.moved(SURFACES, AXES[kind]) for kind in sorted(AXES)]
         for (source, rows, at, _), *others in zip(of_kinds[0], *of_kinds, strict=True):
             side = self.splice.sides[source].tables
@@ -275,14 +275,14 @@ class ColumnSplice(TableFiller):
 
     def _put_entries(self, tables: Tables) -> None:
         """Write the entries; `replace_ball_cells` decides afterwards which cells are balls."""
-        which = self.laid.which
-        kind, index, _ = self.laid.patterns.entries[which].T.copy()
+        which = self.layout.which
+        kind, index, _ = self.layout.patterns.entries[which].T.copy()
         for own, axis in KINDS.items():
             mine = np.flatnonzero(kind == own)
             if len(mine):
-                index[mine] += self.laid.starts(axis)[mine]
+                index[mine] += self.layout.starts(axis)[mine]
         balls = np.flatnonzero(which == 0)
-        numbers = np.arange(len(self.merged.kinds), self.merged.count)
+        numbers = np.arange(len(self.merge_result.kinds), self.merge_result.count)
         index[balls] = numbers if self.ids is None else self.ids[numbers]
         tables.entry_kind[:], tables.entry_index[:] = kind, index
         sides = [side.tables.body_face for side in self.splice.sides]

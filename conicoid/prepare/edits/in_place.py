@@ -57,7 +57,7 @@ def _place_arrays(places: NeighbourPlaces) -> tuple[Any, ...]:
 
 def _raw_places(opened: OpenBuffer) -> NeighbourPlaces:
     """Return the places in a buffer, in arrays that do not hold its scene."""
-    return NeighbourPlaces.marked(*(opened.raw(name) for name in EXTRA_ARRAYS if name.startswith(_OF_FRAMES)))
+    return NeighbourPlaces.of_buckets(*(opened.raw(name) for name in EXTRA_ARRAYS if name.startswith(_OF_FRAMES)))
 
 
 def _first_extra_arrays(lowered: LoweredScene) -> tuple[Any, ...]:
@@ -68,7 +68,7 @@ def _first_extra_arrays(lowered: LoweredScene) -> tuple[Any, ...]:
 
 def _with_extra_arrays(lowered: LoweredScene, tables: Tables, beside: Mapping[str, Any]) -> LoweredScene:
     rest = Remainders(beside["planes"], beside["spheres"], beside["quadrics"], beside["vertices"])
-    return dataclasses.replace(lowered, tables=tables, around=beside["boxes"], frames=beside["frames"], rest=rest)
+    return dataclasses.replace(lowered, tables=tables, bounds=beside["boxes"], frames=beside["frames"], rest=rest)
 
 
 def adopt_buffer(lowered: LoweredScene, opened: OpenBuffer) -> tuple[LoweredScene, EditState]:
@@ -80,7 +80,7 @@ def adopt_buffer(lowered: LoweredScene, opened: OpenBuffer) -> tuple[LoweredScen
     records, frame, places = surface_columns(lowered.tables), None, None
     beside: tuple[Any, ...] = _first_extra_arrays(lowered)
     if sum(len(table) for table in records) <= _PLACED:
-        frame, (found,) = NeighbourFrame.around(records)
+        frame, (found,) = NeighbourFrame.of_scenes(records)
         beside = *beside, *_place_arrays(found)
     # An array that is writable and no view belongs to this scene alone; others are copied.
     for name, column in zip(EXTRA_ARRAYS, beside, strict=False):
@@ -88,11 +88,11 @@ def adopt_buffer(lowered: LoweredScene, opened: OpenBuffer) -> tuple[LoweredScen
         opened.put(name, column if whole else column.copy())
     if frame is not None:
         places = _raw_places(opened)
-    assert lowered.laid is not None
-    memory = PoolMemory.new(len(lowered.laid.first_body) - 1)
+    assert lowered.layout is not None
+    memory = PoolMemory.new(len(lowered.layout.first_body) - 1)
     memory = opened.memory(memory.stores, memory.stamps, memory.numbers)
     opened.close(memory, frame)
-    return _with_extra_arrays(lowered, lowered.tables, opened.beside), EditState(frame, places, memory=memory)
+    return _with_extra_arrays(lowered, lowered.tables, opened.extra_arrays), EditState(frame, places, memory=memory)
 
 
 def release_memory(lowered: LoweredScene, geometry: Geometry, memory: PoolMemory) -> LoweredScene:
@@ -101,7 +101,7 @@ def release_memory(lowered: LoweredScene, geometry: Geometry, memory: PoolMemory
     if store is None:
         return lowered
     raw = unpack_tables(lowered.tables, geometry._replace(integers=store.integers, floats=store.floats))
-    return _with_extra_arrays(lowered, raw, store.beside)
+    return _with_extra_arrays(lowered, raw, store.extra_arrays)
 
 
 class InPlaceEdit:
@@ -115,7 +115,7 @@ class InPlaceEdit:
         splice: SceneSplice,
         bodies: Sequence[Body],
         runs: SpliceRuns,
-        kept: FullEditState,
+        edit_state: FullEditState,
         own: NeighbourPlaces,
         classes: SurfaceClasses,
         claim: BufferClaim,
@@ -124,31 +124,33 @@ class InPlaceEdit:
 
         `own` are the places of new surfaces; `claim` is on the memory of the old scene.
         """
-        self.in_place = claim.opened is not None
+        self.in_place = claim.buffer is not None
         # Renumbering reads the old integers of all rows while the same memory is overwritten.
         if self.in_place and classes.renumbered:
             splice = _copy_integers(splice)
         old, new = splice.sides
         self._claim = claim  # while it is held, nobody overwrites the memory that is read
-        self.splice, self.pieces, self.kept, self.classes = splice, splice.pieces, kept, classes
+        self.splice, self.pieces, self.edit_state, self.classes = splice, splice.pieces, edit_state, classes
         self._bodies, self._fresh = bodies, runs.fresh
-        sides = _extra_arrays(old, kept.places), _extra_arrays(new, own)
-        opened, some = claim.opened, self.pieces.only(1)
+        sides = _extra_arrays(old, edit_state.places), _extra_arrays(new, own)
+        opened, some = claim.buffer, self.pieces.of_source(1)
         if opened is None:
-            opened, some = _claim_rows(kept.memory, old.laid, self.pieces, runs.fresh)
+            opened, some = _claim_rows(edit_state.memory, old.layout, self.pieces, runs.fresh)
         if opened is not None:
             for name, column in sides[0].items():
-                if name not in opened.beside or (opened.frame != kept.frame and name.startswith(_OF_FRAMES)):
+                if name not in opened.extra_arrays or (
+                    opened.frame != edit_state.frame and name.startswith(_OF_FRAMES)
+                ):
                     opened.put(name, column.copy())
-        beside = opened.beside if opened else {name: column.copy() for name, column in sides[0].items()}
+        beside = opened.extra_arrays if opened else {name: column.copy() for name, column in sides[0].items()}
         for name, axis in EXTRA_ARRAYS.items():
             for source, rows, at in some.on(axis):
                 beside[name][at] = sides[source][name][rows]
-        self._opened, self._some, self._beside = opened, some, beside
-        self._all_numbers = classes.renumbered or bool(opened and opened.numbers != kept.memory.numbers)
-        self._laid = _exchange_layout(splice, classes)
+        self._buffer, self._some, self._extra_arrays = opened, some, beside
+        self._all_numbers = classes.renumbered or bool(opened and opened.numbers != edit_state.memory.numbers)
+        self._layout = _exchange_layout(splice, classes)
         self.boxes: Floats = beside["boxes"]
-        self.kinds = self._laid.patterns.entries[self._laid.which, 2]
+        self.kinds = self._layout.patterns.entries[self._layout.which, 2]
         self.shapes: dict[str, Any] = {k: v for k, v in old.tables._asdict().items() if k not in TREES}
         for name in _OF_SURFACES:
             self.shapes[name] = np.broadcast_to(self.shapes[name].dtype.type(), classes.count)
@@ -162,16 +164,16 @@ class InPlaceEdit:
 
     def geometry(self, empty: Tables) -> Geometry:
         """Return memory for tables of these shapes, in which all rows are valid but those that differ."""
-        found = self._opened.geometry(empty) if self._opened else None
+        found = self._buffer.geometry(empty) if self._buffer else None
         if found is not None:
             return found
-        self._some, self.in_place = self.pieces.only(1), False
-        others = self._opened is not None  # the arrays beside belong to a later scene
-        self._opened = OpenBuffer.new(empty)
-        for name, column in self._beside.items():
-            self._beside[name] = self._opened.put(name, column.copy() if others else column)
-        self.boxes = self._beside["boxes"]
-        laid_out = self._opened.geometry(empty)
+        self._some, self.in_place = self.pieces.of_source(1), False
+        others = self._buffer is not None  # the arrays beside belong to a later scene
+        self._buffer = OpenBuffer.new(empty)
+        for name, column in self._extra_arrays.items():
+            self._extra_arrays[name] = self._buffer.put(name, column.copy() if others else column)
+        self.boxes = self._extra_arrays["boxes"]
+        laid_out = self._buffer.geometry(empty)
         assert laid_out is not None
         tables, old = unpack_tables(empty, laid_out), self.splice.sides[0].tables
         self._all_numbers = self.classes.renumbered
@@ -182,8 +184,8 @@ class InPlaceEdit:
 
     def fill(self, geometry: Geometry, tables: Tables) -> tuple[LoweredScene, FullEditState]:
         """Write the tables where they differ; trees are left as they are."""
-        splice, beside, kept, classes = self.splice, self._beside, self.kept, self.classes
-        columns, (old, _) = RowOverwrite(splice, self._some, self._laid, classes, self._all_numbers), splice.sides
+        splice, beside, kept, classes = self.splice, self._extra_arrays, self.edit_state, self.classes
+        columns, (old, _) = RowOverwrite(splice, self._some, self._layout, classes, self._all_numbers), splice.sides
         columns.fill(tables)
         rest = Remainders(beside["planes"], beside["spheres"], beside["quadrics"], beside["vertices"])
         size = InPlaceLimits(columns, tables, self.boxes, rest).put(kept.size)
@@ -192,31 +194,31 @@ class InPlaceEdit:
         columns.framed(body_frame, FRAMES, [side.body_frame for side in splice.sides])
         single = old.exact.single if classes.single is None else classes.single
         lowered = dataclasses.replace(
-            old, tables=tables, around=self.boxes, frames=beside["frames"], body_frame=body_frame,
-            face_paint=splice.paint(), rest=rest, laid=self._laid,
+            old, tables=tables, bounds=self.boxes, frames=beside["frames"], body_frame=body_frame,
+            face_paint=splice.paint(), rest=rest, layout=self._layout,
             exact=ExactTables(old.exact.bodies.of(BodyShapes(self._bodies)), single),
         )  # fmt: skip
-        assert self._opened is not None
+        assert self._buffer is not None
         numbers = next_edit_number() if classes.renumbered else kept.memory.numbers
-        memory = self._opened.memory(kept.memory.stores, self._stamps(size == kept.size), numbers)
-        return lowered, FullEditState(kept.frame, _raw_places(self._opened), size, memory=memory)
+        memory = self._buffer.memory(kept.memory.stores, self._stamps(size == kept.size), numbers)
+        return lowered, FullEditState(kept.frame, _raw_places(self._buffer), size, memory=memory)
 
     def _stamps(self, same_size: bool) -> Longs:
         """Return stamps: those of new entries change, and of all that share a surface with these."""
         if not same_size:
-            return stamp_entries(len(self.kept.memory.stamps))
-        touched = slot_entries(self._laid, self.classes.touched).tolist()
-        return restamp_entries(self.kept.memory.stamps, [*self._fresh, *touched])
+            return stamp_entries(len(self.edit_state.memory.stamps))
+        touched = slot_entries(self._layout, self.classes.renumbered_slots).tolist()
+        return restamp_entries(self.edit_state.memory.stamps, [*self._fresh, *touched])
 
-    def close(self, kept: EditState) -> None:
-        """Finish: all tables are written, those of trees too; `kept` is what `fill` returned.
+    def close(self, edit_state: EditState) -> None:
+        """Finish: all tables are written, those of trees too; `edit_state` is the state that `fill` returned.
 
         Only from here on the buffer may go to others when the scene is gone. The buffer of an edit that is aborted
         before goes to nobody, because no stamps describe its rows.
         """
-        assert isinstance(kept, FullEditState)
-        assert self._opened is not None
-        self._opened.close(kept.memory, kept.frame)
+        assert isinstance(edit_state, FullEditState)
+        assert self._buffer is not None
+        self._buffer.close(edit_state.memory, edit_state.frame)
 
 
 def _copy_integers(splice: SceneSplice) -> SceneSplice:
@@ -227,10 +229,10 @@ def _copy_integers(splice: SceneSplice) -> SceneSplice:
 
 
 def _claim_rows(
-    memory: PoolMemory, laid: RowLayout, pieces: SplicePieces, fresh: list[int]
+    memory: PoolMemory, layout: RowLayout, pieces: SplicePieces, fresh: list[int]
 ) -> tuple[OpenBuffer | None, SplicePieces]:
     """Take the buffer of a scene that is gone, if there is one; return also the pieces to be written there."""
-    new, opened = pieces.only(1), memory.stores.take()
+    new, opened = pieces.of_source(1), memory.stores.take()
     if opened is None:
         return None, new
     other = memory.stamps != opened.stamps
@@ -239,12 +241,12 @@ def _claim_rows(
     bounds = np.flatnonzero(np.diff(other, prepend=False, append=False))
     if len(bounds) > 2 * _MOST:
         bounds = np.array([0, len(other)])
-    return opened, new.after_rows(laid.rows_up_to(bounds)) if len(bounds) else new
+    return opened, new.after_rows(layout.rows_up_to(bounds)) if len(bounds) else new
 
 
 def _exchange_layout(splice: SceneSplice, classes: SurfaceClasses) -> RowLayout:
     """Return the layout: only patterns, and what surfaces are, differ from before."""
-    (old, new), pieces = splice.laid, splice.pieces.only(1)
+    (old, new), pieces = splice.layouts, splice.pieces.of_source(1)
     patterns, numbers = old.patterns.union(new.patterns)
     which, kinds, senses = old.which.copy(), old.kinds.copy(), old.input_senses.copy()
     for _, rows, at in pieces.on(BODIES):

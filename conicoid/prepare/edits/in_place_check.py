@@ -62,20 +62,22 @@ def keeps_classes(old: RowLayout, new: RowLayout, pieces: SplicePieces) -> bool:
     return bool((fresh[old.first] == fresh).all())
 
 
-def complete_state(kept: EditState, old: LoweredScene, new: LoweredScene) -> tuple[FullEditState, NeighbourPlaces]:
+def complete_state(
+    edit_state: EditState, old: LoweredScene, new: LoweredScene
+) -> tuple[FullEditState, NeighbourPlaces]:
     """Complete the edit state of the old scene with all that an in-place edit needs.
 
     Return also the places of new surfaces.
     """
-    frame, places, records = kept.frame, kept.places, surface_columns(new.tables)
+    frame, places, records = edit_state.frame, edit_state.places, surface_columns(new.tables)
     own = frame.places_within(*records) if frame is not None and places is not None else None
-    if isinstance(kept, FullEditState) and own is not None:
-        return kept, own
-    assert old.laid is not None
-    memory = kept.memory or PoolMemory.new(len(old.laid.first_body) - 1)
+    if isinstance(edit_state, FullEditState) and own is not None:
+        return edit_state, own
+    assert old.layout is not None
+    memory = edit_state.memory or PoolMemory.new(len(old.layout.first_body) - 1)
     if frame is None or places is None or own is None:
-        frame, (places, own) = NeighbourFrame.around(surface_columns(old.tables), records)
-    size = kept.size
+        frame, (places, own) = NeighbourFrame.of_scenes(surface_columns(old.tables), records)
+    size = edit_state.size
     if size is None and not np.isfinite(old.boxes).all():
         size = scene_size(old.tables, old.boxes)
     return FullEditState(frame, places, size, memory=memory), own

@@ -53,7 +53,7 @@ class LimitsUpdate(ABC):
 
     def __init__(self, columns: TableFiller, tables: Tables, boxes: Floats, rest: Remainders) -> None:
         self.columns, self.tables, self.boxes, self.rest = columns, tables, boxes, rest
-        self.laid: RowLayout = columns.laid
+        self.layout: RowLayout = columns.layout
         counts = len(tables.cell_quadric), len(tables.sheet_surface), len(tables.polygon_surface)
         self.owners = np.cumsum([0, *counts])
 
@@ -69,11 +69,11 @@ class LimitsUpdate(ABC):
                 if name.endswith("_limits"):
                     getattr(self.tables, name)[:] = column
             return size
-        self._put(self._changed(), size or 1.0)
+        self._put(self._find_changes(), size or 1.0)
         return size
 
     @abstractmethod
-    def _changed(self) -> LimitChanges:
+    def _find_changes(self) -> LimitChanges:
         """Return what may have other limits than those in the tables."""
 
     @abstractmethod
@@ -112,7 +112,7 @@ class LimitsUpdate(ABC):
         found.append((tables.polygon_surface[polygons], polygons, POLYGONS))
         parts = []
         for kind, (of, owner, axis) in zip((0, 0, 1, 2), found, strict=True):
-            body = np.searchsorted(self.laid.starts(axis), owner, side="right") - 1 if len(owner) else owner
+            body = np.searchsorted(self.layout.starts(axis), owner, side="right") - 1 if len(owner) else owner
             # Cells that are balls are traced without their cell: they need no limits.
             traced = tables.entry_kind[body] != BALL if axis == CELLS else np.ones(len(owner), bool)
             parts.append((of[traced], owner[traced] + self.owners[kind], body[traced]))
@@ -171,7 +171,7 @@ class SpliceLimits(LimitsUpdate):
             before = scene_size(old.tables, old.boxes)
         return super().put(before)
 
-    def _changed(self) -> LimitChanges:
+    def _find_changes(self) -> LimitChanges:
         surfaces, owners = self._marked()
         return LimitChanges(surfaces, owners, self._uses(surfaces, owners))
 
@@ -181,7 +181,7 @@ class SpliceLimits(LimitsUpdate):
         surfaces, owners = np.zeros(columns.surfaces, bool), np.zeros(int(self.owners[-1]), bool)
         for source, side in enumerate(columns.splice.sides):
             numbers = columns.splice.numbers_of_surfaces(source)
-            ids, laid = columns.numbers[source].ids, side.laid
+            ids, laid = columns.numbers[source].ids, side.layout
             if source == 1:
                 new = numbers[numbers >= 0]
                 surfaces[new if columns.ids is None else columns.ids[new]] = True
@@ -207,20 +207,20 @@ class SpliceLimits(LimitsUpdate):
 
     def _of_other_records(self) -> Longs:
         """Find surfaces of the scene before that another record represents now."""
-        columns, laid = self.columns, self.columns.splice.laid[0]
+        columns, laid = self.columns, self.columns.splice.layouts[0]
         if columns.leads is None and laid.first is None:
             return np.zeros(0, np.int64)
         numbers = columns.splice.numbers_of_surfaces(0)
         there = np.flatnonzero(numbers >= 0)
         before = there if laid.first is None else laid.first[there]
-        now = numbers[there] if columns.merged.first is None else columns.merged.first[numbers[there]]
+        now = numbers[there] if columns.merge_result.first is None else columns.merge_result.first[numbers[there]]
         other = numbers[before] != now
         found = now[other]
         return unique_sorted(found if columns.ids is None else columns.ids[found]).astype(np.int64)
 
     def _unread(self, kind: int) -> Longs:
         """Return the rows of records of a kind that others represent."""
-        first, kinds = self.columns.merged.first, self.columns.merged.kinds
+        first, kinds = self.columns.merge_result.first, self.columns.merge_result.kinds
         if first is None:
             return np.zeros(0, np.int64)
         members = np.flatnonzero(kinds == kind)

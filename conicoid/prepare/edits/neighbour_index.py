@@ -44,7 +44,7 @@ class NeighbourFrame:
     unit: float
 
     @classmethod
-    def around(cls, *scenes: RecordColumns) -> tuple[NeighbourFrame, list[NeighbourPlaces]]:
+    def of_scenes(cls, *scenes: RecordColumns) -> tuple[NeighbourFrame, list[NeighbourPlaces]]:
         """Choose a frame that fits the records of some scenes, the first above all.
 
         Return also the places in each scene.
@@ -121,7 +121,7 @@ class NeighbourPlaces:
         return _bucket(self.planes), _bucket(self.spheres), _bucket(self.quadrics)
 
     @classmethod
-    def marked(cls, planes: Floats, spheres: Floats, quadrics: Floats, *marks: Marks) -> NeighbourPlaces:
+    def of_buckets(cls, planes: Floats, spheres: Floats, quadrics: Floats, *marks: Marks) -> NeighbourPlaces:
         """Build places with known buckets."""
         places = cls(planes, spheres, quadrics)
         vars(places)["marks"] = marks
@@ -164,7 +164,7 @@ def _sample(records: RecordColumns) -> RecordColumns:
     planes, spheres, quadrics = records
     every = [slice(None, None, max(1, len(table) // _SOME)) for table in records]
     return (
-        np.ascontiguousarray(planes[every[0]]), np.ascontiguousarray(spheres[every[1]]), quadrics.chosen(every[2]),
+        np.ascontiguousarray(planes[every[0]]), np.ascontiguousarray(spheres[every[1]]), quadrics.select(every[2]),
     )  # fmt: skip
 
 

@@ -97,19 +97,19 @@ class SplicePieces:
     _on: dict[int, list[tuple[int, slice, slice]]] = field(default_factory=dict, repr=False, compare=False)
 
     @classmethod
-    def of(cls, found: Sequence[Run], laid: tuple[RowLayout, RowLayout]) -> SplicePieces:
+    def of(cls, found: Sequence[Run], layouts: tuple[RowLayout, RowLayout]) -> SplicePieces:
         """Convert runs of entries to pieces."""
         begin, end = (np.zeros((len(found), AXES_OF_ROWS), np.int64) for _ in range(2))
         for source in (_OLD, _NEW):
             mine = [k for k, run in enumerate(found) if run[0] == source]
             bounds = np.array([found[k][1:] for k in mine], np.int64).reshape(-1)
-            rows = laid[source].rows_up_to(bounds)
+            rows = layouts[source].rows_up_to(bounds)
             begin[mine], end[mine] = rows[0::2], rows[1::2]
         ends = np.cumsum(end - begin, axis=0)
         total = ends[-1] if len(found) else np.zeros(AXES_OF_ROWS, np.int64)
         return cls([run[0] for run in found], begin, end, ends - (end - begin), total)
 
-    def only(self, source: int) -> SplicePieces:
+    def of_source(self, source: int) -> SplicePieces:
         """Select the pieces of one of the scenes."""
         mine = [k for k, which in enumerate(self.sources) if which == source]
         return SplicePieces([source] * len(mine), self.begin[mine], self.end[mine], self.at[mine], self.total)

@@ -21,21 +21,23 @@ class RowOverwrite(TableFiller):
     """
 
     def __init__(
-        self, splice: SceneSplice, some: SplicePieces, laid: RowLayout, classes: SurfaceClasses, all_numbers: bool
+        self, splice: SceneSplice, some: SplicePieces, layout: RowLayout, classes: SurfaceClasses, all_numbers: bool
     ) -> None:
         """Prepare to fill the pieces `some`; `all_numbers` rewrites every number of a surface."""
-        super().__init__(splice, some, laid, (SurfaceNumbering(classes.onto, None), _new_surface_numbers(splice, laid)))
+        super().__init__(
+            splice, some, layout, (SurfaceNumbering(classes.onto, None), _new_surface_numbers(splice, layout))
+        )
         self.classes, self.all_numbers = classes, all_numbers
         if all_numbers:
-            self.numbered = splice.pieces
+            self.numbered_pieces = splice.pieces
 
     def _put_surfaces(self, tables: Tables) -> None:
         """Write kinds and rows of the surfaces, and the spheres."""
         self._copy(tables.spheres, SPHERES, [side.tables.spheres for side in self.splice.sides])
-        first, ids, pieces = self.laid.first, self.ids, self.numbered
+        first, ids, pieces = self.layout.first, self.ids, self.numbered_pieces
         of_kinds = [pieces.begins(SURFACES, AXES[kind]) for kind in sorted(AXES)]
         for (_, _, at), *begins in zip(pieces.on(SURFACES), *of_kinds, strict=True):
-            kinds, rows = self.laid.kinds[at], np.empty(at.stop - at.start, np.int32)
+            kinds, rows = self.layout.kinds[at], np.empty(at.stop - at.start, np.int32)
             for kind, begin in zip(sorted(AXES), begins, strict=True):
                 mine = np.flatnonzero(kinds == kind)
                 rows[mine] = np.arange(begin, begin + len(mine), dtype=np.int32)
@@ -50,11 +52,11 @@ class RowOverwrite(TableFiller):
 
     def _put_bulk_balls(self, tables: Tables) -> None:
         """Write kinds and rows of the surfaces that are bulk balls, behind all others."""
-        single, spheres = len(self.laid.kinds), int(self.pieces.total[SPHERES])
+        single, spheres = len(self.layout.kinds), int(self.pieces.total[SPHERES])
         rows = np.arange(spheres, len(tables.spheres), dtype=np.int32)
         there = np.arange(single, single + len(rows))
-        if self.laid.first is not None and self.ids is not None:
-            leads = self.laid.first[there] == there
+        if self.layout.first is not None and self.ids is not None:
+            leads = self.layout.first[there] == there
             rows, there = rows[leads], self.ids[there[leads]]
         tables.surface_kind[there], tables.surface_row[there] = SPHERE, rows
 
@@ -69,7 +71,7 @@ class RowOverwrite(TableFiller):
             tables.entry_kind[at], tables.entry_index[at] = kinds, index + shifts[kinds]
             self._put_balls(tables, source, rows, at)
         if self.all_numbers:
-            for source, rows, at in self.numbered.on(BODIES):
+            for source, rows, at in self.numbered_pieces.on(BODIES):
                 self._put_balls(tables, source, rows, at)
         self.framed(tables.body_face, FACES, [side.tables.body_face for side in sides])
 
@@ -82,9 +84,9 @@ class RowOverwrite(TableFiller):
             tables.entry_index[at][balls] = index if ids is None else ids[index]
 
 
-def _new_surface_numbers(splice: SceneSplice, laid: RowLayout) -> SurfaceNumbering:
+def _new_surface_numbers(splice: SceneSplice, layout: RowLayout) -> SurfaceNumbering:
     """Return the numbers of new surfaces, and which are negated, after classes of equal surfaces are known."""
-    new, own = splice.laid[1], laid.ids
+    new, own = splice.layouts[1], layout.ids
     if own is None and new.ids is None:
         return SurfaceNumbering(None, None)
     count = len(splice.sides[1].tables.surface_kind)
@@ -94,7 +96,7 @@ def _new_surface_numbers(splice: SceneSplice, laid: RowLayout) -> SurfaceNumberi
             there = np.arange(rows.start, rows.stop) if new.ids is None else new.ids[rows]
             ids[there] = np.arange(at.start, at.stop) if own is None else own[at]
             turned[there] = table_senses(new.senses, new.input_senses, np.arange(rows.start, rows.stop))
-            turned[there] *= table_senses(laid.senses, laid.input_senses, np.arange(at.start, at.stop))
+            turned[there] *= table_senses(layout.senses, layout.input_senses, np.arange(at.start, at.stop))
     return SurfaceNumbering(ids, None if (turned == 1).all() else turned)
 
 
@@ -109,20 +111,20 @@ class InPlaceLimits(LimitsUpdate):
         The limits of a bounded body with surfaces of its own depend on it alone.
         """
         bounded, classes = bool(np.isfinite(self.boxes).all()), self.columns.classes
-        return None if bounded and not len(classes.changed) else super().put(before)
+        return None if bounded and not len(classes.changed_surfaces) else super().put(before)
 
-    def _changed(self) -> LimitChanges:
+    def _find_changes(self) -> LimitChanges:
         classes, ids = self.columns.classes, self.columns.ids
         surfaces, owners = np.zeros(len(self.tables.surface_kind), bool), np.zeros(int(self.owners[-1]), bool)
         mine = self._rows(SURFACES)
         surfaces[mine if ids is None else ids[mine]] = True
         for kind, axis in enumerate((CELLS, SHEETS, POLYGONS)):
             owners[self.owners[kind] + self._rows(axis)] = True
-        if not len(classes.changed):
+        if not len(classes.changed_surfaces):
             return LimitChanges(
                 surfaces, owners, self._of_rows(*map(self._rows, (CELLS, CELL_PLANES, SHEETS, POLYGONS)))
             )
-        surfaces[classes.changed] = True
+        surfaces[classes.changed_surfaces] = True
         if len(classes.bereft):
             other = np.zeros(len(surfaces), bool)
             other[classes.bereft if ids is None else ids[classes.bereft]] = True
@@ -139,7 +141,7 @@ class InPlaceLimits(LimitsUpdate):
 
         New records came with limits of their own.
         """
-        kinds, slots = self.laid.kinds, self.columns.classes.follow
+        kinds, slots = self.layout.kinds, self.columns.classes.follow
         slots = slots[slots < len(kinds)]
         slots = slots[kinds[slots] == kind]
         return np.searchsorted(np.flatnonzero(kinds == kind), slots) if len(slots) else slots

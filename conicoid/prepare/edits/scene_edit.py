@@ -37,16 +37,16 @@ class SpliceEdit:
     in_place = False
 
     def __init__(
-        self, old: LoweredScene, new: LoweredScene, pieces: SplicePieces, bodies: Sequence[Body], kept: EditState
+        self, old: LoweredScene, new: LoweredScene, pieces: SplicePieces, bodies: Sequence[Body], edit_state: EditState
     ) -> None:
-        self.splice, self.pieces, self.kept = SceneSplice((old, new), pieces), pieces, kept
+        self.splice, self.pieces, self.edit_state = SceneSplice((old, new), pieces), pieces, edit_state
         self._exact = _exact(bodies, self.splice)
-        merged = SurfaceMerge(self.splice, self._exact).merged(kept.frame, kept.places)
+        merged = SurfaceMerge(self.splice, self._exact).merge_all(edit_state.frame, edit_state.places)
         self.columns = ColumnSplice(self.splice, merged)
-        self.merged = merged
+        self.merge_result = merged
         self.boxes: Floats = self.splice.column(BODIES, lambda side: side.boxes, np.float64)
         # Of entries, for the costs of the tree
-        self.kinds = self.columns.laid.patterns.entries[self.columns.laid.which, 2]
+        self.kinds = self.columns.layout.patterns.entries[self.columns.layout.which, 2]
         self.shapes: dict[str, Any] = {
             name: np.broadcast_to(np.zeros((), kind), shape) for name, (shape, kind) in self.columns.sizes().items()
         }
@@ -64,9 +64,9 @@ class SpliceEdit:
             splice.column(QUADRICS, lambda side: side.rest.quadrics, np.float64),
             splice.column(CORNERS, lambda side: side.rest.vertices, np.float64),
         )
-        size = SpliceLimits(self.columns, tables, self.boxes, rest).put(self.kept.size)
+        size = SpliceLimits(self.columns, tables, self.boxes, rest).put(self.edit_state.size)
         put_sizes(geometry, tables)
-        laid = self.columns.laid
+        laid = self.columns.layout
         body_frame = np.empty(len(laid.which), np.int32)
         self.columns.framed(body_frame, FRAMES, [side.body_frame for side in splice.sides])
         counts = np.diff(laid.first_body)
@@ -82,9 +82,9 @@ class SpliceEdit:
             ExactTables(self._exact, self.columns.single),
             laid,
         )
-        return lowered, EditState(self.merged.frame, self.merged.places, size)
+        return lowered, EditState(self.merge_result.frame, self.merge_result.places, size)
 
-    def close(self, kept: EditState) -> None:
+    def close(self, edit_state: EditState) -> None:
         """All tables are written; nothing to do, because their memory belongs to this scene alone."""
 
     def geometry(self, empty: Tables) -> Geometry:
@@ -96,7 +96,7 @@ def edit_scene(
     old: LoweredScene,
     bodies: Sequence[Body],
     runs: SpliceRuns,
-    kept: EditState,
+    edit_state: EditState,
     claim: BufferClaim,
     progress: Progress | None,
 ) -> SpliceEdit | InPlaceEdit | None:
@@ -110,7 +110,7 @@ def edit_scene(
         All entries of the new scene.
     runs : SpliceRuns
         Which of them come from the old scene.
-    kept : EditState
+    edit_state : EditState
         The edit state of the old scene.
     claim : BufferClaim
         On the memory of the old scene.
@@ -123,26 +123,26 @@ def edit_scene(
         An edit whose tables are still to be written; None where a fresh preparation is as quick.
     """
     # With more new entries than old ones a splice gains nothing.
-    if old.laid is None or 2 * len(runs.fresh) > len(bodies):
+    if old.layout is None or 2 * len(runs.fresh) > len(bodies):
         return None
     there = len(bodies) - len(runs.fresh)
     report = progress and (lambda done, _: progress(there + done, len(bodies)))
     new = lower([bodies[number] for number in runs.fresh], ProgressStages(report, len(runs.fresh))).limited()
-    if new.laid is None:
+    if new.layout is None:
         return None
-    pieces = SplicePieces.of(runs.pieces, (old.laid, new.laid))
-    if keeps_rows(old.laid, new.laid, runs, len(bodies)):
-        kept, own = complete_state(kept, old, new)
+    pieces = SplicePieces.of(runs.pieces, (old.layout, new.layout))
+    if keeps_rows(old.layout, new.layout, runs, len(bodies)):
+        edit_state, own = complete_state(edit_state, old, new)
         splice = SceneSplice((old, new), pieces)
-        near = neighbour_slots(kept.places, own, splice)
+        near = neighbour_slots(edit_state.places, own, splice)
         # No surface coincides with others, before or after: all classes stay.
-        if not len(near) and keeps_classes(old.laid, new.laid, pieces):
+        if not len(near) and keeps_classes(old.layout, new.layout, pieces):
             classes: SurfaceClasses | None = unchanged_classes(splice)
         else:
             classes = update_classes(splice, old.exact.bodies.of(BodyShapes(bodies)), near)
         if classes is not None:
-            return InPlaceEdit(splice, bodies, runs, kept, own, classes, claim)
-    return SpliceEdit(old, new, pieces, bodies, kept)
+            return InPlaceEdit(splice, bodies, runs, edit_state, own, classes, claim)
+    return SpliceEdit(old, new, pieces, bodies, edit_state)
 
 
 def _exact(bodies: Sequence[Body], splice: SceneSplice) -> ExactBodySurfaces:
@@ -151,9 +151,9 @@ def _exact(bodies: Sequence[Body], splice: SceneSplice) -> ExactBodySurfaces:
     for axis in (SURFACES, POLYGONS):
         first = np.zeros(int(pieces.total[BODIES]), np.int64)
         for source, rows, at, shift in pieces.moved(BODIES, axis):
-            first[at] = splice.laid[source].starts(axis)[rows] + shift
+            first[at] = splice.layouts[source].starts(axis)[rows] + shift
         firsts.append(first)
     starts = np.zeros(len(bodies), np.int64)
     for source, rows, at, shift in pieces.moved(ENTRIES, BODIES):
-        starts[at] = splice.laid[source].first_body[rows] + shift
+        starts[at] = splice.layouts[source].first_body[rows] + shift
     return ExactBodySurfaces(BodyShapes(bodies), starts, firsts[0], firsts[1])

@@ -28,7 +28,7 @@ class SpliceSide(Protocol):
     def rest(self) -> Remainders: ...
 
     @property
-    def laid(self) -> Any: ...
+    def layout(self) -> Any: ...
 
 
 @dataclass(frozen=True)
@@ -39,9 +39,9 @@ class SceneSplice:
     pieces: SplicePieces
 
     @property
-    def laid(self) -> tuple[RowLayout, RowLayout]:
+    def layouts(self) -> tuple[RowLayout, RowLayout]:
         """The layouts of both scenes."""
-        return self.sides[0].laid, self.sides[1].laid
+        return self.sides[0].layout, self.sides[1].layout
 
     def of_both(self, axis: int, old: Array, new: Array) -> Array:
         """Splice a column of rows of a kind."""
@@ -85,7 +85,7 @@ class SceneSplice:
         if not self.pieces.total[BALLS]:
             return single
         # Pattern 0 marks bulk balls: their rows stand at the end of the table.
-        counts = [len(part) - int(side.laid.which.size - np.count_nonzero(side.laid.which))
+        counts = [len(part) - int(side.layout.which.size - np.count_nonzero(side.layout.which))
                   for part, side in zip(both, self.sides, strict=True)]  # fmt: skip
         balls = self.of_both(BALLS, *(part[count:] for part, count in zip(both, counts, strict=True)))
         return np.concatenate([single, balls])
@@ -116,9 +116,9 @@ class SceneSplice:
     def _numbers(self) -> tuple[Ints, Ints]:
         total, found = int(self.pieces.total[SURFACES]), []
         for side in self.sides:
-            single = len(side.laid.kinds)
+            single = len(side.layout.kinds)
             found.append(np.full(single + len(side.tables.spheres) - len(side.rest.spheres), -1, np.int32))
-        for axis, begins, begin in ((SURFACES, [0, 0], 0), (BALLS, [len(s.laid.kinds) for s in self.sides], total)):
+        for axis, begins, begin in ((SURFACES, [0, 0], 0), (BALLS, [len(s.layout.kinds) for s in self.sides], total)):
             for source, rows, at in self.pieces.on(axis):
                 first = begins[source]
                 found[source][first + rows.start : first + rows.stop] = np.arange(

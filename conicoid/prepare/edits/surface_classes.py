@@ -55,13 +55,13 @@ class SurfaceClasses:
 
     None: all as before.
     """
-    changed: Longs = field(default_factory=_no_slots)
+    changed_surfaces: Longs = field(default_factory=_no_slots)
     """Surfaces of the table with other uses than before, or another record."""
     bereft: Longs = field(default_factory=_no_slots)
     """Slots that stay, in classes with another record."""
     follow: Longs = field(default_factory=_no_slots)
     """Fresh or bereft slots that are no leads."""
-    touched: Longs = field(default_factory=_no_slots)
+    renumbered_slots: Longs = field(default_factory=_no_slots)
     """Slots whose bodies, beside the new ones, have other numbers in their rows than before."""
 
     @property
@@ -75,7 +75,7 @@ def unchanged_classes(splice: SceneSplice) -> SurfaceClasses:
 
     The new surfaces coincide with each other where those that they replace did: see `in_place_check.keeps_classes`.
     """
-    (old, new), count = splice.laid, len(splice.sides[0].tables.surface_kind)
+    (old, new), count = splice.layouts, len(splice.sides[0].tables.surface_kind)
     if old.senses is None:
         return SurfaceClasses(old.first, None, old.ids, count)
     senses = old.senses.copy()
@@ -87,7 +87,7 @@ def unchanged_classes(splice: SceneSplice) -> SurfaceClasses:
 
 def neighbour_slots(places: NeighbourPlaces, own: NeighbourPlaces, splice: SceneSplice) -> Longs:
     """Return the slots that stay, of surfaces so close to a new one that they may be equal to it."""
-    curved, old, found = np.concatenate([own.spheres, own.quadrics]), splice.laid[0], []
+    curved, old, found = np.concatenate([own.spheres, own.quadrics]), splice.layouts[0], []
     groups = (PLANES, own.planes), (SPHERES, curved), (QUADRICS, curved)
     columns = places.planes, places.spheres, places.quadrics
     for kind, ((axis, numbers), column, marks) in enumerate(zip(groups, columns, places.marks, strict=True)):
@@ -117,7 +117,7 @@ class _ClassUpdate:
     """One run of `update_classes`."""
 
     def __init__(self, splice: SceneSplice, exact: ExactBodySurfaces) -> None:
-        self.splice, (self.old, self.new) = splice, splice.laid
+        self.splice, (self.old, self.new) = splice, splice.layouts
         self.merging = SurfaceMerge(splice, exact)
         self.single, self.count = self.merging.single, self.merging.single + self.merging.balls
         self.is_fresh = np.zeros(self.count, bool)
@@ -229,8 +229,8 @@ class _ClassUpdate:
         return ids, int(number[-1]) + 1, onto
 
 
-def slot_entries(laid: RowLayout, slots: Longs) -> Longs:
+def slot_entries(layout: RowLayout, slots: Longs) -> Longs:
     """Return the entries of the bodies of some slots; bulk balls, which have no rows of their own, belong to none."""
-    slots = slots[slots < len(laid.kinds)]
-    bodies = np.searchsorted(laid.starts(SURFACES), slots, side="right") - 1
-    return unique_sorted(np.searchsorted(laid.first_body, bodies, side="right") - 1)
+    slots = slots[slots < len(layout.kinds)]
+    bodies = np.searchsorted(layout.starts(SURFACES), slots, side="right") - 1
+    return unique_sorted(np.searchsorted(layout.first_body, bodies, side="right") - 1)

@@ -46,18 +46,18 @@ class _SurfaceSubset:
     """Some exact surfaces, renumbered from 0."""
 
     exact: ExactBodySurfaces
-    chosen: Longs
+    numbers: Longs
 
     def __getitem__(self, index: int) -> Surface:
-        return self.exact[int(self.chosen[index])]
+        return self.exact[int(self.numbers[index])]
 
     def name(self, index: int) -> tuple[Key, int]:
         """Return the exact name of a surface, and its sense."""
-        return self.exact.name(int(self.chosen[index]))
+        return self.exact.name(int(self.numbers[index]))
 
     def known_names(self, indices: Longs) -> dict[int, Hashable]:
         """`ExactSurfaces.known_names`"""
-        return exact_names_at(self.exact, self.chosen, indices)
+        return exact_names_at(self.exact, self.numbers, indices)
 
 
 def with_ball_senses(senses: Signs, count: int) -> Signs:
@@ -71,16 +71,16 @@ class SurfaceMerge:
     def __init__(self, splice: SceneSplice, exact: ExactBodySurfaces) -> None:
         self.splice, self.exact, self.pieces = splice, exact, splice.pieces
         self.single, self.balls = int(self.pieces.total[SURFACES]), int(self.pieces.total[BALLS])
-        self.laid: tuple[RowLayout, RowLayout] = splice.laid
-        self.kinds = splice.column(SURFACES, lambda side: side.laid.kinds, np.int8)
-        self.input_senses = splice.column(SURFACES, lambda side: side.laid.input_senses, np.int8)
+        self.layouts: tuple[RowLayout, RowLayout] = splice.layouts
+        self.kinds = splice.column(SURFACES, lambda side: side.layout.kinds, np.int8)
+        self.input_senses = splice.column(SURFACES, lambda side: side.layout.input_senses, np.int8)
 
     @cached_property
     def of_kind(self) -> dict[int, Longs]:
         """The surfaces of each kind."""
         return {kind: np.flatnonzero(self.kinds == kind) for kind in (PLANE, SPHERE, QUADRIC)}
 
-    def merged(self, frame: NeighbourFrame | None, old: NeighbourPlaces | None) -> MergedSurfaces:
+    def merge_all(self, frame: NeighbourFrame | None, old: NeighbourPlaces | None) -> MergedSurfaces:
         """Compute the classes of surfaces; `frame` and `old` are the frame and places of the scene before, if known."""
         frame, places = self._places(frame, old)
         first, senses = self._old_classes()
@@ -105,7 +105,7 @@ class SurfaceMerge:
         before, records = (surface_columns(side.tables) for side in self.splice.sides)
         own = frame.places_within(*records) if frame is not None and old is not None else None
         if frame is None or old is None or own is None:
-            frame, (old, own) = NeighbourFrame.around(before, records)
+            frame, (old, own) = NeighbourFrame.of_scenes(before, records)
         both = old, own
         splice = self.splice
         return frame, NeighbourPlaces(
@@ -116,12 +116,12 @@ class SurfaceMerge:
 
     def _old_classes(self) -> tuple[Ints | None, Signs | None]:
         """Return `first` and `senses` as they were in both scenes; -1 where the surface with the record is gone."""
-        if self.laid[0].first is None and self.laid[1].first is None:
+        if self.layouts[0].first is None and self.layouts[1].first is None:
             return None, None
         count = self.single + self.balls
         first, senses = np.empty(count, np.int32), np.ones(count, np.int8)
         for source, side in enumerate(self.splice.sides):
-            laid, numbers = side.laid, self.splice.numbers_of_surfaces(source)
+            laid, numbers = side.layout, self.splice.numbers_of_surfaces(source)
             taken = np.arange(len(numbers)) if laid.first is None else laid.first
             mine = np.flatnonzero(numbers >= 0)
             first[numbers[mine]] = numbers[taken[mine]]

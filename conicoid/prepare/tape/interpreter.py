@@ -130,7 +130,7 @@ def _sign(x: float) -> int:
 @helper
 def _run_body(
     code: Ints, numbers: Floats, constants: Longs, series: Longs, written: Ints, registers: tuple[Longs, Floats, Longs],
-    inputs: Floats, given: Longs, out: Floats, wide_out: Longs, i: int, row: int,
+    inputs: Floats, wide_in: Longs, out: Floats, wide_out: Longs, i: int, row: int,
 ) -> int:  # fmt: skip
     """Run the tape for body i, whose wide inputs stand in a row; return its state."""
     w, f, t = registers
@@ -155,7 +155,7 @@ def _run_body(
                 w[d, column] = constants[a, column]
         elif which == GIVEN:
             for column in range(WIDTH):
-                w[d, column] = given[row, a, column]
+                w[d, column] = wide_in[row, a, column]
         elif which == SINE_COSINE:
             known = sine_cosine(w, d, f[a], series, free, t)
         elif which == ROUND:
@@ -243,11 +243,11 @@ def _is_number(table: Longs, row: int) -> bool:
 
 @kernel(
     code="* 5", written="outputs", numbers="*", constants=f"* {WIDTH}", series=f"* {WIDTH}", inputs="n *",
-    given=f"* * {WIDTH}", rows="n", out="out n outputs", wide_out=f"out n|0 * {WIDTH}", state="out n",
+    wide_in=f"* * {WIDTH}", rows="n", out="out n outputs", wide_out=f"out n|0 * {WIDTH}", state="out n",
     wides="0..1048576", plains="0..1048576", begin="0..end", end="0..n",
 )  # fmt: skip
 def play(
-    code: Ints, written: Ints, numbers: Floats, constants: Longs, series: Longs, inputs: Floats, given: Longs,
+    code: Ints, written: Ints, numbers: Floats, constants: Longs, series: Longs, inputs: Floats, wide_in: Longs,
     rows: Ints, out: Floats, wide_out: Longs, state: Signs, wides: int, plains: int, begin: int, end: int,
 ) -> None:  # fmt: skip
     """Play a tape for bodies begin to end, each with a row of inputs and one of wide inputs; `state` as above.
@@ -255,7 +255,7 @@ def play(
     A tape that names what does not exist leaves all bodies undecided.
     """
     outputs = wide_out.shape[1] if len(wide_out) == len(state) else 0
-    sizes = (wides, plains, len(numbers), len(constants), inputs.shape[1], given.shape[1], outputs)
+    sizes = (wides, plains, len(numbers), len(constants), inputs.shape[1], wide_in.shape[1], outputs)
     all_there = fits(code, written, sizes) and len(series) >= CONSTANTS
     for table in (constants, series):
         for row in range(len(table)):
@@ -263,11 +263,11 @@ def play(
     registers = _registers(wides, plains)
     for i in range(begin, end):
         row = rows[i]
-        known = all_there and (given.shape[1] == 0 or is_within(row, len(given)))
-        for k in range(given.shape[1]):
-            known = known and _is_number(given[row], k)
+        known = all_there and (wide_in.shape[1] == 0 or is_within(row, len(wide_in)))
+        for k in range(wide_in.shape[1]):
+            known = known and _is_number(wide_in[row], k)
         state[i] = STATE_UNDECIDED
         if known:
             state[i] = _run_body(
-                code, numbers, constants, series, written, registers, inputs, given, out, wide_out, i, row
+                code, numbers, constants, series, written, registers, inputs, wide_in, out, wide_out, i, row
             )

@@ -183,7 +183,7 @@ class TapeProgram:
     """A tape as arrays."""
 
     code: Ints
-    written: Ints
+    outputs: Ints
     """The registers that hold the outputs."""
     numbers: Floats
     constants: Longs
@@ -206,32 +206,32 @@ class TapeProgram:
             tape.wide_outputs,
         )
 
-    def play(self, inputs: Floats, given: WideInputs, rows: Ints) -> ProgramResult:
+    def play(self, inputs: Floats, wide_in: WideInputs, rows: Ints) -> ProgramResult:
         """Play the recording for bodies with a row of inputs each, and a row of wide inputs.
 
         In four floats first, and with more digits for the bodies that these leave undecided.
         """
-        played = self.in_lanes(inputs, given.fours, rows)
+        played = self.in_lanes(inputs, wide_in.fours, rows)
         left = np.flatnonzero(played.undecided)
         if len(left):
             mine, places = unique_with_inverse(rows[left])
             which: Ints = places.astype(np.int32)
-            played.floats[left], wides, played.state[left] = self.in_digits(inputs[left], given.digits(mine), which)
+            played.floats[left], wides, played.state[left] = self.in_digits(inputs[left], wide_in.digits(mine), which)
             if self.wide_outputs:
                 valid = played.valid[left]  # undecided bodies have no numbers
                 played.fours[left[valid]] = quads_from_bigfloats(wides[valid])
         return played
 
-    def in_lanes(self, inputs: Floats, given: Floats, rows: Ints) -> ProgramResult:
+    def in_lanes(self, inputs: Floats, wide_in: Floats, rows: Ints) -> ProgramResult:
         """`play` in four floats alone; few bodies, and tapes too long for lanes, stay undecided."""
         count, inputs, rows = len(inputs), np.ascontiguousarray(inputs), np.ascontiguousarray(rows, np.int32)
-        floats, state = np.empty((count, len(self.written))), np.full(count, STATE_UNDECIDED, np.int8)
+        floats, state = np.empty((count, len(self.outputs))), np.full(count, STATE_UNDECIDED, np.int8)
         fours = np.empty((count if self.wide_outputs else 0, self.wide_outputs, COLUMNS))
         if count >= _FEWEST and max(self.wides, self.plains) <= _MOST:
             series = _lane_series() if self._turns else _NO_SERIES[1]
             for begin in range(0, count, _AT_ONCE):  # Ctrl-C takes effect between calls
                 play_in_lanes(
-                    self.code, self.written, self.numbers, self._lane_constants, series, inputs, given, rows, floats,
+                    self.code, self.outputs, self.numbers, self._lane_constants, series, inputs, wide_in, rows, floats,
                     fours, state, self.wides, self.plains, begin, min(count, begin + _AT_ONCE),
                 )  # fmt: skip
         return ProgramResult(floats, fours, state, self)
@@ -246,15 +246,15 @@ class TapeProgram:
         """The constants in four floats."""
         return quads_from_bigfloats(self.constants)
 
-    def in_digits(self, inputs: Floats, given: Longs, rows: Ints) -> tuple[Floats, Longs, Signs]:
+    def in_digits(self, inputs: Floats, wide_in: Longs, rows: Ints) -> tuple[Floats, Longs, Signs]:
         """Play with numbers of 253 bits and more alone; return outputs, wide outputs (..., WIDTH), and states."""
         count, inputs, rows = len(inputs), np.ascontiguousarray(inputs), np.ascontiguousarray(rows, np.int32)
-        floats, state = np.empty((count, len(self.written))), np.zeros(count, np.int8)
+        floats, state = np.empty((count, len(self.outputs))), np.zeros(count, np.int8)
         wides = np.empty((count if self.wide_outputs else 0, self.wide_outputs, WIDTH), np.int64)
         series = _series() if self._turns else _NO_SERIES[0]
         for begin in range(0, count, _AT_ONCE):
             play(
-                self.code, self.written, self.numbers, self.constants, series, inputs, given, rows, floats, wides,
+                self.code, self.outputs, self.numbers, self.constants, series, inputs, wide_in, rows, floats, wides,
                 state, self.wides, self.plains, begin, min(count, begin + _AT_ONCE),
             )  # fmt: skip
         return floats, wides, state

@@ -26,7 +26,7 @@ class RecordingCache:
         self._lock = fork_safe_lock()
 
     def play(
-        self, key: Hashable, record: Callable[[int, Tape], Any], inputs: Floats, given: WideInputs, rows: Ints
+        self, key: Hashable, record: Callable[[int, Tape], Any], inputs: Floats, wide_in: WideInputs, rows: Ints
     ) -> tuple[list[tuple[Any, Longs, ProgramResult]], Longs]:
         """Play the recordings of a key, and make new ones where enough rows are left.
 
@@ -38,7 +38,7 @@ class RecordingCache:
             `record(row, tape)` evaluates the formula for a row of inputs on a tape; its result goes with the recording.
         inputs : Floats
             (n, inputs) numbers of each body.
-        given : WideInputs
+        wide_in : WideInputs
             Wide inputs, by rows.
         rows : Ints
             (n,) the row of wide inputs of each body.
@@ -66,7 +66,7 @@ class RecordingCache:
                         self._of[key] = None
                         break
                 label, recording = recordings[number]
-                played = recording.play(inputs[left], given, rows[left])
+                played = recording.play(inputs[left], wide_in, rows[left])
                 if played.valid.any():
                     results.append((label, left[played.valid], played.select_valid()))
                 undecided.append(left[played.undecided])

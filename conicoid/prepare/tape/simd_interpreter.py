@@ -181,7 +181,7 @@ def _test_turns(f: Floats, a: int, expected: int, state: Floats) -> None:
 @helper
 def _fill_register(
     step: tuple[int, int, int], registers: tuple[Floats, Floats], numbers: Floats, constants: Floats, inputs: Floats,
-    given: Floats, lanes: Longs, rows: Ints,
+    wide_in: Floats, lanes: Longs, rows: Ints,
 ) -> None:  # fmt: skip
     """Fill a register with inputs: numbers of the tape, or of the bodies in the lanes."""
     which, register, column = step
@@ -200,7 +200,7 @@ def _fill_register(
         for i in range(LANES):
             row = rows[lanes[i]]
             for k in range(COLUMNS):
-                w[register * OF_WIDE + k * LANES + i] = given[row, column, k]
+                w[register * OF_WIDE + k * LANES + i] = wide_in[row, column, k]
 
 
 @helper
@@ -223,7 +223,7 @@ def _write_wide(out: Floats, column: int, w: Floats, register: int, lanes: Longs
 @helper
 def _run_lanes(
     code: Ints, tables: tuple[Floats, Floats, Floats], written: Ints, registers: tuple[Floats, Floats, Floats],
-    inputs: Floats, given: Floats, rows: Ints, out: Floats, wide_out: Floats, lanes: Longs, count: int,
+    inputs: Floats, wide_in: Floats, rows: Ints, out: Floats, wide_out: Floats, lanes: Longs, count: int,
 ) -> bool:  # fmt: skip
     """Play for the bodies in the first lanes; return False, without output, where few still work and should wait."""
     w, f, state = registers
@@ -260,7 +260,7 @@ def _run_lanes(
             if _FEW * left <= count:
                 return False
         else:
-            _fill_register((which, d, a), (w, f), numbers, constants, inputs, given, lanes, rows)
+            _fill_register((which, d, a), (w, f), numbers, constants, inputs, wide_in, lanes, rows)
     for i in range(count):
         if state[i] == WORKS:
             for k in range(len(written)):
@@ -270,11 +270,11 @@ def _run_lanes(
 
 @kernel(
     code="* 5", written="outputs", numbers="*", constants=f"* {COLUMNS}", series=f"* {COLUMNS}", inputs="n *",
-    given=f"* * {COLUMNS}", rows="n", out="out n outputs", wide_out=f"out n|0 * {COLUMNS}", state="out n",
+    wide_in=f"* * {COLUMNS}", rows="n", out="out n outputs", wide_out=f"out n|0 * {COLUMNS}", state="out n",
     wides="0..65536", plains="0..65536", begin="0..end", end="0..n",
 )  # fmt: skip
 def play_in_lanes(
-    code: Ints, written: Ints, numbers: Floats, constants: Floats, series: Floats, inputs: Floats, given: Floats,
+    code: Ints, written: Ints, numbers: Floats, constants: Floats, series: Floats, inputs: Floats, wide_in: Floats,
     rows: Ints, out: Floats, wide_out: Floats, state: Signs, wides: int, plains: int, begin: int, end: int,
 ) -> None:  # fmt: skip
     """`interpreter.play` in four floats.
@@ -282,7 +282,7 @@ def play_in_lanes(
     Where a test turns out as recorded for few bodies, these wait until there are enough to fill the lanes.
     """
     outputs = wide_out.shape[1] if len(wide_out) == len(state) else 0
-    sizes = (wides, plains, len(numbers), len(constants), inputs.shape[1], given.shape[1], outputs)
+    sizes = (wides, plains, len(numbers), len(constants), inputs.shape[1], wide_in.shape[1], outputs)
     all_there = fits(code, written, sizes) and len(series) >= LANE_CONSTANTS
     w, f, states, lanes, waiting = _rows(wides, plains)
     fresh, left = begin, 0
@@ -296,7 +296,7 @@ def play_in_lanes(
         else:
             while count < LANES and fresh < end:
                 state[fresh] = STATE_UNDECIDED
-                if all_there and (given.shape[1] == 0 or is_within(rows[fresh], len(given))):
+                if all_there and (wide_in.shape[1] == 0 or is_within(rows[fresh], len(wide_in))):
                     lanes[count] = fresh
                     count += 1
                 fresh += 1
@@ -306,7 +306,7 @@ def play_in_lanes(
         for i in range(count, LANES):
             lanes[i] = lanes[0]
         done = _run_lanes(
-            code, (numbers, constants, series), written, (w, f, states), inputs, given, rows, out, wide_out, lanes,
+            code, (numbers, constants, series), written, (w, f, states), inputs, wide_in, rows, out, wide_out, lanes,
             count,
         )  # fmt: skip
         for i in range(count):

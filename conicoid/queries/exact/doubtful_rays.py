@@ -110,7 +110,7 @@ def settle_rows(
 
 
 @kernel(ranks="out", i="0..n-1", entries="out entry_kind")
-def surfaces_met(geometry: Geometry, ranks: Ranks, rays: RayArrays, i: int, entries: Ints) -> tuple[int, int]:
+def crossed_surfaces(geometry: Geometry, ranks: Ranks, rays: RayArrays, i: int, entries: Ints) -> tuple[int, int]:
     """Write the surfaces that ray i may cross to ranks.surfaces, the entries to `entries`; return both counts."""
     scratch = new_scratch(geometry)
     ray, _ = scale_ray(load_ray(rays, i))
@@ -218,11 +218,11 @@ def resolve_hits(scene: PreparedScene, rays: RayArrays, doubtful: Any, found: Hi
 
     count = len(doubtful)
     run_on(scene.geometry, work, count, max(_DOUBTFUL_CHUNK, count // 64), count)
-    left = undecided.which[undecided.still == 1].tolist()
+    left = undecided.which[undecided.undecided == 1].tolist()
     if left:
         room = rooms.pop() if rooms else new_rank_scratch(scene)
         for i in left:
-            rank_exactly(scene, room.ranks, rays, i)
+            put_exact_ranks(scene, room.ranks, rays, i)
             run_one(scene, ranked_first, room, rays, i, found)
 
 
@@ -233,9 +233,9 @@ def ranks_of(scene: PreparedScene, rays: RayArrays, i: int) -> tuple[Ranks, bool
     """
     room, undecided = new_rank_scratch(scene), Doubtful(np.full(1, i, np.int32), np.zeros(1, np.int8))
     run_one(scene, settle_first, room, rays, undecided, 0, 1, HitBuffers.new(len(rays.origins)))
-    if undecided.still[0]:
-        rank_exactly(scene, room.ranks, rays, i)
-    return room.ranks, bool(undecided.still[0])
+    if undecided.undecided[0]:
+        put_exact_ranks(scene, room.ranks, rays, i)
+    return room.ranks, bool(undecided.undecided[0])
 
 
 def filter_doubtful(scene: PreparedScene, rays: RayArrays, which: Any, found: HitBuffers) -> Any:
@@ -264,9 +264,9 @@ def resolve_rows(scene: PreparedScene, rays: RayArrays, doubtful: Any, spans: bo
 
     run_on(scene.geometry, work, 1, 1, len(doubtful))
     parts = np.split(found[0], np.cumsum(counts)[:-1])
-    for k in np.flatnonzero(undecided.still).tolist():
+    for k in np.flatnonzero(undecided.undecided).tolist():
         i = int(undecided.which[k])
-        rank_exactly(scene, room.ranks, rays, i)
+        put_exact_ranks(scene, room.ranks, rays, i)
         parts[k] = run_one(scene, ranked_rows, room, rays, i, spans)
     return parts
 
@@ -290,11 +290,11 @@ def _pick(values: Any, i: int) -> float:
     return float(values[i if len(values) > 1 else 0])
 
 
-def rank_exactly(scene: PreparedScene, ranks: Ranks, rays: RayArrays, i: int) -> None:
+def put_exact_ranks(scene: PreparedScene, ranks: Ranks, rays: RayArrays, i: int) -> None:
     """Compute the ranks of all crossings of ray i in exact arithmetic, and write them where kernels read them."""
     geometry, tables = scene.geometry, scene.lowered.tables
     entries = np.zeros(len(tables.entry_kind), np.int32)
-    surfaces, count = surfaces_met(geometry, ranks, rays, i, entries)
+    surfaces, count = crossed_surfaces(geometry, ranks, rays, i, entries)
     origins, directions, _, _, starts = rays
     ox, oy, oz = origins[i].tolist()
     dx, dy, dz = directions[i].tolist()

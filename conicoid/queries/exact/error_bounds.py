@@ -162,7 +162,7 @@ def bounds_of_t(
 
 def _distance(root: Root, t: float) -> float:
     """Return the distance of a root from t, rounded up."""
-    at, (above, below) = root.within(_BITS), t.as_integer_ratio()
+    at, (above, below) = root.interval(_BITS), t.as_integer_ratio()
     apart = max(abs(end * below - above * at.unit) for end in (at.low, at.high))
     try:
         return nextafter(apart / (at.unit * below), inf)

@@ -15,7 +15,14 @@ from ...kernels.body.scratch import Scratch, new_scratch
 from ...kernels.ray import Ray, RayArrays, load_ray, scale_ray, span_inverse
 from ...kernels.tables import Floats, Geometry, Ints, Signs, is_halted, whole
 from ...kernels.threads import KernelRange, chunk_size, run_on
-from .doubtful_rays import limits_of_hits, new_rank_scratch, prepare_ranked_ray, rank_exactly, run_one, share_halt_flag
+from .doubtful_rays import (
+    limits_of_hits,
+    new_rank_scratch,
+    prepare_ranked_ray,
+    put_exact_ranks,
+    run_one,
+    share_halt_flag,
+)
 from .ranks import (
     Doubtful,
     Ranks,
@@ -159,7 +166,7 @@ def settle_sides(
         i = doubtful.which[k]
         ray, scale = scale_ray(load_ray(rays, i))
         count = rank_ray(geometry, rest, scratch, ranks, ray, span_inverse(ray))
-        doubtful.still[k] = 1 if count < 0 else 0
+        doubtful.undecided[k] = 1 if count < 0 else 0
         if count >= 0:
             put_canonical_surfaces(geometry, stand, scratch, ranks, ray.start, count)
             _put_ranked_sides(geometry, stand, scratch, ranks, ray, scale, i, count, places, kinds, sides)
@@ -211,11 +218,11 @@ def _resolve_sides(scene: PreparedScene, rays: RayArrays, places: HitPlaces, kin
         settle_sides(geometry, room, rays, undecided, places, kinds, begin, end, sides)
 
     run_on(scene.geometry, work, count, max(_FEW, count // 64), count)
-    left = undecided.which[undecided.still == 1].tolist()
+    left = undecided.which[undecided.undecided == 1].tolist()
     if left:
         room = new_rank_scratch(scene)
         for i in left:
-            rank_exactly(scene, room.ranks, rays, i)
+            put_exact_ranks(scene, room.ranks, rays, i)
             run_one(scene, ranked_sides, room, rays, i, places, kinds, sides)
     return sides
 

@@ -62,10 +62,10 @@ def _locate_one(
     return whole(-1), 0
 
 
-@kernel(points="n 3", after="n|1", width="picture n", begin="0..end", end="0..n", bodies="out n", still="out n")
+@kernel(points="n 3", after="n|1", width="picture n", begin="0..end", end="0..n", bodies="out n", undecided="out n")
 def locate_packets(
     geometry: Geometry, rest: RoundingRest, points: Floats, after: Ints, width: int, begin: int, end: int, bodies: Ints,
-    still: Signs,
+    undecided: Signs,
 ) -> None:  # fmt: skip
     """Write bodies[i], the first body after after[i] that contains points[i], or -1; still[i] = 1 if it is not certain.
 
@@ -81,9 +81,9 @@ def locate_packets(
         for row in range(8):
             first, n = packet_row(packet, row, width, count)
             for i in range(first, first + n):
-                bodies[i], still[i] = -1, 0
+                bodies[i], undecided[i] = -1, 0
         if skipped == 0 and put_points(memory, points, after, packet, width):
-            if locate_packet(geometry, rest, scratch, memory, bodies, still):
+            if locate_packet(geometry, rest, scratch, memory, bodies, undecided):
                 patience = 0
                 continue
             patience = min(2 * patience + 1, _PATIENCE)
@@ -95,7 +95,7 @@ def locate_packets(
                 if table.is_halted(geometry):
                     return
                 place = points[i, 0], points[i, 1], points[i, 2]
-                bodies[i], still[i] = _locate_one(
+                bodies[i], undecided[i] = _locate_one(
                     geometry, rest, scratch, place, integer_of(after, i if len(after) > 1 else 0)
                 )
 

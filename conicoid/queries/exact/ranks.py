@@ -104,12 +104,12 @@ class RankScratch(NamedTuple):
     ranks: Ranks
 
 
-@record_shapes(which="m", still="m")
+@record_shapes(which="m", undecided="m")
 class Doubtful(NamedTuple):
     """Rays to decide."""
 
     which: Ints  # numbers of the rays
-    still: Signs  # kernels set 1 where only exact arithmetic can decide
+    undecided: Signs  # kernels set 1 where only exact arithmetic can decide
 
 
 @inline
@@ -421,7 +421,7 @@ def _end(rows: Floats, i: int, spans: bool, last: bool) -> tuple[bool, float, fl
 
 
 @allocator
-def _ranks_to_t(rows: Floats, first: int, last: int, given: Ray, scale: float, spans: bool) -> None:
+def _ranks_to_t(rows: Floats, first: int, last: int, user_ray: Ray, scale: float, spans: bool) -> None:
     """Replace ranks by t in units of the original direction, and clipped ends by the ends of the interval.
 
     Each rank has one t for all bodies, and t rises with the ranks: it is the largest t reported up to that rank.
@@ -443,9 +443,9 @@ def _ranks_to_t(rows: Floats, first: int, last: int, given: Ray, scale: float, s
     for i in range(first, last):
         crosses, rank, _ = _end(rows, i, spans, True)
         if spans:
-            rows[i, EXIT] = latest[int(rank - low)] if crosses else given.t_max
+            rows[i, EXIT] = latest[int(rank - low)] if crosses else user_ray.t_max
         crosses, rank, _ = _end(rows, i, spans, False)
-        rows[i, T] = latest[int(rank - low)] if crosses else given.t_min
+        rows[i, T] = latest[int(rank - low)] if crosses else user_ray.t_min
 
 
 @allocator
@@ -453,14 +453,14 @@ def rows_of_ranks(
     geometry: Geometry,
     room: RankScratch,
     scratch: Scratch,
-    given: Ray,
+    user_ray: Ray,
     count: int,
     spans: bool,
     rows: Floats,
     used: int,
 ) -> tuple[Floats, int]:
     """Append rows (kernels/body/crossing_rows.py) of the entries scratch.found[:count]. Return (rows, number)."""
-    (ray, scale), stand, ranks = scale_ray(given), room.stand, room.ranks
+    (ray, scale), stand, ranks = scale_ray(user_ray), room.stand, room.ranks
     first, along = used, ray_of_ranks(ray.start)
     for k in range(count):
         entry = scratch.found[k]
@@ -474,7 +474,7 @@ def rows_of_ranks(
             used = _put_places(scratch, crossings, inside, spans, rows, used)
     forget_leaves(scratch)
     sort_rows(rows, first, used, spans)
-    _ranks_to_t(rows, first, used, given, scale, spans)
+    _ranks_to_t(rows, first, used, user_ray, scale, spans)
     return rows, used
 
 

@@ -228,7 +228,7 @@ BATCH = 32
 """Number of samples of a square of pixels that are traced together."""
 QUEUE_CAPACITY = BATCH * LANES
 _STATE, _LIGHT_QUERY, _HIT = 21, 14, 8
-"""Columns of a row of `PathQueue.paths`, `asks` and `hits`."""
+"""Columns of a row of `PathQueue.paths`, `light_queries` and `hits`."""
 _END = 7
 """The column of a ray's end in paths and queries; the data of the path or the query follow."""
 _PLACE = 20
@@ -251,7 +251,9 @@ class PathQueue(NamedTuple):
     """Memory of one thread. The first rows of tables are in use."""
 
     paths: Floats  # (QUEUE_CAPACITY, _STATE) a ray, a `PathState`, the place of its light: 64 · sample + pixel
-    asks: Floats  # (QUEUE_CAPACITY, _LIGHT_QUERY) a ray to a source, its place, rgb, the body to hit, its medium
+    light_queries: (
+        Floats  # (QUEUE_CAPACITY, _LIGHT_QUERY) a ray to a source, its place, rgb, the body to hit, its medium
+    )
     hits: Floats  # (QUEUE_CAPACITY, _HIT) the hits of the rays of one of both
     counts: Longs  # (3,)
     order: Longs  # (QUEUE_CAPACITY,) rows by octant
@@ -447,7 +449,7 @@ def _round(
         colors[at, 1] += found[1]
         colors[at, 2] += found[2]
         if query.end > 0.0:
-            put_light_query(pool.asks[asks], query, sight.surface if query.on_surface else whole(-1), place)
+            put_light_query(pool.light_queries[asks], query, sight.surface if query.on_surface else whole(-1), place)
             asks += 1
         if max(path.r, max(path.g, path.b)) > 0.0:
             path = _roulette(settings.seed, pixel, sample, pair + 3, path)
@@ -476,7 +478,7 @@ def _reaches_lamp(pool: PathQueue, first: int) -> bool:
     """Return whether any ray to a source, from row `first` on, has to hit a body."""
     found = False
     for k in range(first, pool.counts[LIGHT_QUERIES]):
-        found = found or pool.asks[k, 12] >= 0.0
+        found = found or pool.light_queries[k, 12] >= 0.0
     return found
 
 
@@ -488,7 +490,7 @@ def _trace_light_queries(
     lanes, materials, pool = walk.shadow, transport.look.materials, walk.pool
     count = pool.counts[LIGHT_QUERIES] - first
     for k in range(count):
-        put_ray(lanes, k, load_ray(pool.asks[first + k]))
+        put_ray(lanes, k, load_ray(pool.light_queries[first + k]))
     for k in range(count, LANES):
         put_idle(lanes, k, 0)
     prepare_lanes(lanes)
@@ -512,12 +514,12 @@ def _add_light_queries(
     """Add the light that arrives along rays to sources, from row `first` on, and empty these rows."""
     materials, colors = transport.look.materials, samples.colors
     for k in range(first, pool.counts[LIGHT_QUERIES]):
-        place, r, g, b, body, medium = load_light_query(pool.asks[k])
+        place, r, g, b, body, medium = load_light_query(pool.light_queries[k])
         hit = load_hit(pool.hits[k])
         if hit.body != body:
             continue
         if materials.any_transparent:
-            ray = load_ray(pool.asks[k])
+            ray = load_ray(pool.light_queries[k])
             ray = with_limits(ray, ray.t_min, min(ray.t_max, hit.t))
             tr, tg, tb = straight_transmittance(geometry, scratch, materials, ray, medium)
             r, g, b = r * tr, g * tg, b * tb
@@ -555,7 +557,13 @@ def finish(geometry: Geometry, scratch: Scratch, walk: PathMemory, settings: Set
     while pool.counts[PATHS] + pool.counts[LIGHT_QUERIES] > 0 and not is_halted(geometry):
         if pool.counts[LIGHT_QUERIES] > 0:
             trace_rows(
-                geometry, scratch, pool, pool.asks, pool.counts[LIGHT_QUERIES], blocks, not _reaches_lamp(pool, 0)
+                geometry,
+                scratch,
+                pool,
+                pool.light_queries,
+                pool.counts[LIGHT_QUERIES],
+                blocks,
+                not _reaches_lamp(pool, 0),
             )
             _add_light_queries(geometry, scratch, pool, transport, samples, 0, 0)
         trace_rows(geometry, scratch, pool, pool.paths, pool.counts[PATHS], scratch.nothing, False)

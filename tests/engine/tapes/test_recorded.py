@@ -79,7 +79,7 @@ def together(shapes: list[Any], room: int) -> dict[int, tuple[Any, list[float], 
     bodies = BatchLowering()
     for number_, shape in enumerate(shapes):
         bodies.add(shape, number_)
-    found, left = bodies.lowered()
+    found, left = bodies.lower()
     assert len(left) + sum(len(rows) for _, _, rows in found) == len(shapes)
     assert len(left) <= room, [shape for shape, _ in left][:3]
     return {
@@ -142,7 +142,7 @@ def test_blocks_cut_from_balls_have_the_bounds_of_the_blocks():
     bodies = BatchLowering()
     for number_, shape in enumerate(shapes):
         bodies.add(shape, number_)
-    found, left = bodies.lowered()
+    found, left = bodies.lower()
     assert len(left) <= 5  # numbers that are exactly halfway between two floats are left open
     for pattern, numbers, rows in found:
         for number_, row in zip(numbers.tolist(), rows[:, :], strict=True):
@@ -169,7 +169,7 @@ def test_few_of_a_kind_are_not_worth_a_recording(monkeypatch):
     bodies = BatchLowering()
     for number_ in range(recordings.FEWEST - 1):
         bodies.add(co.Sphere(1, (number_, 0, 0)), number_)
-    found, left = bodies.lowered()
+    found, left = bodies.lower()
     assert not found
     assert len(left) == recordings.FEWEST - 1
 

@@ -12,11 +12,11 @@ import pytest
 import conicoid as co
 from benchmarks.comparison.scenes import core_xml
 from conicoid._util.arrays import Vector
-from conicoid.geometry import instances_edited as repeated_edited
+from conicoid.geometry import instance_edits as repeated_edited
 from conicoid.geometry.body import Body
 from conicoid.geometry.cell import NOTHING, Tree
+from conicoid.geometry.instance_edits import EditedInstances
 from conicoid.geometry.instances import InstanceList
-from conicoid.geometry.instances_edited import EditedInstances
 from conicoid.geometry.shape import PrimitiveSolid
 from conicoid.prepare import body_collector as contents
 from conicoid.prepare import instances as moved_file
@@ -290,8 +290,8 @@ def test_an_edit_makes_few_bodies(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     scene.prepare()
     made = []
     kind = type(scene.bodies)
-    work = kind.made
-    monkeypatch.setattr(kind, "made", lambda *of: made.append(of[1]) or work(*of))
+    work = kind.shape_at
+    monkeypatch.setattr(kind, "shape_at", lambda *of: made.append(of[1]) or work(*of))
     edited = scene.moved(inside(scene), (0, 0, 0.1)).without(3)
     edited.prepare()
     assert len(edited.bodies) == 18_112

@@ -127,8 +127,8 @@ def test_what_no_scene_file_holds_is_refused_before_its_bodies_are_made(
     write_core(tmp_path / "geometry.xml", 15)
     scene = co.load_openmc(tmp_path / "geometry.xml")
     made, kind = [], type(scene.bodies)
-    work = kind.made
-    monkeypatch.setattr(kind, "made", lambda *of: made.append(of[1]) or work(*of))
+    work = kind.shape_at
+    monkeypatch.setattr(kind, "shape_at", lambda *of: made.append(of[1]) or work(*of))
     with pytest.raises(
         ValueError, match=r"scene.yaml: a scene file may have 1,000,000 parts .* has about [12],\d{3},\d{3}"
     ):

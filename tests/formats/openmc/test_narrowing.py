@@ -48,7 +48,7 @@ def inside(item: RegionPart, points: np.ndarray) -> np.ndarray:
             values = points @ [float(n) for n in surface.normal] - float(surface.offset)
         elif isinstance(surface, RoundSurface):
             own = points - [float(c) for c in surface.center]
-            values = (own[:, list(surface.across)] ** 2).sum(axis=1) - float(surface.radius) ** 2
+            values = (own[:, list(surface.cross_axes)] ** 2).sum(axis=1) - float(surface.radius) ** 2
         else:
             assert isinstance(surface, ConeSurface)
             own = points - [float(c) for c in surface.apex]

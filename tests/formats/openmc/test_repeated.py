@@ -208,7 +208,7 @@ def test_pins_that_a_vessel_does_not_cut_are_alike(tmp_path: Path) -> None:
 def test_boxes_are_made_again_as_they_were(scene: co.Scene) -> None:
     expected = lower(scene.bodies).boxes.tobytes()
     scene.prepare()
-    assert "boxes" not in vars(scene._prepared.lowered.around)
+    assert "boxes" not in vars(scene._prepared.lowered.bounds)
     assert scene._prepared.lowered.boxes.tobytes() == expected
 
 

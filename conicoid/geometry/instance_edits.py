@@ -30,7 +30,7 @@ class InstanceOrigins:
     base: InstanceList
     numbers: Ints  # (bodies,) the number in the base; -1 - k: number k of its own
     own: tuple[Body, ...]
-    labelled: Mapping[int, Body]
+    relabelled_bodies: Mapping[int, Body]
     """Number in the base -> the body with the same shape and another name or material."""
 
     @classmethod
@@ -49,11 +49,11 @@ class InstanceOrigins:
             return replace(self, own=tuple(own))
         if new.shape is not old.shape:
             return self.without([entry]).with_more(entry, [new])
-        labelled = {**self.labelled, number: new}
+        labelled = {**self.relabelled_bodies, number: new}
         was = self.base[number]
         if (new.name, new.material) == (was.name, was.material):
             del labelled[number]
-        return replace(self, labelled=labelled)
+        return replace(self, relabelled_bodies=labelled)
 
     def with_more(self, place: int, bodies: Sequence[Body]) -> InstanceOrigins:
         """Return the origins with more bodies before a place in the list."""
@@ -66,7 +66,9 @@ class InstanceOrigins:
         """Return the origins without the bodies at some entries."""
         places = list(entries)
         removed, numbers = self.numbers[places], np.delete(self.numbers, places)
-        labelled = {number: self.labelled[number] for number in self.labelled.keys() - set(removed.tolist())}
+        labelled = {
+            number: self.relabelled_bodies[number] for number in self.relabelled_bodies.keys() - set(removed.tolist())
+        }
         stay = np.ones(len(self.own), bool)
         stay[-1 - removed[removed < 0]] = False
         # The bodies of its own that stay are numbered anew
@@ -92,7 +94,7 @@ class InstanceOrigins:
                     f"scene.added([many.single(k) for k in range(len(many))]), many being the {kind}"
                 )
             return None
-        if not self.labelled and np.array_equal(self.numbers, np.arange(len(self.base), dtype=np.int32)):
+        if not self.relabelled_bodies and np.array_equal(self.numbers, np.arange(len(self.base), dtype=np.int32)):
             return self.base
         return EditedInstances(self)
 
@@ -113,32 +115,34 @@ class EditedInstances(InstanceList):
         kinds[of_base], index[:, of_base] = base.kinds[there], base.shifts.index[:, there]
         looks = kinds.copy()
         looks[of_base] = base.looks[there]
-        if origins.labelled:
+        if origins.relabelled_bodies:
             labels = np.full(len(base), -1, np.int32)
-            labels[list(origins.labelled)] = np.arange(len(origins.labelled)) + self._first_own + len(own)
+            labels[list(origins.relabelled_bodies)] = (
+                np.arange(len(origins.relabelled_bodies)) + self._first_own + len(own)
+            )
             looks[of_base] = np.where(labels[there] < 0, looks[of_base], labels[there])
-        others = (body.material for body in (*own, *origins.labelled.values()))
+        others = (body.material for body in (*own, *origins.relabelled_bodies.values()))
         super().__init__(kinds, ShiftTable(base.shifts.values, index), [*base.materials, *others])
-        self.looks, self.alone = looks, base.alone
+        self.looks, self.single_columns = looks, base.single_columns
 
     @cached_property
-    def seen(self) -> list[Ints]:
+    def bodies_by_material(self) -> list[Ints]:
         """For each material the numbers of its bodies, ascending."""
         return group_by_kind(self.looks)
 
-    def made(self, kind: int, shift: Shift) -> Any:
+    def shape_at(self, kind: int, shift: Shift) -> Any:
         """Return the shape of a kind at a place; a body of its own has no shift."""
         if kind < self._first_own:
-            return self.origins.base.made(kind, shift)
+            return self.origins.base.shape_at(kind, shift)
         return self.origins.own[kind - self._first_own].shape
 
     def motion(self, kind: int) -> Motion:
         """Return the motion of a kind (`InstanceList.motion`)."""
         return self.origins.base.motion(kind) if kind < self._first_own else IDENTITY_MOTION
 
-    def before(self, kind: int, shift: Shift) -> Any:
-        """Return the shape of a kind before its motion (`InstanceList.before`)."""
-        return self.origins.base.before(kind, shift) if kind < self._first_own else self.made(kind, shift)
+    def unrotated_shape(self, kind: int, shift: Shift) -> Any:
+        """Return the shape of a kind before its motion (`InstanceList.unrotated_shape`)."""
+        return self.origins.base.unrotated_shape(kind, shift) if kind < self._first_own else self.shape_at(kind, shift)
 
     def shape(self, number: int) -> Any:
         """Return the shape of a body, the same object as in the base."""
@@ -150,7 +154,7 @@ class EditedInstances(InstanceList):
         source = int(self.origins.numbers[number])
         if source < 0:
             return self.origins.own[-1 - source].name
-        labelled = self.origins.labelled.get(source)
+        labelled = self.origins.relabelled_bodies.get(source)
         return self.origins.base.name(source) if labelled is None else labelled.name
 
     def number(self, name: str) -> int | None:
@@ -167,14 +171,14 @@ class EditedInstances(InstanceList):
         """Name -> the origins of bodies of its own and of relabelled ones that have it."""
         sources: dict[str | None, list[int]] = {}
         own = ((-1 - k, body) for k, body in enumerate(self.origins.own))
-        for source, body in (*own, *self.origins.labelled.items()):
+        for source, body in (*own, *self.origins.relabelled_bodies.items()):
             sources.setdefault(body.name, []).append(source)
         return sources
 
     def _sources_of(self, name: str) -> list[int]:
         """Return all origins with a name, also of bodies that were removed."""
         known = self.origins.base.number(name)
-        of_base = [] if known is None or known in self.origins.labelled else [known]
+        of_base = [] if known is None or known in self.origins.relabelled_bodies else [known]
         return [*self._sources.get(name, ()), *of_base]
 
     def repeated_name(self) -> tuple[str, int, int] | None:
@@ -203,7 +207,7 @@ class EditedInstances(InstanceList):
         """Return the body of a number of `InstanceOrigins.numbers`."""
         if source < 0:
             return self.origins.own[-1 - source]
-        return self.origins.labelled.get(source) or self.origins.base[source]
+        return self.origins.relabelled_bodies.get(source) or self.origins.base[source]
 
     def is_rigid(self, kind: int) -> bool:
         """Return True if all shapes of a kind have the same structure."""
@@ -213,7 +217,7 @@ class EditedInstances(InstanceList):
     def solid(self) -> tuple[bool, ...]:
         """For each material, True if solids have it."""
         own = (not body.shape.is_sheet for body in self.origins.own)
-        return (*self.origins.base.solid, *own, *(True for _ in self.origins.labelled))
+        return (*self.origins.base.solid, *own, *(True for _ in self.origins.relabelled_bodies))
 
     def has_shapes_of(self, other: Sequence[Body]) -> bool:
         """Return True if another list has the same shapes in the same places."""
