@@ -32,8 +32,7 @@ def median(run: Callable[[], object]) -> float:
 
 def with_peers(most: int) -> None:
     """The same camera's rays in Embree and in Mitsuba, in turn."""
-    from comparison import peers as embree
-    from comparison import peers as mitsuba
+    from comparison import peers as embree, peers as mitsuba
 
     origins, directions = camera_rays(1024)
     rays, flat = co.Rays(origins, directions), (origins.reshape(-1, 3), directions.reshape(-1, 3))

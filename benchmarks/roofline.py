@@ -61,8 +61,7 @@ def adder(counts: np.ndarray) -> Any:
 def count_tiles(add: Any) -> None:
     """Put counters in front of what tiles ask, and what packets ask of what their tile sees."""
     from conicoid._jit.decorators import inline
-    from conicoid.kernels.packet import frontier
-    from conicoid.kernels.packet import traversal as packet_first
+    from conicoid.kernels.packet import frontier, traversal as packet_first
 
     items_met, put_groups, group_in_ball = packet_first.hit_items, packet_first.put_groups, packet_first.group_in_ball
     put_children, put_balls = frontier.put_children, frontier.put_balls
@@ -101,8 +100,7 @@ def count_packets(add: Any) -> None:
     """Put counters in front of the box tests of packets and single rays, and of the tests of a packet's lanes."""
     from conicoid._jit.decorators import inline
     from conicoid.kernels.bvh import walk
-    from conicoid.kernels.packet import packet
-    from conicoid.kernels.packet import traversal as packet_first
+    from conicoid.kernels.packet import packet, traversal as packet_first
 
     boxes_met, balls_in_beam = walk.hit_boxes, packet_first.balls_in_beam
     lanes_in_ball, ball_lanes = packet.lanes_in_ball_from_one, packet.ball_lanes  # camera rays share their origin
@@ -134,8 +132,7 @@ def count_packets(add: Any) -> None:
 def count_streams(add: Any) -> None:
     """Put counters in front of what streams and single rays ask."""
     from conicoid._jit.decorators import inline
-    from conicoid.kernels import first_hits as kernels
-    from conicoid.kernels import stream
+    from conicoid.kernels import first_hits as kernels, stream
 
     put_on_lists, rays_in_balls, balls_met = stream.put_on_lists, stream.rays_in_balls, stream.hit_balls
     meet, put_pair = stream.intersect_item, stream.put_pair
@@ -206,8 +203,7 @@ def costs() -> dict[int, float]:
 
     from conicoid.kernels import stream
     from conicoid.kernels.bvh import walk
-    from conicoid.kernels.packet import packet
-    from conicoid.kernels.packet import traversal as packet_first
+    from conicoid.kernels.packet import packet, traversal as packet_first
     from conicoid.kernels.ray import Ray
     from conicoid.kernels.surface.quadric import SphereRecord
 

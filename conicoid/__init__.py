@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 from ._util.version import __version__
 
 _MODULES = {
-    "._util.file_errors": "SceneFileError",
+    "._util.files": "SceneFileError",
     ".apps.checks.check": "check",
     ".apps.derivatives.parameters": "parameters",
     ".apps.measures.measure": "measure",
@@ -36,16 +36,15 @@ _MODULES = {
     ".geometry.revolution": "Polycone Revolution SphereSection",
     ".geometry.shape": "Complement Difference Intersection Painted Shape Sheet Solid Union",
     ".geometry.sheets": "CylinderPatch Disc Plane Polygon Triangle Wall",
-    ".io.images.image": "Image",
+    ".io.image": "Image",
     ".kernels.threads": "set_threads",
     ".materials.background": "Environment Sky",
     ".materials.light": "AmbientLight DirectionalLight PointLight SpotLight",
     ".materials.material": "Material",
     ".materials.presets": "blinn_phong fog glass glow lacquer matte metal mirror phong plastic",
     ".materials.texture": "Checker",
-    ".queries.distances": "Distances",
     ".queries.hits": "Hits",
-    ".queries.points": "BodiesAt",
+    ".queries.points": "BodiesAt Distances",
     ".queries.rays": "Rays",
     ".queries.spans": "Crossings Spans",
     ".render.camera": "Camera EquirectangularCamera FisheyeCamera OrthographicCamera",
@@ -119,120 +118,126 @@ sys.meta_path.insert(0, _PackageFinder)
 __all__ = ["__version__", *sorted(_HOMES)]  # pyright: ignore[reportUnsupportedDunderAll]
 
 if TYPE_CHECKING:
-    from . import io as io
-    from . import materials as materials
-    from . import parallel as parallel
-    from . import scene as scene
-    from ._util.file_errors import SceneFileError as SceneFileError
-    from .apps import checks as checks
-    from .apps import ct as ct
-    from .apps import derivatives as derivatives
-    from .apps import explain as explain
-    from .apps import measures as measures
-    from .apps import optics as optics
-    from .apps import section as section
+    from . import io as io, materials as materials, parallel as parallel, scene as scene
+    from ._util.files import SceneFileError as SceneFileError
+    from .apps import (
+        checks as checks,
+        ct as ct,
+        derivatives as derivatives,
+        explain as explain,
+        measures as measures,
+        optics as optics,
+        section as section,
+    )
     from .apps.checks.check import check as check
     from .apps.derivatives.parameters import parameters as parameters
     from .apps.measures.measure import measure as measure
-    from .apps.optics.refraction import reflect as reflect
-    from .apps.optics.refraction import refract as refract
+    from .apps.optics.refraction import reflect as reflect, refract as refract
     from .geometry.body import Body as Body
     from .geometry.bulk import Spheres as Spheres
-    from .geometry.bulk_shapes import Boxes as Boxes
-    from .geometry.bulk_shapes import Capsules as Capsules
-    from .geometry.bulk_shapes import Cones as Cones
-    from .geometry.bulk_shapes import Cylinders as Cylinders
-    from .geometry.bulk_shapes import Discs as Discs
-    from .geometry.bulk_shapes import Ellipsoids as Ellipsoids
-    from .geometry.bulk_shapes import Triangles as Triangles
-    from .geometry.conic import Conic as Conic
-    from .geometry.conic import ConicSheet as ConicSheet
-    from .geometry.conic import Stop as Stop
+    from .geometry.bulk_shapes import (
+        Boxes as Boxes,
+        Capsules as Capsules,
+        Cones as Cones,
+        Cylinders as Cylinders,
+        Discs as Discs,
+        Ellipsoids as Ellipsoids,
+        Triangles as Triangles,
+    )
+    from .geometry.conic import Conic as Conic, ConicSheet as ConicSheet, Stop as Stop
     from .geometry.general_quadric import Quadric as Quadric
-    from .geometry.optical_elements import CornerCube as CornerCube
-    from .geometry.optical_elements import Doublet as Doublet
-    from .geometry.optical_elements import Lens as Lens
-    from .geometry.optical_elements import LensGroup as LensGroup
-    from .geometry.optical_elements import Mirror as Mirror
-    from .geometry.optical_elements import PentaPrism as PentaPrism
-    from .geometry.optical_elements import Prism as Prism
-    from .geometry.polyhedron import Extrusion as Extrusion
-    from .geometry.polyhedron import Mesh as Mesh
-    from .geometry.polyhedron import Polyhedron as Polyhedron
-    from .geometry.primitives import Box as Box
-    from .geometry.primitives import Cone as Cone
-    from .geometry.primitives import Cylinder as Cylinder
-    from .geometry.primitives import HalfSpace as HalfSpace
-    from .geometry.primitives import Sphere as Sphere
-    from .geometry.primitives import Tube as Tube
-    from .geometry.prismatoids import Parallelepiped as Parallelepiped
-    from .geometry.prismatoids import Pyramid as Pyramid
-    from .geometry.prismatoids import RegularPrism as RegularPrism
-    from .geometry.prismatoids import Trapezoid as Trapezoid
-    from .geometry.prismatoids import Wedge as Wedge
-    from .geometry.quadrics import DoubleCone as DoubleCone
-    from .geometry.quadrics import Ellipsoid as Ellipsoid
-    from .geometry.quadrics import EllipticCone as EllipticCone
-    from .geometry.quadrics import EllipticCylinder as EllipticCylinder
-    from .geometry.quadrics import EllipticParaboloid as EllipticParaboloid
-    from .geometry.quadrics import HyperbolicCylinder as HyperbolicCylinder
-    from .geometry.quadrics import HyperbolicParaboloid as HyperbolicParaboloid
-    from .geometry.quadrics import OneSheetHyperboloid as OneSheetHyperboloid
-    from .geometry.quadrics import ParabolicCylinder as ParabolicCylinder
-    from .geometry.quadrics import TwoSheetHyperboloid as TwoSheetHyperboloid
-    from .geometry.revolution import Polycone as Polycone
-    from .geometry.revolution import Revolution as Revolution
-    from .geometry.revolution import SphereSection as SphereSection
-    from .geometry.shape import Complement as Complement
-    from .geometry.shape import Difference as Difference
-    from .geometry.shape import Intersection as Intersection
-    from .geometry.shape import Painted as Painted
-    from .geometry.shape import Shape as Shape
-    from .geometry.shape import Sheet as Sheet
-    from .geometry.shape import Solid as Solid
-    from .geometry.shape import Union as Union
-    from .geometry.sheets import CylinderPatch as CylinderPatch
-    from .geometry.sheets import Disc as Disc
-    from .geometry.sheets import Plane as Plane
-    from .geometry.sheets import Polygon as Polygon
-    from .geometry.sheets import Triangle as Triangle
-    from .geometry.sheets import Wall as Wall
-    from .io.images.image import Image as Image
+    from .geometry.optical_elements import (
+        CornerCube as CornerCube,
+        Doublet as Doublet,
+        Lens as Lens,
+        LensGroup as LensGroup,
+        Mirror as Mirror,
+        PentaPrism as PentaPrism,
+        Prism as Prism,
+    )
+    from .geometry.polyhedron import Extrusion as Extrusion, Mesh as Mesh, Polyhedron as Polyhedron
+    from .geometry.primitives import (
+        Box as Box,
+        Cone as Cone,
+        Cylinder as Cylinder,
+        HalfSpace as HalfSpace,
+        Sphere as Sphere,
+        Tube as Tube,
+    )
+    from .geometry.prismatoids import (
+        Parallelepiped as Parallelepiped,
+        Pyramid as Pyramid,
+        RegularPrism as RegularPrism,
+        Trapezoid as Trapezoid,
+        Wedge as Wedge,
+    )
+    from .geometry.quadrics import (
+        DoubleCone as DoubleCone,
+        Ellipsoid as Ellipsoid,
+        EllipticCone as EllipticCone,
+        EllipticCylinder as EllipticCylinder,
+        EllipticParaboloid as EllipticParaboloid,
+        HyperbolicCylinder as HyperbolicCylinder,
+        HyperbolicParaboloid as HyperbolicParaboloid,
+        OneSheetHyperboloid as OneSheetHyperboloid,
+        ParabolicCylinder as ParabolicCylinder,
+        TwoSheetHyperboloid as TwoSheetHyperboloid,
+    )
+    from .geometry.revolution import Polycone as Polycone, Revolution as Revolution, SphereSection as SphereSection
+    from .geometry.shape import (
+        Complement as Complement,
+        Difference as Difference,
+        Intersection as Intersection,
+        Painted as Painted,
+        Shape as Shape,
+        Sheet as Sheet,
+        Solid as Solid,
+        Union as Union,
+    )
+    from .geometry.sheets import (
+        CylinderPatch as CylinderPatch,
+        Disc as Disc,
+        Plane as Plane,
+        Polygon as Polygon,
+        Triangle as Triangle,
+        Wall as Wall,
+    )
+    from .io.image import Image as Image
     from .kernels.threads import set_threads as set_threads
-    from .materials.background import Environment as Environment
-    from .materials.background import Sky as Sky
-    from .materials.light import AmbientLight as AmbientLight
-    from .materials.light import DirectionalLight as DirectionalLight
-    from .materials.light import PointLight as PointLight
-    from .materials.light import SpotLight as SpotLight
+    from .materials.background import Environment as Environment, Sky as Sky
+    from .materials.light import (
+        AmbientLight as AmbientLight,
+        DirectionalLight as DirectionalLight,
+        PointLight as PointLight,
+        SpotLight as SpotLight,
+    )
     from .materials.material import Material as Material
-    from .materials.presets import blinn_phong as blinn_phong
-    from .materials.presets import fog as fog
-    from .materials.presets import glass as glass
-    from .materials.presets import glow as glow
-    from .materials.presets import lacquer as lacquer
-    from .materials.presets import matte as matte
-    from .materials.presets import metal as metal
-    from .materials.presets import mirror as mirror
-    from .materials.presets import phong as phong
-    from .materials.presets import plastic as plastic
+    from .materials.presets import (
+        blinn_phong as blinn_phong,
+        fog as fog,
+        glass as glass,
+        glow as glow,
+        lacquer as lacquer,
+        matte as matte,
+        metal as metal,
+        mirror as mirror,
+        phong as phong,
+        plastic as plastic,
+    )
     from .materials.texture import Checker as Checker
-    from .queries.distances import Distances as Distances
     from .queries.hits import Hits as Hits
-    from .queries.points import BodiesAt as BodiesAt
+    from .queries.points import BodiesAt as BodiesAt, Distances as Distances
     from .queries.rays import Rays as Rays
-    from .queries.spans import Crossings as Crossings
-    from .queries.spans import Spans as Spans
-    from .render.camera import Camera as Camera
-    from .render.camera import EquirectangularCamera as EquirectangularCamera
-    from .render.camera import FisheyeCamera as FisheyeCamera
-    from .render.camera import OrthographicCamera as OrthographicCamera
-    from .scene.files import load as load
-    from .scene.files import load_openmc as load_openmc
-    from .scene.files import save as save
+    from .queries.spans import Crossings as Crossings, Spans as Spans
+    from .render.camera import (
+        Camera as Camera,
+        EquirectangularCamera as EquirectangularCamera,
+        FisheyeCamera as FisheyeCamera,
+        OrthographicCamera as OrthographicCamera,
+    )
+    from .scene.files import load as load, load_openmc as load_openmc, save as save
     from .scene.molecules import molecule as molecule
-    from .scene.movies import animate as animate
-    from .scene.movies import turntable as turntable
+    from .scene.movies import animate as animate, turntable as turntable
     from .scene.scene import Scene as Scene
     from .scene.warmup import warmup as warmup
     from .viewer.html import export as export

@@ -6,10 +6,7 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.prepare import lower_shape as parts
-from conicoid.prepare import lowering
-from conicoid.prepare import prepared_scene as prepared
-from conicoid.prepare import tables_builder as layout
+from conicoid.prepare import lower_shape as parts, lowering, prepared_scene as prepared, tables_builder as layout
 from conicoid.prepare.edits import scene_edit as edited
 from conicoid.prepare.prepared_scene import PreparedScene
 from conicoid.prepare.tape import recording_cache as recordings

@@ -227,7 +227,7 @@ FURTHER = [
     ("os:replace", ["render", "scene.yaml", *PICTURE], 4),
     ("conicoid.io.scene_file.scene_file:read", ["info", "scene.yaml"], 4),
     ("conicoid.apps.checks.check:check", ["info", "scene.yaml", "--check"], 1),
-    ("conicoid.io.source:open_source", ["trace", "scene.yaml", "rays.csv", "-o", "x.csv"], 4),
+    ("conicoid.io.array_file:open_source", ["trace", "scene.yaml", "rays.csv", "-o", "x.csv"], 4),
     ("conicoid.io.openmc:read", ["import", "geometry.xml", "-o", "x.yaml"], 1),
     ("conicoid.viewer.html:page", ["export", "scene.yaml", "x.html"], 1),
     ("conicoid.io.scene_file.schema:scene_schema", ["schema"], 4),

@@ -9,7 +9,7 @@ import pytest
 from rich.console import Console
 
 import conicoid as co
-from conicoid._util.file_errors import SceneFileError
+from conicoid._util.files import SceneFileError
 from conicoid._util.text import format_bytes
 from conicoid.cli import terminal
 

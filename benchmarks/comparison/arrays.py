@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from conicoid.kernels.threads import run_on, set_threads, thread_count
-from conicoid.queries import distances, line_integrals, points, ray_queries, spans
+from conicoid.queries import line_integrals, points, points as distances, ray_queries, spans
 from conicoid.scene.scene import Scene
 
 from .harness import BenchRow, Measured, Peer, Size

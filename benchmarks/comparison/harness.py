@@ -14,8 +14,8 @@ from typing import Any
 
 from rich.table import Table
 
-from conicoid._jit.machine import processor, versions
 from conicoid._jit.machine_code import describe_code
+from conicoid.cli.report import processor, versions
 from conicoid.kernels.threads import thread_count
 
 ROOT = Path(__file__).resolve().parents[2]

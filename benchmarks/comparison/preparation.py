@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from conicoid._util.file_errors import SceneFileError
+from conicoid._util.files import SceneFileError
 from conicoid.geometry.body import Body
 from conicoid.geometry.shape import Shape
 from conicoid.io import openmc

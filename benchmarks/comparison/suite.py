@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 from rich.table import Table
 
-from conicoid._util.safe_files import write_text
+from conicoid._util.files import write_text
 from conicoid.geometry.body import Body
 from conicoid.geometry.shape import Shape
 from conicoid.kernels.threads import set_threads

@@ -21,7 +21,7 @@ import time
 from collections.abc import Iterator
 from typing import Any
 
-from .address_space import TO_COMPILE, TO_START, require_memory
+from .machine_code import TO_COMPILE, TO_START, require_memory
 
 require_memory(TO_START, "the compiler")
 

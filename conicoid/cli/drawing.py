@@ -41,7 +41,7 @@ def previews(bar: Bar, path: Path | None, developed: Callable[[Any], Any]) -> Ca
             bar.note = f", noise {image.noise:.2g}"
         if path == STDOUT:
             if bar.console.is_terminal:
-                from ..io.images.codecs import render_half_blocks
+                from ..io.image_codecs import render_half_blocks
 
                 bar.picture = render_half_blocks(
                     developed(image)._display_light, bar.console.width, max(1, bar.console.height - 3)
@@ -89,7 +89,7 @@ class RenderRequest:
 
     def check_output(self) -> None:
         """Refuse an output that cannot be written, before the work."""
-        from ..io.images.image import SUFFIXES
+        from ..io.image import SUFFIXES
 
         if self.output == STDOUT:
             check_stdout("a picture")

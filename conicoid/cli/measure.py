@@ -166,7 +166,7 @@ def measure(
         if output is None:
             typer.echo(_printable(str(measures)))
             return
-        from ..io.sink import write_columns
+        from ..io.array_file import write_columns
 
         with write_output(output, ".csv") as file:
             write_columns(file, _table(measures))
@@ -175,7 +175,7 @@ def measure(
 
 def _printable(text: str) -> str:
     """Return text without characters that a terminal would obey."""
-    from .._util.file_errors import printable
+    from .._util.files import printable
 
     return "\n".join(printable(line) for line in text.split("\n"))
 

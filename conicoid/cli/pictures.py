@@ -188,7 +188,7 @@ def turntable(
     """Turn a scene about once: the camera goes around the point that it looks at."""
     with user_mistakes():
         from .._util.validation import check_positive
-        from ..io.images.movie import check_movie
+        from ..io.image_codecs import check_movie
         from ..scene.movies import turntable as turn
 
         check_movie(output, width, height, frames, check_positive("turntable", "seconds", seconds))
@@ -355,8 +355,7 @@ def animate(
 ) -> None:  # fmt: skip
     """Make a film of a scene that moves by keyframes."""
     with user_mistakes():
-        from ..scene.movies import animate as film
-        from ..scene.movies import frame_count
+        from ..scene.movies import animate as film, frame_count
 
         check_folder(output)
         check_light(context, samples, integrator, seed, depth)

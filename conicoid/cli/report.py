@@ -1,15 +1,16 @@
-"""The lines that `conicoid info` prints: bodies of a scene, its memory, findings of a check, and the system."""
+"""The machine of a report or a benchmark: versions of packages, the processor."""
 
 from __future__ import annotations
 
 import platform
+from importlib import metadata
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .._jit.machine import processor, versions
 from .._jit.machine_code import describe_code, levels
-from .._util.file_errors import printable
+from .._util.files import printable
 from .._util.text import format_bytes, format_count
 from ..geometry.general_quadric import Quadric
 from ..geometry.labels import count_bodies, distinct_materials
@@ -22,6 +23,26 @@ if TYPE_CHECKING:
     from ..prepare.prepared_scene import Memory
     from ..scene.scene import Scene
 
+
+def versions(*packages: str) -> list[str]:
+    """Return "name version" of each package that is installed."""
+    names = {each.name for each in metadata.distributions()}
+    return [f"{name} {metadata.version(name)}" for name in packages if name in names]
+
+
+def processor() -> str:
+    """Return the name of the processor, as far as the system has it."""
+    try:
+        # Linux names the processor here; `platform.processor` is often empty there.
+        for line in Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines():
+            if line.startswith("model name"):
+                return line.partition(":")[2].strip()
+    except OSError:
+        pass
+    return platform.processor() or platform.machine()
+
+
+# The lines that `conicoid info` prints: bodies of a scene, its memory, findings of a check, and the system.
 
 LISTED = 50
 """The largest number of lines of one kind; the rest are counted."""

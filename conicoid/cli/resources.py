@@ -27,7 +27,7 @@ STDOUT = Path("-")
 @contextlib.contextmanager
 def report_refused_files() -> Iterator[None]:
     """Print the mistakes in a file, and end with exit code 2."""
-    from .._util.file_errors import SceneFileError
+    from .._util.files import SceneFileError
 
     try:
         yield
@@ -116,8 +116,8 @@ def ray_file(
 
     suffixes: those of results that the command writes, whatever the file of rays. whole: all rays must fit into memory.
     """
+    from ..io.array_file import check_output
     from ..io.ray_file import RayFile
-    from ..io.sink import check_output
 
     refuse_stdin(rays, "rays")
     if output != STDOUT:

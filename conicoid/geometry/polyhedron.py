@@ -31,7 +31,7 @@ from .bounds.support import half_space_bounds, plane_through, plane_uv, points_s
 from .cell import Any_, Cell, Face, Tree
 from .convex_decomposition import Facet, FlatPlane, PlaneSide, convex_parts, fit_plane, side_of_plane
 from .shape import PrimitiveSolid
-from .simple_polygon import check_outline, check_simple
+from .sheets import check_outline, check_simple
 from .surface import PlaneSurface
 from .transform import Motion
 

@@ -16,8 +16,7 @@ from typing import Any, NoReturn, TypeAlias
 from .._util.arrays import Vector
 from .._util.fork_safe_locks import fork_safe_rlock
 from .._util.validation import check_number, format_value
-from ..numerics import bigfloat as ex
-from ..numerics import rational
+from ..numerics import bigfloat as ex, rational
 from ..numerics.rational import row_echelon
 from .surface import UPRIGHT, QuadricSurface, Triples
 from .transform import IDENTITY_MOTION, Motion

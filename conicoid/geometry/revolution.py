@@ -29,7 +29,7 @@ from .bounds.support import sum_up
 from .cell import UV, All, Any_, Cell, Face, Tree, cartesian_uv, cylindrical_uv
 from .primitives import arc_support, check_inner_radius, cut_wedge, frustum_side, union_of_walls, wedge_walls
 from .shape import PrimitiveSolid
-from .simple_polygon import check_outline, check_simple
+from .sheets import check_outline, check_simple
 from .surface import PlaneSurface, QuadricSurface
 from .transform import Motion, Translate
 

@@ -39,8 +39,7 @@ from .bounds.intersection import (
 )
 from .bounds.support import bound_by_support
 from .cell import Cell, PolygonSheet, SurfaceSheet, Tree
-from .transform import IDENTITY_MOTION, Motion
-from .transform import apply_about as moved_about
+from .transform import IDENTITY_MOTION, Motion, apply_about as moved_about
 
 
 def _check_motion_first(check: Callable[[Any], None]) -> Callable[[Any], None]:

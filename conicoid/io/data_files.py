@@ -16,7 +16,7 @@ from pathlib import Path, PurePosixPath, PureWindowsPath
 import numpy as np
 
 from .._util.arrays import FloatArray
-from .._util.safe_files import open_regular, replace_file
+from .._util.files import open_regular, replace_file
 from .npz import ArrayHeader, NpyFormatError, npy_chunks, read_npy_header, read_npy_values
 from .scene_file.nodes import is_beyond_float64
 

@@ -17,7 +17,7 @@ from fnmatch import fnmatchcase
 from itertools import islice
 from typing import Any, NamedTuple
 
-from .._util.file_errors import MAX_LISTED_PROBLEMS, printable
+from .._util.files import MAX_LISTED_PROBLEMS, printable
 from .._util.names import check_choice
 from .._util.text import format_count
 from .._util.validation import check_callback, check_flag, check_integer, format_value

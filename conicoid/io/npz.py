@@ -22,8 +22,7 @@ from typing import IO, Any, BinaryIO
 import numpy as np
 
 from .._util.arrays import FloatArray
-from .._util.file_errors import printable
-from .._util.safe_files import check_memory
+from .._util.files import check_memory, printable
 
 # .npy files.
 

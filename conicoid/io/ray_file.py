@@ -1,6 +1,6 @@
 """Files of rays, .npy, .npz, .csv, .parquet and .zarr: whole, or in pieces where memory does not hold them.
 
-`docs/reference/files.md` describes the arrays and columns. `source.py` reads the numbers; here they become rays.
+`docs/reference/files.md` describes the arrays and columns. `array_file.py` reads the numbers; here they become rays.
 """
 
 from __future__ import annotations
@@ -14,13 +14,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .._util.file_errors import printable
+from .._util.files import check_memory, printable
 from .._util.names import closest_name
-from .._util.safe_files import check_memory
 from .._util.validation import format_list
 from ..kernels.ray import DEAD
 from ..queries.rays import Rays, find_invalid_ray
-from .source import LINE, SOURCE_SUFFIXES, TABLE, Rows, as_integers, open_source, row_ranges
+from .array_file import LINE, SOURCE_SUFFIXES, TABLE, Rows, as_integers, open_source, row_ranges
 
 RAY_COLUMNS = ("origin x", "origin y", "origin z", "direction x", "direction y", "direction z")
 _ORIGINS, _DIRECTIONS, _STARTS, _HOME = "origins", "directions", "starts", "starts_home"

@@ -18,8 +18,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from .._util.file_errors import SceneFileError, printable
-from .._util.safe_files import open_regular
+from .._util.files import SceneFileError, open_regular, printable
 from .._util.validation import format_list, format_value
 from ..geometry.body import Body
 from ..geometry.labels import Labels
@@ -30,12 +29,11 @@ from ..kernels.ray import DEAD
 from ..materials.material import Material
 from ..queries.hits import Hits
 from ..queries.rays import Rays
+from .array_file import SOURCE_SUFFIXES, as_integers, quote_csv, write_arrays, write_columns
 from .npz import NpzArchive
 from .ray_file import RayFile
 from .scene_file.scene_file import SceneParts, parse_scene, scene_data
 from .scene_file.writer import dump_json
-from .sink import quote_csv, write_arrays, write_columns
-from .source import SOURCE_SUFFIXES, as_integers
 
 if TYPE_CHECKING:
     from ..queries.scene_protocol import SceneLike

@@ -19,8 +19,7 @@ from xml.sax.xmlreader import InputSource
 from defusedxml.common import EntitiesForbidden
 from defusedxml.expatreader import DefusedExpatParser
 
-from .._util.file_errors import Problem, SceneFileError, unreadable_error
-from .._util.safe_files import open_regular
+from .._util.files import Problem, SceneFileError, open_regular, unreadable_error
 
 MAX_XML_BYTES = 64 << 20
 MAX_ATTRIBUTES = 3_000_000

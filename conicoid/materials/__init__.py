@@ -33,20 +33,21 @@ __all__ = sorted(_HOMES)  # pyright: ignore[reportUnsupportedDunderAll]
 
 if TYPE_CHECKING:
     from .background import clear_sky as clear_sky
-    from .material import AIR as AIR
-    from .material import GLASS as GLASS
-    from .material import VACUUM as VACUUM
-    from .material import WATER as WATER
-    from .presets import aluminium as aluminium
-    from .presets import conductor as conductor
-    from .presets import copper as copper
-    from .presets import gold as gold
-    from .presets import iron as iron
-    from .presets import silver as silver
-    from .texture import Brick as Brick
-    from .texture import Gradient as Gradient
-    from .texture import ImageTexture as ImageTexture
-    from .texture import Noise as Noise
-    from .texture import Wood as Wood
+    from .material import AIR as AIR, GLASS as GLASS, VACUUM as VACUUM, WATER as WATER
+    from .presets import (
+        aluminium as aluminium,
+        conductor as conductor,
+        copper as copper,
+        gold as gold,
+        iron as iron,
+        silver as silver,
+    )
+    from .texture import (
+        Brick as Brick,
+        Gradient as Gradient,
+        ImageTexture as ImageTexture,
+        Noise as Noise,
+        Wood as Wood,
+    )
 else:  # type checkers would accept any name otherwise
     __getattr__, __dir__ = lazy_names(__name__, _HOMES)

@@ -14,12 +14,12 @@ from .._util.validation import (
     check_degrees,
     check_nonnegative,
     check_number,
+    check_path as checked_path,
     check_vector,
     describe_kind,
     format_value,
     warn,
 )
-from .._util.validation import check_path as checked_path
 from .color import BRIGHT, BYTE, Color, bytes_hint, check_color, grey_hint, linear_rgb, look_like_bytes, srgb_decode
 from .image_file import image_array, read_pixels
 from .texture import ImagePath

@@ -16,8 +16,7 @@ from typing import Any
 import numpy as np
 
 from .._util.arrays import FloatArray
-from .bigfloat import BigFloat, Symbol, exact, rounded, sqrt, total
-from .bigfloat import sin_cos_degrees as exact_sin_cos
+from .bigfloat import BigFloat, Symbol, exact, rounded, sin_cos_degrees as exact_sin_cos, sqrt, total
 from .tracing import TracedBig, TracedFloat
 
 _BITS = 256

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .._util.safe_files import replace_file
+from .._util.files import replace_file
 from .._util.validation import check_path as checked_path
 from ..render.exposure import Exposure, empty_sums, render_motion_blur, stills
 from ..render.film import COUNT, SUMS, mean_pixels

@@ -17,17 +17,14 @@ from .._util.arrays import FloatArray
 from .._util.validation import describe_kind, is_dask_array, replace_default
 from .._util.value_objects import align_array, freeze_arrays
 from ..kernels.first_hits import HitBuffers
-from ..queries import distances, ray_queries
-from ..queries import points as at_points
-from ..queries.distances import Distances, Nearest
+from ..queries import points as at_points, points as distances, ray_queries
 from ..queries.hits import Hits
 from ..queries.line_integrals import trailing_axes
-from ..queries.points import BodiesAt
+from ..queries.points import BodiesAt, Distances, Nearest
 from ..queries.ray_queries import as_rays, limits_of
 from ..queries.rays import LazyRays, Rays, lines_of
 from ..queries.spans import Crossings, Spans, refuse_large_lengths
-from ..queries.voxel_columns import ColumnGrid
-from ..queries.voxel_columns import voxel_shares as columns_here
+from ..queries.voxel_columns import ColumnGrid, voxel_shares as columns_here
 from .scheduler import ChunkSize, ScheduledTask, prepare_first, run_tasks
 from .shared_state import SharedObject, shared_scene
 from .workers import Workers, as_workers, inline_workers

@@ -22,8 +22,8 @@ from typing import Any
 
 import numpy as np
 
+from .._util.files import replace_file
 from .._util.fork_safe_locks import fork_safe_lock
-from .._util.safe_files import replace_file
 from .._util.version import __version__
 from ..geometry.bulk import Spheres
 from ..geometry.instances import InstanceList

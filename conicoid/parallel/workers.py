@@ -13,8 +13,7 @@ from collections.abc import Callable
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from typing import TYPE_CHECKING, Any
 
-from .._util.validation import check_callback, check_integer, describe_kind
-from .._util.validation import check_path as checked_path
+from .._util.validation import check_callback, check_integer, check_path as checked_path, describe_kind
 
 if TYPE_CHECKING:
     from ..kernels.threads import Progress

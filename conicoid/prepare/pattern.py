@@ -16,8 +16,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from .._util.arrays import unique_with_inverse
-from ..geometry.instances import InstanceList, ShiftTable, transform_offsets
-from ..geometry.instances import Ints as InstancesInts
+from ..geometry.instances import InstanceList, Ints as InstancesInts, ShiftTable, transform_offsets
 from ..kernels.tables import MAP_SIZE, PLANE, PLANE_SIZE, QUADRIC, QUADRIC_SIZE, SPHERE, SPHERE_SIZE, Floats, Ints
 from .assembly import Assembly
 

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from .._util.arrays import FloatArray, ignore_fp_errors
-from .extensions import extension
 from .rays import lines_of
+from .result import extension
 from .weights import weights_of
 
 

@@ -19,10 +19,9 @@ from ..kernels.first_hits import HitBuffers
 from ..kernels.ray import DEAD, RayArrays
 from ..kernels.threads import KernelRange, run_chunks
 from .derivatives import HitDerivatives
-from .extensions import extension
 from .hit_fields import faces_of, local_points_of, normals_of, points_along, uvs_of
 from .rays import Rays, lines_of, points_array
-from .result import NO_SCENE, QueryResult, check_parts, format_body, format_field, merge_labels
+from .result import NO_SCENE, QueryResult, check_parts, extension, format_body, format_field, merge_labels
 
 if TYPE_CHECKING:
     from ..prepare.prepared_scene import PreparedScene

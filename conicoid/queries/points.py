@@ -2,21 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from typing import Any
+import math
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from .._util.arrays import FloatArray
+from .._util.arrays import FloatArray, ignore_fp_errors
 from .._util.text import format_count
-from .._util.validation import LARGEST, rows_outside_domain
+from .._util.validation import LARGEST, format_value, real_array, rows_outside_domain, zero_negligible
 from ..geometry.labels import Labels
-from ..kernels.threads import KernelRange, chunk_of_rays, run_on
+from ..kernels.closest.nearest_walls import nearest_walls
+from ..kernels.closest.safety import bounds_of_points
+from ..kernels.threads import KernelRange, chunk_of_rays, chunk_size, run_chunks, run_on
 from ..prepare.prepared_scene import PreparedScene
 from .exact.doubtful_rays import resolve_bodies
 from .exact.membership import locate_packets
+from .hit_fields import faces_of, normals_of
 from .rays import points_array
+from .result import NO_SCENE, QueryResult, check_parts, common_scene_state, format_body, format_field
+
+if TYPE_CHECKING:
+    from ..kernels.threads import Progress
+    from ..prepare.prepared_scene import PreparedScene
 
 
 class BodiesAt:
@@ -188,3 +198,331 @@ def bodies_at(scene: PreparedScene, points: Any, query: Callable[[FloatArray, An
     order = np.argsort(owner, kind="stable")
     offsets = np.concatenate([[0], np.cumsum(np.bincount(owner, minlength=len(flat)))]).astype(np.int64)
     return BodiesAt(offsets, np.concatenate(bodies)[order], shape, scene.labels)
+
+
+# Distances of points from the nearest walls: the query `distance` and its result `Distances`.
+
+_FIELD_CHUNK = 16384  # points that a thread takes at a time when it computes a field
+
+
+class Nearest(NamedTuple):
+    """The nearest wall of each point, as flat arrays that kernels fill."""
+
+    distance: FloatArray  # (n,) signed
+    lower: FloatArray
+    error: FloatArray
+    point: FloatArray  # (n, 3)
+    body: npt.NDArray[np.int32]
+    entry: npt.NDArray[np.int32]
+    place: npt.NDArray[np.int32]
+    turn: npt.NDArray[np.int8]
+
+    @classmethod
+    def nothing(cls, count: int) -> Nearest:
+        """Return arrays without walls: all numbers -1, all points NaN, the distances undefined."""
+        distance, lower, error = (np.empty(count) for _ in range(3))
+        body, entry, place = (np.full(count, -1, np.int32) for _ in range(3))
+        return cls(distance, lower, error, np.full((count, 3), np.nan), body, entry, place, np.ones(count, np.int8))
+
+
+class Distances(QueryResult):
+    """Distances of points from the nearest walls, shaped like the points; one point gives scalars. Read-only.
+
+    `scene.distance` makes it. Without `exact=True` it holds bounds, and no nearest walls.
+
+    Attributes
+    ----------
+    distance : float64 (...)
+        Negative inside a solid; -inf or inf if there is no wall, or none within max_distance. A bound, of the size of
+        `lower`, unless the query had exact=True.
+    lower : float64 (...)
+        A certified bound: no wall is nearer.
+    error : float64 (...)
+        The true distance is in [|distance| - error, |distance| + error]; inf for a bound.
+    point, normal : float64 (..., 3)
+        The nearest point of a wall, and its unit outward normal; NaN where no wall was searched for or found.
+    body, face, surface : int32 (...)
+        Numbers of that wall; -1 where no wall was searched for or found.
+    name, material : object (...)
+        Name and material of that body.
+    points : float64 (..., 3)
+        The points of the query.
+    shape, ndim, size
+        Those of `distance`.
+    """
+
+    points: FloatArray
+    _nearest: Nearest
+    _single: bytes  # of one point, see `_of_single`
+    _views = ("distance", "lower", "error", "point", "body", "face", "surface", "normal", "_single")
+
+    def __init__(self, scene: PreparedScene, points: FloatArray, found: Nearest) -> None:
+        points.flags.writeable = False
+        vars(self).update(_scene=scene, points=points, _nearest=found)
+
+    @classmethod
+    def _of_single(cls, scene: PreparedScene, point: bytes, bound: float, inside: bool) -> Distances:
+        """Return the bound of one point, whose arrays are made when a field needs them."""
+        distances = object.__new__(cls)
+        distance, lower = np.float64(-bound if inside else bound), np.float64(bound)
+        vars(distances).update(_scene=scene, _single=point, distance=distance, lower=lower)
+        return distances
+
+    if not TYPE_CHECKING:  # the arrays of a single point are made when a field needs them
+
+        @cached_property
+        def points(self) -> FloatArray:
+            return np.frombuffer(self._single)
+
+        @cached_property
+        def _nearest(self) -> Nearest:
+            found = Nearest.nothing(1)
+            found.distance[:], found.lower[:] = self.distance, self.lower
+            found.error[:] = 0.0 if self.lower == math.inf else math.inf
+            return found
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """The leading shape, that of `distance`."""
+        return self.points.shape[:-1]
+
+    @property
+    def ndim(self) -> int:
+        """Number of axes of `distance`; 0 for a single point."""
+        return len(self.shape)
+
+    @property
+    def size(self) -> int:
+        """Number of points."""
+        return len(self._nearest.distance)
+
+    def _shaped(self, array: Any, *last: int) -> Any:
+        result = array.reshape((*self.shape, *last))
+        result.flags.writeable = False
+        return result if last else result[()]
+
+    @cached_property
+    def distance(self) -> FloatArray:
+        return self._shaped(self._nearest.distance)
+
+    @cached_property
+    def lower(self) -> FloatArray:
+        return self._shaped(self._nearest.lower)
+
+    @cached_property
+    def error(self) -> FloatArray:
+        return self._shaped(self._nearest.error)
+
+    @cached_property
+    def point(self) -> FloatArray:
+        return self._shaped(self._nearest.point, 3)
+
+    @cached_property
+    def body(self) -> npt.NDArray[np.int32]:
+        return self._shaped(self._nearest.body)
+
+    @cached_property
+    def _faces(self) -> Any:
+        """int32 (3, n): surface number, face number, side; -1, -1, 0 without a wall."""
+        found = self._nearest
+        faces = np.empty((3, len(found.distance)), np.int32)
+        arguments = (self._scene.geometry, found.entry, found.place, found.turn)
+        run_chunks(KernelRange(faces_of, arguments, (faces,)), len(found.distance), _FIELD_CHUNK)
+        return faces
+
+    @cached_property
+    def face(self) -> Any:
+        return self._shaped(self._faces[1])
+
+    @cached_property
+    def surface(self) -> Any:
+        return self._shaped(self._faces[0])
+
+    @cached_property
+    @ignore_fp_errors
+    def _normals(self) -> FloatArray:
+        normals = np.empty_like(self._nearest.point)
+        arguments = (self._scene.geometry, self._faces, self._nearest.point)
+        run_chunks(KernelRange(normals_of, arguments, (normals,)), len(normals), _FIELD_CHUNK)
+        return zero_negligible(normals)
+
+    @property
+    def normal(self) -> FloatArray:
+        return self._shaped(self._normals, 3)
+
+    def __len__(self) -> int:
+        if not self.shape:
+            raise TypeError("Distances: those of a single point have no length")
+        return self.shape[0]
+
+    def __iter__(self) -> Iterator[Distances]:
+        for i in range(len(self)):
+            yield self[i]
+
+    def __getitem__(self, index: Any) -> Distances:
+        """Return the distances that an index or mask over the points' shape selects."""
+        rows = np.arange(self.size).reshape(self.shape)[index]
+        flat = np.atleast_1d(rows).ravel()
+        picked = Distances(self._scene, self.points[index], Nearest(*(array[flat] for array in self._nearest)))
+        if self._scene is NO_SCENE:  # `picked` could not compute these again
+            vars(picked).update(_faces=self._faces[:, flat], _normals=self._normals[flat])
+            vars(picked).update(_home=self._home, _labels=self._labels)
+        return picked
+
+    @staticmethod
+    def concatenate(parts: Iterable[Distances]) -> Distances:
+        """Join distances along the first axis; a single point counts as a row of one.
+
+        Parameters
+        ----------
+        parts : iterable of Distances
+            Distances of one scene, detached or not.
+
+        Raises
+        ------
+        TypeError
+            If a part is not a Distances.
+        ValueError
+            If `parts` is empty, if shapes differ in another axis than the first, or for different scenes.
+        """
+        return _concatenate_distances(parts)
+
+    def __repr__(self) -> str:
+        if self.shape:
+            inside = int((self._nearest.distance < 0.0).sum())
+            return f"Distances(shape={self.shape}, {inside:,} of {format_count(self.size, 'point', 'points')} inside)"
+        names = (
+            ("distance", "error", "point", "normal", "face") if self._nearest.body[0] >= 0 else ("distance", "lower")
+        )
+        fields = ", ".join(f"{name}={format_field(getattr(self, name))}" for name in names)
+        return (
+            f"Distances({f'body {format_body(self.body, self.name)}, ' if self._nearest.body[0] >= 0 else ''}{fields})"
+        )
+
+
+def _concatenate_distances(parts: Any) -> Distances:
+    """Join distances (see `Distances.concatenate`). They keep their scene if all parts have the same one."""
+    given = check_parts(Distances, parts)
+    if not given:
+        raise ValueError("Distances: parts must hold at least one Distances, got none")
+    shapes = [part.points.shape if part.shape else (1, 3) for part in given]
+    if len({shape[1:] for shape in shapes}) > 1:
+        raise ValueError(f"Distances: parts must have one shape but for the first axis, got {shapes[:4]}")
+    points = np.concatenate([part.points.reshape(shape) for part, shape in zip(given, shapes, strict=True)])
+    found = Nearest(*(np.concatenate(columns) for columns in zip(*(part._nearest for part in given), strict=True)))
+    scene = given[0]._scene
+    if scene is not NO_SCENE and all(part._scene is scene for part in given):
+        return Distances(scene, points, found)
+    rows = [part.detached() for part in given]
+    state: dict[str, Any] = {"points": points, "_nearest": found, "_home": rows[0]._home}
+    state |= common_scene_state(rows, "Distances")
+    state["_faces"] = np.concatenate([part._faces for part in rows], axis=1)
+    state["_normals"] = np.concatenate([part._normals for part in rows])
+    result = object.__new__(Distances)
+    result.__setstate__(state)
+    return result
+
+
+# The query: certified bounds for packets of points, or the nearest wall of each point
+
+_BOUND_CHUNK, _EXACT_CHUNK = 64, 256  # packets, points
+
+
+def reach_of(max_distance: Any, shape: tuple[int, ...]) -> FloatArray:
+    """Return `max_distance` for each point, flat. Raise ValueError if it is not positive or does not broadcast."""
+    expected = f"a positive number or broadcast to {shape}"
+    array = real_array("distance", "max_distance", max_distance, expected)
+    try:
+        reach = np.broadcast_to(array, shape).ravel()
+    except ValueError:
+        raise ValueError(f"distance: max_distance must be {expected}, got {format_value(max_distance)}") from None
+    bad = np.flatnonzero(~(reach > 0.0))
+    if len(bad):
+        raise ValueError(f"distance: max_distance must be positive, got {float(reach[bad[0]])!r}")
+    return np.ascontiguousarray(reach)
+
+
+def distance(
+    scene: PreparedScene,
+    points: Any,
+    max_distance: Any = math.inf,
+    exact: bool = False,
+    progress: Progress | None = None,
+) -> Distances:
+    """Return signed distances of points from the nearest walls; see `Scene.distance` for the arguments."""
+    flat, shape = points_of("distance", points)
+    reach = reach_of(max_distance, shape)
+    found = (
+        exact_distances(scene, flat, reach, progress)
+        if exact
+        else distance_bounds(scene, flat, reach, progress, width_of(shape))
+    )
+    # After the signs, for which `body_at` keeps a call too
+    if len(flat) == 1 and not exact and scene.lacks_single_calls("distance"):
+        point, bound = np.zeros((1, 3)), np.zeros(1)
+        arguments = scene.geometry, point, np.full(1, math.inf), 0, 0, 1, bound
+        scene.keep_single_calls("distance", _bound_of_single, ("bounds_of_points", arguments, (point,), (bound,)))
+    return Distances(scene, flat.reshape((*shape, 3)), found)
+
+
+def _bound_of_single(calls: Sequence[Callable[..., Any]], scene: PreparedScene, point: Any) -> Distances | None:
+    """Return the certified bound for a point of plain numbers; None where `distance` must answer."""
+    found, body = calls[0](point), scene.single_calls["body_at"](scene, point)
+    return None if found is None or body is None else Distances._of_single(scene, found[0], found[1], body >= 0)
+
+
+def distance_bounds(
+    scene: PreparedScene, flat: FloatArray, reach: FloatArray, progress: Progress | None = None, width: int = 0
+) -> Nearest:
+    """Return certified bounds without walls. width: of the picture that the points make, or 0."""
+    count, bounds = len(flat), np.empty(len(flat))
+    packets = packets_of(count, width)
+    run_on(
+        scene.geometry,
+        KernelRange(bounds_of_points, (flat, reach, width), (bounds,)),
+        packets,
+        chunk_size(packets, _BOUND_CHUNK),
+        count,
+        _progress_in_points(progress, packets, count),
+    )
+    found = Nearest.nothing(count)
+    beyond = ~(bounds < math.inf)
+    found.distance[:] = _sign_distances(scene, flat, bounds)
+    found.lower[:] = np.where(beyond, reach, bounds)
+    found.error[:] = np.where(beyond & (reach == math.inf), 0.0, math.inf)
+    return found
+
+
+def _progress_in_points(progress: Progress | None, packets: int, count: int) -> Progress | None:
+    """Return a callback that counts packets and reports points."""
+    if progress is None:
+        return None
+    return lambda done, _: progress(count if done == packets else min(count, 64 * done), count)
+
+
+def exact_distances(
+    scene: PreparedScene, flat: FloatArray, reach: FloatArray, progress: Progress | None = None
+) -> Nearest:
+    """Return the nearest wall of each point, with an error bound."""
+    count, found = len(flat), Nearest.nothing(len(flat))
+    lower, upper, away = np.empty(count), np.empty(count), np.empty(count)
+    after = found.body, found.entry, found.place, found.turn, away, lower, upper, found.point
+    work = KernelRange(nearest_walls, (flat, reach), after)
+    run_on(scene.geometry, work, count, chunk_size(count, _EXACT_CHUNK), count, progress)
+    beyond = ~((away <= reach) & (away < math.inf))
+    for field in (found.body, found.entry, found.place):
+        field[beyond] = -1
+    found.point[beyond] = math.nan
+    away[beyond], upper[beyond] = math.inf, math.inf
+    found.lower[:] = np.maximum(0.0, np.where(beyond, np.minimum(lower, reach), np.minimum(lower, away)))
+    found.distance[:] = _sign_distances(scene, flat, away)
+    with np.errstate(invalid="ignore"):
+        error = np.maximum(upper - away, away - found.lower)
+    found.error[:] = np.where(beyond, np.where(found.lower == math.inf, 0.0, math.inf), error)
+    return found
+
+
+def _sign_distances(scene: PreparedScene, flat: FloatArray, distances: FloatArray) -> FloatArray:
+    """Return distances with their signs: negative inside any solid."""
+    inside = body_at(scene, flat, "distance") >= 0
+    return np.where(inside, -distances, distances)

@@ -12,12 +12,18 @@ import numpy.typing as npt
 
 from .._jit.machine_code import empty_array, is_frozen
 from .._util.arrays import FloatArray, ignore_fp_errors
-from .._util.validation import DOMAIN, check_npz_path, describe_kind, format_value, real_array, refuse_columns
-from .._util.validation import check_path as checked_path
+from .._util.validation import (
+    DOMAIN,
+    check_npz_path,
+    check_path as checked_path,
+    describe_kind,
+    format_value,
+    real_array,
+    refuse_columns,
+)
 from .._util.value_objects import align_array
 from ..kernels.threads import KernelRange, run_chunks
-from .extensions import extension
-from .result import ArrayRecord, check_parts
+from .result import ArrayRecord, check_parts, extension
 
 if TYPE_CHECKING:
     from ..prepare.prepared_scene import PreparedScene

@@ -41,10 +41,18 @@ from .derivatives import SpanDerivatives
 from .exact.doubtful_rays import resolve_rows
 from .exact.error_bounds import bounds_of_t
 from .exact.hit_sides import HitPlaces, sides_of
-from .extensions import extension
 from .hit_fields import normals_of, points_along
 from .rays import Rays, lines_of
-from .result import NO_SCENE, QueryResult, check_parts, common_scene_state, format_body, format_field, format_rows
+from .result import (
+    NO_SCENE,
+    QueryResult,
+    check_parts,
+    common_scene_state,
+    extension,
+    format_body,
+    format_field,
+    format_rows,
+)
 from .weights import BODY, DistinctMaterials, Weights, check_by, weights_of
 
 if TYPE_CHECKING:

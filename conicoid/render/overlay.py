@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._util.arrays import dot_rows, ignore_fp_errors, row_lengths
-from .._util.file_errors import printable
+from .._util.files import printable
 from ..materials.color import linear_rgb, srgb_decode
 from ..numerics.portable_math import hypot
 from .camera import Camera, FisheyeCamera, OrthographicCamera

@@ -17,9 +17,7 @@ _HOMES = {
 __all__ = sorted(_HOMES)  # pyright: ignore[reportUnsupportedDunderAll]
 
 if TYPE_CHECKING:
-    from ..geometry.tracks import BodyTrack as BodyTrack
-    from ..geometry.tracks import CameraTrack as CameraTrack
-    from ..geometry.tracks import LightTrack as LightTrack
+    from ..geometry.tracks import BodyTrack as BodyTrack, CameraTrack as CameraTrack, LightTrack as LightTrack
     from .molecules import Molecule as Molecule
 else:  # type checkers would accept any name otherwise
     __getattr__, __dir__ = lazy_names(__name__, _HOMES)

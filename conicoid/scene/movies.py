@@ -18,11 +18,18 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from .._util.arrays import dot_rows, ignore_fp_errors, unit_rows
-from .._util.safe_files import replace_file, resolve_output
-from .._util.validation import as_integer, check_callback, check_flag, check_number, check_positive, format_value
-from .._util.validation import check_path as checked_path
+from .._util.files import replace_file, resolve_output
+from .._util.validation import (
+    as_integer,
+    check_callback,
+    check_flag,
+    check_number,
+    check_path as checked_path,
+    check_positive,
+    format_value,
+)
 from ..geometry.tracks import last_time
-from ..io.images.movie import check_movie, write_movie
+from ..io.image_codecs import check_movie, write_movie
 from ..numerics.portable_math import sin_cos_degrees
 from ..parallel.scheduler import ScheduledTask, prepare_first, run_tasks
 from ..parallel.shared_state import SharedObject, shared_scene

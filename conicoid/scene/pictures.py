@@ -10,7 +10,7 @@ from typing import Any
 from .._util.names import check_choice, describe_names
 from .._util.validation import check_callback, check_flag, describe_kind, format_value
 from ..geometry.body import Body
-from ..io.images.image import Image
+from ..io.image import Image
 from ..materials.color import amount_rgb
 from ..materials.light import AmbientLight, as_lights
 from ..materials.material import Material
@@ -77,7 +77,7 @@ def _preview_function(preview: Any) -> Callable[[Any, Any], None] | None:
     if preview is True:
         preview = notebook_preview()
     elif isinstance(preview, str):
-        from ..io.images.codecs import terminal_preview
+        from ..io.image_codecs import terminal_preview
 
         check_choice("render", "preview", preview, ("terminal",))
         preview = terminal_preview()

@@ -60,19 +60,17 @@ from ..geometry.tracks import BodyTrack, CameraTrack, LightTrack, Track, as_trac
 from ..materials.background import Background, as_background
 from ..materials.light import Light, as_lights
 from ..materials.material import Material
-from ..queries.extensions import extension
+from ..queries.result import extension
 
 if TYPE_CHECKING:
-    from ..apps.explain.explanation import Explanation
-    from ..apps.explain.scene_surface import SceneSurface
+    from ..apps.explain.explanation import Explanation, SceneSurface
     from ..apps.section.slice import Slice
     from ..apps.section.voxels import Voxels
-    from ..io.images.image import Image
+    from ..io.image import Image
     from ..kernels.threads import Progress
     from ..prepare.prepared_scene import Memory, PreparedScene
-    from ..queries.distances import Distances
     from ..queries.hits import Hits
-    from ..queries.points import BodiesAt
+    from ..queries.points import BodiesAt, Distances
     from ..queries.rays import Rays
     from ..queries.spans import Crossings, Spans
     from ..render.camera import AnyCamera, Camera, OrthographicCamera
@@ -679,7 +677,7 @@ class Scene:
         OSError
             For a file that cannot be read or written. The errors of the query are raised as well.
         """
-        from ..parallel.stream import stream
+        from ..parallel.result_writer import stream
 
         return stream(self, rays, query, chunk, executor, out, options)
 
@@ -880,7 +878,7 @@ class Scene:
         self, points: Any, exact: bool, max_distance: Any, progress: Progress | None, executor: Any
     ) -> Distances:
         """Answer `distance` here, or by workers."""
-        from ..queries import distances
+        from ..queries import points as distances
 
         check_callback("distance", "progress", progress)
         exact = check_flag("distance", "exact", exact)
@@ -936,7 +934,7 @@ class Scene:
         IndexError
             For other numbers, -1 (a miss) among them.
         """
-        from ..apps.explain.scene_surface import surface_of
+        from ..apps.explain.explanation import surface_of
 
         index, count = as_index(number), len(self._prepared.lowered.tables.surface_kind)
         if index is None:
@@ -1071,7 +1069,7 @@ class Scene:
             For each pixel; they smooth the edges.
         """
         from ..apps.section.section_image import section_pixels
-        from ..io.images.image import Image
+        from ..io.image import Image
 
         return Image._of_light(
             section_pixels(self._prepared, self._bodies, self.extent, plane, at, width, height, samples)

@@ -20,9 +20,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from .._util.safe_files import replace_file
-from .._util.validation import check_path as checked_path
-from .._util.validation import describe_kind
+from .._util.files import replace_file
+from .._util.validation import check_path as checked_path, describe_kind
 from ..io.export.exporters import EXPORT_FORMATS, ExportOptions, find_export_format
 from ..kernels.tables import Tables
 from ..materials.color import srgb_encode

@@ -15,9 +15,8 @@ from typing import Any
 
 import numpy as np
 
-from .._util.file_errors import SceneFileError
+from .._util.files import SceneFileError, write_text
 from .._util.fork_safe_locks import fork_safe_rlock
-from .._util.safe_files import write_text
 from ..geometry.bulk import Bulk
 from ..geometry.instances import InstanceList
 from ..geometry.quadric_classification import COEFFICIENT_NAMES as COEFFICIENTS

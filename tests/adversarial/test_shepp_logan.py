@@ -26,7 +26,8 @@ HEAD = np.array([
     [0.1, 0.023, 0.023, 0.02, 0, -0.606, 0, 0, 0, 0],
     [0.1, 0.023, 0.046, 0.02, 0.06, -0.605, 0, 0, 0, 0],
 ])  # fmt: skip
-# A point in the ellipsoid's own frame is Rz(ψ) Rx(θ) Rz(φ) (x - centre), Rz(φ) = [[cos, sin, 0], [-sin, cos, 0], [0, 0, 1]].
+# A point in the ellipsoid's own frame is Rz(ψ) Rx(θ) Rz(φ) (x - centre), Rz(φ) = [[cos, sin, 0], [-sin, cos, 0], [0, 0,
+# 1]].
 
 VIEWS = {
     "from the side": ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)),

@@ -10,9 +10,7 @@ import pytest
 from typer.testing import CliRunner
 
 from benchmarks.__main__ import app
-from benchmarks.comparison.accuracy import suite as report
-from benchmarks.comparison.accuracy import suite as rows
-from benchmarks.comparison.accuracy import systems
+from benchmarks.comparison.accuracy import suite as report, suite as rows, systems
 from benchmarks.comparison.accuracy.bodies import (
     DOUBLE,
     FAMILIES,

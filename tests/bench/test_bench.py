@@ -10,12 +10,16 @@ from typer.testing import CliRunner
 
 import conicoid as co
 from benchmarks.__main__ import app
-from benchmarks.comparison import arrays, limits, scenes
-from benchmarks.comparison import harness as report
-from benchmarks.comparison import preparation as preparing
-from benchmarks.comparison import preparation as processes
-from benchmarks.comparison import scenes as core
-from benchmarks.comparison import suite as rows
+from benchmarks.comparison import (
+    arrays,
+    harness as report,
+    limits,
+    preparation as preparing,
+    preparation as processes,
+    scenes,
+    scenes as core,
+    suite as rows,
+)
 from benchmarks.comparison.harness import QUICK, Absent, BenchRow, Measured, Peer, Size
 
 HERE = Peer("Somebody", "float32", lambda: "Somebody 1")

@@ -15,8 +15,7 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.parallel import scheduler as task
-from conicoid.parallel import shared_state as recipe
+from conicoid.parallel import scheduler as task, shared_state as recipe
 from conicoid.parallel.scheduler import ChunkSize
 from conicoid.parallel.shared_state import source_version
 

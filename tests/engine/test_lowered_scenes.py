@@ -13,8 +13,7 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.prepare import batch_lowering as together_module
-from conicoid.prepare import lowering
+from conicoid.prepare import batch_lowering as together_module, lowering
 from conicoid.prepare.tape import recording_cache as recordings
 
 from .tapes.test_recorded import KINDS, MOTIONS, SOLIDS

@@ -19,7 +19,7 @@ import numpy as np
 import conicoid as co
 from conicoid.render.color_mapping import apply_colormap
 from conicoid.io.importers import palette_color
-from conicoid.io.images.codecs import srgb_bytes
+from conicoid.io.image_codecs import srgb_bytes
 from conicoid.render.camera import fit_camera
 
 random = np.random.default_rng(1)

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.prepare.edits import buffer_pool as stores
-from conicoid.prepare.edits import in_place as exchange
+from conicoid.prepare.edits import buffer_pool as stores, in_place as exchange
 from tests.engine.exchanges import anywhere, bodies, moved, note_memory_taken, slid, standing
 from tests.engine.nodes import Nodes
 from tests.engine.test_edited import same_answers, same_tables

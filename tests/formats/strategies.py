@@ -10,8 +10,7 @@ import functools
 import math
 from typing import Any
 
-from hypothesis import assume
-from hypothesis import strategies as st
+from hypothesis import assume, strategies as st
 
 import conicoid as co
 from conicoid.geometry.bulk import Bulk

@@ -12,10 +12,9 @@ from typing import Any
 
 import pytest
 
-from conicoid._util.file_errors import SceneFileError
+from conicoid._util.files import SceneFileError
 from conicoid._util.value_objects import pickle_state
-from conicoid.io.scene_file import body_patterns, shape_reader
-from conicoid.io.scene_file import scene_file as scene_reader
+from conicoid.io.scene_file import body_patterns, scene_file as scene_reader, shape_reader
 from conicoid.io.scene_file.scene_file import parse_scene
 
 from ..samples import in_turn

@@ -10,11 +10,10 @@ import re
 from typing import Any
 
 import pytest
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
+from hypothesis import HealthCheck, given, settings, strategies as st
 
 import conicoid as co
-from conicoid._util.file_errors import SceneFileError
+from conicoid._util.files import SceneFileError
 from conicoid.io.scene_file import body_patterns, scene_file, yaml_parser
 from conicoid.io.scene_file.body_patterns import PatternDocument, PatternItem
 from conicoid.io.scene_file.nodes import MappingNode, Node, ScalarNode, SequenceNode

@@ -6,7 +6,7 @@ import re
 
 import pytest
 
-from conicoid._util.file_errors import SceneFileError
+from conicoid._util.files import SceneFileError
 from conicoid.io.scene_file.scene_file import read_scene
 
 from .broken import CASES

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.io.images import codecs as exr
+from conicoid.io import image_codecs as exr
 
 from ..samples import sampled
 
@@ -33,7 +33,7 @@ CODE = """
 import resource, signal, sys
 import numpy as np
 import conicoid as co
-from conicoid.io.sink import write_arrays, write_columns
+from conicoid.io.array_file import write_arrays, write_columns
 from conicoid.cli.terminal import user_mistakes
 
 SPANS = dict(body=np.zeros(5000, int))

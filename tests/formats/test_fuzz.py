@@ -6,10 +6,9 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
-from conicoid._util.file_errors import SceneFileError
+from conicoid._util.files import SceneFileError
 from conicoid.geometry.registry import REGISTRY
 from conicoid.io.scene_file.scene_file import read_scene
 from conicoid.io.scene_file.schema import scene_schema

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid._util import file_errors as errors
-from conicoid._util.file_errors import SceneFileError
+from conicoid._util import files as errors
+from conicoid._util.files import SceneFileError
 from conicoid.io.scene_file import yaml_parser
 from conicoid.io.scene_file.scene_file import read_scene
 

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid._util.file_errors import SceneFileError
+from conicoid._util.files import SceneFileError
 from conicoid.io import npz
 from conicoid.io.ray_file import read_rays
 

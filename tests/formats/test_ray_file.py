@@ -8,10 +8,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from conicoid._util.safe_files import replace_file
+from conicoid._util.files import replace_file
+from conicoid.io.array_file import check_output, write_arrays, write_columns
 from conicoid.io.ray_file import read_rays
 from conicoid.io.result_file import table_columns
-from conicoid.io.sink import check_output, write_arrays, write_columns
 
 RNG = np.random.default_rng(3)
 RAYS = RNG.normal(size=(5, 6))

@@ -9,13 +9,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, assume, given, settings
-from hypothesis import strategies as st
+from hypothesis import HealthCheck, assume, given, settings, strategies as st
 
 import conicoid as co
 from conicoid.geometry.shape import Shape
-from conicoid.io.scene_file import yaml_parser
-from conicoid.io.scene_file import yaml_parser as scene_text
+from conicoid.io.scene_file import yaml_parser, yaml_parser as scene_text
 from conicoid.io.scene_file.scene_file import SceneParts, read_scene, write_scene
 
 from ..samples import sampled, size

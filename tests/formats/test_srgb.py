@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from conicoid.io.images.codecs import _srgb_table, srgb_bytes
+from conicoid.io.image_codecs import _srgb_table, srgb_bytes
 
 
 def by_formula(linear):

@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid._util.file_errors import SceneFileError
+from conicoid._util.files import SceneFileError
 from conicoid._util.value_objects import pickle_state
 from conicoid.io.scene_file import shape_reader, template
 from conicoid.io.scene_file.scene_file import parse_scene

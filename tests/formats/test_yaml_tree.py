@@ -8,7 +8,7 @@ import pytest
 import yaml
 
 import conicoid as co
-from conicoid._util.file_errors import SceneFileError
+from conicoid._util.files import SceneFileError
 from conicoid.io.scene_file.nodes import MappingNode, Node, ScalarNode, SequenceNode
 from conicoid.io.scene_file.writer import dump_yaml
 from conicoid.io.scene_file.yaml_parser import YamlError, parse_document, parse_yaml

@@ -17,8 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from conicoid._jit import decorators as jit
-from conicoid._jit import machine_code
+from conicoid._jit import decorators as jit, machine_code
 from conicoid._jit.decorators import DECLARED
 
 _protect = getattr(ctypes.CDLL(None), "mprotect", None) if sys.platform != "win32" else None

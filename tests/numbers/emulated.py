@@ -14,13 +14,15 @@ from fractions import Fraction
 
 import pytest
 
-from conicoid.kernels.numbers import double_double as bits
-from conicoid.kernels.numbers import double_double as doubled
-from conicoid.kernels.numbers import double_double as errorfree
-from conicoid.kernels.numbers import elementary as angles
-from conicoid.kernels.numbers import elementary as exponential
-from conicoid.kernels.numbers import elementary as hypot
-from conicoid.kernels.numbers import elementary as polynomial
+from conicoid.kernels.numbers import (
+    double_double as bits,
+    double_double as doubled,
+    double_double as errorfree,
+    elementary as angles,
+    elementary as exponential,
+    elementary as hypot,
+    elementary as polynomial,
+)
 
 MODULES = (angles, bits, doubled, errorfree, exponential, hypot, polynomial)
 

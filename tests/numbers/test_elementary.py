@@ -10,8 +10,7 @@ import mpmath
 import numpy as np
 import pytest
 
-from conicoid.kernels.numbers import elementary as angles
-from conicoid.kernels.numbers import elementary as exponential
+from conicoid.kernels.numbers import elementary as angles, elementary as exponential
 from conicoid.kernels.numbers.elementary import hypot
 
 from ..compiled import compiled

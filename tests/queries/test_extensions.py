@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 import conicoid as co
-from conicoid.queries.extensions import EXTENSIONS, extension
+from conicoid.queries.result import EXTENSIONS, extension
 from conicoid.queries.scene_protocol import is_scene
 
 

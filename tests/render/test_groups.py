@@ -90,7 +90,7 @@ def test_previews_in_a_terminal(monkeypatch):
     """Half blocks: the upper pixel is the colour of the character, the lower one what is behind it."""
     from rich.console import Console
 
-    from conicoid.io.images.codecs import downsample, render_half_blocks
+    from conicoid.io.image_codecs import downsample, render_half_blocks
 
     pixels = np.zeros((3, 2, 3), np.float32)
     pixels[0, 0], pixels[1, 0], pixels[2, 1] = (1, 0, 0), (0, 1, 0), (0, 0, 1)

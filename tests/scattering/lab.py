@@ -7,9 +7,8 @@ from typing import Any, NamedTuple
 import numba
 import numpy as np
 
-from conicoid.render.bsdf.bsdf import evaluate_lobes, sample_lobes
 from conicoid.render.bsdf.bsdf_sample import LobeSurface
-from conicoid.render.bsdf.registry import lower_albedos, lower_materials
+from conicoid.render.bsdf.registry import evaluate_lobes, lower_albedos, lower_materials, sample_lobes
 
 OUTSIDE, INSIDE = True, False
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.render.bsdf import fresnel
+from conicoid.render.bsdf import microfacet as fresnel
 
 from ..compiled import compiled
 from ..samples import in_turn, size

@@ -8,11 +8,13 @@ import mpmath
 import numpy as np
 import pytest
 
-from conicoid.render.bsdf import fresnel
-from conicoid.render.bsdf import fresnel as lenses
-from conicoid.render.bsdf import fresnel as mirrors
-from conicoid.render.bsdf import material_table as checker
-from conicoid.render.bsdf import phong as highlights
+from conicoid.render.bsdf import (
+    material_table as checker,
+    microfacet as fresnel,
+    microfacet as lenses,
+    microfacet as mirrors,
+    phong as highlights,
+)
 
 from ..compiled import compiled
 

@@ -13,8 +13,7 @@ import flint
 import pytest
 
 from conicoid.geometry.quadric_classification import Symmetric, eigen_decomposition
-from conicoid.numerics import bigfloat as ex
-from conicoid.numerics import bigfloat as sines
+from conicoid.numerics import bigfloat as ex, bigfloat as sines
 from conicoid.numerics.bigfloat import (
     BITS,
     BigFloat,

@@ -12,8 +12,7 @@ from fractions import Fraction
 import jsonschema
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 import conicoid as co
 from conicoid.materials.presets import CONSTRUCTORS

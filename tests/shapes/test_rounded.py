@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from conicoid._util.arrays import dot_rows, matmul_rows, unit_rows
-from conicoid.apps.derivatives.dual import Dual
+from conicoid.apps.derivatives.wall_jacobians import Dual
 from conicoid.geometry.bounds.quadric_extent import _stationary_directions
 from conicoid.numerics import portable_math as rounded
 from conicoid.numerics.bigfloat import exact

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.apps.section import voxels
-from conicoid.apps.section import voxels as voxel_blocks
+from conicoid.apps.section import voxels, voxels as voxel_blocks
 
 SCENE = co.Scene([
     co.Body(co.Sphere(1) - co.Cylinder((0, 0, -2), (0, 0, 2), 0.5), co.matte("red", name="red"), "ring"),

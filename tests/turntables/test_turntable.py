@@ -12,7 +12,7 @@ import PIL.ImageSequence
 import pytest
 
 import conicoid as co
-from conicoid.io.images.movie import _durations
+from conicoid.io.image_codecs import _durations
 from conicoid.scene.movies import _views
 
 from ..children import ROOT, child, needs_signals

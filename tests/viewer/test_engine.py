@@ -17,8 +17,7 @@ import pytest
 import conicoid as co
 from benchmarks.digest import Numbers, rays, scenes
 from conicoid.queries.exact.error_bounds import errors_of_t
-from conicoid.viewer import html
-from conicoid.viewer import html as engine
+from conicoid.viewer import html, html as engine
 from conicoid.viewer.picks import pick
 from conicoid.viewer.scene_data import pack_scene
 

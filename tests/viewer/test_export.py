@@ -8,8 +8,7 @@ from pathlib import Path
 import pytest
 
 import conicoid as co
-from conicoid.viewer import export, page
-from conicoid.viewer import scene_data as limits
+from conicoid.viewer import export, page, scene_data as limits
 from conicoid.viewer.html import PREVIEW_BYTES, preview_of
 
 from ..command_line import run

@@ -11,8 +11,7 @@ import pytest
 
 import conicoid as co
 from conicoid.viewer.picks import pick
-from conicoid.viewer.playground import Playground, examples, page
-from conicoid.viewer.text_scenes import TextScenes, in_page, scene_of
+from conicoid.viewer.playground import Playground, TextScenes, examples, in_page, page, scene_of
 
 from .browser import Page, needs_browser, served
 from .test_engine import bits

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from rich.table import Table
 
-from conicoid._util.safe_files import replace_file, write_text
+from conicoid._util.files import replace_file, write_text
 
 from ..harness import Absent, machine, module
 from ..suite import BenchSummary

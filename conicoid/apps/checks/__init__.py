@@ -15,7 +15,6 @@ _HOMES = {
 __all__ = sorted(_HOMES)  # pyright: ignore[reportUnsupportedDunderAll]
 
 if TYPE_CHECKING:
-    from .findings import Finding as Finding
-    from .findings import Findings as Findings
+    from .findings import Finding as Finding, Findings as Findings
 else:  # type checkers would accept any name otherwise
     __getattr__, __dir__ = lazy_names(__name__, _HOMES)

@@ -16,7 +16,7 @@ from ..._util.arrays import FloatArray, ignore_fp_errors
 from ..._util.validation import check_callback, check_integer
 from ...kernels.programs import cells_of_leaves, leaves_of_programs
 from ...kernels.tables import BALL, CELL, PLANE, POLYGON, REGION, SHEET, SPHERE, Tables
-from ...queries.extensions import extension
+from ...queries.result import extension
 from .conditioning import SINGLE_PRECISION_DIGITS, Conditioning, conditioning
 from .findings import COINCIDENCE, DIGITS, EMPTY, OVERLAP, SLIVER, Finding, Findings, body_titles
 from .probe_rays import THIN, ProbeScan, ProbeTargets, Sighting, rays_through

@@ -16,7 +16,7 @@ import numpy as np
 from ..._util.arrays import FloatArray
 from ..._util.text import format_count
 from ...kernels.crossings import row_owners
-from ...queries.extensions import extension
+from ...queries.result import extension
 from .findings import UNDEFINED, Finding, body_titles
 from .probe_rays import CHUNK, THIN, ProbeTargets
 

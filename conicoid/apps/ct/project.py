@@ -9,12 +9,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..._util.arrays import ignore_fp_errors
-from ..._util.safe_files import replace_file
-from ..._util.validation import check_callback, check_integer, describe_kind
-from ..._util.validation import check_path as checked_path
+from ..._util.files import replace_file
+from ..._util.validation import check_callback, check_integer, check_path as checked_path, describe_kind
 from ...parallel.queries import RayRequest, value_parts, workers_of
-from ...queries.extensions import extension
 from ...queries.line_integrals import trailing_axes
+from ...queries.result import extension
 from .scan_geometry import ScanGeometry
 
 if TYPE_CHECKING:

@@ -8,9 +8,9 @@
 from __future__ import annotations
 
 from ...queries.derivatives import Cotangents, Curvature, SpanTangents, Tangents
+from .autodiff import VolumeGradient, volume_gradient
 from .parameters import Parameters
 from .refraction import reflect_jvp, reflect_vjp, refract_jvp, refract_vjp
-from .volume import VolumeGradient, volume_gradient
 
 __all__ = [
     "Cotangents", "Curvature", "Parameters", "SpanTangents", "Tangents", "VolumeGradient", "reflect_jvp", "reflect_vjp",

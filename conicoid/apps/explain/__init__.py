@@ -12,15 +12,14 @@ from ..._util.lazy_names import lazy_names, refuse_calls
 
 _HOMES = {
     "Explanation": ".explanation",
-    "SceneSurface": ".scene_surface",
+    "SceneSurface": ".explanation",
 }
 """Public name -> module that defines it."""
 
 __all__ = sorted(_HOMES)  # pyright: ignore[reportUnsupportedDunderAll]
 
 if TYPE_CHECKING:
-    from .explanation import Explanation as Explanation
-    from .scene_surface import SceneSurface as SceneSurface
+    from .explanation import Explanation as Explanation, SceneSurface as SceneSurface
 else:  # type checkers would accept any name otherwise
     __getattr__, __dir__ = lazy_names(__name__, _HOMES)
     refuse_calls(__name__, "a scene has it, scene.explain(origin, direction)")

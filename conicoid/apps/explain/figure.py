@@ -17,8 +17,8 @@ import numpy as np
 from ..._util.arrays import FloatArray
 from ..._util.validation import check_integer
 from ...geometry.quadric_classification import PLANE, SPHERE
+from ..section.drawing import path_of
 from ..section.outline import Outline, OutlineCutter, WindowBodies
-from ..section.svg import path_of
 from ..section.window import Window
 from .polynomial import SurfaceSource, format_float
 from .steps import BALL_MISSED, BOX_MISSED, BodyStep, RayRecord
@@ -324,7 +324,7 @@ class Figure:
         OSError
             If the file cannot be written.
         """
-        from ..._util.safe_files import write_text
+        from ..._util.files import write_text
         from ..._util.validation import check_path as checked_path
 
         write_text(checked_path("save", path), self.svg)

@@ -16,8 +16,7 @@ from typing import TYPE_CHECKING, Any
 from ..._util.arrays import Vector
 from ...geometry.quadric_classification import PLANE
 from .document import Board
-from .polynomial import ExactRay as Ray
-from .polynomial import Polynomial, SurfaceSource, as_float, dot
+from .polynomial import ExactRay as Ray, Polynomial, SurfaceSource, as_float, dot
 from .textbook import Slab, board_of, solve_slabs
 
 if TYPE_CHECKING:

@@ -13,8 +13,7 @@ from typing import TypeAlias
 from ...geometry.surface import QuadricSurface
 from ...kernels.tables import SPHERE
 from ...numerics import bigfloat as ex
-from .document import Block, Board, Citation
-from .document import TextLine as Words
+from .document import Block, Board, Citation, TextLine as Words
 from .polynomial import (
     ExactRay,
     Polynomial,

@@ -15,7 +15,6 @@ _HOMES = {
 __all__ = sorted(_HOMES)  # pyright: ignore[reportUnsupportedDunderAll]
 
 if TYPE_CHECKING:
-    from .measure import Measures as Measures
-    from .measure import SceneMeasures as SceneMeasures
+    from .measure import Measures as Measures, SceneMeasures as SceneMeasures
 else:  # type checkers would accept any name otherwise
     __getattr__, __dir__ = lazy_names(__name__, _HOMES)

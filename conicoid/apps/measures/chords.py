@@ -22,7 +22,7 @@ from ...kernels.crossings import row_owners
 from ...parallel.scheduler import ScheduledTask, prepare_first, run_tasks
 from ...parallel.shared_state import SharedObject, shared_scene
 from ...parallel.workers import as_workers
-from ...queries.extensions import extension
+from ...queries.result import extension
 from .hull import FittedBox, Hull, Rectangles, ViewDirection, directions_for, hull_of
 
 if TYPE_CHECKING:

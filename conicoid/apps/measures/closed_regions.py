@@ -19,8 +19,7 @@ from ..._util.arrays import FloatArray
 from ...geometry.body import Body
 from ...geometry.bounds.support import real_roots
 from ...geometry.shape import Shape
-from ...kernels.tables import BALL, CELL, REGION, SPHERE
-from ...kernels.tables import PLANE as PLANE_KIND
+from ...kernels.tables import BALL, CELL, PLANE as PLANE_KIND, REGION, SPHERE
 from ...prepare.lowering import lower
 from .closed_forms import Moments
 from .hull import FittedBox

@@ -51,43 +51,30 @@ _HOMES: dict[str, str] = {
 __all__ = sorted(_HOMES)  # pyright: ignore[reportUnsupportedDunderAll]
 
 if TYPE_CHECKING:
-    from ...materials.coating import Coating as Coating
-    from ...materials.coating import Fresnel as Fresnel
-    from ...materials.coating import Layer as Layer
-    from ...materials.coating import fresnel as fresnel
-    from ...materials.dispersion import Cauchy as Cauchy
-    from ...materials.dispersion import Dispersion as Dispersion
-    from ...materials.dispersion import Edlen as Edlen
-    from ...materials.dispersion import Glasses as Glasses
-    from ...materials.dispersion import Schott as Schott
-    from ...materials.dispersion import Sellmeier as Sellmeier
-    from ...materials.dispersion import Tabulated as Tabulated
-    from ...materials.dispersion import glass as glass
-    from ...materials.dispersion import glasses as glasses
-    from ...materials.dispersion import index_at as index_at
-    from .cardinal import CardinalPoints as CardinalPoints
-    from .cardinal import cardinal_points as cardinal_points
-    from .cardinal import focal_length as focal_length
-    from .drawing import Layout as Layout
-    from .drawing import layout as layout
-    from .light_paths import Balance as Balance
-    from .light_paths import Paths as Paths
-    from .light_paths import trace_paths as trace_paths
-    from .optiland_backend import OptilandBackend as OptilandBackend
-    from .optiland_backend import optiland_component as optiland_component
-    from .prescriptions import Prescription as Prescription
-    from .prescriptions import Row as Row
-    from .prescriptions import prescription as prescription
-    from .ray_trace import RayPaths as RayPaths
-    from .ray_trace import Trace as Trace
-    from .ray_trace import follow as follow
-    from .ray_trace import trace as trace
-    from .spot_diagram import RayFan as RayFan
-    from .spot_diagram import Spot as Spot
-    from .spot_diagram import beam as beam
-    from .spot_diagram import ray_fan as ray_fan
-    from .spot_diagram import spot as spot
-    from .zmx import load_zmx as load_zmx
-    from .zmx import read_zmx as read_zmx
+    from ...materials.coating import Coating as Coating, Fresnel as Fresnel, Layer as Layer, fresnel as fresnel
+    from ...materials.dispersion import (
+        Cauchy as Cauchy,
+        Dispersion as Dispersion,
+        Edlen as Edlen,
+        Glasses as Glasses,
+        Schott as Schott,
+        Sellmeier as Sellmeier,
+        Tabulated as Tabulated,
+        glass as glass,
+        glasses as glasses,
+        index_at as index_at,
+    )
+    from .cardinal import (
+        CardinalPoints as CardinalPoints,
+        cardinal_points as cardinal_points,
+        focal_length as focal_length,
+    )
+    from .drawing import Layout as Layout, layout as layout
+    from .light_paths import Balance as Balance, Paths as Paths, trace_paths as trace_paths
+    from .optiland_backend import OptilandBackend as OptilandBackend, optiland_component as optiland_component
+    from .prescriptions import Prescription as Prescription, Row as Row, prescription as prescription
+    from .ray_trace import RayPaths as RayPaths, Trace as Trace, follow as follow, trace as trace
+    from .spot_diagram import RayFan as RayFan, Spot as Spot, beam as beam, ray_fan as ray_fan, spot as spot
+    from .zmx import load_zmx as load_zmx, read_zmx as read_zmx
 else:  # type checkers would accept any name otherwise
     __getattr__, __dir__ = lazy_names(__name__, _HOMES)

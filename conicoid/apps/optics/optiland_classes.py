@@ -26,8 +26,8 @@ from ...geometry.conic import ConicSheet, Stop
 from ...geometry.primitives import Cone, Sphere
 from ...geometry.shape import Shape, Solid
 from ...geometry.sheets import Polygon, Wall
-from ...queries.extensions import extension
 from ...queries.rays import Rays
+from ...queries.result import extension
 
 Floats = npt.NDArray[np.float64]
 HitArrays = tuple[Floats, Floats, npt.NDArray[np.int32], Floats]

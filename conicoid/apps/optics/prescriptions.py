@@ -1,4 +1,7 @@
-"""Prescriptions: the rows of a lens system, one surface each, and its bodies as a scene."""
+"""Paraxial rays, by matrices: the place of the pupil, and the width of beams.
+
+The state is (y, n u), with n below 0 where light travels along -z, so that mirrors are surfaces like others.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +10,7 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from functools import cached_property
-from typing import Any
+from typing import Any, TypeAlias
 
 from ..._util.names import check_choice
 from ..._util.validation import check_flag, check_nonnegative, check_number, check_positive, describe_kind, format_value
@@ -17,11 +20,84 @@ from ...geometry.optical_elements import Lens
 from ...geometry.shape import Shape
 from ...materials.dispersion import LINE_D
 from ...materials.presets import matte, mirror
-from ...queries.extensions import extension
+from ...queries.result import extension
 from ...queries.scene_protocol import SceneLike
-from . import paraxial
 from .medium import AIR, MIRROR, Medium, check_wavelength, parse_medium
-from .paraxial import ParaxialSurface
+
+Matrix: TypeAlias = tuple[float, float, float, float]
+"""A, B, C, D of y' = A y + B nu, nu' = C y + D nu."""
+
+IDENTITY: Matrix = (1.0, 0.0, 0.0, 1.0)
+
+
+@dataclass(frozen=True)
+class ParaxialSurface:
+    """A surface for paraxial rays: curvature, the signed indices before and behind it, the thickness that follows."""
+
+    curvature: float
+    before: float
+    behind: float
+    thickness: float
+
+    @property
+    def bend(self) -> Matrix:
+        """The refraction: nu' = nu - (n' - n) c y."""
+        return 1.0, 0.0, -(self.behind - self.before) * self.curvature, 1.0
+
+    @property
+    def gap(self) -> Matrix:
+        """The way to the next surface: y' = y + (t / n') nu'."""
+        return 1.0, self.thickness / self.behind, 0.0, 1.0
+
+
+def multiply(second: Matrix, first: Matrix) -> Matrix:
+    """Return the matrix of `first`, then `second`."""
+    a, b, c, d = second  # row by row
+    e, f, g, h = first
+    return a * e + b * g, a * f + b * h, c * e + d * g, c * f + d * h
+
+
+def matrix_to_vertex(surfaces: Sequence[ParaxialSurface], last: int) -> Matrix:
+    """Return the matrix from before the first surface to the vertex of surface `last`, before its refraction."""
+    matrix = IDENTITY
+    for surface in surfaces[:last]:
+        matrix = multiply(surface.gap, multiply(surface.bend, matrix))
+    return matrix
+
+
+def system_matrix(surfaces: Sequence[ParaxialSurface]) -> Matrix:
+    """Return the matrix from before the first surface to behind the last one."""
+    return multiply(surfaces[-1].bend, matrix_to_vertex(surfaces, len(surfaces) - 1))
+
+
+def focus(surfaces: Sequence[ParaxialSurface], object_distance: float) -> float:
+    """Return the distance along z from the last vertex to the image of an object on the axis; infinite for none."""
+    a, b, c, d = system_matrix(surfaces)
+    # A ray parallel to the axis, or one from the object's point on the axis.
+    y, nu = (1.0, 0.0) if math.isinf(object_distance) else (object_distance / surfaces[0].before, 1.0)
+    height, slope = a * y + b * nu, c * y + d * nu
+    return -height * surfaces[-1].behind / slope if slope else math.inf
+
+
+def entrance_pupil(surfaces: Sequence[ParaxialSurface], stop: int) -> tuple[float, float]:
+    """Return (z of the stop's image in front, from the first vertex; diameter of the stop over that of this image)."""
+    a, b, _, _ = matrix_to_vertex(surfaces, stop)
+    # The stop lies in the focal plane of the surfaces before it.
+    if a == 0:
+        raise ValueError("prescription: the entrance pupil lies at infinity: rows must have another stop")
+    return b * surfaces[0].before / a, abs(a)
+
+
+def heights(surfaces: Sequence[ParaxialSurface], y: float, nu: float) -> list[float]:
+    """Return the heights of a ray at all vertices, from its state at the first one."""
+    heights_at_vertices = []
+    for last in range(len(surfaces)):
+        a, b, _, _ = matrix_to_vertex(surfaces, last)
+        heights_at_vertices.append(a * y + b * nu)
+    return heights_at_vertices
+
+
+# Prescriptions: the rows of a lens system, one surface each, and its bodies as a scene.
 
 MOST_ROWS = 1000
 PLACES = ("radius", "thickness", "medium", "diameter", "conic")
@@ -291,7 +367,7 @@ class Prescription:
         """The z of the image plane: by the last thickness, else at the paraxial focus of the primary wavelength."""
         last = self.rows[-1].thickness
         if last is None:
-            last = paraxial.focus(self.thin(self.wavelength), self.object_distance)
+            last = focus(self.thin(self.wavelength), self.object_distance)
         return self.vertices[-1] + last
 
     @property
@@ -302,7 +378,7 @@ class Prescription:
     @cached_property
     def pupil(self) -> float:
         """The z of the entrance pupil, the image of the stop by the surfaces before it; the first vertex is 0."""
-        return paraxial.entrance_pupil(self.thin(self.wavelength), self.stop)[0]
+        return entrance_pupil(self.thin(self.wavelength), self.stop)[0]
 
     def thin(self, wavelength: float) -> list[ParaxialSurface]:
         """Return the surfaces for paraxial rays.
@@ -339,8 +415,8 @@ class Prescription:
         # Slope of the chief ray: by the angle, or from the height of a near object.
         tilt = math.tan(math.radians(max(map(abs, self.fields)))) if far else -max(map(abs, self.fields)) / distance
         slope = 0.0 if far else half / distance
-        beam = paraxial.heights(thin, half - slope * self.pupil, slope)
-        chief = paraxial.heights(thin, -tilt * self.pupil, tilt)
+        beam = heights(thin, half - slope * self.pupil, slope)
+        chief = heights(thin, -tilt * self.pupil, tilt)
         # The marginal and the chief ray add up to the half width of all beams.
         wide = [2 * _ROOM * (abs(a) + abs(b)) or self.aperture for a, b in zip(beam, chief, strict=True)]
         return tuple(min(one, _widest(row)) for one, row in zip(wide, self.rows, strict=True))
@@ -428,7 +504,7 @@ def prescription(
         stop = surfaces[system.stop]
         if stop.diameter is None:
             raise ValueError(f"{owner}: aperture must be given where rows have no stop of known diameter")
-        wider = paraxial.entrance_pupil(system.thin(system.wavelength), system.stop)[1]
+        wider = entrance_pupil(system.thin(system.wavelength), system.stop)[1]
         system = Prescription(surfaces, stop.diameter / wider, distance, waves, angles, name)
     if math.isinf(system.image):
         raise ValueError(f"{owner}: rows: the last thickness must be given: paraxial rays meet nowhere")

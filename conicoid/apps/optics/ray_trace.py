@@ -14,8 +14,8 @@ from ..._util.text import format_count
 from ..._util.validation import check_integer, describe_kind
 from ...materials.dispersion import LINE_D
 from ...materials.material import Material
-from ...queries.extensions import extension
 from ...queries.rays import Rays
+from ...queries.result import extension
 from ...queries.scene_protocol import SceneLike, is_scene
 from .interface import material_index
 from .medium import check_wavelength

@@ -13,13 +13,12 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from ..._util.file_errors import Problem, SceneFileError
+from ..._util.files import Problem, SceneFileError
 from ..._util.text import format_count
-from ..._util.validation import check_path as checked_path
-from ..._util.validation import describe_kind, format_value
+from ..._util.validation import check_path as checked_path, describe_kind, format_value
 from ...io.importers import ImportOptions, ImportResult, select_bodies
 from ...materials.dispersion import LINE_D
-from . import paraxial
+from . import prescriptions
 from .medium import Medium, find_glass, medium_by_abbe, parse_medium
 from .prescriptions import MOST_ROWS, Prescription, Row, prescription
 
@@ -96,7 +95,7 @@ def _wavelengths(lens: ZmxLens) -> tuple[float, ...]:
 
 def _focal_length(system: Prescription) -> float:
     """Return the paraxial focal length, infinite if the system is afocal."""
-    bend = paraxial.system_matrix(system.thin(system.wavelength))[2]
+    bend = prescriptions.system_matrix(system.thin(system.wavelength))[2]
     return -1 / bend if bend else math.inf
 
 

@@ -11,9 +11,8 @@ import numpy.typing as npt
 
 from ..._util.arrays import FloatArray, ignore_fp_errors
 from ..._util.names import NameTuple, check_choice
-from ..._util.validation import check_callback, check_flag
-from ..._util.validation import check_path as checked_path
-from ...io.images.image import Image
+from ..._util.validation import check_callback, check_flag, check_path as checked_path
+from ...io.image import Image
 from .drawing import OVERLAPPING, UNDEFINED, SliceColors, SliceDrawing, color_slice, rasterize
 from .options import BY, CURVES, check_suffix
 from .outline import Outline, OutlineCutter
@@ -184,7 +183,7 @@ class Slice:
         OSError
             If the file cannot be written.
         """
-        from ..._util.safe_files import replace_file
+        from ..._util.files import replace_file
 
         path = checked_path("Slice", path)
         suffix = os.path.splitext(os.fspath(path))[1].lower()
@@ -246,10 +245,10 @@ class Slice:
 def _write_slice(drawing: SliceDrawing, suffix: str) -> bytes:
     """Return the contents of an .svg or .pdf file."""
     if suffix == ".svg":
-        from .svg import svg_text
+        from .drawing import svg_text
 
         return svg_text(drawing).encode()
-    from .pdf import pdf_bytes
+    from .drawing import pdf_bytes
 
     return pdf_bytes(drawing)
 

@@ -16,10 +16,16 @@ import numpy as np
 import numpy.typing as npt
 
 from ..._util.arrays import BoxEnds, FloatArray, ignore_fp_errors
+from ..._util.files import replace_file, resolve_output
 from ..._util.names import NameTuple, check_choice
-from ..._util.safe_files import replace_file, resolve_output
-from ..._util.validation import as_integer, check_callback, check_vector, describe_kind, format_value
-from ..._util.validation import check_path as checked_path
+from ..._util.validation import (
+    as_integer,
+    check_callback,
+    check_path as checked_path,
+    check_vector,
+    describe_kind,
+    format_value,
+)
 from ...queries.voxel_columns import ColumnGrid, voxel_shares
 from .drawing import body_name, material_name
 from .options import BY
@@ -67,7 +73,7 @@ def _write_npz(path: Any, voxels: Voxels) -> None:
 
 def _write_zarr(path: Any, voxels: Voxels) -> None:
     """Write a group of arrays with the attributes low, high and names. The folder appears complete or not at all."""
-    from ...io.sink import new_zarr_group
+    from ...io.array_file import new_zarr_group
 
     with new_zarr_group(path) as group:
         group.attrs.update(low=voxels.low.tolist(), high=voxels.high.tolist(), names=list(voxels.names))
@@ -176,7 +182,7 @@ def folder_store(
     path: Any, names: tuple[str, str], shape: tuple[int, ...], kind: Any, chunks: tuple[int, ...], more: dict[str, Any]
 ) -> Iterator[Pair]:
     """Yield two arrays of a zarr group with names and attributes; the folder gets its name when the context ends."""
-    from ...io.sink import new_zarr_group
+    from ...io.array_file import new_zarr_group
 
     with new_zarr_group(path) as group:
         group.attrs.update(**more)
@@ -189,7 +195,7 @@ def reopen(path: Any, ending: str, names: tuple[str, str]) -> Pair:
     if ending == ".npy":
         whole = np.load(path, mmap_mode="r")
         return whole[0], whole[1]
-    from ...io.source import zarr_module
+    from ...io.array_file import zarr_module
 
     group = zarr_module().open_group(str(path), mode="r")
     return group[names[0]], group[names[1]]

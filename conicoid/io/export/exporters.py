@@ -17,8 +17,7 @@ from typing import Any
 import numpy as np
 
 from ..._util.arrays import BoxEnds
-from ..._util.file_errors import MAX_LISTED_PROBLEMS, printable
-from ..._util.safe_files import write_text
+from ..._util.files import MAX_LISTED_PROBLEMS, printable, write_text
 from ..._util.text import format_count
 from ..._util.validation import check_callback, check_flag
 from ...geometry.labels import count_bodies, is_clear, single_body

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from typing import Any
 from xml.sax.saxutils import quoteattr
 
-from ..._util.file_errors import printable
+from ..._util.files import printable
 from ..._util.text import format_count
 from ...geometry.shape import Difference, Solid
 from ...materials.material import Material

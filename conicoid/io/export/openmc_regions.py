@@ -30,8 +30,7 @@ from ..openmc.region import (
     bind_surfaces,
     list_half_spaces,
 )
-from ..openmc.surfaces import Surface as ReadSurface
-from ..openmc.surfaces import build_surface
+from ..openmc.surfaces import Surface as ReadSurface, build_surface
 from .exporters import ExportUnsupported, format_numbers, shorten_fraction
 
 # Surfaces: planes, cylinders, cones and spheres where possible, else general quadrics.

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-from ..._util.file_errors import printable
+from ..._util.files import printable
 from ..._util.text import format_count
 from ..._util.validation import SMALLEST
 from ...geometry.shape import Solid

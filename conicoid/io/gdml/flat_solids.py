@@ -350,7 +350,7 @@ def _build_quadric(terms: QuadricTerms, shift: Point) -> Solid:
     return solid.translate((x, y, z)) if any((x, y, z)) else solid
 
 
-# Readers of solids with flat faces; polyhedra.py has those of outlines and sections.
+# Readers of solids with flat faces; solids.py has those of outlines and sections.
 
 
 def box(values: GdmlValues) -> SolidFactory:

@@ -18,7 +18,7 @@ from fractions import Fraction
 from itertools import pairwise
 from typing import Any
 
-from ..._util.file_errors import MAX_PROBLEMS, Problem, SceneFileError
+from ..._util.files import MAX_PROBLEMS, Problem, SceneFileError
 from ..._util.text import format_count
 from ...geometry.instances import Shift
 from ...geometry.polyhedron import Polyhedron

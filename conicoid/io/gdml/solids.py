@@ -1,19 +1,28 @@
-"""The <solids> section of a GDML file: solid templates by name.
+"""GDML solids of outlines and sections: polycones and polyhedra about z, and extruded outlines.
 
-`SOLID_READERS` maps each tag of a primitive to the function that reads it. Booleans, multi-unions, scaled and reflected
-solids combine templates that stand before them in the file.
+Polycones revolve an outline of (r, z); polyhedra replace the circle by a polygon of `numsides` sides; <xtru> sweeps an
+outline of (x, y) through sections along z. Each public reader returns a `SolidFactory`, which builds the solid
+translated by a shift. Lengths are in mm, angles in degrees. Wrong attributes raise GdmlError; outlines that no solid
+has raise GdmlUnsupported.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from fractions import Fraction
+from functools import partial
+from itertools import pairwise
 from typing import cast
 
-from ..openmc.placement import NO_ROTATION, ORIGIN, UniversePlacement
+from ...geometry.polyhedron import Extrusion
+from ...geometry.shape import Difference, Solid, Union
+from ...numerics.portable_math import sin_cos_degrees
+from ..openmc.placement import ORIGIN, Point, UniversePlacement
 from ..xml_tree import XmlElement
-from . import flat_solids, polyhedra, round_solids
+from . import flat_solids, round_solids
 from .expressions import UNIT_VALUES
+from .flat_solids import FacePlane, closed_mesh, convex_planes, polyhedron_factory
+from .round_solids import AngleRange, ProfileCorners, read_angles, revolve_profile
 from .solid_template import (
     BooleanKind,
     PrimitiveTemplate,
@@ -37,14 +46,294 @@ from .values import (
     scaling,
 )
 
+_ZERO = Fraction(0)
+RadiusLine = tuple[Fraction, Fraction]
+"""A distance from the axis that is linear in z: (distance at z = 0, slope)."""
+SideRing = tuple[Fraction, Fraction, RadiusLine, RadiusLine]
+"""(lower z, upper z, inner edge, outer edge)."""
+ZPlane = tuple[Fraction, Fraction, Fraction]
+"""(z, rmin, rmax)."""
+
+# Polycones
+
+
+def polycone(values: GdmlValues) -> SolidFactory:
+    """<polycone>: a stack of truncated cones between zplane elements with z, rmin, rmax."""
+    planes = read_zplanes(values)
+    angles = read_angles(values)
+    rings = [ring for ring in map(zplane_ring, planes, planes[1:]) if ring]
+    if not rings:
+        raise GdmlError(values.element, "zplane elements must leave a volume")
+    outline = [(outer, z) for z, _, outer in planes] + [(inner, z) for z, inner, _ in reversed(planes)]
+    return partial(_stack, outline, rings, angles)
+
+
+def _stack(outline: ProfileCorners, rings: Sequence[ProfileCorners], angles: AngleRange, shift: Point) -> Solid:
+    """Return the revolved outline; the union of its rings if the outline touches itself."""
+    if len(rings) > 1:
+        try:
+            return revolve_profile(outline, angles, shift)
+        except ValueError:  # the outline touches itself, which no Revolution may
+            return Union(tuple(revolve_profile(ring, angles, shift) for ring in rings))
+    return revolve_profile(rings[0], angles, shift)
+
+
+def read_zplanes(values: GdmlValues) -> list[ZPlane]:
+    """Return (z, rmin, rmax) of the zplane elements, in rising z.
+
+    Raise GdmlError for fewer than two planes or rmin > rmax, and GdmlUnsupported for planes in no order.
+    """
+    planes = []
+    for element in values.element.all("zplane"):
+        part = GdmlValues(values.reading, element, values.element)
+        z, inner, outer = part.length("z"), part.radius("rmin"), part.radius("rmax")
+        if inner > outer:
+            raise GdmlError(element, f"rmin must be <= rmax = {float(outer):g} mm, got {float(inner):g} mm")
+        planes.append((z, inner, outer))
+    heights = [z for z, _, _ in planes]
+    if len(planes) < 2:
+        raise GdmlError(values.element, "must have two or more zplane elements")
+    if heights == sorted(heights, reverse=True):
+        planes.reverse()
+    elif heights != sorted(heights):
+        raise GdmlUnsupported("its zplane elements neither rise nor fall in z")
+    return planes
+
+
+def zplane_ring(low: ZPlane, high: ZPlane) -> list[tuple[Fraction, Fraction]]:
+    """Return the profile (r, z) between two planes; empty if it has no area."""
+    (z0, a, b), (z1, c, d) = low, high
+    return [(a, z0), (b, z0), (d, z1), (c, z1)] if z0 < z1 and a + c < b + d else []
+
+
+def generic_polycone(values: GdmlValues) -> SolidFactory:
+    """<genericPolycone>: a polygon of rzpoint elements with r and z, revolved about z."""
+    return partial(_revolve_outline, read_rzpoints(values), read_angles(values))
+
+
+def _revolve_outline(corners: ProfileCorners, angles: AngleRange, shift: Point) -> Solid:
+    try:
+        return revolve_profile(corners, angles, shift)
+    except ValueError as error:
+        raise GdmlUnsupported(f"its rzpoint elements make no simple outline: {error}") from None
+
+
+def read_rzpoints(values: GdmlValues) -> list[tuple[Fraction, Fraction]]:
+    """Return (r, z) of the rzpoint elements. Raise GdmlError for fewer than three."""
+    parts = [GdmlValues(values.reading, element, values.element) for element in values.element.all("rzpoint")]
+    if len(parts) < 3:
+        raise GdmlError(values.element, "must have three or more rzpoint elements")
+    return [(part.radius("r"), part.length("z")) for part in parts]
+
+
+# Polyhedra
+
+
+def polyhedra(values: GdmlValues) -> SolidFactory:
+    """<polyhedra>: `numsides` sides about z; the radii of zplane elements are distances to the sides."""
+    planes = read_zplanes(values)
+    rings = []
+    for (z0, a, b), (z1, c, d) in pairwise(planes):
+        if zplane_ring((z0, a, b), (z1, c, d)):
+            rings.append((z0, z1, _radius_line(a, z0, c, z1), _radius_line(b, z0, d, z1)))
+    return _stack_sides(values, rings, Fraction(1))
+
+
+def generic_polyhedra(values: GdmlValues) -> SolidFactory:
+    """<genericPolyhedra>: `numsides` sides about z; the radii of rzpoint elements are distances to the corners."""
+    s, c = _half_side(values)
+    del s
+    return _stack_sides(values, _side_rings(read_rzpoints(values)), Fraction(c))
+
+
+def _side_count(values: GdmlValues) -> int:
+    count = values.integer("numsides", most=10_000)
+    if count < 1:
+        raise GdmlError(values.element, "numsides must be 1 or more")
+    return count
+
+
+def _half_side(values: GdmlValues) -> tuple[float, float]:
+    """Return sine and cosine of half the angle of a side. Raise GdmlError if a side has 180 degrees or more."""
+    first, last = read_angles(values)
+    width = (last - first) / _side_count(values)
+    if width >= 180:
+        raise GdmlError(values.element, "numsides must leave each side less than 180 degrees")
+    return sin_cos_degrees(width / 2)
+
+
+def _radius_line(r0: Fraction, z0: Fraction, r1: Fraction, z1: Fraction) -> RadiusLine:
+    """Return the line through (r0, z0) and (r1, z1)."""
+    growth = (r1 - r0) / (z1 - z0)
+    return r0 - growth * z0, growth
+
+
+def _side_rings(corners: Sequence[tuple[Fraction, Fraction]]) -> list[SideRing]:
+    """Cut a polygon of (r, z) into rings at the heights of its corners. Raise GdmlUnsupported if it has no area."""
+    ends = list(zip(corners, [*corners[1:], corners[0]], strict=True))
+    heights = sorted({z for _, z in corners})
+    rings = []
+    for low, high in pairwise(heights):
+        middle = (low + high) / 2
+        across = []
+        for (r0, z0), (r1, z1) in ends:
+            if min(z0, z1) <= low and high <= max(z0, z1):
+                across.append(_radius_line(r0, z0, r1, z1))
+        across.sort(key=lambda edge: edge[0] + edge[1] * middle)
+        # No corner lies between low and high, so the edges do not cross: they enter and leave the polygon in turn.
+        for inner, outer in zip(across[::2], across[1::2], strict=True):
+            if inner != outer:
+                rings.append((low, high, inner, outer))
+    if not rings:
+        raise GdmlUnsupported("its rzpoint elements enclose nothing")
+    return rings
+
+
+def _stack_sides(values: GdmlValues, rings: Sequence[SideRing], share: Fraction) -> SolidFactory:
+    """Return the factory of rings with flat sides.
+
+    `share` is the distance to a side divided by the radius: 1 for radii of sides, cos(half angle) for radii of corners.
+    A full turn of more than two sides is a convex body less a convex bore for each ring; otherwise every side is a
+    wedge of its own. Raise GdmlUnsupported for more than 20,000 sides.
+    """
+    count, (first, last) = _side_count(values), read_angles(values)
+    if not rings:
+        raise GdmlError(values.element, "must leave a volume")
+    if count * len(rings) > 20_000:
+        raise GdmlUnsupported("it has more than 20,000 sides")
+    _half_side(values)  # checks that sides are less than 180 degrees
+    whole = (first, last) == (0.0, 360.0)
+    begin = float(values.angle("startphi", 0)) if whole else first
+    step = (last - first) / count
+    normals = [_direction(begin + (k + 0.5) * step) for k in range(count)]
+    walls = [_direction(begin + k * step + 90) for k in range(count + 1)]
+    pieces = []
+    for low, high, inner, outer in rings:
+        ends: list[FacePlane] = [((_ZERO, _ZERO, Fraction(-1)), -low), ((_ZERO, _ZERO, Fraction(1)), high)]
+        if whole and count > 2:
+            body = polyhedron_factory([*ends, *(_side_plane(n, outer, share, 1) for n in normals)])
+            bore = None
+            if inner[0] + inner[1] * (low + high) / 2 > 0:
+                # The bore reaches beyond the ends of the body, so that no faces coincide.
+                far = (high - low) + abs(low) + abs(high)
+                outside: list[FacePlane] = [((_ZERO, _ZERO, Fraction(-1)), far), ((_ZERO, _ZERO, Fraction(1)), far)]
+                bore = polyhedron_factory([*outside, *(_side_plane(n, inner, share, 1) for n in normals)])
+            pieces.append((body, bore))
+            continue
+        for k, normal in enumerate(normals):
+            (ax, ay), (bx, by) = walls[k], walls[k + 1]
+            wedge: list[FacePlane] = [((-ax, -ay, _ZERO), _ZERO), ((bx, by, _ZERO), _ZERO)]
+            planes = [*ends, *wedge, _side_plane(normal, outer, share, 1), _side_plane(normal, inner, share, -1)]
+            pieces.append((polyhedron_factory(planes), None))
+    return partial(_bore_pieces, pieces)
+
+
+def _bore_pieces(pieces: Sequence[tuple[SolidFactory, SolidFactory | None]], shift: Point) -> Solid:
+    """Return the union of all pieces, each less its bore if it has one."""
+    solids = [body(shift) if bore is None else Difference((body(shift), bore(shift))) for body, bore in pieces]
+    return solids[0] if len(solids) == 1 else Union(tuple(solids))
+
+
+def _direction(degrees: float) -> tuple[Fraction, Fraction]:
+    s, c = sin_cos_degrees(degrees)
+    return Fraction(c), Fraction(s)
+
+
+def _side_plane(normal: tuple[Fraction, Fraction], edge: RadiusLine, share: Fraction, sense: int) -> FacePlane:
+    """Return the plane normal·(x, y) <= share (distance + growth z); with >= if `sense` is -1."""
+    x, y = normal
+    distance, growth = edge
+    return (sense * x, sense * y, -sense * share * growth), sense * share * distance
+
+
+# Extruded outlines
+
+
+def xtru(values: GdmlValues) -> SolidFactory:
+    """<xtru>: an outline of twoDimVertex elements, swept through section elements that shift and scale it."""
+    parts = [GdmlValues(values.reading, element, values.element) for element in values.element.all("twoDimVertex")]
+    outline = [(part.length("x"), part.length("y")) for part in parts]
+    if outline and outline[0] == outline[-1]:
+        outline.pop()
+    if len(outline) < 3:
+        raise GdmlError(values.element, "must have three or more twoDimVertex elements")
+    values.reading.spend(len(outline), _is_convex_outline(outline))
+    sections: list[tuple[Fraction, Fraction, Fraction, Fraction, Fraction]] = []
+    for element in values.element.all("section"):
+        part = GdmlValues(values.reading, element, values.element)
+        scale = part.number("scalingFactor", 1)
+        if scale < 0:
+            raise GdmlError(element, "scalingFactor must be >= 0")
+        z = part.length("zPosition")
+        sections.append(
+            (part.number("zOrder", len(sections)), z, part.length("xOffset", 0), part.length("yOffset", 0), scale)
+        )
+    sections.sort(key=lambda section: section[0])
+    drawn = [section[1:] for section in sections]
+    pieces = [_sweep_outline(outline, a, b) for a, b in pairwise(drawn) if a[0] < b[0]]
+    if not pieces or any(a[0] > b[0] for a, b in pairwise(drawn)):
+        raise GdmlError(values.element, "section elements must rise in zPosition")
+    return partial(_bore_pieces, [(piece, None) for piece in pieces])
+
+
+def _is_convex_outline(outline: Sequence[tuple[Fraction, Fraction]]) -> bool:
+    """Return True if the outline bends to one side only, in floating point."""
+    points = [(float(x), float(y)) for x, y in outline]
+    edges = [(b[0] - a[0], b[1] - a[1]) for a, b in zip(points, [*points[1:], points[0]], strict=True)]
+    bends = [a[0] * b[1] - a[1] * b[0] for a, b in zip(edges, [*edges[1:], edges[0]], strict=True)]
+    return min(bends) >= 0 or max(bends) <= 0
+
+
+_XtruSection = tuple[Fraction, Fraction, Fraction, Fraction]
+"""(z, x offset, y offset, scale)."""
+
+
+def _sweep_outline(outline: Sequence[tuple[Fraction, Fraction]], low: _XtruSection, high: _XtruSection) -> SolidFactory:
+    """Return the solid between two sections: an extrusion, a convex polyhedron or a closed mesh.
+
+    Sections that differ by z alone make an extrusion. Corners that coincide (a section of scale 0) are merged.
+    """
+    if low[1:] == high[1:]:
+        return partial(_extrude_outline, outline, low, high[0])
+    points = [(s * x + x0, s * y + y0, z) for z, x0, y0, s in (low, high) for x, y in outline]
+    places = list(dict.fromkeys(points))
+    number = {place: k for k, place in enumerate(places)}
+    count = len(outline)
+    faces = [(k, (k + 1) % count, count + (k + 1) % count, count + k) for k in range(count)]
+    rings = [tuple(reversed(range(count))), tuple(range(count, 2 * count))]
+    merged = [tuple(dict.fromkeys(number[points[k]] for k in face)) for face in [*faces, *rings]]
+    polygons = [face for face in merged if len(face) > 2]
+    # The rule of tessellated solids: the export writes this solid as one, and must get the same shape back.
+    planes = convex_planes(places, polygons)
+    return closed_mesh(places, polygons) if planes is None else polyhedron_factory(planes)
+
+
+def _extrude_outline(
+    outline: Sequence[tuple[Fraction, Fraction]], low: _XtruSection, end: Fraction, shift: Point
+) -> Solid:
+    """Return the extrusion of a section up to the height `end`. Raise GdmlUnsupported if the outline is not simple."""
+    z0, x0, y0, scale = low
+    a, b, c = shift
+    corners = tuple((float(scale * x + x0 + a), float(scale * y + y0 + b)) for x, y in outline)
+    try:
+        return Extrusion(corners, (float(z0 + c), float(end + c)))
+    except ValueError as error:
+        raise GdmlUnsupported(f"its outline cannot be drawn: {error}") from None
+
+
+# The <solids> section of a GDML file: solid templates by name.
+#
+# `SOLID_READERS` maps each tag of a primitive to the function that reads it. Booleans, multi-unions, scaled and
+# reflected solids combine templates that stand before them in the file.
+
 SOLID_READERS: dict[str, Callable[[GdmlValues], SolidFactory]] = {
     "box": flat_solids.box, "tube": round_solids.tube, "cutTube": round_solids.cut_tube, "cone": round_solids.cone,
     "sphere": round_solids.sphere, "orb": round_solids.orb, "ellipsoid": round_solids.ellipsoid,
     "eltube": round_solids.elliptic_tube, "elcone": round_solids.elliptic_cone,
     "paraboloid": round_solids.paraboloid, "hype": round_solids.hyperboloid, "trd": flat_solids.trd,
     "trap": flat_solids.trap, "para": flat_solids.para, "tet": flat_solids.tet, "arb8": flat_solids.arb8,
-    "polycone": polyhedra.polycone, "genericPolycone": polyhedra.generic_polycone,
-    "polyhedra": polyhedra.polyhedra, "genericPolyhedra": polyhedra.generic_polyhedra, "xtru": polyhedra.xtru,
+    "polycone": polycone, "genericPolycone": generic_polycone,
+    "polyhedra": polyhedra, "genericPolyhedra": generic_polyhedra, "xtru": xtru,
     "tessellated": flat_solids.tessellated, "twistedtubs": flat_solids.twisted_tubs,
 }  # fmt: skip
 # Surfaces of degree four, or that turn evenly in angle.
@@ -189,6 +478,3 @@ def _read_transformed(reading: GdmlReader, element: XmlElement, solids: SolidTab
     angles = values.angle("rx", 0), values.angle("ry", 0), values.angle("rz", 0)
     rotation = compose_rotations(operand_rotation(angles), scaling(scale)) if any(angles) else scaling(scale)
     return template, (values.length("dx", 0), values.length("dy", 0), values.length("dz", 0)), rotation
-
-
-__all__ = ["NO_ROTATION", "ORIGIN", "SOLID_READERS", "SolidTable", "read_solids", "read_template"]

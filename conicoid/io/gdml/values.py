@@ -17,7 +17,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any
 
-from ..._util.file_errors import MAX_PROBLEMS, Problem, SceneFileError, Suggestions, printable
+from ..._util.files import MAX_PROBLEMS, Problem, SceneFileError, Suggestions, printable
 from ...geometry.transform import IDENTITY_MOTION
 from ..openmc.placement import NO_ROTATION, NO_TURN, ORIGIN, AxisTurn, CellRotation, Point, rotation_by_angles
 from ..scene_file.nodes import shorten

@@ -14,11 +14,10 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 
-from ..._util.file_errors import Problem, SceneFileError, unreadable_error
+from ..._util.files import Problem, SceneFileError, open_regular, unreadable_error
 from ..._util.names import suggest_name
-from ..._util.safe_files import open_regular
 from ...materials.properties import Properties
-from ..openmc.materials import OpenmcMaterial
+from ..openmc.values import OpenmcMaterial
 from ..scene_file.nodes import is_beyond_float64, shorten
 from ..xml_tree import XmlElement
 from .transformations import FrameChange, parse_transformation

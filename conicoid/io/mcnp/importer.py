@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 
-from ..._util.file_errors import MAX_PROBLEMS, Problem, SceneFileError, printable
+from ..._util.files import MAX_PROBLEMS, Problem, SceneFileError, printable
 from ..._util.text import format_count
 from ..importers import ImportOptions, ImportResult, LegendEntry, limit_notes, palette_color, select_bodies
 from ..openmc import geometry

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from ..._util.file_errors import Problem, SceneFileError
+from ..._util.files import Problem, SceneFileError
 from ..._util.text import format_count
 from ..importers import DETECTION_BYTES, ImportOptions, ImportResult, LegendEntry, is_cif, is_pdb, is_xyz
 from .atoms import ELEMENT_COLORS, SYMBOLS, Atoms, atomic_number, bonds_by_distance, cell_vectors, read_gemmi_atoms

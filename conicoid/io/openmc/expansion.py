@@ -13,22 +13,29 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 
-from ..._util.file_errors import MAX_PROBLEMS, Problem, SceneFileError
+from ..._util.files import MAX_PROBLEMS, Problem, SceneFileError
 from ...geometry.shape import Solid, Union
 from ...geometry.transform import Motion
 from ...materials.material import Material
 from ...materials.presets import matte
 from ..importers import BodyLimits, palette_color
 from . import geometry
-from .geometry import VOID as VOID_NAME
-from .geometry import CellGeometry, UniverseCell, find_enclosure, is_bounded_with, lattice_fillings
+from .geometry import VOID as VOID_NAME, CellGeometry, UniverseCell, find_enclosure, is_bounded_with, lattice_fillings
 from .lattices import Index, Lattice
-from .materials import VACUUM_DENSITIES
-from .place_bounds import PlaceBounds
 from .placement import UNBOUNDED, AxisTurn, Extent, UniversePlacement
 from .region import RegionPart, SolidBuilder, bind_surfaces, list_half_spaces
 from .surfaces import Surface
-from .universe_block import CellBodies, CellPiece, EmptyPlaces, PlacePath, UniverseBlock, flatten_block, place_name
+from .universe_block import (
+    CellBodies,
+    CellPiece,
+    EmptyPlaces,
+    PlaceBounds,
+    PlacePath,
+    UniverseBlock,
+    flatten_block,
+    place_name,
+)
+from .values import VACUUM_DENSITIES
 
 VOID_MATERIAL = Material(
     (0.0, 0.0, 0.0), ambient=0.0, diffuse=0.0, transparency=1.0, name=VOID_NAME, properties=VACUUM_DENSITIES

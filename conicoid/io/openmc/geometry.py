@@ -15,18 +15,17 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 from ..._util.arrays import BoxEnds
-from ..._util.file_errors import Problem, SceneFileError
+from ..._util.files import Problem, SceneFileError
 from ..._util.text import format_bytes, format_count
 from ...geometry.bounds.aabb import enclose_boxes
 from ...geometry.shape import Solid
 from ...materials.properties import Properties
 from ..xml_tree import XmlElement
 from .lattices import Lattice
-from .materials import OpenmcMaterial
 from .placement import NO_ROTATION, CellRotation, Point
 from .region import HalfSpaceNode, IntersectionNode, Region, list_half_spaces
 from .surfaces import OpenmcSurface
-from .values import UnknownName, format_title
+from .values import OpenmcMaterial, UnknownName, format_title
 
 VOID = "void"
 """Name of the material of empty cells."""

@@ -14,7 +14,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import TypeVar
 
-from ..._util.file_errors import MAX_LISTED_PROBLEMS, MAX_PROBLEMS, Problem, SceneFileError
+from ..._util.files import MAX_LISTED_PROBLEMS, MAX_PROBLEMS, Problem, SceneFileError
 from ..._util.text import format_count
 from ...materials.material import Material
 from ..importers import BodyLimits, ImportOptions, ImportResult, LegendEntry, limit_notes, palette_color, select_bodies
@@ -24,11 +24,10 @@ from . import geometry
 from .expansion import ExpansionProgress, UniverseExpansion
 from .geometry import CellGeometry, UniverseCell, UniverseNode, lattice_fillings
 from .lattices import Lattice, read_hexagonal_lattice, read_rectangular_lattice
-from .materials import OpenmcMaterial, read_material
 from .placement import NO_ROTATION, ORIGIN, CellRotation, Point, rotation_by_angles, rotation_by_matrix, rotation_error
 from .region import LONGEST_REGION, MAX_HALF_SPACES, Region, list_half_spaces, parse_region
 from .surfaces import OpenmcSurface, read_surface
-from .values import OpenmcElementError, OpenmcValues, find_unknown_names, join_limited
+from .values import OpenmcElementError, OpenmcMaterial, OpenmcValues, find_unknown_names, join_limited, read_material
 
 
 def read_cell(element: XmlElement, most: int = MAX_HALF_SPACES) -> UniverseCell:

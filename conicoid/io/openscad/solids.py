@@ -18,7 +18,7 @@ from ...geometry.polyhedron import Extrusion, Mesh, Polyhedron
 from ...geometry.primitives import Box, Cone, Cylinder, Sphere
 from ...geometry.revolution import Revolution
 from ...geometry.shape import Difference, Solid, Union
-from ...geometry.simple_polygon import twice_area
+from ...geometry.sheets import twice_area
 from ...numerics.portable_math import sin_cos_degrees
 from .syntax import CallArguments
 

@@ -17,7 +17,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from ..._util.file_errors import Problem, SceneFileError
+from ..._util.files import Problem, SceneFileError
 from ..._util.validation import format_value
 from ..scene_file.nodes import shorten
 

@@ -16,10 +16,9 @@ from pathlib import Path
 from typing import Any, Protocol, TypeAlias
 
 from ..._util.arrays import FloatArray
-from ..._util.file_errors import Problem, SceneFileError
+from ..._util.files import Problem, SceneFileError, resolve_links, write_text
 from ..._util.gc_pause import pause_gc
 from ..._util.names import describe_names
-from ..._util.safe_files import resolve_links, write_text
 from ..._util.value_objects import construct_many
 from ...geometry.body import Body, check_materials
 from ...geometry.instances import InstanceList
@@ -28,8 +27,7 @@ from ...geometry.shape import Shape, Solid
 from ...geometry.tracks import BodyTrack, LightTrack
 from ...materials.material import Material, rename_material
 from ..data_files import array_file_name, save_array_once
-from . import yaml_parser
-from . import yaml_parser as scene_text
+from . import yaml_parser, yaml_parser as scene_text
 from .body_patterns import DocumentItem, GroupBody, PatternDocument, PatternItem, build_groups, parse_patterned_document
 from .fields import (
     BODY_KEYS,

@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from ..._util.safe_files import open_regular
+from ..._util.files import open_regular
 from ...geometry.bulk import Bulk
 from ...geometry.registry import REGISTRY
 from ...geometry.shape import Difference, Intersection, Shape, Sheet

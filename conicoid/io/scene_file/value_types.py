@@ -12,7 +12,7 @@ from collections.abc import Callable, Collection, Iterable, Mapping
 from pathlib import Path
 from typing import Any, Final, TypeVar
 
-from ..._util.file_errors import MAX_PROBLEMS, Problem, Suggestions
+from ..._util.files import MAX_PROBLEMS, Problem, Suggestions
 from ..._util.names import known_alias
 from ...materials.color import grey_hint
 from .nodes import (

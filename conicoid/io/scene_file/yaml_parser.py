@@ -16,8 +16,7 @@ from typing import Any
 
 import yaml  # type: ignore[import-untyped]
 
-from ..._util.file_errors import Problem, SceneFileError, unreadable_error
-from ..._util.safe_files import open_regular
+from ..._util.files import Problem, SceneFileError, open_regular, unreadable_error
 from .nodes import MappingNode, Node, ScalarNode, SequenceNode, shorten
 
 # The text before it is parsed.

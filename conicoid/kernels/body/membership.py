@@ -8,8 +8,7 @@ from __future__ import annotations
 from ..._jit.decorators import helper, inline
 from .. import tables as table
 from ..faces import cell_side, plane_side
-from ..numbers.bounded_pair import sign
-from ..numbers.double_double import two_difference
+from ..numbers.double_double import sign, two_difference
 from ..numbers.vectors import dot
 from ..programs import cell_of_leaf, hold_program, root_value, turn_leaf
 from ..ray import Ray

@@ -36,7 +36,6 @@ from ..tables import (
     is_halted,
     node_at,
 )
-from .bounds import box_length, distance_outside, entry_bound
 from .edges import reach_of_leaves, try_edges, try_hard_edges
 from .form import ROUNDED, length_of
 from .neighbourhood import (
@@ -54,6 +53,9 @@ from .neighbourhood import (
     WITHIN,
     Neighbourhood,
     begin_body,
+    box_length,
+    distance_outside,
+    entry_bound,
     gather_cell,
     gather_program,
     is_flat,

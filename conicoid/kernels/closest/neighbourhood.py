@@ -1,7 +1,9 @@
-"""The neighbourhood of a point: one body's surfaces and leaves within the search radius, and the best wall so far.
+"""Certified bounds: signed distances that are never farther from zero than the exact ones, so that a ball is clear.
 
-`gather_cell` and `gather_program` collect the surfaces that come near and the leaves that they bound; these are all
-that may matter within the radius.
+The bound of a plane or sphere is the distance itself, less rounding; of another quadric the distance of its nearest
+point, by the secular equation for a value that rounding cannot have raised; of an intersection the largest signed bound
+of its parts, of a union the least, of a complement the negative (Hart: Sphere tracing, The Visual Computer 12, 1996,
+section 2.3): within a ball that meets none of the walls that were left out nothing else changes.
 """
 
 from __future__ import annotations
@@ -15,9 +17,257 @@ from ..._jit.decorators import allocator, helper, inline
 from .. import tables as table
 from ..body.scratch import Scratch, new_scratch
 from ..faces import cell_side, plane_side
-from ..programs import cell_of_leaf, leaf_bounds, leaves_of
-from ..tables import PLANE, Floats, Geometry, Ints, integer, length
-from .bounds import leaf_box, surface_bound
+from ..programs import LeafBounds, cell_of_leaf, gates_of, leaf_bounds, leaf_high, leaf_low, leaves_of, rows_of_leaves
+from ..surface.records import load_plane, load_quadric, load_sphere
+from ..tables import CELL, PLANE, REGION, SHEET, SPHERE, Floats, Geometry, Ints, integer, length
+from .form import (
+    Axes,
+    Directions,
+    SurfaceForm,
+    form_of_plane,
+    form_of_quadric,
+    form_of_sphere,
+    length_of,
+    parts_along,
+    principal_axes,
+    rounding_within,
+)
+from .secular import (
+    NONE,
+    STEPS,
+    PositiveSecular,
+    RootSearch,
+    Secular,
+    first_guess,
+    least_bend,
+    nearest_root,
+    negate_secular,
+    next_step,
+    place_above,
+    positive_secular,
+    root_distance,
+    safe_root,
+    with_value,
+)
+
+LESS = 1.0 - 2.0**-44
+"""Factor for the roundings of a bound itself."""
+_CENTER = 1e-150
+"""s so small that every s + a_i rounds to a_i, unless a_i is zero."""
+
+
+@inline
+def secular_of(form: SurfaceForm, axes: Axes, scale: float, over: bool) -> Secular:
+    """Return the secular equation of a quadric, or with `over` of -f, along its axes about a point."""
+    g0, g1, g2 = parts_along(axes.along, form.gx * scale, form.gy * scale, form.gz * scale)
+    equation = Secular(form.value * scale, g0, g1, g2, axes.a0 * scale, axes.a1 * scale, axes.a2 * scale)
+    return negate_secular(equation) if over else equation
+
+
+@inline
+def equation_of(form: SurfaceForm) -> tuple[Secular, Directions]:
+    """Return the secular equation of a quadric about a point, scaled to terms of about 1, and the axes of its v."""
+    axes = principal_axes(form.xx, form.yy, form.zz, form.xy, form.xz, form.yz)
+    return secular_of(form, axes, 1.0 / form.size if form.size > 0.0 else 1.0, False), axes.along
+
+
+@inline
+def plain_bound(form: SurfaceForm) -> float:
+    """Return a lower bound of the distance to f = 0: |f| cannot change faster than 2 |g| d + |A| d²."""
+    value = abs(form.value) - form.off
+    if not value > 0.0:
+        return 0.0
+    g = length_of(form.gx, form.gy, form.gz)
+    # The root of |A| d² + 2 |g| d = value, by the formula that does not cancel
+    return value / (g + math.sqrt(g * g + form.size * value)) * LESS
+
+
+@inline
+def quadric_bound(form: SurfaceForm, plain: float) -> float:
+    """Return the distance to the nearest point of a quadric, less the error bound; inf if it has no point."""
+    axes = principal_axes(form.xx, form.yy, form.zz, form.xy, form.xz, form.yz)
+    scale = 1.0 / form.size if form.size > 0.0 else 1.0
+    e = positive_secular(form, axes, scale, plain)
+    at = first_guess(e)
+    for _ in range(STEPS):
+        at = next_step(e, at)
+        if at.done == 1.0:
+            break
+    # Once more for f less its error bound, which gives a valid lower bound
+    value = less_rounding(form, e, at.w, scale)
+    if value > 0.0 and at.done == 1.0:
+        less, at = with_value(e, value), RootSearch(at.w, 0.0, math.inf, 0.0)
+        for _ in range(STEPS):
+            at = next_step(less, at)
+            if at.done == 1.0:
+                break
+        w = safe_root(less, at.w)
+        if at.done == 1.0 and w < math.inf:
+            return max(plain, root_distance(less, w) * LESS)
+    return bisection_bound(form, axes, scale, plain)
+
+
+@inline
+def less_rounding(form: SurfaceForm, e: PositiveSecular, w: float, scale: float) -> float:
+    """Return f less its error bound up to the nearest point."""
+    return e.value - 4.0 * rounding_within(form, root_distance(e, w)) * scale
+
+
+@helper
+def bisection_bound(form: SurfaceForm, axes: Axes, scale: float, plain: float) -> float:
+    """`quadric_bound` by halving intervals, which always ends."""
+    equation = least_bend(secular_of(form, axes, scale, form.value < 0.0), plain)
+    first = _root_length(equation)
+    if not first < math.inf:  # f is positive everywhere, or nearly zero at the center
+        x, y, z = place_above(equation, _CENTER)
+        first = length_of(x, y, z)
+    value = equation.value - 4.0 * rounding_within(form, first) * scale
+    if not value > 0.0:
+        return plain
+    less = Secular(value, equation.g0, equation.g1, equation.g2, equation.a0, equation.a1, equation.a2)
+    return max(plain, _root_length(less) * LESS)
+
+
+@inline
+def _root_length(equation: Secular) -> float:
+    """Return |v| of the nearest root; inf for none."""
+    w = nearest_root(equation)
+    if w == NONE:
+        return math.inf
+    x, y, z = place_above(equation, w)
+    return length_of(x, y, z)
+
+
+@inline
+def plane_bound(form: SurfaceForm) -> float:
+    """Return a signed bound of the distance to a plane."""
+    return math.copysign(max(0.0, (abs(form.value) - form.off) * LESS), form.value)
+
+
+@inline
+def sphere_bound(form: SurfaceForm, radius: float) -> float:
+    """Return a signed bound of the distance to a sphere."""
+    length = form.steep  # |g|
+    # |x - c|² - r² = (|x - c| - r) (|x - c| + r)
+    off = form.off / (length + radius)
+    return math.copysign(max(0.0, (abs(length - radius) - off) * LESS), length - radius)
+
+
+@helper
+def surface_bound(geometry: Geometry, surface: int, x: float, y: float, z: float, enough: float) -> float:
+    """Return a signed bound of the distance to a surface, positive where its value is.
+
+    From `enough` on it may be any valid bound, however far from the exact distance.
+    """
+    kind, row = integer(geometry, table.SURFACE_KIND, surface), integer(geometry, table.SURFACE_ROW, surface)
+    if kind == PLANE:
+        return plane_bound(form_of_plane(load_plane(geometry, row), x, y, z))
+    if kind == SPHERE:
+        sphere = load_sphere(geometry, row)
+        return sphere_bound(form_of_sphere(sphere, x, y, z), sphere.radius)
+    form = form_of_quadric(load_quadric(geometry, row), x, y, z)
+    bound = plain_bound(form)
+    if 0.0 < bound < enough:
+        bound = quadric_bound(form, bound)
+    return math.copysign(bound, form.value)
+
+
+@inline
+def cell_bound(geometry: Geometry, cell: int, x: float, y: float, z: float, enough: float) -> float:
+    """Return a signed bound of the distance to the walls of a cell, negative inside."""
+    quadric, bound = integer(geometry, table.CELL_QUADRIC, cell), -math.inf
+    for slot in range(integer(geometry, table.CELL_FIRST, cell), integer(geometry, table.CELL_FIRST, cell + 1)):
+        surface, side = integer(geometry, table.PLANE_SURFACE, slot), plane_side(geometry, slot)
+        bound = max(bound, side * surface_bound(geometry, surface, x, y, z, enough))
+    if quadric >= 0 and bound < enough:
+        side = cell_side(geometry, cell)
+        bound = max(bound, side * surface_bound(geometry, quadric, x, y, z, enough))
+    return bound
+
+
+@inline
+def distance_outside(low: float, high: float, first: float, last: float) -> float:
+    """Return a lower bound of the distance of [first, last] from [low, high]."""
+    return max(0.0, max(low - last, first - high)) * LESS
+
+
+@inline
+def leaf_box(geometry: Geometry, bounds: LeafBounds, number: int, x: float, y: float, z: float) -> float:
+    """Return a lower bound of the distance to the box of a leaf of a program; numbers count from 0."""
+    dx = distance_outside(leaf_low(geometry, bounds, number, 0), leaf_high(geometry, bounds, number, 0), x, x)
+    dy = distance_outside(leaf_low(geometry, bounds, number, 1), leaf_high(geometry, bounds, number, 1), y, y)
+    dz = distance_outside(leaf_low(geometry, bounds, number, 2), leaf_high(geometry, bounds, number, 2), z, z)
+    return box_length(dx, dy, dz)
+
+
+@inline
+def box_length(dx: float, dy: float, dz: float) -> float:
+    """Return the distance from a box, from the distances along three axes; infinite for an empty box."""
+    if max(dx, max(dy, dz)) == math.inf:
+        return math.inf
+    return length_of(dx, dy, dz) * LESS
+
+
+@helper
+def program_bound(
+    geometry: Geometry, gates: Floats, program: int, x: float, y: float, z: float, enough: float
+) -> float:
+    """Return a signed bound of the distance to the walls of a region.
+
+    Unions take the least of their inputs, intersections the largest. `gates` is scratch memory with an element for each
+    gate of the program.
+    """
+    first, last = gates_of(geometry, program)
+    for gate in range(first, last):
+        gates[gate - first] = math.inf if integer(geometry, table.GATE_NEED, gate) == 1 else -math.inf
+    bounds, row = leaf_bounds(geometry, program), rows_of_leaves(geometry, program)
+    begin, end = leaves_of(geometry, program)
+    for leaf in range(begin, end):
+        bound = leaf_box(geometry, bounds, leaf - begin, x, y, z)
+        if bound < enough:
+            cell = cell_of_leaf(geometry, leaf)
+            inner = cell_bound(geometry, cell, x, y, z, enough)
+            # Outside of its box, both bounds hold for the leaf; inside, the box says nothing of the walls
+            bound = max(bound, inner) if bound > 0.0 else inner
+        negated = integer(geometry, table.LEAF_NEGATED, leaf + row) == 1
+        _feed(geometry, gates, first, integer(geometry, table.LEAF_GATE, leaf + row), -bound if negated else bound)
+    for gate in range(last - 1, first, -1):  # children before their parents
+        bound = gates[gate - first]
+        negated = integer(geometry, table.GATE_NEGATED, gate) == 1
+        _feed(geometry, gates, first, integer(geometry, table.GATE_PARENT, gate), -bound if negated else bound)
+    return -gates[0] if integer(geometry, table.GATE_NEGATED, first) == 1 else gates[0]
+
+
+@inline
+def _feed(geometry: Geometry, gates: Floats, first: int, gate: int, bound: float) -> None:
+    """Feed an input to a gate: unions keep the least, intersections the largest."""
+    before = gates[gate - first]
+    one = integer(geometry, table.GATE_NEED, gate) == 1
+    gates[gate - first] = min(before, bound) if one else max(before, bound)
+
+
+@helper
+def entry_bound(geometry: Geometry, gates: Floats, entry: int, x: float, y: float, z: float, enough: float) -> float:
+    """Return a lower bound of the distance to the walls of an entry, no polygon; from `enough` on any valid bound."""
+    kind, index = integer(geometry, table.ENTRY_KIND, entry), integer(geometry, table.ENTRY_INDEX, entry)
+    if kind == CELL:
+        return abs(cell_bound(geometry, index, x, y, z, enough))
+    if kind == REGION:
+        return abs(program_bound(geometry, gates, index, x, y, z, enough))
+    if kind == SHEET:
+        program = integer(geometry, table.SHEET_PROGRAM, index)
+        # A sheet is where its surface is and its clip holds, so it is farther than either
+        bound = abs(surface_bound(geometry, integer(geometry, table.SHEET_SURFACE, index), x, y, z, enough))
+        if program >= 0 and bound < enough:
+            bound = max(bound, program_bound(geometry, gates, program, x, y, z, enough))
+        return bound
+    return abs(surface_bound(geometry, index, x, y, z, enough))  # a ball
+
+
+# The neighbourhood of a point: one body's surfaces and leaves within the search radius, and the best wall so far.
+#
+# `gather_cell` and `gather_program` collect the surfaces that come near and the leaves that they bound; these are all
+# that may matter within the radius.
 
 MOST_BOXES = 4096
 """Most boxes of space on the stack of a search."""

@@ -21,12 +21,35 @@ from ..packet.lanes import LANES, packet_row
 from ..programs import LeafBounds, cell_of_leaf, gates_of, leaf_bounds, leaves_of, root_of, rows_of_leaves
 from ..surface.quadric import SphereRecord
 from ..surface.records import load_plane, load_quadric, load_sphere
-from ..tables import CELL as CELLS
-from ..tables import PLANE, POLYGON, REGION, SHEET, SPHERE, Floats, Geometry, Ints, integer, is_halted, length, real
-from .bounds import LESS, bisection_bound, entry_bound, leaf_box, less_rounding, plain_bound, plane_bound, sphere_bound
+from ..tables import (
+    CELL as CELLS,
+    PLANE,
+    POLYGON,
+    REGION,
+    SHEET,
+    SPHERE,
+    Floats,
+    Geometry,
+    Ints,
+    integer,
+    is_halted,
+    length,
+    real,
+)
 from .form import Axes, SurfaceForm, form_of_plane, form_of_quadric, form_of_sphere, principal_axes
 from .nearest_walls import PointBox, begin_search, distance_to_ball, distance_to_node, next_near_leaf, polygon_distance
-from .neighbourhood import Neighbourhood, new_room
+from .neighbourhood import (
+    LESS,
+    Neighbourhood,
+    bisection_bound,
+    entry_bound,
+    leaf_box,
+    less_rounding,
+    new_room,
+    plain_bound,
+    plane_bound,
+    sphere_bound,
+)
 from .secular import (
     STEPS,
     PositiveSecular,

@@ -8,7 +8,6 @@ from typing import NamedTuple
 from ..._jit.decorators import helper, inline
 from ..numbers.vectors import dot
 from ..tables import Geometry
-from .bounds import equation_of
 from .form import (
     Directions,
     SurfaceForm,
@@ -21,7 +20,7 @@ from .form import (
     rounding_within,
     value_along,
 )
-from .neighbourhood import Neighbourhood, limit
+from .neighbourhood import Neighbourhood, equation_of, limit
 from .secular import NONE, Secular, least_bend, negate_secular, next_root, place_above, place_below, root_above
 from .walls import CERTAIN_WALL, WallQuery, try_point
 

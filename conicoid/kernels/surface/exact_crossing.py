@@ -12,7 +12,7 @@ from typing import NamedTuple, TypeAlias
 
 from ..._jit.decorators import helper, inline, record_shapes
 from .. import tables as table
-from ..numbers.bounded_pair import (
+from ..numbers.double_double import (
     BoundedPair,
     bounded_pair,
     dot3,
@@ -28,8 +28,8 @@ from ..numbers.bounded_pair import (
     sign,
     times,
     times_float,
+    two_difference,
 )
-from ..numbers.double_double import two_difference
 from ..ray import Ray
 from ..tables import PLANE, PLANE_SIZE, QUADRIC_SIZE, SPHERE, SPHERE_SIZE, Floats, Geometry, integer
 from .records import anchor_of, form_row, load_plane, load_quadric, load_sphere

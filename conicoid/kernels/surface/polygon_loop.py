@@ -11,8 +11,17 @@ from __future__ import annotations
 
 from ..._jit.decorators import fma, helper, inline
 from .. import tables as table
-from ..numbers.bounded_pair import BoundedPair, minus, moment, plus, remainder, sign, times_float
-from ..numbers.double_double import difference_of_products, two_difference
+from ..numbers.double_double import (
+    BoundedPair,
+    difference_of_products,
+    minus,
+    moment,
+    plus,
+    remainder,
+    sign,
+    times_float,
+    two_difference,
+)
 from ..ray import Ray
 from ..tables import Geometry, integer, real
 from .doubt import LOOP

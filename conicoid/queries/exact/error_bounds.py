@@ -1,7 +1,7 @@
 """Bounds on the errors of reported crossings, computed a posteriori from the reported t.
 
 With f(t + s) = A + 2 B s + a s² about the reported t, the root near it lies at most |A| / (|B| + sqrt(B² - |a A|))
-away. A, B and a are computed about the hit point in numbers with error bounds (kernels/numbers/bounded_pair.py), from
+away. A, B and a are computed about the hit point in numbers with error bounds (kernels/numbers/double_double.py), from
 the surface as the user gave it, so that the bound is about as large as the error. Where such a bound is too large, the
 exact roots replace it.
 """
@@ -17,7 +17,7 @@ import numpy as np
 from ..._jit.decorators import helper, inline, kernel
 from ..._util.arrays import FloatArray
 from ...geometry.exact_crossings import integer_line
-from ...kernels.numbers.bounded_pair import BoundedPair
+from ...kernels.numbers.double_double import BoundedPair
 from ...kernels.numbers.elementary import hypot
 from ...kernels.ray import Ray, scale_ray
 from ...kernels.surface.exact_crossing import RoundingRest, curved_terms, is_plane, plane_terms

@@ -37,7 +37,7 @@ from ...kernels.body.crossing_rows import (
 from ...kernels.body.entry import collect_entries, crossing_face, entry_crossings, is_solid
 from ...kernels.body.hit import Hit, comes_first, no_hit
 from ...kernels.body.scratch import LEAF_COUNT, TIME, Scratch
-from ...kernels.numbers.bounded_pair import BoundedPair
+from ...kernels.numbers.double_double import BoundedPair
 from ...kernels.numbers.shell_sort import make_sort
 from ...kernels.programs import cell_of_leaf
 from ...kernels.ray import Ray, scale_ray

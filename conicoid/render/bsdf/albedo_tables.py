@@ -19,7 +19,7 @@ import numpy as np
 from ..._jit.decorators import inline, record_shapes
 from ...kernels.tables import Floats
 from ...numerics.portable_math import sin_cos_degrees
-from .fresnel import dielectric_reflectances
+from .microfacet import dielectric_reflectances
 
 STEPS = 32
 """Number of cosines of a table."""

@@ -22,9 +22,15 @@ from .bsdf_sample import (
     lost_sample,
     spread_sample,
 )
-from .fresnel import conductor_fresnel, conductor_reflectances
 from .material_table import MaterialTable
-from .microfacet import evaluate_ggx, half_direction, mirror_direction, sample_visible_normal
+from .microfacet import (
+    conductor_fresnel,
+    conductor_reflectances,
+    evaluate_ggx,
+    half_direction,
+    mirror_direction,
+    sample_visible_normal,
+)
 
 _PER_PI = 1.0 / math.pi
 

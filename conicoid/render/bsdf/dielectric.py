@@ -25,9 +25,18 @@ from .bsdf_sample import (
     mean_rgb,
     spread_sample,
 )
-from .fresnel import dielectric_fresnel, dielectric_reflectance, refract
 from .material_table import MaterialTable
-from .microfacet import evaluate_ggx, ggx_density, half_direction, mirror_direction, sample_visible_normal, smith_lambda
+from .microfacet import (
+    dielectric_fresnel,
+    dielectric_reflectance,
+    evaluate_ggx,
+    ggx_density,
+    half_direction,
+    mirror_direction,
+    refract,
+    sample_visible_normal,
+    smith_lambda,
+)
 
 _PER_PI = 1.0 / math.pi
 

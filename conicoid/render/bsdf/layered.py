@@ -28,9 +28,16 @@ from .bsdf_sample import (
     mean_rgb,
     spread_sample,
 )
-from .fresnel import dielectric_reflectance, dielectric_reflectances, schlick
 from .material_table import MaterialTable
-from .microfacet import evaluate_ggx, half_direction, mirror_direction, sample_visible_normal
+from .microfacet import (
+    dielectric_reflectance,
+    dielectric_reflectances,
+    evaluate_ggx,
+    half_direction,
+    mirror_direction,
+    sample_visible_normal,
+    schlick,
+)
 
 _PER_PI = 1.0 / math.pi
 

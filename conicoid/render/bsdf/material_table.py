@@ -13,8 +13,7 @@ import numpy.typing as npt
 from ..._jit.decorators import inline, record_shapes
 from ...kernels import tables as table
 from ...kernels.tables import Floats, Geometry, Ints, Signs, integer
-from ..textures import TEXTURE_RECORD as TEXTURE
-from ..textures import Texels
+from ..textures import TEXTURE_RECORD as TEXTURE, Texels
 
 PLAIN, CHECKER_UV, CHECKER_SPACE, TEXTURED = 0, 1, 2, 3
 """Patterns of the diffuse colour."""

@@ -18,9 +18,8 @@ from ...kernels.numbers.vectors import Vector, dot, normalize
 from ..sampling import Direction, cosine_direction, to_world, unit_direction
 from .albedo_tables import AlbedoTables
 from .bsdf_sample import BsdfSample, LobeProbabilities, LobeSurface, SurfaceKind, lost_sample, mean_rgb, spread_sample
-from .fresnel import reflect
 from .material_table import MaterialTable
-from .microfacet import half_direction, mirror_direction
+from .microfacet import half_direction, mirror_direction, reflect
 
 _PER_PI = 1.0 / math.pi
 _PER_TURN = 0.5 / math.pi

@@ -9,11 +9,11 @@ from ..._jit.decorators import helper, inline
 from ...kernels.numbers.vectors import dot
 from ...kernels.ray import Ray
 from ...kernels.tables import Geometry, whole
-from ..bsdf.bsdf import FLAT_NORMAL, evaluate_bsdf, has_extent, sample_bsdf
 from ..bsdf.bsdf_sample import LOST, SHARP, STRAIGHT, LobeSurface
 from ..bsdf.dielectric import index_at_wavelength, sample_wavelength, wavelength_color
 from ..bsdf.material_table import ROUGH_STEPS, MaterialTable, material_row
 from ..bsdf.medium import medium_transmittance, phase_function, sample_free_path, sample_phase_function
+from ..bsdf.registry import FLAT_NORMAL, evaluate_bsdf, has_extent, sample_bsdf
 from ..interaction import SurfaceInteraction, bend_normal, face_viewer, has_relief, texture_place
 from ..lights.direct_light import surface_color
 from ..lights.environment import background_color, environment_radiance

@@ -45,9 +45,9 @@ from ...kernels.ray import Ray, with_limits
 from ...kernels.surface.records import normal_at
 from ...kernels.tables import Floats, Geometry, is_halted, whole
 from ..bsdf.dielectric import split_at_wall
-from ..bsdf.fresnel import reflect
 from ..bsdf.material_table import MaterialTable, material_row
 from ..bsdf.medium import OUTSIDE, absorb, body_medium, is_invisible_wall, medium_index
+from ..bsdf.microfacet import reflect
 from ..bsdf.registry import mirror_share
 from ..interaction import (
     ShadingPoint,

@@ -15,8 +15,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from conicoid.numerics import bigfloat as number
-from conicoid.numerics import bigfloat as sines
+from conicoid.numerics import bigfloat as number, bigfloat as sines
 from conicoid.numerics.bigfloat import BigFloat, exact, fraction, rounded, sqrt
 from conicoid.numerics.tracing import Tape
 from conicoid.prepare.tape.bigfloat_kernel import BITS, COUNT, EXACT, EXPONENT, LIMBS, OFF, SIGN

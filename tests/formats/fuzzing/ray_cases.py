@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 import conicoid as co
-from conicoid._util.file_errors import SceneFileError
+from conicoid._util.files import SceneFileError
 from conicoid.io.ray_file import RayFile, read_rays
 
 from .mutations import NUMBERS, bytes_damaged

@@ -13,7 +13,7 @@ import numpy as np
 import yaml
 
 import conicoid as co
-from conicoid._util.file_errors import SceneFileError
+from conicoid._util.files import SceneFileError
 from conicoid.io.scene_file.schema import scene_schema
 from conicoid.io.scene_file.writer import dump_yaml
 from conicoid.prepare.lowering import lower

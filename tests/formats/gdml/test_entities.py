@@ -3,7 +3,7 @@
 import pytest
 
 import conicoid as co
-from conicoid._util.file_errors import SceneFileError
+from conicoid._util.files import SceneFileError
 
 from ...command_line import run
 from .files import MATERIALS, text_of, volume

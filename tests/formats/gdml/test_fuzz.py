@@ -9,13 +9,12 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid._util.file_errors import SceneFileError
+from conicoid._util.files import SceneFileError
 
 from ...samples import sampled
 from ..fuzzing import words
 from .files import placed, text_of, volume
-from .test_solids import DEFINE
-from .test_solids import SOLIDS as PLAIN
+from .test_solids import DEFINE, SOLIDS as PLAIN
 from .test_twisted import SOLIDS as TWISTED
 
 SOLIDS = {**PLAIN, **{f"twisted {name}": each for name, each in TWISTED.items()}}

@@ -7,7 +7,7 @@ from fractions import Fraction
 
 import pytest
 
-from conicoid._util.file_errors import SceneFileError
+from conicoid._util.files import SceneFileError
 from conicoid.io.gdml.expressions import UNIT_VALUES, ExpressionError, evaluate
 
 from .files import HEAD, placed, scene_of, text_of, volume

@@ -15,8 +15,7 @@ from conicoid.io.gdml.solids import SOLID_READERS
 
 from ...samples import sampled, size
 from .files import placed, scene_of, text_of, volume
-from .test_solids import DEFINE
-from .test_solids import SOLIDS as OLD
+from .test_solids import DEFINE, SOLIDS as OLD
 from .test_twisted import SOLIDS as TWISTED
 
 SOLIDS = OLD | {f"twisted: {name}": solid for name, solid in TWISTED.items()}

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from conicoid._util.file_errors import SceneFileError
+from conicoid._util.files import SceneFileError
 from conicoid.io.importers import ImportOptions
 from conicoid.io.mcnp.importer import import_file
 

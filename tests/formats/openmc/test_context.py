@@ -11,10 +11,10 @@ import pytest
 
 import conicoid as co
 from conicoid.geometry.transform import IDENTITY_MOTION, Motion
-from conicoid.io.openmc.place_bounds import PlaceBounds, _carry_extent
 from conicoid.io.openmc.placement import Extent
 from conicoid.io.openmc.region import SurfaceSide
 from conicoid.io.openmc.surfaces import FlatSurface, RoundSurface
+from conicoid.io.openmc.universe_block import PlaceBounds, _carry_extent
 from conicoid.numerics import bigfloat as ex
 
 from .models import put

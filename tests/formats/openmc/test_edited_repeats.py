@@ -18,9 +18,7 @@ from conicoid.geometry.cell import NOTHING, Tree
 from conicoid.geometry.instance_edits import EditedInstances
 from conicoid.geometry.instances import InstanceList
 from conicoid.geometry.shape import PrimitiveSolid
-from conicoid.prepare import body_collector as contents
-from conicoid.prepare import instances as moved_file
-from conicoid.prepare import instances as turned
+from conicoid.prepare import body_collector as contents, instances as moved_file, instances as turned
 
 from ...samples import in_turn
 from .models import put

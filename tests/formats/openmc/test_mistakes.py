@@ -8,8 +8,7 @@ from pathlib import Path
 import pytest
 
 import conicoid as co
-from conicoid.io import xml_tree
-from conicoid.io import xml_tree as xml_builder
+from conicoid.io import xml_tree, xml_tree as xml_builder
 from conicoid.io.openmc.importer import MAX_NESTING
 
 from .broken import CASES, geometry

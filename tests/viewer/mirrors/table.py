@@ -80,10 +80,10 @@ from conicoid.kernels.tables import (
     integer,
 )
 from conicoid.render.bsdf.dielectric import wall_reflectance
-from conicoid.render.bsdf.fresnel import dielectric_fresnel, refract
 from conicoid.render.bsdf.layered import opaque_reflectance
 from conicoid.render.bsdf.material_table import CHECKER_SPACE, is_even, material_row
 from conicoid.render.bsdf.medium import absorb, body_medium, is_invisible_wall, medium_index
+from conicoid.render.bsdf.microfacet import dielectric_fresnel, refract
 from conicoid.render.integrators.whitted import FAINT, PendingRay, first_visible_wall, new_stack, push
 from conicoid.render.interaction import ShadingPoint, SurfaceInteraction
 from conicoid.render.lights.direct_light import evaluate_light, highlight, surface_color

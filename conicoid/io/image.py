@@ -12,15 +12,14 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import numpy as np
 import numpy.typing as npt
 
-from ..._util.arrays import ignore_fp_errors
-from ..._util.names import closest_name
-from ..._util.validation import check_path as checked_path
-from ..._util.validation import format_value, is_masked, real_array
-from ..._util.value_objects import compare_by_value, restore_state
-from ...materials.color import srgb_decode
-from ...render.color_mapping import COLORMAPS, apply_colormap, apply_tone, check_exposure, check_tone
-from ...render.film import Layers
-from ...render.options import Tone
+from .._util.arrays import ignore_fp_errors
+from .._util.names import closest_name
+from .._util.validation import check_path as checked_path, format_value, is_masked, real_array
+from .._util.value_objects import compare_by_value, restore_state
+from ..materials.color import srgb_decode
+from ..render.color_mapping import COLORMAPS, apply_colormap, apply_tone, check_exposure, check_tone
+from ..render.film import Layers
+from ..render.options import Tone
 
 SUFFIXES = (".png", ".exr", ".jpg", ".jpeg", ".webp")
 """Suffixes of the files that `Image.save` writes."""
@@ -220,21 +219,21 @@ class Image:
             expected = " or ".join(map(str, sorted(depths)))
             raise ValueError(f"Image: bits of {suffix} must be {expected}, got {format_value(bits)}")
         if suffix == ".png":
-            from .codecs import write_png
+            from .image_codecs import write_png
 
             write_png(path, self._display_light, chosen)
         elif suffix == ".exr":
-            from .codecs import write_exr
+            from .image_codecs import write_exr
 
             write_exr(path, self.pixels if self.values.ndim == 3 else self.values, self.layers, chosen == 16)
         else:
-            from .codecs import write_photo
+            from .image_codecs import write_photo
 
             write_photo(path, self._display_light, suffix)
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> Any:
         """Return (height, width, 3) uint8 of sRGB, the bytes of a PNG file, for `np.asarray` and `plt.imshow`."""
-        from .codecs import srgb_bytes
+        from .image_codecs import srgb_bytes
 
         if copy is False:
             raise ValueError("Image: the array of bytes is always made anew; image.pixels needs no copy")
@@ -251,7 +250,7 @@ class Image:
         PIL.Image.fromarray(np.asarray(self), "RGB").show()
 
     def _repr_png_(self) -> bytes:
-        from .codecs import png_bytes
+        from .image_codecs import png_bytes
 
         return png_bytes(self._display_light)
 

@@ -1,1 +1,0 @@
-"""Images and movies, and the codecs of their files."""
