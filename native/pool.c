@@ -23,6 +23,7 @@ struct Work {
     atomic_int stopped, status;
     int wanted, running; /* threads that shall come, and that are there; under the lock */
     Work *after;         /* in the queue of works that want threads; under the lock */
+    int64_t process; /* in which it started: threads stay behind where a process forks */
     void *block;
     int64_t slots[];
 };
@@ -80,6 +81,7 @@ int work_wait(Work *work, int milliseconds) { return (void)work, (void)milliseco
 #define WIN32_LEAN_AND_MEAN
 #include <windows.h>
 
+enum { known = 0 }; /* no process forks */
 static SRWLOCK gate = SRWLOCK_INIT;
 static CONDITION_VARIABLE wished = CONDITION_VARIABLE_INIT, left = CONDITION_VARIABLE_INIT;
 
@@ -87,7 +89,7 @@ static void lock(void) { AcquireSRWLockExclusive(&gate); }
 static void unlock(void) { ReleaseSRWLockExclusive(&gate); }
 static void await_wish(void) { SleepConditionVariableSRW(&wished, &gate, INFINITE, 0); }
 static int await_end(int milliseconds) { return SleepConditionVariableSRW(&left, &gate, (DWORD)milliseconds, 0) != 0; }
-static void tell_wish(void) { WakeAllConditionVariable(&wished); }
+static void wake_one(void) { WakeConditionVariable(&wished); }
 static void tell_end(void) { WakeAllConditionVariable(&left); }
 static void serve(void);
 static DWORD WINAPI body(void *nothing) { return (void)nothing, serve(), 0; }
@@ -107,7 +109,7 @@ static pthread_cond_t wished, left;
 
 static void unlock(void) { pthread_mutex_unlock(&gate); }
 static void await_wish(void) { pthread_cond_wait(&wished, &gate); }
-static void tell_wish(void) { pthread_cond_broadcast(&wished); }
+static void wake_one(void) { pthread_cond_signal(&wished); }
 static void tell_end(void) { pthread_cond_broadcast(&left); }
 
 static int await_end(int milliseconds)
@@ -125,6 +127,7 @@ static int await_end(int milliseconds)
 #endif
 }
 
+static _Atomic int64_t known; /* the process that these threads belong to */
 static void forget(void);
 
 /* In a new process there is none of its parent's threads, and locks may be as one of these held them. The first thread
@@ -144,7 +147,6 @@ static void begin_process(void)
 
 static void lock(void)
 {
-    static _Atomic pid_t known;
     pid_t now = getpid();
     if (known != now) {
         begin_process();
@@ -185,12 +187,12 @@ static void close_work(Work *work)
 {
     if (work->wanted == 0)
         return;
-    wanted -= work->wanted;
-    work->wanted = 0;
     Work **place = &queue;
     while (*place != work)
         place = &(*place)->after;
     *place = work->after;
+    wanted -= work->wanted;
+    work->wanted = 0;
 }
 
 /* What a thread does. */
@@ -226,6 +228,7 @@ int work_start(Work *work, int threads)
 {
     lock();
     work->threads = threads;
+    work->process = known;
     if (threads > largest)
         largest = threads;
     int missing = busy + wanted + threads - alive;
@@ -240,7 +243,8 @@ int work_start(Work *work, int threads)
         while (*place != NULL)
             place = &(*place)->after;
         *place = work;
-        tell_wish();
+        for (int k = 0; k < threads; k++)
+            wake_one();
     }
     unlock();
     return threads;
@@ -249,6 +253,10 @@ int work_start(Work *work, int threads)
 int work_wait(Work *work, int milliseconds)
 {
     lock();
+    if (work->process != known && work->wanted + work->running > 0) { /* no thread of the parent is here */
+        work->wanted = work->running = 0;
+        work->stopped = 1;
+    }
     for (int round = 0;; round++) {
         if (work->next >= work->count || work->stopped)
             close_work(work);

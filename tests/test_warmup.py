@@ -26,7 +26,8 @@ decorators.entry = entry
 import conicoid as co
 from native.signature import declared
 every = {each.name for each in declared()}
-machine_code.SHIPPED = None  # otherwise there is nothing to warm up
+from conicoid.prepare import prepared_scene
+machine_code.SHIPPED = prepared_scene.SHIPPED = None  # otherwise there is nothing to warm up
 co.warmup()
 print(len(every), sorted(every - called), flush=True)
 """

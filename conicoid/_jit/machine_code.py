@@ -1,4 +1,7 @@
-"""Test for free memory before work that cannot fail safely: without memory LLVM and the C library end the process."""
+"""Machine code of the package: the extension that native/ builds, its memory, and a test for free memory.
+
+Without memory LLVM and the C library end the process, so work that cannot fail safely tests first.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The machine of a report or a benchmark: versions of packages, the processor."""
+"""Lines that `conicoid info` and benchmarks print: bodies, memory, findings of a check, versions, the processor."""
 
 from __future__ import annotations
 

@@ -164,7 +164,16 @@ def convex_parts(planes: Sequence[FlatPlane], facets: Sequence[Facet], most: int
         if whole is not None:
             parts.append(_needed_sides(planes, whole, reach, len(region.sides)))
         else:
-            front, back, outwards = _split(planes, chosen, region)
+            front, back, own = _split(planes, chosen, region)
+            outwards = {facet.outward(planes[chosen]) for facet in own}
+            if len(outwards) == 2 and not (front and back):
+                # The side without facets is inside or outside as a whole, so the facets in the plane have one sense
+                # where they do not cancel. Where all of them cancel they bound nothing.
+                area = sum(_dot(newell_normal(facet.corners), planes[chosen].normal) for facet in own)
+                if not area and (front or back):
+                    pending.append(_ConvexRegion(front + back, region.sides))
+                    continue
+                outwards = {1} if area > 0 else {-1} if area < 0 else outwards
             sides = {1: (*region.sides, (chosen, 1)), -1: (*region.sides, (chosen, -1))}
             for facets_there, side in ((back, 1), (front, -1)):
                 if facets_there:
@@ -204,18 +213,16 @@ def _best(planes: Sequence[FlatPlane], region: _ConvexRegion) -> tuple[int, bool
 
 def _split(
     planes: Sequence[FlatPlane], chosen: int, region: _ConvexRegion
-) -> tuple[list[Facet], list[Facet], set[int]]:
-    """Return (facets in front of a plane, facets behind it, sides where facets in it have the inside: +1 behind, -1).
-
-    Both sides are inside where two pieces of a mesh touch.
-    """
+) -> tuple[list[Facet], list[Facet], list[Facet]]:
+    """Return (facets in front of a plane, facets behind it, facets in it)."""
     front: list[Facet] = []
     back: list[Facet] = []
-    plane, outwards = planes[chosen], set()
+    own: list[Facet] = []
+    plane = planes[chosen]
     least, most = region.signs(plane, chosen)
     for facet, low, high in zip(region.facets, least.tolist(), most.tolist(), strict=True):
         if facet.plane == chosen:
-            outwards.add(facet.outward(plane))
+            own.append(facet)
         elif high <= 0:
             back.append(facet)
         elif low >= 0:
@@ -224,7 +231,7 @@ def _split(
             signs = [side_of_plane(plane, corner) for corner in facet.corners]
             for side, there in ((1, front), (-1, back)):
                 there.append(Facet(facet.plane, tuple(_clip_facet(plane, facet.corners, signs, side))))
-    return front, back, outwards
+    return front, back, own
 
 
 def _clip_facet(plane: FlatPlane, corners: Sequence[Point], signs: Sequence[int], side: int) -> Iterator[Point]:

@@ -62,6 +62,10 @@ class Polyhedron(PrimitiveSolid):
         """The half-spaces as rows of four integers."""
         return [integer_row((*normal, offset)) for normal, offset in zip(self.normals, self.offsets, strict=True)]
 
+    @property
+    def _has_many_faces(self) -> bool:
+        return len(self.normals) >= MANY_FACES
+
     @cached_property
     def _own_bounds(self) -> BoxEnds:
         """The bounds in the solid's own frame, before any motion."""
@@ -82,7 +86,7 @@ class Polyhedron(PrimitiveSolid):
 
         The other half-spaces contain the farthest point by far more than floats are wrong.
         """
-        if len(self.normals) < MANY_FACES:
+        if not self._has_many_faces:
             return None
         rows = self._unit_rows
         point = farthest_point(rows, np.array(direction, np.float64))
@@ -101,6 +105,10 @@ class Polyhedron(PrimitiveSolid):
             low = high = np.zeros(3)
         x, y, z = (_middle(a, b) for a, b in zip(low.tolist(), high.tolist(), strict=True))
         return x, y, z
+
+    def _face(self, index: int) -> PolyhedronFace:
+        """Return the half-space of a face as a solid."""
+        return PolyhedronFace(self.normals[index], self.offsets[index], self.near)
 
     @cached_property
     def surfaces(self) -> list[PlaneSurface]:
@@ -226,7 +234,7 @@ def farthest_point(rows: FloatArray, direction: FloatArray) -> FloatArray | None
 def _middle(low: float, high: float) -> float:
     """Return a finite number between two ends; each of them may be infinite."""
     ends = [end for end in (low, high) if math.isfinite(end)]
-    return sum(end / len(ends) for end in ends)
+    return sum((end / len(ends) for end in ends), 0.0)
 
 
 # --- Solids that may be concave, cut into convex parts

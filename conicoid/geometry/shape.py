@@ -180,6 +180,11 @@ class Shape(ABC):
         return self._moved(self.motion.transform(matrix))
 
     @property
+    def _has_many_faces(self) -> bool:
+        """Whether it is a `Polyhedron` with so many faces that their numbers are computed together."""
+        return False
+
+    @property
     def bounds(self) -> Bounds:
         """The tightest box, (low, high), two arrays (3,): ±inf where unbounded, low > high if the shape is empty."""
         low, high = self._bounds

@@ -1,4 +1,4 @@
-"""Sheets: plane, disc, polygon, triangle, the side of a cylinder, and a face of any solid."""
+"""Sheets: plane, disc, polygon, triangle, side of a cylinder, a face of any solid; and closed outlines in a plane."""
 
 from __future__ import annotations
 

@@ -315,7 +315,8 @@ class Motion:
         """
         placement, then = self.__dict__.get("_placement", (None, self))
         if placement is not None:
-            return then.carried(placement.carried(point))
+            carried: ex.Row = then.carried(placement.carried(point))
+            return carried
         rows, shift = self.affine
         return ex.plus(ex.apply(rows, point) if rows is not ex.IDENTITY else point, shift)
 

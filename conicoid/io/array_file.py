@@ -1,4 +1,4 @@
-"""Sources: files of named arrays of numbers, .npy, .npz, .csv, .parquet and .zarr, that are read in bounded pieces.
+"""Files of named arrays of numbers: sources read .npy, .npz, .csv, .parquet and .zarr in bounded pieces; sinks write.
 
 `open_source` opens any of them. A source knows the type and shape of each array before it reads a number. Its rows
 come in pieces of any size from any row on, and an array is read whole only if memory holds it. Sinks, below, write such

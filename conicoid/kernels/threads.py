@@ -269,7 +269,8 @@ def _run_in_pool(work: KernelRange, count: int, chunk: int, halt: Callable[[], N
         while not pieces.wait(_WATCH) and time.monotonic() < last:
             pass
         raise
-    assert pieces.done == count  # or MemoryError
+    done = pieces.done  # raises MemoryError where a kernel had too little
+    assert done == count
 
 
 def _run_on_threads(state: _Work, progress: Progress | None, halt: Callable[[], None]) -> None:

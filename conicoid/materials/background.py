@@ -316,4 +316,5 @@ def _radiance(directions: FloatArray, sun: FloatArray, haze: float) -> FloatArra
     luminance, x, y = channels["Y"], channels["x"], channels["y"]
     xyz = (luminance / y * x, luminance, luminance / y * (1 - x - y))
     rgb = np.stack([sum(k * part for k, part in zip(row, xyz, strict=True)) for row in _TO_RGB.tolist()], axis=-1)
-    return np.maximum(rgb, 0.0)
+    light: FloatArray = np.maximum(rgb, 0.0)
+    return light

@@ -321,7 +321,8 @@ def record_maker(material: Material, maker: MaterialMaker, own: Mapping[str, Any
 
 def _maker_of(material: Material) -> tuple[MaterialMaker, dict[str, Any]]:
     """Return the recorded constructor and its own arguments; the class for a material without a record."""
-    return vars(material).get("_made", (Material, {}))
+    made: tuple[MaterialMaker, dict[str, Any]] = vars(material).get("_made", (Material, {}))
+    return made
 
 
 def constructor_call(material: Material) -> tuple[str, dict[str, Any]]:

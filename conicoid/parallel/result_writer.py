@@ -2,6 +2,7 @@
 
 `result_writer` makes the writer of a query, and `write_answers` lets it write. Each format is an array for each field
 (.npz, .zarr, .npy) or a table with a column for each number (.csv, .parquet).
+`scene.stream` runs such a query part by part.
 """
 
 from __future__ import annotations

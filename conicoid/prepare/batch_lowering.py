@@ -24,14 +24,13 @@ import dataclasses
 from collections.abc import Callable, Container, Hashable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
-from typing import Any, Protocol, TypeAlias
+from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 
 import numpy as np
 
 from .._util.arrays import unique_first_with_inverse, unique_sorted, unique_with_inverse
 from ..geometry.bulk import Bulk
 from ..geometry.cell import Cell, Face
-from ..geometry.polyhedron import MANY_FACES, Polyhedron, PolyhedronFace
 from ..geometry.shape import Boolean, Painted, Primitive, Shape, region_bounds
 from ..geometry.transform import IDENTITY_MOTION, Motion, Step
 from ..kernels.tables import CELL, MAP_SIZE, PLANE, PLANE_SIZE, Floats, Ints, Longs, Signs
@@ -47,6 +46,9 @@ from .pattern import FRAME_NUMBERS, BodyPattern, RowTable
 from .pytree import flatten, flatten_all, positions_by_key, unflatten
 from .tape import recording_cache
 from .tape.program import NO_INPUTS, WideInputs
+
+if TYPE_CHECKING:
+    from ..geometry.polyhedron import Polyhedron
 
 
 class ShapeBatch(Protocol):
@@ -129,7 +131,7 @@ class _FaceArray:
 
     def of(self, index: int) -> tuple[Shape, tuple[Step, ...]]:
         """`ShapeBatch.of`"""
-        return PolyhedronFace(self.shape.normals[index], self.shape.offsets[index], self.shape.near), self.steps
+        return self.shape._face(index), self.steps
 
     def columns(self) -> tuple[Floats, Ints, Ints]:
         """`ShapeBatch.columns`"""
@@ -193,7 +195,7 @@ class PrimitiveBatch:
 
         Return the positions of those that must be lowered singly.
         """
-        taken = np.array([_has_many_faces(shape) for shape in shapes], bool)
+        taken = np.array([shape._has_many_faces for shape in shapes], bool)
         for k in np.flatnonzero(taken).tolist():
             self._add_polyhedron(shapes[k], chains.steps[k], int(places[k]))  # type: ignore[arg-type]
         others = np.flatnonzero(~taken)
@@ -218,7 +220,7 @@ class PrimitiveBatch:
 
     def _add_polyhedron(self, shape: Polyhedron, steps: tuple[Step, ...], place: int) -> None:
         """Add a polyhedron of many faces, which are lowered together."""
-        flat = flatten(PolyhedronFace(shape.normals[0], shape.offsets[0], shape.near))
+        flat = flatten(shape._face(0))
         assert flat is not None
         key, more, row = self._motion(flat.form, steps, len(shape.normals))
         self._polyhedra.append((key, _FaceArray(shape, steps, more, row, place)))
@@ -312,11 +314,6 @@ class PrimitiveBatch:
 _PLANE_NUMBERS = 2 * PLANE_SIZE + 1
 """The record of a plane, its remainders, and its sense."""
 _FACE_NUMBERS = _PLANE_NUMBERS + 2 * MAP_SIZE
-
-
-def _has_many_faces(shape: Shape) -> bool:
-    """Return True for a polyhedron whose faces are worth a batch of their own."""
-    return isinstance(shape, Polyhedron) and len(shape.normals) >= MANY_FACES
 
 
 @lru_cache(maxsize=8)

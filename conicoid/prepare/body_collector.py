@@ -21,7 +21,6 @@ from ..geometry.body import Body
 from ..geometry.bulk import Bulk, Spheres
 from ..geometry.cell import Cell, Not, Tree
 from ..geometry.instances import InstanceList
-from ..geometry.polyhedron import Polyhedron
 from ..geometry.shape import PrimitiveSolid, Shape
 from ..geometry.surface import Key, Surface
 from ..geometry.transform import IDENTITY_MOTION, Motion, Step, Translate
@@ -57,7 +56,7 @@ def exact_surface(shape: Shape, number: int) -> Surface:
         if not all(isinstance(leaf, PrimitiveSolid) for leaf, _ in moved):
             return lower_shape(shape).exact[number]
         counts = (
-            len(leaf.normals) if isinstance(leaf, Polyhedron) else len(_tree_surfaces(leaf.tree()))  # type: ignore[attr-defined]
+            len(leaf.normals) if leaf._has_many_faces else len(_tree_surfaces(leaf.tree()))  # type: ignore[attr-defined]
             for leaf, _ in moved
         )
         leaves = shape.cache["leaves"] = _ShapeLeaves(moved, [0, *accumulate(counts)])
@@ -71,8 +70,8 @@ def exact_surface(shape: Shape, number: int) -> Surface:
 def _leaf_surfaces(leaf: Shape, steps: tuple[Step, ...]) -> list[Surface]:
     """List the surfaces of a primitive moved by steps."""
     motion = Motion(steps)
-    if isinstance(leaf, Polyhedron):  # without the uv maps of its thousands of faces
-        return [surface.moved(motion) for surface in leaf.surfaces]
+    if leaf._has_many_faces:  # without the uv maps of its thousands of faces
+        return [surface.moved(motion) for surface in leaf.surfaces]  # type: ignore[attr-defined]
     tree = world_tree(replace(leaf, motion=motion), IDENTITY_MOTION, BodyFaces())  # type: ignore[arg-type]
     return _tree_surfaces(tree)
 

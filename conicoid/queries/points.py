@@ -1,4 +1,4 @@
-"""Queries at points: the first body that contains each point, and `BodiesAt`, all bodies that do."""
+"""Queries at points: the first body, all bodies (`BodiesAt`), and distances from the nearest walls (`Distances`)."""
 
 from __future__ import annotations
 

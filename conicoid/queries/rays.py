@@ -85,7 +85,8 @@ class Rays(ArrayRecord):
     origins, directions : array_like (..., 3)
         Finite float64 arrays that broadcast against each other. Directions may have any length except 0; t is in
         units of that length. They are copied, except 8,192 rays or more in two C-contiguous float64 arrays of one shape
-        that are read-only and own their memory: whoever makes such an array writable again changes the rays.
+        that are read-only and own their memory. Whoever writes to such an array later, through a view made before or
+        after making it writable again, changes the rays.
 
     Raises
     ------

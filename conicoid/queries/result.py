@@ -1,6 +1,6 @@
 """`ArrayRecord`, an object of array fields that NumPy does not take for an array, and `QueryResult`, its main subclass.
 
-The functions at the end format one-ray results and join results for `concatenate`.
+Functions format one-ray results, join results for `concatenate`, and resolve names of higher layers.
 """
 
 from __future__ import annotations

@@ -595,7 +595,8 @@ class Scene:
         ValueError
             For invalid rays, with the index of the first.
         """
-        return self._along_rays("first_hit", executor, origins, directions, t_min, t_max)
+        hits: Hits = self._along_rays("first_hit", executor, origins, directions, t_min, t_max)
+        return hits
 
     def occluded(
         self, origins: Any, directions: Any = None, t_min: Any = DEFAULT_T_MIN, t_max: Any = DEFAULT_T_MAX, *,
@@ -625,7 +626,8 @@ class Scene:
         origins, directions, t_min, t_max, executor
             As for `first_hit`. An empty interval, t_min >= t_max, has no spans.
         """
-        return self._along_rays("spans", executor, origins, directions, t_min, t_max)
+        spans: Spans = self._along_rays("spans", executor, origins, directions, t_min, t_max)
+        return spans
 
     def crossings(
         self, origins: Any, directions: Any = None, t_min: Any = DEFAULT_T_MIN, t_max: Any = DEFAULT_T_MAX, *,
@@ -638,7 +640,8 @@ class Scene:
         origins, directions, t_min, t_max, executor
             As for `first_hit`. An empty interval, t_min >= t_max, has no crossings.
         """
-        return self._along_rays("crossings", executor, origins, directions, t_min, t_max)
+        crossings: Crossings = self._along_rays("crossings", executor, origins, directions, t_min, t_max)
+        return crossings
 
     @ignore_fp_errors
     def stream(

@@ -66,12 +66,13 @@ def _pictures() -> None:
 
 
 def _coherent() -> None:
-    """Trace first hits of coherent rays: enough of them for the test of coherence."""
+    """Trace first hits of coherent rays in float32: enough of them for the test of coherence."""
     import numpy as np
 
     from .scene import Scene
 
-    Scene([]).first_hit(np.zeros((64, 64, 3)), (0.0, 0.0, 1.0))
+    still = np.zeros((128, 64, 3), np.float32)
+    Scene([]).first_hit(still, still + np.float32(1.0))
 
 
 def _incoherent() -> None:
@@ -80,8 +81,10 @@ def _incoherent() -> None:
 
     from .scene import Scene
 
-    every = np.random.default_rng(0).normal(size=(4096, 3))
-    Scene([]).first_hit(every, every, t_min=-1.0)
+    every = np.random.default_rng(0).normal(size=(8192, 3))
+    for _ in range(2):  # rays that are copied, and rays that are kept
+        Scene([]).first_hit(every, every, t_min=-1.0)
+        every.flags.writeable = False
 
 
 def _single_rays() -> None:

@@ -1,6 +1,8 @@
-"""Scenes that users type into a page, and rays through them: the part of the playground that computes.
+"""The playground: a page in which a user types a scene and reads the hits, spans and crossings of a ray through it.
 
-The same functions answer a served page (`playground`) and one that runs Python itself, in WebAssembly (`in_page`).
+Python answers: the process that serves the page, or one in the page itself (`native.playground` makes such a site,
+with the wheel of Conicoid for Pyodide). The same functions answer a served page (`playground`) and one that runs Python
+itself, in WebAssembly (`in_page`). `quadrics_scene` is the scene of nine quadrics.
 """
 
 from __future__ import annotations
@@ -134,10 +136,7 @@ def in_page() -> Callable[[str, str], str]:
     return ask
 
 
-# The playground: a page in which a user types a scene and reads the hits, spans and crossings of a ray through it.
-#
-# Python answers: the process that serves the page, or one in the page itself (`native.playground` makes such a site,
-# with the wheel of Conicoid for Pyodide). `quadrics_scene` is the scene of nine quadrics.
+# The page, and the processes that answer it
 
 TITLE = "Conicoid playground"
 EXAMPLES = "bored", "lens", "quadrics", "grazing", "barrel"

@@ -107,7 +107,8 @@ def _data(scene: Scene, folder: Path | None) -> dict[str, Any]:
             save_array(folder / name, table)
         return name
 
-    return _copied(scene_data(scene, keep, defaults=True))
+    copied: dict[str, Any] = _copied(scene_data(scene, keep, defaults=True))
+    return copied
 
 
 def _copied(value: Any) -> Any:

@@ -10,7 +10,7 @@ import pytest
 from typer.testing import CliRunner
 
 from benchmarks.__main__ import app
-from benchmarks.comparison.accuracy import suite as report, suite as rows, systems
+from benchmarks.comparison.accuracy import suite, systems
 from benchmarks.comparison.accuracy.bodies import (
     DOUBLE,
     FAMILIES,
@@ -166,17 +166,17 @@ def test_bounds_are_held_against_the_errors():
 def test_bounds_of_exact_answers_have_no_ratio_and_stay_json():
     tally = tally_of([1, 1], [1, 1], bound=[2.0**-52, 0])
     assert (tally.spread().bound_ratio, tally.spread().violations) == (None, 0)
-    outcome = rows.CaseOutcome("sphere", "near", "float32", SYSTEM, tally)
-    assert report.cells(outcome)[-2:] == ("", "0")
-    assert "Infinity" not in report.as_json([outcome], [], [])
+    outcome = suite.CaseOutcome("sphere", "near", "float32", SYSTEM, tally)
+    assert suite.cells(outcome)[-2:] == ("", "0")
+    assert "Infinity" not in suite.as_json([outcome], [], [])
 
 
 def test_families_together():
     first, second = tally_of([1, 2], [1, math.inf]), tally_of([math.inf], [3])
     outcomes = [
-        rows.CaseOutcome("sphere", name, "float32", SYSTEM, t) for name, t in (("near", first), ("far", second))
+        suite.CaseOutcome("sphere", name, "float32", SYSTEM, t) for name, t in (("near", first), ("far", second))
     ]
-    (whole,) = rows.merge_outcomes(outcomes)
+    (whole,) = suite.merge_outcomes(outcomes)
     assert (whole.family, whole.tally.rays, whole.tally.wrong_hits, whole.tally.wrong_misses) == ("all", 3, 1, 1)
     assert first.rays == 2
 
@@ -196,9 +196,9 @@ SYSTEM = systems.System(Peer("Somebody", "float64", lambda: "Somebody 1"), 53, 5
 def test_systems_are_measured_with_what_they_have(monkeypatch):
     single = systems.System(Peer("Single", "", lambda: ""), 24, 24, ("sphere", "box"), shifted(2.0**-20))
     absent = systems.System(Peer("Nobody", "", _absent), 53, 53, ("sphere",), shifted(0.0))
-    monkeypatch.setattr(rows, "SYSTEMS", (SYSTEM, single, absent))
+    monkeypatch.setattr(suite, "SYSTEMS", (SYSTEM, single, absent))
     seen = []
-    outcomes, missing = rows.run(rows.cases(["near", "sphere", "box"]), 300, seen.append)
+    outcomes, missing = suite.run(suite.cases(["near", "sphere", "box"]), 300, seen.append)
     names = [(o.inputs, o.shape, o.system.peer.name) for o in outcomes]
     assert names == [
         ("float32", "sphere", "Somebody"), ("float32", "sphere", "Single"), ("float32", "box", "Single"),
@@ -212,15 +212,15 @@ def test_systems_are_measured_with_what_they_have(monkeypatch):
 
 
 def test_figures_of_single_answers_are_in_both_units():
-    assert report.in_ulps(0.25, False) == "0.25"
-    assert report.in_ulps(1234, False) == "1200"
-    assert report.in_ulps(2.0**30, True) == "1.1e9 (2)"
-    assert report.in_ulps(2.0**20, False) == "1.0e6"
+    assert suite.in_ulps(0.25, False) == "0.25"
+    assert suite.in_ulps(1234, False) == "1200"
+    assert suite.in_ulps(2.0**30, True) == "1.1e9 (2)"
+    assert suite.in_ulps(2.0**20, False) == "1.0e6"
 
 
 def test_unknown_rows_are_refused():
     with pytest.raises(ValueError, match=r"no rows 'torus'; there are sphere, box"):
-        rows.cases(["sphere", "torus"])
+        suite.cases(["sphere", "torus"])
 
 
 def test_the_command(tmp_path):
@@ -265,7 +265,7 @@ def test_the_picture(tmp_path):
     from benchmarks.comparison.accuracy.suite import draw
 
     outcomes = [
-        rows.CaseOutcome("sphere", f, "float32", SYSTEM, tally_of([1, 2], [1, 2.5], bound=[1, 1]))
+        suite.CaseOutcome("sphere", f, "float32", SYSTEM, tally_of([1, 2], [1, 2.5], bound=[1, 1]))
         for f in ("near", "far")
     ]
     draw(outcomes, tmp_path / "errors.png")

@@ -12,13 +12,11 @@ import conicoid as co
 from benchmarks.__main__ import app
 from benchmarks.comparison import (
     arrays,
-    harness as report,
+    harness,
     limits,
-    preparation as preparing,
-    preparation as processes,
+    preparation,
     scenes,
-    scenes as core,
-    suite as rows,
+    suite,
 )
 from benchmarks.comparison.harness import QUICK, Absent, BenchRow, Measured, Peer, Size
 
@@ -84,35 +82,35 @@ def test_bored_blocks_are_five_leaves():
 
 def test_ratios_are_told_with_what_is_asked():
     measured = Measured(60.0, 30.0, 2.0, "Mray/s")
-    outcomes = report.run(
+    outcomes = harness.run(
         [row("a", lambda size: measured), row("b", lambda size: measured, Peer("X", "y", _absent))],
         QUICK,
         lambda _: None,
     )
     assert outcomes[0].cells()[3:] == ("60 Mray/s", "30 Mray/s", "2.00 ×", "0.8 ×", "1.2 ×")
     assert outcomes[1].cells()[5] == "not installed: pip install somebody"
-    found = json.loads(report.as_json(outcomes, ["a machine"]))
+    found = json.loads(harness.as_json(outcomes, ["a machine"]))
     assert found["rows"][0]["ratio"] == 2.0
     assert found["rows"][1]["missing"].startswith("not installed")
-    assert "| 2.00 × |" in report.markdown(outcomes, ["a machine"])
+    assert "| 2.00 × |" in harness.markdown(outcomes, ["a machine"])
 
 
 def test_there_is_no_ratio_where_the_two_disagree():
-    outcome = report.RowOutcome(row("a", None), Measured(1, 2, 2, "s", "5 % of the rays hit for one only"))
+    outcome = harness.RowOutcome(row("a", None), Measured(1, 2, 2, "s", "5 % of the rays hit for one only"))
     assert outcome.cells()[3:6] == ("", "", "no ratio: 5 % of the rays hit for one only")
 
 
 def test_agreement():
     t = np.array([1.0, 2.0, np.inf] * 1000)
-    assert rows.check_agreement(t, t + 1e-5) == ""
-    assert "hit for one only" in rows.check_agreement(t, np.full(3000, 1.0))
-    assert "distances differ" in rows.check_agreement(t, t * 1.1)
+    assert suite.check_agreement(t, t + 1e-5) == ""
+    assert "hit for one only" in suite.check_agreement(t, np.full(3000, 1.0))
+    assert "distances differ" in suite.check_agreement(t, t * 1.1)
 
 
 def test_each_round_takes_turns(monkeypatch):
-    monkeypatch.setattr(rows, "WARM", 0.0)
+    monkeypatch.setattr(suite, "WARM", 0.0)
     order = []
-    a, b = rows.time_in_turn(lambda: order.append("a") or 3.0, lambda: order.append("b") or 1.0, 3)
+    a, b = suite.time_in_turn(lambda: order.append("a") or 3.0, lambda: order.append("b") or 1.0, 3)
     assert order == ["a", "a", "b", "b"] * 3
     assert (a, b) == (3.0, 1.0)
 
@@ -128,7 +126,7 @@ def test_the_command(tmp_path):
 
 def test_limits_stand_in_the_peers_place():
     found = limits.check_limit(50.0, 20.0, "µs")
-    cells = report.RowOutcome(BenchRow("latency", "one", "balls", limits.LIMIT, 1.0, 0.0, None), found).cells()
+    cells = harness.RowOutcome(BenchRow("latency", "one", "balls", limits.LIMIT, 1.0, 0.0, None), found).cells()
     assert cells == ("one", "balls", "asked, at most", "20 µs", "50 µs", "2.50 ×", "1 ×", "")
 
 
@@ -171,11 +169,11 @@ def test_a_ball_takes_its_four_numbers_at_least():
     assert measured.theirs == 2576
 
 
-PREPARING = {row.name: row for row in preparing.ROWS}
+PREPARING = {row.name: row for row in preparation.ROWS}
 
 
 def test_the_bench_begins_before_the_rays():
-    assert rows.ROWS[: len(preparing.ROWS)] == preparing.ROWS
+    assert suite.ROWS[: len(preparation.ROWS)] == preparation.ROWS
 
 
 @pytest.mark.parametrize("name", ["moved-spheres", "moved-boxes", "moved-csg", "moved-mixed"])
@@ -188,7 +186,7 @@ def test_moved_bodies_answer_as_in_a_scene_from_the_beginning(name):
 def test_a_picture_is_that_of_the_bodies_povray_gets():
     """Balls in the picture's middle row: as many pixels are lit as a line of pixel centres meets balls."""
     each = scenes.balls(40)
-    image = preparing.in_picture(scenes.spheres(each)).render(64, 64, samples=1).pixels.max(axis=-1) > 0
+    image = preparation.in_picture(scenes.spheres(each)).render(64, 64, samples=1).pixels.max(axis=-1) > 0
     centers = (np.arange(64) + 0.5) / 64 - 0.5
     x, y = np.meshgrid(centers, -centers)
     directions = np.stack([x, y, np.ones_like(x)], axis=-1).reshape(-1, 3)
@@ -200,7 +198,7 @@ def test_a_picture_is_that_of_the_bodies_povray_gets():
     pytest.fail("other balls are seen")
 
 
-@pytest.mark.parametrize("programs", [processes.LISTS, processes.MOVED])
+@pytest.mark.parametrize("programs", [preparation.LISTS, preparation.MOVED])
 def test_our_programs_tell_seconds_and_the_hit(programs, tmp_path, monkeypatch, capsys):
     each = scenes.balls(50)
     np.save(tmp_path / "balls.npy", np.column_stack([each.centers, each.radii]).astype(float))
@@ -208,7 +206,7 @@ def test_our_programs_tell_seconds_and_the_hit(programs, tmp_path, monkeypatch, 
     exec(programs["conicoid"], {})
     seconds, t = map(float, capsys.readouterr().out.split())
     centers = each.centers.astype(float)
-    if programs is processes.MOVED:
+    if programs is preparation.MOVED:
         centers[1:9] += (0, 0, -0.01)
     moved = scenes.BallRows(centers, each.radii)
     expected = brute_force_balls(moved, np.array([(0, 0, -3)]), np.array([(0.01, 0.02, 1)]))[0]
@@ -216,7 +214,7 @@ def test_our_programs_tell_seconds_and_the_hit(programs, tmp_path, monkeypatch, 
     assert t == pytest.approx(expected, rel=1e-12)
 
 
-@pytest.mark.parametrize("programs", [processes.LISTS, processes.MOVED])
+@pytest.mark.parametrize("programs", [preparation.LISTS, preparation.MOVED])
 @pytest.mark.parametrize("peer", ["Raysect", "Mitsuba"])
 def test_programs_of_peers_are_programs(programs, peer):
     compile(programs[peer], peer, "exec")
@@ -224,7 +222,7 @@ def test_programs_of_peers_are_programs(programs, peer):
 
 def test_a_core_has_its_pins(tmp_path):
     """Four assemblies of 3 x 3 pins, of which the middle one is a tube, with 0.8 mm between them."""
-    core.write_core(tmp_path / "geometry.xml", 2, 3)
+    scenes.write_core(tmp_path / "geometry.xml", 2, 3)
     scene = co.load_openmc(tmp_path / "geometry.xml")
     pitch, gap = 1.26, 0.08
     centers = np.array([side * (1.5 * pitch + gap / 2) + k * pitch for side in (-1, 1) for k in (-1, 0, 1)])

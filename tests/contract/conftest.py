@@ -29,7 +29,8 @@ def _fast() -> set[tuple[str, str]]:
 FAST = _fast()
 """(example, motion) of the fast tests; the deep ones take all."""
 SAMPLES = [sample_of_kinds(turn) for turn in range(2)]
-"""Of kinds with several examples, a fast test takes every other one: the odd ones, or the even ones, by its name."""
+"""Of kinds with several examples, a fast test takes every other one: the tests of a file take the even and the odd ones
+in turn."""
 
 
 @cache
@@ -47,7 +48,7 @@ SUBJECTS = {
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
     """Run each test with all subjects of its argument."""
     for argument in SUBJECTS.keys() & set(metafunc.fixturenames):
-        sample = SAMPLES[len(metafunc.definition.name) % 2]
+        sample = SAMPLES[list(vars(metafunc.module)).index(metafunc.function.__name__) % 2]
         cases = marked(("-".join(pair), pair in FAST and pair[0] in sample) for pair in SUBJECTS[argument])
         metafunc.parametrize(argument, cases, indirect=True, scope="session")
 

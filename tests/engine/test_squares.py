@@ -11,7 +11,7 @@ import pytest
 import conicoid as co
 from conicoid.kernels.body.scratch import new_scratch
 from conicoid.kernels.bvh.culling import lanes_in_ball, lanes_in_ball_from_one
-from conicoid.kernels.packet.lanes import BEST, SIZE, close_lanes, put_ray
+from conicoid.kernels.packet.lanes import BEST, BODY, SIZE, close_lanes, put_ray
 from conicoid.kernels.packet.packet import new_packet
 from conicoid.kernels.packet.traversal import _FOUND, _MOST, new_square, trace_square
 from conicoid.kernels.ray import Ray
@@ -67,14 +67,14 @@ def test_balls_that_rays_of_one_origin_graze_are_met(far):
 
 
 @numba.njit
-def traced(geometry, origins, directions, numbers, any_hit, best):
+def traced(geometry, origins, directions, numbers, any_hit, best, bodies):
     """Where the rays of packets end, and how often a frontier was looked for."""
     scratch, packet, square, found = new_scratch(geometry), new_packet(geometry), new_square(), 0
     for k in range(len(numbers)):
         put_rays(packet.lanes, origins[k], directions[k])
         trace_square(geometry, scratch, packet, square, numbers[k], scratch.nothing, any_hit)
         found = max(found, int(square.known[_FOUND]))
-        best[k] = packet.lanes[BEST : BEST + 64]
+        best[k], bodies[k] = packet.lanes[BEST : BEST + 64], packet.lanes[BODY : BODY + 64]
     return found
 
 
@@ -131,12 +131,14 @@ def test_packets_of_a_square_meet_what_each_meets_alone(bodies, kind, any_hit):
     for _ in range(12):
         one, other = packets_of(rng, kind, count), packets_of(rng, kind, count)
         origins, directions = (np.concatenate(pair) for pair in zip(one, other, strict=True))
-        numbers, best = np.repeat([7, 70], count), np.empty((2 * count, 64))
-        most.append(traced(scene._prepared.geometry, origins, directions, numbers, any_hit, best))
-        alone = scene.first_hit(origins, directions).t
+        numbers, best, met = np.repeat([7, 70], count), np.empty((2 * count, 64)), np.empty((2 * count, 64))
+        most.append(traced(scene._prepared.geometry, origins, directions, numbers, any_hit, best, met))
+        first = scene.first_hit(origins, directions)
+        alone = first.t
         assert np.array_equal(best < np.inf, alone < np.inf)
         if not any_hit:
             assert best.tobytes() == alone.tobytes()
+            assert np.array_equal(met, first.body)
         hits += int((best < np.inf).sum())
     assert 12 * 18 * 64 > hits > 500
     assert max(most) == _MOST if kind == "straying" else 1 <= max(most) < _MOST

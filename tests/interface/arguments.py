@@ -283,7 +283,7 @@ SCENES: dict[str, Call] = {
     ),
     "measure": (co.measure, dict(shape=BALL, rays=100, seed=0, progress=None)),
     "check": (co.check, dict(scene=SCENE, rays=100, seed=0, progress=None)),
-    "parameters": (co.parameters, dict(scene=SCENE, only=None)),
+    "parameters": (co.parameters, dict(scene=SCENE, names=None)),
     "load": (co.load, dict(path="scene.yaml")),
     "save": (co.save, dict(scene=SCENE, path="scene.yaml")),
     "Image.save": (co.Image(np.zeros((2, 2))).save, dict(path="picture.png")),

@@ -179,3 +179,49 @@ def test_random_booleans_of_boxes():
 def test_tilted_boxes_are_left_to_other_rules():
     tilted = co.Box((0, 0, 0), (1, 1, 1)) | co.Box((0, 0, 0), (1, 1, 1)).rotate((1, 1, 0), 30)
     assert co.measure(tilted, rays=600).rays > 0
+
+
+@pytest.mark.parametrize(
+    ("solid", "volume", "area"),
+    [
+        (co.Box((0, 0, 0), (1, 1, 1)) - co.Box((0, 0, 5e-13), (1, 1, 1)), 5e-13, 2.0),
+        (co.Box((0, 0, 1000), (1, 1, 1000 + 1e-9)) | co.Box((0, 0, 1000), (1, 0.5, 1000 + 1e-9)), 1e-9, 2.0),
+    ],
+)
+def test_thin_boxes_are_not_lost(solid, volume, area):
+    """Their walls are apart by more than rounding, however little that is beside their place."""
+    found = co.measure(solid)
+    assert found.volume == pytest.approx(volume, rel=1e-3, abs=5 * found.volume_error)
+    assert found.area == pytest.approx(area, rel=1e-3, abs=5 * found.area_error)
+
+
+CUBE = (0, 0, 0), (3, 3, 3)
+"""A cube of 27, to which boxes are added, or from which they are taken as faces that look inward."""
+
+
+@pytest.mark.parametrize(
+    "boxes",
+    [
+        [(((1, 1, 0), (2, 2, 2)), -1)],
+        [(((1, 1, 0), (2, 2, 3)), -1)],
+        [(((1, 1, 1), (2, 2, 2)), -1)],
+        [(((0, 0, 0), (2, 2, 2)), -1)],
+        [(((0, 1, 0), (2, 2, 2)), -1)],
+        [(((0, 0, 0), (1, 1, 3)), -1), (((1, 1, 0), (2, 2, 3)), -1)],
+        [(((3, 1, 1), (4, 2, 2)), 1), (((1, 1, 3), (2, 2, 4)), 1)],
+        [(((3, 0, 0), (4, 3, 3)), 1)],
+    ],
+)
+def test_holes_and_blocks_that_share_a_wall(boxes):
+    """Of two faces that lie on one another, one may be larger: a hole that is flush with a wall, a block on it."""
+    corners, faces = [], []
+    for (low, high), sense in [(CUBE, 1), *boxes]:
+        quads = [(0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5)]
+        faces += [tuple(len(corners) + k for k in quad[::sense]) for quad in quads]
+        corners += [tuple((low, high)[k >> axis & 1][axis] for axis in range(3)) for k in range(8)]
+    mesh = co.Mesh(corners, faces)
+    points = np.random.default_rng(5).uniform(-0.5, 4.5, (4000, 3))
+    count = sum(sense * ((points > low) & (points < high)).all(axis=1) for (low, high), sense in [(CUBE, 1), *boxes])
+    assert np.array_equal(co.Scene([mesh]).contains(points), count > 0)
+    volume = 27 + sum(sense * np.prod(np.subtract(high, low)) for (low, high), sense in boxes)
+    assert co.measure(mesh).volume == pytest.approx(volume, rel=1e-12)

@@ -79,8 +79,8 @@ def test_a_single_hit_is_as_complete_as_others():
     assert hit
     assert (hit.t, hit.body, hit.hit) == (4.0, 1, True)
     assert hit.rays == ray
-    for array in (hit.rays.origins, hit.point, hit._found.t):
-        assert not array.flags.writeable or array is hit._found.t
+    for array in (hit.rays.origins, hit.point, hit._buffers.t):
+        assert not array.flags.writeable or array is hit._buffers.t
     assert repr(hit) == repr(other)
     for copy in (pickle.loads(pickle.dumps(hit)), hit.detached(), co.Hits.concatenate([hit, hit])[0], hit[None][0]):
         assert same(copy, other)

@@ -19,6 +19,11 @@ from conicoid.prepare.motion_batch import MotionChains
 BALL = sided_ball(10.0, 16)
 
 
+_TURNS = 2 * np.pi * np.arange(40) / 40
+PRISM = co.Polyhedron(np.stack([np.cos(_TURNS), np.sin(_TURNS), 0 * _TURNS], axis=1).tolist(), [1.0] * 40)
+"""Unbounded along z, where no end says near which point its faces are anchored."""
+
+
 def rough(seed: int, count: int = 60) -> co.Polyhedron:
     """Return a polyhedron of random planes with few digits, of which many meet in a point."""
     rng = np.random.default_rng(seed)
@@ -34,6 +39,7 @@ SHAPES = {
     "sheared": BALL.transform([[1, 0.4, 0, 1], [-0.3, 1, 0.2, 0], [0, 0.5, 0.8, -2], [0, 0, 0, 1]]),
     "rough": rough(1),
     "rough, turned": rough(2).rotate((1, 0, 1), 90),
+    "prism, moved": PRISM.translate((0.1, 0.2, 0.3)),
     "unbounded": co.Polyhedron([(1, 0.25 * k, 0.5) for k in range(MANY_FACES)], [3.0] * MANY_FACES),
 }
 
@@ -48,6 +54,15 @@ def test_faces_together_give_the_numbers_of_each(name: str):
     assert (left, places.tolist(), form.tree) == ([], [7], single.tree)
     assert form.pattern == single.pattern
     assert np.array_equal(rows[:, : form.pattern.width][0], single.row)
+
+
+def test_a_prism_without_ends_contains_what_its_half_spaces_contain():
+    points = np.random.default_rng(3).uniform(-1.5, 1.5, (5000, 3))
+    x, y, _ = (points - (0.1, 0.2, 0.3)).T
+    reach = (np.cos(_TURNS)[:, None] * x + np.sin(_TURNS)[:, None] * y).max(axis=0)
+    found, sure = co.Scene([SHAPES["prism, moved"]]).contains(points), np.abs(reach - 1) > 1e-12
+    assert np.array_equal(found[sure], reach[sure] < 1)
+    assert 1000 < found.sum() < 4000
 
 
 @pytest.mark.parametrize("name", ["ball", "rough", "unbounded"])

@@ -266,7 +266,7 @@ def test_balls_that_stay_balls_have_the_same_records(monkeypatch):
 
 @pytest.mark.deep
 def test_balls_that_stay_balls_have_the_same_records_at_length(monkeypatch):
-    check_balls(range(12, 400), monkeypatch)
+    check_balls(range(6, 400), monkeypatch)
 
 
 def test_a_ball_keeps_upright_rows_under_similarities_alone():

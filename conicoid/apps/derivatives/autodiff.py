@@ -1,6 +1,6 @@
-"""Jacobian-vector and vector-Jacobian products of hits and spans: `jvp` and `vjp` of `Hits` and of `Spans`.
+"""Jacobian-vector and vector-Jacobian products of hits and spans, and the derivative of a volume.
 
-Each checks its arguments, builds the walls of the crossings once per result, runs the kernels of
+Each product checks its arguments, builds the walls of the crossings once per result, runs the kernels of
 `crossing_derivatives`, and chains with the Jacobians of the walls by the parameters.
 """
 

@@ -461,7 +461,7 @@ def _patterns(names: Any) -> list[str]:
     for pattern in patterns:
         if not isinstance(pattern, str):
             raise TypeError(
-                f"parameters: only must be a name or pattern, or a list of them, got {format_value(pattern)}"
+                f"parameters: names must be a name or pattern, or a list of them, got {format_value(pattern)}"
             )
     return patterns
 

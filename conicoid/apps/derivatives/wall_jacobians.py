@@ -1,4 +1,4 @@
-"""Dual numbers: evaluating a shape's own formulas with them gives the derivatives of its walls.
+"""Jacobians of the walls of a shape by its numbers, from its own formulas evaluated with dual numbers.
 
 A `Dual` is a `BigFloat` of 3000 bits with its derivatives, as floats, by the parameters that it depends on (forward
 mode: Wengert, A simple automatic derivative evaluation program, CACM 7, 1964). Comparisons use the value alone. A zero

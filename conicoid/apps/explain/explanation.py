@@ -1,4 +1,4 @@
-"""`scene.explain`: trace one ray, collect the steps of the kernels, and show them as data, text, HTML or a figure."""
+"""`scene.explain` traces one ray and shows the steps of the kernels; `scene.surface` describes a surface of a scene."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""Paraxial rays, by matrices: the place of the pupil, and the width of beams.
+"""Prescriptions: the rows of a lens system, its bodies as a scene, and its paraxial rays, by matrices.
 
-The state is (y, n u), with n below 0 where light travels along -z, so that mirrors are surfaces like others.
+The state of a ray is (y, n u), with n below 0 where light travels along -z, so that mirrors are surfaces like others.
 """
 
 from __future__ import annotations

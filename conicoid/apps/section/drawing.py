@@ -1,4 +1,4 @@
-"""The drawing of a slice, whatever the file format: colours by body or material, outlines, and the legend."""
+"""The drawing of a slice: colours by body or material, outlines and the legend, as pixels, SVG and PDF."""
 
 from __future__ import annotations
 

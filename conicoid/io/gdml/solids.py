@@ -1,4 +1,4 @@
-"""GDML solids of outlines and sections: polycones and polyhedra about z, and extruded outlines.
+"""The <solids> section of a GDML file: templates by name, and solids of outlines and sections.
 
 Polycones revolve an outline of (r, z); polyhedra replace the circle by a polygon of `numsides` sides; <xtru> sweeps an
 outline of (x, y) through sections along z. Each public reader returns a `SolidFactory`, which builds the solid

@@ -1,4 +1,4 @@
-"""MCNP's lattices of parallelepipeds (LAT=1) and hexagonal prisms (LAT=2), whose elements are copies of a cell.
+"""Universes of MCNP decks: fillings and transformations of cells, and lattices (LAT=1 boxes, LAT=2 hexagons).
 
 `parallelepiped_element` and `hexagonal_element` find the translations from the planes of the cell, and `CellLattice` is
 the lattice of these elements.

@@ -1,4 +1,4 @@
-"""Bounds of a place in the hierarchy of universes: the regions of all cells around it, and lattice elements.
+"""Blocks of bodies: the content of a universe, translated to all its places, and the bounds of each place.
 
 `PlaceBounds` groups the parts of these regions by the motion that takes them to the world. `AxialMotion` recognises
 rotations about a line along an axis: planes across this line and surfaces of revolution about it are the same before

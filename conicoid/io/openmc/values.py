@@ -1,4 +1,4 @@
-"""Values of OpenMC's XML elements: words, numbers, titles, and names that OpenMC does not know.
+"""Values of OpenMC's XML elements: words, numbers, titles, misspelt names, and materials.
 
 `OpenmcValues` reads the attributes and child elements of one element and collects its errors. Texts may be as long as a
 file, so words are counted piece by piece.

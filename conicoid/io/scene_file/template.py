@@ -1,4 +1,4 @@
-"""Motions of many shapes with the same kinds of steps, built from columns of numbers and checked all at once.
+"""Many bodies in one entry of a scene file: a template, columns of its numbers, and their motions, all at once.
 
 Columns only mark rows in doubt. The caller builds these motions one by one, which decides or raises the error.
 """

@@ -1,4 +1,4 @@
-"""Certified bounds: signed distances that are never farther from zero than the exact ones, so that a ball is clear.
+"""The walls near a point: certified bounds of signed distances, and a body's surfaces and leaves within a radius.
 
 The bound of a plane or sphere is the distance itself, less rounding; of another quadric the distance of its nearest
 point, by the secular equation for a value that rounding cannot have raised; of an intersection the largest signed bound

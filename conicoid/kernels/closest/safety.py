@@ -1,7 +1,7 @@
 """Lower bounds of the distance to the nearest wall for packets of 64 points: safety distances.
 
-The formulas are those of bounds.py, run over the lanes of a block of rows of 64 floats. Packets go through the tree,
-the nearest boxes first.
+The formulas are those of neighbourhood.py, run over the lanes of a block of rows of 64 floats. Packets go through the
+tree, the nearest boxes first.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Error-free operations on floats, exponents and neighbours of floats, and pairs of floats (about 106 bits).
+"""Error-free operations on floats, pairs of floats (about 106 bits), and pairs with an error bound.
 
 Sources: Knuth's TwoSum; Kahan's difference of products (error at most 1.5 ulp: Jeannerod, Louvet, Muller, Math. Comp.
 82, 2013); Dot2 (Ogita, Rump, Oishi, SIAM J. Sci. Comput. 26, 2005); for pairs Joldes, Muller, Popescu: Tight and
@@ -167,7 +167,7 @@ def round_pair(a: Pair, k: int) -> float:
 # A number is (high, low, error): the exact value lies within `error` of high + low. Every operation adds to
 # the bound what it may lose, so a result is certain whatever cancels; sums, and products of single floats, that lose
 # nothing add nothing, so that an exact zero is recognised. Bounds of the operations: Joldes,
-# Muller, Popescu (see double_double.py); ours are a few times larger.
+# Muller, Popescu (see the top); ours are a few times larger.
 
 
 class BoundedPair(NamedTuple):

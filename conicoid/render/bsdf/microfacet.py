@@ -3,6 +3,8 @@
 D(h) = 1 / (π α² ((hx² + hy²) / α² + hz²)²), Smith's shadowing with correlated heights
 G₂ = 1 / (1 + Λ(o) + Λ(i)), Λ = (sqrt(1 + α² tan² θ) - 1) / 2. Heitz, Understanding the masking-shadowing
 function in microfacet-based BRDFs, JCGT 3(2), 2014.
+
+Reflection and refraction: Fresnel's formulas, Schlick's, the mirrored direction and Snell's law.
 """
 
 from __future__ import annotations

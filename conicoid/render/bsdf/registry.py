@@ -1,4 +1,4 @@
-"""The registry of kinds of surface, the dispatch to them, and the lowering of materials to the tables of kernels.
+"""The kinds of surface: their registry and dispatch, the BSDF of any surface, and the tables of materials.
 
 Each entry of `SurfaceKind` becomes one compiled function. A material's row names its kind by its place here. These
 functions compare that number with one place after the other, so compilers see an `if` for each kind and merge the
@@ -72,7 +72,7 @@ def surface_kind(row: Any) -> int:
     return next(number for number, kind in enumerate(SURFACES) if kind.is_kind(row))
 
 
-# Dispatch. `_composed` makes the functions of all kinds into one that asks them from the first to the last. It starts
+# Dispatch. `_composed` makes the functions of all kinds into one that tries them from the first to the last. It starts
 # with the last: each step closes over one kind's function and over the chain of those behind it.
 
 
@@ -274,7 +274,7 @@ def lower_albedos(materials: MaterialTable) -> AlbedoTables:
 #
 # A surface is a sum of lobes. `evaluate_lobes` adds up those with an extent; `sample_lobes` chooses a lobe and draws a
 # direction from it, weighed by all lobes that could have given that direction. A lobe of a single direction (a mirror,
-# smooth glass) is drawn with its own weight. Each kind of surface has its formulas in a module of its own (`registry`);
+# smooth glass) is drawn with its own weight. Each kind of surface has its formulas in a module of its own;
 # the dispatch to them is here: Lambert's law first, merged into the caller, all others behind one call.
 #
 # All is in the frame of a point: z is the normal on the side that light is followed from, and both directions, `o` back

@@ -18,7 +18,7 @@ from conicoid.geometry.cell import NOTHING, Tree
 from conicoid.geometry.instance_edits import EditedInstances
 from conicoid.geometry.instances import InstanceList
 from conicoid.geometry.shape import PrimitiveSolid
-from conicoid.prepare import body_collector as contents, instances as moved_file, instances as turned
+from conicoid.prepare import body_collector as contents, instances
 
 from ...samples import in_turn
 from .models import put
@@ -144,8 +144,8 @@ def test_bodies_of_other_materials_are_lowered_with_their_like(core: co.Scene, m
     red, edited = co.matte("red"), core
     for number in range(0, len(core.bodies), 3):
         edited = edited.replace(number, material=red)
-    monkeypatch.setattr(moved_file, "FEWEST_INSTANCES", 2)
-    rows, found = turned.instance_rows, []
+    monkeypatch.setattr(instances, "FEWEST_INSTANCES", 2)
+    rows, found = instances.instance_rows, []
     monkeypatch.setattr(contents, "instance_rows", lambda *of: found.append(rows(*of)) or found[-1])
     for scene in (core, edited):
         pickle.loads(pickle.dumps(scene)).prepare()
