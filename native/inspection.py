@@ -28,13 +28,20 @@ STABLE = {each.symbol.name for each in (*FUNCTIONS.values(), *DATAS.values()) if
 MEMORY = {"malloc", "free", "memcpy", "memmove", "memset", "strchr", "strcmp", "strlen"}
 POSIX = {  # for threads, and large pages
     *("pthread_attr_destroy", "pthread_attr_init", "pthread_attr_setdetachstate", "pthread_attr_setstacksize"),
-    *("pthread_cond_broadcast", "pthread_cond_init", "pthread_cond_wait", "pthread_condattr_init", "pthread_create"),
+    *(
+        "pthread_cond_broadcast",
+        "pthread_cond_init",
+        "pthread_cond_signal",
+        "pthread_cond_wait",
+        "pthread_condattr_init",
+        "pthread_create",
+    ),
     *("pthread_mutex_init", "pthread_mutex_lock", "pthread_mutex_unlock", "getpid"),
 }
 LINUX = {"pthread_cond_timedwait", "pthread_condattr_setclock", "clock_gettime", "madvise"}
 WINDOWS_THREADS = {
     *("AcquireSRWLockExclusive", "CloseHandle", "CreateThread", "ReleaseSRWLockExclusive"),
-    *("SleepConditionVariableSRW", "WakeAllConditionVariable"),
+    *("SleepConditionVariableSRW", "WakeAllConditionVariable", "WakeConditionVariable"),
 }
 START = {  # what the code around a DLL takes from Windows as it is loaded and left
     *("_execute_onexit_table", "_exit", "_initialize_onexit_table", "_initterm", "_initterm_e", "abort"),
