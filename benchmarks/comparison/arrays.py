@@ -142,7 +142,7 @@ def serial_share(seconds: dict[int, float]) -> float:
 
 
 def serial(name: str) -> Callable[[Size], Measured]:
-    """The serial share of a query, in percent, against the largest that is asked for."""
+    """Measure the serial share of a query in percent; its limit is the largest share that the row allows."""
 
     def measure(size: Size) -> Measured:
         most = max(2, thread_count())

@@ -232,6 +232,8 @@ def _place(rays: Longs, begin: int, end: int, places: Ints, ordered: Longs, orde
             digit = rays[i] >> shift & _DIGITS - 1
             place = mine[digit]
             mine[digit] = place + 1
+            if not 0 <= place < len(rays):  # no counts of these rays
+                continue
             if len(ordered) > 0:
                 ordered[place] = rays[i]
             else:

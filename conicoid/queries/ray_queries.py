@@ -7,6 +7,7 @@ of a result. Kernels mark rays in doubt, which exact methods then decide.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -294,32 +295,23 @@ def _are_few_occluded(calls: Sequence[Callable[..., Any]], scene: PreparedScene,
     return None if np.count_nonzero(is_doubtful(result)) else result.astype(np.bool_)
 
 
-def _keep_single_lists(scene: PreparedScene, query: str, answer: Callable[..., Any], spans: bool) -> None:
-    """Let `answer` answer the query of the spans or crossings of one ray from now on."""
-    outputs = np.zeros(1, np.int32), np.zeros(1, np.int8)
-    _keep_single_calls(scene, query, answer, outputs, ("trace_rows_alone", spans, 0, 1))
+def _keep_single_lists(scene: PreparedScene, kind: type[Spans] | type[Crossings]) -> None:
+    """Let a call of one kernel answer the query of the spans or crossings of one ray from now on."""
+    query = kind.__name__.lower()
+    outputs, kernel = (np.zeros(1, np.int32), np.zeros(1, np.int8)), ("trace_rows_alone", query == "spans", 0, 1)
+    _keep_single_calls(scene, query, partial(_lists_of_single, kind), outputs, kernel)
 
 
-def _spans_of_single(calls: Sequence[Callable[..., Any]], scene: PreparedScene, *numbers: Any) -> Spans | None:
-    """Return the spans of one ray; None where `spans` must answer."""
-    from .spans import Spans, single_list
-
-    found = calls[0](*numbers)
-    return (
-        None if found is None or found[2] else Spans(scene, Rays._of_few(found[0], single=True), single_list(found[3]))
-    )
-
-
-def _crossings_of_single(calls: Sequence[Callable[..., Any]], scene: PreparedScene, *numbers: Any) -> Crossings | None:
-    """Return the crossings of one ray; None where `crossings` must answer."""
-    from .spans import Crossings, single_list
+def _lists_of_single(
+    kind: type[Spans] | type[Crossings], calls: Sequence[Callable[..., Any]], scene: PreparedScene, *numbers: Any
+) -> Spans | Crossings | None:
+    """Return the spans or crossings of one ray; None where the query itself must answer."""
+    from .spans import single_list
 
     found = calls[0](*numbers)
-    return (
-        None
-        if found is None or found[2]
-        else Crossings(scene, Rays._of_few(found[0], single=True), single_list(found[3]))
-    )
+    if found is None or found[2]:
+        return None
+    return kind(scene, Rays._of_few(found[0], single=True), single_list(found[3]))
 
 
 def _trace_streams(scene: PreparedScene, arrays: RayArrays, any_hit: bool, found: HitBuffers) -> None:
@@ -389,7 +381,7 @@ def spans(scene: PreparedScene, rays: Rays, t_min: Any, t_max: Any) -> Spans:
 
     arrays = arrays_of("spans", scene, rays, t_min, t_max)
     if len(arrays.origins) == 1 and scene.lacks_single_calls("spans"):
-        _keep_single_lists(scene, "spans", _spans_of_single, True)
+        _keep_single_lists(scene, Spans)
     return Spans(scene, rays, trace_lists(scene, arrays, *_packets(rays), True))
 
 
@@ -399,5 +391,5 @@ def crossings(scene: PreparedScene, rays: Rays, t_min: Any, t_max: Any) -> Cross
 
     arrays = arrays_of("crossings", scene, rays, t_min, t_max)
     if len(arrays.origins) == 1 and scene.lacks_single_calls("crossings"):
-        _keep_single_lists(scene, "crossings", _crossings_of_single, False)
+        _keep_single_lists(scene, Crossings)
     return Crossings(scene, rays, trace_lists(scene, arrays, *_packets(rays), False))

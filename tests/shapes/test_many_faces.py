@@ -25,7 +25,7 @@ PRISM = co.Polyhedron(np.stack([np.cos(_TURNS), np.sin(_TURNS), 0 * _TURNS], axi
 
 
 def rough(seed: int, count: int = 60) -> co.Polyhedron:
-    """Return a polyhedron of random planes with few digits, of which many meet in a point."""
+    """Return a polyhedron of random planes. Their numbers have few digits, so that many planes meet in a point."""
     rng = np.random.default_rng(seed)
     normals = rng.integers(-3, 4, (count, 3)).astype(float)
     normals = normals[normals.any(axis=1)]
