@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
+
 import numpy as np
 import pytest
 
@@ -37,3 +39,31 @@ def test_along_the_outermost_plane_of_many(route, far):
     every = np.concatenate([np.ravel(crossing.t) for _, crossing in answers])
     assert np.allclose(first, expected[:, 0], rtol=1e-12)
     assert np.allclose(every.reshape(-1, len(wall)), expected, rtol=1e-12)
+
+
+def exact(x: float) -> Fraction:
+    return Fraction(float(x))
+
+
+@pytest.mark.parametrize("distance", [1e7, 1.5e11, 1e16])
+def test_points_of_a_far_source(distance):
+    """A point lies on its surface by fractions, to the rounding of its own coordinates, and spawned rays run in walls."""
+    random = np.random.default_rng(7)
+    count = 300
+    target = np.stack([random.uniform(-0.6, 0.6, count), random.uniform(-0.6, 0.6, count), np.ones(count)], axis=1)
+    to = np.stack([*random.uniform(-0.4, 0.4, (2, count)), -random.uniform(0.5, 1, count)], axis=1)
+    scenes = {
+        "wall": (co.Box((-1, -1, 0), (1, 1, 1)), lambda p: p[2] - 1, 1),
+        "ball": (co.Sphere(1.25), lambda p: sum(x * x for x in p) - Fraction(25, 16), 3),
+        "cone": (co.Cone((0, 0, -2), (0, 0, 3), 2, 0), lambda p: p[0] ** 2 + p[1] ** 2 - (exact(0.4) * (3 - p[2])) ** 2, 6),
+    }
+    for name, (shape, value, steepness) in scenes.items():
+        scene = co.Scene([shape])
+        hits = scene.first_hit(target - distance * to, to)
+        met = hits.hit & (hits.face == hits.face[hits.hit][0])
+        assert met.sum() > count / 2 or distance > 1e15
+        for point in hits.point[met].tolist():
+            assert abs(value([exact(x) for x in point])) <= steepness * 2.0**-50, (name, point)
+        if name == "wall":
+            assert (hits.point_error[met] < 1e-15).all()
+            assert scene.first_hit(hits[met].spawn((1, 0, 0))).hit.all()
