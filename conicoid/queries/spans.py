@@ -35,7 +35,6 @@ from ..kernels.crossings import (
     trace_rows,
 )
 from ..kernels.ray import RayArrays
-from ..kernels.tables import Geometry
 from ..kernels.threads import KernelRange, chunk_of_rays, run_chunks, run_on
 from .derivatives import SpanDerivatives
 from .exact.doubtful_rays import resolve_rows
@@ -709,15 +708,11 @@ def trace_lists(scene: PreparedScene, rays: RayArrays, width: int, packets: int,
     kernels/packet/lanes.py).
     """
     count = len(rays.origins)
-    counts, doubts = np.zeros(count, np.int32), np.zeros(count, np.int8)
-    offsets, pieces = np.zeros(count + 1, np.int64), []
-
-    def work(geometry: Geometry, begin: int, end: int) -> None:
-        """Trace a chunk of packets and append their rows as a piece."""
-        rows = trace_rows(geometry, rays, width, spans, begin, end, counts, doubts)
-        pieces.append(_Piece(rows, counts, offsets[:-1], width, begin, end))
-
-    run_on(scene.geometry, work, packets, chunk_of_rays(scene.geometry, packets, _LIST_PACKETS, count), count)
+    counts, doubts, offsets = np.zeros(count, np.int32), np.zeros(count, np.int8), np.zeros(count + 1, np.int64)
+    work = KernelRange(trace_rows, (rays, width, spans), (counts, doubts))
+    chunk = chunk_of_rays(scene.geometry, packets, _LIST_PACKETS, count)
+    traced = run_on(scene.geometry, work, packets, chunk, count)
+    pieces = [_Piece(np.asarray(rows), counts, offsets[:-1], width, begin, end) for begin, end, rows in traced]
     doubtful = np.flatnonzero(doubts)
     if not len(doubtful):
         np.cumsum(counts, out=offsets[1:])
