@@ -224,6 +224,17 @@ def run_chunks(work: Callable[[int, int], Any], count: int, chunk: int) -> Outco
     return _run_on_threads(_Work(work, count, chunk, False, None))
 
 
+_ROWS = 16384  # rows that a thread takes at a time
+
+
+def run_rows(kernel: Callable[..., Any], before: tuple[Any, ...], count: int, field: Any) -> None:
+    """Let kernel(*before, begin, end, field) write `count` rows of a field: at once if they are few."""
+    if count <= _ROWS:
+        kernel(*before, 0, count, field)
+    else:
+        run_chunks(KernelRange(kernel, before, (field,)), count, _ROWS)
+
+
 def run_calls(kernel: Callable[..., Any], calls: Sequence[tuple[Any, ...]]) -> list[Any]:
     """Return what a kernel returns for each tuple of arguments, on all threads: for calls of a millisecond or more."""
     shipped = shipped_kernel(kernel)
