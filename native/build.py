@@ -2,7 +2,8 @@
 
 Front end, then an object for each level on all cores, then the door, compiled and linked with them (`link`).
 `--in-place` builds for this processor's level alone and puts the extension into the checkout, with a stamp of the
-sources: it is used until one of the files that the compiler read is edited. If it is there, nothing is done.
+sources: it is used until one of the files that the compiler read is edited. If it is there, nothing is done. What was
+made on the way stays in `out/kernels`, so that after an edit of C alone the build takes seconds.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ from __future__ import annotations
 import argparse
 import importlib
 import os
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -21,6 +23,8 @@ from .link import link
 from .targets import TARGETS, Level, Target
 
 HERE = Path(__file__).resolve().parent
+KEPT = HERE.parent / "out" / "kernels"
+"""What builds in place make on the way."""
 
 
 def _python(*words: str) -> None:
@@ -111,9 +115,18 @@ def host_level(target: Target) -> str:
     return [level.name for level in target.levels if level.needs <= needs][-1]
 
 
-def is_newer(made: Path) -> bool:
-    """Return whether a file is newer than all files of the build."""
-    return made.exists() and made.stat().st_mtime > max(each.stat().st_mtime for each in HERE.glob("*.*"))
+def is_newer(made: Path, files: str = "*.*") -> bool:
+    """Return whether a file is newer than all files of the build, or than some."""
+    return made.exists() and made.stat().st_mtime > max(each.stat().st_mtime for each in HERE.glob(files))
+
+
+def _drop_old_parts() -> None:
+    """Remove what builds in place have kept, if it is not of these kernels and of this compiler."""
+    from conicoid._jit.sources import is_current
+
+    code = KEPT / "kernels.pickle"
+    if KEPT.exists() and not (is_newer(code, "*.py") and is_current(stamp_of(code))):
+        shutil.rmtree(KEPT)
 
 
 def _is_there() -> bool:
@@ -137,13 +150,15 @@ def main() -> None:
     begin = time.monotonic()
     target = TARGETS[wanted.target] if wanted.target else host()
     with tempfile.TemporaryDirectory() as temporary:
-        folder = wanted.folder or Path(temporary)
-        folder.mkdir(parents=True, exist_ok=True)
+        folder = wanted.folder or (KEPT if wanted.in_place else Path(temporary))
         if wanted.in_place:
             target = target.only(host_level(target))
             if _is_there():
                 return
-            print("Making machine code of the kernels, for some two and a half minutes of a core ...", flush=True)
+            _drop_old_parts()
+            if not folder.exists():
+                print("Making machine code of the kernels, for some two and a half minutes of a core ...", flush=True)
+        folder.mkdir(parents=True, exist_ok=True)
         out = build(target, folder, wanted.in_place)
         if wanted.in_place:
             out = put(out, HERE.parent / "conicoid" / out.name)

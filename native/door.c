@@ -520,6 +520,17 @@ static PyObject *module_room(PyObject *module, PyObject *size)
     return rows_of(&result);
 }
 
+static PyObject *module_keep_threads(PyObject *module, PyObject *most)
+{
+    (void)module;
+    long long count = PyLong_AsLongLong(most);
+    if (count == -1 && PyErr_Occurred())
+        return NULL;
+    if (count >= 0 && count <= 65536)
+        pool_keep((int)count);
+    return PyLong_FromLongLong(pool_size());
+}
+
 static PyObject *module_names(PyObject *module, PyObject *nothing)
 {
     (void)module, (void)nothing;
@@ -575,7 +586,9 @@ static PyObject *module_use(PyObject *module, PyObject *name)
 
 static PyMethodDef functions[] = {
     {"kernel", module_kernel, METH_O, "A kernel by its name; None where there is none."},
-    {"pieces", module_pieces, METH_VARARGS, "A call of a kernel over a range, for several threads."},
+    {"pieces", module_pieces, METH_VARARGS, "A call of a kernel over a range, for several threads (native/pieces.h)."},
+    {"calls", module_calls, METH_VARARGS, "Many calls of a kernel, for several threads."},
+    {"keep_threads", module_keep_threads, METH_O, "Let idle threads beyond so many end; how many there are."},
     {"room", module_room, METH_O, "So many bytes of memory, for an array."},
     {"single", module_single, METH_VARARGS, "A call of a kernel on the numbers of one ray or point (native/single.h)."},
     {"kernels", module_names, METH_NOARGS, "The names of all kernels."},

@@ -12,32 +12,52 @@
 #include "pool.h"
 
 enum { STACK = 4 << 20, MOST_USED = 512, SHARES = 4 }; /* a piece is at most this part of what is left for a thread */
+enum { LINE = 128 }; /* bytes that no two threads write to: processors fetch lines of 64 in pairs */
 
 struct Work {
-    _Alignas(64) _Atomic int64_t next; /* alone with `done` on a line: threads write both once a piece */
+    _Alignas(LINE) _Atomic int64_t next; /* alone with `done` on a line: threads write both once a piece */
     _Atomic int64_t done;
-    _Alignas(64) int64_t count;
+    _Alignas(LINE) Range range; /* what threads read once a piece */
+    Range ahead;
     int64_t most;
-    Kernel kernel;
-    int used, begin, threads;
+    int8_t *marks;
+    int threads, keeps;
     atomic_int stopped, status;
-    int wanted, running; /* threads that shall come, and that are there; under the lock */
-    Work *after;         /* in the queue of works that want threads; under the lock */
+    _Atomic(Outcome *) outcomes;
+    _Alignas(LINE) int wanted, running; /* threads that shall come, and that are there; under the lock */
+    Work *after;                        /* in the queue of works that want threads; under the lock */
     int64_t process; /* in which it started: threads stay behind where a process forks */
     void *block;
-    int64_t slots[];
+    _Alignas(LINE) int64_t slots[];
 };
 
-Work *work_new(Kernel kernel, const int64_t *slots, int used, int begin, int64_t count, int64_t most)
+static int64_t slots_of(const Range *range)
 {
-    void *block = used > MOST_USED ? NULL : malloc(sizeof(Work) + (size_t)used * 8 + 64);
+    return range->kernel == NULL ? 0 : range->begin < 0 ? range->used * range->last : range->used;
+}
+
+/* Copy the slots of a range to where a work has them. */
+static int64_t *keep_slots(Range *range, int64_t *to)
+{
+    int64_t count = slots_of(range);
+    for (int64_t k = 0; k < count; k++)
+        to[k] = range->slots[k];
+    range->slots = to;
+    return to + count;
+}
+
+Work *work_new(const Range *range, const Range *ahead, int64_t most, int8_t *marks, int keeps)
+{
+    static const Range nothing;
+    ahead = ahead == NULL ? &nothing : ahead;
+    size_t count = (size_t)slots_of(range) + (size_t)slots_of(ahead);
+    void *block = range->used > MOST_USED || ahead->used > MOST_USED ? NULL : malloc(sizeof(Work) + count * 8 + LINE);
     if (block == NULL)
         return NULL;
-    Work *work = (Work *)(((uintptr_t)block + 63) / 64 * 64);
-    *work = (Work){.count = count, .most = most, .kernel = kernel, .used = used, .begin = begin, .threads = 1,
-                   .block = block};
-    for (int k = 0; k < used; k++)
-        work->slots[k] = slots[k];
+    Work *work = (Work *)(((uintptr_t)block + LINE - 1) / LINE * LINE);
+    *work = (Work){.next = range->first, .range = *range, .ahead = *ahead, .most = most, .marks = marks, .keeps = keeps,
+                   .threads = 1, .block = block};
+    keep_slots(&work->ahead, keep_slots(&work->range, work->slots));
     return work;
 }
 
@@ -45,21 +65,63 @@ void work_free(Work *work) { free(work->block); }
 void work_stop(Work *work) { work->stopped = 1; }
 int64_t work_done(Work *work) { return work->done; }
 int work_status(Work *work) { return work->status; }
+Outcome *work_outcomes(Work *work) { return atomic_exchange(&work->outcomes, NULL); }
+
+/* Call a kernel for a piece; its status. */
+static int call_piece(const Range *range, int64_t *slots, int64_t begin, int64_t end, int64_t *result)
+{
+    if (range->begin < 0)
+        return range->kernel(result, range->slots + range->used * begin);
+    slots[range->begin] = begin;
+    slots[range->begin + 1] = end;
+    int status = range->kernel(result, slots);
+    return status == -2 ? 0 : status; /* -2: it returned None */
+}
+
+/* Keep what a kernel returned; 0, or a status where there is no memory. */
+static int keep_outcome(Work *work, const Outcome *outcome)
+{
+    Outcome *kept = malloc(sizeof(Outcome));
+    if (kept == NULL)
+        return -1;
+    *kept = *outcome;
+    kept->after = work->outcomes;
+    while (!atomic_compare_exchange_weak(&work->outcomes, &kept->after, kept))
+        continue;
+    return 0;
+}
+
+/* Where in its own range the kernel that goes ahead is to be, when the other one is at an item. */
+static int64_t place_ahead(const Work *work, int64_t item)
+{
+    const Range *range = &work->range, *ahead = &work->ahead;
+    double share = (double)(item - range->first) / (double)(range->last - range->first);
+    return item == range->last ? ahead->last : ahead->first + (int64_t)(share * (double)(ahead->last - ahead->first));
+}
 
 void work_help(Work *work)
 {
-    int64_t slots[MOST_USED], result[16], next = work->next;
-    for (int k = 0; k < work->used; k++)
-        slots[k] = work->slots[k];
-    while (next < work->count && !work->stopped) {
-        int64_t size = (work->count - next) / (SHARES * work->threads);
+    int64_t slots[MOST_USED], others[MOST_USED], last = work->range.last, next = work->next;
+    for (int k = 0; k < work->range.used; k++)
+        slots[k] = work->range.slots[k];
+    for (int k = 0; k < work->ahead.used; k++)
+        others[k] = work->ahead.slots[k];
+    while (next < last && !work->stopped) {
+        int64_t size = (last - next) / (SHARES * work->threads);
         size = size < 1 ? 1 : size > work->most ? work->most : size;
         if (!atomic_compare_exchange_weak(&work->next, &next, next + size))
             continue;
-        slots[work->begin] = next;
-        slots[work->begin + 1] = next + size;
-        int status = work->kernel(result, slots);
-        if (status != 0 && status != -2) { /* -2: it returned None */
+        Outcome outcome = {.begin = next, .end = next + size};
+        int status = 0;
+        if (work->ahead.kernel != NULL)
+            status = call_piece(&work->ahead, others, place_ahead(work, next), place_ahead(work, next + size), outcome.result);
+        if (status == 0)
+            status = call_piece(&work->range, slots, next, next + size, outcome.result);
+        if (status == 0 && work->keeps && (status = keep_outcome(work, &outcome)) != 0)
+            work->range.drop(outcome.result);
+        for (int64_t k = 0; status == 0 && work->marks != NULL && k < size; k++)
+            work->marks[next - work->range.first + k] = 1;
+        if (status != 0) {
             work->status = status;
             work->stopped = 1;
         }
@@ -72,6 +134,8 @@ void work_help(Work *work)
 
 int work_start(Work *work, int threads) { return (void)work, (void)threads, 0; }
 int work_wait(Work *work, int milliseconds) { return (void)work, (void)milliseconds, 1; }
+void pool_keep(int most) { (void)most; }
+int pool_size(void) { return 0; }
 
 #else
 
@@ -90,6 +154,7 @@ static void unlock(void) { ReleaseSRWLockExclusive(&gate); }
 static void await_wish(void) { SleepConditionVariableSRW(&wished, &gate, INFINITE, 0); }
 static int await_end(int milliseconds) { return SleepConditionVariableSRW(&left, &gate, (DWORD)milliseconds, 0) != 0; }
 static void wake_one(void) { WakeConditionVariable(&wished); }
+static void wake_all(void) { WakeAllConditionVariable(&wished); }
 static void tell_end(void) { WakeAllConditionVariable(&left); }
 static void serve(void);
 static DWORD WINAPI body(void *nothing) { return (void)nothing, serve(), 0; }
@@ -110,6 +175,7 @@ static pthread_cond_t wished, left;
 static void unlock(void) { pthread_mutex_unlock(&gate); }
 static void await_wish(void) { pthread_cond_wait(&wished, &gate); }
 static void wake_one(void) { pthread_cond_signal(&wished); }
+static void wake_all(void) { pthread_cond_broadcast(&wished); }
 static void tell_end(void) { pthread_cond_broadcast(&left); }
 
 static int await_end(int milliseconds)
@@ -230,7 +296,7 @@ int work_start(Work *work, int threads)
     work->threads = threads;
     work->process = known;
     if (threads > largest)
-        largest = threads;
+        largest = threads; /* until `pool_keep` says less */
     int missing = busy + wanted + threads - alive;
     for (; missing > 0 && add_thread(); missing--)
         alive++;
@@ -258,7 +324,7 @@ int work_wait(Work *work, int milliseconds)
         work->stopped = 1;
     }
     for (int round = 0;; round++) {
-        if (work->next >= work->count || work->stopped)
+        if (work->next >= work->range.last || work->stopped)
             close_work(work);
         int ended = work->running == 0 && work->wanted == 0;
         if (ended || round == 1 || milliseconds <= 0) {
@@ -267,6 +333,22 @@ int work_wait(Work *work, int milliseconds)
         }
         await_end(milliseconds);
     }
+}
+
+void pool_keep(int most)
+{
+    lock();
+    largest = most;
+    wake_all();
+    unlock();
+}
+
+int pool_size(void)
+{
+    lock();
+    int size = alive;
+    unlock();
+    return size;
 }
 
 #endif

@@ -4,7 +4,7 @@
  * arrays takes 70 microseconds; this takes 3 for one ray, and 20 for a thousand.
  * `single(name, arguments, inputs, outputs, smallest, largest, most)` tests arguments once as any call does, and keeps
  * their addresses. Of the arrays in `inputs` and `outputs` it keeps the place alone: a call takes the numbers of its
- * inputs, and returns their bytes, then the outputs, then the kernel's result. Inputs of three numbers are vectors:
+ * inputs, and returns the bytes of vectors, the outputs, and the kernel's result. Inputs of three numbers are vectors:
  * tuples, lists or arrays; the second of them is a direction. With `most` > 0 at least one is an array of up to so many
  * vectors, and the outputs come as the bytes of one array after the other; else they are numbers. Whatever is not plain,
  * from texts to a direction of length 0, gives None: the caller then takes the route with messages.
@@ -43,6 +43,19 @@ static int plain_number(PyObject *given, double *number)
         return 0;
     }
     return 1;
+}
+
+/* A whole number of 32 bits, to where a number would be. */
+static int plain_whole(PyObject *given, double *place)
+{
+    long long value = given->type == &PyLong_Type ? PyLong_AsLongLong(given) : INT64_MIN;
+    int32_t kept = (int32_t)value;
+    memcpy(place, &kept, 4);
+    if (value == -1 && PyErr_Occurred()) {
+        PyErr_Clear();
+        return 0;
+    }
+    return kept == value;
 }
 
 /* An array of three numbers, or of rows of three; the caller releases the buffer. */
@@ -87,7 +100,10 @@ static int take_given(const Single *single, PyObject *arguments, Given *given)
     for (int k = 0; k < single->input_count; k++) {
         PyObject *each = PyTuple_GetItem(arguments, k);
         Py_buffer *buffer = &given->buffers[k];
-        if (single->inputs[k].count == 1) {
+        if (!single->inputs[k].is_float) {
+            if (!plain_whole(each, given->numbers[k]))
+                return 0;
+        } else if (single->inputs[k].count == 1) {
             if (!plain_number(each, given->numbers[k]) || given->numbers[k][0] != given->numbers[k][0])
                 return 0;
         } else if (each->type != single->array_type) {
@@ -226,7 +242,7 @@ static PyType_Spec single_spec = {
     "conicoid._kernels.Single", sizeof(Single), 0, Py_TPFLAGS_DEFAULT | Py_TPFLAGS_DISALLOW_INSTANTIATION, single_slots};
 static PyTypeObject *single_type;
 
-/* Find arrays among those of a call: inputs are one or three floats, outputs one float or one whole number. */
+/* Find arrays among those of a call: one number each, or three floats of an input. */
 static int find_parts(const Call *call, PyObject *arrays, Part *parts, int are_inputs)
 {
     Py_ssize_t count = PyTuple_Size(arrays);
@@ -240,9 +256,9 @@ static int find_parts(const Call *call, PyObject *arrays, Part *parts, int are_i
             return -1;
         const Py_buffer *found = &call->buffers[n];
         int numbers = (int)(found->len / found->itemsize), is_float = found->format[0] == 'd';
-        if (are_inputs ? !is_float || (numbers != 1 && numbers != 3) : numbers != 1)
+        if (numbers != 1 && !(are_inputs && is_float && numbers == 3))
             return -1;
-        if (!is_float && found->itemsize != 1 && found->itemsize != 4)
+        if (!is_float && found->itemsize != 4 && (are_inputs || found->itemsize != 1))
             return -1;
         parts[k] = (Part){call->first[n], numbers, (int)found->itemsize, is_float};
     }

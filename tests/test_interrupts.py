@@ -219,12 +219,12 @@ setattr(importlib.import_module(module), name, hang)
 PICTURE = ["-o", "x.png", "--width", 8, "--height", 8]
 PLACES = [
     ("os:replace", ["trace", "scene.yaml", "rays.csv", "-o", "x.csv"], 1),
-    ("conicoid.kernels.threads:_run_on_threads", ["render", "scene.yaml", *PICTURE], 4),
+    ("conicoid.render.exposure:run_on", ["render", "scene.yaml", *PICTURE], 4),
 ]
 FURTHER = [
     ("conicoid.prepare.lowering:lower", ["info", "scene.yaml"], 1),
     ("conicoid.prepare.lowering:lower", ["render", "scene.yaml", *PICTURE], 1),
-    ("conicoid.kernels.threads:_run_on_threads", ["render", "scene.yaml", *PICTURE], 1),
+    ("conicoid.render.exposure:run_on", ["render", "scene.yaml", *PICTURE], 1),
     ("os:replace", ["render", "scene.yaml", *PICTURE], 4),
     ("conicoid.io.scene_file.scene_file:read_scene", ["info", "scene.yaml"], 4),
     ("conicoid.apps.checks.check:check", ["info", "scene.yaml", "--check"], 1),

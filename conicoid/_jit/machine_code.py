@@ -120,9 +120,11 @@ def entry(name: str) -> Callable[..., Any] | None:
 _KERNEL: Any = None if SHIPPED is None else type(SHIPPED.kernel(SHIPPED.kernels()[0]))
 
 
-def is_shipped(kernel: Any) -> bool:
-    """Return whether a kernel is one of the extension, which can call it in pieces."""
-    return SHIPPED is not None and type(kernel) is _KERNEL
+def shipped_kernel(kernel: Any) -> Any:
+    """Return the kernel of the extension behind a function, which its threads can call; None for others."""
+    if SHIPPED is None:
+        return None
+    return kernel if type(kernel) is _KERNEL else getattr(kernel, "shipped", None)
 
 
 def _as_array(function: Callable[..., Any]) -> Callable[..., Any]:
@@ -131,6 +133,7 @@ def _as_array(function: Callable[..., Any]) -> Callable[..., Any]:
     def call(*arguments: Any) -> Any:
         return np.asarray(function(*arguments))
 
+    call.shipped = function  # type: ignore[attr-defined]
     return call
 
 

@@ -63,7 +63,7 @@ from .ray import DEAD, Ray, RayArrays, load_ray, scale_ray
 from .surface.interval import is_open, lengths_of, lengths_of_ball
 from .surface.records import load_sphere
 from .tables import BALL, CELL, REGION, Flags, Floats, Geometry, Ints, Longs, Signs, box_at, integer, is_halted, whole
-from .threads import run_chunks
+from .threads import run_calls
 
 # --- Coherent rays, 64 at a time
 #
@@ -464,13 +464,7 @@ class CrossingLists:
 
     def put(self, kernel: Callable[..., None], columns: Any) -> None:
         """Write all rows into columns, by `put_spans` or `put_crossings`, and make the columns read-only."""
-
-        def work(begin: int, end: int) -> None:
-            """Write the pieces begin..end."""
-            for p in self.pieces[begin:end]:
-                kernel(p.rows, p.counts, p.offsets, p.width, p.begin, p.end, columns)
-
-        run_chunks(work, len(self.pieces), 1)
+        run_calls(kernel, [(p.rows, p.counts, p.offsets, p.width, p.begin, p.end, columns) for p in self.pieces])
         for column in (self.offsets, *columns):
             column.flags.writeable = False
 

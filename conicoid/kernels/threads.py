@@ -1,8 +1,9 @@
 """Threads for kernels: chunks of rays or tiles, progress, and Ctrl-C that stops at once.
 
-The threads of the extension (`native/pool.c`) take the chunks of one kernel (`KernelRange`), so that Python calls it
-once. Plain threads take chunks of other work, and all where there is no extension: kernels release the interpreter
-lock, and run side by side with other threads, Dask workers or notebooks (Numba's own pool is not safe to share).
+The threads of the extension (`native/pool.c`) take the chunks of one kernel (`KernelRange`), or many calls of one
+(`run_calls`), so that Python calls it once. Plain threads take chunks of Python functions, and all where there is no
+extension: kernels release the interpreter lock, and run side by side with other threads, Dask workers or notebooks
+(Numba's own pool is not safe to share).
 
 Only the main thread receives Ctrl-C, and only while it runs Python code. So it waits for the other threads, except for
 very short work. Work on a scene (`run_on`) gets a copy of the geometry's places, in which kernels read the halt flag:
@@ -15,12 +16,15 @@ import contextlib
 import os
 import threading
 import time
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+import numpy.typing as npt
+
 from .._jit.interruptible import PATIENCE, is_main_thread, join_threads, start_thread
-from .._jit.machine_code import SHIPPED, is_shipped
+from .._jit.machine_code import SHIPPED, shipped_kernel
 from .._util.environment import MOST_THREADS, read_threads
 from .._util.validation import as_integer, format_value
 from .tables import HALT, STEPS, Geometry
@@ -30,6 +34,10 @@ if TYPE_CHECKING:
 
 Progress = Callable[[int, int], None]
 """Callback progress(done, count), called from time to time."""
+Outcomes = list[tuple[int, int, Any]]
+"""What a kernel returned for each chunk, (begin, end, result), in no order; empty if it returns nothing."""
+Marks = npt.NDArray[np.int8]
+"""A 1 for each item that is done."""
 
 _AT_ONCE = 1 << 24
 """Most steps of rays that the main thread takes itself, without watching for Ctrl-C: some tens of milliseconds."""
@@ -68,15 +76,18 @@ def thread_count() -> int:
     if _chosen:
         return _chosen[-1]
     requested = read_threads()
-    if requested is not None:
-        return requested
+    return _processor_count() if requested is None else requested
+
+
+def _processor_count() -> int:
+    """Return the number of processors that the process may use."""
     if hasattr(os, "sched_getaffinity"):
         return max(1, len(os.sched_getaffinity(0)))
     return max(1, os.cpu_count() or 1)
 
 
 def set_threads(count: int | None) -> None:
-    """Use `count` threads from now on.
+    """Use `count` threads from now on. Threads beyond these that wait for work end.
 
     Parameters
     ----------
@@ -94,6 +105,8 @@ def set_threads(count: int | None) -> None:
             f"set_threads: count must be an integer from 1 to {MOST_THREADS} or None, got {format_value(count)}"
         )
     _chosen[:] = [] if requested is None else [requested]
+    if SHIPPED is not None:
+        SHIPPED.keep_threads(requested or _processor_count())
 
 
 @contextlib.contextmanager
@@ -122,9 +135,11 @@ class KernelRange:
     kernel: Callable[..., Any]
     before: tuple[Any, ...]
     after: tuple[Any, ...]
+    first: int = 0
+    """The item of the kernel that is number 0 of the range."""
 
-    def __call__(self, begin: int, end: int) -> None:
-        self.kernel(*self.before, begin, end, *self.after)
+    def __call__(self, begin: int, end: int) -> Any:
+        return self.kernel(*self.before, self.first + begin, self.first + end, *self.after)
 
 
 class _Work:
@@ -134,15 +149,19 @@ class _Work:
     then nobody gives back. It only reads `reports`, whose `get` is one call of C, and sets `stopped`.
     """
 
-    def __init__(self, work: Callable[[int, int], Any], count: int, chunk: int, timed: bool) -> None:
+    def __init__(
+        self, work: Callable[[int, int], Any], count: int, chunk: int, timed: bool, marks: Marks | None
+    ) -> None:
         from queue import SimpleQueue  # here, since small queries start sooner without it
 
-        self.work, self.count, self.chunk, self.timed = work, count, chunk, timed
+        self.work, self.count, self.chunk, self.timed, self.marks = work, count, chunk, timed, marks
         self.next = 0
         self.stopped = False
         self.lock = threading.Lock()
         self.reports: SimpleQueue[int | BaseException] = SimpleQueue()
         """The number of items of each chunk that is done, or the exception that ended it."""
+        self.outcomes: Outcomes = []
+        self.crew: list[threading.Thread] = []
 
     def take(self, size: int) -> tuple[int, int] | None:
         """Return (begin, end) of the next chunk of at most `size` items; None if none is left, or after a stop."""
@@ -159,7 +178,7 @@ class _Work:
         while (piece := self.take(size)) is not None:
             began = time.perf_counter()
             try:
-                self.work(*piece)
+                _do(self.work, *piece, self.outcomes, self.marks)
             except BaseException as error:  # the caller's thread raises it
                 self.stopped = True
                 self.reports.put(error)
@@ -167,6 +186,11 @@ class _Work:
             if self.timed:
                 size = next_size(size, time.perf_counter() - began, self.chunk)
             self.reports.put(piece[1] - piece[0])
+
+    def wait(self, milliseconds: int) -> bool:
+        """Wait for the threads. True if all have ended."""
+        join_threads(self.crew, milliseconds / 1000)
+        return not any(thread.is_alive() for thread in self.crew)
 
 
 def next_size(size: int, seconds: float, most: int) -> int:
@@ -176,39 +200,72 @@ def next_size(size: int, seconds: float, most: int) -> int:
     return max(1, int(size * _SHORT / seconds)) if seconds > _LONG else size
 
 
-def run_chunks(work: Callable[[int, int], Any], count: int, chunk: int, progress: Progress | None = None) -> None:
+def _do(work: Callable[[int, int], Any], begin: int, end: int, outcomes: Outcomes, marks: Marks | None) -> None:
+    """Do the chunk begin..end."""
+    result = work(begin, end)
+    if result is not None:
+        outcomes.append((begin, end, result))
+    if marks is not None:
+        marks[begin:end] = 1
+
+
+def run_chunks(work: Callable[[int, int], Any], count: int, chunk: int) -> Outcomes:
     """Call work(begin, end) for every chunk of range(count) on all threads; return when all are done.
 
     Raises the first exception of any chunk. KeyboardInterrupt stops after the chunks in progress, so a chunk should
     take milliseconds.
     """
     if count <= 0:
-        return
-    if progress is None and (count <= chunk or thread_count() == 1):
-        _run_serially(work, count, chunk)
-    elif progress is None and isinstance(work, KernelRange) and is_shipped(work.kernel):
-        _run_in_pool(work, count, chunk, lambda: None)
+        return []
+    if count <= chunk or thread_count() == 1:
+        return _run_serially(work, count, chunk, None)
+    if isinstance(work, KernelRange) and shipped_kernel(work.kernel) is not None:
+        return _run_in_pool(_pieces_of(work, count, chunk, None), count, chunk)
+    return _run_on_threads(_Work(work, count, chunk, False, None))
+
+
+_ROWS = 16384  # rows that a thread takes at a time
+
+
+def run_rows(kernel: Callable[..., Any], before: tuple[Any, ...], count: int, field: Any) -> None:
+    """Let kernel(*before, begin, end, field) write `count` rows of a field: at once if they are few."""
+    if count <= _ROWS:
+        kernel(*before, 0, count, field)
     else:
-        _run_on_threads(_Work(work, count, chunk, False), progress, lambda: None)
+        run_chunks(KernelRange(kernel, before, (field,)), count, _ROWS)
+
+
+def run_calls(kernel: Callable[..., Any], calls: Sequence[tuple[Any, ...]]) -> list[Any]:
+    """Return what a kernel returns for each tuple of arguments, on all threads: for calls of a millisecond or more."""
+    shipped = shipped_kernel(kernel)
+    if shipped is None or len(calls) < 2 or thread_count() == 1:
+        outcomes = run_chunks(lambda k, _: (kernel(*calls[k]),), len(calls), 1)
+        return [result for _, _, (result,) in sorted(outcomes, key=_begin)]
+    pieces = SHIPPED.calls(shipped, tuple(calls))
+    return [result for _, _, result in sorted(_run_in_pool(pieces, len(calls), 1), key=_begin)]
+
+
+def _begin(outcome: tuple[int, int, Any]) -> int:
+    """Return where a chunk begins."""
+    return outcome[0]
 
 
 def run_on(
     geometry: Geometry, work: Callable[[Geometry, int, int], Any] | KernelRange, count: int, chunk: int, rays: int,
-    progress: Progress | None = None,
-) -> None:  # fmt: skip
+    progress: Progress | None = None, marks: Marks | None = None,
+) -> Outcomes:  # fmt: skip
     """`run_chunks` for work(geometry, begin, end) whose kernels end early at Ctrl-C; `rays` is the number of all rays.
 
-    Chunks grow up to `chunk` or shrink down to 1, so that each takes some tens of milliseconds.
+    Chunks of Python functions grow up to `chunk` or shrink down to 1, so that each takes some tens of milliseconds.
     """
     if count <= 0:
-        return
+        return []
     if (
         progress is None
         and (count <= chunk or thread_count() == 1)
         and (is_brief(geometry, rays) or not is_main_thread())
     ):
-        _run_serially(_with_geometry(work, geometry), count, chunk)
-        return
+        return _run_serially(_with_geometry(work, geometry), count, chunk, marks)
     mine = geometry._replace(places=geometry.places.copy())
 
     def halt() -> None:
@@ -216,16 +273,15 @@ def run_on(
         mine.places[HALT] = 1
 
     ours = _with_geometry(work, mine)
-    if progress is None and isinstance(ours, KernelRange) and is_shipped(ours.kernel):
-        _run_in_pool(ours, count, chunk, halt)
-    else:
-        _run_on_threads(_Work(ours, count, chunk, True), progress, halt)
+    if isinstance(ours, KernelRange) and shipped_kernel(ours.kernel) is not None:
+        return _run_in_pool(_pieces_of(ours, count, chunk, marks), count, chunk, progress, halt)
+    return _run_on_threads(_Work(ours, count, chunk, True, marks), progress, halt)
 
 
 def _with_geometry(work: Any, geometry: Geometry) -> Callable[[int, int], Any]:
     """Return the work of `run_on` with its first argument."""
     if isinstance(work, KernelRange):
-        return KernelRange(work.kernel, (geometry, *work.before), work.after)
+        return replace(work, before=(geometry, *work.before))
     return lambda begin, end: work(geometry, begin, end)
 
 
@@ -241,26 +297,56 @@ def is_brief(geometry: Geometry, rays: int = 1) -> bool:
     return rays * int(geometry.places[STEPS]) <= _AT_ONCE
 
 
-def _run_serially(work: Callable[[int, int], Any], count: int, chunk: int) -> None:
+def _run_serially(work: Callable[[int, int], Any], count: int, chunk: int, marks: Marks | None) -> Outcomes:
     """Do all work on this thread."""
+    outcomes: Outcomes = []
     for begin in range(0, count, chunk):
-        work(begin, min(count, begin + chunk))
+        _do(work, begin, min(count, begin + chunk), outcomes, marks)
+    return outcomes
 
 
 _left: list[Any] = []
-"""Work of kernels that was interrupted: its memory is kept until all threads have ended theirs."""
+"""Work that was interrupted: its memory is kept until all threads have ended theirs."""
 
 
-def _run_in_pool(work: KernelRange, count: int, chunk: int, halt: Callable[[], None]) -> None:
-    """Do the work on threads of the extension; the main thread waits for Ctrl-C, others take part."""
-    _left[:] = [pieces for pieces in _left if not pieces.wait(0)]
-    pieces = SHIPPED.pieces(work.kernel, (*work.before, 0, count, *work.after), chunk)
+def has_ended(seconds: float) -> bool:
+    """Wait for so many seconds until threads have ended all work that was interrupted. True if they have."""
+    last = time.monotonic() + seconds
+    while _left and time.monotonic() < last:
+        _drop_ended(_WATCH)
+    return not _left
+
+
+def _drop_ended(milliseconds: int) -> None:
+    """Drop interrupted work that has ended, or that ends in so many milliseconds each."""
+    _left[:] = [work for work in _left if not work.wait(milliseconds)]
+
+
+def _pieces_of(work: KernelRange, count: int, chunk: int, marks: Marks | None) -> Any:
+    """Return the chunks of a kernel for the threads of the extension."""
+    arguments = (*work.before, work.first, work.first + count, *work.after)
+    return SHIPPED.pieces(shipped_kernel(work.kernel), arguments, chunk, marks, None)
+
+
+def _no_halt() -> None:
+    """Halt nothing: the chunks are short."""
+
+
+def _run_in_pool(
+    pieces: Any, count: int, chunk: int, progress: Progress | None = None, halt: Callable[[], None] = _no_halt
+) -> Outcomes:
+    """Do the work on threads of the extension; the main thread waits for Ctrl-C, others help or report progress."""
+    _drop_ended(0)
     try:
-        threads, helps = min(thread_count(), -(-count // chunk)), not is_main_thread()
+        threads, helps = min(thread_count(), -(-count // chunk)), progress is None and not is_main_thread()
         if (threads > helps and pieces.start(threads - helps) == 0) or helps:
             pieces.help()
         while not pieces.wait(_WATCH):
-            pass
+            if progress is not None:
+                progress(pieces.done, count)
+        done = pieces.done  # raises MemoryError where a kernel had too little
+        if progress is not None:
+            progress(done, count)
     except BaseException:
         _left.append(pieces)
         pieces.stop()
@@ -268,22 +354,24 @@ def _run_in_pool(work: KernelRange, count: int, chunk: int, halt: Callable[[], N
         last = time.monotonic() + PATIENCE
         while not pieces.wait(_WATCH) and time.monotonic() < last:
             pass
+        _drop_ended(0)
         raise
-    done = pieces.done  # raises MemoryError where a kernel had too little
     assert done == count
+    outcomes: Outcomes = pieces.results()
+    return outcomes
 
 
-def _run_on_threads(state: _Work, progress: Progress | None, halt: Callable[[], None]) -> None:
+def _run_on_threads(state: _Work, progress: Progress | None = None, halt: Callable[[], None] = _no_halt) -> Outcomes:
     """Do the work on as many threads as the system starts; this thread waits, and reports the progress."""
-    crew: list[threading.Thread] = []
+    _drop_ended(0)
     done = 0
     try:
         for i in range(min(thread_count(), -(-state.count // state.chunk))):
             thread = start_thread(state.run, f"conicoid-{i}")
             if thread is None:
                 break
-            crew.append(thread)
-        if not crew:  # the system refused even one thread
+            state.crew.append(thread)
+        if not state.crew:  # the system refused even one thread
             state.run()
         while done < state.count:
             done += _next_report(state.reports)
@@ -292,8 +380,10 @@ def _run_on_threads(state: _Work, progress: Progress | None, halt: Callable[[], 
     finally:
         state.stopped = True
         if done < state.count:  # an error, or Ctrl-C: kernels shall end early
+            _left.append(state)
             halt()
-        join_threads(crew, None if done == state.count else PATIENCE)
+        join_threads(state.crew, None if done == state.count else PATIENCE)
+    return state.outcomes
 
 
 def _next_report(reports: SimpleQueue[int | BaseException]) -> int:

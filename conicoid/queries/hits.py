@@ -17,16 +17,15 @@ from .._util.validation import DOMAIN, check_npz_path, is_outside_domain, zero_n
 from ..kernels.body.media import AFTER, BEFORE
 from ..kernels.first_hits import HitBuffers
 from ..kernels.ray import DEAD, RayArrays
-from ..kernels.threads import KernelRange, run_chunks
+from ..kernels.threads import run_rows
 from .derivatives import HitDerivatives
 from .hit_fields import faces_of, local_points_of, normals_of, points_along, uvs_of
-from .rays import Rays, lines_of, points_array
+from .rays import Rays, find_invalid_ray, lines_of, own_copy, points_array
 from .result import NO_SCENE, QueryResult, check_parts, extension, format_body, format_field, merge_labels
 
 if TYPE_CHECKING:
     from ..prepare.prepared_scene import PreparedScene
 
-_FIELD_CHUNK = 16384  # hits that a thread takes at a time when it computes a field
 _NO_RAYS = np.zeros(0, np.int64)
 
 
@@ -77,10 +76,12 @@ class Hits(QueryResult, HitDerivatives):
         vars(self).update(_scene=scene, rays=rays, _buffers=found, _doubtful=np.asarray(doubtful, np.int64))
 
     @classmethod
-    def _of_single(cls, scene: PreparedScene, found: tuple[Any, ...]) -> Hits:
+    def _of_single(cls, scene: PreparedScene, found: tuple[Any, ...], ray: Rays | None) -> Hits:
         """Return the hit of one ray as a single call found it: bytes of the ray, t, body, entry, place and turn."""
         hits = object.__new__(cls)
         vars(hits).update(_scene=scene, _single=found, t=np.float64(found[1]), _doubtful=_NO_RAYS)
+        if ray is not None:
+            vars(hits)["rays"] = ray
         return hits
 
     if not TYPE_CHECKING:  # the arrays of a single hit are made when a field needs them
@@ -91,10 +92,10 @@ class Hits(QueryResult, HitDerivatives):
 
         @cached_property
         def _buffers(self) -> HitBuffers:
-            found = HitBuffers.new(1)
-            for column, number in zip(found, self._single[1:], strict=False):
-                column[0] = number
-            return found
+            t, *places, turn = self._single[1:6]
+            return HitBuffers(
+                np.array([t]), *(np.array([each], np.int32) for each in places), np.array([turn], np.int8)
+            )
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -141,7 +142,7 @@ class Hits(QueryResult, HitDerivatives):
         found = self._buffers
         faces = empty_array((3, len(found.t)), np.int32)
         arguments = (self._scene.geometry, found.entry, found.place, found.turn)
-        run_chunks(KernelRange(faces_of, arguments, (faces,)), len(found.t), _FIELD_CHUNK)
+        run_rows(faces_of, arguments, len(found.t), faces)
         return faces
 
     @cached_property
@@ -187,7 +188,7 @@ class Hits(QueryResult, HitDerivatives):
         t = self._buffers.t
         points = empty_array((len(t), 3), np.float64)
         o, d = lines_of(self.rays)
-        run_chunks(KernelRange(points_along, (o, d, t), (points,)), len(points), _FIELD_CHUNK)
+        run_rows(points_along, (o, d, t), len(points), points)
         return points
 
     @cached_property
@@ -217,7 +218,7 @@ class Hits(QueryResult, HitDerivatives):
 
         errors = np.empty(len(self._errors))
         arguments = (lines_of(self.rays)[1], self._points, self._errors)
-        run_chunks(KernelRange(errors_of_points, arguments, (errors,)), len(errors), _FIELD_CHUNK)
+        run_rows(errors_of_points, arguments, len(errors), errors)
         return self._shaped(errors)
 
     @property
@@ -236,7 +237,7 @@ class Hits(QueryResult, HitDerivatives):
             self._faces,
             self._points,
         )
-        run_chunks(KernelRange(local_points_of, arguments, (local,)), len(local), _FIELD_CHUNK)
+        run_rows(local_points_of, arguments, len(local), local)
         return self._shaped(local, 3)
 
     @cached_property
@@ -245,14 +246,14 @@ class Hits(QueryResult, HitDerivatives):
         points = self._points
         normals = empty_array(points.shape, np.float64)
         arguments = (self._scene.geometry, self._faces, points)
-        run_chunks(KernelRange(normals_of, arguments, (normals,)), len(normals), _FIELD_CHUNK)
+        run_rows(normals_of, arguments, len(normals), normals)
         return self._shaped(zero_negligible(normals), 3)
 
     @cached_property
     def uv(self) -> FloatArray:
         uv = np.empty((len(self._points), 2))
         arguments = (self._scene.geometry, self._buffers.body, self._faces, self._points)
-        run_chunks(KernelRange(uvs_of, arguments, (uv,)), len(uv), _FIELD_CHUNK)
+        run_rows(uvs_of, arguments, len(uv), uv)
         return self._shaped(uv, 2)
 
     @ignore_fp_errors
@@ -272,10 +273,20 @@ class Hits(QueryResult, HitDerivatives):
         """
         array = points_array("spawn", "directions", directions)
         shape = self._spawned_shape(array)
-        d = np.array(np.broadcast_to(array, (*shape, 3)), order="C")
-        mine = self.rays.shape
-        hit = np.broadcast_to((self._buffers.body >= 0).reshape(mine), shape).ravel()
+        d, mine = own_copy(array, (*shape, 3)), self.rays.shape
+        hit, surfaces = (
+            (part if shape == mine else np.broadcast_to(part.reshape(mine), shape)).ravel()
+            for part in (self._buffers.body >= 0, self._faces[0])
+        )
         flat = d.reshape(-1, 3)
+        if find_invalid_ray(flat, flat) is not None:
+            self._refuse_directions(flat, hit, shape)
+        starts = np.where(hit, surfaces, np.int32(DEAD))
+        points = own_copy(self._points.reshape((*mine, 3)), (*shape, 3))
+        return Rays._spawned(points, d, starts, self._home)
+
+    def _refuse_directions(self, flat: FloatArray, hit: Any, shape: tuple[int, ...]) -> None:
+        """Raise ValueError for the first direction (n, 3) of a hit that cannot be traced."""
         bad = np.flatnonzero(hit & ~(np.isfinite(flat).all(axis=1) & (flat != 0).any(axis=1)))
         if len(bad):
             where = tuple(int(i) for i in np.unravel_index(bad[0], shape))
@@ -288,14 +299,12 @@ class Hits(QueryResult, HitDerivatives):
             raise ValueError(
                 f"spawn: direction must be {DOMAIN} in every component, got {tuple(flat[bad[0]].tolist())} at {where}"
             )
-        surfaces = np.broadcast_to(self._faces[0].reshape(mine), shape).ravel()
-        starts = np.where(hit, surfaces, DEAD).astype(np.int32)
-        points = np.array(np.broadcast_to(self._points.reshape((*mine, 3)), (*shape, 3)), order="C")
-        return Rays._spawned(points, d, starts, self._home)
 
     def _spawned_shape(self, directions: FloatArray) -> tuple[int, ...]:
         """Return the shape of spawned rays: that of the hits, or of directions with axes before theirs."""
         mine, wanted = self.rays.shape, directions.shape[:-1]
+        if mine == wanted:
+            return mine
         try:
             shape = np.broadcast_shapes(mine, wanted)
         except ValueError:

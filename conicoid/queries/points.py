@@ -16,7 +16,7 @@ from .._util.validation import LARGEST, format_value, real_array, rows_outside_d
 from ..geometry.labels import Labels
 from ..kernels.closest.nearest_walls import nearest_walls
 from ..kernels.closest.safety import bounds_of_points
-from ..kernels.threads import KernelRange, chunk_of_rays, chunk_size, run_chunks, run_on
+from ..kernels.threads import KernelRange, chunk_of_rays, chunk_size, run_on, run_rows
 from ..prepare.prepared_scene import PreparedScene
 from .exact.doubtful_rays import resolve_bodies
 from .exact.membership import locate_packets
@@ -202,8 +202,6 @@ def bodies_at(scene: PreparedScene, points: Any, query: Callable[[FloatArray, An
 
 # Distances of points from the nearest walls: the query `distance` and its result `Distances`.
 
-_FIELD_CHUNK = 16384  # points that a thread takes at a time when it computes a field
-
 
 class Nearest(NamedTuple):
     """The nearest wall of each point, as flat arrays that kernels fill."""
@@ -327,7 +325,7 @@ class Distances(QueryResult):
         found = self._nearest
         faces = np.empty((3, len(found.distance)), np.int32)
         arguments = (self._scene.geometry, found.entry, found.place, found.turn)
-        run_chunks(KernelRange(faces_of, arguments, (faces,)), len(found.distance), _FIELD_CHUNK)
+        run_rows(faces_of, arguments, len(found.distance), faces)
         return faces
 
     @cached_property
@@ -343,7 +341,7 @@ class Distances(QueryResult):
     def _normals(self) -> FloatArray:
         normals = np.empty_like(self._nearest.point)
         arguments = (self._scene.geometry, self._faces, self._nearest.point)
-        run_chunks(KernelRange(normals_of, arguments, (normals,)), len(normals), _FIELD_CHUNK)
+        run_rows(normals_of, arguments, len(normals), normals)
         return zero_negligible(normals)
 
     @property

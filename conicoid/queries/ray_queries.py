@@ -261,17 +261,29 @@ def _keep_single_calls(
     """
     rays = RayArrays(np.zeros((1, 3)), np.ones((1, 3)), np.zeros(1), np.ones(1), np.full(1, -1, np.int32))
     last = (outputs,) if isinstance(outputs, HitBuffers) else outputs
-    calls = [(kernel, (scene.geometry, rays, *rest, *last), rays[:4], outputs) for kernel, *rest in kernels]
+    calls = [(kernel, (scene.geometry, rays, *rest, *last), tuple(rays), outputs) for kernel, *rest in kernels]
     calls = calls if is_brief(scene.geometry, _MOST_FEW) else calls[:1]
     scene.keep_single_calls(query, answer, *((*call, most) for call, most in zip(calls, (0, _MOST_FEW), strict=False)))
 
 
+def _call_single(
+    call: Callable[..., Any], scene: PreparedScene, origins: Any, directions: Any, t_min: Any, t_max: Any
+) -> tuple[Any, Rays | None]:
+    """Return what a call finds for one ray, and the ray if it was spawned on a wall of this scene."""
+    found = call(origins, directions, t_min, t_max, -1)
+    if found is None and directions is None and type(origins) is Rays and not origins.shape:
+        start = int(origins._starts[0])
+        if start >= 0 and origins._home == scene.key:
+            return call(origins.origins, origins.directions, t_min, t_max, start), origins
+    return found, None
+
+
 def _hits_of_few(calls: Sequence[Callable[..., Any]], scene: PreparedScene, *numbers: Any) -> Hits | None:
     """Return the first hits of one ray or few; None where `first_hit` must answer."""
-    found = calls[0](*numbers)
+    found, ray = _call_single(calls[0], scene, *numbers)
     if found is not None:
-        return None if is_doubtful(found[5]) else Hits._of_single(scene, found)
-    found = calls[1](*numbers) if len(calls) > 1 else None
+        return None if is_doubtful(found[5]) else Hits._of_single(scene, found, ray)
+    found = calls[1](*numbers, -1) if len(calls) > 1 else None
     if found is None:
         return None
     rays, room = Rays._of_few(found[0]), found[1]
@@ -285,10 +297,10 @@ def _hits_of_few(calls: Sequence[Callable[..., Any]], scene: PreparedScene, *num
 
 def _are_few_occluded(calls: Sequence[Callable[..., Any]], scene: PreparedScene, *numbers: Any) -> Any:
     """Return whether one ray or few are occluded; None where `occluded` must answer."""
-    found = calls[0](*numbers)
+    found, _ = _call_single(calls[0], scene, *numbers)
     if found is not None:
         return None if is_doubtful(found[1]) else np.bool_(found[1])
-    found = calls[1](*numbers) if len(calls) > 1 else None
+    found = calls[1](*numbers, -1) if len(calls) > 1 else None
     if found is None:
         return None
     result = np.frombuffer(found[1], np.int8)
@@ -306,12 +318,10 @@ def _lists_of_single(
     kind: type[Spans] | type[Crossings], calls: Sequence[Callable[..., Any]], scene: PreparedScene, *numbers: Any
 ) -> Spans | Crossings | None:
     """Return the spans or crossings of one ray; None where the query itself must answer."""
-    from .spans import single_list
-
-    found = calls[0](*numbers)
+    found, ray = _call_single(calls[0], scene, *numbers)
     if found is None or found[2]:
         return None
-    return kind(scene, Rays._of_few(found[0], single=True), single_list(found[3]))
+    return kind._of_single(scene, found[0] if ray is None else ray, found[3])
 
 
 def _trace_streams(scene: PreparedScene, arrays: RayArrays, any_hit: bool, found: HitBuffers) -> None:

@@ -120,7 +120,7 @@ class Rays(ArrayRecord):
         if math.prod(shape) >= _MANY:
             o, d, wrong = _check_many(o, d, shape)
         else:
-            o, d = _own_copy(o, shape), _own_copy(d, shape)
+            o, d = own_copy(o, shape), own_copy(d, shape)
             wrong = find_invalid_ray(o.reshape(-1, 3), d.reshape(-1, 3))
         if wrong is not None:
             where = tuple(int(i) for i in np.unravel_index(wrong[0], shape[:-1])) if len(shape) > 1 else ()
@@ -355,7 +355,7 @@ def lines_of(rays: Rays) -> tuple[FloatArray, FloatArray]:
     return rays.origins.reshape(-1, 3), rays.directions.reshape(-1, 3)
 
 
-def _own_copy(array: FloatArray, shape: tuple[int, ...]) -> FloatArray:
+def own_copy(array: FloatArray, shape: tuple[int, ...]) -> FloatArray:
     """Return a contiguous copy, broadcast to a shape."""
     whole = array if array.shape == shape else np.broadcast_to(array, shape)  # broadcast_to takes as long as one query
     return np.array(whole, dtype=np.float64, order="C")
@@ -368,7 +368,7 @@ _CHECK_CHUNK = 1 << 14  # rays that a thread takes at a time, at most
 def _check_many(
     origins: Any, directions: Any, shape: tuple[int, ...]
 ) -> tuple[FloatArray, FloatArray, tuple[int, str] | None]:
-    """Return frozen arrays as they are, and copies of others, as `_own_copy` makes them, and the first invalid ray."""
+    """Return frozen arrays as they are, and copies of others, as `own_copy` makes them, and the first invalid ray."""
     from .hit_fields import check_rays, copy_rays, copy_single_rays
 
     bad = np.zeros(1, np.int8)

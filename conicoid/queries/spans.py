@@ -23,6 +23,19 @@ from .._util.text import format_count
 from .._util.validation import check_npz_path, format_value, zero_negligible
 from .._util.value_objects import freeze_arrays
 from ..geometry.labels import Labels
+from ..kernels.body.crossing_rows import (
+    BODY as BODY_OF_ROW,
+    ENTER,
+    ENTER_CLIPPED,
+    ENTER_SURFACE,
+    ENTERS,
+    EXIT,
+    EXIT_CLIPPED,
+    EXIT_SURFACE,
+    FACE,
+    SURFACE,
+    T,
+)
 from ..kernels.body.media import AFTER, BEFORE
 from ..kernels.crossings import (
     CrossingColumns,
@@ -35,8 +48,7 @@ from ..kernels.crossings import (
     trace_rows,
 )
 from ..kernels.ray import RayArrays
-from ..kernels.tables import Geometry
-from ..kernels.threads import KernelRange, chunk_of_rays, run_chunks, run_on
+from ..kernels.threads import KernelRange, chunk_of_rays, run_on, run_rows
 from .derivatives import SpanDerivatives
 from .exact.doubtful_rays import resolve_rows
 from .exact.error_bounds import bounds_of_t
@@ -59,6 +71,18 @@ if TYPE_CHECKING:
     from ..prepare.prepared_scene import PreparedScene
 
 
+class _OfSingle(cached_property):  # type: ignore[type-arg]
+    """A field of the rows of one ray, made where it is needed: programs that go ray by ray wait for it."""
+
+    def __init__(self, field: Callable[[FloatArray], Any]) -> None:
+        def read_only(lists: Any) -> Any:
+            made = np.ascontiguousarray(field(np.asarray(lists._single[1])))
+            made.flags.writeable = False
+            return made
+
+        super().__init__(read_only)
+
+
 class RayLists:
     """A sequence over rays, numbered in C order: `x[i]` has the rows of one ray; a slice, list or mask selects several.
 
@@ -68,6 +92,22 @@ class RayLists:
     _columns: ClassVar[tuple[str, ...]]
     offsets: Any
     _rays: Rays
+    _single: tuple[Any, ...]  # of one ray: its bytes or the ray, and its rows
+
+    @classmethod
+    def _of_single(cls, scene: PreparedScene, ray: Any, rows: Any) -> Self:
+        """Return the rows of one ray, given by its bytes or as `Rays`, as a kernel returned them."""
+        lists = object.__new__(cls)
+        vars(lists).update(_scene=scene, _single=(ray, rows))
+        return lists
+
+    if not TYPE_CHECKING:  # a single ray's are made when a field needs them
+        offsets = _OfSingle(lambda rows: np.array([0, len(rows)], np.int64))
+
+        @cached_property
+        def _rays(self) -> Rays:
+            ray = self._single[0]
+            return ray if isinstance(ray, Rays) else Rays._of_few(ray, single=True)
 
     @property
     def rays(self) -> Rays:
@@ -168,9 +208,10 @@ class RayLists:
         first = np.repeat(self.offsets[flat], counts)
         rows = first + np.arange(offsets[-1]) - np.repeat(offsets[:-1], counts)
         part = object.__new__(type(self))
-        state = {name: value for name, value in vars(self).items() if not hasattr(type(self), name)}
+        own = {*self._columns, *self._views, "offsets", "_rays"}
+        state = {name: value for name, value in vars(self).items() if not hasattr(type(self), name) and name not in own}
         # Cached fields are copied, since a detached result could not compute them again
-        cached = {name: vars(self)[name] for name in vars(self) if hasattr(type(self), name)}
+        cached = {name: vars(self)[name] for name in vars(self) if hasattr(type(self), name) and name not in own}
         state |= {name: value[rows] if isinstance(value, np.ndarray) else value for name, value in cached.items()}
         rays = self._rays if self._rays.shape else self._rays[None]
         part.__dict__.update(
@@ -329,7 +370,6 @@ def _body_label(number: int, name: Any) -> str:
 
 LARGEST_LENGTHS = 4 << 30
 """The largest array of lengths in bytes."""
-_SPAN_CHUNK = 16384  # rows that a thread takes at a time when it computes a field
 
 
 def refuse_large_lengths(rays: int, columns: int, by: str) -> None:
@@ -385,6 +425,18 @@ class Spans(QueryResult, RayLists, SpanDerivatives):
     _ends: npt.NDArray[np.int32]
     _body_count: int
     _columns = ("t_enter", "t_exit", "body", "enter_clipped", "exit_clipped", "_ends")
+    _views = ("_single",)
+
+    if not TYPE_CHECKING:
+        t_enter, t_exit = _OfSingle(lambda rows: rows[:, ENTER]), _OfSingle(lambda rows: rows[:, EXIT])
+        body = _OfSingle(lambda rows: rows[:, BODY_OF_ROW].astype(np.int32))
+        enter_clipped = _OfSingle(lambda rows: rows[:, ENTER_CLIPPED] != 0.0)
+        exit_clipped = _OfSingle(lambda rows: rows[:, EXIT_CLIPPED] != 0.0)
+        _ends = _OfSingle(lambda rows: rows[:, [ENTER_SURFACE, EXIT_SURFACE]].T.astype(np.int32))
+
+        @cached_property
+        def _body_count(self) -> int:
+            return self._scene.lowered.body_count
 
     def __init__(self, scene: PreparedScene, rays: Rays, listed: CrossingLists) -> None:
         count = int(listed.offsets[-1])
@@ -425,7 +477,7 @@ class Spans(QueryResult, RayLists, SpanDerivatives):
         return self._labels.distinct
 
     def __getstate__(self) -> dict[str, Any]:
-        return {"_distinct": self._distinct, **super().__getstate__()}
+        return {"_distinct": self._distinct, "_body_count": self._body_count, **super().__getstate__()}
 
     def _places(self, by: str) -> tuple[Any, int]:
         """Return the column of every span in an array of sums, and the number of columns."""
@@ -560,6 +612,13 @@ class Crossings(QueryResult, RayLists):
     face: npt.NDArray[np.int32]
     surface: npt.NDArray[np.int32]
     _columns = ("t", "entering", "body", "face", "surface")
+    _views = ("_single",)
+
+    if not TYPE_CHECKING:
+        t, entering = _OfSingle(lambda rows: rows[:, T]), _OfSingle(lambda rows: rows[:, ENTERS] != 0.0)
+        body, face, surface = (
+            _OfSingle(lambda rows, k=k: rows[:, k].astype(np.int32)) for k in (BODY_OF_ROW, FACE, SURFACE)
+        )
 
     def __init__(self, scene: PreparedScene, rays: Rays, listed: CrossingLists) -> None:
         count = int(listed.offsets[-1])
@@ -582,7 +641,7 @@ class Crossings(QueryResult, RayLists):
     def point(self) -> FloatArray:
         points = np.empty((len(self.t), 3))
         o, d = self._rows_rays
-        run_chunks(KernelRange(points_along, (o, d, self.t), (points,)), len(points), _SPAN_CHUNK)
+        run_rows(points_along, (o, d, self.t), len(points), points)
         points.flags.writeable = False
         return points
 
@@ -591,8 +650,7 @@ class Crossings(QueryResult, RayLists):
     def normal(self) -> FloatArray:
         points, normals = self.point, np.empty((len(self.t), 3))
         faces = np.stack([self.surface, self.face, np.ones_like(self.face)])
-        geometry = self._scene.geometry
-        run_chunks(KernelRange(normals_of, (geometry, faces, points), (normals,)), len(points), _SPAN_CHUNK)
+        run_rows(normals_of, (self._scene.geometry, faces, points), len(points), normals)
         along = (normals * self._rows_rays[1]).sum(axis=1)
         # `faces` assumes side 1; `entering` shows where the outward normal is the opposite one
         normals[(along < 0) != self.entering] *= -1
@@ -695,13 +753,6 @@ def _counts(part: Any) -> dict[str, Any]:
 _LIST_PACKETS = 64  # packets that a thread takes at a time, at most
 
 
-def single_list(rows: Any) -> CrossingLists:
-    """Return the rows of one ray, which a kernel returned, as lists."""
-    rows = np.asarray(rows)
-    offsets = np.array([0, len(rows)], np.int64)
-    return CrossingLists(offsets, [_Piece(rows, np.full(1, len(rows), np.int32), offsets[:1], 0, 0, 1)])
-
-
 def trace_lists(scene: PreparedScene, rays: RayArrays, width: int, packets: int, spans: bool) -> CrossingLists:
     """Return all spans, or all crossings, of rays in packets.
 
@@ -709,15 +760,11 @@ def trace_lists(scene: PreparedScene, rays: RayArrays, width: int, packets: int,
     kernels/packet/lanes.py).
     """
     count = len(rays.origins)
-    counts, doubts = np.zeros(count, np.int32), np.zeros(count, np.int8)
-    offsets, pieces = np.zeros(count + 1, np.int64), []
-
-    def work(geometry: Geometry, begin: int, end: int) -> None:
-        """Trace a chunk of packets and append their rows as a piece."""
-        rows = trace_rows(geometry, rays, width, spans, begin, end, counts, doubts)
-        pieces.append(_Piece(rows, counts, offsets[:-1], width, begin, end))
-
-    run_on(scene.geometry, work, packets, chunk_of_rays(scene.geometry, packets, _LIST_PACKETS, count), count)
+    counts, doubts, offsets = np.zeros(count, np.int32), np.zeros(count, np.int8), np.zeros(count + 1, np.int64)
+    work = KernelRange(trace_rows, (rays, width, spans), (counts, doubts))
+    chunk = chunk_of_rays(scene.geometry, packets, _LIST_PACKETS, count)
+    traced = run_on(scene.geometry, work, packets, chunk, count)
+    pieces = [_Piece(np.asarray(rows), counts, offsets[:-1], width, begin, end) for begin, end, rows in traced]
     doubtful = np.flatnonzero(doubts)
     if not len(doubtful):
         np.cumsum(counts, out=offsets[1:])

@@ -5,16 +5,15 @@ Motion blur exposes scenes at moments of the time while the shutter is open, and
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from time import monotonic, sleep
+from time import monotonic
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
 from .._util.arrays import FloatArray
-from ..kernels.threads import chunk_size, run_on
+from ..kernels.threads import KernelRange, chunk_size, has_ended, run_on
 from . import tiles
 from .camera_rays import lower_view
 from .film import COUNT, STEP, SUMS, mean_pixels, next_end, pixel_errors
@@ -23,7 +22,7 @@ from .job import FilmResult, RenderJob, lower_scene_light, most_turns, scale_to_
 from .tiles import SIDE, SQUARE, Film
 
 if TYPE_CHECKING:
-    from ..kernels.tables import Geometry, Longs
+    from ..kernels.tables import Longs
     from ..kernels.threads import Progress
 
 
@@ -57,13 +56,12 @@ class Exposure:
         turns = most_turns(job.integrator, job.depth)
         self._settings = Settings(job.samples, job.seed, turns, look and scale_to_pixels(look, job), int(goes_on))
         self._view = lower_view(job.view, job.filter)
-        self._lock, self._busy = threading.Lock(), 0
-        self._finished: set[int] = set()
-        """Tiles that are done in this pass and not yet handed over."""
-        self._unreported: set[int] = set()
-        """The same, of the passes before."""
         self._changed: set[int] = set()
-        """Tiles in which this pass adds samples."""
+        """Tiles in which this pass adds samples, and which are not yet handed over."""
+        self._marks = np.zeros(self.end - self.begin, np.int8)
+        """1 for each tile that is done in this pass."""
+        self._unreported: set[int] = set()
+        """Tiles of the passes before that are not yet handed over."""
         self._saved = monotonic()
 
     def go_on(
@@ -123,19 +121,10 @@ class Exposure:
         """One pass."""
         fill, across = tiles.tile_kernel(self.job.integrator), -(-self.job.width // SQUARE)
         row, column = np.divmod(np.flatnonzero(squares), across)
-        changed = set(tiles.tiles_of_squares(row, column, self.job.width).tolist())
-        self._changed = changed
-
-        def work(geometry: Geometry, first: int, end: int) -> None:
-            with self._lock:
-                self._busy += 1
-            mine = range(self.begin + first, self.begin + end)
-            try:
-                fill(geometry, self._view, self.film, self.sums, squares, self._settings, last, mine.start, mine.stop)
-            finally:
-                with self._lock:
-                    self._busy -= 1
-                    self._finished.update(changed.intersection(mine))
+        self._changed = set(tiles.tiles_of_squares(row, column, self.job.width).tolist())
+        self._marks[:] = 0
+        before, after = (self._view, self.film, self.sums, squares, self._settings, last), ()
+        work = KernelRange(fill, before, after, self.begin)
 
         def report(done: int, count: int) -> None:
             if keep is not None:
@@ -150,34 +139,28 @@ class Exposure:
         try:
             watched = report if progress is not None or keep is not None else None
             most = max(1, _TILES // max(1, last - begun))
-            run_on(self.scene._prepared.geometry, work, count, chunk_size(count, most), rays, watched)
+            chunk = chunk_size(count, most)
+            run_on(self.scene._prepared.geometry, work, count, chunk, rays, watched, self._marks)
         except BaseException:
-            self._after_end(keep)
+            if has_ended(_PATIENCE) and keep is not None:
+                self._hand_over(keep, True)  # also tiles with unfinished squares
             raise
-        self._unreported |= self._finished
-        self._finished = set()
-
-    def _after_end(self, keep: TileSink | None) -> None:
-        """Hand over all new tiles once all threads have ended, also those with unfinished squares."""
-        until = monotonic() + _PATIENCE
-        while self._busy > 0 and monotonic() < until:
-            sleep(0.01)
-        if keep is not None and self._busy == 0:
-            self._finished |= self._unreported | self._changed
-            self._hand_over(keep, True)
+        self._unreported |= self._changed
+        self._changed = set()
 
     def _hand_over(self, keep: TileSink, is_end: bool) -> None:
         """Hand over new tiles, from time to time; in the middle of a pass those that no thread will write to."""
         if not is_end and monotonic() - self._saved < SAVE_INTERVAL:
             return
-        with self._lock:
-            new, self._finished = self._finished, set()
         if is_end:
-            new, self._unreported = new | self._unreported, set()
-        self._unreported -= new
+            new = self._changed | self._unreported
+        else:
+            new = self._changed.intersection((self.begin + np.flatnonzero(self._marks)).tolist())
         self._saved = monotonic()
         if new:
             keep(tile_ranges(sorted(new)))
+        self._changed -= new
+        self._unreported -= new
 
 
 def tile_ranges(numbers: list[int]) -> list[tuple[int, int]]:

@@ -15,6 +15,7 @@ import conicoid as co
 from conicoid._jit import interruptible as beside
 from conicoid._jit.machine_code import SHIPPED
 from conicoid.kernels import threads
+from conicoid.kernels.crossings import trace_rows
 from conicoid.kernels.first_hits import HitBuffers, trace_first
 from conicoid.kernels.programs import new_counts
 from conicoid.kernels.tables import GATE_START, GATES, HALT, LEAVES, LENGTHS, STEPS
@@ -191,21 +192,34 @@ def test_what_cannot_be_divided_is_refused():
     found = np.zeros((POINTS, 3))
     good = (*LINES, LENGTHS_ALONG, 0, POINTS, found)
     refused = [
-        (points_along, (*LINES, LENGTHS_ALONG, 1, POINTS, found), 7), (points_along, good, 0), (points_along, good, -1),
+        (points_along, (*LINES, LENGTHS_ALONG, 2, 1, found), 7), (points_along, good, 0), (points_along, good, -1),
         (first_invalid, tuple(LINES), 7), (points_along, (*LINES, LENGTHS_ALONG, 0, POINTS + 1, found), 7),
     ]  # fmt: skip
     for arguments in refused:
         with pytest.raises(ValueError, match="^(points_along|first_invalid)"):
-            SHIPPED.pieces(*arguments)
+            SHIPPED.pieces(*arguments, None, None)
+    marks, ahead = np.zeros(POINTS, np.int8), (first_invalid, tuple(LINES))
+    for wrong in (
+        (marks[:-1], None), (np.zeros(POINTS), None), (marks[None, ::2], None), (marks, ahead), (marks, (points_along, ())),
+    ):  # fmt: skip
+        with pytest.raises((TypeError, ValueError, BufferError)):
+            SHIPPED.pieces(points_along, good, 7, *wrong)
     for arguments in (
         (points_along, good),
-        (points_along, list(good), 7),
-        (print, good, 7),
-        (points_along, good[1:], 7),
+        (points_along, list(good), 7, None, None),
+        (print, good, 7, None, None),
+        (points_along, good[1:], 7, None, None),
+        (points_along, good, 7, None, points_along),
+        (points_along, good, 7, None, (points_along, list(good))),
     ):
         with pytest.raises(TypeError):
             SHIPPED.pieces(*arguments)
-    pieces = SHIPPED.pieces(points_along, good, 7)
+    for calls in ([good], (good, list(good)), (good, good[1:]), good):
+        with pytest.raises(TypeError):
+            SHIPPED.calls(points_along, calls)
+    with pytest.raises(TypeError):
+        SHIPPED.calls(print, (good,))
+    pieces = SHIPPED.pieces(points_along, good, 7, None, None)
     for count in (0, -1, 1 << 20):
         with pytest.raises(ValueError, match="number of threads"):
             pieces.start(count)
@@ -226,11 +240,13 @@ def test_a_stop_ends_the_pieces_of_all_threads():
     rays = co.Rays(np.tile((0.1, 0.2, 5.0), (5000, 1)), (0.0, 0.0, -1.0))
     arrays, found = arrays_of("x", scene, rays, 0.0, np.inf), HitBuffers.new(5000)
     geometry = scene.geometry._replace(places=scene.geometry.places.copy())
-    pieces = SHIPPED.pieces(trace_first, (geometry, arrays, 0, 0, 5, found), 1)
+    pieces = SHIPPED.pieces(trace_first, (geometry, arrays, 0, 0, 5, found), 1, None, None)
     assert pieces.start(2) == 2
     with pytest.raises(ValueError, match="they have come"):
         pieces.start(2)
     assert not pieces.wait(50)
+    with pytest.raises(ValueError, match="at work"):
+        pieces.results()
     pieces.stop()
     geometry.places[HALT] = 1
     last = time.monotonic() + 20
@@ -275,16 +291,96 @@ def test_an_interrupt_while_the_extension_works_keeps_its_memory(monkeypatch):
     assert not threads._left
 
 
+@needs_machine_code
+def test_calls_of_a_kernel_have_results_in_order(four_threads):
+    bad = LINES.copy()
+    rows = range(0, 500, 5)
+    for k in rows[1::2]:
+        bad[0, k + k % 5] = np.nan
+    found = threads.run_calls(first_invalid, [(bad[0, k : k + 5], bad[1, k : k + 5]) for k in rows])
+    assert found == [(k % 5, 1) if n % 2 else (-1, 0) for n, k in enumerate(rows)]
+    assert threads.run_calls(first_invalid, []) == []
+
+
+def traced(chunk: int, **options) -> np.ndarray:
+    """Rows of spans of many rays, by a kernel that returns arrays."""
+    origins = np.random.default_rng(0).normal(size=(64 * 50, 3))
+    arrays = arrays_of("x", SCENE._prepared, co.Rays(origins, (0.1, 0.2, -1.0)), 0.0, np.inf)
+    counts, doubts = np.zeros(len(origins), np.int32), np.zeros(len(origins), np.int8)
+    work = threads.KernelRange(trace_rows, (arrays, 0, True), (counts, doubts))
+    found = threads.run_on(SCENE._prepared.geometry, work, 50, chunk, len(origins), **options)
+    found.sort(key=lambda piece: piece[0])
+    assert [found[0][0], found[-1][1]] == [0, 50]
+    assert all(before[1] == after[0] for before, after in itertools.pairwise(found))
+    return np.concatenate([np.asarray(rows) for _, _, rows in found])
+
+
+@pytest.mark.parametrize("count", [1, 4])
+def test_a_kernel_reports_its_progress_and_keeps_its_results(count):
+    co.set_threads(count)
+    one, reports, marks = traced(50), [], np.zeros(50, np.int8)
+    assert len(one) > 100
+    assert np.array_equal(traced(3), one)
+    assert np.array_equal(traced(1, progress=lambda *now: reports.append(now), marks=marks), one)
+    co.set_threads(None)
+    assert reports[-1] == (50, 50)
+    assert reports == sorted(reports)
+    assert marks.all()
+
+
+def test_an_error_of_progress_ends_the_work(four_threads):
+    def refuse(done, count):
+        raise OSError(count)
+
+    for _ in range(2):
+        with pytest.raises(OSError, match="50"):
+            traced(1, progress=refuse)
+    assert threads.has_ended(20)
+
+
+@needs_machine_code
+def test_idle_threads_beyond_the_present_number_end():
+    co.set_threads(60)
+    points()
+    co.set_threads(2)
+    last = time.monotonic() + 20
+    while SHIPPED.keep_threads(2) > 2:
+        assert time.monotonic() < last
+        time.sleep(0.01)
+    assert np.array_equal(points(), points(POINTS))
+    co.set_threads(None)
+
+
+@needs_machine_code
+def test_another_kernel_goes_ahead_of_each_chunk(four_threads):
+    """It reads its whole range once, and may be of another length."""
+    found, others = np.full((POINTS, 3), np.nan), np.full((999, 3), np.nan)
+    lines = LINES[:, :999], LENGTHS_ALONG[:999]
+    ahead = points_along, (*(np.ascontiguousarray(part) for part in lines[0]), lines[1], 0, 999, others)
+    pieces = SHIPPED.pieces(points_along, (*LINES, LENGTHS_ALONG, 5, POINTS, found), 64, None, ahead)
+    assert pieces.start(4) == 4
+    while not pieces.wait(50):
+        pass
+    assert pieces.done == POINTS - 5
+    assert np.isnan(found[:5]).all()
+    assert np.array_equal(found[5:], points(POINTS)[5:])
+    assert np.array_equal(others, found[:999]) or np.array_equal(others[5:], found[5:999])
+    assert not np.isnan(others).any()
+
+
 @pytest.mark.parametrize(("rays", "one"), [(700, True), (30_000, False)])
 def test_few_rays_in_small_scenes_start_no_thread(four_threads, monkeypatch, rays, one):
     """It would take longer than their work; many rays are shared out."""
-    begun = few_threads(monkeypatch, 4)
+    shared: list[str] = []
+    for name in ("_run_in_pool", "_run_on_threads"):
+        run = getattr(threads, name)
+        monkeypatch.setattr(threads, name, lambda *rest, run=run: (shared.append(run.__name__), run(*rest))[1])
     origins = np.random.default_rng(0).normal(size=(rays, 3))
-    for ask in (SCENE.first_hit, SCENE.occluded, SCENE.crossings, SCENE.spans):
+    for ask in (SCENE.first_hit, SCENE.occluded, SCENE.crossings, SCENE.spans, lambda points, _: SCENE.body_at(points)):
+        shared.clear()
         ask(origins, (0.1, 0.2, -1.0))
-        assert not begun or not one
-    SCENE.body_at(origins)
-    assert bool(begun) != one
+        assert bool(shared) != one
+        assert SHIPPED is None or "_run_on_threads" not in shared
 
 
 def test_chunks_grow_while_they_are_short_and_shrink_when_they_are_long():

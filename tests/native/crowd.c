@@ -4,6 +4,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 
 #include "pool.h"
 
@@ -19,6 +20,16 @@ static int count(void *result, const int64_t *slots)
     (void)result;
     for (int64_t k = slots[0]; k < slots[1]; k++)
         ((int32_t *)(intptr_t)slots[2])[k]++;
+    return 0;
+}
+
+static atomic_int dropped;
+static void drop(int64_t *result) { (void)result, dropped++; }
+
+/* Return where the piece begins. */
+static int answer(void *result, const int64_t *slots)
+{
+    *(int64_t *)result = slots[0];
     return 0;
 }
 
@@ -45,8 +56,11 @@ static void *caller(void *number)
         int n = rand_r(&seed) % 3000 + 1, threads = rand_r(&seed) % 4 + 1, most = rand_r(&seed) % 50 + 1;
         void *data, *block = conicoid_room(4 * n + (rand_r(&seed) % 4 == 0 ? LARGE : 0), &data);
         memset(data, 0, 4 * (size_t)n);
-        int64_t slots[3] = {0, n, (int64_t)(intptr_t)data};
-        Work *work = work_new(count, slots, 3, 0, n, most);
+        int32_t *twice = calloc(2 * (size_t)n, 4);
+        int8_t *marks = calloc((size_t)n, 1);
+        int64_t slots[3] = {0, n, (int64_t)(intptr_t)data}, others[3] = {0, 2 * n, (int64_t)(intptr_t)twice};
+        Range range = {count, slots, 3, 0, 0, n, drop}, ahead = {count, others, 3, 0, 0, 2 * n, drop};
+        Work *work = work_new(&range, &ahead, most, marks, 1);
         pthread_mutex_lock(&python);
         int came = work_start(work, threads);
         pthread_mutex_unlock(&python);
@@ -58,20 +72,62 @@ static void *caller(void *number)
         while (!work_wait(work, 50))
             ;
         expect(stopped || work_done(work) == n, "items are missing");
-        for (int k = 0; k < n; k++)
+        for (int k = 0; k < n; k++) {
             expect(((int32_t *)data)[k] == 1 || (stopped && ((int32_t *)data)[k] == 0), "not once");
+            expect(marks[k] == ((int32_t *)data)[k], "a wrong mark");
+        }
+        for (int k = 0; k < 2 * n; k++)
+            expect(twice[k] == 1 || (stopped && twice[k] == 0), "not once ahead");
+        int64_t kept = 0;
+        for (Outcome *each = work_outcomes(work), *after; each != NULL; each = after) {
+            kept += each->end - each->begin;
+            after = each->after;
+            free(each);
+        }
+        expect(kept == work_done(work), "outcomes are missing");
         work_free(work);
+        free(twice);
+        free(marks);
         conicoid_release(block);
     }
     return NULL;
 }
 
+/* Calls with slots of their own. */
+static void call_many(void)
+{
+    enum { CALLS = 500, USED = 2 };
+    int64_t slots[CALLS * USED] = {0}, sum = 0;
+    for (int k = 0; k < CALLS; k++)
+        slots[USED * k] = k;
+    Range range = {answer, slots, USED, -1, 0, CALLS, drop};
+    Work *work = work_new(&range, NULL, 1, NULL, 1);
+    memset(slots, 0, sizeof slots); /* the work has its own */
+    work_start(work, 3);
+    while (!work_wait(work, 50))
+        ;
+    for (Outcome *each = work_outcomes(work), *after; each != NULL; each = after) {
+        expect(each->result[0] == each->begin, "another call's result");
+        sum += each->begin;
+        after = each->after;
+        free(each);
+    }
+    expect(sum == CALLS * (CALLS - 1) / 2, "calls are missing");
+    work_free(work);
+    pool_keep(1);
+    for (int k = 0; k < 1000 && pool_size() > 1; k++)
+        nanosleep(&(struct timespec){.tv_nsec = 10000000}, NULL);
+    expect(pool_size() <= 1, "idle threads stayed");
+}
+
 int main(void)
 {
+    call_many();
     pthread_t threads[CALLERS];
     atomic_int halt = 0;
     int64_t slots[3] = {0, 4, (int64_t)(intptr_t)&halt};
-    Work *dear = work_new(wait_for_halt, slots, 3, 0, 4, 1);
+    Range range = {wait_for_halt, slots, 3, 0, 0, 4, drop};
+    Work *dear = work_new(&range, NULL, 1, NULL, 0);
     work_start(dear, 2);
     for (int k = 0; k < CALLERS; k++)
         pthread_create(&threads[k], NULL, caller, (void *)(intptr_t)(k + 1));
@@ -84,5 +140,6 @@ int main(void)
         ;
     expect(work_done(dear) < 4, "went on after the stop");
     work_free(dear);
+    expect(dropped == 0, "dropped what was kept");
     return 0;
 }

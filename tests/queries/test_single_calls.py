@@ -60,6 +60,46 @@ def test_rays_have_the_answers_of_arrays():
     assert kept > 250 or not scene._prepared.single_calls
 
 
+def test_a_ray_spawned_on_a_wall_has_the_answers_of_arrays():
+    rng, kept, scene, other = np.random.default_rng(5), 0, ready_scene(), ready_scene().added(co.Sphere(0.1, (0, 0, 3)))
+    for k in range(150):
+        o, d = rng.uniform(-3, 3, (2, 3))
+        hit = scene.first_hit(tuple(o), tuple(np.round(d) + (0, 0, 10) if k % 4 == 0 else 0.2 * d - o))
+        ray = hit.spawn(tuple(rng.normal(size=3)))
+        two = co.Rays.concatenate([ray, ray])
+        limits = {} if k % 3 else dict(t_min=-1, t_max=np.float64(2.5))
+        for one in (scene, other):
+            for query in RAYS:
+                found, wanted = getattr(one, query)(ray, **limits), getattr(one, query)(two, **limits)[0]
+                kept += "_single" in getattr(found, "__dict__", {})
+                if query in ("spans", "crossings"):  # one of many is a list of one
+                    assert all(np.array_equal(getattr(found, name), getattr(wanted, name)) for name in found._columns)
+                elif query == "first_hit":
+                    assert same(found, wanted), (query, ray)
+                    assert found.rays == ray
+                else:
+                    assert found == wanted
+    assert kept > 100 or not scene._prepared.single_calls
+
+
+def test_lists_of_a_single_ray_are_as_complete_as_others():
+    scene = ready_scene()
+    for query in ("spans", "crossings"):
+        one = getattr(scene, query)((0.5, 0.25, -5), (0, 0, 1))
+        other = getattr(scene, query)(co.Rays((0.5, 0.25, -5), (0, 0, 1)))
+        assert len(one) == 1 <= int(one.offsets[-1])
+        assert not any(getattr(one, name).flags.writeable for name in (*one._columns, "offsets"))
+        assert repr(one) == repr(other)
+        again = getattr(scene, query)((0.5, 0.25, -5), (0, 0, 1))
+        copies = pickle.loads(pickle.dumps(again)), again.detached(), type(one).concatenate([again, one])[0], again[0]
+        for copy in copies:
+            assert all(np.array_equal(getattr(copy, name), getattr(other, name)) for name in (*one._columns, "offsets"))
+            assert copy.rays.origins.ravel().tolist() == [0.5, 0.25, -5]
+            assert copy.name.tolist() == other.name.tolist()
+        assert same(again.detached(), other.detached())
+    assert scene.spans((0.5, 0.25, -5), (0, 0, 1)).detached().lengths().shape == (6,)
+
+
 def test_points_have_the_answers_of_arrays():
     rng = np.random.default_rng(4)
     for scene, size in ((ready_scene(), 2.0), (crowded_scene(), 1.2)):

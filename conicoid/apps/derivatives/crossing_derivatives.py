@@ -17,7 +17,7 @@ from ..._jit.decorators import inline, kernel, record_shapes
 from ..._util.arrays import FloatArray
 from ...kernels.numbers.vectors import Vector, dot
 from ...kernels.tables import Floats, Ints, Longs, Signs
-from ...kernels.threads import run_chunks
+from ...kernels.threads import KernelRange, run_calls, run_chunks
 from .quadric_form import FORM
 
 WALL, CHANGE = 25, 22
@@ -257,7 +257,7 @@ def push_forward(walls: WallRows, crossings: CrossingRows, changes: Any, fields:
     inputs = InputTangents(*(as_kernel_rows(part, width) for part, width in zip(changes, (22, 3, 3), strict=True)))
     more = count if fields else 0
     tangents = CrossingTangents(np.empty(count), *(np.empty((more, width)) for width in (3, 3, 2)))
-    run_chunks(lambda begin, end: move_crossings(walls, crossings, inputs, begin, end, tangents), count, CHUNK)
+    run_chunks(KernelRange(move_crossings, (walls, crossings, inputs), (tangents,)), count, CHUNK)
     return tangents
 
 
@@ -466,14 +466,9 @@ def pull_back(walls: WallRows, crossings: CrossingRows, cotangents: Any, of_wall
     sums = np.zeros((parts, wide if of_walls else 0, CHANGE))
     ends = [count * k // parts for k in range(parts + 1)]
     result = InputCotangents(np.empty((count, 3)), np.empty((count, 3)), sums[0])
-    misses = [-1] * parts
-
-    def work(first: int, last: int) -> None:
-        for part in range(first, last):
-            own = result._replace(walls=sums[part])
-            misses[part] = pull_back_crossings(walls, crossings, weights, ends[part], ends[part + 1], own)
-
-    run_chunks(work, parts, 1)
+    own = [result._replace(walls=part) for part in sums]
+    calls = [(walls, crossings, weights, ends[k], ends[k + 1], own[k]) for k in range(parts)]
+    misses = run_calls(pull_back_crossings, calls)
     # The first miss is the smallest index that is not -1.
     return result._replace(walls=sums.sum(axis=0)), max(misses, key=lambda k: (k >= 0, -k))
 

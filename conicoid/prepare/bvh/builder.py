@@ -18,7 +18,7 @@ from ..._jit.decorators import helper, inline, kernel, record_shapes
 from ..._util.arrays import row_lengths
 from ...kernels.bvh.culling_constants import BESIDE, WALL
 from ...kernels.tables import Floats, Ints, Longs, Signs
-from ...kernels.threads import run_chunks
+from ...kernels.threads import KernelRange, run_calls, run_chunks
 from ..mmap_arrays import mapped_zeros
 from .box_vectors import COST, HIGH, ITEM, NEGATED_LOW, SIZE, clear, half_area, join
 from .sah_binning import BINS, BOXES, cut_group, partition_large
@@ -180,15 +180,11 @@ def survey_boxes(boxes: Floats) -> BoxSurvey:
     patterns = np.empty(len(boxes), np.int8)
     counts, around = np.zeros((chunks, 9), np.int64), np.full((chunks, 2, 6), np.inf)
     around[:, :, 3:] = -np.inf
-
-    def work(begin: int, end: int) -> None:
-        for k in range(begin, end):
-            _survey(boxes, k * CHUNK, min(len(boxes), (k + 1) * CHUNK), patterns, counts[k], around[k])
-
-    run_chunks(work, -(-len(boxes) // CHUNK), 1)
+    ends = [min(len(boxes), k * CHUNK) for k in range(chunks + 1)]
+    run_calls(_survey, [(boxes, ends[k], ends[k + 1], patterns, counts[k], around[k]) for k in range(chunks)])
     low, high = around[:, :, :3].min(axis=0), around[:, :, 3:].max(axis=0)
-    bounded, ends = np.concatenate([low, high], axis=1)
-    return BoxSurvey(patterns, counts.sum(axis=0).astype(np.int32), bounded, ends)
+    bounded, finite = np.concatenate([low, high], axis=1)
+    return BoxSurvey(patterns, counts.sum(axis=0).astype(np.int32), bounded, finite)
 
 
 @kernel(boxes="n 6", begin="0..end", end="0..n", patterns="out n", counts="out 9", around="out 2 6")
@@ -231,7 +227,7 @@ def box_records(boxes: Floats, rows: Ints, first_item: int, costs: Floats, limit
     """Build records (8 n,): a vector for each of `rows` (empty: all boxes), of item first_item + row and costs[row]."""
     count = len(rows) or len(boxes)
     records = np.empty(SIZE * count)
-    run_chunks(lambda a, b: _load(boxes, rows, a, b, first_item, costs, limits, records), count, CHUNK)
+    run_chunks(KernelRange(_load, (boxes, rows), (first_item, costs, limits, records)), count, CHUNK)
     return records
 
 
@@ -386,16 +382,13 @@ class BoxTree:
 
     def put_boxes(self, floats: Floats, at: int) -> None:
         """Write the boxes of the nodes, (nodes, 6, 8) flat, to floats[at:]."""
-        run_chunks(
-            lambda a, b: box_nodes(self.records, self.first, self.last, self.limits, a, b, floats, at),
-            len(self.children),
-            _NODES,
-        )
+        work = KernelRange(box_nodes, (self.records, self.first, self.last, self.limits), (floats, at))
+        run_chunks(work, len(self.children), _NODES)
 
     def items(self) -> Ints:
         """Return the items in the order of the leaves."""
         items = mapped_zeros(len(self.records) // SIZE, np.int32)
-        run_chunks(lambda a, b: items_of(self.records, a, b, items, 0), len(items), _ITEMS)
+        run_chunks(KernelRange(items_of, (self.records,), (items, 0)), len(items), _ITEMS)
         return items
 
 
@@ -428,13 +421,8 @@ def build_tree(records: Floats, limits: Floats, most: int) -> BoxTree:
             branches.left[2 * count + k] = 2 * count + number
             number += 2
     unsplit = [k for k, group in enumerate(groups) if group.halves is None]
-
-    def work(begin: int, end: int) -> None:
-        for k in unsplit[begin:end]:
-            area = groups[k].area if len(groups) > 1 else math.inf
-            grow(records, branches, 2 * count + k, area, most, costs, ROW * k)
-
-    run_chunks(work, len(unsplit), 1)
+    rest = [(2 * count + k, groups[k].area if len(groups) > 1 else math.inf, most, costs, ROW * k) for k in unsplit]
+    run_calls(grow, [(records, branches, *each) for each in rest])
     areas[0] = 0.0
     weigh_first(branches, 2 * count, areas, costs)
     children, sources = np.empty((count, WIDTH), np.int32), np.empty((count, WIDTH), np.int32)

@@ -21,7 +21,7 @@ from ...kernels.numbers.vectors import dot
 from ...kernels.surface.quadric import QuadricRecord, SphereRecord
 from ...kernels.surface.records import load_plane, load_quadric, load_sphere
 from ...kernels.tables import BALL, CELL, SPHERE, Floats, Geometry, integer, length
-from ...kernels.threads import run_chunks
+from ...kernels.threads import KernelRange, run_chunks
 
 _LEAST, _MOST = 1e-250, 1e250  # beyond these, products may overflow
 
@@ -162,9 +162,9 @@ def put_items(geometry: Geometry, boxes: Floats, place: int, parts: Sequence[tup
     for begin, end in parts:
         _put_leaves(geometry, boxes, place, False, begin, end)
     if not parts:
-        run_chunks(lambda a, b: _put_leaves(geometry, boxes, place, False, a, b), _children(geometry), _CHUNK)
+        run_chunks(KernelRange(_put_leaves, (geometry, boxes, place, False), ()), _children(geometry), _CHUNK)
     roots = int(length(geometry, table.ROOTS))
-    run_chunks(lambda a, b: _put_leaves(geometry, boxes, place, True, a, b), roots, _CHUNK)
+    run_chunks(KernelRange(_put_leaves, (geometry, boxes, place, True), ()), roots, _CHUNK)
 
 
 def _children(geometry: Geometry) -> int:

@@ -6,7 +6,6 @@ I. Wald: On fast construction of SAH-based bounding volume hierarchies, RT 2007.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -15,7 +14,7 @@ import numpy.typing as npt
 
 from ..._jit.decorators import allocator, inline, kernel, record_shapes
 from ...kernels.tables import Floats
-from ...kernels.threads import run_chunks
+from ...kernels.threads import run_calls
 from .box_vectors import SIZE, clear, copy, exchange, half_area, join
 
 BINS = 16
@@ -226,13 +225,9 @@ def partition_large(records: Floats) -> list[RecordGroup]:
         groups += halves
         wave = [group for group in halves if group.last - group.first > ONE_THREAD]
     pieces = _pieces([group for group in groups if group.halves is None and group.moved])
-    _for_pieces(pieces, lambda _, group, a, b: _copy(copies[1], copies[0], a, b))
+    every = Border(0, 0.0, 0.0, BINS)  # all records lie before it
+    run_calls(distribute, [(copies[1], begin, end, every, copies[0], begin, begin) for _, begin, end in pieces])
     return groups
-
-
-def _copy(source: Floats, target: Floats, begin: int, end: int) -> None:
-    """Copy records begin..end."""
-    target[SIZE * begin : SIZE * end] = source[SIZE * begin : SIZE * end]
 
 
 def box_area(box: Floats) -> float:
@@ -253,49 +248,31 @@ def _pieces(groups: list[RecordGroup]) -> list[RecordPiece]:
     ]
 
 
-def _for_pieces(pieces: list[RecordPiece], work: Callable[[int, RecordGroup, int, int], None]) -> None:
-    """Call work(k, *pieces[k]) for every piece, on all threads."""
-
-    def some(begin: int, end: int) -> None:
-        for k in range(begin, end):
-            work(k, *pieces[k])
-
-    run_chunks(some, len(pieces), 1)
-
-
 def _split_all(groups: list[RecordGroup], copies: tuple[Floats, Floats]) -> None:
     """Split every group in two, into the other copy of the records."""
     pieces = _pieces(groups)
     places: dict[int, list[int]] = {}
     for k, (group, _, _) in enumerate(pieces):
         places.setdefault(id(group), []).append(k)
-    limits = np.empty((len(pieces), 6))
-
-    def measure(k: int, group: RecordGroup, begin: int, end: int) -> None:
-        """Measure the limits of a chunk's middles."""
-        limits[k] = centers(copies[group.moved], begin, end)
-
-    _for_pieces(pieces, measure)
+    limits = np.array(run_calls(centers, [(copies[group.moved], begin, end) for group, begin, end in pieces]))
     frames = {id(group): _frame(limits[places[id(group)]]) for group in groups}
     boxes, counts = np.empty((len(pieces), BOXES)), np.empty((len(pieces), 3 * BINS), np.int64)
-
-    def count(k: int, group: RecordGroup, begin: int, end: int) -> None:
-        """Fill the bins of a chunk."""
-        fill_bins(copies[group.moved], begin, end, *frames[id(group)], BINS, boxes[k], counts[k])
-
-    _for_pieces(pieces, count)
+    run_calls(
+        fill_bins,
+        [
+            (copies[group.moved], begin, end, *frames[id(group)], BINS, boxes[k], counts[k])
+            for k, (group, begin, end) in enumerate(pieces)
+        ],
+    )
     plan: dict[int, tuple[Any, ...]] = {}
     for group in groups:
         mine = places[id(group)]
         _plan(group, frames[id(group)], mine, boxes[mine], counts[mine], plan)
-
-    def move(k: int, group: RecordGroup, begin: int, end: int) -> None:
-        """Move the records of a chunk to their halves."""
-        if k in plan:
-            border, left, right = plan[k]
-            distribute(copies[group.moved], begin, end, border, copies[not group.moved], left, right)
-
-    _for_pieces(pieces, move)
+    calls = []
+    for k, (border, left, right) in plan.items():
+        group, begin, end = pieces[k]
+        calls.append((copies[group.moved], begin, end, border, copies[not group.moved], left, right))
+    run_calls(distribute, calls)
 
 
 def _frame(limits: Floats) -> tuple[Any, Any]:

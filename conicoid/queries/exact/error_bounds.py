@@ -22,7 +22,7 @@ from ...kernels.numbers.elementary import hypot
 from ...kernels.ray import Ray, scale_ray
 from ...kernels.surface.exact_crossing import RoundingRest, curved_terms, is_plane, plane_terms
 from ...kernels.tables import Floats, Geometry, Ints, Longs, whole
-from ...kernels.threads import KernelRange, run_chunks
+from ...kernels.threads import run_rows
 from ...numerics.rational import Root, exact_real_roots
 from ...prepare.prepared_scene import exact_form
 
@@ -130,7 +130,6 @@ def errors_of_points(
 _MUCH = 2.0**-24
 """The largest bound, as a share of |t| and of |o| / |d|, that an exact one does not replace."""
 _BITS = 128  # precision of exact roots
-_CHUNK = 16384  # crossings that a thread takes at a time
 
 
 def bounds_of_t(
@@ -142,7 +141,7 @@ def bounds_of_t(
     empty for 0, 1, 2, ...
     """
     errors, arguments = np.empty(len(t)), (scene.geometry, scene.rest, *lines, which, t, surfaces)
-    run_chunks(KernelRange(errors_of_t, arguments, (errors,)), len(t), _CHUNK)
+    run_rows(errors_of_t, arguments, len(t), errors)
     large = np.flatnonzero(~(errors <= _MUCH * np.abs(t)) & (surfaces >= 0))
     ray = which[large] if len(which) else large
     origins, directions = lines[0][ray], lines[1][ray]
