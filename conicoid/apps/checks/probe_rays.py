@@ -240,9 +240,9 @@ class ProbeScan:
             part = rays.select(slice(begin, begin + count))
             hits = self.scene.crossings(*part)
             self.is_hit[hits.body] = True
-            # A stretch of a ray may begin within bodies, which crossings do not tell
-            some = self._may_overlap(hits) if rays.is_whole else slice(None)
-            if not rays.is_whole or some.any():
+            if not rays.is_whole:  # a stretch of a ray may begin within bodies, which crossings do not tell
+                self._spans(part)
+            elif (some := self._may_overlap(hits)).any():
                 self._spans(part.select(some))
             self._crossings(hits, part.origins, part.directions)
             traced = len(part.origins)

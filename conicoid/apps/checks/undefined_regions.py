@@ -289,9 +289,9 @@ def undefined_regions(scene: SceneLike, targets: ProbeTargets, rays: int, random
         aims.append(targets.through_bodies(np.resize(bodies, max(rays // 2, 4 * len(bodies))), random))
     gaps: list[Gap] = []
     thin = THIN * float(np.linalg.norm(high - low))
-    for rays in aims:
-        for begin in range(0, len(rays.origins), CHUNK):
-            gaps += _find_gaps(scene, domain, rays.select(slice(begin, begin + CHUNK)), thin)
+    for aim in aims:
+        for begin in range(0, len(aim.origins), CHUNK):
+            gaps += _find_gaps(scene, domain, aim.select(slice(begin, begin + CHUNK)), thin)
     if not gaps:
         return []
     regions = regions_of(gaps, _make_free(scene, domain), _make_around(scene, domain), _make_reach(scene, domain))
