@@ -77,6 +77,34 @@ def test_all_overlaps_of_many_balls_are_true_and_almost_all_are_found():
     assert deep <= found
 
 
+LATTICE = """<geometry>
+<surface id="1" type="z-cylinder" coeffs="0 0 0.3"/><surface id="2" type="z-cylinder" coeffs="0 0 0.4"/>
+<surface id="3" type="z-plane" coeffs="0"/><surface id="4" type="z-plane" coeffs="2"/>
+<surface id="5" type="z-cylinder" coeffs="0 0 9" boundary="vacuum"/>
+<cell id="1" universe="1" material="1" region="-1"/><cell id="2" universe="1" material="2" region="1 -2"/>
+<cell id="3" universe="1" material="3" region="2"/><cell id="4" universe="2" material="3" />
+<lattice id="7" dimension="5 5" lower_left="-2.5 -2.5" pitch="1 1" outer="2" universes="{0}"/>
+<cell id="9" fill="7" region="-5 3 -4"/></geometry>"""
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_instances_overlap_where_written_out_bodies_do(turned: bool, tmp_path: Path):
+    """Rays through bodies of a lattice end at these; a pin that was moved overlaps its neighbours, a gap is behind it."""
+    path = tmp_path / "geometry.xml"
+    path.write_text(LATTICE.format("1 " * 25).replace('fill="7"', 'fill="7" rotation="0 0 30"' * turned or 'fill="7"'))
+    scene = co.load_openmc(path)
+    assert co.check(scene, rays=6000) == []
+    scene = scene.moved(3 * 7, (0.05, 0.02, 0)).moved(3 * 12 + 1, (1, 1, 0)).without([3 * 20, 3 * 20 + 1])
+    written = co.Scene([co.Body(body.shape, body.material, body.name) for body in scene.bodies], domain=scene.domain)
+    found, expected = (co.check(each, rays=6000) for each in (scene, written))
+    assert {(one.kind, one.bodies) for one in found} == {(one.kind, one.bodies) for one in expected}
+    assert {one.kind for one in found} == {"overlap", "undefined"}
+    for one, other in zip(found, expected, strict=True):
+        if one.kind == "overlap":
+            assert 0.3 * other.size < one.size < 3 * other.size
+        assert len(shown(scene, one).body) > 1
+
+
 def test_a_body_within_another():
     scene = co.Scene([co.Box((-2, -2, -2), (2, 2, 2)), co.Sphere(0.01, (1, 1, 1))])
     (finding,) = co.check(scene, rays=3000)

@@ -247,7 +247,7 @@ def check(
     near = list(near_pairs(lowered.tables, targets))
     for pair in near:
         low, high = (np.tile(end, (_FOR_A_PAIR, 1)) for end in (pair.low, pair.high))
-        scan.follow(*rays_through(low, np.maximum(low, high), random))
+        scan.follow(rays_through(low, np.maximum(low, high), random))
     if progress is not None:
         progress(4, 6)
     # Bodies that are still unseen after this are reported as empty
@@ -272,14 +272,14 @@ def check(
 
 def _probe_window(scan: ProbeScan, targets: ProbeTargets, rays: int, random: np.random.Generator) -> None:
     """Trace rays through the whole scene."""
-    scan.follow(*targets.through_window(rays, random))
+    scan.follow(targets.through_window(rays, random))
 
 
 def _probe_bodies(scan: ProbeScan, targets: ProbeTargets, rays: int, random: np.random.Generator) -> None:
     """Trace rays through the boxes of the bodies in turn, in random order."""
     full = np.flatnonzero(~targets.empty)
     if len(full):
-        scan.follow(*targets.through_bodies(np.resize(random.permutation(full), rays), random))
+        scan.follow(targets.through_bodies(np.resize(random.permutation(full), rays), random))
 
 
 def _probe_pairs(scan: ProbeScan, targets: ProbeTargets, rays: int, random: np.random.Generator) -> None:
@@ -288,7 +288,7 @@ def _probe_pairs(scan: ProbeScan, targets: ProbeTargets, rays: int, random: np.r
     if len(one):
         # Every pair gets rays if there are enough
         chosen = np.resize(random.permutation(len(one)), rays)
-        scan.follow(*rays_through(*targets.common(one[chosen], other[chosen]), random))
+        scan.follow(targets.through(*targets.common(one[chosen], other[chosen]), random))
 
 
 def _probe_unseen(scan: ProbeScan, targets: ProbeTargets, rays: int, random: np.random.Generator) -> Any:
@@ -299,7 +299,7 @@ def _probe_unseen(scan: ProbeScan, targets: ProbeTargets, rays: int, random: np.
     bodies = np.flatnonzero(missing & ~targets.empty)
     if len(bodies):
         scan.follow(
-            *targets.through_bodies(
+            targets.through_bodies(
                 # At least one ray for each of the bodies
                 np.resize(bodies, min(_FOR_THE_UNSEEN * len(bodies), max(rays, len(bodies)))),
                 random,

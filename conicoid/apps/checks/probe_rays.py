@@ -1,20 +1,21 @@
 """Random rays of a check and the findings that they give: overlaps of bodies, and slivers between surfaces.
 
-Rays go through the whole scene, through every body, and through the common boxes of two bodies.
+Rays go through the whole scene, through every body, and through the common boxes of two bodies. Where bodies are
+instances, rays through a box end at it: beyond it lie copies, which have rays of their own.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from ..._util.arrays import FloatArray
 from ...kernels.crossings import row_owners
-from ...prepare.lowering import LoweredScene
+from ...prepare.lowering import LazyBounds, LoweredScene
 
 if TYPE_CHECKING:
     from ...queries.scene_protocol import SceneLike
@@ -28,20 +29,45 @@ _ALONG_AXES = 0.25
 """Share of rays that run along an axis of the world."""
 _BACK = 2.0
 """Rays start so many diagonals of their target box before it."""
+_BESIDE = 2.0**-10
+"""Rays that end at a box go on by this share of its diagonal."""
+
+
+class ProbeRays(NamedTuple):
+    """Rays of unit direction, and the stretch of each that is probed."""
+
+    origins: FloatArray
+    directions: FloatArray
+    t_min: Any = 0.0
+    t_max: Any = np.inf
+
+    def select(self, some: Any) -> ProbeRays:
+        """Return some of the rays."""
+        return ProbeRays(*(each[some] if np.ndim(each) else each for each in self))
+
+    @property
+    def is_whole(self) -> bool:
+        """True if the rays go to infinity."""
+        return np.ndim(self.t_max) == 0
 
 
 @dataclass(frozen=True)
 class ProbeTargets:
-    """Boxes of all bodies, (n, 3) low and high, and the window: the box of the part of space that rays go through."""
+    """Boxes of all bodies, (n, 3) low and high, and the window: the box of the part of space that rays go through.
+
+    `repeats` tells that bodies are instances, so that rays end at the boxes that they aim at.
+    """
 
     low: FloatArray
     high: FloatArray
     window: tuple[FloatArray, FloatArray]
+    repeats: bool = False
 
     @classmethod
     def of(cls, lowered: LoweredScene) -> ProbeTargets:
         """Return the boxes of a lowered scene."""
-        return cls(lowered.boxes[:, :3], lowered.boxes[:, 3:], _window(lowered))
+        boxes = lowered.boxes
+        return cls(boxes[:, :3], boxes[:, 3:], _window(lowered), isinstance(lowered.bounds, LazyBounds))
 
     @property
     def sizes(self) -> FloatArray:
@@ -92,29 +118,37 @@ class ProbeTargets:
         # Sorted along x: neighbours of distance 1, 2 and so on in the order, until none overlap along x
         order = np.argsort(self.low[:, 0], kind="stable")
         order = order[~self.empty[order]]
-        low, high = self.low[order], self.high[order]
+        ends = [(np.ascontiguousarray(self.low[order, k]), np.ascontiguousarray(self.high[order, k])) for k in range(3)]
         chunks: list[tuple[Indices, Indices]] = []
         count = 0
         for apart in range(1, len(order)):
-            if count > _MOST_PAIRS or not (low[apart:, 0] <= high[:-apart, 0]).any():
+            near = ends[0][0][apart:] <= ends[0][1][:-apart]
+            if count > _MOST_PAIRS or not near.any():
                 break
-            overlapping = np.flatnonzero(((low[apart:] <= high[:-apart]) & (low[:-apart] <= high[apart:])).all(axis=1))
+            for low, high in ends[1:]:
+                near &= (low[apart:] <= high[:-apart]) & (low[:-apart] <= high[apart:])
+            overlapping = np.flatnonzero(near)
             count += len(overlapping)
             chunks.append((order[overlapping], order[overlapping + apart]))
         none = np.zeros(0, np.int64)
         return np.concatenate([none, *(a for a, _ in chunks)]), np.concatenate([none, *(b for _, b in chunks)])
 
-    def through_window(self, count: int, random: np.random.Generator) -> tuple[FloatArray, FloatArray]:
-        """Return rays (origins, directions) through random points of the window."""
+    def through_window(self, count: int, random: np.random.Generator) -> ProbeRays:
+        """Return rays through random points of the window."""
         low, high = self.window
         return rays_through(np.tile(low, (count, 1)), np.tile(high, (count, 1)), random)
 
-    def through_bodies(self, bodies: Indices, random: np.random.Generator) -> tuple[FloatArray, FloatArray]:
-        """Return a ray (origins, directions) through a random point of each body's box."""
-        return rays_through(*self._cut(bodies), random)
+    def through_bodies(self, bodies: Indices, random: np.random.Generator) -> ProbeRays:
+        """Return a ray through a random point of each body's box."""
+        return self.through(*self._cut(bodies), random)
+
+    def through(self, low: FloatArray, high: FloatArray, random: np.random.Generator) -> ProbeRays:
+        """Return a ray through a random point of each box (n, 3)."""
+        rays = rays_through(low, high, random)
+        return _end_at_boxes(rays, low, high) if self.repeats else rays
 
 
-def rays_through(low: FloatArray, high: FloatArray, random: np.random.Generator) -> tuple[FloatArray, FloatArray]:
+def rays_through(low: FloatArray, high: FloatArray, random: np.random.Generator) -> ProbeRays:
     """Return a ray through a random point of each box (n, 3), from outside of it; a quarter of them along the axes."""
     points = low + (high - low) * random.random(low.shape)
     directions = random.normal(size=low.shape)
@@ -124,7 +158,19 @@ def rays_through(low: FloatArray, high: FloatArray, random: np.random.Generator)
     sizes = np.linalg.norm(high - low, axis=1, keepdims=True)
     # A box without size: its coordinates give the distance
     back = _BACK * np.where(sizes > 0, sizes, np.abs(points).max(axis=1, keepdims=True, initial=1.0))
-    return points - back * directions, directions
+    return ProbeRays(points - back * directions, directions)
+
+
+def _end_at_boxes(rays: ProbeRays, low: FloatArray, high: FloatArray) -> ProbeRays:
+    """Return rays that end a little beyond the boxes (n, 3) that they go through."""
+    beside = _BESIDE * np.linalg.norm(high - low, axis=1, keepdims=True)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ends = [(end - rays.origins) / rays.directions for end in (low - beside, high + beside)]
+    # Across a direction of 0 the ray is between the ends, as it goes through a point of the box
+    along = rays.directions != 0
+    first = np.where(along, np.minimum(*ends), -np.inf).max(axis=1)
+    last = np.where(along, np.maximum(*ends), np.inf).min(axis=1)
+    return rays._replace(t_min=np.maximum(first, 0.0), t_max=np.maximum(last, 0.0))
 
 
 def _window(lowered: LoweredScene) -> tuple[FloatArray, FloatArray]:
@@ -187,21 +233,23 @@ class ProbeScan:
     slivers: dict[tuple[int, int, int, int], Sighting] = field(default_factory=dict)
     rays: int = 0
 
-    def follow(self, origins: FloatArray, directions: FloatArray) -> None:
-        """Trace rays of unit direction and collect their findings."""
+    def follow(self, rays: ProbeRays) -> None:
+        """Trace rays and collect their findings."""
         begin, count = 0, _FIRST_CHUNK
-        while begin < len(origins):
-            o, d = origins[begin : begin + count], directions[begin : begin + count]
-            hits = self.scene.crossings(o, d)
+        while begin < len(rays.origins):
+            part = rays.select(slice(begin, begin + count))
+            hits = self.scene.crossings(*part)
             self.is_hit[hits.body] = True
-            some = self._may_overlap(hits)
-            if some.any():
-                self._spans(o[some], d[some])
-            self._crossings(hits, o, d)
-            self.rays += len(o)
-            begin += len(o)
+            if not rays.is_whole:  # a stretch of a ray may begin within bodies, which crossings do not tell
+                self._spans(part)
+            elif (some := self._may_overlap(hits)).any():
+                self._spans(part.select(some))
+            self._crossings(hits, part.origins, part.directions)
+            traced = len(part.origins)
+            self.rays += traced
+            begin += traced
             # Chunks of about so many rows stay in the cache of the processor
-            count = min(max(_ROWS * len(o) // max(len(hits.t), 1), _FIRST_CHUNK), CHUNK)
+            count = min(max(_ROWS * traced // max(len(hits.t), 1), _FIRST_CHUNK), CHUNK)
 
     def _may_overlap(self, hits: Any) -> Any:
         """Return (n,) bool: may a ray be within two bodies over some length?
@@ -221,9 +269,10 @@ class ProbeScan:
         result[ray[several | (depth < 0)]] = True
         return result
 
-    def _spans(self, origins: FloatArray, directions: FloatArray) -> None:
+    def _spans(self, rays: ProbeRays) -> None:
         """Collect overlaps: spans of two bodies that have a stretch in common."""
-        spans = self.scene.spans(origins, directions)
+        origins, directions = rays.origins, rays.directions
+        spans = self.scene.spans(*rays)
         self.is_hit[spans.body] = True
         ray = row_owners(spans.offsets)
         # Rays along an axis may run within a sliver from end to end

@@ -7,18 +7,18 @@ undefined, directly or through other gaps. Random points then estimate the volum
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..._util.arrays import FloatArray
+from ..._util.arrays import FloatArray, unique_sorted
 from ..._util.text import format_count
 from ...kernels.crossings import row_owners
 from ...queries.result import extension
 from .findings import UNDEFINED, Finding, body_titles
-from .probe_rays import CHUNK, THIN, ProbeTargets
+from .probe_rays import CHUNK, THIN, ProbeRays, ProbeTargets
 
 if TYPE_CHECKING:
     from ...queries.scene_protocol import SceneLike
@@ -288,10 +288,10 @@ def undefined_regions(scene: SceneLike, targets: ProbeTargets, rays: int, random
     if len(bodies):
         aims.append(targets.through_bodies(np.resize(bodies, max(rays // 2, 4 * len(bodies))), random))
     gaps: list[Gap] = []
-    for origins, directions in aims:
-        for begin in range(0, len(origins), CHUNK):
-            some = slice(begin, begin + CHUNK)
-            gaps += _find_gaps(scene, domain, origins[some], directions[some], float(np.linalg.norm(high - low)))
+    thin = THIN * float(np.linalg.norm(high - low))
+    for aim in aims:
+        for begin in range(0, len(aim.origins), CHUNK):
+            gaps += _find_gaps(scene, domain, aim.select(slice(begin, begin + CHUNK)), thin)
     if not gaps:
         return []
     regions = regions_of(gaps, _make_free(scene, domain), _make_around(scene, domain), _make_reach(scene, domain))
@@ -314,12 +314,29 @@ def skip_reason(scene: SceneLike) -> str:
     return "the scene's domain is empty" if around.empty.all() or not (low < high).all() else ""
 
 
-def _find_gaps(
-    scene: SceneLike, domain: SceneLike, origins: FloatArray, directions: FloatArray, size: float
-) -> Iterator[Gap]:
-    """Yield the gaps of rays, longer than the slivers that rounding leaves between walls."""
+def _find_gaps(scene: SceneLike, domain: SceneLike, rays: ProbeRays, thin: float) -> list[Gap]:
+    """Return the gaps of rays, longer than the slivers that rounding leaves between walls.
+
+    Rays that end at a box are followed to their ends where there is a gap in the box.
+    """
+    if not rays.is_whole:
+        ray, *_, rows = _gap_rows(scene, domain, rays, thin)
+        rays = ProbeRays(*rays.select(unique_sorted(ray[rows]))[:2])
+    ray, t, body, surface, rows = _gap_rows(scene, domain, rays, thin)
+    gaps = []
+    for row in rows.tolist():
+        walls = tuple((int(body[k]), int(surface[k])) if body[k] >= 0 else None for k in (row, row + 1))
+        o, d = rays.origins[ray[row]], rays.directions[ray[row]]
+        gaps.append(Gap(o + t[row : row + 2, None] * d, (walls[0], walls[1]), o, d))
+    return gaps
+
+
+def _gap_rows(
+    scene: SceneLike, domain: SceneLike, rays: ProbeRays, thin: float
+) -> tuple[Any, FloatArray, Any, Any, Any]:
+    """Return (ray, t, body, surface) at all ends of stretches of rays, and the rows of ends at which a gap begins."""
     # Ends of stretches of the scene (0) and of its domain (1) along each ray; counts of both are summed from end to end
-    stretches = [_stretches(each.spans(origins, directions), THIN * size) for each in (scene, domain)]
+    stretches = [_stretches(each.spans(*rays), thin) for each in (scene, domain)]
     ray, t, body, surface = (np.concatenate([s[k].ravel() for s in stretches]) for k in range(4))
     turn = np.concatenate([np.repeat([1, -1], s[0].shape[1]) for s in stretches])
     which = np.repeat([0, 1], [s[0].size for s in stretches])
@@ -328,15 +345,11 @@ def _find_gaps(
     ray, t, turn, which, body, surface = (column[order] for column in (ray, t, turn, which, body, surface))
     bodies, domains = np.cumsum(np.where(which == 0, turn, 0)), np.cumsum(np.where(which == 1, turn, 0))
     with np.errstate(invalid="ignore"):
-        there = (bodies[:-1] == 0) & (domains[:-1] > 0) & (ray[1:] == ray[:-1]) & (t[1:] - t[:-1] > THIN * size)
+        there = (bodies[:-1] == 0) & (domains[:-1] > 0) & (ray[1:] == ray[:-1]) & (t[1:] - t[:-1] > thin)
     rows = np.flatnonzero(there & np.isfinite(t[1:]))
-    middles = origins[ray[rows]] + ((t[rows] + t[rows + 1]) / 2)[:, None] * directions[ray[rows]]
+    middles = rays.origins[ray[rows]] + ((t[rows] + t[rows + 1]) / 2)[:, None] * rays.directions[ray[rows]]
     # Ends that coincide may come in any order: the middle of a gap decides
-    sure = _is_undefined(scene, domain, middles)
-    for row in rows[sure].tolist():
-        walls = tuple((int(body[k]), int(surface[k])) if body[k] >= 0 else None for k in (row, row + 1))
-        o, d = origins[ray[row]], directions[ray[row]]
-        yield Gap(o + t[row : row + 2, None] * d, (walls[0], walls[1]), o, d)
+    return ray, t, body, surface, rows[_is_undefined(scene, domain, middles)]
 
 
 def _stretches(spans: Any, thin: float) -> tuple[Any, FloatArray, Any, Any]:

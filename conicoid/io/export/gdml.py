@@ -37,7 +37,7 @@ from .exporters import (
 )
 from .gdml_motions import AxisStretch, GdmlMoves, join_moves, relative_moves, split_last_placement
 from .gdml_solids import SolidReference, SolidWriter, position_element, rotation_element, source_piece
-from .openmc_regions import ExportSurfaceTable, RegionWriter, are_disjoint
+from .openmc_regions import EmptinessTest, ExportSurfaceTable, RegionWriter
 
 # Materials, with their densities and components.
 
@@ -341,7 +341,7 @@ def _report_overlaps(nests: list[VolumeNest], report: ExportReport) -> None:
 def _report_sibling_overlaps(siblings: list[VolumeNest], report: ExportReport) -> None:
     """Report pairs of volumes whose boxes overlap, unless their regions surely do not."""
     table = ExportSurfaceTable()
-    regions = RegionWriter(table)
+    regions, emptiness = RegionWriter(table), EmptinessTest(table)
     known: dict[int, Region] = {}
 
     def region(number: int) -> Region:
@@ -354,7 +354,7 @@ def _report_sibling_overlaps(siblings: list[VolumeNest], report: ExportReport) -
         if first.outer in _cut_bodies(later) or later.outer in _cut_bodies(first):  # one is cut from the other
             continue
         try:
-            if are_disjoint(region(i), region(j), table):
+            if emptiness.are_disjoint(region(i), region(j)):
                 continue
         except ExportUnsupported:
             pass

@@ -38,13 +38,12 @@ from .exporters import (
     shortest_decimal,
 )
 from .openmc_regions import (
+    EmptinessTest,
     ExportSurfaceTable,
     RegionSides,
     RegionWriter,
-    are_disjoint,
     are_disjoint_sides,
     format_region,
-    is_empty_region,
     join_regions,
     list_conjuncts,
     negate_region,
@@ -341,9 +340,10 @@ def export_text(scene: WritableScene, options: ExportOptions) -> ExportResult:
             cells.append(_cell(item, regions, universes))
     report.check()
     _flatten_unbounded(cells, regions, universes)
-    _cut_overlaps(cells, table, report)
+    emptiness = EmptinessTest(table)
+    _cut_overlaps(cells, emptiness, report)
     for cell in cells:
-        if cell.region is not None and is_empty_region(cell.region, table):
+        if cell.region is not None and emptiness.is_empty(cell.region):
             report.narrow("with nothing in it, and left out by readers", cell.item.name)
     _report_rounded(cells, universes, table, report)
     _enclose(scene.domain, regions, table, cells, report)
@@ -395,7 +395,7 @@ def _flatten_unbounded(cells: list[_CellEntry], regions: RegionWriter, universes
         del universes.numbers[key]
 
 
-def _cut_overlaps(cells: list[_CellEntry], table: ExportSurfaceTable, report: ExportReport) -> None:
+def _cut_overlaps(cells: list[_CellEntry], emptiness: EmptinessTest, report: ExportReport) -> None:
     """Cut bodies by the bodies that are listed before them, since cells must not overlap; report the cuts."""
     known: dict[int, RegionSides] = {}
     for i, j in overlapping_boxes([cell.item.solid.bounds for cell in cells]):
@@ -410,7 +410,7 @@ def _cut_overlaps(cells: list[_CellEntry], table: ExportSurfaceTable, report: Ex
         # The quick test first.
         if first.region is None or later.region is None or are_disjoint_sides(known[i], known[j]):
             continue
-        if are_disjoint(first.region, later.region, table):
+        if emptiness.are_disjoint(first.region, later.region):
             continue
         later.region = join_regions(IntersectionNode, [later.region, negate_region(first.region)])
         known[j] = region_sides(later.region)

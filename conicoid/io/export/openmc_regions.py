@@ -30,7 +30,7 @@ from ..openmc.region import (
     bind_surfaces,
     list_half_spaces,
 )
-from ..openmc.surfaces import Surface as ReadSurface, build_surface
+from ..openmc.surfaces import FlatSurface, RoundSurface, Surface as ReadSurface, build_surface
 from .exporters import ExportUnsupported, format_numbers, shorten_fraction
 
 # Surfaces: planes, cylinders, cones and spheres where possible, else general quadrics.
@@ -302,16 +302,68 @@ def are_disjoint_sides(one: RegionSides, other: RegionSides) -> bool:
     return any(out <= other[0] for out in one[1]) or any(out <= one[0] for out in other[1])
 
 
-def are_disjoint(first: Region, later: Region, table: ExportSurfaceTable) -> bool:
-    """Return True if two regions are surely disjoint: balls, cylinders and planes are compared as in imports."""
-    return _is_empty_intersection(
-        [bind_surfaces(first, table.surfaces), bind_surfaces(later, table.surfaces)], _MAX_SPLITS
-    )
+@dataclass
+class EmptinessTest:
+    """Tests whether regions are surely empty: balls, cylinders and planes are compared as in imports.
+
+    A lattice has each pair of neighbours many times. Regions that are others translated are tested once.
+    """
+
+    table: ExportSurfaceTable
+    _known: dict[tuple[object, ...], bool] = field(default_factory=dict)
+    _places: dict[int, _SurfacePlace | None] = field(default_factory=dict)
+
+    def are_disjoint(self, first: Region, later: Region) -> bool:
+        """Return True if two regions are surely disjoint."""
+        return self._is_empty((first, later))
+
+    def is_empty(self, region: Region) -> bool:
+        """Return True if a region surely has no volume."""
+        return self._is_empty((region,))
+
+    def _is_empty(self, regions: tuple[Region, ...]) -> bool:
+        """Return True if the intersection of regions surely has no volume."""
+        form = self._form(regions)
+        found = None if form is None else self._known.get(form)
+        if found is None:
+            found = _is_empty_intersection([bind_surfaces(each, self.table.surfaces) for each in regions], _MAX_SPLITS)
+            if form is not None:
+                self._known[form] = found
+        return found
+
+    def _form(self, regions: tuple[Region, ...]) -> tuple[object, ...] | None:
+        """Return a key that is equal for regions that are translated together; None where a surface has no place."""
+        form: list[object] = []
+        base: dict[int, Fraction] = {}
+        pending: list[Region] = list(regions)
+        while pending:
+            node = pending.pop()
+            if not isinstance(node, HalfSpaceNode):
+                form += type(node), len(node.parts)
+                pending += node.parts
+                continue
+            if node.surface not in self._places:
+                self._places[node.surface] = _surface_place(self.table.surfaces[node.surface])
+            place = self._places[node.surface]
+            if place is None:
+                return None
+            form += node.positive, place[0]
+            for axis, value in place[1]:
+                form.append((value - base.setdefault(axis, value)).as_integer_ratio())
+        return tuple(form)
 
 
-def is_empty_region(region: Region, table: ExportSurfaceTable) -> bool:
-    """Return True if a region surely has no volume."""
-    return _is_empty_intersection([bind_surfaces(region, table.surfaces)], _MAX_SPLITS)
+_SurfacePlace: TypeAlias = tuple[tuple[object, ...], tuple[tuple[int, Fraction], ...]]
+"""What a translation leaves of a surface, and its coordinates."""
+
+
+def _surface_place(surface: ReadSurface) -> _SurfacePlace | None:
+    """Return the place of a plane across an axis, or of a ball or cylinder; None for other surfaces."""
+    if isinstance(surface, FlatSurface) and surface.axis is not None:
+        return (surface.normal,), ((surface.axis, surface.offset / surface.normal[surface.axis]),)
+    if isinstance(surface, RoundSurface):
+        return (surface.axis, surface.radius), tuple((axis, surface.center[axis]) for axis in surface.cross_axes)
+    return None
 
 
 def _is_empty_intersection(parts: list[RegionPart], splits: int) -> bool:

@@ -206,24 +206,25 @@ def clip_box(box: BoxPiece, planes: Iterable[ClipPlane]) -> PolyhedronPiece | No
     """Return the part of a box that is inside of all planes; None if it is empty."""
     ends = tuple(tuple(map(Fraction, end)) for end in (box.low, box.high))
     corners = [(ends[k & 1][0], ends[k >> 1 & 1][1], ends[k >> 2 & 1][2]) for k in range(8)]
-    loops = [[corners[k] for k in face] for face in _BOX_FACES]
+    loops = [[corners.index(corners[k]) for k in face] for face in _BOX_FACES]
     for plane in planes:
-        loops = _clip_faces(loops, plane)
+        loops = _clip_faces(loops, corners, plane)
         if len(loops) < 4:
             return None
-    numbers: dict[PieceCorner, int] = {}
+    numbers: dict[int, int] = {}
     faces = tuple(tuple(numbers.setdefault(corner, len(numbers)) for corner in loop) for loop in loops)
-    return PolyhedronPiece(tuple(numbers), faces, True)
+    return PolyhedronPiece(tuple(corners[k] for k in numbers), faces, True)
 
 
-def _clip_faces(loops: list[list[PieceCorner]], plane: ClipPlane) -> list[list[PieceCorner]]:
-    """Clip the faces of a convex polyhedron by a plane, and add the face in the plane."""
-    heights = {corner: _plane_height(plane, corner) for loop in loops for corner in loop}
+def _clip_faces(loops: list[list[int]], corners: list[PieceCorner], plane: ClipPlane) -> list[list[int]]:
+    """Clip the faces of a convex polyhedron by a plane, and add the face in the plane and its corners."""
+    heights = {corner: _plane_height(plane, corners[corner]) for corner in {k for loop in loops for k in loop}}
     if not any(height > 0 for height in heights.values()):
         return loops
     kept, edges = [], {}  # edges: end -> start, in the order in which the new face runs
+    cuts: dict[tuple[int, int], int] = {}
     for loop in loops:
-        left = _clip_face(loop, heights, plane)
+        left = _clip_face(loop, corners, heights, cuts)
         on = [corner for corner in left if not heights.get(corner, 0)]  # new corners lie in the plane
         if len(left) < 3 or len(on) == len(left):  # nothing of the face is left, or only an edge or face in the plane
             continue
@@ -242,22 +243,29 @@ def _clip_faces(loops: list[list[PieceCorner]], plane: ClipPlane) -> list[list[P
 
 
 def _clip_face(
-    loop: Sequence[PieceCorner], heights: dict[PieceCorner, Fraction], plane: ClipPlane
-) -> list[PieceCorner]:
-    """Return the part of a face on the inner side of a plane."""
-    found: list[PieceCorner] = []
+    loop: Sequence[int], corners: list[PieceCorner], heights: dict[int, Fraction], cuts: dict[tuple[int, int], int]
+) -> list[int]:
+    """Return the part of a face on the inner side of a plane; `cuts` has the new corner on each edge that it cuts."""
+    found: list[int] = []
     for a, b in zip(loop, [*loop[1:], loop[0]], strict=True):
         ha, hb = heights[a], heights[b]
         if ha <= 0:
             found.append(a)
-        if ha * hb < 0:
-            share = ha / (ha - hb)
-            x, y, z = (p + share * (q - p) for p, q in zip(a, b, strict=True))
-            found.append((x, y, z))
+        if (ha < 0 < hb) or (hb < 0 < ha):
+            edge = (a, b) if a < b else (b, a)
+            if edge not in cuts:
+                share = ha / (ha - hb)
+                x, y, z = (p if p == q else p + share * (q - p) for p, q in zip(corners[a], corners[b], strict=True))
+                cuts[edge] = len(corners)
+                corners.append((x, y, z))
+            found.append(cuts[edge])
     return found
 
 
 def _plane_height(plane: ClipPlane, corner: PieceCorner) -> Fraction:
     """Return normal·corner - offset: above 0 outside."""
-    (a, b, c), offset = plane
-    return a * corner[0] + b * corner[1] + c * corner[2] - offset
+    normal, height = plane[0], -plane[1]
+    for n, c in zip(normal, corner, strict=True):
+        if n:
+            height += c if n == 1 else n * c
+    return height

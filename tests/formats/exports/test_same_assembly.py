@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import conicoid as co
+from conicoid.io.export.openmc_regions import EmptinessTest, ExportSurfaceTable, RegionWriter
 
 from ..gdml.files import placed, text_of, volume
 from ..mcnp.decks import chosen, loaded
@@ -95,3 +96,27 @@ def test_written_in_another_format(
     np.testing.assert_array_equal(a.offsets, b.offsets)
     np.testing.assert_array_equal(a.t_enter, b.t_enter)
     np.testing.assert_array_equal(a.t_exit, b.t_exit)
+
+
+def test_regions_that_are_translated_are_as_empty_as_each_by_itself():
+    """Pairs of cells of a lattice, near and far, with surfaces that are disjoint, nested or the same."""
+    table = ExportSurfaceTable()
+    regions, tests = RegionWriter(table), EmptinessTest(table)
+    solids = [
+        solid.translate((1.25 * x, 0.1 * y, 0))
+        for x, y in itertools.product(range(3), range(3))
+        for solid in (
+            co.Cylinder((0, 0, -1), (0, 0, 1), 0.4),
+            co.Cylinder((0, 0, -1), (0, 0, 1), 0.6) - co.Cylinder((0, 0, -2), (0, 0, 2), 0.5),
+            co.Box((-0.625, -0.625, -1), (0.625, 0.625, 1)) - co.Sphere(0.6),
+            co.HalfSpace((1, 1, 0), 0.3) & co.Sphere(0.5),
+        )
+    ]
+    found = {
+        (i, j): tests.are_disjoint(regions.of(solids[i]), regions.of(solids[j]))
+        for i, j in itertools.combinations(range(len(solids)), 2)
+    }
+    assert {True, False} == set(found.values())
+    for (i, j), disjoint in found.items():
+        assert disjoint == EmptinessTest(table).are_disjoint(regions.of(solids[i]), regions.of(solids[j]))
+    assert len(tests._known) < len(found) / 2
