@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
-from collections.abc import Callable, Mapping
+import operator
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -37,6 +38,7 @@ from ..kernels.bvh.culling_constants import BOUNDS, WALL
 from ..kernels.tables import CELL, REGION, Floats
 from ..materials.material import Material
 from ..numerics import bigfloat as ex
+from ..numerics.portable_math import is_finite, portable_max
 from .assembly import Assembly, SurfaceRecord, SurfaceSlot, round_numbers, round_surface, rounding_rests
 from .csg_bounds import EMPTY_BOX, bound_bodies
 from .csg_plan import PrimitiveForm, csg_plan
@@ -50,10 +52,6 @@ class MapRow:
     numbers: tuple[float, ...]
     made_of: tuple[object, ...] = ()
     """The objects whose ids are its cache key: held, so that their ids stay unique."""
-
-
-_NO_MAP = MapRow((0.0, 0.0, 0.0, 0.0))
-"""For face numbers that no face has."""
 
 
 @dataclass
@@ -71,7 +69,7 @@ class BodyFaces:
         """Map the id of a cell to its box (low, high): outside the box the cell does not matter to its body."""
         boxes: dict[int, tuple[float, ...]] = {}
         for (_, _, tree), own in zip(self.primitives, self.boxes, strict=True):
-            box = tuple(widen_boxes(own[None])[0].tolist())
+            box = _widen_box(own.tolist())
             boxes.update((id(cell), box) for cell in cullable_cells(tree))
         return boxes
 
@@ -82,9 +80,10 @@ class BodyFaces:
 
     def put(self, number: int, uv: UV, motion: Motion) -> None:
         """Set the uv map of a face, by its number in the body; `motion` carries its coordinates to the world."""
-        # Faces may arrive in any order.
+        # Faces may arrive in any order. Numbers that no face has share a row, but not with another primitive.
+        blank = self._cache.setdefault((len(self.primitives), 0, 0), MapRow((0.0, 0.0, 0.0, 0.0)))
         while len(self.rows) <= number:
-            self.rows.append((False, (_NO_MAP, _NO_MAP)))
+            self.rows.append((False, (blank, blank)))
         own = uv.matrix if uv.angular else uv.matrix[:2]
         self.rows[number] = uv.angular, tuple(self._in_world(row, motion) for row in own)
 
@@ -215,6 +214,16 @@ def widen_boxes(boxes: Floats) -> Floats:
     margin = BOUNDS * size + WALL
     grown = np.concatenate([low - margin, high + margin], axis=1)
     return np.where(np.asarray((low > high).any(axis=1))[:, None], EMPTY_BOX, grown)
+
+
+def _widen_box(box: Sequence[float]) -> tuple[float, ...]:
+    """`widen_boxes` of one box, whose numbers may be recorded."""
+    low, high = box[:3], box[3:]
+    if any(a > b for a, b in zip(low, high, strict=True)):
+        return tuple(EMPTY_BOX.tolist())
+    sizes = [portable_max(*(abs(x) if is_finite(x) else 0.0 for x in ends)) for ends in zip(low, high, strict=True)]
+    margins = [BOUNDS * size + WALL for size in sizes]
+    return (*map(operator.sub, low, margins), *map(operator.add, high, margins))
 
 
 # One lowered body

@@ -9,7 +9,7 @@ import pytest
 import conicoid as co
 
 from ...samples import in_turn
-from .test_recorded import MOTIONS, check, number, point, size, together
+from .test_recorded import MOTIONS, SOLIDS, check, number, point, size, together
 
 
 def turn(rng: random.Random) -> tuple[float, float]:
@@ -61,15 +61,22 @@ def test_each_is_what_it_is_alone(kind, motion):
 UPRIGHT = {
     "Wedge": lambda r: co.Wedge(size(r), size(r), size(r)),
     "RegularPrism": lambda r: co.RegularPrism(6, size(r), (0.0, size(r)), 30.0),
+    **{kind: KINDS[kind] for kind in ("Tube", "shell", "polar range", "Polycone")},
 }
 
 
 @pytest.mark.parametrize("kind", UPRIGHT)
 def test_their_formulas_are_recorded(kind):
-    """They look at no digits of their numbers: of many of one kind most are lowered together.
-
-    What is a region, as a tube with its bore, is lowered alone, like the parts of a cylinder over half a turn.
-    """
+    """They look at no digits of their numbers: of many of one kind most are lowered together."""
     rng = random.Random(f"most {kind}")
     found = together([UPRIGHT[kind](rng).translate(point(rng)) for _ in range(120)], 120)
     assert len(found) >= 90
+
+
+@pytest.mark.parametrize("built", SOLIDS)
+def test_booleans_of_parts_of_several_cells(built):
+    """Numbers that no face has share a row of the map, but not with another primitive."""
+    rng = random.Random(built)
+    parts = [KINDS[kind] for kind in ("Tube", "part of a Tube", "polar range")]
+    shapes = [MOTIONS["turned"](rng)(SOLIDS[built](rng, *(part(rng) for part in parts))) for _ in range(12)]
+    check(shapes, 12)
