@@ -63,6 +63,10 @@ class Polyhedron(PrimitiveSolid):
         return [integer_row((*normal, offset)) for normal, offset in zip(self.normals, self.offsets, strict=True)]
 
     @property
+    def _face_count(self) -> int:
+        return len(self.normals)
+
+    @property
     def _has_many_faces(self) -> bool:
         return len(self.normals) >= MANY_FACES
 
@@ -125,6 +129,10 @@ class Polyhedron(PrimitiveSolid):
 
     def support(self, direction: Vector) -> float:
         """Return the support: exact along an axis, otherwise raised by the effect of the direction's rounding."""
+        if sorted(map(abs, direction)) == [0.0, 0.0, 1.0]:
+            axis = max(range(3), key=lambda k: abs(direction[k]))
+            low, high = self._own_bounds
+            return float(high[axis] if direction[axis] > 0 else -low[axis])
         chosen = self._faces_towards(direction)
         rows = self._rows if chosen is None else [integer_row((*self.normals[i], self.offsets[i])) for i in chosen]
         support = integer_support(rows, [Fraction(u) for u in direction])
@@ -186,7 +194,8 @@ class PolyhedronFace(PrimitiveSolid, abstract=True):
 
 
 MANY_FACES = 32
-"""From so many faces on, floats choose those that matter, and the numbers of all are computed together."""
+"""From so many faces on, of one polyhedron, floats choose those that matter. The numbers of so many, of one polyhedron
+or of several, are computed together."""
 _SURELY_INSIDE = 1e-9
 """A point deeper in a half-space than this share of its coordinates is inside whatever floats round."""
 _AXES = np.eye(3)

@@ -263,6 +263,17 @@ class EllipticCylinder(EllipticSolid):
     def profile(self) -> EllipticProfile:
         return 1, 0, 0
 
+    def support(self, direction: Vector) -> float:
+        """Return the support of `elliptic_support` where g = 1: in floats alone, which a recording takes."""
+        wide, uz = hypot(direction[0] * self.widths[0], direction[1] * self.widths[1]), direction[2]
+        reaches = [sum_up((uz * z, wide)) for z in self.z_range or () if is_finite(z)]
+        for z, slope in zip(self.z_range or (-math.inf, math.inf), (0.0 - uz, uz), strict=True):
+            if not is_finite(z):
+                if slope > 0:
+                    return math.inf
+                reaches += [] if slope < 0 else [wide]
+        return functools.reduce(portable_max, reaches, -math.inf)
+
 
 @dataclass(frozen=True)
 class EllipticCone(EllipticSolid):

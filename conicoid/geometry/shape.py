@@ -180,9 +180,9 @@ class Shape(ABC):
         return self._moved(self.motion.transform(matrix))
 
     @property
-    def _has_many_faces(self) -> bool:
-        """Whether it is a `Polyhedron` with so many faces that their numbers are computed together."""
-        return False
+    def _face_count(self) -> int:
+        """The number of faces of a `Polyhedron`, whose numbers are computed together; 0 for other shapes."""
+        return 0
 
     @property
     def bounds(self) -> Bounds:

@@ -23,7 +23,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable, Container, Hashable, Iterator, Sequence
 from dataclasses import dataclass, field
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 
 import numpy as np
@@ -43,6 +43,7 @@ from .csg_plan import FORMS, CsgPlan, PrimitiveForm, csg_plan, is_subclass, plac
 from .lower_shape import LoweredShape, compute_shape
 from .motion_batch import MotionBatch, MotionChains, count_translations, input_motion
 from .pattern import FRAME_NUMBERS, BodyPattern, RowTable
+from .polyhedron_extent import learn_bounds, polyhedron_boxes
 from .pytree import flatten, flatten_all, positions_by_key, unflatten
 from .tape import recording_cache
 from .tape.program import NO_INPUTS, WideInputs
@@ -117,27 +118,43 @@ class _ShapeArray:
 
 
 @dataclass
-class _FaceArray:
-    """The faces of a polyhedron of many, with the motion and the place of that."""
+class _Polyhedra:
+    """Polyhedra of equally many faces, added block by block: their faces are lowered as shapes."""
 
-    shape: Polyhedron
-    steps: tuple[Step, ...]
-    more: list[float]
-    motion: int
-    place: int
+    shapes: list[Polyhedron] = field(default_factory=list)
+    steps: list[tuple[Step, ...]] = field(default_factory=list)
+    motions: list[Ints] = field(default_factory=list)
+    places: list[Ints] = field(default_factory=list)
 
     def __len__(self) -> int:
-        return len(self.shape.normals)
+        return len(self.shapes) * self.faces
+
+    @property
+    def faces(self) -> int:
+        """How many faces each has."""
+        return self.shapes[0]._face_count
 
     def of(self, index: int) -> tuple[Shape, tuple[Step, ...]]:
         """`ShapeBatch.of`"""
-        return self.shape._face(index), self.steps
+        which, face = divmod(index, self.faces)
+        return self.shapes[which]._face(face), self.steps[which]
+
+    @cached_property
+    def planes(self) -> Floats:
+        """(n, 4 faces) normals and offsets."""
+        normals = np.array([shape.normals for shape in self.shapes])
+        offsets = np.array([shape.offsets for shape in self.shapes])
+        return np.concatenate([normals, offsets[:, :, None]], axis=2).reshape(len(normals), -1)
 
     def columns(self) -> tuple[Floats, Ints, Ints]:
         """`ShapeBatch.columns`"""
-        common = np.tile(np.array([*self.shape.near, *self.more]), (len(self), 1))
-        numbers = np.column_stack([np.array(self.shape.normals), np.array(self.shape.offsets), common])
-        return numbers, np.full(len(self), self.motion, np.int32), np.full(len(self), self.place, np.int32)
+        learn_bounds(self.shapes, self.planes)
+        motions, places = np.concatenate(self.motions), np.concatenate(self.places)
+        common = [np.array([shape.near for shape in self.shapes])]
+        if count_translations(self.steps[0]) > 0:
+            common.append(np.array([[x for step in steps for x in step.offset] for steps in self.steps]))  # type: ignore[union-attr]
+        numbers = [self.planes.reshape(-1, 4), *(np.repeat(each, self.faces, axis=0) for each in common)]
+        return np.concatenate(numbers, axis=1), np.repeat(motions, self.faces), places
 
 
 @dataclass
@@ -166,7 +183,7 @@ class PrimitiveBatch:
         """(motions, 12) the inverse of each motion that `frame` numbered; NaN where it is not known."""
         self._like: dict[Hashable, _ShapeList] = {}
         self._many: list[tuple[Hashable, _ShapeArray]] = []
-        self._polyhedra: list[tuple[Hashable, _FaceArray]] = []
+        self._polyhedra: dict[Hashable, _Polyhedra] = {}
 
     def add_many(self, shape: Bulk, places: Ints) -> None:
         """Add the primitives of the bodies of a bulk entry; places (bodies, primitives)."""
@@ -195,9 +212,10 @@ class PrimitiveBatch:
 
         Return the positions of those that must be lowered singly.
         """
-        taken = np.array([shape._has_many_faces for shape in shapes], bool)
-        for k in np.flatnonzero(taken).tolist():
-            self._add_polyhedron(shapes[k], chains.steps[k], int(places[k]))  # type: ignore[arg-type]
+        counts_of_faces = np.array([shape._face_count for shape in shapes])
+        taken = counts_of_faces > 0
+        if taken.any():
+            self._add_polyhedra(shapes, counts_of_faces, chains, places)
         others = np.flatnonzero(~taken)
         for alike in flatten_all([shapes[k] for k in others.tolist()] if len(others) < len(shapes) else shapes):
             alike = dataclasses.replace(alike, which=others[alike.which])
@@ -218,12 +236,23 @@ class PrimitiveBatch:
                 like.motions.append(motions)
         return np.flatnonzero(~taken)
 
-    def _add_polyhedron(self, shape: Polyhedron, steps: tuple[Step, ...], place: int) -> None:
-        """Add a polyhedron of many faces, which are lowered together."""
-        flat = flatten(shape._face(0))
+    def _add_polyhedra(self, shapes: Sequence[Any], counts: Longs, chains: MotionChains, places: Ints) -> None:
+        """Add polyhedra, whose faces are lowered together."""
+        from ..geometry.polyhedron import PolyhedronFace
+
+        flat = flatten(PolyhedronFace((1.0, 0.0, 0.0), 0.0, (0.0, 0.0, 0.0)))
         assert flat is not None
-        key, more, row = self._motion(flat.form, steps, len(shape.normals))
-        self._polyhedra.append((key, _FaceArray(shape, steps, more, row, place)))
+        codes = counts * (1 + len(chains.steps)) + chains.translations  # translations are -1 or more
+        codes[counts == 0] = -2
+        for code in unique_sorted(codes[counts > 0]).tolist():
+            which = np.flatnonzero(codes == code)
+            some, count = which.tolist(), int(chains.translations[which[0]])
+            key = int(counts[which[0]]), (flat.form, "moved" if count < 0 else count)
+            like = self._polyhedra.setdefault(key, _Polyhedra())
+            like.shapes += [shapes[k] for k in some]
+            like.steps += [chains.steps[k] for k in some]
+            like.places.append(places[which])
+            like.motions.append(self._motions.rows(chains, which) if count < 0 else np.zeros(len(which), np.int32))
 
     def frames_of(self, chains: MotionChains) -> Ints:
         """`frame` of many chains of steps; -1 for chains of at most one translation."""
@@ -239,7 +268,10 @@ class PrimitiveBatch:
     @property
     def places_of_polyhedra(self) -> set[int]:
         """The places of polyhedra of many faces."""
-        return {faces.place for _, faces in self._polyhedra}
+        from ..geometry.polyhedron import MANY_FACES
+
+        many = (like for like in self._polyhedra.values() if like.faces >= MANY_FACES)
+        return {place for like in many for places in like.places for place in places.tolist()}
 
     @property
     def kinds(self) -> int:
@@ -263,15 +295,20 @@ class PrimitiveBatch:
                 found, rest = self._lower_kind(key, kind, given)
                 results += [(form, places[chosen[which]], rows) for form, which, rows in found]
                 left += [(*like.of(i), int(places[i])) for i in chosen[rest].tolist()]
-        for done, (key, faces) in enumerate(self._polyhedra, start=len(every)):
+        for done, ((_, key), polyhedra) in enumerate(self._polyhedra.items(), start=len(every)):
+            from ..geometry.polyhedron import MANY_FACES
+
             report(done)
-            found_faces = self._lower_faces(key, faces, motions_given, similar)
-            results.append((_polyhedron_form(len(faces)), np.array([faces.place], np.int32), found_faces))
+            if len(polyhedra) >= MANY_FACES:
+                results.append(self._lower_polyhedra(key, polyhedra, motions_given, similar))
+                continue
+            of_places = np.concatenate(polyhedra.places).tolist()
+            left += zip(polyhedra.shapes, polyhedra.steps, of_places, strict=True)
         return results, left
 
-    def _lower_faces(self, key: Hashable, of: _FaceArray, given: WideInputs, similar: Signs) -> RowTable:
-        """Return the row of a polyhedron, from the rows of its faces: each computed apart if it is of a rare kind."""
-        numbers, motions, _ = of.columns()
+    def _lower_polyhedra(self, key: Hashable, of: _Polyhedra, given: WideInputs, similar: Signs) -> PrimitiveRows:
+        """Return the rows of polyhedra, from the rows of their faces: each computed apart if it is of a rare kind."""
+        numbers, motions, places = of.columns()
         faces = np.empty((len(of), _FACE_NUMBERS))
         for kind, chosen in _split_by_motion(key, motions, similar):
             found, rest = self._lower_kind(key, kind, _BatchInputs(of, chosen, numbers[chosen], given, motions[chosen]))
@@ -280,10 +317,23 @@ class PrimitiveBatch:
             for i in chosen[rest].tolist():
                 shape, steps = of.of(i)
                 faces[i] = compute_shape(dataclasses.replace(shape, motion=Motion(steps))).row[:_FACE_NUMBERS]
-        whole = of.shape._moved(Motion(of.steps))
-        parts = faces[:, :_PLANE_NUMBERS], faces[:, _PLANE_NUMBERS:], *whole.bounds, whole.under().inverse_rows
-        row = np.concatenate([np.ravel(part) for part in parts])
-        return RowTable.of(row[None], np.arange(len(row), dtype=np.int32))
+        count, own = len(of.shapes), motions[:: of.faces]
+        frames = np.tile(np.eye(3, 4).ravel(), (count, 1))
+        forward, translations = None, count_translations(of.steps[0])
+        if translations < 0:
+            frames = self.frames[own]
+            forward = given.fours[own, :FRAME_NUMBERS].reshape(count, -1)
+        elif translations == 1:
+            frames[:, 3::4] = -numbers[:: of.faces, -3:]
+        for row in range(count) if translations > 1 else np.flatnonzero(np.isnan(frames[:, 0])).tolist():
+            frames[row] = np.ravel(Motion(of.steps[row]).inverse_rows)
+        parts = [
+            faces[:, :_PLANE_NUMBERS].reshape(count, -1), faces[:, _PLANE_NUMBERS:].reshape(count, -1),
+            polyhedron_boxes(of.shapes, of.steps, of.planes, forward), frames,
+        ]  # fmt: skip
+        form = _polyhedron_form(of.faces)
+        rows = np.concatenate(parts, axis=1)
+        return form, places, RowTable.of(rows, np.arange(rows.shape[1], dtype=np.int32))
 
     def _lower_kind(
         self, key: Hashable, similar: bool | None, of: _BatchInputs

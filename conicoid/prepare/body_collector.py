@@ -55,10 +55,7 @@ def exact_surface(shape: Shape, number: int) -> Surface:
         moved = placed_primitives(shape)
         if not all(isinstance(leaf, PrimitiveSolid) for leaf, _ in moved):
             return lower_shape(shape).exact[number]
-        counts = (
-            len(leaf.normals) if leaf._has_many_faces else len(_tree_surfaces(leaf.tree()))  # type: ignore[attr-defined]
-            for leaf, _ in moved
-        )
+        counts = (leaf._face_count or len(_tree_surfaces(leaf.tree())) for leaf, _ in moved)  # type: ignore[attr-defined]
         leaves = shape.cache["leaves"] = _ShapeLeaves(moved, [0, *accumulate(counts)])
     which = bisect_right(leaves.first, number) - 1
     if which not in leaves.known:
@@ -70,7 +67,7 @@ def exact_surface(shape: Shape, number: int) -> Surface:
 def _leaf_surfaces(leaf: Shape, steps: tuple[Step, ...]) -> list[Surface]:
     """List the surfaces of a primitive moved by steps."""
     motion = Motion(steps)
-    if leaf._has_many_faces:  # without the uv maps of its thousands of faces
+    if leaf._face_count:  # without the uv maps of its faces
         return [surface.moved(motion) for surface in leaf.surfaces]  # type: ignore[attr-defined]
     tree = world_tree(replace(leaf, motion=motion), IDENTITY_MOTION, BodyFaces())  # type: ignore[arg-type]
     return _tree_surfaces(tree)

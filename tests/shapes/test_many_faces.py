@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from fractions import Fraction
 
@@ -128,3 +129,81 @@ def test_rays_through_edges_and_corners_meet_what_they_meet_of_half_spaces(seed:
     for k in range(60):  # single rays take another route
         single = co.Scene([shape]).first_hit(origins[some][k], directions[some][k])
         assert (single.t, single.face) == (one.t[k], one.face[k])
+
+
+# Polyhedra of few faces, many at once
+
+
+def few(kind: str, rng: np.random.Generator) -> co.Polyhedron:
+    """Return a bounded polyhedron: of any planes, of planes with few digits, or one that is empty or unbounded."""
+    block = [*np.eye(3), *-np.eye(3)]
+    if kind == "digits":
+        normals = rng.integers(-2, 3, (6, 3)).astype(float)
+        normals[~normals.any(axis=1)] = 1.0
+        return co.Polyhedron([*block, *normals], [2.0] * 6 + rng.integers(1, 5, 6).astype(float).tolist())
+    if kind == "pyramid":  # four planes in the tip, and some twice
+        normals = [(1, 0, 1), (-1, 0, 1), (0, 1, 1), (0, -1, 1), (0, 0, -1), (0, 0, -1), (1, 1, 2), (2, 0, 2)]
+        height = float(rng.uniform(0.1, 3))
+        return co.Polyhedron(normals, [height] * 4 + [0.5, 0.5, 2 * height, 2 * height])
+    offsets = rng.uniform(0.5, 1.5, 10)
+    if kind == "odd":
+        offsets[0], block = rng.choice([-3.0, 1.0]), block if rng.random() < 0.5 else [*block[:5], (1.0, 1.0, 1.0)]
+    return co.Polyhedron([*block, *rng.normal(size=(4, 3))], offsets.tolist())
+
+
+def corners(shape: co.Polyhedron) -> list[tuple[Fraction, ...]]:
+    """Return all points common to three faces that are beyond none."""
+    rows = [tuple(map(Fraction, (*n, d))) for n, d in zip(shape.normals, shape.offsets, strict=True)]
+    found = []
+    for (a, b, c, p), (d, e, f, q), (g, h, i, r) in itertools.combinations(rows, 3):
+        whole = a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g)
+        if whole:
+            x = (p * (e * i - f * h) - b * (q * i - f * r) + c * (q * h - e * r)) / whole
+            y = (a * (q * i - f * r) - p * (d * i - f * g) + c * (d * r - q * g)) / whole
+            z = (a * (e * r - q * h) - b * (d * r - q * g) + p * (d * h - e * g)) / whole
+            if all(k * x + m * y + n * z <= o for k, m, n, o in rows):
+                found.append((x, y, z))
+    return found
+
+
+MOTIONS = {
+    "still": lambda shape, rng: shape,
+    "moved": lambda shape, rng: shape.translate(rng.uniform(-5, 5, 3)),
+    "moved twice": lambda shape, rng: shape.translate(rng.uniform(-5, 5, 3)).translate((0.1, 0.2, 0.3)),
+    "scaled": lambda shape, rng: shape.scale(rng.uniform(-2, 2, 3)).translate(rng.uniform(-5, 5, 3)),
+    "upright": lambda shape, rng: shape.rotate("z", 90.0 * rng.integers(4)).translate((1, 2, float(rng.uniform()))),
+    "turned": lambda shape, rng: shape.rotate(rng.normal(size=3), 37.5).translate(rng.uniform(-5, 5, 3)),
+    "sheared": lambda shape, rng: shape.transform([*rng.uniform(-1, 1, (3, 4)), (0, 0, 0, 1)]),
+}
+
+
+@pytest.mark.parametrize("kind", ["any", "digits", "pyramid", "odd"])
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_polyhedra_together_have_the_numbers_and_the_boxes_of_each(kind: str, motion: str):
+    rng = np.random.default_rng(5)
+    shapes = [MOTIONS[motion](few(kind, rng), rng) for _ in range(8)]
+    batch = PrimitiveBatch()
+    batch.add(shapes, MotionChains([shape.motion.steps for shape in shapes]), np.arange(8, dtype=np.int32))
+    found, left = batch.lower()
+    assert not left
+    rows: dict[int, np.ndarray] = {}
+    for form, places, table in found:
+        rows |= {place: table[k, : form.pattern.width] for k, place in enumerate(places.tolist())}
+    for place, shape in enumerate(shapes):
+        again = co.Polyhedron(shape.normals, shape.offsets)._with_motion(shape.motion)  # what the batch learnt is not used
+        single = compute_shape(again)
+        assert np.array_equal(rows[place], single.row)
+        box = rows[place][single.pattern.bounds_at + 6 * len(single.pattern.leaves) :][:6]
+        if kind == "odd" or motion not in ("still", "moved", "scaled", "sheared"):
+            continue
+        matrix = [[Fraction(x) for x in row] for row in np.eye(4)]
+        for step in shape.motion.steps:  # floats, so that fractions carry the corners exactly
+            own = getattr(step, "matrix", None)
+            own = np.diag([*getattr(step, "factors", (1.0,) * 3), 1.0]) if own is None else np.array(own)
+            own[:3, 3] += getattr(step, "offset", (0.0,) * 3)
+            given = [[Fraction(x) for x in row] for row in own.tolist()]
+            matrix = [[sum(a * b for a, b in zip(row, column, strict=True)) for column in zip(*matrix)] for row in given]
+        moved = [[sum(m * x for m, x in zip(row, (*point, 1), strict=True)) for row in matrix[:3]] for point in corners(shape)]
+        for axis, ends in enumerate(zip(*moved, strict=True)):
+            assert box[axis] <= min(ends) <= box[axis] + 1e-12
+            assert box[3 + axis] - 1e-12 <= max(ends) <= box[3 + axis]

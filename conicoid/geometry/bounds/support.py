@@ -31,6 +31,7 @@ from ...numerics.portable_math import (
     rounded_sum,
     select_if_several,
 )
+from ...numerics.tracing import TracedFloat
 from ..cell import UV, cartesian_uv
 from ..surface import PlaneSurface, Triple
 from ..transform import Motion
@@ -99,7 +100,9 @@ def product_with_root(w: float, g: Any) -> float:
 def inverse_root(a: Any) -> float:
     """Return 1 / sqrt(a), the half-axis of a x² = 1, not below the exact value; a > 0 is a float or fraction."""
     if isinstance(a, Symbol):
-        return 1 / portable_sqrt(a)
+        root: Any = 1 / portable_sqrt(a)
+        lost = ex.ONE - ex.rational(a) * ex.rational(root) ** 2
+        return next_float_if(root, ex.rounded(lost)) if isinstance(a, TracedFloat) else root
     value = 1 / math.sqrt(a)
     return value if Fraction(a) * Fraction(value) ** 2 >= 1 else math.nextafter(value, math.inf)
 
@@ -220,7 +223,8 @@ def half_space_bounds(surface: PlaneSurface, below: bool = True, above: bool = T
 
     An end is finite only if the normal lies along an axis.
     """
-    low, high = np.full(3, -np.inf), np.full(3, np.inf)
+    low: list[Any] = [-math.inf] * 3
+    high: list[Any] = [math.inf] * 3
     normal = ex.exact_row(surface.normal)
     across = [i for i in range(3) if normal[i]]
     if len(across) == 1:
@@ -230,7 +234,8 @@ def half_space_bounds(surface: PlaneSurface, below: bool = True, above: bool = T
             high[i] = round_up(height)
         if above if normal[i] > 0 else below:
             low[i] = -round_up(-height)
-    return low + 0.0, high
+    # Of numbers of a recording, too
+    return np.array(low) + 0.0, np.array(high)
 
 
 def round_up(value: ex.BigFloat) -> float:
