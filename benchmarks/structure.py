@@ -58,16 +58,28 @@ class Module:
         return self.text.count("\n")
 
     @cached_property
+    def every_statement(self) -> list[ast.stmt]:
+        """The statements of the file, docstrings among them. Expressions hold none, so they are passed over."""
+        found, waiting = [], [*self.tree.body]
+        while waiting:
+            node = waiting.pop()
+            if isinstance(node, ast.stmt):
+                found.append(node)
+            for part in ("body", "orelse", "finalbody", "handlers", "cases"):
+                waiting += getattr(node, part, ())
+        return found
+
+    @cached_property
     def docstrings(self) -> list[str]:
         """The docstrings of the file, its classes and functions, and the texts under constants."""
-        expressions = (node for node in ast.walk(self.tree) if isinstance(node, ast.Expr))
+        expressions = (node for node in self.every_statement if isinstance(node, ast.Expr))
         values = (node.value for node in expressions if isinstance(node.value, ast.Constant))
         return [value.value for value in values if isinstance(value.value, str)]
 
     @property
     def statements(self) -> int:
         """How many statements there are, docstrings left out."""
-        return sum(isinstance(node, ast.stmt) for node in ast.walk(self.tree)) - len(self.docstrings)
+        return len(self.every_statement) - len(self.docstrings)
 
     @property
     def comments(self) -> int:
@@ -77,7 +89,7 @@ class Module:
 
     def imports(self, names: Mapping[str, object]) -> Iterator[str]:
         """The modules of the package that this one imports anywhere."""
-        for node in ast.walk(self.tree):
+        for node in self.every_statement:
             if isinstance(node, ast.Import):
                 yield from (alias.name for alias in node.names if alias.name in names)
             elif isinstance(node, ast.ImportFrom):

@@ -29,7 +29,6 @@ COMMENTS = {
     **dict.fromkeys((".js", ".glsl", ".c", ".h"), re.compile(r"/\*.*?\*/|//[^\n]*", re.S)),
 }
 SOURCES = sorted(path for folder in (PACKAGE, ROOT / "native") for path in folder.rglob("*") if path.suffix in COMMENTS)
-PAGES = sorted((ROOT / "docs" / "dev").glob("*.md"))
 
 
 def folders() -> Iterator[str]:
@@ -57,27 +56,28 @@ def test_the_readme_names_every_folder() -> None:
     assert there - set(folders()) == set()
 
 
-@pytest.mark.parametrize("path", SOURCES, ids=lambda path: path.relative_to(ROOT).as_posix())
-def test_files_that_comments_name_are_there(path: Path) -> None:
+def missing(path: Path, words: str, places: tuple[Path, ...], known: set[str]) -> list[tuple[str, str]]:
+    """(file, name) of the names in its words that no place holds."""
+    names = set(NAMED.findall(words)) - known
+    return [(path.name, name) for name in names if not any((place / name).exists() for place in places)]
+
+
+def test_files_that_comments_name_are_there() -> None:
     """From the root, the package or the file's own folder."""
-    places = (ROOT, PACKAGE, path.parent, path.parent.parent)
-    words = "\n".join(COMMENTS[path.suffix].findall(path.read_text(encoding="utf-8")))
-    names = set(NAMED.findall(words)) - EXAMPLES
-    assert sorted(name for name in names if not any((place / name).exists() for place in places)) == []
+    found = []
+    for path in SOURCES:
+        words = "\n".join(COMMENTS[path.suffix].findall(path.read_text(encoding="utf-8")))
+        found += missing(path, words, (ROOT, PACKAGE, path.parent, path.parent.parent), EXAMPLES)
+    assert found == []
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda path: path.name)
-def test_files_that_pages_for_developers_name_are_there(page: Path) -> None:
+def test_files_that_pages_for_developers_name_are_there() -> None:
     """A name without a folder may be in any."""
-    names = set(NAMED.findall(page.read_text(encoding="utf-8"))) - RECIPES
-    there = {path.name for path in SOURCES}
-    assert (
-        sorted(
-            name
-            for name in names
-            if not ((ROOT / name).exists() or (PACKAGE / name).exists() or ("/" not in name and name in there))
-        )
-        == []
+    known = RECIPES | {path.name for path in SOURCES}
+    pages = sorted((ROOT / "docs" / "dev").glob("*.md"))
+    assert pages
+    assert [missing(page, page.read_text(encoding="utf-8"), (ROOT, PACKAGE), known) for page in pages] == [[]] * len(
+        pages
     )
 
 

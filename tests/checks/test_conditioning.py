@@ -14,6 +14,7 @@ from conicoid.apps.checks.conditioning import conditioning, digits
 from conicoid.apps.checks.perturbation import number_changes
 
 from ..command_line import run
+from ..samples import marked
 from ..shapes.catalogue import SAMPLES
 from .digits_kept import ALL, U, kept, only
 
@@ -218,7 +219,7 @@ LATTICE = """<geometry>
 <lattice id="9" pitch="{pitch} 1" dimension="6 6" lower_left="0 -3" universes="{universes}"/></geometry>"""
 
 
-@pytest.mark.parametrize("pitch", [1, 1e7, 1e9])
+@pytest.mark.parametrize("pitch", marked([(1, False), (1e7, True), (1e9, False)]))
 def test_instances_are_named_as_if_each_were_tested(pitch, tmp_path, monkeypatch):
     """The corners of the box of all shifts decide for a kind; `digits` tests every body."""
     path = tmp_path / "lattice.xml"

@@ -21,7 +21,7 @@ def value(coefficients, point):
 
 
 SAMPLE = [
-    pytest.param(one, id=type(one).__name__, marks=[pytest.mark.deep] if k % 9 else [])
+    pytest.param(one, id=type(one).__name__, marks=[pytest.mark.deep] if k % 18 else [])
     for k, one in enumerate(EXAMPLES)
 ]
 

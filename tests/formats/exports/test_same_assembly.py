@@ -13,6 +13,7 @@ import pytest
 import conicoid as co
 from conicoid.io.export.openmc_regions import EmptinessTest, ExportSurfaceTable, RegionWriter
 
+from ...samples import in_turn
 from ..gdml.files import placed, text_of, volume
 from ..mcnp.decks import chosen, loaded
 from ..mcnp.test_same_as_openmc import DECK, GUIDES, PINS, PITCH, XML
@@ -85,8 +86,7 @@ def test_the_same_spans(scenes: dict[str, co.Scene], rays: co.Rays) -> None:
     np.testing.assert_array_equal(found["GDML"], found["OpenMC"])
 
 
-@pytest.mark.parametrize("suffix", [".gdml", ".xml"])
-@pytest.mark.parametrize("name", ["MCNP", "OpenMC", "GDML"])
+@pytest.mark.parametrize(("suffix", "name"), in_turn([".gdml", ".xml"], ["MCNP", "OpenMC", "GDML"]))
 def test_written_in_another_format(
     scenes: dict[str, co.Scene], rays: co.Rays, name: str, suffix: str, tmp_path: Path
 ) -> None:

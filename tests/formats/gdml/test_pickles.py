@@ -42,7 +42,7 @@ def answers(scene: co.Scene) -> list[np.ndarray]:
     return [hits.t, hits.name, hits.face, hits.normal, points]
 
 
-@pytest.mark.parametrize("name", sampled(SOLIDS, 8))
+@pytest.mark.parametrize("name", sampled(SOLIDS, 16))
 def test_scenes_of_each_solid(name: str, tmp_path: Path) -> None:
     scene = rows_of(tmp_path, SOLIDS[name][0])
     assert isinstance(scene.bodies, InstanceList)
