@@ -45,6 +45,16 @@ def lowered(folder: Path, *names: str) -> Path:
     return code
 
 
+def device_code(folder: Path) -> Path:
+    """The LLVM code of the functions of a GPU's threads."""
+    code = folder / "device.pickle"
+    if not code.exists():
+        unfinished = code.with_suffix(".unfinished")
+        _python("native.front", str(unfinished), "device")
+        unfinished.replace(code)
+    return code
+
+
 def _base(code: Path, target: Target, folder: Path) -> Path:
     """The simplified module of a target; those of the same triple share it."""
     out = folder / f"{target.triple}.bc"

@@ -26,9 +26,10 @@ from conicoid._jit.sources import package_files, stamp_of
 
 functions.Kernel = functions.Inner  # type: ignore[misc, assignment]
 
-from .signature import Leaf, Signature, declared
+from .signature import Leaf, Signature, declared, on_device
 
 SUFFIX = ".stamp"
+DEVICE = "device"
 
 
 def _keep_as_it_is(library: Any, module: Any) -> None:
@@ -93,13 +94,17 @@ def _numbers(libraries: list[Any], codes: dict[Any, bytes]) -> list[int]:
 
 
 def main() -> None:
-    """Write the code of every kernel, or of some, to a file, and beside it the stamp of the sources (SUFFIX)."""
+    """Write the code of every kernel, or of some, to a file, and beside it the stamp of the sources (SUFFIX).
+
+    The name DEVICE stands for the functions of a GPU's threads.
+    """
     out, *names = sys.argv[1:]
     before = stamp_of(package_files())
     bend()
     with functions._rare_collections():
         codes: dict[Any, bytes] = {}
-        kernels = {kernel.name: lowered(kernel, codes) for kernel in declared() if not names or kernel.name in names}
+        every = on_device() if names == [DEVICE] else declared()
+        kernels = {each.name: lowered(each, codes) for each in every if names in ([], [DEVICE]) or each.name in names}
     # A file that changed meanwhile may have been read before or after: no stamp, so that the code is built again
     stamp = stamp_of(imported_files()) if stamp_of(package_files()) == before else ""
     Path(out).with_suffix(SUFFIX).write_text(stamp, encoding="utf-8")

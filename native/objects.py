@@ -32,7 +32,8 @@ _WIDTHS = {"i64": ir.IntType(64), "i32": ir.IntType(32), "i8": ir.IntType(8), "i
 _DOUBLE, _POINTER, _SLOT = ir.DoubleType(), ir.IntType(8).as_pointer(), ir.IntType(64)
 
 
-def _kind(text: str) -> Any:
+def kind_of(text: str) -> Any:
+    """Return LLVM's type of an argument."""
     if text.endswith("*"):
         return _POINTER
     return _DOUBLE if text == "double" else _WIDTHS[text]
@@ -40,7 +41,7 @@ def _kind(text: str) -> Any:
 
 def _entry(module: ir.Module, name: str, kernel: dict[str, Any]) -> None:
     """The entry point of a kernel."""
-    kinds = [_kind(each) for each in kernel["arguments"]]
+    kinds = [kind_of(each) for each in kernel["arguments"]]
     inner = ir.Function(module, ir.FunctionType(_WIDTHS["i32"], kinds), kernel["symbol"])
     outer = ir.Function(module, ir.FunctionType(_WIDTHS["i32"], [_POINTER, _SLOT.as_pointer()]), name)
     builder = ir.IRBuilder(outer.append_basic_block())
@@ -60,9 +61,13 @@ def _entry(module: ir.Module, name: str, kernel: dict[str, Any]) -> None:
 
 
 def linked(
-    kernels: dict[str, dict[str, Any]], codes: list[bytes], machine: Any, triple: str, prefix: str = PREFIX
-) -> Any:
-    """Return one module of kernels and their entry points, where only these are seen from outside."""
+    kernels: dict[str, dict[str, Any]], codes: list[bytes], machine: Any, triple: str, prefix: str = PREFIX,
+    put_entry: Callable[[ir.Module, str, dict[str, Any]], None] = _entry,
+) -> Any:  # fmt: skip
+    """Return one module of kernels and their entry points, whose names `prefix` begins and `put_entry` completes.
+
+    Only these are seen from outside.
+    """
     parts = []
     for number in sorted({number for kernel in kernels.values() for number in kernel["functions"]}):
         part = llvm.parse_bitcode(codes[number])
@@ -82,7 +87,7 @@ def linked(
     entries = ir.Module("entries")
     entries.triple, entries.data_layout = triple, str(machine.target_data)
     for name, kernel in kernels.items():
-        _entry(entries, prefix + name, kernel)
+        put_entry(entries, prefix + name, kernel)
     whole.link_in(llvm.parse_assembly(str(entries)))
     for each in (*whole.functions, *whole.global_variables):
         if not each.is_declaration:

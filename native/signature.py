@@ -232,3 +232,10 @@ def declared() -> list[Signature]:
     for name in INTEGRATORS:
         tile_kernel(name)
     return [signature(*DECLARED[name]) for name in sorted(DECLARED)]
+
+
+def on_device() -> list[Signature]:
+    """The signatures of the functions of a GPU's threads, which are no kernels of the extension."""
+    from conicoid.kernels.device import FUNCTIONS
+
+    return [signature(function, shapes) for function, shapes in FUNCTIONS.items()]

@@ -156,6 +156,12 @@ def new_counts(geometry: Geometry) -> Ints:
 
 
 @inline
+def forget_program(counts: Ints) -> None:
+    """Make `counts` hold no program: from now on one at a time."""
+    counts[HELD_PROGRAM], counts[_ALL] = -1, 0
+
+
+@inline
 def hold_program(geometry: Geometry, counts: Ints, program: int) -> None:
     """Make `counts` hold the gates of a program, with every leaf outside.
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..._jit.decorators import allocator
+from ..._jit.decorators import allocator, record_shapes
 from .. import tables as table
 from ..bvh.culling_constants import MOST_CHOSEN
 from ..bvh.walk import way_size
@@ -24,6 +24,7 @@ LEAF_COUNT = -1
 """Last element of `found_leaves`: the number of leaves that it holds, or -1 if the tree must be traversed for them."""
 
 
+@record_shapes(time="*", event="*", counts="*", way="*", inner_way="*", found="*", found_leaves="*", nothing="*")
 class Scratch(NamedTuple):
     """Scratch memory, sized for the largest body of a scene, allocated once for each chunk of rays.
 

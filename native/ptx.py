@@ -1,0 +1,241 @@
+"""Kernels for GPUs as PTX, for NVIDIA's driver: `python -m native.ptx FOLDER` writes NAME_SIZE.ptx of each.
+
+The code is that of the CPU. `native.front` translates the functions of `conicoid.kernels.device` to LLVM code, which is
+linked into one module (`base`); LLVM's own back end for NVPTX makes PTX of it. tests/emulation.py runs the same module
+here, one thread after the other.
+
+An entry is `int NAME_SIZE(int64 thread, int64 threads, ...)`, with an address for each array and its length unless the
+shape says it. The kernel in PTX takes the same, but the address of a status in place of the two numbers.
+
+Products and sums are `mul.rn` and `add.rn`, which no assembler may fuse; `fma.rn` are those that the code calls for.
+"""
+
+from __future__ import annotations
+
+import pickle
+import re
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import llvmlite.binding as llvm
+from llvmlite import ir
+
+from conicoid.kernels.device import SHARED, SIZES
+
+from . import objects
+from .arithmetic import reordered, strange_functions
+from .build import device_code
+from .signature import Leaf, on_device
+from .targets import Level
+
+TRIPLE = "nvptx64-nvidia-cuda"
+LEVEL = Level("cuda", "sm_75", "+ptx63")
+PREFIX = "conicoid_"
+REGISTERS = 128
+"""Of a thread: with more, fewer threads are resident, with less they spill (measured on an H200)."""
+NAMES = [f"{function.name}_{size}" for function in on_device() for size in (*SIZES, SHARED)]
+
+_I32, _I64, _DOUBLE = ir.IntType(32), ir.IntType(64), ir.DoubleType()
+_POINTER = ir.IntType(8).as_pointer()
+_PREFETCH = re.compile(r"^.*call void @llvm\.prefetch\b.*\n", re.M)
+_SQRT = """
+declare double @llvm.sqrt.f64(double)
+define double @sqrt(double %x) alwaysinline {
+  %y = call double @llvm.sqrt.f64(double %x)
+  ret double %y
+}
+"""
+
+
+def _is_local(leaf: Leaf, size: str) -> bool:
+    """Return whether an array is scratch memory that the entry makes."""
+    return leaf.name.startswith("scratch.") and size != SHARED
+
+
+def _has_length(leaf: Leaf) -> bool:
+    """Return whether a caller passes the length of an array: where the shape does not say it."""
+    first = leaf.lengths[0]
+    return first is None or bool(first.names)
+
+
+def _parameters(leaves: list[Leaf], size: str) -> list[Any]:
+    """Return LLVM's types of what a caller passes."""
+    kinds: list[Any] = []
+    for leaf in leaves:
+        if leaf.kind == "array" and not _is_local(leaf, size):
+            kinds += [_POINTER, _I64] if _has_length(leaf) else [_POINTER]
+    return kinds
+
+
+class _Entry:
+    """The entry of a function for one size of scratch memory."""
+
+    def __init__(self, module: ir.Module, name: str, kernel: dict[str, Any], inner: ir.Function, size: str) -> None:
+        self.leaves = next(each.leaves for each in on_device() if name.endswith(each.name))
+        self.size = size
+        kinds = [_I64, _I64, *_parameters(self.leaves, size)]
+        function = ir.Function(module, ir.FunctionType(_I32, kinds), f"{name}_{size}")
+        self.builder = ir.IRBuilder(function.append_basic_block())
+        thread, threads, *self.passed = function.args
+        self.thread = thread
+        numbers = {"begin": thread, "step": threads}
+        error, result = (self.builder.alloca(_POINTER) for _ in range(2))
+        self.builder.store(ir.Constant(_POINTER, None), error)
+        arguments = [self.builder.bitcast(each, _POINTER) for each in (result, error)]
+        for leaf in self.leaves:
+            if leaf.kind == "array":
+                arguments += self._array(leaf)
+            elif leaf.kind == "int":
+                arguments.append(numbers[leaf.name])
+        self.builder.ret(self.builder.call(inner, arguments))
+
+    def _array(self, leaf: Leaf) -> list[Any]:
+        """Return an array as Numba passes it."""
+        b, bytes_each = self.builder, leaf.dtype.itemsize
+        shape = [_I64(length.constant) if length is not None else _I64(0) for length in leaf.lengths]
+        if _is_local(leaf, self.size):
+            shape[0] = _I64(SIZES[self.size].lengths[leaf.name.partition(".")[2]])
+            room = b.alloca(ir.IntType(8 * bytes_each), max(1, shape[0].constant))
+            data = b.bitcast(room, _POINTER)
+        else:
+            data = self.passed.pop(0)
+            if _has_length(leaf):
+                shape[0] = self.passed.pop(0)
+            if leaf.name.startswith("scratch."):  # the part of this thread
+                data = b.gep(data, [b.mul(b.mul(self.thread, shape[0]), _I64(bytes_each))])
+        steps, count = [_I64(bytes_each)], shape[-1]
+        for length in reversed(shape[:-1]):
+            steps.insert(0, b.mul(count, _I64(bytes_each)))
+            count = b.mul(count, length)
+        nothing = ir.Constant(_POINTER, None)
+        return [nothing, nothing, count, _I64(bytes_each), data, *shape, *steps]
+
+
+def _put_entries(module: ir.Module, name: str, kernel: dict[str, Any]) -> None:
+    """Add the entries of a function, one for each size."""
+    kinds = [objects.kind_of(each) for each in kernel["arguments"]]
+    inner = ir.Function(module, ir.FunctionType(_I32, kinds), kernel["symbol"])
+    for size in (*SIZES, SHARED):
+        _Entry(module, name, kernel, inner, size)
+
+
+def base(code: Path) -> bytes:
+    """Return the module of all entries, from what `native.front` wrote."""
+    machine = objects.machine_for(TRIPLE, LEVEL)
+    whole = objects.linked(*pickle.loads(code.read_bytes()), machine, TRIPLE, PREFIX, _put_entries)
+    objects.simplify(whole, machine)
+    whole.link_in(llvm.parse_assembly(_SQRT))
+    whole.get_function("sqrt").linkage = "internal"
+    whole = llvm.parse_assembly(_PREFETCH.sub("", str(whole)))  # a GPU has no such instruction
+    whole.verify()
+    return bytes(whole.as_bitcode())
+
+
+def _wrapper(name: str, size: str, target_data: str) -> Any:
+    """Return a module with the kernel that calls an entry as its thread."""
+    module = ir.Module("kernel")
+    module.triple, module.data_layout = TRIPLE, target_data
+    leaves = next(each.leaves for each in on_device() if each.name == name)
+    kinds = _parameters(leaves, size)
+    inner = ir.Function(module, ir.FunctionType(_I32, [_I64, _I64, *kinds]), f"{PREFIX}{name}_{size}")
+    outer = ir.Function(module, ir.FunctionType(ir.VoidType(), [_POINTER, *kinds]), f"{name}_{size}")
+    outer.calling_convention = "ptx_kernel"
+    builder = ir.IRBuilder(outer.append_basic_block())
+    block, place, width, blocks = (
+        builder.zext(
+            builder.call(ir.Function(module, ir.FunctionType(_I32, []), f"llvm.nvvm.read.ptx.sreg.{register}.x"), []),
+            _I64,
+        )
+        for register in ("ctaid", "tid", "ntid", "nctaid")
+    )
+    status = builder.call(
+        inner, [builder.add(builder.mul(block, width), place), builder.mul(blocks, width), *outer.args[1:]]
+    )
+    with builder.if_then(builder.icmp_signed("!=", status, _I32(0))):
+        builder.store(status, builder.bitcast(outer.args[0], _I32.as_pointer()))
+    builder.ret_void()
+    text = str(module).replace(")\n{", f') "nvvm.maxnreg"="{REGISTERS}"\n{{')
+    return llvm.parse_assembly(text)
+
+
+def ptx(module: bytes, name: str) -> str:
+    """Return the PTX of one kernel, by its name in `NAMES`. ValueError if it is not as it should be."""
+    function, _, size = name.rpartition("_")
+    llvm.initialize_all_targets()
+    llvm.initialize_all_asmprinters()
+    llvm.set_option("", "--nvptx-fma-level=0")
+    machine = objects.machine_for(TRIPLE, LEVEL)
+    whole = llvm.parse_bitcode(module)
+    whole.link_in(_wrapper(function, size, str(machine.target_data)))
+    for each in (*whole.functions, *whole.global_variables):
+        if not each.is_declaration:
+            each.linkage = "external" if each.name == name else "internal"
+            each.visibility = "default"
+    objects.optimize(whole, machine)
+    _shorten(whole, name)
+    wrong = [*wrong_with_code(whole)]
+    text = machine.emit_assembly(whole)
+    wrong += wrong_with_ptx(text, _fused(whole))
+    if wrong:
+        raise ValueError(f"{name}: {'; '.join(wrong)}")
+    return str(text)
+
+
+def _shorten(module: Any, name: str) -> None:
+    """Give all functions and constants short names, but the kernel."""
+    kept = [each for each in (*module.functions, *module.global_variables) if not each.is_declaration]
+    for number, each in enumerate(each for each in kept if each.name != name):
+        each.name = f"c{number}"
+
+
+def wrong_with_code(module: Any) -> Iterator[str]:
+    """List what a kernel may not call or compute."""
+    called = [each.name for each in module.functions if each.is_declaration]
+    strange = strange_functions(each for each in called if not each.startswith("llvm.nvvm.read.ptx.sreg."))
+    if strange:
+        yield f"calls {', '.join(strange)}"
+    if reordered(str(module)):
+        yield "has arithmetic that may be reordered"
+
+
+def _fused(module: Any) -> int:
+    """Return how many products the code of a module fuses with a sum."""
+    calls = re.findall(r" call (double|<\d+ x double>) @llvm\.fma\.", str(module))
+    return sum(1 if each == "double" else int(each[1:].partition(" ")[0]) for each in calls)
+
+
+_ARITHMETIC = re.compile(
+    r"^\s+(?:@!?%p\d+ )?((?:add|sub|mul|fma|mad|div|rcp|sqrt|rsqrt|sin|cos|ex2|lg2|tanh)\S*f(?:16|32|64))\s", re.M
+)
+"""Instructions that round."""
+
+
+def wrong_with_ptx(text: str, fused: int) -> Iterator[str]:
+    """List what is wrong with the PTX of a kernel, whose code asks for so many fused products at most."""
+    rounding = set(_ARITHMETIC.findall(text))
+    strange = sorted(rounding - {f"{each}.rn.f64" for each in ("add", "sub", "mul", "fma", "div", "sqrt", "rcp")})
+    if strange:
+        yield f"rounds by {', '.join(strange)}"
+    if len(re.findall(r"\bfma\.rn\.f64\b", text)) > fused:
+        yield "fuses what the code does not"
+    called = set(re.findall(r"\bcall(?:\.uni)?\s+(?:\([^)]*\),\s*)?([^\s,;]+)", text))
+    if ".extern" in text or not all(re.fullmatch(r"c\d+", each) for each in called):
+        yield f"calls {', '.join(sorted(called))}"
+    if "/" in re.sub(r"//.*", "", text):
+        yield "names a place"
+
+
+def build(folder: Path, names: list[str] = NAMES) -> list[Path]:
+    """Write the PTX of kernels into a folder."""
+    module, made = base(device_code(folder)), []
+    for name in names:
+        made.append(folder / f"{name}.ptx")
+        made[-1].write_text(ptx(module, name), encoding="ascii")
+    return made
+
+
+if __name__ == "__main__":
+    for path in build(Path(sys.argv[1]), sys.argv[2:] or NAMES):
+        print(path, path.stat().st_size)

@@ -1,0 +1,217 @@
+"""The code for GPUs: what its PTX holds, and, run here, that it gives the bits of the kernels of the CPU."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+
+import numpy as np
+import pytest
+
+import conicoid as co
+from conicoid.kernels.body.hit import is_doubtful
+from conicoid.kernels.device import SHARED, SIZES, ScratchSize, size_name
+from conicoid.kernels.first_hits import HitBuffers, trace_first_alone
+from conicoid.kernels.ray import RayArrays
+from conicoid.queries.exact.membership import locate_packets
+from native import ptx
+from native.build import device_code
+
+from ..emulation import Kernels
+from ..engine.test_routes import camera, crowded_scene
+from ..reference import aimed_rays
+from ..reference.quadratics import Table
+from ..reference.random_items import KINDS, extreme, ordinary
+from ..reference.random_shapes import generator
+from ..reference.solids import bodies
+
+THREADS = 7
+"""Fewer than there are rays: each takes several, with the same scratch memory."""
+NO_START, ALL_OF_IT = np.full(1, -1, np.int32), (np.zeros(1), np.full(1, np.inf))
+
+
+@pytest.fixture(scope="module")
+def module(tmp_path_factory):
+    """The code that becomes PTX."""
+    return ptx.base(device_code(tmp_path_factory.mktemp("device")))
+
+
+@pytest.fixture(scope="module")
+def kernels(module):
+    return Kernels(module)
+
+
+def addresses(*arrays):
+    """Arrays as an entry takes them: each by its address and its length."""
+    return [number for array in arrays for number in (array.ctypes.data, len(array))]
+
+
+def launch(kernels, scene, name, size, *arrays):
+    """Run a kernel with scratch memory of a size, which holds garbage at first."""
+    geometry = scene._prepared.geometry
+    arguments = [geometry.places.ctypes.data, *addresses(geometry.integers, geometry.floats, *arrays)]
+    lengths = ScratchSize.needed(geometry).lengths
+    kinds = dict(time=np.float64, way=np.float64, inner_way=np.float64, nothing=np.int8)
+    room = [np.full(THREADS * length, 77, kinds.get(part, np.int32)) for part, length in lengths.items()]
+    for part, length in zip(room, lengths.values(), strict=True):
+        if size == SHARED:
+            arguments += [part.ctypes.data, length]
+    kernels.run(f"{name}_{size}", arguments, THREADS)
+
+
+def sizes(scene):
+    """All sizes of scratch memory that are enough."""
+    needed = ScratchSize.needed(scene._prepared.geometry)
+    return [*(name for name, size in SIZES.items() if size.holds(needed)), SHARED]
+
+
+def same_rays(kernels, scene, rays):
+    """Assert that both queries of rays give the bits of the CPU; return the hits."""
+    n = len(rays.origins)
+    expected, found = HitBuffers.new(n), HitBuffers.new(n)
+    trace_first_alone(scene._prepared.geometry, rays, 0, n, expected)
+    for size in sizes(scene):
+        for part in found:
+            part[:] = 77
+        launch(kernels, scene, "first_hits", size, *rays, *found)
+        for name, one, other in zip(found._fields, found, expected, strict=True):
+            assert one.tobytes() == other.tobytes(), (size, name)
+        result = np.full(n, 77, np.int8)
+        launch(kernels, scene, "any_hits", size, *rays, result)
+        sure = ~is_doubtful(expected.turn) & ~is_doubtful(result)
+        assert np.array_equal(result[sure] & 1, (expected.body >= 0)[sure])
+        assert not np.any(is_doubtful(result) & ~is_doubtful(expected.turn) & (expected.body < 0))
+    return expected
+
+
+def same_points(kernels, scene, points):
+    """Assert that the first body around each point is that of the CPU."""
+    prepared, n = scene._prepared, len(points)
+    for after in (np.full(1, -1, np.int32), np.arange(n, dtype=np.int32) % 5 - 1):
+        expected = np.empty(n, np.int32), np.empty(n, np.int8)
+        for i in range(n):  # each by itself
+            one = expected[0][i : i + 1], expected[1][i : i + 1]
+            mine = after[i : i + 1] if len(after) > 1 else after
+            locate_packets(prepared.geometry, prepared.rest, points[i : i + 1], mine, 0, 0, 1, *one)
+        for size in sizes(scene):
+            found = np.full(n, 77, np.int32), np.full(n, 77, np.int8)
+            launch(kernels, scene, "first_bodies", size, *prepared.rest, points, after, *found)
+            assert found[0].tobytes() == expected[0].tobytes(), size
+            assert found[1].tobytes() == expected[1].tobytes(), size
+    return expected[0]
+
+
+def carved(leaves):
+    """A box without many small balls."""
+    r = np.random.default_rng(leaves)
+    box = co.Box((-1, -1, -1), (1, 1, 1))
+    return co.Difference([box, *(co.Sphere(0.3).translate(r.uniform(-1.1, 1.1, 3)) for _ in range(leaves - 1))])
+
+
+def arrays_of(origins, directions):
+    return RayArrays(np.ascontiguousarray(origins), np.ascontiguousarray(directions), *ALL_OF_IT, NO_START)
+
+
+def strewn(count, reach=1.5):
+    r = np.random.default_rng(3)
+    return arrays_of(r.uniform(-reach, reach, (count, 3)), r.normal(size=(count, 3)))
+
+
+def test_rays_of_a_camera_and_rays_that_start_on_surfaces(kernels):
+    scene, rays = crowded_scene(), camera(48)
+    hits = scene.first_hit(rays)
+    found = same_rays(kernels, scene, arrays_of(rays.origins.reshape(-1, 3), rays.directions.reshape(-1, 3)))
+    assert np.array_equal(found.t, hits.t.ravel())
+    spawned = hits[hits.body >= 0].spawn(np.array([3.0, 5.0, -6.0]) - hits.point[hits.body >= 0])
+    starts = spawned._starts_in(scene._prepared)
+    n = len(starts)
+    limits = np.zeros(n), np.linspace(0.1, 1.0, n)
+    same_rays(kernels, scene, RayArrays(spawned.origins, spawned.directions, *limits, starts))
+
+
+@pytest.mark.parametrize("leaves", [3, 8, 9, 40, 64, 65, 150])
+def test_booleans_of_every_size(kernels, leaves):
+    copies = [carved(leaves).rotate((1, 2, 3), 7.0 * k).translate((3.0 * k, 0, 0)) for k in range(2)]
+    scene = co.Scene([*copies, co.Sphere(0.5).translate((0, 0, 2))])
+    same_rays(kernels, scene, strewn(300, 4.0))
+    r = np.random.default_rng(4)
+    inside = same_points(kernels, scene, r.uniform(-1.2, 1.2, (200, 3)))
+    assert 0 < np.mean(inside >= 0) < 1
+
+
+def test_copies_that_share_their_tables(kernels):
+    places = np.random.default_rng(6).uniform(-3, 3, (40, 3))
+    scene = co.Scene([carved(12).scale(0.3).translate(place) for place in places])
+    same_rays(kernels, scene, strewn(400, 4.0))
+    same_points(kernels, scene, places + 0.1)
+
+
+def test_points_within_many_bodies(kernels):
+    scene = crowded_scene()
+    r = np.random.default_rng(8)
+    same_points(kernels, scene, np.concatenate([r.uniform(-1.3, 1.3, (300, 3)), [[np.nan, 0, 0], [0, 0, np.inf]]]))
+
+
+@pytest.mark.parametrize("sort", [ordinary, extreme])
+@pytest.mark.parametrize("kind", KINDS)
+def test_bodies_of_all_kinds(kernels, kind, sort):
+    """On the rays that are hard for each, as in tests/exactness/test_random_bodies.py."""
+    r = generator(f"device {kind}", 0)
+    item = sort(kind, r)
+    scene = co.Scene([item.shape(co)])
+    aim = aimed_rays.Aim(Table(bodies([item])), item.world_center, item.world_size, r)
+    rays = arrays_of(*aimed_rays.rays(aim, 120))
+    found = same_rays(kernels, scene, rays)
+    hit = np.isfinite(found.t)
+    same_points(kernels, scene, rays.origins[hit] + found.t[hit, None] * rays.directions[hit])
+
+
+@pytest.mark.parametrize("name", ["first_hits_few", "any_hits_any", "first_bodies_many"])
+def test_ptx_rounds_as_the_cpu_does(module, name):
+    """`ptx.ptx` refuses what is wrong; and some of what it looks at is there."""
+    text = ptx.ptx(module, name)
+    assert f".entry {name}(" in text
+    assert ".target sm_75" in text
+    assert f".maxnreg {ptx.REGISTERS}" in text
+    assert len(re.findall(r"\bmul\.rn\.f64\b", text)) > 100
+    assert "_ZN" not in text
+
+
+@pytest.mark.parametrize(
+    ("line", "wrong"),
+    [
+        ("mul.f64 %rd1, %rd2, %rd3;", "rounds by mul.f64"),
+        ("add.rn.ftz.f32 %r1, %r2, %r3;", "rounds by add.rn.ftz.f32"),
+        ("@%p1 div.approx.f32 %r1, %r2, %r3;", "rounds by div.approx.f32"),
+        ("fma.rn.f64 %rd1, %rd2, %rd3, %rd4;", "fuses what the code does not"),
+        ("call.uni (retval0), malloc, (param0);", "calls malloc"),
+        ('.b8 name[3] = "/home";', "names a place"),
+    ],
+)
+def test_ptx_that_rounds_otherwise_is_refused(line, wrong):
+    assert [*ptx.wrong_with_ptx(f"\t{line}\n", 0)] == [wrong]
+
+
+@pytest.mark.skipif(shutil.which("ptxas") is None, reason="NVIDIA's assembler is not here")
+def test_registers_and_spills_are_within_bounds(module, tmp_path):
+    """Of the kernel that most scenes need: few spills in the loop over nodes, none that local memory would be large for."""
+    source = tmp_path / "kernel.ptx"
+    source.write_text(ptx.ptx(module, "any_hits_few"))
+    command = ["ptxas", "-v", "-arch=sm_75", "-o", str(tmp_path / "kernel.cubin"), str(source)]
+    said = subprocess.run(command, capture_output=True, text=True, check=True).stderr
+    entry = said[said.index("for any_hits_few") :]
+    frame, stores, loads = map(
+        int, re.search(r"(\d+) bytes stack frame, (\d+) bytes spill stores, (\d+)", entry).groups()
+    )
+    assert int(re.search(r"Used (\d+) registers", said)[1]) <= ptx.REGISTERS
+    assert frame < 8192
+    assert max(stores, loads) < 512
+
+
+def test_a_scene_has_the_smallest_size_that_is_enough():
+    assert size_name(ScratchSize(1, 1, 40)) == "alone"
+    assert size_name(ScratchSize(8, 3, 40)) == "few"
+    assert size_name(ScratchSize(3, 9, 40)) == "many"
+    assert size_name(ScratchSize(65, 9, 40)) == SHARED
+    assert size_name(ScratchSize(1, 1, 97)) == SHARED
