@@ -13,7 +13,7 @@ import numpy as np
 
 from ..._util.files import write_text
 from ..._util.validation import check_path as checked_path, format_value
-from ...geometry.entries import find_entry
+from ...geometry.entries import as_index, find_entry
 from ...geometry.quadric_classification import Classification
 from ...kernels.faces import cell_faces, numbers_of, plane_faces, sides_of
 from ...kernels.programs import cells_of_leaves, leaves_of_programs, row_of_leaf
@@ -392,23 +392,20 @@ class SceneSurface:
         return "\n".join([*lines, f"shared by {', '.join(faces)}" if len(faces) > 1 else "".join(faces)])
 
 
-def surface_of(scene: SceneLike, number: int) -> SceneSurface:
-    """Return the surface of a number.
-
-    Parameters
-    ----------
-    scene : Scene
-    number : int
-        From 0 to the number of surfaces - 1.
-
-    Returns
-    -------
-    SceneSurface
-    """
-    source = SurfaceSource.of(scene._prepared, number)
+def surface_of(scene: SceneLike, number: Any) -> SceneSurface:
+    """Return the surface of a number: see `Scene.surface`."""
+    index, count = as_index(number), len(scene._prepared.lowered.tables.surface_kind)
+    if index is None:
+        raise TypeError(
+            f"surface: number must be one integer, got {format_value(number)}; scene.surface(int(k)) for each"
+        )
+    if not 0 <= index < count:
+        miss = "; -1 stands for a miss" if index == -1 else ""
+        raise IndexError(f"surface: number must be at least 0 and below {count}, got {index}{miss}")
+    source = SurfaceSource.of(scene._prepared, index)
     polynomial = source.polynomial
     return SceneSurface(
-        number, polynomial.equation, polynomial.coefficients, source.classification, owners_of(scene._prepared, number)
+        index, polynomial.equation, polynomial.coefficients, source.classification, owners_of(scene._prepared, index)
     )
 
 
