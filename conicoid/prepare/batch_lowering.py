@@ -195,20 +195,20 @@ class PrimitiveBatch:
 
         Return the positions of those that must be lowered singly.
         """
-        taken = np.array([shape._has_many_faces for shape in shapes], bool)
-        for k in np.flatnonzero(taken).tolist():
+        has_many_faces = np.array([shape._has_many_faces for shape in shapes], bool)
+        for k in np.flatnonzero(has_many_faces).tolist():
             self._add_polyhedron(shapes[k], chains.steps[k], int(places[k]))  # type: ignore[arg-type]
-        others = np.flatnonzero(~taken)
-        for alike in flatten_all([shapes[k] for k in others.tolist()] if len(others) < len(shapes) else shapes):
-            alike = dataclasses.replace(alike, which=others[alike.which])
-            taken[alike.which] = True
-            counts = chains.translations[alike.which]
+        others = np.flatnonzero(~has_many_faces)
+        for group in flatten_all([shapes[k] for k in others.tolist()] if len(others) < len(shapes) else shapes):
+            group = dataclasses.replace(group, which=others[group.which])
+            has_many_faces[group.which] = True
+            counts = chains.translations[group.which]
             for count in sorted(set(counts.tolist())):
                 some = np.flatnonzero(counts == count)
-                which = alike.which[some]
-                like = self._like.setdefault((alike.form, "moved" if count < 0 else count), _ShapeList())
+                which = group.which[some]
+                like = self._like.setdefault((group.form, "moved" if count < 0 else count), _ShapeList())
                 like.add(shapes, [chains.steps[k] for k in which.tolist()], which, places)
-                numbers, motions = alike.numbers[some], np.zeros(len(which), np.int32)
+                numbers, motions = group.numbers[some], np.zeros(len(which), np.int32)
                 if count < 0:
                     motions = self._motions.rows(chains, which)
                 elif count:
@@ -216,7 +216,7 @@ class PrimitiveBatch:
                     numbers = np.concatenate([numbers, np.array(offsets).reshape(len(which), -1)], axis=1)
                 like.numbers.append(numbers)
                 like.motions.append(motions)
-        return np.flatnonzero(~taken)
+        return np.flatnonzero(~has_many_faces)
 
     def _add_polyhedron(self, shape: Polyhedron, steps: tuple[Step, ...], place: int) -> None:
         """Add a polyhedron of many faces, which are lowered together."""
@@ -258,11 +258,11 @@ class PrimitiveBatch:
         for done, (key, like) in enumerate(every):
             report(done)
             numbers, motions, places = like.columns()
-            for kind, chosen in _split_by_motion(key, motions, similar):
-                given = _BatchInputs(like, chosen, numbers[chosen], motions_given, motions[chosen])
+            for kind, rows_of_kind in _split_by_motion(key, motions, similar):
+                given = _BatchInputs(like, rows_of_kind, numbers[rows_of_kind], motions_given, motions[rows_of_kind])
                 found, rest = self._lower_kind(key, kind, given)
-                results += [(form, places[chosen[which]], rows) for form, which, rows in found]
-                left += [(*like.of(i), int(places[i])) for i in chosen[rest].tolist()]
+                results += [(form, places[rows_of_kind[which]], rows) for form, which, rows in found]
+                left += [(*like.of(i), int(places[i])) for i in rows_of_kind[rest].tolist()]
         for done, (key, faces) in enumerate(self._polyhedra, start=len(every)):
             report(done)
             found_faces = self._lower_faces(key, faces, motions_given, similar)
@@ -273,11 +273,11 @@ class PrimitiveBatch:
         """Return the row of a polyhedron, from the rows of its faces: each computed apart if it is of a rare kind."""
         numbers, motions, _ = of.columns()
         faces = np.empty((len(of), _FACE_NUMBERS))
-        for kind, chosen in _split_by_motion(key, motions, similar):
-            found, rest = self._lower_kind(key, kind, _BatchInputs(of, chosen, numbers[chosen], given, motions[chosen]))
+        for kind, places in _split_by_motion(key, motions, similar):
+            found, rest = self._lower_kind(key, kind, _BatchInputs(of, places, numbers[places], given, motions[places]))
             for _, which, rows in found:
-                faces[chosen[which]] = rows[:, :_FACE_NUMBERS]
-            for i in chosen[rest].tolist():
+                faces[places[which]] = rows[:, :_FACE_NUMBERS]
+            for i in places[rest].tolist():
                 shape, steps = of.of(i)
                 faces[i] = compute_shape(dataclasses.replace(shape, motion=Motion(steps))).row[:_FACE_NUMBERS]
         whole = of.shape._moved(Motion(of.steps))
@@ -663,11 +663,11 @@ def _exact_bounds(bodies: Sequence[tuple[Boolean, CsgPlan]], parts: Sequence[Flo
     """Compute bounds of bodies in numbers of 3000 bits, from the boxes of their parts."""
     found = np.empty((len(bodies), 6))
     for row, (shape, plan) in enumerate(bodies):
-        known = {
+        box_of = {
             (id(leaf), steps): (boxes[row, :3], boxes[row, 3:])
             for (leaf, steps), boxes in zip(plan.leaves, parts, strict=True)
         }
-        found[row] = np.concatenate(region_bounds(shape, IDENTITY_MOTION, known))
+        found[row] = np.concatenate(region_bounds(shape, IDENTITY_MOTION, box_of))
     return found
 
 

@@ -416,8 +416,8 @@ class Scene:
         """
         each = which if isinstance(which, Iterable) and not isinstance(which, str) else [which]
         # A set: several numbers may be bodies of one entry
-        gone = {one_entry(self._bodies, self._first_numbers, one, "without") for one in each}
-        return self._edited(remove_entries(self._bodies, gone))
+        entries = {one_entry(self._bodies, self._first_numbers, one, "without") for one in each}
+        return self._edited(remove_entries(self._bodies, entries))
 
     def _edited(self, bodies: Bodies, *parts: Any, before: Scene | None = None) -> Scene:
         """Return a scene of other bodies, which reuses the prepared tables of this one, or of `before`.

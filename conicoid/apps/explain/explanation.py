@@ -281,18 +281,18 @@ def _steps(
     steps = []
     # In the order of the bodies' numbers
     for entry in sorted([*hits.tolist(), *misses[:MOST_MISSED].tolist()]):
-        known = _initial_step(scene, entry, int(tables.entry_kind[entry]))
+        step = _initial_step(scene, entry, int(tables.entry_kind[entry]))
         if reached[entry] == kernels.IN_BALL:
-            steps.append(work.step(entry, known))
+            steps.append(work.step(entry, step))
             continue
         box = box_test(boxes[entry].tolist(), line)
         # The tree tests the box of a leaf first, then the ball of a body
         if reached[entry] == kernels.REACHED and not box.missed:
-            left_out = ball_miss_step(known, box, ball_test(balls[entry].tolist(), line))
+            left_out = ball_miss_step(step, box, ball_test(balls[entry].tolist(), line))
         else:
-            left_out = box_miss_step(known, box)
+            left_out = box_miss_step(step, box)
         if selection is not None or len(boxes) <= FEW_BODIES:
-            left_out = merge_missed_step(left_out, work.step(entry, known))
+            left_out = merge_missed_step(left_out, work.step(entry, step))
         steps.append(left_out)
     return steps, max(0, len(misses) - MOST_MISSED)
 

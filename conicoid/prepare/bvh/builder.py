@@ -190,15 +190,15 @@ def survey_boxes(boxes: Floats) -> BoxSurvey:
     """Sort boxes by the axes along which they are unbounded."""
     chunks = max(1, -(-len(boxes) // CHUNK))
     patterns = np.empty(len(boxes), np.int8)
-    counts, around = np.zeros((chunks, 9), np.int64), np.full((chunks, 2, 6), np.inf)
-    around[:, :, 3:] = -np.inf
+    counts, extents = np.zeros((chunks, 9), np.int64), np.full((chunks, 2, 6), np.inf)
+    extents[:, :, 3:] = -np.inf
 
     def work(begin: int, end: int) -> None:
         for k in range(begin, end):
-            _survey(boxes, k * CHUNK, min(len(boxes), (k + 1) * CHUNK), patterns, counts[k], around[k])
+            _survey(boxes, k * CHUNK, min(len(boxes), (k + 1) * CHUNK), patterns, counts[k], extents[k])
 
     run_chunks(work, -(-len(boxes) // CHUNK), 1)
-    low, high = around[:, :, :3].min(axis=0), around[:, :, 3:].max(axis=0)
+    low, high = extents[:, :, :3].min(axis=0), extents[:, :, 3:].max(axis=0)
     bounded, ends = np.concatenate([low, high], axis=1)
     return BoxSurvey(patterns, counts.sum(axis=0).astype(np.int32), bounded, ends)
 

@@ -19,7 +19,7 @@ from ...kernels.tables import Floats
 from ...kernels.threads import run_chunks
 
 if TYPE_CHECKING or SHIPPED is None:
-    from .vector_code import clear, copy, exchange, join
+    from .vector_code import clear as clear, copy, exchange, join as join
 else:
     clear, copy, exchange, join = map(instructions(__package__, "vector_code"), ("clear", "copy", "exchange", "join"))
 
@@ -341,8 +341,8 @@ def _plan(
     before = counts[:, axis * BINS : axis * BINS + border].sum(axis=1)
     middle = group.first + int(before.sum())
     lefts = group.first + np.cumsum(before) - before
-    behind = counts[:, :BINS].sum(axis=1) - before
-    rights = middle + np.cumsum(behind) - behind
+    after = counts[:, :BINS].sum(axis=1) - before
+    rights = middle + np.cumsum(after) - after
     for k, left, right in zip(pieces, lefts, rights, strict=True):
         plan[k] = Border(int(axis), lows[axis], scales[axis], int(border)), int(left), int(right)
     group.halves = (
