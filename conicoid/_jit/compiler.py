@@ -43,9 +43,9 @@ TESTED = (0, 65), (0, 68)
 
 def require_tested_version(version: str, wish: str) -> None:
     """Raise ImportError for a version of Numba outside `TESTED`, unless `wish` is the value of CONICOID_JIT."""
-    known = re.match(r"(\d+)\.(\d+)", version)
+    parts = re.match(r"(\d+)\.(\d+)", version)
     # An unreadable version counts as untested
-    if not wish and not (known and TESTED[0] <= (int(known[1]), int(known[2])) <= TESTED[1]):
+    if not wish and not (parts and TESTED[0] <= (int(parts[1]), int(parts[2])) <= TESTED[1]):
         first, last = (".".join(map(str, each)) for each in TESTED)
         raise ImportError(
             f"Conicoid compiles with Numba {first} to {last}, found {version}: pip install 'conicoid[jit]', "
@@ -94,10 +94,10 @@ class _Typing(typing.Context):
         flags = ConfigStack.top_or_none()
         # The type of a call depends on these two flags of the caller
         key = function, arguments, flags and (flags.forceinline, flags.nrt)
-        known = self._memory.get(key)
-        if known is None:
-            known = self._memory[key] = super().resolve_function_type(function, arguments, names)
-        return known
+        answer = self._memory.get(key)
+        if answer is None:
+            answer = self._memory[key] = super().resolve_function_type(function, arguments, names)
+        return answer
 
 
 _views: dict[int, _Typing] = {}

@@ -130,8 +130,8 @@ def export(
 
         exporter = find_export_format(output)
         if exporter is None and output.suffix.lower() not in _PAGES:
-            known = ", ".join(suffix for each in EXPORT_FORMATS for suffix in each.suffixes)
-            raise ValueError(f"{output}: pages are saved as .html, models as {known}")
+            suffixes = ", ".join(suffix for each in EXPORT_FORMATS for suffix in each.suffixes)
+            raise ValueError(f"{output}: pages are saved as .html, models as {suffixes}")
         if exporter is None and strict:
             raise ValueError("export: --strict goes with models; for a page it would be ignored")
         check_folder(output)

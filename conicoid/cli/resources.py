@@ -190,9 +190,9 @@ _PATIENCE = "30s"
 @contextlib.contextmanager
 def executor_of(command: str, workers: int | None, cluster: str | None, slurm: int | None) -> Iterator[Any]:
     """Yield the executor of the options: processes of this machine, Dask or Slurm; None for this process."""
-    chosen = [name for name, x in (("--workers", workers), ("--cluster", cluster), ("--slurm", slurm)) if x is not None]
-    if len(chosen) > 1:
-        raise ValueError(f"{command}: give either {' or '.join(chosen)}")
+    flags = [name for name, x in (("--workers", workers), ("--cluster", cluster), ("--slurm", slurm)) if x is not None]
+    if len(flags) > 1:
+        raise ValueError(f"{command}: give either {' or '.join(flags)}")
     if workers is not None:
         from ..parallel import Processes
 

@@ -313,8 +313,8 @@ def conic_wall(shape: Conic | ConicSheet) -> ConicWall:
 
 def ring_clip(inner: float, outer: float, motion: Motion) -> Tree:
     """Return the tree of points within `outer` of the axis and not within `inner`, after a motion."""
-    around = Cell((Face(round_tube(outer).moved(motion), 0),))
-    return All((around, Not(Cell((Face(round_tube(inner).moved(motion), 0),))))) if inner > 0 else around
+    tube = Cell((Face(round_tube(outer).moved(motion), 0),))
+    return All((tube, Not(Cell((Face(round_tube(inner).moved(motion), 0),))))) if inner > 0 else tube
 
 
 @dataclass(frozen=True)

@@ -159,22 +159,22 @@ def convex_parts(planes: Sequence[FlatPlane], facets: Sequence[Facet], most: int
     pending = [_ConvexRegion(list(facets), ())]
     while pending:
         region = pending.pop()
-        chosen, is_at_rim = _best(planes, region)
+        plane, is_at_rim = _best(planes, region)
         whole = region.convex(planes) if is_at_rim else None
         if whole is not None:
             parts.append(_needed_sides(planes, whole, reach, len(region.sides)))
         else:
-            front, back, own = _split(planes, chosen, region)
-            outwards = {facet.outward(planes[chosen]) for facet in own}
+            front, back, own = _split(planes, plane, region)
+            outwards = {facet.outward(planes[plane]) for facet in own}
             if len(outwards) == 2 and not (front and back):
                 # The side without facets is inside or outside as a whole, so the facets in the plane have one sense
                 # where they do not cancel. Where all of them cancel they bound nothing.
-                area = sum(_dot(newell_normal(facet.corners), planes[chosen].normal) for facet in own)
+                area = sum(_dot(newell_normal(facet.corners), planes[plane].normal) for facet in own)
                 if not area and (front or back):
                     pending.append(_ConvexRegion(front + back, region.sides))
                     continue
                 outwards = {1} if area > 0 else {-1} if area < 0 else outwards
-            sides = {1: (*region.sides, (chosen, 1)), -1: (*region.sides, (chosen, -1))}
+            sides = {1: (*region.sides, (plane, 1)), -1: (*region.sides, (plane, -1))}
             for facets_there, side in ((back, 1), (front, -1)):
                 if facets_there:
                     pending.append(_ConvexRegion(facets_there, sides[side]))
@@ -212,16 +212,16 @@ def _best(planes: Sequence[FlatPlane], region: _ConvexRegion) -> tuple[int, bool
 
 
 def _split(
-    planes: Sequence[FlatPlane], chosen: int, region: _ConvexRegion
+    planes: Sequence[FlatPlane], index: int, region: _ConvexRegion
 ) -> tuple[list[Facet], list[Facet], list[Facet]]:
     """Return (facets in front of a plane, facets behind it, facets in it)."""
     front: list[Facet] = []
     back: list[Facet] = []
     own: list[Facet] = []
-    plane = planes[chosen]
-    least, most = region.signs(plane, chosen)
+    plane = planes[index]
+    least, most = region.signs(plane, index)
     for facet, low, high in zip(region.facets, least.tolist(), most.tolist(), strict=True):
-        if facet.plane == chosen:
+        if facet.plane == index:
             own.append(facet)
         elif high <= 0:
             back.append(facet)

@@ -126,8 +126,8 @@ def refuse_same_names(bodies: Sequence[Body]) -> None:
             name, first, second = repeated
             raise ValueError(f"Scene: bodies[{first}] and bodies[{second}] are both named {format_value(name)}")
         return
-    known = [body.name for body in bodies if body.name is not None]
-    if len(set(known)) == len(known):
+    listed_names = [body.name for body in bodies if body.name is not None]
+    if len(set(listed_names)) == len(listed_names):
         return
     names: dict[str, int] = {}
     for i, body in enumerate(bodies):
@@ -208,8 +208,8 @@ def find_entry(bodies: Sequence[Body], name: str) -> int:
     for entry, body in enumerate(bodies):
         if body.name == name:
             return entry
-    known = [body.name for body in bodies if body.name]
-    raise KeyError(f"no body named {format_value(name)}; {describe_names(name, 'named bodies', known)}")
+    names = [body.name for body in bodies if body.name]
+    raise KeyError(f"no body named {format_value(name)}; {describe_names(name, 'named bodies', names)}")
 
 
 def as_index(number: Any) -> int | None:
@@ -365,8 +365,8 @@ def share_equal_bodies(old: Bodies, new: Bodies) -> Bodies:
     back = next((k for k in range(least - front) if ends[0][k] != ends[1][k]), least - front)
     middle = new[front : len(new) - back]
     if len(old) == len(new):
-        beside = old[front : len(old) - back]
-        middle = tuple(before if before == after else after for before, after in zip(beside, middle, strict=True))
+        old_middle = old[front : len(old) - back]
+        middle = tuple(before if before == after else after for before, after in zip(old_middle, middle, strict=True))
     return Entries((*old[:front], *middle, *old[len(old) - back :]))
 
 

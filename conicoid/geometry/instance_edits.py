@@ -257,8 +257,8 @@ def collect_instances(bodies: Sequence[Body]) -> InstanceList | None:
         else:
             own.append(body)
             numbers[place] = -len(own)
-    taken = numbers[numbers >= 0]
-    if len(np.unique(taken)) < len(taken):
+    sources = numbers[numbers >= 0]
+    if len(np.unique(sources)) < len(sources):
         return None
     return InstanceOrigins(base, numbers, tuple(own), {}).bodies()
 

@@ -132,11 +132,11 @@ class Labels:
 
     def kinds(self, count: int) -> npt.NDArray[np.int8]:
         """Return for each of `count` bodies 0 if it is opaque, 1 for a transparent solid, 2 for a transparent sheet."""
-        known: dict[int, bool] = {}
+        kinds: dict[int, bool] = {}
         for material in self.materials:
-            if id(material) not in known:  # quicker than to compare materials
-                known[id(material)] = is_clear(material)
-        rows = [known[id(m)] * (1 if solid else 2) for m, solid in zip(self.materials, self.solid, strict=True)]
+            if id(material) not in kinds:  # quicker than to compare materials
+                kinds[id(material)] = is_clear(material)
+        rows = [kinds[id(m)] * (1 if solid else 2) for m, solid in zip(self.materials, self.solid, strict=True)]
         return np.repeat(np.array(rows, np.int8), np.diff([*self.firsts, count]))
 
     @cached_property

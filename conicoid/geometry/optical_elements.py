@@ -343,8 +343,8 @@ def _check_row(field: str, value: Any, count: int | None) -> tuple[Any, ...]:
         raise TypeError(f"LensGroup: {field} must be a list, got {describe_kind(value)}")
     row = tuple(value)
     if len(row) != (count or len(row)) or not row:
-        wanted = "1 or more entries" if count is None else f"{count} entries to go with thicknesses"
-        raise ValueError(f"LensGroup: {field} must be {wanted}, got {len(row)}")
+        expected = "1 or more entries" if count is None else f"{count} entries to go with thicknesses"
+        raise ValueError(f"LensGroup: {field} must be {expected}, got {len(row)}")
     return row
 
 

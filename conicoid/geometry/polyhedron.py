@@ -73,9 +73,10 @@ class Polyhedron(PrimitiveSolid):
     @cached_property
     def _own_bounds(self) -> BoxEnds:
         """The bounds in the solid's own frame, before any motion."""
-        known = [self._faces_towards(axis) for axis in (*_AXES, *(-_AXES))]
-        chosen = range(len(self.normals)) if None in known else sorted({i for faces in known for i in faces or ()})
-        return half_spaces_bounds([PlaneSurface(self.normals[i], self.offsets[i]) for i in chosen])
+        extreme = [self._faces_towards(axis) for axis in (*_AXES, *(-_AXES))]
+        every = None in extreme
+        rows = range(len(self.normals)) if every else sorted({i for faces in extreme for i in faces or ()})
+        return half_spaces_bounds([PlaneSurface(self.normals[i], self.offsets[i]) for i in rows])
 
     @cached_property
     def _unit_rows(self) -> FloatArray:
@@ -133,8 +134,8 @@ class Polyhedron(PrimitiveSolid):
             axis = max(range(3), key=lambda k: abs(direction[k]))
             low, high = self._own_bounds
             return float(high[axis] if direction[axis] > 0 else -low[axis])
-        chosen = self._faces_towards(direction)
-        rows = self._rows if chosen is None else [integer_row((*self.normals[i], self.offsets[i])) for i in chosen]
+        faces = self._faces_towards(direction)
+        rows = self._rows if faces is None else [integer_row((*self.normals[i], self.offsets[i])) for i in faces]
         support = integer_support(rows, [Fraction(u) for u in direction])
         if sum(map(bool, direction)) < 2 or isinstance(support, float):
             return round_fraction_up(support)
@@ -328,9 +329,9 @@ class Extrusion(PrimitiveSolid):
         low, high = map(ex.rational, self.z_range)
         count, s = len(flat), ex.rational(self.scale_at_top)
         corners = [(x, y, low) for x, y in flat] + [(s * x, s * y, high) for x, y in flat]
-        around = list(range(count))
-        sides = [(k, (k + 1) % count, count + (k + 1) % count, count + k) for k in around]
-        faces = [*sides, tuple(reversed(around)), tuple(count + k for k in around)]
+        loop = list(range(count))
+        sides = [(k, (k + 1) % count, count + (k + 1) % count, count + k) for k in loop]
+        faces = [*sides, tuple(reversed(loop)), tuple(count + k for k in loop)]
         return "Extrusion", "outline", corners, faces
 
     def planes(self) -> list[tuple[int, tuple[int, ...]]]:

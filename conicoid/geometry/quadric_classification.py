@@ -338,7 +338,7 @@ def classify(matrix: Symmetric, motion: Motion = IDENTITY_MOTION) -> Classificat
     """
     kind, sense = _kind_and_sense(matrix)
     null = rational.null_space([row[:3] for row in matrix[:3]])
-    still = motion.shift is not None or motion.is_identity
+    keeps_axes = motion.shift is not None or motion.is_identity
     if not motion.is_identity:
         linear, _ = motion.affine
         forward = [[ex.fraction(entry) for entry in row] for row in linear]
@@ -346,7 +346,7 @@ def classify(matrix: Symmetric, motion: Motion = IDENTITY_MOTION) -> Classificat
         matrix = _transform_matrix(matrix, motion)
     if sense < 0:
         matrix = tuple(tuple(-entry for entry in row) for row in matrix)
-    return _PlacedQuadric(kind, sense, matrix, null, still).classification()
+    return _PlacedQuadric(kind, sense, matrix, null, keeps_axes).classification()
 
 
 def classify_surface(surface: QuadricSurface) -> Classification:
@@ -363,13 +363,13 @@ def classify_surface(surface: QuadricSurface) -> Classification:
     shift = ex.apply((rows[0], rows[1], rows[2]), ex.exact_row(surface.anchor))
     matrix = _substitute_rows(tuple(map(tuple, own)), rows, [-value for value in shift])
     null = rational.null_space([row[:3] for row in own[:3]])
-    still = surface.rows is UPRIGHT and not any(map(ex.is_rounded, surface.anchor))
-    if not still:
+    is_exact = surface.rows is UPRIGHT and not any(map(ex.is_rounded, surface.anchor))
+    if not is_exact:
         forward = [[ex.fraction(entry) for entry in row] for row in ex.inverse((rows[0], rows[1], rows[2]))]
         null = [[rational.dot(row, vector) for row in forward] for vector in null]
     if sense < 0:
         matrix = tuple(tuple(-entry for entry in row) for row in matrix)
-    return _PlacedQuadric(kind, sense, matrix, null, still).classification()
+    return _PlacedQuadric(kind, sense, matrix, null, is_exact).classification()
 
 
 def _kind_and_sense(matrix: Symmetric) -> tuple[str, int]:

@@ -331,9 +331,9 @@ class Wall(PrimitiveSheet):
             hint = "Wall(part, face) & others, or - others, is a face of a combination"
             raise TypeError(f"Wall: solid must be a primitive, got {describe_kind(self.solid)}; {hint}")
         object.__setattr__(self, "face", check_integer("Wall", "face", self.face, 0))
-        known = sorted({face.number for face in _faces(self.solid.tree())})
-        if self.face not in known:
-            numbers = ", ".join(map(str, known))
+        face_numbers = sorted({face.number for face in _faces(self.solid.tree())})
+        if self.face not in face_numbers:
+            numbers = ", ".join(map(str, face_numbers))
             raise ValueError(
                 f"Wall: face must be one of {type(self.solid).__name__}'s, {numbers}, got {format_value(self.face)}"
             )

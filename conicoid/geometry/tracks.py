@@ -15,6 +15,7 @@ import numpy as np
 
 from .._util.arrays import Vector
 from .._util.names import check_choice
+from .._util.text import format_count
 from .._util.validation import (
     as_integer,
     check_number,
@@ -263,3 +264,29 @@ def as_tracks(tracks: Any) -> tuple[Track, ...]:
 def last_time(tracks: tuple[Track, ...]) -> float:
     """Return the time of the last key of all tracks, 0 without tracks."""
     return max((track.times[-1] for track in tracks), default=0.0)
+
+
+def follow_tracks(scene: Any, time: float) -> Any:
+    """Return a scene with everything where its tracks have it at a time, without tracks: see `Scene.at`."""
+    # Without tracks, since the result is a scene at rest
+    moved = scene.replace(animation=None) if scene.animation else scene
+    for track in scene.animation:
+        if isinstance(track, BodyTrack):
+            shape = scene[track.body].shape
+            if track.moved(shape, time) is not shape:  # a body at rest needs no preparation
+                moved = moved.moved(track.body, lambda old, track=track: track.moved(old, time))
+        elif isinstance(track, CameraTrack):
+            if moved.camera is None:
+                raise ValueError("at: the scene must have a camera for a CameraTrack to move")
+            moved = moved.replace(camera=track.moved(moved.camera, time))
+        else:
+            moved = moved.replace(lights=_move_light(moved.lights, track, time))
+    return moved
+
+
+def _move_light(lights: tuple[Any, ...], track: LightTrack, time: float) -> list[Any]:
+    """Return the lights of a scene, with one of them where its track has it."""
+    if track.light >= len(lights):
+        there = format_count(len(lights), "light", "lights")
+        raise ValueError(f"at: the scene has {there}, from 0 on; a LightTrack moves light {track.light}")
+    return [track.moved(light, time) if k == track.light else light for k, light in enumerate(lights)]

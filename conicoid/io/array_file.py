@@ -208,15 +208,15 @@ class ParquetSource:
             raise ValueError(f"is not a Parquet file ({_first_line(error)})") from None
         schema = self._file.schema_arrow
         found = list(map(str, schema.names))
-        known = [name for name in found if name in names]
+        ray_columns = [name for name in found if name in names]
         self._table = self._find_columns(path.name, [name for name in found if name not in names], columns)
-        for name in (*self._table, *known):
+        for name in (*self._table, *ray_columns):
             kind = str(schema.field(name).type)
             if kind not in _PARQUET_NUMBERS:
                 raise ValueError(f"column {printable(name)[:60]!r} must hold numbers, got {kind[:40]}")
         count = int(self._file.metadata.num_rows)
         self.headers = {TABLE: ArrayHeader("<f8", (count, len(columns)))}
-        self.headers |= {name: ArrayHeader("<f8", (count,)) for name in known}
+        self.headers |= {name: ArrayHeader("<f8", (count,)) for name in ray_columns}
 
     @staticmethod
     def _find_columns(place: str, names: list[str], columns: Sequence[str]) -> list[str]:
@@ -232,7 +232,7 @@ class ParquetSource:
 
     def rows(self, names: Collection[str], axes: int, most: int | None, skip: int) -> Iterator[Rows]:
         """Yield rows; row groups before row `skip` are not read."""
-        wanted = [*self._table, *(name for name in names if name != TABLE)]
+        fields = [*self._table, *(name for name in names if name != TABLE)]
         groups: list[int] = []
         for group in range(self._file.num_row_groups):
             count = self._file.metadata.row_group(group).num_rows
@@ -241,12 +241,12 @@ class ParquetSource:
             else:
                 skip -= count
         whole = most is None
-        batches = [self._file.read(wanted)] if whole else self._file.iter_batches(most, groups, wanted)
+        batches = [self._file.read(fields)] if whole else self._file.iter_batches(most, groups, fields)
         for batch in batches:
             some = batch.slice(min(skip, batch.num_rows))
             skip -= batch.num_rows - some.num_rows
             if some.num_rows or whole:
-                columns = {name: self._numbers(name, some.column(name)) for name in wanted}
+                columns = {name: self._numbers(name, some.column(name)) for name in fields}
                 table = np.column_stack([columns[name] for name in self._table])
                 yield {name: table if name == TABLE else columns[name] for name in names}
 

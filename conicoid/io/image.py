@@ -214,18 +214,18 @@ class Image:
         if suffix not in SUFFIXES:
             raise ValueError(f"Image: pictures are saved as {', '.join(SUFFIXES)}, got {format_value(os.fspath(path))}")
         depths = {".png": (8, 16), ".exr": (32, 16)}.get(suffix, (8,))
-        chosen = depths[0] if bits is None else bits
-        if isinstance(chosen, bool) or chosen not in depths:
+        depth = depths[0] if bits is None else bits
+        if isinstance(depth, bool) or depth not in depths:
             expected = " or ".join(map(str, sorted(depths)))
             raise ValueError(f"Image: bits of {suffix} must be {expected}, got {format_value(bits)}")
         if suffix == ".png":
             from .image_codecs import write_png
 
-            write_png(path, self._display_light, chosen)
+            write_png(path, self._display_light, depth)
         elif suffix == ".exr":
             from .image_codecs import write_exr
 
-            write_exr(path, self.pixels if self.values.ndim == 3 else self.values, self.layers, chosen == 16)
+            write_exr(path, self.pixels if self.values.ndim == 3 else self.values, self.layers, depth == 16)
         else:
             from .image_codecs import write_photo
 

@@ -233,9 +233,9 @@ def _one_by_one(
             continue
         ray = lane_ray(lanes, i, lanes[T_MAX + i])
         count, inside, unsure = entry_crossings(geometry, scratch, entry, ray, 1 << 30)
-        met = BodyRows(count, inside, entry_nearness(geometry, entry, ray).off, unsure)
+        body_rows = BodyRows(count, inside, entry_nearness(geometry, entry, ray).off, unsure)
         rows = grow_rows(rows, used, count + 1)
-        used = _keep(geometry, scratch, listing, entry, met, Lane(i, ray), rows, used)
+        used = _keep(geometry, scratch, listing, entry, body_rows, Lane(i, ray), rows, used)
     return rows, used
 
 
@@ -273,19 +273,19 @@ def list_packet(
         begin, end = leaf_range(code)
         at, count = leaf_at(geometry, begin), end - begin
         balls = box >= 0 and is_round(geometry, at, count)
-        bits, met = (1 << count) - 1, -1
+        bits, hit_lanes = (1 << count) - 1, -1
         if balls and count > 1:
             bits = balls_in_beam(geometry.floats, at, count, count, lanes, BEAM_AT, way)
         elif box >= 0 and not balls:
-            met = lanes_in_child(geometry, lanes, box_at(geometry, box))
+            hit_lanes = lanes_in_child(geometry, lanes, box_at(geometry, box))
         while bits != 0:
             k = lowest_bit(bits)
             bits &= bits - 1
             if balls:
-                met = lanes_at_ball(geometry, lanes, at + k, count)
-            if met != 0:
+                hit_lanes = lanes_at_ball(geometry, lanes, at + k, count)
+            if hit_lanes != 0:
                 item = leaf_item(geometry, at, count, k)
-                rows, used = _meet(geometry, scratch, listing, item, met, rows, used)
+                rows, used = _meet(geometry, scratch, listing, item, hit_lanes, rows, used)
         code, box, top = next_leaf(geometry, way, lanes, BEAM_AT, top)
     return rows, used
 

@@ -56,8 +56,8 @@ class Properties(Mapping[str, Any]):
         try:
             return self._values[name]
         except (KeyError, TypeError):
-            known = ", ".join(map(repr, self._values)) or "none"
-            raise KeyError(f"no property {format_value(name)}; properties: {known}") from None
+            names = ", ".join(map(repr, self._values)) or "none"
+            raise KeyError(f"no property {format_value(name)}; properties: {names}") from None
 
     # Type checkers must not see these methods, or they would accept every attribute and every assignment.
     if not TYPE_CHECKING:

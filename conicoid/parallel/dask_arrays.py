@@ -57,8 +57,8 @@ class LazyHits:
             return _field(self.blocks, name, _SCALARS[name])
         if name in _VECTORS:
             return _field(self.blocks, name, float, _VECTORS[name])
-        known = ", ".join([*_SCALARS, *_VECTORS])
-        raise AttributeError(f"LazyHits has no field {name[:80]!r}; it has {known}")
+        fields = ", ".join([*_SCALARS, *_VECTORS])
+        raise AttributeError(f"LazyHits has no field {name[:80]!r}; it has {fields}")
 
     def __getitem__(self, index: Any) -> NoReturn:
         hint = "its fields are arrays of Dask, which select, such as hits.t[hits.hit]"

@@ -235,10 +235,10 @@ def _render_shutter(
             checkpoint.read(sums)
         # Samples of a moment follow those of the moment before it.
         begun = 0
-        for still, part in stills(scene, job, fixed, sums):
+        for moment, part in stills(scene, job, fixed, sums):
             moment_progress = progress and _of_moment(progress, begun, part.samples, job.samples)
             _render_on_workers(
-                still, part, executor, (shared_scene(still), SharedObject(part)), moment_progress, sums, checkpoint
+                moment, part, executor, (shared_scene(moment), SharedObject(part)), moment_progress, sums, checkpoint
             )
             begun = part.samples
         return FilmResult(mean_pixels(sums), sums)

@@ -25,7 +25,7 @@ import numpy as np
 from .._util.value_objects import align_array
 from .._util.version import __version__
 from ..kernels.threads import limit_threads
-from ..queries.spans import collect_notes, log_once
+from ..queries.overlaps import collect_notes, log_once
 from .shared_state import SharedObject, SharedReference, find_shared, source_version
 from .workers import DaskExecutor, LostTaskError, Workers
 

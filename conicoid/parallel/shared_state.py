@@ -190,7 +190,7 @@ class TablesFile:
         """Return the prepared scene with the tables of the file and the given bodies."""
         buffers = [self._memory[self._first + at : self._first + at + count] for at, count in self._facts["buffers"]]
         reader = _Unpickler(io.BytesIO(self._data(_TABLES)), bodies, buffers)
-        made = object.__new__(_MappedPrepared)
+        made = object.__new__(_MmapScene)
         vars(made).update(vars(reader.load()), _file=self)
         return made
 
@@ -214,7 +214,7 @@ class _Unpickler(pickle.Unpickler):
         return self._bodies if name == _BODIES else BodyShapes(self._bodies)
 
 
-class _MappedPrepared(PreparedScene):
+class _MmapScene(PreparedScene):
     """A prepared scene from a file; its labels are read on first use."""
 
     @cached_property

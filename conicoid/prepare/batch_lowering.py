@@ -213,20 +213,20 @@ class PrimitiveBatch:
         Return the positions of those that must be lowered singly.
         """
         counts_of_faces = np.array([shape._face_count for shape in shapes])
-        taken = counts_of_faces > 0
-        if taken.any():
+        in_batch = counts_of_faces > 0
+        if in_batch.any():
             self._add_polyhedra(shapes, counts_of_faces, chains, places)
-        others = np.flatnonzero(~taken)
-        for alike in flatten_all([shapes[k] for k in others.tolist()] if len(others) < len(shapes) else shapes):
-            alike = dataclasses.replace(alike, which=others[alike.which])
-            taken[alike.which] = True
-            counts = chains.translations[alike.which]
+        others = np.flatnonzero(~in_batch)
+        for group in flatten_all([shapes[k] for k in others.tolist()] if len(others) < len(shapes) else shapes):
+            group = dataclasses.replace(group, which=others[group.which])
+            in_batch[group.which] = True
+            counts = chains.translations[group.which]
             for count in sorted(set(counts.tolist())):
                 some = np.flatnonzero(counts == count)
-                which = alike.which[some]
-                like = self._like.setdefault((alike.form, "moved" if count < 0 else count), _ShapeList())
+                which = group.which[some]
+                like = self._like.setdefault((group.form, "moved" if count < 0 else count), _ShapeList())
                 like.add(shapes, [chains.steps[k] for k in which.tolist()], which, places)
-                numbers, motions = alike.numbers[some], np.zeros(len(which), np.int32)
+                numbers, motions = group.numbers[some], np.zeros(len(which), np.int32)
                 if count < 0:
                     motions = self._motions.rows(chains, which)
                 elif count:
@@ -234,7 +234,7 @@ class PrimitiveBatch:
                     numbers = np.concatenate([numbers, np.array(offsets).reshape(len(which), -1)], axis=1)
                 like.numbers.append(numbers)
                 like.motions.append(motions)
-        return np.flatnonzero(~taken)
+        return np.flatnonzero(~in_batch)
 
     def _add_polyhedra(self, shapes: Sequence[Any], counts: Longs, chains: MotionChains, places: Ints) -> None:
         """Add polyhedra, whose faces are lowered together."""
@@ -242,8 +242,7 @@ class PrimitiveBatch:
 
         flat = flatten(PolyhedronFace((1.0, 0.0, 0.0), 0.0, (0.0, 0.0, 0.0)))
         assert flat is not None
-        codes = counts * (1 + len(chains.steps)) + chains.translations  # translations are -1 or more
-        codes[counts == 0] = -2
+        codes = counts * (2 + int(chains.translations.max())) + chains.translations  # translations are -1 or more
         for code in unique_sorted(codes[counts > 0]).tolist():
             which = np.flatnonzero(codes == code)
             some, count = which.tolist(), int(chains.translations[which[0]])
@@ -290,11 +289,11 @@ class PrimitiveBatch:
         for done, (key, like) in enumerate(every):
             report(done)
             numbers, motions, places = like.columns()
-            for kind, chosen in _split_by_motion(key, motions, similar):
-                given = _BatchInputs(like, chosen, numbers[chosen], motions_given, motions[chosen])
+            for kind, rows_of_kind in _split_by_motion(key, motions, similar):
+                given = _BatchInputs(like, rows_of_kind, numbers[rows_of_kind], motions_given, motions[rows_of_kind])
                 found, rest = self._lower_kind(key, kind, given)
-                results += [(form, places[chosen[which]], rows) for form, which, rows in found]
-                left += [(*like.of(i), int(places[i])) for i in chosen[rest].tolist()]
+                results += [(form, places[rows_of_kind[which]], rows) for form, which, rows in found]
+                left += [(*like.of(i), int(places[i])) for i in rows_of_kind[rest].tolist()]
         for done, ((_, key), polyhedra) in enumerate(self._polyhedra.items(), start=len(every)):
             from ..geometry.polyhedron import MANY_FACES
 
@@ -310,11 +309,11 @@ class PrimitiveBatch:
         """Return the rows of polyhedra, from the rows of their faces: each computed apart if it is of a rare kind."""
         numbers, motions, places = of.columns()
         faces = np.empty((len(of), _FACE_NUMBERS))
-        for kind, chosen in _split_by_motion(key, motions, similar):
-            found, rest = self._lower_kind(key, kind, _BatchInputs(of, chosen, numbers[chosen], given, motions[chosen]))
+        for kind, some in _split_by_motion(key, motions, similar):
+            found, rest = self._lower_kind(key, kind, _BatchInputs(of, some, numbers[some], given, motions[some]))
             for _, which, rows in found:
-                faces[chosen[which]] = rows[:, :_FACE_NUMBERS]
-            for i in chosen[rest].tolist():
+                faces[some[which]] = rows[:, :_FACE_NUMBERS]
+            for i in some[rest].tolist():
                 shape, steps = of.of(i)
                 faces[i] = compute_shape(dataclasses.replace(shape, motion=Motion(steps))).row[:_FACE_NUMBERS]
         count, own = len(of.shapes), motions[:: of.faces]
@@ -713,11 +712,11 @@ def _exact_bounds(bodies: Sequence[tuple[Boolean, CsgPlan]], parts: Sequence[Flo
     """Compute bounds of bodies in numbers of 3000 bits, from the boxes of their parts."""
     found = np.empty((len(bodies), 6))
     for row, (shape, plan) in enumerate(bodies):
-        known = {
+        box_of = {
             (id(leaf), steps): (boxes[row, :3], boxes[row, 3:])
             for (leaf, steps), boxes in zip(plan.leaves, parts, strict=True)
         }
-        found[row] = np.concatenate(region_bounds(shape, IDENTITY_MOTION, known))
+        found[row] = np.concatenate(region_bounds(shape, IDENTITY_MOTION, box_of))
     return found
 
 

@@ -503,9 +503,9 @@ class ExactSurfaces(Protocol):
 def exact_names_at(exact: ExactSurfaces, numbers: Ints | Longs, indices: Longs) -> dict[int, Hashable]:
     """`ExactSurfaces.known_names` for surfaces that have other numbers there: `numbers[indices]`."""
     there = numbers[indices].astype(np.int64)
-    known = exact.known_names(there)
+    names = exact.known_names(there)
     pairs = zip(indices.tolist(), there.tolist(), strict=True)
-    return {index: known[number] for index, number in pairs if number in known}
+    return {index: names[number] for index, number in pairs if number in names}
 
 
 def merge_surfaces(surfaces: RawSurfaces) -> SurfaceTable:
@@ -612,9 +612,9 @@ class _SurfaceMerger:
                 equal.setdefault(key, []).extend((index, sense) for index in some)
             for members in equal.values():
                 # The least record represents the class: this does not depend on the order of input.
-                chosen, its_sense = min(members, key=lambda m: record(m[0]))
+                lead, its_sense = min(members, key=lambda m: record(m[0]))
                 for index, sense in members:
-                    representatives[index] = (chosen, 1 if kind[index] == PLANE else sense * its_sense)
+                    representatives[index] = (lead, 1 if kind[index] == PLANE else sense * its_sense)
         if representatives:
             # Redirect every surface that pointed at a merged one.
             merged = np.fromiter(representatives, np.int64, len(representatives))
@@ -650,8 +650,8 @@ class _SurfaceMerger:
 
 def concatenate(parts: Sequence[npt.NDArray[Any]]) -> npt.NDArray[Any]:
     """Concatenate arrays; no copy where at most one has rows."""
-    filled = [part for part in parts if len(part)]
-    return np.concatenate(filled) if len(filled) > 1 else (filled or parts)[0]
+    non_empty = [part for part in parts if len(part)]
+    return np.concatenate(non_empty) if len(non_empty) > 1 else (non_empty or parts)[0]
 
 
 def _row_hashes(table: Floats | QuadricTable) -> npt.NDArray[np.uint64]:

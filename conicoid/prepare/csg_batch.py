@@ -145,12 +145,12 @@ class CsgComposition:
             faces.append(count)
             count += len(form.pattern.angular)
         tree = fold_plan(key, trees, combine_trees)
-        held = {id(cell): part for part, of in enumerate(trees) for cell in cullable_cells(of)}
+        part_of_cell = {id(cell): part for part, of in enumerate(trees) for cell in cullable_cells(of)}
         assembly = Assembly()
         if isinstance(tree, Cell):
             kind, index = CELL, assembly.cell(tree)
         else:
-            kind, index = REGION, assembly.program(tree, held)
+            kind, index = REGION, assembly.program(tree, part_of_cell)
         angular = [bool(turns) for form in forms for turns in form.pattern.angular]
         maps, rows, sources = [], 0, []
         for form in forms:

@@ -128,8 +128,8 @@ def _combine_bounds(kind: Hashable, parts: Sequence[_BoundNode]) -> _BoundNode:
     if kind is Union:
         every = [part.boxes for part in parts]
         boxes = [each for each in every if each is not None]
-        around = _union_boxes(boxes) if len(boxes) == len(every) else None
-        return _BoundNode(around, known, all(part.hole for part in parts), None)
+        box = _union_boxes(boxes) if len(boxes) == len(every) else None
+        return _BoundNode(box, known, all(part.hole for part in parts), None)
     inside, outside = (parts[:1], parts[1:]) if kind is Difference else (parts, ())
     if not all(part.hole for part in outside) or kind not in (Difference, Intersection):
         return nowhere
@@ -149,9 +149,9 @@ def _union_boxes(boxes: Sequence[Floats]) -> Floats:
     low = np.full((len(boxes[0]), 3), np.inf)
     high = -low
     for box in boxes:
-        held = np.asarray((box[:, :3] <= box[:, 3:]).all(axis=1))[:, None]
-        low = np.where(held, np.minimum(low, box[:, :3]), low)
-        high = np.where(held, np.maximum(high, box[:, 3:]), high)
+        is_box = np.asarray((box[:, :3] <= box[:, 3:]).all(axis=1))[:, None]
+        low = np.where(is_box, np.minimum(low, box[:, :3]), low)
+        high = np.where(is_box, np.maximum(high, box[:, 3:]), high)
     return np.concatenate([low, high], axis=1)
 
 
@@ -236,8 +236,8 @@ def _bound(node: _Node, inside: bool, box: Floats, cuts: Floats, depth: int) -> 
             own, sure = _bound(part, inner, box, shared, depth + 1)
             known &= sure
             each.append(own)
-        around = _union_boxes(each)
-        box = np.concatenate([np.maximum(box[:, :3], around[:, :3]), np.minimum(box[:, 3:], around[:, 3:])], axis=1)
+        outer = _union_boxes(each)
+        box = np.concatenate([np.maximum(box[:, :3], outer[:, :3]), np.minimum(box[:, 3:], outer[:, 3:])], axis=1)
     empty = np.asarray((box[:, :3] > box[:, 3:]).any(axis=1))
     return np.where(empty[:, None], EMPTY_BOX, box), known
 
@@ -347,8 +347,8 @@ def _bounds_by_triples(planes: Floats, triples: Longs) -> tuple[Floats, Floats]:
         normals, center = planes[:, :, :3], planes[:, :1, 4:]
         sizes = np.abs(normals)
         used = ((sizes == 0) | (sizes > _LEAST_ENTRY)).all(axis=2) & (sizes > 0).any(axis=2)
-        away = planes[:, :, 4:] - center
-        ends = (normals * away).sum(axis=2) - planes[:, :, 3]
+        offset = planes[:, :, 4:] - center
+        ends = (normals * offset).sum(axis=2) - planes[:, :, 3]
         blur = _FLOAT_ERROR * (
             (sizes * (np.abs(planes[:, :, 4:]) + np.abs(center))).sum(axis=2) + np.abs(planes[:, :, 3])
         )

@@ -112,8 +112,8 @@ def _reach(records: RecordTables, boxes: Floats, surface: int, entry: int, bound
     for k in range(3):
         anchor = _anchor(records, surface, k)
         below, above = abs(boxes[entry, k] - anchor), abs(boxes[entry, k + 3] - anchor)
-        away = below if below > above else above
-        square += away * away
+        largest = below if below > above else above
+        square += largest * largest
     # Rounded up; never 0, so that kappa, which divides by the reach, is finite
     return math.sqrt(square) * (1 + 1e-12) + 1e-300
 
@@ -400,8 +400,8 @@ def _entries_of_cells(tables: Tables) -> Whole:
         some = count[begin:end]
         entries = np.repeat(of_programs[begin:end], some)
         leaves = np.repeat(first[begin:end] - ends[begin:end], some) + np.arange(ends[begin], ends[end], dtype=np.int32)
-        held = entries >= 0
-        cell_entry[cells_of_leaves(tables, leaves[held])] = entries[held]
+        has_entry = entries >= 0
+        cell_entry[cells_of_leaves(tables, leaves[has_entry])] = entries[has_entry]
     return cell_entry
 
 

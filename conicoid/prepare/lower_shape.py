@@ -170,10 +170,10 @@ def negate_tree(tree: Tree) -> Tree:
 
 def _join_nodes(kind: type[All] | type[Any_], parts: list[Tree]) -> Tree:
     """Join parts to one node of a kind; parts of the same kind are flattened into it."""
-    opened: list[Tree] = []
+    nodes: list[Tree] = []
     for part in parts:
-        opened.extend(part.parts if isinstance(part, kind) else (part,))
-    return opened[0] if len(opened) == 1 else kind(tuple(opened))
+        nodes.extend(part.parts if isinstance(part, kind) else (part,))
+    return nodes[0] if len(nodes) == 1 else kind(tuple(nodes))
 
 
 def _move_tree(tree: Tree, motion: Motion, faces: BodyFaces, first: int) -> Tree:

@@ -49,9 +49,9 @@ class LazyBounds:
             at, rows = group.pattern.box_at, group.rows
             known = rows.base[at : at + BOX_NUMBERS] if isinstance(rows, FactoredRows) else boxes[group.bodies]
             parts.append((group.bodies, known))
-        around = cls(bodies, parts)
-        vars(around)["boxes"] = boxes
-        return around
+        lazy = cls(bodies, parts)
+        vars(lazy)["boxes"] = boxes
+        return lazy
 
     @cached_property
     def boxes(self) -> Floats:
@@ -61,9 +61,9 @@ class LazyBounds:
             if known.ndim > 1:
                 boxes[numbers] = known
                 continue
-            away = Offsets.among(self.bodies, numbers)
+            offsets = Offsets.among(self.bodies, numbers)
             for some in row_blocks(len(numbers)):
-                boxes[numbers[some]] = shift_boxes(known, away[some])
+                boxes[numbers[some]] = shift_boxes(known, offsets[some])
         return boxes
 
     def release(self) -> None:

@@ -104,12 +104,12 @@ class MotionBatch:
         forms: list[Hashable] = []
         columns = [np.zeros((len(chains), 0))]
         for step in range(length):
-            alike = flatten_all([steps[step] for steps in chains])
+            group = flatten_all([steps[step] for steps in chains])
             # Steps with something beside numbers, or of several structures, have no common columns
-            if len(alike) != 1 or len(alike[0].which) < len(chains):
+            if len(group) != 1 or len(group[0].which) < len(chains):
                 return [self._row_of_one(steps) for steps in chains]
-            forms.append(alike[0].form)
-            columns.append(alike[0].numbers)
+            forms.append(group[0].form)
+            columns.append(group[0].numbers)
         return self._known_rows(tuple(forms), np.concatenate(columns, axis=1), chains)
 
     def _row_of_one(self, steps: tuple[Step, ...]) -> int:

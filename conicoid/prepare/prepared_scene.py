@@ -182,7 +182,7 @@ def prepare_edit(
     runs = find_runs(old.entries, bodies)
     if not runs.fresh and len(bodies) == len(old.entries):
         return old.labelled(bodies)
-    kept, woods, known = old.edit_state, old.woods, weakref.ref(old)
+    kept, woods, reference = old.edit_state, old.woods, weakref.ref(old)
     lowered = release_memory(old.lowered, old.geometry, kept.memory) if kept.memory else old.lowered
     # The last strong reference here: afterwards `known` tells whether somebody else holds the scene.
     del old
@@ -190,7 +190,7 @@ def prepare_edit(
     edit = edit_scene(lowered, bodies, runs, kept, claim, progress) if claim else None
     if edit is None:
         return None
-    holder = known()
+    holder = reference()
     if holder is not None:
         vars(holder)["edit_state"] = edit.edit_state
     return _finish_edit(edit, lowered.tables, woods, bodies)

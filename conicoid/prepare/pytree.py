@@ -93,12 +93,12 @@ def flatten_all(things: Sequence[Any]) -> list[ParameterRows]:
     number = {key: rank for rank, key in enumerate(place)}
     index = np.fromiter(map(number.__getitem__, map(id, things)), np.int64, len(things))
     found = []
-    for alike in _flatten_distinct([things[k] for k in place.values()], np.arange(len(place))):
+    for group in _flatten_distinct([things[k] for k in place.values()], np.arange(len(place))):
         row = np.full(len(place), -1)
-        row[alike.which] = np.arange(len(alike.which))
+        row[group.which] = np.arange(len(group.which))
         rows = row[index]
         which = np.flatnonzero(rows >= 0)
-        found.append(ParameterRows(alike.form, which, alike.numbers[rows[which]]))
+        found.append(ParameterRows(group.form, which, group.numbers[rows[which]]))
     return found
 
 

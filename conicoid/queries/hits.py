@@ -302,17 +302,17 @@ class Hits(QueryResult, HitDerivatives):
 
     def _spawned_shape(self, directions: FloatArray) -> tuple[int, ...]:
         """Return the shape of spawned rays: that of the hits, or of directions with axes before theirs."""
-        mine, wanted = self.rays.shape, directions.shape[:-1]
-        if mine == wanted:
+        mine, expected = self.rays.shape, directions.shape[:-1]
+        if mine == expected:
             return mine
         try:
-            shape = np.broadcast_shapes(mine, wanted)
+            shape = np.broadcast_shapes(mine, expected)
         except ValueError:
             shape = ()
-        if shape == mine or (shape == wanted and shape):
+        if shape == mine or (shape == expected and shape):
             return shape
         many = f"; for several of each hit, (many, {', '.join(map(str, (*mine, 3)))})"
-        hint = f"{many}, or hits[..., None].spawn(directions)" if len(wanted) > len(mine) else ""
+        hint = f"{many}, or hits[..., None].spawn(directions)" if len(expected) > len(mine) else ""
         raise ValueError(f"spawn: directions must broadcast to {(*mine, 3)}, got {directions.shape}{hint}")
 
     def save(self, path: str | os.PathLike[str]) -> None:

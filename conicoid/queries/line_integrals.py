@@ -14,9 +14,10 @@ import numpy as np
 from .._util.arrays import FloatArray
 from ..kernels.threads import Progress
 from ..prepare.prepared_scene import PreparedScene
-from .ray_queries import limits_of, row_length, spans
+from .overlaps import check_overlaps
+from .ray_queries import as_rays, limits_of, rays_after_values, row_length, spans
 from .rays import Rays, lines_of
-from .spans import Spans, check_overlaps, refuse_large_lengths
+from .spans import Spans, refuse_large_lengths
 from .weights import BODY, check_by, weights_of
 
 MOST_SPANS = 1 << 20
@@ -25,8 +26,19 @@ _FIRST, _MOST, _TIMES = 256, 1 << 17, 4  # rays of the first chunk and of the la
 _SIDE = 8  # side of the squares in which pictures are traced
 
 
+def answer(
+    scene: PreparedScene, query: str, origins: Any, directions: Any, t_min: Any, t_max: Any,
+    progress: Progress | None, options: dict[str, Any],
+) -> Any:  # fmt: skip
+    """Return `lengths` or `line_integral` of rays; `options` are the arguments beyond rays and interval."""
+    if query == "lengths":
+        return lengths(scene, as_rays(query, origins, directions), t_min, t_max, progress=progress, **options)
+    rays = rays_after_values(options["values"], origins, directions)
+    return line_integral(scene, rays, t_min, t_max, progress=progress, **options)
+
+
 def line_integral(
-    scene: PreparedScene, values: Any, rays: Rays, t_min: Any, t_max: Any, otherwise: Any, progress: Progress | None,
+    scene: PreparedScene, rays: Rays, t_min: Any, t_max: Any, values: Any, otherwise: Any, progress: Progress | None,
     overlaps: Any = None,
 ) -> Any:  # fmt: skip
     """Return `spans(...).line_integral(values)`, to the bit, in bounded memory."""

@@ -131,9 +131,9 @@ def contains(scene: PreparedScene, points: Any) -> Any:
 
 def _keep_single_call(scene: PreparedScene, query: str, answer: Callable[..., Any]) -> None:
     """Let `answer` answer the query of one point from now on, `PreparedScene.keep_single_calls`."""
-    point, body, still = np.zeros((1, 3)), np.zeros(1, np.int32), np.zeros(1, np.int8)
-    arguments = scene.geometry, scene.rest, point, BEFORE_FIRST, 0, 0, 1, body, still
-    scene.keep_single_calls(query, answer, ("locate_packets", arguments, (point,), (body, still)))
+    point, body, doubts = np.zeros((1, 3)), np.zeros(1, np.int32), np.zeros(1, np.int8)
+    arguments = scene.geometry, scene.rest, point, BEFORE_FIRST, 0, 0, 1, body, doubts
+    scene.keep_single_calls(query, answer, ("locate_packets", arguments, (point,), (body, doubts)))
 
 
 def _body_of_single(calls: Sequence[Callable[..., Any]], scene: PreparedScene, point: Any) -> Any:
@@ -164,16 +164,16 @@ def first_after(scene: PreparedScene, points: FloatArray, after: Any, width: int
     after: (n,), or (1,) for all points. width: of the picture that the points make, or 0.
     """
     count = len(points)
-    bodies, still = np.empty(count, np.int32), np.empty(count, np.int8)
+    bodies, doubts = np.empty(count, np.int32), np.empty(count, np.int8)
     packets = packets_of(count, width)
     run_on(
         scene.geometry,
-        KernelRange(locate_packets, (scene.rest, points, after, width), (bodies, still)),
+        KernelRange(locate_packets, (scene.rest, points, after, width), (bodies, doubts)),
         packets,
         chunk_of_rays(scene.geometry, packets, _CHUNK, count),
         count,
     )
-    resolve_bodies(scene, points, after, np.flatnonzero(still), bodies)
+    resolve_bodies(scene, points, after, np.flatnonzero(doubts), bodies)
     return bodies
 
 

@@ -66,8 +66,8 @@ def _squared(vectors: FloatArray) -> Any:
 def _first_return(lines: FloatArray) -> int:
     """Return the first index at which vectors (n, 3) jump back to near the first of them, 0 if there is none."""
     for look in _LOOKS:
-        away = _squared(lines[: min(look, len(lines) // _PICTURE_SIDE) + 1] - lines[0])
-        back = np.flatnonzero(16.0 * away[_PICTURE_SIDE:] < away[_PICTURE_SIDE - 1 : -1])
+        squares = _squared(lines[: min(look, len(lines) // _PICTURE_SIDE) + 1] - lines[0])
+        back = np.flatnonzero(16.0 * squares[_PICTURE_SIDE:] < squares[_PICTURE_SIDE - 1 : -1])
         if len(back):
             return int(back[0]) + _PICTURE_SIDE
     return 0

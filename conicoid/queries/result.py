@@ -213,13 +213,13 @@ def common_scene_state(parts: Sequence[Any], name: str) -> dict[str, Any]:
 
 def merge_labels(labels: Sequence[Labels], owner: str) -> Labels:
     """Return the union of labels. Raise ValueError if two of them disagree about a body."""
-    known: dict[int, tuple[Any, ...]] = {}
+    label_of: dict[int, tuple[Any, ...]] = {}
     for one in labels:
         for first, *label in zip(one.firsts.tolist(), one.names, one.materials, one.solid, strict=True):
-            if known.setdefault(first, tuple(label)) != tuple(label):
+            if label_of.setdefault(first, tuple(label)) != tuple(label):
                 raise ValueError(f"{owner}: parts must be of one scene, got two names or materials of body {first}")
-    firsts = sorted(known)
-    names, materials, solid = ([known[first][k] for first in firsts] for k in range(3))
+    firsts = sorted(label_of)
+    names, materials, solid = ([label_of[first][k] for first in firsts] for k in range(3))
     return Labels(np.array(firsts, np.int64), tuple(names), tuple(materials), tuple(solid))
 
 

@@ -73,8 +73,8 @@ def weights_of(values: Any, otherwise: Any, bodies: int, distinct: DistinctMater
 
 def _other_properties(name: str, distinct: DistinctMaterials) -> str:
     """Return a hint with the properties that materials have, "" if one of them is `name` or there are none."""
-    known = dict.fromkeys(key for material, _ in distinct if material is not None for key in material.properties)
-    return f"; {describe_names(name, 'properties', list(known))}" if known and name not in known else ""
+    names = dict.fromkeys(key for material, _ in distinct if material is not None for key in material.properties)
+    return f"; {describe_names(name, 'properties', list(names))}" if names and name not in names else ""
 
 
 def _no_material_has(name: str, distinct: DistinctMaterials) -> bool:
@@ -97,10 +97,10 @@ def _property(material: Any, name: str) -> Any:
 
 def _entries(values: Mapping[Any, Any], distinct: DistinctMaterials) -> Iterator[tuple[str, Any]]:
     """Yield name and value of each entry of a mapping. Raise ValueError for unknown names and for other values."""
-    known = dict.fromkeys(material.name for material, _ in distinct if material is not None and material.name)
+    names = dict.fromkeys(material.name for material, _ in distinct if material is not None and material.name)
     for name, value in values.items():
-        if name not in known:
-            hint = describe_names(name, "materials", list(known)) + "; " + BY_BODY
+        if name not in names:
+            hint = describe_names(name, "materials", list(names)) + "; " + BY_BODY
             raise ValueError(f"line_integral: values: no material is called {format_value(name)}; {hint}")
         yield name, _numbers(f"values[{name!r}]", value)
 

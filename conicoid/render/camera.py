@@ -471,8 +471,8 @@ def fit_camera(low: FloatArray, high: FloatArray, aspect: float, turns: int = 1)
         s, c = sin_cos_degrees(Fraction(360 * turn, turns))
         turned = matmul_rows(corners, np.array([(c, s, 0), (-s, c, 0), (0, 0, 1)]))
         for across, slope in ((right, half * aspect), (up, half)):
-            needed = _MARGIN * np.abs(dot_rows(turned, across)) / slope - dot_rows(turned, forward)
-            distance = max(distance, float(needed.max()))
+            distances = _MARGIN * np.abs(dot_rows(turned, across)) / slope - dot_rows(turned, forward)
+            distance = max(distance, float(distances.max()))
     position = center - distance * forward
     if not (np.abs([position, center]) <= LARGEST).all():
         raise ValueError(

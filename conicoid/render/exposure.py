@@ -256,9 +256,9 @@ def stills(scene: Any, job: RenderJob, fixed: bool, sums: FloatArray) -> Iterato
             end = begin + (k + 1) * count // job.times
             if not job.sample_mask(sums, end, SQUARE).any():
                 continue
-            still = scene.at(time)
-            view = job.view if fixed or still.camera is None else still.camera
-            yield still, replace(job, samples=end, view=view)
+            moment = scene.at(time)
+            view = job.view if fixed or moment.camera is None else moment.camera
+            yield moment, replace(job, samples=end, view=view)
 
 
 def render_motion_blur(
@@ -287,8 +287,8 @@ def _expose(
     scene: Any, job: RenderJob, fixed: bool, sums: FloatArray, progress: Progress | None, preview: Preview | None,
     keep: TileSink | None,
 ) -> None:  # fmt: skip
-    for still, part in stills(scene, job, fixed, sums):
-        exposure = Exposure(still, part, True, goes_on=True)
+    for moment, part in stills(scene, job, fixed, sums):
+        exposure = Exposure(moment, part, True, goes_on=True)
         exposure.sums = sums
         exposure.go_on(_as_part(progress, part.samples, job.samples), preview, keep)
 

@@ -167,10 +167,10 @@ def map_normal(
 @inline
 def turn_to_eye(nx: float, ny: float, nz: float, ex: float, ey: float, ez: float) -> tuple[float, float, float]:
     """Return a unit normal, bent until it faces unit e with a cosine of about 1 / 64 at least."""
-    seen = dot(nx, ny, nz, ex, ey, ez)
-    if seen >= 1.0 / 64.0:
+    cosine = dot(nx, ny, nz, ex, ey, ez)
+    if cosine >= 1.0 / 64.0:
         return nx, ny, nz
-    more = 1.0 / 64.0 - seen
+    more = 1.0 / 64.0 - cosine
     return normalize(nx + more * ex, ny + more * ey, nz + more * ez)
 
 

@@ -117,10 +117,10 @@ def most_turns(integrator: str, depth: int) -> int:
 
 def lower_scene_light(scene: Any, camera: AnyCamera, integrator: str) -> Any:
     """What an integrator needs of materials, lights and background."""
-    chosen = INTEGRATORS[integrator]
-    if chosen.transports:
+    kind = INTEGRATORS[integrator]
+    if kind.transports:
         return _lower_transport(scene, camera)
-    return _lower_whitted(scene, camera) if chosen.lit else None
+    return _lower_whitted(scene, camera) if kind.lit else None
 
 
 def _lower_whitted(scene: Any, camera: AnyCamera) -> Any:

@@ -160,16 +160,16 @@ def _draw_axis(
 ) -> None:
     points = start + np.linspace(0, 1, _AXIS_STEPS + 1)[:, None] * (end - start)
     places = camera.project(points, sheet.width, sheet.height)
-    known = ~np.isnan(places[:, 0])
-    behind = find_hidden(scene, camera, (points[:-1] + points[1:]) / 2)
+    is_visible = ~np.isnan(places[:, 0])
+    is_hidden = find_hidden(scene, camera, (points[:-1] + points[1:]) / 2)
     for dim in (True, False):  # visible parts are drawn last
-        for first, last in _runs((behind == dim) & known[:-1] & known[1:]):
+        for first, last in _runs((is_hidden == dim) & is_visible[:-1] & is_visible[1:]):
             line = places[first : last + 1].tolist()
             if not dim:
                 sheet.line(line, "white", 4, 0.6)
             sheet.line(line, _AXIS_COLORS[axis], 1.2 if dim else 2, 0.35 if dim else 1.0)
     _draw_numbers(sheet, camera, axis, start, end, step)
-    if known[-1]:
+    if is_visible[-1]:
         sheet.text(places[-1].tolist(), "xyz"[axis], _AXIS_COLORS[axis], 17)
 
 
@@ -217,7 +217,7 @@ def draw_labels(sheet: Canvas, scene: SceneLike, camera: AnyCamera) -> None:
     hits = grid_of_hits(scene, camera, sheet.width, sheet.height, step)
     entries = np.where(hits.hit, np.append(scene._prepared.lowered.body_item, -1)[hits.body], -1)
     depths = _depths(entries)
-    taken: list[Box] = []
+    boxes: list[Box] = []
     found, counts = np.unique(entries[entries >= 0], return_counts=True)
     for k in np.argsort(-counts, kind="stable")[:_MOST].tolist():
         if counts[k] < _LEAST_RAYS:
@@ -226,7 +226,7 @@ def draw_labels(sheet: Canvas, scene: SceneLike, camera: AnyCamera) -> None:
         deepest = np.argwhere(own == own.max())
         row, column = deepest[np.argmin(((deepest - deepest.mean(axis=0)) ** 2).sum(axis=1))]
         place = camera.project(hits.point[row, column], sheet.width, sheet.height)
-        _place_label(sheet, _entry_label(scene, int(found[k])), place.tolist(), taken)
+        _place_label(sheet, _entry_label(scene, int(found[k])), place.tolist(), boxes)
 
 
 def _depths(entries: Ints) -> Ints:
@@ -259,7 +259,7 @@ def _plain(letter: str) -> str:
     return base.encode("ascii", "backslashreplace").decode()
 
 
-def _place_label(sheet: Canvas, text: str, place: list[float], taken: list[Box]) -> None:
+def _place_label(sheet: Canvas, text: str, place: list[float], boxes: list[Box]) -> None:
     """Draw a text near a place, where it covers no other; nowhere if there is no such room."""
     width, height = (size + 4 * sheet.unit for size in sheet.size_of(text, _SIZE))
     x = min(max(place[0], width / 2), max(width / 2, sheet.width - width / 2))
@@ -267,8 +267,8 @@ def _place_label(sheet: Canvas, text: str, place: list[float], taken: list[Box])
         left, y = x + across * width, place[1] + down * height
         y = min(max(y, height / 2), max(height / 2, sheet.height - height / 2))
         box = (left - width / 2, y - height / 2, left + width / 2, y + height / 2)
-        if not any(box[0] < b[2] and b[0] < box[2] and box[1] < b[3] and b[1] < box[3] for b in taken):
-            taken.append(box)
+        if not any(box[0] < b[2] and b[0] < box[2] and box[1] < b[3] and b[1] < box[3] for b in boxes):
+            boxes.append(box)
             sheet.text((left, y), text, "#101010", _SIZE)
             return
 

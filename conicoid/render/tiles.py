@@ -257,17 +257,17 @@ def is_wanted(squares: Signs, left: int, top: int, width: int) -> bool:
 
 def tile_kernel(integrator: str) -> Callable[..., None]:
     """The kernel that fills tiles begin to end of a film, with an integrator compiled into it."""
-    chosen = INTEGRATORS[integrator]
-    shared = ((name, each) for name, each in INTEGRATORS.items() if each.module == chosen.module)
-    return _tile_kernel(next(name for name, each in shared if each.progressive == chosen.progressive))
+    kind = INTEGRATORS[integrator]
+    shared = ((name, each) for name, each in INTEGRATORS.items() if each.module == kind.module)
+    return _tile_kernel(next(name for name, each in shared if each.progressive == kind.progressive))
 
 
 @functools.cache
 def _tile_kernel(integrator: str) -> Callable[..., None]:
     """The same for the first of the integrators that share a module and take their samples in the same way."""
-    chosen = INTEGRATORS[integrator]
-    module = importlib.import_module(f"{integrators.__name__}.{chosen.module}")
-    gather, new_memory, progressive = module.gather, getattr(module, "new_memory", no_memory), chosen.progressive
+    kind = INTEGRATORS[integrator]
+    module = importlib.import_module(f"{integrators.__name__}.{kind.module}")
+    gather, new_memory, progressive = module.gather, getattr(module, "new_memory", no_memory), kind.progressive
     batch, finish = getattr(module, "BATCH", 1), getattr(module, "finish", finish_nothing)
 
     @helper
@@ -336,7 +336,7 @@ def _tile_kernel(integrator: str) -> Callable[..., None]:
                             geometry, scratch, memory, packet, seen, frame, view, film, sums, settings, last, left, top
                         )  # fmt: skip
 
-    look = PathLight if chosen.transports else WhittedLight if chosen.lit else None
+    look = PathLight if kind.transports else WhittedLight if kind.lit else None
     tiles.__annotations__["settings"] = Annotated[Settings, {"look": look}]
     tiles.__name__ = tiles.__qualname__ = f"{integrator}_tiles"
     return kernel(film="out h w 3", sums=f"out h|0 w {SUMS}", squares="*", last="1..1048576", begin="0..end")(tiles)

@@ -197,8 +197,8 @@ class _MovieJob:
         self.keep, self.progress = check_flag(name, "keep", keep), progress
         check_callback(name, "progress", progress)
         self.workers = None if executor is None else as_workers(name, executor)
-        beside = self.target.with_name(f"{self.target.stem}-frames")
-        self.folder = beside if folder is None else Path(checked_path(name, folder, "folder"))
+        default_folder = self.target.with_name(f"{self.target.stem}-frames")
+        self.folder = default_folder if folder is None else Path(checked_path(name, folder, "folder"))
 
     @property
     def aspect(self) -> float:

@@ -150,10 +150,10 @@ def _scene_of_group(scene: Any, group: str, members: Any) -> Any:
         elif not isinstance(item, str) and item in scene.lights:
             lights.append(item)
         else:
-            known = describe_names(item, "bodies that glow", sorted(lamps))
+            names = describe_names(item, "bodies that glow", sorted(lamps))
             expected = f'bodies that glow, lights of the scene or "{BACKGROUND}"'
             raise ValueError(
-                f"render: groups[{format_value(group)}] must name {expected}, got {format_value(item)}; {known}"
+                f"render: groups[{format_value(group)}] must name {expected}, got {format_value(item)}; {names}"
             )
     made = scene
     for number, body in enumerate(scene.bodies):

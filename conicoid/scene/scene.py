@@ -56,7 +56,7 @@ from ..geometry.entries import (
 from ..geometry.instances import InstanceList
 from ..geometry.labels import count_bodies, distinct_materials, first_numbers, single_body
 from ..geometry.shape import Shape, Solid
-from ..geometry.tracks import BodyTrack, CameraTrack, LightTrack, Track, as_tracks
+from ..geometry.tracks import Track, as_tracks, follow_tracks
 from ..materials.background import Background, as_background
 from ..materials.light import Light, as_lights
 from ..materials.material import Material
@@ -258,17 +258,7 @@ class Scene:
         """Return the body of a number, as in `hits.body` and from `body_at`.
 
         A ball of a `Spheres` is a `Sphere` of its own, one of `Boxes` a `Box`, with its own material and the name of
-        its entry.
-
-        Parameters
-        ----------
-        number : int
-            From 0 to `body_count` - 1.
-
-        Raises
-        ------
-        IndexError
-            For other numbers, -1 (a miss) among them.
+        its entry. Numbers go from 0 to `body_count` - 1; others, -1 (a miss) among them, raise IndexError.
         """
         entry, ball = find_body(self._firsts, number)  # `ball`: the index in a `Spheres` or `Boxes`
         return single_body(self._bodies[entry], ball)
@@ -354,18 +344,10 @@ class Scene:
     # --- Edits: new scenes, which reuse the prepared tables of the old one and prepare only the difference
 
     def replace(
-        self,
-        which: str | int | None = None,
-        item: Shape | Body | None = None,
-        *,
-        material: Any = _UNCHANGED,
-        name: Any = _UNCHANGED,
-        lights: Any = _UNCHANGED,
-        camera: Any = _UNCHANGED,
-        background: Any = _UNCHANGED,
-        domain: Any = _UNCHANGED,
-        animation: Any = _UNCHANGED,
-    ) -> Scene:
+        self, which: str | int | None = None, item: Shape | Body | None = None, *,
+        material: Any = _UNCHANGED, name: Any = _UNCHANGED, lights: Any = _UNCHANGED, camera: Any = _UNCHANGED,
+        background: Any = _UNCHANGED, domain: Any = _UNCHANGED, animation: Any = _UNCHANGED,
+    ) -> Scene:  # fmt: skip
         """Return a scene with one entry changed, or other lights, camera, background, domain or animation.
 
         Parameters
@@ -398,15 +380,10 @@ class Scene:
         Parameters
         ----------
         which : str or int
-            The name of the entry, or the number of its body.
+            As for `replace`, with the same errors.
         motion : (3,), (4, 4) or callable
             A translation; a matrix, as for `shape.transform`; or a function of the shape that returns the shape in its
             place: ``lambda shape: shape.rotate("z", 30)``.
-
-        Raises
-        ------
-        KeyError, IndexError
-            For an unknown entry.
         """
         entry = one_entry(self._bodies, self._first_numbers, which, "moved")
         old = self._bodies[entry]
@@ -418,16 +395,9 @@ class Scene:
         Parameters
         ----------
         items : iterable of Shape or Body, Shape or Body
-            The new entries.
+            The new entries. ValueError is raised for a name that another entry has.
         before : str or int, optional
-            The name of the entry that follows them, or the number of its body; None puts them at the end.
-
-        Raises
-        ------
-        KeyError, IndexError
-            For an unknown entry.
-        ValueError
-            For a name that another entry has.
+            The entry that follows them, as for `replace`; None puts them at the end.
         """
         place = len(self._bodies)
         if before is not None:
@@ -442,17 +412,12 @@ class Scene:
         Parameters
         ----------
         which : str or int, or iterable of these
-            The name of the entry, or the number of its body.
-
-        Raises
-        ------
-        KeyError, IndexError
-            For an unknown entry.
+            As for `replace`, with the same errors.
         """
         each = which if isinstance(which, Iterable) and not isinstance(which, str) else [which]
         # A set: several numbers may be bodies of one entry
-        gone = {one_entry(self._bodies, self._first_numbers, one, "without") for one in each}
-        return self._edited(remove_entries(self._bodies, gone))
+        entries = {one_entry(self._bodies, self._first_numbers, one, "without") for one in each}
+        return self._edited(remove_entries(self._bodies, entries))
 
     def _edited(self, bodies: Bodies, *parts: Any, before: Scene | None = None) -> Scene:
         """Return a scene of other bodies, which reuses the prepared tables of this one, or of `before`.
@@ -508,20 +473,7 @@ class Scene:
         ValueError
             If a track moves a camera or a light that the scene does not have.
         """
-        time = check_number("at", "time", time)
-        # Without tracks, since the result is a scene at rest
-        scene = self._edited(self._bodies, *self._parts[1:-1], ()) if self._animation else self
-        for track in self._animation:
-            if isinstance(track, BodyTrack):
-                shape = self._bodies[find_entry(self._bodies, track.body)].shape
-                if track.moved(shape, time) is not shape:  # a body at rest needs no preparation
-                    scene = scene.moved(track.body, lambda old, track=track: track.moved(old, time))
-            elif isinstance(track, CameraTrack):
-                if scene.camera is None:
-                    raise ValueError("at: the scene must have a camera for a CameraTrack to move")
-                scene = scene.replace(camera=track.moved(scene.camera, time))
-            elif isinstance(track, LightTrack):
-                scene = scene.replace(lights=_move_light(scene.lights, track, time))
+        scene: Scene = follow_tracks(self, check_number("at", "time", time))
         return scene
 
     # --- Preparation
@@ -535,11 +487,7 @@ class Scene:
         """Build the arrays and the tree now, rather than on the first query.
 
         The tables of a shape are kept with it, so a scene that shares shapes with a prepared one builds only the rest.
-
-        Parameters
-        ----------
-        progress : callable, optional
-            progress(done, count) is called with numbers of entries, to which every stage of the work adds.
+        progress(done, count) is called with numbers of entries, to which every stage of the work adds.
         """
         check_callback("prepare", "progress", progress)
         self._ready(progress)
@@ -604,14 +552,8 @@ class Scene:
     ) -> Any:  # fmt: skip
         """Return whether each ray has any crossing strictly between t_min and t_max: first_hit(...).t < inf.
 
-        Parameters
-        ----------
-        origins, directions, t_min, t_max, executor
-            As for `first_hit`. An empty interval, t_min >= t_max, has no crossing.
-
-        Returns
-        -------
-        bool (...)
+        The arguments are those of `first_hit`, the result is bool (...). An empty interval, t_min >= t_max, has no
+        crossing.
         """
         return self._along_rays("occluded", executor, origins, directions, t_min, t_max)
 
@@ -621,10 +563,7 @@ class Scene:
     ) -> Spans:  # fmt: skip
         """Return every stretch of each ray inside each solid, clipped to [t_min, t_max], sorted along the ray.
 
-        Parameters
-        ----------
-        origins, directions, t_min, t_max, executor
-            As for `first_hit`. An empty interval, t_min >= t_max, has no spans.
+        The arguments are those of `first_hit`. An empty interval, t_min >= t_max, has no spans.
         """
         spans: Spans = self._along_rays("spans", executor, origins, directions, t_min, t_max)
         return spans
@@ -635,10 +574,7 @@ class Scene:
     ) -> Crossings:  # fmt: skip
         """Return every crossing of each ray with solids and sheets, strictly between t_min and t_max, in order.
 
-        Parameters
-        ----------
-        origins, directions, t_min, t_max, executor
-            As for `first_hit`. An empty interval, t_min >= t_max, has no crossings.
+        The arguments are those of `first_hit`. An empty interval, t_min >= t_max, has no crossings.
         """
         crossings: Crossings = self._along_rays("crossings", executor, origins, directions, t_min, t_max)
         return crossings
@@ -684,7 +620,6 @@ class Scene:
 
         return stream(self, rays, query, chunk, executor, out, options)
 
-    @ignore_fp_errors
     def lengths(
         self, origins: Any, directions: Any = None, t_min: Any = DEFAULT_T_MIN, t_max: Any = DEFAULT_T_MAX, *,
         by: Literal["body", "material"] = "body", overlaps: Literal["both", "error"] | None = None,
@@ -707,20 +642,11 @@ class Scene:
         -------
         float64 (..., bodies) or (..., materials)
         """
-        from ..queries import line_integrals, ray_queries
+        lengths: FloatArray = self._along_many_rays(
+            "lengths", executor, origins, directions, t_min, t_max, progress, by=by, overlaps=overlaps
+        )
+        return lengths
 
-        check_callback("lengths", "progress", progress)
-        if _is_remote(executor, origins, directions):
-            from ..parallel.queries import dispatch_rays
-
-            lengths: FloatArray = dispatch_rays(
-                self, "lengths", executor, origins, directions, t_min, t_max, progress, by=by, overlaps=overlaps
-            )
-            return lengths
-        rays = ray_queries.as_rays("lengths", origins, directions)
-        return line_integrals.lengths(self._prepared, rays, t_min, t_max, by, progress, overlaps)
-
-    @ignore_fp_errors
     def line_integral(
         self, values: Any, origins: Any, directions: Any = None, t_min: Any = DEFAULT_T_MIN,
         t_max: Any = DEFAULT_T_MAX, *, otherwise: Any = None, overlaps: Literal["both", "error"] | None = None,
@@ -748,18 +674,8 @@ class Scene:
         -------
         float64 (...) or (..., energies)
         """
-        from ..queries import line_integrals, ray_queries
-
-        check_callback("line_integral", "progress", progress)
-        if _is_remote(executor, origins, directions):
-            from ..parallel.queries import dispatch_rays
-
-            options = dict(values=values, otherwise=otherwise, overlaps=overlaps)
-            return dispatch_rays(
-                self, "line_integral", executor, origins, directions, t_min, t_max, progress, **options
-            )
-        rays = ray_queries.rays_after_values(values, origins, directions)
-        return line_integrals.line_integral(self._prepared, values, rays, t_min, t_max, otherwise, progress, overlaps)
+        options = dict(values=values, otherwise=otherwise, overlaps=overlaps)
+        return self._along_many_rays("line_integral", executor, origins, directions, t_min, t_max, progress, **options)
 
     def _along_rays(self, query: str, executor: Any, *rays: Any) -> Any:
         """Answer a query of rays: origins, directions, t_min and t_max."""
@@ -775,12 +691,20 @@ class Scene:
         return None if answer is None else answer(prepared, *numbers)
 
     @ignore_fp_errors
-    def _along_many_rays(self, query: str, executor: Any, origins: Any, directions: Any, t_min: Any, t_max: Any) -> Any:
-        """Answer a query of rays here, or by workers."""
+    def _along_many_rays(
+        self, query: str, executor: Any, origins: Any, directions: Any, t_min: Any, t_max: Any,
+        progress: Progress | None = None, **options: Any,
+    ) -> Any:  # fmt: skip
+        """Answer a query of rays here, or by workers; `options` are its arguments beyond rays and interval."""
+        check_callback(query, "progress", progress)
         if _is_remote(executor, origins, directions):
             from ..parallel.queries import dispatch_rays
 
-            return dispatch_rays(self, query, executor, origins, directions, t_min, t_max)
+            return dispatch_rays(self, query, executor, origins, directions, t_min, t_max, progress, **options)
+        if options:  # sums of spans
+            from ..queries import line_integrals
+
+            return line_integrals.answer(self._prepared, query, origins, directions, t_min, t_max, progress, options)
         from ..queries import ray_queries
 
         answer = getattr(ray_queries, query)
@@ -805,26 +729,16 @@ class Scene:
         return self._at_points("contains", executor, points)
 
     def body_at(self, points: Any, *, executor: Any = None) -> Any:
-        """Return the number of the first listed body that contains each point, or -1.
+        """Return the number of the first listed body that contains each point, or -1: int32 (...).
 
-        Parameters
-        ----------
-        points, executor
-            As for `contains`.
-
-        Returns
-        -------
-        int32 (...)
+        The arguments are those of `contains`.
         """
         return self._at_points("body_at", executor, points)
 
     def bodies_at(self, points: Any, *, executor: Any = None) -> BodiesAt:
         """Return all bodies that contain each point, in listing order, as one list after the other.
 
-        Parameters
-        ----------
-        points, executor
-            As for `contains`.
+        The arguments are those of `contains`.
         """
         bodies: BodiesAt = self._at_points("bodies_at", executor, points)
         return bodies
@@ -925,39 +839,19 @@ class Scene:
     def surface(self, number: Any) -> SceneSurface:
         """Return the surface of a number, as in `hits.surface`: its equation, its kind, and the faces that it makes.
 
-        Parameters
-        ----------
-        number : int
-            From 0 to the number of surfaces - 1.
-
-        Raises
-        ------
-        TypeError
-            For anything but an integer.
-        IndexError
-            For other numbers, -1 (a miss) among them.
+        Numbers go from 0 to the number of surfaces - 1. TypeError is raised for anything but an integer, IndexError for
+        other numbers, -1 (a miss) among them.
         """
         from ..apps.explain.explanation import surface_of
 
-        index, count = as_index(number), len(self._prepared.lowered.tables.surface_kind)
-        if index is None:
-            raise TypeError(
-                f"surface: number must be one integer, got {format_value(number)}; scene.surface(int(k)) for each"
-            )
-        if not 0 <= index < count:
-            miss = "; -1 stands for a miss" if index == -1 else ""
-            raise IndexError(f"surface: number must be at least 0 and below {count}, got {index}{miss}")
-        return surface_of(self, index)
+        return surface_of(self, number)
 
     # --- Pictures
 
     def fitting_camera(self, aspect: float = 4 / 3) -> Camera:
         """Return the camera of pictures of a scene without one: all bodies are in view.
 
-        Parameters
-        ----------
-        aspect : float
-            Width of the picture over its height.
+        aspect: the width of the picture over its height.
         """
         from ..render.camera import fit_camera
 
@@ -972,29 +866,16 @@ class Scene:
 
     @ignore_fp_errors
     def render(
-        self,
-        width: int = 640,
-        height: int = 480,
-        samples: int | None = None,
-        integrator: str = "whitted",
-        seed: int = 0,
-        *,
-        depth: int = 10,
-        camera: AnyCamera | None = None,
+        self, width: int = 640, height: int = 480, samples: int | None = None, integrator: str = "whitted",
+        seed: int = 0, *, depth: int = 10, camera: AnyCamera | None = None,
         filter: Filter = "box",  # noqa: A002
-        noise: float | None = None,
-        shutter: tuple[float, float] | None = None,
-        times: int | None = None,
-        layers: bool | str | Iterable[str] = (),
-        groups: Mapping[str, Any] | None = None,
-        axes: bool = False,
-        labels: bool = False,
-        normals: bool = False,
+        noise: float | None = None, shutter: tuple[float, float] | None = None, times: int | None = None,
+        layers: bool | str | Iterable[str] = (), groups: Mapping[str, Any] | None = None,
+        axes: bool = False, labels: bool = False, normals: bool = False,
         progress: Callable[[int, int], Any] | None = None,
         preview: Callable[[Image], Any] | Literal["terminal"] | bool | None = None,
-        executor: Any = None,
-        resume: str | os.PathLike[str] | None = None,
-    ) -> Image:
+        executor: Any = None, resume: str | os.PathLike[str] | None = None,
+    ) -> Image:  # fmt: skip
         """Return a picture of `width` x `height` pixels; a camera and lights that fit replace missing ones.
 
         Parameters
@@ -1175,19 +1056,10 @@ class Scene:
 
     @ignore_fp_errors
     def view(self, height: int = 480) -> Any:
-        """Return a widget to walk around in the scene in a notebook.
+        """Return a widget, `height` pixels high, to walk around in the scene in a notebook.
 
-        Parameters
-        ----------
-        height : int
-            In pixels.
-
-        Raises
-        ------
-        ImportError
-            Without anywidget (`pip install 'conicoid[notebook]'`).
-        ValueError
-            For a scene that is too large for a browser.
+        ImportError is raised without anywidget (`pip install 'conicoid[notebook]'`), ValueError for a scene that is too
+        large for a browser.
         """
         return extension("view")(self, height)
 
@@ -1227,14 +1099,6 @@ def _as_camera(camera: Any) -> AnyCamera | None:
     from ..render.camera import as_camera
 
     return as_camera("Scene", camera)
-
-
-def _move_light(lights: tuple[Light, ...], track: LightTrack, time: float) -> list[Light]:
-    """Return the lights of a scene, with one of them where its track has it."""
-    if track.light >= len(lights):
-        there = format_count(len(lights), "light", "lights")
-        raise ValueError(f"at: the scene has {there}, from 0 on; a LightTrack moves light {track.light}")
-    return [track.moved(light, time) if k == track.light else light for k, light in enumerate(lights)]
 
 
 def _is_remote(executor: Any, *arrays: Any) -> bool:

@@ -71,8 +71,8 @@ def _coherent() -> None:
 
     from .scene import Scene
 
-    still = np.zeros((128, 64, 3), np.float32)
-    Scene([]).first_hit(still, still + np.float32(1.0))
+    origins = np.zeros((128, 64, 3), np.float32)
+    Scene([]).first_hit(origins, origins + np.float32(1.0))
 
 
 def _incoherent() -> None:
@@ -126,10 +126,10 @@ def _batches() -> None:
     from ..prepare.tape.recording_cache import FEWEST
     from .scene import Scene
 
-    for beside in (0.0, 2.0**-120):
+    for offset in (0.0, 2.0**-120):
         # As few as are lowered together, moved halfway between two floats, exactly and by a little more
         balls = [Sphere(1.0, (1.0, float(k), 0.0)) for k in range(FEWEST)]
-        Scene([ball.translate((2.0**-53, 0.0, 0.0)).translate((beside, 0.0, 0.0)) for ball in balls]).prepare()
+        Scene([ball.translate((2.0**-53, 0.0, 0.0)).translate((offset, 0.0, 0.0)) for ball in balls]).prepare()
     Scene([Box().rotate((1, 2, 3), 30) & Sphere(1.0)]).prepare()  # parts that cut one another
     slanted = [HalfSpace((1.0, 2.0, 3.0), float(k)) for k in range(2)]
     Scene(

@@ -256,8 +256,8 @@ def _model(scene: Scene, path: str | os.PathLike[str], title: str | None, option
     """Write a model of another program; return its notes."""
     exporter = find_export_format(path)
     if exporter is None:
-        known = ", ".join(suffix for each in EXPORT_FORMATS for suffix in each.suffixes)
-        raise ValueError(f"{os.fspath(path)}: scenes are exported as a page, .html, or as models: {known}")
+        suffixes = ", ".join(suffix for each in EXPORT_FORMATS for suffix in each.suffixes)
+        raise ValueError(f"{os.fspath(path)}: scenes are exported as a page, .html, or as models: {suffixes}")
     if title is not None:
         raise ValueError(f"export: title means nothing for {exporter.name}: pages have one")
     result = exporter.write(scene, path, options)

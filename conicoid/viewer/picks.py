@@ -154,7 +154,7 @@ def _hit(
 
 def _hit_of_one(scene: Scene, origin: FloatArray, direction: FloatArray, first: dict[str, Any]) -> Hits:
     """Return the hit of a crossing whose wall a hidden, earlier listed body shares: that body would win the tie."""
-    alone = Scene([scene.bodies[int(scene._prepared.lowered.body_item[first["body"]])]])
-    times = alone.crossings(origin, direction).t
+    one_body = Scene([scene.bodies[int(scene._prepared.lowered.body_item[first["body"]])]])
+    times = one_body.crossings(origin, direction).t
     t = float(times[np.argmin(np.abs(times - first["t"]))])
-    return alone.first_hit(origin, direction, math.nextafter(t, -math.inf), math.nextafter(t, math.inf))
+    return one_body.first_hit(origin, direction, math.nextafter(t, -math.inf), math.nextafter(t, math.inf))

@@ -148,10 +148,10 @@ def _widget_class() -> type[Any]:
         def _repr_mimebundle_(self, **options: Any) -> Any:
             """Return the widget, and a page for readers without widgets: a notebook as HTML."""
             # Readers take the richest kind that they know, so both go into the file
-            still = {"text/html": still_page(self._scene, self._preview, self.height)}
+            page = {"text/html": still_page(self._scene, self._preview, self.height)}
             if self.comm is None:
-                return still | {"text/plain": repr(self._scene)}, {}
+                return page | {"text/plain": repr(self._scene)}, {}
             data, metadata = super()._repr_mimebundle_(**options) or ({}, {})
-            return data | still, metadata
+            return data | page, metadata
 
     return SceneWidget

@@ -55,7 +55,11 @@ def test_points_of_a_far_source(distance):
     scenes = {
         "wall": (co.Box((-1, -1, 0), (1, 1, 1)), lambda p: p[2] - 1, 1),
         "ball": (co.Sphere(1.25), lambda p: sum(x * x for x in p) - Fraction(25, 16), 3),
-        "cone": (co.Cone((0, 0, -2), (0, 0, 3), 2, 0), lambda p: p[0] ** 2 + p[1] ** 2 - (exact(0.4) * (3 - p[2])) ** 2, 6),
+        "cone": (
+            co.Cone((0, 0, -2), (0, 0, 3), 2, 0),
+            lambda p: p[0] ** 2 + p[1] ** 2 - (exact(0.4) * (3 - p[2])) ** 2,
+            6,
+        ),
     }
     for name, (shape, value, steepness) in scenes.items():
         scene = co.Scene([shape])

@@ -190,7 +190,9 @@ def test_polyhedra_together_have_the_numbers_and_the_boxes_of_each(kind: str, mo
     for form, places, table in found:
         rows |= {place: table[k, : form.pattern.width] for k, place in enumerate(places.tolist())}
     for place, shape in enumerate(shapes):
-        again = co.Polyhedron(shape.normals, shape.offsets)._with_motion(shape.motion)  # what the batch learnt is not used
+        again = co.Polyhedron(shape.normals, shape.offsets)._with_motion(
+            shape.motion
+        )  # what the batch learnt is not used
         single = compute_shape(again)
         assert np.array_equal(rows[place], single.row)
         box = rows[place][single.pattern.bounds_at + 6 * len(single.pattern.leaves) :][:6]
@@ -202,8 +204,13 @@ def test_polyhedra_together_have_the_numbers_and_the_boxes_of_each(kind: str, mo
             own = np.diag([*getattr(step, "factors", (1.0,) * 3), 1.0]) if own is None else np.array(own)
             own[:3, 3] += getattr(step, "offset", (0.0,) * 3)
             given = [[Fraction(x) for x in row] for row in own.tolist()]
-            matrix = [[sum(a * b for a, b in zip(row, column, strict=True)) for column in zip(*matrix)] for row in given]
-        moved = [[sum(m * x for m, x in zip(row, (*point, 1), strict=True)) for row in matrix[:3]] for point in corners(shape)]
+            matrix = [
+                [sum(a * b for a, b in zip(row, column, strict=True)) for column in zip(*matrix)] for row in given
+            ]
+        moved = [
+            [sum(m * x for m, x in zip(row, (*point, 1), strict=True)) for row in matrix[:3]]
+            for point in corners(shape)
+        ]
         for axis, ends in enumerate(zip(*moved, strict=True)):
             assert box[axis] <= min(ends) <= box[axis] + 1e-12
             assert box[3 + axis] - 1e-12 <= max(ends) <= box[3 + axis]

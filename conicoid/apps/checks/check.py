@@ -83,11 +83,11 @@ def _candidates(tables: Tables, targets: ProbeTargets) -> Iterator[tuple[int, in
     order = np.argsort(place, kind="stable")
     count = 0
     # Neighbours of distance 1, 2 and so on in the order, until none of them is close
-    for apart in range(1, len(order)):
-        near = np.flatnonzero(place[order[apart:]] - place[order[:-apart]] <= _FAR_OFF)
+    for step in range(1, len(order)):
+        near = np.flatnonzero(place[order[step:]] - place[order[:-step]] <= _FAR_OFF)
         if not len(near) or count > _MOST_PAIRS:
             return
-        for one, other in zip(order[near].tolist(), order[near + apart].tolist(), strict=True):
+        for one, other in zip(order[near].tolist(), order[near + step].tolist(), strict=True):
             if _difference(rows[[one, other]]) <= _FAR_OFF:
                 yield min(one, other), max(one, other)
                 count += 1
@@ -287,8 +287,8 @@ def _probe_pairs(scan: ProbeScan, targets: ProbeTargets, rays: int, random: np.r
     one, other = targets.pairs()
     if len(one):
         # Every pair gets rays if there are enough
-        chosen = np.resize(random.permutation(len(one)), rays)
-        scan.follow(targets.through(*targets.common(one[chosen], other[chosen]), random))
+        picks = np.resize(random.permutation(len(one)), rays)
+        scan.follow(targets.through(*targets.common(one[picks], other[picks]), random))
 
 
 def _probe_unseen(scan: ProbeScan, targets: ProbeTargets, rays: int, random: np.random.Generator) -> Any:

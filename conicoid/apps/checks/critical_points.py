@@ -63,8 +63,8 @@ def tests_of(cell: LocalCell) -> TestPoints:
         # The corners of a polyhedron also give its width
         if cell.flat.all() and len(through) == 3:
             corners.append(at)
-        for chosen in _combinations([s for s in through if s < count]):
-            for weight in _weights(cell, at, chosen):
+        for combination in _combinations([s for s in through if s < count]):
+            for weight in _weights(cell, at, combination):
                 points.append(at)
                 weights.append(weight)
     none = np.zeros((0, 3))
@@ -106,26 +106,26 @@ def _inside(cell: LocalCell, points: FloatArray, through: Sequence[int]) -> Any:
     return mask
 
 
-def _weights(cell: LocalCell, points: FloatArray, chosen: tuple[int, ...]) -> Iterator[FloatArray]:
+def _weights(cell: LocalCell, points: FloatArray, combination: tuple[int, ...]) -> Iterator[FloatArray]:
     """Yield weights (T, S) for each chosen surface: it alone, or without its components along the others' normals."""
     weights = np.zeros((len(points), len(cell.forms)))
-    if len(chosen) == 1:
-        weights[:, chosen[0]] = 1.0
+    if len(combination) == 1:
+        weights[:, combination[0]] = 1.0
         yield weights
         return
     # Unit normals, so that weights of different surfaces compare; points without some normal get no test
-    normals = gradients(cell.forms[list(chosen)], points)
+    normals = gradients(cell.forms[list(combination)], points)
     sizes = np.linalg.norm(normals, axis=2)
     usable = sizes.min(axis=1) > _SMALL
     units = normals / np.where(usable, sizes.T, 1.0).T[:, :, None]
-    for k in range(len(chosen)):
-        others = [j for j in range(len(chosen)) if j != k]
+    for k in range(len(combination)):
+        others = [j for j in range(len(combination)) if j != k]
         # The weighted sum of gradients is the unit normal k without its projection onto the others
         parts = _along(units[:, others], units[:, k])
         result = weights.copy()
-        result[:, chosen[k]] = 1 / np.where(usable, sizes[:, k], 1.0)
+        result[:, combination[k]] = 1 / np.where(usable, sizes[:, k], 1.0)
         for column, j in enumerate(others):
-            result[:, chosen[j]] = -parts[:, column] / np.where(usable, sizes[:, j], 1.0)
+            result[:, combination[j]] = -parts[:, column] / np.where(usable, sizes[:, j], 1.0)
         result[~usable | ~np.isfinite(result).all(axis=1)] = 0.0
         yield result
 

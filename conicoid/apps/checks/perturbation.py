@@ -331,8 +331,8 @@ def own_frame(leaf: Any) -> tuple[LocalFrame, Extent, FloatArray]:
     """
     sides = [side.surface for cell in cells_of(leaf) for side in cell]
     curved = next((surface for surface in sides if isinstance(surface, QuadricSurface)), None)
-    chosen = curved or sides[0]
-    anchor, columns = ex.exact_row(chosen.anchor), ex.IDENTITY
+    axis_source = curved or sides[0]
+    anchor, columns = ex.exact_row(axis_source.anchor), ex.IDENTITY
     rows = ex.IDENTITY
     # The rows of an upright quadric are those of the identity
     if curved is not None and curved.rows is not UPRIGHT:

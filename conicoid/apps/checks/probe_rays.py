@@ -121,15 +121,15 @@ class ProbeTargets:
         ends = [(np.ascontiguousarray(self.low[order, k]), np.ascontiguousarray(self.high[order, k])) for k in range(3)]
         chunks: list[tuple[Indices, Indices]] = []
         count = 0
-        for apart in range(1, len(order)):
-            near = ends[0][0][apart:] <= ends[0][1][:-apart]
+        for step in range(1, len(order)):
+            near = ends[0][0][step:] <= ends[0][1][:-step]
             if count > _MOST_PAIRS or not near.any():
                 break
             for low, high in ends[1:]:
-                near &= (low[apart:] <= high[:-apart]) & (low[:-apart] <= high[apart:])
+                near &= (low[step:] <= high[:-step]) & (low[:-step] <= high[step:])
             overlapping = np.flatnonzero(near)
             count += len(overlapping)
-            chunks.append((order[overlapping], order[overlapping + apart]))
+            chunks.append((order[overlapping], order[overlapping + step]))
         none = np.zeros(0, np.int64)
         return np.concatenate([none, *(a for a, _ in chunks)]), np.concatenate([none, *(b for _, b in chunks)])
 
@@ -279,13 +279,13 @@ class ProbeScan:
         askew = np.count_nonzero(directions, axis=1) > 1
         first = np.flatnonzero(askew[ray])
         # In order of t_enter, the spans that overlap one follow it without a gap
-        for apart in range(1, len(ray)):
-            first = first[first + apart < len(ray)]
-            other = first + apart
+        for step in range(1, len(ray)):
+            first = first[first + step < len(ray)]
+            other = first + step
             first = first[(ray[first] == ray[other]) & (spans.t_enter[other] < spans.t_exit[first])]
             if not len(first):
                 return
-            other = first + apart
+            other = first + step
             length = np.minimum(spans.t_exit[first], spans.t_exit[other]) - spans.t_enter[other]
             bodies = np.sort(np.column_stack([spans.body[first], spans.body[other]]), axis=1)
             # Spans that touch in a point do not overlap
@@ -295,23 +295,23 @@ class ProbeScan:
 
     def _crossings(self, hits: Any, origins: FloatArray, directions: FloatArray) -> None:
         """Collect slivers: crossings with two surfaces that follow each other closely and are nearly parallel."""
-        apart = np.diff(hits.t)
-        one = np.flatnonzero((apart > 0) & (apart < THIN * self.sizes.max()))
+        gaps = np.diff(hits.t)
+        one = np.flatnonzero((gaps > 0) & (gaps < THIN * self.sizes.max()))
         # Few rows are left: those of one ray, closer than a part of the size of either body
-        other, apart, ray = one + 1, apart[one], row_owners(hits.offsets)
+        other, gaps, ray = one + 1, gaps[one], row_owners(hits.offsets)
         thin = THIN * np.minimum(self.sizes[hits.body[one]], self.sizes[hits.body[other]])
-        thin = (ray[one] == ray[other]) & (apart < thin) & (hits.surface[one] != hits.surface[other])
-        one, other, apart = one[thin], other[thin], apart[thin]
+        thin = (ray[one] == ray[other]) & (gaps < thin) & (hits.surface[one] != hits.surface[other])
+        one, other, gaps = one[thin], other[thin], gaps[thin]
         normals = [self._normals(hits, k, origins[ray[k]] + hits.t[k, None] * directions[ray[k]]) for k in (one, other)]
         thin = np.abs((normals[0] * normals[1]).sum(axis=1)) > _PARALLEL
         # Thickness across the walls instead of along the ray
-        apart = apart * np.abs((normals[0] * directions[ray[one]]).sum(axis=1))
-        one, other, apart = one[thin], other[thin], apart[thin]
+        gaps = gaps * np.abs((normals[0] * directions[ray[one]]).sum(axis=1))
+        one, other, gaps = one[thin], other[thin], gaps[thin]
         keys = np.column_stack([hits.body[one], hits.body[other], hits.surface[one], hits.surface[other]])
         # One key for both senses of a ray: the smaller number of a surface first
         swapped = (keys[:, 2] > keys[:, 3])[:, None]
         keys = np.where(swapped, keys[:, (1, 0, 3, 2)], keys)
-        for key, length, k, times in _longest(keys, apart, np.arange(len(apart))):
+        for key, length, k, times in _longest(keys, gaps, np.arange(len(gaps))):
             kind = _gap_kind(
                 hits.body[one[k]] == hits.body[other[k]],
                 hits.entering[one[k]],

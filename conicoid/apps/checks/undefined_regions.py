@@ -125,21 +125,21 @@ def regions_of(gaps: list[Gap], free: Free, around: Around, reach: Reach) -> Und
     them reaches; and if they are neighbours around the bend of a wall that they share.
     """
     groups = _wall_groups(gaps)
-    chosen = [gap for group in groups for gap in _sample_group(group, len(gaps))][:_MOST_STRETCHES]
-    places, roots = _places(chosen), UnionFind()
-    owners = np.repeat(np.arange(len(chosen)), len(_SHARES))
+    sample = [gap for group in groups for gap in _sample_group(group, len(gaps))][:_MOST_STRETCHES]
+    places, roots = _places(sample), UnionFind()
+    owners = np.repeat(np.arange(len(sample)), len(_SHARES))
     _join_visible_gaps(places, owners, roots, free)
-    _join_around_bends(chosen, places, roots, around)
+    _join_around_bends(sample, places, roots, around)
     visited, walkers = _random_walks(places, roots, reach)
     first = len(places)
     # Places of walks count as places of the gaps that they started from
     places, owners = np.concatenate([places, visited]), np.concatenate([owners, walkers])
     _join_visible_regions(places, owners, roots, free, first)
     numbers: dict[Any, int] = {}
-    region = np.array([numbers.setdefault(roots.of(k), len(numbers)) for k in range(len(chosen))], np.int64)
+    region = np.array([numbers.setdefault(roots.of(k), len(numbers)) for k in range(len(sample))], np.int64)
     result = UndefinedRegions([[] for _ in numbers], places, region[owners])
     # Gaps that were not compared join the regions of those that were
-    _assign(groups, {id(gap): int(k) for gap, k in zip(chosen, region, strict=True)}, result, free)
+    _assign(groups, {id(gap): int(k) for gap, k in zip(sample, region, strict=True)}, result, free)
     order = sorted((k for k, own in enumerate(result.stretches) if own), key=lambda k: -len(result.stretches[k]))
     rank = np.full(len(numbers), -1)
     rank[order] = np.arange(len(order))
@@ -237,11 +237,11 @@ def _join_around_bends(gaps: Sequence[Gap], places: FloatArray, roots: UnionFind
     for own in by_wall.values():
         if len({roots.of(k) for k in own}) < 2:
             continue
-        apart = np.linalg.norm(middles[own][:, None] - middles[own][None], axis=2)
+        distances = np.linalg.norm(middles[own][:, None] - middles[own][None], axis=2)
         # Near: within some times the median distance of nearest neighbours at this wall
-        np.fill_diagonal(apart, np.inf)
-        one, other = np.nonzero(np.triu(apart <= _NEAR * np.median(apart.min(axis=1))))
-        order = np.argsort(apart[one, other], kind="stable")[:_PAIRS]
+        np.fill_diagonal(distances, np.inf)
+        one, other = np.nonzero(np.triu(distances <= _NEAR * np.median(distances.min(axis=1))))
+        order = np.argsort(distances[one, other], kind="stable")[:_PAIRS]
         pairs = [(own[a], own[b]) for a, b in zip(one[order].tolist(), other[order].tolist(), strict=True)]
         pairs = [(a, b) for a, b in pairs if roots.of(a) != roots.of(b)]
         if pairs:
@@ -250,16 +250,16 @@ def _join_around_bends(gaps: Sequence[Gap], places: FloatArray, roots: UnionFind
                 roots.join(*pairs[k])
 
 
-def _assign(groups: list[list[Gap]], known: dict[int, int], regions: UndefinedRegions, free: Free) -> None:
-    """Add every gap to its region; `known` has the regions of gaps that were compared, by id."""
+def _assign(groups: list[list[Gap]], region_of_gap: dict[int, int], regions: UndefinedRegions, free: Free) -> None:
+    """Add every gap to its region; `region_of_gap` has the regions of gaps that were compared, by id."""
     for group in groups:
-        of_group = sorted({known[id(gap)] for gap in group if id(gap) in known})
+        of_group = sorted({region_of_gap[id(gap)] for gap in group if id(gap) in region_of_gap})
         if group[0].walls == (None, None):  # these gaps share no wall, and may lie in any region
             of_group = list(range(len(regions.stretches)))
-        rest = [gap for gap in group if id(gap) not in known]
+        rest = [gap for gap in group if id(gap) not in region_of_gap]
         for gap in group:
-            if id(gap) in known:
-                regions.stretches[known[id(gap)]].append(gap)
+            if id(gap) in region_of_gap:
+                regions.stretches[region_of_gap[id(gap)]].append(gap)
         if rest and of_group:
             middles = np.array([gap.ends.mean(axis=0) for gap in rest])
             for gap, k in zip(rest, regions.of_points(middles, of_group, free).tolist(), strict=True):
@@ -384,13 +384,13 @@ def _finding(
     longest = max(gaps, key=lambda gap: (sum(wall is not None for wall in gap.walls), gap.length))
     point = longest.ends.mean(axis=0)
     bodies = tuple(sorted({wall[0] for gap in gaps for wall in gap.walls if wall is not None}))
-    beside = f" beside {body_titles(scene, bodies[:_MOST_NAMED])}" if bodies else ""
+    neighbours = f" beside {body_titles(scene, bodies[:_MOST_NAMED])}" if bodies else ""
     more = f" and {len(bodies) - _MOST_NAMED} more" if len(bodies) > _MOST_NAMED else ""
     sides = reached.max(axis=0) - reached.min(axis=0)
     place, reach = (", ".join(f"{c:.6g}" for c in row.tolist()) for row in (point, sides))
     size = f"about {volume:.2g} ± {error:.1g}" if len(own) else f"less than about {3 * error:.1g}"
     message = (
-        f"({place}) is in the scene's domain but in no body; the region{beside}{more} extends over about "
+        f"({place}) is in the scene's domain but in no body; the region{neighbours}{more} extends over about "
         f"({reach}) and has a volume of {size}; seen by {format_count(len(gaps), 'ray', 'rays')}"
     )
     origin, direction = longest.origin.copy(), longest.direction.copy()
@@ -440,13 +440,13 @@ def _make_free(scene: SceneLike, domain: SceneLike) -> Free:
         """Is all between two points in the domain and in no body? By the exact spans of the way."""
         way = other - one
         # A way without length has no direction, and is free
-        still: Any = ~way.any(axis=1)
-        rays = one, np.where(still[:, None], 1.0, way)
+        is_free: Any = ~way.any(axis=1)
+        rays = one, np.where(is_free[:, None], 1.0, way)
         within = domain.spans(*rays, 0, 1)
         # The way is free if one span of the domain covers it, and no body has a span on it
         ends = within.enter_clipped & within.exit_clipped
         covered = np.bincount(row_owners(within.offsets), ends, len(one)) > 0
-        return still | (covered & (np.diff(scene.spans(*rays, 0, 1).offsets) == 0))
+        return is_free | (covered & (np.diff(scene.spans(*rays, 0, 1).offsets) == 0))
 
     return free
 

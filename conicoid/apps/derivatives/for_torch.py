@@ -70,7 +70,7 @@ def line_integral(parameters: Parameters, values: npt.ArrayLike) -> Callable[...
 def _function(host: Any) -> Callable[..., dict[str, Any]]:
     """Wrap a `DifferentiableFunction` of NumPy arrays as a function of PyTorch."""
 
-    class Traced(torch.autograd.Function):  # type: ignore[misc]
+    class TorchFunction(torch.autograd.Function):  # type: ignore[misc]
         """The forward and the backward pass."""
 
         @staticmethod
@@ -91,7 +91,7 @@ def _function(host: Any) -> Callable[..., dict[str, Any]]:
         # The dtype and the device of the vector rule; float64 if it is not a tensor.
         like = vector if torch.is_tensor(vector) else torch.as_tensor(vector, dtype=torch.float64)
         inputs = [torch.as_tensor(part, dtype=like.dtype, device=like.device) for part in (like, origins, directions)]
-        return dict(zip(host.shapes, Traced.apply(*inputs), strict=True))
+        return dict(zip(host.shapes, TorchFunction.apply(*inputs), strict=True))
 
     return function
 

@@ -369,14 +369,14 @@ class Parameters:
         """
         patterns = _patterns(names)
         own = self.names
-        chosen: set[int] = set()
+        indices: set[int] = set()
         for pattern in patterns:
             places = [self._places[pattern]] if pattern in self._places else _matching(own, pattern)
             if not places:
                 hint = describe_names(str(pattern), "names", list(own))
                 raise ValueError(f"parameters: names: nothing is called {format_value(pattern)}; {hint}")
-            chosen.update(places)
-        return Parameters(self._scene, self._chosen[sorted(chosen)], self._full)
+            indices.update(places)
+        return Parameters(self._scene, self._chosen[sorted(indices)], self._full)
 
     def vector(self, values: Mapping[str, float]) -> FloatArray:
         """Return the vector of values with some of them replaced.

@@ -308,10 +308,10 @@ def _drop_far_balls(geometry: Geometry, found: Ints, count: int, own: int, low: 
         if near and integer(geometry, table.ENTRY_KIND, entry) == BALL:
             row = integer(geometry, table.SURFACE_ROW, integer(geometry, table.ENTRY_INDEX, entry))
             cx, cy, cz, radius = load_sphere(geometry, row)
-            away = dot(x - cx, y - cy, z - cz, x - cx, y - cy, z - cz)
+            squared = dot(x - cx, y - cy, z - cz, x - cx, y - cy, z - cz)
             # The wall is within `size` of (x, y, z) if the distance to the centre is within radius ± size.
-            least, loose = max(0.0, radius - size), 2.0**-40 * (away + radius * radius)
-            near = least * least - loose <= away <= (radius + size) * (radius + size) + loose
+            least, loose = max(0.0, radius - size), 2.0**-40 * (squared + radius * radius)
+            near = least * least - loose <= squared <= (radius + size) * (radius + size) + loose
         if near:
             found[count_near] = entry
             count_near += 1
@@ -484,8 +484,8 @@ def _has_crossings_nearby(hits: Hits, which: Any) -> Any:
     length = np.abs(directions).max(axis=1)
     size = np.maximum(np.abs(points).max(axis=1), np.abs(origins).max(axis=1))
     reach = np.maximum(NEAR * size / length, NEAR * np.abs(t))
-    away = Rays._spawned(points, directions, surface.astype(np.int32), hits._home)
-    tied = ray_queries.occluded(prepared, away, -reach, reach)
+    rays = Rays._spawned(points, directions, surface.astype(np.int32), hits._home)
+    tied = ray_queries.occluded(prepared, rays, -reach, reach)
     common = np.flatnonzero(shared_surfaces(prepared)[surface])
     if len(common):
         t, part = t[common], reach[common]

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..._util.files import write_text
 from ..._util.validation import check_path as checked_path, format_value
-from ...geometry.entries import find_entry
+from ...geometry.entries import as_index, find_entry
 from ...geometry.quadric_classification import Classification
 from ...kernels.faces import cell_faces, numbers_of, plane_faces, sides_of
 from ...kernels.programs import cells_of_leaves, leaves_of_programs, row_of_leaf
@@ -281,18 +281,18 @@ def _steps(
     steps = []
     # In the order of the bodies' numbers
     for entry in sorted([*hits.tolist(), *misses[:MOST_MISSED].tolist()]):
-        known = _initial_step(scene, entry, int(tables.entry_kind[entry]))
+        step = _initial_step(scene, entry, int(tables.entry_kind[entry]))
         if reached[entry] == kernels.IN_BALL:
-            steps.append(work.step(entry, known))
+            steps.append(work.step(entry, step))
             continue
         box = box_test(boxes[entry].tolist(), line)
         # The tree tests the box of a leaf first, then the ball of a body
         if reached[entry] == kernels.REACHED and not box.missed:
-            left_out = ball_miss_step(known, box, ball_test(balls[entry].tolist(), line))
+            left_out = ball_miss_step(step, box, ball_test(balls[entry].tolist(), line))
         else:
-            left_out = box_miss_step(known, box)
+            left_out = box_miss_step(step, box)
         if selection is not None or len(boxes) <= FEW_BODIES:
-            left_out = merge_missed_step(left_out, work.step(entry, known))
+            left_out = merge_missed_step(left_out, work.step(entry, step))
         steps.append(left_out)
     return steps, max(0, len(misses) - MOST_MISSED)
 
@@ -392,23 +392,20 @@ class SceneSurface:
         return "\n".join([*lines, f"shared by {', '.join(faces)}" if len(faces) > 1 else "".join(faces)])
 
 
-def surface_of(scene: SceneLike, number: int) -> SceneSurface:
-    """Return the surface of a number.
-
-    Parameters
-    ----------
-    scene : Scene
-    number : int
-        From 0 to the number of surfaces - 1.
-
-    Returns
-    -------
-    SceneSurface
-    """
-    source = SurfaceSource.of(scene._prepared, number)
+def surface_of(scene: SceneLike, number: Any) -> SceneSurface:
+    """Return the surface of a number: see `Scene.surface`."""
+    index, count = as_index(number), len(scene._prepared.lowered.tables.surface_kind)
+    if index is None:
+        raise TypeError(
+            f"surface: number must be one integer, got {format_value(number)}; scene.surface(int(k)) for each"
+        )
+    if not 0 <= index < count:
+        miss = "; -1 stands for a miss" if index == -1 else ""
+        raise IndexError(f"surface: number must be at least 0 and below {count}, got {index}{miss}")
+    source = SurfaceSource.of(scene._prepared, index)
     polynomial = source.polynomial
     return SceneSurface(
-        number, polynomial.equation, polynomial.coefficients, source.classification, owners_of(scene._prepared, number)
+        index, polynomial.equation, polynomial.coefficients, source.classification, owners_of(scene._prepared, index)
     )
 
 

@@ -17,7 +17,7 @@ import numpy as np
 from ..._util.arrays import FloatArray
 from ..._util.validation import check_integer
 from ...geometry.quadric_classification import PLANE, SPHERE
-from ..section.drawing import path_of
+from ..section.drawing import svg_path
 from ..section.outline import Outline, OutlineCutter, WindowBodies
 from ..section.window import Window
 from .polynomial import SurfaceSource, format_float
@@ -88,24 +88,24 @@ def plane_of(found: RayRecord, main: BodyStep | None, shown: Sequence[int]) -> t
     )
     if axis is not None:
         # The ray and the part of the axis across it span the plane
-        beside = axis - along * float(along @ axis)
-        if float(np.linalg.norm(beside)) > _PARALLEL:
-            across = beside / np.linalg.norm(beside)
+        sideways = axis - along * float(along @ axis)
+        if float(np.linalg.norm(sideways)) > _PARALLEL:
+            across = sideways / np.linalg.norm(sideways)
             normal = np.cross(along, across)
             # The plane holds the axis only if the axis meets the ray's line; else it is parallel to it
             through = abs(float(normal @ (place - origin))) <= 1e-9 * (reach + float(np.linalg.norm(place - origin)))
             about = f"The plane through the ray {'and' if through else 'that is parallel to'} the axis of “{name}”."
     # No axis, or one along the ray: the ray and the middle of the body span the plane
     if across is None:
-        beside = place - origin
-        beside = beside - along * float(along @ beside)
-        size = float(np.linalg.norm(beside))
+        sideways = place - origin
+        sideways = sideways - along * float(along @ sideways)
+        size = float(np.linalg.norm(sideways))
         # The middle is on the ray: any direction across will do
         if size <= _PARALLEL * (1 + reach):
-            beside = np.eye(3)[int(np.argmin(np.abs(along)))]
-            beside = beside - along * float(along @ beside)
-            size = float(np.linalg.norm(beside))
-        across = beside / size
+            sideways = np.eye(3)[int(np.argmin(np.abs(along)))]
+            sideways = sideways - along * float(along @ sideways)
+            size = float(np.linalg.norm(sideways))
+        across = sideways / size
         if axis is not None:
             about = f"The plane through the ray and the axis of “{name}”."
     # A fixed sense, whatever the sense of the axis
@@ -238,7 +238,7 @@ class SvgDrawing:
 
     def outline(self, outline: Outline, style: str, about: str) -> None:
         """Draw a wall; `about` is shown where the pointer rests on it."""
-        path = path_of(self, outline, _OFF, _short)
+        path = svg_path(self, outline, _OFF, _short)
         self.parts.append(f'<path d="{path}" fill="none" {style}><title>{html.escape(about)}</title></path>')
 
     def line(self, begin: FloatArray, end: FloatArray, style: str) -> None:

@@ -315,5 +315,5 @@ class ExactRay:
         if discriminant < 0:
             return []
         # Sorted without equal ones: the sign of a may turn the order
-        apart = sqrt_fraction(discriminant)
-        return sorted({(-b - apart) / a, (-b + apart) / a})
+        root = sqrt_fraction(discriminant)
+        return sorted({(-b - root) / a, (-b + root) / a})

@@ -333,8 +333,8 @@ class RayRecord:
         for step in self.bodies:
             if which in (step.body, step.name) and not isinstance(which, bool):
                 return step
-        known = ", ".join(repr(step.name) for step in self.bodies[:8])
-        raise LookupError(f"explanation: no step of body {which!r}; there are {known}")
+        names = ", ".join(repr(step.name) for step in self.bodies[:8])
+        raise LookupError(f"explanation: no step of body {which!r}; there are {names}")
 
 
 # Crossings with the faces of a cell, true and false.

@@ -58,8 +58,8 @@ def plane_board(polynomial: Polynomial, line: ExactRay) -> Board:
         words.append(Words("v_d = 0: parallel, no crossing", "", 2))
         return Board(tuple(words), numbers)
     numbers["t"] = as_float(height / slope)
-    behind = "" if line.holds(height / slope) else f": not within {line.interval}"
-    words.append(Words(f"t = v_0 / v_d = {format_float(numbers['t'])}{behind}", "", 2))
+    remark = "" if line.holds(height / slope) else f": not within {line.interval}"
+    words.append(Words(f"t = v_0 / v_d = {format_float(numbers['t'])}{remark}", "", 2))
     return Board(tuple(words), numbers)
 
 
@@ -103,8 +103,8 @@ def _two_roots(
     """Return the roots of a t² + 2 b t + c, a > 0 or < 0, and which of the three cases it is; add them to `numbers`."""
     if discriminant <= 0:
         return [Words("read as invisible: no crossing", Citation.TOUCH, 2)] if not discriminant else []
-    apart = sqrt_fraction(discriminant)
-    first, second = (-b - apart) / a, (-b + apart) / a
+    root = sqrt_fraction(discriminant)
+    first, second = (-b - root) / a, (-b + root) / a
     numbers |= {"t0": as_float(first), "t1": as_float(second)}
     texts = [f"({one}){over}" if over else one for one in (part.split(" = ")[1] for part in formulas)]
     names = [part.split(" = ")[0] for part in formulas]
@@ -136,11 +136,11 @@ def _geometric(
     """Return the geometric method: t_ca, the squared distance of the line from the center, half the chord."""
     square = dot(out, out)
     nearest = -b / a
-    beside = square - b * b / a
-    half = (radius_squared - beside) / a
+    squared = square - b * b / a
+    half = (radius_squared - squared) / a
     where = "inside" if square < radius_squared else ("on the sphere" if square == radius_squared else "outside")
     numbers |= {
-        "OC2": as_float(square), "t_ca": as_float(nearest), "h2": as_float(beside), "t_hc2": as_float(half),
+        "OC2": as_float(square), "t_ca": as_float(nearest), "h2": as_float(squared), "t_hc2": as_float(half),
     }  # fmt: skip
     words: list[Block] = [
         Words(f"OC² = {format_fraction(square)}, r² = {format_fraction(radius_squared)}: the origin is {where}",
@@ -152,7 +152,11 @@ def _geometric(
         return [*words, Words("t_ca < 0 and the origin is outside: the ray misses", "", 2)]
     scaled = "" if line.is_unit else " a"
     words += [
-        Words(f"D² = OC² − t_ca²{scaled} = {format_fraction(beside)}, the squared distance of the line from S", "", 2),
+        Words(
+            f"D² = OC² − t_ca²{scaled} = {format_fraction(squared)}, the squared distance of the line from S",
+            "",
+            2,
+        ),
         Words(
             f"t_hc² = {'r² − D²' if line.is_unit else '(r² − D²) / a'} = {format_fraction(half)}{_sign_of(half)}", "", 2
         ),
@@ -194,8 +198,8 @@ def _without_square(b: Fraction, c: Fraction, line: ExactRay, numbers: dict[str,
     """Return the root of b t + c, or on which side the ray is if b = 0 as well."""
     if b:
         numbers["t"] = as_float(-c / b)
-        behind = "" if line.holds(-c / b) else f": not within {line.interval}"
-        return [Words(f"a = 0: t = −c / b = {format_fraction(-c / b)}{behind}", "", 2)]
+        remark = "" if line.holds(-c / b) else f": not within {line.interval}"
+        return [Words(f"a = 0: t = −c / b = {format_fraction(-c / b)}{remark}", "", 2)]
     where = "inside" if c < 0 else ("on the surface" if not c else "outside")
     left_out = "docs/theory.md, section 14: the case that the notes leave out"
     return [Words(f"a = b = 0: the ray is {where} all along, as c = {format_fraction(c)}", left_out, 2)]

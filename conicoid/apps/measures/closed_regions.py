@@ -239,10 +239,10 @@ class SideCircle:
             middle = math.atan2(other.normal[1], other.normal[0])
         else:
             way = other.center - self.center
-            apart = float(np.linalg.norm(way))
-            if apart == 0:
+            distance = float(np.linalg.norm(way))
+            if distance == 0:
                 return
-            cosine = (apart**2 + self.radius**2 - other.radius**2) / (2 * apart * self.radius)
+            cosine = (distance**2 + self.radius**2 - other.radius**2) / (2 * distance * self.radius)
             middle = math.atan2(way[1], way[0])
         if abs(cosine) < 1 - _TOUCHING:
             yield from (middle - math.acos(cosine), middle + math.acos(cosine))

@@ -164,8 +164,8 @@ def convex_faces(planes: HalfSpaces, bounds: BoxEnds) -> list[FloatArray]:
     found = []
     for k, row in enumerate(rows):
         towards = rows[:, :3] @ row[:3]
-        alike = rows[np.flatnonzero(towards[:k] > 1 - _ROUNDING)]
-        same = (np.abs(alike - row) <= _ROUNDING * np.array([1.0, 1.0, 1.0, reach])).all(axis=1)
+        parallels = rows[np.flatnonzero(towards[:k] > 1 - _ROUNDING)]
+        same = (np.abs(parallels - row) <= _ROUNDING * np.array([1.0, 1.0, 1.0, reach])).all(axis=1)
         if abs(row[3]) > _BEYOND * reach or same.any():
             continue
         corners = _square(row, _BEYOND * reach)
@@ -254,8 +254,8 @@ def _upright_ends(box: Box, outer: Motion) -> FloatArray | None:
 def _distinct(places: FloatArray) -> FloatArray:
     """Return the rising places of planes; those that only rounding keeps apart are one."""
     rising = np.sort(places)
-    apart = np.diff(rising) > _SAME_PLACE * np.abs(rising).max()
-    found: FloatArray = rising[np.concatenate([[True], apart])]
+    is_new = np.diff(rising) > _SAME_PLACE * np.abs(rising).max()
+    found: FloatArray = rising[np.concatenate([[True], is_new])]
     return found
 
 

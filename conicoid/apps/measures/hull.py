@@ -201,8 +201,8 @@ class ViewDirection:
     @classmethod
     def along(cls, axis: int, directions: FloatArray) -> ViewDirection:
         """Select the directions (n, 3) without a component along the axis."""
-        chosen = np.flatnonzero(directions[:, axis] == 0)
-        return cls(axis, np.delete(directions[chosen], axis, axis=1), chosen)
+        rows = np.flatnonzero(directions[:, axis] == 0)
+        return cls(axis, np.delete(directions[rows], axis, axis=1), rows)
 
 
 @dataclass(frozen=True)

@@ -403,10 +403,10 @@ class SceneMeasures(Sequence[Measures]):
             )
         if places or own:
             return of_material or own
-        known = [m.name for m in self.materials if m is not None and m.name]
+        names = [m.name for m in self.materials if m is not None and m.name]
         close = closest_name(name, [body for body in dict.fromkeys(self.names) if body][:_LISTED])
         meant = f"; a body is called {format_value(close)}" if close else ""
-        raise KeyError(f"no material is called {format_value(name)}; {describe_names(name, 'materials', known)}{meant}")
+        raise KeyError(f"no material is called {format_value(name)}; {describe_names(name, 'materials', names)}{meant}")
 
     @property
     def volume(self) -> FloatArray:

@@ -336,8 +336,8 @@ def _box(scene: SceneLike, system: Prescription | SceneLike) -> Extent:
         first, last = min(first, system.image), max(last, system.image)
     room = 0.12 * max(last - first, float(high[1] - low[1]))
     # A prescription ends at its image; rays of a scene need room behind it.
-    behind = 0.0 if isinstance(system, Prescription) else room
-    return first - room, float(low[1]), last + behind, float(high[1])
+    depth = 0.0 if isinstance(system, Prescription) else room
+    return first - room, float(low[1]), last + depth, float(high[1])
 
 
 def _lines(

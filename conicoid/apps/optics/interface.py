@@ -63,10 +63,10 @@ class SceneMedia:
     @cached_property
     def materials(self) -> list[Material]:
         """The distinct materials; the paints of single faces follow those of bodies."""
-        known: dict[Material, None] = {}
+        distinct: dict[Material, None] = {}
         for made in (*(m for m, _ in self.prepared.labels.distinct), *self.prepared.lowered.face_paint.values()):
-            known[DEFAULT_MATERIAL if made is None else made] = None
-        return list(known)
+            distinct[DEFAULT_MATERIAL if made is None else made] = None
+        return list(distinct)
 
     @cached_property
     def _numbers(self) -> dict[Material, int]:
@@ -140,11 +140,11 @@ class SceneMedia:
         rest = np.flatnonzero(~same)
         wall, before, after, w = wall[rest], before[rest], after[rest], wavelength[rest]
         # Rows of equal materials need no comparison of numbers.
-        alike = self.index(before, w) == self.index(after, w)
-        alike &= self.absorption(before, w) == self.absorption(after, w)
-        alike &= self.each(wall, w, lambda m, at: amount_at(m.transparency, at), 1.0) == 1.0
-        alike &= self.each(wall, w, lambda m, at: np.full(len(at), float(m.coating is None)), 1.0) == 1.0
-        same[rest] = alike
+        has_one_index = self.index(before, w) == self.index(after, w)
+        has_one_index &= self.absorption(before, w) == self.absorption(after, w)
+        has_one_index &= self.each(wall, w, lambda m, at: amount_at(m.transparency, at), 1.0) == 1.0
+        has_one_index &= self.each(wall, w, lambda m, at: np.full(len(at), float(m.coating is None)), 1.0) == 1.0
+        same[rest] = has_one_index
         return same
 
 

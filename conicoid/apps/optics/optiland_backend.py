@@ -73,5 +73,5 @@ def optiland_component(solid: Solid, material: Any, outside: Any = None, *, cs: 
     from optiland.nonsequential.materials.nsq_material import VACUUM, NSQMaterial
 
     glass = NSQMaterial.from_glass(material) if isinstance(material, str) else material
-    around = VACUUM if outside is None else outside
-    return RefractiveComponent(cs or CoordinateSystem(), geometry, around, glass, name=name)
+    medium = VACUUM if outside is None else outside
+    return RefractiveComponent(cs or CoordinateSystem(), geometry, medium, glass, name=name)

@@ -396,9 +396,9 @@ class Prescription:
         for row, medium in zip(self.rows, self.media[1:], strict=True):
             # Behind a mirror light travels the other way, and indices change their sign.
             side = -side if row.reflects else side
-            behind = side * medium.index(wavelength)
-            surfaces.append(ParaxialSurface(1 / row.radius, before, behind, row.thickness or 0.0))
-            before = behind
+            index_behind = side * medium.index(wavelength)
+            surfaces.append(ParaxialSurface(1 / row.radius, before, index_behind, row.thickness or 0.0))
+            before = index_behind
         return surfaces
 
     @cached_property

@@ -123,19 +123,19 @@ def trace(
     arrived, path = np.ones(len(rays.origins), bool), np.zeros(len(rays.origins))
     points = [rays.origins]
     for i in order:
-        met = _RowHits.of(system, i, rays, obstructions)
-        arrived &= met.on_surface
-        before, behind = system.media[i].index(wave), system.media[i + 1].index(wave)
-        before, behind = (behind, before) if backwards else (before, behind)
-        path += before * met.hits.t * np.linalg.norm(rays.directions, axis=1)
+        hits = _RowHits.of(system, i, rays, obstructions)
+        arrived &= hits.on_surface
+        before, after = system.media[i].index(wave), system.media[i + 1].index(wave)
+        before, after = (after, before) if backwards else (before, after)
+        path += before * hits.hits.t * np.linalg.norm(rays.directions, axis=1)
         if system.rows[i].reflects:
-            ways = reflect(rays.directions, met.hits.normal)
+            ways = reflect(rays.directions, hits.hits.normal)
         else:
-            ways, total = refract(rays.directions, met.hits.normal, before / behind)
+            ways, total = refract(rays.directions, hits.hits.normal, before / after)
             arrived &= ~total
         # Spawned rays know their surface, so that they do not hit it again.
-        rays = met.hits.spawn(ways)
-        points.append(np.where(arrived[:, None], met.hits.point, np.nan))
+        rays = hits.hits.spawn(ways)
+        points.append(np.where(arrived[:, None], hits.hits.point, np.nan))
     path[~arrived] = math.nan
     return Trace(np.stack(points), rays, arrived, path, tuple(order))
 
@@ -204,9 +204,9 @@ class RayPaths:
     arrived: RayBools
 
     def __repr__(self) -> str:
-        met = format_count(len(self.points) - 1, "wall", "walls")
+        walls = format_count(len(self.points) - 1, "wall", "walls")
         rays = format_count(len(self.arrived), "ray", "rays")
-        return f"RayPaths({int(self.arrived.sum()):,} of {rays} left, {met} met at most)"
+        return f"RayPaths({int(self.arrived.sum()):,} of {rays} left, {walls} met at most)"
 
 
 @dataclass(eq=False)
@@ -259,11 +259,11 @@ def follow(scene: SceneLike, rays: Rays, wavelength: float = LINE_D, most: int =
     points, last = [rays.origins], [rays.origins.copy(), rays.directions.copy()]
     for _ in range(most):
         hits = scene.first_hit(rays)
-        gone = state.going & ~np.asarray(hits.hit)
+        misses = state.going & ~np.asarray(hits.hit)
         # Rays that leave now keep this line, as later rounds go on with others.
         for final, current in zip(last, rays, strict=True):
-            final[gone] = current[gone]
-        met = state.going = state.going & ~gone
+            final[misses] = current[misses]
+        met = state.going = state.going & ~misses
         if not met.any():
             break
         points.append(np.where(met[:, None], hits.point, points[-1]))
@@ -304,10 +304,10 @@ def _turn_rays(scene: SceneLike, rays: Rays, hits: Any, state: _RayState, optics
     dark = state.going & ~clear[body] & ~mirrors[body]
     state.going &= ~dark
     state.arrived &= ~dark
-    before, behind = indices[hits.before], indices[hits.after]
+    before, after = indices[hits.before], indices[hits.after]
     with np.errstate(invalid="ignore"):
         mirrored = reflect(rays.directions, hits.normal)
-        bent, total = refract(rays.directions, hits.normal, before / behind)
+        bent, total = refract(rays.directions, hits.normal, before / after)
     back = mirrors[body] | total
     # A transparent sheet does not bend rays.
     pane = np.array([scene.body(i).shape.is_sheet for i in range(len(scene))])[body] & clear[body]

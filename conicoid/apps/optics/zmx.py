@@ -69,15 +69,15 @@ def _check_kind(surface: ZmxSurface) -> None:
 
 def _row(surface: ZmxSurface, medium: Callable[[ZmxSurface], Any]) -> Row:
     """Return the row of a surface."""
-    behind = medium(surface) if surface.glass else None
+    next_medium = medium(surface) if surface.glass else None
     thickness = surface.thickness
     if math.isinf(thickness):
         raise ZmxError(surface.line, f"surface {surface.number}: DISZ", "must be finite, but for the object's")
     radius = 1 / surface.curvature if surface.curvature else math.inf
-    reflects = behind == "mirror"
+    reflects = next_medium == "mirror"
     try:
         return Row(
-            radius, thickness, behind, 2 * abs(surface.semi) or None, surface.conic, surface.stop,
+            radius, thickness, next_medium, 2 * abs(surface.semi) or None, surface.conic, surface.stop,
             2 * surface.hole if reflects else 0.0, surface.comment,
         )  # fmt: skip
     except (TypeError, ValueError) as error:

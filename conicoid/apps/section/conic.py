@@ -330,10 +330,10 @@ class RecordConics:
     def _of_plane(self, numbers: list[Fraction]) -> list[Fraction]:
         """Return A to F of a plane."""
         normal, above, anchor = numbers[:3], numbers[3], numbers[4:]
-        away = [m - a for m, a in zip(self.middle, anchor, strict=True)]
+        offset = [m - a for m, a in zip(self.middle, anchor, strict=True)]
         u, v = self.sides
         none = Fraction(0)
-        return [none, none, none, _dot(normal, u) / 2, _dot(normal, v) / 2, _dot(normal, away) + above]
+        return [none, none, none, _dot(normal, u) / 2, _dot(normal, v) / 2, _dot(normal, offset) + above]
 
     def _size_of_plane(self, numbers: Any) -> list[float]:
         """Return the sums of the sizes of the terms of A to F, to which errors are relative."""
@@ -343,10 +343,10 @@ class RecordConics:
 
     def _of_quadric(self, numbers: list[Fraction]) -> list[Fraction]:
         """Return A to F of Σ s y² + 2 b y - k with y = W (x - anchor), x = middle + s u + t v."""
-        away = [m - a for m, a in zip(self.middle, numbers[:3], strict=True)]
+        offset = [m - a for m, a in zip(self.middle, numbers[:3], strict=True)]
         rows = [numbers[3 + 3 * k : 6 + 3 * k] for k in range(3)]
         s, b, k = numbers[12:15], numbers[15:18], numbers[18]
-        p, q, r = ([_dot(row, part) for row in rows] for part in (*self.sides, away))
+        p, q, r = ([_dot(row, part) for row in rows] for part in (*self.sides, offset))
         return [
             _sum(s, p, p), _sum(s, p, q), _sum(s, q, q), _sum(s, p, r) + _dot(b, p), _sum(s, q, r) + _dot(b, q),
             _sum(s, r, r) + 2 * _dot(b, r) - k,

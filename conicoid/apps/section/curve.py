@@ -156,8 +156,8 @@ class StraightLine(Curve):
     def __post_init__(self) -> None:
         _, _, _, d, e, f = self.conic
         size = math.hypot(d, e)
-        away = -f / 2 / size
-        object.__setattr__(self, "base", (away * (d / size), away * (e / size)))
+        distance = -f / 2 / size
+        object.__setattr__(self, "base", (distance * (d / size), distance * (e / size)))
         object.__setattr__(self, "direction", (-e / size, d / size))
 
     def plain(self, t: Any) -> FloatArray:

@@ -76,8 +76,8 @@ def _of_materials(scene: PreparedScene, shown: Any) -> list[tuple[int, int, int]
     light = np.array([material_color(materials[int(k)]) for k in shown]).reshape(-1, 1, 3)
     own = srgb_bytes(light).reshape(-1, 3).astype(int)
     # Distances of all pairs of colours; the diagonal is made large, so that it does not count.
-    away = np.abs(own[:, None] - own[None]).sum(axis=2) + 1000 * np.eye(len(own), dtype=int)
-    if len(own) and away.min() < _NEAR:
+    differences = np.abs(own[:, None] - own[None]).sum(axis=2) + 1000 * np.eye(len(own), dtype=int)
+    if len(own) and differences.min() < _NEAR:
         return [distinct_colors(int(k)) for k in shown]
     return [(int(r), int(g), int(b)) for r, g, b in own]
 
@@ -162,8 +162,8 @@ class SliceDrawing:
         if not self.rows:
             return self.width, self.height
         longest = max(len(text) for text, *_ in self.rows)
-        needed = (len(self.rows) + 1) * 1.6 * self.letter
-        return round(self.text_left + (0.62 * longest + 1) * self.letter), max(self.height, round(needed))
+        height = (len(self.rows) + 1) * 1.6 * self.letter
+        return round(self.text_left + (0.62 * longest + 1) * self.letter), max(self.height, round(height))
 
     def places(self, about: Any) -> FloatArray:
         """Return the pixel coordinates of places about the middle of the window."""
@@ -242,24 +242,25 @@ def svg_text(drawing: SliceDrawing) -> str:
         f'<image width="{drawing.width}" height="{drawing.height}" style="image-rendering:pixelated" '
         f'xlink:href="data:image/png;base64,{picture}"/>',
         f'<clipPath id="window"><rect width="{drawing.width}" height="{drawing.height}"/></clipPath>',
-        f'<g clip-path="url(#window)" fill="none" stroke="{_color(INK)}" stroke-width="{_text(drawing.line_width)}" '
-        'stroke-linecap="round" stroke-linejoin="round">',
-        *(f'<path d="{path_of(drawing, outline)}"/>' for outline in drawing.outlines),
+        f'<g clip-path="url(#window)" fill="none" stroke="{_svg_color(INK)}" '
+        f'stroke-width="{_svg_text(drawing.line_width)}" stroke-linecap="round" stroke-linejoin="round">',
+        *(f'<path d="{svg_path(drawing, outline)}"/>' for outline in drawing.outlines),
         "</g>",
-        f'<g font-family="Helvetica, Arial, sans-serif" font-size="{_text(drawing.letter)}" fill="{_color(INK)}">',
+        f'<g font-family="Helvetica, Arial, sans-serif" font-size="{_svg_text(drawing.letter)}" '
+        f'fill="{_svg_color(INK)}">',
     ]
     side = 1.1 * drawing.letter
     for text, color, left, middle in drawing.rows:
         base = middle + 0.36 * drawing.letter
         lines.append(
-            f'<rect x="{_text(left)}" y="{_text(middle - side / 2)}" width="{_text(side)}" height="{_text(side)}" '
-            f'fill="{_color(color)}" stroke="#808080" stroke-width="0.5"/>'
-            f'<text x="{_text(drawing.text_left)}" y="{_text(base)}">{html.escape(text, quote=False)}</text>'
+            f'<rect x="{_svg_text(left)}" y="{_svg_text(middle - side / 2)}" width="{_svg_text(side)}" '
+            f'height="{_svg_text(side)}" fill="{_svg_color(color)}" stroke="#808080" stroke-width="0.5"/>'
+            f'<text x="{_svg_text(drawing.text_left)}" y="{_svg_text(base)}">{html.escape(text, quote=False)}</text>'
         )
     return "\n".join([*lines, "</g>", "</svg>", ""])
 
 
-def _text(number: float) -> str:
+def _svg_text(number: float) -> str:
     """Return a number in fifteen digits."""
     return f"{float(number):.15g}"
 
@@ -277,7 +278,7 @@ class PixelFrame(Protocol):
         ...
 
 
-def path_of(frame: PixelFrame, outline: Outline, off: float = OFF, text: Callable[[float], str] = _text) -> str:
+def svg_path(frame: PixelFrame, outline: Outline, off: float = OFF, text: Callable[[float], str] = _svg_text) -> str:
     """Return the path data of an outline: exact, or Béziers at most `off` of a pixel from it. `text` writes numbers."""
 
     def pair(place: Any) -> str:
@@ -303,7 +304,7 @@ def path_of(frame: PixelFrame, outline: Outline, off: float = OFF, text: Callabl
     return begin + "".join(f" C {pair(b)} {pair(c)} {pair(d)}" for _, b, c, d in cubics)
 
 
-def _color(color: tuple[int, int, int]) -> str:
+def _svg_color(color: tuple[int, int, int]) -> str:
     return "#{:02x}{:02x}{:02x}".format(*color)
 
 

@@ -228,8 +228,8 @@ class WindowBodies:
         # Unbounded boxes give NaN here, which counts as cut by the plane.
         with np.errstate(invalid="ignore"):
             middle, half = (boxes[:, 3:] + boxes[:, :3]) / 2, (boxes[:, 3:] - boxes[:, :3]) / 2
-            away = np.abs((middle - window.corner) @ normal) - half @ np.abs(normal)
-        meets &= ~(away > slack)
+            distance = np.abs((middle - window.corner) @ normal) - half @ np.abs(normal)
+        meets &= ~(distance > slack)
         return np.flatnonzero(meets & np.isin(tables.entry_kind, (BALL, CELL, REGION, SHEET, POLYGON))).tolist()
 
     def place_box(self, entry: int, window: Window) -> tuple[float, float, float, float]:
@@ -407,11 +407,11 @@ class OutlineCutter:
                 wall.surfaces.add(surface)
                 wall.owners += [entry for entry in users[surface] if entry not in wall.owners]
         for wall in walls.values():
-            around = np.array([boxes[entry] for entry in wall.owners])
+            owner_boxes = np.array([boxes[entry] for entry in wall.owners])
             own = wall.curve.box()
             # The curve matters only where both its own box and a box of its bodies are.
-            wall.box[:2] = np.maximum(around[:, :2].min(axis=0), own[:2])
-            wall.box[2:] = np.minimum(around[:, 2:].max(axis=0), own[2:])
+            wall.box[:2] = np.maximum(owner_boxes[:, :2].min(axis=0), own[:2])
+            wall.box[2:] = np.minimum(owner_boxes[:, 2:].max(axis=0), own[2:])
         return [wall for wall in walls.values() if (wall.box[:2] <= wall.box[2:]).all()]
 
     def _cut(self, surface: int) -> tuple[PlaneConic, list[Curve]]:
@@ -505,15 +505,15 @@ class OutlineCutter:
             return signs
 
         # Bodies that the wall does not bound hold both sides or none.
-        around: list[list[int]] = [[] for _ in range(count)]
+        neighbours: list[list[int]] = [[] for _ in range(count)]
         if self.single_body is None:
             others = bodies_at(self.scene, self.window.in_space(places))
-            around = [[int(body) for body in others[i] if int(body) not in wall.owners] for i in range(count)]
+            neighbours = [[int(body) for body in others[i] if int(body) not in wall.owners] for i in range(count)]
         sides_of_pieces: list[Any] = []
         side_masks = [self._bodies_at_wall(wall, beside(turn), count) for turn in (1.0, -1.0)]
         sheets = self._sheets(wall, t, sign_of)
         for i in range(count):
-            one, other = (sorted([*around[i], *(body for body, mask in side if mask[i])]) for side in side_masks)
+            one, other = (sorted([*neighbours[i], *(body for body, mask in side if mask[i])]) for side in side_masks)
             # A solid is bounded where it is on one side only; a sheet has no inside.
             bounded = sorted({*one} ^ {*other} | {body for body, mask in sheets if mask[i]})
             sides_of_pieces.append((tuple(one), tuple(other), tuple(bounded)) if bounded else None)

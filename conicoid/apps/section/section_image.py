@@ -72,10 +72,10 @@ def section_pixels(
         rows = y[row * steps : (row + 1) * steps]
         bodies = body_at(scene, _points(camera, x, rows, width, height), "section")
         film[row] = colors[entries[bodies]].reshape(steps, width, steps, 3).mean(axis=(0, 2))
-        seen, is_empty = groups[bodies], is_empty and not (bodies >= 0).any()
+        pixel_groups, is_empty = groups[bodies], is_empty and not (bodies >= 0).any()
         # Lines are drawn where the group of bodies changes, within the row or from the row above.
-        film[row][_meets(seen, before, steps)] *= _LINE
-        before = seen[-1]
+        film[row][_meets(pixel_groups, before, steps)] *= _LINE
+        before = pixel_groups[-1]
     if is_empty and materials:
         warnings.warn(_nothing_there(plane, at, extent), stacklevel=4)
     return film

@@ -228,10 +228,10 @@ class Slice:
         # The first listed body on each side is the one that is shown.
         left, right = (side[0] if side else -1 for side in (outline.left, outline.right))
         if by == "body":
-            apart = left != right
+            differs = left != right
         else:
-            apart = bool(self._columns[left] != self._columns[right])
-        return apart or outline.left == outline.right
+            differs = bool(self._columns[left] != self._columns[right])
+        return differs or outline.left == outline.right
 
     def _repr_png_(self) -> bytes:
         return self.image()._repr_png_()

@@ -260,12 +260,12 @@ def _cut_box(quadric: QuadricSurface, plain: BoxEnds, own: list[PlaneSurface], p
 
 def _sides(box: BoxEnds, planes: Sequence[PlaneSurface]) -> list[PlaneSurface]:
     """Return the finite sides of a box as planes, except sides with the normal of one of `planes`."""
-    taken = {_signs(plane) for plane in planes if _is_axial(plane)}
+    signs = {_signs(plane) for plane in planes if _is_axial(plane)}
     sides = []
     for i in range(3):
         for sign, end in ((1.0, float(box[1][i])), (-1.0, -float(box[0][i]))):
             x, y, z = (sign if k == i else 0.0 for k in range(3))
-            if np.isfinite(end) and (x, y, z) not in taken:
+            if np.isfinite(end) and (x, y, z) not in signs:
                 sides.append(PlaneSurface((x, y, z), end))
     return sides
 

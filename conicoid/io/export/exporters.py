@@ -197,7 +197,7 @@ def collect_solids(scene: WritableScene, report: ExportReport) -> list[ExportBod
 
 def _unique_names(scene: WritableScene) -> Iterator[tuple[str, Any]]:
     """Yield a unique name and the body for each body; unnamed ones get their number, copies an index in brackets."""
-    taken = {body.name for body in scene.bodies}
+    names = {body.name for body in scene.bodies}
     number = 0
     for body in scene.bodies:
         count = count_bodies(body)
@@ -205,9 +205,9 @@ def _unique_names(scene: WritableScene) -> Iterator[tuple[str, Any]]:
             name = body.name or f"body {number}"
             if count > 1 and body.name:
                 name = f"{name}[{k}]"
-            while name != body.name and name in taken:  # names of the scene stay as they are
+            while name != body.name and name in names:  # names of the scene stay as they are
                 name += "'"
-            taken.add(name)
+            names.add(name)
             yield name, single_body(body, k)
             number += 1
 

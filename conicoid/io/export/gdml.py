@@ -208,8 +208,8 @@ class _StructureWriter:
     used_names: set[str] = field(default_factory=set)
     elements: list[str] = field(default_factory=list)
 
-    def place(self, nest: VolumeNest, frame: GdmlMoves, around: str) -> str:
-        """Write the volume of a body, and return its <physvol> in a volume at `frame` named `around`.
+    def place(self, nest: VolumeNest, frame: GdmlMoves, mother: str) -> str:
+        """Write the volume of a body, and return its <physvol> in the volume `mother` at `frame`.
 
         Return "" if GDML cannot hold the solid, which is reported.
         """
@@ -219,7 +219,7 @@ class _StructureWriter:
         rest, place = split_last_placement(relative_moves(own.moves, frame), True)
         solid = self.solids.move(own.name, rest)
         inner = self._inner(nest, join_moves(place.moves, frame))
-        label, copy = self._label(nest.item, around)
+        label, copy = self._label(nest.item, mother)
         volume = self.volume(nest.item, solid, inner, label)
         return (
             f"<physvol name={quoteattr(label)}{copy}><volumeref ref={quoteattr(volume)}/>"
@@ -268,9 +268,9 @@ class _StructureWriter:
             self.elements.append(f"<volume name={quoteattr(name)}>\n{text}\n</volume>")
         return self.names[text]
 
-    def _label(self, item: ExportBody, around: str) -> tuple[str, str]:
+    def _label(self, item: ExportBody, mother: str) -> tuple[str, str]:
         """Return the name of a body within another, and the attribute of its copy number, which `[3]` at its end is."""
-        name = item.name.removeprefix(f"{around}/") if around else item.name
+        name = item.name.removeprefix(f"{mother}/") if mother else item.name
         found = _COPY_NAME.match(name)
         if found is None or str(int(found[2])) != found[2]:
             return self._plain(item, name), ""

@@ -89,10 +89,10 @@ def split_levels(solid: Solid) -> NestedSolid | None:
         chain.insert(0, ())
     levels = []
     # The shortest motion is the outermost.
-    for around, inner in pairwise(chain):
-        if around and inner[-len(around) :] != around:
+    for parent, inner in pairwise(chain):
+        if parent and inner[-len(parent) :] != parent:
             return None
-        further = _fill_placements(inner[: len(inner) - len(around)])
+        further = _fill_placements(inner[: len(inner) - len(parent)])
         if further is None:
             return None
         levels.append(further)
@@ -375,18 +375,18 @@ def _flatten_unbounded(cells: list[_CellEntry], regions: RegionWriter, universes
     """
     root = {
         universe
-        for (around, region, _), universe in universes.numbers.items()
-        if around == _ROOT_UNIVERSE and region is None
+        for (parent, region, _), universe in universes.numbers.items()
+        if parent == _ROOT_UNIVERSE and region is None
     }
-    beside = any(
-        around == _ROOT_UNIVERSE and universe not in root for (around, _, _), universe in universes.numbers.items()
+    has_sibling = any(
+        parent == _ROOT_UNIVERSE and universe not in root for (parent, _, _), universe in universes.numbers.items()
     )
-    others = beside or any(cell.universe == _ROOT_UNIVERSE for cell in cells)
+    others = has_sibling or any(cell.universe == _ROOT_UNIVERSE for cell in cells)
     if not root or (len(root) == 1 and not others):
         return
     inner = set(root)
-    for (around, _, _), universe in universes.numbers.items():
-        if around in inner:
+    for (parent, _, _), universe in universes.numbers.items():
+        if parent in inner:
             inner.add(universe)
     for cell in cells:
         if cell.universe in inner:
@@ -469,9 +469,9 @@ def _cell_lines(cells: list[_CellEntry], universes: _UniverseTable, materials: O
     def lead_to(universe: int) -> None:
         """Write the filled cells on the way to a universe, before the first body in it."""
         if universe in fillings:
-            around, region, level = fillings.pop(universe)
-            lead_to(around)
-            attributes = f'{_universe(around)} fill="{universe}"{level.attributes}{_region(region)}'
+            parent, region, level = fillings.pop(universe)
+            lead_to(parent)
+            attributes = f'{_universe(parent)} fill="{universe}"{level.attributes}{_region(region)}'
             lines.append(f'<cell id="{next(free)}"{attributes}/>')
 
     for cell, title, number in zip(cells, titles, numbers, strict=True):

@@ -237,12 +237,12 @@ def join_regions(kind: type[IntersectionNode] | type[UnionNode], parts: Iterable
 
     Raise ExportUnsupported if there are no parts.
     """
-    opened: dict[Region, None] = {}
+    terms: dict[Region, None] = {}
     for part in parts:
-        opened.update(dict.fromkeys(part.parts if isinstance(part, kind) else (part,)))
-    if not opened:
+        terms.update(dict.fromkeys(part.parts if isinstance(part, kind) else (part,)))
+    if not terms:
         raise ExportUnsupported("a part of it is empty, or all of space")
-    return next(iter(opened)) if len(opened) == 1 else kind(tuple(opened))
+    return next(iter(terms)) if len(terms) == 1 else kind(tuple(terms))
 
 
 def negate_region(region: Region) -> Region:

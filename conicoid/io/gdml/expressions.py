@@ -102,11 +102,11 @@ def evaluate(text: str, names: Mapping[str, Fraction]) -> Fraction:
 
     """
     if len(text) <= _MAX_PLAIN_LENGTH:  # most expressions are a number or a name
-        known = names.get(text)
-        if known is None:
-            known = _plain_number(text)
-        if known is not None:
-            return known
+        value = names.get(text)
+        if value is None:
+            value = _plain_number(text)
+        if value is not None:
+            return value
     return _ExpressionParser(text, names).value()
 
 

@@ -318,16 +318,16 @@ def _find_world(reading: GdmlReader, root: XmlElement, structure: StructureReade
     setups = [child for child in root.children if local_tag(child) == "setup"]
     if not setups:
         raise GdmlError(root, "the file must have a setup element with the world")
-    chosen = next((one for one in setups if one.attributes.get("name") == "Default"), setups[0])
+    setup = next((one for one in setups if one.attributes.get("name") == "Default"), setups[0])
     if len(setups) > 1:
-        name = chosen.attributes.get("name", "")
-        reading.remark(chosen, f"setup {name!r}", f"is taken, one of {len(setups):,}")
-    for child in chosen.children:
+        name = setup.attributes.get("name", "")
+        reading.remark(setup, f"setup {name!r}", f"is taken, one of {len(setups):,}")
+    for child in setup.children:
         if child.tag == "world":
             name = read_reference(reading, child)
             world: LogicalVolume = look_up(reading, structure.volumes, name, child, "volume")
             return world
-    raise GdmlError(chosen, "must have a world element")
+    raise GdmlError(setup, "must have a world element")
 
 
 def _read_module(reading: GdmlReader, element: XmlElement, files: _ModuleFiles) -> GdmlGeometry:
@@ -460,12 +460,12 @@ class GdmlExpansion:
         still displace their mother.
         """
         own = None if volume.template is None else (volume.template, place)
-        opened = levels > 0 or volume.is_open
+        has_contents = levels > 0 or volume.is_open
         if own is None:
-            displaced = self._daughters(volume, place, path, levels, block) if opened else ExpandedVolume()
+            displaced = self._daughters(volume, place, path, levels, block) if has_contents else ExpandedVolume()
             return ExpandedVolume(displaced.solids, displaced.filled)
         inside = VolumeBlock()  # apart, as the volume's own body comes before those of its daughters
-        content = self._daughters(volume, place, path, levels, inside) if opened else ExpandedVolume()
+        content = self._daughters(volume, place, path, levels, inside) if has_contents else ExpandedVolume()
         is_filled = volume.is_filled and bool(content.solids)
         if not is_filled and (self.void or not (volume.material is None or volume.material.is_thin)):
             look = self._look(volume.material)
@@ -483,7 +483,7 @@ class GdmlExpansion:
         """Add the bodies of a volume's daughters to a block; return the solids that the daughters displace."""
         inner = levels if volume.is_open else levels - 1
         solids: list[PlacedTemplate] = []
-        filled = 0
+        fill_count = 0
         for daughter, label in zip(volume.daughters, self._labels(volume), strict=True):
             try:
                 daughter_place = place.inner(daughter.shift, daughter.rotation)
@@ -492,8 +492,8 @@ class GdmlExpansion:
                 continue
             expanded = self._shared(daughter.volume, daughter_place, (*path, label), inner, block)
             solids += expanded.solids
-            filled += expanded.filled
-        return ExpandedVolume(tuple(solids), filled)
+            fill_count += expanded.filled
+        return ExpandedVolume(tuple(solids), fill_count)
 
     def _shared(
         self, volume: LogicalVolume, place: GdmlPlacement, path: PlacePath, levels: int, block: VolumeBlock
@@ -552,16 +552,16 @@ def daughter_labels(volume: LogicalVolume) -> list[str]:
         for daughter in volume.daughters
     ]
     # A label with #2 must not collide with a label of the file, so all of these are taken from the start.
-    taken: set[str] = set(numbered)
-    seen: Counter[str] = Counter()
+    all_labels: set[str] = set(numbered)
+    counts: Counter[str] = Counter()
     labels = []
     for label in numbered:
-        seen[label] += 1
+        counts[label] += 1
         unique = label
-        if seen[label] > 1:
-            while (unique := f"{label}#{seen[label]}") in taken:
-                seen[label] += 1
-            taken.add(unique)
+        if counts[label] > 1:
+            while (unique := f"{label}#{counts[label]}") in all_labels:
+                counts[label] += 1
+            all_labels.add(unique)
         labels.append(unique)
     return labels
 
@@ -625,8 +625,8 @@ def _facts(geometry: GdmlGeometry, expansion: GdmlExpansion) -> Iterator[str]:
     ))  # fmt: skip
     files = f", {format_count(len(geometry.modules), 'module')}" if geometry.modules else ""
     yield f"{format_count(solids, 'solid')}, {format_count(volumes, 'volume')}{files}"
-    filled = f"; {format_count(expansion.filled, 'volume')} that others fill left out" if expansion.filled else ""
-    yield format_count(len(expansion.bodies), "body") + filled
+    remark = f"; {format_count(expansion.filled, 'volume')} that others fill left out" if expansion.filled else ""
+    yield format_count(len(expansion.bodies), "body") + remark
     thin = [material.name for material in expansion.materials if material is not None and material.is_thin]
     if thin:
         yield f"invisible, gases and what is thinner than {GAS_DENSITY:g} g/cm3: {', '.join(thin[:8])}"

@@ -82,8 +82,8 @@ def find_material(reading: GdmlReader, materials: MaterialTable, name: str) -> G
         if not name.startswith("G4_") and name not in _GASES:
             return None
         density = _GASES.get(name)
-        known = {} if density is None else {"density": density}
-        materials[name] = GdmlMaterial(next(reading.counter), name, Properties(known), density is not None)
+        properties = {} if density is None else {"density": density}
+        materials[name] = GdmlMaterial(next(reading.counter), name, Properties(properties), density is not None)
     return materials[name]
 
 

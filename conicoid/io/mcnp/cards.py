@@ -434,9 +434,9 @@ class McnpMaterials:
 
     def key(self, number: int, density: Fraction) -> int:
         """Return the key of a material with a density: atoms per barn and cm, or, if negative, g/cm3."""
-        known = self.keys.get((number, density))
-        if known is not None:
-            return known
+        entry = self.keys.get((number, density))
+        if entry is not None:
+            return entry
         key = number if number not in self.found else FIRST_FREE_KEY + len(self.keys)
         self.keys[number, density] = key
         density_property = {"density": float(-density)} if density < 0 else {"atom_density": float(density)}

@@ -66,10 +66,10 @@ def build_bounds(kind: str, numbers: Numbers) -> SurfaceBounds:
     """
     if kind in TORUS_MNEMONICS:
         raise ValueError(f"is a torus ({kind}), which is no quadric: Conicoid cannot express it")
-    known = SURFACE_KINDS | MACROBODIES
-    if kind not in known:
-        raise ValueError(f"{shorten(kind, 20)!r} is no kind of surface{suggest_name(kind, known)}")
-    counts, make = known[kind]
+    kinds = SURFACE_KINDS | MACROBODIES
+    if kind not in kinds:
+        raise ValueError(f"{shorten(kind, 20)!r} is no kind of surface{suggest_name(kind, kinds)}")
+    counts, make = kinds[kind]
     if len(numbers) not in counts:
         expected = " or ".join(map(str, counts))
         raise ValueError(f"{kind} needs {expected} number{'' if counts == (1,) else 's'}, got {len(numbers)}")

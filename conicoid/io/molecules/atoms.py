@@ -292,14 +292,14 @@ def _parse_atomic_numbers(elements: Any, count: int) -> Any:
     if values.dtype.kind in "USO" and count:
         # Each different symbol is looked up once: there may be millions of atoms.
         different, place = np.unique(np.array([str(value) for value in values.tolist()]), return_inverse=True)
-        known = [atomic_number(symbol) for symbol in different.tolist()]
-        if None in known:
-            wrong = str(different[known.index(None)])
-            where = int(np.flatnonzero(place == known.index(None))[0])
+        number_of = [atomic_number(symbol) for symbol in different.tolist()]
+        if None in number_of:
+            wrong = str(different[number_of.index(None)])
+            where = int(np.flatnonzero(place == number_of.index(None))[0])
             raise ValueError(
                 f"molecule: elements[{where}] must be an element's symbol or number, got {format_value(wrong)}"
             )
-        return np.array(known, np.int64)[place]
+        return np.array(number_of, np.int64)[place]
     numbers = np.array(real_array("molecule", "elements", values)).reshape(count)
     bad = np.flatnonzero(~((numbers >= 0) & (numbers < len(SYMBOLS)) & (numbers == np.floor(numbers))))
     if len(bad):
@@ -444,12 +444,12 @@ def read_gemmi_atoms(structure: Any) -> Atoms:
     rows, left = [], 0
     for chain in structure[0] if len(structure) else ():
         for residue in chain:
-            seen = set()
+            keys = set()
             for atom in residue:
-                if atom.altloc != "\0" and atom.name in seen:
+                if atom.altloc != "\0" and atom.name in keys:
                     left += 1
                     continue
-                seen.add(atom.name)
+                keys.add(atom.name)
                 label = f"{atom.name} {residue.name} {residue.seqid} {chain.name}"
                 rows.append((atom.pos.x, atom.pos.y, atom.pos.z, atom.element.atomic_number, label))
     if left:

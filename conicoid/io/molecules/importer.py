@@ -313,14 +313,14 @@ def _is_number(text: str) -> bool:
 
 def _xyz_elements(path: Path, texts: list[str]) -> Any:
     """Return the atomic numbers (N,)."""
-    known = {text: atomic_number(text) for text in set(texts)}
-    for text in known:
-        if known[text] is None and text.isdecimal() and int(text[:4]) < len(SYMBOLS):
-            known[text] = int(text)
-    wrong = next((k for k, text in enumerate(texts) if known[text] is None), None)
+    number_of = {text: atomic_number(text) for text in set(texts)}
+    for text in number_of:
+        if number_of[text] is None and text.isdecimal() and int(text[:4]) < len(SYMBOLS):
+            number_of[text] = int(text)
+    wrong = next((k for k, text in enumerate(texts) if number_of[text] is None), None)
     if wrong is not None:
         raise _xyz_error(path, wrong + 3, f"must begin with an element's symbol or number, got {texts[wrong]!r:.40}")
-    return np.array([known[text] for text in texts], np.int64)
+    return np.array([number_of[text] for text in texts], np.int64)
 
 
 def _xyz_cell(path: Path, comment: str) -> Any:

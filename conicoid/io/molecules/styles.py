@@ -94,10 +94,10 @@ def build_molecule_bodies(atoms: Atoms, look: MoleculeStyle, with_cell: bool) ->
 def element_material(number: int, colors: Mapping[str, Any]) -> Material:
     """Return the material of an element, named by its symbol unless `colors` has a named material for it."""
     symbol = SYMBOLS[number]
-    chosen = colors.get(symbol)
-    if chosen is None:
+    color = colors.get(symbol)
+    if color is None:
         return lacquer(ELEMENT_COLORS[number], name=symbol, properties=dict(element=symbol, number=number))
-    material = as_material("molecule", chosen)
+    material = as_material("molecule", color)
     return material if material.name else rename_material(material, symbol)
 
 

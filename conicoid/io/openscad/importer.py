@@ -281,10 +281,10 @@ def _color_bodies(parts: list[ColoredSolid]) -> list[Body]:
     for color in colors:
         these = [part.solid for part in parts if (part.color or DEFAULT_COLOR) == color]
         whole = these[0] if len(these) == 1 else Union(tuple(these))
-        around = whole.bounds
+        whole_box = whole.bounds
         # A solid that the file subtracts already need not be subtracted again.
         cut = whole.operands[1:] if isinstance(whole, Difference) and whole.motion.is_identity else ()
-        near = [solid for solid, box in before if _boxes_overlap(box, around) and solid not in cut]
+        near = [solid for solid, box in before if _boxes_overlap(box, whole_box) and solid not in cut]
         bodies.append(Body(Difference((whole, *near)) if near else whole, matte(color, name=color), color))
         before += [(solid, solid.bounds) for solid in these]
     return bodies

@@ -223,11 +223,11 @@ def sided_ball(radius: float, sides: int) -> Polyhedron:
     """
     count = (sides + 1) // 2
     flat, half = sin_cos_degrees(180.0 / sides)[1], sin_cos_degrees(90.0 / count)[1]
-    around = [sin_cos_degrees(360.0 * (k + 0.5) / sides) for k in range(sides)]
+    directions = [sin_cos_degrees(360.0 * (k + 0.5) / sides) for k in range(sides)]
     normals = []
     for ring in range(count - 1, 0, -1):
         s, c = sin_cos_degrees(180.0 * ring / count)
-        normals += [(s * x, s * y, flat * c) for y, x in around]
+        normals += [(s * x, s * y, flat * c) for y, x in directions]
     level = radius * half
     offsets = [flat * level] * len(normals) + [level, level]
     return Polyhedron((*normals, (0.0, 0.0, -1.0), (0.0, 0.0, 1.0)), tuple(offsets))

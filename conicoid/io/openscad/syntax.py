@@ -200,11 +200,11 @@ class CsgReader:
 
     def _word(self, token: _CsgToken) -> bool | None:
         """Return the value of true, false or undef."""
-        known = {"true": True, "false": False, "undef": None}
-        if token.text not in known:
+        constants = {"true": True, "false": False, "undef": None}
+        if token.text not in constants:
             expected = "a number, a text, true, false, undef or a list"
             raise self._source.mistake(token.position, "text", f"must be {expected}, got {shorten(token.text)!r}")
-        return known[token.text]
+        return constants[token.text]
 
     def end(self) -> None:
         """Raise SceneFileError if text is left after the calls."""

@@ -171,8 +171,8 @@ class _TextCut:
         """Count the outline of an item, and make the item a pattern if it is the `_SEEN`-th of its outline."""
         if len(self.patterns) < _MOST_PATTERNS and len(self.outlines) < _MOST_OUTLINES and len(item) <= _LONGEST:
             outline = _OUTLINE.sub(":", item)
-            seen = self.outlines[outline] = self.outlines.get(outline, 0) + 1
-            pattern = _pattern(item, self.indent) if seen == _SEEN else None
+            count = self.outlines[outline] = self.outlines.get(outline, 0) + 1
+            pattern = _pattern(item, self.indent) if count == _SEEN else None
             if pattern is not None:
                 self.patterns.insert(0, pattern)
 

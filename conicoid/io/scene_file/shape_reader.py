@@ -127,8 +127,8 @@ def count_parts(shapes: Iterable[Shape]) -> int:
 
 def operand_shapes(shape: Shape) -> list[Shape]:
     """Return the shapes in the fields of a shape."""
-    held = [getattr(shape, name) for name in shape_fields(type(shape))]
-    flat = [item for value in held for item in (value if isinstance(value, tuple) else (value,))]
+    operands = [getattr(shape, name) for name in shape_fields(type(shape))]
+    flat = [item for value in operands for item in (value if isinstance(value, tuple) else (value,))]
     return [item for item in flat if isinstance(item, Shape)]
 
 

@@ -149,10 +149,10 @@ def sweep_events(
     inside = root_value(geometry, gates, program)
     started_inside = inside
     # Rounding may have put events at the origin behind the start
-    behind = done - 1
-    while behind >= 0 and abs(scratch.time[TIME * behind]) <= nearness.off:
-        unsure |= _at_start(geometry, scratch, behind, ray, nearness)
-        behind -= 1
+    last = done - 1
+    while last >= 0 and abs(scratch.time[TIME * last]) <= nearness.off:
+        unsure |= _at_start(geometry, scratch, last, ray, nearness)
+        last -= 1
     while done < events and found < limit and not poll_halt(geometry, done):
         t = scratch.time[TIME * done]
         unsure |= _at_start(geometry, scratch, done, ray, nearness) | is_too_far(t, nearness)
@@ -218,14 +218,14 @@ def _report(
 
     The crossing's face is that of the first leaf of the group that turned the way the body did.
     """
-    event, chosen = scratch.event, first
+    event, best = scratch.event, first
     for i in range(first, last):
         sense = sense_of(geometry, program, event[EVENT * i + LEAF])
         if (event[EVENT * i + ON] == 1) == (entered == (sense > 0)):
-            chosen = i
+            best = i
             break
-    t, place = scratch.time[TIME * chosen], event[EVENT * chosen + PLACE]
-    sense = sense_of(geometry, program, event[EVENT * chosen + LEAF])
+    t, place = scratch.time[TIME * best], event[EVENT * best + PLACE]
+    sense = sense_of(geometry, program, event[EVENT * best + LEAF])
     put_crossing(scratch, n, t, place, sense, 1 if entered else 0)
     return 0 if t == 0.0 and place_face(geometry, place)[0] == start else 1
 

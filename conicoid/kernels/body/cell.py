@@ -192,8 +192,8 @@ def slab_of(
     if stride == 1:
         return slab, unsure, lost
     ox, oy, oz, dx, dy, dz = line_of(ray)
-    along, away = abs(dx) + abs(dy) + abs(dz), abs(ox) + abs(oy) + abs(oz)
-    margin = along * nearness.off + SURELY * (away + along * max(abs(slab.t_in), abs(slab.t_out)))
+    d_size, o_size = abs(dx) + abs(dy) + abs(dz), abs(ox) + abs(oy) + abs(oz)
+    margin = d_size * nearness.off + SURELY * (o_size + d_size * max(abs(slab.t_in), abs(slab.t_out)))
     for place in range(begin, end):
         if slab.t_in > slab.t_out + nearness.off:
             break  # surely empty

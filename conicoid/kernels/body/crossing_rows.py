@@ -199,6 +199,6 @@ def ray_rows(
         if crossings > 0 or inside:
             off = entry_nearness(geometry, entry, ray).off
             rows = grow_rows(rows, used, crossings + 1)
-            met = BodyRows(crossings, inside, off, unsure)
-            used = put_rows(geometry, scratch, entry, met, ray, spans, rows, used)
+            body_rows = BodyRows(crossings, inside, off, unsure)
+            used = put_rows(geometry, scratch, entry, body_rows, ray, spans, rows, used)
     return rows, used, sort_rows(rows, first, used, spans) | doubtful

@@ -79,7 +79,7 @@ def surface_side(geometry: Geometry, rest: RoundingRest, surface: int, x: float,
 @helper
 def cell_holds(geometry: Geometry, rest: RoundingRest, cell: int, x: float, y: float, z: float) -> int:
     """Return INSIDE if the point is on the inner side of every face, or on a face; 0 outside; OPEN if not certain."""
-    held, quadric = INSIDE, integer(geometry, table.CELL_QUADRIC, cell)
+    holds, quadric = INSIDE, integer(geometry, table.CELL_QUADRIC, cell)
     first, last = integer(geometry, table.CELL_FIRST, cell), integer(geometry, table.CELL_FIRST, cell + 1)
     for slot in range(first, last + 1 if quadric >= 0 else last):
         if slot == last:
@@ -89,10 +89,10 @@ def cell_holds(geometry: Geometry, rest: RoundingRest, cell: int, x: float, y: f
             inner = plane_side(geometry, slot)
         # A later face may still prove that the point is outside
         if where == OPEN:
-            held = OPEN
+            holds = OPEN
         elif where * inner > 0:
             return 0
-    return held
+    return holds
 
 
 @helper
@@ -111,7 +111,7 @@ def entry_holds(
         return cell_holds(geometry, rest, index, x, y, z)
     if kind != REGION:
         return 0
-    held, certain = 0, True  # leaves that hold the point are listed in scratch.event, to be turned back
+    count, certain = 0, True  # leaves that hold the point are listed in scratch.event, to be turned back
     hold_program(geometry, scratch.counts, index)
     for k in range(collect_leaves(geometry, scratch, index, point_ray(x, y, z))):
         if table.poll_halt(geometry, k):
@@ -121,10 +121,10 @@ def entry_holds(
         certain &= holds != OPEN
         if holds == INSIDE:
             turn_leaf(geometry, scratch.counts, index, leaf, True)
-            scratch.event[EVENT * held + LEAF] = leaf
-            held += 1
+            scratch.event[EVENT * count + LEAF] = leaf
+            count += 1
     inside = root_value(geometry, scratch.counts, index)
-    for k in range(held):
+    for k in range(count):
         if table.poll_halt(geometry, k):
             break
         turn_leaf(geometry, scratch.counts, index, scratch.event[EVENT * k + LEAF], False)

@@ -223,12 +223,12 @@ def try_edge(geometry: Geometry, room: Neighbourhood, at: WallQuery, i: int, j: 
         return True
     curved = i if is_flat(geometry, room, j) else j
     form = form_at(geometry, room.surface[curved], at.x, at.y, at.z)
-    known = math.inf if is_flat(geometry, room, i) or is_flat(geometry, room, j) else EDGE_ERROR
+    error = math.inf if is_flat(geometry, room, i) or is_flat(geometry, room, j) else EDGE_ERROR
     for k in range(planes.number):
         nx, ny, nz, h = plane_of(planes, k)
         if abs(h) <= limit(room) * _MORE:
             _chosen(room, i, j, j)
-            try_conic(geometry, room, at, 2, form, nx, ny, nz, h, known)
+            try_conic(geometry, room, at, 2, form, nx, ny, nz, h, error)
     if planes.number == 2:  # where the two conics cross
         _try_line(geometry, room, at, planes, planes, i, j, j, 2)
     return False
@@ -295,9 +295,9 @@ def _try_line(
                     continue
                 _chosen(room, i, j, k)
                 px, py, pz = x + t * dx, y + t * dy, z + t * dz
-                known = rounding_share(at, EDGE_ERROR, px, py, pz) if count == 2 else math.inf
+                error = rounding_share(at, EDGE_ERROR, px, py, pz) if count == 2 else math.inf
                 least = length_of(x, y, z) - rounding_share(at, EDGE_ERROR, x, y, z)
-                try_point(geometry, room, at, count, px, py, pz, known, least)
+                try_point(geometry, room, at, count, px, py, pz, error, least)
 
 
 @helper

@@ -20,8 +20,20 @@ from ...kernels.bvh.culling_constants import BESIDE, WALL
 from ...kernels.tables import Floats, Ints, Longs, Signs
 from ...kernels.threads import KernelRange, run_calls, run_chunks
 from ..mmap_arrays import mapped_zeros
-from .box_vectors import COST, HIGH, ITEM, NEGATED_LOW, SIZE, clear, half_area, join
-from .sah_binning import BINS, BOXES, cut_group, partition_large
+from .sah_binning import (
+    BINS,
+    BOXES,
+    COST,
+    HIGH,
+    ITEM,
+    NEGATED_LOW,
+    SIZE,
+    clear,
+    cut_group,
+    half_area,
+    join,
+    partition_large,
+)
 
 WIDTH = 8
 ROW = 8  # numbers for each branch: at j = 1..7 the cost of j slots, and how many of them the left half takes
@@ -178,11 +190,11 @@ def survey_boxes(boxes: Floats) -> BoxSurvey:
     """Sort boxes by the axes along which they are unbounded."""
     chunks = max(1, -(-len(boxes) // CHUNK))
     patterns = np.empty(len(boxes), np.int8)
-    counts, around = np.zeros((chunks, 9), np.int64), np.full((chunks, 2, 6), np.inf)
-    around[:, :, 3:] = -np.inf
+    counts, extents = np.zeros((chunks, 9), np.int64), np.full((chunks, 2, 6), np.inf)
+    extents[:, :, 3:] = -np.inf
     ends = [min(len(boxes), k * CHUNK) for k in range(chunks + 1)]
-    run_calls(_survey, [(boxes, ends[k], ends[k + 1], patterns, counts[k], around[k]) for k in range(chunks)])
-    low, high = around[:, :, :3].min(axis=0), around[:, :, 3:].max(axis=0)
+    run_calls(_survey, [(boxes, ends[k], ends[k + 1], patterns, counts[k], extents[k]) for k in range(chunks)])
+    low, high = extents[:, :, :3].min(axis=0), extents[:, :, 3:].max(axis=0)
     bounded, finite = np.concatenate([low, high], axis=1)
     return BoxSurvey(patterns, counts.sum(axis=0).astype(np.int32), bounded, finite)
 

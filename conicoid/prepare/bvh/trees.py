@@ -187,14 +187,14 @@ def program_trees(tables: Tables, edited: bool = True) -> Forest:
 def scene_extent(survey: BoxSurvey) -> Floats:
     """Return (diagonal, an entry's share of it, middle) of the bounded entries; of all ends where none is bounded."""
     bounded = int(survey.counts[0])
-    around = survey.bounded if bounded else survey.ends
+    ends = survey.bounded if bounded else survey.ends
     count = bounded or int(survey.counts[1:7].sum())
-    known = around[:3] <= around[3:]
-    if count == 0 or not known.any():
+    is_box = ends[:3] <= ends[3:]
+    if count == 0 or not is_box.any():
         return np.array([0.0, math.inf, 0.0, 0.0, 0.0])
-    low, high = np.where(known, around[:3], 0.0), np.where(known, around[3:], 0.0)
+    low, high = np.where(is_box, ends[:3], 0.0), np.where(is_box, ends[3:], 0.0)
     diagonal = float(row_lengths(high - low))
-    along_an_axis = (float(count), math.sqrt(count), float(odd_root(count, 3)))[int(known.sum()) - 1]
+    along_an_axis = (float(count), math.sqrt(count), float(odd_root(count, 3)))[int(is_box.sum()) - 1]
     return np.array([diagonal, diagonal / along_an_axis, *(0.5 * low + 0.5 * high)])
 
 

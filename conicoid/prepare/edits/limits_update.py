@@ -187,10 +187,10 @@ class SpliceLimits(LimitsUpdate):
                 surfaces[new if columns.ids is None else columns.ids[new]] = True
                 continue
             gone = np.flatnonzero(numbers < 0)
-            known = gone if laid.ids is None else laid.ids[gone]
+            surface_ids = gone if laid.ids is None else laid.ids[gone]
             if ids is None:
                 continue  # each surface of that side stands for itself: nobody else used them
-            left = ids[known]
+            left = ids[surface_ids]
             surfaces[left[left >= 0]] = True
             surfaces[self._of_other_records()] = True
         first = [pieces.on(axis) for axis in (CELLS, SHEETS, POLYGONS)]

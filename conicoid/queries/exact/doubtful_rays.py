@@ -55,14 +55,14 @@ def settle_first(
     """Write the first hits of doubtful rays begin to end. Undecided rays keep theirs and get still[k] = 1."""
     scratch = new_scratch(geometry)
     rest, stand, ranks = room
-    which, still = doubtful
+    which, undecided = doubtful
     for k in range(begin, end):
         if is_halted(geometry):
             break
         i = which[k]
         ray, scale = scale_ray(load_ray(rays, i))
         count = rank_ray(geometry, rest, scratch, ranks, ray, span_inverse(ray))
-        still[k] = 1 if count < 0 else 0
+        undecided[k] = 1 if count < 0 else 0
         if count >= 0:
             put_canonical_surfaces(geometry, stand, scratch, ranks, ray.start, count)
             hit = first_of_ranks(geometry, stand, scratch, ranks, ray, count)
@@ -92,7 +92,7 @@ def settle_rows(
     """Return rows of spans or crossings of doubtful rays, counts[k] for ray k; undecided: 0 and still[k] = 1."""
     scratch, used = new_scratch(geometry), 0
     rest, stand, ranks = room
-    which, still = doubtful
+    which, undecided = doubtful
     rows = np.empty((64, SPAN_COLUMNS if spans else CROSSING_COLUMNS))
     for k in range(len(which)):
         if is_halted(geometry):
@@ -100,7 +100,7 @@ def settle_rows(
         given = load_ray(rays, which[k])
         ray, _ = scale_ray(given)
         count, first = rank_ray(geometry, rest, scratch, ranks, ray, span_inverse(ray)), used
-        still[k] = 1 if count < 0 else 0
+        undecided[k] = 1 if count < 0 else 0
         if count >= 0:
             put_canonical_surfaces(geometry, stand, scratch, ranks, ray.start, count)
             rows, used = rows_of_ranks(geometry, room, scratch, given, count, spans, rows, used)
@@ -247,10 +247,10 @@ def filter_doubtful(scene: PreparedScene, rays: RayArrays, which: Any, found: Hi
     some = rays.some(which)
     t, entry, limits = found.t[which], found.entry[which], np.empty(len(which))
     limits_of_hits(scene.geometry, some._replace(starts=entry), t, entry, limits)
-    again, count = HitBuffers.new(len(which)), len(which)
-    work = KernelRange(trace_first_alone, (some._replace(t_max=limits),), (again,))
+    second, count = HitBuffers.new(len(which)), len(which)
+    work = KernelRange(trace_first_alone, (some._replace(t_max=limits),), (second,))
     run_on(scene.geometry, work, count, chunk_size(count, 16 * _DOUBTFUL_CHUNK), count)
-    return which[is_doubtful(again.turn)]
+    return which[is_doubtful(second.turn)]
 
 
 def resolve_rows(scene: PreparedScene, rays: RayArrays, doubtful: Any, spans: bool) -> list[FloatArray]:

@@ -57,9 +57,9 @@ def error_of_t(geometry: Geometry, rest: RoundingRest, surface: int, ray: Ray, t
         return _most(height) / slope * _MORE if slope > 0.0 else math.inf
     a, b, c, discriminant = curved_terms(geometry, rest, surface, ray, t)
     value, slope, bend = _most(c), _least(b), _most(a)
-    apart = slope * slope - bend * value
-    if slope > 0.0 and apart > 0.0:
-        bound = value / (slope + math.sqrt(apart)) * _MORE
+    square = slope * slope - bend * value
+    if slope > 0.0 and square > 0.0:
+        bound = value / (slope + math.sqrt(square)) * _MORE
         # The other root must be farther away than the bound and the rounding of t, so that t* is the reported root
         if max(bound, abs(t) * 2.0**-50) * bend < 0.25 * math.sqrt(max(_least(discriminant), 0.0)):
             return bound
@@ -75,11 +75,11 @@ def _error_of_large(value: float, slope: float, bend: float, t: float) -> float:
     """Return the bound from quotients of the coefficients, whose squares overflow float64."""
     if not (value < math.inf and bend < math.inf and slope > 0.0):
         return math.inf
-    apart = 1.0 - bend / slope * (value / slope) * _MORE
-    if not apart > 0.0:
+    discriminant = 1.0 - bend / slope * (value / slope) * _MORE
+    if not discriminant > 0.0:
         return math.inf
-    bound = value / slope / (1.0 + math.sqrt(apart)) * _MORE
-    near = max(bound, abs(t) * 2.0**-50) * (bend / slope) < 0.25 * math.sqrt(apart)
+    bound = value / slope / (1.0 + math.sqrt(discriminant)) * _MORE
+    near = max(bound, abs(t) * 2.0**-50) * (bend / slope) < 0.25 * math.sqrt(discriminant)
     return bound if near else math.inf
 
 

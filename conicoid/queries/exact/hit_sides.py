@@ -103,9 +103,9 @@ def _rank_of_hit(
     for n in range(count):
         at, place, sense, turned = read_crossing(scratch, n)
         if turned == enters and crossing_face(geometry, entry, place, sense)[0] == surface:
-            away = abs(t_of(ranks, surface, at) - t)
-            if away < best or math.isnan(rank):
-                rank, best = at, away
+            gap = abs(t_of(ranks, surface, at) - t)
+            if gap < best or math.isnan(rank):
+                rank, best = at, gap
     return rank
 
 

@@ -203,11 +203,11 @@ def report_fast_t(geometry: Geometry, ranks: Ranks, surface: int, ray: Ray, inve
     """Report the t of the fast formulas where it is not in doubt: t must not depend on other crossings nearby."""
     if is_curved(geometry, surface):
         low, high, _, crosses, unsure = curved_roots(geometry, surface, ray, inverse)
-        known = crosses and not unsure
+        is_sure = crosses and not unsure
     else:
         low, _, unsure = plane_crossing(geometry, surface, ray, inverse)
-        known, high = not unsure, low
-    if known:
+        is_sure, high = not unsure, low
+    if is_sure:
         _report_t(ranks, ranks.first[surface], low)
         _report_t(ranks, ranks.first[surface] + 1, high)
 

@@ -75,11 +75,11 @@ def rough_metal(
     h = half_direction(o, i)
     r, g, b = metal_fresnel(materials.rows[k], dot(o[0], o[1], o[2], h[0], h[1], h[2]))
     mean = mean_albedo(tables, k, 0)
-    again = (1.0 - albedo(tables, k, 0, o[2])) * (1.0 - albedo(tables, k, 0, i[2])) / (1.0 - mean) * _PER_PI * i[2]
+    multiple = (1.0 - albedo(tables, k, 0, o[2])) * (1.0 - albedo(tables, k, 0, i[2])) / (1.0 - mean) * _PER_PI * i[2]
     return (
-        r * once + again * _multiple_scattering(mean_albedo(tables, k, 3), mean),
-        g * once + again * _multiple_scattering(mean_albedo(tables, k, 4), mean),
-        b * once + again * _multiple_scattering(mean_albedo(tables, k, 5), mean),
+        r * once + multiple * _multiple_scattering(mean_albedo(tables, k, 3), mean),
+        g * once + multiple * _multiple_scattering(mean_albedo(tables, k, 4), mean),
+        b * once + multiple * _multiple_scattering(mean_albedo(tables, k, 5), mean),
     )
 
 

@@ -155,12 +155,12 @@ def rough_wall(
     here, there = _channels(row, at.eta)
     lost = 1.0 - albedo(tables, at.row, here, o[2])
     if i[2] > 0.0:
-        again = lost * (1.0 - albedo(tables, at.row, here, i[2])) / (1.0 - mean_albedo(tables, at.row, here))
-        again *= (1.0 - _beyond_share(tables, at.row, here, there, at.eta)) * _PER_PI * i[2]
-        return r + again, g + again, b + again, density + lobes.matte * _PER_PI * i[2]
-    again = lost * (1.0 - albedo(tables, at.row, there, -i[2])) / (1.0 - mean_albedo(tables, at.row, there))
-    again *= _beyond_share(tables, at.row, here, there, at.eta) * _PER_PI * -i[2] * at.eta * at.eta
-    r, g, b = r + again * row.transparency[0], g + again * row.transparency[1], b + again * row.transparency[2]
+        multiple = lost * (1.0 - albedo(tables, at.row, here, i[2])) / (1.0 - mean_albedo(tables, at.row, here))
+        multiple *= (1.0 - _beyond_share(tables, at.row, here, there, at.eta)) * _PER_PI * i[2]
+        return r + multiple, g + multiple, b + multiple, density + lobes.matte * _PER_PI * i[2]
+    multiple = lost * (1.0 - albedo(tables, at.row, there, -i[2])) / (1.0 - mean_albedo(tables, at.row, there))
+    multiple *= _beyond_share(tables, at.row, here, there, at.eta) * _PER_PI * -i[2] * at.eta * at.eta
+    r, g, b = r + multiple * row.transparency[0], g + multiple * row.transparency[1], b + multiple * row.transparency[2]
     return r, g, b, density - lobes.beyond * _PER_PI * i[2]
 
 

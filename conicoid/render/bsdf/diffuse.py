@@ -82,8 +82,8 @@ def oren_nayar(o: Direction, i: Direction, sigma: float) -> tuple[float, float, 
     s = dot(o[0], o[1], o[2], i[0], i[1], i[2]) - o[2] * i[2]
     t = s / max(o[2], i[2]) if s > 0.0 else s
     mean = a * (1.0 + _MEAN * sigma)
-    again = (1.0 - _albedo(o[2], sigma)) * (1.0 - _albedo(i[2], sigma)) / (1.0 - mean)
-    return _PER_PI * a * (1.0 + sigma * t), _PER_PI * again, mean
+    multiple = (1.0 - _albedo(o[2], sigma)) * (1.0 - _albedo(i[2], sigma)) / (1.0 - mean)
+    return _PER_PI * a * (1.0 + sigma * t), _PER_PI * multiple, mean
 
 
 @inline
@@ -98,10 +98,10 @@ def _evaluate(
 ) -> tuple[float, float, float, float]:
     if i[2] <= 0.0:
         return 0.0, 0.0, 0.0, 0.0
-    once, again, mean = oren_nayar(o, i, materials.rows[at.row].roughness)
-    r = (at.r * once + interreflection_color(at.r, mean) * again) * i[2]
-    g = (at.g * once + interreflection_color(at.g, mean) * again) * i[2]
-    b = (at.b * once + interreflection_color(at.b, mean) * again) * i[2]
+    once, multiple, mean = oren_nayar(o, i, materials.rows[at.row].roughness)
+    r = (at.r * once + interreflection_color(at.r, mean) * multiple) * i[2]
+    g = (at.g * once + interreflection_color(at.g, mean) * multiple) * i[2]
+    b = (at.b * once + interreflection_color(at.b, mean) * multiple) * i[2]
     return r, g, b, _PER_PI * i[2]
 
 

@@ -301,9 +301,9 @@ def _at_surface(
     d = ray.dx, ray.dy, ray.dz
     if drawn.how != STRAIGHT:
         d = to_world(drawn.i, n)
-    behind = dot(drawn.i[0], drawn.i[1], drawn.i[2], g[0], g[1], g[2]) < 0.0
-    scale = path.scale / (at.eta * at.eta) if behind and at.refracts else path.scale
-    medium = whole(beyond if behind else sight.before)
+    is_behind = dot(drawn.i[0], drawn.i[1], drawn.i[2], g[0], g[1], g[2]) < 0.0
+    scale = path.scale / (at.eta * at.eta) if is_behind and at.refracts else path.scale
+    medium = whole(beyond if is_behind else sight.before)
     path = scale_path(path, drawn.r, drawn.g, drawn.b)
     if drawn.how == STRAIGHT:
         path = _pass_straight(path, medium)

@@ -274,8 +274,8 @@ def first_visible_wall(
             if other.body >= 0:
                 _, body, surface, face, side = resolve_hit(geometry, other)
                 crossed = ResolvedHit(t, body, surface, face, side)
-        in_front, behind = find_media(geometry, scratch, with_limits(ray, 0.0, math.inf), t, materials.medium)
-        before, after = body_medium(materials, in_front), body_medium(materials, behind)
+        in_front, medium_behind = find_media(geometry, scratch, with_limits(ray, 0.0, math.inf), t, materials.medium)
+        before, after = body_medium(materials, in_front), body_medium(materials, medium_behind)
         if materials.medium[crossed.body] == 0 or not is_invisible_wall(materials, crossed.body, before, after):
             break
         crossed = resolve_first_crossing(geometry, scratch, with_limits(ray, t, math.inf))

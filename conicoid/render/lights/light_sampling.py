@@ -352,8 +352,8 @@ def lamp_density(sources: LightSources, source: Any, x: float, y: float, z: floa
         angle = polygon_angle(sources.triangles, source, x, y, z)
         if angle > 0.0:
             return 1.0 / angle
-    seen = _seen_area(p[0] - x, p[1] - y, p[2] - z, n)
-    return 1.0 / (seen * source.area) if seen > 0.0 else math.inf
+    area = _seen_area(p[0] - x, p[1] - y, p[2] - z, n)
+    return 1.0 / (area * source.area) if area > 0.0 else math.inf
 
 
 @inline
@@ -436,8 +436,8 @@ def _to_area(
     dx, dy, dz = p[0] - x, p[1] - y, p[2] - z
     if source.kind == CYLINDER and dot(dx, dy, dz, n[0], n[1], n[2]) >= 0.0 and not _is_in_cylinder(source, x, y, z):
         return (dx, dy, dz), 0.0, 0.0
-    seen = _seen_area(dx, dy, dz, n)
-    return (dx, dy, dz), _BEYOND, 1.0 / (seen * source.area) if seen > 0.0 else 0.0
+    area = _seen_area(dx, dy, dz, n)
+    return (dx, dy, dz), _BEYOND, 1.0 / (area * source.area) if area > 0.0 else 0.0
 
 
 @inline

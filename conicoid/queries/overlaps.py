@@ -1,0 +1,118 @@
+"""Overlaps: stretches of rays in two bodies at once, which sums over bodies count twice, and the reports of them."""
+
+from __future__ import annotations
+
+import contextlib
+import threading
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+
+from .._util.names import closest_name
+from .._util.text import format_count
+from .._util.validation import format_value
+from ..geometry.labels import Labels
+from ..kernels.crossings import row_owners
+
+COUNT_BOTH, REFUSE_OVERLAPS = "both", "error"
+_THIN_OVERLAP, _ROUNDING_OVERLAP = 1e-5, 1e-9
+"""Thinner overlaps are ignored, since walls given with few digits leave them: shares of the longest stretch, of t."""
+
+
+def check_overlaps(owner: str, overlaps: Any) -> str | None:
+    """Return `overlaps`. Raise ValueError unless it is "both", "error" or None."""
+    if overlaps is not None and overlaps not in (COUNT_BOTH, REFUSE_OVERLAPS):
+        close = closest_name(overlaps, (COUNT_BOTH, REFUSE_OVERLAPS)) if isinstance(overlaps, str) else ""
+        hint = f" (did you mean {close!r}?)" if close else ""
+        raise ValueError(f"{owner}: overlaps must be 'both', 'error' or None, got {format_value(overlaps)}{hint}")
+    return overlaps
+
+
+def report_overlaps(owner: str, spans: Any, overlaps: str | None, kinds: Any, counts: Any) -> None:
+    """Raise ValueError for overlaps if `overlaps` is "error"; if it is None, log them once for each scene.
+
+    kinds: the group of each row, within which lengths are summed, or None for a single group; counts: mask of the rows
+    that contribute, or None for all.
+    """
+    if overlaps == COUNT_BOTH or not len(spans.body):
+        return
+    rows = np.arange(len(spans.body)) if counts is None else np.flatnonzero(counts)
+    pairs = _find_overlaps(spans, rows)
+    if len(pairs[0]) and kinds is not None:  # sorting by group is only needed where some overlap exists
+        pairs = _find_overlaps(spans, rows[np.lexsort((rows, kinds[rows], row_owners(spans.offsets)[rows]))], kinds)
+    if not len(pairs[0]):
+        return
+    if overlaps == REFUSE_OVERLAPS:
+        raise ValueError(_overlap_message(owner, spans, *pairs) + "; co.check(scene) finds all")
+    log_once(spans._labels, lambda: _overlap_message(owner, spans, *pairs) + _OVERLAP_HINT)
+
+
+_OVERLAP_HINT = "; overlaps='both' says that it is meant, and overlaps='error' refuses it"
+
+
+def _find_overlaps(spans: Any, rows: Any, kinds: Any = None) -> tuple[Any, Any]:
+    """Return the pairs of neighbouring rows that overlap; `rows` are sorted by ray, group and start.
+
+    Neighbours are enough: if any two rows of a ray overlap, then two neighbours do.
+    """
+    one, other = rows[:-1], rows[1:]
+    ray = row_owners(spans.offsets)
+    same = ray[one] == ray[other]
+    if kinds is not None:
+        same &= kinds[one] == kinds[other]
+    start, end = spans.t_enter[other], spans.t_exit[one]
+    common = np.minimum(end, spans.t_exit[other]) - start
+    stretches = spans.t_exit - spans.t_enter
+    longest = stretches.max(initial=0.0, where=np.isfinite(stretches))
+    far = np.maximum(np.abs(start), np.abs(end))
+    thick = np.isinf(common) | ((common > _THIN_OVERLAP * longest) & (common > _ROUNDING_OVERLAP * far))
+    overlap = same & (common > 0) & thick
+    return one[overlap], other[overlap]
+
+
+def _overlap_message(owner: str, spans: Any, one: Any, other: Any) -> str:
+    """Return a message on the number of rays with overlaps, and on the first overlap."""
+    ray = row_owners(spans.offsets)[one]
+    rays, first = format_count(len(np.unique(ray)), "ray goes", "rays go"), int(ray[0])
+    origin, direction = (tuple(part.reshape(-1, 3)[first].tolist()) for part in spans.rays)
+    names = spans.name
+    rows = sorted((int(one[0]), int(other[0])), key=lambda k: int(spans.body[k]))
+    pair = " and ".join(_body_label(int(spans.body[k]), names[k]) for k in rows)
+    return (
+        f"{owner}: {rays} through two bodies at once, and such a stretch counts for each: {pair} overlap on the "
+        f"ray from {origin} along {direction}"
+    )
+
+
+def _body_label(number: int, name: Any) -> str:
+    """Return "body 3" with the name if there is one."""
+    return f"body {number}" + (f" {format_value(name)}" if name else "")
+
+
+# Notes beside a result, once for each scene: in the log, or, in a task on a worker, returned to the caller's process.
+
+_task_notes = threading.local()
+
+
+@contextlib.contextmanager
+def collect_notes() -> Iterator[list[str]]:
+    """Collect the notes of this thread within the block instead of logging them."""
+    before, notes = getattr(_task_notes, "notes", None), list[str]()
+    _task_notes.notes = notes
+    try:
+        yield notes
+    finally:
+        _task_notes.notes = before
+
+
+def log_once(labels: Labels, text: Callable[[], str]) -> None:
+    """Log a text once for each scene, which `labels` identify; within `collect_notes` collect the first text."""
+    notes = getattr(_task_notes, "notes", None)
+    if notes is not None:
+        notes.extend([] if notes else [text()])
+    elif not vars(labels).get("_told_overlaps"):
+        vars(labels)["_told_overlaps"] = True
+        import logging
+
+        logging.getLogger("conicoid").warning("%s", text())
