@@ -8,7 +8,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .._jit.decorators import helper, inline, record_shapes
+from .._jit.decorators import choose, helper, inline, record_shapes
+from .surface.doubt import RELATIVE, STARTING
 from .tables import Floats, Ints
 
 
@@ -126,6 +127,12 @@ def scale_ray(ray: Ray) -> tuple[Ray, float]:
     scale = _scale(largest) if largest > 1e-300 else 2.0**1000
     low, high = _scale_limit(t_min, scale), _scale_limit(t_max, scale)
     return Ray(ox, oy, oz, dx * scale, dy * scale, dz * scale, low, high, start), scale
+
+
+@inline
+def start_margin(start: float, ox: float, oy: float, oz: float) -> float:
+    """Return by how much balls are larger for a ray that starts on a surface, and may begin beside it; else 0."""
+    return choose(start >= 0.0, (abs(ox) + abs(oy) + abs(oz)) * (STARTING * RELATIVE), 0.0)
 
 
 @inline

@@ -227,12 +227,12 @@ def run_chunks(work: Callable[[int, int], Any], count: int, chunk: int) -> Outco
 _ROWS = 16384  # rows that a thread takes at a time
 
 
-def run_rows(kernel: Callable[..., Any], before: tuple[Any, ...], count: int, field: Any) -> None:
-    """Let kernel(*before, begin, end, field) write `count` rows of a field: at once if they are few."""
+def run_rows(kernel: Callable[..., Any], before: tuple[Any, ...], count: int, *fields: Any) -> None:
+    """Let kernel(*before, begin, end, *fields) write `count` rows of fields: at once if they are few."""
     if count <= _ROWS:
-        kernel(*before, 0, count, field)
+        kernel(*before, 0, count, *fields)
     else:
-        run_chunks(KernelRange(kernel, before, (field,)), count, _ROWS)
+        run_chunks(KernelRange(kernel, before, fields), count, _ROWS)
 
 
 def run_calls(kernel: Callable[..., Any], calls: Sequence[tuple[Any, ...]]) -> list[Any]:

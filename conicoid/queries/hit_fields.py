@@ -131,6 +131,30 @@ def points_along(origins: Floats, directions: Floats, t: Floats, begin: int, end
             points[i, k] = fma(t[i], directions[i, k], origins[i, k]) if t[i] < math.inf else math.nan
 
 
+FAR = 2.0**17
+"""A hit is far from the ray's origin if |t d| is larger than this times its own coordinates: then origin + t direction
+is farther beside the surface than culling of rays that start there allows (kernels/bvh/culling_constants.BESIDE)."""
+
+
+@inline
+def is_far(directions: Floats, t: Floats, points: Floats, i: int) -> bool:
+    """Return whether hit i is far from the origin of its ray."""
+    along = abs(t[i]) * max(abs(directions[i, 0]), max(abs(directions[i, 1]), abs(directions[i, 2])))
+    return along > FAR * max(abs(points[i, 0]), max(abs(points[i, 1]), abs(points[i, 2])))
+
+
+@kernel(origins="n 3", directions="n 3", t="n", begin="0..end", end="0..n", points="out n 3", far="out 1")
+def hit_points(
+    origins: Floats, directions: Floats, t: Floats, begin: int, end: int, points: Floats, far: Signs
+) -> None:  # fmt: skip
+    """`points_along`; sets far[0] if a hit is far from the origin of its ray."""
+    for i in range(begin, end):
+        for k in range(3):
+            points[i, k] = fma(t[i], directions[i, k], origins[i, k]) if t[i] < math.inf else math.nan
+        if is_far(directions, t, points, i):
+            far[0] = 1
+
+
 @kernel(faces="3 n", points="n 3", begin="0..end", end="0..n", normals="out n 3")
 def normals_of(geometry: Geometry, faces: Ints, points: Floats, begin: int, end: int, normals: Floats) -> None:
     """Write outward unit normals at points on faces (3, n), as `faces_of` writes them; NaN for misses."""

@@ -19,7 +19,7 @@ from ..kernels.first_hits import HitBuffers
 from ..kernels.ray import DEAD, RayArrays
 from ..kernels.threads import run_rows
 from .derivatives import HitDerivatives
-from .hit_fields import faces_of, local_points_of, normals_of, points_along, uvs_of
+from .hit_fields import faces_of, hit_points, local_points_of, normals_of, uvs_of
 from .rays import Rays, find_invalid_ray, lines_of, own_copy, points_array
 from .result import NO_SCENE, QueryResult, check_parts, extension, format_body, format_field, merge_labels
 
@@ -185,11 +185,22 @@ class Hits(QueryResult, HitDerivatives):
 
     @cached_property
     def _points(self) -> FloatArray:
+        return self._places[0]
+
+    @cached_property
+    def _places(self) -> tuple[FloatArray, FloatArray]:
+        """Points, and bounds on the errors of those far from the origins of their rays: NaN for others, or empty."""
         t = self._buffers.t
-        points = empty_array((len(t), 3), np.float64)
-        o, d = lines_of(self.rays)
-        run_rows(points_along, (o, d, t), len(points), points)
-        return points
+        points, far, errors = empty_array((len(t), 3), np.float64), np.zeros(1, np.int8), np.empty(0)
+        lines = lines_of(self.rays)
+        run_rows(hit_points, (*lines, t), len(points), points, far)
+        if far[0]:
+            from .exact.error_bounds import refine_points
+
+            scene, errors = self._scene, np.empty(len(t))
+            arguments = (scene.geometry, scene.rest, *lines, t, self._faces[0])
+            run_rows(refine_points, arguments, len(points), points, errors)
+        return points, errors
 
     @cached_property
     def doubtful(self) -> Any:
@@ -219,7 +230,8 @@ class Hits(QueryResult, HitDerivatives):
         errors = np.empty(len(self._errors))
         arguments = (lines_of(self.rays)[1], self._points, self._errors)
         run_rows(errors_of_points, arguments, len(errors), errors)
-        return self._shaped(errors)
+        own = self._places[1]
+        return self._shaped(np.where(np.isnan(own), errors, own) if len(own) else errors)
 
     @property
     def point(self) -> FloatArray:

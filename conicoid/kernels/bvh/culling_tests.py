@@ -14,7 +14,7 @@ from numba.core import cgutils
 from numba.extending import intrinsic
 
 from ..._jit.decorators import inline
-from ..ray import Ray
+from ..ray import Ray, start_margin
 from ..tables import Floats
 from . import culling_constants
 from .culling_constants import FIRST, HIGH_I, HIGH_O, ITEM_ROW, ITEMS_SIZE, LAST, LOW_I, LOW_O
@@ -159,10 +159,11 @@ def lanes_entering(typing_context: Any, lanes: Any, row: Any, entries: Any, at: 
 
 
 def sides_of_balls(c: Code, floats: Any, at: Any, stride: Any) -> list[Any]:
-    """Emit the six sides of the boxes around eight balls."""
+    """Emit the six sides of the boxes around eight balls, widened as all boxes are (`BESIDE`)."""
     b, (x, y, z, r) = c.builder, c.balls(floats, at, stride)
+    place = b.fadd(b.fadd(c.size(x), c.size(y)), c.size(z))
     # Rounded outwards, because center and radius are added in floats
-    r = b.fmul(r, c.constant(1.0 + culling_constants.BALL_BOX))
+    r = b.fmul(c.fused(place, c.constant(culling_constants.BESIDE), r), c.constant(1.0 + culling_constants.BALL_BOX))
     return [b.fsub(k, r) for k in (x, y, z)] + [b.fadd(k, r) for k in (x, y, z)]
 
 
@@ -211,7 +212,7 @@ def missed_balls(
 @intrinsic
 def _hit_balls(
     typing_context: Any, floats: Any, at: Any, stride: Any,
-    ox: Any, oy: Any, oz: Any, dx: Any, dy: Any, dz: Any, inverse: Any, first: Any, last: Any,
+    ox: Any, oy: Any, oz: Any, dx: Any, dy: Any, dz: Any, inverse: Any, first: Any, last: Any, margin: Any,
 ) -> Any:  # fmt: skip
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         c, b = Code(context, builder), builder
@@ -219,12 +220,12 @@ def _hit_balls(
         origin, direction = arguments[3:6], [c.spread(d) for d in arguments[6:9]]
         rows = c.balls(balls, arguments[1], arguments[2])
         center = [b.fsub(rows[k], c.spread(origin[k])) for k in range(3)]
-        inverse, first, last = (c.spread(number) for number in arguments[9:])
-        missed = missed_balls(c, center, direction, inverse, rows[3], first, last)
+        inverse, first, last, margin = (c.spread(number) for number in arguments[9:])
+        missed = missed_balls(c, center, direction, inverse, b.fadd(rows[3], margin), first, last)
         return b.zext(b.not_(b.bitcast(missed, BITS)), INT64)
 
     number = types.float64
-    return types.int64(floats, types.int64, types.int64, *[number] * 9), code
+    return types.int64(floats, types.int64, types.int64, *[number] * 10), code
 
 
 @inline
@@ -234,8 +235,9 @@ def hit_balls(floats: Floats, at: int, stride: int, count: int, ray: Ray, invers
     The balls' x begin at floats[at], their y, z and radii `stride` further each. A ball is left out only if the ray
     certainly misses it (`BALL_SLACK`).
     """
-    ox, oy, oz, dx, dy, dz, t_min, _, _ = ray
-    return _hit_balls(floats, at, stride, ox, oy, oz, dx, dy, dz, inverse, t_min, last) & ((1 << count) - 1)
+    ox, oy, oz, dx, dy, dz, t_min, _, start = ray
+    margin = start_margin(float(start), ox, oy, oz)
+    return _hit_balls(floats, at, stride, ox, oy, oz, dx, dy, dz, inverse, t_min, last, margin) & ((1 << count) - 1)
 
 
 def _lanes_in_ball(groups: int) -> Any:
@@ -547,7 +549,7 @@ def rays_in_balls(
 
     16 ray + ball goes into pairs[0], pairs[1] and so on, ball after ball. The x of the `size` balls begin at balls[at],
     their y, z and radii `size` further each. The list has `left` rays from lists[begin] on; more[8 i:] begins with the
-    direction d of ray i and 1 / d·d.
+    direction d of ray i, 1 / d·d and the surface on which it starts.
     """
 
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
@@ -557,12 +559,16 @@ def rays_in_balls(
         eight = _Rays(c, ray, waiting, begin, left)
         columns = eight.columns(other, INT64(8))
         numbers = b.shl(eight.numbers, ir.Constant(WHOLE, [4] * WIDTH))
+        sizes = [c.size(origin) for origin in eight.origins]
+        margin = b.fmul(b.fadd(b.fadd(sizes[0], sizes[1]), sizes[2]), c.constant(culling_constants.BESIDE))
+        margin = b.select(b.fcmp_ordered(">=", columns[4], c.constant(0.0)), margin, c.constant(0.0))  # `start_margin`
         count = cgutils.alloca_once_value(b, INT64(0))
         with cgutils.for_range(b, size) as loop:
             x = b.add(place, loop.index)
             ball = [c.spread(c.number(floats, b.add(x, b.mul(size, INT64(k))), 0)) for k in range(4)]
             center = [b.fsub(ball[k], eight.origins[k]) for k in range(3)]
-            missed = missed_balls(c, center, columns[:3], columns[3], ball[3], eight.first, eight.last)
+            radius = b.fadd(ball[3], margin)
+            missed = missed_balls(c, center, columns[:3], columns[3], radius, eight.first, eight.last)
             met = b.and_(eight.there, b.not_(missed))
             end = b.load(count)
             target = b.bitcast(c.place(out, end, 0), WHOLE.as_pointer())

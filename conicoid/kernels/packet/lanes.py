@@ -31,7 +31,7 @@ from ..bvh.culling import (
     reach,
 )
 from ..bvh.walk import reciprocal
-from ..ray import DEAD, Ray, RayArrays, RayLine
+from ..ray import DEAD, Ray, RayArrays, RayLine, start_margin
 from ..surface.doubt import STARTING
 from ..surface.interval import Nearness, is_open, limits_along, ray_size, ray_unit
 from ..tables import Floats, Geometry, whole
@@ -65,7 +65,9 @@ WAYS_AT = BEAM_AT + BEAM + 6
 GROUPS_AT = WAYS_AT + 6
 """The beams of the eight groups: the numbers of a beam, eight of each."""
 GROUP_ENDS = GROUPS_AT + GROUPS * LAST
-SIZE = GROUPS_AT + GROUPS * BEAM
+START_MARGIN = GROUPS_AT + GROUPS * BEAM
+"""Largest `start_margin` of the lanes."""
+SIZE = START_MARGIN + 1
 
 
 @inline
@@ -131,6 +133,11 @@ def prepare_lanes(lanes: Floats) -> None:
     lanes[SLOPES], lanes[GROUP_BEAMS] = 0.0, 0.0
     lanes[LEAST_START], last = extent(lanes, START)
     lanes[SOME_START] = 1.0 if last >= 0.0 else 0.0
+    margin = 0.0
+    if lanes[SOME_START] != 0.0:
+        for i in range(ALL):
+            margin = max(margin, start_margin(lanes[START + i], lanes[OX + i], lanes[OY + i], lanes[OZ + i]))
+    lanes[START_MARGIN] = margin
 
 
 @inline

@@ -29,6 +29,7 @@ from .lanes import (
     SENSE,
     SHARED,
     SIZE,
+    START_MARGIN,
     T_MAX,
     WITHIN,
     is_searching,
@@ -126,7 +127,7 @@ def lanes_in_child(geometry: Geometry, lanes: Floats, at: int) -> int:
 def lanes_at_ball(geometry: Geometry, lanes: Floats, at: int, stride: int) -> int:
     """Return the lanes that may meet the ball whose four numbers are at floats[at::stride], as bits."""
     f = geometry.floats
-    x, y, z, r = f[at], f[at + stride], f[at + 2 * stride], f[at + 3 * stride]
+    x, y, z, r = f[at], f[at + stride], f[at + 2 * stride], f[at + 3 * stride] + lanes[START_MARGIN]
     if lanes[SHARED] != 0.0:
         return lanes_in_ball_from_one(lanes, x, y, z, r)
     return lanes_in_ball(lanes, x, y, z, r)

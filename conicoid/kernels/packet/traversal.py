@@ -58,6 +58,7 @@ from .lanes import (
     GROUP_BEAMS,
     GROUPS_AT,
     LANES,
+    START_MARGIN,
     T_MAX,
     WAYS_AT,
     WITHIN,
@@ -220,7 +221,7 @@ def _group_at_ball(geometry: Geometry, packet: Packet, pair: int) -> int:
     """Return the mask of the lanes of a group that may meet the ball of a pair (`PAIRS`)."""
     at, size, place = _ball_of(geometry, packet.items, pair >> 3)
     x, y, z, r = leaf_ball(geometry, at, size, place)
-    return group_in_ball(packet.lanes, pair & 7, x, y, z, r)
+    return group_in_ball(packet.lanes, pair & 7, x, y, z, r + packet.lanes[START_MARGIN])
 
 
 @inline

@@ -79,7 +79,7 @@ def _difference(x: float, y: float) -> BoundedPair:
 
 
 @inline
-def _point_offset(x: float, y: float, rest: float, t: float, d: float) -> BoundedPair:
+def point_offset(x: float, y: float, rest: float, t: float, d: float) -> BoundedPair:
     """Return x + t d - (y + rest), where y was rounded and `rest` is its rounding rest."""
     place = plus(_difference(x, y), product(t, d))
     return place if rest == 0.0 else minus(place, remainder(rest))
@@ -99,7 +99,7 @@ def plane_terms(
         bounded_pair(ny, rest.planes[at + 1]),
         bounded_pair(nz, rest.planes[at + 2]),
     )
-    p0, p1, p2 = _point_offset(ox, ax, 0.0, t, dx), _point_offset(oy, ay, 0.0, t, dy), _point_offset(oz, az, 0.0, t, dz)
+    p0, p1, p2 = point_offset(ox, ax, 0.0, t, dx), point_offset(oy, ay, 0.0, t, dy), point_offset(oz, az, 0.0, t, dz)
     height = plus(inner(n0, n1, n2, p0, p1, p2), bounded_pair(above, rest.planes[at + 3]))
     return height, dot3(dx, dy, dz, n0, n1, n2)
 
@@ -127,7 +127,7 @@ def _sphere_terms(geometry: Geometry, rest: RoundingRest, row: int, ray: Ray, t:
     if SPHERE_SIZE * row < len(rest.spheres):
         at = SPHERE_SIZE * row
         r0, r1, r2, r3 = rest.spheres[at], rest.spheres[at + 1], rest.spheres[at + 2], rest.spheres[at + 3]
-    p0, p1, p2 = _point_offset(ox, cx, r0, t, dx), _point_offset(oy, cy, r1, t, dy), _point_offset(oz, cz, r2, t, dz)
+    p0, p1, p2 = point_offset(ox, cx, r0, t, dx), point_offset(oy, cy, r1, t, dy), point_offset(oz, cz, r2, t, dz)
     r = bounded_pair(radius, r3)
     a = plus(plus(product(dx, dx), product(dy, dy)), product(dz, dz))
     b = dot3(dx, dy, dz, p0, p1, p2)
@@ -148,9 +148,9 @@ def _quadric_terms(geometry: Geometry, rest: RoundingRest, row: int, ray: Ray, t
     )
     at = rest_of_quadric(geometry, row)
     p0, p1, p2 = (
-        _point_offset(ox, ax, rest_number(rest, at), t, dx),
-        _point_offset(oy, ay, rest_number(rest, at + 1), t, dy),
-        _point_offset(oz, az, rest_number(rest, at + 2), t, dz),
+        point_offset(ox, ax, rest_number(rest, at), t, dx),
+        point_offset(oy, ay, rest_number(rest, at + 1), t, dy),
+        point_offset(oz, az, rest_number(rest, at + 2), t, dz),
     )
     u0, u1, u2 = (
         bounded_pair(w00, rest_number(rest, at + 3)),

@@ -17,14 +17,15 @@ import numpy as np
 from ..._jit.decorators import helper, inline, kernel
 from ..._util.arrays import FloatArray
 from ...geometry.exact_crossings import integer_line
-from ...kernels.numbers.double_double import BoundedPair
+from ...kernels.numbers.double_double import BoundedPair, minus, opposite, over, plus, root, times_float
 from ...kernels.numbers.elementary import hypot
 from ...kernels.ray import Ray, scale_ray
-from ...kernels.surface.exact_crossing import RoundingRest, curved_terms, is_plane, plane_terms
+from ...kernels.surface.exact_crossing import RoundingRest, curved_terms, is_plane, plane_terms, point_offset
 from ...kernels.tables import Floats, Geometry, Ints, Longs, whole
 from ...kernels.threads import run_rows
 from ...numerics.rational import Root, exact_real_roots
 from ...prepare.prepared_scene import exact_form
+from ..hit_fields import is_far
 
 if TYPE_CHECKING:
     from ...prepare.prepared_scene import PreparedScene
@@ -56,18 +57,27 @@ def error_of_t(geometry: Geometry, rest: RoundingRest, surface: int, ray: Ray, t
         slope = _least(rate)
         return _most(height) / slope * _MORE if slope > 0.0 else math.inf
     a, b, c, discriminant = curved_terms(geometry, rest, surface, ray, t)
-    value, slope, bend = _most(c), _least(b), _most(a)
-    square = slope * slope - bend * value
-    if slope > 0.0 and square > 0.0:
-        bound = value / (slope + math.sqrt(square)) * _MORE
-        # The other root must be farther away than the bound and the rounding of t, so that t* is the reported root
-        if max(bound, abs(t) * 2.0**-50) * bend < 0.25 * math.sqrt(max(_least(discriminant), 0.0)):
-            return bound
+    bound = _error_of_single(a, b, c, discriminant, t)
+    if bound < math.inf:
+        return bound
+    slope = _least(b)
     if not _most(discriminant) < math.inf or not slope * slope < math.inf:
-        return _error_of_large(_most(c), _least(b), _most(a), t)
+        return _error_of_large(_most(c), slope, _most(a), t)
     bend = _least(a)
     both = _most(b) + math.sqrt(max(discriminant.high, 0.0) + abs(discriminant.low) + discriminant.error)
     return both / bend * _MORE if bend > 0.0 else math.inf
+
+
+@inline
+def _error_of_single(a: BoundedPair, b: BoundedPair, c: BoundedPair, discriminant: BoundedPair, t: float) -> float:
+    """Return the bound if the other root is farther away than it and the rounding of t; else inf."""
+    value, slope, bend = _most(c), _least(b), _most(a)
+    apart = slope * slope - bend * value
+    if not (slope > 0.0 and apart > 0.0):
+        return math.inf
+    bound = value / (slope + math.sqrt(apart)) * _MORE
+    near = max(bound, abs(t) * 2.0**-50) * bend < 0.25 * math.sqrt(max(_least(discriminant), 0.0))
+    return bound if near else math.inf
 
 
 @inline
@@ -120,6 +130,56 @@ def errors_of_points(
         speed = hypot(directions[i, 0], directions[i, 1], directions[i, 2])
         size = hypot(points[i, 0], points[i, 1], points[i, 2])
         errors[i] = (t_errors[i] * speed + _ROUNDING_BOUND * size) * _MORE + _TINY
+
+
+# Hits far from the origins of their rays
+#
+# origin + t direction is off by the rounding of t, which may be more than the whole body. The rest of the way from
+# there to the surface is known to 30 digits, so the point is as near to the surface as its own rounding allows.
+
+
+@helper
+def _rest_of_way(geometry: Geometry, rest: RoundingRest, surface: int, ray: Ray, t: float) -> BoundedPair:
+    """Return t* - t for the crossing t* of a surface that is reported at t; its error is inf if it is not certain."""
+    if is_plane(geometry, surface):
+        height, rate = plane_terms(geometry, rest, surface, ray, t)
+        return opposite(over(height, rate)) if _least(rate) > 0.0 else BoundedPair(0.0, 0.0, math.inf)
+    a, b, c, discriminant = curved_terms(geometry, rest, surface, ray, t)
+    if not _error_of_single(a, b, c, discriminant, t) < math.inf:
+        return BoundedPair(0.0, 0.0, math.inf)
+    q = root(discriminant)
+    return opposite(over(c, plus(b, q) if b.high >= 0.0 else minus(b, q)))
+
+
+@kernel(
+    origins="n 3", directions="n 3", t="n", surfaces="n", begin="0..end", end="0..n", points="out n 3", errors="out n"
+)  # fmt: skip
+def refine_points(
+    geometry: Geometry, rest: RoundingRest, origins: Floats, directions: Floats, t: Floats, surfaces: Ints,
+    begin: int, end: int, points: Floats, errors: Floats,
+) -> None:  # fmt: skip
+    """Move far points to their exact crossings, and write bounds on their errors; NaN for points that stay."""
+    for i in range(begin, end):
+        errors[i] = math.nan
+        if surfaces[i] < 0 or not is_far(directions, t, points, i):
+            continue
+        ox, oy, oz = origins[i, 0], origins[i, 1], origins[i, 2]
+        dx, dy, dz = directions[i, 0], directions[i, 1], directions[i, 2]
+        ray, scale = scale_ray(Ray(ox, oy, oz, dx, dy, dz, 0.0, 1.0, whole(-1)))
+        at = t[i] / scale
+        onward = _rest_of_way(geometry, rest, surfaces[i], ray, at)
+        x = plus(point_offset(ray.ox, 0.0, 0.0, at, ray.dx), times_float(onward, ray.dx))
+        y = plus(point_offset(ray.oy, 0.0, 0.0, at, ray.dy), times_float(onward, ray.dy))
+        z = plus(point_offset(ray.oz, 0.0, 0.0, at, ray.dz), times_float(onward, ray.dz))
+        error = hypot(_most_lost(x), _most_lost(y), _most_lost(z)) * _MORE + _TINY
+        if error < math.inf:
+            points[i, 0], points[i, 1], points[i, 2], errors[i] = x.high + x.low, y.high + y.low, z.high + z.low, error
+
+
+@inline
+def _most_lost(x: BoundedPair) -> float:
+    """Return a bound on the error of x rounded to a float."""
+    return x.error + _ROUNDING_BOUND * abs(x.high + x.low)
 
 
 # Bounds on t: from numbers in two floats, and from exact roots where these bounds are too large
