@@ -569,7 +569,7 @@ class Scene:
 
     def first_hit(
         self, origins: Any, directions: Any = None, t_min: Any = DEFAULT_T_MIN, t_max: Any = DEFAULT_T_MAX, *,
-        executor: Any = None,
+        executor: Any = None, device: Literal["cpu", "cuda"] | None = None,
     ) -> Hits:  # fmt: skip
         """Return the nearest crossing of each ray in the open interval (t_min, t_max).
 
@@ -584,6 +584,9 @@ class Scene:
         executor : optional
             An executor, a Dask client or a `co.parallel.Workers` that computes parts, with the same bits. The other
             queries take it as well.
+        device : {"cpu", "cuda"}, optional
+            What answers, with the same bits: the processor, or a GPU of NVIDIA's (page "On a GPU"). Default: that of
+            `co.set_device`. `occluded`, `contains` and `body_at` take it as well.
 
         Returns
         -------
@@ -595,25 +598,25 @@ class Scene:
         ValueError
             For invalid rays, with the index of the first.
         """
-        hits: Hits = self._along_rays("first_hit", executor, origins, directions, t_min, t_max)
+        hits: Hits = self._along_rays("first_hit", executor, origins, directions, t_min, t_max, device=device)
         return hits
 
     def occluded(
         self, origins: Any, directions: Any = None, t_min: Any = DEFAULT_T_MIN, t_max: Any = DEFAULT_T_MAX, *,
-        executor: Any = None,
+        executor: Any = None, device: Literal["cpu", "cuda"] | None = None,
     ) -> Any:  # fmt: skip
         """Return whether each ray has any crossing strictly between t_min and t_max: first_hit(...).t < inf.
 
         Parameters
         ----------
-        origins, directions, t_min, t_max, executor
+        origins, directions, t_min, t_max, executor, device
             As for `first_hit`. An empty interval, t_min >= t_max, has no crossing.
 
         Returns
         -------
         bool (...)
         """
-        return self._along_rays("occluded", executor, origins, directions, t_min, t_max)
+        return self._along_rays("occluded", executor, origins, directions, t_min, t_max, device=device)
 
     def spans(
         self, origins: Any, directions: Any = None, t_min: Any = DEFAULT_T_MIN, t_max: Any = DEFAULT_T_MAX, *,
@@ -761,10 +764,10 @@ class Scene:
         rays = ray_queries.rays_after_values(values, origins, directions)
         return line_integrals.line_integral(self._prepared, values, rays, t_min, t_max, otherwise, progress, overlaps)
 
-    def _along_rays(self, query: str, executor: Any, *rays: Any) -> Any:
+    def _along_rays(self, query: str, executor: Any, *rays: Any, device: str | None = None) -> Any:
         """Answer a query of rays: origins, directions, t_min and t_max."""
-        answer = self._answer_single(query, executor, rays)
-        return self._along_many_rays(query, executor, *rays) if answer is None else answer
+        answer = self._answer_single(query, executor, rays) if device is None else None
+        return self._along_many_rays(query, executor, *rays, device=device) if answer is None else answer
 
     def _answer_single(self, query: str, executor: Any, numbers: tuple[Any, ...]) -> Any:
         """Return the answer for one ray or point of plain numbers; None where the query itself must answer."""
@@ -775,48 +778,53 @@ class Scene:
         return None if answer is None else answer(prepared, *numbers)
 
     @ignore_fp_errors
-    def _along_many_rays(self, query: str, executor: Any, origins: Any, directions: Any, t_min: Any, t_max: Any) -> Any:
-        """Answer a query of rays here, or by workers."""
+    def _along_many_rays(
+        self, query: str, executor: Any, origins: Any, directions: Any, t_min: Any, t_max: Any, *, device: str | None
+    ) -> Any:
+        """Answer a query of rays here, on a device, or by workers."""
         if _is_remote(executor, origins, directions):
+            _refuse_device(query, device)
             from ..parallel.queries import dispatch_rays
 
             return dispatch_rays(self, query, executor, origins, directions, t_min, t_max)
         from ..queries import ray_queries
 
-        answer = getattr(ray_queries, query)
-        return answer(self._prepared, ray_queries.as_rays(query, origins, directions), t_min, t_max)
+        answer, rays = getattr(ray_queries, query), ray_queries.as_rays(query, origins, directions)
+        if device is None:
+            return answer(self._prepared, rays, t_min, t_max)
+        return answer(self._prepared, rays, t_min, t_max, device)
 
     # --- Queries at points
 
-    def contains(self, points: Any, *, executor: Any = None) -> Any:
+    def contains(self, points: Any, *, executor: Any = None, device: Literal["cpu", "cuda"] | None = None) -> Any:
         """Return whether any solid contains each point. Primitives contain their boundary, Booleans are exact.
 
         Parameters
         ----------
         points : (..., 3)
             Finite.
-        executor : optional
+        executor, device : optional
             As for `first_hit`.
 
         Returns
         -------
         bool (...)
         """
-        return self._at_points("contains", executor, points)
+        return self._at_points("contains", executor, points, device)
 
-    def body_at(self, points: Any, *, executor: Any = None) -> Any:
+    def body_at(self, points: Any, *, executor: Any = None, device: Literal["cpu", "cuda"] | None = None) -> Any:
         """Return the number of the first listed body that contains each point, or -1.
 
         Parameters
         ----------
-        points, executor
+        points, executor, device
             As for `contains`.
 
         Returns
         -------
         int32 (...)
         """
-        return self._at_points("body_at", executor, points)
+        return self._at_points("body_at", executor, points, device)
 
     def bodies_at(self, points: Any, *, executor: Any = None) -> BodiesAt:
         """Return all bodies that contain each point, in listing order, as one list after the other.
@@ -829,21 +837,23 @@ class Scene:
         bodies: BodiesAt = self._at_points("bodies_at", executor, points)
         return bodies
 
-    def _at_points(self, query: str, executor: Any, points: Any) -> Any:
+    def _at_points(self, query: str, executor: Any, points: Any, device: str | None = None) -> Any:
         """Answer a query of points."""
-        answer = self._answer_single(query, executor, (points,))
-        return self._at_many_points(query, executor, points) if answer is None else answer
+        answer = self._answer_single(query, executor, (points,)) if device is None else None
+        return self._at_many_points(query, executor, points, device) if answer is None else answer
 
     @ignore_fp_errors
-    def _at_many_points(self, query: str, executor: Any, points: Any) -> Any:
-        """Answer a query of points here, or by workers."""
+    def _at_many_points(self, query: str, executor: Any, points: Any, device: str | None) -> Any:
+        """Answer a query of points here, on a device, or by workers."""
         if _is_remote(executor, points):
+            _refuse_device(query, device)
             from ..parallel.queries import dispatch_points
 
             return dispatch_points(self, query, executor, points)
         from ..queries import points as point_queries
 
-        return getattr(point_queries, query)(self._prepared, points)
+        answer = getattr(point_queries, query)
+        return answer(self._prepared, points) if device is None else answer(self._prepared, points, device=device)
 
     def distance(
         self, points: Any, *, exact: bool = False, max_distance: Any = math.inf, progress: Progress | None = None,
@@ -1235,6 +1245,12 @@ def _move_light(lights: tuple[Light, ...], track: LightTrack, time: float) -> li
         there = format_count(len(lights), "light", "lights")
         raise ValueError(f"at: the scene has {there}, from 0 on; a LightTrack moves light {track.light}")
     return [track.moved(light, time) if k == track.light else light for k, light in enumerate(lights)]
+
+
+def _refuse_device(query: str, device: str | None) -> None:
+    """Raise TypeError for a device beside an executor or lazy arrays."""
+    if device is not None:
+        raise TypeError(f"{query}: device must be left out where workers compute; CONICOID_DEVICE chooses theirs")
 
 
 def _is_remote(executor: Any, *arrays: Any) -> bool:
