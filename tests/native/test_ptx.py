@@ -25,6 +25,7 @@ from ..reference.quadratics import Table
 from ..reference.random_items import KINDS, extreme, ordinary
 from ..reference.random_shapes import generator
 from ..reference.solids import bodies
+from ..samples import sampled
 
 THREADS = 7
 """Fewer than there are rays: each takes several, with the same scratch memory."""
@@ -167,7 +168,7 @@ def test_bodies_of_all_kinds(kernels, kind, sort):
     same_points(kernels, scene, rays.origins[hit] + found.t[hit, None] * rays.directions[hit])
 
 
-@pytest.mark.parametrize("name", ["first_hits_few", "any_hits_any", "first_bodies_many"])
+@pytest.mark.parametrize("name", sampled(ptx.NAMES, 5))
 def test_ptx_rounds_as_the_cpu_does(module, name):
     """`ptx.ptx` refuses what is wrong; and some of what it looks at is there."""
     text = ptx.ptx(module, name)
