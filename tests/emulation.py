@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import ctypes
+import functools
+import tempfile
 from collections import deque
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import Any
 
 import llvmlite.binding as llvm
@@ -12,6 +15,20 @@ import numpy as np
 
 from conicoid.queries.device import BLOCK
 from native import ptx
+from native.build import device_code
+
+
+@functools.cache
+def device_module() -> bytes:
+    """The code that becomes PTX, once for each process of tests."""
+    with tempfile.TemporaryDirectory() as folder:
+        return ptx.base(device_code(Path(folder)))
+
+
+@functools.cache
+def device_kernels() -> Kernels:
+    """The same, to be run."""
+    return Kernels(device_module())
 
 
 class Kernels:

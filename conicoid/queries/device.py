@@ -156,7 +156,8 @@ class Device:
         ends = np.cumsum([-(-array.nbytes // _LINE) * _LINE for array in arrays]).tolist()
         memory, numbers = _Memory(self.driver, ends[-1]), list[int]()
         for array, begin in zip(arrays, [0, *ends], strict=False):
-            self.driver.send(memory.address + begin, array, self.lanes[0].stream)
+            if array.size:
+                self.driver.send(memory.address + begin, array, self.lanes[0].stream)
             numbers += [memory.address + begin, array.size]
         self.wait(self.lanes[0])
         return memory, numbers

@@ -16,9 +16,8 @@ from conicoid.kernels.first_hits import HitBuffers, trace_first_alone
 from conicoid.kernels.ray import RayArrays
 from conicoid.queries.exact.membership import locate_packets
 from native import ptx
-from native.build import device_code
 
-from ..emulation import Kernels
+from ..emulation import device_kernels, device_module
 from ..engine.test_routes import camera, crowded_scene
 from ..reference import aimed_rays
 from ..reference.quadratics import Table
@@ -33,14 +32,13 @@ NO_START, ALL_OF_IT = np.full(1, -1, np.int32), (np.zeros(1), np.full(1, np.inf)
 
 
 @pytest.fixture(scope="module")
-def module(tmp_path_factory):
-    """The code that becomes PTX."""
-    return ptx.base(device_code(tmp_path_factory.mktemp("device")))
+def module():
+    return device_module()
 
 
 @pytest.fixture(scope="module")
-def kernels(module):
-    return Kernels(module)
+def kernels():
+    return device_kernels()
 
 
 def addresses(*arrays):

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import copy
 import ctypes
 import gc
+import pickle
 import sys
 import types
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -13,17 +16,19 @@ import pytest
 import conicoid as co
 from conicoid.queries import device
 from native import ptx
-from native.build import device_code
 
-from ..emulation import Card, Kernels
+from ..emulation import Card, device_kernels
 from ..engine.test_routes import camera, crowded_scene
+from ..reference.suite import whole_score
+from ..reference.whole_items import SCENES
+from ..samples import sampled
 
 FIELDS = ("t", "body", "face", "surface", "entering", "doubtful", "point", "normal", "t_error")
 
 
 @pytest.fixture(scope="module")
-def kernels(tmp_path_factory):
-    return Kernels(ptx.base(device_code(tmp_path_factory.mktemp("device"))))
+def kernels():
+    return device_kernels()
 
 
 @pytest.fixture
@@ -91,6 +96,39 @@ def test_points_in_bodies_of_all_sizes(card, leaves):
     assert {name for name, _ in card.launches} == {f"first_bodies_{({3: 'few', 40: 'many', 150: 'any'})[leaves]}"}
     assert scene.contains((0, 0, 0.2), device="cuda")
     same_answers(scene, co.Rays(points, r.normal(size=points.shape)))
+
+
+@pytest.mark.parametrize("kind", sampled(SCENES, 4))
+def test_against_exact_arithmetic(card, kind):
+    """On small whole numbers, as tests/exactness/test_whole_bodies.py: many rays and points are doubtful."""
+    co.set_device("cuda")
+    try:
+        score = whole_score(kind, 0, 40)
+    finally:
+        co.set_device(None)
+    assert score.rows
+    score.check(doubts=False)
+    assert {name.rpartition("_")[0] for name, _ in card.launches} == {"first_hits", "any_hits", "first_bodies"}
+
+
+def test_a_scene_without_bodies_and_what_is_pickled(card):
+    empty, scene, rays = co.Scene([]), co.Scene([co.Sphere()]), camera(16)
+    for each in (empty, scene):
+        same_answers(each, rays)
+        assert np.array_equal(each.body_at(rays.origins, device="cuda"), each.body_at(rays.origins))
+    hits = scene.first_hit(rays, device="cuda")
+    same_hits(pickle.loads(pickle.dumps(hits)), hits)
+    same_answers(pickle.loads(pickle.dumps(scene)), rays)
+    same_answers(copy.deepcopy(scene), rays)
+
+
+def test_queries_of_several_threads_take_turns(card):
+    scenes = [crowded_scene(), co.Scene([carved(40)]), co.Scene([carved(150)])]
+    expected = [scene.first_hit(camera(32)) for scene in scenes]
+    with ThreadPoolExecutor(3) as pool:
+        found = list(pool.map(lambda scene: scene.first_hit(camera(32), device="cuda"), scenes))
+    for one, other in zip(found, expected, strict=True):
+        same_hits(one, other)
 
 
 def test_tables_are_sent_once_and_again_after_an_edit(card):
