@@ -37,7 +37,7 @@ CHUNK = 1 << 19
 LANES = 3
 """Chunks on their way."""
 _LINE = 256  # bytes to which arrays in a card's memory are aligned
-_SHARE = 2  # scratch memory of all threads takes up to one part in so many of a card's free memory
+_SHARE = 2  # scratch memory that threads share takes up to one part in so many of a card's free memory
 _NAP = 5e-5  # seconds between two looks at a stream
 
 _chosen: list[str] = []
@@ -129,6 +129,14 @@ class _Chunk(NamedTuple):
     """Views of the lane's memory: the status, then the outputs."""
 
 
+class _Room(NamedTuple):
+    """Scratch memory of a kernel."""
+
+    size: str
+    numbers: tuple[int, ...] = ()  # for the kernel: address and length of each array that its threads share
+    threads: int = 0  # for which there is memory; 0 for any number
+
+
 class _Lane:
     """A stream with memory for one chunk, on the card and on the CPU."""
 
@@ -145,6 +153,7 @@ class Device:
     def __init__(self, driver: GpuDriver) -> None:
         self.driver, self.lock = driver, threading.Lock()
         self.lanes = [_Lane(driver) for _ in range(LANES)]
+        self._scratch: _Memory | None = None
 
     def wait(self, lane: _Lane) -> None:
         """Wait for what is in a lane."""
@@ -170,10 +179,10 @@ class Device:
         """
         count = len(outputs[0])
         with self.lock:
-            tables = _Tables.of(scene, self)
-            room = tables.room(function)
+            room = self._room(scene, function)
             if room is None:
                 return False
+            tables = _Tables.of(scene, self)
             try:
                 # Kernels that share scratch memory follow each other
                 lanes = self.lanes[:1] if room.threads else self.lanes
@@ -188,6 +197,26 @@ class Device:
                     lane.chunk = None
                     self.wait(lane)
         return True
+
+    def _room(self, scene: PreparedScene, function: str) -> _Room | None:
+        """Return scratch memory for a function; None if that of one block would not fit."""
+        needed, driver = ScratchSize.needed(scene.geometry), self.driver
+        size = size_name(needed)
+        if size != SHARED:
+            return _Room(size)
+        lengths, held = needed.lengths, self._scratch.size if self._scratch else 0
+        each = sum(WIDTHS[name] * length for name, length in lengths.items())
+        most = max(held, (driver.free_memory() + held) // _SHARE)
+        threads = min(driver.resident(f"{function}_{size}"), most // each) // BLOCK * BLOCK
+        if threads == 0:
+            return None
+        sizes = [-(-threads * WIDTHS[name] * length // _LINE) * _LINE for name, length in lengths.items()]
+        if self._scratch is None or held < sum(sizes):
+            self._scratch = None
+            self._scratch = _Memory(driver, sum(sizes))
+        begins = np.cumsum([self._scratch.address, *sizes]).tolist()
+        numbers = (n for pair in zip(begins, lengths.values(), strict=False) for n in pair)
+        return _Room(size, tuple(numbers), threads)
 
     def _begin(
         self, lane: _Lane, tables: _Tables, room: _Room, function: str, inputs: Sequence[Any], outputs: Sequence[Any],
@@ -234,20 +263,11 @@ class Device:
             array[first:last] = result
 
 
-class _Room(NamedTuple):
-    """Scratch memory of a kernel."""
-
-    size: str
-    numbers: list[int]  # for the kernel, of memory that all threads share
-    threads: int  # for which there is memory; 0 for any number
-    memory: _Memory | None
-
-
 class _Tables:
     """A scene's tables in a card's memory."""
 
     def __init__(self, scene: PreparedScene, device: Device) -> None:
-        self._device, self._scene, self._rooms = device, weakref.ref(scene), dict[str, _Room]()
+        self._device, self._scene = device, weakref.ref(scene)
         places, integers, floats = scene.geometry
         self._memory, numbers = device.put([places, integers, floats])
         self._geometry = [numbers[0], *numbers[2:]]  # `places` has one length
@@ -271,30 +291,6 @@ class _Tables:
             assert scene is not None
             self._rest = self._device.put(scene.rest)
         return [*self._geometry, *self._rest[1]]
-
-    def room(self, function: str) -> _Room | None:
-        """Return the scratch memory of a function, which is kept; None if it would not fit."""
-        known = self._rooms.get(function)
-        if known is not None:
-            return known
-        scene = self._scene()
-        assert scene is not None
-        needed, driver = ScratchSize.needed(scene.geometry), self._device.driver
-        room = _Room(size_name(needed), [], 0, None)
-        if room.size == SHARED:
-            lengths = needed.lengths
-            each = sum(WIDTHS[name] * length for name, length in lengths.items())
-            blocks = min(driver.resident(f"{function}_{SHARED}"), driver.free_memory() // _SHARE // each) // BLOCK
-            if blocks == 0:
-                return None
-            threads = BLOCK * blocks
-            sizes = [-(-threads * WIDTHS[name] * length // _LINE) * _LINE for name, length in lengths.items()]
-            memory = _Memory(driver, sum(sizes))
-            begins = np.cumsum([memory.address, *sizes]).tolist()
-            numbers = [n for pair in zip(begins, lengths.values(), strict=False) for n in pair]
-            room = _Room(SHARED, numbers, threads, memory)
-        self._rooms[function] = room
-        return room
 
 
 # NVIDIA's cards
