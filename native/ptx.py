@@ -40,7 +40,7 @@ REGISTERS = 128
 """Of a thread: with more, fewer threads are resident, with less they spill (measured on an H200)."""
 NAMES = [f"{function.name}_{size}" for function in on_device() for size in (*SIZES, SHARED)]
 
-_I32, _I64, _DOUBLE = ir.IntType(32), ir.IntType(64), ir.DoubleType()
+_I32, _I64 = ir.IntType(32), ir.IntType(64)
 _POINTER = ir.IntType(8).as_pointer()
 _PREFETCH = re.compile(r"^.*call void @llvm\.prefetch\b.*\n", re.M)
 _SQRT = """

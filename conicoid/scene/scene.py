@@ -598,7 +598,7 @@ class Scene:
         ValueError
             For invalid rays, with the index of the first.
         """
-        hits: Hits = self._along_rays("first_hit", executor, origins, directions, t_min, t_max, device=device)
+        hits: Hits = self._along_rays("first_hit", executor, device, origins, directions, t_min, t_max)
         return hits
 
     def occluded(
@@ -616,7 +616,7 @@ class Scene:
         -------
         bool (...)
         """
-        return self._along_rays("occluded", executor, origins, directions, t_min, t_max, device=device)
+        return self._along_rays("occluded", executor, device, origins, directions, t_min, t_max)
 
     def spans(
         self, origins: Any, directions: Any = None, t_min: Any = DEFAULT_T_MIN, t_max: Any = DEFAULT_T_MAX, *,
@@ -629,7 +629,7 @@ class Scene:
         origins, directions, t_min, t_max, executor
             As for `first_hit`. An empty interval, t_min >= t_max, has no spans.
         """
-        spans: Spans = self._along_rays("spans", executor, origins, directions, t_min, t_max)
+        spans: Spans = self._along_rays("spans", executor, None, origins, directions, t_min, t_max)
         return spans
 
     def crossings(
@@ -643,7 +643,7 @@ class Scene:
         origins, directions, t_min, t_max, executor
             As for `first_hit`. An empty interval, t_min >= t_max, has no crossings.
         """
-        crossings: Crossings = self._along_rays("crossings", executor, origins, directions, t_min, t_max)
+        crossings: Crossings = self._along_rays("crossings", executor, None, origins, directions, t_min, t_max)
         return crossings
 
     @ignore_fp_errors
@@ -764,10 +764,10 @@ class Scene:
         rays = ray_queries.rays_after_values(values, origins, directions)
         return line_integrals.line_integral(self._prepared, values, rays, t_min, t_max, otherwise, progress, overlaps)
 
-    def _along_rays(self, query: str, executor: Any, *rays: Any, device: str | None = None) -> Any:
+    def _along_rays(self, query: str, executor: Any, device: str | None, *rays: Any) -> Any:
         """Answer a query of rays: origins, directions, t_min and t_max."""
         answer = self._answer_single(query, executor, rays) if device is None else None
-        return self._along_many_rays(query, executor, *rays, device=device) if answer is None else answer
+        return self._along_many_rays(query, executor, device, *rays) if answer is None else answer
 
     def _answer_single(self, query: str, executor: Any, numbers: tuple[Any, ...]) -> Any:
         """Return the answer for one ray or point of plain numbers; None where the query itself must answer."""
@@ -779,7 +779,7 @@ class Scene:
 
     @ignore_fp_errors
     def _along_many_rays(
-        self, query: str, executor: Any, origins: Any, directions: Any, t_min: Any, t_max: Any, *, device: str | None
+        self, query: str, executor: Any, device: str | None, origins: Any, directions: Any, t_min: Any, t_max: Any
     ) -> Any:
         """Answer a query of rays here, on a device, or by workers."""
         if _is_remote(executor, origins, directions):
