@@ -67,7 +67,7 @@ test-wheel: $(READY)
 	$(BIN)/python .ci/wheel.py --whole
 
 test-cuda: $(WHEEL_READY)
-	$(BIN)/python .ci/cuda.py
+	$(BIN)/python .ci/gpu.py
 
 deep: kernels
 	$(PYTEST) -m "deep or not deep"

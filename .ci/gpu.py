@@ -1,12 +1,14 @@
 #!/usr/bin/env python3
 """Compare a GPU with the CPU, to the bit, and print its rates: from wheels, in a new environment, in some minutes.
 
-    .ci/cuda.py                       build both wheels, and try them (`make test-cuda`)
-    .ci/cuda.py WHEEL CUDA_WHEEL      try these
-    .ci/cuda.py --here                compare and measure in this environment, which has both
+    .ci/gpu.py                       build both wheels, and try them (`make test-cuda`)
+    .ci/gpu.py WHEEL CUDA_WHEEL      try these
+    .ci/gpu.py --here                compare and measure in this environment, which has both
 
 Exit status: 0 if all answers are equal, 2 if something is missing. Rates are of whole calls, to NumPy arrays and back.
 The first call of a kernel is not among them: the driver translates the kernel then, and keeps that on disk.
+
+This file is not called cuda.py, since Python would take it for NVIDIA's package `cuda`.
 """
 
 from __future__ import annotations
