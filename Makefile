@@ -15,7 +15,7 @@ DOCS_READY := $(VENV)/.docs
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 
 .DEFAULT_GOAL := help
-.PHONY: help demo gallery docs playground kernels test test-jit test-wheel deep check format wheel wheels lock clean
+.PHONY: help demo gallery docs playground kernels test test-jit test-wheel test-cuda deep check format wheel wheels lock clean
 
 help:
 	@echo "make demo    the picture of the README and seven others, in out/"
@@ -25,6 +25,7 @@ help:
 	@echo "make test    the fast test suite"
 	@echo "make test-jit    the tests of kernels that Numba compiles at run time"
 	@echo "make test-wheel  the fast test suite, on the wheel in a clean environment"
+	@echo "make test-cuda   a GPU against the CPU, from wheels: equality and rates"
 	@echo "make deep    the long test suite"
 	@echo "make check   formatting, lint, types, layers"
 	@echo "make format  let ruff format and fix"
@@ -64,6 +65,9 @@ test-jit: $(READY)
 
 test-wheel: $(READY)
 	$(BIN)/python .ci/wheel.py --whole
+
+test-cuda: $(WHEEL_READY)
+	$(BIN)/python .ci/gpu.py
 
 deep: kernels
 	$(PYTEST) -m "deep or not deep"

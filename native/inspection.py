@@ -152,11 +152,31 @@ def wrong_with_wheel(wheel: Path) -> list[str]:
         return found + wrong_with_extension(Path(archive.extract(name, folder)), target)
 
 
+def wrong_with_cuda_wheel(wheel: Path) -> list[str]:
+    """What is wrong with a wheel of kernels for GPUs."""
+    from . import ptx
+
+    found = []
+    with ZipFile(wheel) as archive:
+        names = archive.namelist()
+        info = next(each.partition("/")[0] for each in names if ".dist-info/" in each)
+        wanted = {
+            f"conicoid_cuda/{name}" for name in ("__init__.py", ptx.STAMP, *(f"{each}.ptx" for each in ptx.NAMES))
+        }
+        held = {each for each in names if each.partition("/")[0] != info}
+        found += [*_listed("does not hold", wanted - held), *_listed("holds what does not belong", held - wanted)]
+        if f"{info}/licenses/LICENSE" not in names:
+            found.append("has no licence")
+        for name in names:
+            found += [f"{name} {wrong}" for wrong in _of_this_machine(archive.read(name))]
+    return found
+
+
 def main() -> int:
     """Inspect wheels; 1 if something is wrong with one."""
     wrong = 0
     for wheel in map(Path, sys.argv[1:]):
-        found = wrong_with_wheel(wheel)
+        found = (wrong_with_cuda_wheel if wheel.name.startswith("conicoid_cuda-") else wrong_with_wheel)(wheel)
         wrong += bool(found)
         print(f"{wheel.name}: {'; '.join(found) or 'as it should be'}")
     return int(wrong > 0)

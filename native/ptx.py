@@ -15,29 +15,32 @@ from __future__ import annotations
 import pickle
 import re
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 import llvmlite.binding as llvm
 from llvmlite import ir
 
+from conicoid._jit.sources import stamp_of
 from conicoid.kernels.device import SHARED, SIZES
 
 from . import objects
 from .arithmetic import reordered, strange_functions
-from .build import device_code
+from .build import device_code, stamp_of as sources_of
 from .signature import Leaf, on_device
 from .targets import Level
 
 TRIPLE = "nvptx64-nvidia-cuda"
 LEVEL = Level("cuda", "sm_75", "+ptx63")
 PREFIX = "conicoid_"
+STAMP = "sources.stamp"
+"""The file beside the kernels that says of which sources they were made."""
 REGISTERS = 128
 """Of a thread: with more, fewer threads are resident, with less they spill (measured on an H200)."""
 NAMES = [f"{function.name}_{size}" for function in on_device() for size in (*SIZES, SHARED)]
 
-_I32, _I64, _DOUBLE = ir.IntType(32), ir.IntType(64), ir.DoubleType()
+_I32, _I64 = ir.IntType(32), ir.IntType(64)
 _POINTER = ir.IntType(8).as_pointer()
 _PREFETCH = re.compile(r"^.*call void @llvm\.prefetch\b.*\n", re.M)
 _SQRT = """
@@ -67,6 +70,12 @@ def _parameters(leaves: list[Leaf], size: str) -> list[Any]:
         if leaf.kind == "array" and not _is_local(leaf, size):
             kinds += [_POINTER, _I64] if _has_length(leaf) else [_POINTER]
     return kinds
+
+
+def parameter_count(name: str) -> int:
+    """Return how many numbers a kernel takes after the address of a status, by its name in `NAMES`."""
+    function, _, size = name.rpartition("_")
+    return len(_parameters(next(each.leaves for each in on_device() if each.name == function), size))
 
 
 class _Entry:
@@ -227,15 +236,14 @@ def wrong_with_ptx(text: str, fused: int) -> Iterator[str]:
         yield "names a place"
 
 
-def build(folder: Path, names: list[str] = NAMES) -> list[Path]:
-    """Write the PTX of kernels into a folder."""
-    module, made = base(device_code(folder)), []
+def build(folder: Path, out: Path, names: Sequence[str] = NAMES) -> None:
+    """Write the PTX of kernels, and the stamp of their sources; `folder` holds what is made on the way."""
+    code = device_code(folder)
+    module = base(code)
+    (out / STAMP).write_text(stamp_of(sources_of(code).split("\n")[1:], compilers=False), encoding="utf-8")
     for name in names:
-        made.append(folder / f"{name}.ptx")
-        made[-1].write_text(ptx(module, name), encoding="ascii")
-    return made
+        (out / f"{name}.ptx").write_text(ptx(module, name), encoding="ascii")
 
 
 if __name__ == "__main__":
-    for path in build(Path(sys.argv[1]), sys.argv[2:] or NAMES):
-        print(path, path.stat().st_size)
+    build(Path(sys.argv[1]), Path(sys.argv[1]), sys.argv[2:] or NAMES)

@@ -18,8 +18,24 @@ from hatchling.builders.sdist import SdistBuilder
 from hatchling.builders.wheel import WheelBuilder
 
 from .build import host
-from .inspection import ROOT, wrong_with_wheel
+from .inspection import ROOT, wrong_with_cuda_wheel, wrong_with_wheel
 from .targets import TARGETS, Target
+
+CUDA = "cuda"
+"""In place of a target: the wheel conicoid-cuda, the kernels for GPUs."""
+CUDA_PROJECT = """
+[project]
+name = "conicoid-cuda"
+version = "{version}"
+description = "Kernels of Conicoid for GPUs of NVIDIA's"
+license = "MIT"
+license-files = ["LICENSE"]
+requires-python = ">=3.11"
+dependencies = ["conicoid=={version}", "cuda-bindings>=12.9"]
+
+[tool.hatch.build.targets.wheel]
+packages = ["conicoid_cuda"]
+"""
 
 
 def wheel(target: Target, folder: Path) -> Path:
@@ -34,17 +50,36 @@ def wheel(target: Target, folder: Path) -> Path:
     return made
 
 
+def cuda_wheel(folder: Path) -> Path:
+    """The wheel of kernels for GPUs, in the folder. Raises ValueError if something is wrong with it."""
+    from . import ptx
+
+    project = folder / "cuda"
+    package = project / "conicoid_cuda"
+    package.mkdir(parents=True, exist_ok=True)
+    version = WheelBuilder(str(ROOT)).metadata.version
+    (project / "pyproject.toml").write_text(CUDA_PROJECT.format(version=version), encoding="utf-8")
+    shutil.copy(ROOT / "LICENSE", project)
+    (package / "__init__.py").write_text('"""Kernels of Conicoid for GPUs of NVIDIA\'s, as PTX."""\n', encoding="utf-8")
+    ptx.build(folder, package)
+    made = Path(next(WheelBuilder(str(project)).build(directory=str(folder), versions=["standard"])))
+    wrong = wrong_with_cuda_wheel(made)
+    if wrong:
+        raise ValueError(f"{made.name}: {'; '.join(wrong)}")
+    return made
+
+
 def source_archive(folder: Path) -> Path:
     """The source archive in the folder."""
     return Path(next(SdistBuilder(str(ROOT)).build(directory=str(folder), versions=["standard"])))
 
 
-def make(targets: list[Target], out: Path, scratch: Path, sources: bool) -> None:
+def make(targets: list[Target | None], out: Path, scratch: Path, sources: bool) -> None:
     """Build, inspect, and only then move into `out`; print what was made, and how it is installed."""
     begin, made = time.monotonic(), []
     for number, target in enumerate(targets, 1):
-        print(f"Wheel {number} of {len(targets)}, for {target.name}:", flush=True)
-        made.append(wheel(target, scratch))
+        print(f"Wheel {number} of {len(targets)}, for {target.name if target else CUDA}:", flush=True)
+        made.append(wheel(target, scratch) if target else cuda_wheel(scratch))
     if sources:
         made.append(source_archive(scratch))
     out.mkdir(parents=True, exist_ok=True)
@@ -60,14 +95,15 @@ def make(targets: list[Target], out: Path, scratch: Path, sources: bool) -> None
 def main() -> int:
     """As the command line says."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("targets", nargs="*", metavar="TARGET", help=f"host, {', '.join(TARGETS)}")
+    parser.add_argument("targets", nargs="*", metavar="TARGET", help=f"host, {', '.join((*TARGETS, CUDA))}")
     parser.add_argument("--out", type=Path, default=ROOT / "dist")
     parser.add_argument("--folder", type=Path, help="keep what is made on the way, and use what is there")
     wanted = parser.parse_args()
-    unknown = set(wanted.targets) - {"host", *TARGETS}
+    unknown = set(wanted.targets) - {"host", CUDA, *TARGETS}
     if unknown:
         parser.error(f"there is no target {', '.join(sorted(unknown))}")
-    targets = [host() if name == "host" else TARGETS[name] for name in wanted.targets or TARGETS]
+    names = wanted.targets or (*TARGETS, CUDA)
+    targets = [host() if name == "host" else TARGETS.get(name) for name in names]
     with tempfile.TemporaryDirectory() as temporary:
         folder = wanted.folder or Path(temporary)
         folder.mkdir(parents=True, exist_ok=True)

@@ -3,11 +3,32 @@
 from __future__ import annotations
 
 import ctypes
+import functools
+import tempfile
+from collections import deque
+from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import Any
 
 import llvmlite.binding as llvm
+import numpy as np
 
+from conicoid.queries.device import BLOCK
 from native import ptx
+from native.build import device_code
+
+
+@functools.cache
+def device_module() -> bytes:
+    """The code that becomes PTX, once for each process of tests."""
+    with tempfile.TemporaryDirectory() as folder:
+        return ptx.base(device_code(Path(folder)))
+
+
+@functools.cache
+def device_kernels() -> Kernels:
+    """The same, to be run."""
+    return Kernels(device_module())
 
 
 class Kernels:
@@ -34,3 +55,81 @@ class Kernels:
             self._functions[name] = ctypes.CFUNCTYPE(ctypes.c_int32, *kinds)(address)
         for thread in range(threads):
             assert self._functions[name](thread, threads, *arguments) == 0
+
+
+class Card:
+    """What `conicoid.queries.device.NvidiaDriver` offers, on this processor.
+
+    Streams do their work only while somebody waits for them, one piece at a time: who reads too early gets garbage. A
+    byte written beside an allocation is found when that is given back, or by `check`.
+    """
+
+    EDGE, GARBAGE = 256, 0xA7
+
+    def __init__(self, kernels: Kernels, size: int = 1 << 30, threads: int = 256) -> None:
+        self.name, self.launches, self.sent = "emulation", list[tuple[str, int]](), 0
+        self._kernels, self._size, self._threads = kernels, size, threads
+        self._rooms: dict[int, np.ndarray] = {}
+
+    def free_memory(self) -> int:
+        return self._size - sum(len(room) for room in self._rooms.values())
+
+    def allocate(self, size: int) -> int:
+        if size > self.free_memory():
+            raise MemoryError(
+                f"device='cuda': {size:,} bytes are needed, {self.free_memory():,} are free on {self.name}"
+            )
+        room = np.full(size + 3 * self.EDGE, self.GARBAGE, np.uint8)
+        address = (room.ctypes.data + 2 * self.EDGE - 1) // self.EDGE * self.EDGE
+        self._rooms[address] = room
+        return address
+
+    def release(self, address: int) -> None:
+        self.check(address)
+        del self._rooms[address]
+
+    def check(self, *addresses: int) -> None:
+        """Assert that nobody wrote beside some allocations, or beside any."""
+        for address in addresses or [*self._rooms]:
+            room = self._rooms[address]
+            begin = address - room.ctypes.data
+            end = begin + len(room) - 3 * self.EDGE
+            assert (room[:begin] == self.GARBAGE).all()
+            assert (room[end:] == self.GARBAGE).all()
+
+    def pinned(self, size: int) -> np.ndarray:
+        return np.full(size, self.GARBAGE, np.uint8)
+
+    def stream(self) -> deque[Callable[[], None]]:
+        return deque()
+
+    def _within(self, address: int, size: int) -> None:
+        assert any(
+            begin <= address and address + size <= begin + len(room) - 3 * self.EDGE
+            for begin, room in self._rooms.items()
+        )
+
+    def send(self, address: int, array: np.ndarray, stream: deque[Callable[[], None]]) -> None:
+        assert array.flags.c_contiguous
+        self._within(address, array.nbytes)
+        self.sent += array.nbytes
+        stream.append(lambda: ctypes.memmove(address, array.ctypes.data, array.nbytes))
+
+    def fetch(self, array: np.ndarray, address: int, stream: deque[Callable[[], None]]) -> None:
+        assert array.flags.c_contiguous
+        self._within(address, array.nbytes)
+        stream.append(lambda: ctypes.memmove(array.ctypes.data, address, array.nbytes))
+
+    def resident(self, kernel: str) -> int:
+        assert kernel in ptx.NAMES
+        return self._threads
+
+    def launch(self, kernel: str, arguments: Sequence[int], threads: int, stream: deque[Callable[[], None]]) -> None:
+        self.launches.append((kernel, threads))
+        blocks = -(-threads // BLOCK)
+        stream.append(lambda: self._kernels.run(kernel, list(arguments[1:]), BLOCK * blocks))
+
+    def is_done(self, stream: deque[Callable[[], None]]) -> bool:
+        if stream:
+            stream.popleft()()
+        return not stream

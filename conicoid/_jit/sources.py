@@ -59,15 +59,15 @@ def package_files() -> list[str]:
     return sorted(path.removeprefix(_PACKAGE).replace(os.sep, "/") for path in _files(_PACKAGE))
 
 
-def stamp_of(files: Iterable[str]) -> str:
+def stamp_of(files: Iterable[str], compilers: bool = True) -> str:
     """Return the stamp of code that was compiled from files, given as `package_files` returns them; "" if unreadable.
 
-    The compilers' versions count as well.
+    The compilers' versions count as well, unless users need none.
     """
     from hashlib import sha256
 
     names = sorted(files)
-    digest = sha256(" ".join(map(_version, ("numba", "llvmlite"))).encode())
+    digest = sha256(" ".join(map(_version, ("numba", "llvmlite") if compilers else ())).encode())
     try:
         for name in names:
             digest.update(name.encode())
@@ -78,6 +78,6 @@ def stamp_of(files: Iterable[str]) -> str:
     return "\n".join([digest.hexdigest()[:20], *names])
 
 
-def is_current(stamp: str) -> bool:
+def is_current(stamp: str, compilers: bool = True) -> bool:
     """Return whether the files of a stamp are as they were."""
-    return bool(stamp) and stamp == stamp_of(stamp.split("\n")[1:])
+    return bool(stamp) and stamp == stamp_of(stamp.split("\n")[1:], compilers)

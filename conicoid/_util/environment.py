@@ -7,10 +7,11 @@ import os
 import warnings
 from collections.abc import Iterator
 
-THREADS, JIT, LEVEL = "CONICOID_THREADS", "CONICOID_JIT", "CONICOID_LEVEL"
+THREADS, JIT, LEVEL, DEVICE = "CONICOID_THREADS", "CONICOID_JIT", "CONICOID_LEVEL", "CONICOID_DEVICE"
 KERNELS = "CONICOID_KERNELS"
 """Read when a wheel is built, by native/hook.py, and never again."""
-KNOWN = THREADS, JIT, LEVEL, KERNELS
+KNOWN = THREADS, JIT, LEVEL, DEVICE, KERNELS
+DEVICES = "cpu", "cuda"
 MOST_THREADS = 1 << 16
 _LONGEST = 80
 """The largest number of characters of a value in a message."""
@@ -42,12 +43,22 @@ def read_processor_level() -> str:
     return os.environ.get(LEVEL, "")
 
 
+def read_device() -> str:
+    """Return the device in CONICOID_DEVICE, "cpu" if it is not set; raise ValueError for anything else."""
+    warn_of_unknown()
+    text = os.environ.get(DEVICE, "") or DEVICES[0]
+    if text not in DEVICES:
+        raise ValueError(f"{DEVICE} must be {' or '.join(map(repr, DEVICES))}, got {_quote(text, _LONGEST)}")
+    return text
+
+
 def check_environment() -> None:
     """Raise ValueError for a wrong value or an unknown name; the command line ignores neither."""
     for message in _unknown():
         raise ValueError(message)
     read_threads()
     read_jit_mode()
+    read_device()
 
 
 @functools.cache

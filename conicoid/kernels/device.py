@@ -57,6 +57,8 @@ class ScratchSize(NamedTuple):
         return all(mine >= its for mine, its in zip(self, other, strict=True))
 
 
+WIDTHS = dict(time=8, event=4, counts=4, way=8, inner_way=8, found=4, found_leaves=4, nothing=1)
+"""Bytes of an element of the arrays of `Scratch`."""
 DEPTH = 96
 """Of stacks in local memory: those of ten million balls take 70."""
 SIZES = {"alone": ScratchSize(1, 1, DEPTH), "few": ScratchSize(8, 8, DEPTH), "many": ScratchSize(64, 64, DEPTH)}

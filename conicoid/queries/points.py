@@ -18,6 +18,7 @@ from ..kernels.closest.nearest_walls import nearest_walls
 from ..kernels.closest.safety import bounds_of_points
 from ..kernels.threads import KernelRange, chunk_of_rays, chunk_size, run_on, run_rows
 from ..prepare.prepared_scene import PreparedScene
+from .device import Device, device_of
 from .exact.doubtful_rays import resolve_bodies
 from .exact.membership import locate_packets
 from .hit_fields import faces_of, normals_of
@@ -113,17 +114,18 @@ def points_of(owner: str, points: Any) -> tuple[FloatArray, tuple[int, ...]]:
     return flat, array.shape[:-1]
 
 
-def body_at(scene: PreparedScene, points: Any, owner: str = "body_at") -> Any:
+def body_at(scene: PreparedScene, points: Any, owner: str = "body_at", device: str | None = None) -> Any:
     """Return the lowest-numbered body that contains each point, -1 for none; int32 of the points' shape."""
+    gpu = device_of(owner, device)
     flat, shape = points_of(owner, points)
     if len(flat) == 1 and scene.lacks_single_calls("body_at"):
         _keep_single_call(scene, "body_at", _body_of_single)
-    return first_after(scene, flat, BEFORE_FIRST, width_of(shape)).reshape(shape)[()]
+    return first_after(scene, flat, BEFORE_FIRST, width_of(shape), gpu).reshape(shape)[()]
 
 
-def contains(scene: PreparedScene, points: Any) -> Any:
+def contains(scene: PreparedScene, points: Any, device: str | None = None) -> Any:
     """Return whether any solid contains each point; bool of the points' shape."""
-    bodies = body_at(scene, points, "contains")
+    bodies = body_at(scene, points, "contains", device)
     if np.size(bodies) == 1 and scene.lacks_single_calls("contains"):
         _keep_single_call(scene, "contains", _is_in_solid)
     return np.asarray(bodies >= 0)[()]  # a scalar for one point
@@ -158,21 +160,22 @@ def packets_of(count: int, width: int) -> int:
     return -(-width // 8) * -(-count // (8 * width)) if width else -(-count // _PACKET)
 
 
-def first_after(scene: PreparedScene, points: FloatArray, after: Any, width: int = 0) -> Any:
+def first_after(scene: PreparedScene, points: FloatArray, after: Any, width: int = 0, gpu: Device | None = None) -> Any:
     """Return the first body with a number above `after` that contains each of the points (n, 3), -1 for none.
 
     after: (n,), or (1,) for all points. width: of the picture that the points make, or 0.
     """
     count = len(points)
     bodies, doubts = np.empty(count, np.int32), np.empty(count, np.int8)
-    packets = packets_of(count, width)
-    run_on(
-        scene.geometry,
-        KernelRange(locate_packets, (scene.rest, points, after, width), (bodies, doubts)),
-        packets,
-        chunk_of_rays(scene.geometry, packets, _CHUNK, count),
-        count,
-    )
+    if gpu is None or not gpu.run(scene, "first_bodies", (points, after), (bodies, doubts)):
+        packets = packets_of(count, width)
+        run_on(
+            scene.geometry,
+            KernelRange(locate_packets, (scene.rest, points, after, width), (bodies, doubts)),
+            packets,
+            chunk_of_rays(scene.geometry, packets, _CHUNK, count),
+            count,
+        )
     resolve_bodies(scene, points, after, np.flatnonzero(doubts), bodies)
     return bodies
 

@@ -22,6 +22,7 @@ from ..kernels.ray import RayArrays
 from ..kernels.stream import ray_order
 from ..kernels.threads import KernelRange, chunk_of_rays, chunk_size, is_brief, run_on
 from ..prepare.prepared_scene import PreparedScene
+from .device import device_of
 from .hits import Hits
 from .rays import LazyRays, Rays
 from .result import QueryResult
@@ -204,10 +205,13 @@ def _packets(rays: Rays) -> tuple[int, int]:
 # The queries: chunks of packets on several threads; results have the rays' shape
 
 
-def first_hit(scene: PreparedScene, rays: Rays, t_min: Any, t_max: Any) -> Hits:
+def first_hit(scene: PreparedScene, rays: Rays, t_min: Any, t_max: Any, device: str | None = None) -> Hits:
     """Return the nearest crossing of each ray in (t_min, t_max)."""
+    gpu = device_of("first_hit", device)
     arrays = arrays_of("first_hit", scene, rays, t_min, t_max)
     found = HitBuffers.new(len(arrays.origins))
+    if gpu is not None and gpu.run(scene, "first_hits", arrays, found):
+        return _settle_hits(scene, rays, arrays, found)
     width, packets = _packets(rays)
     tiles = tile_count(width, len(arrays.origins))
     if not _is_coherent(scene, arrays, width, packets):
@@ -348,13 +352,16 @@ def _is_coherent(scene: PreparedScene, arrays: RayArrays, width: int, packets: i
     return coherent_packets(scene.geometry, arrays, width, packets, sampled) >= sampled // 2
 
 
-def occluded(scene: PreparedScene, rays: Rays, t_min: Any, t_max: Any) -> Any:
+def occluded(scene: PreparedScene, rays: Rays, t_min: Any, t_max: Any, device: str | None = None) -> Any:
     """Return bool of the rays' shape: whether there is any crossing in (t_min, t_max)."""
+    gpu = device_of("occluded", device)
     arrays = arrays_of("occluded", scene, rays, t_min, t_max)
     width, packets = _packets(rays)
     tiles = tile_count(width, len(arrays.origins))
-    if _is_coherent(scene, arrays, width, packets):
-        result: Any = np.zeros(len(arrays.origins), np.int8)
+    result: Any = np.zeros(len(arrays.origins), np.int8)
+    if gpu is not None and gpu.run(scene, "any_hits", arrays, (result,)):
+        doubtful = np.flatnonzero(is_doubtful(result))
+    elif _is_coherent(scene, arrays, width, packets):
         run_on(
             scene.geometry,
             KernelRange(trace_occluded, (arrays, width), (result,)),

@@ -90,11 +90,25 @@ class SceneLike(Protocol):
     def __getitem__(self, name: Any) -> Any: ...
 
     def first_hit(
-        self, origins: Any, directions: Any = None, t_min: Any = 0.0, t_max: Any = 0.0, *, executor: Any = None
+        self,
+        origins: Any,
+        directions: Any = None,
+        t_min: Any = 0.0,
+        t_max: Any = 0.0,
+        *,
+        executor: Any = None,
+        device: Literal["cpu", "cuda"] | None = None,
     ) -> Hits: ...
 
     def occluded(
-        self, origins: Any, directions: Any = None, t_min: Any = 0.0, t_max: Any = 0.0, *, executor: Any = None
+        self,
+        origins: Any,
+        directions: Any = None,
+        t_min: Any = 0.0,
+        t_max: Any = 0.0,
+        *,
+        executor: Any = None,
+        device: Literal["cpu", "cuda"] | None = None,
     ) -> Any: ...
 
     def spans(
@@ -118,9 +132,9 @@ class SceneLike(Protocol):
         self, rays: Any, query: str = "first_hit", *, chunk: int | None = None, executor: Any = None, **options: Any
     ) -> Any: ...
 
-    def contains(self, points: Any, *, executor: Any = None) -> Any: ...
+    def contains(self, points: Any, *, executor: Any = None, device: Literal["cpu", "cuda"] | None = None) -> Any: ...
 
-    def body_at(self, points: Any, *, executor: Any = None) -> Any: ...
+    def body_at(self, points: Any, *, executor: Any = None, device: Literal["cpu", "cuda"] | None = None) -> Any: ...
 
     def bodies_at(self, points: Any, *, executor: Any = None) -> BodiesAt: ...
 

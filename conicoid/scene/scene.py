@@ -517,7 +517,7 @@ class Scene:
 
     def first_hit(
         self, origins: Any, directions: Any = None, t_min: Any = DEFAULT_T_MIN, t_max: Any = DEFAULT_T_MAX, *,
-        executor: Any = None,
+        executor: Any = None, device: Literal["cpu", "cuda"] | None = None,
     ) -> Hits:  # fmt: skip
         """Return the nearest crossing of each ray in the open interval (t_min, t_max).
 
@@ -532,6 +532,9 @@ class Scene:
         executor : optional
             An executor, a Dask client or a `co.parallel.Workers` that computes parts, with the same bits. The other
             queries take it as well.
+        device : {"cpu", "cuda"}, optional
+            What answers, with the same bits: the processor, or a GPU of NVIDIA's (page "On a GPU"). Default: that of
+            `co.set_device`. `occluded`, `contains` and `body_at` take it as well.
 
         Returns
         -------
@@ -543,19 +546,30 @@ class Scene:
         ValueError
             For invalid rays, with the index of the first.
         """
-        hits: Hits = self._along_rays("first_hit", executor, origins, directions, t_min, t_max)
+        hits: Hits = self._along_rays("first_hit", executor, device, origins, directions, t_min, t_max)
         return hits
 
     def occluded(
         self, origins: Any, directions: Any = None, t_min: Any = DEFAULT_T_MIN, t_max: Any = DEFAULT_T_MAX, *,
-        executor: Any = None,
+        executor: Any = None, device: Literal["cpu", "cuda"] | None = None,
     ) -> Any:  # fmt: skip
         """Return whether each ray has any crossing strictly between t_min and t_max: first_hit(...).t < inf.
 
+<<<<<<< HEAD
         The arguments are those of `first_hit`, the result is bool (...). An empty interval, t_min >= t_max, has no
         crossing.
+=======
+        Parameters
+        ----------
+        origins, directions, t_min, t_max, executor, device
+            As for `first_hit`. An empty interval, t_min >= t_max, has no crossing.
+
+        Returns
+        -------
+        bool (...)
+>>>>>>> f0096c894c816fa258195cde18b6659a448f9fcf
         """
-        return self._along_rays("occluded", executor, origins, directions, t_min, t_max)
+        return self._along_rays("occluded", executor, device, origins, directions, t_min, t_max)
 
     def spans(
         self, origins: Any, directions: Any = None, t_min: Any = DEFAULT_T_MIN, t_max: Any = DEFAULT_T_MAX, *,
@@ -565,7 +579,7 @@ class Scene:
 
         The arguments are those of `first_hit`. An empty interval, t_min >= t_max, has no spans.
         """
-        spans: Spans = self._along_rays("spans", executor, origins, directions, t_min, t_max)
+        spans: Spans = self._along_rays("spans", executor, None, origins, directions, t_min, t_max)
         return spans
 
     def crossings(
@@ -576,7 +590,7 @@ class Scene:
 
         The arguments are those of `first_hit`. An empty interval, t_min >= t_max, has no crossings.
         """
-        crossings: Crossings = self._along_rays("crossings", executor, origins, directions, t_min, t_max)
+        crossings: Crossings = self._along_rays("crossings", executor, None, origins, directions, t_min, t_max)
         return crossings
 
     @ignore_fp_errors
@@ -677,10 +691,10 @@ class Scene:
         options = dict(values=values, otherwise=otherwise, overlaps=overlaps)
         return self._along_many_rays("line_integral", executor, origins, directions, t_min, t_max, progress, **options)
 
-    def _along_rays(self, query: str, executor: Any, *rays: Any) -> Any:
+    def _along_rays(self, query: str, executor: Any, device: str | None, *rays: Any) -> Any:
         """Answer a query of rays: origins, directions, t_min and t_max."""
-        answer = self._answer_single(query, executor, rays)
-        return self._along_many_rays(query, executor, *rays) if answer is None else answer
+        answer = self._answer_single(query, executor, rays) if device is None else None
+        return self._along_many_rays(query, executor, device, *rays) if answer is None else answer
 
     def _answer_single(self, query: str, executor: Any, numbers: tuple[Any, ...]) -> Any:
         """Return the answer for one ray or point of plain numbers; None where the query itself must answer."""
@@ -692,12 +706,19 @@ class Scene:
 
     @ignore_fp_errors
     def _along_many_rays(
+<<<<<<< HEAD
         self, query: str, executor: Any, origins: Any, directions: Any, t_min: Any, t_max: Any,
         progress: Progress | None = None, **options: Any,
     ) -> Any:  # fmt: skip
         """Answer a query of rays here, or by workers; `options` are its arguments beyond rays and interval."""
         check_callback(query, "progress", progress)
+=======
+        self, query: str, executor: Any, device: str | None, origins: Any, directions: Any, t_min: Any, t_max: Any
+    ) -> Any:
+        """Answer a query of rays here, on a device, or by workers."""
+>>>>>>> f0096c894c816fa258195cde18b6659a448f9fcf
         if _is_remote(executor, origins, directions):
+            _refuse_device(query, device)
             from ..parallel.queries import dispatch_rays
 
             return dispatch_rays(self, query, executor, origins, directions, t_min, t_max, progress, **options)
@@ -707,33 +728,49 @@ class Scene:
             return line_integrals.answer(self._prepared, query, origins, directions, t_min, t_max, progress, options)
         from ..queries import ray_queries
 
-        answer = getattr(ray_queries, query)
-        return answer(self._prepared, ray_queries.as_rays(query, origins, directions), t_min, t_max)
+        answer, rays = getattr(ray_queries, query), ray_queries.as_rays(query, origins, directions)
+        if device is None:
+            return answer(self._prepared, rays, t_min, t_max)
+        return answer(self._prepared, rays, t_min, t_max, device)
 
     # --- Queries at points
 
-    def contains(self, points: Any, *, executor: Any = None) -> Any:
+    def contains(self, points: Any, *, executor: Any = None, device: Literal["cpu", "cuda"] | None = None) -> Any:
         """Return whether any solid contains each point. Primitives contain their boundary, Booleans are exact.
 
         Parameters
         ----------
         points : (..., 3)
             Finite.
-        executor : optional
+        executor, device : optional
             As for `first_hit`.
 
         Returns
         -------
         bool (...)
         """
-        return self._at_points("contains", executor, points)
+        return self._at_points("contains", executor, points, device)
 
+<<<<<<< HEAD
     def body_at(self, points: Any, *, executor: Any = None) -> Any:
         """Return the number of the first listed body that contains each point, or -1: int32 (...).
 
         The arguments are those of `contains`.
+=======
+    def body_at(self, points: Any, *, executor: Any = None, device: Literal["cpu", "cuda"] | None = None) -> Any:
+        """Return the number of the first listed body that contains each point, or -1.
+
+        Parameters
+        ----------
+        points, executor, device
+            As for `contains`.
+
+        Returns
+        -------
+        int32 (...)
+>>>>>>> f0096c894c816fa258195cde18b6659a448f9fcf
         """
-        return self._at_points("body_at", executor, points)
+        return self._at_points("body_at", executor, points, device)
 
     def bodies_at(self, points: Any, *, executor: Any = None) -> BodiesAt:
         """Return all bodies that contain each point, in listing order, as one list after the other.
@@ -743,21 +780,23 @@ class Scene:
         bodies: BodiesAt = self._at_points("bodies_at", executor, points)
         return bodies
 
-    def _at_points(self, query: str, executor: Any, points: Any) -> Any:
+    def _at_points(self, query: str, executor: Any, points: Any, device: str | None = None) -> Any:
         """Answer a query of points."""
-        answer = self._answer_single(query, executor, (points,))
-        return self._at_many_points(query, executor, points) if answer is None else answer
+        answer = self._answer_single(query, executor, (points,)) if device is None else None
+        return self._at_many_points(query, executor, points, device) if answer is None else answer
 
     @ignore_fp_errors
-    def _at_many_points(self, query: str, executor: Any, points: Any) -> Any:
-        """Answer a query of points here, or by workers."""
+    def _at_many_points(self, query: str, executor: Any, points: Any, device: str | None) -> Any:
+        """Answer a query of points here, on a device, or by workers."""
         if _is_remote(executor, points):
+            _refuse_device(query, device)
             from ..parallel.queries import dispatch_points
 
             return dispatch_points(self, query, executor, points)
         from ..queries import points as point_queries
 
-        return getattr(point_queries, query)(self._prepared, points)
+        answer = getattr(point_queries, query)
+        return answer(self._prepared, points) if device is None else answer(self._prepared, points, device=device)
 
     def distance(
         self, points: Any, *, exact: bool = False, max_distance: Any = math.inf, progress: Progress | None = None,
@@ -1101,6 +1140,23 @@ def _as_camera(camera: Any) -> AnyCamera | None:
     return as_camera("Scene", camera)
 
 
+<<<<<<< HEAD
+=======
+def _move_light(lights: tuple[Light, ...], track: LightTrack, time: float) -> list[Light]:
+    """Return the lights of a scene, with one of them where its track has it."""
+    if track.light >= len(lights):
+        there = format_count(len(lights), "light", "lights")
+        raise ValueError(f"at: the scene has {there}, from 0 on; a LightTrack moves light {track.light}")
+    return [track.moved(light, time) if k == track.light else light for k, light in enumerate(lights)]
+
+
+def _refuse_device(query: str, device: str | None) -> None:
+    """Raise TypeError for a device beside an executor or lazy arrays."""
+    if device is not None:
+        raise TypeError(f"{query}: device must be left out where workers compute; CONICOID_DEVICE chooses theirs")
+
+
+>>>>>>> f0096c894c816fa258195cde18b6659a448f9fcf
 def _is_remote(executor: Any, *arrays: Any) -> bool:
     """Return whether workers answer a query, or its rays or points are lazy."""
     return executor is not None or any(is_dask_array(a) or hasattr(type(a), "_share") for a in arrays)

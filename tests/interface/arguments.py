@@ -289,6 +289,7 @@ SCENES: dict[str, Call] = {
     "Image.save": (co.Image(np.zeros((2, 2))).save, dict(path="picture.png")),
     "load_openmc": (co.load_openmc, dict(path="geometry.xml", void=True, max_bodies=3, progress=None)),
     "set_threads": (co.set_threads, dict(count=None)),
+    "set_device": (co.set_device, dict(device=None)),
 }
 CALLS = SHAPES | LOOKS | SCENES
 

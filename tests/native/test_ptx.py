@@ -6,6 +6,7 @@ import re
 import shutil
 import subprocess
 
+import llvmlite.binding as llvm
 import numpy as np
 import pytest
 
@@ -15,16 +16,16 @@ from conicoid.kernels.device import SHARED, SIZES, ScratchSize, size_name
 from conicoid.kernels.first_hits import HitBuffers, trace_first_alone
 from conicoid.kernels.ray import RayArrays
 from conicoid.queries.exact.membership import locate_packets
-from native import ptx
-from native.build import device_code
+from native import objects, ptx
 
-from ..emulation import Kernels
+from ..emulation import Kernels, device_kernels, device_module
 from ..engine.test_routes import camera, crowded_scene
 from ..reference import aimed_rays
 from ..reference.quadratics import Table
 from ..reference.random_items import KINDS, extreme, ordinary
 from ..reference.random_shapes import generator
 from ..reference.solids import bodies
+from ..samples import sampled
 
 THREADS = 7
 """Fewer than there are rays: each takes several, with the same scratch memory."""
@@ -32,14 +33,13 @@ NO_START, ALL_OF_IT = np.full(1, -1, np.int32), (np.zeros(1), np.full(1, np.inf)
 
 
 @pytest.fixture(scope="module")
-def module(tmp_path_factory):
-    """The code that becomes PTX."""
-    return ptx.base(device_code(tmp_path_factory.mktemp("device")))
+def module():
+    return device_module()
 
 
 @pytest.fixture(scope="module")
-def kernels(module):
-    return Kernels(module)
+def kernels():
+    return device_kernels()
 
 
 def addresses(*arrays):
@@ -66,12 +66,12 @@ def sizes(scene):
     return [*(name for name, size in SIZES.items() if size.holds(needed)), SHARED]
 
 
-def same_rays(kernels, scene, rays):
+def same_rays(kernels, scene, rays, names=()):
     """Assert that both queries of rays give the bits of the CPU; return the hits."""
     n = len(rays.origins)
     expected, found = HitBuffers.new(n), HitBuffers.new(n)
     trace_first_alone(scene._prepared.geometry, rays, 0, n, expected)
-    for size in sizes(scene):
+    for size in names or sizes(scene):
         for part in found:
             part[:] = 77
         launch(kernels, scene, "first_hits", size, *rays, *found)
@@ -167,7 +167,22 @@ def test_bodies_of_all_kinds(kernels, kind, sort):
     same_points(kernels, scene, rays.origins[hit] + found.t[hit, None] * rays.directions[hit])
 
 
-@pytest.mark.parametrize("name", ["first_hits_few", "any_hits_any", "first_bodies_many"])
+def test_what_llvm_optimises_for_a_gpu(module):
+    """The last form of the code before PTX."""
+    target = objects.machine_for(ptx.TRIPLE, ptx.LEVEL)
+    whole = llvm.parse_bitcode(module)
+    for each in (*whole.functions, *whole.global_variables):
+        if not each.is_declaration:
+            each.linkage = (
+                "external" if each.name in (f"{ptx.PREFIX}first_hits_few", f"{ptx.PREFIX}any_hits_few") else "internal"
+            )
+    objects.optimize(whole, target)
+    scene, rays = crowded_scene(), camera(48)
+    arrays = arrays_of(rays.origins.reshape(-1, 3), rays.directions.reshape(-1, 3))
+    same_rays(Kernels(whole.as_bitcode()), scene, arrays, ["few"])
+
+
+@pytest.mark.parametrize("name", sampled(ptx.NAMES, 5))
 def test_ptx_rounds_as_the_cpu_does(module, name):
     """`ptx.ptx` refuses what is wrong; and some of what it looks at is there."""
     text = ptx.ptx(module, name)

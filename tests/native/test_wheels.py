@@ -4,18 +4,21 @@ from __future__ import annotations
 
 import sys
 import tempfile
+import tomllib
+import zipfile
 from pathlib import Path
 
 import pytest
 
 import conicoid as co
-from native import wheels
-from native.targets import TARGETS
+from native import inspection, ptx, wheels
+from native.targets import TARGETS, Target
 
 
 def run(monkeypatch, tmp_path: Path, build, *targets: str) -> int:
     """The exit status of `python -m native.wheels`, with wheels that are letters."""
     monkeypatch.setattr(wheels, "wheel", build)
+    monkeypatch.setattr(wheels, "cuda_wheel", lambda folder: build(Target("cuda", "", "", "any", ()), folder))
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "scratch"))
     monkeypatch.setattr(sys, "argv", ["wheels", "--out", str(tmp_path / "dist"), *targets])
     (tmp_path / "scratch").mkdir(exist_ok=True)
@@ -34,9 +37,10 @@ def left(tmp_path: Path) -> set[str]:
 
 def test_all_arrive_with_the_source_archive(monkeypatch, tmp_path, capsys):
     assert run(monkeypatch, tmp_path, made) == 0
-    assert left(tmp_path) == {*(f"dist/{name}.whl" for name in TARGETS), f"dist/conicoid-{co.__version__}.tar.gz"}
+    names = [*TARGETS, "cuda"]
+    assert left(tmp_path) == {*(f"dist/{name}.whl" for name in names), f"dist/conicoid-{co.__version__}.tar.gz"}
     lines = capsys.readouterr().out.splitlines()
-    assert "Wheel 2 of 8, for linux-aarch64:" in lines
+    assert "Wheel 2 of 9, for linux-aarch64:" in lines
     assert lines[-1] == f"To install it: pip install --find-links {tmp_path / 'dist'} conicoid"
 
 
@@ -73,3 +77,25 @@ def test_unknown_targets_are_refused(monkeypatch, tmp_path, capsys):
     with pytest.raises(SystemExit):
         run(monkeypatch, tmp_path, made, "amiga")
     assert "there is no target amiga" in capsys.readouterr().err
+
+
+def test_the_wheel_of_kernels_for_gpus(monkeypatch, tmp_path):
+    """With stand-ins of the kernels; tests/native/test_ptx.py looks at these."""
+
+    def build(folder: Path, package: Path) -> None:
+        for name in (ptx.STAMP, *(f"{each}.ptx" for each in ptx.NAMES)):
+            (package / name).write_text(f"{name}, of nowhere")
+
+    monkeypatch.setattr(ptx, "build", build)
+    wheel = wheels.cuda_wheel(tmp_path)
+    assert wheel.name == f"conicoid_cuda-{co.__version__}-py3-none-any.whl"
+    with zipfile.ZipFile(wheel) as archive:
+        about = archive.read(f"conicoid_cuda-{co.__version__}.dist-info/METADATA").decode()
+    assert f"Requires-Dist: conicoid=={co.__version__}" in about
+    project = tomllib.loads((inspection.ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    assert project["optional-dependencies"]["cuda"] == [f"conicoid-cuda=={co.__version__}"]
+    with zipfile.ZipFile(wheel, "a") as archive:
+        archive.writestr("conicoid_cuda/more.ptx", f"of {inspection.ROOT}")
+    wrong = inspection.wrong_with_cuda_wheel(wheel)
+    assert "holds what does not belong: conicoid_cuda/more.ptx" in wrong
+    assert any(each.startswith("conicoid_cuda/more.ptx names a folder of the machine") for each in wrong)

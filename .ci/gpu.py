@@ -1,0 +1,165 @@
+#!/usr/bin/env python3
+"""Compare a GPU with the CPU, to the bit, and print its rates: from wheels, in a new environment, in some minutes.
+
+    .ci/gpu.py                       build both wheels, and try them (`make test-cuda`)
+    .ci/gpu.py WHEEL CUDA_WHEEL      try these
+    .ci/gpu.py --here                compare and measure in this environment, which has both
+
+Exit status: 0 if all answers are equal, 2 if something is missing. Rates are of whole calls, to NumPy arrays and back.
+The first call of a kernel is not among them: the driver translates the kernel then, and keeps that on disk.
+
+This file is not called cuda.py, since Python would take it for NVIDIA's package `cuda`.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import tempfile
+import time
+import venv
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+ROOT = Path(__file__).resolve().parents[1]
+SIDE = 1024
+"""Of pictures; as many random rays and points."""
+DEVICES = "cuda", "cpu"
+PATIENCE = 2.0
+"""Seconds of one rate."""
+FIELDS = "t", "body", "face", "surface", "entering", "doubtful"
+
+
+def built(folder: Path) -> list[Path]:
+    """The wheels for this machine and for its card."""
+    subprocess.run([sys.executable, "-m", "native.wheels", "host", "cuda", "--out", str(folder)], cwd=ROOT, check=True)
+    return sorted(folder.glob("*.whl"))
+
+
+def tried(wheels: list[Path], folder: Path) -> int:
+    """The exit status of `--here` in a new environment."""
+    venv.create(folder, with_pip=True)
+    python = folder / ("Scripts" if sys.platform == "win32" else "bin") / "python"
+    pip = [python, "-m", "pip", "--disable-pip-version-check", "install", "--quiet"]
+    subprocess.run([*pip, *wheels], check=True)
+    environment = {
+        name: value for name, value in os.environ.items() if not name.startswith(("CONICOID_", "PYTHONPATH"))
+    }
+    return subprocess.run([python, __file__, "--here"], cwd=folder, env=environment, check=False).returncode
+
+
+def scenes() -> dict[str, Any]:
+    """Balls, cut quadrics and Booleans of five, nine and seventy leaves."""
+    import numpy as np
+
+    import conicoid as co
+
+    def places(count: int) -> tuple[Any, Any]:
+        r = np.random.default_rng(count)
+        return r.uniform(-1, 1, (count, 3)), r.uniform(0.4, 0.8, count) * count ** (-1 / 3)
+
+    def turned(make: Callable[[Any], Any], count: int) -> Any:
+        r = np.random.default_rng(7)
+        return co.Scene(
+            [
+                make(r)
+                .scale(float(size))
+                .rotate(tuple(r.normal(size=3)), float(r.uniform(0, 360)))
+                .translate(tuple(at))
+                for at, size in zip(*places(count), strict=True)
+            ]
+        )
+
+    def quadric(r: Any) -> Any:
+        kinds = (
+            co.Cylinder((0, 0, -0.6), (0, 0, 0.6), 0.8),
+            co.Cone((0, 0, -0.6), (0, 0, 0.6), 0.8, 0.2),
+            co.Ellipsoid((0.8, 0.5, 0.9)),
+        )
+        return kinds[r.integers(3)]
+
+    def drilled(r: Any) -> Any:
+        holes = [
+            co.Cylinder(*ends, 0.35)
+            for ends in (((-1, 0, 0), (1, 0, 0)), ((0, -1, 0), (0, 1, 0)), ((0, 0, -1), (0, 0, 1)))
+        ]
+        return (co.Box((-0.7,) * 3, (0.7,) * 3) & co.Sphere(0.95)) - holes[0] - holes[1] - holes[2]
+
+    def carved(leaves: int) -> Callable[[Any], Any]:
+        def make(r: Any) -> Any:
+            balls = [co.Sphere(0.25).translate(tuple(r.uniform(-0.8, 0.8, 3))) for _ in range(leaves - 1)]
+            return co.Difference([co.Box((-0.7,) * 3, (0.7,) * 3), *balls])
+
+        return make
+
+    return {
+        "1,000 balls": co.Scene([co.Spheres(*places(1000))]),
+        "100,000 balls": co.Scene([co.Spheres(*places(100_000))]),
+        "1,000 cut quadrics": turned(quadric, 1000),
+        "1,000 Booleans of 5": turned(drilled, 1000),
+        "100 Booleans of 9": turned(carved(9), 100),
+        "30 Booleans of 70": turned(carved(70), 30),
+    }
+
+
+def rates(query: Callable[..., Any], *arguments: Any) -> str:
+    """How many millions a second each device answers: the median of up to five calls, after the ones before."""
+    found = []
+    for device in DEVICES:
+        times: list[float] = []
+        while len(times) < 5 and sum(times) < PATIENCE:
+            begin = time.perf_counter()
+            query(*arguments, device=device)
+            times.append(time.perf_counter() - begin)
+        found.append(SIDE * SIDE / 1e6 / sorted(times)[len(times) // 2])
+    return f"{found[0]:.0f} ({found[1]:.0f})"
+
+
+def here() -> int:
+    """Compare and measure."""
+    import numpy as np
+
+    import conicoid as co
+    from conicoid.queries.device import device_of
+
+    try:
+        found = device_of("test-cuda", "cuda")
+    except (ImportError, RuntimeError) as error:
+        print(error)
+        return 2
+    assert found is not None
+    print(f"{getattr(found.driver, 'name', '')}; rates in millions a second, whole calls: GPU, and CPU in brackets")
+    r, count, failures = np.random.default_rng(1), SIDE * SIDE, 0
+    camera = co.Camera((0.3, -0.2, -3.2), (0, 0, 0), field_of_view=45).rays(SIDE, SIDE)
+    lists = {"camera": camera, "random": co.Rays(r.uniform(-1, 1, (count, 3)), r.normal(size=(count, 3)))}
+    points = r.uniform(-1, 1, (count, 3))
+    for name, scene in scenes().items():
+        for kind, rays in lists.items():
+            begin = time.perf_counter()
+            there, hits = (scene.first_hit(rays, device=each) for each in DEVICES)
+            wrong = [each for each in FIELDS if not np.array_equal(getattr(there, each), getattr(hits, each))]
+            if not np.array_equal(*(scene.occluded(rays, device=each) for each in DEVICES)):
+                wrong.append("occluded")
+            failures += len(wrong)
+            first = f"first calls {time.perf_counter() - begin:.1f} s, {int(hits.doubtful.sum())} doubtful"
+            verdict = f"DIFFERENT: {', '.join(wrong)}" if wrong else "equal to the bit"
+            print(f"{name}, {kind}: {rates(scene.first_hit, rays)}; {verdict}; {first}", flush=True)
+        equal = np.array_equal(*(scene.body_at(points, device=each) for each in DEVICES))
+        failures += not equal
+        print(f"{name}, points: {rates(scene.body_at, points)}; {'equal' if equal else 'DIFFERENT'}", flush=True)
+    return int(failures > 0)
+
+
+def main() -> int:
+    """As the command line says."""
+    if sys.argv[1:] == ["--here"]:
+        return here()
+    with tempfile.TemporaryDirectory() as temporary:
+        wheels = [Path(each).resolve() for each in sys.argv[1:]] or built(Path(temporary) / "dist")
+        return tried(wheels, Path(temporary) / "environment")
+
+
+if __name__ == "__main__":
+    sys.exit(main())
