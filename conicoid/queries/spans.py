@@ -42,13 +42,15 @@ from ..kernels.crossings import (
     CrossingLists,
     SpanColumns,
     _Piece,
+    count_overlaps,
+    integrate_spans,
     put_crossings,
     put_spans,
     row_owners,
     trace_rows,
 )
 from ..kernels.ray import RayArrays
-from ..kernels.threads import KernelRange, chunk_of_rays, run_on, run_rows
+from ..kernels.threads import KernelRange, chunk_of_rays, run_chunks, run_on, run_rows
 from .derivatives import SpanDerivatives
 from .exact.doubtful_rays import resolve_rows
 from .exact.error_bounds import bounds_of_t
@@ -90,6 +92,7 @@ class RayLists:
     """
 
     _columns: ClassVar[tuple[str, ...]]
+    _views: ClassVar[tuple[str, ...]]
     offsets: Any
     _rays: Rays
     _single: tuple[Any, ...]  # of one ray: its bytes or the ray, and its rows
@@ -274,14 +277,22 @@ def collect_notes() -> Iterator[list[str]]:
 
 def log_once(labels: Labels, text: Callable[[], str]) -> None:
     """Log a text once for each scene, which `labels` identify; within `collect_notes` collect the first text."""
+    if has_note(labels):
+        return
     notes = getattr(_task_notes, "notes", None)
     if notes is not None:
-        notes.extend([] if notes else [text()])
-    elif not vars(labels).get("_told_overlaps"):
+        notes.append(text())
+    else:
         vars(labels)["_told_overlaps"] = True
         import logging
 
         logging.getLogger("conicoid").warning("%s", text())
+
+
+def has_note(labels: Labels) -> bool:
+    """Return whether the scene has its note, so that nobody needs another."""
+    notes = getattr(_task_notes, "notes", None)
+    return bool(vars(labels).get("_told_overlaps")) if notes is None else bool(notes)
 
 
 # Stretches of rays that lie in two bodies at once, which sums over bodies count twice
@@ -306,7 +317,13 @@ def report_overlaps(owner: str, spans: Spans, overlaps: str | None, kinds: Any, 
     kinds: the group of each row, within which lengths are summed, or None for a single group; counts: mask of the rows
     that contribute, or None for all.
     """
-    if overlaps == COUNT_BOTH or not len(spans.body):
+    if overlaps == COUNT_BOTH or not len(spans.body) or (overlaps is None and has_note(spans._labels)):
+        return
+    counted = np.zeros(0, np.int8) if counts is None else np.ascontiguousarray(counts).view(np.int8)
+    work = KernelRange(
+        count_overlaps, (spans.offsets[:-1], spans.offsets[1:], spans.t_enter, spans.t_exit, counted), ()
+    )
+    if not any(found for _, _, found in run_chunks(work, len(spans), _SUM_CHUNK)):
         return
     rows = np.arange(len(spans.body)) if counts is None else np.flatnonzero(counts)
     pairs = _find_overlaps(spans, rows)
@@ -368,6 +385,7 @@ def _body_label(number: int, name: Any) -> str:
 
 # Spans and crossings
 
+_SUM_CHUNK = 1 << 13  # rays that a thread takes at a time when it sums up their spans
 LARGEST_LENGTHS = 4 << 30
 """The largest array of lengths in bytes."""
 
@@ -557,14 +575,13 @@ class Spans(QueryResult, RayLists, SpanDerivatives):
         if overlaps == REFUSE_OVERLAPS or not (weights.values < 0).any():
             counts = (table != 0).any(axis=1)
             report_overlaps("line_integral", self, overlaps, None, counts[places])
-        ray, chord = self._chords()
-        count, columns = len(self.offsets) - 1, table.T
-        total = np.zeros((count, len(columns)))
-        for energy, column in enumerate(columns if count else ()):
-            weight = column[places]
-            # The inner `where` avoids 0 * inf, which is NaN
-            part = np.where(weight == 0, 0.0, weight * np.where(weight == 0, 0.0, chord))
-            total[:, energy] = np.bincount(ray, part, count)
+        count = len(self.offsets) - 1
+        total = np.empty((count, table.shape[1]))
+        before = (
+            lines_of(self._rays)[1], self.offsets, self.t_enter, self.t_exit, places.astype(np.int32, copy=False),
+            np.ascontiguousarray(table),
+        )  # fmt: skip
+        run_chunks(KernelRange(integrate_spans, before, (total,)), count, _SUM_CHUNK)
         return total.reshape((count, *weights.shape))
 
     def __repr__(self) -> str:
