@@ -574,7 +574,7 @@ class Spans(QueryResult, RayLists, SpanDerivatives):
         table = weights.values.reshape(len(weights.values), math.prod(weights.shape))
         if overlaps == REFUSE_OVERLAPS or not (weights.values < 0).any():
             counts = (table != 0).any(axis=1)
-            report_overlaps("line_integral", self, overlaps, None, counts[places])
+            report_overlaps("line_integral", self, overlaps, None, None if counts.all() else counts[places])
         count = len(self.offsets) - 1
         total = np.empty((count, table.shape[1]))
         before = (
