@@ -248,10 +248,10 @@ def run_calls(kernel: Callable[..., Any], calls: Sequence[tuple[Any, ...]]) -> l
     """Return what a kernel returns for each tuple of arguments, on all threads: for calls of a millisecond or more."""
     shipped = shipped_kernel(kernel)
     if shipped is None or len(calls) < 2 or thread_count() == 1:
-        outcomes = run_chunks(lambda k, _: (kernel(*calls[k]),), len(calls), 1)
-        return [result for _, _, (result,) in sorted(outcomes, key=_begin)]
-    pieces = SHIPPED.calls(shipped, tuple(calls))
-    return [result for _, _, result in sorted(_run_in_pool(pieces, len(calls), 1), key=_begin)]
+        outcomes = run_chunks(lambda k, _: kernel(*calls[k]), len(calls), 1)
+    else:
+        outcomes = _run_in_pool(SHIPPED.calls(shipped, tuple(calls)), len(calls), 1)
+    return [result for _, _, result in sorted(outcomes, key=_begin)]
 
 
 def _begin(outcome: tuple[int, int, Any]) -> int:
