@@ -7,7 +7,7 @@
 typedef struct {
     PyObject base;
     const Entry *entry;
-    Call *call, *ahead;  /* of a range, and of the range ahead of it */
+    Call *call;          /* of a range */
     PyObject *arguments; /* of many calls, whose memory their slots refer to */
     Py_buffer marks;
     Work *work;
@@ -85,13 +85,6 @@ static Call *new_call(PyObject *kernel, PyObject *arguments)
     return NULL;
 }
 
-static void free_call(Call *call)
-{
-    if (call != NULL)
-        release_all(call);
-    free(call);
-}
-
 /* Take the array of marks, an int8 for each item; 0, or -1 with an error. */
 static int take_marks(Pieces *pieces, PyObject *given, int64_t count)
 {
@@ -106,37 +99,27 @@ static int take_marks(Pieces *pieces, PyObject *given, int64_t count)
     return -1;
 }
 
-/* pieces(kernel, arguments, most, marks, ahead): `marks` or None, (kernel, arguments) of the range ahead or None. */
+/* pieces(kernel, arguments, most, marks), where `marks` may be None. */
 static PyObject *module_pieces(PyObject *module, PyObject *given)
 {
     (void)module;
-    if (PyTuple_Size(given) != 5)
-        return PyErr_Format(PyExc_TypeError, "pieces takes 5 arguments");
+    if (PyTuple_Size(given) != 4)
+        return PyErr_Format(PyExc_TypeError, "pieces takes 4 arguments");
     long long most = PyLong_AsLongLong(PyTuple_GetItem(given, 2));
     if (most == -1 && PyErr_Occurred())
         return NULL;
-    PyObject *ahead = PyTuple_GetItem(given, 4);
-    if (ahead != Py_None && !(is_tuple(ahead) && PyTuple_Size(ahead) == 2))
-        return PyErr_Format(PyExc_TypeError, "pieces: ahead must be a kernel and its arguments");
     Pieces *made = made_of(pieces_type);
     if (made == NULL)
         return NULL;
     made->call = new_call(PyTuple_GetItem(given, 0), PyTuple_GetItem(given, 1));
     if (made->call != NULL) {
         const Entry *entry = made->entry = made->call->entry;
-        Range range = range_of(entry, made->call), before = {0};
-        int fits = take_marks(made, PyTuple_GetItem(given, 3), range.last - range.first) == 0;
-        if (fits && ahead != Py_None) {
-            made->ahead = new_call(PyTuple_GetItem(ahead, 0), PyTuple_GetItem(ahead, 1));
-            if (made->ahead != NULL && made->ahead->entry->result[0] == 0)
-                before = range_of(made->ahead->entry, made->ahead);
-        }
-        if (fits && (ahead == Py_None || made->ahead != NULL)) {
-            if (most < 1 || (ahead != Py_None && before.kernel == NULL))
-                PyErr_Format(PyExc_ValueError, "%s cannot be called in such pieces", entry->name);
-            else if ((made->work = work_new(&range, &before, most, made->marks.buf, entry->result[0] != 0)) == NULL)
-                no_memory(entry);
-        }
+        Range range = range_of(entry, made->call);
+        if (most < 1)
+            PyErr_Format(PyExc_ValueError, "%s cannot be called in such pieces", entry->name);
+        else if (take_marks(made, PyTuple_GetItem(given, 3), range.last - range.first) == 0 &&
+                 (made->work = work_new(&range, most, made->marks.buf, entry->result[0] != 0)) == NULL)
+            no_memory(entry);
     }
     if (made->work != NULL)
         return (PyObject *)made;
@@ -179,7 +162,7 @@ static PyObject *module_calls(PyObject *module, PyObject *given)
     if (!PyErr_Occurred()) {
         Range range = range_of(entry, &call);
         range.slots = slots, range.begin = -1, range.first = 0, range.last = count;
-        if ((made->work = work_new(&range, NULL, 1, NULL, entry->result[0] != 0)) == NULL)
+        if ((made->work = work_new(&range, 1, NULL, entry->result[0] != 0)) == NULL)
             no_memory(entry);
     }
     free(slots);
@@ -213,8 +196,9 @@ static void pieces_free(PyObject *self)
             drop_outcomes(pieces->entry, work_outcomes(pieces->work));
             work_free(pieces->work);
         }
-        free_call(pieces->call);
-        free_call(pieces->ahead);
+        if (pieces->call != NULL)
+            release_all(pieces->call);
+        free(pieces->call);
         if (pieces->marks.obj != NULL)
             PyBuffer_Release(&pieces->marks);
         Py_DecRef(pieces->arguments);

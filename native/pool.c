@@ -7,6 +7,7 @@
  * twice. Of what a million camera rays took beyond their kernel, this and scratch.c save three quarters.
  */
 #include <stdatomic.h>
+#include <stddef.h>
 #include <stdlib.h>
 
 #include "pool.h"
@@ -15,15 +16,14 @@ enum { STACK = 4 << 20, MOST_USED = 512, SHARES = 4 }; /* a piece is at most thi
 enum { LINE = 128 }; /* bytes that no two threads write to: processors fetch lines of 64 in pairs */
 
 struct Work {
-    _Alignas(LINE) _Atomic int64_t next; /* alone with `done` on a line: threads write both once a piece */
+    _Alignas(LINE) _Atomic int64_t next; /* what threads write once a piece */
     _Atomic int64_t done;
+    _Atomic(Outcome *) outcomes;
     _Alignas(LINE) Range range; /* what threads read once a piece */
-    Range ahead;
     int64_t most;
     int8_t *marks;
     int threads, keeps;
     atomic_int stopped, status;
-    _Atomic(Outcome *) outcomes;
     _Alignas(LINE) int wanted, running; /* threads that shall come, and that are there; under the lock */
     Work *after;                        /* in the queue of works that want threads; under the lock */
     int64_t process; /* in which it started: threads stay behind where a process forks */
@@ -31,33 +31,22 @@ struct Work {
     _Alignas(LINE) int64_t slots[];
 };
 
-static int64_t slots_of(const Range *range)
-{
-    return range->kernel == NULL ? 0 : range->begin < 0 ? range->used * range->last : range->used;
-}
+_Static_assert(offsetof(Work, range) >= LINE && offsetof(Work, wanted) >= offsetof(Work, status) + sizeof(int) &&
+                   offsetof(Work, wanted) % LINE == 0 && offsetof(Work, slots) % LINE == 0,
+               "threads must not write to what others read once a piece");
 
-/* Copy the slots of a range to where a work has them. */
-static int64_t *keep_slots(Range *range, int64_t *to)
+Work *work_new(const Range *range, int64_t most, int8_t *marks, int keeps)
 {
-    int64_t count = slots_of(range);
-    for (int64_t k = 0; k < count; k++)
-        to[k] = range->slots[k];
-    range->slots = to;
-    return to + count;
-}
-
-Work *work_new(const Range *range, const Range *ahead, int64_t most, int8_t *marks, int keeps)
-{
-    static const Range nothing;
-    ahead = ahead == NULL ? &nothing : ahead;
-    size_t count = (size_t)slots_of(range) + (size_t)slots_of(ahead);
-    void *block = range->used > MOST_USED || ahead->used > MOST_USED ? NULL : malloc(sizeof(Work) + count * 8 + LINE);
+    int64_t count = range->begin < 0 ? range->used * range->last : range->used;
+    void *block = range->used > MOST_USED ? NULL : malloc(sizeof(Work) + (size_t)count * 8 + LINE);
     if (block == NULL)
         return NULL;
     Work *work = (Work *)(((uintptr_t)block + LINE - 1) / LINE * LINE);
-    *work = (Work){.next = range->first, .range = *range, .ahead = *ahead, .most = most, .marks = marks, .keeps = keeps,
-                   .threads = 1, .block = block};
-    keep_slots(&work->ahead, keep_slots(&work->range, work->slots));
+    *work = (Work){.next = range->first, .range = *range, .most = most, .marks = marks, .keeps = keeps, .threads = 1,
+                   .block = block};
+    for (int64_t k = 0; k < count; k++)
+        work->slots[k] = range->slots[k];
+    work->range.slots = work->slots;
     return work;
 }
 
@@ -70,11 +59,11 @@ Outcome *work_outcomes(Work *work) { return atomic_exchange(&work->outcomes, NUL
 /* Call a kernel for a piece; its status. */
 static int call_piece(const Range *range, int64_t *slots, int64_t begin, int64_t end, int64_t *result)
 {
-    if (range->begin < 0)
-        return range->kernel(result, range->slots + range->used * begin);
-    slots[range->begin] = begin;
-    slots[range->begin + 1] = end;
-    int status = range->kernel(result, slots);
+    if (range->begin >= 0) {
+        slots[range->begin] = begin;
+        slots[range->begin + 1] = end;
+    }
+    int status = range->kernel(result, range->begin < 0 ? range->slots + range->used * begin : slots);
     return status == -2 ? 0 : status; /* -2: it returned None */
 }
 
@@ -91,32 +80,18 @@ static int keep_outcome(Work *work, const Outcome *outcome)
     return 0;
 }
 
-/* Where in its own range the kernel that goes ahead is to be, when the other one is at an item. */
-static int64_t place_ahead(const Work *work, int64_t item)
-{
-    const Range *range = &work->range, *ahead = &work->ahead;
-    double share = (double)(item - range->first) / (double)(range->last - range->first);
-    return item == range->last ? ahead->last : ahead->first + (int64_t)(share * (double)(ahead->last - ahead->first));
-}
-
 void work_help(Work *work)
 {
-    int64_t slots[MOST_USED], others[MOST_USED], last = work->range.last, next = work->next;
+    int64_t slots[MOST_USED], last = work->range.last, next = work->next;
     for (int k = 0; k < work->range.used; k++)
         slots[k] = work->range.slots[k];
-    for (int k = 0; k < work->ahead.used; k++)
-        others[k] = work->ahead.slots[k];
     while (next < last && !work->stopped) {
         int64_t size = (last - next) / (SHARES * work->threads);
         size = size < 1 ? 1 : size > work->most ? work->most : size;
         if (!atomic_compare_exchange_weak(&work->next, &next, next + size))
             continue;
         Outcome outcome = {.begin = next, .end = next + size};
-        int status = 0;
-        if (work->ahead.kernel != NULL)
-            status = call_piece(&work->ahead, others, place_ahead(work, next), place_ahead(work, next + size), outcome.result);
-        if (status == 0)
-            status = call_piece(&work->range, slots, next, next + size, outcome.result);
+        int status = call_piece(&work->range, slots, next, next + size, outcome.result);
         if (status == 0 && work->keeps && (status = keep_outcome(work, &outcome)) != 0)
             work->range.drop(outcome.result);
         for (int64_t k = 0; status == 0 && work->marks != NULL && k < size; k++)

@@ -21,10 +21,9 @@ typedef struct Outcome {
     struct Outcome *after;
 } Outcome;
 
-/* A range in pieces of at most `most`. Before each piece the same share of the range `ahead`, if there is one: so what that
- * reads is in the cache. Each item that is done gets the mark 1, where there are marks; what the kernel returns is kept, if
- * `keeps`. NULL where there is no memory. */
-Work *work_new(const Range *range, const Range *ahead, int64_t most, int8_t *marks, int keeps);
+/* A range in pieces of at most `most`. Each item that is done gets the mark 1, where there are marks; what the kernel
+ * returns is kept, if `keeps`. NULL where there is no memory. */
+Work *work_new(const Range *range, int64_t most, int8_t *marks, int keeps);
 void work_free(Work *work); /* of which no thread takes pieces */
 
 int work_start(Work *work, int threads);     /* how many threads of the pool take pieces from now on */

@@ -76,9 +76,9 @@ def kernel_of(query: Callable[[], Any]) -> Callable[[], None]:
     """The kernels of a query on the scene, by themselves: on the arrays of one call of the query."""
     calls: list[tuple[tuple[Any, ...], dict[str, Any]]] = []
 
-    def keep(*arguments: Any, **named: Any) -> None:
+    def keep(*arguments: Any, **named: Any) -> Any:
         calls.append((arguments, named))
-        run_on(*arguments, **named)
+        return run_on(*arguments, **named)
 
     for module in _MODULES:
         module.run_on = keep  # type: ignore[attr-defined]

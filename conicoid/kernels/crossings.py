@@ -5,6 +5,7 @@ They choose the route of each ray, as those for first hits do (first_hits.py).
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -438,6 +439,60 @@ def put_crossings(
         at = places[k]
         t[at], body[at], face[at] = rows[k, T], rows[k, BODY], rows[k, FACE]
         surface[at], entering[at] = rows[k, SURFACE], rows[k, ENTERS] != 0.0
+
+
+# Sums over the spans of each ray
+
+
+@inline
+def _length(x: float, y: float, z: float) -> float:
+    """Return the length of a direction; dividing by the largest component keeps the squares finite."""
+    scale = max(abs(x), abs(y), abs(z))
+    scale = scale if scale > 0.0 else 1.0
+    x, y, z = x / scale, y / scale, z / scale
+    return scale * math.sqrt(x * x + y * y + z * z)
+
+
+@kernel(
+    directions="n 3", offsets="n+1", t_enter="s", t_exit="s", places="s", weights="* e", begin="0..end", end="0..n",
+    total="out n e"
+)  # fmt: skip
+def integrate_spans(
+    directions: Floats, offsets: Longs, t_enter: Floats, t_exit: Floats, places: Ints, weights: Floats,
+    begin: int, end: int, total: Floats,
+) -> None:  # fmt: skip
+    """Write the sums of weights[place] times length over the spans of rays begin..end; a weight of 0 adds nothing."""
+    for i in range(begin, end):
+        for k in range(total.shape[1]):
+            total[i, k] = 0.0
+        length = _length(directions[i, 0], directions[i, 1], directions[i, 2])
+        for row in range(max(0, offsets[i]), min(offsets[i + 1], len(places))):
+            place, chord = places[row], (t_exit[row] - t_enter[row]) * length
+            if not 0 <= place < len(weights):
+                continue
+            for k in range(total.shape[1]):
+                weight = weights[place, k]
+                if weight != 0.0:
+                    total[i, k] += weight * chord
+
+
+@kernel(first="n", after="n", t_enter="s", t_exit="s", counts="s|0", begin="0..end", end="0..n")
+def count_overlaps(
+    first: Longs, after: Longs, t_enter: Floats, t_exit: Floats, counts: Signs, begin: int, end: int
+) -> int:  # fmt: skip
+    """Return how many spans of rays begin..end begin before the one before them ends; of those that count.
+
+    Those of ray i are first[i]..after[i].
+    """
+    found = 0
+    for i in range(begin, end):
+        last = -math.inf
+        for row in range(max(0, first[i]), min(after[i], len(t_enter))):
+            if len(counts) > 0 and counts[row] == 0:
+                continue
+            found += 1 if min(last, t_exit[row]) > t_enter[row] else 0
+            last = t_exit[row]
+    return found
 
 
 # Rows of many rays, in pieces as the threads traced them

@@ -139,7 +139,16 @@ class KernelRange:
     """The item of the kernel that is number 0 of the range."""
 
     def __call__(self, begin: int, end: int) -> Any:
-        return self.kernel(*self.before, self.first + begin, self.first + end, *self.after)
+        return self.kernel(*self.arguments(begin, end))
+
+    def arguments(self, begin: int, end: int) -> tuple[Any, ...]:
+        """Return the kernel's arguments for items begin..end."""
+        return (*self.before, self.first + begin, self.first + end, *self.after)
+
+    @property
+    def takes_threads(self) -> bool:
+        """Whether the threads of the extension can call the kernel."""
+        return shipped_kernel(self.kernel) is not None
 
 
 class _Work:
@@ -219,7 +228,7 @@ def run_chunks(work: Callable[[int, int], Any], count: int, chunk: int) -> Outco
         return []
     if count <= chunk or thread_count() == 1:
         return _run_serially(work, count, chunk, None)
-    if isinstance(work, KernelRange) and shipped_kernel(work.kernel) is not None:
+    if isinstance(work, KernelRange) and work.takes_threads:
         return _run_in_pool(_pieces_of(work, count, chunk, None), count, chunk)
     return _run_on_threads(_Work(work, count, chunk, False, None))
 
@@ -239,10 +248,10 @@ def run_calls(kernel: Callable[..., Any], calls: Sequence[tuple[Any, ...]]) -> l
     """Return what a kernel returns for each tuple of arguments, on all threads: for calls of a millisecond or more."""
     shipped = shipped_kernel(kernel)
     if shipped is None or len(calls) < 2 or thread_count() == 1:
-        outcomes = run_chunks(lambda k, _: (kernel(*calls[k]),), len(calls), 1)
-        return [result for _, _, (result,) in sorted(outcomes, key=_begin)]
-    pieces = SHIPPED.calls(shipped, tuple(calls))
-    return [result for _, _, result in sorted(_run_in_pool(pieces, len(calls), 1), key=_begin)]
+        outcomes = run_chunks(lambda k, _: kernel(*calls[k]), len(calls), 1)
+    else:
+        outcomes = _run_in_pool(SHIPPED.calls(shipped, tuple(calls)), len(calls), 1)
+    return [result for _, _, result in sorted(outcomes, key=_begin)]
 
 
 def _begin(outcome: tuple[int, int, Any]) -> int:
@@ -273,7 +282,7 @@ def run_on(
         mine.places[HALT] = 1
 
     ours = _with_geometry(work, mine)
-    if isinstance(ours, KernelRange) and shipped_kernel(ours.kernel) is not None:
+    if isinstance(ours, KernelRange) and ours.takes_threads:
         return _run_in_pool(_pieces_of(ours, count, chunk, marks), count, chunk, progress, halt)
     return _run_on_threads(_Work(ours, count, chunk, True, marks), progress, halt)
 
@@ -324,8 +333,7 @@ def _drop_ended(milliseconds: int) -> None:
 
 def _pieces_of(work: KernelRange, count: int, chunk: int, marks: Marks | None) -> Any:
     """Return the chunks of a kernel for the threads of the extension."""
-    arguments = (*work.before, work.first, work.first + count, *work.after)
-    return SHIPPED.pieces(shipped_kernel(work.kernel), arguments, chunk, marks, None)
+    return SHIPPED.pieces(shipped_kernel(work.kernel), work.arguments(0, count), chunk, marks)
 
 
 def _no_halt() -> None:

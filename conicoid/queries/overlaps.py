@@ -13,9 +13,11 @@ from .._util.names import closest_name
 from .._util.text import format_count
 from .._util.validation import format_value
 from ..geometry.labels import Labels
-from ..kernels.crossings import row_owners
+from ..kernels.crossings import count_overlaps, row_owners
+from ..kernels.threads import KernelRange, run_chunks
 
 COUNT_BOTH, REFUSE_OVERLAPS = "both", "error"
+_RAYS = 1 << 13  # rays that a thread takes at a time
 _THIN_OVERLAP, _ROUNDING_OVERLAP = 1e-5, 1e-9
 """Thinner overlaps are ignored, since walls given with few digits leave them: shares of the longest stretch, of t."""
 
@@ -35,7 +37,12 @@ def report_overlaps(owner: str, spans: Any, overlaps: str | None, kinds: Any, co
     kinds: the group of each row, within which lengths are summed, or None for a single group; counts: mask of the rows
     that contribute, or None for all.
     """
-    if overlaps == COUNT_BOTH or not len(spans.body):
+    if overlaps == COUNT_BOTH or not len(spans.body) or (overlaps is None and has_note(spans._labels)):
+        return
+    counted = np.zeros(0, np.int8) if counts is None else np.ascontiguousarray(counts).view(np.int8)
+    rows_of_rays = spans.offsets[:-1], spans.offsets[1:]
+    work = KernelRange(count_overlaps, (*rows_of_rays, spans.t_enter, spans.t_exit, counted), ())
+    if not any(found for _, _, found in run_chunks(work, len(spans), _RAYS)):
         return
     rows = np.arange(len(spans.body)) if counts is None else np.flatnonzero(counts)
     pairs = _find_overlaps(spans, rows)
@@ -108,11 +115,19 @@ def collect_notes() -> Iterator[list[str]]:
 
 def log_once(labels: Labels, text: Callable[[], str]) -> None:
     """Log a text once for each scene, which `labels` identify; within `collect_notes` collect the first text."""
+    if has_note(labels):
+        return
     notes = getattr(_task_notes, "notes", None)
     if notes is not None:
-        notes.extend([] if notes else [text()])
-    elif not vars(labels).get("_told_overlaps"):
-        vars(labels)["_told_overlaps"] = True
+        notes.append(text())
+    else:
+        vars(labels)["_overlaps_noted"] = True
         import logging
 
         logging.getLogger("conicoid").warning("%s", text())
+
+
+def has_note(labels: Labels) -> bool:
+    """Return whether the scene has its note, so that nobody needs another."""
+    notes = getattr(_task_notes, "notes", None)
+    return bool(vars(labels).get("_overlaps_noted")) if notes is None else bool(notes)

@@ -39,13 +39,14 @@ from ..kernels.crossings import (
     CrossingLists,
     SpanColumns,
     _Piece,
+    integrate_spans,
     put_crossings,
     put_spans,
     row_owners,
     trace_rows,
 )
 from ..kernels.ray import RayArrays
-from ..kernels.threads import KernelRange, chunk_of_rays, run_on, run_rows
+from ..kernels.threads import KernelRange, chunk_of_rays, run_chunks, run_on, run_rows
 from .derivatives import SpanDerivatives
 from .exact.doubtful_rays import resolve_rows
 from .exact.error_bounds import bounds_of_t
@@ -88,6 +89,7 @@ class RayLists:
     """
 
     _columns: ClassVar[tuple[str, ...]]
+    _views: ClassVar[tuple[str, ...]]
     offsets: Any
     _rays: Rays
     _single: tuple[Any, ...]  # of one ray: its bytes or the ray, and its rows
@@ -256,6 +258,7 @@ class RayLists:
 
 # Spans and crossings
 
+_SUM_CHUNK = 1 << 13  # rays that a thread takes at a time when it sums up their spans
 LARGEST_LENGTHS = 4 << 30
 """The largest array of lengths in bytes."""
 
@@ -444,15 +447,14 @@ class Spans(QueryResult, RayLists, SpanDerivatives):
         table = weights.values.reshape(len(weights.values), math.prod(weights.shape))
         if overlaps == REFUSE_OVERLAPS or not (weights.values < 0).any():
             counts = (table != 0).any(axis=1)
-            report_overlaps("line_integral", self, overlaps, None, counts[places])
-        ray, chord = self._chords()
-        count, columns = len(self.offsets) - 1, table.T
-        total = np.zeros((count, len(columns)))
-        for energy, column in enumerate(columns if count else ()):
-            weight = column[places]
-            # The inner `where` avoids 0 * inf, which is NaN
-            part = np.where(weight == 0, 0.0, weight * np.where(weight == 0, 0.0, chord))
-            total[:, energy] = np.bincount(ray, part, count)
+            report_overlaps("line_integral", self, overlaps, None, None if counts.all() else counts[places])
+        count = len(self.offsets) - 1
+        total = np.empty((count, table.shape[1]))
+        before = (
+            lines_of(self._rays)[1], self.offsets, self.t_enter, self.t_exit, places.astype(np.int32, copy=False),
+            np.ascontiguousarray(table),
+        )  # fmt: skip
+        run_chunks(KernelRange(integrate_spans, before, (total,)), count, _SUM_CHUNK)
         return total.reshape((count, *weights.shape))
 
     def __repr__(self) -> str:

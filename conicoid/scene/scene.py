@@ -555,19 +555,8 @@ class Scene:
     ) -> Any:  # fmt: skip
         """Return whether each ray has any crossing strictly between t_min and t_max: first_hit(...).t < inf.
 
-<<<<<<< HEAD
         The arguments are those of `first_hit`, the result is bool (...). An empty interval, t_min >= t_max, has no
         crossing.
-=======
-        Parameters
-        ----------
-        origins, directions, t_min, t_max, executor, device
-            As for `first_hit`. An empty interval, t_min >= t_max, has no crossing.
-
-        Returns
-        -------
-        bool (...)
->>>>>>> f0096c894c816fa258195cde18b6659a448f9fcf
         """
         return self._along_rays("occluded", executor, device, origins, directions, t_min, t_max)
 
@@ -657,7 +646,7 @@ class Scene:
         float64 (..., bodies) or (..., materials)
         """
         lengths: FloatArray = self._along_many_rays(
-            "lengths", executor, origins, directions, t_min, t_max, progress, by=by, overlaps=overlaps
+            "lengths", executor, None, origins, directions, t_min, t_max, progress, by=by, overlaps=overlaps
         )
         return lengths
 
@@ -689,7 +678,8 @@ class Scene:
         float64 (...) or (..., energies)
         """
         options = dict(values=values, otherwise=otherwise, overlaps=overlaps)
-        return self._along_many_rays("line_integral", executor, origins, directions, t_min, t_max, progress, **options)
+        rays = origins, directions, t_min, t_max
+        return self._along_many_rays("line_integral", executor, None, *rays, progress, **options)
 
     def _along_rays(self, query: str, executor: Any, device: str | None, *rays: Any) -> Any:
         """Answer a query of rays: origins, directions, t_min and t_max."""
@@ -706,17 +696,11 @@ class Scene:
 
     @ignore_fp_errors
     def _along_many_rays(
-<<<<<<< HEAD
-        self, query: str, executor: Any, origins: Any, directions: Any, t_min: Any, t_max: Any,
+        self, query: str, executor: Any, device: str | None, origins: Any, directions: Any, t_min: Any, t_max: Any,
         progress: Progress | None = None, **options: Any,
     ) -> Any:  # fmt: skip
-        """Answer a query of rays here, or by workers; `options` are its arguments beyond rays and interval."""
+        """Answer a query of rays here, on a device, or by workers; `options` are arguments beyond rays and interval."""
         check_callback(query, "progress", progress)
-=======
-        self, query: str, executor: Any, device: str | None, origins: Any, directions: Any, t_min: Any, t_max: Any
-    ) -> Any:
-        """Answer a query of rays here, on a device, or by workers."""
->>>>>>> f0096c894c816fa258195cde18b6659a448f9fcf
         if _is_remote(executor, origins, directions):
             _refuse_device(query, device)
             from ..parallel.queries import dispatch_rays
@@ -751,24 +735,10 @@ class Scene:
         """
         return self._at_points("contains", executor, points, device)
 
-<<<<<<< HEAD
-    def body_at(self, points: Any, *, executor: Any = None) -> Any:
+    def body_at(self, points: Any, *, executor: Any = None, device: Literal["cpu", "cuda"] | None = None) -> Any:
         """Return the number of the first listed body that contains each point, or -1: int32 (...).
 
         The arguments are those of `contains`.
-=======
-    def body_at(self, points: Any, *, executor: Any = None, device: Literal["cpu", "cuda"] | None = None) -> Any:
-        """Return the number of the first listed body that contains each point, or -1.
-
-        Parameters
-        ----------
-        points, executor, device
-            As for `contains`.
-
-        Returns
-        -------
-        int32 (...)
->>>>>>> f0096c894c816fa258195cde18b6659a448f9fcf
         """
         return self._at_points("body_at", executor, points, device)
 
@@ -1140,23 +1110,12 @@ def _as_camera(camera: Any) -> AnyCamera | None:
     return as_camera("Scene", camera)
 
 
-<<<<<<< HEAD
-=======
-def _move_light(lights: tuple[Light, ...], track: LightTrack, time: float) -> list[Light]:
-    """Return the lights of a scene, with one of them where its track has it."""
-    if track.light >= len(lights):
-        there = format_count(len(lights), "light", "lights")
-        raise ValueError(f"at: the scene has {there}, from 0 on; a LightTrack moves light {track.light}")
-    return [track.moved(light, time) if k == track.light else light for k, light in enumerate(lights)]
-
-
 def _refuse_device(query: str, device: str | None) -> None:
     """Raise TypeError for a device beside an executor or lazy arrays."""
     if device is not None:
         raise TypeError(f"{query}: device must be left out where workers compute; CONICOID_DEVICE chooses theirs")
 
 
->>>>>>> f0096c894c816fa258195cde18b6659a448f9fcf
 def _is_remote(executor: Any, *arrays: Any) -> bool:
     """Return whether workers answer a query, or its rays or points are lazy."""
     return executor is not None or any(is_dask_array(a) or hasattr(type(a), "_share") for a in arrays)

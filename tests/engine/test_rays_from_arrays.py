@@ -8,6 +8,8 @@ import pytest
 import conicoid as co
 from conicoid._jit.machine_code import SHIPPED, empty_array
 
+from .test_routes import crowded_scene
+
 MANY, FEW = 40_000, 50
 RNG = np.random.default_rng(0)
 ORIGINS, DIRECTIONS = RNG.normal(size=(MANY, 3)), RNG.normal(size=(MANY, 3))
@@ -51,6 +53,37 @@ def test_every_form_of_array_gives_the_same_rays(form, other):
         assert mine.flags.c_contiguous
     parts = [co.Rays(origins[k : k + 1000], directions[k : k + 1000]) for k in range(0, MANY, 1000)]
     assert co.Rays.concatenate(parts) == rays
+
+
+@pytest.mark.parametrize("query", ["first_hit", "occluded"])
+@pytest.mark.parametrize("form", ["picture", "list", "in no order"])
+def test_frozen_rays_are_checked_before_there_is_an_answer(query, form):
+    """The kernel reads them first: it ends, whatever they are, and the refusal is that of other arrays."""
+    scene, shape = crowded_scene(), (120, 120, 3)
+    origins, directions = (part.copy() for part in scene.rays(120, 120))
+    if form == "in no order":
+        origins, directions = RNG.normal(size=shape), RNG.normal(size=shape)
+    if form == "list":
+        origins, directions = origins.reshape(-1, 3), directions.reshape(-1, 3)
+    ask = getattr(scene, query)
+    assert np.array_equal(read(ask(frozen(origins), frozen(directions))), read(ask(co.Rays(origins, directions))))
+    for many in (1, 500, len(directions.reshape(-1, 3))):
+        for field, values in VALUES.items():
+            for value in values:
+                given = {"origins": origins.copy(), "directions": directions.copy()}
+                rows = RNG.choice(origins.size // 3, many, replace=False)
+                given[field].reshape(-1, 3)[rows, :: 1 + (value != 0.0)] = value
+                with pytest.raises(ValueError, match="^Rays: ") as wanted:
+                    co.Rays(**given)
+                for limits in ({}, dict(t_min=-1.0, t_max=3.0), dict(t_min=np.zeros(3))):
+                    with pytest.raises(ValueError, match="^Rays: ") as found:
+                        ask(*map(frozen, given.values()), **limits)
+                    assert str(found.value) == str(wanted.value)
+
+
+def read(answer):
+    """The numbers of an answer."""
+    return getattr(answer, "t", answer)
 
 
 def test_one_origin_for_a_picture():

@@ -197,20 +197,15 @@ def test_what_cannot_be_divided_is_refused():
     ]  # fmt: skip
     for arguments in refused:
         with pytest.raises(ValueError, match="^(points_along|first_invalid)"):
-            SHIPPED.pieces(*arguments, None, None)
-    marks, ahead = np.zeros(POINTS, np.int8), (first_invalid, tuple(LINES))
-    for wrong in (
-        (marks[:-1], None), (np.zeros(POINTS), None), (marks[None, ::2], None), (marks, ahead), (marks, (points_along, ())),
-    ):  # fmt: skip
+            SHIPPED.pieces(*arguments, None)
+    for wrong in (np.zeros(POINTS - 1, np.int8), np.zeros(POINTS), np.zeros((POINTS, 2), np.int8)[:, 0], "marks"):
         with pytest.raises((TypeError, ValueError, BufferError)):
-            SHIPPED.pieces(points_along, good, 7, *wrong)
+            SHIPPED.pieces(points_along, good, 7, wrong)
     for arguments in (
         (points_along, good),
-        (points_along, list(good), 7, None, None),
-        (print, good, 7, None, None),
-        (points_along, good[1:], 7, None, None),
-        (points_along, good, 7, None, points_along),
-        (points_along, good, 7, None, (points_along, list(good))),
+        (points_along, list(good), 7, None),
+        (print, good, 7, None),
+        (points_along, good[1:], 7, None),
     ):
         with pytest.raises(TypeError):
             SHIPPED.pieces(*arguments)
@@ -219,7 +214,7 @@ def test_what_cannot_be_divided_is_refused():
             SHIPPED.calls(points_along, calls)
     with pytest.raises(TypeError):
         SHIPPED.calls(print, (good,))
-    pieces = SHIPPED.pieces(points_along, good, 7, None, None)
+    pieces = SHIPPED.pieces(points_along, good, 7, None)
     for count in (0, -1, 1 << 20):
         with pytest.raises(ValueError, match="number of threads"):
             pieces.start(count)
@@ -240,7 +235,7 @@ def test_a_stop_ends_the_pieces_of_all_threads():
     rays = co.Rays(np.tile((0.1, 0.2, 5.0), (5000, 1)), (0.0, 0.0, -1.0))
     arrays, found = arrays_of("x", scene, rays, 0.0, np.inf), HitBuffers.new(5000)
     geometry = scene.geometry._replace(places=scene.geometry.places.copy())
-    pieces = SHIPPED.pieces(trace_first, (geometry, arrays, 0, 0, 5, found), 1, None, None)
+    pieces = SHIPPED.pieces(trace_first, (geometry, arrays, 0, 0, 5, found), 1, None)
     assert pieces.start(2) == 2
     with pytest.raises(ValueError, match="they have come"):
         pieces.start(2)
@@ -349,23 +344,6 @@ def test_idle_threads_beyond_the_present_number_end():
         time.sleep(0.01)
     assert np.array_equal(points(), points(POINTS))
     co.set_threads(None)
-
-
-@needs_machine_code
-def test_another_kernel_goes_ahead_of_each_chunk(four_threads):
-    """It reads its whole range once, and may be of another length."""
-    found, others = np.full((POINTS, 3), np.nan), np.full((999, 3), np.nan)
-    lines = LINES[:, :999], LENGTHS_ALONG[:999]
-    ahead = points_along, (*(np.ascontiguousarray(part) for part in lines[0]), lines[1], 0, 999, others)
-    pieces = SHIPPED.pieces(points_along, (*LINES, LENGTHS_ALONG, 5, POINTS, found), 64, None, ahead)
-    assert pieces.start(4) == 4
-    while not pieces.wait(50):
-        pass
-    assert pieces.done == POINTS - 5
-    assert np.isnan(found[:5]).all()
-    assert np.array_equal(found[5:], points(POINTS)[5:])
-    assert np.array_equal(others, found[:999]) or np.array_equal(others[5:], found[5:999])
-    assert not np.isnan(others).any()
 
 
 @pytest.mark.parametrize(("rays", "one"), [(700, True), (30_000, False)])

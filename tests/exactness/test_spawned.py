@@ -90,7 +90,13 @@ def test_the_other_side_of_a_far_ball(route):
     )
     rays = hits.spawn(along)
     side = int(np.sqrt(hits.size))
-    chosen = rays[np.arange(side * side).reshape(side, side)] if route == "square" else rays[:60] if route == "alone" else rays
+    chosen = (
+        rays[np.arange(side * side).reshape(side, side)]
+        if route == "square"
+        else rays[:60]
+        if route == "alone"
+        else rays
+    )
     every = scene.crossings(chosen)
     last = every.offsets[1:] - 1
     some = np.diff(every.offsets) > 0

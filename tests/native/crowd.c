@@ -56,11 +56,10 @@ static void *caller(void *number)
         int n = rand_r(&seed) % 3000 + 1, threads = rand_r(&seed) % 4 + 1, most = rand_r(&seed) % 50 + 1;
         void *data, *block = conicoid_room(4 * n + (rand_r(&seed) % 4 == 0 ? LARGE : 0), &data);
         memset(data, 0, 4 * (size_t)n);
-        int32_t *twice = calloc(2 * (size_t)n, 4);
         int8_t *marks = calloc((size_t)n, 1);
-        int64_t slots[3] = {0, n, (int64_t)(intptr_t)data}, others[3] = {0, 2 * n, (int64_t)(intptr_t)twice};
-        Range range = {count, slots, 3, 0, 0, n, drop}, ahead = {count, others, 3, 0, 0, 2 * n, drop};
-        Work *work = work_new(&range, &ahead, most, marks, 1);
+        int64_t slots[3] = {0, n, (int64_t)(intptr_t)data};
+        Range range = {count, slots, 3, 0, 0, n, drop};
+        Work *work = work_new(&range, most, marks, 1);
         pthread_mutex_lock(&python);
         int came = work_start(work, threads);
         pthread_mutex_unlock(&python);
@@ -76,8 +75,6 @@ static void *caller(void *number)
             expect(((int32_t *)data)[k] == 1 || (stopped && ((int32_t *)data)[k] == 0), "not once");
             expect(marks[k] == ((int32_t *)data)[k], "a wrong mark");
         }
-        for (int k = 0; k < 2 * n; k++)
-            expect(twice[k] == 1 || (stopped && twice[k] == 0), "not once ahead");
         int64_t kept = 0;
         for (Outcome *each = work_outcomes(work), *after; each != NULL; each = after) {
             kept += each->end - each->begin;
@@ -86,7 +83,6 @@ static void *caller(void *number)
         }
         expect(kept == work_done(work), "outcomes are missing");
         work_free(work);
-        free(twice);
         free(marks);
         conicoid_release(block);
     }
@@ -101,7 +97,7 @@ static void call_many(void)
     for (int k = 0; k < CALLS; k++)
         slots[USED * k] = k;
     Range range = {answer, slots, USED, -1, 0, CALLS, drop};
-    Work *work = work_new(&range, NULL, 1, NULL, 1);
+    Work *work = work_new(&range, 1, NULL, 1);
     memset(slots, 0, sizeof slots); /* the work has its own */
     work_start(work, 3);
     while (!work_wait(work, 50))
@@ -120,14 +116,39 @@ static void call_many(void)
     expect(pool_size() <= 1, "idle threads stayed");
 }
 
+static int nothing(void *result, const int64_t *slots) { return (void)result, (void)slots, 0; }
+
+/* Nanoseconds that a thread takes for a piece in which nothing is to be done, of a million. */
+static double empty_piece(int threads)
+{
+    enum { PIECES = 1000000 };
+    struct timespec begin, end;
+    int64_t slots[2] = {0, PIECES};
+    Range range = {nothing, slots, 2, 0, 0, PIECES, drop};
+    Work *work = work_new(&range, 1, NULL, 0);
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &begin);
+    work_start(work, threads);
+    while (!work_wait(work, 50))
+        ;
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &end);
+    expect(work_done(work) == PIECES, "empty pieces are missing");
+    work_free(work);
+    return ((double)(end.tv_sec - begin.tv_sec) * 1e9 + (double)(end.tv_nsec - begin.tv_nsec)) / PIECES;
+}
+
 int main(void)
 {
+    for (int threads = 1; threads <= 2; threads++) {
+        double time = empty_piece(threads);
+        printf("%d threads: %.0f ns of a core for an empty piece\n", threads, time);
+        expect(time < 5000, "the counter is contended");
+    }
     call_many();
     pthread_t threads[CALLERS];
     atomic_int halt = 0;
     int64_t slots[3] = {0, 4, (int64_t)(intptr_t)&halt};
     Range range = {wait_for_halt, slots, 3, 0, 0, 4, drop};
-    Work *dear = work_new(&range, NULL, 1, NULL, 0);
+    Work *dear = work_new(&range, 1, NULL, 0);
     work_start(dear, 2);
     for (int k = 0; k < CALLERS; k++)
         pthread_create(&threads[k], NULL, caller, (void *)(intptr_t)(k + 1));

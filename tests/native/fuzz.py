@@ -90,6 +90,7 @@ def work() -> None:
             scene.occluded(rays)
             for answer in (scene.first_hit(rays), scene.spans(rays), scene.crossings(rays)):
                 answer.detached()
+            scene.line_integral(np.ones(scene._prepared.lowered.body_count), rays)
         many = [np.tile(np.asarray(part, np.float64), (20_000, 1))[:20_000] for part in (origins, directions)]
         co.Rays(*many), co.Rays(*(part.astype("f4") for part in many))
         co.Rays(*map(_frozen, many))
@@ -183,8 +184,13 @@ def _resized(array: Any, axis: int, more: int) -> Any:
     return np.take(array, np.minimum(np.arange(size + more), size - 1), axis=axis)
 
 
+def _other_type(array: Any) -> Any:
+    with np.errstate(over="ignore"):  # no float32 is as large
+        return 1 if array.dtype.names else array.astype("f4" if array.dtype != np.float32 else "f8")
+
+
 ARRAYS: dict[str, tuple[Callable[[Any], Any], bool]] = {
-    "other type": (lambda a: a.astype("f4" if a.dtype != np.float32 else "f8") if a.dtype.names is None else 1, True),
+    "other type": (lambda a: _other_type(a), True),
     "other integer": (lambda a: np.zeros(a.shape, "u2"), True),
     "other order of bytes": (lambda a: a.astype(a.dtype.newbyteorder()) if a.itemsize > 1 else "x", True),
     "one dimension more": (lambda a: a[None], True),

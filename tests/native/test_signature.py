@@ -49,6 +49,7 @@ OF_ANY_LENGTH = {
     "texels": "of pictures: looked up by the textures that they belong to, made with them",
     "squares": "which squares of a film are wanted: read only within its length",
     "counts": "a table that is counted through, as large as it is",
+    "weights": "of line integrals: looked up only within its length",
 }
 """Tables whose length no other argument says, and why no row beyond their end is read."""
 
