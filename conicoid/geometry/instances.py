@@ -14,7 +14,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias, overload
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, TypeAlias, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -54,6 +54,14 @@ class ShiftTable:
     def select(self, numbers: Any) -> ShiftTable:
         """Return the shifts of some of the items."""
         return ShiftTable(self.values, self.index[:, numbers])
+
+
+class InstanceBlock(NamedTuple):
+    """A run of bodies; those of equal forms are translated copies of each other, body by body."""
+
+    first: int
+    size: int
+    form: int
 
 
 class InstanceList(Sequence[Body], ABC):
@@ -96,6 +104,10 @@ class InstanceList(Sequence[Body], ABC):
     @abstractmethod
     def is_rigid(self, kind: int) -> bool:
         """Return True if all shapes of a kind have the same structure, however far rounding moves their surfaces."""
+
+    def blocks(self) -> list[InstanceBlock]:
+        """Return runs of bodies that are placed as a whole, such as the assemblies of a core; none for few bodies."""
+        return []
 
     @property
     def solid(self) -> tuple[bool, ...]:
