@@ -476,7 +476,7 @@ class BlockTree:
                 _load(self.boxes, rows, 0, len(rows), 0, self.costs, limits, records)
                 box_nodes(records, tree.first, tree.last, limits, 0, len(tree.first), floats, at + 6 * WIDTH * node)
 
-        run_chunks(put, len(self.blocks), 1)
+        run_chunks(put, len(self.blocks), 16)
 
     def items(self) -> Ints:
         """`BoxTree.items`"""
@@ -488,47 +488,45 @@ def build_block_tree(
 ) -> BlockTree:
     """Build a tree over items with boxes (n, 6), as `build_tree` does, without sorting those of each block.
 
-    `alone` are the numbers of items in no block.
+    There is a block. `alone` are the numbers of items in no block.
     """
-    begins, sizes, forms = np.array(blocks, np.int64).T
-    begins, sizes = np.append(begins, alone), np.append(sizes, np.ones(len(alone), np.int64))
-    forms = np.append(forms, np.full(len(alone), forms.max() + 1))
-    around = np.array([
-        [*boxes[a : a + size, :3].min(axis=0), *boxes[a : a + size, 3:].max(axis=0)]
-        for a, size in zip(begins.tolist(), sizes.tolist(), strict=True)
+    lower: dict[int, BoxTree] = {}
+    for first, size, form in blocks:
+        if form not in lower:
+            own = slice(first, first + size)
+            lower[form] = build_tree(box_records(boxes[own], _EVERY, 0, costs[own], limits), limits, most)
+    trees, number = list(lower.values()), {form: k for k, form in enumerate(lower)}
+    # The last form is that of items in no block
+    counts = np.array([*(len(tree.children) for tree in trees), 0])
+    single = np.ones(len(alone), np.int64)
+    begins = np.append(np.array([block.first for block in blocks]), alone)
+    sizes = np.append(np.array([block.size for block in blocks]), single)
+    forms = np.append(np.array([number[block.form] for block in blocks]), len(trees) * single)
+    spans = [boxes[first : first + size] for first, size, _ in blocks]
+    around = np.concatenate([
+        np.array([[*span[:, :3].min(axis=0), *span[:, 3:].max(axis=0)] for span in spans]), boxes[alone],
     ])  # fmt: skip
     upper = build_tree(box_records(around, _EVERY, 0, np.zeros(0), limits), limits, 1)
     which = upper.items()
     begins, sizes, forms = begins[which], sizes[which], forms[which]
-    starts = np.cumsum(sizes) - sizes
-    lower: dict[int, BoxTree] = {}
-    for begin, size, form in zip(begins.tolist(), sizes.tolist(), forms.tolist(), strict=True):
-        if size > 1 and form not in lower:
-            own = slice(begin, begin + size)
-            lower[form] = build_tree(box_records(boxes[own], _EVERY, 0, costs[own], limits), limits, most)
-    nodes = np.array([len(lower[form].children) if form in lower else 0 for form in forms.tolist()])
-    firsts = len(upper.children) + np.cumsum(nodes) - nodes
-    children = np.empty((len(upper.children) + int(nodes.sum()), WIDTH), np.int32)
+    starts, firsts = np.cumsum(sizes) - sizes, np.cumsum(counts[forms]) - counts[forms] + len(upper.children)
+    children = np.empty((len(upper.children) + int(counts[forms].sum()), WIDTH), np.int32)
     # A leaf of the upper tree is one block or one item; for a block stands its first node
     place = np.maximum(-upper.children - 1, 0) >> 4
-    leaf = np.where(nodes[place] > 0, firsts[place], -((starts[place] << 4) | 1) - 1)
+    leaf = np.where(counts[forms][place] > 0, firsts[place], -((starts[place] << 4) | 1) - 1)
     children[: len(upper.children)] = np.where(upper.children < 0, leaf, upper.children)
     order = np.repeat(begins - starts, sizes).astype(np.int32) + np.arange(sizes.sum(), dtype=np.int32)
-    for form, tree in lower.items():
+    placed: list[tuple[int, int, BoxTree]] = []
+    for form, tree in enumerate(trees):
         places = np.flatnonzero(forms == form)
         start, node = starts[places][:, None], firsts[places][:, None]
-        codes = tree.children.ravel()
+        codes, items = tree.children.ravel(), tree.items()
         moved = np.where(codes < 0, codes - (start << 4), np.where(codes > 0, codes + node, 0))
         children[node + np.arange(len(tree.children))] = moved.reshape(len(places), -1, WIDTH)
-        items = tree.items()
         order[start + np.arange(len(items))] = begins[places][:, None] + items
-    above = [
-        (start, node, lower[form])
-        for start, node, form in zip(starts.tolist(), firsts.tolist(), forms.tolist(), strict=True)
-        if form in lower
-    ]
-    levels = upper.levels + max((tree.levels for tree in lower.values()), default=0)
-    return BlockTree(boxes, costs, upper, above, order, children, levels)
+        placed += [(int(a), int(b), tree) for a, b in zip(starts[places], firsts[places], strict=True)]
+    levels = upper.levels + max(tree.levels for tree in trees)
+    return BlockTree(boxes, costs, upper, placed, order, children, levels)
 
 
 _EVERY = np.zeros(0, np.int32)
