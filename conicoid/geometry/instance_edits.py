@@ -14,7 +14,16 @@ import numpy as np
 
 from .body import Body
 from .bulk import Bulk
-from .instances import InstanceList, Ints, Shift, ShiftTable, group_by_kind, has_instances, instance_origin
+from .instances import (
+    InstanceBlock,
+    InstanceList,
+    Ints,
+    Shift,
+    ShiftTable,
+    group_by_kind,
+    has_instances,
+    instance_origin,
+)
 from .transform import IDENTITY_MOTION, Motion
 
 MIN_INSTANCES = 24
@@ -212,6 +221,26 @@ class EditedInstances(InstanceList):
     def is_rigid(self, kind: int) -> bool:
         """Return True if all shapes of a kind have the same structure."""
         return kind < self._first_own and self.origins.base.is_rigid(kind)
+
+    def blocks(self) -> list[InstanceBlock]:
+        """Return the blocks of the base (`InstanceList.blocks`); one that was edited is the only one of its form."""
+        numbers = self.origins.numbers
+        places = np.full(len(self.origins.base), -1, np.int32)
+        of_base = np.flatnonzero(numbers >= 0)
+        places[numbers[of_base]] = of_base
+        found: list[InstanceBlock] = []
+        for first, count, form in self.origins.base.blocks():
+            own = places[first : first + count]
+            if np.array_equal(own, np.arange(own[0], own[0] + count)):
+                found.append(InstanceBlock(int(own[0]), count, form))
+                continue
+            own = own[own >= 0]
+            if len(own) > 1 and np.ptp(own) < 2 * count:  # new bodies may stand between
+                found.append(InstanceBlock(int(own.min()), int(np.ptp(own)) + 1, -1 - len(found)))
+        # In another order, blocks may have come apart and into each other
+        found.sort()
+        ends = [block.first + block.size for block in found]
+        return found if all(end <= block.first for end, block in zip(ends, found[1:], strict=False)) else []
 
     @cached_property
     def solid(self) -> tuple[bool, ...]:

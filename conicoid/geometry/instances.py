@@ -14,7 +14,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias, overload
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, TypeAlias, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -28,6 +28,8 @@ from .transform import IDENTITY_MOTION, Motion
 Ints: TypeAlias = npt.NDArray[np.int32]
 Shift: TypeAlias = tuple[Fraction, Fraction, Fraction]
 
+_FEWEST_BOUNDS = 24
+"""Of fewer bodies of a kind each has its bounds computed."""
 _SHAPE_CACHE_SIZE = 4096
 """The number of shapes that stay in memory, with the results cached on them."""
 
@@ -54,6 +56,14 @@ class ShiftTable:
     def select(self, numbers: Any) -> ShiftTable:
         """Return the shifts of some of the items."""
         return ShiftTable(self.values, self.index[:, numbers])
+
+
+class InstanceBlock(NamedTuple):
+    """A run of bodies; those of equal forms are translated copies of each other, body by body."""
+
+    first: int
+    size: int
+    form: int
 
 
 class InstanceList(Sequence[Body], ABC):
@@ -96,6 +106,10 @@ class InstanceList(Sequence[Body], ABC):
     @abstractmethod
     def is_rigid(self, kind: int) -> bool:
         """Return True if all shapes of a kind have the same structure, however far rounding moves their surfaces."""
+
+    def blocks(self) -> list[InstanceBlock]:
+        """Return runs of bodies that are placed as a whole, such as the assemblies of a core; none for few bodies."""
+        return []
 
     @property
     def solid(self) -> tuple[bool, ...]:
@@ -148,6 +162,25 @@ class InstanceList(Sequence[Body], ABC):
                 slack = 2.0**-50 * (np.abs(offsets).max() + _finite_sizes(low) + _finite_sizes(high))
                 boxes.append((low + (offsets.min(axis=0) - slack), high + (offsets.max(axis=0) + slack)))
         return boxes
+
+    def put_bounds(self, shapes: Sequence[Solid]) -> None:
+        """Give the shapes of all bodies their bounds, computed for one body of a kind at each place along an axis.
+
+        The ends of a box along an axis depend on the shift along it. Where one of the computed bodies has other ends,
+        the bounds of all bodies of the kind are left to be computed, each when it is needed.
+        """
+        for kind, numbers in enumerate(self.members):
+            index = self.shifts.index[:, numbers]
+            if len(numbers) < _FEWEST_BOUNDS or not self.motion(kind).is_identity or not self.is_rigid(kind):
+                continue
+            ends, known = np.empty((len(numbers), 2, 3)), {}
+            for axis in range(3):
+                _, first, which = np.unique(index[axis], return_index=True, return_inverse=True)
+                known.update({k: np.array(shapes[numbers[k]].bounds) for k in first.tolist() if k not in known})
+                ends[:, :, axis] = np.array([known[k][:, axis] for k in first.tolist()])[which]
+            if all(np.array_equal(ends[k], own) for k, own in known.items()):
+                for number, (low, high) in zip(numbers.tolist(), ends, strict=True):
+                    vars(shapes[number])["_bounds"] = low, high
 
     def _body(self, number: int) -> Body:
         body = object.__new__(_LazyBody)

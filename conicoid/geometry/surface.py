@@ -7,6 +7,7 @@ for equal surfaces, whatever their anchor, sign and scale.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any, TypeAlias
@@ -124,16 +125,26 @@ class QuadricSurface:
         anchor = ex.exact_row(self.anchor)
         # y = W x + shift
         shift = tuple(-ex.dot(row, anchor) for row in w)
+        # Most rows are along the axes: products of zeros would take most of the time
         second = [
-            [s[k] * w[k][i] * w[k][j] for k in range(3)] for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
+            [t for k in range(3) for t in _product(s[k], w[k][i], w[k][j])]
+            for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
         ]
-        first = [[t for k in range(3) for t in (s[k] * shift[k] * w[k][i], b[k] * w[k][i])] for i in range(3)]
-        constant = [t for k in range(3) for t in (s[k] * shift[k] * shift[k], 2 * b[k] * shift[k])]
+        first = [
+            [t for k in range(3) for t in (*_product(s[k], shift[k], w[k][i]), *_product(b[k], w[k][i]))]
+            for i in range(3)
+        ]
+        constant = [t for k in range(3) for t in (*_product(s[k], shift[k], shift[k]), *_product(2 * b[k], shift[k]))]
         return [*second, *first, [*constant, -ex.exact(self.constant)]]
 
     def key(self) -> tuple[Key, int]:
         """Return (a key of the quadric, +1 or -1 for the sense of its inside)."""
         return _normalize_key("quadric", self.coefficients())
+
+
+def _product(*factors: ex.BigFloat) -> list[ex.BigFloat]:
+    """Return a list of the product; an empty one where a factor is exactly zero."""
+    return [] if any(map(ex.is_nothing, factors)) else [math.prod(factors[1:], start=factors[0])]
 
 
 Surface: TypeAlias = PlaneSurface | QuadricSurface

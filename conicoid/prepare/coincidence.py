@@ -656,7 +656,13 @@ def concatenate(parts: Sequence[npt.NDArray[Any]]) -> npt.NDArray[Any]:
 
 def _row_hashes(table: Floats | QuadricTable) -> npt.NDArray[np.uint64]:
     """Hash each row to uint64; equal rows, zeros of both signs alike, have equal hashes."""
-    mixed = np.zeros(len(table), np.uint64)
+    if isinstance(table, QuadricTable):  # copies share forms, which are hashed once
+        return _mix_rows(_row_hashes(table.forms)[table.form_of], table.rows[:, :3])
+    return _mix_rows(np.zeros(len(table), np.uint64), table)
+
+
+def _mix_rows(mixed: npt.NDArray[np.uint64], table: Floats) -> npt.NDArray[np.uint64]:
+    """Mix each row of a table into its hash, in place."""
     for begin in range(0, len(table), _CHUNK):
         words = (table[begin : begin + _CHUNK] + 0.0).view(np.uint64)
         part = mixed[begin : begin + _CHUNK]

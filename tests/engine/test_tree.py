@@ -8,6 +8,9 @@ import numpy as np
 import pytest
 
 import conicoid as co
+from benchmarks.comparison.scenes import core_xml
+from conicoid.geometry.instances import InstanceList
+from conicoid.io.openmc.universe_block import BlockBodies
 from conicoid.kernels import threads
 
 from .nodes import Nodes
@@ -235,3 +238,35 @@ def test_bodies_of_many_leaves_have_trees_of_their_own():
     assert np.array_equal(
         found, co.Scene([co.Spheres(centers, radii)]).first_hit(origins[outside], directions[outside]).t
     )
+
+
+def edits_of_a_core(path):
+    """A core of 16 assemblies as it is, and with bodies moved, removed, and added between others."""
+    core = co.load_openmc(path)
+    yield core
+    count = len(core.bodies)
+    yield core.moved(count // 2, (0.01, 0.02, 0)).moved(0, (0, 0, 0.5)).without([count // 3, count - 1])
+    yield core.added([co.Sphere(0.1, (0, 0, 200))], before=count // 2 + 9)
+    yield co.Scene(core.bodies[::-1])
+    yield co.Scene([core.bodies[k] for k in np.random.default_rng(0).permutation(count).tolist()])
+
+
+@pytest.mark.parametrize("turned", ["", "0 0 30"])
+def test_assemblies_share_the_order_of_their_tree(turned, tmp_path, monkeypatch):
+    path = tmp_path / "geometry.xml"
+    path.write_text(core_xml(4, pins=5, turned=turned))
+    scenes = list(edits_of_a_core(path))
+    assert [len(scene.bodies.blocks()) for scene in scenes] == [16, 16, 16, 16, 0]
+    assert [len({form for _, _, form in scene.bodies.blocks()}) for scene in scenes[:4]] == [1, 4, 2, 16]
+    rng = np.random.default_rng(1)
+    origins, directions = rng.uniform(-15, 15, (2000, 3)), rng.normal(size=(2000, 3))
+    found = []
+    for scene in scenes:
+        Nodes(scene).check()
+        found.append(scene.first_hit(origins, directions))
+    monkeypatch.setattr(InstanceList, "blocks", lambda bodies: [])
+    monkeypatch.setattr(BlockBodies, "blocks", lambda bodies: [])
+    for scene, hits in zip(edits_of_a_core(path), found, strict=True):
+        expected = scene.first_hit(origins, directions)
+        assert np.array_equal(hits.t, expected.t)
+        assert np.array_equal(hits.body, expected.body)

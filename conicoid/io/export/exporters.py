@@ -20,6 +20,7 @@ from ..._util.arrays import BoxEnds
 from ..._util.files import MAX_LISTED_PROBLEMS, printable, write_text
 from ..._util.text import format_count
 from ..._util.validation import check_callback, check_flag
+from ...geometry.instances import InstanceList
 from ...geometry.labels import count_bodies, is_clear, single_body
 from ...geometry.shape import Solid
 from ...materials.color import amount_rgb, linear_rgb, srgb_encode
@@ -191,6 +192,8 @@ def collect_solids(scene: WritableScene, report: ExportReport) -> list[ExportBod
             if body.shape.is_sheet:
                 raise ExportUnsupported(f"{type(body.shape).__name__} is a sheet, and such files have solids only")
             found.append(ExportBody(name, body.shape, body.material))
+    if isinstance(scene.bodies, InstanceList) and len(found) == len(scene.bodies):
+        scene.bodies.put_bounds([item.solid for item in found])
     _report_ignored(scene, report)
     return found
 

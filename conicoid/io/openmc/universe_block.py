@@ -22,7 +22,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..._util.arrays import matmul_rows
-from ...geometry.instances import InstanceList, Ints, Shift, ShiftTable
+from ...geometry.instances import InstanceBlock, InstanceList, Ints, Shift, ShiftTable
 from ...geometry.shape import Solid
 from ...geometry.transform import IDENTITY_MOTION, Motion
 from ...materials.material import Material
@@ -437,6 +437,10 @@ RIGID_TOLERANCE = Fraction(1, 1 << 30)
 """Least thickness that rounding cannot turn inside out, as a share of the distance from the origin."""
 
 
+_BLOCK = 64, 1 << 13
+"""Least and most bodies of a block (`InstanceList.blocks`)."""
+
+
 class BlockBodies(InstanceList, Generic[P]):
     """The bodies of a block as a lazy list: each is built on demand from fractions, every number rounded once."""
 
@@ -452,6 +456,21 @@ class BlockBodies(InstanceList, Generic[P]):
     def number(self, name: str) -> int | None:
         """Return the number of the body with a name, or None."""
         return self._whole.find(name)
+
+    def blocks(self) -> list[InstanceBlock]:
+        """Return the placed blocks of a size within `_BLOCK`, the largest ones (`InstanceList.blocks`)."""
+        found: list[InstanceBlock] = []
+        forms: dict[int, int] = {}
+        pending, first = list(reversed(self._whole.items)), 0
+        while pending:
+            item = pending.pop()
+            if isinstance(item, BlockPlacement) and item.count > _BLOCK[1]:
+                pending.extend(reversed(item.block.items))
+                continue
+            if isinstance(item, BlockPlacement) and item.count >= _BLOCK[0]:
+                found.append(InstanceBlock(first, item.count, forms.setdefault(id(item.block), len(forms))))
+            first += item.count
+        return found
 
     def outermost(self) -> Iterator[int]:
         """Yield for each piece its first body and the bodies with the largest shifts along the axes.

@@ -9,6 +9,7 @@ visiting it and testing its entries; visiting a node costs one.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -16,6 +17,7 @@ import numpy as np
 
 from ..._jit.decorators import helper, inline, kernel, record_shapes
 from ..._util.arrays import row_lengths
+from ...geometry.instances import InstanceBlock
 from ...kernels.bvh.culling_constants import BESIDE, WALL
 from ...kernels.tables import Floats, Ints, Longs, Signs
 from ...kernels.threads import KernelRange, run_calls, run_chunks
@@ -442,3 +444,89 @@ def build_tree(records: Floats, limits: Floats, most: int) -> BoxTree:
     children, sources = children[:used].copy(), sources[:used]
     first, last = (np.where(sources < 0, np.int32(0), each[sources]) for each in (branches.first, branches.last))
     return BoxTree(records, children, first, last, limits, levels)
+
+
+# Trees over blocks of instances: the tree over the first block of a form serves all
+#
+# Only the order of items and the children of nodes are copied. Boxes of nodes are those of what is in them, so the tree
+# is right however the items of a block lie. A tree over the blocks is above.
+
+
+@dataclass(frozen=True)
+class BlockTree:
+    """The tree of `build_block_tree`, with the methods of a `BoxTree`."""
+
+    boxes: Floats
+    costs: Floats
+    upper: BoxTree
+    blocks: list[tuple[int, int, BoxTree]]  # first item in the order, first node, and tree of each block
+    order: Ints
+    children: Ints
+    levels: int
+
+    def put_boxes(self, floats: Floats, at: int) -> None:
+        """`BoxTree.put_boxes`"""
+        self.upper.put_boxes(floats, at)
+        limits = self.upper.limits
+
+        def put(begin: int, end: int) -> None:
+            for start, node, tree in self.blocks[begin:end]:
+                records = np.empty_like(tree.records)
+                rows = self.order[start : start + len(records) // SIZE]
+                _load(self.boxes, rows, 0, len(rows), 0, self.costs, limits, records)
+                box_nodes(records, tree.first, tree.last, limits, 0, len(tree.first), floats, at + 6 * WIDTH * node)
+
+        run_chunks(put, len(self.blocks), 16)
+
+    def items(self) -> Ints:
+        """`BoxTree.items`"""
+        return self.order
+
+
+def build_block_tree(
+    boxes: Floats, costs: Floats, limits: Floats, most: int, blocks: Sequence[InstanceBlock], alone: Longs
+) -> BlockTree:
+    """Build a tree over items with boxes (n, 6), as `build_tree` does, without sorting those of each block.
+
+    There is a block. `alone` are the numbers of items in no block.
+    """
+    lower: dict[int, BoxTree] = {}
+    for first, size, form in blocks:
+        if form not in lower:
+            own = slice(first, first + size)
+            lower[form] = build_tree(box_records(boxes[own], _EVERY, 0, costs[own], limits), limits, most)
+    trees, number = list(lower.values()), {form: k for k, form in enumerate(lower)}
+    # The last form is that of items in no block
+    counts = np.array([*(len(tree.children) for tree in trees), 0])
+    single = np.ones(len(alone), np.int64)
+    begins = np.append(np.array([block.first for block in blocks]), alone)
+    sizes = np.append(np.array([block.size for block in blocks]), single)
+    forms = np.append(np.array([number[block.form] for block in blocks]), len(trees) * single)
+    spans = [boxes[first : first + size] for first, size, _ in blocks]
+    around = np.concatenate([
+        np.array([[*span[:, :3].min(axis=0), *span[:, 3:].max(axis=0)] for span in spans]), boxes[alone],
+    ])  # fmt: skip
+    upper = build_tree(box_records(around, _EVERY, 0, np.zeros(0), limits), limits, 1)
+    which = upper.items()
+    begins, sizes, forms = begins[which], sizes[which], forms[which]
+    starts, firsts = np.cumsum(sizes) - sizes, np.cumsum(counts[forms]) - counts[forms] + len(upper.children)
+    children = np.empty((len(upper.children) + int(counts[forms].sum()), WIDTH), np.int32)
+    # A leaf of the upper tree is one block or one item; for a block stands its first node
+    place = np.maximum(-upper.children - 1, 0) >> 4
+    leaf = np.where(counts[forms][place] > 0, firsts[place], -((starts[place] << 4) | 1) - 1)
+    children[: len(upper.children)] = np.where(upper.children < 0, leaf, upper.children)
+    order = np.repeat(begins - starts, sizes).astype(np.int32) + np.arange(sizes.sum(), dtype=np.int32)
+    placed: list[tuple[int, int, BoxTree]] = []
+    for form, tree in enumerate(trees):
+        places = np.flatnonzero(forms == form)
+        start, node = starts[places][:, None], firsts[places][:, None]
+        codes, items = tree.children.ravel(), tree.items()
+        moved = np.where(codes < 0, codes - (start << 4), np.where(codes > 0, codes + node, 0))
+        children[node + np.arange(len(tree.children))] = moved.reshape(len(places), -1, WIDTH)
+        order[start + np.arange(len(items))] = begins[places][:, None] + items
+        placed += [(int(a), int(b), tree) for a, b in zip(starts[places], firsts[places], strict=True)]
+    levels = upper.levels + max(tree.levels for tree in trees)
+    return BlockTree(boxes, costs, upper, placed, order, children, levels)
+
+
+_EVERY = np.zeros(0, np.int32)

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from array import array
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from ..._util.arrays import row_lengths
+from ...geometry.instances import InstanceBlock
 from ...kernels.bvh.walk import FEW, ROWS
 from ...kernels.programs import leaves_of_programs
 from ...kernels.tables import (
@@ -33,7 +34,19 @@ from ..coincidence import concatenate
 from ..error_limits import compute_limits, limit_shapes
 from ..lowering import LazyBounds, LoweredScene
 from ..mmap_arrays import concatenate_mapped, trim_heap
-from .builder import ENDLESS, WIDTH, BoxSurvey, BoxTree, box_records, build_tree, finite_limits, leaf_code, survey_boxes
+from .builder import (
+    ENDLESS,
+    WIDTH,
+    BlockTree,
+    BoxSurvey,
+    BoxTree,
+    box_records,
+    build_block_tree,
+    build_tree,
+    finite_limits,
+    leaf_code,
+    survey_boxes,
+)
 from .leaf_items import put_items
 
 MOST = 8  # entries in a leaf of a tree
@@ -46,7 +59,7 @@ class Forest:
 
     def __init__(self, nodes: int = 0, places: int = 0) -> None:
         """Start a forest that is appended to `nodes` nodes and `places` places of other trees."""
-        self.trees: list[BoxTree] = []
+        self.trees: list[BoxTree | BlockTree] = []
         self.children: list[Ints] = [np.zeros((0, WIDTH), np.int32)]
         self.order: list[Ints] = [_NONE]
         self.roots = array("i")
@@ -58,17 +71,28 @@ class Forest:
         self.depth = 1
         self.levels = 0
 
-    def add(self, boxes: Floats, first_item: int, costs: Floats | None = None) -> BoxSurvey:
+    def add(
+        self, boxes: Floats, first_item: int, costs: Floats | None = None, blocks: Sequence[InstanceBlock] = ()
+    ) -> BoxSurvey:
         """Add a tree over items first_item, ... with boxes (n, 6), and `costs` (n,) of testing each.
 
         Empty boxes are left out. Boxes that are unbounded along the same axes have a tree of their own; items that are
-        unbounded along all axes become roots. The boxes are released before the tree is built.
+        unbounded along all axes become roots. The boxes are released before the tree is built, but for `blocks`, whose
+        trees are alike (`InstanceList.blocks`); these need costs, and the first item is 0.
         """
         boxes = np.ascontiguousarray(boxes)
         found = survey_boxes(boxes)
         limits = finite_limits(found.ends)
-        records = []
+        records: list[Floats] = []
+        usual = int(found.counts[:ENDLESS].argmax())
+        blocks = [each for each in blocks if (found.patterns[each.first : each.first + each.size] == usual).all()]
         for pattern in np.flatnonzero(found.counts[:ENDLESS]).tolist():
+            if blocks and costs is not None and pattern == usual:
+                alone = found.patterns == usual
+                for each in blocks:
+                    alone[each.first : each.first + each.size] = False
+                self._append(build_block_tree(boxes, costs, limits, MOST, blocks, np.flatnonzero(alone)))
+                continue
             every = found.counts[pattern] == len(boxes)
             rows = _NONE if every else np.flatnonzero(found.patterns == pattern).astype(np.int32)
             records.append(box_records(boxes, rows, first_item, np.zeros(0) if costs is None else costs, limits))
@@ -78,7 +102,7 @@ class Forest:
         self.add_beside(np.flatnonzero(found.patterns == ENDLESS).astype(np.int32) + np.int32(first_item))
         return found
 
-    def _append(self, tree: BoxTree) -> None:
+    def _append(self, tree: BoxTree | BlockTree) -> None:
         """Append a tree, whose numbers begin at 0."""
         items, inner, leaf = tree.items(), tree.children > 0, tree.children < 0
         tree.children[inner] += self.node_count
@@ -231,7 +255,8 @@ def build_scene_trees(
     forest = program_trees(tables, lowered.layout is not None)
     trim_heap(count)
     depth = forest.depth
-    survey = forest.add(_take_boxes(lowered), 0, COSTS[tables.entry_kind])
+    blocks = _blocks(lowered)
+    survey = forest.add(lowered.boxes if blocks else _take_boxes(lowered), 0, COSTS[tables.entry_kind], blocks)
     levels = forest.levels
     forest.end_tree()
     trim_heap(count)
@@ -252,6 +277,13 @@ def build_scene_trees(
         lowered.bounds.release()
     trim_heap(count)
     return geometry, woods
+
+
+def _blocks(lowered: LoweredScene) -> Sequence[InstanceBlock]:
+    """Return the blocks of a scene with instances; none where they hold few of its bodies, or most differ."""
+    blocks = lowered.bounds.bodies.blocks() if isinstance(lowered.bounds, LazyBounds) else ()
+    inside, forms = sum(block.size for block in blocks), {block.form for block in blocks}
+    return blocks if 2 * inside > lowered.body_count and 2 * len(forms) <= len(blocks) else ()
 
 
 def _take_boxes(lowered: LoweredScene) -> Floats:

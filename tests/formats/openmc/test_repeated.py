@@ -12,6 +12,7 @@ import conicoid as co
 from benchmarks.comparison.scenes import core_xml
 from conicoid.geometry.body import Body
 from conicoid.geometry.instances import InstanceList
+from conicoid.geometry.transform import IDENTITY_MOTION
 from conicoid.kernels.body import uv as maps_file
 from conicoid.kernels.faces import rows_of_cells
 from conicoid.kernels.programs import rows_of_programs
@@ -210,6 +211,19 @@ def test_boxes_are_made_again_as_they_were(scene: co.Scene) -> None:
     scene.prepare()
     assert "boxes" not in vars(scene._prepared.lowered.bounds)
     assert scene._prepared.lowered.boxes.tobytes() == expected
+
+
+def test_bounds_of_all_are_those_of_each(path: Path, scene: co.Scene) -> None:
+    """Bounds of copies are gathered from few of them; `bounds_under` computes those of one shape."""
+    bodies = scene.bodies
+    assert isinstance(bodies, InstanceList)
+    shapes = [bodies.shape_at(kind, bodies.shifts.of(number)) for number, kind in enumerate(bodies.kinds.tolist())]
+    bodies.put_bounds(shapes)
+    gathered = [shape for shape in shapes if "_bounds" in vars(shape)]
+    assert gathered or named(path) != "core"
+    for shape in gathered[::7]:
+        for ends, own in zip(shape.bounds, shape.bounds_under(IDENTITY_MOTION), strict=True):
+            assert np.allclose(ends, own, rtol=1e-14, atol=1e-14)
 
 
 def test_what_places_have_in_common_is_there_once(path: Path, scene: co.Scene, both: Both) -> None:
