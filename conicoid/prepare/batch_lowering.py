@@ -2,8 +2,8 @@
 
 Shapes are alike if their types and the structure of their fields agree (as many numbers, or none), whatever their
 motions. Each kind has a few recordings, because comparisons of numbers turn out one way or the other. What they cannot
-decide is left to `lower_shape`: numbers that 253 bits leave open, kinds that inspect their numbers in untraceable ways,
-and kinds with too few shapes.
+decide is left to `lower_shape`: numbers that four floats leave open, kinds that inspect their numbers in untraceable
+ways, and kinds with too few shapes.
 
 A Boolean body passes through these files, in this order:
 
@@ -45,7 +45,7 @@ from .motion_batch import MotionBatch, MotionChains, count_translations, input_m
 from .pattern import FRAME_NUMBERS, BodyPattern, RowTable
 from .pytree import flatten, flatten_all, positions_by_key, unflatten
 from .tape import recording_cache
-from .tape.program import NO_INPUTS, WideInputs
+from .tape.program import NO_INPUTS
 
 if TYPE_CHECKING:
     from ..geometry.polyhedron import Polyhedron
@@ -147,7 +147,7 @@ class _BatchInputs:
     like: ShapeBatch
     chosen: Longs
     numbers: Floats
-    motions_given: WideInputs
+    motions_given: Floats
     motions: Ints
 
 
@@ -269,7 +269,7 @@ class PrimitiveBatch:
             results.append((_polyhedron_form(len(faces)), np.array([faces.place], np.int32), found_faces))
         return results, left
 
-    def _lower_faces(self, key: Hashable, of: _FaceArray, given: WideInputs, similar: Signs) -> RowTable:
+    def _lower_faces(self, key: Hashable, of: _FaceArray, given: Floats, similar: Signs) -> RowTable:
         """Return the row of a polyhedron, from the rows of its faces: each computed apart if it is of a rare kind."""
         numbers, motions, _ = of.columns()
         faces = np.empty((len(of), _FACE_NUMBERS))
