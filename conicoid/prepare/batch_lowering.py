@@ -2,8 +2,8 @@
 
 Shapes are alike if their types and the structure of their fields agree (as many numbers, or none), whatever their
 motions. Each kind has a few recordings, because comparisons of numbers turn out one way or the other. What they cannot
-decide is left to `lower_shape`: numbers that 253 bits leave open, kinds that inspect their numbers in untraceable ways,
-and kinds with too few shapes.
+decide is left to `lower_shape`: numbers that four floats leave open, kinds that inspect their numbers in untraceable
+ways, and kinds with too few shapes.
 
 A Boolean body passes through these files, in this order:
 
@@ -46,7 +46,7 @@ from .pattern import FRAME_NUMBERS, BodyPattern, RowTable
 from .polyhedron_extent import learn_bounds, polyhedron_boxes
 from .pytree import flatten, flatten_all, positions_by_key, unflatten
 from .tape import recording_cache
-from .tape.program import NO_INPUTS, WideInputs
+from .tape.program import NO_INPUTS
 
 if TYPE_CHECKING:
     from ..geometry.polyhedron import Polyhedron
@@ -164,7 +164,7 @@ class _BatchInputs:
     like: ShapeBatch
     chosen: Longs
     numbers: Floats
-    motions_given: WideInputs
+    motions_given: Floats
     motions: Ints
 
 
@@ -305,7 +305,7 @@ class PrimitiveBatch:
             left += zip(polyhedra.shapes, polyhedra.steps, of_places, strict=True)
         return results, left
 
-    def _lower_polyhedra(self, key: Hashable, of: _Polyhedra, given: WideInputs, similar: Signs) -> PrimitiveRows:
+    def _lower_polyhedra(self, key: Hashable, of: _Polyhedra, given: Floats, similar: Signs) -> PrimitiveRows:
         """Return the rows of polyhedra, from the rows of their faces: each computed apart if it is of a rare kind."""
         numbers, motions, places = of.columns()
         faces = np.empty((len(of), _FACE_NUMBERS))
@@ -321,7 +321,7 @@ class PrimitiveBatch:
         forward, translations = None, count_translations(of.steps[0])
         if translations < 0:
             frames = self.frames[own]
-            forward = given.fours[own, :FRAME_NUMBERS].reshape(count, -1)
+            forward = given[own, :FRAME_NUMBERS].reshape(count, -1)
         elif translations == 1:
             frames[:, 3::4] = -numbers[:: of.faces, -3:]
         for row in range(count) if translations > 1 else np.flatnonzero(np.isnan(frames[:, 0])).tolist():
@@ -331,8 +331,8 @@ class PrimitiveBatch:
             polyhedron_boxes(of.shapes, of.steps, of.planes, forward), frames,
         ]  # fmt: skip
         form = _polyhedron_form(of.faces)
-        rows = np.concatenate(parts, axis=1)
-        return form, places, RowTable.of(rows, np.arange(rows.shape[1], dtype=np.int32))
+        table = np.concatenate(parts, axis=1)
+        return form, places, RowTable.of(table, np.arange(table.shape[1], dtype=np.int32))
 
     def _lower_kind(
         self, key: Hashable, similar: bool | None, of: _BatchInputs

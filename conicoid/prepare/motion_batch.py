@@ -21,10 +21,8 @@ from .assembly import round_numbers, round_surface, rounding_rests
 from .pattern import FRAME_NUMBERS
 from .pytree import flatten, flatten_all, positions_by_key, unflatten
 from .tape import recording_cache
-from .tape.bigfloat_kernel import WIDTH
-from .tape.interpreter import STATE_VALID
-from .tape.program import NO_INPUTS, TapeProgram, WideInputs, bigfloat_row, quads_from_bigfloats
-from .tape.simd_registers import COLUMNS
+from .tape.program import NO_INPUTS, quad_row
+from .tape.registers import COLUMNS
 
 _TRANSLATE = {Translate}
 _NUMBERS = 25
@@ -70,7 +68,7 @@ class MotionChains:
 
 
 class MotionBatch:
-    """The motions of many shapes, each once: products, inverses and factors in numbers of 253 bits and more."""
+    """The motions of many shapes, each once: products, inverses and factors in numbers of four floats."""
 
     def __init__(self) -> None:
         self._steps: list[tuple[Step, ...]] = []
@@ -145,13 +143,13 @@ class MotionBatch:
             self._steps += known.steps[-len(new) :]
         return list(map(known.rows.__getitem__, keys))
 
-    def compute(self) -> tuple[WideInputs, Signs, Floats]:
+    def compute(self) -> tuple[Floats, Signs, Floats]:
         """Compute all motions.
 
         Returns
         -------
-        WideInputs
-            (motions, 25) the numbers of each motion.
+        Floats
+            (motions, 25, 5) the numbers of each motion, as four floats and an error.
         Signs
             (motions,) 1 for similarities, 0 for other motions, -1 where it is not known.
         Floats
@@ -159,7 +157,7 @@ class MotionBatch:
         """
         count = len(self._steps)
         table, kinds = np.zeros((count, _NUMBERS, COLUMNS)), np.full(count, -1, np.int8)
-        back, few, digits = np.full((count, FRAME_NUMBERS), np.nan), np.zeros(count, bool), _MotionDigits(self._steps)
+        back, few = np.full((count, FRAME_NUMBERS), np.nan), np.zeros(count, bool)
         for form, motions in self._forms.items():
             rows, numbers = (
                 np.fromiter(motions.rows.values(), np.int64, len(motions.rows)),
@@ -176,7 +174,6 @@ class MotionBatch:
                 at = rows[which]
                 table[at, : _NUMBERS - 1 + similar] = played.fours
                 back[at], kinds[at] = played.floats, similar
-                digits.add_recording(at, played.recording, numbers[which])
             # Few undecided motions are computed exactly below, however rarely used; of many, only those of many shapes.
             if len(left) < recording_cache.FEWEST:  # fewer than a recording is worth
                 few[rows[left]] = True
@@ -185,44 +182,8 @@ class MotionBatch:
             uses += each * np.bincount(found, minlength=count)
         for row in np.flatnonzero((kinds < 0) & (few | (uses >= recording_cache.FEWEST))).tolist():
             # Exact arithmetic, for one shape or many
-            kinds[row], wides, back[row] = _exact_motion_rows(Motion(self._steps[row]))
-            table[row] = quads_from_bigfloats(wides)
-            digits.exact_rows[row] = wides
-        return WideInputs(table, digits), kinds, back
-
-
-class _MotionDigits:
-    """The numbers of motions to all digits, computed for those that are needed."""
-
-    def __init__(self, steps: Sequence[tuple[Step, ...]]) -> None:
-        self.exact_rows: dict[int, Longs] = {}
-        self._steps, self._sources = steps, list[tuple[TapeProgram, Floats]]()
-        self._source, self._place = np.full(len(steps), -1, np.int32), np.zeros(len(steps), np.int32)
-
-    def add_recording(self, rows: Longs, recording: TapeProgram, inputs: Floats) -> None:
-        """Note that a recording gives these motions for these inputs."""
-        self._source[rows], self._place[rows] = len(self._sources), np.arange(len(rows))
-        self._sources.append((recording, inputs))
-
-    def __call__(self, rows: Ints) -> Longs:
-        """Return the numbers of some motions, (rows, 25, WIDTH).
-
-        Four floats may decide what 253 bits leave open, because their sums have gaps: such a motion is computed
-        exactly.
-        """
-        found = np.zeros((len(rows), _NUMBERS, WIDTH), np.int64)
-        for number, (recording, inputs) in enumerate(self._sources):
-            mine = np.flatnonzero(self._source[rows] == number)
-            if len(mine):
-                inputs, none = inputs[self._place[rows[mine]]], np.zeros(len(mine), np.int32)
-                _, wides, state = recording.in_digits(inputs, NO_INPUTS.digits(none[:1]), none)
-                found[mine, : wides.shape[1]] = wides
-                for row in rows[mine[state != STATE_VALID]].tolist():
-                    self.exact_rows[row] = _exact_motion_rows(Motion(self._steps[row]))[1]
-        for place, row in enumerate(rows.tolist()):
-            if row in self.exact_rows:
-                found[place] = self.exact_rows[row]
-        return found
+            kinds[row], table[row], back[row] = _exact_motion_rows(Motion(self._steps[row]))
+        return table, kinds, back
 
 
 def count_translations(steps: tuple[Step, ...]) -> int:
@@ -245,14 +206,14 @@ def _record_motion(steps: tuple[Step, ...], tape: Tape) -> bool:
     return factor is not None
 
 
-def _exact_motion_rows(motion: Motion) -> tuple[bool, Longs, Any]:
+def _exact_motion_rows(motion: Motion) -> tuple[bool, Floats, Any]:
     """Return a row of each of the three results of `MotionBatch.compute`, by arithmetic of 3,000 bits."""
-    wides = np.zeros((_NUMBERS, WIDTH), np.int64)
+    fours = np.zeros((_NUMBERS, COLUMNS))
     numbers = [x for linear, shift in (motion.affine, motion.inverse) for line in (*linear, shift) for x in line]
     factor = motion.similarity
     for row, number in enumerate([*numbers, *(() if factor is None else (factor,))]):
-        wides[row] = bigfloat_row(ex.exact(number))
-    return factor is not None, wides, np.array(motion.inverse_rows).ravel()
+        fours[row] = quad_row(ex.exact(number))
+    return factor is not None, fours, np.array(motion.inverse_rows).ravel()
 
 
 def input_motion(tape: Tape, similar: bool, motion: Motion) -> Motion:
@@ -282,7 +243,7 @@ class PointPlaneMover:
     """Carries points and planes with float coordinates, and caches the results for points."""
 
     def __init__(self) -> None:
-        self._motions: dict[Motion, tuple[WideInputs, Signs]] = {}
+        self._motions: dict[Motion, tuple[Floats, Signs]] = {}
         self._cache: dict[tuple[Motion, bytes], Floats] = {}
 
     def points(self, motion: Motion, points: Floats) -> Floats:
@@ -319,7 +280,7 @@ class PointPlaneMover:
             found[row] = numbers
         return found
 
-    def _motion_numbers(self, motion: Motion) -> tuple[WideInputs, Signs]:
+    def _motion_numbers(self, motion: Motion) -> tuple[Floats, Signs]:
         """Return the numbers of a motion, and (1,) 1 if it is a similarity."""
         if motion not in self._motions:
             motions = MotionBatch()

@@ -42,7 +42,7 @@ OF_ANY_LENGTH = {
     "boxes": "of entries: looked up by `tree_order`, made with them",
     **dict.fromkeys(
         ("code", "numbers", "constants", "series", "inputs", "wide_in", "wide_out"),
-        "of a tape: what its code looks up in them is tested before it is played (`tapes.tape._fits`, `_is_number`)",
+        "of a tape: what its code looks up in them is tested before it is played (`tape.interpreter.fits`)",
     ),
     "quadrics": "what rounding took from quadrics: of those beyond its end, nothing",
     "textures": "rows of textures: looked up by materials and other textures, made with them",

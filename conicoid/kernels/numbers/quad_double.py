@@ -53,7 +53,11 @@ def _in_order(a: float, b: float, c: float, d: float, error: float) -> QuadDoubl
     a, b = two_sum(a, b)
     b, c = two_sum(b, c)
     c, d = two_sum(c, d)
-    # The bounds of products rely on floats in order of size. Cancellation may leave gaps that two passes do not close
+    # Where the largest cancelled, the first pass leaves zeros, and the second moves floats up that still overlap
+    a, b = two_sum(a, b)
+    b, c = two_sum(b, c)
+    c, d = two_sum(c, d)
+    # The bounds of products rely on floats in order of size
     error = choose(abs(b) <= abs(a) * 2.0**-50, error, UNKNOWN)
     return QuadDouble(a, b, c, d, choose(abs(c) <= abs(b) * 2.0**-50, error, UNKNOWN))
 
@@ -124,8 +128,9 @@ def times(x: QuadDouble, y: QuadDouble) -> QuadDouble:
     s, f = two_sum(s, f)
     l, m, n, o = x.a * y.d, x.b * y.c, x.c * y.b, x.d * y.a  # noqa: E741
     rest = (((h + i) + (j + k)) + ((t + u) + (e + f))) + (((l + o) + (m + n)) + g)
-    sizes = ((abs(h) + abs(i)) + (abs(j) + abs(k))) + ((abs(t) + abs(u)) + (abs(e) + abs(f)))
+    sizes = ((abs(h) + abs(i)) + (abs(j) + abs(k))) + ((abs(t) + abs(u)) + abs(e))
     sizes += ((abs(l) + abs(o)) + (abs(m) + abs(n))) + abs(g)
+    sizes = choose(sizes == 0.0, 0.0, sizes + abs(f))  # one term alone is added exactly
     b, c, d = abs(x.b), abs(x.c), abs(x.d)
     left_out = b * abs(y.d) + c * (abs(y.c) + abs(y.d)) + d * ((abs(y.b) + abs(y.c)) + abs(y.d))
     carried = abs(x.a) * y.error + (abs(y.a) + y.error) * x.error
@@ -140,9 +145,10 @@ def times(x: QuadDouble, y: QuadDouble) -> QuadDouble:
 def _rest(x: QuadDouble, y: QuadDouble) -> QuadDouble:
     """Return x - y for nearly equal x and y: the floats may be out of order, so the result must not be multiplied."""
     a, b, c, d, error = _plus(x, opposite(y))
-    c, d = two_sum(c, d)
-    b, c = two_sum(b, c)
-    a, b = two_sum(a, b)
+    for _ in range(2):  # what two floats that cancel uncover, the second pass brings to the first
+        c, d = two_sum(c, d)
+        b, c = two_sum(b, c)
+        a, b = two_sum(a, b)
     return QuadDouble(a, b, c, d, error)
 
 
@@ -177,7 +183,7 @@ def root(x: QuadDouble) -> QuadDouble:
     """Return the square root of a number that is certainly positive, or zero; else the error is infinite.
 
     To an approximation s, (x - s²) / (2 s) is added three times. With r = x - s² then, |sqrt(x) - s| is
-    |r| / (sqrt(x) + s) <= |r| / s.
+    |r| / (sqrt(x) + s) <= |r| / s. A root that two floats hold is found exactly: 1.5 x from 2.25 x², say.
     """
     # 1 in place of other numbers keeps NaN out of the lanes; the error of the result is infinite then
     first = math.sqrt(choose(x.a > 0.0, x.a, 1.0))
@@ -186,6 +192,9 @@ def root(x: QuadDouble) -> QuadDouble:
     s = _in_order(s.a, _rest(x, times(s, s)).a * half, 0.0, 0.0, 0.0)
     s = _in_order(s.a, s.b, _rest(x, times(s, s)).a * half, 0.0, s.error)
     s = _in_order(s.a, s.b, s.c, _rest(x, times(s, s)).a * half, s.error)
+    short = QuadDouble(s.a, s.b, 0.0, 0.0, 0.0)
+    more = choose(is_zero(_rest(x, times(short, short))), 0.0, 1.0)
+    s = QuadDouble(s.a, s.b, s.c * more, s.d * more, s.error)
     left = _size(_rest(x, times(s, s)))
     error = left / first * 1.0001 + choose(left == 0.0, 0.0, LEAST)
     error = choose(x.a * 0.9999 > x.error, error + s.error, UNKNOWN)

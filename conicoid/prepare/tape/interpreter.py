@@ -1,22 +1,45 @@
-"""Interpreter of tapes: straight lines of operations, evaluated for one body after the other.
+"""Interpreter of tapes: straight lines of operations, evaluated for many bodies side by side in numbers of four floats.
 
 `numerics.tracing` records a tape while a formula is evaluated for one body. An operation is a row of five integers: its
-code (see below), the register that it writes, and its operands. Wide registers hold numbers of `bigfloat_kernel`, plain
-ones floats. A tape is valid for a body where all of its tests turn out as in the recording, and where the numbers that
-it rounds are known well enough; else the body's state says so, and its outputs are meaningless.
+code (see below), the register that it writes, and its operands. Wide registers hold numbers of
+`kernels.numbers.quad_double`, plain ones floats. Results are certain: a test passes where the interval of its number
+leaves no doubt, and a number is rounded where both ends of its interval round alike. A tape is valid for a body where
+all of its tests turn out as in the recording, and where four floats decide all of them; else the body's state says so,
+and its outputs are meaningless.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from ..._jit.decorators import allocator, helper, kernel
+from ..._jit.decorators import allocator, choose, helper, kernel
 from ...kernels.numbers.double_double import exponent_of, next_float_up, power_of_two
 from ...kernels.tables import Floats, Ints, Longs, Signs
-from . import bigfloat_kernel
-from .bigfloat_functions import CONSTANTS, sine_cosine, square_root
-from .bigfloat_kernel import COUNT, SCRATCH, SIGN, WIDTH
-from .bigfloat_rounding import round_bigfloat
+from .registers import (
+    ALL,
+    COLUMNS,
+    CONSTANTS,
+    LANES,
+    OF_WIDE,
+    ROOM,
+    STATE_OTHER_BRANCH,
+    STATE_UNDECIDED,
+    STATE_VALID,
+    add_rows,
+    divide_rows,
+    fill_rows,
+    multiply_rows,
+    negate_rows,
+    plain,
+    root_rows,
+    round_rows,
+    sine_cosine_rows,
+    size_rows,
+    subtract_rows,
+    test_plain_rows,
+    test_rows,
+    widen_rows,
+)
 
 OPERATIONS = (
     "widen", "constant", "given", "add", "subtract", "multiply", "divide", "root", "negate", "size", "sine and cosine",
@@ -31,80 +54,100 @@ OPERATIONS = (
     SIGN_IS, PLAIN_SIGN_IS, TURN_IS, WRITE_WIDE,
 ) = range(33)  # fmt: skip
 
-STATE_VALID, STATE_OTHER_BRANCH, STATE_UNDECIDED = 0, 1, 2
-"""States of a body: the tape is valid; a test turned out otherwise; bounds were too wide."""
-_FREE = 12
-"""Wide registers behind those of a tape, for the operations' own use."""
+_FEW = 4
+"""Where only one in so many lanes is still working, its body waits until there are more."""
 
 
 @allocator
-def _registers(wides: int, plains: int) -> tuple[Longs, Floats, Longs]:
-    """Allocate wide and plain registers, and scratch memory."""
-    return np.zeros((wides + _FREE, WIDTH), np.int64), np.zeros(plains), np.zeros((3, SCRATCH), np.int64)
+def _rows(wides: int, plains: int) -> tuple[Floats, Floats, Floats, Longs, Longs]:
+    """Allocate wide and plain registers, states, the bodies in lanes, and the queue of bodies that wait for a lane."""
+    return (
+        np.zeros((wides + ROOM) * OF_WIDE), np.zeros((plains + 1) * LANES), np.zeros(LANES),
+        np.zeros(LANES, np.int64), np.zeros(2 * LANES, np.int64),
+    )  # fmt: skip
 
 
 @helper
-def _wide_step(step: tuple[int, int, int, int], w: Longs, t: Longs) -> bool:
-    """Run an operation between wide registers; return whether its result is known."""
+def _wide_step(step: tuple[int, int, int, int], w: Floats, state: Floats) -> None:
+    """Run an operation between wide registers."""
     which, d, a, b = step
     if which == ADD:
-        bigfloat_kernel.add(w, d, a, b, 1, t)
+        add_rows(w, d, a, b)
     elif which == SUBTRACT:
-        bigfloat_kernel.add(w, d, a, b, -1, t)
+        subtract_rows(w, d, a, b)
     elif which == MULTIPLY:
-        bigfloat_kernel.multiply(w, d, a, b, t)
+        multiply_rows(w, d, a, b)
     elif which == DIVIDE:
-        return bigfloat_kernel.divide(w, d, a, b, t)
+        divide_rows(w, d, a, b, state)
     elif which == ROOT:
-        return square_root(w, d, a, t)
+        root_rows(w, d, a, state)
+    elif which == NEGATE:
+        negate_rows(w, d, a)
     else:
-        bigfloat_kernel.copy(w, d, a)
-        w[d, SIGN] = -w[a, SIGN] if which == NEGATE else 1
-        return which == NEGATE or bigfloat_kernel.is_sure(w, a)
-    return True
+        size_rows(w, d, a, state)
 
 
 @helper
-def _plain_step(step: tuple[int, int, int, int], c: int, f: Floats) -> bool:
-    """Run an operation between plain registers; return whether its result is known."""
-    which, d, a, b = step
+def _sum_step(step: tuple[int, int, int, int], f: Floats, state: Floats) -> None:
+    """Run an arithmetic operation between plain registers."""
+    which, d, a, b = step[0], plain(step[1]), plain(step[2]), plain(step[3])
     if which == PLAIN_ADD:
-        f[d] = f[a] + f[b]
+        for i in range(ALL):
+            f[d + i] = f[a + i] + f[b + i]
     elif which == PLAIN_SUBTRACT:
-        f[d] = f[a] - f[b]
+        for i in range(ALL):
+            f[d + i] = f[a + i] - f[b + i]
     elif which == PLAIN_MULTIPLY:
-        f[d] = f[a] * f[b]
+        for i in range(ALL):
+            f[d + i] = f[a + i] * f[b + i]
     elif which == PLAIN_DIVIDE:
-        if f[b] == 0.0:
-            return False
-        f[d] = f[a] / f[b]
+        for i in range(ALL):
+            state[i] = choose(state[i] == STATE_VALID, choose(f[b + i] == 0.0, STATE_UNDECIDED, STATE_VALID), state[i])
+            f[d + i] = f[a + i] / f[b + i]
     elif which == PLAIN_ROOT:
-        if not f[a] >= 0.0:
-            return False
-        f[d] = np.sqrt(f[a])
+        for i in range(ALL):
+            state[i] = choose(state[i] == STATE_VALID, choose(f[a + i] >= 0.0, STATE_VALID, STATE_UNDECIDED), state[i])
+            f[d + i] = np.sqrt(f[a + i])
     elif which == PLAIN_NEGATE:
-        f[d] = -f[a]
-    elif which == PLAIN_SIZE:
-        f[d] = abs(f[a])
-    elif which == GREATER:
-        f[d] = f[b] if f[b] > f[a] else f[a]
+        for i in range(ALL):
+            f[d + i] = -f[a + i]
+    else:  # PLAIN_SIZE
+        for i in range(ALL):
+            f[d + i] = abs(f[a + i])
+
+
+@helper
+def _choice_step(step: tuple[int, int, int, int], c: int, f: Floats, state: Floats) -> None:
+    """Run any other operation between plain registers."""
+    which, d, a, b = step[0], plain(step[1]), plain(step[2]), plain(step[3])
+    if which == GREATER:
+        for i in range(ALL):
+            f[d + i] = choose(f[b + i] > f[a + i], f[b + i], f[a + i])
     elif which == ABOVE:
-        f[d] = next_float_up(f[a])
+        for i in range(ALL):
+            f[d + i] = next_float_up(f[a + i])
     elif which == ABOVE_IF:
-        f[d] = next_float_up(f[a]) if f[b] > 0.0 else f[a]
+        for i in range(ALL):
+            f[d + i] = choose(f[b + i] > 0.0, next_float_up(f[a + i]), f[a + i])
     elif which == COUNT_NONZERO:
-        f[d] = f[a] + (1.0 if f[b] != 0.0 else 0.0)
+        for i in range(ALL):
+            f[d + i] = f[a + i] + choose(f[b + i] != 0.0, 1.0, 0.0)
     elif which == SEVERAL:
-        f[d] = f[a] if f[c] >= 2.0 else f[b]
+        third = plain(c)
+        for i in range(ALL):
+            f[d + i] = choose(f[third + i] >= 2.0, f[a + i], f[b + i])
     elif which == LEADING:
-        f[d] = f[a] if f[a] != 0.0 else f[b]
+        for i in range(ALL):
+            f[d + i] = choose(f[a + i] != 0.0, f[a + i], f[b + i])
     elif which == UNIT_SIGN:
-        f[d] = -1.0 if f[a] < 0.0 else 1.0
-    else:  # POWER: 2^n that brings the number into [1/2, 1)
-        if not 2.0**-1000 < abs(f[a]) < 2.0**1000:
-            return False
-        f[d] = power_of_two(-1 - exponent_of(f[a]))
-    return True
+        for i in range(ALL):
+            f[d + i] = choose(f[a + i] < 0.0, -1.0, 1.0)
+    else:  # POWER
+        for i in range(ALL):
+            size = abs(f[a + i])
+            known = choose(size > 2.0**-1000, choose(size < 2.0**1000, STATE_VALID, STATE_UNDECIDED), STATE_UNDECIDED)
+            state[i] = choose(state[i] == STATE_VALID, known, state[i])
+            f[d + i] = power_of_two(-1 - exponent_of(choose(known == STATE_VALID, size, 1.0)))
 
 
 @helper
@@ -120,64 +163,102 @@ def multiple_of_30_degrees(angle: float) -> int:
 
 
 @helper
-def _sign(x: float) -> int:
-    """Return the bit of a sign in tests: 1 for negative, 2 for zero, 4 for positive, 8 for NaN."""
-    if x > 0.0:
-        return 4
-    return 1 if x < 0.0 else 2 if x == 0.0 else 8
+def _test_turns(f: Floats, a: int, expected: int, state: Floats) -> None:
+    """Update the states of bodies whose angle is not the expected multiple of 30 degrees."""
+    a = plain(a)
+    for i in range(ALL):
+        if state[i] == STATE_VALID and multiple_of_30_degrees(f[a + i]) != expected:
+            state[i] = STATE_OTHER_BRANCH
 
 
 @helper
-def _run_body(
-    code: Ints, numbers: Floats, constants: Longs, series: Longs, written: Ints, registers: tuple[Longs, Floats, Longs],
-    inputs: Floats, wide_in: Longs, out: Floats, wide_out: Longs, i: int, row: int,
-) -> int:  # fmt: skip
-    """Run the tape for body i, whose wide inputs stand in a row; return its state."""
-    w, f, t = registers
-    free = len(w) - _FREE
+def _fill_register(
+    step: tuple[int, int, int], registers: tuple[Floats, Floats], numbers: Floats, constants: Floats, inputs: Floats,
+    wide_in: Floats, lanes: Longs, rows: Ints,
+) -> None:  # fmt: skip
+    """Fill a register with inputs: numbers of the tape, or of the bodies in the lanes."""
+    which, register, column = step
+    w, f = registers
+    if which == INPUT:
+        d = plain(register)
+        for i in range(LANES):
+            f[d + np.uint64(i)] = inputs[lanes[i], column]
+    elif which == NUMBER:
+        d = plain(register)
+        for i in range(ALL):
+            f[d + i] = numbers[column]
+    elif which == CONSTANT:
+        fill_rows(w, register, constants, column)
+    else:  # GIVEN
+        for i in range(LANES):
+            row = rows[lanes[i]]
+            for k in range(COLUMNS):
+                w[register * OF_WIDE + k * LANES + i] = wide_in[row, column, k]
+
+
+@helper
+def _count_working(state: Floats, count: int) -> int:
+    """Count the working bodies in the first lanes."""
+    left = 0
+    for i in range(count):
+        left += 1 if state[i] == STATE_VALID else 0
+    return left
+
+
+@helper
+def _write_wide(out: Floats, column: int, w: Floats, register: int, lanes: Longs, count: int) -> None:
+    """Write a wide output of the bodies in the first lanes."""
+    for i in range(count):
+        for k in range(COLUMNS):
+            out[lanes[i], column, k] = w[register * OF_WIDE + k * LANES + i]
+
+
+@helper
+def _run_lanes(
+    code: Ints, tables: tuple[Floats, Floats, Floats], written: Ints, registers: tuple[Floats, Floats, Floats],
+    inputs: Floats, wide_in: Floats, rows: Ints, out: Floats, wide_out: Floats, lanes: Longs, count: int,
+) -> bool:  # fmt: skip
+    """Play for the bodies in the first lanes; return False, without output, where few still work and should wait."""
+    w, f, state = registers
+    numbers, constants, series = tables
+    free = len(w) // OF_WIDE - ROOM
+    for i in range(ALL):
+        state[i] = STATE_VALID
     for k in range(len(code)):
         which, d, a, b, c = code[k, 0], code[k, 1], code[k, 2], code[k, 3], code[k, 4]
-        known = True
         if ADD <= which <= SIZE:
-            known = _wide_step((which, d, a, b), w, t)
-        elif PLAIN_ADD <= which <= UNIT_SIGN:
-            known = _plain_step((which, d, a, b), c, f)
-        elif which == INPUT:
-            f[d] = inputs[i, a]
-        elif which == NUMBER:
-            f[d] = numbers[a]
+            _wide_step((which, d, a, b), w, state)
+        elif PLAIN_ADD <= which <= PLAIN_SIZE:
+            _sum_step((which, d, a, b), f, state)
+        elif GREATER <= which <= UNIT_SIGN:
+            _choice_step((which, d, a, b), c, f, state)
         elif which == WIDEN:
-            known = abs(f[a]) < np.inf
-            if known:
-                bigfloat_kernel.set_float(w, d, f[a], 0)
-        elif which == CONSTANT:
-            for column in range(WIDTH):
-                w[d, column] = constants[a, column]
-        elif which == GIVEN:
-            for column in range(WIDTH):
-                w[d, column] = wide_in[row, a, column]
-        elif which == SINE_COSINE:
-            known = sine_cosine(w, d, f[a], series, free, t)
+            widen_rows(w, d, f, a, state)
         elif which == ROUND:
-            f[d], known = round_bigfloat(w, a, free, t)
-        elif which == SIGN_IS:
-            known = bigfloat_kernel.is_sure(w, a)
-            if known and _sign(float(w[a, SIGN]) if w[a, COUNT] > 0 else 0.0) & b == 0:
-                return STATE_OTHER_BRANCH
-        elif which == PLAIN_SIGN_IS:
-            if _sign(f[a]) & b == 0:
-                return STATE_OTHER_BRANCH
-        elif which == TURN_IS:
-            if multiple_of_30_degrees(f[a]) != b:
-                return STATE_OTHER_BRANCH
-        else:  # WRITE_WIDE
-            for column in range(WIDTH):
-                wide_out[i, d, column] = w[a, column]
-        if not known:
-            return STATE_UNDECIDED
-    for k in range(len(written)):
-        out[i, k] = f[written[k]]
-    return STATE_VALID
+            round_rows(f, d, w, a, state)
+        elif which == SINE_COSINE:
+            sine_cosine_rows(w, d, f, a, series, free, state)
+        elif which == WRITE_WIDE:
+            _write_wide(wide_out, d, w, a, lanes, count)
+        elif SIGN_IS <= which <= TURN_IS:
+            if which == SIGN_IS:
+                test_rows(w, a, b, state)
+            elif which == PLAIN_SIGN_IS:
+                test_plain_rows(f, a, b, state)
+            else:
+                _test_turns(f, a, b, state)
+            left = _count_working(state, count)
+            if left == 0:
+                return True
+            if _FEW * left <= count:
+                return False
+        else:
+            _fill_register((which, d, a), (w, f), numbers, constants, inputs, wide_in, lanes, rows)
+    for i in range(count):
+        if state[i] == STATE_VALID:
+            for k in range(len(written)):
+                out[lanes[i], k] = f[written[k] * LANES + i]
+    return True
 
 
 @helper
@@ -230,44 +311,51 @@ def fits(code: Ints, written: Ints, sizes: tuple[int, int, int, int, int, int, i
     return known
 
 
-@helper
-def _is_number(table: Longs, row: int) -> bool:
-    """Return whether a row is a number of `bigfloat_kernel`: limbs, their count, and an exponent far from overflow."""
-    if not 0 <= table[row, COUNT] <= bigfloat_kernel.LIMBS:
-        return False
-    for k in range(bigfloat_kernel.LIMBS):
-        if not 0 <= table[row, k] < 1 << bigfloat_kernel.BITS:
-            return False
-    return -(1 << 24) < table[row, bigfloat_kernel.EXPONENT] < 1 << 24 and table[row, bigfloat_kernel.OFF] < 1 << 30
-
-
 @kernel(
-    code="* 5", written="outputs", numbers="*", constants=f"* {WIDTH}", series=f"* {WIDTH}", inputs="n *",
-    wide_in=f"* * {WIDTH}", rows="n", out="out n outputs", wide_out=f"out n|0 * {WIDTH}", state="out n",
-    wides="0..1048576", plains="0..1048576", begin="0..end", end="0..n",
+    code="* 5", written="outputs", numbers="*", constants=f"* {COLUMNS}", series=f"* {COLUMNS}", inputs="n *",
+    wide_in=f"* * {COLUMNS}", rows="n", out="out n outputs", wide_out=f"out n|0 * {COLUMNS}", state="out n",
+    wides="0..65536", plains="0..65536", begin="0..end", end="0..n",
 )  # fmt: skip
 def play(
-    code: Ints, written: Ints, numbers: Floats, constants: Longs, series: Longs, inputs: Floats, wide_in: Longs,
-    rows: Ints, out: Floats, wide_out: Longs, state: Signs, wides: int, plains: int, begin: int, end: int,
+    code: Ints, written: Ints, numbers: Floats, constants: Floats, series: Floats, inputs: Floats, wide_in: Floats,
+    rows: Ints, out: Floats, wide_out: Floats, state: Signs, wides: int, plains: int, begin: int, end: int,
 ) -> None:  # fmt: skip
     """Play a tape for bodies begin to end, each with a row of inputs and one of wide inputs; `state` as above.
 
-    A tape that names what does not exist leaves all bodies undecided.
+    Where a test turns out as recorded for few bodies, these wait until there are enough to fill the lanes. A tape that
+    names what does not exist leaves all bodies undecided.
     """
     outputs = wide_out.shape[1] if len(wide_out) == len(state) else 0
     sizes = (wides, plains, len(numbers), len(constants), inputs.shape[1], wide_in.shape[1], outputs)
     all_there = fits(code, written, sizes) and len(series) >= CONSTANTS
-    for table in (constants, series):
-        for row in range(len(table)):
-            all_there = all_there and _is_number(table, row)
-    registers = _registers(wides, plains)
-    for i in range(begin, end):
-        row = rows[i]
-        known = all_there and (wide_in.shape[1] == 0 or is_within(row, len(wide_in)))
-        for k in range(wide_in.shape[1]):
-            known = known and _is_number(wide_in[row], k)
-        state[i] = STATE_UNDECIDED
-        if known:
-            state[i] = _run_body(
-                code, numbers, constants, series, written, registers, inputs, wide_in, out, wide_out, i, row
-            )
+    w, f, states, lanes, waiting = _rows(wides, plains)
+    fresh, left = begin, 0
+    while fresh < end or left > 0:
+        count = 0
+        if left >= LANES or fresh == end:
+            while count < LANES and left > 0:
+                left -= 1
+                lanes[count] = waiting[left]
+                count += 1
+        else:
+            while count < LANES and fresh < end:
+                state[fresh] = STATE_UNDECIDED
+                if all_there and (wide_in.shape[1] == 0 or is_within(rows[fresh], len(wide_in))):
+                    lanes[count] = fresh
+                    count += 1
+                fresh += 1
+        if count == 0:
+            continue
+        # Idle lanes repeat the first body, so that all operations see valid numbers.
+        for i in range(count, LANES):
+            lanes[i] = lanes[0]
+        done = _run_lanes(
+            code, (numbers, constants, series), written, (w, f, states), inputs, wide_in, rows, out, wide_out, lanes,
+            count,
+        )  # fmt: skip
+        for i in range(count):
+            if not done and states[i] == STATE_VALID:
+                waiting[left] = lanes[i]
+                left += 1
+            else:
+                state[lanes[i]] = int(states[i])

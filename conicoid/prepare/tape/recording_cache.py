@@ -10,7 +10,7 @@ import numpy as np
 from ..._util.fork_safe_locks import fork_safe_lock
 from ...kernels.tables import Floats, Ints, Longs
 from ...numerics.tracing import Tape
-from .program import ProgramResult, TapeProgram, WideInputs
+from .program import ProgramResult, TapeProgram
 
 FEWEST = 8
 """A new recording needs at least so many shapes of a kind: it takes as long as some of them lowered singly."""
@@ -26,7 +26,7 @@ class RecordingCache:
         self._lock = fork_safe_lock()
 
     def play(
-        self, key: Hashable, record: Callable[[int, Tape], Any], inputs: Floats, wide_in: WideInputs, rows: Ints
+        self, key: Hashable, record: Callable[[int, Tape], Any], inputs: Floats, wide_in: Floats, rows: Ints
     ) -> tuple[list[tuple[Any, Longs, ProgramResult]], Longs]:
         """Play the recordings of a key, and make new ones where enough rows are left.
 
@@ -38,8 +38,8 @@ class RecordingCache:
             `record(row, tape)` evaluates the formula for a row of inputs on a tape; its result goes with the recording.
         inputs : Floats
             (n, inputs) numbers of each body.
-        wide_in : WideInputs
-            Wide inputs, by rows.
+        wide_in : Floats
+            Wide inputs, by rows (rows, numbers, 5): four floats and an error each.
         rows : Ints
             (n,) the row of wide inputs of each body.
 

@@ -1,7 +1,4 @@
-"""The digits of motions' numbers, beside fractions: also of motions that four floats settle and 253 bits leave open.
-
-Four floats hold 1 + 2⁻²⁹⁰ exactly, 253 bits do not: a test of signs by the difference is open in them.
-"""
+"""The numbers of motions, beside fractions: also where terms cancel to less than 2⁻²⁹⁰ of themselves."""
 
 from __future__ import annotations
 
@@ -14,7 +11,7 @@ import pytest
 from conicoid.geometry.transform import Motion
 from conicoid.prepare.motion_batch import MotionBatch
 
-from .test_wide import bound, value
+from .test_wide import error_of, sum_of
 
 
 def minor(m, i, j):
@@ -43,15 +40,13 @@ def thin(k):
 
 
 @pytest.mark.parametrize("hard", [flat, thin])
-def test_digits(hard):
+def test_they_are_known_to_195_bits(hard):
     random = np.random.default_rng(0)
     every = [*random.normal(size=(12, 3, 3)).tolist(), *(hard(k) for k in range(6))]
     motions = MotionBatch()
     asked = [motions.row(Motion().transform([[*row, 0.0] for row in rows] + [[0, 0, 0, 1.0]]).steps) for rows in every]
     given, _, _ = motions.compute()
-    for some in (asked[:6], asked[12:], asked[5:14]):
-        digits = given.digits(np.array(some, np.int32))
-        for row, rows in zip(digits, (every[asked.index(one)] for one in some), strict=True):
-            for number, true in zip(row, numbers_of(rows), strict=False):
-                assert abs(value(number) - true) <= bound(number)
-                assert bound(number) <= abs(true) * Fraction(2) ** -200
+    for row, rows in zip(given[asked], every, strict=True):
+        for number, true in zip(row, numbers_of(rows), strict=False):
+            assert abs(sum_of(number) - true) <= error_of(number)
+            assert error_of(number) <= abs(true) * Fraction(2) ** -195
