@@ -183,7 +183,7 @@ class PrimitiveBatch:
         """(motions, 12) the inverse of each motion that `frame` numbered; NaN where it is not known."""
         self._like: dict[Hashable, _ShapeList] = {}
         self._many: list[tuple[Hashable, _ShapeArray]] = []
-        self._polyhedra: dict[Hashable, _Polyhedra] = {}
+        self._polyhedra: dict[tuple[int, Hashable], _Polyhedra] = {}
 
     def add_many(self, shape: Bulk, places: Ints) -> None:
         """Add the primitives of the bodies of a bulk entry; places (bodies, primitives)."""
@@ -331,8 +331,8 @@ class PrimitiveBatch:
             polyhedron_boxes(of.shapes, of.steps, of.planes, forward), frames,
         ]  # fmt: skip
         form = _polyhedron_form(of.faces)
-        table = np.concatenate(parts, axis=1)
-        return form, places, RowTable.of(table, np.arange(table.shape[1], dtype=np.int32))
+        whole = np.concatenate(parts, axis=1)
+        return form, places, RowTable.of(whole, np.arange(whole.shape[1], dtype=np.int32))
 
     def _lower_kind(
         self, key: Hashable, similar: bool | None, of: _BatchInputs

@@ -50,18 +50,20 @@ def _norm(x: float, y: float, z: float) -> float:
 
 
 @helper
-def _farthest_planes(
-    planes: Floats, body: int, count: int, dx: float, dy: float, dz: float, rows: Floats, basis: Longs
-) -> bool:
-    """Write the numbers of three planes to `basis` whose corner seems farthest in a direction; False for none."""
+def _farthest_planes(work: Floats, count: int, dx: float, dy: float, dz: float, rows: Floats, basis: Longs) -> bool:
+    """Write the numbers of three planes to `basis` whose corner seems farthest in a direction; False for none.
+
+    The last three planes of `work` become sides of a large box. Where no others bound the direction, they stay.
+    """
     far = 0.0
     for i in range(count):
-        x, y, z = planes[body, 4 * i], planes[body, 4 * i + 1], planes[body, 4 * i + 2]
-        far = max(far, abs(planes[body, 4 * i + 3]) / _norm(x, y, z))
+        far = max(far, abs(work[i, 3]) / _norm(work[i, 0], work[i, 1], work[i, 2]))
     for k in range(3):
-        rows[k, 0], rows[k, 1], rows[k, 2], rows[k, 3] = 0.0, 0.0, 0.0, _FAR_SIDES * max(far, 1e-100)
-        rows[k, k] = -1.0 if (dx if k == 0 else dy if k == 1 else dz) < 0.0 else 1.0
-        basis[k] = -1
+        for plane in range(2):
+            row = work[count + k] if plane else rows[k]
+            row[0], row[1], row[2], row[3] = 0.0, 0.0, 0.0, _FAR_SIDES * (far if far > 0.0 else 1.0)
+            row[k] = -1.0 if (dx if k == 0 else dy if k == 1 else dz) < 0.0 else 1.0
+        basis[k] = count + k
     for _ in range(_PIVOTS):
         for k in range(3):
             i, j = (k + 1) % 3, (k + 2) % 3
@@ -76,13 +78,13 @@ def _farthest_planes(
         z = (rows[0, 3] * rows[3, 2] + rows[1, 3] * rows[4, 2] + rows[2, 3] * rows[5, 2]) / determinant
         entering, most = -1, _SLACK * (max(abs(x), max(abs(y), abs(z))) + far)
         for i in range(count):
-            nx, ny, nz = planes[body, 4 * i], planes[body, 4 * i + 1], planes[body, 4 * i + 2]
-            beyond = (nx * x + ny * y + nz * z - planes[body, 4 * i + 3]) / _norm(nx, ny, nz)
+            nx, ny, nz = work[i, 0], work[i, 1], work[i, 2]
+            beyond = (nx * x + ny * y + nz * z - work[i, 3]) / _norm(nx, ny, nz)
             if beyond > most:
                 entering, most = i, beyond
         if entering < 0:
-            return basis[0] >= 0 and basis[1] >= 0 and basis[2] >= 0
-        nx, ny, nz = planes[body, 4 * entering], planes[body, 4 * entering + 1], planes[body, 4 * entering + 2]
+            return True
+        nx, ny, nz = work[entering, 0], work[entering, 1], work[entering, 2]
         size = _norm(nx, ny, nz)
         leaving, least = -1, math.inf
         for k in range(3):
@@ -93,22 +95,24 @@ def _farthest_planes(
         if leaving < 0:
             return False
         rows[leaving, 0], rows[leaving, 1], rows[leaving, 2] = nx / size, ny / size, nz / size
-        rows[leaving, 3] = planes[body, 4 * entering + 3] / size
+        rows[leaving, 3] = work[entering, 3] / size
         basis[leaving] = entering
     return False
 
 
 @inline
-def _cross_pairs(planes: Floats, body: int, i: int, j: int) -> tuple[BoundedPair, BoundedPair, BoundedPair]:
+def _pair(x: float) -> BoundedPair:
+    """Return a float as a pair."""
+    return BoundedPair(x, 0.0, 0.0)
+
+
+@inline
+def _cross_pairs(work: Floats, i: int, j: int) -> tuple[BoundedPair, BoundedPair, BoundedPair]:
     """Return the cross product of the normals of two planes."""
-    a, b = 4 * i, 4 * j
-    ax, ay, az, bx, by, bz = (
-        planes[body, a], planes[body, a + 1], planes[body, a + 2], planes[body, b], planes[body, b + 1], planes[body, b + 2]
-    )  # fmt: skip
     return (
-        minus(product(ay, bz), product(az, by)),
-        minus(product(az, bx), product(ax, bz)),
-        minus(product(ax, by), product(ay, bx)),
+        minus(product(work[i, 1], work[j, 2]), product(work[i, 2], work[j, 1])),
+        minus(product(work[i, 2], work[j, 0]), product(work[i, 0], work[j, 2])),
+        minus(product(work[i, 0], work[j, 1]), product(work[i, 1], work[j, 0])),
     )
 
 
@@ -120,33 +124,53 @@ def _is_at_most(a: BoundedPair, sense: int) -> bool:
 
 
 @inline
-def _end_of_plane(
-    planes: Floats, body: int, i: int, dx: float, dy: float, dz: float
-) -> tuple[BoundedPair, BoundedPair, int]:
+def _end_of_plane(work: Floats, i: int, dx: float, dy: float, dz: float) -> tuple[BoundedPair, BoundedPair, int]:
     """Return two numbers whose ratio is the support in a direction along the normal of a plane, and the second's sign.
 
     Nothing is rounded, so that a support that is a float is recognised.
     """
-    at, along = 4 * i, dx
-    normal = planes[body, at]
+    normal, along = work[i, 0], dx
     if dx == 0.0:
-        normal, along = (planes[body, at + 1], dy) if dy != 0.0 else (planes[body, at + 2], dz)
-    return product(planes[body, at + 3], along), BoundedPair(normal, 0.0, 0.0), -1 if normal < 0.0 else 1
+        normal, along = (work[i, 1], dy) if dy != 0.0 else (work[i, 2], dz)
+    return product(work[i, 3], along), _pair(normal), -1 if normal < 0.0 else 1
 
 
 @helper
-def _support(
-    planes: Floats, body: int, count: int, dx: float, dy: float, dz: float, rows: Floats, basis: Longs
-) -> float:
+def _is_endless(work: Floats, count: int, dx: float, dy: float, dz: float, basis: Longs) -> bool:
+    """Return whether a point can go along the edge of the planes of `basis`, and so in a direction, for ever."""
+    first, second = -1, -1
+    for k in range(3):
+        if basis[k] < count:
+            first, second = basis[k], first
+    x, y, z = _pair(dx), _pair(dy), _pair(dz)
+    if second >= 0:
+        x, y, z = _cross_pairs(work, first, second)
+    elif first >= 0:  # the direction itself, less its part along the normal
+        nx, ny, nz = work[first, 0], work[first, 1], work[first, 2]
+        square, along = dot3(nx, ny, nz, _pair(nx), _pair(ny), _pair(nz)), dot3(nx, ny, nz, x, y, z)
+        x = minus(times_float(square, dx), times_float(along, nx))
+        y = minus(times_float(square, dy), times_float(along, ny))
+        z = minus(times_float(square, dz), times_float(along, nz))
+    forth = sign(dot3(dx, dy, dz, x, y, z))
+    if forth != 1 and forth != -1:
+        return False
+    for other in range(count):
+        if other != first and other != second:
+            rise = dot3(work[other, 0], work[other, 1], work[other, 2], x, y, z)
+            if not _is_at_most(rise, forth):
+                return False
+    return True
+
+
+@helper
+def _support(work: Floats, count: int, dx: float, dy: float, dz: float, rows: Floats, basis: Longs) -> float:
     """Return the least float not below the support of half-spaces in a direction; NaN where floats leave it open."""
-    if not _farthest_planes(planes, body, count, dx, dy, dz, rows, basis):
+    if not _farthest_planes(work, count, dx, dy, dz, rows, basis):
         return math.nan
     i, j, k = basis[0], basis[1], basis[2]
-    a, b, c = (
-        _cross_pairs(planes, body, j, k), _cross_pairs(planes, body, k, i), _cross_pairs(planes, body, i, j)
-    )  # fmt: skip
-    p, q, r = planes[body, 4 * i + 3], planes[body, 4 * j + 3], planes[body, 4 * k + 3]
-    unit = dot3(planes[body, 4 * i], planes[body, 4 * i + 1], planes[body, 4 * i + 2], a[0], a[1], a[2])
+    a, b, c = _cross_pairs(work, j, k), _cross_pairs(work, k, i), _cross_pairs(work, i, j)
+    p, q, r = work[i, 3], work[j, 3], work[k, 3]
+    unit = dot3(work[i, 0], work[i, 1], work[i, 2], a[0], a[1], a[2])
     sense = sign(unit)
     if sense != 1 and sense != -1:
         return math.nan
@@ -158,22 +182,22 @@ def _support(
     # The corner times `unit`
     x, y, z = dot3(p, q, r, a[0], b[0], c[0]), dot3(p, q, r, a[1], b[1], c[1]), dot3(p, q, r, a[2], b[2], c[2])
     for other in range(count):
-        at = 4 * other
-        if other != i and other != j and other != k and not _is_at_most(
-            minus(
-                dot3(planes[body, at], planes[body, at + 1], planes[body, at + 2], x, y, z),
-                times_float(unit, planes[body, at + 3]),
-            ),
-            sense,
-        ):  # fmt: skip
-            return math.nan
+        if other != i and other != j and other != k:
+            height = dot3(work[other, 0], work[other, 1], work[other, 2], x, y, z)
+            if not _is_at_most(minus(height, times_float(unit, work[other, 3])), sense):
+                return math.nan
+    # Sides of the box count only where the direction is no sum of the other normals
+    if (
+        (i >= count and sign(first) != 0) or (j >= count and sign(second) != 0) or (k >= count and sign(third) != 0)
+    ):  # fmt: skip
+        return math.inf if _is_endless(work, count, dx, dy, dz, basis) else math.nan
     total = dot3(p, q, r, first, second, third)
     if sign(second) == 0 and sign(third) == 0:
-        total, unit, sense = _end_of_plane(planes, body, i, dx, dy, dz)
+        total, unit, sense = _end_of_plane(work, i, dx, dy, dz)
     elif sign(third) == 0 and sign(first) == 0:
-        total, unit, sense = _end_of_plane(planes, body, j, dx, dy, dz)
+        total, unit, sense = _end_of_plane(work, j, dx, dy, dz)
     elif sign(first) == 0 and sign(second) == 0:
-        total, unit, sense = _end_of_plane(planes, body, k, dx, dy, dz)
+        total, unit, sense = _end_of_plane(work, k, dx, dy, dz)
     if sign(total) == 0:
         return 0.0
     end = over(total, unit).high
@@ -195,8 +219,18 @@ def _are_moderate(numbers: Floats, body: int) -> bool:
     return True
 
 
-@kernel(planes="n 4*p", boxes="out n 6", certain="out n", rows="out 6 4", basis="out 3")
-def bound_half_spaces(planes: Floats, boxes: Floats, certain: Signs, rows: Floats, basis: Longs) -> None:
+@inline
+def _copy_planes(planes: Floats, body: int, work: Floats) -> int:
+    """Copy the planes of a body to `work`; return their number."""
+    count = planes.shape[1] // 4
+    for i in range(count):
+        for k in range(4):
+            work[i, k] = planes[body, 4 * i + k]
+    return count
+
+
+@kernel(planes="n 4*p", boxes="out n 6", certain="out n", work="out p+3 4", rows="out 6 4", basis="out 3")
+def bound_half_spaces(planes: Floats, boxes: Floats, certain: Signs, work: Floats, rows: Floats, basis: Longs) -> None:
     """Write the boxes around intersections of half-spaces, rounded outward once.
 
     Parameters
@@ -206,12 +240,12 @@ def bound_half_spaces(planes: Floats, boxes: Floats, certain: Signs, rows: Float
     boxes : array (n, 6)
         Receives the boxes.
     certain : array (n,)
-        Receives 1 where a box is certain; else 0, as for unbounded and empty ones.
-    rows, basis : arrays
+        Receives 1 where a box is certain; else 0, as for empty ones.
+    work, rows, basis : arrays
         Room.
     """
-    count = planes.shape[1] // 4
     for body in range(len(planes)):
+        count = _copy_planes(planes, body, work)
         certain[body] = _are_moderate(planes, body)
         for side in range(6):
             if not certain[body]:
@@ -220,7 +254,7 @@ def bound_half_spaces(planes: Floats, boxes: Floats, certain: Signs, rows: Float
             x, y, z = (
                 sense if axis == 0 else 0.0, sense if axis == 1 else 0.0, sense if axis == 2 else 0.0
             )  # fmt: skip
-            boxes[body, side] = sense * _support(planes, body, count, x, y, z, rows, basis) + 0.0
+            boxes[body, side] = sense * _support(work, count, x, y, z, rows, basis) + 0.0
             certain[body] = not math.isnan(boxes[body, side])
 
 
@@ -241,7 +275,7 @@ def _is_rounded(a: BoundedPair) -> bool:
 
 @helper
 def _moved_end(
-    planes: Floats, own: Floats, motions: Floats, body: int, axis: int, sense: float, rows: Floats, basis: Longs
+    own: Floats, motions: Floats, body: int, axis: int, sense: float, work: Floats, rows: Floats, basis: Longs
 ) -> float:
     """Return how far a moved polyhedron reaches along an axis, or against it, as `bound_by_support` does; or NaN."""
     x, y, z = motions[body, 15 * axis], motions[body, 15 * axis + 5], motions[body, 15 * axis + 10]
@@ -264,7 +298,7 @@ def _moved_end(
         return math.nan if above == 2 else next_float_up(end.high) if above == 1 else end.high
     if not _is_rounded(shift):
         return math.nan
-    reach = _support(planes, body, planes.shape[1] // 4, sense * x, sense * y, sense * z, rows, basis)
+    reach = _support(work, len(work) - 3, sense * x, sense * y, sense * z, rows, basis)
     terms = BoundedPair(0.0, 0.0, 0.0)
     for k in range(3):
         entry = x if k == 0 else y if k == 1 else z
@@ -277,11 +311,13 @@ def _moved_end(
 
 
 @kernel(
-    planes="n 4*p", own="n 6", motions="n 60", boxes="out n 6", certain="out n", rows="out 6 4", basis="out 3"
+    planes="n 4*p", own="n 6", motions="n 60", boxes="out n 6", certain="out n", work="out p+3 4", rows="out 6 4",
+    basis="out 3",
 )  # fmt: skip
 def bound_moved_half_spaces(
-    planes: Floats, own: Floats, motions: Floats, boxes: Floats, certain: Signs, rows: Floats, basis: Longs
-) -> None:
+    planes: Floats, own: Floats, motions: Floats, boxes: Floats, certain: Signs, work: Floats, rows: Floats,
+    basis: Longs,
+) -> None:  # fmt: skip
     """Write the boxes around moved intersections of half-spaces.
 
     Parameters
@@ -292,21 +328,27 @@ def bound_moved_half_spaces(
         Their boxes before the motion, finite and rounded outward once.
     motions : array (n, 60)
         The twelve numbers of each motion, linear part and shift, each as four floats and an error.
-    boxes, certain, rows, basis : arrays
+    boxes, certain, work, rows, basis : arrays
         As for `bound_half_spaces`.
     """
     for body in range(len(planes)):
+        _copy_planes(planes, body, work)
         certain[body] = _are_moderate(planes, body) and _are_moderate(own, body)
         for side in range(6):
             if not certain[body]:
                 break
             sense = 1.0 if side >= 3 else -1.0
-            end = _moved_end(planes, own, motions, body, side % 3, sense, rows, basis)
+            end = _moved_end(own, motions, body, side % 3, sense, work, rows, basis)
             boxes[body, side] = sense * end + 0.0
             certain[body] = not math.isnan(end)
 
 
 # Polyhedra of equally many faces
+
+
+def _room(planes: Floats) -> tuple[Floats, Floats, Longs]:
+    """Return room for polyhedra of these planes."""
+    return np.empty((planes.shape[1] // 4 + 3, 4)), np.empty((6, 4)), np.empty(3, np.int64)
 
 
 def learn_bounds(shapes: Sequence[Polyhedron], planes: Floats) -> None:
@@ -315,7 +357,7 @@ def learn_bounds(shapes: Sequence[Polyhedron], planes: Floats) -> None:
     if not fresh:
         return
     boxes, certain = np.empty((len(fresh), 6)), np.empty(len(fresh), np.int8)
-    bound_half_spaces(planes[fresh], boxes, certain, np.empty((6, 4)), np.empty(3, np.int64))
+    bound_half_spaces(planes[fresh], boxes, certain, *_room(planes))
     for row, k in enumerate(fresh):
         if certain[row]:
             vars(shapes[k])["_own_bounds"] = boxes[row, :3].copy(), boxes[row, 3:].copy()
@@ -343,10 +385,10 @@ def polyhedron_boxes(
     if motions is None and not steps[0]:
         return own
     if motions is None and len(steps[0]) == 1:
-        shifts = np.array([step.offset for (step,) in steps])  # type: ignore[attr-defined]
+        shifts = np.array([step.offset for (step,) in steps])  # type: ignore[union-attr]
         boxes, certain = _shifted_boxes(own, shifts)
     elif motions is not None:
-        bound_moved_half_spaces(planes, own, motions, boxes, certain, np.empty((6, 4)), np.empty(3, np.int64))
+        bound_moved_half_spaces(planes, own, motions, boxes, certain, *_room(planes))
     for row in np.flatnonzero(certain == 0).tolist():
         boxes[row] = np.concatenate(shapes[row]._with_motion(Motion(steps[row])).bounds)
     return boxes

@@ -145,6 +145,9 @@ def few(kind: str, rng: np.random.Generator) -> co.Polyhedron:
         normals = [(1, 0, 1), (-1, 0, 1), (0, 1, 1), (0, -1, 1), (0, 0, -1), (0, 0, -1), (1, 1, 2), (2, 0, 2)]
         height = float(rng.uniform(0.1, 3))
         return co.Polyhedron(normals, [height] * 4 + [0.5, 0.5, 2 * height, 2 * height])
+    if kind == "open":  # slabs, corners, and prisms without ends
+        normals = [(1, 0, 0), (-2, 0, 0), rng.normal(size=3), (0.5, 1, 0), (-1, -1, 0), (0, 0, 1)]
+        return co.Polyhedron([normals[k] for k in rng.permutation(6)[:4]], rng.uniform(0.5, 1.5, 4).tolist())
     offsets = rng.uniform(0.5, 1.5, 10)
     if kind == "odd":
         offsets[0], block = rng.choice([-3.0, 1.0]), block if rng.random() < 0.5 else [*block[:5], (1.0, 1.0, 1.0)]
@@ -177,7 +180,7 @@ MOTIONS = {
 }
 
 
-@pytest.mark.parametrize("kind", ["any", "digits", "pyramid", "odd"])
+@pytest.mark.parametrize("kind", ["any", "digits", "pyramid", "odd", "open"])
 @pytest.mark.parametrize("motion", MOTIONS)
 def test_polyhedra_together_have_the_numbers_and_the_boxes_of_each(kind: str, motion: str):
     rng = np.random.default_rng(5)
@@ -196,7 +199,7 @@ def test_polyhedra_together_have_the_numbers_and_the_boxes_of_each(kind: str, mo
         single = compute_shape(again)
         assert np.array_equal(rows[place], single.row)
         box = rows[place][single.pattern.bounds_at + 6 * len(single.pattern.leaves) :][:6]
-        if kind == "odd" or motion not in ("still", "moved", "scaled", "sheared"):
+        if kind in ("odd", "open") or motion not in ("still", "moved", "scaled", "sheared"):
             continue
         matrix = [[Fraction(x) for x in row] for row in np.eye(4)]
         for step in shape.motion.steps:  # floats, so that fractions carry the corners exactly
@@ -205,7 +208,8 @@ def test_polyhedra_together_have_the_numbers_and_the_boxes_of_each(kind: str, mo
             own[:3, 3] += getattr(step, "offset", (0.0,) * 3)
             given = [[Fraction(x) for x in row] for row in own.tolist()]
             matrix = [
-                [sum(a * b for a, b in zip(row, column, strict=True)) for column in zip(*matrix)] for row in given
+                [sum(a * b for a, b in zip(row, column, strict=True)) for column in zip(*matrix, strict=True)]
+                for row in given
             ]
         moved = [
             [sum(m * x for m, x in zip(row, (*point, 1), strict=True)) for row in matrix[:3]]

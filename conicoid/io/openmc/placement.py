@@ -7,9 +7,11 @@ exact to 3000 bits of its input. GDML and MCNP use the same placements.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property
 from typing import TypeAlias
 
 from ..._util.arrays import Matrix4, Vector
@@ -217,12 +219,22 @@ _QUARTERS = (AxisTurn((0, 2, 1), (1, -1, 1)), AxisTurn((2, 1, 0), (1, 1, -1)), A
 ExtentEnd = Fraction | None
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Extent:
     """The box low[i] <= x[i] <= high[i]; an end that is None is infinite."""
 
     low: tuple[ExtentEnd, ExtentEnd, ExtentEnd] = (None, None, None)
     high: tuple[ExtentEnd, ExtentEnd, ExtentEnd] = (None, None, None)
+
+    @cached_property
+    def floats(self) -> tuple[Vector, Vector] | None:
+        """Both ends along each axis, rounded once or infinite; None if they are too large."""
+        try:
+            x, y, z = (-math.inf if end is None else float(end) for end in self.low)
+            a, b, c = (math.inf if end is None else float(end) for end in self.high)
+        except OverflowError:
+            return None
+        return (x, y, z), (a, b, c)
 
     def end(self, axis: int, lower: bool) -> ExtentEnd:
         """Return one of the six ends."""

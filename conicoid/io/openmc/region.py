@@ -330,16 +330,14 @@ def pair_cost(before: Conjunction, parts: Iterable[RegionPart]) -> int:
 def _are_disjoint(sides: list[SurfaceSide]) -> bool:
     """Return True if two sides have no volume in common: both sides of a surface, or parallel slanted planes."""
     seen: dict[Surface, bool] = {}
-    ends: dict[tuple[Point, bool], Fraction] = {}
+    ends: dict[tuple[tuple[tuple[int, int], ...], bool], Fraction] = {}
     for side in sides:
         plane = side.surface
         if seen.setdefault(plane, side.positive) != side.positive:
             return True
         if isinstance(plane, FlatSurface) and plane.axis is None:
-            # Scale slanted normals by their first component, so that parallel planes have equal normals.
-            first = next(n for n in plane.normal if n)
-            x, y, z = (n / first for n in plane.normal)
-            normal, offset, above = (x, y, z), plane.offset / first, side.positive == (first > 0)
+            normal, offset, upward = plane.direction
+            above = side.positive == upward
             end = ends.setdefault((normal, above), offset)
             ends[normal, above] = max(end, offset) if above else min(end, offset)
     return any(above and low >= ends.get((normal, False), low + 1) for (normal, above), low in ends.items())
@@ -389,7 +387,7 @@ def _drop_idle_planes(sides: list[SurfaceSide], unions: list[PartUnion], box: Ex
             needed.append(side)
             continue
         above = side.positive == (plane.normal[axis] > 0)
-        end = plane.offset / plane.normal[axis]
+        end = plane.end
         if any(_lies_beyond(end, axis, above, extent) for extent in around) or (axis, above) in ends:
             continue
         if end == box.end(axis, above):

@@ -9,9 +9,10 @@ The last part reads OpenMC's <surface> elements. Lengths are in cm.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import cached_property
 
 from ..._util.arrays import Vector
 from ...geometry.general_quadric import Quadric
@@ -29,7 +30,7 @@ TERMS = ("xx", "yy", "zz", "xy", "yz", "xz", "x", "y", "z", "constant")
 """The terms of OpenMC's quadric, in the order of its coefficients."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class FlatSurface:
     """A plane, f = normal·x - offset."""
 
@@ -37,7 +38,19 @@ class FlatSurface:
     offset: Fraction
 
     def __hash__(self) -> int:
+        return self._hash
+
+    @cached_property
+    def _hash(self) -> int:
         return _quick_hash((*self.normal, self.offset))
+
+    @cached_property
+    def floats(self) -> tuple[Vector, float] | None:
+        """The normal and the offset, each number rounded once; None if they are too large."""
+        try:
+            return to_floats(self.normal), float(self.offset)
+        except OverflowError:
+            return None
 
     def placed(self, place: UniversePlacement) -> FlatSurface:
         """Return the plane after the turn and the shift of a placement."""
@@ -46,7 +59,7 @@ class FlatSurface:
             normal, self.offset + sum(n * s for n, s in zip(normal, place.shift, strict=True) if n and s)
         )
 
-    @property
+    @cached_property
     def axis(self) -> int | None:
         """The axis along which the normal lies, or None."""
         x, y, z = self.normal
@@ -61,19 +74,52 @@ class FlatSurface:
         axis = self.axis
         if axis is None:
             return UNBOUNDED
-        end, above = self.offset / self.normal[axis], positive == (self.normal[axis] > 0)
         ends: list[ExtentEnd] = [None, None, None]
-        ends[axis] = end
+        ends[axis] = self.end
         sides = (ends[0], ends[1], ends[2])
-        return Extent(low=sides) if above else Extent(high=sides)
+        return Extent(low=sides) if positive == (self.normal[axis] > 0) else Extent(high=sides)
+
+    @cached_property
+    def end(self) -> Fraction:
+        """Where a plane across an axis cuts that."""
+        assert self.axis is not None
+        return self.offset / self.normal[self.axis]
+
+    @cached_property
+    def direction(self) -> tuple[tuple[tuple[int, int], ...], Fraction, bool]:
+        """The normal and offset over the first component of the normal, and whether that is positive.
+
+        So parallel planes have equal normals. These are ratios of integers, whose hash is quick.
+        """
+        first = next(n for n in self.normal if n)
+        return tuple((n / first).as_integer_ratio() for n in self.normal), self.offset / first, first > 0
 
     def side_of(self, extent: Extent) -> int:
         """Return -1 if f <= 0 in all of the extent, +1 if f >= 0 in all of it, else 0."""
+        clear = self._clear_side_of(extent) if self.axis is None else None
+        if clear is not None:
+            return clear
         most = extent.most(self.normal)
         if most is not None and most <= self.offset:
             return -1
         least = extent.least(self.normal)
         return 1 if least is not None and least >= self.offset else 0
+
+    def _clear_side_of(self, extent: Extent) -> int | None:
+        """Return `side_of` as floats show it, None if it is close."""
+        if self.floats is None or extent.floats is None:
+            return None
+        (normal, offset), least, most = self.floats, 0.0, 0.0
+        size = abs(offset)
+        for n, low, high in zip(normal, *extent.floats, strict=True):
+            if n:
+                a, b = (n * low, n * high) if n > 0 else (n * high, n * low)
+                least, most = least + a, most + b
+                size += sum(abs(end) for end in (a, b) if math.isfinite(end))
+        margin = _CLEAR_MARGIN * size
+        if not margin < math.inf or abs(most - offset) <= margin or abs(least - offset) <= margin:
+            return None
+        return -1 if most < offset else int(least > offset)
 
     def solid(self, positive: bool = False) -> HalfSpace:
         """Return the half-space f <= 0, or f >= 0 if `positive`."""
@@ -83,7 +129,7 @@ class FlatSurface:
         return HalfSpace((sign * x + 0.0, sign * y + 0.0, sign * z + 0.0), sign * float(self.offset) + 0.0)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class RoundSurface:
     """A cylinder about `axis`, or a sphere if `axis` is None: f = |x - center|² - radius², measured across the axis."""
 
@@ -92,7 +138,19 @@ class RoundSurface:
     radius: Fraction
 
     def __hash__(self) -> int:
+        return self._hash
+
+    @cached_property
+    def _hash(self) -> int:
         return _quick_hash((*self.center, self.radius))
+
+    @cached_property
+    def floats(self) -> tuple[Vector, float] | None:
+        """The center and the radius, each rounded once; None if they are too large."""
+        try:
+            return to_floats(self.center), float(self.radius)
+        except OverflowError:
+            return None
 
     @property
     def cross_axes(self) -> tuple[int, ...]:
@@ -107,8 +165,10 @@ class RoundSurface:
 
     def extent(self, positive: bool) -> Extent:
         """Return the box around the solid; the outside (`positive`) is unbounded."""
-        if positive:
-            return UNBOUNDED
+        return UNBOUNDED if positive else self._box
+
+    @cached_property
+    def _box(self) -> Extent:
         lows: list[ExtentEnd] = [None, None, None]
         highs: list[ExtentEnd] = [None, None, None]
         for i in self.cross_axes:
@@ -117,6 +177,10 @@ class RoundSurface:
 
     def side_of(self, extent: Extent) -> int:
         """Return -1 if f < 0 in all of the extent, +1 if f > 0 in all of it, else 0."""
+        if self.floats is not None and extent.floats is not None:
+            clear = _clear_side_of_box(*self.floats, *extent.floats, self.cross_axes)
+            if clear is not None:
+                return clear
         least, most = extent.square_distances(self.center, self.cross_axes)
         square = self.radius**2
         if most is not None and most < square:
@@ -138,11 +202,9 @@ class RoundSurface:
 
     def _clear_side_of_plane(self, plane: FlatSurface) -> int | None:
         """Return the side of a plane as floats show it, which is nearly always; None if close or too large."""
-        try:
-            normal, center = to_floats(plane.normal), to_floats(self.center)
-            height, radius = float(plane.offset), float(self.radius)
-        except OverflowError:
+        if self.floats is None or plane.floats is None:
             return None
+        (center, radius), (normal, height) = self.floats, plane.floats
         terms = [n * c for n, c in zip(normal, center, strict=True)]
         reach, above = radius * math.hypot(*normal), sum(terms) - height
         # A difference above the margin has the sign that fractions would give.
@@ -153,12 +215,32 @@ class RoundSurface:
 
     def is_within(self, other: RoundSurface) -> bool:
         """Return True if this solid lies strictly inside another one with the same axis."""
+        if self.axis != other.axis:
+            return False
+        apart = self._clearly_apart(other, -1.0)
+        if apart is not None:
+            return not apart
         gap = other.radius - self.radius
-        return self.axis == other.axis and gap > 0 and self._squared_distance(other) < gap**2
+        return gap > 0 and self._squared_distance(other) < gap**2
 
     def is_disjoint(self, other: RoundSurface) -> bool:
         """Return True if this solid lies strictly outside another one with the same axis."""
-        return self.axis == other.axis and self._squared_distance(other) > (self.radius + other.radius) ** 2
+        if self.axis != other.axis:
+            return False
+        apart = self._clearly_apart(other, 1.0)
+        return self._squared_distance(other) > (self.radius + other.radius) ** 2 if apart is None else apart
+
+    def _clearly_apart(self, other: RoundSurface, sense: float) -> bool | None:
+        """Return whether the centers are farther apart than the other radius plus `sense` times this one.
+
+        None if they are too close, or too large, for floats to show it.
+        """
+        if self.floats is None or other.floats is None:
+            return None
+        (center, radius), (point, around) = self.floats, other.floats
+        beyond = math.dist(center, point) - (around + sense * radius)
+        margin = _CLEAR_MARGIN * (sum(map(abs, center)) + sum(map(abs, point)) + radius + around)
+        return None if abs(beyond) <= margin else beyond > 0
 
     def _squared_distance(self, other: RoundSurface) -> Fraction:
         """Return the squared distance between the centers."""
@@ -236,6 +318,21 @@ class GeneralSurface:
 
 CurvedSurface = RoundSurface | ConeSurface | GeneralSurface
 Surface = FlatSurface | CurvedSurface
+
+
+def _clear_side_of_box(center: Vector, radius: float, low: Vector, high: Vector, axes: Iterable[int]) -> int | None:
+    """Return `RoundSurface.side_of` as floats show it; None if it is close. Infinite ends are ±inf."""
+    least, most, size = 0.0, 0.0, radius * radius
+    for i in axes:
+        a, b, c = low[i], high[i], center[i]
+        nearest, farthest = max(a - c, c - b, 0.0), max(c - a, b - c)
+        least, most = least + nearest * nearest, most + farthest * farthest
+        reach = max(abs(c), *(abs(end) for end in (a, b) if math.isfinite(end)), 0.0)
+        size += 4.0 * reach * reach
+    margin, square = _CLEAR_MARGIN * size, radius * radius
+    if not margin < math.inf or abs(least - square) <= margin or abs(most - square) <= margin:
+        return None
+    return -1 if most < square else int(least > square)
 
 
 def _quick_hash(values: tuple[Fraction, ...]) -> int:
