@@ -16,6 +16,8 @@ from ..kernels.programs import ALIKE
 from ..kernels.tables import (
     BALL,
     CELL,
+    GROUP_SIZE,
+    LINKS,
     MAP_SIZE,
     PLACE_SIZE,
     PLANE,
@@ -523,6 +525,9 @@ def _later_columns() -> dict[str, Any]:
         tree_depth=np.zeros(1, np.int32),
         leaf_items=np.zeros(0),
         extent=np.zeros(5),
+        cell_groups=np.zeros(0, np.int32),
+        group_bounds=np.zeros((0, GROUP_SIZE)),
+        group_planes=np.zeros((0, LINKS), np.int32),
         plane_limits=np.zeros((0, 2)),
         quadric_limits=np.zeros((0, 2)),
         cell_limits=np.zeros((0, 2)),
