@@ -123,3 +123,27 @@ def test_rays_in_packets_and_single_ones_agree_at_a_ball_of_many_faces() -> None
     assert np.array_equal(apart.t, together.t[order])
     assert np.array_equal(apart.face, together.face[order])
     assert 0.2 < np.isfinite(together.t).mean() < 0.9
+
+
+def test_edits_keep_the_groups_of_cells_that_stay_and_make_those_of_new_ones() -> None:
+    ball, box = SOLIDS["ball"].translate((30, 0, 0)), co.Box((-2, -2, -2), (2, 2, 2))
+    bodies = [
+        ("rough", SOLIDS["rough"]),
+        ("box", box),
+        ("ball", ball),
+        ("cut", SOLIDS["few"].translate((0.37, 0.41, 0.23)) - co.Sphere(3)),
+    ]
+    before = co.Scene([co.Body(shape, name=name) for name, shape in bodies])
+    before.prepare()
+    scene = before.moved("ball", (1, 2, 3))
+    edits = (
+        scene,
+        scene.replace("box", SOLIDS["prism"]),
+        scene.without("rough"),
+        scene.without(["rough", "ball", "cut"]),
+    )
+    for edited in edits:
+        fresh = co.Scene(edited.bodies)
+        for name in ("cell_groups", "group_planes", "group_bounds"):
+            one, other = (getattr(each._prepared.lowered.tables, name) for each in (edited, fresh))
+            assert np.array_equal(one, other)

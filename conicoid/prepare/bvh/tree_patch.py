@@ -183,6 +183,7 @@ def _groups(old: Tables, edit: SpliceEdit | InPlaceEdit) -> dict[str, Any]:
     counts = [np.diff(side.tables.cell_first) for side in edit.splice.sides]
     of_pieces = [counts[source][rows] for source, rows, _ in edit.pieces.on(CELLS)]
     columns = group_tables(np.concatenate([counts[0][:0], *of_pieces]))
+    # A plane that stays may take the record of an equal one: it differs by rounding, which the limits of t cover
     first = columns["cell_groups"]
     if len(first):
         for name in ("group_bounds", "group_planes"):
