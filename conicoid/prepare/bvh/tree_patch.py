@@ -180,7 +180,10 @@ def patch_trees(old: Tables, woods: SceneTrees, edit: SpliceEdit | InPlaceEdit) 
 
 def _groups(old: Tables, edit: SpliceEdit | InPlaceEdit) -> dict[str, Any]:
     """Return the groups of planes: those of cells that stay, and room for those of new ones."""
-    counts = [np.diff(side.tables.cell_first) for side in edit.splice.sides]
+    sides = [side.tables.cell_first for side in edit.splice.sides]
+    if not len(old.cell_groups) and not len(group_tables(np.diff(sides[1]))["cell_groups"]):
+        return group_tables(np.zeros(0, np.int64))
+    counts = [np.diff(first) for first in sides]
     of_pieces = [counts[source][rows] for source, rows, _ in edit.pieces.on(CELLS)]
     columns = group_tables(np.concatenate([counts[0][:0], *of_pieces]))
     # A plane that stays may take the record of an equal one: it differs by rounding, which the limits of t cover
