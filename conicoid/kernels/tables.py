@@ -16,7 +16,7 @@ from .._jit.decorators import inline, load_atomic, record_shapes
 
 # Floats in a row of each table of floats
 PLANE_SIZE, SPHERE_SIZE, ANCHOR_SIZE, FORM_SIZE, NODE_SIZE, MAP_SIZE, FRAME_SIZE = 7, 4, 4, 16, 48, 4, 9
-BOUNDS_SIZE, SHIFT_SIZE, PLACE_SIZE = 6, 4, 4
+BOUNDS_SIZE, SHIFT_SIZE, PLACE_SIZE, GROUP_SIZE, LINKS = 6, 4, 4, 10, 5
 QUADRIC_SIZE = 3 + FORM_SIZE
 """Floats of a whole quadric: its anchor (3) and its form (16)."""
 
@@ -54,6 +54,13 @@ class Tables(NamedTuple):
     cell_first: Ints  # [cells + 1] first plane
     plane_surface: Ints  # [planes of cells]
     plane_face: Ints  # 1 + face number; negative: inside where n·x >= offset; if shorter, four bytes in an integer
+
+    # Groups of the planes of cells that have many (kernels/body/cell.py), a tree for each such cell. [groups]
+    cell_groups: Ints  # [cells + 1] first group; or empty
+    group_bounds: Floats  # [groups, 10] middle and half widths of the box of normals, anchor, least height there
+    group_planes: (
+        Ints  # [groups, 5] up to four planes, numbers in the cell or -1; groups of the branch, itself included
+    )
 
     # Programs: Boolean trees as counting gates. Programs that are translated copies of each other share all rows but
     # the cells of their leaves; `program_shifts` holds the row of each (programs.py)
@@ -147,6 +154,9 @@ def whole_quadrics(quadrics: Floats, forms: Floats) -> Floats:
     CELL_FIRST,
     PLANE_SURFACE,
     PLANE_FACE,
+    CELL_GROUPS,
+    GROUP_BOUNDS,
+    GROUP_PLANES,
     PROGRAM_LEAF,
     PROGRAM_GATE,
     PROGRAM_ROW,
@@ -191,7 +201,7 @@ def whole_quadrics(quadrics: Floats, forms: Floats) -> Floats:
     PROGRAM_LIMITS,
     SHEET_LIMITS,
     POLYGON_LIMITS,
-) = range(56)
+) = range(59)
 LENGTHS = len(Tables._fields)
 """In `Geometry.places`, distance from a table's begin to its length."""
 HALT = 2 * LENGTHS
@@ -204,7 +214,7 @@ ITEMS = 2 * LENGTHS + 4
 """In `Geometry.places`: where `leaf_items` would begin if the programs' trees, which come first, had items as well."""
 
 
-@record_shapes(places="117", integers="*", floats="*")
+@record_shapes(places="123", integers="*", floats="*")
 class Geometry(NamedTuple):
     """`Tables` for kernels: end to end in one array of integers and one of floats.
 

@@ -70,11 +70,13 @@ class InputSurfaces:
     def places_of(
         self, groups: Sequence[BodyGroup], places: RowPlaces
     ) -> Iterator[tuple[BodyGroup, int, Ints, Ints | None]]:
-        """Yield (group, which surface, its leads, their bodies) for each surface of each group's pattern.
+        """Yield (group, which surface, its leads, their bodies) for each surface of groups of translated copies.
 
-        The bodies are None for all.
+        The bodies are None for all. In other groups every surface is a lead, and has a form of its own.
         """
         for group in groups:
+            if not isinstance(group.rows, FactoredRows):
+                continue
             first = places.first[group.bodies]
             for number in range(len(group.pattern.kinds)):
                 mine = first + number

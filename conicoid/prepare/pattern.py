@@ -148,7 +148,8 @@ _AT_ONCE = 1 << 13
 class RowTable:
     """Rows as tables of distinct numbers (one row for each body), and for each column its place in them.
 
-    `rows[:, a:b]`, `rows[:, a]` and `rows[which, a:b]` are arrays; `rows[which]` is a `RowTable` of some bodies.
+    `rows[:, a:b]`, `rows[:, a]`, `rows[which, a:b]` and `rows[:, columns]` are arrays;
+    `rows[which]` is a `RowTable` of some bodies.
     """
 
     tables: tuple[Floats, ...]  # (bodies, any width) each
@@ -179,7 +180,7 @@ class RowTable:
         if not isinstance(where, tuple):
             return RowTable(tuple(table[where] for table in self.tables), self.table, self.column)
         some, columns = where
-        if not isinstance(columns, slice):
+        if not isinstance(columns, (slice, np.ndarray)):
             return self.tables[self.table[columns]][some, self.column[columns]]
         table, column = self.table[columns], self.column[columns]
         ends = [len(table)]
@@ -203,10 +204,11 @@ def _take_columns(table: Floats, some: Any, columns: Ints) -> Floats:
     return table[some].take(columns, axis=1)
 
 
-def row_blocks(count: int) -> Iterator[slice]:
-    """Yield blocks of bodies, so small that intermediate arrays stay in the cache."""
-    for begin in range(0, count, _AT_ONCE):
-        yield slice(begin, min(count, begin + _AT_ONCE))
+def row_blocks(count: int, width: int = 8) -> Iterator[slice]:
+    """Yield blocks of bodies, so small that intermediate arrays with `width` numbers a body stay in the cache."""
+    step = max(1, 8 * _AT_ONCE // max(8, width))
+    for begin in range(0, count, step):
+        yield slice(begin, min(count, begin + step))
 
 
 # Offsets of translated copies from the first

@@ -41,7 +41,7 @@ from ..kernels.tables import (
 from ..kernels.threads import is_brief
 from . import lowering
 from .bvh.leaf_items import put_items
-from .bvh.tree_patch import patch_trees
+from .bvh.tree_patch import patch_trees, put_new_groups
 from .bvh.trees import SceneTrees, build_scene_trees
 from .edits.buffer_pool import BufferClaim, OpenBuffer
 from .edits.edit_state import EditState
@@ -221,6 +221,7 @@ def _finish_edit(
     end = int(geometry.places[LEAF_ITEMS]) + tables.leaf_items.size
     geometry.floats[end : end + -end % LINE] = 0.0  # zero the padding up to the next table
     put_items(geometry, lowered.boxes, int(trees.woods.places[-1]), trees.parts)
+    put_new_groups(geometry, edit)
     edit.close(kept)
     return PreparedScene(lowered, geometry, _flat_rest(lowered), trees.woods, entries=bodies, edit_state=kept)
 

@@ -16,6 +16,8 @@ from ..kernels.programs import ALIKE
 from ..kernels.tables import (
     BALL,
     CELL,
+    GROUP_SIZE,
+    LINKS,
     MAP_SIZE,
     PLACE_SIZE,
     PLANE,
@@ -68,10 +70,11 @@ class TableColumns:
         # Translated copies share one set of rows: the first and the last body then have the same place.
         if len(first) > 1 and first[0] == first[-1]:
             first, shifts = first[:1], {column: counted[:1] for column, counted in shifts.items()}
-        for k, row in enumerate(rows.tolist()):
-            at = first + k
-            for column, (values, number) in enumerate(zip(self.columns, row, strict=True)):
-                values[at] = shifts[column] + np.int32(number) if column in shifts and number >= 0 else number
+        for some in row_blocks(len(first), len(rows)):
+            at = first[some, None] + np.arange(len(rows))
+            for column, (values, numbers) in enumerate(zip(self.columns, rows.T, strict=True)):
+                shift = shifts[column][some, None] if column in shifts else np.int32(0)
+                values[at] = np.where(numbers >= 0, shift + numbers.astype(np.int32), numbers)
 
     def signed(self, column: int, senses: Signs) -> Any:
         """Multiply a column by senses in place, and return it."""
@@ -116,9 +119,10 @@ def build_face_maps(contents: BodyGroups, faces: RowPlaces) -> tuple[Ints, Ints,
         p, at = group.pattern, own.rows(group, group.pattern.map_rows)
         for some in row_blocks(len(group.bodies)):
             rows[at[some]] = group.rows[some, p.uv_at : p.bounds_at].reshape(*at[some].shape, MAP_SIZE)
-        for face, mine in enumerate(_number_map_rows(group, (at << _SHIFT if moved else at).T)):
-            for k, number in enumerate(mine):
-                maps[faces.first[group.bodies] + np.int32(face), k] = number
+        for some in row_blocks(len(group.bodies), len(p.angular)):
+            found = (at[some] << _SHIFT if moved else at[some])[:, p.maps]
+            found[:, p.angular != 0, 0] = -1 - found[:, p.angular != 0, 0]
+            maps[faces.first[group.bodies[some], None] + np.arange(len(p.angular))] = found
     if not moved:
         return maps, mapped_zeros((0, PLACE_SIZE), np.int32), rows
     parts, tables, places = [maps], [rows], mapped_zeros((contents.body_count, PLACE_SIZE), np.int32)
@@ -344,6 +348,29 @@ class TablesBuilder:
         lost = {kind: np.zeros((count, SIZES[kind])) for kind, count in counts.items()}
         forms, rests_of_forms = [quadrics.forms], [lost[QUADRIC]]
         senses = np.ones(len(inputs.leads), np.int8)
+        for group in self.contents.groups:
+            if isinstance(group.rows, FactoredRows):
+                continue
+            # Every surface leads, and has the record, what rounding removed from it, and its sense side by side
+            every, bodies = np.array(group.pattern.records).reshape(-1, 3), self.surfaces.first[group.bodies, None]
+            for kind, size in SIZES.items():
+                numbers = np.flatnonzero(every[:, 0] == kind)
+                columns = (every[numbers, 1, None] + np.arange(2 * size + 1)).reshape(-1)
+                for some in row_blocks(len(bodies), len(columns)) if len(columns) else ():
+                    at, found = (
+                        bodies[some] + numbers,
+                        group.rows[some, columns].reshape(-1, len(numbers), 2 * size + 1),
+                    )
+                    to, senses[inputs.rank[at]] = inputs.row[at], found[..., -1]
+                    if kind == QUADRIC:
+                        quadrics.rows[to, :3] = found[..., :3]
+                        to = form_of[to]
+                        quadrics.forms[to] = found[..., 3:size]
+                    else:
+                        records[kind][to] = found[..., :size]
+                    rests = found[..., size:-1]
+                    if rests.any() or np.signbit(rests).any():
+                        lost[kind][to] = rests
         for group, number, mine, which in inputs.places_of(self.contents.groups, self.surfaces):
             kind, column, sense = group.pattern.records[number]
             size, formed = SIZES[kind], kind == QUADRIC and shares_form(group, column)
@@ -523,6 +550,9 @@ def _later_columns() -> dict[str, Any]:
         tree_depth=np.zeros(1, np.int32),
         leaf_items=np.zeros(0),
         extent=np.zeros(5),
+        cell_groups=np.zeros(0, np.int32),
+        group_bounds=np.zeros((0, GROUP_SIZE)),
+        group_planes=np.zeros((0, LINKS), np.int32),
         plane_limits=np.zeros((0, 2)),
         quadric_limits=np.zeros((0, 2)),
         cell_limits=np.zeros((0, 2)),

@@ -46,8 +46,9 @@ if TYPE_CHECKING:
     from ..geometry.shape import Shape
 
 
-_TREE_TABLES = {"node_boxes", "node_children", "tree_order", "tree_root", "roots", "tree_depth", "leaf_items"}
-"""Tables of the tree of boxes, which the names of frames leave out."""
+_TREE_TABLES = {"node_boxes", "node_children", "tree_order", "tree_root", "roots", "tree_depth", "leaf_items",
+                "cell_groups", "group_bounds", "group_planes"}  # fmt: skip
+"""Tables of the trees of boxes and planes, which the names of frames leave out."""
 
 
 Progress = Callable[[int, int], Any]

@@ -151,6 +151,9 @@ _UNUSED = {
     "shifts",
     "body_maps",
     "leaf_items",
+    "cell_groups",
+    "group_bounds",
+    "group_planes",
     *(name for name in Tables._fields if name.endswith("_limits")),
 }
 _MOST_NAMED = 400

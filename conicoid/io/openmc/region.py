@@ -501,9 +501,11 @@ class SolidBuilder:
         outside: list[Solid] = []
         for part in parts:
             if not isinstance(part, SurfaceSide):
-                beyond = _planes_beyond(part)
-                if beyond:
-                    outside.append(self.polyhedron(beyond))
+                beyond, others = _planes_beyond(part)
+                if not others or len(beyond) > 1:
+                    # Outside of a polyhedron, or inside of others: all but the polyhedron without the others
+                    convex, less = self.polyhedron(beyond), map(self.union, others)
+                    outside.append(Difference((convex, *less)) if others else convex)
                 else:
                     inside.append(self.union(part))
             elif isinstance(part.surface, FlatSurface):
@@ -535,14 +537,15 @@ class SolidBuilder:
         return self.curved[surface]
 
 
-def _planes_beyond(union: RegionPart) -> tuple[HalfSpace, ...]:
-    """Return the planes of the polyhedron whose outside the union is; empty if the union has other parts."""
-    planes = []
-    for piece in () if isinstance(union, SurfaceSide) else union.parts:
-        if not isinstance(piece, SurfaceSide) or not isinstance(piece.surface, FlatSurface):
-            return ()
-        planes.append(piece.surface.solid(not piece.positive))
-    return tuple(planes)
+def _planes_beyond(union: RegionPart) -> tuple[tuple[HalfSpace, ...], tuple[RegionPart, ...]]:
+    """Return the planes of the polyhedron whose outside is in a union, and its other parts; a part is its only one."""
+    planes, others = [], []
+    for piece in union.parts if isinstance(union, PartUnion) else (union,):
+        if isinstance(piece, SurfaceSide) and isinstance(piece.surface, FlatSurface):
+            planes.append(piece.surface.solid(not piece.positive))
+        else:
+            others.append(piece)
+    return tuple(planes), tuple(others)
 
 
 def _convex_solid(planes: tuple[HalfSpace, ...]) -> Solid:

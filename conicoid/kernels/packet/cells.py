@@ -17,15 +17,23 @@ import numpy as np
 from ..._jit.decorators import choose, helper, inline
 from .. import tables as table
 from ..body.cell import (
+    FIRST_CUTS,
+    FIRST_GROUPS,
     MANY_PLANES,
     NO_PLACE,
-    STRIDE,
     SURELY,
+    PlaneGroup,
     PlaneSlab,
     SpanPair,
     clip_slab,
     compose_spans,
+    groups_of,
+    groups_within,
+    load_group,
+    most_of_group,
+    plane_of_group,
     quadric_place,
+    slab_of_many,
     spans_at_start,
     spans_unsure,
 )
@@ -63,6 +71,8 @@ from .lanes import (
     OX,
     OY,
     OZ,
+    PLACE_IN,
+    PLACE_OUT,
     SHARED,
     SOME_START,
     START,
@@ -79,6 +89,7 @@ from .lanes import (
     lane_line,
     lane_line_from,
     lane_nearness,
+    lane_ray,
     lane_slab,
     put_slab,
 )
@@ -92,14 +103,16 @@ def _cut_lanes(lanes: Floats, lengths: Nearness, surface: int, inner: bool, plac
     """
     first, last = eights(first, last)
     for i in range(first, last):
-        cut_lane(lanes, i, lengths, surface, inner, place)
+        cut_lane(lanes, i, lengths, surface, inner, place, False)
 
 
 @inline
-def cut_lane(lanes: Floats, i: Any, lengths: Nearness, surface: Any, inner: bool, place: int) -> None:
-    """`_cut_lanes` for one lane."""
+def cut_lane(lanes: Floats, i: Any, lengths: Nearness, surface: Any, inner: bool, place: int, again: bool) -> None:
+    """`_cut_lanes` for one lane; `again`: the plane may have cut the slab before."""
     height = 0.0 if lanes[START + i] == surface else lanes[A + i]
     off = lane_nearness(lanes, i, lengths).off
+    if again:  # a plane is not close to itself
+        off = choose((lanes[PLACE_IN + i] == place) | (lanes[PLACE_OUT + i] == place), -1.0, off)
     slab, close = clip_slab(lane_slab(lanes, i), height, lanes[B + i], inner, float(place), off)
     put_slab(lanes, i, slab)
     # 1 may still be harmless, outside of the interval (`unsure_lane`); 2 never is
@@ -131,7 +144,17 @@ def plane_lanes(geometry: Geometry, lanes: Floats, lengths: Nearness, place: int
     """Cut the lanes' slabs by the plane of a place; `lengths` are the limits of its cell."""
     surface = integer(geometry, table.PLANE_SURFACE, place)
     row, inner = integer(geometry, table.SURFACE_ROW, surface), plane_side(geometry, place) > 0
-    plane, limits = load_plane(geometry, row), plane_limits(geometry, row)
+    _put_plane(lanes, load_plane(geometry, row), plane_limits(geometry, row), first, last)
+    _cut_lanes(lanes, lengths, surface, inner, place, first, last)
+    # Most packets come from a camera, where no ray starts on a surface
+    if lanes[SOME_START] != 0.0:
+        for i in range(first, last):
+            lanes[OWN + i] = choose(lanes[START + i] == surface, 1.0, lanes[OWN + i])
+
+
+@inline
+def _put_plane(lanes: Floats, plane: PlaneRecord, limits: PlaneLimits, first: Any, last: Any) -> None:
+    """Write the heights and rates of a plane to A and B; FLAG 2: these are not certain."""
     again, x, y, z = 0, lanes[OX], lanes[OY], lanes[OZ]
     if lanes[SHARED] != 0.0:
         for i in range(first, last):
@@ -143,16 +166,16 @@ def plane_lanes(geometry: Geometry, lanes: Floats, lengths: Nearness, place: int
         for i in range(first, last):
             if lanes[FLAG + i] == 1.0:
                 put_careful_plane(lanes, i, plane, limits)
-    _cut_lanes(lanes, lengths, surface, inner, place, first, last)
-    # Most packets come from a camera, where no ray starts on a surface
-    if lanes[SOME_START] != 0.0:
-        for i in range(first, last):
-            lanes[OWN + i] = choose(lanes[START + i] == surface, 1.0, lanes[OWN + i])
 
 
-# Cells of many planes: as for single rays (`slab_of`), planes that surely do not cut are passed over
+# Cells of many planes: groups of planes that surely do not cut are passed over, as for single rays (`slab_of_many`)
 #
 # While the planes of a cell cut, row C has a lane's share of the margin, and row FOOT 1 if the lane needs no plane.
+
+_ALONE = 400
+"""Lanes without a common origin have little in common at a cell of so many groups: each is traced by itself."""
+_SEVERAL = 64
+"""In a cell of fewer groups half of the first planes are enough."""
 
 
 @inline
@@ -167,7 +190,21 @@ def _put_margin(lanes: Floats, i: Any, lengths: Nearness) -> None:
 
 
 @helper
-def _lanes_to_cut(lanes: Floats, plane: PlaneRecord, inner: bool, first: int, last: int) -> int:
+def _group_may_cut(lanes: Floats, group: PlaneGroup, first: int, last: int) -> bool:
+    """True if a plane of a group may cut the slab of a lane."""
+    first, last = eights(first, last)
+    some = 0
+    for i in range(first, last):
+        ox, oy, oz, dx, dy, dz = lane_line(lanes, i)
+        t_in, t_out, least = lanes[T_IN + i], lanes[T_OUT + i], -2.0 * lanes[C + i]
+        at_in = most_of_group(group, ox + t_in * dx, oy + t_in * dy, oz + t_in * dz)
+        at_out = most_of_group(group, ox + t_out * dx, oy + t_out * dy, oz + t_out * dz)
+        some += 0 if ((at_in < least) & (at_out < least)) | (lanes[FOOT + i] != 0.0) else 1
+    return some > 0
+
+
+@helper
+def _lanes_to_cut(lanes: Floats, plane: PlaneRecord, inner: bool, place: int, first: int, last: int) -> int:
     """Write 1 as FLAG to the lanes whose slabs a plane may cut, 0 to the others; return how many may be cut.
 
     Relies on components of the normal of at most 1 (`PlaneRecord`).
@@ -177,48 +214,74 @@ def _lanes_to_cut(lanes: Floats, plane: PlaneRecord, inner: bool, first: int, la
     nx, ny, nz = sense * plane.nx, sense * plane.ny, sense * plane.nz
     offset = (nx * plane.ax + ny * plane.ay + nz * plane.az) - sense * plane.above
     margin = SURELY * ((abs(plane.ax) + abs(plane.ay) + abs(plane.az)) + abs(plane.above))
-    some = 0
+    some, ready = 0, float(place)
     for i in range(first, last):
         height = (nx * lanes[OX + i] + ny * lanes[OY + i] + nz * lanes[OZ + i]) - offset
         rate = nx * lanes[DX + i] + ny * lanes[DY + i] + nz * lanes[DZ + i]
         at_in, at_out, least = height + rate * lanes[T_IN + i], height + rate * lanes[T_OUT + i], -margin - lanes[C + i]
         # Values at an infinite end may be NaN: then the plane cuts
         beside = ((at_in < least) & (at_out < least)) | (lanes[FOOT + i] != 0.0)
+        beside |= (lanes[PLACE_IN + i] == ready) | (lanes[PLACE_OUT + i] == ready)
         lanes[FLAG + i] = 0.0 if beside else 1.0
         some += 0 if beside else 1
     return some
 
 
 @inline
-def _many_planes(
-    geometry: Geometry, lanes: Floats, lengths: Nearness, begin: int, end: int, first: int, last: int
-) -> None:
-    """Cut the lanes' slabs by planes of a cell: a few first, and then those that may cut; few lanes one by one."""
-    for place in range(begin, end, STRIDE):
-        plane_lanes(geometry, lanes, lengths, place, first, last)
-    for i in range(first, last):
-        _put_margin(lanes, i, lengths)
-    for place in range(begin, end):
-        surface = integer(geometry, table.PLANE_SURFACE, place)
-        row, inner = integer(geometry, table.SURFACE_ROW, surface), plane_side(geometry, place) > 0
-        plane = load_plane(geometry, row)
-        some = 0 if (place - begin) % STRIDE == 0 else _lanes_to_cut(lanes, plane, inner, first, last)
-        if 4 * some > last - first:
-            plane_lanes(geometry, lanes, lengths, place, first, last)
-            for i in range(first, last):
+def _cut_many(geometry: Geometry, lanes: Floats, lengths: Nearness, place: int, first: Any, last: Any) -> None:
+    """Cut the slabs of lanes by a plane where it may cut; few lanes one by one."""
+    surface = integer(geometry, table.PLANE_SURFACE, place)
+    row, inner = integer(geometry, table.SURFACE_ROW, surface), plane_side(geometry, place) > 0
+    plane, limits = load_plane(geometry, row), plane_limits(geometry, row)
+    some = _lanes_to_cut(lanes, plane, inner, place, first, last)
+    if 4 * some > last - first:
+        _put_plane(lanes, plane, limits, first, last)
+        for i in range(first, last):
+            cut_lane(lanes, i, lengths, surface, inner, place, True)
+            _put_margin(lanes, i, lengths)
+    elif some > 0:
+        for i in range(first, last):
+            if lanes[FLAG + i] == 1.0:
+                if plane_of_lane(lanes, i, lane_line(lanes, i), plane, limits) > 0:
+                    put_careful_plane(lanes, i, plane, limits)
+                cut_lane(lanes, i, lengths, surface, inner, place, False)
                 _put_margin(lanes, i, lengths)
-            continue
-        if some > 0:
-            limits = plane_limits(geometry, row)
-            for i in range(first, last):
-                if lanes[FLAG + i] == 1.0:
-                    if plane_of_lane(lanes, i, lane_line(lanes, i), plane, limits) > 0:
-                        put_careful_plane(lanes, i, plane, limits)
-                    cut_lane(lanes, i, lengths, surface, inner, place)
-                    _put_margin(lanes, i, lengths)
-        if lanes[SOME_START] != 0.0:
-            for i in range(first, last):
-                lanes[OWN + i] = choose(lanes[START + i] == surface, 1.0, lanes[OWN + i])
+
+
+@helper
+def _many_planes(geometry: Geometry, lanes: Floats, lengths: Nearness, cell: int, first: int, last: int) -> None:
+    """Cut the lanes' slabs by the planes of a cell that has many."""
+    first, last = eights(first, last)
+    begin, (group, end) = integer(geometry, table.CELL_FIRST, cell), groups_of(geometry, cell)
+    if lanes[SHARED] == 0.0 and end - group > _ALONE:
+        for i in range(first, last):
+            ray, nearness = lane_ray(lanes, i, lanes[T_MAX + i]), lane_nearness(lanes, i, lengths)
+            slab, unsure, lost = slab_of_many(geometry, cell, ray, lanes[INVERSE + i], nearness)
+            put_slab(lanes, i, slab)
+            lanes[UNSURE + i] = 2.0 if lost else (1.0 if unsure else 0.0)
+    else:
+        for k in range(FIRST_CUTS if end - group > _SEVERAL else FIRST_CUTS // 2):
+            plane_lanes(
+                geometry, lanes, lengths, begin + plane_of_group(geometry, group + (k >> 2), k & 3), first, last
+            )
+        for i in range(first, last):
+            _put_margin(lanes, i, lengths)
+        group += FIRST_GROUPS
+        while group < end:
+            if not _group_may_cut(lanes, load_group(geometry, group), first, last):
+                group += groups_within(geometry, group)
+                continue
+            for k in range(4):
+                number = plane_of_group(geometry, group, k)
+                if number < 0:
+                    break
+                _cut_many(geometry, lanes, lengths, begin + number, first, last)
+            group += 1
+    if lanes[SOME_START] != 0.0:
+        for i in range(first, last):
+            for place in (lanes[PLACE_IN + i], lanes[PLACE_OUT + i]):
+                if place >= 0.0 and integer(geometry, table.PLANE_SURFACE, whole(place)) == lanes[START + i]:
+                    lanes[OWN + i] = 1.0
 
 
 # First crossings of balls and cells
@@ -346,7 +409,7 @@ def face_lanes(geometry: Geometry, lanes: Floats, cell: int, first: int, last: i
         for place in range(begin, end):
             plane_lanes(geometry, lanes, lengths, place, first, last)
     else:
-        _many_planes(geometry, lanes, lengths, begin, end, first, last)
+        _many_planes(geometry, lanes, lengths, cell, first, last)
     some = 0
     for i in range(first, last):
         off, far = lane_nearness(lanes, i, lengths)

@@ -16,11 +16,12 @@ import numpy as np
 
 from ..._util.arrays import is_member_sorted, unique_sorted
 from ...kernels.bvh.walk import ROWS
-from ...kernels.tables import Floats, Ints, Tables
+from ...kernels.tables import Floats, Geometry, Ints, Tables
 from ..edits.in_place import InPlaceEdit
 from ..edits.scene_edit import SpliceEdit
-from ..row_layout import BODIES, LEAVES, PROGRAMS
+from ..row_layout import BODIES, CELLS, LEAVES, PROGRAMS
 from .builder import WIDTH, leaf_code, survey_boxes
+from .plane_groups import group_tables, put_groups
 from .trees import COSTS, Forest, SceneTrees, program_trees, scene_extent
 
 _SMALL = 256
@@ -171,9 +172,37 @@ def patch_trees(old: Tables, woods: SceneTrees, edit: SpliceEdit | InPlaceEdit) 
         node_boxes=np.broadcast_to(0.0, (patched.nodes, 6, WIDTH)),
         leaf_items=np.broadcast_to(0.0, ROWS * (patched.places - int(places[-1]))),
         extent=scene_extent(survey_boxes(edit.boxes)),
+        **_groups(old, edit),
     )
     stays = edit.keeps_items and int(places[-1]) == int(woods.places[-1])
     return PatchedTrees(tables, patched.boxes, found, parts if stays else [])
+
+
+def _groups(old: Tables, edit: SpliceEdit | InPlaceEdit) -> dict[str, Any]:
+    """Return the groups of planes: those of cells that stay, and room for those of new ones."""
+    sides = [side.tables.cell_first for side in edit.splice.sides]
+    if not len(old.cell_groups) and not len(group_tables(np.diff(sides[1]))["cell_groups"]):
+        return group_tables(np.zeros(0, np.int64))
+    counts = [np.diff(first) for first in sides]
+    of_pieces = [counts[source][rows] for source, rows, _ in edit.pieces.on(CELLS)]
+    columns = group_tables(np.concatenate([counts[0][:0], *of_pieces]))
+    # A plane that stays may take the record of an equal one: it differs by rounding, which the limits of t cover
+    first = columns["cell_groups"]
+    if len(first):
+        for name in ("group_bounds", "group_planes"):
+            column = columns[name] = np.zeros(columns[name].shape, columns[name].dtype)
+            for source, rows, at in edit.pieces.on(CELLS):
+                if source == 0 and len(old.cell_groups):
+                    a, b = old.cell_groups[[rows.start, rows.stop]].tolist()
+                    column[first[at.start] : first[at.stop]] = getattr(old, name)[a:b]
+    return columns
+
+
+def put_new_groups(geometry: Geometry, edit: SpliceEdit | InPlaceEdit) -> None:
+    """Fill the groups of planes of new cells."""
+    for source, _, at in edit.pieces.on(CELLS):
+        if source == 1:
+            put_groups(geometry, at.start, at.stop)
 
 
 def _entries(

@@ -48,6 +48,7 @@ from .builder import (
     survey_boxes,
 )
 from .leaf_items import put_items
+from .plane_groups import group_tables, put_groups
 
 MOST = 8  # entries in a leaf of a tree
 _BESIDE = 15  # items without a box in a leaf among the roots; a code has four bits for it
@@ -250,7 +251,7 @@ def build_scene_trees(
         The tables packed for kernels, and where the trees end in them.
     """
     tables = lowered.take_tables()
-    count = len(tables.entry_kind)
+    count, cells = len(tables.entry_kind), len(tables.cell_quadric)
     trim_heap(count)
     forest = program_trees(tables, lowered.layout is not None)
     trim_heap(count)
@@ -261,6 +262,7 @@ def build_scene_trees(
     forest.end_tree()
     trim_heap(count)
     columns = {**tables._asdict(), **forest.columns(), **limit_shapes(tables), "extent": scene_extent(survey)}
+    columns.update(group_tables(np.diff(tables.cell_first)))
     geometry = room(Tables(**columns))
     put_sizes(geometry, tables)
     forest.put_boxes(geometry.floats, int(geometry.places[NODE_BOXES]))
@@ -270,8 +272,9 @@ def build_scene_trees(
     columns.update(compute_limits(tables, lowered.boxes, lowered.rest))
     del tables
     trim_heap(count)
-    pack(geometry, columns, later=("node_boxes", "leaf_items"))
+    pack(geometry, columns, later=("node_boxes", "leaf_items", "group_bounds", "group_planes"))
     trim_heap(count)
+    put_groups(geometry, 0, cells)
     put_items(geometry, lowered.boxes, place)
     if isinstance(lowered.bounds, LazyBounds):
         lowered.bounds.release()

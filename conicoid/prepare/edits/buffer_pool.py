@@ -24,7 +24,10 @@ import numpy as np
 import numpy.typing as npt
 
 from ...kernels.tables import (
+    CELL_GROUPS,
     EXTENT,
+    GROUP_BOUNDS,
+    GROUP_PLANES,
     LEAF_ITEMS,
     LENGTHS,
     NODE_BOXES,
@@ -46,8 +49,9 @@ from ...kernels.tables import (
 )
 
 Array = npt.NDArray[Any]
+_GROUPS = (CELL_GROUPS, GROUP_BOUNDS, GROUP_PLANES)
 _TREES = (LEAF_ITEMS, NODE_BOXES, EXTENT, NODE_CHILDREN, TREE_ORDER, TREE_ROOT, ROOTS, TREE_DEPTH)
-_LAST = (SURFACE_KIND, SURFACE_ROW, *_TREES)
+_LAST = (SURFACE_KIND, SURFACE_ROW, *_GROUPS, *_TREES)
 _ORDER = (*(k for k in range(LENGTHS) if k not in _LAST), *_LAST)
 """What may grow comes last: the table of surfaces (when a class of surfaces splits) and trees (always rewritten).
 

@@ -62,7 +62,8 @@ ENTRIES = ("entry_kind", "entry_index", "body_face")
 INSTANCE_COLUMNS = ("cell_likes", "program_row", "program_shifts", "shifts", "body_maps")
 """Columns of translated copies, which are not edited: other scenes have no rows in them."""
 OTHERS = ("surface_kind", "surface_row", "spheres", "face_maps", "map_rows", *ENTRIES, *INSTANCE_COLUMNS)
-TREES = ("node_boxes", "node_children", "tree_order", "tree_root", "roots", "tree_depth", "leaf_items", "extent")
+TREES = ("node_boxes", "node_children", "tree_order", "tree_root", "roots", "tree_depth", "leaf_items", "extent",
+         "cell_groups", "group_bounds", "group_planes")  # fmt: skip
 
 
 def table_senses(senses: Signs | None, input_senses: Signs, chosen: Any) -> Signs:

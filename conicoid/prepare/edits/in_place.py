@@ -107,7 +107,7 @@ def release_memory(lowered: LoweredScene, geometry: Geometry, memory: PoolMemory
 class InPlaceEdit:
     """A scene some of whose entries are exchanged, in the buffer of one that is gone, or in new memory.
 
-    Valid only where `in_place_check` allows it.
+    Valid only where `keeps_rows` allows it.
     """
 
     def __init__(

@@ -20,9 +20,8 @@ from ..row_layout import BODIES, CORNERS, ENTRIES, FRAMES, PLANES, POLYGONS, QUA
 from ..tables_builder import replace_ball_cells
 from .buffer_pool import BufferClaim
 from .column_splice import ColumnSplice
-from .edit_state import EditState
+from .edit_state import EditState, complete_state, keeps_classes, keeps_rows
 from .in_place import InPlaceEdit
-from .in_place_check import complete_state, keeps_classes, keeps_rows
 from .limits_update import SpliceLimits
 from .pieces import SplicePieces, SpliceRuns
 from .scene_splice import SceneSplice

@@ -73,7 +73,7 @@ class SurfaceClasses:
 def unchanged_classes(splice: SceneSplice) -> SurfaceClasses:
     """Return the classes where no surface that stays coincides with a new one, or did with a removed one.
 
-    The new surfaces coincide with each other where those that they replace did: see `in_place_check.keeps_classes`.
+    The new surfaces coincide with each other where those that they replace did: see `edit_state.keeps_classes`.
     """
     (old, new), count = splice.layouts, len(splice.sides[0].tables.surface_kind)
     if old.senses is None:

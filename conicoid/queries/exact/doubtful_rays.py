@@ -35,6 +35,7 @@ from .ranks import (
     Ranks,
     RankScratch,
     clear_ranks,
+    clear_stand,
     count_form_floats,
     first_of_ranks,
     list_surfaces,
@@ -68,7 +69,7 @@ def settle_first(
             hit = first_of_ranks(geometry, stand, scratch, ranks, ray, count)
             hit = scale_hit(hit, scale)
             put_hit(hit, i, found)
-        clear_ranks(ranks)
+        clear_stand(stand, ranks)
 
 
 @kernel(t="n", entry="n", limits="out n")
@@ -105,7 +106,7 @@ def settle_rows(
             put_canonical_surfaces(geometry, stand, scratch, ranks, ray.start, count)
             rows, used = rows_of_ranks(geometry, room, scratch, given, count, spans, rows, used)
         counts[k] = used - first
-        clear_ranks(ranks)
+        clear_stand(stand, ranks)
     return rows[:used].copy()
 
 
@@ -115,7 +116,7 @@ def crossed_surfaces(geometry: Geometry, ranks: Ranks, rays: RayArrays, i: int, 
     scratch = new_scratch(geometry)
     ray, _ = scale_ray(load_ray(rays, i))
     count = collect_entries(geometry, scratch, ray)
-    list_surfaces(geometry, scratch, ranks, ray, count)
+    list_surfaces(geometry, scratch, ranks, ray, count, False)
     found = ranks.size[SURFACES]
     for k in range(count):
         entries[k] = scratch.found[k]
@@ -127,7 +128,7 @@ def crossed_surfaces(geometry: Geometry, ranks: Ranks, rays: RayArrays, i: int, 
 def prepare_ranked_ray(geometry: Geometry, stand: Geometry, scratch: Scratch, ranks: Ranks, ray: Ray) -> int:
     """Prepare to trace a ray with ranks from exact arithmetic. Return the number of entries that it may cross."""
     count, inverse = collect_entries(geometry, scratch, ray), span_inverse(ray)
-    list_surfaces(geometry, scratch, ranks, ray, count)
+    list_surfaces(geometry, scratch, ranks, ray, count, False)
     for k in range(ranks.size[SURFACES]):
         if ranks.verdict[2 * ranks.surfaces[k]] == CROSSES:
             report_fast_t(geometry, ranks, ranks.surfaces[k], ray, inverse)
@@ -144,7 +145,7 @@ def ranked_first(geometry: Geometry, room: RankScratch, rays: RayArrays, i: int,
     hit = first_of_ranks(geometry, stand, scratch, ranks, ray, count)
     hit = scale_hit(hit, scale)
     put_hit(hit, i, found)
-    clear_ranks(ranks)
+    clear_stand(stand, ranks)
 
 
 @kernel(room="out", i="0..n-1")
@@ -156,7 +157,7 @@ def ranked_rows(geometry: Geometry, room: RankScratch, rays: RayArrays, i: int, 
     ray, _ = scale_ray(given)
     count = prepare_ranked_ray(geometry, stand, scratch, ranks, ray)
     rows, used = rows_of_ranks(geometry, room, scratch, given, count, spans, rows, 0)
-    clear_ranks(ranks)
+    clear_stand(stand, ranks)
     return rows[:used].copy()
 
 

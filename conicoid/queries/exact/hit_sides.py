@@ -27,7 +27,7 @@ from .ranks import (
     Doubtful,
     Ranks,
     RankScratch,
-    clear_ranks,
+    clear_stand,
     find_leaves,
     forget_leaves,
     put_canonical_surfaces,
@@ -170,7 +170,7 @@ def settle_sides(
         if count >= 0:
             put_canonical_surfaces(geometry, stand, scratch, ranks, ray.start, count)
             _put_ranked_sides(geometry, stand, scratch, ranks, ray, scale, i, count, places, kinds, sides)
-        clear_ranks(ranks)
+        clear_stand(stand, ranks)
 
 
 @kernel(room="out", kinds="body_face", i="0..n-1", sides="out 3 n")
@@ -182,7 +182,7 @@ def ranked_sides(
     ray, scale = scale_ray(load_ray(rays, i))
     count = prepare_ranked_ray(geometry, stand, scratch, ranks, ray)
     _put_ranked_sides(geometry, stand, scratch, ranks, ray, scale, i, count, places, kinds, sides)
-    clear_ranks(ranks)
+    clear_stand(stand, ranks)
 
 
 def _writable(array: Any) -> Any:

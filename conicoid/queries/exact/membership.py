@@ -30,7 +30,17 @@ from ...kernels.tables import (
     integer,
     whole,
 )
-from .ranks import SURFACES, Ranks, RankScratch, blank_quadric, clear_ranks, find_leaves, forget_leaves, list_surfaces
+from .ranks import (
+    SURFACES,
+    Ranks,
+    RankScratch,
+    blank_quadric,
+    clear_ranks,
+    clear_stand,
+    find_leaves,
+    forget_leaves,
+    list_surfaces,
+)
 
 _PATIENCE = 31
 """The largest number of packets that are located point by point before the next attempt with a whole packet."""
@@ -110,7 +120,7 @@ def integer_of(numbers: Ints, i: int) -> int:
 def surfaces_near(geometry: Geometry, ranks: Ranks, x: float, y: float, z: float) -> int:
     """Write the surfaces that decide which bodies contain a point to ranks.surfaces, and return their number."""
     scratch, ray = new_scratch(geometry), point_ray(x, y, z)
-    list_surfaces(geometry, scratch, ranks, ray, collect_entries(geometry, scratch, ray))
+    list_surfaces(geometry, scratch, ranks, ray, collect_entries(geometry, scratch, ray), True)
     found = ranks.size[SURFACES]
     clear_ranks(ranks)
     return found
@@ -143,7 +153,7 @@ def located_by_ranks(geometry: Geometry, room: RankScratch, x: float, y: float, 
     nothing, stand, ranks = room
     scratch, ray, body = new_scratch(geometry), point_ray(x, y, z), whole(-1)
     count = collect_entries(geometry, scratch, ray)
-    list_surfaces(geometry, scratch, ranks, ray, count)
+    list_surfaces(geometry, scratch, ranks, ray, count, True)
     for k in range(ranks.size[SURFACES]):
         _put_constant(stand, ranks.surfaces[k], float(ranks.verdict[ranks.surfaces[k]]))
     for k in range(count):
@@ -154,7 +164,7 @@ def located_by_ranks(geometry: Geometry, room: RankScratch, x: float, y: float, 
             body = whole(scratch.found[k])
             break
     forget_leaves(scratch)
-    clear_ranks(ranks)
+    clear_stand(stand, ranks)
     return body
 
 

@@ -20,6 +20,15 @@ import numpy as np
 from ..._jit.decorators import allocator, helper, inline, record_shapes
 from ...kernels import tables as table
 from ...kernels.body.boolean import collect_leaves, put_crossing, read_crossing
+from ...kernels.body.cell import (
+    FIRST_GROUPS,
+    groups_of,
+    is_beside,
+    margin_of,
+    next_group,
+    plane_of_group,
+    slab_of_many,
+)
 from ...kernels.body.crossing_rows import (
     ENTER,
     ENTER_CLIPPED,
@@ -40,9 +49,10 @@ from ...kernels.body.scratch import LEAF_COUNT, TIME, Scratch
 from ...kernels.numbers.double_double import BoundedPair
 from ...kernels.numbers.shell_sort import make_sort
 from ...kernels.programs import cell_of_leaf
-from ...kernels.ray import Ray, scale_ray
+from ...kernels.ray import Ray, scale_ray, span_inverse
 from ...kernels.surface.doubt import ALIKE
 from ...kernels.surface.exact_crossing import CROSSES, OPEN, RoundingRest, decide_curved, decide_plane
+from ...kernels.surface.interval import is_too_far, nearness_of
 from ...kernels.surface.polygon_loop import decide_loop
 from ...kernels.surface.records import curved_roots, is_curved, plane_crossing
 from ...kernels.tables import (
@@ -130,12 +140,45 @@ def _list(ranks: Ranks, surface: int) -> None:
         ranks.size[SURFACES] += 1
 
 
-@inline
-def _list_cell(geometry: Geometry, ranks: Ranks, cell: int) -> None:
-    """Append the surfaces of a cell to the list."""
+@helper
+def _list_cell(geometry: Geometry, ranks: Ranks, cell: int, ray: Ray, every: bool) -> None:
+    """Append the surfaces of a cell to the list; unless `every`, of many planes those that may end spans of the ray."""
     _list(ranks, integer(geometry, table.CELL_QUADRIC, cell))
-    for slot in range(integer(geometry, table.CELL_FIRST, cell), integer(geometry, table.CELL_FIRST, cell + 1)):
+    begin, (group, end) = integer(geometry, table.CELL_FIRST, cell), groups_of(geometry, cell)
+    if group < end and not every and _list_near(geometry, ranks, cell, ray):
+        return
+    for slot in range(begin, integer(geometry, table.CELL_FIRST, cell + 1)):
         _list(ranks, integer(geometry, table.PLANE_SURFACE, slot))
+
+
+@inline
+def _list_near(geometry: Geometry, ranks: Ranks, cell: int, ray: Ray) -> bool:
+    """Append the planes of a cell of many that may end the spans of a ray. False if these are not known.
+
+    The slab has errors of `nearness.off`, and so have the crossings of its planes; what `is_beside` excludes is inside
+    all of them. If the slab is surely empty its two planes decide.
+    """
+    inverse = span_inverse(ray)
+    nearness = nearness_of(geometry, table.CELL_LIMITS, cell, ray, inverse)
+    slab, _, lost = slab_of_many(geometry, cell, ray, inverse, nearness)
+    t_in, t_out, place_in, place_out = slab
+    known = (place_in >= 0) & (place_out >= 0) & (not lost) & (nearness.far >= 0.0)
+    if not known or is_too_far(t_in, nearness) or is_too_far(t_out, nearness):
+        return False
+    _list(ranks, integer(geometry, table.PLANE_SURFACE, place_in))
+    _list(ranks, integer(geometry, table.PLANE_SURFACE, place_out))
+    if t_in > t_out + 2.0 * nearness.off:
+        return True
+    begin, (group, end) = integer(geometry, table.CELL_FIRST, cell), groups_of(geometry, cell)
+    margin = 2.0 * margin_of(slab, ray, nearness)
+    group = next_group(geometry, group + FIRST_GROUPS, end, slab, ray, margin)
+    while group < end:
+        for k in range(4):
+            place = begin + plane_of_group(geometry, group, k)
+            if place >= begin and not is_beside(geometry, slab, place, ray, margin):
+                _list(ranks, integer(geometry, table.PLANE_SURFACE, place))
+        group = next_group(geometry, group + 1, end, slab, ray, margin)
+    return True
 
 
 @inline
@@ -150,8 +193,8 @@ def entry_program(geometry: Geometry, entry: int) -> int:
 
 
 @helper
-def list_surfaces(geometry: Geometry, scratch: Scratch, ranks: Ranks, ray: Ray, count: int) -> None:
-    """List every surface of the entries scratch.found[:count] that the ray may cross."""
+def list_surfaces(geometry: Geometry, scratch: Scratch, ranks: Ranks, ray: Ray, count: int, every: bool) -> None:
+    """List the surfaces of the entries scratch.found[:count] at which spans of the ray may end, or every surface."""
     ranks.size[SURFACES] = 0
     for k in range(count):
         entry = scratch.found[k]
@@ -159,14 +202,14 @@ def list_surfaces(geometry: Geometry, scratch: Scratch, ranks: Ranks, ray: Ray, 
         if kind == BALL:
             _list(ranks, index)
         elif kind == CELL:
-            _list_cell(geometry, ranks, index)
+            _list_cell(geometry, ranks, index, ray, every)
         elif kind != REGION:
             of = table.POLYGON_SURFACE if kind == POLYGON else table.SHEET_SURFACE
             _list(ranks, integer(geometry, of, index))
         program = entry_program(geometry, entry)
         if program >= 0:
             for j in range(collect_leaves(geometry, scratch, program, ray)):
-                _list_cell(geometry, ranks, cell_of_leaf(geometry, scratch.found_leaves[j]))
+                _list_cell(geometry, ranks, cell_of_leaf(geometry, scratch.found_leaves[j]), ray, every)
 
 
 @inline
@@ -175,6 +218,17 @@ def clear_ranks(ranks: Ranks) -> None:
     for k in range(ranks.size[SURFACES]):
         ranks.listed[ranks.surfaces[k]] = 0
     ranks.size[SURFACES] = 0
+
+
+@inline
+def clear_stand(stand: Geometry, ranks: Ranks) -> None:
+    """Clear the canonical planes of a ray: for another ray those that are not listed are none. Then `clear_ranks`."""
+    for k in range(ranks.size[SURFACES]):
+        if not is_curved(stand, ranks.surfaces[k]):
+            at = stand.places[table.PLANES] + PLANE_SIZE * integer(stand, table.SURFACE_ROW, ranks.surfaces[k])
+            for j in range(PLANE_SIZE):
+                stand.floats[at + j] = 0.0
+    clear_ranks(ranks)
 
 
 @helper
@@ -282,7 +336,7 @@ def rank_ray(geometry: Geometry, rest: RoundingRest, scratch: Scratch, ranks: Ra
     The ray's origin is crossing 0.
     """
     count = collect_entries(geometry, scratch, ray)
-    list_surfaces(geometry, scratch, ranks, ray, count)
+    list_surfaces(geometry, scratch, ranks, ray, count, False)
     ranks.size[CROSSINGS] = 0
     _put(ranks, BoundedPair(0.0, 0.0, 0.0), FREE)
     certain = True

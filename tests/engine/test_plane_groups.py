@@ -1,0 +1,149 @@
+"""Groups of the planes of cells that have many, and rays at such cells, against half-spaces in fractions."""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+import conicoid as co
+from conicoid.io.openscad.solids import sided_ball
+from conicoid.kernels.body.cell import FIRST_CUTS, FIRST_GROUPS, MANY_PLANES
+
+
+def rough(count: int, seed: int) -> co.Polyhedron:
+    """Return a polyhedron of planes whose numbers have few digits, so that many of them meet in points."""
+    rng = np.random.default_rng(seed)
+    normals = rng.integers(-9, 10, (count, 3)).astype(float)
+    normals[:6] = [*np.eye(3), *-np.eye(3)]
+    normals = normals[normals.any(axis=1)]
+    offsets = np.ceil(4 * np.linalg.norm(normals, axis=1)) + rng.integers(0, 2, len(normals))
+    return co.Polyhedron(normals.tolist(), offsets.tolist())
+
+
+def prism(count: int) -> co.Polyhedron:
+    """Return a prism along z: planes in one direction of all, and far ends."""
+    angles = 2 * np.pi * np.arange(count) / count
+    sides = np.round(np.stack([np.cos(angles), np.sin(angles), 0 * angles], axis=1), 9)
+    return co.Polyhedron([*sides.tolist(), (0, 0, 1), (0, 0, -1)], [1.0] * count + [9.0, 9.0])
+
+
+SOLIDS = {
+    "few": rough(MANY_PLANES + 6, 0),
+    "rough": rough(300, 1),
+    "ball": sided_ball(10.0, 40),
+    "prism": prism(700),
+    "far": rough(90, 2).translate((1000, -200, 3)),
+    "half": co.Polyhedron([(1, 0.01 * k - 0.5, 0.3) for k in range(100)], [3.0] * 100),
+}
+
+
+@pytest.mark.parametrize("name", SOLIDS)
+def test_groups_hold_each_plane_once_and_bound_its_values(name: str) -> None:
+    tables = co.Scene([SOLIDS[name]])._prepared.lowered.tables
+    sizes, count = tables.group_planes[:, -1].tolist(), int(tables.cell_first[1])
+    assert tables.cell_groups.tolist() == [0, len(sizes)]
+    planes = tables.planes[tables.surface_row[tables.plane_surface]]
+    sense = np.where(tables.plane_face > 0, 1.0, -1.0)
+    scale = sense / np.linalg.norm(planes[:, :3], axis=1)
+    points = np.random.default_rng(0).uniform(-12, 12, (60, 3)) + planes[:, 4:].mean(axis=0)
+    values = np.einsum("pk,npk->np", planes[:, :3], points[:, None] - planes[:, 4:]) + planes[:, 3]
+    seen: list[int] = []
+    for group in range(FIRST_GROUPS, len(sizes)):
+        leaves = [k for k in range(group, group + sizes[group]) if sizes[k] == 1]
+        held = tables.group_planes[leaves, :4]
+        held = held[held >= 0]
+        seen += held.tolist() if sizes[group] == 1 else []
+        assert len(held)
+        assert set(tables.group_planes[group, :4].tolist()) <= {-1, *held.tolist()}
+        middle, width, anchor, most = np.split(tables.group_bounds[group], [3, 6, 9])
+        away = points - anchor
+        assert (away @ middle + abs(away) @ width + most >= (values * scale)[:, held].max(axis=1)).all()
+    assert sorted(seen) == list(range(count))
+    first = tables.group_planes[:FIRST_GROUPS, :4].ravel().tolist()
+    assert len(set(first)) == FIRST_CUTS
+
+
+def span(solid: co.Polyhedron, origin: list[Fraction], direction: list[Fraction]) -> tuple[Fraction, Fraction] | None:
+    """Return the span of a ray from t = 0 in the half-spaces of a solid, exactly; None if it is empty or a point."""
+    low, high = Fraction(0), Fraction(10**9)
+    for normal, offset in zip(solid.normals, solid.offsets, strict=True):
+        rate = sum(Fraction(n) * d for n, d in zip(normal, direction, strict=True))
+        height = sum(Fraction(n) * o for n, o in zip(normal, origin, strict=True)) - Fraction(offset)
+        if rate == 0:
+            if height >= 0:  # no ray of these tests runs within a face
+                assert height > 0
+                return None
+        elif rate < 0:
+            low = max(low, -height / rate)
+        else:
+            high = min(high, -height / rate)
+    return (low, high) if low < high else None
+
+
+@pytest.mark.parametrize("name", ["few", "rough", "ball", "prism"])
+def test_rays_at_corners_edges_and_along_faces_have_the_spans_of_exact_half_spaces(name: str) -> None:
+    solid, rng = SOLIDS[name], np.random.default_rng(4)
+    aims = rng.integers(-5, 6, (90, 3)).astype(float)
+    normals, offsets = np.array(solid.normals), np.array(solid.offsets)
+    for k in range(60):  # points where three planes meet, as floats have them
+        chosen = np.argsort(-(normals @ rng.normal(size=3)) / np.linalg.norm(normals, axis=1))[:3]
+        if abs(np.linalg.det(normals[chosen])) > 1e-9:
+            aims[k] = np.linalg.solve(normals[chosen], offsets[chosen])
+    origins = aims + 40 * np.round(rng.normal(size=(90, 3)))
+    origins[60:70] = aims[60:70] + [0, 0, 40]  # along the sides of the prism
+    directions = aims - origins
+    within = (directions @ normals.T == 0) & (origins @ normals.T == offsets)
+    some = directions.any(axis=1) & ~within.any(axis=1)
+    origins, directions = origins[some], directions[some]
+    scene, hits = co.Scene([solid]), 0
+    first = scene.first_hit(origins, directions).t
+    for t, origin, direction in zip(first.tolist(), origins.tolist(), directions.tolist(), strict=True):
+        exact = span(solid, list(map(Fraction, origin)), list(map(Fraction, direction)))
+        found = scene.spans(origin, direction)
+        assert len(found.t_enter) == (exact is not None)
+        assert (t < math.inf) == (exact is not None)
+        if exact is not None:
+            hits += 1
+            ends = (found.t_enter[0], found.t_exit[0], t)
+            assert all(math.isclose(a, b, rel_tol=1e-13) for a, b in zip(ends, (*exact, exact[0]), strict=True))
+    assert hits > 15
+
+
+def test_rays_in_packets_and_single_ones_agree_at_a_ball_of_many_faces() -> None:
+    scene, side = co.Scene([SOLIDS["ball"]]), 48
+    x, y = np.meshgrid(np.linspace(-0.5, 0.5, side), np.linspace(-0.5, 0.5, side))
+    directions = np.stack([x, y, np.ones_like(x)], axis=-1).reshape(-1, 3)
+    origins = np.tile([0.1, 0.2, -25.0], (len(directions), 1))
+    together = scene.first_hit(origins, directions)
+    order = np.random.default_rng(0).permutation(len(directions))
+    apart = scene.first_hit(origins[order], directions[order])
+    assert np.array_equal(apart.t, together.t[order])
+    assert np.array_equal(apart.face, together.face[order])
+    assert 0.2 < np.isfinite(together.t).mean() < 0.9
+
+
+def test_edits_keep_the_groups_of_cells_that_stay_and_make_those_of_new_ones() -> None:
+    ball, box = SOLIDS["ball"].translate((30, 0, 0)), co.Box((-2, -2, -2), (2, 2, 2))
+    bodies = [
+        ("rough", SOLIDS["rough"]),
+        ("box", box),
+        ("ball", ball),
+        ("cut", SOLIDS["few"].translate((0.37, 0.41, 0.23)) - co.Sphere(3)),
+    ]
+    before = co.Scene([co.Body(shape, name=name) for name, shape in bodies])
+    before.prepare()
+    scene = before.moved("ball", (1, 2, 3))
+    edits = (
+        scene,
+        scene.replace("box", SOLIDS["prism"]),
+        scene.without("rough"),
+        scene.without(["rough", "ball", "cut"]),
+    )
+    for edited in edits:
+        fresh = co.Scene(edited.bodies)
+        for name in ("cell_groups", "group_planes", "group_bounds"):
+            one, other = (getattr(each._prepared.lowered.tables, name) for each in (edited, fresh))
+            assert np.array_equal(one, other)
