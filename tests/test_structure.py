@@ -80,6 +80,22 @@ def test_floors_are_counted_from_the_ground(structure):
     }
 
 
+def test_imports_are_found_wherever_they_stand(structure, tmp_path):
+    places = (
+        "",
+        "def f():\n ",
+        "class A:\n ",
+        "try:\n pass\nexcept E:\n ",
+        "try:\n pass\nfinally:\n ",
+        "if 0:\n pass\nelse:\n ",
+    )
+    names = [f"example.m{k}" for k in range(len(places) + 1)]
+    source = tmp_path / "m.py"
+    text = [f"{place}from example import m{k}" for k, place in enumerate(places)]
+    source.write_text("\n".join([*text, f"match 1:\n case 1:\n  import {names[-1]}\n"]))
+    assert sorted(structure.Module("example.m", source).imports(dict.fromkeys(names))) == names
+
+
 def test_house_words_are_found(structure, tmp_path):
     package = tmp_path / "example"
     package.mkdir()

@@ -327,13 +327,6 @@ def check_npz_path(owner: str, what: str, value: Any) -> str | os.PathLike[str]:
     return file
 
 
-def refuse_with(owner: str, field: str, **others: Any) -> None:
-    """Raise ValueError for the first argument that is passed beside one that it does not go with."""
-    for name, value in others.items():
-        if value is not None:
-            raise ValueError(f"{owner}: {name} does not go with {field}")
-
-
 # --- Arrays
 
 _MASK_SEARCH_DEPTH = 5

@@ -183,9 +183,6 @@ def _object_table(values: Sequence[Any]) -> Any:
     return table
 
 
-NO_LABELS = Labels.of(())
-
-
 # --- Labels of an `InstanceList`
 
 

@@ -20,6 +20,8 @@ from benchmarks.comparison import (
 )
 from benchmarks.comparison.harness import QUICK, Absent, BenchRow, Measured, Peer, Size
 
+from ..samples import sampled
+
 HERE = Peer("Somebody", "float32", lambda: "Somebody 1")
 
 
@@ -133,7 +135,7 @@ def test_limits_stand_in_the_peers_place():
 SMALL = Size(runs=1, balls=1000)
 
 
-@pytest.mark.parametrize("name", ["latency", "latency-spans", "latency-1000", "import", "command"])
+@pytest.mark.parametrize("name", sampled(["latency", "latency-spans", "latency-1000", "import", "command"], 3))
 def test_what_is_around_the_rays_takes_time(name):
     """No limit is asserted: this may run beside anything."""
     measured = {row.name: row for row in limits.ROWS}[name].measure(SMALL)

@@ -10,6 +10,7 @@ import pytest
 
 import conicoid as co
 
+from ..samples import size
 from .intervals import same, table
 from .rays import mixed_rays, random_rays
 from .trees import tree
@@ -39,7 +40,7 @@ def pair(request: Any) -> tuple[Any, Any, Any]:
     seed, grid = request.param
     r = np.random.default_rng(seed)
     a, b = tree(r, 2, grid=grid).shape, tree(r, 2, grid=grid).shape
-    return a, b, (mixed_rays if grid else random_rays)(r, 400)
+    return a, b, (mixed_rays if grid else random_rays)(r, size(200, 400))
 
 
 def test_difference_is_intersection_with_the_complement(pair: Any):

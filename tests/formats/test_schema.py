@@ -58,6 +58,7 @@ def tree(text: str) -> Any:
     return plain(root)
 
 
+@pytest.mark.deep
 def test_the_schema_is_one():
     jsonschema.Draft202012Validator.check_schema(scene_schema())
     json.dumps(scene_schema(), allow_nan=False)

@@ -1,4 +1,4 @@
-"""A user's program, as one writes it without a look at the hints: mypy has nothing to say (test_typing.py runs it)."""
+"""A user's program, as one writes it without a look at the hints: mypy has nothing to say (`make check` runs it)."""
 
 from __future__ import annotations
 
@@ -38,4 +38,4 @@ again: co.Hits = co.Hits.concatenate([co.Hits.load("hits.npz"), hits])
 kept: co.Spans = co.Spans.load("spans.npz")
 plan: co.Image = scene.section("z", 0.5)
 frames: int = co.turntable(turned, "spin.gif", frames=2, camera=view)
-scene.rendered = 3  # an error, so that it is seen that the program is looked at
+scene.rendered = 3  # type: ignore[attr-defined]  # an error: the comment would be one if hints were not found

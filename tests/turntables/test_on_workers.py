@@ -37,6 +37,7 @@ def test_frames_of_workers_are_the_same(tmp_path):
     assert contents(tmp_path / "far-frames") == contents(tmp_path / "near-frames")
 
 
+@pytest.mark.deep
 def test_frames_of_films_too(tmp_path):
     """With the shutter open, and without."""
     scene = co.Scene(
