@@ -272,6 +272,7 @@ class Hits(QueryResult, HitDerivatives):
         """
         array = points_array("spawn", "directions", directions)
         shape = self._spawned_shape(array)
+        # A copy: the rays own their directions, whatever the caller writes later
         d = np.array(np.broadcast_to(array, (*shape, 3)), order="C")
         mine = self.rays.shape
         hit = np.broadcast_to((self._buffers.body >= 0).reshape(mine), shape).ravel()
@@ -378,6 +379,7 @@ class Hits(QueryResult, HitDerivatives):
 
     def __getitem__(self, index: Any) -> Hits:
         """Return the hits that an index or mask over the rays' shape selects."""
+        # NumPy's own indexing of the numbers: any index that arrays take selects hits alike
         rows = np.arange(len(self._buffers.t)).reshape(self.rays.shape)[index]
         flat = np.atleast_1d(rows).ravel()
         doubtful = np.flatnonzero(np.isin(flat, self._doubtful)) if len(self._doubtful) else ()
