@@ -351,7 +351,6 @@ def _replace_surfaces(tree: Tree, of: Callable[[Any], Any]) -> Tree:
 
 def _box(shape: Shape, faces: BodyFaces, assembly: Assembly) -> list[float]:
     """Return the bounds of a shape as six numbers."""
-    # The plain primitive: its ends need no 3,000-bit box of a combination
     if isinstance(shape, Primitive) and type(shape).bounds_under is Primitive.bounds_under:
         return shape.ends(shape.under())
     plan = csg_plan(shape) if isinstance(shape, Boolean) else None

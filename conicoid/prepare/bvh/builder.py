@@ -239,7 +239,7 @@ def _survey(boxes: Floats, begin: int, end: int, patterns: Signs, counts: Longs,
 def finite_limits(ends: Floats) -> Floats:
     """Return (6,) finite numbers beyond all finite ends, which replace -inf and inf."""
     low, high = np.where(ends[:3] <= ends[3:], ends[:3], 0.0), np.where(ends[:3] <= ends[3:], ends[3:], 0.0)
-    # As far beyond as the scene is wide, so that stand-ins for infinity cost much area, but no overflow
+    # As far beyond as the scene is wide; a thousandth of the coordinates where it is thin
     beyond = max(float(row_lengths(high - low)), 1e-3 * float(np.abs([low, high]).max())) or 1.0
     return np.concatenate([low - beyond, high + beyond])
 
