@@ -195,13 +195,13 @@ class PrimitiveBatch:
 
         Return the positions of those that must be lowered singly.
         """
-        has_many_faces = np.array([shape._has_many_faces for shape in shapes], bool)
-        for k in np.flatnonzero(has_many_faces).tolist():
+        in_batch = np.array([shape._has_many_faces for shape in shapes], bool)
+        for k in np.flatnonzero(in_batch).tolist():
             self._add_polyhedron(shapes[k], chains.steps[k], int(places[k]))  # type: ignore[arg-type]
-        others = np.flatnonzero(~has_many_faces)
+        others = np.flatnonzero(~in_batch)
         for group in flatten_all([shapes[k] for k in others.tolist()] if len(others) < len(shapes) else shapes):
             group = dataclasses.replace(group, which=others[group.which])
-            has_many_faces[group.which] = True
+            in_batch[group.which] = True
             counts = chains.translations[group.which]
             for count in sorted(set(counts.tolist())):
                 some = np.flatnonzero(counts == count)
@@ -216,7 +216,7 @@ class PrimitiveBatch:
                     numbers = np.concatenate([numbers, np.array(offsets).reshape(len(which), -1)], axis=1)
                 like.numbers.append(numbers)
                 like.motions.append(motions)
-        return np.flatnonzero(~has_many_faces)
+        return np.flatnonzero(~in_batch)
 
     def _add_polyhedron(self, shape: Polyhedron, steps: tuple[Step, ...], place: int) -> None:
         """Add a polyhedron of many faces, which are lowered together."""
