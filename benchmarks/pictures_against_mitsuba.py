@@ -172,86 +172,116 @@ SIDE = ([0.0, -9.0, 4.0], [0.0, 0.0, 1.0], 40.0)
 GOLD = dict(index=[0.21, 0.43, 1.31], extinction=[3.272, 2.455, 1.849])
 
 
-def cases() -> dict[str, Case]:
-    """All scenes by name."""
+def _floor() -> Any:
+    """The body of the ground."""
     import conicoid as co
 
-    def floor() -> Any:
-        square = [(-40, -40, 0), (40, -40, 0), (40, 40, 0), (-40, 40, 0)]
-        return co.Body(co.Polygon(square), co.matte(GREY))
+    square = [(-40, -40, 0), (40, -40, 0), (40, 40, 0), (-40, 40, 0)]
+    return co.Body(co.Polygon(square), co.matte(GREY))
 
-    def over(*bodies: Any, light: float = 20.0, background: float = 0.0) -> Callable[[], dict[str, Any]]:
-        disc = co.Body(co.Disc((0, 0, 6), (0, 0, -1), 1.0), co.glow([light] * 3))
-        return lambda: dict(bodies=[floor(), disc, *bodies], background=(background,) * 3)
 
-    def under(background: float = 0.0, light: float = 20.0, **shapes: Peer) -> Peer:
-        around = {"sky": sky(background)} if background else {}
-        return {"floor": ground(matte(GREY)), "lamp": ceiling_disc(6, 1.0, [light] * 3), **around, **shapes}
+def _over(*bodies: Any, light: float = 20.0, background: float = 0.0) -> Callable[[], dict[str, Any]]:
+    """Bodies on the ground under a lamp."""
+    import conicoid as co
 
-    def on_floor(material: Any) -> Any:
-        return co.Body(co.Sphere(1.2, (0, 0, 1.2)), material)
+    disc = co.Body(co.Disc((0, 0, 6), (0, 0, -1), 1.0), co.glow([light] * 3))
+    return lambda: dict(bodies=[_floor(), disc, *bodies], background=(background,) * 3)
 
-    def same(bsdf: Peer) -> Peer:
-        return ball([0, 0, 1.2], 1.2, bsdf=bsdf)
+
+def _under(background: float = 0.0, light: float = 20.0, **shapes: Peer) -> Peer:
+    """The same for Mitsuba."""
+    around = {"sky": sky(background)} if background else {}
+    return {"floor": ground(matte(GREY)), "lamp": ceiling_disc(6, 1.0, [light] * 3), **around, **shapes}
+
+
+def _on_floor(material: Any) -> Any:
+    """A ball on the ground."""
+    import conicoid as co
+
+    return co.Body(co.Sphere(1.2, (0, 0, 1.2)), material)
+
+
+def _same(bsdf: Peer) -> Peer:
+    """The same for Mitsuba."""
+    return ball([0, 0, 1.2], 1.2, bsdf=bsdf)
+
+
+def cases() -> dict[str, Case]:
+    """All scenes by name."""
+    return {"balls": balls(), **_light_cases(), **_material_cases()}
+
+
+def _light_cases() -> dict[str, Case]:
+    """Scenes of one kind of light each."""
+    import conicoid as co
+
+    walls = room()
+    return {
+        "ball-lamp": Case(
+            lambda: dict(bodies=[_floor(), co.Body(co.Sphere(0.7, (1, 0, 3)), co.glow(8)), _on_floor(co.matte(RED))]),
+            {"floor": ground(matte(GREY)), "lamp": ball([1, 0, 3], 0.7, emitter=lamp([8.0] * 3)),
+             "ball": _same(matte(RED))}, SIDE,
+        ),
+        "point": Case(
+            lambda: dict(
+                bodies=[_floor(), _on_floor(co.matte(RED))],
+                lights=[co.PointLight((3, -3, 5), 30, falloff="inverse_square"), co.DirectionalLight((1, 1, -2), 0.5)],
+            ),
+            {"floor": ground(matte(GREY)), "ball": _same(matte(RED)),
+             "light": {"type": "point", "position": [3.0, -3.0, 5.0], "intensity": rgb([30 * np.pi] * 3)},
+             "sun": {"type": "directional", "direction": [1.0, 1.0, -2.0], "irradiance": rgb([0.5 * np.pi] * 3)}},
+            SIDE,
+        ),
+        "surroundings": Case(
+            lambda: dict(bodies=[_floor(), _on_floor(co.matte(RED))], background=co.Environment(seen_image(64, 128))),
+            {"floor": ground(matte(GREY)), "ball": _same(matte(RED)),
+             "sky": {"type": "envmap", "bitmap": {"image": peer_image(64, 128)},
+                     "to_world": {"matrix": [[0, 0, -1, 0], [-1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, 1]]}}},
+            SIDE,
+        ),
+        "room": Case(lambda: dict(bodies=walls[0]), walls[1], ([0.0, -0.99, 0.0], [0.0, 1.0, 0.0], 80.0), 12),
+    }  # fmt: skip
+
+
+def _material_cases() -> dict[str, Case]:
+    """Scenes of one material each, and of lamps that are cylinders."""
+    import conicoid as co
 
     rough = {"type": "roughconductor", "alpha": 0.3, "distribution": "ggx"}
     metal = {"eta": rgb(GOLD["index"]), "k": rgb(GOLD["extinction"])}
     glass = {"int_ior": 1.5, "ext_ior": 1.0}
     smooth_plastic = {"type": "plastic", "diffuse_reflectance": rgb(RED), **glass, "nonlinear": True}
-    walls = room()
     return {
-        "balls": balls(),
-        "ball-lamp": Case(
-            lambda: dict(bodies=[floor(), co.Body(co.Sphere(0.7, (1, 0, 3)), co.glow(8)), on_floor(co.matte(RED))]),
-            {"floor": ground(matte(GREY)), "lamp": ball([1, 0, 3], 0.7, emitter=lamp([8.0] * 3)),
-             "ball": same(matte(RED))}, SIDE,
-        ),
-        "point": Case(
-            lambda: dict(
-                bodies=[floor(), on_floor(co.matte(RED))],
-                lights=[co.PointLight((3, -3, 5), 30, falloff="inverse_square"), co.DirectionalLight((1, 1, -2), 0.5)],
-            ),
-            {"floor": ground(matte(GREY)), "ball": same(matte(RED)),
-             "light": {"type": "point", "position": [3.0, -3.0, 5.0], "intensity": rgb([30 * np.pi] * 3)},
-             "sun": {"type": "directional", "direction": [1.0, 1.0, -2.0], "irradiance": rgb([0.5 * np.pi] * 3)}},
-            SIDE,
-        ),
-        "glass": Case(over(on_floor(co.glass(1.5))), under(ball=same({"type": "dielectric", **glass})), SIDE),
+        "glass": Case(_over(_on_floor(co.glass(1.5))), _under(ball=_same({"type": "dielectric", **glass})), SIDE),
         "rough-glass": Case(
-            over(on_floor(co.glass(1.5, roughness=0.1))),
-            under(ball=same({"type": "roughdielectric", "alpha": 0.1, "distribution": "ggx", **glass})), SIDE,
+            _over(_on_floor(co.glass(1.5, roughness=0.1))),
+            _under(ball=_same({"type": "roughdielectric", "alpha": 0.1, "distribution": "ggx", **glass})), SIDE,
         ),
         "gold": Case(
-            over(on_floor(co.materials.conductor(**GOLD))), under(ball=same({"type": "conductor", **metal})), SIDE
+            _over(_on_floor(co.materials.conductor(**GOLD))), _under(ball=_same({"type": "conductor", **metal})), SIDE
         ),
         "rough-gold": Case(
-            over(on_floor(co.materials.conductor(**GOLD, roughness=0.1))),
-            under(ball=same({**rough, **metal, "alpha": 0.1})), SIDE,
+            _over(_on_floor(co.materials.conductor(**GOLD, roughness=0.1))),
+            _under(ball=_same({**rough, **metal, "alpha": 0.1})), SIDE,
         ),
-        "plastic": Case(over(on_floor(co.plastic(RED)), background=0.5), under(0.5, ball=same(smooth_plastic)), SIDE),
+        "plastic": Case(
+            _over(_on_floor(co.plastic(RED)), background=0.5), _under(0.5, ball=_same(smooth_plastic)), SIDE
+        ),
         "cylinders": Case(
-            over(
+            _over(
                 co.Body(co.Cylinder((-2, 0, 0.5), (0, 1, 2), 0.5), co.matte(RED)),
                 co.Body(co.Cylinder((1.5, -1, 1.5), (2.5, 0, 2.5), 0.2), co.glow(5)), light=5,
             ),
-            under(
+            _under(
                 light=5, a=cylinder([-2, 0, 0.5], [0, 1, 2], 0.5, bsdf=matte(RED)),
                 **caps([-2, 0, 0.5], [0, 1, 2], 0.5, "a", bsdf=matte(RED)),
                 b=cylinder([1.5, -1, 1.5], [2.5, 0, 2.5], 0.2, emitter=lamp([5.0] * 3)),
                 **caps([1.5, -1, 1.5], [2.5, 0, 2.5], 0.2, "b", emitter=lamp([5.0] * 3)),
             ), SIDE,
         ),
-        "surroundings": Case(
-            lambda: dict(bodies=[floor(), on_floor(co.matte(RED))], background=co.Environment(seen_image(64, 128))),
-            {"floor": ground(matte(GREY)), "ball": same(matte(RED)),
-             "sky": {"type": "envmap", "bitmap": {"image": peer_image(64, 128)},
-                     "to_world": {"matrix": [[0, 0, -1, 0], [-1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, 1]]}}},
-            SIDE,
-        ),
-        "room": Case(lambda: dict(bodies=walls[0]), walls[1], ([0.0, -0.99, 0.0], [0.0, 1.0, 0.0], 80.0), 12),
         "fog": Case(
-            over(on_floor(co.fog([1.0, 1.5, 2.0], [0.1, 0.05, 0.0], 0.3)), background=0.2),
-            under(0.2, ball=same({"type": "null"}) | {"interior": {
+            _over(_on_floor(co.fog([1.0, 1.5, 2.0], [0.1, 0.05, 0.0], 0.3)), background=0.2),
+            _under(0.2, ball=_same({"type": "null"}) | {"interior": {
                 "type": "homogeneous", "scale": 2.0, "sigma_t": rgb([0.55, 0.775, 1.0]),
                 "albedo": rgb([1 / 1.1, 1.5 / 1.55, 1.0]),
                 "phase": {"type": "hg", "g": 0.3},

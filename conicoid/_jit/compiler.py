@@ -42,7 +42,7 @@ TESTED = (0, 65), (0, 68)
 
 
 def require_tested_version(version: str, wish: str) -> None:
-    """Raise ImportError for a version of Numba outside `TESTED`, unless `wish` is the value of CONICOID_JIT."""
+    """Raise ImportError for a version of Numba outside `TESTED`, unless CONICOID_JIT (`wish`) is set."""
     parts = re.match(r"(\d+)\.(\d+)", version)
     # An unreadable version counts as untested
     if not wish and not (parts and TESTED[0] <= (int(parts[1]), int(parts[2])) <= TESTED[1]):

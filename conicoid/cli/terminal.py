@@ -46,7 +46,7 @@ _NAME_ERRORS = frozenset(
 
 
 def exit_code(error: OSError) -> int:
-    """Return EXIT_USAGE for an error that another name would avoid, else EXIT_FAILURE."""
+    """Return EXIT_USAGE where another file name or address would avoid the error, else EXIT_FAILURE."""
     return EXIT_USAGE if error.errno in _NAME_ERRORS else EXIT_FAILURE
 
 

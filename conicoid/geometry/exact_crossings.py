@@ -64,7 +64,9 @@ class IntegerForm:
         values = _along(self.coefficients, line)
         if self.off is None:
             return IntegerQuadratic(*values)
+        # The same polynomial of sizes: each term grows by its error, and no sign cancels
         off = _along(self.off, IntegerLine(_sizes(line.origin), _sizes(line.direction), line.unit))
+        # A coefficient that may be zero is zero, with no error left
         certain = [(v, o) if is_certain(v, o) else (0, 0) for v, o in zip(values, off, strict=True)]
         (a, off_a), (b, off_b), (c, off_c) = certain
         return IntegerQuadratic(a, b, c, (off_a, off_b, off_c))
@@ -97,6 +99,7 @@ def surface_form(surface: Surface) -> IntegerForm:
         sense = -1 if next(float(n) for n in surface.normal if float(n)) < 0 else 1
         numbers = [0] * 6 + [sense * n for n in surface.normal] + [-2 * sense * surface.offset]
         return _form_of_coefficients(numbers)
+    # Irrational numbers: the ten coefficients may still be rational (docs/dev/exactness.md)
     if any(map(ex.is_rounded, _surface_numbers(surface))):
         return _form_of_coefficients([ex.cancelling_sum(terms) for terms in surface.terms()])
     return _quadric_form(surface)
@@ -122,11 +125,14 @@ def _form_of_coefficients(coefficients: Sequence[Any]) -> IntegerForm:
     if not any(map(ex.is_rounded, coefficients)):
         return _integer_form([ex.fraction(c) for c in coefficients])
     numbers = [ex.exact(c) for c in coefficients]
+    # Ratios to the largest, which is certainly not zero
     largest = max(numbers, key=abs)
     ratios = [Fraction(1) if n is largest else _ratio(n, largest) for n in numbers]
     if None not in ratios:
+        # Only a positive factor keeps the inside
         sign = 1 if largest > 0 else -1
         return _integer_form([sign * ratio for ratio in ratios if ratio is not None])
+    # One power of two for all ten makes them integers
     least = min(n.exponent for n in numbers)
     return IntegerForm(
         _ten_numbers([n.mantissa << (n.exponent - least) for n in numbers]),
@@ -222,9 +228,11 @@ def exact_ranks(places: Sequence[RayPlace]) -> list[float]:
         while end < len(order) and _least(order[end]) <= most:
             most = max(most, _most(order[end]))
             end += 1
+        # Exact comparisons only within a group whose floats overlap
         near = sorted(order[begin:end], key=cmp_to_key(_compare))
         for k, place in enumerate(near):
             so_far += 1.0 if k == 0 or _compare(near[k - 1], place) != 0 else 0.0
+            # By id: roots of one name are one object by now
             rank[id(place)] = so_far
         begin = end
     zero = rank[id(distinct[0])]

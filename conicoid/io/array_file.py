@@ -77,6 +77,7 @@ def open_source(path: Path, names: Collection[str], columns: Sequence[str], whol
     }  # fmt: skip
     suffix = path.suffix.lower()
     if suffix != ".zarr":
+        # A pipe or device would block or never end, so that anything but a plain file is refused first
         open_regular(path).close()
     source: Source = kinds[suffix](path, names, columns)
     if whole:
@@ -174,6 +175,7 @@ class CsvSource:
     def rows(self, names: Collection[str], axes: int, most: int | None, skip: int) -> Iterator[Rows]:
         """Yield rows of the table with their line numbers; lines before them are read and dropped."""
         for table, lines in read_csv_chunks(self._path, len(self._columns), self._columns, most):
+            # For None also an empty table, since the caller waits for one piece
             if skip < len(table) or most is None:
                 yield {TABLE: table[skip:], LINE: lines[skip:]}
             skip = max(0, skip - len(table))
@@ -300,6 +302,7 @@ class ZarrSource:
         each = max(1, math.prod(shape[1:]))
         first, array = begin // each, self._arrays[name]
         try:
+            # Whole items of the first axis, as chunks hold them; the rest is cut off below
             some = np.asarray(array[first : -(-end // each)] if shape else array[...], np.float64)
         except Exception as error:  # a damaged chunk raises what its codec raises
             raise ValueError(f"array {name} has a chunk that cannot be read ({_first_line(error)})") from None

@@ -29,9 +29,11 @@ def resolve_data_file(folder: Path, name: str) -> Path:
 
     Raise ValueError for an absolute path, a path (or link) that leads out of the folder, or no file.
     """
+    # By the rules of both systems, so that a scene is refused or accepted everywhere alike
     if PurePosixPath(name).is_absolute() or PureWindowsPath(name).drive or "\\" in name or "\0" in name:
         raise ValueError(f"must be a relative path with forward slashes, got {name!r}")
     try:
+        # Links are followed before the comparison: a link may lead out of the folder
         path = (folder / name).resolve()
     except RuntimeError:  # Python's error for a circle of links
         raise ValueError(f"must not lead in a circle of links, got {name!r}") from None
@@ -93,6 +95,7 @@ def read_csv_chunks(
 
     For `most` = None yield all rows once, even if there are none. Raise ValueError, with file and line, as `read_rows`.
     """
+    # Arrays of machine numbers, not lists: a file of rays may have hundreds of millions
     lines, values, heading, expected = array("q"), array("d"), "", f"{columns} numbers ({', '.join(header)})"
     found_any = False
     try:

@@ -104,6 +104,7 @@ def read_npy_header(file: IO[bytes]) -> ArrayHeader:
         raise NpyFormatError(f"it is of version {start[6]}.{start[7]}, known are 1.0, 2.0 and 3.0")
     width = 2 if start[6] == 1 else 4
     length = int.from_bytes(_read_exactly(file, width), "little")
+    # Before it is read: a header may claim 4 GiB
     if length > MAX_HEADER_BYTES:
         raise NpyFormatError(f"its header is {length:,} bytes long, at most {MAX_HEADER_BYTES:,} are read")
     text = _read_exactly(file, length).decode("latin-1").strip()
@@ -117,6 +118,7 @@ def _parse_header(text: str, length: int) -> ArrayHeader:
     entries: dict[str, re.Match[str]] = {}
     while position < len(inner):
         match = _HEADER_ENTRY.match(inner, position)
+        # A key that comes twice could show one value to the check, and another to a reader
         if match is None or match["key"] in entries:
             raise NpyFormatError("its header is not that of an array of numbers")
         entries[match["key"]], position = match, match.end()
@@ -125,6 +127,7 @@ def _parse_header(text: str, length: int) -> ArrayHeader:
     name, flag, axes = entries["descr"]["text"], entries["fortran_order"]["flag"], entries["shape"]["axes"]
     if name is None or flag is None or axes is None:
         raise NpyFormatError("its header is not that of an array of numbers")
+    # Objects are pickles, which execute code
     if "O" in name:
         raise NpyFormatError("it holds Python objects, which are never read")
     return ArrayHeader(name, _parse_shape(axes), flag == "True", length)
@@ -133,6 +136,7 @@ def _parse_header(text: str, length: int) -> ArrayHeader:
 def _parse_shape(text: str) -> tuple[int, ...]:
     axes = [axis.strip().removesuffix("L") for axis in text.split(",")]
     axes = axes[:-1] if axes[-1] == "" else axes
+    # 18 digits fit into 64 bits; int() of thousands of digits would take long
     if len(axes) > MAX_AXES or not all(axis.isdecimal() and len(axis) < 19 for axis in axes):
         raise NpyFormatError(f"its shape ({' '.join(text.split())[:60]}) is not that of an array")
     shape = tuple(map(int, axes))
@@ -159,9 +163,11 @@ def read_numbers(file: IO[bytes], header: ArrayHeader, count: int) -> FloatArray
     """
     kind = np.dtype(header.type_name)
     try:
+        # Memory is taken by the header's word, which `check_memory` and the size of the file have confirmed
         values = np.empty(count)
     except MemoryError:
         raise RefusedArrayError(f"takes {count * 8 / 2**30:,.1f} GiB, more memory than there is left") from None
+    # In pieces, so that the file's own type never doubles the memory
     step = NPY_CHUNK // kind.itemsize
     for begin in range(0, count, step):
         part = values[begin : begin + step]
@@ -192,10 +198,12 @@ class ArrayRows:
         values = read_numbers(self._file, self._header, count * self._each)
         if self._header.by_rows:
             return values.reshape(count, *self._last)
+        # Fortran's order is C's order of the axes reversed
         return values.reshape(self._last[::-1]).T[None]
 
     def finish(self) -> None:
         """Read the end of the file, where an archive compares the checksum."""
+        # zipfile compares the checksum only when it reads beyond the last byte
         self._file.read(1)
 
 
@@ -236,6 +244,7 @@ class _BoundedFile:
         self.file, self.most = file, _MAX_READ
 
     def read(self, count: int = -1) -> bytes:
+        # One byte more than allowed, which tells a longer read from one that just fits
         data = self.file.read(self.most + 1 if count < 0 else min(count, self.most + 1))
         if len(data) > self.most:
             raise zipfile.BadZipFile("its directory is too long")
@@ -265,6 +274,7 @@ class NpzArchive:
         bounded.most = sys.maxsize  # members are read in pieces, and skipped in larger ones
         self.members: dict[str, zipfile.ZipInfo] = {}
         for info in self.zip.infolist():
+            # Two members of one name would let check and reading see different arrays
             name = info.filename.removesuffix(".npy")
             if name in self.members:
                 raise ValueError(f"is not a .npz file (it holds {printable(name[:60])!r} twice)")
@@ -301,6 +311,7 @@ class NpzArchive:
         whole: all of it will be in memory at once; raise an error if that is too much. The errors lack its name.
         """
         info = self.members[name]
+        # Bit 0: encrypted
         if info.flag_bits & 0x1:
             raise NpyFormatError("it is encrypted")
         if info.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
@@ -320,6 +331,7 @@ class NpzArchive:
     def _charge(self, info: zipfile.ZipInfo, header: ArrayHeader) -> None:
         """Raise RefusedArrayError if the compressed arrays of a file become too large for a file of its size."""
         if info.compress_type != zipfile.ZIP_STORED:
+            # For all arrays together: many small bombs are one large one
             self.budget -= header.count * 8
         if self.budget < 0:
             most = (FREE_BYTES + MAX_COMPRESSION * self.size) / 2**30

@@ -71,6 +71,7 @@ class RayFile:
                 _check_memory(self._count)
             self.home = self._read_home()
             full = {name: (*self._leading, *last) for name, last in _LAST_AXES.items()} | {_STARTS: (self._count,)}
+            # Only arrays of full shape have rows to read; others broadcast, and are small
             self._streamed = [name for name, each in self._headers.items() if each.by_rows and each.shape == full[name]]
             self._small = {
                 name: self._whole(name) if name == _STARTS else np.broadcast_to(self._whole(name), full[name])
@@ -214,6 +215,7 @@ class RayFile:
         both = np.split(rows[TABLE], 2, axis=1) if TABLE in rows else (rows[_ORIGINS], rows[_DIRECTIONS])
         origins, directions = map(np.ascontiguousarray, both)
         starts = as_integers(_STARTS, rows.get(_STARTS, np.array([-1.0])), -(2**31), 2**31 - 1, np.int32).reshape(-1)
+        # Rays from misses have no point, and NaN is right there
         alive = np.flatnonzero(np.broadcast_to(starts != DEAD, len(origins)))
         every = len(alive) == len(origins)
         wrong = find_invalid_ray(*((origins, directions) if every else (origins[alive], directions[alive])))

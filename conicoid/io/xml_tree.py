@@ -99,6 +99,7 @@ def read_xml(
 def read_bounded_bytes(path: str | os.PathLike[str], before: int) -> bytes:
     """Return the contents of a file. Raise SceneFileError if it is too large, with the `before` bytes read already."""
     raw = _read_bytes(path)
+    # Before the parser: it makes all attributes of an element at once, and asks nobody
     if raw.count(b"=") > MAX_ATTRIBUTES:
         raise SceneFileError(path, [Problem(0, 0, "", f"has more than {MAX_ATTRIBUTES:,} attributes (or '=' signs)")])
     if before + len(raw) > MAX_XML_BYTES:
@@ -151,6 +152,7 @@ class XmlTreeBuilder(DefusedExpatParser):  # type: ignore[misc]
     def reset(self) -> None:
         """Connect expat to the methods of this class in place of a SAX handler."""
         super().reset()
+        # Straight from expat: SAX events between would cost time for each element
         self._parser.StartElementHandler = self._begin
         self._parser.EndElementHandler = self._end
         self._parser.CharacterDataHandler = self._text
@@ -231,6 +233,7 @@ class XmlEntityBuilder(XmlTreeBuilder):
         raw = read_bounded_bytes(path, self.size)
         self.size += len(raw)
         self.depth += 1
+        # One parser inside the other, so that elements may begin in one file and hold those of another
         self._parser = outer.ExternalEntityParserCreate(context)
         try:
             self._parser.Parse(raw, True)

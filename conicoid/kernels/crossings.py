@@ -274,6 +274,7 @@ def list_packet(
         begin, end = leaf_range(code)
         at, count = leaf_at(geometry, begin), end - begin
         balls = box >= 0 and is_round(geometry, at, count)
+        # Without a test all items count, and all lanes
         bits, hit_lanes = (1 << count) - 1, -1
         if balls and count > 1:
             bits = balls_in_beam(geometry.floats, at, count, count, lanes, BEAM_AT, way)
@@ -294,6 +295,7 @@ def list_packet(
 @helper
 def put_chain(chains: RowChains, i: int, found: Floats, rows: Floats, used: int) -> int:
     """Copy the rows of a lane to rows[used:], which have room; return the number of rows now."""
+    # Rows of all lanes are mixed in one table, since a packet meets a body with all lanes at once
     row, after = chains.last[i], used + chains.rows[i]
     for k in range(after - 1, used - 1, -1):  # a chain leads from the last row to the first
         for column in range(rows.shape[1]):
@@ -404,6 +406,7 @@ def _places(count: int, counts: Ints, offsets: Longs, width: int, begin: int, en
         for line in range(8):
             first, n = packet_row(packet, line, width, len(counts))
             for i in range(first, first + n):
+                # No more places than rows are written, whatever the counts are
                 for k in range(min(counts[i], count - done)):
                     places[done] = offsets[i] + k
                     done += 1

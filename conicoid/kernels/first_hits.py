@@ -54,16 +54,19 @@ def first_crossing(geometry: Geometry, scratch: Scratch, ray: Ray, blocks: Signs
     best = no_hit()
     if not is_open(ray.t_min, ray.t_max):
         return best
+    # Squares of very long or very short directions would overflow, or underflow to 0
     ray, scale = scale_ray(ray)
     some = len(blocks) > 0
     way = scratch.way
     put_beam(way, OWN_BEAM, ray)
+    # One division for the whole ray; kernels multiply
     inverse = span_inverse(ray)
     code, _, top = next_leaf(geometry, way, way, OWN_BEAM, push_roots(geometry, way, scene_tree(geometry)))
     while code != 0:
         first, last = leaf_range(code)
         at, count = leaf_at(geometry, first), last - first
         for eight in range(0, count, 8):  # the balls around eight items are tested at once
+            # Anew for each eight, since a hit among the first shortens the ray for the others
             end = min(ray.t_max, cull_limit(best))
             bits = hit_balls(geometry.floats, at + eight, count, count - eight, ray, inverse, end)
             while bits != 0:
@@ -73,6 +76,7 @@ def first_crossing(geometry: Geometry, scratch: Scratch, ray: Ray, blocks: Signs
                 if some and blocks[item.body] == 0:
                     continue
                 best = intersect_item(geometry, scratch, item, leaf_ball(geometry, at, count, k), ray, inverse, best)
+                # Also where the hit is in doubt: exact methods trace such a ray again
                 if any_hit and best.body >= 0:
                     return scale_hit(best, scale)
         way[OWN_BEAM + LAST] = min(ray.t_max, cull_limit(best))  # boxes beyond the hit are culled from now on
@@ -103,6 +107,7 @@ def _room(count: int, kind: Any, share: int) -> Any:
     Rows of a picture may lie whole pages apart: if all arrays began at the same place of a page, the hits of a packet
     would compete for the same few lines of the cache.
     """
+    # Few hits: their rows do not compete for lines of the cache
     if count < _PAGE:
         return np.empty(count, kind)
     size = count * np.dtype(kind).itemsize
@@ -168,6 +173,7 @@ def trace_first(geometry: Geometry, rays: RayArrays, width: int, begin: int, end
     Coherent rays are traced in packets, others one at a time. A lane in doubt is traced again as a single ray, because
     single rays are in doubt less often. Each ray of the tiles gets exactly one hit or miss.
     """
+    # Once for each chunk of tiles, not for each packet
     scratch, bundle, memory = new_scratch(geometry), new_packet(geometry), new_tile()
     lanes, count, several = bundle.lanes, len(rays.origins), len(rays.origins) > LANES
     for tile in range(begin, end):

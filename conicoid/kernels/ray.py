@@ -62,6 +62,7 @@ class RayArrays(NamedTuple):
 
     def some(self, which: Any) -> RayArrays:
         """Return the rays that an index array, mask or slice selects."""
+        # One value for all rays stays one, whichever rays are selected
         parts: tuple[Any, ...] = self
         return RayArrays(*(part if len(part) == 1 else part[which] for part in parts))
 

@@ -97,6 +97,7 @@ class SceneBox(NamedTuple):
 @inline
 def _spread_bits(x: int) -> int:
     """Return the bits of x (up to 5) with two zeros between each."""
+    # Morton order: cells near in space get near keys
     return (x & 1) | (x & 2) << 2 | (x & 4) << 4 | (x & 8) << 6 | (x & 16) << 8
 
 
@@ -128,6 +129,7 @@ def scene_box(geometry: Geometry) -> SceneBox:
 def _cell(x: float, low: float, scale: float, most: float) -> int:
     """Return which of the cells from `low` on, 1 / scale wide, holds x or is nearest to it; 0 for NaN."""
     share = (x - low) * scale
+    # Comparisons with NaN are false, so that NaN becomes 0 here and not an undefined integer below
     share = choose(share > 0.0, share, 0.0)
     return whole(choose(share < most, share, most))
 
@@ -156,15 +158,18 @@ def _key(lanes: Floats, i: Any, box: SceneBox, scale: Triple, most: float, bits:
         lanes[DIRECTION_Z + i],
     )
     tx, ty, tz = _entry(ox, dx, box.lx, box.hx), _entry(oy, dy, box.ly, box.hy), _entry(oz, dz, box.lz, box.hz)
+    # The latest entry of three slabs is that of the box; a ray that begins inside keeps t = 0
     t = choose(tx > 0.0, tx, 0.0)
     t = choose(ty > t, ty, t)
     t = choose(tz > t, tz, t)
     x = _spread_bits(_cell(ox + t * dx, box.lx, scale.x, most))
     y = _spread_bits(_cell(oy + t * dy, box.ly, scale.y, most))
     z = _spread_bits(_cell(oz + t * dz, box.lz, scale.z, most))
+    # Two coordinates on the octahedron place a direction in its octant; the third follows
     quarter = 4.0 / (abs(dx) + abs(dy) + abs(dz))
     u, v = _cell(abs(dx), 0.0, quarter, 3.0), _cell(abs(dy), 0.0, quarter, 3.0)
     octant = whole(choose(dx < 0.0, 1.0, 0.0) + choose(dy < 0.0, 2.0, 0.0) + choose(dz < 0.0, 4.0, 0.0))
+    # As a float, in a row of lanes like the others: keys of 16 bits are exact
     lanes[KEY + i] = float((octant << (3 * bits) | x | y << 1 | z << 2) << 4 | u << 2 | v)
 
 
@@ -185,6 +190,7 @@ def ray_keys(
     box, lanes, cells, total = scene_box(geometry), np.ones(_ROWS * LANES), 1 << bits, len(origins)
     scale = Triple(_scale(box.lx, box.hx, cells), _scale(box.ly, box.hy, cells), _scale(box.lz, box.hz, cells))
     for block in range(begin, end):
+        # A block counts in memory of its own: threads that write to one line of the cache wait for each other
         mine, last = np.zeros(_DIGITS, np.int32), _block(total, len(counts), block + 1)
         for first in range(_block(total, len(counts), block), last, LANES):
             count = min(LANES, last - first)
@@ -254,7 +260,9 @@ def _begin_places(counts: Ints) -> None:
 def ray_order(geometry: Geometry, origins: Floats, directions: Floats) -> Ints:
     """Return the numbers of rays, int32, in an order in which neighbours are coherent; each number occurs once."""
     count = len(origins)
+    # A finer key for many rays, since more of them share a cell
     bits = _MORE_BITS if count >= _MANY else _FEW_BITS
+    # Four blocks for each thread, so that a slow thread holds up a quarter of its share only
     blocks = max(1, min(4 * thread_count(), count // _CHUNK))
     order, nothing = empty_array(count, np.int32), np.empty(0, np.int32)
     rays, ordered, none = empty_array(count, np.int64), empty_array(count, np.int64), np.empty(0, np.int64)
@@ -316,6 +324,7 @@ def put_pair(pairs: Pairs, at: int, ray: int, geometry: Geometry, leaf: int, siz
 def meet_pairs(pairs: Pairs, rays: Floats, more: Floats, count: int) -> None:
     """Intersect the rays of the first `count` pairs with their balls; `rays` and `more` hold eight numbers a ray."""
     lanes, numbers = pairs.lanes, pairs.rays
+    # Lanes beyond the last pair repeat the first: they are computed, and nobody reads them
     for k in range(count, (count + 7) & -8):
         numbers[k] = numbers[0]
     for k in range(0, count, 8):
@@ -448,6 +457,7 @@ def _keep(stream: Stream, k: int, hit: Hit, any_hit: bool) -> None:
         hit.place,
         turn_of(hit),
     )
+    # An interval that ends at -inf meets no box, so that such a ray leaves all lists by itself
     done = any_hit and hit.entry >= 0
     stream.rays[at + LAST] = -math.inf if done else min(more[at + T_MAX], cull_limit(hit))
 
@@ -456,6 +466,7 @@ def _keep(stream: Stream, k: int, hit: Hit, any_hit: bool) -> None:
 def _compare(geometry: Geometry, stream: Stream, k: int, new: Hit, any_hit: bool) -> None:
     """Keep the nearer of the hit of ray k and a new one, which may be a miss."""
     at = np.uint64(8 * k)
+    # Most pairs are far behind the hit, and need no rule of ties; `not >` lets NaN of two misses through
     if new.unsure or not new.t - stream.more[at + BEST] > new.off + stream.more[at + OFF]:
         _keep(stream, k, nearer_hit(geometry, stream_hit(stream, k), new), any_hit)
 

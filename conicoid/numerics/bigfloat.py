@@ -127,6 +127,7 @@ class BigFloat:
             other = exact(other)
         off = 0
         if self.off or other.off:
+            # |ab - a'b'| <= |a| db + (|b| + db) da, in integers without rounding
             off = abs(self.mantissa) * other.off + (abs(other.mantissa) + other.off) * self.off
         return BigFloat(self.mantissa * other.mantissa, self.exponent + other.exponent, off)
 
@@ -147,6 +148,7 @@ class BigFloat:
         quotient, rest = divmod(high, divisor)
         off = 0
         if rest or self.off or other.off:
+            # The least divisor makes the bound largest; 2 for the cut quotient and the cut bound
             off = ((self.off << shift) + (abs(quotient) + 1) * other.off) // (divisor - other.off) + 2
         return BigFloat(quotient, self.exponent - other.exponent - shift, off)
 
@@ -160,6 +162,7 @@ class BigFloat:
 
     def _sign_beside(self, other: Writable) -> int:
         """Return the sign of the difference, 0 if it may be zero."""
+        # Not settled: an order is proved by intervals, never by likelihood
         difference = self - other
         return 0 if not difference else 1 if difference.mantissa > 0 else -1
 
@@ -186,6 +189,7 @@ class BigFloat:
 
     def __hash__(self) -> int:
         """Return the hash of the equal int, float or Fraction, if any (Python's "Hashing of numeric types")."""
+        # Equal numbers of different types must have one hash, as in Python's own types
         modulus = sys.hash_info.modulus
         remainder = abs(self.mantissa) * pow(2, self.exponent, modulus) % modulus
         return -remainder if self.mantissa < 0 else remainder
@@ -285,9 +289,11 @@ def settled(value: BigFloat) -> BigFloat:
     if size <= value.off:
         return ZERO
     length = size.bit_length()
+    # Fewer known bits could agree with a short number by chance
     if length - value.off.bit_length() < _KNOWN:
         return value
     more = length - _SHORT
+    # The nearest number of `_SHORT` bits: half a unit is added before the cut
     short = ((size >> (more - 1)) + 1) >> 1
     if abs((short << more) - size) > value.off:
         return value
@@ -322,12 +328,14 @@ def sqrt(value: Writable) -> BigFloat:
             raise ValueError("square root of a negative number")
         # An interval that holds zero: the root lies between 0 and that of its upper end.
         return BigFloat(0, (value.exponent - 1) // 2, math.isqrt(4 * (max(size, 0) + value.off)) + 1)
+    # The root has half as many bits as its square
     shift = max(0, 2 * (BITS + 64) - size.bit_length())
     # The exponent must be even to be halved.
     shift += (value.exponent - shift) & 1
     root = math.isqrt(size << shift)
     off = 0
     if value.off or root * root != size << shift:
+        # |√x - √y| <= |x - y| / √x
         off = (value.off << shift) // root + 2
     return BigFloat(root, (value.exponent - shift) // 2, off)
 
@@ -378,8 +386,10 @@ def sin_cos_degrees(degrees: float) -> tuple[BigFloat, BigFloat]:
 @lru_cache(maxsize=1024)
 def _sin_cos_degrees(degrees: float) -> tuple[BigFloat, BigFloat]:
     """Return `sin_cos_degrees` of a float."""
+    # A float is a binary fraction, so that the angle is reduced exactly
     angle = Fraction(degrees) % 360
     quarter, rest = divmod(angle, 90)
+    # sin 30 and cos 60 are the only rational values besides 0 and 1
     half = BigFloat(1, -1)
     if rest == 0:
         s, c = ZERO, ONE

@@ -30,6 +30,7 @@ def row_echelon(matrix: FractionMatrix, columns: int) -> tuple[list[list[Fractio
     rows, pivots = [list(row) for row in matrix], list[int]()
     for column in range(columns):
         rank = len(pivots)
+        # Any pivot but 0 serves: fractions do not round
         pivot = next((i for i in range(rank, len(rows)) if rows[i][column]), None)
         if pivot is None:
             continue
@@ -141,6 +142,7 @@ class IntegerQuadratic:
         """b² - a c; 0 if it may be zero."""
         a, b, c, (off_a, off_b, off_c) = abs(self.a), abs(self.b), abs(self.c), self.off
         value = self.b * self.b - self.a * self.c
+        # The largest change of b² - a c within the errors of a, b and c
         off = (2 * b + off_b) * off_b + a * off_c + c * off_a + off_a * off_c
         return value if is_certain(value, off) else 0
 
@@ -196,6 +198,7 @@ class Root:
         if q.a == 0:
             return RootInterval(-q.c << bits, -q.c << bits, 2 * q.b << bits, 0)
         root = isqrt(q.discriminant << (2 * bits))
+        # isqrt rounds down, so that the true root lies within one unit above
         low, high = (root, root + 1) if self.side > 0 else (-root - 1, -root)
         return RootInterval(low - (q.b << bits), high - (q.b << bits), q.a << bits, 1)
 

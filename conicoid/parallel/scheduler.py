@@ -56,6 +56,7 @@ class ChunkSize:
             if self.fixed is not None:
                 size = self.fixed
             else:
+                # Half of a fair share of the rest: the last pieces are small
                 size = max(self.least, min(self.size, -(-(end - begin) // (2 * self.workers))))
                 size = size // step * step if size >= step else size
             yield begin, min(end, begin + size)
@@ -108,6 +109,7 @@ def run_task(
         if ready is not None:
             ready(*shared)
         began = time.perf_counter()
+        # Buffers that travelled may lie at any address, and kernels load whole vectors
         value = call(*shared, *map(align_array, arguments))
         return TaskResult(value, time.perf_counter() - began, tuple(notes))
 
@@ -188,6 +190,7 @@ class Scheduler:
                         self._send(piece)
                         self.queue.append(piece)
                 if self.queue:
+                    # The oldest piece first: results leave in order, and later ones wait in their futures
                     answer = self._await_result(self.queue[0], done, total)
                     self._log_notes(answer.notes)
                     piece = self.queue.popleft()
@@ -197,6 +200,7 @@ class Scheduler:
                     piece.future = None
                     yield piece, answer.value
         finally:
+            # Also after an error or Ctrl-C: nobody wants these results any more
             for piece in self.queue:
                 if piece.future is not None:
                     piece.future.cancel()
@@ -279,6 +283,7 @@ class Scheduler:
             try:
                 return future.result(timeout=_PATIENCE)
             except TimeoutError:
+                # The task itself may have raised TimeoutError, which is not the timeout of this wait
                 if future.done() and not future.cancelled() and future.exception() is not None:
                     raise
                 self._check_open(future)

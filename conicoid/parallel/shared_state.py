@@ -70,6 +70,7 @@ def write_tables(
     rest: everything of a scene beyond its bodies. bodies: the pickle of a scene with bodies.
     Raise OSError if there is no room.
     """
+    # Without what only edits need
     plain = replace(prepared, edit_state=EditState(), forms={}, lowered=replace(prepared.lowered, layout=None))
     vars(plain)["key"] = prepared.key
     buffers: list[pickle.PickleBuffer] = []
@@ -111,6 +112,7 @@ def _write_sections(file: Any, edition: str, pickles: dict[str, bytes], buffers:
         at += len(data)
     starts = []
     for address, count in regions:
+        # The same place within a line of the cache as in memory, on which kernels rely for speed
         at += (address - at) % _LINE
         starts.append(at)
         at += count
@@ -178,8 +180,10 @@ class TablesFile:
                     f"{self.path}: holds tables of conicoid {facts['edition']}; this process has {edition}"
                 )
             self._first, self._facts, self.digest = _first_section(head), facts, _digest(head)
+            # A copy that was cut short would map, and crash where its pages end
             if size != self._first + facts["size"]:
                 raise ValueError(f"{self.path}: is incomplete, {size:,} of {self._first + facts['size']:,} bytes")
+            # A private copy on write: no process can change what the others see
             self._memory = memoryview(mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_COPY))
 
     def section(self, name: str) -> Any:
@@ -198,6 +202,7 @@ class TablesFile:
         """Return the bytes of a section, after a check of their hash."""
         at, count, digest = self._facts["sections"][name]
         data = self._memory[self._first + at : self._first + at + count]
+        # Before it is unpickled: a pickle executes what it holds
         if _digest(data).hex() != digest:
             raise ValueError(f"{self.path}: is damaged")
         return data
@@ -338,6 +343,7 @@ class SharedObject:
         tables are used. Raise ValueError for files of a store that are damaged or of another edition.
         """
         scene = self.thing.scene() if isinstance(self.thing, _WeakScene) else None
+        # A small scene is prepared sooner than a file of its tables is mapped
         if scene is None or len(self.data) <= INLINE_BYTES or type(scene).__module__ != _WeakScene.home:
             return
         folder = store or self._folder()

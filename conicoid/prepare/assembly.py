@@ -41,6 +41,7 @@ def round_surface(surface: Surface) -> SurfaceRecord:
     if kind != PLANE:
         return SurfaceRecord(kind, rounded, lost, 1.0)
     sense = leading_sign(rounded[:3])
+    # The rests follow the sign, and the anchor does not
     return SurfaceRecord(kind, _flip_plane(rounded, sense), _flip_plane(lost, sense), sense)
 
 
@@ -112,6 +113,7 @@ def _as_sphere(surface: QuadricSurface) -> tuple[ex.Writable, ...] | None:
     gram = ex.multiply((rows[0], rows[1], rows[2]), ex.transpose((rows[0], rows[1], rows[2])))
     if ex.cancelling_sum((gram[0][0], -gram[1][1])) or ex.cancelling_sum((gram[0][0], -gram[2][2])):
         return None
+    # Settled sums: zero on paper is zero here, or the sphere was sheared
     if gram[0][1] or gram[0][2] or gram[1][2]:
         return None
     quotient = ex.cancelling_sum((ex.exact(surface.constant) / (ex.exact(a) * gram[0][0]),))
@@ -178,6 +180,7 @@ class Assembly:
 
     def surface(self, surface: Any) -> int:
         """Add a surface; return its number."""
+        # Each face has a surface of its own here; equal ones are merged once for the whole scene
         self.surfaces.append(surface if isinstance(surface, SurfaceSlot) else round_surface(surface))
         self.exact.append(surface)
         return len(self.surfaces) - 1
@@ -211,6 +214,7 @@ class Assembly:
             sense = -sense if negated else sense
             if isinstance(inner, Cell):
                 if gate < 0:
+                    # A leaf needs a gate that it feeds, also where it is the whole program
                     gate = self._gate(-1, 1, negated)
                     negated = False
                 self.leaves.append((self.cell(inner), gate, int(negated), sense))
@@ -236,6 +240,7 @@ class Assembly:
         true = [0] * (len(self.gates) - first_gate)
         for _, gate, negated, _ in self.leaves[first_leaf:]:
             true[gate - first_gate] += negated
+        # Backwards, so that the children of a gate are counted before it
         for gate in range(len(self.gates) - 1, first_gate - 1, -1):
             parent, need, negated, _ = self.gates[gate]
             count = true[gate - first_gate]

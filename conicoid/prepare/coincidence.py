@@ -55,8 +55,10 @@ def put_places_of_planes(
             continue
         x, y, z = planes[row, 0], planes[row, 1], planes[row, 2]
         size = math.sqrt(x * x + y * y + z * z)
+        # About the middle, offsets of near planes differ in digits that floats keep
         p, q, r = planes[row, 4] - middle[0], planes[row, 5] - middle[1], planes[row, 6] - middle[2]
         offset = (p * x + q * y + r * z - planes[row, 3]) / size / unit
+        # Records are scaled by powers of two, which differ between equal planes; a unit normal does not
         x, y, z = x / size, y / size, z / size
         most = abs(offset) if abs(offset) > most else most
         place = x * along[0] + y * along[1] + z * along[2] + offset * along[3]
@@ -116,6 +118,7 @@ def _put_coefficients(
     size = 0.0
     for k in range(10):
         found[at, k] = numbers[k]
+        # By the second order, which does not depend on where the surface lies
         size = abs(numbers[k]) if k < 6 and abs(numbers[k]) > size else size
     size = size if size > 0.0 else 1.0
     for k in range(10):
@@ -173,6 +176,7 @@ def put_across_axes(planes: Floats, rows: Ints, axes: Signs, places: Floats) -> 
         if not (0 <= row < len(planes) and planes[row, 3] == 0.0):
             continue
         for k in range(3):
+            # Such planes are compared by one exact float, without names; boxes have no others
             if planes[row, k] != 0.0 and planes[row, (k + 1) % 3] == 0.0 and planes[row, (k + 2) % 3] == 0.0:
                 axes[i], places[i] = k, planes[row, 4 + k]
 

@@ -104,6 +104,7 @@ def _is_bounded(boxes: Floats, entry: int) -> bool:
 @inline
 def _reach(records: RecordTables, boxes: Floats, surface: int, entry: int, bounded: bool, size: float) -> float:
     """Return how far from its anchor a surface is used: a sphere its radius, others the farthest corner of the box."""
+    # A ball is used to its radius, whatever box it is cut by
     if records.kind[surface] == SPHERE:
         return records.spheres[records.row[surface], 3]
     if not bounded:
@@ -168,6 +169,7 @@ def weigh(
             around = 0.0
             for k in range(6):
                 around += abs(boxes[e, k])
+        # Exact planes carry no rounding of their own outward, so that they are trusted farther out
         elif records.kind[s] == PLANE and kappa == 0.0:
             around = far = _WIDEST * size
         else:
@@ -177,6 +179,7 @@ def weigh(
         off = 0.5 * math.sqrt(kappa) * reach + RELATIVE * around
         limits[o, 0], limits[o, 1] = _larger(limits[o, 0], off), -_larger(-limits[o, 1], -far)
         most[0, p], most[1, p] = _larger(most[0, p], reach), _larger(most[1, p], kappa)
+        # One unbounded use is enough: the limits of a surface hold for all its uses
         most[2, p] = most[2, p] if bounded else 1.0
     return strange
 
@@ -342,6 +345,7 @@ def compute_limits(tables: Tables, boxes: Floats, rest: Remainders) -> dict[str,
     for surface, owner, users in _uses(tables, cell_entry):
         places = place.take(surface, mode="clip")  # any place for a missing surface: `weigh` refuses it
         weigh_all(records, boxes, size, (surface, places, owner, users), limits, most)
+    # Each column is kept by itself: a view would keep the whole array alive
     of_cells = own_memory(limits[:cells])
     of_planes, of_quadrics = (
         mapped_zeros((len(table), 2), np.float64) for table in (tables.planes, tables.quadric_forms)
@@ -380,6 +384,7 @@ def _places(tables: Tables, last: int) -> tuple[Whole, Whole]:
     surfaces = np.full(planes + len(tables.quadric_forms) + 1, -1, np.int32)
     flat, curved = (np.flatnonzero(tables.surface_kind == kind) for kind in (PLANE, QUADRIC))
     place[flat] = row[flat]
+    # Limits belong to the form: quadrics of one form share the widest
     place[curved] = tables.quadrics[row[curved], 3] + planes
     for some in (flat, curved):
         some = some[some <= last]
@@ -416,6 +421,7 @@ def _uses(tables: Tables, cell_entry: Whole) -> Iterator[tuple[Whole, Whole, Who
     Missing surfaces, and owners in no entry, are left out.
     """
     kind, index, cells = tables.entry_kind, tables.entry_index, len(cell_entry)
+    # In blocks, so that lists of uses stay small beside the scene
     for begin in range(0, cells, _USES):
         end = min(cells, begin + _USES)
         rows = rows_of_cells(tables, np.arange(begin, end, dtype=np.int32))
@@ -468,6 +474,7 @@ def no_limits(count: int) -> Floats:
     Nothing is known yet.
     """
     limits = mapped_zeros((count, 2), np.float64)
+    # Not limited, until a use is weighed; 0 for the error, which only grows
     limits[:, 1] = math.inf
     return limits
 
@@ -509,6 +516,7 @@ def program_limits(program: Whole, leaves: Floats, count: int) -> Floats:
     """Compute the limits of programs (count, 2) from those of their leaves' cells."""
     result = np.zeros((count, 2))
     result[:, 1] = math.inf
+    # The crossings of all leaves are compared with each other, so that the widest bound counts for all
     np.maximum.at(result[:, 0], program, leaves[:, 0])
     np.minimum.at(result[:, 1], program, leaves[:, 1])
     return result

@@ -97,6 +97,7 @@ class BodyFaces:
         distinct: list[tuple[float, ...]] = []
         for _, rows in self.rows:
             for row in rows:
+                # By identity, as the docstring promises: the number of rows is a part of the pattern
                 if places.setdefault(id(row), len(distinct)) == len(distinct):
                     distinct.append(row.numbers)
         return distinct, [(*(places[id(row)] for row in (*rows, rows[0])[:3]),) for _, rows in self.rows]  # type: ignore[misc]
@@ -125,6 +126,7 @@ def world_tree(solid: Solid, outer: Motion, faces: BodyFaces) -> Tree:
     Raises TypeError for a part that is neither a primitive solid nor a Boolean node.
     """
     results: list[Tree] = []
+    # A stack instead of recursion: a union chained from thousands of parts is as deep
     pending: list[tuple[Solid, Motion, int]] = [(solid, outer, -1)]
     while pending:
         node, motion, first_face = pending.pop()
@@ -140,11 +142,13 @@ def world_tree(solid: Solid, outer: Motion, faces: BodyFaces) -> Tree:
             del results[-len(node.operands) :]
             results.append(combine_trees(type(node), parts))
             if isinstance(node, Painted):
+                # setdefault: the innermost paint comes first, and stays
                 for face in range(first_face, len(faces.rows)):
                     faces.paints.setdefault(face, node.material)
         else:
             pending.append((node, motion, len(faces.rows)))
             inner = node.motion.then(motion)
+            # Reversed, so that the stack yields operands, and numbers of faces, in their order
             pending.extend((part, inner, -1) for part in reversed(node.operands))
     return results[0]
 
@@ -173,6 +177,7 @@ def _join_nodes(kind: type[All] | type[Any_], parts: list[Tree]) -> Tree:
     nodes: list[Tree] = []
     for part in parts:
         nodes.extend(part.parts if isinstance(part, kind) else (part,))
+    # One part needs no gate
     return nodes[0] if len(nodes) == 1 else kind(tuple(nodes))
 
 
@@ -198,6 +203,7 @@ def cullable_cells(tree: Tree) -> list[Cell]:
     found, pending = [], [tree]
     while pending:
         part = pending.pop()
+        # Outside of a complement is inside of its part, so that a missed box proves nothing
         if isinstance(part, Not):
             return []
         if isinstance(part, Cell):

@@ -90,6 +90,7 @@ class PreparedScene:
         if lowered.layout is None:  # scenes with instances are not edited: their memory needs no pool
             geometry, woods = build_scene_trees(lowered)
             return cls(lowered.with_geometry(geometry), geometry, _flat_rest(lowered), woods, entries=bodies)
+        # A list, since the trees decide when the buffer is made, and how large
         buffers: list[OpenBuffer] = []
         geometry, woods = build_scene_trees(lowered, lambda tables: _reserve(buffers, tables))
         lowered, kept = adopt_buffer(lowered.with_geometry(geometry), buffers[0])
@@ -148,6 +149,7 @@ class PreparedScene:
         surfaces = (tables.surface_kind, tables.surface_row, tables.planes, tables.spheres, tables.quadrics)
         digest = blake2b(digest_size=16)
         for array in (*surfaces, tables.quadric_forms, rest.planes, rest.spheres, rest.quadrics):
+            # The shapes too: two tables of other lengths may have the same bytes in a row
             digest.update(str(array.shape).encode())
             digest.update(np.ascontiguousarray(array).data.cast("B") if array.size else b"")
         return digest.digest()
@@ -180,16 +182,18 @@ def prepare_edit(
     before: list[PreparedScene], bodies: Sequence[Body], progress: Progress | None = None
 ) -> PreparedScene | None:
     """`PreparedScene.edited` for the one scene in a list, which is removed from it; None as there."""
+    # The list held the last reference of the caller: only then may memory be overwritten
     old = before.pop()
     # Instances have shared tables, which cannot be spliced: only their labels can change.
     if not old.can_be_edited or isinstance(old.entries, InstanceList) or isinstance(bodies, InstanceList):
         return old.labelled(bodies) if have_same_shapes(old.entries, bodies) else None
     runs = find_runs(old.entries, bodies)
+    # Other names or materials alone: all tables stay
     if not runs.fresh and len(bodies) == len(old.entries):
         return old.labelled(bodies)
     kept, woods, reference = old.edit_state, old.woods, weakref.ref(old)
     lowered = release_memory(old.lowered, old.geometry, kept.memory) if kept.memory else old.lowered
-    # The last strong reference here: afterwards `known` tells whether somebody else holds the scene.
+    # The last strong reference here: afterwards `reference` tells whether somebody else holds the scene.
     del old
     claim = kept.memory.claim() if kept.memory else BufferClaim()
     edit = edit_scene(lowered, bodies, runs, kept, claim, progress) if claim else None
@@ -197,6 +201,7 @@ def prepare_edit(
         return None
     holder = reference()
     if holder is not None:
+        # Somebody holds the old scene, whose next edit must not reuse memory that this one has taken
         vars(holder)["edit_state"] = edit.edit_state
     return _finish_edit(edit, lowered.tables, woods, bodies)
 
@@ -279,6 +284,7 @@ class Memory(_Sizes):
 
 def measure_memory(geometry: Geometry) -> Memory:
     """Measure the memory of a geometry."""
+    # All tables are parts of two arrays
     every = geometry.integers.nbytes + geometry.floats.nbytes
     boxes = int(length(geometry, NODE_BOXES) + length(geometry, LEAF_ITEMS)) * geometry.floats.itemsize
     tree = boxes + sum(int(length(geometry, k)) for k in _TREE) * geometry.integers.itemsize

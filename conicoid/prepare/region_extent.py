@@ -82,8 +82,10 @@ def _place_planes(planes: Floats, body: int, plane_count: int, frame: Floats, wo
         y = planes[body, at + 1] * (frame[1] - planes[body, at + 5]) / size
         z = planes[body, at + 2] * (frame[2] - planes[body, at + 6]) / size
         offset = -(x + y + z + above)
+        # Outward, so that the plane as it was meant lies within
         offset += _RELAXED * (abs(x) + abs(y) + abs(z) + abs(above) + 1.0)
         reach = abs(nx) * frame[6] + abs(ny) * frame[7] + abs(nz) * frame[8]
+        # The whole box is on the inner side: the plane cuts nothing
         if reach <= offset:
             continue
         if -reach > offset:
@@ -148,6 +150,7 @@ def _place_quadric(quadrics: Floats, body: int, at: int, sense: float, frame: Fl
     if not (largest > 0.0 and largest < math.inf):
         return 0
     for j in range(10):
+        # max |Q| = 1, on which all tolerances rely
         form[j] /= largest
     # The center of the box is the origin
     hx, hy, hz = max(frame[6], frame[9]), max(frame[7], frame[10]), max(frame[8], frame[11])
@@ -238,6 +241,7 @@ def _try_corners(work: Floats, planes: int, form: Floats, curved: bool, reach: F
         for j in range(i):
             mx, my, mz, md = work[j, 0], work[j, 1], work[j, 2], work[j, 3]
             cx, cy, cz = ny * mz - nz * my, nz * mx - nx * mz, nx * my - ny * mx
+            # Parallel planes meet nowhere, or stand for one another
             if _norm(cx, cy, cz) <= _PARALLEL:
                 continue
             for h in range(j):
@@ -252,8 +256,10 @@ def _try_corners(work: Floats, planes: int, form: Floats, curved: bool, reach: F
                 y = (pd * cy + nd * ay + md * by) / determinant
                 z = (pd * cz + nd * az + md * bz) / determinant
                 size = _norm(x, y, z)
+                # Beyond the box, which is at most `_FAR` wide: a side would cut it off
                 if size > 2.0 * _FAR:
                     continue
+                # The flatter the corner, the farther rounding moves it
                 error = _ROUNDING * (abs(nd) + abs(md) + abs(pd) + size) / abs(determinant)
                 if curved:
                     room = _TOLERANCE * (size * size + 2.0 * slope * size + abs(form[9]))
@@ -302,12 +308,14 @@ def _try_line(
     if not inner >= 0.0:
         return
     root = math.sqrt(inner)
+    # As in `roots_of` of kernels/surface/quadric.py: without cancellation
     q = -(b + math.copysign(root, b))
     for which in range(2):
         over, under = (q, a) if which == 0 else (c, q)
         if under == 0.0:
             continue
         t = over / under
+        # Far outside of the box, or NaN
         if not abs(t) < 1e9:
             continue
         loss = a_error * t * t + 2.0 * b_error * abs(t) + c_error

@@ -285,6 +285,7 @@ class Hits(QueryResult, HitDerivatives):
         """
         array = points_array("spawn", "directions", directions)
         shape = self._spawned_shape(array)
+        # A copy: the rays own their directions, whatever the caller writes later
         d, mine = own_copy(array, (*shape, 3)), self.rays.shape
         hit, surfaces = (
             (part if shape == mine else np.broadcast_to(part.reshape(mine), shape)).ravel()
@@ -399,6 +400,7 @@ class Hits(QueryResult, HitDerivatives):
 
     def __getitem__(self, index: Any) -> Hits:
         """Return the hits that an index or mask over the rays' shape selects."""
+        # NumPy's own indexing of the numbers: any index that arrays take selects hits alike
         rows = np.arange(len(self._buffers.t)).reshape(self.rays.shape)[index]
         flat = np.atleast_1d(rows).ravel()
         doubtful = np.flatnonzero(np.isin(flat, self._doubtful)) if len(self._doubtful) else ()

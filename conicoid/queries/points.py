@@ -183,12 +183,13 @@ def first_after(scene: PreparedScene, points: FloatArray, after: Any, width: int
 def bodies_at(scene: PreparedScene, points: Any, query: Callable[[FloatArray, Any], Any] | None = None) -> BodiesAt:
     """Return all bodies that contain each point.
 
-    ask: a function (points, after) with the result of `first_after`, as on workers. Each round finds the next body of
+    query: a function (points, after) with the result of `first_after`, as on workers. Each round finds the next body of
     the points that had one in the round before.
     """
     flat, shape = points_of("bodies_at", points)
     width = width_of(shape)
     first = query or (lambda some, after: first_after(scene, some, after, width if len(some) == len(flat) else 0))
+    # Most points lie in few bodies, so that each round has fewer points than the one before
     which, after = np.arange(len(flat)), BEFORE_FIRST
     owners, bodies = [np.zeros(0, np.int64)], [np.zeros(0, np.int32)]
     while len(which):
@@ -198,6 +199,7 @@ def bodies_at(scene: PreparedScene, points: Any, query: Callable[[FloatArray, An
         owners.append(which)
         bodies.append(after)
     owner = np.concatenate(owners)
+    # Stable: the bodies of a point were found in rising order
     order = np.argsort(owner, kind="stable")
     offsets = np.concatenate([[0], np.cumsum(np.bincount(owner, minlength=len(flat)))]).astype(np.int64)
     return BodiesAt(offsets, np.concatenate(bodies)[order], shape, scene.labels)
@@ -490,6 +492,7 @@ def distance_bounds(
     beyond = ~(bounds < math.inf)
     found.distance[:] = _sign_distances(scene, flat, bounds)
     found.lower[:] = np.where(beyond, reach, bounds)
+    # No wall at any distance is exact; a bound says nothing about how far the wall may be
     found.error[:] = np.where(beyond & (reach == math.inf), 0.0, math.inf)
     return found
 
@@ -515,6 +518,7 @@ def exact_distances(
         field[beyond] = -1
     found.point[beyond] = math.nan
     away[beyond], upper[beyond] = math.inf, math.inf
+    # A search that gave up may have lowered the bound below the wall that it found
     found.lower[:] = np.maximum(0.0, np.where(beyond, np.minimum(lower, reach), np.minimum(lower, away)))
     found.distance[:] = _sign_distances(scene, flat, away)
     with np.errstate(invalid="ignore"):

@@ -47,6 +47,7 @@ def points_array(owner: str, field: str, values: Any, keep_single: bool = False)
     """
     is_single = keep_single and type(values) is np.ndarray and values.dtype == np.float32 and values.flags.aligned
     array = values if is_single else real_array(owner, field, values, "an array of numbers (..., 3)")
+    # [] has no axis of three, but means no rays
     if array.ndim == 1 and array.size == 0:
         array = array.reshape(0, 3)
     refuse_columns(owner, field, values)
@@ -117,6 +118,7 @@ class Rays(ArrayRecord):
             shape = np.broadcast_shapes(o.shape, d.shape)
         except ValueError:
             raise ValueError(f"Rays: origins {o.shape} and directions {d.shape} do not broadcast together") from None
+        # Many rays are checked on all threads, and kept without a copy where that is safe
         if math.prod(shape) >= _MANY:
             o, d, wrong = _check_many(o, d, shape)
         else:
@@ -134,6 +136,7 @@ class Rays(ArrayRecord):
         origins, directions, starts = map(align_array, (origins, directions, starts))
         for array in (origins, directions, starts):
             array.flags.writeable = False
+        # The class refuses assignment, to itself as well
         object.__setattr__(self, "origins", origins)
         object.__setattr__(self, "directions", directions)
         object.__setattr__(self, "_starts", starts)
@@ -182,6 +185,7 @@ class Rays(ArrayRecord):
         """Return True if origins, directions and start surfaces are equal; never an array."""
         if not isinstance(other, Rays):
             return NotImplemented
+        # One start for all equals the same start for each
         mine, its = (np.broadcast_to(r._starts, (r.origins.size // 3,)) for r in (self, other))
         pairs = (self.origins, other.origins), (self.directions, other.directions)
         if not all(np.array_equal(a, b, equal_nan=True) for a, b in pairs) or not np.array_equal(mine, its):
@@ -215,6 +219,7 @@ class Rays(ArrayRecord):
         origins, directions = (np.concatenate([p[k] for p in map(tuple, rows)]) for k in (0, 1))
         homes = {part._home for part in rows if (part._starts >= 0).any()}
         together = np.concatenate(starts)
+        # Numbers of surfaces mean nothing across scenes
         if len(homes) > 1:
             return cls._spawned(origins, directions, np.minimum(together, np.int32(-1)))
         return cls._spawned(origins, directions, together, homes.pop() if homes else None)

@@ -164,7 +164,7 @@ class Exposure:
 
 
 def tile_ranges(numbers: list[int]) -> list[tuple[int, int]]:
-    """Numbers in order as ranges (begin, end)."""
+    """Return rising numbers as ranges (begin, end) of consecutive ones."""
     steps = np.flatnonzero(np.diff(numbers) != 1) + 1
     return [(int(part[0]), int(part[-1]) + 1) for part in np.split(np.array(numbers), steps)]
 

@@ -1,4 +1,4 @@
-"""A scene to a picture."""
+"""`RenderJob`: the checked options of one picture, and the scene's light and materials as its integrator reads them."""
 
 from __future__ import annotations
 

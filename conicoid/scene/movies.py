@@ -247,26 +247,12 @@ def _check_count(name: str, field: str, value: Any) -> int:
 
 @ignore_fp_errors
 def turntable(
-    scene: Scene | Shape | Body,
-    path: str | os.PathLike[str],
-    *,
-    frames: int = 48,
-    seconds: float = 4.0,
-    width: int = 480,
-    height: int = 360,
-    samples: int = 4,
-    integrator: str = "whitted",
-    seed: int = 0,
-    depth: int = 10,
-    camera: AnyCamera | None = None,
-    axes: bool = False,
-    labels: bool = False,
-    normals: bool = False,
-    folder: str | os.PathLike[str] | None = None,
-    keep: bool = True,
-    progress: Callable[[int, int], Any] | None = None,
-    executor: Any = None,
-) -> int:
+    scene: Scene | Shape | Body, path: str | os.PathLike[str], *, frames: int = 48, seconds: float = 4.0,
+    width: int = 480, height: int = 360, samples: int = 4, integrator: str = "whitted", seed: int = 0, depth: int = 10,
+    camera: AnyCamera | None = None, axes: bool = False, labels: bool = False, normals: bool = False,
+    folder: str | os.PathLike[str] | None = None, keep: bool = True,
+    progress: Callable[[int, int], Any] | None = None, executor: Any = None,
+) -> int:  # fmt: skip
     """Turn a scene about once, and write the film as a .gif, .webp or .mp4.
 
     The camera goes around the point that it looks at, about its `up`: the scene seems to turn counterclockwise. Lights
@@ -386,29 +372,12 @@ def render_moment(scene: Scene, how: dict[str, Any], time: float, progress: Any 
 
 @ignore_fp_errors
 def animate(
-    scene: Scene,
-    path: str | os.PathLike[str],
-    *,
-    frames: int | None = None,
-    seconds: float | None = None,
-    start: float = 0.0,
-    shutter: float = 0.5,
-    times: int | None = None,
-    width: int = 480,
-    height: int = 360,
-    samples: int = 16,
-    integrator: str = "whitted",
-    seed: int = 0,
-    depth: int = 10,
-    camera: AnyCamera | None = None,
-    axes: bool = False,
-    labels: bool = False,
-    normals: bool = False,
-    folder: str | os.PathLike[str] | None = None,
-    keep: bool = True,
-    progress: Callable[[int, int], Any] | None = None,
-    executor: Any = None,
-) -> int:
+    scene: Scene, path: str | os.PathLike[str], *, frames: int | None = None, seconds: float | None = None,
+    start: float = 0.0, shutter: float = 0.5, times: int | None = None, width: int = 480, height: int = 360,
+    samples: int = 16, integrator: str = "whitted", seed: int = 0, depth: int = 10, camera: AnyCamera | None = None,
+    axes: bool = False, labels: bool = False, normals: bool = False, folder: str | os.PathLike[str] | None = None,
+    keep: bool = True, progress: Callable[[int, int], Any] | None = None, executor: Any = None,
+) -> int:  # fmt: skip
     """Make a film of a scene with an animation, as a .gif, .webp or .mp4.
 
     A body that moves is prepared anew for each moment; everything else is shared. The frames are .png files, each named

@@ -110,14 +110,14 @@ class UndefinedRegions:
 
 Free = Callable[[FloatArray, FloatArray], Any]
 """free(one, other) -> (n,) bool: are all points between two points undefined? Both are (n, 3)."""
-Around = Callable[[FloatArray, FloatArray], Any]
-"""around(one, other) -> (n,) the surface by which the way between two points leaves the region and comes back to it;
+Detour = Callable[[FloatArray, FloatArray], Any]
+"""detour(one, other) -> (n,) the surface by which the way between two points leaves the region and comes back to it;
 -1 if these are two surfaces."""
 Reach = Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
 """reach(points, directions) -> t (n,) where rays from undefined points leave the region, and the normals (n, 3)."""
 
 
-def regions_of(gaps: list[Gap], free: Free, around: Around, reach: Reach) -> UndefinedRegions:
+def regions_of(gaps: list[Gap], free: Free, detour: Detour, reach: Reach) -> UndefinedRegions:
     """Return the regions of gaps, the one with most gaps first.
 
     Gaps that share a wall may belong to several regions: two gaps beside one plane. They are of one region if a free
@@ -129,7 +129,7 @@ def regions_of(gaps: list[Gap], free: Free, around: Around, reach: Reach) -> Und
     places, roots = _places(sample), UnionFind()
     owners = np.repeat(np.arange(len(sample)), len(_SHARES))
     _join_visible_gaps(places, owners, roots, free)
-    _join_around_bends(sample, places, roots, around)
+    _join_around_bends(sample, places, roots, detour)
     visited, walkers = _random_walks(places, roots, reach)
     first = len(places)
     # Places of walks count as places of the gaps that they started from
@@ -226,7 +226,7 @@ def _random_walks(places: FloatArray, roots: UnionFind, reach: Reach) -> tuple[F
     return np.concatenate(visited), np.tile(walkers, _STEPS)
 
 
-def _join_around_bends(gaps: Sequence[Gap], places: FloatArray, roots: UnionFind, around: Around) -> None:
+def _join_around_bends(gaps: Sequence[Gap], places: FloatArray, roots: UnionFind, detour: Detour) -> None:
     """Join near gaps that share a wall if its bend alone lies between them: the parts of a thin shell."""
     middles = places[len(_SHARES) // 2 :: len(_SHARES)]
     by_wall: dict[GapWall, list[int]] = {}
@@ -246,7 +246,7 @@ def _join_around_bends(gaps: Sequence[Gap], places: FloatArray, roots: UnionFind
         pairs = [(a, b) for a, b in pairs if roots.of(a) != roots.of(b)]
         if pairs:
             first, second = (middles[list(side)] for side in zip(*pairs, strict=True))
-            for k in np.flatnonzero(around(first, second) >= 0).tolist():
+            for k in np.flatnonzero(detour(first, second) >= 0).tolist():
                 roots.join(*pairs[k])
 
 
@@ -281,10 +281,10 @@ def undefined_regions(scene: SceneLike, targets: ProbeTargets, rays: int, random
     if scene.domain is None or skip_reason(scene):
         return []
     domain: SceneLike = extension("Scene")(scene.domain)
-    around = ProbeTargets.of(domain._prepared.lowered)
-    low, high = around.window
+    targets = ProbeTargets.of(domain._prepared.lowered)
+    low, high = targets.window
     bodies = np.flatnonzero(~targets.empty)
-    aims = [around.through_window(rays // 2 + 1, random)]
+    aims = [targets.through_window(rays // 2 + 1, random)]
     if len(bodies):
         aims.append(targets.through_bodies(np.resize(bodies, max(rays // 2, 4 * len(bodies))), random))
     gaps: list[Gap] = []
@@ -294,7 +294,7 @@ def undefined_regions(scene: SceneLike, targets: ProbeTargets, rays: int, random
             gaps += _find_gaps(scene, domain, aim.select(slice(begin, begin + CHUNK)), thin)
     if not gaps:
         return []
-    regions = regions_of(gaps, _make_free(scene, domain), _make_around(scene, domain), _make_reach(scene, domain))
+    regions = regions_of(gaps, _make_free(scene, domain), _make_detour(scene, domain), _make_reach(scene, domain))
     findings = [_finding(scene, domain, regions, k, random) for k in range(len(regions.stretches))]
     return sorted(findings, key=lambda finding: -finding.size)
 
@@ -309,9 +309,9 @@ def skip_reason(scene: SceneLike) -> str:
     """Return why undefined regions of a scene are not searched for; an empty string if they are."""
     if scene.domain is None:
         return "the scene has no domain for its bodies to fill"
-    around = ProbeTargets.of(extension("Scene")(scene.domain)._prepared.lowered)
-    low, high = around.window
-    return "the scene's domain is empty" if around.empty.all() or not (low < high).all() else ""
+    targets = ProbeTargets.of(extension("Scene")(scene.domain)._prepared.lowered)
+    low, high = targets.window
+    return "the scene's domain is empty" if targets.empty.all() or not (low < high).all() else ""
 
 
 def _find_gaps(scene: SceneLike, domain: SceneLike, rays: ProbeRays, thin: float) -> list[Gap]:
@@ -468,10 +468,10 @@ def _make_reach(scene: SceneLike, domain: SceneLike) -> Reach:
     return reach
 
 
-def _make_around(scene: SceneLike, domain: SceneLike) -> Around:
-    """Return the `Around` function of a scene and its domain."""
+def _make_detour(scene: SceneLike, domain: SceneLike) -> Detour:
+    """Return the `Detour` function of a scene and its domain."""
 
-    def around(one: FloatArray, other: FloatArray) -> Any:
+    def detour(one: FloatArray, other: FloatArray) -> Any:
         """Return the surface by which the way between two points enters a first body and leaves the last; -1 for two.
 
         It is -1 as well if an end of the way is in a body, or its middle is outside of the domain.
@@ -486,4 +486,4 @@ def _make_around(scene: SceneLike, domain: SceneLike) -> Around:
         result[~domain.contains((one + other) / 2)] = -1
         return result
 
-    return around
+    return detour

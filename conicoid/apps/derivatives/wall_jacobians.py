@@ -308,7 +308,7 @@ def _center_uv(q: list[list[Any]], anchor: tuple[Any, ...]) -> UV:
 
 
 def _faces_of_polyhedron(shape: Polyhedron, slopes: Any, motion: Motion) -> Iterator[tuple[int, Any, UV]]:
-    """Yield the faces of a polyhedron. Its uv maps are about a point near the solid without known derivatives."""
+    """Yield the faces of a polyhedron. The derivatives of uv are unknown: the maps refer to a point near the solid."""
     # The point may move with all offsets and with the normal of the face.
     every = {key for offset in slopes.offsets for key in slopes_of(offset)}
     for number, (own, moving) in enumerate(zip(shape.surfaces, slopes.surfaces, strict=True)):

@@ -62,6 +62,7 @@ class GdmlMaterialWriter:
         for material in sorted(used, key=lambda each: _palette_number(each, len(used))):
             if material.name == _NO_MATERIAL_NAME and is_void(material):
                 continue
+            # Readers compare materials by name and properties; colours belong to volumes
             first = self._firsts.setdefault((material.name, material.properties, is_void(material)), material)
             if material.name and first is not material:  # only the colour differs, which volumes hold
                 self.names[material], self._numbers[material] = self.names[first], self._numbers[first]
@@ -178,6 +179,7 @@ def nest_bodies(items: list[ExportBody]) -> list[VolumeNest]:
         if isinstance(item.solid, Difference) and item.solid.motion.is_identity:
             first, *cut = item.solid.operands
             for solid in cut:
+                # By equality of solids: the importer cut the very solid that the daughter has
                 daughters = free.get(solid)
                 if daughters:
                     nest.inner.append(daughters.pop())
@@ -319,6 +321,7 @@ def _write_container(structure: _StructureWriter, nests: list[VolumeNest], inner
     """
     ends = [abs(float(end)) for nest in nests for corner in nest.outer.bounds for end in corner]
     size = max((end for end in ends if math.isfinite(end)), default=1.0)
+    # A power of two beyond everything: nothing is cut off, and the number is short
     text = format_number(8.0 * 2.0 ** math.frexp(size)[1])
     solid = structure.solids.add("box", f' x="{text}" y="{text}" z="{text}" lunit="mm"')
     name = "world"

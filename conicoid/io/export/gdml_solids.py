@@ -69,6 +69,7 @@ def _paraboloid(solids: SolidWriter, piece: QuadricPiece) -> SolidReference:
     is_up = piece.g1 > 0
     slope = abs(piece.g1)
     low, high = (Fraction(piece.low), Fraction(piece.high)) if is_up else (-Fraction(piece.high), -Fraction(piece.low))
+    # Below its vertex a paraboloid has no points, and GDML takes no radius of a negative number
     low = max(low, -piece.g0 / slope)
     radii = [_root(piece.g0 + slope * z) for z in (low, high)]
     text = (
@@ -102,6 +103,7 @@ def _angle(bend: Fraction) -> tuple[float, bool]:
     if about > _STEEPEST:
         raise ExportUnsupported("a hyperboloid of it is nearly flat, and GDML has it by an angle near 90 degrees")
     tried = about
+    # Among floats near the angle one often has the exact slope when it is read back
     for _ in range(_NEAR):
         tried = math.nextafter(tried, 0.0)
     for _ in range(2 * _NEAR + 1):

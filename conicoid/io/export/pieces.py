@@ -173,6 +173,7 @@ def axis_steps(start: Vector, end: Vector) -> tuple[tuple[float, float], tuple[S
     low, high = start[axis], end[axis]
     steps: tuple[Step, ...] = ()
     if low > high:
+        # Other programs want the lower end first, so that an axis that points down is turned over
         low, high, steps = -low, -high, (Transform(_AXIS_MIRROR),)
     if axis != 2:
         steps += (Transform(_AXIS_TURNS[axis]),)
@@ -204,6 +205,7 @@ _BOX_FACES = ((0, 4, 6, 2), (1, 3, 7, 5), (0, 1, 5, 4), (2, 6, 7, 3), (0, 2, 3, 
 
 def clip_box(box: BoxPiece, planes: Iterable[ClipPlane]) -> PolyhedronPiece | None:
     """Return the part of a box that is inside of all planes; None if it is empty."""
+    # Floats are fractions, so that nothing is rounded before the file is written
     ends = tuple(tuple(map(Fraction, end)) for end in (box.low, box.high))
     corners = [(ends[k & 1][0], ends[k >> 1 & 1][1], ends[k >> 2 & 1][2]) for k in range(8)]
     loops = [[corners.index(corners[k]) for k in face] for face in _BOX_FACES]
@@ -254,6 +256,7 @@ def _clip_face(
         if (ha < 0 < hb) or (hb < 0 < ha):
             edge = (a, b) if a < b else (b, a)
             if edge not in cuts:
+                # In fractions, once for the two faces of an edge
                 share = ha / (ha - hb)
                 x, y, z = (p if p == q else p + share * (q - p) for p, q in zip(corners[a], corners[b], strict=True))
                 cuts[edge] = len(corners)

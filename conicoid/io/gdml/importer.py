@@ -81,6 +81,7 @@ class GdmlPlacement:
 
     def lifted(self, by: Point) -> GdmlPlacement:
         """Return the placement translated."""
+        # Most daughters stand at the origin of a block, and placements are shared by identity
         if not any(by):
             return self
         if self.is_straight:
@@ -92,6 +93,7 @@ class GdmlPlacement:
 
         Raise ValueError or OverflowError if its numbers make no motion.
         """
+        # Fractions and quarter turns: the part of the motion that is exact
         before = UniversePlacement(self.turn, self.shift)
         # Quarter turns and shifts stay exact before `outer`; any other rotation begins a new outer motion.
         if rotation.motion.is_identity:
@@ -143,6 +145,7 @@ class VolumeBlock(UniverseBlock[VolumePiece]):
     @staticmethod
     def may_lead(path: PlacePath, name: str) -> bool:
         """Return True if the name begins with the path."""
+        # "world/a" leads "world/a/b", but not "world/ab"
         start = "/".join(path)
         return name.startswith(start) and name[len(start) : len(start) + 1] in ("", "/")
 
@@ -275,6 +278,7 @@ def _read_file(path: str, files: _ModuleFiles, first: GdmlReader | None) -> Gdml
     root = read_xml(path, doctype=True, parts=parts, hint="" if files.entities else _HINT)
     reading = GdmlReader(path)
     if first is not None:
+        # Numbers of materials choose their colours, so that they go on through all files
         reading.counter = first.counter
     solids: SolidTable = {}
     materials: MaterialTable = {}
@@ -338,6 +342,7 @@ def _read_module(reading: GdmlReader, element: XmlElement, files: _ModuleFiles) 
     except ValueError as error:
         raise GdmlError(element, str(error)) from None
     here = os.path.abspath(reading.path)
+    # A module that includes itself, directly or not, would never end
     if path in files.stack or path == here:
         raise GdmlError(element, f"file {shorten(name)!r} refers to itself, through others perhaps")
     if path not in files.folder:
@@ -405,6 +410,7 @@ class GdmlExpansion:
         world = self.geometry.world
         self.most, parts = self.count(world, self.levels, 0)
         allowed = self.allowed.bodies
+        # Before any solid is made: files may expand into more than memory holds
         if self.most > allowed or parts > PARTS_FOR_A_BODY * allowed:
             raise self._too_many(
                 format_count(self.most, "body") if self.most > allowed else format_count(parts, "solid"), allowed
@@ -413,6 +419,7 @@ class GdmlExpansion:
         self.expand(world, GdmlPlacement(), root_path(world), self.levels, self.whole)
         pieces, flat = flatten_block(self.whole)
         self.bodies = VolumeBodies(self.whole, pieces, flat)
+        # Only the outermost place of each piece is built, where its numbers are largest
         for done, number in enumerate(self.bodies.outermost()):
             self._check(number, pieces[int(flat.pieces[number])])
             if self.progress is not None and done % 256 == 0:
@@ -436,6 +443,7 @@ class GdmlExpansion:
 
     def count(self, volume: LogicalVolume, levels: int, depth: int) -> tuple[int, int]:
         """Return the numbers of bodies and primitives of a volume and all its descendants."""
+        # Counted once for each volume: a lattice of lattices has more places than could be visited
         counts = self.cache.get((id(volume), levels))
         if counts is not None:
             return counts
@@ -531,6 +539,7 @@ class GdmlExpansion:
         """Record the first error of a volume. Raise SceneFileError once there are `MAX_PROBLEMS`."""
         message = "a number is too large" if isinstance(error, OverflowError) else str(error)
         element = volume.element
+        # One problem for each volume, however many places it has
         self.problems.setdefault(id(volume), Problem(element.line, element.column, path, message))
         if len(self.problems) >= MAX_PROBLEMS:
             raise SceneFileError(self.geometry.path, self.problems.values())

@@ -79,6 +79,7 @@ class PartBudget:
 
 def part_limit(values: int) -> int:
     """Return the most parts of a file with so many values."""
+    # In proportion to the file: a short text must not make much work
     return min(MAX_PARTS, max(FREE_PARTS, PARTS_PER_VALUE * values))
 
 
@@ -111,6 +112,7 @@ class ShapeSizes:
                 pending.extend(unknown)
                 continue
             below = sum(self.sizes[id(part)][1] for part in parts)
+            # The shape is kept beside its size, so that its id stays its own
             self.sizes[id(top)] = top, 1 + STEP_PARTS * len(top.motion.steps) + below
             pending.pop()
         size = self.sizes[id(shape)][1]
@@ -367,6 +369,7 @@ class ShapeReader:
 
     def read(self, node: Node, where: str, base: type = Shape) -> Any:
         """Return the shape at a node, or BAD after a report; it must be of class `base`."""
+        # Before recursion meets Python's limit, which would be no message about the file
         if self.level >= MAX_LEVELS:
             return self.reader.report(
                 node, where, f"nested deeper than {MAX_LEVELS} levels (put parts under `shapes`, each before its use)"
@@ -375,6 +378,7 @@ class ShapeReader:
         try:
             if is_text(node):
                 shape = self._reference(node, where)
+            # An alias is the same node object: what it stands for is read once
             elif (shape := self.read_nodes.get(id(node))) is None:
                 shape = self.read_nodes[id(node)] = self._written(node, where)
         finally:
@@ -496,6 +500,7 @@ class ShapeReader:
             motion = self.motions[id(moves)] = self.motion(moves, where)
         if shape is BAD or isinstance(motion, BadValue):
             return BAD
+        # Composing motions takes time for each step, and aliases can repeat long lists
         self.charge(moves, where, steps=len(shape.motion.steps) + len(motion.steps))
         return self.reader.build(moves, where, lambda: apply_motion(shape, motion))
 

@@ -75,6 +75,7 @@ def sort_events(scratch: Scratch, count: int) -> None:
     """Sort events by t, then by leaf: as kernels/numbers/shell_sort.py, but it moves the events themselves."""
     time, event, gap = scratch.time, scratch.event, first_gap(count)
     while gap > 0:
+        # Shell sort needs neither memory nor recursion, and a body has few events
         for i in range(gap, count):
             t, j = time[TIME * i], i
             leaf, place, on = event[EVENT * i + LEAF], event[EVENT * i + PLACE], event[EVENT * i + ON]

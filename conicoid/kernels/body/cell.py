@@ -61,8 +61,10 @@ def clip_slab(
     t, parallel = -height / rate, rate == 0.0
     outside = parallel & ((height <= 0.0) != inner)
     enters, leaves = ((rate < 0.0) == inner) & (not parallel), ((rate < 0.0) != inner) & (not parallel)
+    # Only the end that this plane may move matters: planes entered compete for t_in, planes left for t_out
     close = abs(t - choose(enters, slab.t_in, slab.t_out)) <= off
     later, sooner = enters & (t > slab.t_in), leaves & (t < slab.t_out)
+    # (inf, -inf) is empty, and no further plane makes it larger
     t_in = choose(outside, math.inf, choose(later, t, slab.t_in))
     t_out = choose(outside, -math.inf, choose(sooner, t, slab.t_out))
     place_in, place_out = place if later else slab.place_in, place if sooner else slab.place_out
@@ -84,6 +86,7 @@ def compose_spans(slab: PlaneSlab, low: float, high: float, crosses: bool, outsi
     by_root = (between & (high <= t_out)) | (beside & (low <= t_out))
     out1, place_out1 = (high if between else low) if by_root else t_out, curved if by_root else place_out
     some = (in1 < out1) & (crosses | outside)
+    # The part behind the quadric begins at its far root, or at the slab where that begins later
     in2, place_in2 = high if high >= t_in else t_in, curved if high >= t_in else place_in
     more = beside & (in2 < t_out) & (t_in < t_out)
     return SpanPair(in1, out1, place_in1, place_out1, in2, t_out, place_in2, place_out, some, more)
@@ -114,6 +117,7 @@ def spans_unsure(
     empty, or certainly outside of the interval, is not doubtful, however close other crossings are.
     """
     t_in, t_out = slab.t_in, slab.t_out
+    # The roots may also swap with an end that they do not cut: a touch there is no span
     close = may_swap(low, t_in, nearness) | may_swap(low, t_out, nearness)
     close |= may_swap(high, t_in, nearness) | may_swap(high, t_out, nearness)
     close |= is_too_far(low, nearness) | is_too_far(high, nearness)  # the side of such a root is not certain either
@@ -387,6 +391,7 @@ def cell_spans(geometry: Geometry, cell: int, ray: Ray, inverse: float) -> CellS
     slab, unsure, lost = slab_of(geometry, cell, ray, inverse, nearness)
     lost |= nearness.far < 0.0
     quadric, low, high, crosses, outside = integer(geometry, table.CELL_QUADRIC, cell), math.inf, math.inf, False, True
+    # The quadric last, and only where the planes leave something: it costs more than they do
     if quadric >= 0 and slab.t_in < slab.t_out:
         low, high, outside, crosses, doubtful = curved_roots(geometry, quadric, ray, inverse)
         outside = outside != (cell_side(geometry, cell) < 0)

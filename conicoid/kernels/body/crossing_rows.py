@@ -42,6 +42,7 @@ def grow_rows(rows: Floats, used: int, more: int) -> Floats:
     """Return the table of rows, or a larger copy if it has no room for `more` rows."""
     if used + more <= len(rows):
         return rows
+    # Twice as long each time, so that all copies together cost as much as the rows; 64 saves the first steps
     larger = np.empty((2 * len(rows) + more + 64, rows.shape[1]))
     for i in range(used):
         for k in range(rows.shape[1]):
@@ -62,7 +63,9 @@ def _put_spans(
 ) -> int:
     """Append rows of the spans between an entry's crossings, from scratch; return the number of rows now."""
     body = whole(entry)
+    # Until the first crossing a span begins at the interval, which is exact: no surface, no error
     enter, surface, before, inside = ray.t_min, whole(-1), 0.0, met.inside
+    # One round more than crossings: the last span may end with the interval
     for c in range(met.crossings + 1):
         at_end = c == met.crossings
         t, beyond, after = ray.t_max, whole(-1), 0.0
@@ -156,6 +159,7 @@ def _unsettled(rows: Floats, first: int, last: int, surface: int, off: int) -> b
     """True if rounding might have changed the order of two rows; not of two on the same surface at the same t."""
     for i in range(first + 1, last):
         near = may_tie(rows[i, T], rows[i, off], rows[i - 1, T], rows[i - 1, off])
+        # One surface at one t is exact: a wall that two bodies share, for which the list's order decides
         if near and (rows[i, T] != rows[i - 1, T] or rows[i, surface] != rows[i - 1, surface]):
             return True
     return False
@@ -166,6 +170,7 @@ def sort_rows(rows: Floats, first: int, last: int, spans: bool) -> bool:
     """Sort the rows of a ray by t and body, crossings also by face; True if rounding might have changed the order."""
     if last - first < 2:
         return False
+    # Insertion moves whole rows, which is cheaper than a sort of numbers for so few
     if last - first <= _FEW:
         _insert_rows(rows, first, last, 2 if spans else 3)
     else:
@@ -179,6 +184,7 @@ def scale_rows(rows: Floats, first: int, last: int, scale: float, unscaled: Ray,
     if scale == 1.0:
         return
     for i in range(first, last):
+        # t_min / scale * scale may differ from t_min by its rounding
         rows[i, T] = unscaled.t_min if spans and rows[i, ENTER_CLIPPED] != 0.0 else rows[i, T] * scale
         if spans:
             rows[i, EXIT] = unscaled.t_max if rows[i, EXIT_CLIPPED] != 0.0 else rows[i, EXIT] * scale
@@ -192,6 +198,7 @@ def ray_rows(
     first, doubtful = used, False
     for k in range(count):
         entry = scratch.found[k]
+        # Sheets have crossings, but no inside
         if spans and not is_solid(geometry, entry):
             continue
         crossings, inside, unsure = entry_crossings(geometry, scratch, entry, ray, 1 << 30)

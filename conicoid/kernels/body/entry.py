@@ -38,6 +38,7 @@ def sheet_crossings(geometry: Geometry, scratch: Scratch, sheet: int, ray: Ray) 
     side, one_sided = integer(geometry, table.SHEET_SIDE, sheet), integer(geometry, table.SHEET_ONE_SIDED, sheet) == 1
     low, high, falls, count, inverse = math.inf, math.inf, False, 0, span_inverse(ray)
     starts = surface == ray.start
+    # Limits belong to the sheet, not to its surface: they know how far the clipped part reaches
     nearness = nearness_of(geometry, table.SHEET_LIMITS, sheet, ray, inverse)
     if is_curved(geometry, surface):
         low, high, outside, crosses, unsure = curved_roots(geometry, surface, ray, inverse)
@@ -53,7 +54,9 @@ def sheet_crossings(geometry: Geometry, scratch: Scratch, sheet: int, ray: Ray) 
     for root in range(2):  # a plane has no second root: high stays infinite
         t = low if root == 0 else high
         against = (falls != (root == 1)) == (side > 0)  # the value changes the other way at the second root
+        # Before the interval is tested: a root that does not count may count exactly
         unsure |= may_pass_start(t, starts, ray.t_min, nearness.off)
+        # The far side of a one-sided sheet is skipped before the clip is tested, which is the costly part
         if not counts_in(t, starts, ray.t_min, ray.t_max) or (one_sided and not against):
             continue
         unsure |= is_too_far(t, nearness)
@@ -84,6 +87,7 @@ def polygon_crossings(geometry: Geometry, scratch: Scratch, polygon: int, ray: R
         integer(geometry, table.POLYGON_FIRST, polygon),
         integer(geometry, table.POLYGON_FIRST, polygon + 1),
     )
+    # The loop after the plane, whose test is cheaper
     inside, doubtful = inside_loop(geometry, first, last, ray)
     unsure |= doubtful | is_too_far(t, nearness)
     if inside and program >= 0:
@@ -115,6 +119,7 @@ def _put_span(
 ) -> tuple[int, bool, bool]:  # fmt: skip
     """Write the ends of one span into scratch: (crossings in scratch now, inside just after t_min, doubtful)."""
     t_in, t_out = ends
+    # Both ends, whichever counts: rounding may have moved either over the origin
     unsure = may_pass_start(t_in, starts[0], ray.t_min, off) | may_pass_start(t_out, starts[1], ray.t_min, off)
     inside = t_in <= ray.t_min < t_out
     # The crossing on which the ray starts is not reported: inside is then as it is beyond that crossing
@@ -138,10 +143,12 @@ def crossings_of_spans(
     geometry: Geometry, scratch: Scratch, ray: Ray, nearness: Nearness, found: CellSpans
 ) -> tuple[int, bool, bool]:
     """`cell_crossings`, from the spans of the cell."""
+    # Spans of a cell do not overlap, so that at most one of them holds t_min, and xor joins them
     count, inside, unsure = 0, False, found.unsure
     for k in range(found.number):
         t_in, place_in = end_of(found, 2 * k)
         t_out, place_out = end_of(found, 2 * k + 1)
+        # By the surface, not the face: both ends of a span may lie on the quadric on which the ray starts
         starts = (
             surface_of(geometry, place_in, t_in) == ray.start,
             surface_of(geometry, place_out, t_out) == ray.start,
@@ -266,6 +273,7 @@ def _larger(data: None, a: int, b: int) -> bool:
     return a > b
 
 
+# A shell sort needs no memory, and lists are a few entries long
 _sort = make_sort(_larger)
 
 
@@ -276,5 +284,6 @@ def collect_entries(geometry: Geometry, scratch: Scratch, ray: Ray) -> int:
     Entries are numbered in the order of their bodies, so the body listed first comes first.
     """
     count = walk(geometry, scratch.way, scene_tree(geometry), ray, scratch.found)
+    # The walk finds entries by nearness; the rule of ties needs the order of the list
     _sort(scratch.found, count, None)
     return count

@@ -61,6 +61,7 @@ class ResolvedHit(NamedTuple):
 @inline
 def no_hit() -> Hit:
     """Return a miss."""
+    # One type for all ids: Numba would compile a second version of every caller for other integers
     nothing = np.int64(-1)
     return Hit(math.inf, nothing, nothing, nothing, np.int64(1), False, 0.0, False)
 
@@ -108,9 +109,11 @@ def nearer_hit(geometry: Geometry, best: Hit, new: Hit) -> Hit:
     """
     unsure = best.unsure | new.unsure
     if may_tie(new.t, new.off, best.t, best.off):
+        # The surfaces are looked up only for near ties, since that reads tables
         unsure |= new.t != best.t or hit_surface(geometry, new) != hit_surface(geometry, best)
     if comes_first(new.t, new.body, best.t, best.body):
         return doubt_hit(new, unsure)
+    # A miss may be in doubt as well: an exact ray might hit here, nearer than `best`
     return doubt_hit(best, unsure)
 
 
@@ -172,6 +175,7 @@ def ball_event(
 @inline
 def try_ball(geometry: Geometry, item: LeafItem, sphere: SphereRecord, ray: Ray, inverse: float, best: Hit) -> Hit:
     """`try_entry` for a ball."""
+    # The index of a ball is its surface
     starts = item.index == ray.start
     nearness = limits_of_ray(ray, inverse, lengths_of_ball(sphere))
     roots = sphere_roots(sphere, line_of(ray), inverse, starts)

@@ -31,7 +31,9 @@ def find_media(geometry: Geometry, scratch: Scratch, ray: Ray, t: float, is_medi
     their bodies, so that the body listed first has priority.
     """
     ray, scale = scale_ray(ray)
+    # Exact, since the scale is a power of two
     t = t / scale
+    # The interval of one point: boxes that hold it are found, no others
     here = with_limits(ray, t, t)
     before, after = -1, -1
     for k in range(collect_entries(geometry, scratch, here)):
@@ -119,6 +121,7 @@ def sides_at(
         other = scratch.found[k]
         near = ray_about(ray, t, 2.0 * (off + entry_nearness(geometry, other, ray).off))
         count, inside, doubtful = entry_crossings(geometry, scratch, other, near, _EVERY)
+        # Two crossings so near may lie on both sides of the hit, in either order
         unsure |= doubtful | (count > 1)
         if count > 0:
             _, place, sense, _ = read_crossing(scratch, 0)

@@ -113,6 +113,7 @@ def _sphere_along(geometry: Geometry, row: int, prism: VoxelPrism) -> VoxelSurfa
     p1, p2, p = _bent(prism, 1.0, 0.0, 0.0, 1.0, px, 0.0)
     r1, r2, r = _bent(prism, 0.0, 1.0, 0.0, 1.0, py, 0.0)
     t1, t2, t = _bent(prism, 0.0, 0.0, 1.0, 1.0, pz, 0.0)
+    # As for points in a ball: a sphere's record has no rest of its own
     rounding = POINT_AT_BALL * (square + radius * radius)
     return VoxelSurface(square - radius * radius, p1 + r1 + t1, p2 + r2 + t2, p + r + t + rounding)
 
@@ -147,6 +148,7 @@ def _measure(at: VoxelSurface, level: float, low: float, high: float) -> float:
         root = -0.5 * c / b
         return overlap_length(low, high, -math.inf, root) if b > 0.0 else overlap_length(low, high, root, math.inf)
     square = b * b - a * c
+    # Without roots q has the sign of its leading coefficient everywhere
     if square <= 0.0:
         return size if a < 0.0 else 0.0
     # Each root by the formula that does not cancel, as `roots_of`
@@ -203,6 +205,7 @@ def cell_shares(geometry: Geometry, rest: RoundingRest, cell: int, prism: VoxelP
     for slot in range(first, last):
         surface, side = integer(geometry, table.PLANE_SURFACE, slot), plane_side(geometry, slot)
         at = _along(geometry, rest, surface, side, prism)
+        # Parallel to the ray: no end of a span, but a part of the cross-section all along
         if at.q1 == 0.0 and abs(at.q0) <= at.off:
             inside = inside and at.q0 <= 0.0
             share += 0.5 * (1.0 - abs(at.q0) / at.off) if at.off > 0.0 else 0.0

@@ -40,6 +40,7 @@ class LeafItem(NamedTuple):
 @inline
 def leaf_range(code: int) -> tuple[int, int]:
     """Return (first, end) places in `tree_order` of the leaf with this code."""
+    # Codes of leaves are negative, so that one number tells a node from a leaf; four bits hold the number of items
     first, count = (-code - 1) >> 4, (-code - 1) & 15
     return first, first + count
 
@@ -53,6 +54,7 @@ def leaf_at(geometry: Geometry, first: int) -> int:
 @inline
 def is_round(geometry: Geometry, at: int, count: int) -> bool:
     """True if the balls around the items of a leaf are tighter than their boxes (`ROUND`)."""
+    # A half in the first number: a flag that costs no memory of its own
     who = geometry.floats[at + WHO * count]
     return who != math.floor(who)
 
@@ -126,6 +128,7 @@ def put_on_stack(way: Floats, k: int, code: float, box: float, t: float) -> None
 @inline
 def reciprocal(d: float) -> float:
     """Return 1 / d, limited to `STEEPEST`: a ray along a wall of a box then lies on one side, and no 0 · inf arises."""
+    # copysign keeps the side for d = -0.0 and 0.0 alike
     return 1.0 / d if abs(d) > 1.0 / STEEPEST else math.copysign(STEEPEST, d)
 
 
@@ -143,6 +146,7 @@ def put_beam(beam: Floats, at: int, ray: Ray) -> None:
 def prefetch_node(geometry: Geometry, code: int) -> None:
     """Prefetch a node or leaf that the walk visits soon."""
     if code >= 0:
+        # Six rows of eight floats: a line of the cache for each side of the eight boxes
         at = node_at(geometry, code)
         for line in range(6):
             prefetch_soon(geometry.floats, at + 8 * line)
@@ -160,6 +164,7 @@ def push_children(geometry: Geometry, way: Floats, node: int, bits: int, top: in
 
     Relies on way[:8] holding the t at which the ray enters each child.
     """
+    # Only the children are sorted; older elements keep their places below
     base = top
     while bits != 0:
         i = lowest_bit(bits)
@@ -194,6 +199,7 @@ def push_roots(geometry: Geometry, way: Floats, tree: int) -> int:
 @inline
 def push_node(geometry: Geometry, way: Floats, node: int, beam: Floats, at: int, top: int) -> int:
     """Push the children of a node that a beam (beam[at:]) meets on the stack; return the stack's height."""
+    # All eight children in one test: a node is as wide as a vector of the processor
     bits = hit_boxes(geometry.floats, node_at(geometry, node), beam, at, way)
     return push_children(geometry, way, node, bits, top)
 

@@ -92,9 +92,11 @@ def _planes_of(f: SurfaceForm) -> PencilPlanes:
     if abs(a1) <= f.size:  # one square: two parallel planes
         if abs(g1) > f.steep:
             return _no_planes(HARD)
+        # a0 u² + 2 g0 u + value = 0, by the formula for its two roots
         square = (g0 * g0 - a0 * f.value) / (a0 * a0)
         if square < -f.off / abs(a0):
             return _no_planes(0)
+        # A square within rounding of 0: one double plane, which both roots give
         root = math.sqrt(max(square, 0.0))
         return PencilPlanes(2, x0, y0, z0, t0 + root, x0, y0, z0, t0 - root)
     t1 = -g1 / a1
@@ -102,6 +104,7 @@ def _planes_of(f: SurfaceForm) -> PencilPlanes:
     if abs(f.value + g0 * t0 + g1 * t1) > f.off + 4.0 * f.steep * (abs(t0) + abs(t1)) or a0 * a1 > 0.0:
         return _no_planes(HARD)
     u, v = math.sqrt(abs(a0)), math.sqrt(abs(a1))
+    # a0 u² - a1 v² = (√a0 u + √a1 v) (√a0 u - √a1 v), then unit normals
     both = math.sqrt(u * u + v * v)
     u, v = u / both, v / both
     return PencilPlanes(
@@ -116,6 +119,7 @@ def _ratio(f: SurfaceForm, h: SurfaceForm, x: float, y: float, z: float) -> floa
     ax, ay, az = bend_times(f, x, y, z)
     bx, by, bz = bend_times(h, x, y, z)
     over, under = dot(ax, ay, az, x, y, z), dot(bx, by, bz, x, y, z)
+    # A ratio of numbers near rounding would give an arbitrary m
     return over / under if (abs(under) > 2.0**-30 * h.size) & (abs(over) > 2.0**-30 * f.size) else 0.0
 
 
@@ -126,6 +130,7 @@ def shared_planes(geometry: Geometry, one: int, other: int, x: float, y: float, 
     f, h = form_at(geometry, one, cx, cy, cz), form_at(geometry, other, cx, cy, cz)
     p = principal_axes(f.xx, f.yy, f.zz, f.xy, f.xz, f.yz).along
     q = principal_axes(h.xx, h.yy, h.zz, h.xy, h.xz, h.yz).along
+    # First f alone, which may be a pair of planes itself
     found = _planes_of(_difference(f, h, 0.0))
     for k in range(7):
         if found.number != HARD:
@@ -196,6 +201,7 @@ def line_of_planes(
     ax: float, ay: float, az: float, g: float, bx: float, by: float, bz: float, h: float
 ) -> tuple[float, float, float, float, float, float]:
     """Return (foot, unit direction) of the line a·v = g, b·v = h; the direction is zero for parallel planes."""
+    # The sine of the angle between unit normals is the length of their cross product
     dx, dy, dz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
     square = dot(dx, dy, dz, dx, dy, dz)
     if square <= _PARALLEL * _PARALLEL:
@@ -287,6 +293,7 @@ def _try_line(
             # A coefficient within rounding counts as zero: its root would lie beyond the resolution of floats
             a = a if abs(a) > _ALONG * form.size else 0.0
             b = b if abs(b) > _ALONG * form.steep else 0.0
+            # As in `roots_of`: b and the root have one sign, so that nothing cancels
             far = -(b + math.copysign(root, b))
             for which in range(2):
                 over, under = (far, a) if which == 0 else (c, far)
@@ -345,11 +352,13 @@ def _try_from(
     """
     before, count = room.best[LOWER], 2 if j == k else 3
     _chosen(room, i, j, k)
+    # Newton's method on two or three surfaces at once
     touch = project_point(geometry, room, count, at.x + vx, at.y + vy, at.z + vz)
     if touch.off > _ENDED * (abs(touch.x) + abs(touch.y) + abs(touch.z)):
         return
     vx, vy, vz = touch.x - at.x, touch.y - at.y, touch.z - at.z
     if try_point(geometry, room, at, count, vx, vy, vz, math.inf, 0.0) != CERTAIN_WALL:
+        # A guess must not lower the certain bound
         room.best[LOWER] = before
 
 
@@ -484,6 +493,7 @@ def _is_stationary(f: SurfaceForm, h: SurfaceForm, vx: float, vy: float, vz: flo
     dx, dy, dz = nx + ax + bx, ny + ay + by, nz + az + bz
     ff, fh = dot(f.gx, f.gy, f.gz, f.gx, f.gy, f.gz), dot(f.gx, f.gy, f.gz, h.gx, h.gy, h.gz)
     hh, square = dot(h.gx, h.gy, h.gz, h.gx, h.gy, h.gz), dot(nx, ny, nz, nx, ny, nz)
+    # Nearly parallel gradients: m and n would be quotients by almost 0
     if not square > 1e-12 * (ff * hh):
         return True
     df, dh = dot(dx, dy, dz, f.gx, f.gy, f.gz), dot(dx, dy, dz, h.gx, h.gy, h.gz)
@@ -597,6 +607,7 @@ def _search(geometry: Geometry, room: Neighbourhood, at: WallQuery, x: float, y:
         count = _near_surfaces(geometry, room, x, y, z, half)
         if count < 2 or not _any_hard(geometry, room, count) or not _may_have_walls(geometry, room, count):
             continue
+        # A point of the curve is at least as far as the second nearest of its surfaces
         near = max(near, _on_two(room, count))
         if near >= limit(room) * _AS_NEAR:  # a whole curve may be equally near, as from the center of a ball
             room.best[LOWER] = min(room.best[LOWER], near)
@@ -662,5 +673,6 @@ def try_hard_edges(geometry: Geometry, room: Neighbourhood, at: WallQuery) -> No
         _search(geometry, room, at, at.x, at.y, at.z, half)
         if room.best[UPPER] <= half:  # the nearest wall lies within the cube
             return
+        # Few cubes, since each searches the one before again
         half *= 16.0
     room.best[LOWER] = min(room.best[LOWER], half)

@@ -188,6 +188,7 @@ def _try_near(geometry: Geometry, room: Neighbourhood, at: WallQuery) -> None:
             if nearest < 0:
                 break
             try_face(geometry, room, at, nearest, is_flat(geometry, room, nearest))
+            # A mark that keeps the bound: -1 - b is negative, and gives b back
             room.bound[nearest] = -1.0 - room.bound[nearest]
         for k in range(room.sizes[SURFACES]):
             if room.bound[k] < 0.0:
@@ -201,8 +202,10 @@ def _try_polygon(geometry: Geometry, room: Neighbourhood, at: WallQuery, polygon
     """Try a polygon, which may be clipped."""
     program = integer(geometry, table.POLYGON_PROGRAM, polygon)
     distance, off, x, y, z = polygon_distance(geometry, polygon, at.x, at.y, at.z)
+    # `not <=`, so that NaN counts as too far
     if not distance - off <= limit(room):
         return
+    # Only now: most polygons are out of reach by their outline alone
     begin_body(room, program, integer(geometry, table.POLYGON_SURFACE, polygon))
     if program < 0:
         room.best[LOWER] = min(room.best[LOWER], distance - off)

@@ -102,6 +102,7 @@ def put_points(memory: SafetyLanes, points: Floats, reach: Floats, packet: int, 
         first, n = packet_row(packet, row, width, count)
         for k in range(8):
             lane, i = np.uint64(8 * row + k), first + k if k < n else some
+            # Idle lanes repeat a real point, so that they widen no box
             room[X + lane], room[Y + lane], room[Z + lane] = points[i, 0], points[i, 1], points[i, 2]
             # -1: no bound is at most this, so that idle lanes never ask for more work
             room[BEST + lane], room[FOUND + lane] = reach[i] if k < n else -1.0, 0.0
@@ -173,6 +174,7 @@ def search_of_lane(room: Floats, i: Any) -> RootSearch:
 def keep_bounds(room: Floats) -> None:
     """Keep the bounds of an entry in lanes where they are at most the best so far."""
     for i in range(EVERY):
+        # All bounds hold, so that the largest is the best
         bound = max(room[BOUND + i], room[NEAR + i])
         nearer = bound <= room[BEST + i]
         room[BEST + i] = choose(nearer, bound, room[BEST + i])
@@ -232,6 +234,7 @@ def _solve(room: Floats, same: SurfaceForm, axes: Axes, scale: float) -> None:
     for i in range(EVERY):
         e = equation_of_lane(room, i)
         w = safe_root(e, room[W + i])
+        # Only an equation that was solved to its end proves a bound
         proof = (room[BOUND + i] == 1.0) & (room[DONE + i] == 1.0) & (w < math.inf)
         room[FACE + i] = choose(proof, max(room[PLAIN + i], root_distance(e, w) * LESS), math.nan)
 
@@ -245,6 +248,7 @@ def _quadric(geometry: Geometry, row: int, room: Floats) -> None:
         put_form(room, i, form)
         plain = plain_bound(form)
         room[PLAIN + i], room[FACE + i] = plain, plain
+        # The cheap bound first: the equation is solved only where it leaves a wall within reach
         near += 1 if (plain > 0.0) & (plain < room[BEST + i]) else 0
     if near > 0:
         # The second-order terms do not depend on the point: one set of axes serves all lanes
@@ -262,6 +266,7 @@ def _quadric(geometry: Geometry, row: int, room: Floats) -> None:
             solved = (plain > 0.0) & (plain < room[BEST + i])
             room[FACE + i] = choose(solved, room[FACE + i], plain)
     for i in range(EVERY):
+        # The sign is that of the surface's value: negative inside
         room[FACE + i] = math.copysign(room[FACE + i], room[VALUE + i])
 
 
@@ -482,6 +487,7 @@ def _put_balls(room: Floats, ball: SphereRecord) -> int:
 def _meet(geometry: Geometry, memory: SafetyLanes, item: LeafItem, near: int) -> None:
     """Keep the bounds of an entry that is near to `near` lanes."""
     room = memory.room
+    # For few points single evaluation is cheaper than 64 lanes
     if near > _MANY and fits_lanes(geometry, item.kind, item.index):
         entry_of_lanes(geometry, item.kind, item.index, room)
         keep_bounds(room)
@@ -518,6 +524,7 @@ def bound_packet(geometry: Geometry, memory: SafetyLanes) -> bool:
             looks, hits = looks + 64, hits + near
             if near > 0:
                 _meet(geometry, memory, leaf_item(geometry, at, count, k), near)
+        # Points too far apart test each other's bodies in vain
         if looks > _LOOKED and hits * _SHARE < looks:
             return False
         found = next_near_leaf(geometry, way, found.top, around, farthest_bound(room))

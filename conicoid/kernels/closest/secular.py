@@ -95,6 +95,7 @@ def nearest_root(e: Secular) -> float:
     steps = 0
     while _above(e, pole, high)[0] < 0.0 and steps < _STEPS:
         high, steps = 8.0 * high, steps + 1
+    # The factor is squared each time: a root near the pole may be many orders of magnitude below
     low, factor = high, 0.5
     while _above(e, pole, low)[0] >= 0.0 and steps < _STEPS:
         high, low, factor, steps = low, low * factor, factor * factor, steps + 1
@@ -167,6 +168,7 @@ def next_root(e: Secular, start: float) -> tuple[float, float]:
     intervals grow while F is certainly not zero or certainly monotonic, and shrink where neither is certain.
     """
     end = -e.a0 - max(0.0, -e.a1)
+    # The second pole itself, where F has no value, is left out
     last = end * (1.0 - 2.0**-40)
     a, more = start, 2.0
     for _ in range(4 * _STEPS):
@@ -191,6 +193,7 @@ def next_root(e: Secular, start: float) -> tuple[float, float]:
 @inline
 def _least_rise(e: Secular, a: float, b: float) -> float:
     """Return a lower bound of dF/dw on [a, b]."""
+    # Each factor at the end where it is largest or least: a bound over the interval, not a value in it
     s, most = -e.a0 - b, -e.a0 - a
     q = e.g0 / b
     first = 2.0 * (q * q) * (max(s, 0.0) / b)
@@ -321,9 +324,11 @@ def next_step(e: PositiveSecular, at: RootSearch) -> RootSearch:
     t, fall = _search_value(e, at.w)
     beyond = t > e.value
     low, high = choose(beyond, at.w, at.low), choose(beyond, at.high, at.w)
+    # Newton's step for 1 / sqrt(T)
     w = at.w + (math.sqrt(t / e.value) - 1.0) * t / fall
     w = choose(w < low, choose(low > 0.0, math.sqrt(low) * math.sqrt(at.w), 0.125 * at.w), w)
     w = choose(w > high, math.sqrt(high) * math.sqrt(at.w), w)
+    # Convergence is quadratic: a step of 2^-26 leaves an error of about 2^-52
     near = abs(w - at.w) <= _DONE * w
     over = at.done == 1.0
     return RootSearch(
@@ -336,6 +341,7 @@ def safe_root(e: PositiveSecular, w: float) -> float:
     """Return the least of three w, a little above the given one, at which T <= f holds; NaN if none does."""
     safe = math.nan
     for k in range(3):
+        # A little above: the distance falls by as little, and T <= f then holds despite rounding
         more = w * (1.0 + (2.0**-41 if k == 0 else (2.0**-45 if k == 1 else 2.0**-49)))
         safe = choose(_search_value(e, more)[0] <= e.value, more, safe)
     return safe

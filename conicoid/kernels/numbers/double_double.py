@@ -17,6 +17,7 @@ from ..._jit.decorators import float_bits, float_from_bits, fma, helper, inline
 def two_sum(a: float, b: float) -> tuple[float, float]:
     """Return (s, e) with s = fl(a + b) and s + e = a + b exactly."""
     s = a + b
+    # v is the part of b that s holds; both brackets are exact (Knuth)
     v = s - a
     return s, (a - (s - v)) + (b - v)
 
@@ -32,6 +33,7 @@ def two_difference(a: float, b: float) -> tuple[float, float]:
 @inline
 def difference_of_products(a: float, b: float, c: float, d: float) -> float:
     """Return a b - c d, to 1.5 ulp of the result."""
+    # The rounding of c d is added back exactly by the second fma
     w = c * d
     return fma(a, b, -w) + fma(-c, d, w)
 
@@ -45,6 +47,7 @@ def accurate_dot(ax: float, ay: float, az: float, bx: float, by: float, bz: floa
     s, e = two_sum(p, q)
     s, f = two_sum(s, r)
     s, g = two_sum(s, more)
+    # Rounding errors of the products, each exact as an fma; their sum may round, as it is 2^-53 of the whole
     lost = (fma(ax, bx, -p) + fma(ay, by, -q)) + fma(az, bz, -r)
     return s + (((e + f) + g) + (lost + tiny))
 
@@ -65,6 +68,7 @@ def power_of_two(k: int) -> float:
 @inline
 def exponent_of(x: float) -> int:
     """Return the k with 2^k <= |x| < 2^(k+1), also for subnormal numbers; x is finite and not zero."""
+    # Subnormal numbers have no exponent of their own: 2^54 makes them normal
     if abs(x) < _FIRST_NORMAL:
         return (float_bits(abs(x) * 2.0**54) >> _FRACTION) - (_BIAS + 54)
     return (float_bits(abs(x)) >> _FRACTION) - _BIAS
@@ -73,6 +77,7 @@ def exponent_of(x: float) -> int:
 @inline
 def scale_by_power(x: float, k: int) -> float:
     """Return x 2^k, for k from -2044 to 2046; in two steps, as 2^k itself may be beyond the floats."""
+    # Two normal powers, whose product with x rounds once
     half = k >> 1
     return x * power_of_two(half) * power_of_two(k - half)
 
@@ -80,8 +85,10 @@ def scale_by_power(x: float, k: int) -> float:
 @inline
 def next_float_up(x: float) -> float:
     """Return the least float greater than x; infinity and NaN stay."""
+    # The bits of 0 are no neighbours of those of the least negative number
     if x == 0.0:
         return 2.0**-1074
+    # The right side is infinity; `not <` holds for NaN as well
     if not x < 2.0**1023 * 2.0:
         return x
     # As integers, the bits of positive floats rise with the float, those of negative floats fall
@@ -119,6 +126,7 @@ def pair_sum(a: Pair, b: Pair) -> Pair:
     """Return a + b with a relative error of 3 u² (algorithm 6)."""
     s, e = two_sum(a.high, b.high)
     t, f = two_sum(a.low, b.low)
+    # s is larger than e + t, unless it is 0 and both are exact
     s, e = quick_sum(s, e + t)
     return quick_sum(s, e + f)
 
@@ -128,6 +136,7 @@ def pair_product(a: Pair, b: Pair) -> Pair:
     """Return a b with a relative error of 5 u² (algorithm 12)."""
     p = a.high * b.high
     e = fma(a.high, b.high, -p)
+    # low × low is 2^-106 of the product, below the error bound
     e += fma(a.high, b.low, a.low * b.high)
     return quick_sum(p, e)
 
@@ -154,6 +163,7 @@ def pair_dot(x: float, y: float, z: float, a: Pair, b: Pair, c: Pair) -> Pair:
 @inline
 def round_pair(a: Pair, k: int) -> float:
     """Return (high + low) 2^k rounded once, also to a subnormal number; high from 0.5 to 4, k from -1080 to 1024."""
+    # A normal result: the power of two is exact, and high is the rounded number already
     if k > 0 or a.high >= power_of_two(-1022 - k):
         return scale_by_power(a.high, k)
     lifted = power_of_two(-1022 - k)  # floats from here to its double have the last place that the result keeps
@@ -206,6 +216,7 @@ def plus(a: BoundedPair, b: BoundedPair) -> BoundedPair:
     """Return a + b."""
     s, e = two_sum(a.high, b.high)
     t, f = two_sum(a.low, b.low)
+    # All rounding errors are kept, so that the bound can be 0 where nothing is lost
     e, r = two_sum(e, t)
     s, e = quick_sum(s, e)
     e, q = two_sum(e, f)
@@ -234,6 +245,7 @@ def times(a: BoundedPair, b: BoundedPair) -> BoundedPair:
     high, low = quick_sum(p, e)
     # Without low parts p + e is the exact product
     lost = 0.0 if (a.low == 0.0) & (b.low == 0.0) else _LOST * abs(p)
+    # 1.0001 covers the low parts, and the rounding of the bound itself
     return BoundedPair(high, low, (abs(a.high) + a.error) * b.error * 1.0001 + abs(b.high) * a.error * 1.0001 + lost)
 
 
@@ -253,6 +265,7 @@ def over(a: BoundedPair, b: BoundedPair) -> BoundedPair:
     least = abs(b.high) * 0.9999 - b.error
     if not least > 0.0:
         return BoundedPair(0.0, 0.0, math.inf)
+    # One step of long division: the remainder is exact but for its own bound
     first = a.high / b.high
     rest = minus(BoundedPair(a.high, a.low, 0.0), times_float(BoundedPair(b.high, b.low, 0.0), first))
     high, low = quick_sum(first, rest.high / b.high)
@@ -262,6 +275,7 @@ def over(a: BoundedPair, b: BoundedPair) -> BoundedPair:
 @inline
 def root(a: BoundedPair) -> BoundedPair:
     """Return the square root; relies on `a` being certainly positive."""
+    # One step of Newton's method doubles the digits
     first = math.sqrt(a.high)
     rest = minus(BoundedPair(a.high, a.low, 0.0), product(first, first))
     high, low = quick_sum(first, rest.high / (2.0 * first))
@@ -272,6 +286,7 @@ def root(a: BoundedPair) -> BoundedPair:
 @inline
 def sign(a: BoundedPair) -> int:
     """Return the sign -1, 0 or 1, or 2 (OPEN) where it is not certain."""
+    # 0.9999 covers the low part, which may have the other sign
     if abs(a.high) * 0.9999 > a.error:
         return 1 if a.high > 0.0 else -1
     return 0 if (a.high == 0.0) & (a.low == 0.0) & (a.error == 0.0) else 2

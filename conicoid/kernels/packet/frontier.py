@@ -87,6 +87,7 @@ def _code(found: Any) -> Any:
 @inline
 def _sort(level: FrontierLevel, begin: int, end: int) -> None:
     """Sort a level by the t of entry: insertion sort."""
+    # Nodes of a level come from their parents in order, so that they are nearly sorted
     for k in range(begin + 1, end):
         found, t, slot = level.found[k], level.t[k], k
         while slot > begin and level.t[slot - 1] > t:
@@ -105,6 +106,7 @@ def _put_in_buckets(level: FrontierLevel, begin: int, count: int, other: int) ->
     t, places, low, high = level.t, level.places, level.t[begin], level.t[begin]
     for k in range(begin, begin + count):
         low, high = min(low, t[k]), max(high, t[k])
+    # 255 widths for 256 buckets, so that the farthest element falls into the last
     scale = (_BUCKETS - 1) / (high - low) if high > low else 0.0
     for bucket in range(_BUCKETS + 1):
         places[bucket] = 0
@@ -140,6 +142,7 @@ def _descend(
         code = _code(found[k])
         if k + _AHEAD < begin + count:
             prefetch_node(geometry, _code(found[k + _AHEAD]))
+        # Room for eight children and for all that follow: a node that does not fit stays closed
         if code >= 0 and level.t[k] <= horizon and end - other + begin + count - k + 8 <= _MOST_FOUND:
             end += put_children(
                 geometry.floats, node_at(geometry, code),
@@ -159,6 +162,7 @@ def _put(geometry: Geometry, items: Floats, k: int, code: Any, box: Any, t: floa
     items[CODE + k], items[BOX_OR_BALL + k], items[ENTERED + k] = code, box, t
     at = box_at(geometry, box)
     for side in range(6):
+        # An item without a box is met by every beam
         open_end = -math.inf if side < 3 else math.inf
         items[k + side * ITEM_ROW] = geometry.floats[at + 8 * side] if box >= 0 else open_end
 
@@ -176,6 +180,7 @@ def find_frontier(
     roots, nodes = integer(geometry, table.TREE_ROOT, tree), 1
     count, here, other = integer(geometry, table.TREE_ROOT, tree + 1) - roots, 0, ITEM_ROW
     items[ITEM_COUNT] = -1.0
+    # Many bodies without an end: a frontier of them all would help no packet
     if count > _MOST_ROOTS:
         return
     for k in range(count):
@@ -332,6 +337,7 @@ def _put_beam(beams: Floats, at: int, extremes: Floats, first: int, last: int) -
             low, high, least, most = min(low, a), max(high, b), min(least, c), max(most, d)
         beams[at + LOW_O + axis], beams[at + HIGH_O + axis] = low, high
         beams[at + LOW_I + axis], beams[at + HIGH_I + axis] = reciprocal(least), reciprocal(most)
+        # To the bit, since lanes then take one origin for all
         shared &= low == high
     beams[at + FIRST], beams[at + LAST] = 0.0, math.inf
     return shared

@@ -114,6 +114,7 @@ def put_idle(lanes: Floats, i: Any, like: Any) -> None:
     i, like = np.uint64(i), np.uint64(like)
     lanes[OX + i], lanes[OY + i], lanes[OZ + i] = lanes[OX + like], lanes[OY + like], lanes[OZ + like]
     lanes[DX + i], lanes[DY + i], lanes[DZ + i] = lanes[DX + like], lanes[DY + like], lanes[DZ + like]
+    # Numbers of a real ray, so that idle lanes neither widen the beam nor divide by 0
     lanes[T_MIN + i], lanes[T_MAX + i], lanes[START + i] = lanes[T_MIN + like], -math.inf, lanes[START + like]
 
 
@@ -122,10 +123,12 @@ def prepare_lanes(lanes: Floats) -> None:
     """Compute the other rows from the rays, without hits and doubts; required before lanes are traced."""
     for i in range(ALL):
         dx, dy, dz = lanes[DX + i], lanes[DY + i], lanes[DZ + i]
+        # One division for each ray; planes, spheres and quadrics multiply
         inverse = 1.0 / (dx * dx + dy * dy + dz * dz)
         unit = ray_unit(dx, dy, dz, inverse)
         away = ray_size(lanes[OX + i], lanes[OY + i], lanes[OZ + i], unit)
         lanes[INVERSE + i], lanes[UNIT + i], lanes[AWAY + i] = inverse, unit, away
+        # `choose` is a select, which vectorises; a branch would not
         lanes[BESIDE + i] = choose(lanes[START + i] >= 0.0, away * STARTING, away)
         lanes[BEST + i], lanes[WITHIN + i], lanes[DOUBT + i] = math.inf, math.inf, 0.0
         lanes[BODY + i], lanes[ENTRY + i], lanes[PLACE + i] = -1.0, -1.0, -1.0
@@ -156,6 +159,7 @@ def put_lane_beam(lanes: Floats, shared: bool) -> None:
     spread, apart = 0.0, 0.0
     for axis in range(3):  # rows OX, OY, OZ and DX, DY, DZ follow each other
         row = np.uint64(LANES * axis)
+        # One origin for all: the first lane stands for it
         first = last = lanes[OX + row]
         if not shared:
             first, last = extent(lanes, OX + row)
@@ -206,6 +210,7 @@ def put_beam_from(lanes: Floats, x: float, y: float, z: float) -> None:
         source = x if axis == 0 else (y if axis == 1 else z)
         low, high = extent(lanes, OX + np.uint64(LANES * axis))
         lanes[BEAM_AT + LOW_O + axis], lanes[BEAM_AT + HIGH_O + axis] = source, source
+        # From the light to the origins; t runs from 0 at the light to 1
         low, high = low - source, high - source
         lanes[BEAM_AT + LOW_I + axis], lanes[BEAM_AT + HIGH_I + axis] = reciprocal(low), reciprocal(high)
         lanes[WAYS_AT + axis], lanes[WAYS_AT + 3 + axis] = low, high
@@ -223,6 +228,7 @@ def lane_sight(lanes: Floats) -> tuple[float, float]:
     furthest, hits = 0.0, 0.0
     for i in range(ALL):
         t = lanes[BEST + i]
+        # Misses do not count: they would put the horizon at infinity
         furthest = max(furthest, choose(t < math.inf, t, 0.0))
         hits += choose(t < math.inf, 1.0, 0.0)
     return furthest, hits
@@ -309,6 +315,7 @@ def lane_hit(lanes: Floats, i: Any) -> Hit:
     """Return the hit of lane i."""
     i = np.uint64(i)
     t = lanes[BEST + i]
+    # WITHIN is t + off: the difference is off, up to the rounding of the sum
     off = lanes[WITHIN + i] - t if t < math.inf else 0.0
     return Hit(
         t, whole(lanes[BODY + i]), whole(lanes[ENTRY + i]), whole(lanes[PLACE + i]),
@@ -345,6 +352,7 @@ def fill_lanes(lanes: Floats, rays: RayArrays, packet: int, width: int, shared: 
     """Load the rays of a packet; lanes beyond the end are idle. `shared`: all lanes hold their origin already."""
     origins, directions, t_min, t_max, starts = rays
     one_min, one_max, one_start = len(t_min) == 1, len(t_max) == 1, len(starts) == 1
+    # The common case, one interval for all; others overwrite it below
     put_limits(lanes, t_min[0], t_max[0], starts[0])
     for row in range(8):
         i, n = packet_row(packet, row, width, len(origins))
@@ -376,6 +384,7 @@ def is_ordinary(lanes: Floats) -> bool:
     """
     shortest, longest = extent(lanes, INVERSE)
     usual = shortest > 1e-60 and longest < 1e60 and lanes[LEAST_START] != DEAD
+    # Before their origins rays of a pencil cross over, so that no beam of corners holds them
     if lanes[BEAM_AT + FIRST] < 0.0:
         usual &= lanes[SOME_START] == 0.0 and lanes[SPREAD] == 0.0
     return usual

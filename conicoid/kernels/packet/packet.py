@@ -102,6 +102,7 @@ def _one_by_one(geometry: Geometry, scratch: Scratch, lanes: Floats, entry: int,
         met &= met - 1
         if not is_searching(lanes, i):
             continue
+        # The interval of the ray, not the nearest hit: `try_entry` cuts it off itself, with room for ties
         hit = try_entry(geometry, scratch, entry, lane_ray(lanes, i, lanes[T_MAX + i]), lane_hit(lanes, i))
         lanes[BEST + i], lanes[BODY + i], lanes[ENTRY + i] = hit.t, hit.body, hit.entry
         lanes[PLACE + i], lanes[SENSE + i], lanes[ENTERS + i] = hit.place, hit.sense, 1.0 if hit.enters else 0.0
@@ -112,12 +113,14 @@ def _one_by_one(geometry: Geometry, scratch: Scratch, lanes: Floats, entry: int,
 def retire_lanes(lanes: Floats) -> None:
     """Make the lanes with a hit idle: the early out of any-hit queries."""
     for i in range(ALL):
+        # An empty interval instead of a mask: every test reads the interval anyway
         lanes[T_MAX + i] = choose(lanes[BEST + i] < math.inf, -math.inf, lanes[T_MAX + i])
 
 
 @inline
 def lanes_in_child(geometry: Geometry, lanes: Floats, at: int) -> int:
     """Return the lanes that meet the box whose six sides are at floats[at::8], as bits."""
+    # The inverse directions wait for the first box test, since rays at balls alone need none
     put_slopes(lanes)
     f = geometry.floats
     return lanes_in_box(lanes, f[at], f[at + 8], f[at + 16], f[at + 24], f[at + 32], f[at + 40])
@@ -139,6 +142,7 @@ def meet_in_pairs(
 ) -> None:
     """`meet_in_lanes`, or, for few lanes and a Boolean body, queue pairs that `settle_crowd` intersects."""
     kind, index, body, entry = leaf_item(geometry, at, count, k)
+    # With few lanes most of a group of eight would be idle; pairs of several bodies fill it
     waits = kind == REGION and bit_count(met) <= FEW and (len(blocks) == 0 or blocks[body] != 0)
     if waits and put_pairs(geometry, packet.crowd, packet.lanes, index, entry, met):
         note_body(packet.crowd, bit_count(met))
@@ -156,6 +160,7 @@ def meet_in_lanes(
     their hits stay the same, because culled lanes do not meet the item. Keeps every lane's hit the first of all items
     tested.
     """
+    # Eight lanes are a vector: a part of one costs as much as the whole
     lanes, first, last = packet.lanes, lowest_bit(met) & -8, (highest_bit(met) | 7) + 1
     item = leaf_item(geometry, at, count, k)
     kind, index, body, entry = item

@@ -83,6 +83,7 @@ _OFTEN = 8  # number of leaves after which the beams of groups are shortened
 def _end_beams(lanes: Floats) -> None:
     """Set EARLIEST to the t where lanes end, by interval or nearest hit, and end the beams of groups there."""
     for i in range(ALL):
+        # EARLIEST serves both rounds: here as the end of lanes, then as the t of first entries
         lanes[EARLIEST + i] = min(lanes[T_MAX + i], lanes[WITHIN + i])
     end_groups(lanes, EARLIEST)
 
@@ -118,6 +119,7 @@ def _first_pairs(packet: Packet, chosen: int) -> tuple[int, int, int]:
             crowd.queue[ITEM + count], crowd.queue[HAS_MET + count] = k, 0
             pairs = _put_leaf(packet, count, pairs)
             count += 1
+            # Beams shortened on the way save tests of the leaves behind
             if count % _OFTEN == 0:
                 _enter(packet, entered, pairs)
                 entered = pairs
@@ -127,6 +129,7 @@ def _first_pairs(packet: Packet, chosen: int) -> tuple[int, int, int]:
             others += 1
     _enter(packet, entered, pairs)
     for i in range(ALL):
+        # Bodies side by side are entered at about one t; all of them are met in the first round
         lanes[EARLIEST + i] += _ABOUT * abs(lanes[EARLIEST + i])
     return count, pairs, others
 
@@ -136,6 +139,7 @@ def _second_pairs(packet: Packet) -> int:
     """Pair the leaves of the lot with the groups that meet them before their nearest hits; return how many pairs."""
     pairs = 0
     for j in range(count_lot_leaves(packet.crowd)):
+        # ENTERED never decreases along the items, so that all others lie behind as well
         if packet.items[ENTERED + packet.crowd.queue[ITEM + j]] > packet.lanes[BEAM_AT + LAST]:
             break
         pairs = _put_leaf(packet, j, pairs)
@@ -201,6 +205,7 @@ def _choose(packet: Packet, item: int, items: int, most: int) -> tuple[int, int]
     Returns how many it has chosen, and the number with which to continue.
     """
     seen, lanes, count = packet.items, packet.lanes, 0
+    # Eight items at a time, so that `most` may be exceeded by seven
     while count < most and item < items and seen[ENTERED + item] <= lanes[BEAM_AT + LAST]:
         bits = hit_items(seen, item, lanes, BEAM_AT) & ((1 << min(8, items - item)) - 1)
         put_numbers(item, bits, packet.pending, count)
@@ -255,6 +260,7 @@ def _meet_chosen(
 ) -> int:
     """Intersect the balls among the chosen items, and push the others on the stack; return its height."""
     way, lanes, items, top = scratch.way, packet.lanes, packet.items, 0
+    # From the last to the first, so that the nearest lies on top of the stack
     for j in range(chosen - 1, -1, -1):
         k = packet.pending[j]
         if items[BOX_OR_BALL + k] >= -1.0:
@@ -288,11 +294,13 @@ def _meet_balls(
         bits = balls_in_beam(geometry.floats, at, count, count, lanes, BEAM_AT, near)
     while bits != 0:
         k, others = lowest_bit(bits), bits & (bits - 1)
+        # A search for the least, since up to fifteen balls do not repay a sort
         while others != 0:
             other = lowest_bit(others)
             others &= others - 1
             k = other if near[other] < near[k] else k
         bits &= ~(1 << k)
+        # It is the nearest of those left, so that all others are behind the hits too
         if near[k] > lanes[BEAM_AT + LAST]:
             break
         met = lanes_at_ball(geometry, lanes, at + k, count)
@@ -400,6 +408,7 @@ def _holds(known: Floats, lanes: Floats) -> bool:
 @inline
 def _widen(known: Floats, at: int, low: float, high: float, is_first: bool) -> None:
     """Extend two corners along one axis by an interval and its margin; `is_first` replaces them."""
+    # A wider beam finds some items too many, but a new frontier costs more than these
     margin = _MARGIN * (high - low)
     low, high = low - margin, high + margin
     known[at] = low if is_first else min(low, known[at])
@@ -418,6 +427,7 @@ def _find(geometry: Geometry, square: PixelSquare, lanes: Floats) -> None:
         _widen(known, _LOW_D + axis, lanes[WAYS_AT + axis], lanes[WAYS_AT + 3 + axis], is_first)
         beam[LOW_O + axis], beam[HIGH_O + axis] = known[_LOW_O + axis], known[_HIGH_O + axis]
         beam[LOW_I + axis], beam[HIGH_I + axis] = reciprocal(known[_LOW_D + axis]), reciprocal(known[_HIGH_D + axis])
+    # Later packets may see farther than this one
     beam[FIRST], beam[LAST] = 0.0, math.inf
     find_frontier(geometry, square.items, square.level, beam, 0, scene_tree(geometry), known[_HORIZON])
 
@@ -426,12 +436,15 @@ def _find(geometry: Geometry, square: PixelSquare, lanes: Floats) -> None:
 def _follow(geometry: Geometry, square: PixelSquare, lanes: Floats, number: int) -> bool:
     """True if the square `number` has a frontier for a packet; finds one where that may pay."""
     known = square.known
+    # The memory is the thread's, which takes one square after the other
     if known[_NUMBER] != number:
         known[_NUMBER], known[_PACKETS], known[_FOUND] = number, 0.0, 0.0
     known[_PACKETS] += 1.0
+    # A square of one packet would not repay a frontier
     if known[_PACKETS] == 1.0 or lanes[BEAM_AT + FIRST] < 0.0:
         return False
     if known[_FOUND] == 0.0 or not _holds(known, lanes):
+        # Rays that scatter so much, behind a rough mirror say, share too little
         if known[_FOUND] >= _MOST:
             return False
         _find(geometry, square, lanes)

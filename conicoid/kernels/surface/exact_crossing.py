@@ -81,7 +81,9 @@ def _difference(x: float, y: float) -> BoundedPair:
 @inline
 def point_offset(x: float, y: float, rest: float, t: float, d: float) -> BoundedPair:
     """Return x + t d - (y + rest), where y was rounded and `rest` is its rounding rest."""
+    # The difference first, which is exact; only the sum with t d is rounded
     place = plus(_difference(x, y), product(t, d))
+    # Most numbers are floats on paper, and a sum with an exact zero would only add work
     return place if rest == 0.0 else minus(place, remainder(rest))
 
 
@@ -111,6 +113,7 @@ def decide_plane(geometry: Geometry, rest: RoundingRest, surface: int, ray: Ray,
     rises = sign(rate)
     if rises == OPEN:
         return OPEN, 0, _NOTHING, _NOTHING
+    # Exactly parallel: the plane is crossed nowhere, and the side of the origin is that of the whole ray
     if rises == 0:
         side = 0 if starts else sign(height)
         return (OPEN if side == OPEN else MISSES), side, _NOTHING, _NOTHING
@@ -133,6 +136,7 @@ def _sphere_terms(geometry: Geometry, rest: RoundingRest, row: int, ray: Ray, t:
     b = dot3(dx, dy, dz, p0, p1, p2)
     square = times(r, r)
     c = minus(inner(p0, p1, p2, p0, p1, p2), square)
+    # The moment form, as in quadric.py: a r² - |p × d|² does not cancel far from the sphere
     m0 = minus(times_float(p1, dz), times_float(p2, dy))
     m1 = minus(times_float(p2, dx), times_float(p0, dz))
     m2 = minus(times_float(p0, dy), times_float(p1, dx))
@@ -207,7 +211,9 @@ def _foot(geometry: Geometry, surface: int, ray: Ray, starts: bool) -> float:
     """Return about the t where a ray is nearest to the anchor of a sphere or quadric; 0 if it starts on the surface."""
     x, y, z = anchor_of(geometry, surface)
     along = (x - ray.ox) * ray.dx + (y - ray.oy) * ray.dy + (z - ray.oz) * ray.dz
+    # In floats: any t near the foot serves, since the terms have bounds about every t
     foot = along / (ray.dx * ray.dx + ray.dy * ray.dy + ray.dz * ray.dz)
+    # 0 at a start, where c = 0 is known of the origin alone
     return 0.0 if starts or not abs(foot) < math.inf else foot
 
 
@@ -219,7 +225,9 @@ def decide_curved(geometry: Geometry, rest: RoundingRest, surface: int, ray: Ray
     bends, crosses, value = sign(a), sign(discriminant), sign(c)
     if bends == OPEN or crosses == OPEN:
         return OPEN, 0, _NOTHING, _NOTHING
+    # A touch, discriminant 0, is no crossing
     if crosses <= 0:
+        # Without roots the value has one sign along the ray: that of a, or of c where a = 0
         all_along = bends if bends != 0 else value
         return (OPEN if all_along == OPEN else MISSES), all_along, _NOTHING, _NOTHING
     # The formulas of `roots_of`: t = q / a and c / q, from the origin again

@@ -40,6 +40,7 @@ def plane_on_ray(plane: PlaneRecord, line: RayLine) -> tuple[float, float, bool]
     Where the terms of a dot product cancel, both are evaluated again in twice the precision, so that t = -height / rate
     keeps its digits for grazing rays. `parallel` is True if every term of the rate is zero.
     """
+    # Both are computed again if one cancels: t is their quotient, and needs the digits of both
     height, rate, cancels, parallel = plain_plane(plane, line)
     if cancels:
         height, rate = careful_plane(plane, line)
@@ -55,6 +56,7 @@ def runs_along(plane: PlaneRecord, line: RayLine) -> bool:
 @inline
 def unsure_of_plane(height: float, rate: float, parallel: bool, inverse: float, limits: PlaneLimits) -> bool:
     """True if rounding might change the side of a parallel ray, or the sign of the rate of any other."""
+    # For |d| = 1, but by a product with 1 / d·d, without a square root
     certain = (abs(height) >= limits.height) if parallel else (rate * rate * inverse >= limits.rate_squared)
     return not certain
 
@@ -87,5 +89,6 @@ def careful_plane(plane: PlaneRecord, line: RayLine) -> tuple[float, float]:
     px, ex = two_difference(ox, ax)
     py, ey = two_difference(oy, ay)
     pz, ez = two_difference(oz, az)
+    # The direction is exact, so that its dot product has no further parts
     rate = accurate_dot(nx, ny, nz, dx, dy, dz, 0.0, 0.0)
     return accurate_dot(nx, ny, nz, px, py, pz, over, dot(nx, ny, nz, ex, ey, ez)), rate

@@ -38,13 +38,16 @@ def project_vertex(axis: int, px: float, py: float, pz: float, ray: Ray) -> tupl
     x, ex = two_difference(px, ox)
     y, ey = two_difference(py, oy)
     z, ez = two_difference(pz, oz)
+    # A cyclic exchange of axes keeps the sense in which a loop runs
     if axis == 0:
         x, ex, dx, px, y, ey, dy, py, z, ez, dz, pz = y, ey, dy, py, z, ez, dz, pz, x, ex, dx, px
     elif axis == 1:
         x, ex, dx, px, y, ey, dy, py, z, ez, dz, pz = z, ez, dz, pz, x, ex, dx, px, y, ey, dy, py
+    # Products with one rounding: u of a vertex on the ray is nearly 0, and its sign decides
     u = difference_of_products(dz, x, dx, z) + fma(dz, ex, -(dx * ez))
     v = difference_of_products(dz, y, dy, z) + fma(dz, ey, -(dy * ez))
     depth = abs(z) + abs(pz)
+    # |p| beside |p - o|, since the vertex itself was rounded: by a share of |p|
     return u, v, abs(dz) * (abs(x) + abs(px)) + abs(dx) * depth, abs(dz) * (abs(y) + abs(py)) + abs(dy) * depth
 
 
@@ -68,8 +71,10 @@ def inside_loop(geometry: Geometry, first: int, last: int, ray: Ray) -> tuple[bo
     watertight because (u, v) of a vertex and the side of an edge do not depend on the polygon.
     """
     dx, dy, dz = abs(ray.dx), abs(ray.dy), abs(ray.dz)
+    # Along the longest component of the direction, (u, v) is stretched least; ties may go to any axis, always the same
     axis = 2 if (dz >= dx) & (dz >= dy) else (0 if dx >= dy else 1)
     odd, unsure = False, False
+    # The loop is closed by its last corner, which comes before the first
     ua, va, su, sv = project_row_vertex(geometry, last - 1, axis, ray)
     for k in range(first, last):
         ub, vb, tu, tv = project_row_vertex(geometry, k, axis, ray)
@@ -106,6 +111,7 @@ def _project_exactly(
     """Return (u, v) of a vertex, by the formulas of `project_vertex`."""
     first, second = (1, 2) if axis == 0 else ((2, 0) if axis == 1 else (0, 1))
     at, origin, direction = 3 * vertex, (ray.ox, ray.oy, ray.oz), (ray.dx, ray.dy, ray.dz)
+    # The same exchange of axes as in `project_vertex`, so that both agree on signs
     x, y = (
         _corner_offset(geometry, rest, at + first, origin[first]),
         _corner_offset(geometry, rest, at + second, origin[second]),
@@ -133,6 +139,7 @@ def decide_loop(geometry: Geometry, rest: RoundingRest, polygon: int, ray: Ray) 
         before, after = sign(va), sign(vb)
         if before == OPEN or after == OPEN:
             return OPEN
+        # 0 counts as positive, as in `inside_loop`
         if (before < 0) != (after < 0):
             side = sign(moment(ua, vb, ub, va))
             if side == OPEN:

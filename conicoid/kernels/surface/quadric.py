@@ -113,8 +113,10 @@ def roots_of(a: float, b: float, c: float, discriminant: float, shift: float, un
     crosses = discriminant > 0.0
     # 1 in place of a discriminant without roots: the root stays real, and its value is not used
     q = -(b + math.copysign(math.sqrt(discriminant if crosses else 1.0), b))
+    # The shift comes last: about the foot the roots are small, and keep their digits
     first, second = q / a + shift, c / q + shift
     outside = a < 0.0 or (a == 0.0 and not crosses and c < 0.0)
+    # min and max, not a branch on the signs of a and b: lanes of packets run this code too
     return QuadricRoots(min(first, second), max(first, second), outside, crosses, unsure)
 
 
@@ -132,6 +134,7 @@ def sphere_on_ray(
     py, ey = two_difference(oy, cy)
     pz, ez = two_difference(oz, cz)
     a = dot(dx, dy, dz, dx, dy, dz)
+    # At a start c is set to 0, which holds about the origin alone
     foot = 0.0 if starts else -dot(px, py, pz, dx, dy, dz) * inverse
     # The errors of the differences are added last: o - center and the foot cancel first where the origin is far away
     px, py, pz = fma(foot, dx, px) + ex, fma(foot, dy, py) + ey, fma(foot, dz, pz) + ez
@@ -167,6 +170,7 @@ def quadric_roots(
     quadric: QuadricRecord, limits: QuadricLimits, line: RayLine, inverse: float, starts: bool
 ) -> QuadricRoots:
     """Return the crossings of a ray with a quadric; `inverse` is 1 / d·d, `starts`: the origin lies on the quadric."""
+    # Pairs of floats cost many times as much, so they are used only where the terms cancel
     terms = quadratic_on_ray(quadric, line, inverse, starts)
     if terms.cancels:
         terms = careful_quadratic(quadric, line, terms)
@@ -184,6 +188,7 @@ def roots_of_terms(terms: RayQuadratic, starts: bool, inverse: float, limits: Qu
     a, b, foot = terms.a, terms.b, terms.foot
     discriminant = b * b if starts else terms.discriminant
     c = 0.0 if starts else terms.c
+    # The origin of such a ray was rounded, so it lies beside the surface on which the ray starts
     least = limits.discriminant * STARTING if starts else limits.discriminant
     certain = (abs(c) > limits.value) if terms.ruling else (abs(discriminant) * inverse >= least)
     # A root at infinity is certain only if every term of a is zero, despite the rounding of the record
@@ -218,6 +223,7 @@ def quadratic_on_ray(quadric: QuadricRecord, line: RayLine, inverse: float, star
     m1 = difference_of_products(y2, e0, y0, e2)
     m2 = difference_of_products(y0, e1, y1, e0)
     t0, t1, t2 = s1 * s2 * (m0 * m0), s0 * s2 * (m1 * m1), s0 * s1 * (m2 * m2)
+    # The mixed term vanishes for quadrics without linear terms, but a branch would cost more than the term
     h = dot(m0, m1, m2, f1 * b2 - f2 * b1, f2 * b0 - f0 * b2, f0 * b1 - f1 * b0)
     discriminant = (a * k - ((t0 + t1) + t2)) + fma(g, g, 2.0 * h)
     # Sizes of the terms, to detect cancellation
@@ -235,6 +241,7 @@ def careful_quadratic(quadric: QuadricRecord, line: RayLine, terms: RayQuadratic
     ax, ay, az, w00, w01, w02, w10, w11, w12, w20, w21, w22, s0, s1, s2, b0, b1, b2, k = quadric
     ox, oy, oz, dx, dy, dz = line
     foot = terms.foot
+    # The foot is that of the fast terms: its own rounding only moves the point along the ray
     px = pair_sum(_difference(ox, ax), _product(foot, dx))
     py = pair_sum(_difference(oy, ay), _product(foot, dy))
     pz = pair_sum(_difference(oz, az), _product(foot, dz))
@@ -261,6 +268,7 @@ def careful_quadratic(quadric: QuadricRecord, line: RayLine, terms: RayQuadratic
     mixed = pair_dot(2.0, 2.0, 2.0, h0, h1, h2)
     discriminant = pair_sum(pair_sum(scale_pair(a, k), negate_pair(squares)), pair_sum(pair_product(g, g), mixed))
     return RayQuadratic(
+        # Rounded once: the high part of a pair is its nearest float. + 0.0 is for the sign of q / a, as above
         a.high + 0.0, b.high, c.high, discriminant.high, foot, terms.cancels, terms.straight, terms.ruling
     )  # fmt: skip
 
@@ -304,6 +312,7 @@ def quadric_rounding(
     size0, beside0 = _terms((w00, w01, w02), s0, b0, (px, py, pz), (ex, ey, ez))
     size1, beside1 = _terms((w10, w11, w12), s1, b1, (px, py, pz), (ex, ey, ez))
     size2, beside2 = _terms((w20, w21, w22), s2, b2, (px, py, pz), (ex, ey, ez))
+    # Twice the change by the anchor's rest, which covers the rounding of this bound
     return POINT * (size0 + size1 + size2 + abs(k)) + 2.0 * (beside0 + beside1 + beside2)
 
 

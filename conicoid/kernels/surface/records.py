@@ -42,6 +42,7 @@ def load_sphere(geometry: Geometry, row: int) -> SphereRecord:
 @inline
 def form_row(geometry: Geometry, row: int) -> int:
     """Return the row of a quadric's form, which is also the row of its rounding rest."""
+    # A quadric is an anchor and the row of a form, since most quadrics of a scene are one form at many places
     return whole(geometry.floats[geometry.places[table.QUADRICS] + ANCHOR_SIZE * row + 3])
 
 
@@ -88,6 +89,7 @@ def plane_values(geometry: Geometry, surface: int, ray: Ray, inverse: float) -> 
     row = integer(geometry, table.SURFACE_ROW, surface)
     height, rate, parallel = plane_on_ray(load_plane(geometry, row), line_of(ray))
     unsure = unsure_of_plane(height, rate, parallel, inverse, plane_limits(geometry, row))
+    # The height at a start is rounding alone: on paper the ray begins on the plane
     return 0.0 if surface == ray.start else height, rate, unsure
 
 
@@ -131,6 +133,7 @@ def gradient_at(geometry: Geometry, surface: int, x: float, y: float, z: float) 
         return x - cx, y - cy, z - cz
     quadric = load_quadric(geometry, row)
     nx, ny, nz = quadric_gradient(quadric, x, y, z)
+    # Only at an apex: the third row of W is the axis of a cone there
     if nx == 0.0 and ny == 0.0 and nz == 0.0:
         nx, ny, nz = quadric.w20, quadric.w21, quadric.w22
     return nx, ny, nz

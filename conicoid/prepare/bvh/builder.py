@@ -84,6 +84,7 @@ def weigh(branches: Branches, branch: int, area: float, as_leaf: float, costs: F
     other = half + ROW
     for slots in range(2, WIDTH + 1):
         best, taken = math.inf, 1
+        # A half takes one to seven slots: eight would be a node of its own
         for k in range(max(1, slots - 7), min(slots, WIDTH)):
             cost = costs[half + k] + costs[other + slots - k]
             if cost < best:
@@ -123,6 +124,7 @@ def grow(records: Floats, branches: Branches, root: int, area: float, most: int,
     base, used = 2 * begin, 2 * begin
     boxes, counts = np.empty(BOXES), np.empty(3 * BINS, np.int64)
     areas, costs = np.empty(2 * (end - begin)), np.empty(ROW * 2 * (end - begin))
+    # 64 levels: with the smaller half first the stack holds the logarithm of the number of entries
     stack, top = np.empty(64, np.int64), 1
     stack[0] = root
     while top > 0:
@@ -142,6 +144,7 @@ def grow(records: Floats, branches: Branches, root: int, area: float, most: int,
         stack[top], stack[top + 1] = larger, 2 * used + 1 - larger
         used += 2
         top += 2
+    # Children have larger numbers than their parents, so that backwards is from the leaves up
     for branch in range(used - 1, base - 1, -1):
         at, left = ROW * (branch - base), branches.left[branch]
         if left < 0:
@@ -210,6 +213,7 @@ def _survey(boxes: Floats, begin: int, end: int, patterns: Signs, counts: Longs,
             low, high = boxes[i, k], boxes[i, k + 3]
             empty = empty or not low <= high
             if not (low > -math.inf and high < math.inf):
+                # A side without an end, or of NaN, counts as unbounded along the axis
                 pattern |= 1 << k
         if empty:
             pattern = EMPTY
@@ -233,6 +237,7 @@ def _survey(boxes: Floats, begin: int, end: int, patterns: Signs, counts: Longs,
 def finite_limits(ends: Floats) -> Floats:
     """Return (6,) finite numbers beyond all finite ends, which replace -inf and inf."""
     low, high = np.where(ends[:3] <= ends[3:], ends[:3], 0.0), np.where(ends[:3] <= ends[3:], ends[3:], 0.0)
+    # As far beyond as the scene is wide; a thousandth of the coordinates where it is thin
     beyond = max(float(row_lengths(high - low)), 1e-3 * float(np.abs([low, high]).max())) or 1.0
     return np.concatenate([low - beyond, high + beyond])
 
@@ -314,9 +319,11 @@ def take_nodes(branches: Branches, root: int, children: Ints, sources: Ints) -> 
             waiting -= 1
             branch, slots = pending[waiting, 0], pending[waiting, 1]
             at = ROW * branch
+            # 0 at a number of slots says that fewer cost no more
             while slots > 1 and branches.choice[at + slots] == 0:
                 slots -= 1
             count = branches.choice[at + LEAF]
+            # Impossible in a tree; the kernel is also called with arrays from outside
             if waiting + 2 > len(pending) or slot == WIDTH:
                 return 0, 0
             if slots > 1 and branches.left[branch] >= 0:
@@ -435,12 +442,15 @@ def build_tree(records: Floats, limits: Floats, most: int) -> BoxTree:
             branches.left[2 * count + k] = 2 * count + number
             number += 2
     unsplit = [k for k, group in enumerate(groups) if group.halves is None]
+    # The area of a lone root is not known, and an infinite one never makes it a leaf
     rest = [(2 * count + k, groups[k].area if len(groups) > 1 else math.inf, most, costs, ROW * k) for k in unsplit]
     run_calls(grow, [(records, branches, *each) for each in rest])
+    # The root is a node in any case, so that its area decides nothing
     areas[0] = 0.0
     weigh_first(branches, 2 * count, areas, costs)
     children, sources = np.empty((count, WIDTH), np.int32), np.empty((count, WIDTH), np.int32)
     used, levels = take_nodes(branches, 2 * count, children, sources)
+    # A copy: the first array is as long as there are boxes, the nodes are about a seventh of them
     children, sources = children[:used].copy(), sources[:used]
     first, last = (np.where(sources < 0, np.int32(0), each[sources]) for each in (branches.first, branches.last))
     return BoxTree(records, children, first, last, limits, levels)

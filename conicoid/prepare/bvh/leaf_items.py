@@ -97,6 +97,7 @@ def _along_axis(geometry: Geometry, cell: int, quadric: QuadricRecord, j: int, r
     # bends down
     bend = 1.0 / square - sj / steep
     vertex = (middle / square + bj / steep) / bend if bend < 0.0 else low
+    # Clamped: a vertex outside the interval stands for the nearer end, which is tried anyway
     for y in (low, high, min(max(vertex, low), high)):
         across = level - sj * y * y - 2.0 * bj * y + ROUND_ROUNDED * (least + abs(sj) * y * y + 2.0 * abs(bj * y))
         if not abs(across) < _MOST:
@@ -108,6 +109,7 @@ def _along_axis(geometry: Geometry, cell: int, quadric: QuadricRecord, j: int, r
         k = 3 + 3 * i
         center = (center[0] + y * quadric[k], center[1] + y * quadric[k + 1], center[2] + y * quadric[k + 2])
     x, y, z = center[0] + quadric.ax, center[1] + quadric.ay, center[2] + quadric.az
+    # Raised by a share of the radius for rounding, and of the position for rays that start beside the surface
     raised = math.sqrt(largest) * (1.0 + ROUND_RAISED) + BESIDE * (abs(x) + abs(y) + abs(z) + reach)
     return SphereRecord(x, y, z, raised)
 
@@ -119,6 +121,7 @@ def cell_ball(geometry: Geometry, cell: int, x: float, y: float, z: float, reach
     Of infinite radius if none is known.
     """
     surface, best = integer(geometry, table.CELL_QUADRIC, cell), _no_ball()
+    # Outside of a quadric, or without one, the quadric bounds nothing
     if surface < 0 or cell_side(geometry, cell) < 0 or not math.isfinite(reach):
         return best
     row = integer(geometry, table.SURFACE_ROW, surface)
@@ -187,6 +190,7 @@ def _put_leaves(geometry: Geometry, boxes: Floats, place: int, of_roots: bool, b
         for j in range(count):
             rounds += _put_item(geometry, boxes, at + j, count, integer(geometry, table.TREE_ORDER, first + j))
         if rounds == count:
+            # In the number of the first item: entries are integers below 2^53, so that the half is exact
             geometry.floats[at + WHO * count] += ROUND
 
 
@@ -213,10 +217,12 @@ def _entry_ball(geometry: Geometry, boxes: Floats, kind: int, entry: int) -> Sph
         return load_sphere(geometry, integer(geometry, table.SURFACE_ROW, surface))
     x, y, z = _middle(boxes, entry, 0), _middle(boxes, entry, 1), _middle(boxes, entry, 2)
     a, b, c = _half(boxes, entry, 0, x), _half(boxes, entry, 1, y), _half(boxes, entry, 2, z)
+    # Half the diagonal of the box
     reach = math.sqrt(a * a + b * b + c * c) * (1.0 + BALL_BOX) + WALL
     reach += BESIDE * (abs(x) + abs(y) + abs(z) + reach)
     if kind == CELL:
         ball = cell_ball(geometry, integer(geometry, table.ENTRY_INDEX, entry), x, y, z, reach)
+        # The ball around the box is always there; the cell's may be wider for a thin slice
         if ball.radius < reach:
             return ball
     return SphereRecord(x, y, z, reach)

@@ -53,7 +53,7 @@ if TYPE_CHECKING:
 def settle_first(
     geometry: Geometry, room: RankScratch, rays: RayArrays, doubtful: Doubtful, begin: int, end: int, found: HitBuffers
 ) -> None:
-    """Write the first hits of doubtful rays begin to end. Undecided rays keep theirs and get still[k] = 1."""
+    """Write the first hits of doubtful rays begin to end. Undecided rays keep theirs and get undecided[k] = 1."""
     scratch = new_scratch(geometry)
     rest, stand, ranks = room
     which, undecided = doubtful
@@ -90,7 +90,7 @@ def limits_of_hits(geometry: Geometry, rays: RayArrays, t: Floats, entry: Ints, 
 def settle_rows(
     geometry: Geometry, room: RankScratch, rays: RayArrays, doubtful: Doubtful, spans: bool, counts: Ints
 ) -> Floats:
-    """Return rows of spans or crossings of doubtful rays, counts[k] for ray k; undecided: 0 and still[k] = 1."""
+    """Return rows of spans or crossings of doubtful rays, counts[k] for ray k; undecided: 0 and undecided[k] = 1."""
     scratch, used = new_scratch(geometry), 0
     rest, stand, ranks = room
     which, undecided = doubtful
@@ -119,6 +119,7 @@ def crossed_surfaces(geometry: Geometry, ranks: Ranks, rays: RayArrays, i: int, 
     list_surfaces(geometry, scratch, ranks, ray, count, False)
     found = ranks.size[SURFACES]
     for k in range(count):
+        # The walk's memory is this call's; the caller needs the entries after it
         entries[k] = scratch.found[k]
     clear_ranks(ranks)
     return found, count
@@ -129,6 +130,7 @@ def prepare_ranked_ray(geometry: Geometry, stand: Geometry, scratch: Scratch, ra
     """Prepare to trace a ray with ranks from exact arithmetic. Return the number of entries that it may cross."""
     count, inverse = collect_entries(geometry, scratch, ray), span_inverse(ray)
     list_surfaces(geometry, scratch, ranks, ray, count, False)
+    # Exact arithmetic rounds its own t; where the fast t is certain, it is the one that all routes report
     for k in range(ranks.size[SURFACES]):
         if ranks.verdict[2 * ranks.surfaces[k]] == CROSSES:
             report_fast_t(geometry, ranks, ranks.surfaces[k], ray, inverse)
@@ -215,6 +217,7 @@ def resolve_hits(scene: PreparedScene, rays: RayArrays, doubtful: Any, found: Hi
         except IndexError:
             room = new_rank_scratch(scene)
         settle_first(geometry, share_halt_flag(geometry, room), rays, undecided, begin, end, found)
+        # list.append and list.pop are atomic, so that no lock is needed
         rooms.append(room)
 
     count = len(doubtful)
@@ -245,8 +248,10 @@ def filter_doubtful(scene: PreparedScene, rays: RayArrays, which: Any, found: Hi
     Routes differ in the bodies that they test beyond the hit, which may be doubtful too; `Hits.doubtful` must not
     depend on the route.
     """
+    # A second look at these rays alone: they are few in a million
     some = rays.some(which)
     t, entry, limits = found.t[which], found.entry[which], np.empty(len(which))
+    # Up to the hit and its error: what lies beyond cannot make this hit doubtful
     limits_of_hits(scene.geometry, some._replace(starts=entry), t, entry, limits)
     second, count = HitBuffers.new(len(which)), len(which)
     work = KernelRange(trace_first_alone, (some._replace(t_max=limits),), (second,))
@@ -264,6 +269,7 @@ def resolve_rows(scene: PreparedScene, rays: RayArrays, doubtful: Any, spans: bo
         found.append(settle_rows(geometry, share_halt_flag(geometry, room), rays, undecided, spans, counts))
 
     run_on(scene.geometry, work, 1, 1, len(doubtful))
+    # An undecided ray has no rows yet, and so an empty part
     parts = np.split(found[0], np.cumsum(counts)[:-1])
     for k in np.flatnonzero(undecided.undecided).tolist():
         i = int(undecided.which[k])
@@ -277,6 +283,7 @@ def resolve_bodies(scene: PreparedScene, points: FloatArray, after: Any, doubtfu
     if not len(doubtful):
         return
     geometry, room = scene.geometry, new_rank_scratch(scene)
+    # Canonical surfaces are exact, so that they have no rests
     ranks, nothing = room.ranks, RoundingRest(*(np.zeros(len(part)) for part in scene.rest))
     for i in doubtful.tolist():
         x, y, z = points[i].tolist()
@@ -299,6 +306,7 @@ def put_exact_ranks(scene: PreparedScene, ranks: Ranks, rays: RayArrays, i: int)
     origins, directions, _, _, starts = rays
     ox, oy, oz = origins[i].tolist()
     dx, dy, dz = directions[i].tolist()
+    # The scale is a power of two: the ray stays exactly the same
     scaled, _ = scale_ray(Ray(ox, oy, oz, dx, dy, dz, 0.0, 0.0, -1))
     origin, direction = (scaled.ox, scaled.oy, scaled.oz), (scaled.dx, scaled.dy, scaled.dz)
     ray, start = integer_line(origin, direction), int(_pick(starts, i))

@@ -134,6 +134,7 @@ def _put(ranks: Ranks, place: BoundedPair, owner: int) -> None:
 @inline
 def _list(ranks: Ranks, surface: int) -> None:
     """Append a surface to the list, once."""
+    # A wall that several bodies share is one surface, and is decided once
     if surface >= 0 and ranks.listed[surface] == 0:
         ranks.listed[surface] = 1
         ranks.surfaces[ranks.size[SURFACES]] = surface
@@ -269,6 +270,7 @@ def report_fast_t(geometry: Geometry, ranks: Ranks, surface: int, ray: Ray, inve
 @inline
 def _report_t(ranks: Ranks, k: int, t: float) -> None:
     """Report t, unless it is far from the certain one: across the origin, or for a root near infinity."""
+    # The fast formulas may have found the other root of a pair, or none; then the certain t stays
     if abs(t - ranks.t[k]) <= abs(t) * ALIKE:
         ranks.t[k] = t
 
@@ -304,6 +306,7 @@ def _is_same_crossing(ranks: Ranks, i: int, j: int) -> bool:
 @inline
 def _is_certainly_before(ranks: Ranks, i: int, j: int) -> bool:
     """Return True if crossing i certainly comes before crossing j."""
+    # Infinite roots have no difference; they lie before and behind everything finite
     if ranks.high[i] == -math.inf or ranks.high[j] == math.inf:
         return ranks.high[i] != ranks.high[j]
     return (ranks.high[j] - ranks.high[i]) + (ranks.low[j] - ranks.low[i]) > (ranks.error[i] + ranks.error[j]) * 1.0001
@@ -323,6 +326,7 @@ def _number(ranks: Ranks) -> bool:
         furthest = ranks.high[last] + ranks.error[last]
         last = this if k == 0 or ranks.high[this] + ranks.error[this] >= furthest else last
         ranks.rank[this] = rank
+    # Ranks count from the origin, so that its crossing is 0 and those behind are negative
     zero = ranks.rank[0]
     for k in range(ranks.size[CROSSINGS]):
         ranks.rank[k] -= zero
@@ -416,6 +420,7 @@ def ranked_crossings(
     first = 0
     while first < count:
         rank, t = _rank_and_t(geometry, scratch, ranks, entry, first)
+        # The origin is exact, so that its rank decides; other ends are compared with the reported t
         if rank > 0.0 if ray.t_min == 0.0 else t > ray.t_min:
             break
         inside = not inside
@@ -441,6 +446,7 @@ def first_of_ranks(geometry: Geometry, stand: Geometry, scratch: Scratch, ranks:
         rank, place, sense, enters = read_crossing(scratch, 0)
         body = whole(entry)
         if crossings > 0 and rank <= best.t:
+            # Coinciding crossings report one t, the largest, so that t_min = hit.t passes all of them
             latest = max(latest if rank == best.t else -math.inf, scratch.time[0])
             if comes_first(rank, body, best.t, best.body):
                 best = Hit(rank, body, whole(entry), place, sense, enters, 0.0, False)
