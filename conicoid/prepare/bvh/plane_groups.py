@@ -59,14 +59,14 @@ def put_groups(geometry: Geometry, begin: int, end: int) -> None:
         _put_groups(geometry, np.empty(_NORMAL * most), np.empty(most, np.int32), begin, end)
 
 
-@kernel(geometry="out", values="*", order="*", begin="0..end")
+@kernel(geometry="out", values="out 4*m", order="out m", begin="0..end")
 def _put_groups(geometry: Geometry, values: Floats, order: Ints, begin: int, end: int) -> None:
     """`put_groups`; `values` and `order` have room for the planes of the largest of the cells."""
     for cell in range(begin, min(end, length(geometry, table.CELL_GROUPS) - 1)):
         first, last = groups_of(geometry, cell)
         start = integer(geometry, table.CELL_FIRST, cell)
         count = integer(geometry, table.CELL_FIRST, cell + 1) - start
-        if first < last and _NORMAL * count <= len(values) and count <= len(order):
+        if first < last and count <= len(order):
             _put_groups_of(geometry, values, order, start, count, first, last)
 
 
