@@ -20,8 +20,20 @@ from ...kernels.bvh.culling_constants import BESIDE, WALL
 from ...kernels.tables import Floats, Ints, Longs, Signs
 from ...kernels.threads import run_chunks
 from ..mmap_arrays import mapped_zeros
-from .box_vectors import COST, HIGH, ITEM, NEGATED_LOW, SIZE, clear, half_area, join
-from .sah_binning import BINS, BOXES, cut_group, partition_large
+from .sah_binning import (
+    BINS,
+    BOXES,
+    COST,
+    HIGH,
+    ITEM,
+    NEGATED_LOW,
+    SIZE,
+    clear,
+    cut_group,
+    half_area,
+    join,
+    partition_large,
+)
 
 WIDTH = 8
 ROW = 8  # numbers for each branch: at j = 1..7 the cost of j slots, and how many of them the left half takes

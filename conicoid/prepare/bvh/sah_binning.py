@@ -1,5 +1,7 @@
 """Split groups of boxes by the binned surface area heuristic.
 
+A box is eight floats in one vector: -low xyz, a cost, high xyz, an item. One maximum then joins two boxes.
+
 I. Wald: On fast construction of SAH-based bounding volume hierarchies, RT 2007.
 """
 
@@ -8,16 +10,23 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from ..._jit.decorators import allocator, inline, kernel, record_shapes
+from ..._jit.decorators import allocator, inline, instructions, kernel, record_shapes
+from ..._jit.machine_code import SHIPPED
 from ...kernels.tables import Floats
 from ...kernels.threads import run_chunks
-from .box_vectors import SIZE, clear, copy, exchange, half_area, join
 
+if TYPE_CHECKING or SHIPPED is None:
+    from .vector_code import clear as clear, copy, exchange, join as join
+else:
+    clear, copy, exchange, join = map(instructions(__package__, "vector_code"), ("clear", "copy", "exchange", "join"))
+
+SIZE = 8
+NEGATED_LOW, COST, HIGH, ITEM = 0, 3, 4, 7
 BINS = 16
 FEW_BINS = 8
 MANY = 16  # groups of more records get all bins
@@ -25,6 +34,13 @@ BOXES = 3 * BINS * SIZE + SIZE + BINS  # floats of the bins of three axes, a box
 Counts = npt.NDArray[np.int64]
 Cut = tuple[int, int, float, float]
 """(axis, bin) that split a group (axis -1: no split), and half the areas of both parts"""
+
+
+@inline
+def half_area(boxes: Floats, at: int) -> float:
+    """Return half the surface of the box at boxes[at:]."""
+    x, y, z = boxes[at + 4] + boxes[at], boxes[at + 5] + boxes[at + 1], boxes[at + 6] + boxes[at + 2]
+    return x * y + y * z + z * x
 
 
 @inline
