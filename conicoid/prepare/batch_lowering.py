@@ -12,7 +12,8 @@ A Boolean body passes through these files, in this order:
 3. `motion_batch.py` computes the motions of the primitives, each once.
 4. `tape/recording_cache.py` finds or records the formulas of their kind; `tape/program.py` plays them for all at once.
 5. `csg_batch.py` composes the rows of the primitives to the row of the body.
-6. `csg_bounds.py` finds its box, by `region_extent.py` where the boxes of the parts are not enough.
+6. `csg_bounds.py` finds its box, by `region_extent.py` where the boxes of the parts are not enough. Polyhedra have
+   theirs from `polyhedron_extent.py`.
 7. `tables_builder.py` lays out the rows (`pattern.py`) as columns; `coincidence.py` merges equal surfaces.
 
 `lower_shape.py` does 2 to 6 for a single body, in 3000 bits.
