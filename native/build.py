@@ -2,7 +2,9 @@
 
 Front end, then an object for each level on all cores, then the door, compiled and linked with them (`link`).
 `--in-place` builds for this processor's level alone and puts the extension into the checkout, with a stamp of the
-sources: it is used until one of the files that the compiler read is edited. If it is there, nothing is done.
+sources: it is used until one of the files that the compiler read is edited. If it is there, nothing is done. It keeps
+the code of each function (`memory`) and an object for each source file (`groups`) in `out/kernels`: who edits one
+function waits for seconds. With `--folder` the kernels are one module, as in wheels, which share what is in the folder.
 """
 
 from __future__ import annotations
@@ -21,6 +23,8 @@ from .link import link
 from .targets import TARGETS, Level, Target
 
 HERE = Path(__file__).resolve().parent
+KEPT = HERE.parent / "out" / "kernels"
+"""Where builds of the checkout keep what they make, so that the next one makes only what was edited."""
 
 
 def _python(*words: str) -> None:
@@ -30,13 +34,22 @@ def _python(*words: str) -> None:
 
 
 def lowered(folder: Path, *names: str) -> Path:
-    """The LLVM code of all kernels, made once for all targets; of these at least, where there are names."""
+    """The LLVM code of all kernels, made once for all targets; of these at least, where there are names.
+
+    In `KEPT` it is made again, but for functions that are as they were.
+    """
+    from conicoid._jit.sources import is_current
+
     code = folder / "kernels.pickle"
+    if folder == KEPT and not (is_newer(code, "*.py") and is_current(stamp_of(code))):
+        code.unlink(missing_ok=True)
+        names = ()
     if names and not code.exists():
         code = folder / "some_kernels.pickle"
     if not code.exists():
         unfinished = code.with_suffix(".unfinished")
-        _python("native.front", str(unfinished), *names)
+        memory = ["--memory", str(folder / "functions.pickle")] if folder == KEPT else []
+        _python("native.front", str(unfinished), *names, *memory)
         unfinished.replace(code)
     return code
 
@@ -69,9 +82,14 @@ def stamp_of(code: Path) -> str:
 def build(target: Target, folder: Path, stamped: bool = False) -> Path:
     """The extension, in the folder, with a stamp of its sources if these may change."""
     code = lowered(folder)
-    with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
-        base = _base(code, target, folder)
-        objects = list(pool.map(lambda level: _object(base, target, level, folder), target.levels))
+    if folder == KEPT:
+        from . import groups  # it needs LLVM, which whoever asks for the name of the target may not have
+
+        objects = groups.build(code, target, folder)
+    else:
+        with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
+            base = _base(code, target, folder)
+            objects = list(pool.map(lambda level: _object(base, target, level, folder), target.levels))
     header = folder / target.name
     header.mkdir(exist_ok=True)
     names = ",".join(level.name for level in target.levels)
@@ -111,9 +129,9 @@ def host_level(target: Target) -> str:
     return [level.name for level in target.levels if level.needs <= needs][-1]
 
 
-def is_newer(made: Path) -> bool:
-    """Return whether a file is newer than all files of the build."""
-    return made.exists() and made.stat().st_mtime > max(each.stat().st_mtime for each in HERE.glob("*.*"))
+def is_newer(made: Path, files: str = "*.*") -> bool:
+    """Return whether a file is newer than all files of the build, or than some."""
+    return made.exists() and made.stat().st_mtime > max(each.stat().st_mtime for each in HERE.glob(files))
 
 
 def _is_there() -> bool:
@@ -137,13 +155,16 @@ def main() -> None:
     begin = time.monotonic()
     target = TARGETS[wanted.target] if wanted.target else host()
     with tempfile.TemporaryDirectory() as temporary:
-        folder = wanted.folder or Path(temporary)
+        folder = wanted.folder or (KEPT if wanted.in_place else Path(temporary))
         folder.mkdir(parents=True, exist_ok=True)
         if wanted.in_place:
             target = target.only(host_level(target))
             if _is_there():
                 return
-            print("Making machine code of the kernels, for some two and a half minutes of a core ...", flush=True)
+            print(
+                "Making machine code of the kernels: seconds after an edit, at first two minutes of a core ...",
+                flush=True,
+            )
         out = build(target, folder, wanted.in_place)
         if wanted.in_place:
             out = put(out, HERE.parent / "conicoid" / out.name)
