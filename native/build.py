@@ -3,7 +3,8 @@
 Front end, then an object for each level on all cores, then the door, compiled and linked with them (`link`).
 `--in-place` builds for this processor's level alone and puts the extension into the checkout, with a stamp of the
 sources: it is used until one of the files that the compiler read is edited. If it is there, nothing is done. What was
-made on the way stays in `out/kernels`, so that after an edit of C alone the build takes seconds.
+made on the way stays in `out/kernels`, so that after an edit of C alone the build takes seconds. `--incremental` keeps the
+code of each function (`memory`) and an object for each source file (`groups`): who edits one function waits for seconds.
 """
 
 from __future__ import annotations
@@ -25,6 +26,8 @@ from .targets import TARGETS, Level, Target
 HERE = Path(__file__).resolve().parent
 KEPT = HERE.parent / "out" / "kernels"
 """What builds in place make on the way."""
+EDITED = HERE.parent / "out" / "edited_kernels"
+"""What incremental builds keep, so that the next one makes only what was edited."""
 
 
 def _python(*words: str) -> None:
@@ -34,13 +37,22 @@ def _python(*words: str) -> None:
 
 
 def lowered(folder: Path, *names: str) -> Path:
-    """The LLVM code of all kernels, made once for all targets; of these at least, where there are names."""
+    """The LLVM code of all kernels, made once for all targets; of these at least, where there are names.
+
+    In `EDITED` it is made again, but for functions that are as they were.
+    """
+    from conicoid._jit.sources import is_current
+
     code = folder / "kernels.pickle"
+    if folder == EDITED and not (is_newer(code, "*.py") and is_current(stamp_of(code))):
+        code.unlink(missing_ok=True)
+        names = ()
     if names and not code.exists():
         code = folder / "some_kernels.pickle"
     if not code.exists():
         unfinished = code.with_suffix(".unfinished")
-        _python("native.front", str(unfinished), *names)
+        memory = ["--memory", str(folder / "functions.pickle")] if folder == EDITED else []
+        _python("native.front", str(unfinished), *names, *memory)
         unfinished.replace(code)
     return code
 
@@ -83,9 +95,14 @@ def stamp_of(code: Path) -> str:
 def build(target: Target, folder: Path, stamped: bool = False) -> Path:
     """The extension, in the folder, with a stamp of its sources if these may change."""
     code = lowered(folder)
-    with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
-        base = _base(code, target, folder)
-        objects = list(pool.map(lambda level: _object(base, target, level, folder), target.levels))
+    if folder == EDITED:
+        from . import groups  # it needs LLVM, which whoever asks for the name of the target may not have
+
+        objects = groups.build(code, target, folder)
+    else:
+        with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
+            base = _base(code, target, folder)
+            objects = list(pool.map(lambda level: _object(base, target, level, folder), target.levels))
     header = folder / target.name
     header.mkdir(exist_ok=True)
     names = ",".join(level.name for level in target.levels)
@@ -130,7 +147,7 @@ def is_newer(made: Path, files: str = "*.*") -> bool:
     return made.exists() and made.stat().st_mtime > max(each.stat().st_mtime for each in HERE.glob(files))
 
 
-def _drop_old_parts() -> None:
+def drop_old_parts() -> None:
     """Remove what builds in place have kept, if it is not of these kernels and of this compiler."""
     from conicoid._jit.sources import is_current
 
@@ -150,27 +167,36 @@ def _is_there() -> bool:
     return is_current(found.sources) and is_newer(Path(str(found.__file__)))
 
 
+def _duration(folder: Path) -> str:
+    """Return about how long a build in a folder takes."""
+    if folder == EDITED and (EDITED / "functions.pickle").exists():
+        return "some seconds"
+    return "some seconds" if (folder / "kernels.pickle").exists() else "some two and a half minutes of a core"
+
+
 def main() -> None:
     """Build as the command line says."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("target", nargs="?", choices=TARGETS)
     parser.add_argument("--folder", type=Path, help="where what is made on the way is kept")
     parser.add_argument("--in-place", action="store_true")
+    parser.add_argument("--incremental", action="store_true", help="in place, again only what was edited since the last")
     wanted = parser.parse_args()
     begin = time.monotonic()
     target = TARGETS[wanted.target] if wanted.target else host()
     with tempfile.TemporaryDirectory() as temporary:
-        folder = wanted.folder or (KEPT if wanted.in_place else Path(temporary))
-        if wanted.in_place:
+        kept = EDITED if wanted.incremental else KEPT if wanted.in_place else Path(temporary)
+        folder = wanted.folder or kept
+        if wanted.in_place or wanted.incremental:
             target = target.only(host_level(target))
             if _is_there():
                 return
-            _drop_old_parts()
-            if not folder.exists():
-                print("Making machine code of the kernels, for some two and a half minutes of a core ...", flush=True)
+            if folder == KEPT:
+                drop_old_parts()
+            print(f"Making machine code of the kernels, for {_duration(folder)} ...", flush=True)
         folder.mkdir(parents=True, exist_ok=True)
-        out = build(target, folder, wanted.in_place)
-        if wanted.in_place:
+        out = build(target, folder, wanted.in_place or wanted.incremental)
+        if wanted.in_place or wanted.incremental:
             out = put(out, HERE.parent / "conicoid" / out.name)
         print(f"{out}, after {time.monotonic() - begin:.0f} s")
 

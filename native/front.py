@@ -7,6 +7,7 @@ make for this processor.
 
 from __future__ import annotations
 
+import argparse
 import os
 import pickle
 import signal
@@ -64,15 +65,16 @@ def types_of(leaves: list[Leaf]) -> list[Any]:
     return waiting[0]
 
 
-def lowered(kernel: Signature, codes: dict[Any, bytes]) -> dict[str, Any]:
+def lowered(kernel: Signature, codes: dict[Any, bytes], entries: list[Any]) -> dict[str, Any]:
     """Return a kernel's symbol, how LLVM passes its arguments, and the numbers of its functions in `codes`.
 
     `codes` maps each of Numba's libraries to its LLVM code; it gets those that are new. A function that many kernels
-    call is there once.
+    call is there once. `entries` gets the kernel's dispatcher.
     """
     dispatcher: Any = functions.Inner(kernel.function, nogil=True, error_model="numpy")
     arguments = tuple(types_of(kernel.leaves))
     dispatcher.compile(arguments)
+    entries.append(dispatcher)
     result = dispatcher.overloads[arguments]
     calls = dispatcher.targetctx.call_conv.get_function_type(result.fndesc.restype, result.fndesc.argtypes)
     return dict(
@@ -88,7 +90,7 @@ def _numbers(libraries: list[Any], codes: dict[Any, bytes]) -> list[int]:
     reached = functions._reachable_libraries(libraries)
     for library in reached:
         if library not in codes:
-            codes[library] = functions._own_module(library).as_bitcode()
+            codes[library] = getattr(library, "code", None) or functions._own_module(library).as_bitcode()
     places = {library: place for place, library in enumerate(codes)}
     return [places[library] for library in reached]
 
@@ -98,17 +100,29 @@ def main() -> None:
 
     The name DEVICE stands for the functions of a GPU's threads.
     """
-    out, *names = sys.argv[1:]
+    parser = argparse.ArgumentParser()
+    parser.add_argument("out", type=Path)
+    parser.add_argument("names", nargs="*")
+    parser.add_argument("--memory", type=Path, help="a file that keeps the code of functions for the next build")
+    wanted = parser.parse_args()
     before = stamp_of(package_files())
     bend()
+    memory = None
+    if wanted.memory:
+        from .memory import Memory
+
+        memory = Memory(wanted.memory)
+        memory.bend()
     with functions._rare_collections():
         codes: dict[Any, bytes] = {}
-        every = on_device() if names == [DEVICE] else declared()
-        kernels = {each.name: lowered(each, codes) for each in every if names in ([], [DEVICE]) or each.name in names}
+        entries: list[Any] = []
+        every = on_device() if wanted.names == [DEVICE] else declared()
+        names = [] if wanted.names == [DEVICE] else wanted.names
+        kernels = {each.name: lowered(each, codes, entries) for each in every if not names or each.name in names}
     # A file that changed meanwhile may have been read before or after: no stamp, so that the code is built again
     stamp = stamp_of(imported_files()) if stamp_of(package_files()) == before else ""
-    Path(out).with_suffix(SUFFIX).write_text(stamp, encoding="utf-8")
-    Path(out).write_bytes(pickle.dumps((kernels, list(codes.values()))))
+    wanted.out.with_suffix(SUFFIX).write_text(stamp, encoding="utf-8")
+    wanted.out.write_bytes(pickle.dumps((kernels, list(codes.values()))))
 
 
 def imported_files() -> set[str]:

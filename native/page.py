@@ -15,7 +15,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from . import objects
-from .build import HERE, is_newer, lowered, put, stamp_of
+from .build import HERE, KEPT, drop_old_parts, is_newer, lowered, put, stamp_of
 from .link import PAGE_ENGINE
 from .targets import WASM
 
@@ -33,7 +33,7 @@ LINK = "--no-entry --stack-first -z stack-size=1048576 --gc-sections --strip-all
 def _object(code: Path, folder: Path) -> Path:
     """The kernels' object."""
     out = folder / "page.o"
-    if not out.exists():
+    if not out.exists() or out.stat().st_mtime < code.stat().st_mtime:
         unfinished = out.with_suffix(".unfinished")
         subprocess.run(
             [sys.executable, "-m", "native.page", "--object", str(code), str(unfinished)], check=True, cwd=HERE.parent
@@ -85,7 +85,8 @@ def main() -> None:
         return
     print("Making the engine for pages ...", flush=True)
     with tempfile.TemporaryDirectory() as temporary:
-        folder = wanted.folder or Path(temporary)
+        drop_old_parts()
+        folder = wanted.folder or (KEPT if (KEPT / "kernels.pickle").exists() else Path(temporary))
         folder.mkdir(parents=True, exist_ok=True)
         print(put(build(folder, stamped=True), place))
 

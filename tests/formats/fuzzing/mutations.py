@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from random import Random
 from typing import Any
 
@@ -44,7 +45,7 @@ def bytes_damaged(random: Random, data: bytes) -> bytes:
     return bytes(result)
 
 
-def text_damaged(random: Random, text: str) -> str:
+def text_damaged(random: Random, text: str, tokens: Sequence[str] = TOKENS) -> str:
     """Words, numbers and lines exchanged, doubled, dropped or put in."""
     for _ in range(random.choice([1, 1, 2, 3, 6])):
         lines = text.split("\n")
@@ -63,21 +64,24 @@ def text_damaged(random: Random, text: str) -> str:
                 lines[at] = lines[at].lstrip()
         text = "\n".join(lines)
         if random.random() < 0.5:
-            text = _word_changed(random, text)
+            text = _word_changed(random, text, tokens)
         if random.random() < 0.2:
             place = random.randrange(len(text) + 1)
-            text = text[:place] + random.choice(TOKENS) + text[place + random.choice([0, 0, 1, 5]) :]
+            text = text[:place] + random.choice(tokens) + text[place + random.choice([0, 0, 1, 5]) :]
     return text
 
 
-def _word_changed(random: Random, text: str) -> str:
+def _word_changed(random: Random, text: str, tokens: Sequence[str]) -> str:
     """One number or word in place of another."""
     found = list(re.finditer(r"-?[\d.]+(?:e-?\d+)?|\w+", text))
     if not found:
         return text
     match = random.choice(found)
     numeric = match.group()[0] in "-.0123456789"
-    new = random.choice(NUMBERS) if numeric or random.random() < 0.2 else random.choice(found).group()
+    if tokens is not TOKENS and random.random() < 0.5:
+        new = random.choice(tokens)
+    else:
+        new = random.choice(NUMBERS) if numeric or random.random() < 0.2 else random.choice(found).group()
     return text[: match.start()] + new + text[match.end() :]
 
 

@@ -17,12 +17,13 @@ import warnings
 from pathlib import Path
 from typing import Any
 
+from .import_cases import IMPORTS
 from .ray_cases import ray_case
 from .scene_cases import mutated_case, schema_case
 
 SECONDS, BYTES = 10, 2 << 30
 """Of one case at most, in the time of the processor, so that a busy machine makes no difference."""
-KINDS = {"mutated": mutated_case, "schema": schema_case, "rays": ray_case}
+KINDS = {"mutated": mutated_case, "schema": schema_case, "rays": ray_case, **IMPORTS}
 
 
 class TooSlow(BaseException):

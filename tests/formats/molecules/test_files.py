@@ -1,9 +1,8 @@
-"""Files of molecules: what their documentation says, mistakes with their lines, and mutated files."""
+"""Files of molecules: what their documentation says, and mistakes with their lines."""
 
 from __future__ import annotations
 
 import math
-import random
 
 import numpy as np
 import pytest
@@ -175,30 +174,6 @@ def test_files_of_other_kinds(tmp_path):
         co.molecule(tmp_path / "none.xyz")
 
 
-def mutated(text, rng):
-    """A text with some letters changed, left out or doubled."""
-    letters = list(text)
-    for _ in range(rng.randint(1, 6)):
-        at = rng.randrange(len(letters))
-        letters[at] = rng.choice(["", letters[at] * 2, rng.choice("0 9-.eE\n\tx\"'#_\0é"), ""])
-    return "".join(letters)
-
-
-def check_mutated(folder, count):
-    """Mutated files give atoms or an error of the house."""
-    rng = random.Random(1)
-    for k in range(count):
-        path = written(folder, mutated((XYZ, PDB, CIF, SALT)[k % 4], rng))
-        try:
-            co.molecule(path)
-        except (ValueError, ImportError) as error:
-            assert str(error), path.read_text()
-
-
-def test_mutated_files(tmp_path):
-    check_mutated(tmp_path, 200)
-
-
 def test_a_limit_counts_if_it_is_that_of_other_formats(tmp_path, monkeypatch):
     monkeypatch.setattr("conicoid.io.importers.DEFAULT_BODY_LIMITS", BodyLimits(3, 3))
     path = tmp_path / "a.xyz"
@@ -206,8 +181,3 @@ def test_a_limit_counts_if_it_is_that_of_other_formats(tmp_path, monkeypatch):
     assert co.load(path).body_count == 5
     with pytest.raises(ValueError, match="5 bodies, more than max_bodies = 3"):
         co.load(path, max_bodies=3)
-
-
-@pytest.mark.deep
-def test_many_mutated_files(tmp_path):
-    check_mutated(tmp_path, 8000)

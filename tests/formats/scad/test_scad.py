@@ -1,10 +1,9 @@
-"""OpenSCAD's .csg: each module against its formula by points, colours, mistakes with their places, mutated files."""
+"""OpenSCAD's .csg: each module against its formula by points, colours, and mistakes with their places."""
 
 from __future__ import annotations
 
 import itertools
 import math
-import random
 
 import numpy as np
 import pytest
@@ -212,32 +211,3 @@ def test_files_are_known_by_their_first_call(head, tmp_path):
     )
     assert found is not None
     assert found.name == "OpenSCAD's .csg"
-
-
-def mutated(text, rng):
-    letters = list(text)
-    for _ in range(rng.randint(1, 5)):
-        at = rng.randrange(len(letters))
-        letters[at] = rng.choice(["", letters[at] * 2, rng.choice("0 9-.eE[](){};,=\n\"'#%!*_\0é"), ""])
-    return "".join(letters)
-
-
-def check_mutated(folder, count):
-    """Mutated files give a scene, or an error with its place."""
-    rng, texts = random.Random(1), list(CASES)
-    for k in range(count):
-        text = mutated(texts[k % len(texts)], rng)
-        path = written(folder, text, "a.csg")
-        try:
-            co.load(path)
-        except co.SceneFileError as error:
-            assert error.problems[0].line >= 1, text
-
-
-def test_mutated_files(tmp_path):
-    check_mutated(tmp_path, 200)
-
-
-@pytest.mark.deep
-def test_many_mutated_files(tmp_path):
-    check_mutated(tmp_path, 2000)

@@ -1,0 +1,181 @@
+"""What a build of the checkout makes again after an edit: the functions that it changes, and the files that copy them."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from typing import NamedTuple
+
+import pytest
+
+from tests.children import ROOT
+
+pytest.importorskip("numba")
+pytest.importorskip("llvmlite")
+
+PROGRAM = """
+from typing import NamedTuple
+from conicoid._jit import compiler
+
+class Pair(NamedTuple):
+    a: float
+    b: float
+
+LIMIT = 3.0
+def other(x): return x
+other = compiler.Inner(other)
+plain = lambda x: x
+def function(x, unused=1):
+    "A docstring."
+    return other(x) * LIMIT + Pair(x, 2.0).a
+{edit}
+from native.memory import content
+print(content(function, {{"_nrt": False}}))
+"""
+EDITS = {
+    "a comment": (
+        "def function(x, unused=1):\n    'Words.'\n    return other(x) * LIMIT + Pair(x, 2.0).a  # more",
+        True,
+    ),
+    "the code of a function that it calls": ("other.py_func.__code__ = plain.__code__", True),
+    "a number in it": ("def function(x, unused=1):\n    'Words.'\n    return other(x) * LIMIT + Pair(x, 3.0).a", False),
+    "what it calls": ("def function(x, unused=1):\n    'Words.'\n    return abs(x) * LIMIT + Pair(x, 2.0).a", False),
+    "a constant of its module": ("LIMIT = 4.0", False),
+    "a record": ("class Pair(NamedTuple):\n    b: float\n    a: float", False),
+    "how a function that it calls is compiled": ("other = compiler.Inner(other.py_func, forceinline=True)", False),
+    "a default": ("function.__defaults__ = (2,)", False),
+}
+
+
+def content_of(edit: str) -> str:
+    done = subprocess.run(
+        [sys.executable, "-c", PROGRAM.format(edit=edit)], cwd=ROOT, capture_output=True, text=True, check=True
+    )
+    return done.stdout
+
+
+def test_what_a_function_depends_on() -> None:
+    before = content_of("")
+    for name, (edit, same) in EDITS.items():
+        assert (content_of(edit) == before) == same, name
+
+
+class Function(NamedTuple):
+    """One of a package of three files: what it calls, and whether it is copied into callers."""
+
+    calls: tuple[str, ...] = ()
+    copied: bool = False
+    code: bytes = b""
+
+
+FUNCTIONS = {
+    "top.kernel": Function(("middle.large", "middle.small")),
+    "middle.large": Function(("low.small",)),
+    "middle.small": Function(("low.large", "low.small"), copied=True),
+    "low.small": Function(copied=True),
+    "low.large": Function(("outside",)),
+}
+
+
+def groups_of(functions: dict[str, Function]) -> dict[str, object]:
+    from native import groups
+
+    parts = [
+        groups.Part(each.code or name.encode(), (name,), each.calls, each.copied, name.partition(".")[0])
+        for name, each in functions.items()
+    ]
+    return groups.groups({"kernel": {"symbol": "top.kernel"}}, parts)
+
+
+@pytest.mark.parametrize(
+    ("edited", "files"),
+    [
+        ("top.kernel", {"top"}),
+        ("middle.large", {"middle"}),
+        ("middle.small", {"middle", "top"}),
+        ("low.small", {"low", "middle", "top"}),
+        ("low.large", {"low"}),
+    ],
+)
+def test_files_are_made_again_that_hold_a_function_or_a_copy_of_it(edited: str, files: set[str]) -> None:
+    before = groups_of(FUNCTIONS)
+    after = groups_of(FUNCTIONS | {edited: FUNCTIONS[edited]._replace(code=b"edited")})
+    assert {name for name in before if before[name] != after[name]} == files
+
+
+def test_the_order_in_which_functions_are_seen_changes_nothing() -> None:
+    assert groups_of(FUNCTIONS) == groups_of(dict(reversed(FUNCTIONS.items())))
+
+
+def test_symbols_that_other_files_call_are_seen() -> None:
+    found = groups_of(FUNCTIONS)
+    assert {name: group.seen for name, group in found.items()} == {
+        "top": [],
+        "middle": ["middle.large"],
+        "low": ["low.large"],
+    }
+    assert [name for name, group in found.items() if group.entries] == ["top"]
+
+
+MODULE = """
+from typing import NamedTuple
+from conicoid._jit.compiler import Inner
+
+class Pair(NamedTuple):
+    a: float
+    b: float
+
+@Inner
+def leaf(x):
+    return x + 1.0
+
+@Inner
+def middle(x):
+    return leaf(x) * 2.0
+
+@Inner
+def top(pair):
+    return middle(pair.a) - pair.b
+"""
+BUILD = """
+import sys, types
+from pathlib import Path
+from native import front, memory
+front.bend()
+kept = memory.Memory(Path(sys.argv[1]))
+kept.bend()
+sys.modules["conicoid.example"] = module = types.ModuleType("conicoid.example")
+exec(compile(sys.stdin.read(), "example.py", "exec"), module.__dict__)
+pair = front.types.NamedTuple([front.types.float64] * 2, module.Pair)
+module.top.compile((pair,))
+codes = {}
+front._numbers([module.top.overloads[pair,].library], codes)
+kept.keep([module.top], codes)
+print(*kept.compiled)
+"""
+
+
+@pytest.mark.deep
+@pytest.mark.parametrize(
+    ("before", "after", "compiled"),
+    [
+        ("", "", ""),
+        ("x + 1.0", "x + 2.0", "leaf"),
+        ("return leaf(x) * 2.0", "return leaf(x)", "middle"),
+        ("return x + 1.0", "return int(x)", "leaf middle"),  # which has the type that it had before
+        ("a: float\n    b: float", "b: float\n    a: float", "top"),
+    ],
+)
+def test_functions_are_lowered_again_that_an_edit_changes(before: str, after: str, compiled: str, tmp_path) -> None:
+    """Twice: an edit, then nothing. The code that is linked is that of a build from the beginning."""
+    assert before in MODULE
+
+    def built(text: str) -> list[str]:
+        words = [sys.executable, "-c", BUILD, str(tmp_path / "functions.pickle")]
+        done = subprocess.run(words, input=text, cwd=ROOT, capture_output=True, text=True, check=True)
+        return sorted(done.stdout.split())
+
+    assert built(MODULE) == ["leaf", "middle", "top"]
+    edited = MODULE.replace(before, after)
+    assert built(edited) == sorted(compiled.split())
+    assert built(edited) == []
