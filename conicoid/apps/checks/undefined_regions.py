@@ -281,10 +281,10 @@ def undefined_regions(scene: SceneLike, targets: ProbeTargets, rays: int, random
     if scene.domain is None or skip_reason(scene):
         return []
     domain: SceneLike = extension("Scene")(scene.domain)
-    targets = ProbeTargets.of(domain._prepared.lowered)
-    low, high = targets.window
+    whole = ProbeTargets.of(domain._prepared.lowered)
+    low, high = whole.window
     bodies = np.flatnonzero(~targets.empty)
-    aims = [targets.through_window(rays // 2 + 1, random)]
+    aims = [whole.through_window(rays // 2 + 1, random)]
     if len(bodies):
         aims.append(targets.through_bodies(np.resize(bodies, max(rays // 2, 4 * len(bodies))), random))
     gaps: list[Gap] = []
