@@ -260,7 +260,7 @@ def _name_hint(name: str) -> str:
     """Return what to add to the error for an unknown name: where the name is, or which one was probably meant."""
     if name.startswith("_"):
         return ""
-    from ._util.names import closest_name
+    from ._util.text import closest_name
 
     for package in _LAZY_PACKAGES:
         if name in importlib.import_module(_PACKAGES[package], __name__).__all__:

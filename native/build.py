@@ -3,8 +3,9 @@
 Front end, then an object for each level on all cores, then the door, compiled and linked with them (`link`).
 `--in-place` builds for this processor's level alone and puts the extension into the checkout, with a stamp of the
 sources: it is used until one of the files that the compiler read is edited. If it is there, nothing is done. What was
-made on the way stays in `out/kernels`, so that after an edit of C alone the build takes seconds. `--incremental` keeps the
-code of each function (`memory`) and an object for each source file (`groups`): who edits one function waits for seconds.
+made on the way stays in `out/kernels`, so that after an edit of C alone the build takes seconds. `--incremental` keeps
+the code of each function (`memory`) and an object for each source file (`groups`): who edits one function waits for
+seconds.
 """
 
 from __future__ import annotations
@@ -180,7 +181,9 @@ def main() -> None:
     parser.add_argument("target", nargs="?", choices=TARGETS)
     parser.add_argument("--folder", type=Path, help="where what is made on the way is kept")
     parser.add_argument("--in-place", action="store_true")
-    parser.add_argument("--incremental", action="store_true", help="in place, again only what was edited since the last")
+    parser.add_argument(
+        "--incremental", action="store_true", help="in place, again only what was edited since the last"
+    )
     wanted = parser.parse_args()
     begin = time.monotonic()
     target = TARGETS[wanted.target] if wanted.target else host()

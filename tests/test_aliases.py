@@ -9,7 +9,7 @@ import pytest
 
 import conicoid as co
 from conicoid._util import environment
-from conicoid._util.names import ALIASES, NameTuple, check_choice, closest_name, known_alias, suggest_name
+from conicoid._util.text import ALIASES, NameTuple, check_choice, closest_name, known_alias, suggest_name
 
 from .public_names import PUBLIC
 

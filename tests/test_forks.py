@@ -9,7 +9,7 @@ import weakref
 
 import pytest
 
-from conicoid._util import fork_safe_locks as forks
+from conicoid._util import process as forks
 
 from .children import child
 from .machine_code import needs_compiler

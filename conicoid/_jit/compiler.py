@@ -35,7 +35,7 @@ from numba.core.registry import CPUDispatcher
 from numba.core.targetconfig import ConfigStack
 
 from .._util.environment import read_jit_mode
-from .interruptible import run_interruptible, start_thread
+from .._util.process import run_interruptible, start_thread
 
 TESTED = (0, 65), (0, 68)
 """The first and the last version of Numba with which this file, which uses private parts of it, has been tested."""

@@ -34,7 +34,7 @@ def _name_error(package: str, name: str, known: list[str]) -> AttributeError:
     """Return the error for an unknown name, with the name that was probably meant."""
     from importlib.util import find_spec
 
-    from .names import unknown_package_name
+    from .text import unknown_package_name
 
     root = sys.modules[package.partition(".")[0]]
     if name in getattr(root, "__all__", ()):

@@ -1,11 +1,13 @@
-"""Numbers as text for people: counts with their nouns, sizes of memory, and tables of results for notebooks."""
+"""Text for people: counts with their nouns, sizes of memory, tables for notebooks, suggestions for unknown names."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from html import escape
 from itertools import islice
-from typing import Any
+from typing import Any, SupportsIndex, TypeVar
+
+from .validation import format_list, format_value
 
 
 def format_count(count: int, one: str, many: str = "") -> str:
@@ -51,3 +53,166 @@ def _cell(value: Any) -> str:
     if isinstance(plain, list | tuple):
         return f"({', '.join(map(_cell, plain))})"
     return str(plain)
+
+
+# Names: suggestions in errors for an unknown one, and tuples whose items have names.
+#
+# A name counts as meant if it is similar, or if other programs use the unknown name for the same thing (`ALIASES`).
+# docs/coming-from.md has more such pairs.
+
+Name = TypeVar("Name", bound=str)
+
+_MOST_COMPARED = 5000
+"""The largest number of names in one comparison, which takes a fraction of a second."""
+
+_LONGEST_NAME = 100
+"""Longer names are not compared."""
+
+ALIASES = {
+    # Queries
+    "intersect": "first_hit", "ray_intersect": "first_hit", "trace": "first_hit", "cast_rays": "first_hit",
+    "closest_hit": "first_hit", "intersects_location": "first_hit", "any_hit": "occluded", "is_visible": "occluded",
+    "ray_test": "occluded", "inside": "contains", "is_inside": "contains", "find_cell": "body_at",
+    "signed_distance": "distance", "path_lengths": "lengths", "bbox": "bounds", "aabb": "bounds",
+    # Results and rays
+    "distance": "t t_max", "distances": "t", "points": "point", "normals": "normal", "ids": "body",
+    "primitive_ids": "face", "mask": "hit", "origin": "origins", "direction": "directions",
+    "center_of_mass": "centroid",
+    # Shapes and materials
+    "ball": "Sphere", "cuboid": "Box", "disk": "Disc", "frustum": "Cone", "halfspace": "HalfSpace", "tetrahedron":
+    "Polyhedron", "paraboloid": "EllipticParaboloid", "dielectric": "glass", "lambertian": "matte",
+    # Arguments
+    "ior": "refractive_index", "colour": "color", "rgb": "color", "fov": "field_of_view", "eye": "position",
+    "target": "look_at", "spp": "samples", "max_depth": "depth", "r": "radius", "min": "low", "max": "high",
+    "centre": "center", "origin_point": "center", "p1": "start", "p2": "end", "tmin": "t_min", "tmax": "t_max",
+}  # fmt: skip
+"""Name in other programs, in small letters -> the name here, or several; the first known one counts."""
+
+
+def known_alias(name: str, known: Collection[str]) -> str:
+    """Return the known name that other programs call `name`; "" if there is none."""
+    return next((meant for meant in ALIASES.get(name.casefold(), "").split() if meant in known), "")
+
+
+def closest_name(name: str, known: Collection[str], least: float = 0.6) -> str:
+    """Return the known name that was probably meant, by `ALIASES` or by similarity; "" if there is none.
+
+    Parameters
+    ----------
+    name : str
+        The unknown name.
+    known : collection of str
+        The names that would be accepted.
+    least : float
+        The share of letters that a similar name has in common with it, as `difflib` counts them.
+    """
+    import difflib
+
+    if alias := known_alias(name, known):
+        return alias
+    names = {item.casefold(): item for item in known if len(item) <= _LONGEST_NAME}
+    close = difflib.get_close_matches(name.casefold()[:_LONGEST_NAME], names, n=1, cutoff=least)
+    return names[close[0]] if close else ""
+
+
+def suggest_name(name: str, known: Collection[str]) -> str:
+    """Return a suggestion in brackets, or the list of known names if that is short; else ""."""
+    if close := closest_name(name, known):
+        return f" (did you mean {close!r}?)"
+    names = [item for item in known if len(item) <= _LONGEST_NAME]
+    return f" (known: {', '.join(sorted(names))})" if 0 < len(names) <= 16 else ""
+
+
+def check_choice(owner: str, field: str, value: Any, known: Collection[Name]) -> Name:
+    """Return a value that is one of the known names; otherwise raise ValueError with a list and a suggestion."""
+    if isinstance(value, str):
+        for name in known:
+            if value == name:
+                return name
+    close = closest_name(value, known) if isinstance(value, str) else ""
+    meant = f" (did you mean {close!r}?)" if close else ""
+    raise ValueError(f"{owner}: {field} must be one of {', '.join(known)}, got {format_value(value)}{meant}")
+
+
+def describe_names(name: object, what: str, known: Sequence[str]) -> str:
+    """Return a description of known names for an unknown one: those that contain it, or the first and the most similar.
+
+    what: the noun for them, such as "materials".
+    """
+    if not known:
+        return f"{what}: none has a name"
+    folded = name.casefold() if isinstance(name, str) else ""
+    if folded and (holding := [repr(item) for item in known if folded in item.casefold()]):
+        return f"{what} with it in their names: {format_list(holding)}"
+    close = closest_name(name, known[:_MOST_COMPARED]) if isinstance(name, str) else ""
+    meant = f" (did you mean {format_list([repr(close)])}?)" if close else ""
+    return f"{what}: {format_list([repr(item) for item in known])}{meant}"
+
+
+def unknown_attribute(thing: object, name: str) -> AttributeError:
+    """Return the error for an attribute that an object does not have; for its `__getattr__`."""
+    kind = type(thing)
+    known = [] if name.startswith("_") else [field for field in dir(kind) if not field.startswith("_")]
+    close = closest_name(name, known, 0.75) if known else ""
+    hint = f": did you mean {close}?" if close else ""
+    return AttributeError(f"{kind.__name__!r} object has no attribute {name[:80]!r}{hint}", name=name, obj=thing)
+
+
+def unknown_package_name(package: str, name: str, known: Collection[str]) -> AttributeError:
+    """Return the error for a name that a package does not have; for its `__getattr__`."""
+    close = "" if name.startswith("_") else closest_name(name, known, 0.7)
+    hint = f" (did you mean {close}?)" if close else ""
+    return AttributeError(f"module {package!r} has no attribute {name[:80]!r}{hint}", name=name)
+
+
+# --- Tuples whose items have names, such as the materials of a scene
+
+
+class NameTuple(tuple[Any, ...]):
+    """A tuple whose items are found by name as well as by index: `materials["steel"]`, `materials.index("steel")`.
+
+    Parameters
+    ----------
+    items : iterable
+        The items.
+    owner : str
+        The tuple in messages, such as "scene.materials".
+    names : iterable of str or None, optional
+        The name of each item; by default its attribute `name`, if it has one.
+    """
+
+    owner: str
+    names: tuple[str | None, ...]
+
+    def __new__(cls, items: Iterable[Any], owner: str, names: Iterable[str | None] | None = None) -> NameTuple:
+        parts = super().__new__(cls, items)
+        parts.owner = owner
+        parts.names = tuple(getattr(item, "name", None) for item in parts) if names is None else tuple(names)
+        return parts
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (tuple(self), self.owner, self.names)
+
+    def __getitem__(self, index: Any) -> Any:
+        """Return the item of a name or an index.
+
+        Raises
+        ------
+        KeyError
+            For a name of no item, or of more than one.
+        """
+        return super().__getitem__(self._place(index) if isinstance(index, str) else index)
+
+    def index(self, item: Any, start: SupportsIndex = 0, stop: SupportsIndex = 2**62) -> int:
+        """Return the index of an item, or of a name: that of its column in lengths by material."""
+        return self._place(item) if isinstance(item, str) else super().index(item, start, stop)
+
+    def _place(self, name: str) -> int:
+        """Return the index of a name; raise KeyError for an unknown or repeated one."""
+        places = [place for place, one in enumerate(self.names) if one == name]
+        if len(places) == 1:
+            return places[0]
+        if places:
+            raise KeyError(f"{self.owner}: {len(places)} have the name {format_value(name)}, at {places}: use an index")
+        known = [one for one in self.names if one]
+        raise KeyError(f"{self.owner}: none has the name {format_value(name)}; {describe_names(name, 'names', known)}")

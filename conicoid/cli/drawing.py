@@ -204,7 +204,7 @@ def _render(scene: Path, output: Path, numbers: dict[str, int]) -> int:
 
     with user_mistakes():
         check_environment()
-        from .._util.gc_pause import pause_gc
+        from .._util.process import pause_gc
         from ..render.job import check_options
         from .resources import load
 

@@ -62,7 +62,7 @@ def lengths(
 ) -> None:  # fmt: skip
     """Measure how far rays go inside each body, or material; or sum up a value along them."""
     with user_mistakes():
-        from .._util.names import check_choice
+        from .._util.text import check_choice
         from ..queries.weights import check_by
 
         integral = bool(value) or property_ is not None

@@ -417,8 +417,8 @@ def slice_scene(
 ) -> None:  # fmt: skip
     """Draw a slice of a scene by a plane: bodies or materials in colours, walls as exact curves."""
     with user_mistakes():
-        from .._util.names import check_choice
-        from ..apps.section.options import BY, check_suffix
+        from .._util.text import check_choice
+        from ..render.options import BY, check_suffix
 
         if output == STDOUT:
             check_stdout("a slice")

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 import numpy.typing as npt
 
-from .._util.names import unknown_attribute
+from .._util.text import unknown_attribute
 from .._util.validation import describe_kind, format_value, real_array
 from .._util.value_objects import restore_state
 from ..materials.material import Material

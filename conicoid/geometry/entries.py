@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NoReturn, SupportsIndex, TypeAlias
 import numpy as np
 
 from .._util.arrays import FloatArray
-from .._util.names import describe_names
+from .._util.text import describe_names
 from .._util.validation import describe_kind, format_value
 from .body import Body, bodies_table
 from .bulk import Bulk, Spheres

@@ -14,7 +14,7 @@ from functools import cache, cached_property
 from typing import Any, NoReturn, TypeAlias
 
 from .._util.arrays import Vector
-from .._util.fork_safe_locks import fork_safe_rlock
+from .._util.process import fork_safe_rlock
 from .._util.validation import check_number, format_value
 from ..numerics import bigfloat as ex, rational
 from ..numerics.rational import row_echelon

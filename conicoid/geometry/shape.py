@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, NoReturn, Self, overlo
 import numpy as np
 
 from .._util.arrays import BoxEnds, Vector, ignore_fp_errors
-from .._util.names import unknown_attribute
+from .._util.text import unknown_attribute
 from .._util.validation import describe_kind, format_value
 from .._util.value_objects import pickle_state, restore_state
 from ..materials.material import Material

@@ -14,8 +14,7 @@ from typing import Any, Literal, TypeAlias, get_args
 import numpy as np
 
 from .._util.arrays import Vector
-from .._util.names import check_choice
-from .._util.text import format_count
+from .._util.text import check_choice, format_count
 from .._util.validation import (
     as_integer,
     check_number,

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._util.arrays import ignore_fp_errors
-from .._util.names import closest_name
+from .._util.text import closest_name
 from .._util.validation import check_path as checked_path, format_value, is_masked, real_array
 from .._util.value_objects import compare_by_value, restore_state
 from ..materials.color import srgb_decode

@@ -18,8 +18,7 @@ from itertools import islice
 from typing import Any, NamedTuple
 
 from .._util.files import MAX_LISTED_PROBLEMS, printable
-from .._util.names import check_choice
-from .._util.text import format_count
+from .._util.text import check_choice, format_count
 from .._util.validation import check_callback, check_flag, check_integer, format_value
 from ..geometry.body import Body
 from ..geometry.shape import Solid

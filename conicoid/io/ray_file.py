@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .._util.files import check_memory, printable
-from .._util.names import closest_name
+from .._util.text import closest_name
 from .._util.validation import format_list
 from ..kernels.ray import DEAD
 from ..queries.rays import Rays, find_invalid_ray

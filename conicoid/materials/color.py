@@ -12,7 +12,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from .._util.arrays import FloatArray, Vector
-from .._util.names import closest_name
+from .._util.text import closest_name
 from .._util.validation import check_number, check_numbers, format_value
 from ..numerics.portable_math import odd_root
 

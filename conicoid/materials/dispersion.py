@@ -9,7 +9,7 @@ from typing import Any, ClassVar, TypeAlias
 
 import numpy as np
 
-from .._util.names import closest_name
+from .._util.text import closest_name
 from .._util.validation import check_number, format_value, is_complex, real_array
 
 LINE_D, LINE_F, LINE_C = 0.5875618, 0.4861327, 0.6562725

@@ -9,7 +9,7 @@ from typing import Any, ClassVar, Literal, TypeAlias, get_args
 
 import numpy as np
 
-from .._util.names import check_choice
+from .._util.text import check_choice
 from .._util.validation import (
     as_integer,
     check_flag,

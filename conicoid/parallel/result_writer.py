@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .._util.files import replace_file, resolve_output, write_text
-from .._util.names import check_choice
+from .._util.text import check_choice
 from .._util.validation import DEFAULT_T_MAX, DEFAULT_T_MIN, check_integer, check_path as checked_path, describe_kind
 from ..io.array_file import StoredArray, check_output, csv_lines, quote_csv, write_arrays, write_columns
 from ..io.ray_file import RayFile, TimedRays

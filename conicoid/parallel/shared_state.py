@@ -23,13 +23,13 @@ from typing import Any
 import numpy as np
 
 from .._util.files import replace_file
-from .._util.fork_safe_locks import fork_safe_lock
+from .._util.process import fork_safe_lock
 from .._util.version import __version__
 from ..geometry.bulk import Spheres
 from ..geometry.instances import InstanceList
 from ..geometry.labels import Labels
 from ..prepare.body_collector import BodyShapes
-from ..prepare.edits.edit_state import EditState
+from ..prepare.edits.buffer_pool import EditState
 from ..prepare.prepared_scene import PreparedScene
 
 

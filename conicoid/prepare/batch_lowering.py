@@ -12,7 +12,7 @@ A Boolean body passes through these files, in this order:
 3. `motion_batch.py` computes the motions of the primitives, each once.
 4. `tape/recording_cache.py` finds or records the formulas of their kind; `tape/program.py` plays them for all at once.
 5. `csg_batch.py` composes the rows of the primitives to the row of the body.
-6. `csg_bounds.py` finds its box, by `region_extent.py` where the boxes of the parts are not enough. Polyhedra have
+6. `csg_plan.py` finds its box, by `region_extent.py` where the boxes of the parts are not enough. Polyhedra have
    theirs from `polyhedron_extent.py`.
 7. `tables_builder.py` lays out the rows (`pattern.py`) as columns; `coincidence.py` merges equal surfaces.
 
@@ -39,8 +39,7 @@ from ..materials.material import Material
 from ..numerics.tracing import Tape, TracedFloat
 from .assembly import Assembly, SurfaceSlot
 from .csg_batch import CsgArray, CsgBatch, CsgComposition, exceeds_translation
-from .csg_bounds import bound_bodies, box_columns
-from .csg_plan import FORMS, CsgPlan, PrimitiveForm, csg_plan, is_subclass, placed_primitives
+from .csg_plan import FORMS, CsgPlan, PrimitiveForm, bound_bodies, box_columns, csg_plan, is_subclass, placed_primitives
 from .lower_shape import LoweredShape, compute_shape
 from .motion_batch import MotionBatch, MotionChains, count_translations, input_motion
 from .pattern import FRAME_NUMBERS, BodyPattern, RowTable

@@ -16,8 +16,7 @@ from ..geometry.shape import Boolean
 from ..geometry.transform import Motion
 from ..kernels.tables import CELL, REGION, Floats, Ints
 from .assembly import UNBOUNDED, Assembly, SurfaceSlot
-from .csg_bounds import box_columns
-from .csg_plan import CsgPlan, PrimitiveForm, csg_plan, fold_plan
+from .csg_plan import CsgPlan, PrimitiveForm, box_columns, csg_plan, fold_plan
 from .lower_shape import combine_trees, cullable_cells, widen_boxes
 from .pattern import BOX_NUMBERS, FRAME_NUMBERS, BodyPattern, RowTable, row_blocks
 

@@ -1,17 +1,24 @@
-"""Plans of Boolean bodies: how each is built of its primitives, and the forms in which these are lowered."""
+"""Plans of Boolean bodies: how each is built of its primitives, the forms in which these are lowered, and its box."""
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
+from typing import Any, TypeAlias
 
-from ..geometry.cell import Tree
-from ..geometry.shape import Boolean, Painted, PrimitiveSolid, Shape
+import numpy as np
+import numpy.typing as npt
+
+from ..geometry.bounds.intersection import BoundsKind, are_balls_or_boxes, bound_ball_intersections
+from ..geometry.cell import All, Any_, Cell, Not, Tree
+from ..geometry.shape import Boolean, Complement, Difference, Intersection, Painted, PrimitiveSolid, Shape, Solid, Union
 from ..geometry.transform import Step
+from ..kernels.tables import PLANE, PLANE_SIZE, QUADRIC_SIZE, SPHERE, Floats, Longs, Signs
 from ..materials.material import Material
-from .pattern import BodyPattern
+from .pattern import BOX_NUMBERS, FRAME_NUMBERS, BodyPattern, RowTable, row_blocks
+from .region_extent import MAX_PLANES, SIDES, narrow_csg_boxes
 
 
 @dataclass(slots=True)
@@ -101,3 +108,395 @@ class PrimitiveForms:
 
 
 FORMS = PrimitiveForms()
+
+
+# Boxes around Boolean bodies of one plan, from the rows of their primitives.
+
+Mask: TypeAlias = npt.NDArray[np.bool_]
+EMPTY_BOX = np.array([np.inf] * 3 + [-np.inf] * 3)
+UNBOUNDED_BOX = -EMPTY_BOX
+
+
+def bound_bodies(
+    key: Sequence[Hashable], shapes: Sequence[Shape], forms: Sequence[PrimitiveForm], rows: Sequence[RowTable]
+) -> tuple[Floats, Mask]:
+    """Return boxes (n, 6) around Boolean bodies of one plan, and which of them are certain (n,).
+
+    Parameters
+    ----------
+    key : sequence
+        The plan, as `CsgPlan.key`.
+    shapes, forms, rows : sequences
+        The primitives of one of the bodies; the forms and rows of the primitives of all.
+    """
+    boxes, certain = np.empty((len(rows[0]), BOX_NUMBERS)), np.empty(len(rows[0]), bool)
+    for some in row_blocks(len(boxes)):
+        boxes[some], certain[some] = _simple_boxes(key, shapes, [part[some] for part in rows])
+    others = np.flatnonzero(~certain)
+    if len(others):
+        boxes[others], certain[others] = _narrow_boxes(key, shapes, forms, [part[others] for part in rows])
+    return boxes, certain
+
+
+# Bounds of Boolean bodies of one plan from the boxes of their primitives, where these suffice
+#
+# They are the bounds that `region_bounds` computes with more work: a union surrounds its parts, and the
+# parts of an intersection narrow one another. Where only one part of an intersection has a bound, and the others are
+# complements of shapes with an unbounded outside, the box is that part's. Where several parts have bounds, and these
+# are balls and axis-aligned boxes, it is that of `geometry.bounds.intersection`.
+
+
+def box_columns(rows: RowTable) -> Floats:
+    """Return the boxes in rows of primitives without polygons: these rows end with box and frame."""
+    boxes: Floats = rows[:, -BOX_NUMBERS - FRAME_NUMBERS : -FRAME_NUMBERS]
+    return boxes
+
+
+@dataclass
+class _BoundPart:
+    """One primitive of each body: its boxes, its type, and its rows."""
+
+    boxes: Floats
+    kind: BoundsKind
+    rows: RowTable
+
+    @property
+    def is_ball(self) -> bool:
+        """Is it a ball, where `simple` holds?"""
+        return self.kind == "ball"
+
+    def simple(self) -> Mask:
+        """Return for which bodies it is a ball, or an axis-aligned box."""
+        return are_balls_or_boxes(self.kind, self.rows[:, -FRAME_NUMBERS:].reshape(-1, 3, 4)[:, :, :3])
+
+
+@dataclass
+class _BoundNode:
+    """A node of a plan: its boxes (None for all of space), and for which bodies they are right.
+
+    `hole`: nothing bounds the outside of the node. `parts`: the primitives whose intersection holds the node; None for
+    a union.
+    """
+
+    boxes: Floats | None
+    known: Mask
+    hole: bool = False
+    parts: tuple[_BoundPart, ...] | None = ()
+
+
+def _simple_boxes(key: Sequence[Hashable], leaves: Sequence[Shape], rows: Sequence[RowTable]) -> tuple[Floats, Mask]:
+    """Compute the boxes (n, 6) of bodies from rows of their primitives.
+
+    Return also for which of them they are known.
+    """
+    primitives = [_primitive_bounds(shape, of_part) for shape, of_part in zip(leaves, rows, strict=True)]
+    whole: _BoundNode = fold_plan(key, primitives, _combine_bounds)
+    found = whole.boxes
+    if found is None:
+        return np.tile(UNBOUNDED_BOX, (len(rows[0]), 1)), whole.known
+    return np.where(np.asarray((found[:, :3] > found[:, 3:]).any(axis=1))[:, None], EMPTY_BOX, found), whole.known
+
+
+def _primitive_bounds(shape: Shape, rows: RowTable) -> _BoundNode:
+    boxes = box_columns(rows)
+    part = _BoundPart(boxes, shape.bounds_kind, rows)
+    return _BoundNode(boxes, np.ones(len(rows), bool), _is_hole(shape), (part,))
+
+
+def _is_hole(shape: Shape) -> bool:
+    """Return whether the outside of a primitive is unbounded; cached with the shape, which copies of a body share."""
+    found: bool | None = shape.cache.get("hole")
+    if found is None:
+        found = shape.cache["hole"] = isinstance(shape, Solid) and shape.has_unbounded_outside()
+    return found
+
+
+def _combine_bounds(kind: Hashable, parts: Sequence[_BoundNode]) -> _BoundNode:
+    """Combine operands to a node of a type."""
+    known = np.asarray(np.logical_and.reduce([part.known for part in parts]))
+    nowhere = _BoundNode(None, np.zeros(len(known), bool), False, None)
+    if kind is Complement:
+        return _BoundNode(None, known) if parts[0].hole else nowhere
+    if kind is Painted or len(parts) == 1:
+        return parts[0]
+    if kind is Union:
+        every = [part.boxes for part in parts]
+        boxes = [each for each in every if each is not None]
+        box = _union_boxes(boxes) if len(boxes) == len(every) else None
+        return _BoundNode(box, known, all(part.hole for part in parts), None)
+    inside, outside = (parts[:1], parts[1:]) if kind is Difference else (parts, ())
+    if not all(part.hole for part in outside) or kind not in (Difference, Intersection):
+        return nowhere
+    bounded = [part for part in inside if part.boxes is not None]
+    if len(bounded) < 2:
+        one = bounded[0] if bounded else _BoundNode(None, known)
+        return _BoundNode(one.boxes, known, False, one.parts)
+    if any(part.parts is None for part in bounded):  # `region_bounds` would pass planes on to the parts of a union
+        return nowhere
+    common = tuple(each for part in bounded for each in part.parts or ())
+    boxes_in_common, good = _intersect_boxes(common)
+    return _BoundNode(boxes_in_common, known & good, False, common)
+
+
+def _union_boxes(boxes: Sequence[Floats]) -> Floats:
+    """Compute boxes around boxes, row by row; empty ones do not count."""
+    low = np.full((len(boxes[0]), 3), np.inf)
+    high = -low
+    for box in boxes:
+        is_box = np.asarray((box[:, :3] <= box[:, 3:]).all(axis=1))[:, None]
+        low = np.where(is_box, np.minimum(low, box[:, :3]), low)
+        high = np.where(is_box, np.maximum(high, box[:, 3:]), high)
+    return np.concatenate([low, high], axis=1)
+
+
+def _intersect_boxes(parts: Sequence[_BoundPart]) -> tuple[Floats, Mask]:
+    """Return (boxes around the intersection of primitives, for which bodies these are known)."""
+    boxes, good = bound_ball_intersections([part.boxes for part in parts], [part.is_ball for part in parts])
+    return boxes, np.asarray(np.logical_and.reduce([good, *(part.simple() for part in parts)]))
+
+
+# Plans: which planes and quadrics contain each part of a body
+#
+# As in `geometry.shape.region_bounds`: complements move down to the primitives, nested intersections are one, and the
+# planes of an intersection cut the unions in it.
+
+_DEEPEST, _WIDEST = 8, 256
+"""Unions are followed so many levels deep; planes cut those that are at most so many operands wide."""
+_MAX_COMPLEMENTS = 32
+"""With more complements than this, only half-spaces among them count: holes seldom narrow a body."""
+
+
+@dataclass(frozen=True)
+class _Leaf:
+    """A primitive of all bodies: its class, its form, and its rows."""
+
+    shape: Shape
+    form: PrimitiveForm
+    rows: RowTable
+
+
+@dataclass(frozen=True)
+class _Gate:
+    """A Boolean node."""
+
+    kind: Any
+    parts: Sequence[_Node]
+
+
+_Node: TypeAlias = _Leaf | _Gate
+
+
+def _narrow_boxes(
+    key: Sequence[Hashable], shapes: Sequence[Shape], forms: Sequence[PrimitiveForm], rows: Sequence[RowTable]
+) -> tuple[Floats, Mask]:
+    """Return `bound_bodies` of bodies whose parts may narrow one another in any way."""
+    leaves = [_Leaf(*each) for each in zip(shapes, forms, rows, strict=True)]
+    tree: _Node = fold_plan(key, leaves, _Gate)
+    everywhere = np.tile(UNBOUNDED_BOX, (len(rows[0]), 1))
+    return _bound(tree, True, everywhere, np.zeros((len(everywhere), 0)), 0)
+
+
+def _bound(node: _Node, inside: bool, box: Floats, cuts: Floats, depth: int) -> tuple[Floats, Mask]:
+    """Return `_narrow_boxes` of a node, or of its outside, within boxes and planes (n, 7 p) around it."""
+    leaves, unions = _conjuncts(node, inside)
+    low, high = box[:, :3], box[:, 3:]
+    for leaf, inner in leaves:
+        if inner:
+            own = box_columns(leaf.rows)
+            low, high = np.maximum(low, own[:, :3]), np.minimum(high, own[:, 3:])
+    box = np.ascontiguousarray(np.concatenate([low, high], axis=1))
+    planes, quadrics, senses = _surfaces(leaves, len(box))
+    planes = np.concatenate([cuts, planes], axis=1)
+    endless = np.flatnonzero(~np.isfinite(box).all(axis=1))
+    if len(endless):
+        slabs = [planes[endless], *_slabs(quadrics[endless], senses[endless])]
+        box[endless] = _enclose_planes(np.concatenate(slabs, axis=1), box[endless])
+    certain = np.ones(len(box), np.int8)
+    if planes.shape[1] > PLANE_SIZE * MAX_PLANES:
+        certain[:] = 0
+    elif planes.shape[1] or quadrics.shape[1]:
+        work = np.empty((planes.shape[1] // PLANE_SIZE + SIDES, 4))
+        narrow_csg_boxes(
+            planes, quadrics, senses, box, certain, work, np.empty(12), np.empty(10), np.empty(12)
+        )  # fmt: skip
+    known = certain.astype(bool)
+    if unions and depth == _DEEPEST:
+        # What these unions cut away is left; where nothing else bounds them, they are not known
+        return box, known & np.isfinite(box).all(axis=1)
+    for parts in unions:
+        shared = planes if len(parts) <= _WIDEST else planes[:, :0]
+        each: list[Floats] = []
+        for part, inner in parts:
+            own, sure = _bound(part, inner, box, shared, depth + 1)
+            known &= sure
+            each.append(own)
+        outer = _union_boxes(each)
+        box = np.concatenate([np.maximum(box[:, :3], outer[:, :3]), np.minimum(box[:, 3:], outer[:, 3:])], axis=1)
+    empty = np.asarray((box[:, :3] > box[:, 3:]).any(axis=1))
+    return np.where(empty[:, None], EMPTY_BOX, box), known
+
+
+def _conjuncts(node: _Node, inside: bool) -> tuple[list[tuple[_Leaf, bool]], list[list[tuple[_Node, bool]]]]:
+    """Return the primitives, and the operands of the unions, whose intersection a node or its outside is."""
+    leaves: list[tuple[_Leaf, bool]] = []
+    unions: list[list[tuple[_Node, bool]]] = []
+    pending = [(node, inside)]
+    while pending:
+        part, inner = pending.pop()
+        if isinstance(part, _Leaf):
+            leaves.append((part, inner))
+            continue
+        rest = not inner if part.kind in (Complement, Difference) else inner
+        first = inner if part.kind is Difference else rest
+        operands = [(each, rest if k else first) for k, each in enumerate(part.parts)]
+        if len(operands) == 1 or (part.kind is Union) != inner:
+            pending.extend(reversed(operands))
+        else:
+            unions.append(operands)
+    return leaves, unions
+
+
+def _surfaces(leaves: Sequence[tuple[_Leaf, bool]], count: int) -> tuple[Floats, Floats, Signs]:
+    """Return the records of planes and quadrics around an intersection of primitives, and the senses of quadrics."""
+    planes, quadrics, senses = [np.zeros((count, 0))], [np.zeros((count, 0))], [np.zeros((count, 0), np.int8)]
+    many = sum(not inner for _, inner in leaves) > _MAX_COMPLEMENTS
+    for leaf, inner in leaves:
+        if many and not inner and leaf.shape.bounds_kind != "half_space":
+            continue
+        assert leaf.form.tree is not None
+        for number, sense in _surface_numbers(leaf.form.tree, inner):
+            kind, at, sense_at = leaf.form.pattern.records[number]
+            signs = sense * leaf.rows[:, sense_at]
+            if kind == PLANE:
+                record = np.array(leaf.rows[:, at : at + PLANE_SIZE])
+                record[:, :4] *= signs[:, None]
+                planes.append(record)
+                continue
+            quadrics.append(_as_quadric(leaf.rows, at) if kind == SPHERE else leaf.rows[:, at : at + QUADRIC_SIZE])
+            senses.append(signs.astype(np.int8)[:, None])
+    return np.concatenate(planes, axis=1), np.concatenate(quadrics, axis=1), np.concatenate(senses, axis=1)
+
+
+def _as_quadric(rows: RowTable, at: int) -> Floats:
+    """Return spheres as records of quadrics."""
+    found = np.zeros((len(rows), QUADRIC_SIZE))
+    found[:, :3] = rows[:, at : at + 3]
+    found[:, [3, 7, 11, 12, 13, 14]] = 1.0
+    found[:, 18] = rows[:, at + 3] ** 2
+    return found
+
+
+# Finite boxes around regions between planes, which narrower ones are found in
+#
+# A coordinate is largest over a region in a common point of three planes whose normals have the axis in their cone. So
+# every such point of three planes bounds the coordinate, wherever the others are (duality), and the least bound is the
+# tight one. Floats with a bound of their error decide which three are such planes, whatever the rounding of records.
+
+_MOST_PLANES = 24
+"""Of more planes only the first count: there are 2,024 triples of so many."""
+_FLOAT_ERROR = 2.0**-48
+"""More than the relative rounding error of a record's number, and of a few operations."""
+_LEAST_ENTRY = 1e-100
+"""Planes with smaller entries of their normals do not count: products might underflow."""
+_AT_ONCE = 1 << 16
+"""So many triples are looked at together."""
+
+
+def _slabs(quadrics: Floats, senses: Signs) -> list[Floats]:
+    """Return records of planes around infinite cylinders, ellipsoids and slabs: y_i² <= constant / square_i."""
+    found: list[Floats] = []
+    for k in range(senses.shape[1]):
+        record = quadrics[:, QUADRIC_SIZE * k : QUADRIC_SIZE * (k + 1)]
+        squares, slopes = senses[:, k, None] * record[:, 12:15], record[:, 15:18]
+        constant = np.maximum(senses[:, k] * record[:, 18], 0.0)
+        around = (squares >= 0).all(axis=1) & (slopes == 0).all(axis=1)
+        for row in range(3):
+            closed = around & (squares[:, row] > 0)
+            for sign in (1.0, -1.0):
+                planes = np.zeros((len(record), PLANE_SIZE))  # a normal of zeros does not count
+                planes[closed, :3] = sign * record[closed, 3 + 3 * row : 6 + 3 * row]
+                planes[closed, 3] = -np.sqrt(constant[closed] / squares[closed, row]) * (1.0 + _FLOAT_ERROR)
+                planes[:, 4:] = record[:, :3]
+                found.append(planes)
+    return found
+
+
+def _enclose_planes(planes: Floats, box: Floats) -> Floats:
+    """Return boxes (n, 6), narrowed to regions between planes (n, 7 p) as far as these bound them."""
+    count = min(planes.shape[1] // PLANE_SIZE, _MOST_PLANES)
+    if count < 3:
+        return box
+    triples = np.array(list(itertools.combinations(range(count), 3)))
+    found = box.copy()
+    for begin in range(0, len(box), step := _AT_ONCE // len(triples) + 1):
+        some = slice(begin, begin + step)
+        low, high = _bounds_by_triples(planes[some, : PLANE_SIZE * count].reshape(-1, count, PLANE_SIZE), triples)
+        found[some, :3], found[some, 3:] = np.maximum(low, box[some, :3]), np.minimum(high, box[some, 3:])
+    return found
+
+
+def _bounds_by_triples(planes: Floats, triples: Longs) -> tuple[Floats, Floats]:
+    """Return (low, high), each (n, 3), of regions between planes (n, p, 7): ends that some triple of planes bounds."""
+    with np.errstate(all="ignore"):
+        normals, center = planes[:, :, :3], planes[:, :1, 4:]
+        sizes = np.abs(normals)
+        used = ((sizes == 0) | (sizes > _LEAST_ENTRY)).all(axis=2) & (sizes > 0).any(axis=2)
+        offset = planes[:, :, 4:] - center
+        ends = (normals * offset).sum(axis=2) - planes[:, :, 3]
+        blur = _FLOAT_ERROR * (
+            (sizes * (np.abs(planes[:, :, 4:]) + np.abs(center))).sum(axis=2) + np.abs(planes[:, :, 3])
+        )
+        unit, unit_error, top, top_error = 0.0, 0.0, 0.0, 0.0
+        sides, doubts = [], []
+        for turn in range(3):
+            i, j, k = triples[:, turn], triples[:, turn - 2], triples[:, turn - 1]
+            cross, error = _cross_with_error(normals[:, j], normals[:, k])
+            sides.append(cross)
+            doubts.append(error)
+            if turn == 0:
+                terms = normals[:, i] * cross
+                unit = terms.sum(axis=2)[:, :, None]
+                unit_error = (sizes[:, i] * error + _FLOAT_ERROR * np.abs(terms)).sum(axis=2)[:, :, None]
+            end, size = ends[:, i, None], np.abs(cross)
+            top = top + end * cross
+            top_error = top_error + blur[:, i, None] * (size + error) + np.abs(end) * (error + _FLOAT_ERROR * size)
+        sense = np.sign(unit)
+        # A share that is certainly not negative, or exactly zero
+        toward = np.logical_and.reduce([sense * side >= doubt for side, doubt in zip(sides, doubts, strict=True)])
+        against = np.logical_and.reduce([sense * side <= -doubt for side, doubt in zip(sides, doubts, strict=True)])
+        size = np.abs(unit) - unit_error
+        sure = used[:, triples].all(axis=2)[:, :, None] & (size > unit_error)
+        at = top / unit
+        error = 2.0 * (top_error + np.abs(at) * unit_error) / size + _FLOAT_ERROR * (np.abs(at) + np.abs(center))
+        sure = sure & np.isfinite(at) & np.isfinite(error)
+        high = np.where(sure & toward, at + error, np.inf).min(axis=1)
+        low = np.where(sure & against, at - error, -np.inf).max(axis=1)
+        # The rounding of the sums is within `error`, too
+        return low + center[:, 0], high + center[:, 0]
+
+
+def _cross_with_error(a: Floats, b: Floats) -> tuple[Floats, Floats]:
+    """Return the cross products of rows, and a bound of their error: zero where both terms are."""
+    forth, back = a[..., [1, 2, 0]] * b[..., [2, 0, 1]], a[..., [2, 0, 1]] * b[..., [1, 2, 0]]
+    return forth - back, _FLOAT_ERROR * (np.abs(forth) + np.abs(back))
+
+
+def _surface_numbers(tree: Tree, inside: bool) -> list[tuple[int, int]]:
+    """Return (number, sense) of the surfaces of a form that contain its inside or its outside.
+
+    The sense is 1 where that side is the negative one. `geometry.bounds.intersection.surfaces_around` does the same
+    with exact surfaces.
+    """
+    found: list[tuple[int, int]] = []
+    pending: list[tuple[Tree, bool]] = [(tree, inside)]
+    while pending:
+        part, inner = pending.pop()
+        if isinstance(part, Not):
+            pending.append((part.part, not inner))
+        elif isinstance(part, Cell):
+            if inner or len(part.faces) == 1:
+                sense = 1 if inner else -1
+                found.extend((int(face.surface), sense * face.inside) for face in part.faces)  # type: ignore[call-overload]
+        elif isinstance(part, All if inner else Any_) or len(part.parts) == 1:
+            pending.extend((each, inner) for each in part.parts)
+    return found

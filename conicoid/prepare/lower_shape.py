@@ -40,8 +40,7 @@ from ..materials.material import Material
 from ..numerics import bigfloat as ex
 from ..numerics.portable_math import is_finite, portable_max
 from .assembly import Assembly, SurfaceRecord, SurfaceSlot, round_numbers, round_surface, rounding_rests
-from .csg_bounds import EMPTY_BOX, bound_bodies
-from .csg_plan import PrimitiveForm, csg_plan
+from .csg_plan import EMPTY_BOX, PrimitiveForm, bound_bodies, csg_plan
 from .pattern import FRAME_NUMBERS, BodyPattern, RowTable
 
 

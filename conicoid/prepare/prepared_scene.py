@@ -43,11 +43,10 @@ from . import lowering
 from .bvh.leaf_items import put_items
 from .bvh.tree_patch import patch_trees, put_new_groups
 from .bvh.trees import SceneTrees, build_scene_trees
-from .edits.buffer_pool import BufferClaim, OpenBuffer
-from .edits.edit_state import EditState
+from .edits.buffer_pool import BufferClaim, EditState, OpenBuffer
 from .edits.in_place import InPlaceEdit, adopt_buffer, release_memory
-from .edits.pieces import find_runs
 from .edits.scene_edit import SpliceEdit, edit_scene
+from .edits.scene_splice import find_runs
 from .lowering import LoweredScene
 from .progress import AFTER_TREES, Progress, ProgressStages
 

@@ -23,7 +23,7 @@ import numpy as np
 
 from .._jit.sources import is_current
 from .._util.environment import DEVICES, read_device
-from .._util.fork_safe_locks import fork_safe_lock
+from .._util.process import fork_safe_lock
 from .._util.validation import format_value
 from ..kernels.device import SHARED, WIDTHS, ScratchSize, size_name
 

@@ -9,8 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from .._util.names import closest_name
-from .._util.text import format_count
+from .._util.text import closest_name, format_count
 from .._util.validation import format_value
 from ..geometry.labels import Labels
 from ..kernels.crossings import count_overlaps, row_owners

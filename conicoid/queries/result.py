@@ -12,8 +12,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, NoReturn, Self, TypeVar
 
 import numpy as np
 
-from .._util.names import unknown_attribute
-from .._util.text import format_count
+from .._util.text import format_count, unknown_attribute
 from .._util.validation import describe_kind, format_value
 from .._util.value_objects import restore_state
 from ..geometry.labels import Labels

@@ -16,8 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._util.arrays import FloatArray, ignore_fp_errors
-from .._util.names import NameTuple
-from .._util.text import format_count
+from .._util.text import NameTuple, format_count
 from .._util.validation import check_npz_path, format_value, zero_negligible
 from .._util.value_objects import freeze_arrays
 from ..kernels.body.crossing_rows import (

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from .._util.arrays import FloatArray
-from .._util.names import closest_name, describe_names
+from .._util.text import closest_name, describe_names
 from .._util.validation import format_value, real_array
 from ..materials.properties import Properties
 

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias, get_args
 import numpy as np
 
 from .._util.arrays import BoxEnds, FloatArray, Vector, VectorLike, dot_rows, ignore_fp_errors, matmul_rows, row_lengths
-from .._util.names import check_choice
+from .._util.text import check_choice
 from .._util.validation import (
     LARGEST,
     SMALLEST,

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from .._util.arrays import FloatArray, matmul_rows
-from .._util.names import check_choice
+from .._util.text import check_choice
 from .._util.validation import check_number
 from ..materials.color import srgb_decode
 from ..numerics.portable_math import portable_exp2, portable_log2

@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._util.arrays import FloatArray
-from .._util.names import check_choice, closest_name
+from .._util.text import check_choice, closest_name
 from .._util.validation import format_value
 from ..numerics.portable_math import portable_cos, portable_exp, portable_interp
 from .options import FILTERS, LAYERS, Filter

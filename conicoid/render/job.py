@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._util.arrays import FloatArray
-from .._util.names import check_choice
+from .._util.text import check_choice
 from .._util.validation import as_integer, check_numbers, check_positive, format_value
 from ..geometry.labels import body_material_table
 from ..materials.light import AmbientLight

@@ -58,7 +58,7 @@ def load(
     TypeError
         For `options` with a scene file.
     """
-    from .._util.gc_pause import pause_gc
+    from .._util.process import pause_gc
     from ..io.importers import ImportOptions, detect_format
 
     importer = detect_format(checked_path("load", path))

@@ -7,7 +7,7 @@ import importlib
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from .._util.names import check_choice, describe_names
+from .._util.text import check_choice, describe_names
 from .._util.validation import check_callback, check_flag, describe_kind, format_value
 from ..geometry.body import Body
 from ..io.image import Image

@@ -17,9 +17,8 @@ from typing import TYPE_CHECKING, Any, Literal, NoReturn, overload
 import numpy as np
 
 from .._util.arrays import BoxEnds, FloatArray, ignore_fp_errors
-from .._util.fork_safe_locks import fork_safe_lock
-from .._util.names import NameTuple, unknown_attribute
-from .._util.text import format_count
+from .._util.process import fork_safe_lock
+from .._util.text import NameTuple, format_count, unknown_attribute
 from .._util.validation import (
     DEFAULT_T_MAX,
     DEFAULT_T_MIN,
@@ -497,7 +496,7 @@ class Scene:
         """Return the prepared scene, built once under the lock; `progress` is that of `prepare`."""
         with self._lock:
             if self._cached_prepared is None:
-                from .._util.gc_pause import pause_gc
+                from .._util.process import pause_gc
                 from ..prepare.prepared_scene import prepare
 
                 # Held by this list alone, the old scene can give its memory to the new one

@@ -22,7 +22,7 @@ import numpy as np
 import conicoid as co
 
 from .._util.files import SceneFileError
-from .._util.fork_safe_locks import fork_safe_rlock
+from .._util.process import fork_safe_rlock
 from ..io.scene_file import scene_file
 from ..scene.scene import Scene
 from .html import MODULES, as_url, asset, embed_json, join_modules, markup, preview_of, shaders

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from .._util.files import SceneFileError, write_text
-from .._util.fork_safe_locks import fork_safe_rlock
+from .._util.process import fork_safe_rlock
 from ..geometry.bulk import Bulk
 from ..geometry.instances import InstanceList
 from ..geometry.quadric_classification import COEFFICIENT_NAMES as COEFFICIENTS

@@ -11,7 +11,7 @@ import conicoid as co
 from conicoid.kernels.tables import Tables
 from conicoid.prepare import lower_shape as parts
 from conicoid.prepare.edits import column_splice as columns
-from conicoid.prepare.edits.pieces import find_runs
+from conicoid.prepare.edits.scene_splice import find_runs
 from tests.engine.nodes import Nodes
 
 OF_TREES = {"node_boxes", "node_children", "tree_order", "tree_root", "roots", "tree_depth", "leaf_items"}

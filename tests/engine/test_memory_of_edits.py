@@ -16,7 +16,7 @@ import conicoid as co
 from conicoid.kernels.bvh.walk import ROWS
 from conicoid.parallel.shared_state import open_scene_tables, source_version, write_tables
 from conicoid.prepare.edits import buffer_pool as stores
-from conicoid.prepare.edits.edit_state import EditState, FullEditState
+from conicoid.prepare.edits.buffer_pool import EditState, FullEditState
 from conicoid.prepare.edits.in_place import InPlaceEdit
 from tests.engine.exchanges import bodies, content, moved, note_memory_taken
 from tests.engine.test_edited import same_answers, same_tables

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid._jit import interruptible as beside
 from conicoid._jit.machine_code import SHIPPED
+from conicoid._util import process as beside
 from conicoid.kernels import threads
 from conicoid.kernels.crossings import trace_rows
 from conicoid.kernels.first_hits import HitBuffers, trace_first

@@ -52,7 +52,7 @@ def exact_bounds(solid: Any) -> Any:
 
 
 def prepared_bounds(solid: Any) -> Any:
-    """The box that `prepare.csg_bounds` finds, in floats."""
+    """The box that `prepare.csg_plan` finds, in floats."""
     box = co.Scene([solid])._prepared.lowered.boxes[0]
     return box[:3], box[3:]
 

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, NoReturn, overload
 import numpy as np
 
 from ..._util.arrays import FloatArray, ignore_fp_errors
-from ..._util.names import NameTuple, closest_name, describe_names
+from ..._util.text import NameTuple, closest_name, describe_names
 from ..._util.validation import check_callback, check_integer, describe_kind, format_value
 from ..._util.value_objects import compare_by_value
 from ...geometry.body import Body

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, fields
 from functools import cached_property
 from typing import Any, TypeAlias
 
-from ..._util.names import check_choice
+from ..._util.text import check_choice
 from ..._util.validation import check_flag, check_nonnegative, check_number, check_positive, describe_kind, format_value
 from ...geometry.body import Body
 from ...geometry.conic import ConicSheet, Stop, check_radius

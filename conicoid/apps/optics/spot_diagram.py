@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from ..._util.names import check_choice
+from ..._util.text import check_choice
 from ..._util.validation import check_integer, check_number, describe_kind
 from ...queries.rays import Rays
 from .medium import check_wavelength

@@ -10,11 +10,11 @@ import numpy as np
 import numpy.typing as npt
 
 from ..._util.arrays import FloatArray, ignore_fp_errors
-from ..._util.names import NameTuple, check_choice
+from ..._util.text import NameTuple, check_choice
 from ..._util.validation import check_callback, check_flag, check_path as checked_path
 from ...io.image import Image
+from ...render.options import BY, CURVES, check_suffix
 from .drawing import OVERLAPPING, UNDEFINED, SliceColors, SliceDrawing, color_slice, rasterize
-from .options import BY, CURVES, check_suffix
 from .outline import Outline, OutlineCutter
 from .window import Window, make_window
 

@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from ..._util.arrays import BoxEnds, FloatArray, ignore_fp_errors
 from ..._util.files import replace_file, resolve_output
-from ..._util.names import NameTuple, check_choice
+from ..._util.text import NameTuple, check_choice
 from ..._util.validation import (
     as_integer,
     check_callback,
@@ -27,8 +27,8 @@ from ..._util.validation import (
     format_value,
 )
 from ...queries.voxel_columns import ColumnGrid, voxel_shares
+from ...render.options import BY
 from .drawing import body_name, material_name
-from .options import BY
 from .window import AXES
 
 if TYPE_CHECKING:

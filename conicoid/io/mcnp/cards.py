@@ -15,7 +15,7 @@ from dataclasses import dataclass, field, replace
 from fractions import Fraction
 
 from ..._util.files import Problem, SceneFileError, open_regular, unreadable_error
-from ..._util.names import suggest_name
+from ..._util.text import suggest_name
 from ...materials.properties import Properties
 from ..openmc.values import OpenmcMaterial
 from ..scene_file.nodes import is_beyond_float64, shorten

@@ -12,7 +12,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from fractions import Fraction
 
-from ..._util.names import suggest_name
+from ..._util.text import suggest_name
 from ...numerics.portable_math import portable_sqrt
 from ..openmc.placement import ORIGIN, Point
 from ..openmc.region import HalfSpaceNode, IntersectionNode, Region

@@ -15,7 +15,7 @@ from functools import partial
 from typing import Any, TypeVar
 
 from ..._util.files import Problem
-from ..._util.names import suggest_name
+from ..._util.text import suggest_name
 from ...materials.properties import Properties
 from ..scene_file.nodes import is_beyond_float64, shorten
 from ..xml_tree import XmlElement

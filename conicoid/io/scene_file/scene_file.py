@@ -17,8 +17,8 @@ from typing import Any, Protocol, TypeAlias
 
 from ..._util.arrays import FloatArray
 from ..._util.files import Problem, SceneFileError, resolve_links, write_text
-from ..._util.gc_pause import pause_gc
-from ..._util.names import describe_names
+from ..._util.process import pause_gc
+from ..._util.text import describe_names
 from ..._util.value_objects import construct_many
 from ...geometry.body import Body, check_materials
 from ...geometry.instances import InstanceList

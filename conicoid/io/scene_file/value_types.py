@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any, Final, TypeVar
 
 from ..._util.files import MAX_PROBLEMS, Problem, Suggestions
-from ..._util.names import known_alias
+from ..._util.text import known_alias
 from ...materials.color import grey_hint
 from .nodes import (
     HasPosition,

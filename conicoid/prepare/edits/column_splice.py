@@ -30,8 +30,7 @@ from ..row_layout import (
     SURFACES,
     RowLayout,
 )
-from .pieces import SplicePieces
-from .scene_splice import SceneSplice
+from .scene_splice import SceneSplice, SplicePieces
 from .surface_merge import MergedSurfaces
 
 PLAIN = {

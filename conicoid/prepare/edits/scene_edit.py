@@ -18,13 +18,11 @@ from ..lowering import ExactTables, LoweredScene, lower
 from ..progress import Progress, ProgressStages
 from ..row_layout import BODIES, CORNERS, ENTRIES, FRAMES, PLANES, POLYGONS, QUADRICS, SPHERES, SURFACES
 from ..tables_builder import replace_ball_cells
-from .buffer_pool import BufferClaim
+from .buffer_pool import BufferClaim, EditState, complete_state, keeps_classes, keeps_rows
 from .column_splice import ColumnSplice
-from .edit_state import EditState, complete_state, keeps_classes, keeps_rows
 from .in_place import InPlaceEdit
 from .limits_update import SpliceLimits
-from .pieces import SplicePieces, SpliceRuns
-from .scene_splice import SceneSplice
+from .scene_splice import SceneSplice, SplicePieces, SpliceRuns
 from .surface_classes import SurfaceClasses, neighbour_slots, unchanged_classes, update_classes
 from .surface_merge import SurfaceMerge
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..._util.fork_safe_locks import fork_safe_lock
+from ..._util.process import fork_safe_lock
 from ...kernels.tables import Floats, Ints, Longs
 from ...numerics.tracing import Tape
 from .program import ProgramResult, TapeProgram

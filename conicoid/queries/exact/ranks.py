@@ -20,15 +20,7 @@ import numpy as np
 from ..._jit.decorators import allocator, helper, inline, record_shapes
 from ...kernels import tables as table
 from ...kernels.body.boolean import collect_leaves, put_crossing, read_crossing
-from ...kernels.body.cell import (
-    FIRST_GROUPS,
-    groups_of,
-    is_beside,
-    margin_of,
-    next_group,
-    plane_of_group,
-    slab_of_many,
-)
+from ...kernels.body.cell import FIRST_GROUPS, groups_of, is_beside, margin_of, next_group, plane_of_group, slab_of_many
 from ...kernels.body.crossing_rows import (
     ENTER,
     ENTER_CLIPPED,
