@@ -16,7 +16,7 @@ from .._jit.decorators import allocator, inline
 from . import tables as table
 from .tables import BOUNDS_SIZE, SHIFT_SIZE, Geometry, Ints, Tables, integer, length, whole
 
-ALIKE = SHIFT_SIZE - 1
+MODEL_ROW = SHIFT_SIZE - 1
 """Column of `program_shifts`: the row of a program in the shared tables."""
 
 
@@ -25,7 +25,7 @@ def row_of_program(geometry: Geometry, program: int) -> int:
     """Return the row of a program in `program_gate` and `program_limits`."""
     if length(geometry, table.PROGRAM_SHIFTS) == 0:
         return whole(program)
-    return integer(geometry, table.PROGRAM_SHIFTS, SHIFT_SIZE * program + ALIKE)
+    return integer(geometry, table.PROGRAM_SHIFTS, SHIFT_SIZE * program + MODEL_ROW)
 
 
 @inline
@@ -83,7 +83,7 @@ def root_of(geometry: Geometry, program: int) -> int:
 def rows_of_programs(tables: Tables) -> Ints:
     """Return (programs,) the row of each program in `program_gate` and `program_limits`."""
     if len(tables.program_shifts):
-        rows: Ints = tables.program_shifts[:, ALIKE]
+        rows: Ints = tables.program_shifts[:, MODEL_ROW]
         return rows
     return np.arange(len(tables.program_leaf) - 1, dtype=np.int32)
 
@@ -99,7 +99,7 @@ def leaves_of_program(tables: Tables, program: int) -> range:
     """Return the numbers of the leaves of a program."""
     first, end = tables.program_leaf[program : program + 2].tolist()
     if len(tables.program_shifts):
-        row = int(tables.program_shifts[program, ALIKE])
+        row = int(tables.program_shifts[program, MODEL_ROW])
         end = first + int(tables.program_row[row + 1] - tables.program_row[row])
     return range(first, end)
 
@@ -113,12 +113,12 @@ def row_of_leaf(tables: Tables, program: Any, leaf: Any) -> Any:
     """Return the rows of some leaves, of one program or of one program each, in `leaf_gate` and the like."""
     if not len(tables.program_shifts):
         return leaf
-    return leaf + (tables.program_row[tables.program_shifts[program, ALIKE]] - tables.program_leaf[program])
+    return leaf + (tables.program_row[tables.program_shifts[program, MODEL_ROW]] - tables.program_leaf[program])
 
 
 def gates_of_program(tables: Tables, program: int) -> range:
     """Return the rows of the gates of a program; the first is its root."""
-    row = int(tables.program_shifts[program, ALIKE]) if len(tables.program_shifts) else program
+    row = int(tables.program_shifts[program, MODEL_ROW]) if len(tables.program_shifts) else program
     return range(int(tables.program_gate[row]), int(tables.program_gate[row + 1]))
 
 

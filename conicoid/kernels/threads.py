@@ -48,7 +48,7 @@ _SHORT, _LONG = 0.01, 0.04
 _WATCH = 50  # milliseconds after which the main thread sees Ctrl-C
 _FIRST = 8  # the first chunk is smaller than the largest by this factor
 
-_chosen: list[int] = []
+_requests: list[int] = []
 
 
 class _Limit(threading.local):
@@ -73,8 +73,8 @@ def thread_count() -> int:
     """
     if _limit.count is not None:
         return _limit.count
-    if _chosen:
-        return _chosen[-1]
+    if _requests:
+        return _requests[-1]
     requested = read_threads()
     return _processor_count() if requested is None else requested
 
@@ -104,7 +104,7 @@ def set_threads(count: int | None) -> None:
         raise ValueError(
             f"set_threads: count must be an integer from 1 to {MOST_THREADS} or None, got {format_value(count)}"
         )
-    _chosen[:] = [] if requested is None else [requested]
+    _requests[:] = [] if requested is None else [requested]
     if SHIPPED is not None:
         SHIPPED.keep_threads(requested or _processor_count())
 
@@ -314,21 +314,21 @@ def _run_serially(work: Callable[[int, int], Any], count: int, chunk: int, marks
     return outcomes
 
 
-_left: list[Any] = []
+_stragglers: list[Any] = []
 """Work that was interrupted: its memory is kept until all threads have ended theirs."""
 
 
 def has_ended(seconds: float) -> bool:
     """Wait for so many seconds until threads have ended all work that was interrupted. True if they have."""
     last = time.monotonic() + seconds
-    while _left and time.monotonic() < last:
+    while _stragglers and time.monotonic() < last:
         _drop_ended(_WATCH)
-    return not _left
+    return not _stragglers
 
 
 def _drop_ended(milliseconds: int) -> None:
     """Drop interrupted work that has ended, or that ends in so many milliseconds each."""
-    _left[:] = [work for work in _left if not work.wait(milliseconds)]
+    _stragglers[:] = [work for work in _stragglers if not work.wait(milliseconds)]
 
 
 def _pieces_of(work: KernelRange, count: int, chunk: int, marks: Marks | None) -> Any:
@@ -356,7 +356,7 @@ def _run_in_pool(
         if progress is not None:
             progress(done, count)
     except BaseException:
-        _left.append(pieces)
+        _stragglers.append(pieces)
         pieces.stop()
         halt()
         last = time.monotonic() + PATIENCE
@@ -388,7 +388,7 @@ def _run_on_threads(state: _Work, progress: Progress | None = None, halt: Callab
     finally:
         state.stopped = True
         if done < state.count:  # an error, or Ctrl-C: kernels shall end early
-            _left.append(state)
+            _stragglers.append(state)
             halt()
         join_threads(state.crew, None if done == state.count else PATIENCE)
     return state.outcomes

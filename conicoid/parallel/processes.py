@@ -29,7 +29,7 @@ _SERVE = "from conicoid.parallel.processes import serve; serve()"
 """The program of a worker process."""
 
 
-class WorkerDied(BrokenExecutor):
+class WorkerDeath(BrokenExecutor):
     """A process died with its task, or exceeded the time limit, more often than `retries` allows."""
 
 
@@ -143,7 +143,7 @@ class _Worker:
                     watch.cancel()
             outcome: tuple[bool, Any] = pickle.loads(answer)
             return outcome
-        raise WorkerDied(f"{self.retries + 1} processes died in turn with the same task")
+        raise WorkerDeath(f"{self.retries + 1} processes died in turn with the same task")
 
     def live_process(self) -> subprocess.Popen[bytes]:
         """Return the process; start a new one if it is dead."""

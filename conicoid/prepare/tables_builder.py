@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from ..kernels.faces import as_bytes, cell_faces, deduplicate_rows
-from ..kernels.programs import ALIKE
+from ..kernels.programs import MODEL_ROW
 from ..kernels.tables import (
     BALL,
     CELL,
@@ -291,7 +291,7 @@ def _leaf_bounds(contents: BodyGroups, programs: RowPlaces, leaves: RowPlaces, c
                 rows[first + np.int32(k)] = group.rows[:, at : at + BOX_NUMBERS]
         for k in range(len(p.programs) if len(program_shifts) else 0):
             for column, place in enumerate(places):
-                program_shifts[begin + np.int32(k), column] = place + np.int32(k if column == ALIKE else 0)
+                program_shifts[begin + np.int32(k), column] = place + np.int32(k if column == MODEL_ROW else 0)
     return dict(leaf_bounds=rows, program_shifts=program_shifts, shifts=concatenate(shifts))
 
 

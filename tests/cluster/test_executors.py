@@ -294,7 +294,7 @@ def test_threads_of_a_task():
 
 def test_tasks_of_processes_that_die(processes):
     first = processes.submit(os.getpid).result()
-    with pytest.raises(co.parallel.processes.WorkerDied), co.parallel.Processes(1, retries=1) as mortal:
+    with pytest.raises(co.parallel.processes.WorkerDeath), co.parallel.Processes(1, retries=1) as mortal:
         mortal.submit(os._exit, 1).result()
     assert processes.submit(pow, 2, 5).result() == 32
     assert first in processes.pids
@@ -304,7 +304,7 @@ def test_tasks_that_take_too_long_are_ended():
     began = time.monotonic()
     with co.parallel.Processes(1, retries=0, timeout=1) as pool:
         slow = pool.submit(time.sleep, 3600)
-        with pytest.raises(co.parallel.processes.WorkerDied):
+        with pytest.raises(co.parallel.processes.WorkerDeath):
             slow.result()
         assert pool.submit(abs, -1).result() == 1
     assert time.monotonic() - began < 600

@@ -274,16 +274,16 @@ def test_an_interrupt_while_the_extension_works_keeps_its_memory(monkeypatch):
     monkeypatch.setattr(threads, "thread_count", lambda: 2)
     with pytest.raises(KeyboardInterrupt):
         points()
-    assert len(threads._left) == 1
+    assert len(threads._stragglers) == 1
     last = time.monotonic() + 20
-    while not threads._left[0].wait(0):
+    while not threads._stragglers[0].wait(0):
         assert time.monotonic() < last
     monkeypatch.undo()
     points()
     co.set_threads(2)
     points()
     co.set_threads(None)
-    assert not threads._left
+    assert not threads._stragglers
 
 
 @needs_machine_code

@@ -213,7 +213,7 @@ def _cut_by(corners: FloatArray, rows: FloatArray, loose: float) -> FloatArray:
 
 _MOST_BLOCKS = 4_000_000
 """Larger grids are not tried."""
-_SAME_PLACE, _APART = 2.0**-50, 1e-12
+_SAME_PLACE, _LEAST_GAP = 2.0**-50, 1e-12
 """Planes of boxes closer than the first share of the coordinates are one, because motions round the places of walls.
 Where others are closer than the second, floats cannot tell whether they are one."""
 
@@ -233,7 +233,7 @@ def box_grid(shape: Shape) -> tuple[Moments, float | None] | None:
     edges = [_distinct(places[:, :, axis].ravel()) for axis in range(3)]
     if math.prod(len(each) - 1 for each in edges) > _MOST_BLOCKS:
         return None
-    if any((np.diff(each) <= _APART * np.abs(each).max()).any() for each in edges):
+    if any((np.diff(each) <= _LEAST_GAP * np.abs(each).max()).any() for each in edges):
         return None
     if any(blocks.start == blocks.stop for ends in boxes for blocks in _slices(ends, edges)):
         return None  # a box thinner than rounding

@@ -32,7 +32,7 @@ from ...queries.result import extension
 Floats = npt.NDArray[np.float64]
 HitArrays = tuple[Floats, Floats, npt.NDArray[np.int32], Floats]
 
-_APART = 1e-9
+_GAP = 1e-9
 """Optiland's tolerance for the start of a ray, in mm; here for rays without a known start surface."""
 
 
@@ -67,7 +67,7 @@ class SolidGeometry(SphereGeometry):
             Directions of unit length.
         """
         # Optiland gives no start surface here, so rays begin at its tolerance.
-        hits = self._scene.first_hit(np.asarray(origins), np.asarray(directions), t_min=_APART)
+        hits = self._scene.first_hit(np.asarray(origins), np.asarray(directions), t_min=_GAP)
         outward = np.where(hits.hit[:, None], hits.normal, 0.0)
         return hits.t, _facing(outward, directions), hits.hit, -outward
 
@@ -130,7 +130,7 @@ class Backend(NumpyBackend):
         starts = self._start.of(rays.ray_id, origins)
         bundle = Rays._spawned(origins, directions, starts, cache.home)
         # A known start surface needs no tolerance.
-        hits = cache.scene.first_hit(bundle, t_min=np.where(starts < 0, _APART, 0.0))
+        hits = cache.scene.first_hit(bundle, t_min=np.where(starts < 0, _GAP, 0.0))
         hit = hits.hit & np.asarray(rays.alive)
         normals = np.where(hit[:, None], hits.normal, 0.0)
         body = np.where(hit, hits.body, 0)
@@ -154,7 +154,7 @@ class _StartSurfaces:
             return np.full(len(origins), -1, np.int32)
         self._grow(int(ids.max(initial=-1)) + 1)
         # A ray that does not start at its last hit has no start surface.
-        there = np.abs(self.points[ids] - origins).max(axis=1) <= _APART * (1 + np.abs(origins).max(axis=1))
+        there = np.abs(self.points[ids] - origins).max(axis=1) <= _GAP * (1 + np.abs(origins).max(axis=1))
         return np.where(there, self.surfaces[ids], -1).astype(np.int32)
 
     def keep(self, ids: Any, hit: Any, surfaces: Any, points: Floats) -> None:

@@ -24,7 +24,7 @@ from ...geometry.shape import Boolean, Complement, Difference, Painted, Primitiv
 from ...geometry.surface import UPRIGHT, PlaneSurface, QuadricSurface
 from ...geometry.transform import IDENTITY_MOTION, Motion, Scale, Step, Transform, Translate
 from ...numerics import bigfloat as ex
-from .exporters import ExportUnsupported, hex_color, shortest_decimal
+from .exporters import UnsupportedExport, hex_color, shortest_decimal
 from .pieces import (
     _AXIS_TURNS,
     BallPiece,
@@ -84,12 +84,12 @@ class BodyBox:
 
 
 def compute_body_box(solid: Solid) -> BodyBox:
-    """Return the box around a body. Raise ExportUnsupported for an unbounded or empty body."""
+    """Return the box around a body. Raise UnsupportedExport for an unbounded or empty body."""
     low, high = solid.bounds
     if (low > high).any():
-        raise ExportUnsupported("there is nothing in it")
+        raise UnsupportedExport("there is nothing in it")
     if not (np.isfinite(low).all() and np.isfinite(high).all()):
-        raise ExportUnsupported("it has no end on some side: intersect it with a Box that is large enough")
+        raise UnsupportedExport("it has no end on some side: intersect it with a Box that is large enough")
     return BodyBox(tuple(low.tolist()), tuple(high.tolist()))
 
 
@@ -102,7 +102,7 @@ _CYCLES = {2: (0, 1, 2), 0: (1, 2, 0), 1: (2, 0, 1)}
 def split_quadric(surface: QuadricSurface, room: BodyBox) -> PieceNode:
     """Return the inside of a quadric, as far as the box reaches.
 
-    Raise ExportUnsupported for a quadric that is no ellipsoid, cylinder, cone, paraboloid or hyperboloid of one sheet.
+    Raise UnsupportedExport for a quadric that is no ellipsoid, cylinder, cone, paraboloid or hyperboloid of one sheet.
     """
     steps, is_rounded = _frame_steps(surface)
     squares = [ex.exact(value) for value in surface.squares]
@@ -120,7 +120,7 @@ def split_quadric(surface: QuadricSurface, room: BodyBox) -> PieceNode:
         if isinstance(node, PieceBoolean):
             return PieceBoolean(node.kind, node.parts, (*node.steps, *turn, *steps))
         return PieceLeaf(node.piece, (*node.steps, *turn, *steps), node.is_rounded or is_rounded)
-    raise ExportUnsupported("a quadric of it is no ellipsoid, cylinder, cone, paraboloid or hyperboloid of one sheet")
+    raise UnsupportedExport("a quadric of it is no ellipsoid, cylinder, cone, paraboloid or hyperboloid of one sheet")
 
 
 def _frame_steps(surface: QuadricSurface) -> tuple[Steps, bool]:
@@ -194,7 +194,7 @@ def _double_cone(
             profile = ((0.0, at), (wide, z), (0.0, z))
             nappes.append(PieceLeaf(RevolutionPiece(profile), (), is_rounded or Fraction(wide) != radius))
     if not nappes:
-        raise ExportUnsupported("a part of it is empty")
+        raise UnsupportedExport("a part of it is empty")
     whole = nappes[0] if len(nappes) == 1 else PieceBoolean("union", tuple(nappes))
     if isinstance(whole, PieceLeaf):
         return PieceLeaf(whole.piece, steps, whole.is_rounded)
@@ -221,7 +221,7 @@ PieceRule: TypeAlias = Callable[[Solid], "PieceLeaf | None"]
 def split_into_pieces(solid: Solid, rule: PieceRule | None = None) -> PieceNode:
     """Return the pieces of a body; `rule` may return a piece of the format for any part.
 
-    Raise ExportUnsupported for a body that is unbounded, empty, or not of planes and quadrics.
+    Raise UnsupportedExport for a body that is unbounded, empty, or not of planes and quadrics.
     """
     return _PieceBuilder(rule).node(solid, compute_body_box(solid), 0)
 
@@ -233,16 +233,16 @@ class _PieceBuilder:
     rule: PieceRule | None
 
     def node(self, solid: Solid, room: BodyBox, depth: int) -> PieceNode:
-        """Return the node of a solid within a box. Raise ExportUnsupported."""
+        """Return the node of a solid within a box. Raise UnsupportedExport."""
         if depth >= MAX_TREE_DEPTH:
-            raise ExportUnsupported(f"it nests Booleans deeper than {MAX_TREE_DEPTH} levels")
+            raise UnsupportedExport(f"it nests Booleans deeper than {MAX_TREE_DEPTH} levels")
         piece = None if self.rule is None else self.rule(solid)
         if piece is not None:
             return _move_node(piece, solid.motion.steps)
         if isinstance(solid, Boolean):
             return self._combined(solid, room.in_frame(solid.motion), depth + 1)
         if not isinstance(solid, PrimitiveSolid):
-            raise ExportUnsupported(f"{type(solid).__name__} is no solid of planes and quadrics")
+            raise UnsupportedExport(f"{type(solid).__name__} is no solid of planes and quadrics")
         return _primitive(solid, room)
 
     def _combined(self, solid: Boolean, room: BodyBox, depth: int) -> PieceNode:
@@ -397,7 +397,7 @@ def _polyhedron_faces(planes: list[tuple[Any, float]], room: BodyBox) -> PieceNo
     """
     faces = clip_box(room.box, [(_fractions(normal), shortest_decimal(offset)) for normal, offset in planes])
     if faces is None:
-        raise ExportUnsupported("a part of it is empty")
+        raise UnsupportedExport("a part of it is empty")
     return PieceLeaf(replace(faces, planes=tuple(planes)))
 
 
@@ -428,7 +428,7 @@ def _tree(tree: Tree, room: BodyBox) -> PieceNode:
         return PieceBoolean("difference", (PieceLeaf(room.box), _tree(tree.part, room)))
     if isinstance(tree, Any_):
         if not tree.parts:
-            raise ExportUnsupported("there is nothing in it")
+            raise UnsupportedExport("there is nothing in it")
         return _node("union", [_tree(part, room) for part in tree.parts], [], (), room)
     inside: list[PieceNode] = []
     cut: list[PieceNode] = []
@@ -472,7 +472,7 @@ def _cell(faces: tuple[Face, ...], room: BodyBox) -> PieceNode:
     if planes:
         within = clip_box(room.box, planes)
         if within is None:
-            raise ExportUnsupported("a part of it is empty")
+            raise UnsupportedExport("a part of it is empty")
         slab = upright_box(within)
         inside.append(PieceLeaf(slab or within, (), is_rounded))
     return _node("intersection", inside, cut, (), room)

@@ -63,7 +63,7 @@ class ExportResult:
     remarks: tuple[str, ...] = ()
 
 
-class ExportUnsupported(Exception):
+class UnsupportedExport(Exception):
     """Raised if a format cannot hold a body; the message names the shape, the field and a remedy."""
 
 
@@ -80,7 +80,7 @@ class ExportReport:
         """Collect the refusal of a body, so that `check` raises one error for all such bodies."""
         try:
             yield
-        except ExportUnsupported as error:
+        except UnsupportedExport as error:
             self.refusals.append(f"{quote_body(name)}: {error}")
         except OverflowError:
             self.refusals.append(f"{quote_body(name)}: its numbers leave the range of float64")
@@ -190,7 +190,7 @@ def collect_solids(scene: WritableScene, report: ExportReport) -> list[ExportBod
             raise ValueError(f"export: a file has at most {MAX_EXPORT_BODIES:,} bodies, this scene has more")
         with report.about(name):
             if body.shape.is_sheet:
-                raise ExportUnsupported(f"{type(body.shape).__name__} is a sheet, and such files have solids only")
+                raise UnsupportedExport(f"{type(body.shape).__name__} is a sheet, and such files have solids only")
             found.append(ExportBody(name, body.shape, body.material))
     if isinstance(scene.bodies, InstanceList) and len(found) == len(scene.bodies):
         scene.bodies.put_bounds([item.solid for item in found])

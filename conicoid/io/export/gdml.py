@@ -27,7 +27,7 @@ from .exporters import (
     ExportOptions,
     ExportReport,
     ExportResult,
-    ExportUnsupported,
+    UnsupportedExport,
     collect_solids,
     format_expression,
     format_number,
@@ -359,7 +359,7 @@ def _report_sibling_overlaps(siblings: list[VolumeNest], report: ExportReport) -
         try:
             if emptiness.are_disjoint(region(i), region(j)):
                 continue
-        except ExportUnsupported:
+        except UnsupportedExport:
             pass
         report.narrow("may share points with bodies before them, which GDML's daughters must not", later.item.name)
 

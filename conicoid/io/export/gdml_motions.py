@@ -17,7 +17,7 @@ from ...geometry.transform import AxisFrame, Motion, Rotate, Scale, Step, Transf
 from ...numerics import bigfloat as ex
 from ..gdml.values import operand_rotation, placement_rotation
 from ..openmc.placement import NO_TURN, ORIGIN, AxisTurn, Point, rotation_by_angles
-from .exporters import ExportUnsupported, shortest_decimal
+from .exporters import UnsupportedExport, shortest_decimal
 
 _RIGHT_ANGLE_TOLERANCE = 1e-9
 """Largest error of a product of rows, if a matrix is to be written as a rotation by angles."""
@@ -78,7 +78,7 @@ def join_moves(*parts: Iterable[GdmlMove]) -> GdmlMoves:
 def convert_steps(steps: Sequence[Step]) -> tuple[GdmlMoves, bool]:
     """Return steps as moves, and whether a number had to be rounded.
 
-    Raise ExportUnsupported for a step that is no rotation, shift or scaling along the axes.
+    Raise UnsupportedExport for a step that is no rotation, shift or scaling along the axes.
     """
     converted: list[GdmlMove] = []
     is_rounded = False
@@ -149,14 +149,14 @@ def _convert_exchange(step: Transform) -> AxisTurn | None:
 def _three_spins(step: Step) -> tuple[list[GdmlMove], bool]:
     """Return a rotation about any axis as spins about x, y and z, with its shift, and whether numbers are rounded.
 
-    Raise ExportUnsupported if the matrix is no rotation, mirrored or not.
+    Raise UnsupportedExport if the matrix is no rotation, mirrored or not.
     """
     rows, shift = Motion((step,)).affine
     m = [[ex.rounded(value) for value in row] for row in rows]
     for i, j in itertools.product(range(3), range(3)):
         if abs(sum(a * b for a, b in zip(m[i], m[j], strict=True)) - (i == j)) > _RIGHT_ANGLE_TOLERANCE:
             what = "Transform" if isinstance(step, Transform) else type(step).__name__
-            raise ExportUnsupported(f"a motion of it ({what}) is no chain of turns, shifts and scalings along the axes")
+            raise UnsupportedExport(f"a motion of it ({what}) is no chain of turns, shifts and scalings along the axes")
     moves: list[GdmlMove] = []
     if _determinant(m) < 0:
         m = [[row[0], row[1], -row[2]] for row in m]

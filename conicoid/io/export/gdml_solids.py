@@ -20,7 +20,7 @@ from ..gdml.expressions import evaluate
 from ..gdml.flat_solids import convex_planes, polyhedron_factory
 from ..gdml.solid_template import SourceElement
 from ..openmc.placement import ORIGIN, AxisTurn, Point
-from .exporters import ExportUnsupported, format_expression, format_number, shortest_decimal
+from .exporters import UnsupportedExport, format_expression, format_number, shortest_decimal
 from .gdml_motions import (
     AxisStretch,
     ExportPlacement,
@@ -60,7 +60,7 @@ _DOWN = AxisTurn(signs=(1, -1, -1))
 
 
 def write_bowl(solids: SolidWriter, piece: QuadricPiece) -> SolidReference:
-    """Write a paraboloid or a hype. Raise ExportUnsupported for a hyperboloid that is nearly flat."""
+    """Write a paraboloid or a hype. Raise UnsupportedExport for a hyperboloid that is nearly flat."""
     return _hype(solids, piece) if piece.g2 else _paraboloid(solids, piece)
 
 
@@ -97,11 +97,11 @@ def _hype(solids: SolidWriter, piece: QuadricPiece) -> SolidReference:
 def _angle(bend: Fraction) -> tuple[float, bool]:
     """Return an angle in degrees whose squared tangent is `bend` as a float, and whether such an angle was found.
 
-    Raise ExportUnsupported above `_STEEPEST`.
+    Raise UnsupportedExport above `_STEEPEST`.
     """
     about = math.degrees(math.atan(math.sqrt(bend)))
     if about > _STEEPEST:
-        raise ExportUnsupported("a hyperboloid of it is nearly flat, and GDML has it by an angle near 90 degrees")
+        raise UnsupportedExport("a hyperboloid of it is nearly flat, and GDML has it by an angle near 90 degrees")
     tried = about
     # Among floats near the angle one often has the exact slope when it is read back
     for _ in range(_NEAR):
@@ -154,21 +154,21 @@ def _scale_plane(normal: VectorLike, offset: float) -> tuple[float, ...]:
 def facet_rows(piece: PolyhedronPiece) -> list[list[PieceCorner]]:
     """Return the corners of each face; faces of more than four corners are cut into triangles.
 
-    Raise ExportUnsupported for more than `MAX_FACETS`.
+    Raise UnsupportedExport for more than `MAX_FACETS`.
     """
     rows: list[list[PieceCorner]] = []
     for face in piece.faces:
         corners = [piece.corners[k] for k in face]
         rows += [corners] if len(corners) <= 4 else _triangles(corners)
     if len(rows) > MAX_FACETS:
-        raise ExportUnsupported(f"it has {len(rows):,} faces, more than {MAX_FACETS:,}")
+        raise UnsupportedExport(f"it has {len(rows):,} faces, more than {MAX_FACETS:,}")
     return rows
 
 
 def _triangles(corners: list[PieceCorner]) -> list[list[PieceCorner]]:
     """Cut a polygon into triangles by ear clipping (Meisters 1975), in its widest projection along an axis.
 
-    Raise ExportUnsupported if no ear is left, as in polygons that cross themselves.
+    Raise UnsupportedExport if no ear is left, as in polygons that cross themselves.
     """
     normal = _newell_normal(corners)
     across = max(range(3), key=lambda i: abs(normal[i]))
@@ -184,7 +184,7 @@ def _triangles(corners: list[PieceCorner]) -> list[list[PieceCorner]]:
                 del left[k]
                 break
         else:
-            raise ExportUnsupported("a face of it is no simple polygon")
+            raise UnsupportedExport("a face of it is no simple polygon")
     return [*triangles, left]
 
 
@@ -289,7 +289,7 @@ class SolidWriter:
     """True once a solid was written whose planes readers compute from its corners with other numbers than its own."""
 
     def write(self, node: PieceNode) -> SolidReference:
-        """Write a node and return its reference. Raise ExportUnsupported."""
+        """Write a node and return its reference. Raise UnsupportedExport."""
         if isinstance(node, PieceLeaf):
             solid = self._piece(node.piece)
             moves, rounded = convert_steps(node.steps)

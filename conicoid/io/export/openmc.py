@@ -29,7 +29,7 @@ from .exporters import (
     ExportOptions,
     ExportReport,
     ExportResult,
-    ExportUnsupported,
+    UnsupportedExport,
     collect_solids,
     format_number,
     format_numbers,
@@ -442,7 +442,7 @@ def _enclose(
     used = {half.surface for cell in cells if cell.region is not None for half in list_half_spaces(cell.region)}
     try:
         parts = list_conjuncts(regions.of(domain))
-    except ExportUnsupported:
+    except UnsupportedExport:
         parts = ()
     if not parts or not all(isinstance(part, HalfSpaceNode) and part.surface in used for part in parts):
         report.narrow("not written: the domain, whose sides are none of the cells'", "")

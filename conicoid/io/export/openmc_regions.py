@@ -31,7 +31,7 @@ from ..openmc.region import (
     list_half_spaces,
 )
 from ..openmc.surfaces import FlatSurface, RoundSurface, Surface as ReadSurface, build_surface
-from .exporters import ExportUnsupported, format_numbers, shorten_fraction
+from .exporters import UnsupportedExport, format_numbers, shorten_fraction
 
 # Surfaces: planes, cylinders, cones and spheres where possible, else general quadrics.
 
@@ -177,20 +177,20 @@ class RegionWriter:
         self._cache: dict[tuple[Solid, Motion, bool], Region] = {}
 
     def of(self, solid: Solid, outer: Motion = IDENTITY_MOTION) -> Region:
-        """Return the region of a solid under a further motion. Raise ExportUnsupported if OpenMC cannot hold it."""
+        """Return the region of a solid under a further motion. Raise UnsupportedExport if OpenMC cannot hold it."""
         region = self._of(solid, outer, True, 0)
         count = sum(1 for _ in list_half_spaces(region))
         if count > MAX_REGION_LENGTH:
-            raise ExportUnsupported(f"its region has {count:,} half-spaces, more than {MAX_REGION_LENGTH:,}")
+            raise UnsupportedExport(f"its region has {count:,} half-spaces, more than {MAX_REGION_LENGTH:,}")
         if _depth(region) > MAX_PARENTHESES:
-            raise ExportUnsupported(f"its region nests deeper than {MAX_PARENTHESES} levels")
+            raise UnsupportedExport(f"its region nests deeper than {MAX_PARENTHESES} levels")
         return region
 
     def _of(self, solid: Solid, outer: Motion, inside: bool, depth: int) -> Region:
         """Return the region inside or outside of a solid."""
         if isinstance(solid, Boolean):
             if depth >= MAX_REGION_DEPTH:
-                raise ExportUnsupported(f"it nests Booleans deeper than {MAX_REGION_DEPTH} levels")
+                raise UnsupportedExport(f"it nests Booleans deeper than {MAX_REGION_DEPTH} levels")
             motion = solid.motion.then(outer)
             if isinstance(solid, (Complement, Painted)):
                 sense = inside if isinstance(solid, Painted) else not inside
@@ -201,7 +201,7 @@ class RegionWriter:
                 parts.append(self._of(operand, motion, inside != turned, depth + 1))
             return join_regions(UnionNode if isinstance(solid, Union) == inside else IntersectionNode, parts)
         if not isinstance(solid, PrimitiveSolid):
-            raise ExportUnsupported(f"{type(solid).__name__} is no solid of planes and quadrics")
+            raise UnsupportedExport(f"{type(solid).__name__} is no solid of planes and quadrics")
         key = solid, outer, inside
         if key not in self._cache:
             self._cache[key] = self._primitive(solid, outer, inside)
@@ -235,13 +235,13 @@ class RegionWriter:
 def join_regions(kind: type[IntersectionNode] | type[UnionNode], parts: Iterable[Region]) -> Region:
     """Return one node of a kind, with nodes of the same kind opened up, and each part once.
 
-    Raise ExportUnsupported if there are no parts.
+    Raise UnsupportedExport if there are no parts.
     """
     terms: dict[Region, None] = {}
     for part in parts:
         terms.update(dict.fromkeys(part.parts if isinstance(part, kind) else (part,)))
     if not terms:
-        raise ExportUnsupported("a part of it is empty, or all of space")
+        raise UnsupportedExport("a part of it is empty, or all of space")
     return next(iter(terms)) if len(terms) == 1 else kind(tuple(terms))
 
 

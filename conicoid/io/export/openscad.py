@@ -24,7 +24,7 @@ from .exporters import (
     ExportOptions,
     ExportReport,
     ExportResult,
-    ExportUnsupported,
+    UnsupportedExport,
     collect_solids,
     format_number,
     hex_color,
@@ -77,7 +77,7 @@ class OpenscadWriter:
     is_rounded: bool = False
 
     def call(self, node: PieceNode) -> CsgCallText:
-        """Return the call of a node under its steps. Raise ExportUnsupported for pieces that OpenSCAD lacks."""
+        """Return the call of a node under its steps. Raise UnsupportedExport for pieces that OpenSCAD lacks."""
         if isinstance(node, PieceLeaf):
             self.is_rounded = self.is_rounded or node.is_rounded
             call, before = self._piece(node.piece)
@@ -121,7 +121,7 @@ class OpenscadWriter:
         if isinstance(piece, NativePiece):
             return CsgCallText(f"{piece.tag}({piece.attributes})"), ()
         if isinstance(piece, QuadricPiece):
-            raise ExportUnsupported("a part of it is a paraboloid or hyperboloid, which OpenSCAD does not have")
+            raise UnsupportedExport("a part of it is a paraboloid or hyperboloid, which OpenSCAD does not have")
         return self._faces(piece), ()
 
     def _cuboid(self, piece: BoxPiece) -> tuple[CsgCallText, Steps]:

@@ -23,8 +23,8 @@ from .values import (
     UNIT_SCALE,
     GdmlError,
     GdmlReader,
-    GdmlUnsupported,
     GdmlValues,
+    UnsupportedGdml,
     compose_rotations,
     local_tag,
     look_up,
@@ -106,7 +106,7 @@ class StructureReader:
             read(self, *mother, element)
         except GdmlError as mistake:
             self.reading.report(mistake.element, _volume_title(element), mistake.message)
-        except GdmlUnsupported as left:
+        except UnsupportedGdml as left:
             self.reading.remark(element, _volume_title(element), f"{left}; left out")
         except (ValueError, OverflowError) as error:
             self.reading.report(element, _volume_title(element), str(error))
@@ -318,12 +318,12 @@ def resize_volume(
 
     Raises
     ------
-    GdmlUnsupported
+    UnsupportedGdml
         The solid is of no such kind.
 
     """
     if source is None or local_tag(source) not in kinds:
-        raise GdmlUnsupported(f"is of what is no {' and no '.join(kinds)}, which is not built yet")
+        raise UnsupportedGdml(f"is of what is no {' and no '.join(kinds)}, which is not built yet")
     reading = structure.reading
     if inner.source is not None and _is_whole_slice(structure, inner.source, source, changes):
         return inner  # shares one template among all slices
@@ -408,7 +408,7 @@ def _resize_copy(structure: StructureReader, inner: LogicalVolume, dimensions: X
     """Return the volume with a solid of the given dimensions."""
     kind = dimensions.tag.removesuffix("_dimensions")
     if kind not in _DIMENSIONS:
-        raise GdmlUnsupported(f"has {dimensions.tag}, which is no solid that is read")
+        raise UnsupportedGdml(f"has {dimensions.tag}, which is no solid that is read")
     present = dimensions.attributes
     attributes = {new: present[old] for old, new in _DIMENSIONS[kind].items() if old in present}
     attributes |= {name: present[name] for name in _UNITS if name in present}
@@ -449,7 +449,7 @@ def read_divisions(structure: StructureReader, volume: LogicalVolume, element: X
         raise GdmlError(element, f"axis must be one of {', '.join(_DIVISION_AXES)}")
     source = volume.source
     if source is None or local_tag(source) not in DIVISIBLE_KINDS:
-        raise GdmlUnsupported(f"divides what is no {', '.join(DIVISIBLE_KINDS[:-1])} or {DIVISIBLE_KINDS[-1]}")
+        raise UnsupportedGdml(f"divides what is no {', '.join(DIVISIBLE_KINDS[:-1])} or {DIVISIBLE_KINDS[-1]}")
     values = GdmlValues(reading, element)
     unit = reading.value(element.attributes.get("unit") or "mm", element, "unit")
     width, offset = values.number("width", 0) * unit, values.number("offset", 0) * unit
@@ -491,10 +491,10 @@ class _DividedSolid:
             self.sections.append((part.length("z"), part.radius("rmin"), part.radius("rmax")))
         self.sections.sort(key=lambda section: section[0])
         if self.kind in ("polycone", "polyhedra") and len(self.sections) < 2:
-            raise GdmlUnsupported("divides a solid without sections")
+            raise UnsupportedGdml("divides a solid without sections")
 
     def extent(self, axis: str) -> Fraction:
-        """Return the extent along an axis, in mm or radians. Raise GdmlUnsupported if the kind has no such axis."""
+        """Return the extent along an axis, in mm or radians. Raise UnsupportedGdml if the kind has no such axis."""
         values, kind = self.values, self.kind
         if axis == "phi" and kind in ("tube", "cone", "polycone", "polyhedra"):
             return values.angle("deltaphi", 360) * PI / 180
@@ -510,7 +510,7 @@ class _DividedSolid:
             return (values.length(f"{axis}1") + values.length(f"{axis}2")) / 2
         if axis in ("x", "y", "z") and (kind in ("box", "para") or (axis == "z" and not self.sections)):
             return values.length(axis)
-        raise GdmlUnsupported(f"divides a {kind} along {axis}, which Geant4 does not either")
+        raise UnsupportedGdml(f"divides a {kind} along {axis}, which Geant4 does not either")
 
     def slices(
         self, axis: str, width: Fraction, offset: Fraction, count: int, by_number: bool
@@ -528,14 +528,14 @@ class _DividedSolid:
                 yield self._slice(axis, offset + k * width, offset + (k + 1) * width, k, count, offset)
 
     def _about(self, width: Fraction, offset: Fraction, count: int) -> Iterator[DivisionSlice]:
-        """Yield slices about the z axis. Raise GdmlUnsupported for a polyhedra that is cut within its sides."""
+        """Yield slices about the z axis. Raise UnsupportedGdml for a polyhedra that is cut within its sides."""
         start = self.values.angle("startphi", 0) * PI / 180
         changes = {"startphi": start, "deltaphi": width}
         if self.kind == "polyhedra":
             sides = self.values.integer("numsides", most=10_000)
             each = width / (self.extent("phi") / sides)
             if abs(each - round(each)) > _ROUNDING or round(each) < 1:
-                raise GdmlUnsupported("divides a polyhedra across its sides, which Geant4 does not either")
+                raise UnsupportedGdml("divides a polyhedra across its sides, which Geant4 does not either")
             changes["numsides"] = Fraction(round(each))
         for k in range(count):
             yield DivisionSlice(changes, rotation=rotation_about_z(offset + k * width))
@@ -608,7 +608,7 @@ class _DividedSolid:
             ends = [begin + offset + k * width for k in range(count + 1)]
             if by_number:  # Geant4 then makes one slice of each section
                 if count != len(sections) - 1:
-                    raise GdmlUnsupported(
+                    raise UnsupportedGdml(
                         f"has {count} slices of {len(sections) - 1} sections, which Geant4 does not divide either"
                     )
                 ends = kinks

@@ -44,7 +44,7 @@ class GdmlError(Exception):
         self.element, self.message = element, message
 
 
-class GdmlUnsupported(Exception):
+class UnsupportedGdml(Exception):
     """Raised for an element that is valid but not supported; the reader leaves it out and reads on."""
 
 
@@ -84,18 +84,18 @@ class GdmlReader:
         self.remarks.setdefault(element.tag, []).append(text)
 
     def spend(self, faces: int, is_convex: bool) -> None:
-        """Charge the time to cut a solid of `faces` faces into convex parts; raise GdmlUnsupported if it is too long.
+        """Charge the time to cut a solid of `faces` faces into convex parts; raise UnsupportedGdml if it is too long.
 
         The time grows with the square of the face count.
         """
         most, kind = (MAX_CONVEX_FACES, "") if is_convex else (MAX_FACES, "concave ")
         if faces > most:
-            raise GdmlUnsupported(
+            raise UnsupportedGdml(
                 f"it has {faces:,} faces, more than the {most:,} of a {kind}solid that are read in time"
             )
         self.effort += faces * faces // (10 if is_convex else 1)
         if self.effort > MAX_FACE_EFFORT:
-            raise GdmlUnsupported("the file has too many solids of many faces before it")
+            raise UnsupportedGdml("the file has too many solids of many faces before it")
 
     def resolve_indices(self, text: str, element: XmlElement) -> str:
         """Return a name with [i] and [i, j] replaced by _1 and _1_2, as Geant4 does."""

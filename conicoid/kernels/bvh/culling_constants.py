@@ -22,7 +22,7 @@ BALL_LEAST = 1e-290
 BALL_BOX = 1e-14
 """Share of r by which the box around a ball is widened, so that c ± r, rounded twice, contains the ball."""
 
-BESIDE = STARTING * RELATIVE
+ORIGIN_SLACK = STARTING * RELATIVE
 """Share of |x| by which boxes and balls are widened: the distance at which the origin of a ray may lie beside the
 surface on which it starts. A ray within the outermost plane of a body would otherwise miss the body's own box."""
 BOUNDS = 32 * 2.0**-53

@@ -159,11 +159,11 @@ def lanes_entering(typing_context: Any, lanes: Any, row: Any, entries: Any, at: 
 
 
 def sides_of_balls(c: Code, floats: Any, at: Any, stride: Any) -> list[Any]:
-    """Emit the six sides of the boxes around eight balls, widened as all boxes are (`BESIDE`)."""
+    """Emit the six sides of the boxes around eight balls, widened as all boxes are (`ORIGIN_SLACK`)."""
     b, (x, y, z, r) = c.builder, c.balls(floats, at, stride)
     place = b.fadd(b.fadd(c.size(x), c.size(y)), c.size(z))
     # Rounded outwards, because center and radius are added in floats
-    r = b.fmul(c.fused(place, c.constant(culling_constants.BESIDE), r), c.constant(1.0 + culling_constants.BALL_BOX))
+    r = b.fmul(c.fused(place, c.constant(culling_constants.ORIGIN_SLACK), r), c.constant(1.0 + culling_constants.BALL_BOX))
     return [b.fsub(k, r) for k in (x, y, z)] + [b.fadd(k, r) for k in (x, y, z)]
 
 
@@ -560,7 +560,7 @@ def rays_in_balls(
         columns = eight.columns(other, INT64(8))
         numbers = b.shl(eight.numbers, ir.Constant(WHOLE, [4] * WIDTH))
         sizes = [c.size(origin) for origin in eight.origins]
-        margin = b.fmul(b.fadd(b.fadd(sizes[0], sizes[1]), sizes[2]), c.constant(culling_constants.BESIDE))
+        margin = b.fmul(b.fadd(b.fadd(sizes[0], sizes[1]), sizes[2]), c.constant(culling_constants.ORIGIN_SLACK))
         margin = b.select(b.fcmp_ordered(">=", columns[4], c.constant(0.0)), margin, c.constant(0.0))  # `start_margin`
         count = cgutils.alloca_once_value(b, INT64(0))
         with cgutils.for_range(b, size) as loop:

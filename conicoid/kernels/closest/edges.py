@@ -37,7 +37,7 @@ from .neighbourhood import (
 from .stationary import rounding_share, try_conic
 from .walls import CERTAIN_WALL, TANGENT, WallQuery, project_point, sheet_around, sides_around, try_point
 
-_ALIKE = 2.0**-44
+_ZERO_SHARE = 2.0**-44
 """Size, as a share of its terms, below which a coefficient counts as zero."""
 HARD = -1
 """As `PencilPlanes.number`: no plane contains the curve."""
@@ -68,7 +68,7 @@ def _difference(f: SurfaceForm, h: SurfaceForm, m: float) -> SurfaceForm:
     return SurfaceForm(
         f.value - m * h.value, 16.0 * (f.off + abs(m) * h.off), f.gx - m * h.gx, f.gy - m * h.gy, f.gz - m * h.gz,
         f.xx - m * h.xx, f.yy - m * h.yy, f.zz - m * h.zz, f.xy - m * h.xy, f.xz - m * h.xz, f.yz - m * h.yz,
-        _ALIKE * (f.size + abs(m) * h.size), _ALIKE * (f.steep + abs(m) * h.steep),
+        _ZERO_SHARE * (f.size + abs(m) * h.size), _ZERO_SHARE * (f.steep + abs(m) * h.steep),
     )  # fmt: skip
 
 
@@ -192,7 +192,7 @@ def plane_of(planes: PencilPlanes, k: int) -> tuple[float, float, float, float]:
 
 
 @inline
-def _chosen(room: Neighbourhood, i: int, j: int, k: int) -> None:
+def _choose(room: Neighbourhood, i: int, j: int, k: int) -> None:
     room.chosen[0], room.chosen[1], room.chosen[2] = i, j, k
 
 
@@ -221,7 +221,7 @@ def try_edge(geometry: Geometry, room: Neighbourhood, at: WallQuery, i: int, j: 
         bx, by, bz, h = plane_about(form_at(geometry, room.surface[j], at.x, at.y, at.z))
         x, y, z, dx, dy, dz = line_of_planes(ax, ay, az, g, bx, by, bz, h)
         if (dx != 0.0) | (dy != 0.0) | (dz != 0.0):
-            _chosen(room, i, j, j)
+            _choose(room, i, j, j)
             try_point(geometry, room, at, 2, x, y, z, math.inf, 0.0)
         return False
     planes = planes_of_pair(geometry, room, at, i, j)
@@ -233,7 +233,7 @@ def try_edge(geometry: Geometry, room: Neighbourhood, at: WallQuery, i: int, j: 
     for k in range(planes.number):
         nx, ny, nz, h = plane_of(planes, k)
         if abs(h) <= limit(room) * _MORE:
-            _chosen(room, i, j, j)
+            _choose(room, i, j, j)
             try_conic(geometry, room, at, 2, form, nx, ny, nz, h, error)
     if planes.number == 2:  # where the two conics cross
         _try_line(geometry, room, at, planes, planes, i, j, j, 2)
@@ -300,7 +300,7 @@ def _try_line(
                 t = along + over / under if under != 0.0 else math.inf
                 if not abs(t) <= limit(room) * _MORE:
                     continue
-                _chosen(room, i, j, k)
+                _choose(room, i, j, k)
                 px, py, pz = x + t * dx, y + t * dy, z + t * dz
                 error = rounding_share(at, EDGE_ERROR, px, py, pz) if count == 2 else math.inf
                 least = length_of(x, y, z) - rounding_share(at, EDGE_ERROR, x, y, z)
@@ -351,7 +351,7 @@ def _try_from(
     A point that is not certainly a wall has no effect, nor has one without convergence, as surfaces need not meet.
     """
     before, count = room.best[LOWER], 2 if j == k else 3
-    _chosen(room, i, j, k)
+    _choose(room, i, j, k)
     # Newton's method on two or three surfaces at once
     touch = project_point(geometry, room, count, at.x + vx, at.y + vy, at.z + vz)
     if touch.off > _ENDED * (abs(touch.x) + abs(touch.y) + abs(touch.z)):

@@ -26,5 +26,5 @@ POINT, POINT_AT_BALL = 2.0**-44, 2.0**-40
 """Share of the terms of a surface's value at a point by which it may be off; of a sphere's, of |p - c|² + r²."""
 CANCELS, OBLIQUE = 2.0**-10, 2.0**-5
 """Share of its terms below which a sum is computed again in pairs of floats: for a quadric, for a plane."""
-ALIKE = 2.0**-6
+T_ERROR = 2.0**-6
 """Relative error bound of a t that is not doubtful: |t| is more than 2^-44 |o|, its error less than 2^-50 |o|."""

@@ -18,7 +18,7 @@ import numpy as np
 from ..._jit.decorators import helper, inline, kernel, record_shapes
 from ..._util.arrays import row_lengths
 from ...geometry.instances import InstanceBlock
-from ...kernels.bvh.culling_constants import BESIDE, WALL
+from ...kernels.bvh.culling_constants import ORIGIN_SLACK, WALL
 from ...kernels.tables import Floats, Ints, Longs, Signs
 from ...kernels.threads import KernelRange, run_calls, run_chunks
 from ..mmap_arrays import mapped_zeros
@@ -257,7 +257,7 @@ def _load(
     """Write records begin..end, widened by their slack."""
     for i in range(begin, end if len(rows) > 0 else min(end, len(boxes))):
         row = rows[i] if len(rows) > 0 else i
-        margin = BESIDE * _size(boxes, row, limits) + WALL
+        margin = ORIGIN_SLACK * _size(boxes, row, limits) + WALL
         for k in range(3):
             low, high = boxes[row, k], boxes[row, k + 3]
             records[SIZE * i + NEGATED_LOW + k] = margin - low if low > -math.inf else -limits[k]

@@ -14,7 +14,15 @@ from collections.abc import Sequence
 
 from ..._jit.decorators import helper, inline, kernel
 from ...kernels import tables as table
-from ...kernels.bvh.culling_constants import BALL_BOX, BESIDE, PARALLEL, ROUND_AWAY, ROUND_RAISED, ROUND_ROUNDED, WALL
+from ...kernels.bvh.culling_constants import (
+    BALL_BOX,
+    ORIGIN_SLACK,
+    PARALLEL,
+    ROUND_AWAY,
+    ROUND_RAISED,
+    ROUND_ROUNDED,
+    WALL,
+)
 from ...kernels.bvh.walk import INDEX, ROUND, ROWS, WHO, leaf_at, leaf_range
 from ...kernels.faces import cell_side, plane_side
 from ...kernels.numbers.vectors import dot
@@ -110,7 +118,7 @@ def _along_axis(geometry: Geometry, cell: int, quadric: QuadricRecord, j: int, r
         center = (center[0] + y * quadric[k], center[1] + y * quadric[k + 1], center[2] + y * quadric[k + 2])
     x, y, z = center[0] + quadric.ax, center[1] + quadric.ay, center[2] + quadric.az
     # Raised by a share of the radius for rounding, and of the position for rays that start beside the surface
-    raised = math.sqrt(largest) * (1.0 + ROUND_RAISED) + BESIDE * (abs(x) + abs(y) + abs(z) + reach)
+    raised = math.sqrt(largest) * (1.0 + ROUND_RAISED) + ORIGIN_SLACK * (abs(x) + abs(y) + abs(z) + reach)
     return SphereRecord(x, y, z, raised)
 
 
@@ -219,7 +227,7 @@ def _entry_ball(geometry: Geometry, boxes: Floats, kind: int, entry: int) -> Sph
     a, b, c = _half(boxes, entry, 0, x), _half(boxes, entry, 1, y), _half(boxes, entry, 2, z)
     # Half the diagonal of the box
     reach = math.sqrt(a * a + b * b + c * c) * (1.0 + BALL_BOX) + WALL
-    reach += BESIDE * (abs(x) + abs(y) + abs(z) + reach)
+    reach += ORIGIN_SLACK * (abs(x) + abs(y) + abs(z) + reach)
     if kind == CELL:
         ball = cell_ball(geometry, integer(geometry, table.ENTRY_INDEX, entry), x, y, z, reach)
         # The ball around the box is always there; the cell's may be wider for a thin slice

@@ -51,7 +51,7 @@ from .leaf_items import put_items
 from .plane_groups import group_tables, put_groups
 
 MOST = 8  # entries in a leaf of a tree
-_BESIDE = 15  # items without a box in a leaf among the roots; a code has four bits for it
+_ROOT_LEAF = 15  # items without a box in a leaf among the roots; a code has four bits for it
 _NONE = np.zeros(0, np.int32)
 
 
@@ -118,8 +118,8 @@ class Forest:
 
     def add_beside(self, items: Ints) -> None:
         """Add unbounded items as leaves among the roots."""
-        for first in range(0, len(items), _BESIDE):
-            self.roots.append(leaf_code(self.placed + first, min(_BESIDE, len(items) - first)))
+        for first in range(0, len(items), _ROOT_LEAF):
+            self.roots.append(leaf_code(self.placed + first, min(_ROOT_LEAF, len(items) - first)))
         self.order.append(items)
         self.placed += len(items)
 

@@ -42,7 +42,7 @@ from ...kernels.numbers.double_double import BoundedPair
 from ...kernels.numbers.shell_sort import make_sort
 from ...kernels.programs import cell_of_leaf
 from ...kernels.ray import Ray, scale_ray, span_inverse
-from ...kernels.surface.doubt import ALIKE
+from ...kernels.surface.doubt import T_ERROR
 from ...kernels.surface.exact_crossing import CROSSES, OPEN, RoundingRest, decide_curved, decide_plane
 from ...kernels.surface.interval import is_too_far, nearness_of
 from ...kernels.surface.polygon_loop import decide_loop
@@ -263,7 +263,7 @@ def report_fast_t(geometry: Geometry, ranks: Ranks, surface: int, ray: Ray, inve
 def _report_t(ranks: Ranks, k: int, t: float) -> None:
     """Report t, unless it is far from the certain one: across the origin, or for a root near infinity."""
     # The fast formulas may have found the other root of a pair, or none; then the certain t stays
-    if abs(t - ranks.t[k]) <= abs(t) * ALIKE:
+    if abs(t - ranks.t[k]) <= abs(t) * T_ERROR:
         ranks.t[k] = t
 
 
