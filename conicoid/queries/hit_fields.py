@@ -133,7 +133,7 @@ def points_along(origins: Floats, directions: Floats, t: Floats, begin: int, end
 
 FAR = 2.0**17
 """A hit is far from the ray's origin if |t d| is larger than this times its own coordinates: then origin + t direction
-is farther beside the surface than culling of rays that start there allows (kernels/bvh/culling_constants.ORIGIN_SLACK)."""
+is farther beside the surface than culling of rays that start there allows (`culling_constants.ORIGIN_SLACK`)."""
 
 
 @inline

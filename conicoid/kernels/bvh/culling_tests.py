@@ -162,8 +162,9 @@ def sides_of_balls(c: Code, floats: Any, at: Any, stride: Any) -> list[Any]:
     """Emit the six sides of the boxes around eight balls, widened as all boxes are (`ORIGIN_SLACK`)."""
     b, (x, y, z, r) = c.builder, c.balls(floats, at, stride)
     place = b.fadd(b.fadd(c.size(x), c.size(y)), c.size(z))
+    r = c.fused(place, c.constant(culling_constants.ORIGIN_SLACK), r)
     # Rounded outwards, because center and radius are added in floats
-    r = b.fmul(c.fused(place, c.constant(culling_constants.ORIGIN_SLACK), r), c.constant(1.0 + culling_constants.BALL_BOX))
+    r = b.fmul(r, c.constant(1.0 + culling_constants.BALL_BOX))
     return [b.fsub(k, r) for k in (x, y, z)] + [b.fadd(k, r) for k in (x, y, z)]
 
 

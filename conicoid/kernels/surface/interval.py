@@ -45,7 +45,7 @@ def is_within(t: float, t_min: float, t_max: float) -> bool:
 
 @inline
 def may_overlap(t_in: float, t_out: float, t_min: float, t_max: float, off: float) -> bool:
-    """True if a span might overlap an interval, where rounding may have moved each of its ends by `off`."""
+    """True if a span might overlap an interval, where rounding may have moved two places by `off` past each other."""
     t_out += off
     return (t_in <= t_out) & (t_min <= t_out) & (t_in <= t_max + off)
 
