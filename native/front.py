@@ -120,7 +120,10 @@ def main() -> None:
         names = [] if wanted.names == [DEVICE] else wanted.names
         kernels = {each.name: lowered(each, codes, entries) for each in every if not names or each.name in names}
     # A file that changed meanwhile may have been read before or after: no stamp, so that the code is built again
-    stamp = stamp_of(imported_files()) if stamp_of(package_files()) == before else ""
+    unchanged = stamp_of(package_files()) == before
+    if memory and unchanged:
+        memory.keep(entries, codes)
+    stamp = stamp_of(imported_files()) if unchanged else ""
     wanted.out.with_suffix(SUFFIX).write_text(stamp, encoding="utf-8")
     wanted.out.write_bytes(pickle.dumps((kernels, list(codes.values()))))
 

@@ -19,6 +19,7 @@ import llvmlite
 import llvmlite.binding as llvm
 from llvmlite import ir
 
+from .memory import read_parts, write_parts
 from .objects import DROPPED, _entry, clean, hold, machine_for, optimize, simplify
 from .targets import Target
 
@@ -142,14 +143,14 @@ def build(code: Path, target: Target, folder: Path) -> list[Path]:
     store = folder / "objects"
     store.mkdir(exist_ok=True)
     edition, kept = f"{_edition()} {target}", folder / "parts.pickle"
-    found, known = pickle.loads(kept.read_bytes()) if kept.exists() else ("", {})
+    found, known = read_parts(kept)
     known = known if found == edition else {}
     with ProcessPoolExecutor(os.cpu_count()) as pool:
         codes = list(dict.fromkeys(codes))
         new = [each for each in codes if each not in known]
         known |= zip(new, pool.map(_part, new, [target] * len(new), chunksize=20), strict=True)
         known = {each: known[each] for each in codes}
-        kept.write_bytes(pickle.dumps((edition, known)))
+        write_parts(kept, (edition, known))
         wanted = {}
         for file, group in groups(kernels, list(known.values())).items():
             digest = hashlib.sha256(repr((edition, group)).encode()).hexdigest()[:24]

@@ -88,11 +88,13 @@ def _content(value: Any) -> Any:
     if isinstance(value, PLAIN):
         return type(value).__name__, repr(value)
     if isinstance(value, tuple):
-        return type(value).__qualname__, [_content(each) for each in value]
+        return type(value).__qualname__, getattr(value, "_fields", ()), [_content(each) for each in value]
     if isinstance(value, np.ndarray):
         return value.dtype.str, value.shape, value.tobytes()
     if isinstance(value, own.Inner | own.Kernel):
-        return value.py_func.__module__, value.py_func.__qualname__, repr(sorted(value.targetoptions.items()))
+        function = value.py_func
+        cells = [_content(cell.cell_contents) for cell in function.__closure__ or ()]
+        return function.__module__, function.__qualname__, repr(sorted(value.targetoptions.items())), cells
     if inspect.ismodule(value) or inspect.isbuiltin(value) or isinstance(value, np.ufunc):
         return value.__name__
     if isinstance(value, type) and hasattr(value, "_fields"):
@@ -101,8 +103,27 @@ def _content(value: Any) -> Any:
     module = sys.modules.get(getattr(value, "__module__", None) or "")
     if module is None:
         return secrets.token_hex()  # of no known content: never the same
-    words = Path(str(module.__file__)).read_bytes() if module.__name__.startswith("conicoid.") else b""
-    return module.__name__, getattr(value, "__qualname__", ""), words
+    return module.__name__, getattr(value, "__qualname__", ""), _of_module(module)
+
+
+@functools.cache
+def _of_module(module: Any) -> str:
+    """Return a hash of what the code that a module writes depends on: its file, its constants, and other modules."""
+    digest, seen, waiting = hashlib.sha256(), {module}, [module]
+    while waiting:
+        each = waiting.pop()
+        if not each.__name__.startswith("conicoid."):
+            continue
+        digest.update(Path(str(each.__file__)).read_bytes())
+        for name, value in sorted(vars(each).items()):
+            if isinstance(value, PLAIN) and not name.startswith("__"):
+                digest.update(f"{name} {value!r}".encode())
+            elif not isinstance(value, own.Inner | own.Kernel):
+                owner = value if inspect.ismodule(value) else sys.modules.get(getattr(value, "__module__", None) or "")
+                if owner is not None and owner not in seen:
+                    seen.add(owner)
+                    waiting.append(owner)
+    return digest.hexdigest()
 
 
 def _of_code(code: Any, words: str | None = None) -> Any:
@@ -142,6 +163,21 @@ def described(kind: Any) -> str:
     return f"{kind} {getattr(kind, 'fields', '')} {[described(each) for each in kind.types]}"
 
 
+def read_parts(path: Path) -> Any:
+    """Return what `write_parts` wrote, or ("", {}) where there is nothing that can be read."""
+    try:
+        return pickle.loads(path.read_bytes())
+    except (OSError, EOFError, ImportError, AttributeError, pickle.UnpicklingError):
+        return "", {}
+
+
+def write_parts(path: Path, parts: Any) -> None:
+    """Write what builds keep, in one step."""
+    unfinished = path.with_suffix(".unfinished")
+    unfinished.write_bytes(pickle.dumps(parts))
+    unfinished.replace(path)
+
+
 class Memory:
     """The code of functions that an earlier build kept, and that of those which this one lowered (`compiled`)."""
 
@@ -152,9 +188,8 @@ class Memory:
         self._contents: dict[Any, str] = {}
         self._compile = own.Inner.compile
         self.compiled: list[str] = []
-        if path.exists():
-            found, records = pickle.loads(path.read_bytes())
-            self._old = records if found == self._edition else {}
+        found, records = read_parts(path)
+        self._old = records if found == self._edition else {}
         self._new: dict[str, Record] = {}
 
     def bend(self) -> None:
@@ -194,7 +229,10 @@ class Memory:
             return False
         known, libraries = references(dispatcher.py_func), []
         for link in record.links:
-            called, wanted = known[link.name], pickle.loads(link.arguments)
+            try:
+                called, wanted = known[link.name], pickle.loads(link.arguments)
+            except (ImportError, AttributeError):  # of a class that has moved
+                return False
             called.compile(wanted)
             result = called.overloads[wanted]
             if (result.fndesc.llvm_func_name, described(result.fndesc.restype)) != (link.symbol, link.result):
@@ -237,7 +275,7 @@ class Memory:
                 record = self._record(dispatcher, result, owners, codes)
                 if record is not None:
                     self._new.setdefault(self._key(dispatcher, arguments), record)
-        self._path.write_bytes(pickle.dumps((self._edition, self._new)))
+        write_parts(self._path, (self._edition, self._new))
 
     def _record(self, dispatcher: Any, result: Any, owners: dict[Any, Any], codes: dict[Any, bytes]) -> Record | None:
         """Return what is kept of a compiled function; None if it calls one that it does not refer to by name."""

@@ -94,6 +94,8 @@ void work_help(Work *work)
         int status = call_piece(&work->range, slots, next, next + size, outcome.result);
         if (status == 0 && work->keeps && (status = keep_outcome(work, &outcome)) != 0)
             work->range.drop(outcome.result);
+        if (work->marks != NULL)
+            atomic_thread_fence(memory_order_release); /* what is marked is there */
         for (int64_t k = 0; status == 0 && work->marks != NULL && k < size; k++)
             work->marks[next - work->range.first + k] = 1;
         if (status != 0) {

@@ -122,7 +122,7 @@ def test_nothing_is_shown_where_nobody_watches(monkeypatch):
     assert note(monkeypatch, io.StringIO()) == ""
 
 
-HIT_FIELDS = "first_invalid", "points_along", "faces_of", "normals_of", "uvs_of", "errors_of_t"
+HIT_FIELDS = "first_invalid", "hit_points", "faces_of", "normals_of", "uvs_of", "errors_of_t"
 TRACERS = "trace_first", "trace_rows"
 
 

@@ -1,4 +1,7 @@
-"""Text for people: counts with their nouns, sizes of memory, tables for notebooks, suggestions for unknown names."""
+"""Text for people: counts with their nouns, sizes of memory, tables for notebooks, suggestions for unknown names.
+
+`NameTuple` is a tuple of names that numbers and names select from.
+"""
 
 from __future__ import annotations
 

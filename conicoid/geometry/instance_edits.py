@@ -231,7 +231,8 @@ class EditedInstances(InstanceList):
         found: list[InstanceBlock] = []
         for first, count, form in self.origins.base.blocks():
             own = places[first : first + count]
-            if np.array_equal(own, np.arange(own[0], own[0] + count)):
+            # The place of a removed body is -1, which a block at 0 would continue
+            if own[0] >= 0 and np.array_equal(own, np.arange(own[0], own[0] + count)):
                 found.append(InstanceBlock(int(own[0]), count, form))
                 continue
             own = own[own >= 0]

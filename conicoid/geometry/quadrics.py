@@ -264,7 +264,7 @@ class EllipticCylinder(EllipticSolid):
         return 1, 0, 0
 
     def support(self, direction: Vector) -> float:
-        """Return the support of `elliptic_support` where g = 1: in floats alone, which a recording takes."""
+        """Return the support along a direction: `elliptic_support` where g = 1, in floats, which a recording takes."""
         wide, uz = hypot(direction[0] * self.widths[0], direction[1] * self.widths[1]), direction[2]
         reaches = [sum_up((uz * z, wide)) for z in self.z_range or () if is_finite(z)]
         for z, slope in zip(self.z_range or (-math.inf, math.inf), (0.0 - uz, uz), strict=True):

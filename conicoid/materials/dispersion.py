@@ -212,7 +212,7 @@ class Edlen(Dispersion):
 
 
 @dataclass(frozen=True)
-class IndexTable(Dispersion):
+class Tabulated(Dispersion):
     """n, or n + ik, measured at some wavelengths and linear between them; one wavelength alone is constant for all.
 
     Parameters
@@ -232,21 +232,21 @@ class IndexTable(Dispersion):
     k: tuple[float, ...] | None = None
     name: str | None = None
     source: str | None = None
-    _title: ClassVar[str] = "IndexTable"
+    _title: ClassVar[str] = "Tabulated"
 
     def __post_init__(self) -> None:
-        w, n = check_row("IndexTable", "wavelengths", self.wavelengths), check_row("IndexTable", "n", self.n)
-        k = None if self.k is None else check_row("IndexTable", "k", self.k)
+        w, n = check_row("Tabulated", "wavelengths", self.wavelengths), check_row("Tabulated", "n", self.n)
+        k = None if self.k is None else check_row("Tabulated", "k", self.k)
         if any(not a < b for a, b in zip((0.0, *w), w, strict=False)):
-            raise ValueError("IndexTable: wavelengths must be > 0 and rising")
+            raise ValueError("Tabulated: wavelengths must be > 0 and rising")
         for name, values, least in (("n", n, "> 0"), ("k", k, ">= 0")):
             if values is None:
                 continue
             if len(values) != len(w):
-                raise ValueError(f"IndexTable: {name} must be as many as wavelengths, {len(w)}, got {len(values)}")
+                raise ValueError(f"Tabulated: {name} must be as many as wavelengths, {len(w)}, got {len(values)}")
             bad = [v for v in values if not (v > 0 if name == "n" else v >= 0)]
             if bad:
-                raise ValueError(f"IndexTable: {name} must be {least}, got {bad[0]}")
+                raise ValueError(f"Tabulated: {name} must be {least}, got {bad[0]}")
         self._keep(wavelengths=w, n=n, k=k)
 
     @property
@@ -261,9 +261,9 @@ class IndexTable(Dispersion):
 
 # Indices of any kind: checks, values at wavelengths, and the one number of pictures.
 
-Index: TypeAlias = float | str | Sellmeier | Cauchy | Schott | Edlen | IndexTable | Callable[[Any], Any]
+Index: TypeAlias = float | str | Sellmeier | Cauchy | Schott | Edlen | Tabulated | Callable[[Any], Any]
 """The refractive index of a material: a number, the name of a glass, a formula, a table, or a function."""
-FORMULAS = (Sellmeier, Cauchy, Schott, Edlen, IndexTable)
+FORMULAS = (Sellmeier, Cauchy, Schott, Edlen, Tabulated)
 """The classes of formulas and tables."""
 
 
@@ -304,7 +304,7 @@ def check_index(owner: str, value: Any) -> Index:
     # A constant n + ik: a table of one wavelength is constant.
     if is_complex(value) and np.ndim(value) == 0 and complex(value).real > 0 and complex(value).imag > 0:
         whole = complex(value)
-        return IndexTable((LINE_D,), (whole.real,), (whole.imag,))
+        return Tabulated((LINE_D,), (whole.real,), (whole.imag,))
     if callable(value) and not isinstance(value, type):
         try:
             # One trial call: an error in the user's function should not wait for the first ray.
@@ -444,7 +444,7 @@ def _metal_table(name: str) -> Dispersion:
         if name == "aluminium"
         else ("P. B. Johnson and R. W. Christy, Phys. Rev. B 6 (1972), 4370")
     )
-    return IndexTable(w, n, k, name, source)
+    return Tabulated(w, n, k, name, source)
 
 
 def _crystal_formula(

@@ -285,7 +285,7 @@ def _checked_refractive_index(material: Material) -> Index:
         # A list of indices is most likely meant for several wavelengths, a text for a glass or for the material's name.
         several = isinstance(value, list | tuple | dict) or bool(getattr(value, "ndim", 0))
         hint = "; a scene is of one wavelength: make one for each, scene.replace(name, material=co.glass(index))"
-        hint += "; or co.optics.IndexTable(wavelengths, n) is a table of them"
+        hint += "; or co.optics.Tabulated(wavelengths, n) is a table of them"
         name = _name_hint(material, value) + glass_hint(value)
         raise ValueError(f"{error}{hint if several else name}") from None
 

@@ -267,6 +267,8 @@ class PrimitiveBatch:
     @property
     def places_of_polyhedra(self) -> set[int]:
         """The places of polyhedra of many faces."""
+        if not self._polyhedra:
+            return set()
         from ..geometry.polyhedron import MANY_FACES
 
         many = (like for like in self._polyhedra.values() if like.faces >= MANY_FACES)

@@ -31,6 +31,7 @@ from ..kernels.numbers.double_double import (
     times_float,
 )
 from ..kernels.tables import Floats, Longs, Signs
+from .region_extent import norm
 
 if TYPE_CHECKING:
     from ..geometry.polyhedron import Polyhedron
@@ -44,11 +45,6 @@ _DIRECTION_ROUNDING = 2.0**-52
 """As in `geometry.polyhedron`: a bound of the rounding of a direction and of sums with it."""
 
 
-@inline
-def _norm(x: float, y: float, z: float) -> float:
-    return math.sqrt(x * x + y * y + z * z)
-
-
 @helper
 def _farthest_planes(work: Floats, count: int, dx: float, dy: float, dz: float, rows: Floats, basis: Longs) -> bool:
     """Write the numbers of three planes to `basis` whose corner seems farthest in a direction; False for none.
@@ -57,7 +53,7 @@ def _farthest_planes(work: Floats, count: int, dx: float, dy: float, dz: float, 
     """
     far = 0.0
     for i in range(count):
-        far = max(far, abs(work[i, 3]) / _norm(work[i, 0], work[i, 1], work[i, 2]))
+        far = max(far, abs(work[i, 3]) / norm(work[i, 0], work[i, 1], work[i, 2]))
     for k in range(3):
         for plane in range(2):
             row = work[count + k] if plane else rows[k]
@@ -79,13 +75,13 @@ def _farthest_planes(work: Floats, count: int, dx: float, dy: float, dz: float, 
         entering, most = -1, _SLACK * (max(abs(x), max(abs(y), abs(z))) + far)
         for i in range(count):
             nx, ny, nz = work[i, 0], work[i, 1], work[i, 2]
-            beyond = (nx * x + ny * y + nz * z - work[i, 3]) / _norm(nx, ny, nz)
+            beyond = (nx * x + ny * y + nz * z - work[i, 3]) / norm(nx, ny, nz)
             if beyond > most:
                 entering, most = i, beyond
         if entering < 0:
             return True
         nx, ny, nz = work[entering, 0], work[entering, 1], work[entering, 2]
-        size = _norm(nx, ny, nz)
+        size = norm(nx, ny, nz)
         leaving, least = -1, math.inf
         for k in range(3):
             cx, cy, cz = rows[3 + k, 0] / determinant, rows[3 + k, 1] / determinant, rows[3 + k, 2] / determinant
@@ -270,7 +266,7 @@ def _quad_pair(motions: Floats, body: int, number: int) -> BoundedPair:
 def _is_rounded(a: BoundedPair) -> bool:
     """Return whether the high part is the nearest float for certain: the number is not about halfway, or nearly 0."""
     ulp = next_float_up(abs(a.high)) - abs(a.high)
-    return (a.low == 0.0 and a.error == 0.0) or (a.high != 0.0 and abs(a.low) < 0.4999 * ulp)
+    return (a.low == 0.0 and a.error == 0.0) or (a.high != 0.0 and abs(a.low) + a.error < 0.4999 * ulp)
 
 
 @helper

@@ -55,7 +55,8 @@ SIDES = 6
 
 
 @inline
-def _norm(x: float, y: float, z: float) -> float:
+def norm(x: float, y: float, z: float) -> float:
+    """Return the length of a vector."""
     return math.sqrt(x * x + y * y + z * z)
 
 
@@ -74,7 +75,7 @@ def _place_planes(planes: Floats, body: int, plane_count: int, frame: Floats, wo
     for i in range(plane_count):
         at = PLANE_SIZE * i
         px, py, pz = planes[body, at] * frame[3], planes[body, at + 1] * frame[4], planes[body, at + 2] * frame[5]
-        size = _norm(px, py, pz)
+        size = norm(px, py, pz)
         if not size > 0.0:
             continue
         nx, ny, nz, above = px / size, py / size, pz / size, planes[body, at + 3] / size
@@ -185,7 +186,7 @@ def _times_form(form: Floats, x: float, y: float, z: float) -> tuple[float, floa
 @inline
 def _slope(form: Floats) -> float:
     """Return |l|."""
-    return _norm(form[6], form[7], form[8])
+    return norm(form[6], form[7], form[8])
 
 
 @inline
@@ -242,7 +243,7 @@ def _try_corners(work: Floats, planes: int, form: Floats, curved: bool, reach: F
             mx, my, mz, md = work[j, 0], work[j, 1], work[j, 2], work[j, 3]
             cx, cy, cz = ny * mz - nz * my, nz * mx - nx * mz, nx * my - ny * mx
             # Parallel planes meet nowhere, or stand for one another
-            if _norm(cx, cy, cz) <= _PARALLEL:
+            if norm(cx, cy, cz) <= _PARALLEL:
                 continue
             for h in range(j):
                 px, py, pz, pd = work[h, 0], work[h, 1], work[h, 2], work[h, 3]
@@ -255,7 +256,7 @@ def _try_corners(work: Floats, planes: int, form: Floats, curved: bool, reach: F
                 x = (pd * cx + nd * ax + md * bx) / determinant
                 y = (pd * cy + nd * ay + md * by) / determinant
                 z = (pd * cz + nd * az + md * bz) / determinant
-                size = _norm(x, y, z)
+                size = norm(x, y, z)
                 # Beyond the box, which is at most `_FAR` wide: a side would cut it off
                 if size > 2.0 * _FAR:
                     continue
@@ -278,7 +279,7 @@ def _try_line(
     `weight` is the least size of the vectors that the unit normals come from.
     """
     ax, ay, az = ny * mz - nz * my, nz * mx - nx * mz, nx * my - ny * mx
-    sine = _norm(ax, ay, az)
+    sine = norm(ax, ay, az)
     if sine <= _PARALLEL or weight <= _PARALLEL:
         return
     square = sine * sine
@@ -286,7 +287,7 @@ def _try_line(
     fy = (nd * (mz * ax - mx * az) + md * (az * nx - ax * nz)) / square
     fz = (nd * (mx * ay - my * ax) + md * (ax * ny - ay * nx)) / square
     ax, ay, az = ax / sine, ay / sine, az / sine
-    size, share, slope = _norm(fx, fy, fz), 4.0 * _ROUNDING / (sine * weight), _slope(form)
+    size, share, slope = norm(fx, fy, fz), 4.0 * _ROUNDING / (sine * weight), _slope(form)
     far = abs(nd) + abs(md) + size
     if size > _FAR * (1.0 + share * far):
         return
@@ -332,7 +333,7 @@ def _try_gradient(
 ) -> None:  # fmt: skip
     """Try the line common to a plane and to ∇f·a = 0, for a unit vector a."""
     gx, gy, gz = _times_form(form, ax, ay, az)
-    size = _norm(gx, gy, gz)
+    size = norm(gx, gy, gz)
     if size <= _PARALLEL:
         return
     offset = -(form[6] * ax + form[7] * ay + form[8] * az) / size
@@ -353,14 +354,14 @@ def _try_quadric(work: Floats, planes: int, form: Floats, reach: Floats) -> None
         for k in range(3):
             # Stationary on the plane: across its normal and the axis
             ax, ay, az = (0.0, -nz, ny) if k == 0 else (nz, 0.0, -nx) if k == 1 else (-ny, nx, 0.0)
-            sine = _norm(ax, ay, az)
+            sine = norm(ax, ay, az)
             if sine > _PARALLEL:
                 _try_gradient(work, planes, form, reach, nx, ny, nz, nd, 1.0, ax / sine, ay / sine, az / sine)
     for k in range(3):
         # Stationary on the whole quadric: across the axis in two ways
         i, j = (k + 1) % 3, (k + 2) % 3
         gx, gy, gz = _times_form(form, 1.0 if i == 0 else 0.0, 1.0 if i == 1 else 0.0, 1.0 if i == 2 else 0.0)
-        size = _norm(gx, gy, gz)
+        size = norm(gx, gy, gz)
         if size > _PARALLEL:
             _try_gradient(
                 work, planes, form, reach, gx / size, gy / size, gz / size, -form[6 + i] / size, size,

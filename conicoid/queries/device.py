@@ -16,18 +16,17 @@ import time
 import weakref
 from collections.abc import Sequence
 from importlib.util import find_spec
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
 
-from .._jit.sources import is_current
 from .._util.environment import DEVICES, read_device
 from .._util.process import fork_safe_lock
 from .._util.validation import format_value
-from ..kernels.device import SHARED, WIDTHS, ScratchSize, size_name
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from ..prepare.prepared_scene import PreparedScene
 
 BLOCK = 128
@@ -46,7 +45,8 @@ _chosen: list[str] = []
 def set_device(device: str | None) -> None:
     """Answer `first_hit`, `occluded`, `contains` and `body_at` on a device from now on: "cpu" or "cuda".
 
-    The answers are the same to the bit. Other queries, and one ray or few that need no arrays, stay on the CPU.
+    The answers are the same to the bit. One point, one ray and up to a thousand rays in a list stay on
+    the CPU, and so do other queries, but for the parts that ask one of these four.
 
     Parameters
     ----------
@@ -65,8 +65,13 @@ def set_device(device: str | None) -> None:
     _chosen[:] = [] if device is None else [device]
 
 
-def device_of(query: str, device: str | None) -> Device | None:
-    """Return the GPU that answers a query, None for the CPU; `device` is the argument of the query."""
+def device_of(query: str, device: str | None, are_few: bool = False) -> Device | None:
+    """Return the GPU that answers a query, None for the CPU; `device` is the argument of the query.
+
+    The CPU answers for few rays or points sooner than they travel, so they go to a card only if the call names it.
+    """
+    if device is None and are_few:
+        return None
     if device is None:
         device = _chosen[-1] if _chosen else read_device()
     elif not isinstance(device, str) or device not in DEVICES:
@@ -179,11 +184,13 @@ class Device:
         """
         count = len(outputs[0])
         with self.lock:
+            for lane in self.lanes:  # a second Ctrl-C may have left work behind
+                self.wait(lane)
             room = self._room(scene, function)
             if room is None:
                 return False
-            tables = _Tables.of(scene, self)
             try:
+                tables = _Tables.of(scene, self)
                 # Kernels that share scratch memory follow each other
                 lanes = self.lanes[:1] if room.threads else self.lanes
                 for number, first in enumerate(range(0, count, CHUNK)):
@@ -200,6 +207,8 @@ class Device:
 
     def _room(self, scene: PreparedScene, function: str) -> _Room | None:
         """Return scratch memory for a function; None if that of one block would not fit."""
+        from ..kernels.device import SHARED, WIDTHS, ScratchSize, size_name
+
         needed, driver = ScratchSize.needed(scene.geometry), self.driver
         size = size_name(needed)
         if size != SHARED:
@@ -310,6 +319,10 @@ def _first_device() -> Device:
 
 def _kernels() -> Path:
     """Return the folder of the PTX of these sources. Raise ImportError if there is none."""
+    from pathlib import Path
+
+    from .._jit.sources import is_current
+
     spec = find_spec("conicoid_cuda")
     if spec is None or spec.origin is None:
         raise ImportError("device='cuda' needs the kernels in conicoid-cuda: pip install 'conicoid[cuda]'")
@@ -373,9 +386,7 @@ class NvidiaDriver:
         return results[0] if results else None
 
     def free_memory(self) -> int:
-        self._driver.cuCtxSetCurrent(self._context)
-        _, free, _ = self._driver.cuMemGetInfo()
-        return int(free)
+        return int(self._call("cuMemGetInfo"))
 
     def allocate(self, size: int) -> int:
         try:

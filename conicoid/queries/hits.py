@@ -198,7 +198,7 @@ class Hits(QueryResult, HitDerivatives):
             from .exact.error_bounds import refine_points
 
             scene, errors = self._scene, np.empty(len(t))
-            arguments = (scene.geometry, scene.rest, *lines, t, self._faces[0])
+            arguments = (scene.geometry, scene.rest, *lines, t, self._buffers.turn, self._faces)
             run_rows(refine_points, arguments, len(points), points, errors)
         return points, errors
 

@@ -116,8 +116,8 @@ def points_of(owner: str, points: Any) -> tuple[FloatArray, tuple[int, ...]]:
 
 def body_at(scene: PreparedScene, points: Any, owner: str = "body_at", device: str | None = None) -> Any:
     """Return the lowest-numbered body that contains each point, -1 for none; int32 of the points' shape."""
-    gpu = device_of(owner, device)
     flat, shape = points_of(owner, points)
+    gpu = device_of(owner, device, len(flat) == 1)
     if len(flat) == 1 and scene.lacks_single_calls("body_at"):
         _keep_single_call(scene, "body_at", _body_of_single)
     return first_after(scene, flat, BEFORE_FIRST, width_of(shape), gpu).reshape(shape)[()]

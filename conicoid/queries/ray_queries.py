@@ -207,7 +207,7 @@ def _packets(rays: Rays) -> tuple[int, int]:
 
 def first_hit(scene: PreparedScene, rays: Rays, t_min: Any, t_max: Any, device: str | None = None) -> Hits:
     """Return the nearest crossing of each ray in (t_min, t_max)."""
-    gpu = device_of("first_hit", device)
+    gpu = device_of("first_hit", device, _are_few(rays))
     arrays = arrays_of("first_hit", scene, rays, t_min, t_max)
     found = HitBuffers.new(len(arrays.origins))
     if gpu is not None and gpu.run(scene, "first_hits", arrays, found):
@@ -354,7 +354,7 @@ def _is_coherent(scene: PreparedScene, arrays: RayArrays, width: int, packets: i
 
 def occluded(scene: PreparedScene, rays: Rays, t_min: Any, t_max: Any, device: str | None = None) -> Any:
     """Return bool of the rays' shape: whether there is any crossing in (t_min, t_max)."""
-    gpu = device_of("occluded", device)
+    gpu = device_of("occluded", device, _are_few(rays))
     arrays = arrays_of("occluded", scene, rays, t_min, t_max)
     width, packets = _packets(rays)
     tiles = tile_count(width, len(arrays.origins))

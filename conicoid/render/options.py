@@ -1,4 +1,4 @@
-"""Names of filters, tone curves and layers, and numbers of samples.
+"""Names of filters, tone curves, layers, colour keys and suffixes of slices, and numbers of samples.
 
 The command line reads them at its start, so this module imports no NumPy.
 """
@@ -7,10 +7,6 @@ from __future__ import annotations
 
 import os
 from typing import Any, Literal, TypeAlias, get_args
-
-from .._util.validation import format_value
-
-# The colour keys and file suffixes of slices. It needs no NumPy, for the command line.
 
 BY = ("body", "material")
 """Keys by which slices are coloured and volume fractions are grouped."""
@@ -21,6 +17,8 @@ PIXELS = (".png", ".exr", ".jpg", ".jpeg", ".webp")
 
 def check_suffix(suffix: str, path: Any) -> None:
     """Raise ValueError for a suffix that slices are not saved as, ImportError for an .exr without OpenEXR."""
+    from .._util.validation import format_value
+
     if suffix not in (*CURVES, *PIXELS):
         raise ValueError(
             f"Slice: slices are saved as {', '.join((*CURVES, *PIXELS))}, got {format_value(os.fspath(path))}"

@@ -160,16 +160,16 @@ def _draw_axis(
 ) -> None:
     points = start + np.linspace(0, 1, _AXIS_STEPS + 1)[:, None] * (end - start)
     places = camera.project(points, sheet.width, sheet.height)
-    is_visible = ~np.isnan(places[:, 0])
+    is_projected = ~np.isnan(places[:, 0])
     is_hidden = find_hidden(scene, camera, (points[:-1] + points[1:]) / 2)
     for dim in (True, False):  # visible parts are drawn last
-        for first, last in _runs((is_hidden == dim) & is_visible[:-1] & is_visible[1:]):
+        for first, last in _runs((is_hidden == dim) & is_projected[:-1] & is_projected[1:]):
             line = places[first : last + 1].tolist()
             if not dim:
                 sheet.line(line, "white", 4, 0.6)
             sheet.line(line, _AXIS_COLORS[axis], 1.2 if dim else 2, 0.35 if dim else 1.0)
     _draw_numbers(sheet, camera, axis, start, end, step)
-    if is_visible[-1]:
+    if is_projected[-1]:
         sheet.text(places[-1].tolist(), "xyz"[axis], _AXIS_COLORS[axis], 17)
 
 

@@ -544,6 +544,10 @@ class Scene:
         ------
         ValueError
             For invalid rays, with the index of the first.
+        ImportError, RuntimeError, MemoryError
+            If a device is missing or too small.
+        TypeError
+            For a device beside an executor.
         """
         hits: Hits = self._along_rays("first_hit", executor, device, origins, directions, t_min, t_max)
         return hits
@@ -565,7 +569,7 @@ class Scene:
     ) -> Spans:  # fmt: skip
         """Return every stretch of each ray inside each solid, clipped to [t_min, t_max], sorted along the ray.
 
-        The arguments are those of `first_hit`. An empty interval, t_min >= t_max, has no spans.
+        The arguments are those of `first_hit` without `device`. An empty interval, t_min >= t_max, has no spans.
         """
         spans: Spans = self._along_rays("spans", executor, None, origins, directions, t_min, t_max)
         return spans
@@ -576,7 +580,7 @@ class Scene:
     ) -> Crossings:  # fmt: skip
         """Return every crossing of each ray with solids and sheets, strictly between t_min and t_max, in order.
 
-        The arguments are those of `first_hit`. An empty interval, t_min >= t_max, has no crossings.
+        The arguments are those of `first_hit` without `device`. An empty interval, t_min >= t_max, has no crossings.
         """
         crossings: Crossings = self._along_rays("crossings", executor, None, origins, directions, t_min, t_max)
         return crossings
@@ -744,7 +748,7 @@ class Scene:
     def bodies_at(self, points: Any, *, executor: Any = None) -> BodiesAt:
         """Return all bodies that contain each point, in listing order, as one list after the other.
 
-        The arguments are those of `contains`.
+        The arguments are those of `contains` without `device`.
         """
         bodies: BodiesAt = self._at_points("bodies_at", executor, points)
         return bodies
@@ -1112,7 +1116,7 @@ def _as_camera(camera: Any) -> AnyCamera | None:
 def _refuse_device(query: str, device: str | None) -> None:
     """Raise TypeError for a device beside an executor or lazy arrays."""
     if device is not None:
-        raise TypeError(f"{query}: device must be left out where workers compute; CONICOID_DEVICE chooses theirs")
+        raise TypeError(f"{query}: device must be left out where workers compute (docs/gpu.md)")
 
 
 def _is_remote(executor: Any, *arrays: Any) -> bool:

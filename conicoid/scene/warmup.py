@@ -21,6 +21,7 @@ def warmup() -> None:
         _exact,
         _large_tree,
         _batches,
+        _polyhedra,
         _explanations,
     ):
         call()
@@ -47,6 +48,8 @@ def _answers() -> None:
                     answer[:1].detached()
     for name in at_points:
         getattr(scene, name)([(0.0, 0.0, 0.0)])
+    scene.first_hit([(0.0, 0.0, 1e9)], (0.0, 0.0, -1.0)).point  # noqa: B018 (far away)
+    scene.line_integral([1.0, 1.0], [certain], (0.0, 0.0, -1.0), overlaps="error")
     scene.voxels(shape=1, fractions="body", samples=1)
     scene.distance([(0.0, 0.0, 0.0)], exact=True).detached()
     for answer in (scene.first_hit([certain], (0.0, 0.0, -1.0)), scene.spans([certain], (0.0, 0.0, -1.0))):
@@ -135,6 +138,19 @@ def _batches() -> None:
     Scene(
         [*slanted, Sphere(1.0), Quadric(coefficients=dict(xx=2, yy=1, zz=1, constant=-1)), Spheres([(1, 2, 3)], 1)]
     ).prepare()
+
+
+def _polyhedra() -> None:
+    """Lower polyhedra of many faces, one of them turned."""
+    import math
+
+    from ..geometry.polyhedron import MANY_FACES, Polyhedron
+    from .scene import Scene
+
+    angles = [2.0 * math.pi * k / MANY_FACES for k in range(MANY_FACES)]
+    normals = tuple((math.cos(angle), math.sin(angle), 0.3 * (-1) ** k) for k, angle in enumerate(angles))
+    solid = Polyhedron(normals, (1.0,) * MANY_FACES)
+    Scene([solid, solid.rotate((1, 2, 3), 30)]).prepare()
 
 
 def _explanations() -> None:

@@ -36,6 +36,9 @@ SOLIDS = {
     "ball": sided_ball(10.0, 40),
     "prism": prism(700),
     "far": rough(90, 2).translate((1000, -200, 3)),
+    "three directions": co.Polyhedron(
+        [(1, 0, 0), (-1, 0.5, 0), (0, -1, 0.2)] * 20, [1.0 + 0.25 * (k // 3) for k in range(60)]
+    ),
     "half": co.Polyhedron([(1, 0.01 * k - 0.5, 0.3) for k in range(100)], [3.0] * 100),
 }
 

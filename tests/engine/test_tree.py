@@ -247,6 +247,7 @@ def edits_of_a_core(path):
     count = len(core.bodies)
     yield core.moved(count // 2, (0.01, 0.02, 0)).moved(0, (0, 0, 0.5)).without([count // 3, count - 1])
     yield core.added([co.Sphere(0.1, (0, 0, 200))], before=count // 2 + 9)
+    yield core.without([0])
     yield co.Scene(core.bodies[::-1])
     yield co.Scene([core.bodies[k] for k in np.random.default_rng(0).permutation(count).tolist()])
 
@@ -256,8 +257,8 @@ def test_assemblies_share_the_order_of_their_tree(turned, tmp_path, monkeypatch)
     path = tmp_path / "geometry.xml"
     path.write_text(core_xml(4, pins=5, turned=turned))
     scenes = list(edits_of_a_core(path))
-    assert [len(scene.bodies.blocks()) for scene in scenes] == [16, 16, 16, 16, 0]
-    assert [len({form for _, _, form in scene.bodies.blocks()}) for scene in scenes[:4]] == [1, 4, 2, 16]
+    assert [len(scene.bodies.blocks()) for scene in scenes] == [16, 16, 16, 16, 16, 0]
+    assert [len({form for _, _, form in scene.bodies.blocks()}) for scene in scenes[:5]] == [1, 4, 2, 2, 16]
     rng = np.random.default_rng(1)
     origins, directions = rng.uniform(-15, 15, (2000, 3)), rng.normal(size=(2000, 3))
     found = []

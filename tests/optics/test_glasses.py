@@ -63,7 +63,7 @@ def test_names_that_there_are_not():
 FORMULAS = [
     "N-BK7", 1.5, co.optics.Sellmeier((1.03961212, 0.231792344, 1.01046945), (0.00600069867, 0.0200179144, 103.560653)),
     co.optics.Cauchy((1.5, 0.004)), co.optics.Schott((2.25, -0.01, 0.01, 0.0, 0.0, 0.0)), co.optics.glass("air"),
-    co.optics.IndexTable((0.4, 0.7), (1.5, 1.6), (0.0, 0.1)), co.optics.glass("N-SF11"), 1.5 + 0.1j,
+    co.optics.Tabulated((0.4, 0.7), (1.5, 1.6), (0.0, 0.1)), co.optics.glass("N-SF11"), 1.5 + 0.1j,
 ]  # fmt: skip
 
 
@@ -114,9 +114,9 @@ def test_what_is_no_formula():
         (lambda: co.optics.Sellmeier((1, 2), (1,)), "b and c must be as many, got 2 and 1"),
         (lambda: co.optics.Schott((1, 2)), "coefficients must be a list of 6 numbers, got 2"),
         (lambda: co.optics.Cauchy(()), "coefficients must be a list of one number or more"),
-        (lambda: co.optics.IndexTable((2, 1), (1, 1)), "wavelengths must be > 0 and rising"),
-        (lambda: co.optics.IndexTable((1, 2), (1, -1)), "n must be > 0, got -1"),
-        (lambda: co.optics.IndexTable((1, 2), (1, 1), (0,)), "k must be as many as wavelengths, 2, got 1"),
+        (lambda: co.optics.Tabulated((2, 1), (1, 1)), "wavelengths must be > 0 and rising"),
+        (lambda: co.optics.Tabulated((1, 2), (1, -1)), "n must be > 0, got -1"),
+        (lambda: co.optics.Tabulated((1, 2), (1, 1), (0,)), "k must be as many as wavelengths, 2, got 1"),
         (lambda: co.optics.Cauchy((1.5,), range=(2, 1)), "range must be two rising wavelengths"),
     ):
         with pytest.raises(ValueError, match=told):

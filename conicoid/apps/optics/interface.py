@@ -140,11 +140,11 @@ class SceneMedia:
         rest = np.flatnonzero(~same)
         wall, before, after, w = wall[rest], before[rest], after[rest], wavelength[rest]
         # Rows of equal materials need no comparison of numbers.
-        has_one_index = self.index(before, w) == self.index(after, w)
-        has_one_index &= self.absorption(before, w) == self.absorption(after, w)
-        has_one_index &= self.each(wall, w, lambda m, at: amount_at(m.transparency, at), 1.0) == 1.0
-        has_one_index &= self.each(wall, w, lambda m, at: np.full(len(at), float(m.coating is None)), 1.0) == 1.0
-        same[rest] = has_one_index
+        is_invisible = self.index(before, w) == self.index(after, w)
+        is_invisible &= self.absorption(before, w) == self.absorption(after, w)
+        is_invisible &= self.each(wall, w, lambda m, at: amount_at(m.transparency, at), 1.0) == 1.0
+        is_invisible &= self.each(wall, w, lambda m, at: np.full(len(at), float(m.coating is None)), 1.0) == 1.0
+        same[rest] = is_invisible
         return same
 
 

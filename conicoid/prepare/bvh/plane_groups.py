@@ -168,6 +168,8 @@ def _put_first(geometry: Geometry, values: Floats, count: int, first: int) -> No
             least = math.inf
             for other in range(k):
                 j = geometry.integers[links + LINKS * (other >> 2) + (other & 3)]
+                if i == j:
+                    least = -2.0  # each plane once, also where all normals are taken
                 away = 0.0
                 for axis in range(3):
                     apart = values[_NORMAL * i + axis] - values[_NORMAL * j + axis]

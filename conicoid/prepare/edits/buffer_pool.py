@@ -1,4 +1,4 @@
-"""Buffer pool: an edited scene reuses the buffers of a garbage-collected one, and rewrites the rows that differ.
+"""Buffer pool: an edited scene reuses the buffers of a garbage-collected one; and the state that the next edit needs.
 
 Scenes that come from one another by exchanging entries for others with as many rows have their rows in the same places.
 Each scene has stamps: for each entry the number of the edit that wrote its rows. Where the stamps of two scenes are

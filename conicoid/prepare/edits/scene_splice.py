@@ -1,4 +1,4 @@
-"""Splice two scenes: columns of a third from pieces of both."""
+"""Splice two scenes: the pieces that they share, and columns of a third from both."""
 
 from __future__ import annotations
 
@@ -7,14 +7,13 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import compress, count
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from ...geometry.body import Body
-from ...kernels.tables import Floats, Ints, Longs, Tables
-from ..coincidence import Remainders
+from ...kernels.tables import Floats, Ints, Longs
 from ..row_layout import AXES_OF_ROWS, BALLS, ENTRIES, FACES, SPHERES, SURFACES, RowLayout
 
 # Find what an edited scene shares with the scene before: pieces of two scenes, one after the other.
@@ -155,19 +154,6 @@ class SplicePieces:
 
 
 Array = npt.NDArray[Any]
-
-
-class SpliceSide(Protocol):
-    """One of the two scenes, lowered."""
-
-    @property
-    def tables(self) -> Tables: ...
-
-    @property
-    def rest(self) -> Remainders: ...
-
-    @property
-    def layout(self) -> Any: ...
 
 
 @dataclass(frozen=True)

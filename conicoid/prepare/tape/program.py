@@ -1,4 +1,4 @@
-"""Recordings: tapes as arrays that the interpreter takes, and the results of playing them."""
+"""Recordings: tapes as arrays that the interpreter takes, their schedule, and the results of playing them."""
 
 from __future__ import annotations
 

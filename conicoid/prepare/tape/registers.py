@@ -256,7 +256,7 @@ def _quarters(angle: float) -> float:
 def _reduce_angles(w: Floats, x: int, s: int, c: int, f: Floats, a: int, table: Floats, state: Floats) -> None:
     """Write to x the angles less quarters of a turn and less the nearest multiple of STEP.
 
-    S and c belong to that multiple.
+    `s` and `c` are those of that multiple.
     """
     x, s, c, a = wide(x), wide(s), wide(c), plain(a)
     for i in range(ALL):

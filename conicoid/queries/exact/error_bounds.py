@@ -21,7 +21,7 @@ from ...kernels.numbers.double_double import BoundedPair, minus, opposite, over,
 from ...kernels.numbers.elementary import hypot
 from ...kernels.ray import Ray, scale_ray
 from ...kernels.surface.exact_crossing import RoundingRest, curved_terms, is_plane, plane_terms, point_offset
-from ...kernels.tables import Floats, Geometry, Ints, Longs, whole
+from ...kernels.tables import Floats, Geometry, Ints, Longs, Signs, whole
 from ...kernels.threads import run_rows
 from ...numerics.rational import Root, exact_real_roots
 from ...prepare.prepared_scene import exact_form
@@ -57,27 +57,18 @@ def error_of_t(geometry: Geometry, rest: RoundingRest, surface: int, ray: Ray, t
         slope = _least(rate)
         return _most(height) / slope * _MORE if slope > 0.0 else math.inf
     a, b, c, discriminant = curved_terms(geometry, rest, surface, ray, t)
-    bound = _error_of_single(a, b, c, discriminant, t)
-    if bound < math.inf:
-        return bound
-    slope = _least(b)
+    value, slope, bend = _most(c), _least(b), _most(a)
+    square = slope * slope - bend * value
+    if slope > 0.0 and square > 0.0:
+        bound = value / (slope + math.sqrt(square)) * _MORE
+        # The other root must be farther away than the bound and the rounding of t, so that t* is the reported root
+        if max(bound, abs(t) * 2.0**-50) * bend < 0.25 * math.sqrt(max(_least(discriminant), 0.0)):
+            return bound
     if not _most(discriminant) < math.inf or not slope * slope < math.inf:
         return _error_of_large(_most(c), slope, _most(a), t)
     bend = _least(a)
     both = _most(b) + math.sqrt(max(discriminant.high, 0.0) + abs(discriminant.low) + discriminant.error)
     return both / bend * _MORE if bend > 0.0 else math.inf
-
-
-@inline
-def _error_of_single(a: BoundedPair, b: BoundedPair, c: BoundedPair, discriminant: BoundedPair, t: float) -> float:
-    """Return the bound if the other root is farther away than it and the rounding of t; else inf."""
-    value, slope, bend = _most(c), _least(b), _most(a)
-    apart = slope * slope - bend * value
-    if not (slope > 0.0 and apart > 0.0):
-        return math.inf
-    bound = value / (slope + math.sqrt(apart)) * _MORE
-    near = max(bound, abs(t) * 2.0**-50) * bend < 0.25 * math.sqrt(max(_least(discriminant), 0.0))
-    return bound if near else math.inf
 
 
 @inline
@@ -139,35 +130,48 @@ def errors_of_points(
 
 
 @helper
-def _rest_of_way(geometry: Geometry, rest: RoundingRest, surface: int, ray: Ray, t: float) -> BoundedPair:
-    """Return t* - t for the crossing t* of a surface that is reported at t; its error is inf if it is not certain."""
+def _rest_of_way(
+    geometry: Geometry, rest: RoundingRest, surface: int, ray: Ray, t: float, rises: bool
+) -> BoundedPair:  # fmt: skip
+    """Return t* - t for the crossing t* of a surface that is reported at t; its error is inf if it is not certain.
+
+    Of the two roots of a curved surface, t* is the one where its value rises along the ray, or the other one.
+    """
     if is_plane(geometry, surface):
         height, rate = plane_terms(geometry, rest, surface, ray, t)
         return opposite(over(height, rate)) if _least(rate) > 0.0 else BoundedPair(0.0, 0.0, math.inf)
     a, b, c, discriminant = curved_terms(geometry, rest, surface, ray, t)
-    if not _error_of_single(a, b, c, discriminant, t) < math.inf:
+    if not (discriminant.high > 0.0 and _least(discriminant) > 0.0):
         return BoundedPair(0.0, 0.0, math.inf)
     q = root(discriminant)
-    return opposite(over(c, plus(b, q) if b.high >= 0.0 else minus(b, q)))
+    q = q if rises else opposite(q)
+    # Of the two forms of a root, the one that does not cancel
+    return opposite(over(c, plus(b, q))) if (b.high >= 0.0) == rises else over(minus(q, b), a)
 
 
 @kernel(
-    origins="n 3", directions="n 3", t="n", surfaces="n", begin="0..end", end="0..n", points="out n 3", errors="out n"
+    origins="n 3", directions="n 3", t="n", turn="n", faces="3 n", begin="0..end", end="0..n", points="out n 3",
+    errors="out n",
 )  # fmt: skip
 def refine_points(
-    geometry: Geometry, rest: RoundingRest, origins: Floats, directions: Floats, t: Floats, surfaces: Ints,
+    geometry: Geometry, rest: RoundingRest, origins: Floats, directions: Floats, t: Floats, turn: Signs, faces: Ints,
     begin: int, end: int, points: Floats, errors: Floats,
 ) -> None:  # fmt: skip
-    """Move far points to their exact crossings, and write bounds on their errors; NaN for points that stay."""
+    """Move far points to their exact crossings, and write bounds on their errors; NaN for points that stay.
+
+    `turn` is that of hits, `faces` as `faces_of` writes them.
+    """
     for i in range(begin, end):
         errors[i] = math.nan
-        if surfaces[i] < 0 or not is_far(directions, t, points, i):
+        if faces[0, i] < 0 or not is_far(directions, t, points, i):
             continue
         ox, oy, oz = origins[i, 0], origins[i, 1], origins[i, 2]
         dx, dy, dz = directions[i, 0], directions[i, 1], directions[i, 2]
         ray, scale = scale_ray(Ray(ox, oy, oz, dx, dy, dz, 0.0, 1.0, whole(-1)))
         at = t[i] / scale
-        onward = _rest_of_way(geometry, rest, surfaces[i], ray, at)
+        # A ray enters against the outward normal, which is the gradient on side 1
+        rises = (abs(turn[i]) == 2) != (faces[2, i] > 0)
+        onward = _rest_of_way(geometry, rest, faces[0, i], ray, at, rises)
         x = plus(point_offset(ray.ox, 0.0, 0.0, at, ray.dx), times_float(onward, ray.dx))
         y = plus(point_offset(ray.oy, 0.0, 0.0, at, ray.dy), times_float(onward, ray.dy))
         z = plus(point_offset(ray.oz, 0.0, 0.0, at, ray.dz), times_float(onward, ray.dz))

@@ -157,7 +157,7 @@ def settle_sides(
     end: int,
     sides: Ints,
 ) -> None:
-    """Write the sides of doubtful hits begin to end, on rays cut off around them; undecided hits get still[k] = 1."""
+    """Write the sides of doubtful hits begin to end, on rays cut off around them; mark the undecided."""
     scratch = new_scratch(geometry)
     rest, stand, ranks = room
     for k in range(begin, end):
