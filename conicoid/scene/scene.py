@@ -748,7 +748,7 @@ class Scene:
     def bodies_at(self, points: Any, *, executor: Any = None) -> BodiesAt:
         """Return all bodies that contain each point, in listing order, as one list after the other.
 
-        The arguments are those of `contains` without `device`.
+        The arguments are those of `contains`: points and executor.
         """
         bodies: BodiesAt = self._at_points("bodies_at", executor, points)
         return bodies

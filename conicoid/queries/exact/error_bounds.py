@@ -170,7 +170,7 @@ def refine_points(
         ray, scale = scale_ray(Ray(ox, oy, oz, dx, dy, dz, 0.0, 1.0, whole(-1)))
         at = t[i] / scale
         # A ray enters against the outward normal, which is the gradient on side 1
-        rises = (abs(turn[i]) == 2) != (faces[2, i] > 0)
+        rises = ((turn[i] == 2) | (turn[i] == -2)) != (faces[2, i] > 0)
         onward = _rest_of_way(geometry, rest, faces[0, i], ray, at, rises)
         x = plus(point_offset(ray.ox, 0.0, 0.0, at, ray.dx), times_float(onward, ray.dx))
         y = plus(point_offset(ray.oy, 0.0, 0.0, at, ray.dy), times_float(onward, ray.dy))
