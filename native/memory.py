@@ -3,7 +3,7 @@
 A function's code is kept under its name and the types of its arguments. It is used again if what it is made from is as
 it was: its bytecode, the constants, records and options that it refers to, and the symbol and the result of each
 function that it calls. The code of these may have changed, since it is linked later. So who edits a function pays for
-that function, and for its callers only if its result has another type.
+that function, and for its callers only if its result has another type: 4 s in place of 88 for who works on kernels.
 
 Symbols must be the same in each process. Numba numbers functions in the order in which it sees them; here those of the
 package have a number by their content, and Numba's own one by chance, as two of one name may be two functions.
