@@ -558,8 +558,14 @@ class Scene:
     ) -> Any:  # fmt: skip
         """Return whether each ray has any crossing strictly between t_min and t_max: first_hit(...).t < inf.
 
-        The arguments are those of `first_hit`, the result is bool (...). An empty interval, t_min >= t_max, has no
-        crossing.
+        Parameters
+        ----------
+        origins, directions, t_min, t_max, executor, device
+            As for `first_hit`. An empty interval, t_min >= t_max, has no crossing.
+
+        Returns
+        -------
+        bool (...)
         """
         return self._along_rays("occluded", executor, device, origins, directions, t_min, t_max)
 
@@ -569,7 +575,10 @@ class Scene:
     ) -> Spans:  # fmt: skip
         """Return every stretch of each ray inside each solid, clipped to [t_min, t_max], sorted along the ray.
 
-        The arguments are those of `first_hit` without `device`. An empty interval, t_min >= t_max, has no spans.
+        Parameters
+        ----------
+        origins, directions, t_min, t_max, executor
+            As for `first_hit`. An empty interval, t_min >= t_max, has no spans.
         """
         spans: Spans = self._along_rays("spans", executor, None, origins, directions, t_min, t_max)
         return spans
@@ -580,7 +589,10 @@ class Scene:
     ) -> Crossings:  # fmt: skip
         """Return every crossing of each ray with solids and sheets, strictly between t_min and t_max, in order.
 
-        The arguments are those of `first_hit` without `device`. An empty interval, t_min >= t_max, has no crossings.
+        Parameters
+        ----------
+        origins, directions, t_min, t_max, executor
+            As for `first_hit`. An empty interval, t_min >= t_max, has no crossings.
         """
         crossings: Crossings = self._along_rays("crossings", executor, None, origins, directions, t_min, t_max)
         return crossings
@@ -741,14 +753,20 @@ class Scene:
     def body_at(self, points: Any, *, executor: Any = None, device: Literal["cpu", "cuda"] | None = None) -> Any:
         """Return the number of the first listed body that contains each point, or -1: int32 (...).
 
-        The arguments are those of `contains`.
+        Parameters
+        ----------
+        points, executor, device
+            As for `contains`.
         """
         return self._at_points("body_at", executor, points, device)
 
     def bodies_at(self, points: Any, *, executor: Any = None) -> BodiesAt:
         """Return all bodies that contain each point, in listing order, as one list after the other.
 
-        The arguments are those of `contains`: points and executor.
+        Parameters
+        ----------
+        points, executor
+            As for `contains`.
         """
         bodies: BodiesAt = self._at_points("bodies_at", executor, points)
         return bodies
