@@ -49,7 +49,7 @@ def _answers() -> None:
     for name in at_points:
         getattr(scene, name)([(0.0, 0.0, 0.0)])
     scene.first_hit([(0.0, 0.0, 1e9)], (0.0, 0.0, -1.0)).point  # noqa: B018 (far away)
-    scene.line_integral([1.0, 1.0], [certain], (0.0, 0.0, -1.0), overlaps="error")
+    Scene([Sphere(1.0)]).line_integral([1.0], [certain], (0.0, 0.0, -1.0), overlaps="error")
     scene.voxels(shape=1, fractions="body", samples=1)
     scene.distance([(0.0, 0.0, 0.0)], exact=True).detached()
     for answer in (scene.first_hit([certain], (0.0, 0.0, -1.0)), scene.spans([certain], (0.0, 0.0, -1.0))):
