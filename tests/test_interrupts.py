@@ -158,8 +158,9 @@ def test_a_second_one_while_the_first_is_seen_to():
             running.interrupt()
             time.sleep(0.05)
         code, _, errors = running.end()
-    assert code not in (0, 1)
-    assert errors.splitlines()[-1] == "KeyboardInterrupt"
+    # Where the last one comes while Python prints the first, Python's own exit code is 1, and its text is cut off
+    assert code != 0
+    assert "KeyboardInterrupt" in errors
 
 
 # The command ----------------------------------------------------------------------------------------
