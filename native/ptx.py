@@ -35,7 +35,7 @@ TRIPLE = "nvptx64-nvidia-cuda"
 LEVEL = Level("cuda", "sm_75", "+ptx63")
 PREFIX = "conicoid_"
 STAMP = "sources.stamp"
-"""The file beside the kernels that says of which sources they were made."""
+"""The file beside the kernels with the digest of their sources."""
 REGISTERS = 128
 """Of a thread: with more, fewer threads are resident, with less they spill (measured on an H200)."""
 NAMES = [f"{function.name}_{size}" for function in on_device() for size in (*SIZES, SHARED)]

@@ -39,14 +39,14 @@ _LINE = 256  # bytes to which arrays in a card's memory are aligned
 _SHARE = 2  # scratch memory that threads share takes up to one part in so many of a card's free memory
 _NAP = 5e-5  # seconds between two looks at a stream
 
-_chosen: list[str] = []
+_default_device: list[str] = []
 
 
 def set_device(device: str | None) -> None:
     """Answer `first_hit`, `occluded`, `contains` and `body_at` on a device from now on: "cpu" or "cuda".
 
-    The answers are the same to the bit. One point, one ray and up to a thousand rays in a list stay on
-    the CPU, and so do other queries, but for the parts that ask one of these four.
+    The answers are the same to the bit. One point, one ray and up to a thousand rays in a list stay on the CPU.
+    Other queries stay there too, except for parts that call one of these four.
 
     Parameters
     ----------
@@ -62,7 +62,7 @@ def set_device(device: str | None) -> None:
     """
     if device is not None:
         device_of("set_device", device)
-    _chosen[:] = [] if device is None else [device]
+    _default_device[:] = [] if device is None else [device]
 
 
 def device_of(query: str, device: str | None, are_few: bool = False) -> Device | None:
@@ -73,7 +73,7 @@ def device_of(query: str, device: str | None, are_few: bool = False) -> Device |
     if device is None and are_few:
         return None
     if device is None:
-        device = _chosen[-1] if _chosen else read_device()
+        device = _default_device[-1] if _default_device else read_device()
     elif not isinstance(device, str) or device not in DEVICES:
         names = " or ".join(map(repr, DEVICES))
         raise ValueError(f"{query}: device must be {names}, got {format_value(device)}")

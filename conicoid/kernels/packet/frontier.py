@@ -162,7 +162,7 @@ def _put(geometry: Geometry, items: Floats, k: int, code: Any, box: Any, t: floa
     items[CODE + k], items[BOX_OR_BALL + k], items[ENTERED + k] = code, box, t
     at = box_at(geometry, box)
     for side in range(6):
-        # An item without a box is met by every beam
+        # Every beam meets an item without a box
         open_end = -math.inf if side < 3 else math.inf
         items[k + side * ITEM_ROW] = geometry.floats[at + 8 * side] if box >= 0 else open_end
 

@@ -129,7 +129,7 @@ def _first_pairs(packet: Packet, chosen: int) -> tuple[int, int, int]:
             others += 1
     _enter(packet, entered, pairs)
     for i in range(ALL):
-        # Bodies side by side are entered at about one t; all of them are met in the first round
+        # A ray enters bodies side by side at about the same t: the first round tests all of them
         lanes[EARLIEST + i] += _ABOUT * abs(lanes[EARLIEST + i])
     return count, pairs, others
 

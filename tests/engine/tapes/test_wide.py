@@ -156,7 +156,7 @@ def test_what_is_exactly_halfway_goes_to_the_even_one_and_what_may_be_is_left_op
     assert play(tape, [[1.0, 2.0**-53, 3.0]]).state[0] == STATE_UNDECIDED
 
 
-def test_tests_turn_out_as_they_were_recorded_or_lead_elsewhere():
+def test_bodies_that_fail_a_recorded_test_take_another_branch():
     tape = Tape()
     a, b = tape.input(3.0), tape.input(2.0)
     assert a > b
