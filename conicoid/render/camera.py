@@ -36,6 +36,8 @@ from ..numerics.portable_math import sin_cos_degrees, tan_degrees
 from .camera_kinds import EQUIDISTANT, EQUIRECTANGULAR, EQUISOLID, FISHEYE, LINEAR, STEREOGRAPHIC, THIN_LENS, check_size
 
 if TYPE_CHECKING:
+    import numpy.typing as npt
+
     from ..queries.rays import LazyRays, Rays
 
 
@@ -99,7 +101,7 @@ class AnyCamera:
 
         return CameraRays(self, width, height)
 
-    def project(self, points: Any, width: int, height: int) -> FloatArray:
+    def project(self, points: npt.ArrayLike, width: int, height: int) -> FloatArray:
         """Return the places of points on a picture, whether or not other bodies hide them.
 
         Parameters
@@ -253,7 +255,7 @@ def camera_basis(position: Vector, look_at: Vector, up: Vector) -> tuple[FloatAr
 
 
 @ignore_fp_errors
-def project_points(camera: AnyCamera, points: Any, width: int, height: int) -> FloatArray:
+def project_points(camera: AnyCamera, points: npt.ArrayLike, width: int, height: int) -> FloatArray:
     """Return the pixel coordinates of points: the film coordinates of the rays through them, inverted."""
     from ..queries.rays import points_array
 
