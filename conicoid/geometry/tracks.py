@@ -44,8 +44,8 @@ def _times(owner: str, value: Any) -> tuple[float, ...]:
 def _keys(owner: str, field: str, value: Any, count: int, size: int) -> Any:
     """Return one key for each time, checked: numbers, or vectors of `size`."""
     if not isinstance(value, list | tuple | np.ndarray) or len(value) != count:
-        got = f"{len(value)}" if isinstance(value, list | tuple | np.ndarray) else describe_kind(value)
-        raise ValueError(f"{owner}: {field} must be a list of {count}, one for each of times, got {got}")
+        found = f"{len(value)}" if isinstance(value, list | tuple | np.ndarray) else describe_kind(value)
+        raise ValueError(f"{owner}: {field} must be a list of {count}, one for each of times, got {found}")
     if size == 1:
         return tuple(check_number(owner, f"{field}[{i}]", item) for i, item in enumerate(value))
     return tuple(check_numbers(owner, f"{field}[{i}]", item, size) for i, item in enumerate(value))

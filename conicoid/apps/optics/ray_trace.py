@@ -263,10 +263,10 @@ def follow(scene: SceneLike, rays: Rays, wavelength: float = LINE_D, most: int =
         # Rays that leave now keep this line, as later rounds go on with others.
         for final, current in zip(last, rays, strict=True):
             final[misses] = current[misses]
-        met = state.going = state.going & ~misses
-        if not met.any():
+        hits_wall = state.going = state.going & ~misses
+        if not hits_wall.any():
             break
-        points.append(np.where(met[:, None], hits.point, points[-1]))
+        points.append(np.where(hits_wall[:, None], hits.point, points[-1]))
         rays = hits.spawn(_turn_rays(scene, rays, hits, state, optics))
     state.arrived &= ~state.going
     return RayPaths(np.stack(points), Rays(*last), state.arrived)
