@@ -122,6 +122,7 @@ class AnyCamera:
     def _film(self, points: FloatArray, width: int, height: int) -> FloatArray:
         """Return the film coordinates u and v of points, (..., 2); NaN for points that have none."""
         lens = self.lens
+        # The inverse of the linear map: o₁ or d₁ is zero, so their sum is the vector across
         from_camera = points - lens[0]
         across, depth = lens[1:3] + lens[4:6], dot_rows(from_camera, lens[3])
         film = matmul_rows(from_camera, across.T) / dot_rows(across, across)
@@ -194,10 +195,12 @@ class Camera(AnyCamera):
             return LINEAR, (0.0, 0.0, 0.0, 0.0)
         focus = self.focus_distance
         if focus is None:
+            # Sharp at what the camera looks at, unless the scene says otherwise
             focus = float(row_lengths(np.subtract(self.look_at, self.position)))
         return THIN_LENS, (self.aperture / 2, focus, float(self.blades), 0.0)
 
     def _film(self, points: FloatArray, width: int, height: int) -> FloatArray:
+        # A pinhole divides by the depth; parallel rays do not
         depth = dot_rows(points - self.lens[0], self.lens[3])
         return super()._film(points, width, height) / np.where(depth > 0, depth, np.nan)[..., None]
 
@@ -250,6 +253,7 @@ def as_camera(owner: str, camera: Any) -> AnyCamera | None:
 def camera_basis(position: Vector, look_at: Vector, up: Vector) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return the unit vectors (right, up, forward) of a view."""
     forward = _unit(np.subtract(look_at, position))
+    # `_check_camera` has replaced an `up` along the view, so this is not zero
     right = _unit(np.cross(forward, _unit(np.array(up))))
     return right, np.cross(right, forward), forward
 
