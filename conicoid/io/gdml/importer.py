@@ -352,7 +352,7 @@ def _read_module(reading: GdmlReader, element: XmlElement, files: _ModuleFiles) 
     own_path = os.path.abspath(reading.path)
     # A module that includes itself, directly or not, would never end
     if path in files.stack or path == own_path:
-        raise GdmlError(element, f"file {shorten(name)!r} includes itself, directly or through other files")
+        raise GdmlError(element, f"file {shorten(name)!r} refers to itself, directly or through other files")
     if path not in files.folder:
         if len(files.folder) >= MAX_FILES or len(files.stack) >= MAX_FILE_DEPTH:
             raise GdmlError(element, f"at most {MAX_FILES} files are read, nested at most {MAX_FILE_DEPTH} levels deep")

@@ -90,7 +90,7 @@ class GdmlReader:
         """
         most, kind = (MAX_CONVEX_FACES, "") if is_convex else (MAX_FACES, "concave ")
         if faces > most:
-            raise UnsupportedGdml(f"it has {faces:,} faces; {kind}solids of at most {most:,} faces are read")
+            raise UnsupportedGdml(f"it has {faces:,} faces, more than the {most:,} of a {kind}solid that are read")
         self.effort += faces * faces // (10 if is_convex else 1)
         if self.effort > MAX_FACE_EFFORT:
             raise UnsupportedGdml("the solids before it have too many faces together; divide the file")
